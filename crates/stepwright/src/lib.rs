@@ -1,0 +1,2 @@
+#![no_std]
+//! Real-time motion for stepper motors.

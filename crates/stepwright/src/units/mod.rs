@@ -1,0 +1,108 @@
+//! The quantities of motion, as types.
+//!
+//! A value is rounded **once**, where it enters, to what the core can hold;
+//! from there on everything is exact integer arithmetic. What is held is
+//! decimal, so that what a person types is held exactly:
+//!
+//! | type | holds | unit | largest |
+//! | --- | --- | --- | --- |
+//! | [`Speed`] | `u32` | 0.001 steps/s | 1,000,000 steps/s |
+//! | [`Accel`] | `u64` | 0.001 steps/s² | 100,000,000 steps/s² |
+//! | [`Rate`] | `u32` | ticks/s of a timer | 200 MHz |
+//!
+//! Revolutions, radians and millimetres become steps through [`Geometry`].
+
+mod geometry;
+mod speed;
+
+pub use geometry::{Geometry, Turn};
+pub use speed::{Accel, OutOfRange, Speed};
+
+/// A delay or a duration in counts of the step timer.
+///
+/// `u32`: at 16 MHz up to 268 s, at 200 MHz up to 21 s between two steps.
+pub type Ticks = u32;
+
+/// The rate of a step timer in ticks per second: 100 kHz … 200 MHz.
+///
+/// A value, not a type parameter: the command takes it from a user at run
+/// time, and an AVR reads it from its prescaler.
+///
+/// ```
+/// use stepwright::Rate;
+/// let uno = Rate::from_hz(16_000_000).unwrap();
+/// assert_eq!(uno.micros(10), 160);
+/// assert!(Rate::from_hz(50).is_err());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Rate(u32);
+
+impl Rate {
+    /// The slowest timer the closed forms are held to: 100 kHz.
+    pub const MIN: Rate = Rate(100_000);
+    /// The fastest: 200 MHz.
+    pub const MAX: Rate = Rate(200_000_000);
+    /// 1 MHz, the timer of document 002 and of the `plan` command.
+    pub const MHZ: Rate = Rate(1_000_000);
+
+    /// A timer of `hz` ticks per second.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] unless 100,000 ≤ `hz` ≤ 200,000,000.
+    pub const fn from_hz(hz: u32) -> Result<Rate, OutOfRange> {
+        if hz < Rate::MIN.0 || hz > Rate::MAX.0 {
+            return Err(OutOfRange {
+                what: "timer rate",
+                min: Rate::MIN.0 as u64,
+                max: Rate::MAX.0 as u64,
+                unit: "Hz",
+            });
+        }
+        Ok(Rate(hz))
+    }
+
+    /// Ticks per second.
+    pub const fn hz(self) -> u32 {
+        self.0
+    }
+
+    /// `us` microseconds in ticks, rounded up, so that a pulse or a set-up
+    /// time is never shorter than asked; saturating.
+    pub const fn micros(self, us: u32) -> Ticks {
+        self.nanos_wide(us as u64 * 1000)
+    }
+
+    /// `ns` nanoseconds in ticks, rounded up; saturating.
+    pub const fn nanos(self, ns: u32) -> Ticks {
+        self.nanos_wide(ns as u64)
+    }
+
+    const fn nanos_wide(self, ns: u64) -> Ticks {
+        const SECOND: u64 = 1_000_000_000;
+        let hz = self.0 as u64;
+        // Whole seconds apart from the rest keep both products in 64 bits.
+        let ticks = ns / SECOND * hz + (ns % SECOND * hz).div_ceil(SECOND);
+        if ticks > Ticks::MAX as u64 { Ticks::MAX } else { ticks as Ticks }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_round_up_and_saturate() {
+        let uno = Rate::from_hz(16_000_000).unwrap();
+        assert_eq!(uno.nanos(1500), 24);
+        assert_eq!(uno.nanos(1), 1);
+        assert_eq!(uno.micros(0), 0);
+        assert_eq!(Rate::MAX.micros(u32::MAX), Ticks::MAX);
+    }
+
+    #[test]
+    fn rates_are_checked() {
+        assert!(Rate::from_hz(99_999).is_err());
+        assert!(Rate::from_hz(100_000).is_ok());
+        assert!(Rate::from_hz(200_000_001).is_err());
+    }
+}

@@ -227,7 +227,7 @@ pub(crate) fn interval_of(rate: Rate, v: u64) -> Q32 {
 /// floor(x · part / 2³²): a part of x.
 pub(crate) fn portion(x: u64, part: u32) -> u64 {
     let part = u64::from(part);
-    (x >> 32) * part + ((x & 0xFFFF_FFFF) * part >> 32)
+    (x >> 32) * part + (((x & 0xFFFF_FFFF) * part) >> 32)
 }
 
 /// n / d as a position in 2⁻³² steps, rounded down; `u64::MAX` if it does not

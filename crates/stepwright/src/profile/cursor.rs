@@ -24,7 +24,7 @@
 //! Every run is checked by it; one that fails is halved. Lengths are powers of
 //! two, so that dividing by N is a shift. A whole ramp is a few dozen runs.
 
-use super::path::{Path, Phase};
+use super::path::Path;
 use crate::fixed::{ONE, Q32, portion, root, slope};
 use crate::run::Run;
 use crate::units::{Rate, Ticks};
@@ -57,6 +57,15 @@ impl Fit {
     /// most `longest` ticks.
     pub const fn within(error: Ticks, longest: Ticks) -> Fit {
         Fit::new((if error == 0 { 1 } else { error } as u64) << 32, longest)
+    }
+
+    /// `size`, or the largest below it with which a run of intervals `c` is
+    /// not too long.
+    fn shorter(&self, c: Q32, mut size: u8) -> u8 {
+        while size > 0 && (c >> 32) > u64::from(self.longest) >> size {
+            size -= 1;
+        }
+        size
     }
 
     const fn new(error: Q32, longest: Ticks) -> Fit {
@@ -133,11 +142,6 @@ impl Cursor {
         self.w
     }
 
-    /// Pulses handed out since the path began, the first not counted.
-    pub(crate) fn steps_done(&self) -> u32 {
-        self.n
-    }
-
     /// The path.
     pub fn path(&self) -> &Path {
         &self.path
@@ -150,11 +154,7 @@ impl Cursor {
         let mut size = self.size.min(self.fit.ramp_size).min(floor_log2(room));
         loop {
             // Longer runs than the longest are not even tried.
-            while size > 0 && self.c >> (63 - size) != 0
-                || size > 0 && (self.c << size) >> 32 > u64::from(self.fit.longest)
-            {
-                size -= 1;
-            }
+            size = self.fit.shorter(self.c, size);
             let change = slope2.wrapping_shl(size.into());
             let w = if up { self.w.wrapping_add(change) } else { self.w.saturating_sub(change) };
             let v = root(w);
@@ -250,18 +250,6 @@ impl Cursor {
         (self.w, self.v, self.c, self.lag) = (w, v, slope(path.rate, v), lag);
         self.size = 0;
         run
-    }
-
-    /// The piece on which the next steps lie.
-    pub(crate) fn phase(&self) -> Phase {
-        let at = u64::from(self.n) << 32;
-        if at < self.path.crest {
-            Phase::Up
-        } else if at < self.path.brink {
-            Phase::Cruise
-        } else {
-            Phase::Down
-        }
     }
 }
 

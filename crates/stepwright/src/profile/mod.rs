@@ -16,7 +16,7 @@
 //! | ramp counted in steps (document 004) | [`ramp_steps`] | yes |
 
 mod cursor;
-mod path;
+pub(crate) mod path;
 
 pub mod constant;
 pub mod ramp_steps;

@@ -77,6 +77,15 @@ impl RampSteps {
         Path::new(&self.bounds, pulses)
     }
 
+    /// From the start speed to the top speed, and on without end.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub fn endless(&self) -> Result<Path, Unfit> {
+        self.bounds.check()?;
+        Ok(Path::endless(&self.bounds, self.bounds.start.min(self.bounds.top).squared()))
+    }
+
     /// The delay before each of `pulses` pulses; the first is 0.
     ///
     /// # Errors

@@ -65,8 +65,4 @@ impl Trapezoid {
     pub fn delays(&self, pulses: u32) -> Result<Delays, Unfit> {
         Ok(Delays::new(self.path(pulses)?))
     }
-
-    pub(crate) const fn bounds(&self) -> Bounds {
-        self.bounds
-    }
 }

@@ -86,6 +86,8 @@ pub enum Refusal {
     Closed,
     /// `no-travel`: E without a G or g before it.
     NoTravel,
+    /// `killed`: E of an order into which a K came.
+    Killed,
     /// `uncertain`: the position is not known.
     Uncertain,
     /// `too-fast`: the steps would follow closer than the board can make them.
@@ -104,13 +106,14 @@ pub enum Refusal {
 
 impl Refusal {
     /// Every reason.
-    pub const ALL: [Refusal; 13] = [
+    pub const ALL: [Refusal; 14] = [
         Refusal::Line,
         Refusal::Range,
         Refusal::Axis,
         Refusal::Busy,
         Refusal::Closed,
         Refusal::NoTravel,
+        Refusal::Killed,
         Refusal::Uncertain,
         Refusal::TooFast,
         Refusal::TooSlow,
@@ -129,6 +132,7 @@ impl Refusal {
             Refusal::Busy => "busy",
             Refusal::Closed => "no-po",
             Refusal::NoTravel => "no-travel",
+            Refusal::Killed => "killed",
             Refusal::Uncertain => "uncertain",
             Refusal::TooFast => "too-fast",
             Refusal::TooSlow => "too-slow",
@@ -168,6 +172,7 @@ impl fmt::Display for Refusal {
             Refusal::Busy => "the axis is still travelling: wait, or stop it with Z",
             Refusal::Closed => "no order is open: begin it with PO",
             Refusal::NoTravel => "the order has no travel: send G or g before E",
+            Refusal::Killed => "K abandoned the order: begin again with PO",
             Refusal::Uncertain => "the position is not known: go to a known place and send I",
             Refusal::TooFast => "faster than the board can step: lower the top speed",
             Refusal::TooSlow => "slower than the board can wait: raise the speeds",

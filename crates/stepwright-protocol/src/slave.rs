@@ -38,8 +38,9 @@ enum Open {
     No,
     /// PO has come.
     Yes,
-    /// PO has come, and after it a line that was refused for this reason, the
-    /// first of its kind. No E starts it.
+    /// PO has come, and after it a line that was refused, or K: the reason of
+    /// the first. No E starts it. It stays open all the same: a g of it that
+    /// is still on its way must not be taken for one that starts at once.
     Spoiled(Refusal),
 }
 
@@ -80,8 +81,8 @@ impl<const AXES: usize> Slave<AXES> {
             self.last = Some(refusal);
         }
         // E itself leaves the order open as it was, to be mended and sent again.
-        if self.order == Open::Yes && command != Ok(Command::Execute) {
-            self.order = Open::Spoiled(refusal);
+        if command != Ok(Command::Execute) {
+            self.spoil(refusal);
         }
         Some(Reply::No)
     }
@@ -133,8 +134,7 @@ impl<const AXES: usize> Slave<AXES> {
             Command::Kill => {
                 // Even if nothing seems to move: K relies on nothing.
                 machine.kill();
-                self.forget_travels();
-                self.order = Open::No;
+                self.spoil(Refusal::Killed);
             }
             Command::Zero(axis) => {
                 self.exists(machine, axis)?;
@@ -209,6 +209,12 @@ impl<const AXES: usize> Slave<AXES> {
         self.idle(machine)?;
         self.for_selected(|axis| axis.staged = Some(travel));
         Ok(())
+    }
+
+    fn spoil(&mut self, reason: Refusal) {
+        if self.order == Open::Yes {
+            self.order = Open::Spoiled(reason);
+        }
     }
 
     fn forget_travels(&mut self) {

@@ -98,18 +98,22 @@ impl Settings {
     }
 
     pub(crate) fn order(&self, travel: Travel) -> Order {
-        let ramp = |accel: Option<WholeAccel>| match accel {
-            None => Ramp::Steps(self.ramp),
-            // A WholeAccel is inside Accel's range, so MAX never comes.
-            Some(a) => Ramp::Accel(Accel::from_steps(a.get()).unwrap_or(Accel::MAX)),
-        };
+        // Values of these types are inside the core's range, so that neither
+        // MAX ever comes.
         let speed = |v: u32| Speed::from_steps(v).unwrap_or(Speed::MAX);
         Order {
             start: speed(self.start.get()),
             top: speed(self.top.get()),
-            up: ramp(self.accel),
-            down: ramp(self.decel),
+            up: self.ramp(self.accel),
+            down: self.ramp(self.decel),
             travel,
+        }
+    }
+
+    fn ramp(&self, accel: Option<WholeAccel>) -> Ramp {
+        match accel {
+            None => Ramp::Steps(self.ramp),
+            Some(a) => Ramp::Accel(Accel::from_steps(a.get()).unwrap_or(Accel::MAX)),
         }
     }
 

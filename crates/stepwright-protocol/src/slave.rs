@@ -11,8 +11,11 @@ use crate::reply::{Info, Reply, VERSION};
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
 /// Fed with bytes, it answers each CR with exactly one [`Reply`] and tells the
-/// [`Machine`] what to do. It holds no clock and does no I/O; on an AVR it
-/// takes about 30 bytes and another 30 an axis.
+/// [`Machine`] what to do. It holds no clock and does no I/O.
+///
+/// On an ATmega328P (rustc 1.96, `opt-level = "s"`, LTO) it takes 27 bytes of
+/// RAM, 27 more an axis and 212 for the texts of the answers, and with the
+/// compiler's own routines 8 KB of flash. No panic is left in it.
 #[derive(Clone, Debug)]
 pub struct Slave<const AXES: usize> {
     line: Collector<{ Command::LONGEST }>,
@@ -67,24 +70,26 @@ impl<const AXES: usize> Slave<AXES> {
     /// Takes a byte from the line. At a CR it obeys and returns the answer,
     /// whose [`bytes`](Reply::bytes) go back on the line.
     pub fn push<M: Machine>(&mut self, byte: u8, machine: &mut M) -> Option<Reply> {
-        let command = self.line.push(byte)?.and_then(Command::parse);
-        let refusal = match command {
-            Ok(command) => match self.obey(command, machine) {
-                Ok(reply) => return Some(reply),
-                Err(refusal) => refusal,
-            },
-            Err(bad) => bad.into(),
+        let command = match self.line.push(byte)?.and_then(Command::parse) {
+            Ok(command) => command,
+            Err(bad) => {
+                // Masters send an empty line to get in step. That is no news.
+                if bad != BadLine::Empty {
+                    self.note(bad.into());
+                }
+                self.spoil(bad.into());
+                return Some(Reply::No);
+            }
         };
-        // Masters send an empty line to get in step. That is no news.
-        if command != Err(BadLine::Empty) {
-            self.refused = self.refused.saturating_add(1);
-            self.last = Some(refusal);
-        }
-        // E itself leaves the order open as it was, to be mended and sent again.
-        if command != Ok(Command::Execute) {
-            self.spoil(refusal);
-        }
-        Some(Reply::No)
+        let reply = self.obey(command, machine).unwrap_or_else(|refusal| {
+            self.note(refusal);
+            // E itself leaves the order as it was, to be mended.
+            if !matches!(command, Command::Execute) {
+                self.spoil(refusal);
+            }
+            Reply::No
+        });
+        Some(reply)
     }
 
     /// Tells that a byte was lost or damaged on the way: an overrun or a
@@ -209,6 +214,12 @@ impl<const AXES: usize> Slave<AXES> {
         self.idle(machine)?;
         self.for_selected(|axis| axis.staged = Some(travel));
         Ok(())
+    }
+
+    /// Remembers a refusal for `?`.
+    fn note(&mut self, refusal: Refusal) {
+        self.refused = self.refused.saturating_add(1);
+        self.last = Some(refusal);
     }
 
     fn spoil(&mut self, reason: Refusal) {

@@ -163,6 +163,8 @@ fn half_a_line_of_another_master_does_no_harm() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(5000))]
+
     /// Over a bad line an order is carried out once and exactly, or not yet.
     #[test]
     fn noise_delays_an_order_and_changes_nothing(

@@ -38,7 +38,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     // A thread, because a read can't be given a time limit. Then it carries
     // what else the board says, so that the board never waits for a reader.
     let (tell, hear) = mpsc::channel();
-    thread::spawn(move || {
+    let carrier = thread::spawn(move || {
         let mut line = String::new();
         let first = stdout.read_line(&mut line).map(|_| line);
         if tell.send(first).is_ok() {
@@ -57,5 +57,8 @@ pub fn run(ws: &Workspace) -> Result<()> {
     if let Some(status) = board.0.try_wait()? {
         bail!("the board ended under its master: {status}");
     }
+    // Its last words come before ours.
+    drop(board);
+    let _ = carrier.join();
     Ok(())
 }

@@ -1,2 +1,45 @@
-//! The project's chores.
-fn main() {}
+//! The project's chores: `cargo xtask <chore>`.
+//!
+//! One chore is one file. To add one: write `src/<chore>.rs` with a
+//! `#[derive(clap::Args)]` struct and its `run(self, &Workspace)`, and name it
+//! in [`Chore`]. What several chores share lives in
+//!
+//! | file | what |
+//! | --- | --- |
+//! | `workspace` | where things are; starting a program and waiting for it |
+//! | `setup` | what the machine must have, and how to get it |
+//! | `toolchain` | the compiler that builds for small chips |
+//! | `python` | a Python with pyserial |
+
+mod python;
+mod setup;
+mod test;
+mod toolchain;
+mod workspace;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+use workspace::Workspace;
+
+/// Stepwright's chores.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Cli {
+    #[command(subcommand)]
+    chore: Chore,
+}
+
+#[derive(Subcommand)]
+enum Chore {
+    Setup(setup::Setup),
+    Test(test::Test),
+}
+
+fn main() -> Result<()> {
+    let chore = Cli::parse().chore;
+    let ws = Workspace::load()?;
+    match chore {
+        Chore::Setup(setup) => setup.run(&ws),
+        Chore::Test(test) => test.run(&ws),
+    }
+}

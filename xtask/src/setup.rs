@@ -1,0 +1,164 @@
+//! `cargo xtask setup`: what the machine must have, and how to get it.
+//!
+//! A need is met when a probe of the thing itself says so, whoever installed
+//! it; Debian's packages are the way to get it, not the way to look for it.
+//! When all is there this takes a fraction of a second and changes nothing.
+
+use std::io::{IsTerminal, stdin};
+use std::path::Path;
+use std::process::Command;
+use std::sync::Once;
+
+use anyhow::{Context, Result, bail};
+
+use crate::python;
+use crate::toolchain::Cross;
+use crate::workspace::{Workspace, output, run, succeeds};
+
+/// Find what the chores need, and install what is missing.
+#[derive(clap::Args)]
+pub struct Setup {}
+
+impl Setup {
+    /// Meets every need, of chores that are not tests too.
+    pub fn run(self, ws: &Workspace) -> Result<()> {
+        ensure(ALL)?;
+        python::prepare(ws)?;
+        for need in ALL {
+            println!("{:<16}found", need.name);
+        }
+        Ok(())
+    }
+}
+
+/// Something a chore can't do without.
+pub struct Need {
+    name: &'static str,
+    /// Whether this machine has it; quick, and silent.
+    found: fn() -> bool,
+    /// The Debian 12 packages that bring it.
+    packages: &'static [&'static str],
+    /// Another way to get it, in a sentence, or "".
+    or_else: &'static str,
+}
+
+/// A compiler for small chips.
+pub const CROSS: &Need = &Need {
+    name: "cross compiler",
+    found: || Cross::find().is_some(),
+    packages: &["rustc-web", "rust-web-src", "libstd-rust-web-dev"],
+    or_else: "With rustup: rustup component add rust-src.",
+};
+
+/// A linker for AVR, with its C library and objdump.
+pub const AVR_GCC: &Need = &Need {
+    name: "avr-gcc",
+    found: || {
+        // A name that avr-gcc can't find comes back as it was given.
+        let start = ["-mmcu=atmega328p", "-print-file-name=crtatmega328p.o"];
+        output(Command::new("avr-gcc").args(start))
+            .is_ok_and(|path| Path::new(path.trim()).is_absolute())
+            && succeeds("avr-objdump", &["--version"])
+    },
+    packages: &["gcc-avr", "avr-libc", "binutils-avr"],
+    or_else: "",
+};
+
+/// What the crate `avr-tester` compiles simavr with, and links it to.
+pub const SIMAVR: &Need = &Need {
+    name: "simavr's needs",
+    found: || {
+        succeeds("make", &["--version"])
+            && succeeds("pkg-config", &["--exists", "libelf", "libzstd"])
+            && libclang()
+    },
+    packages: &["clang", "libclang-14-dev", "libelf-dev", "libzstd-dev", "pkg-config", "make"],
+    or_else: "",
+};
+
+/// A Python that can make virtual environments: [`python::prepare`] makes one.
+pub const PYTHON: &Need = &Need {
+    name: "python",
+    found: || python::base().is_some(),
+    packages: &["python3", "python3-venv"],
+    or_else: "",
+};
+
+/// Everything, for `setup`.
+const ALL: &[&Need] = &[CROSS, AVR_GCC, SIMAVR, PYTHON];
+
+/// Meets `needs`: looks, and installs only what is missing.
+pub fn ensure(needs: &[&Need]) -> Result<()> {
+    let missing: Vec<_> = needs.iter().filter(|need| !(need.found)()).collect();
+    if !missing.is_empty() {
+        let packages: Vec<_> = missing.iter().flat_map(|need| need.packages).copied().collect();
+        apt(&packages).with_context(|| advice(&missing))?;
+    }
+    if let Some(need) = missing.iter().find(|need| !(need.found)()) {
+        bail!("{} is not there although its packages are installed", need.name);
+    }
+    Ok(())
+}
+
+/// What a person can do about what is missing.
+fn advice(missing: &[&&Need]) -> String {
+    let mut text = String::from("something is missing that could not be installed; install");
+    for need in missing {
+        text += &format!("\n  {}: {}. {}", need.name, need.packages.join(" "), need.or_else);
+    }
+    text + "\nand run the same command again"
+}
+
+/// Installs Debian packages, as root or through sudo.
+fn apt(packages: &[&str]) -> Result<()> {
+    if !succeeds("apt-get", &["--version"]) {
+        bail!("no apt-get on this system");
+    }
+    let get = || -> Result<Command> {
+        let mut command = if output(Command::new("id").arg("-u"))?.trim() == "0" {
+            Command::new("apt-get")
+        } else if succeeds("sudo", &["-n", "true"]) || (stdin().is_terminal() && sudo()) {
+            let mut command = Command::new("sudo");
+            command.arg("apt-get");
+            command
+        } else {
+            bail!("installing packages takes root or sudo");
+        };
+        command.env("DEBIAN_FRONTEND", "noninteractive").arg("--quiet=2");
+        Ok(command)
+    };
+    // Always: with an image's old lists apt finds a rustc-web that is too old.
+    // Not fatal: one unreachable source of the user's own must not stop us.
+    static UPDATE: Once = Once::new();
+    let mut update = get()?;
+    UPDATE.call_once(|| {
+        if let Err(error) = run(update.arg("update")) {
+            println!("going on with the package lists as they are: {error}");
+        }
+    });
+    // --no-remove: rustc-web can't stand beside Debian's own rustc or rustup,
+    // and that is for the user to decide.
+    run(get()?
+        .args(["install", "--yes", "--no-install-recommends", "--no-remove"])
+        .args(["-o", "DPkg::Lock::Timeout=600", "-o", "DPkg::Use-Pty=0"])
+        .args(packages))
+}
+
+/// Asks for the user's password once, on the terminal.
+fn sudo() -> bool {
+    Command::new("sudo").arg("-v").status().is_ok_and(|status| status.success())
+}
+
+/// Whether clang is there with the library that bindgen loads.
+fn libclang() -> bool {
+    // …/lib/clang/14.0.6: the library is two floors up.
+    let Ok(resources) = output(Command::new("clang").arg("-print-resource-dir")) else {
+        return false;
+    };
+    let Some(lib) = Path::new(resources.trim()).ancestors().nth(2) else { return false };
+    let Ok(files) = lib.read_dir() else { return false };
+    files.flatten().any(|file| {
+        // Not libclang-cpp, which comes with clang itself.
+        file.file_name().to_string_lossy().starts_with("libclang.")
+    })
+}

@@ -1,0 +1,105 @@
+//! `cargo xtask test`: everything that must hold before a change lands.
+//!
+//! Each step does one thing and answers yes or no; a failed one does not stop
+//! the others, so that one run tells all. A step whose subject is absent
+//! fails: nothing is ever skipped in silence.
+
+mod code;
+mod cross;
+mod examples;
+mod pyserial;
+
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use clap::builder::PossibleValuesParser;
+
+use crate::setup::{self, Need};
+use crate::workspace::Workspace;
+
+/// One thing that must hold.
+struct Step {
+    name: &'static str,
+    /// For `--list`.
+    what: &'static str,
+    /// Installed first, if missing.
+    needs: &'static [&'static Need],
+    run: fn(&Workspace) -> Result<()>,
+}
+
+/// The quickest to say no come first.
+const STEPS: &[Step] = &[
+    Step { name: "fmt", what: "the code is formatted", needs: &[], run: code::fmt },
+    Step { name: "clippy", what: "no lint complains", needs: &[], run: code::clippy },
+    Step { name: "unit", what: "unit, property and doc tests", needs: &[], run: code::unit },
+    Step { name: "doc", what: "the documentation builds, links hold", needs: &[], run: code::doc },
+    Step { name: "examples", what: "numbered examples run", needs: &[], run: examples::run },
+    Step {
+        name: "cross",
+        what: "core and protocol build for AVR and Cortex-M0",
+        needs: &[setup::CROSS],
+        run: cross::run,
+    },
+    Step {
+        name: "pyserial",
+        what: "a Python master drives the virtual board",
+        needs: &[setup::PYTHON],
+        run: pyserial::run,
+    },
+    Step { name: "fuzz", what: "the protocol stands random bytes", needs: &[], run: code::fuzz },
+];
+
+/// Run the tests, with all the set-up they need.
+#[derive(clap::Args)]
+pub struct Test {
+    /// Only this step; give it again for another.
+    #[arg(long, value_name = "STEP", value_parser = names())]
+    only: Vec<String>,
+    /// Say which steps there are, and run none.
+    #[arg(long)]
+    list: bool,
+}
+
+fn names() -> PossibleValuesParser {
+    PossibleValuesParser::new(STEPS.iter().map(|step| step.name))
+}
+
+impl Test {
+    /// Runs the steps, then says how each ended. The last line on stdout is
+    /// `N passed, M failed`, which CI counts; the exit status is 1 if M > 0.
+    pub fn run(self, ws: &Workspace) -> Result<()> {
+        if self.list {
+            for step in STEPS {
+                println!("{:<10}{}", step.name, step.what);
+            }
+            return Ok(());
+        }
+        let wanted =
+            |step: &&Step| self.only.is_empty() || self.only.iter().any(|s| s == step.name);
+        let mut ended: Vec<(&str, Duration, Result<()>)> = Vec::new();
+        for step in STEPS.iter().filter(wanted) {
+            println!("\n=== {}: {}", step.name, step.what);
+            let start = Instant::now();
+            let result = setup::ensure(step.needs).and_then(|()| (step.run)(ws));
+            let time = start.elapsed();
+            match &result {
+                Ok(()) => println!("=== {} passed in {:.1} s", step.name, time.as_secs_f32()),
+                Err(error) => println!("{error:#}\n=== {} FAILED", step.name),
+            }
+            ended.push((step.name, time, result));
+        }
+
+        println!();
+        for (name, time, result) in &ended {
+            let verdict = if result.is_ok() { "passed" } else { "FAILED" };
+            println!("{name:<10}{verdict}{:>8.1} s", time.as_secs_f32());
+        }
+        let passed = ended.iter().filter(|(_, _, result)| result.is_ok()).count();
+        let failed = ended.len() - passed;
+        println!("{passed} passed, {failed} failed");
+        if failed > 0 {
+            std::process::exit(1);
+        }
+        Ok(())
+    }
+}

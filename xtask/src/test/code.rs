@@ -1,0 +1,37 @@
+//! The steps that are a cargo command each.
+
+use anyhow::Result;
+
+use crate::workspace::{Workspace, run};
+
+/// `cargo fmt --all` puts right what this finds.
+pub fn fmt(ws: &Workspace) -> Result<()> {
+    run(&mut ws.cargo(["fmt", "--all", "--check"]))
+}
+
+/// Lints, in tests and examples too; a warning is an error.
+pub fn clippy(ws: &Workspace) -> Result<()> {
+    run(&mut ws.cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
+}
+
+/// Unit, property and documentation tests. The dev profile on purpose: it is
+/// optimised here, and keeps overflow checks and debug assertions on.
+pub fn unit(ws: &Workspace) -> Result<()> {
+    run(&mut ws.cargo(["test", "--workspace"]))
+}
+
+/// Documentation, with its links; a warning is an error.
+pub fn doc(ws: &Workspace) -> Result<()> {
+    run(ws.cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+/// The protocol's own fuzz test at length: seeded, so that a failure can be
+/// repeated, and on the stable toolchain, so that it runs on every machine
+/// (cargo-fuzz takes a nightly and minutes to install).
+/// `STEPWRIGHT_FUZZ_SECONDS` is how long it may look for trouble; without it,
+/// in `unit`, it is brief.
+pub fn fuzz(ws: &Workspace) -> Result<()> {
+    run(ws
+        .cargo(["test", "--release", "--package", "stepwright-protocol", "--test", "fuzz"])
+        .env("STEPWRIGHT_FUZZ_SECONDS", "20"))
+}

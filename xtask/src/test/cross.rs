@@ -1,0 +1,12 @@
+//! The crates that must run on a small chip build for one, without a standard
+//! library to lean on.
+
+use anyhow::Result;
+
+use crate::toolchain::{ATMEGA328P, CORTEX_M0, cross_build};
+use crate::workspace::Workspace;
+
+/// One chip of 8 bits, and one of 32 without atomic swaps.
+pub fn run(ws: &Workspace) -> Result<()> {
+    cross_build(ws, &[&ATMEGA328P, &CORTEX_M0], &["stepwright", "stepwright-protocol"], "release")
+}

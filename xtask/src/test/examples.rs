@@ -1,0 +1,45 @@
+//! The numbered examples (`01_first_steps.rs` …) run to their end.
+
+use std::fs;
+use std::process::Command;
+use std::time::Duration;
+
+use anyhow::{Result, ensure};
+use serde_json::Value;
+
+use crate::workspace::{self, Workspace, run_within};
+
+/// An example is something to read and try: it has to be done soon.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// Builds all examples, and runs the numbered ones in order in a folder of
+/// their own, which takes whatever files they write.
+pub fn run(ws: &Workspace) -> Result<()> {
+    let names = numbered(&ws.metadata);
+    ensure!(!names.is_empty(), "no package has a numbered example (examples/01_name.rs)");
+    workspace::run(&mut ws.cargo(["build", "--workspace", "--examples"]))?;
+    let folder = ws.target.join("xtask/examples");
+    fs::create_dir_all(&folder)?;
+    for name in names {
+        let program = ws.built("examples").join(name);
+        run_within(LIMIT, Command::new(program).current_dir(&folder))?;
+    }
+    Ok(())
+}
+
+/// The names of all examples that begin with two digits and `_`, sorted.
+fn numbered(metadata: &Value) -> Vec<&str> {
+    let mut names: Vec<&str> = list(&metadata["packages"])
+        .flat_map(|package| list(&package["targets"]))
+        .filter(|target| list(&target["kind"]).any(|kind| kind == "example"))
+        .filter_map(|target| target["name"].as_str())
+        .filter(|name| matches!(name.as_bytes(), [b'0'..=b'9', b'0'..=b'9', b'_', ..]))
+        .collect();
+    names.sort_unstable();
+    names
+}
+
+/// The items of a JSON list; none if it is something else.
+fn list(value: &Value) -> impl Iterator<Item = &Value> {
+    value.as_array().into_iter().flatten()
+}

@@ -1,0 +1,64 @@
+//! A master written in Python drives the virtual board through a
+//! pseudo-terminal, as it would drive a real one through a serial port.
+
+use std::io::{self, BufRead, BufReader};
+use std::process::{Command, Stdio};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+
+use crate::python;
+use crate::workspace::{self, Guard, Workspace, run_within};
+
+const MASTER: &str = "examples/master.py";
+/// The board answers at once; a loaded machine may take a while to start it.
+const BOARD_LIMIT: Duration = Duration::from_secs(20);
+/// The master moves a motor in real time.
+const MASTER_LIMIT: Duration = Duration::from_secs(180);
+
+/// `stepwright board --pty` says `pty PATH` first; then `master.py PATH` ends
+/// with 0 if all went as it should.
+pub fn run(ws: &Workspace) -> Result<()> {
+    python::prepare(ws)?;
+    workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+
+    println!("$ stepwright board --pty");
+    let mut board = Guard(
+        Command::new(ws.built("stepwright"))
+            .args(["board", "--pty"])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .context("starting the virtual board")?,
+    );
+    let mut stdout = BufReader::new(board.0.stdout.take().context("the board has no stdout")?);
+
+    // A thread, because a read can't be given a time limit. Then it carries
+    // what else the board says, so that the board never waits for a reader.
+    let (tell, hear) = mpsc::channel();
+    let carrier = thread::spawn(move || {
+        let mut line = String::new();
+        let first = stdout.read_line(&mut line).map(|_| line);
+        if tell.send(first).is_ok() {
+            let _ = io::copy(&mut stdout, &mut io::stdout());
+        }
+    });
+    let first = hear.recv_timeout(BOARD_LIMIT).context("the board did not say its path")??;
+    let Some(path) = first.trim_end().strip_prefix("pty ") else {
+        bail!("the board's first line is {first:?}, not `pty PATH`");
+    };
+
+    run_within(
+        MASTER_LIMIT,
+        Command::new(python::interpreter(ws)).current_dir(&ws.root).args([MASTER, path]),
+    )?;
+    if let Some(status) = board.0.try_wait()? {
+        bail!("the board ended under its master: {status}");
+    }
+    // Its last words come before ours.
+    drop(board);
+    let _ = carrier.join();
+    Ok(())
+}

@@ -1,0 +1,144 @@
+//! Where things are, and how a program is started and waited for.
+
+use std::env;
+use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+
+/// This checkout, as cargo describes it.
+pub struct Workspace {
+    /// The folder of the top `Cargo.toml`.
+    pub root: PathBuf,
+    /// Where cargo builds: `target/` unless `CARGO_TARGET_DIR` says otherwise.
+    pub target: PathBuf,
+    /// What `cargo metadata --no-deps` prints.
+    pub metadata: Value,
+}
+
+impl Workspace {
+    /// Asks cargo about the checkout that the caller stands in.
+    pub fn load() -> Result<Workspace> {
+        let out = output(Command::new(cargo_path()).args([
+            "metadata",
+            "--no-deps",
+            "--format-version=1",
+        ]))?;
+        let metadata: Value = serde_json::from_str(&out).context("reading cargo metadata")?;
+        let path = |key: &str| -> Result<PathBuf> {
+            Ok(metadata[key].as_str().with_context(|| format!("cargo metadata: no {key}"))?.into())
+        };
+        Ok(Workspace { root: path("workspace_root")?, target: path("target_directory")?, metadata })
+    }
+
+    /// A cargo command at the root of the checkout.
+    pub fn cargo<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Command {
+        let mut cargo = Command::new(cargo_path());
+        cargo.current_dir(&self.root).args(args);
+        cargo
+    }
+
+    /// A program that `cargo build` left in the dev profile's folder.
+    pub fn built(&self, name: &str) -> PathBuf {
+        self.target.join("debug").join(format!("{name}{}", env::consts::EXE_SUFFIX))
+    }
+}
+
+/// The cargo that runs this chore.
+fn cargo_path() -> OsString {
+    env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+}
+
+/// Runs a program to its end; an error unless it says that all is well.
+pub fn run(command: &mut Command) -> Result<()> {
+    println!("$ {}", line(command));
+    let status = command
+        .stdin(Stdio::null())
+        .status()
+        .with_context(|| format!("starting {}", line(command)))?;
+    verdict(command, status)
+}
+
+/// Like [`run`], and ends a program that takes longer than `limit`.
+pub fn run_within(limit: Duration, command: &mut Command) -> Result<()> {
+    println!("$ {}", line(command));
+    let child = Guard(
+        command
+            .stdin(Stdio::null())
+            .spawn()
+            .with_context(|| format!("starting {}", line(command)))?,
+    );
+    match child.wait_within(limit)? {
+        Some(status) => verdict(command, status),
+        None => bail!("{} did not end within {} s", line(command), limit.as_secs()),
+    }
+}
+
+/// What a program prints, as text; an error if it fails.
+pub fn output(command: &mut Command) -> Result<String> {
+    let out = command
+        .stdin(Stdio::null())
+        .output()
+        .with_context(|| format!("starting {}", line(command)))?;
+    if !out.status.success() {
+        bail!("{}: {}\n{}", line(command), out.status, String::from_utf8_lossy(&out.stderr));
+    }
+    Ok(String::from_utf8_lossy(&out.stdout).into_owned())
+}
+
+/// Whether a program can be started and says that all is well. Prints nothing.
+pub fn succeeds(program: impl AsRef<OsStr>, args: &[&str]) -> bool {
+    let mut command = Command::new(program);
+    command.args(args).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+fn verdict(command: &Command, status: ExitStatus) -> Result<()> {
+    if status.success() {
+        return Ok(());
+    }
+    bail!("{}: {status}", line(command))
+}
+
+/// A command as a person would type it.
+fn line(command: &Command) -> String {
+    let program = command.get_program();
+    let program = if program == cargo_path() { "cargo".as_ref() } else { program };
+    let words: Vec<_> = std::iter::once(program)
+        .chain(command.get_args())
+        .map(|word| word.to_string_lossy())
+        .collect();
+    words.join(" ")
+}
+
+/// A running program that ends with the scope that holds it, so that a failed
+/// step leaves nothing behind.
+pub struct Guard(pub Child);
+
+impl Guard {
+    /// Waits for the program's end; `None` if it still runs after `limit`.
+    pub fn wait_within(mut self, limit: Duration) -> Result<Option<ExitStatus>> {
+        let start = Instant::now();
+        loop {
+            if let Some(status) = self.0.try_wait()? {
+                return Ok(Some(status));
+            }
+            if start.elapsed() > limit {
+                return Ok(None);
+            }
+            sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        // Both fail only if it has ended by itself, which is as good.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}

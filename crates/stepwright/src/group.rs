@@ -20,11 +20,11 @@ pub trait Control {
     /// See [`Engine::halt`].
     fn halt(&mut self, axes: Axes);
     /// See [`Engine::report`].
-    fn report(&mut self, axis: u8) -> Report;
+    fn report(&self, axis: u8) -> Report;
     /// See [`Engine::set_position`].
     fn set_position(&mut self, axis: u8, position: i64);
     /// See [`Engine::late`].
-    fn late(&mut self) -> u32;
+    fn late(&self) -> u32;
     /// See [`Engine::clear_late`].
     fn clear_late(&mut self);
 }
@@ -36,13 +36,13 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Control for Engine<T, D, F
     fn halt(&mut self, axes: Axes) {
         Engine::halt(self, axes);
     }
-    fn report(&mut self, axis: u8) -> Report {
+    fn report(&self, axis: u8) -> Report {
         Engine::report(self, axis)
     }
     fn set_position(&mut self, axis: u8, position: i64) {
         Engine::set_position(self, axis, position);
     }
-    fn late(&mut self) -> u32 {
+    fn late(&self) -> u32 {
         Engine::late(self)
     }
     fn clear_late(&mut self) {
@@ -257,7 +257,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
 
     /// Whether a travel of this axis is in progress; false if there is no
     /// such axis.
-    pub fn is_busy(&self, engine: &mut impl Control, axis: u8) -> bool {
+    pub fn is_busy(&self, engine: &impl Control, axis: u8) -> bool {
         match self.motors.get(usize::from(axis)) {
             Some(motor) => {
                 motor.planning() || self.starting >> axis & 1 != 0 || !engine.report(axis).idle
@@ -267,13 +267,13 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     }
 
     /// Whether any axis is busy.
-    pub fn any_busy(&self, engine: &mut impl Control) -> bool {
+    pub fn any_busy(&self, engine: &impl Control) -> bool {
         (0..N as u8).any(|axis| self.is_busy(engine, axis))
     }
 
     /// The position of an axis in steps, also on the way; `None` when it is
     /// uncertain, or there is no such axis.
-    pub fn position(&self, engine: &mut impl Control, axis: u8) -> Option<i64> {
+    pub fn position(&self, engine: &impl Control, axis: u8) -> Option<i64> {
         let known = usize::from(axis) < N && self.uncertain >> axis & 1 == 0;
         known.then(|| engine.report(axis).position)
     }

@@ -131,6 +131,7 @@
 
 mod axis;
 mod command;
+mod controller;
 mod line;
 mod machine;
 mod master;
@@ -143,6 +144,7 @@ mod text;
 
 pub use axis::{AxisId, MAX_AXES, Selection};
 pub use command::{BadLine, Command};
+pub use controller::Controller;
 pub use machine::{Machine, Refusal};
 pub use master::{Master, Waiting};
 pub use number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel};

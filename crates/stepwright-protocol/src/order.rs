@@ -44,6 +44,28 @@ pub enum Travel {
     Endless(Direction),
 }
 
+impl From<Order> for stepwright::Order {
+    fn from(order: Order) -> stepwright::Order {
+        use stepwright::profile::Ramp as Core;
+        let ramp = |ramp| match ramp {
+            Ramp::Steps(steps) => Core::Steps(steps.get() as u16),
+            Ramp::Accel(a) => Core::Accel(a),
+        };
+        stepwright::Order {
+            start: order.start,
+            top: order.top,
+            up: ramp(order.up),
+            down: ramp(order.down),
+            travel: match order.travel {
+                Travel::By(distance) => stepwright::Travel::By(distance.get()),
+                Travel::Endless(direction) => {
+                    stepwright::Travel::Endless(direction == crate::Direction::Forward)
+                }
+            },
+        }
+    }
+}
+
 impl Order {
     /// The order as the line carries it: speeds and accelerations rounded to
     /// whole steps. Show this to the user, for it is what the slave does.

@@ -59,6 +59,11 @@ impl Fit {
         Fit::new((if error == 0 { 1 } else { error } as u64) << 32, longest)
     }
 
+    /// The same closeness, in runs of at most `longest` ticks.
+    pub const fn lasting(self, longest: Ticks) -> Fit {
+        Fit { longest, ..self }
+    }
+
     /// `size`, or the largest below it with which a run of intervals `c` is
     /// not too long.
     fn shorter(&self, c: Q32, mut size: u8) -> u8 {

@@ -353,7 +353,17 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                 self.load(axis, now);
             }
         }
-        self.wake_for_first(now);
+        self.wake_from_outside(now);
+    }
+
+    /// [`wake_for_first`](Engine::wake_for_first) from the foreground, which
+    /// can't serve what is due: then the interrupt comes a little later.
+    fn wake_from_outside(&mut self, now: T::Count) {
+        let next = self.wake_for_first(now);
+        let now = self.timer.now();
+        if next.since(now) <= T::LINGER as i32 {
+            self.timer.wake_at(now.plus(self.timing.min_interval));
+        }
     }
 
     /// Stops the axes in `axes` between two steps and forgets what was planned
@@ -368,7 +378,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                 *track = Track { end: position, forward, ..Track::idle(now) };
             }
         }
-        self.wake_for_first(now);
+        self.wake_from_outside(now);
     }
 
     /// What the engine knows of an axis; of the first one if there is no such.

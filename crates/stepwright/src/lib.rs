@@ -1,6 +1,7 @@
 #![no_std]
 //! Real-time motion for stepper motors.
 
+pub mod compress;
 pub mod drive;
 pub mod engine;
 mod fixed;

@@ -109,6 +109,11 @@ impl<I: Iterator<Item = Run>> Steps<I> {
         Steps { runs: runs.into_iter(), interval: 0, add: 0, left: 0, part: 0 }
     }
 
+    /// Where the runs come from, and the steps left in the present one.
+    pub(crate) fn remaining(&self) -> (&I, u16) {
+        (&self.runs, self.left)
+    }
+
     #[cold]
     fn load(&mut self) -> Option<()> {
         let mut run = self.runs.next()?;
@@ -135,6 +140,25 @@ impl<I: Iterator<Item = Run>> Iterator for Steps<I> {
         self.left -= 1;
         Some(u32::try_from(due >> 16).unwrap_or(Ticks::MAX))
     }
+
+    /// A loop a run, for `sum`, `for_each` and the like.
+    #[inline]
+    fn fold<B, F: FnMut(B, Ticks) -> B>(mut self, init: B, mut f: F) -> B {
+        let mut all = init;
+        loop {
+            let (mut interval, add, mut part) = (self.interval, self.add, self.part);
+            for _ in 0..self.left {
+                let due = part.wrapping_add(interval);
+                part = due & 0xFFFF;
+                interval = interval.wrapping_add_signed(add);
+                all = f(all, u32::try_from(due >> 16).unwrap_or(Ticks::MAX));
+            }
+            self.part = part;
+            if self.load().is_none() {
+                return all;
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -154,6 +178,21 @@ mod tests {
         let total: u64 = Steps::new([run]).map(u64::from).sum();
         assert_eq!(total, run.duration() >> 16);
         assert_eq!(run.last_interval(), (1000 << 16 | 0x8000) - 8 * 0x4001);
+    }
+
+    #[test]
+    fn folding_is_stepping() {
+        let runs = [Run::new(900 << 16 | 7, -77, 5), Run::turn(9, true), Run::new(70_001, 3, 40)];
+        let mut stepped = Vec::new();
+        let mut steps = Steps::new(runs);
+        while let Some(delay) = steps.next() {
+            stepped.push(delay);
+        }
+        let mut folded = Vec::new();
+        let mut steps = Steps::new(runs);
+        folded.extend(steps.next());
+        steps.for_each(|delay| folded.push(delay));
+        assert_eq!(folded, stepped);
     }
 
     #[test]

@@ -39,15 +39,14 @@ use core::fmt;
 /// additions; the closed form is evaluated once a run.
 #[derive(Clone, Debug)]
 pub struct Delays {
+    /// The pulse at time 0 is still to come.
     first: bool,
-    left: u32,
     steps: Steps<Cursor>,
 }
 
 impl Delays {
     pub(crate) fn new(path: Path) -> Delays {
-        let cursor = Cursor::new(path, Fit::EXACT);
-        Delays { first: path.pulses() > 0, left: path.pulses(), steps: Steps::new(cursor) }
+        Delays { first: path.pulses() > 0, steps: Steps::new(Cursor::new(path, Fit::EXACT)) }
     }
 }
 
@@ -56,21 +55,27 @@ impl Iterator for Delays {
 
     #[inline]
     fn next(&mut self) -> Option<crate::Ticks> {
-        if self.first {
-            self.first = false;
-            self.left = self.left.saturating_sub(1);
+        if core::mem::take(&mut self.first) {
             return Some(0);
         }
-        let delay = self.steps.next()?;
-        self.left = self.left.saturating_sub(1);
-        Some(delay)
+        self.steps.next()
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
-        let left = usize::try_from(self.left).unwrap_or(usize::MAX);
+        let (runs, run) = self.steps.remaining();
+        let left = u64::from(runs.steps_left()) + u64::from(run) + u64::from(self.first);
+        let left = usize::try_from(left).unwrap_or(usize::MAX);
         (left, Some(left))
     }
+
+    #[inline]
+    fn fold<B, F: FnMut(B, crate::Ticks) -> B>(self, init: B, mut f: F) -> B {
+        let init = if self.first { f(init, 0) } else { init };
+        self.steps.fold(init, f)
+    }
 }
+
+impl ExactSizeIterator for Delays {}
 
 /// Why a law can't be held by this timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

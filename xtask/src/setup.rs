@@ -47,7 +47,7 @@ pub const CROSS: &Need = &Need {
     name: "cross compiler",
     found: || Cross::find().is_some(),
     packages: &["rustc-web", "rust-web-src", "libstd-rust-web-dev"],
-    or_else: "With rustup: rustup component add rust-src.",
+    or_else: "(They can't stand beside Debian's rustc.) Or, with rustup: rustup component add rust-src",
 };
 
 /// A linker for AVR, with its C library and objdump.
@@ -102,11 +102,13 @@ pub fn ensure(needs: &[&Need]) -> Result<()> {
 
 /// What a person can do about what is missing.
 fn advice(missing: &[&&Need]) -> String {
-    let mut text = String::from("something is missing that could not be installed; install");
+    let mut text = String::from(
+        "something is missing that could not be installed. Install these Debian packages",
+    );
     for need in missing {
-        text += &format!("\n  {}: {}. {}", need.name, need.packages.join(" "), need.or_else);
+        text += &format!("\n  {}: {} {}", need.name, need.packages.join(" "), need.or_else);
     }
-    text + "\nand run the same command again"
+    text + "\nand run the same command again. The reason"
 }
 
 /// Installs Debian packages, as root or through sudo.

@@ -27,7 +27,7 @@ fn main() -> io::Result<()> {
     }
     let end = board.now();
     if let Some(vcd) = board.recorder().take() {
-        vcd.finish(end)?;
+        drop(vcd.finish(end)?);
     }
     Ok(())
 }

@@ -183,11 +183,8 @@ mod tests {
     #[test]
     fn folding_is_stepping() {
         let runs = [Run::new(900 << 16 | 7, -77, 5), Run::turn(9, true), Run::new(70_001, 3, 40)];
-        let mut stepped = Vec::new();
         let mut steps = Steps::new(runs);
-        while let Some(delay) = steps.next() {
-            stepped.push(delay);
-        }
+        let stepped: Vec<Ticks> = core::iter::from_fn(|| steps.next()).collect();
         let mut folded = Vec::new();
         let mut steps = Steps::new(runs);
         folded.extend(steps.next());

@@ -71,5 +71,26 @@ fn laws(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, laws);
+/// A move with longer ramps: 40,000 steps, 40,000 steps/s², 20,000 steps/s.
+fn long(c: &mut Criterion) {
+    let mut group = c.benchmark_group("long step");
+    group.throughput(Throughput::Elements(40_000));
+    let (top, accel) = (Speed::from_steps(20_000).unwrap(), Accel::from_steps(40_000).unwrap());
+    let law = Trapezoid::new(Rate::MHZ, Speed::ZERO, top, accel);
+    group.bench_function("trapezoid", |b| {
+        b.iter(|| sum(black_box(law).delays(40_000).unwrap()));
+    });
+    group.bench_function("peer: stepgen", |b| {
+        b.iter(|| {
+            let mut profile = stepgen::Stepgen::new(1_000_000);
+            profile.set_acceleration(black_box(40_000 << 8)).unwrap();
+            profile.set_target_speed(20_000 << 8).unwrap();
+            profile.set_target_step(40_000).unwrap();
+            sum(profile.map(|delay| (delay + 128) >> 8))
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, laws, long);
 criterion_main!(benches);

@@ -151,8 +151,11 @@ mod tests {
     fn digits_are_read_to_the_end() {
         assert_eq!(digits(b"4294967295"), Ok(u32::MAX));
         assert_eq!(digits(b"4294967296"), Err(BadLine::Range));
+        assert_eq!(digits(b"9999999999"), Err(BadLine::Range));
         assert_eq!(digits(b"00000000000007"), Ok(7));
-        for unknown in [&b""[..], b"x", b"1x", b"9999999999x", b"+1", b" 1", b"1 ", b"\xb1"] {
+        for unknown in
+            [&b""[..], b"x", b"1x", b"9999999999x", b"+1", b" 1", b"1 ", b"\xb1", b":", b"/"]
+        {
             assert_eq!(digits(unknown), Err(BadLine::Unknown), "{unknown:?}");
         }
     }

@@ -260,3 +260,16 @@ fn a_machine_may_refuse_and_the_order_be_mended() {
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=3 last=no-travel uncertain=0",
     );
 }
+
+#[test]
+fn an_axis_that_set_off_by_itself_is_not_started() {
+    talk(
+        "PO      Y
+         G+5     Y
+         *press  1
+         E       E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=busy uncertain=0
+         *arrive 1
+         E       Y  -> start 1 50-1000 R200 R200 +5",
+    );
+}

@@ -61,6 +61,9 @@ fn play(seed: u64) -> (usize, usize) {
         if random.one_in(3) {
             bench.arrive(random.below(AXES));
         }
+        if random.one_in(30) {
+            bench.press(random.below(AXES));
+        }
     }
     (log.len(), log.iter().map(|entry| entry.asked.len()).sum())
 }

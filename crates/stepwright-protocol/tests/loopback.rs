@@ -89,15 +89,14 @@ impl Link {
                     Some(other) => panic!("{other:?} to {command}"),
                     None => {}
                 }
-                let state = loop {
+                let state = (0..1000).find_map(|_| {
                     let bytes = self.master.resync();
-                    if let Some(state) = self.carry(bytes) {
-                        break state;
-                    }
-                };
+                    self.carry(bytes)
+                });
                 match state {
-                    Reply::Busy => return, // it was E that had come through
-                    _ => continue 'again,
+                    Some(Reply::Busy) => return, // it was E that had come through
+                    Some(_) => continue 'again,
+                    None => panic!("never in step again"),
                 }
             }
             return;

@@ -3,8 +3,9 @@
 
 use std::fmt::Write as _;
 
+use stepwright::Speed;
 use stepwright_protocol::{
-    AxisId, Command, Direction, Machine, Order, Ramp, Refusal, Reply, Slave, Travel,
+    AxisId, Command, Direction, Machine, Order, Ramp, RampSteps, Refusal, Reply, Slave, Travel,
 };
 
 /// One axis of the bench.
@@ -42,6 +43,14 @@ impl Bench {
             self.log += "; ";
         }
         self.log += text;
+    }
+
+    /// Somebody presses a button of the machine's own: an idle axis sets off.
+    pub fn press(&mut self, index: usize) {
+        let travel = Travel::Endless(Direction::Forward);
+        let (up, down) = (Ramp::Steps(RampSteps::LARGEST), Ramp::Steps(RampSteps::LARGEST));
+        let order = Order { start: Speed::ZERO, top: Speed::MAX, up, down, travel };
+        self.axes[index].running.get_or_insert(order);
     }
 
     /// The axis comes to the end of its travel; an endless one goes 1000.
@@ -142,7 +151,8 @@ pub fn words(order: &Order) -> String {
 ///
 /// Each row is a line of the master, the slave's answer and, behind `->`, what
 /// the machine was told. `""` is an empty line. What begins with `*` happens
-/// to the machine: `*arrive 1`, `*refuse too-fast`, `*late 7`.
+/// to the machine: `*arrive 1`, `*press 1`, `*refuse too-fast`,
+/// `*late 7`.
 pub fn talk(table: &str) {
     let (mut slave, mut bench) = (Slave::<3>::new(), Bench::new(3));
     for (n, row) in table.lines().map(str::trim).enumerate().filter(|(_, row)| !row.is_empty()) {
@@ -151,6 +161,7 @@ pub fn talk(table: &str) {
         let answer = answer.trim();
         match line {
             "*arrive" => bench.arrive(answer.parse::<usize>().unwrap() - 1),
+            "*press" => bench.press(answer.parse::<usize>().unwrap() - 1),
             "*refuse" => bench.refuse = Some(Refusal::named(answer.as_bytes())),
             "*late" => bench.late = answer.parse().unwrap(),
             _ => {

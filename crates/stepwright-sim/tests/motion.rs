@@ -1,9 +1,13 @@
 //! Random orders and stops: every pulse on an independent curve, every
 //! position the sum of the edges, every driver's time kept.
 
-mod common;
+#[path = "common/curve.rs"]
+mod curve;
+#[path = "common/edges.rs"]
+mod edges;
 
-use common::{Curve, check_timing, steps_of};
+use curve::Curve;
+use edges::{check_timing, steps_of};
 use proptest::prelude::*;
 use stepwright::profile::{Fit, Ramp};
 use stepwright::timer::Count;

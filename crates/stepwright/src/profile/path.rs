@@ -68,7 +68,8 @@ pub(crate) const fn slope_of(a: Accel) -> u64 {
     a.millisteps() * 2000
 }
 
-/// A motion along one axis in closed form: see the [module](self).
+/// A motion along one axis in closed form: three pieces of constant
+/// acceleration, whose pulses lie a step apart.
 ///
 /// Made by a law ([`Trapezoid::path`](super::Trapezoid::path),
 /// [`RampSteps::path`](super::RampSteps::path)).

@@ -8,6 +8,8 @@ use std::process::ExitCode;
 use stepwright::OutOfRange;
 use stepwright::profile::Unfit;
 
+use crate::{interrupt, say};
+
 /// A refusal or a failure: what is wrong, and what to do about it.
 ///
 /// Every subcommand is `run(args) -> Result<(), Failure>`; `main` reports it on
@@ -18,6 +20,7 @@ use stepwright::profile::Unfit;
 /// | 0 | done |
 /// | 1 | refused, or it failed |
 /// | 2 | the command line makes no sense |
+/// | 130 | Ctrl-C ended it before it was done |
 #[derive(Debug)]
 pub struct Failure {
     message: String,
@@ -36,6 +39,16 @@ impl Failure {
         Failure { status: 2, ..Failure::new(message) }
     }
 
+    /// Ctrl-C ended it before it was done: status 130, as shells have it.
+    pub fn interrupted(message: impl Into<String>) -> Failure {
+        Failure::new(message).status(interrupt::STATUS)
+    }
+
+    /// The same with another exit status.
+    pub fn status(self, status: u8) -> Failure {
+        Failure { status, ..self }
+    }
+
     /// A file or a device that could not be used.
     pub fn file(what: &str, path: &Path, error: &dyn Display) -> Failure {
         Failure::new(format!("can't {what} {}: {error}", path.display()))
@@ -48,9 +61,9 @@ impl Failure {
 
     /// Says it on standard error, and gives the exit status.
     pub fn report(&self) -> ExitCode {
-        eprintln!("error: {}", self.message);
+        say::note(format_args!("error: {}", self.message));
         if let Some(hint) = &self.hint {
-            eprintln!(" hint: {hint}");
+            say::note(format_args!(" hint: {hint}"));
         }
         ExitCode::from(self.status)
     }

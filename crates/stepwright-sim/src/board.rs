@@ -158,6 +158,11 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         self.group.any_busy(&self.engine)
     }
 
+    /// Whether any axis goes on until it is stopped: it would never rest.
+    pub fn is_endless(&self) -> bool {
+        self.group.any_endless()
+    }
+
     /// Position of an axis in steps, also on the way; `None` if uncertain.
     pub fn position(&self, axis: u8) -> Option<i64> {
         self.group.position(&self.engine, axis)
@@ -176,5 +181,30 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
     /// The recorder.
     pub fn recorder(&mut self) -> &mut R {
         &mut self.engine.drive().recorder
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::edge::Edge;
+
+    #[test]
+    fn an_endless_run_is_told_apart_until_it_brakes() {
+        let mut queues = Queues::default();
+        let mut board: VirtualBoard<u16, Vec<Edge>> =
+            VirtualBoard::new(&mut queues, Description::uno(), Vec::new());
+        let say = |board: &mut VirtualBoard<u16, Vec<Edge>>, line: &[u8]| {
+            line.iter().for_each(|&byte| board.receive(byte));
+        };
+        assert!(!board.is_endless());
+        say(&mut board, b"g+\r");
+        board.run_until(8_000_000);
+        assert!(board.is_endless() && board.is_busy());
+        say(&mut board, b"Z\r");
+        assert!(!board.is_endless() && board.is_busy());
+        board.run_to_rest();
+        say(&mut board, b"PO\rG-40\rE\r");
+        assert!(!board.is_endless() && board.is_busy());
     }
 }

@@ -271,6 +271,11 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         (0..N as u8).any(|axis| self.is_busy(engine, axis))
     }
 
+    /// Whether any axis goes on until it is stopped.
+    pub fn any_endless(&self) -> bool {
+        self.motors.iter().any(Motor::is_endless)
+    }
+
     /// The position of an axis in steps, also on the way; `None` when it is
     /// uncertain, or there is no such axis.
     pub fn position(&self, engine: &impl Control, axis: u8) -> Option<i64> {

@@ -102,6 +102,11 @@ impl<'q, const Q: usize> Motor<'q, Q> {
         self.forward = forward;
     }
 
+    /// Whether it goes on until it is stopped.
+    pub(crate) fn is_endless(&self) -> bool {
+        self.cursor.as_ref().is_some_and(|cursor| cursor.path().is_endless())
+    }
+
     /// Whether there is still something to plan.
     pub(crate) fn planning(&self) -> bool {
         self.cursor.is_some()

@@ -29,6 +29,25 @@ pub(crate) const ONE: Q32 = 1 << 32;
 /// The largest speed² that [`root`] takes.
 pub(crate) const W_MAX: u64 = (1 << 62) - 1;
 
+/// x · 2^by, by < 64. A chip of 8 bits shifts 64 in a loop: once, out of line,
+/// not at every place where it is wanted.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+pub(crate) fn shl(x: u64, by: u8) -> u64 {
+    x << (by & 63)
+}
+
+/// floor(x / 2^by), by < 64.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+pub(crate) fn shr(x: u64, by: u8) -> u64 {
+    x >> (by & 63)
+}
+
+/// Zero bits above the highest one; 64 for 0.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+pub(crate) fn zeros(x: u64) -> u8 {
+    x.leading_zeros() as u8
+}
+
 /// √w: the speed that belongs to a speed², in 2⁻³³ · 0.001 steps/s.
 ///
 /// The integer root gives the upper half, one Newton step the lower: with
@@ -39,11 +58,12 @@ pub(crate) fn root(w: u64) -> u64 {
 }
 
 /// [`root`] of w + `part`/2³²: for a corner, which lies between steps.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn root_fine(w: u64, part: u32) -> u64 {
     let w = w.min(W_MAX);
-    let shift = (w.leading_zeros() & !1).min(62); // ≥ 2: the root stays below 2³¹
-    let part = u64::from(part) << 32 >> (64 - shift);
-    let wide = w << shift | part;
+    let shift = (zeros(w) & !1).min(62); // ≥ 2: the root stays below 2³¹
+    let part = shr(u64::from(part) << 32, 64 - shift);
+    let wide = shl(w, shift) | part;
     if wide == 0 {
         return 0;
     }
@@ -51,7 +71,7 @@ pub(crate) fn root_fine(w: u64, part: u32) -> u64 {
     let r = wide.wrapping_sub(s.wrapping_mul(s)); // ≤ 2s
     let v = (s << 31).wrapping_add((r << 30) / s);
     // v = √wide · 2³¹; the root of w is 2^(shift/2) smaller, and wants 2³³.
-    if shift == 2 { v << 1 } else { v >> (shift / 2 - 2) }
+    if shift == 2 { v << 1 } else { shr(v, shift / 2 - 2) }
 }
 
 #[inline]
@@ -71,21 +91,22 @@ pub(crate) struct Scale {
 impl Scale {
     /// For a timer of rate f and a slope of speed² of `a2` = 2a, in
     /// 10⁻⁶ (steps/s)² per step; `a2` = 0 counts as 1.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn new(rate: Rate, a2: u64) -> Scale {
         // t = Δv / a = (ΔV · 2⁻³³ / 1000) · (2·10⁶ / a2) seconds
         let top = 2000 * u64::from(rate.hz()); // < 2³⁹
         let a2 = a2.max(1);
-        let (up, down) = (top.leading_zeros(), a2.leading_zeros());
-        let (n, d) = (top << up, a2 << down);
+        let (up, down) = (zeros(top), zeros(a2));
+        let (n, d) = (shl(top, up), shl(a2, down));
         // n/d lies between ½ and 2; the quotient n·2⁶³/d has 63 or 64 bits.
         let mantissa = divide(n, d, 63);
         // mantissa = top/a2 · 2^(63 + up − down); the result wants
         // ΔV · top/a2 · 2⁻³³ · 2³², which is a shift by 63 + up − down + 1.
-        Scale { mantissa, shift: (64 + up - down) as u8 }
+        Scale { mantissa, shift: 64 + up - down }
     }
 
     /// ΔV (see [`root`]) as a time in 2⁻³² ticks; saturating.
-    #[inline]
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn time(self, dv: u64) -> Q32 {
         shift_wide(multiply(dv, self.mantissa), self.shift)
     }
@@ -98,6 +119,7 @@ impl Scale {
 }
 
 /// (high, low) >> by, saturating at 64 bits; `by` ≤ 127.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn shift_wide((high, low): (u64, u64), by: u8) -> u64 {
     match by {
         0 => {
@@ -108,13 +130,13 @@ fn shift_wide((high, low): (u64, u64), by: u8) -> u64 {
             }
         }
         1..64 => {
-            if high >> by != 0 {
+            if shr(high, by) != 0 {
                 u64::MAX
             } else {
-                high << (64 - by) | low >> by
+                shl(high, 64 - by) | shr(low, by)
             }
         }
-        64..128 => high >> (by - 64),
+        64..128 => shr(high, by - 64),
         _ => 0,
     }
 }
@@ -134,6 +156,7 @@ fn multiply(a: u64, b: u64) -> (u64, u64) {
 
 /// [`multiply`] without 128 bits: four products of 32-bit halves.
 #[cfg(any(test, not(target_pointer_width = "64")))]
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn multiply_halves(a: u64, b: u64) -> (u64, u64) {
     const LOW: u64 = 0xFFFF_FFFF;
     let (ah, al, bh, bl) = (a >> 32, a & LOW, b >> 32, b & LOW);
@@ -158,6 +181,7 @@ fn divide(n: u64, d: u64, bits: u8) -> u64 {
 
 /// [`divide`] without 128 bits: one subtraction a bit.
 #[cfg(any(test, not(target_pointer_width = "64")))]
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn divide_bitwise(n: u64, d: u64, bits: u8) -> u64 {
     let (mut rest, mut quotient) = (n, 0u64);
     if rest >= d {
@@ -178,22 +202,21 @@ fn divide_bitwise(n: u64, d: u64, bits: u8) -> u64 {
 
 /// f / v: the interval that belongs to a speed, to 29 bits: what a run's
 /// slope needs. Saturates at `u64::MAX`, also for v = 0.
-#[inline]
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn slope(rate: Rate, v: u64) -> Q32 {
-    let zeros = v.leading_zeros();
-    let v = (v << (zeros & 63)) >> 32; // 2³¹ ≤ v < 2³², unless v was 0
     if v == 0 {
         return u64::MAX;
     }
+    let down = zeros(v);
+    let v = (shl(v, down) >> 32).max(1); // 2³¹ ≤ v < 2³²
     let top = 1000 * u64::from(rate.hz()); // < 2³⁸
-    let up = top.leading_zeros();
-    let q = (top << up) / v;
-    // q = top/v · 2^up; wanted is top/V · 2^(33 + 32), and V = v · 2^(32 − zeros)
-    let left = 33 + zeros as i32 - up as i32;
-    if left <= 0 {
-        q >> -left
-    } else if q.leading_zeros() as i32 > left {
-        q << left
+    let up = zeros(top);
+    let q = shl(top, up) / v;
+    // q = top/v · 2^up; wanted is top/V · 2^(33 + 32), and V = v · 2^(32 − down)
+    if 33 + down <= up {
+        shr(q, up - down - 33)
+    } else if zeros(q) > 33 + down - up {
+        shl(q, 33 + down - up)
     } else {
         u64::MAX
     }
@@ -201,6 +224,7 @@ pub(crate) fn slope(rate: Rate, v: u64) -> Q32 {
 
 /// f / v for a speed as held, to the nearest 2⁻³² tick; `u64::MAX` if it does
 /// not fit 32 bits before the point, also for v = 0.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn interval(rate: Rate, speed: Speed) -> Q32 {
     let v = u64::from(speed.millisteps());
     let top = 1000 * u64::from(rate.hz());
@@ -214,17 +238,19 @@ pub(crate) fn interval(rate: Rate, speed: Speed) -> Q32 {
 
 /// f / v for a speed as [`root`] gives it, to 2⁻⁶¹ of the value: for once a
 /// path. Saturates at `u64::MAX`, also for v = 0.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn interval_of(rate: Rate, v: u64) -> Q32 {
     if v == 0 {
         return u64::MAX;
     }
     let top = 1000 * u64::from(rate.hz());
-    let (up, down) = (top.leading_zeros(), v.leading_zeros());
-    let q = divide(top << up, v << down, 63); // top/v · 2^(63 + up − down)
-    shift_wide((q >> 1, q << 63), (63 + up - down + 63 - 65) as u8)
+    let (up, down) = (zeros(top), zeros(v));
+    let q = divide(shl(top, up), shl(v, down), 63); // top/v · 2^(63 + up − down)
+    shift_wide((q >> 1, q << 63), 63 + up - down + 63 - 65)
 }
 
 /// floor(x · part / 2³²): a part of x.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn portion(x: u64, part: u32) -> u64 {
     let part = u64::from(part);
     (x >> 32) * part + (((x & 0xFFFF_FFFF) * part) >> 32)
@@ -232,6 +258,7 @@ pub(crate) fn portion(x: u64, part: u32) -> u64 {
 
 /// n / d as a position in 2⁻³² steps, rounded down; `u64::MAX` if it does not
 /// fit 32 bits before the point, also for d = 0.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn ratio(n: u64, d: u64) -> Q32 {
     if d == 0 || n / d > u64::from(u32::MAX) {
         return u64::MAX;

@@ -28,7 +28,7 @@
 //! two, so that dividing by N is a shift. A whole ramp is a few dozen runs.
 
 use super::path::Path;
-use crate::fixed::{ONE, Q32, portion, root, slope};
+use crate::fixed::{ONE, Q32, portion, root, shl, shr, slope, zeros};
 use crate::run::Run;
 use crate::units::{Rate, Ticks};
 
@@ -169,7 +169,7 @@ impl Cursor {
         loop {
             // Longer runs than the longest are not even tried.
             size = self.fit.shorter(self.c, size);
-            let change = slope2.wrapping_shl(size.into());
+            let change = shl(slope2, size);
             let w = if up { self.w.wrapping_add(change) } else { self.w.saturating_sub(change) };
             let v = root(w);
             let time = scale.time(v.abs_diff(self.v));
@@ -232,8 +232,8 @@ impl Cursor {
         {
             size -= 1;
         }
-        let time = (c << size).wrapping_add_signed(self.lag);
-        let run = Run::new((time >> 16) >> size, 0, 1 << size);
+        let time = shl(c, size).wrapping_add_signed(self.lag);
+        let run = Run::new(shr(time >> 16, size), 0, 1 << size);
         self.lag = time.wrapping_sub(run.duration() << 16) as i64;
         if self.path.is_endless() {
             self.n = self.n.max(floor(self.path.crest).saturating_add(1));
@@ -312,10 +312,10 @@ fn single(time: Q32, lag: i64) -> (Run, i64) {
 /// N·(c₁ + c₂)/2 − Δt, never negative, saturating.
 fn defect(c1: Q32, c2: Q32, time: Q32, size: u8) -> u64 {
     let mean = (c1 >> 1).saturating_add(c2 >> 1);
-    if mean.leading_zeros() <= u32::from(size) {
+    if zeros(mean) <= size {
         return u64::MAX;
     }
-    (mean << size).saturating_sub(time)
+    shl(mean, size).saturating_sub(time)
 }
 
 fn floor(at: Q32) -> u32 {

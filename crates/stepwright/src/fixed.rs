@@ -74,9 +74,33 @@ pub(crate) fn root_fine(w: u64, part: u32) -> u64 {
     if shift == 2 { v << 1 } else { shr(v, shift / 2 - 2) }
 }
 
-#[inline]
+/// floor(√w).
 fn isqrt(w: u64) -> u64 {
-    w.isqrt()
+    #[cfg(target_pointer_width = "64")]
+    {
+        w.isqrt()
+    }
+    #[cfg(not(target_pointer_width = "64"))]
+    {
+        isqrt_bitwise(w)
+    }
+}
+
+/// [`isqrt`] without divisions: a bit a round. (The standard library's brings
+/// a table, which on an AVR stands in RAM.)
+#[cfg(any(test, not(target_pointer_width = "64")))]
+fn isqrt_bitwise(w: u64) -> u64 {
+    let (mut rest, mut root, mut bit) = (w, 0u64, 1u64 << 62);
+    while bit != 0 {
+        let trial = root | bit;
+        root >>= 1;
+        if rest >= trial {
+            rest -= trial;
+            root |= bit;
+        }
+        bit >>= 2;
+    }
+    root
 }
 
 /// The time that a change of speed takes: t = ΔV · f / a, as a multiplication.
@@ -327,6 +351,11 @@ mod tests {
         fn both_divisions_agree(n: u64, d in 1u64.., bits in 0u8..64) {
             let d = d.max(n / 2 + 1);
             prop_assert_eq!(divide(n, d, bits), divide_bitwise(n, d, bits));
+        }
+
+        #[test]
+        fn both_roots_agree(w: u64, shift in 0u8..64) {
+            prop_assert_eq!(isqrt(w >> shift), isqrt_bitwise(w >> shift));
         }
 
         #[test]

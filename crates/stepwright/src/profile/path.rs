@@ -240,8 +240,7 @@ impl Path {
     /// rounded up.
     pub fn peak(&self) -> u32 {
         let w = if self.pulses < 2 { 0 } else { self.w_peak.max(self.w_begin) };
-        let v = w.isqrt();
-        (if v * v < w { v + 1 } else { v }) as u32
+        (root(w).saturating_add((1 << 33) - 1) >> 33) as u32
     }
 
     /// The phase of pulse n: of the interval that leads to it, by its middle;

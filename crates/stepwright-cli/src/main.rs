@@ -1,2 +1,71 @@
-//! The `stepwright` command.
-fn main() {}
+//! The `stepwright` command: plan, move and watch stepper motors.
+//!
+//! One subcommand is one module with `Args` (what clap reads) and
+//! `run(args) -> Result<(), Failure>`; to add one, write it and name it in
+//! [`Command`]. What several of them share:
+//!
+//! | module | what |
+//! | --- | --- |
+//! | [`failure`] | errors, hints and the exit status |
+//! | [`interrupt`] | Ctrl-C |
+//! | [`link`] | the bytes to a board, real or virtual, and back |
+//! | [`quantity`] | speeds and accelerations with their units |
+//! | [`say`] | lines on standard output and error |
+//! | [`talk`] | a line and its answer, whatever happens to them on their way |
+
+mod board;
+mod completions;
+mod failure;
+mod interrupt;
+mod link;
+mod order;
+mod quantity;
+mod say;
+mod talk;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Real-time motion for stepper motors
+#[derive(Parser)]
+#[command(version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Move(order::travel::Args),
+    Run(order::run::Args),
+    Stop(order::halt::StopArgs),
+    Kill(order::halt::KillArgs),
+    Status(order::look::StatusArgs),
+    Position(order::look::PositionArgs),
+    Zero(order::look::ZeroArgs),
+    Send(order::send::Args),
+    Ports(order::ports::Args),
+    Board(board::Args),
+    Completions(completions::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Move(args) => order::travel::run(args),
+        Command::Run(args) => order::run::run(args),
+        Command::Stop(args) => order::halt::stop(args),
+        Command::Kill(args) => order::halt::kill(args),
+        Command::Status(args) => order::look::status(args),
+        Command::Position(args) => order::look::position(args),
+        Command::Zero(args) => order::look::zero(args),
+        Command::Send(args) => order::send::run(args),
+        Command::Ports(args) => order::ports::run(args),
+        Command::Board(args) => board::run(args),
+        Command::Completions(args) => completions::run(args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

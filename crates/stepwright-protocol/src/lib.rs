@@ -1,2 +1,155 @@
 #![no_std]
-//! The serial line, both sides.
+#![forbid(unsafe_code)]
+//! The serial line of a stepper controller, both sides.
+//!
+//! A master sends a line, the slave answers it, the master sends the next.
+//! Document 004 gave the grammar; more axes and faster boards extend it, and a
+//! master that was written for the document never notices.
+//!
+//! Both halves are state machines over bytes. They do no I/O, hold no clock,
+//! allocate nothing and don't panic, so the same slave runs on an ATmega328P,
+//! behind a pseudo-terminal and in a test, and the same master in the command
+//! and on a second chip.
+//!
+//! ```text
+//!  Script ─► Command ─► bytes ─────── the line ──────► bytes ─► Command ─► Slave ─► Machine
+//!  Master ◄─ Reply   ◄─ bytes ◄────── the line ─────── bytes ◄─ Reply   ◄───┘
+//! ```
+//!
+//! # The grammar
+//!
+//! ```text
+//! line   = ( order | query | extension ) CR            LF is skipped anywhere
+//! order  = "PO" | "P0"          open an order, select axis 1
+//!        | "S" 1…999            start/stop speed, in 10 steps/s
+//!        | "T" 1…999            top speed, in 10 steps/s
+//!        | "R" 1…999            length of both ramps, in steps
+//!        | "G" sign 0…2³¹−1     travel so many steps, + clockwise
+//!        | "g" sign             travel until stopped
+//!        | "E"                  carry the order out
+//!        | "Z"                  ramp down, then rest; the position stays known
+//!        | "K"                  stop all axes at once; the position is lost
+//!        | "I" axis             the position of this axis is 0
+//! query  = "F"                  R ready, B busy
+//!        | "V" axis             the position: a number, "-" in front if negative
+//! extension
+//!        = "A" axis | "A0"      the following lines address this axis, or all
+//!        | "s" 0…1000000        start/stop speed, in steps/s
+//!        | "t" 1…1000000        top speed, in steps/s
+//!        | "a" 1…100000000      the ramp up is an acceleration, in steps/s²
+//!        | "d" 1…100000000      the ramp down is a deceleration, in steps/s²
+//!        | "?"                  one line about the board
+//!        | "!"                  late, refused and last begin anew
+//! axis   = 1…8      sign = "+" | "-"      leading zeros are fine
+//! ```
+//!
+//! Every line has exactly one answer, which ends with a CR: `Y` accepted, `E`
+//! refused and nothing changed, or what was asked for. The answer to `?` is
+//!
+//! ```text
+//! stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0
+//! ```
+//!
+//! the protocol's version; how many axes; the fastest the board can step one,
+//! in steps/s; steps that came late; lines that were refused; the reason of
+//! the last, one of the names of [`Refusal`]; and which positions are not
+//! known, as the sum of 1 for axis 1, 2 for axis 2, 4 for axis 3, and so on.
+//!
+//! # A conversation
+//!
+//! ```
+//! use stepwright_protocol::*;
+//!
+//! /// A machine with one axis that is always there already.
+//! #[derive(Default)]
+//! struct Teleporter(i64);
+//!
+//! impl Machine for Teleporter {
+//!     fn axes(&self) -> u8 { 1 }
+//!     fn busy(&self, _: AxisId) -> bool { false }
+//!     fn start<I>(&mut self, orders: I) -> Result<(), Refusal>
+//!     where
+//!         I: Iterator<Item = (AxisId, Order)> + Clone,
+//!     {
+//!         for (_, order) in orders {
+//!             match order.travel {
+//!                 Travel::By(distance) => self.0 += i64::from(distance.get()),
+//!                 Travel::Endless(_) => return Err(Refusal::Travel),
+//!             }
+//!         }
+//!         Ok(())
+//!     }
+//!     fn brake(&mut self, _: AxisId) {}
+//!     fn kill(&mut self) {}
+//!     fn position(&self, _: AxisId) -> Option<i64> { Some(self.0) }
+//!     fn zero(&mut self, _: AxisId) { self.0 = 0 }
+//!     fn max_rate(&self) -> u32 { 120_000 }
+//!     fn late(&self) -> u32 { 0 }
+//!     fn clear_late(&mut self) {}
+//! }
+//!
+//! let mut slave = Slave::<1>::new();
+//! let mut machine = Teleporter::default();
+//! let mut answers = Vec::new();
+//! for byte in *b"PO\rS5\rT100\rR200\rG+4000\rE\rF\rV1\rT1000\rg-\r" {
+//!     if let Some(reply) = slave.push(byte, &mut machine) {
+//!         answers.extend(reply.bytes());
+//!     }
+//! }
+//! assert_eq!(answers, b"Y\rY\rY\rY\rY\rY\rR\r4000\rE\rE\r");
+//! ```
+//!
+//! # How the document is read
+//!
+//! | open question | decided |
+//! | --- | --- |
+//! | `PO` or `P0`? | both |
+//! | speeds of 0, ramps of 0, numbers out of range | E: a clear refusal rather than the document's "no checking" |
+//! | `G5`, `G+`, `G+-5`, `S 5`, `po`, an empty line, 17 bytes, binary | E at the CR, and the next line starts clean |
+//! | what is taken while busy? | F, V, Z, K, A, `?`, `!`; every other line that addresses a busy axis is answered E |
+//! | `PO` while busy | E if the *selected* axis is busy (with A0: any), so `A2`, `PO`, `A2` … starts axis 2 while axis 1 runs |
+//! | S, T, R … outside PO | taken when the axis is idle: they set, they don't move; they are kept from order to order and begin as S5 T100 R200 |
+//! | R, a and d | R sets both ramps, a and d replace their own half, a later R both |
+//! | G outside PO | E |
+//! | g outside PO | starts at once; inside it waits for E |
+//! | E without G or g, or refused by the machine | E, and the order stays open: mend it and send E again |
+//! | another line refused inside PO, noise too | spoils the order: its E is answered E, until the next PO. Otherwise a mistyped top speed would start with the old one |
+//! | K inside PO | spoils it as well: a g still on its way must not start a motor after an emergency stop |
+//! | Z inside PO | brakes what runs; the order stays |
+//! | PO inside PO | starts afresh: what was to travel is forgotten, what was set is kept |
+//! | two travels for one axis | the later |
+//! | `G+0` | Y, and ready at once |
+//! | Z and K when idle | Y; the position stays known |
+//! | V after K | E until I, for the axes that K stopped |
+//! | F, Z with A0 | B if any is busy; all brake |
+//! | what counts as refused? | every line answered E, an empty one apart: masters send it to get in step |
+//! | `last` after the E of a spoiled order | the reason of the line that spoiled it |
+//!
+//! What the grammar can't do: a digit that turns into another digit on the
+//! wire is still an order. A receiver that notices a lost or damaged byte
+//! should say so with [`Slave::garbled`].
+
+mod axis;
+mod command;
+mod controller;
+mod line;
+mod machine;
+mod master;
+mod number;
+mod order;
+mod reply;
+mod script;
+mod slave;
+mod text;
+
+pub use axis::{AxisId, MAX_AXES, Selection};
+pub use command::{BadLine, Command};
+pub use controller::Controller;
+pub use machine::{Machine, Refusal};
+pub use master::{Master, Waiting};
+pub use number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel};
+pub use order::{Order, Ramp, Travel};
+pub use reply::{Info, Reply, VERSION};
+pub use script::Script;
+pub use slave::Slave;
+pub use text::Bytes;

@@ -1,1 +1,30 @@
-//! The virtual board.
+//! The virtual board: Stepwright's engine with simulated pins and time.
+//!
+//! It is the real engine, planner and protocol; only the timer and the pins
+//! are simulated. So the command, the tests and the page talk to it exactly as
+//! to a chip, and what it emits is what the chip emits, tick for tick.
+//!
+//! ```
+//! use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
+//! let mut queues = Queues::default();
+//! let mut board: VirtualBoard<u16, Vec<Edge>> =
+//!     VirtualBoard::new(&mut queues, Description::uno(), Vec::new());
+//! for byte in *b"PO\rG+3\rE\r" {
+//!     board.receive(byte);
+//! }
+//! assert_eq!(board.take_answers(), b"Y\rY\rY\r");
+//! board.run_to_rest();
+//! assert_eq!(board.position(0), Some(3));
+//! assert_eq!(board.recorder().iter().filter(|e| e.is_step()).count(), 3);
+//! ```
+
+mod board;
+mod clock;
+mod description;
+mod edge;
+pub mod vcd;
+
+pub use board::{AXES, Queues, VirtualBoard};
+pub use clock::SimTimer;
+pub use description::Description;
+pub use edge::{Edge, Pin, Recorder};

@@ -1,6 +1,21 @@
 #![no_std]
 //! Real-time motion for stepper motors.
 
+pub mod compress;
+pub mod drive;
+pub mod engine;
+mod fixed;
+mod group;
+mod motor;
+mod order;
+pub mod profile;
+pub mod queue;
+pub mod run;
+pub mod timer;
 pub mod units;
 
+pub use engine::{Engine, Report, Timing};
+pub use group::{Board, Control, Group};
+pub use order::{Order, Refusal, Travel};
+pub use run::Run;
 pub use units::{Accel, Geometry, OutOfRange, Rate, Speed, Ticks, Turn};

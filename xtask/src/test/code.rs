@@ -28,10 +28,10 @@ pub fn doc(ws: &Workspace) -> Result<()> {
 /// The protocol's own fuzz test at length: seeded, so that a failure can be
 /// repeated, and on the stable toolchain, so that it runs on every machine
 /// (cargo-fuzz takes a nightly and minutes to install).
-/// `STEPWRIGHT_FUZZ_SECONDS` is how long it may look for trouble; without it,
+/// `STEPWRIGHT_FUZZ_CASES` is how many conversations it tries; without it,
 /// in `unit`, it is brief.
 pub fn fuzz(ws: &Workspace) -> Result<()> {
     run(ws
         .cargo(["test", "--release", "--package", "stepwright-protocol", "--test", "fuzz"])
-        .env("STEPWRIGHT_FUZZ_SECONDS", "20"))
+        .env("STEPWRIGHT_FUZZ_CASES", "500000"))
 }

@@ -77,6 +77,11 @@ impl Geometry {
         self.steps_per_turn
     }
 
+    /// Nanometres per turn, if they were given.
+    pub const fn nm_per_turn(self) -> Option<u32> {
+        if self.nm_per_turn == 0 { None } else { Some(self.nm_per_turn) }
+    }
+
     /// `milli` thousandths of `unit` per second as a speed, to the nearest
     /// 0.001 steps/s.
     ///

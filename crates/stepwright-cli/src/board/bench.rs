@@ -1,0 +1,163 @@
+//! A virtual board on the bench: of either timer width, with its recordings.
+
+use stepwright::timer::Count;
+use stepwright_protocol::{AxisId, Machine};
+use stepwright_sim::{AXES, Description, Queues, VirtualBoard};
+
+use super::recording::Recording;
+use crate::failure::Failure;
+
+/// Width of a board's step timer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    /// 16 bits, as on an Uno.
+    Narrow,
+    /// 32 bits, as on most 32-bit chips.
+    Wide,
+}
+
+/// What a board of any width does.
+trait Board {
+    fn now(&self) -> u64;
+    fn receive(&mut self, byte: u8);
+    fn take_answers(&mut self) -> Vec<u8>;
+    fn run_until(&mut self, time: u64);
+    fn is_busy(&self) -> bool;
+    fn is_endless(&self) -> bool;
+    fn position(&self, axis: u8) -> Option<i64>;
+    fn late(&self) -> u32;
+    fn brake(&mut self);
+    fn recording(&mut self) -> &mut Recording;
+}
+
+impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
+    fn now(&self) -> u64 {
+        VirtualBoard::now(self)
+    }
+    fn receive(&mut self, byte: u8) {
+        VirtualBoard::receive(self, byte);
+    }
+    fn take_answers(&mut self) -> Vec<u8> {
+        VirtualBoard::take_answers(self)
+    }
+    fn run_until(&mut self, time: u64) {
+        VirtualBoard::run_until(self, time);
+    }
+    fn is_busy(&self) -> bool {
+        VirtualBoard::is_busy(self)
+    }
+    fn is_endless(&self) -> bool {
+        VirtualBoard::is_endless(self)
+    }
+    fn position(&self, axis: u8) -> Option<i64> {
+        VirtualBoard::position(self, axis)
+    }
+    fn late(&self) -> u32 {
+        VirtualBoard::late(self)
+    }
+    fn brake(&mut self) {
+        let mut machine = self.controller();
+        for axis in AxisId::first(machine.axes()) {
+            machine.brake(axis);
+        }
+    }
+    fn recording(&mut self) -> &mut Recording {
+        self.recorder()
+    }
+}
+
+/// A virtual board that is switched on.
+pub struct Bench {
+    board: Box<dyn Board>,
+    description: Description,
+    /// Axes whose position has been other than 0 and certain.
+    moved: [bool; AXES],
+}
+
+impl Bench {
+    /// Switches a board on.
+    pub fn new(description: Description, width: Width, recording: Recording) -> Bench {
+        // The board borrows its queues; there is one board in a process.
+        let queues = Box::leak(Box::<Queues>::default());
+        let board: Box<dyn Board> = match width {
+            Width::Narrow => Box::new(VirtualBoard::<u16, _>::new(queues, description, recording)),
+            Width::Wide => Box::new(VirtualBoard::<u32, _>::new(queues, description, recording)),
+        };
+        Bench { board, description, moved: [false; AXES] }
+    }
+
+    /// What kind of board it is.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// Ticks of its timer since it was switched on.
+    pub fn now(&self) -> u64 {
+        self.board.now()
+    }
+
+    /// Lets time pass until `time` ticks.
+    pub fn run_until(&mut self, time: u64) {
+        self.board.run_until(time);
+        if self.board.is_busy() {
+            self.notice();
+        }
+    }
+
+    fn notice(&mut self) {
+        for (axis, moved) in (0..).zip(&mut self.moved) {
+            *moved |= self.board.position(axis) != Some(0);
+        }
+    }
+
+    /// A byte arrives on its serial line, now.
+    pub fn receive(&mut self, byte: u8) {
+        self.board.receive(byte);
+    }
+
+    /// What it has said since the last call.
+    pub fn take_answers(&mut self) -> Vec<u8> {
+        self.board.take_answers()
+    }
+
+    /// Whether any axis moves.
+    pub fn is_busy(&self) -> bool {
+        self.board.is_busy()
+    }
+
+    /// Whether any axis moves until it is stopped.
+    pub fn is_endless(&self) -> bool {
+        self.board.is_endless()
+    }
+
+    /// Brakes all axes, as a hand on its button would.
+    pub fn brake(&mut self) {
+        self.board.brake();
+    }
+
+    /// Where its axes are, one line each, those that never moved left out;
+    /// axis 1 always, and last.
+    pub fn report(&mut self) -> Vec<String> {
+        self.notice();
+        let state = |axis: u8| match self.board.position(axis) {
+            // What moves still was cut short.
+            _ if self.board.is_busy() => "position uncertain".to_owned(),
+            Some(steps) => format!("position {steps} ready"),
+            None => "position uncertain".to_owned(),
+        };
+        let others = (1..self.description.axes).filter(|axis| self.moved[usize::from(*axis)]);
+        let mut lines: Vec<String> =
+            others.map(|axis| format!("axis {} {}", axis + 1, state(axis))).collect();
+        if self.board.late() > 0 {
+            lines.insert(0, format!("late steps: {}", self.board.late()));
+        }
+        lines.push(state(0));
+        lines
+    }
+
+    /// Finishes the recordings.
+    pub fn finish(&mut self) -> Result<(), Failure> {
+        let now = self.board.now();
+        self.board.recording().finish(now)
+    }
+}

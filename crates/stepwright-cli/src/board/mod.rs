@@ -1,0 +1,115 @@
+//! `stepwright board`: the virtual board as a program of its own.
+
+pub mod bench;
+pub mod pace;
+#[cfg(unix)]
+mod pty;
+pub mod recording;
+mod stdio;
+
+use std::path::PathBuf;
+
+use stepwright::Rate;
+use stepwright_sim::Description;
+
+use crate::failure::Failure;
+use crate::{interrupt, say};
+use bench::{Bench, Width};
+use pace::Paced;
+use recording::Recording;
+
+/// Be a virtual board, on standard input and output or on a pseudo-terminal
+#[derive(clap::Args)]
+#[command(after_help = "\
+The board is an Arduino Uno with three axes: the real engine and the real serial
+protocol, with simulated pins and time. Every line ends with CR and is answered.
+
+--stdio   A script on standard input is carried out; at its end the board runs to
+          rest, says `position N ready` on standard error (and `axis 2 position N
+          ready` for others that moved), and ends. A motor that would run without
+          end is braked then, and the status is 1. A line feed is no byte of the
+          protocol but takes its time on the line: 11520 of them are a second.
+          At a terminal, Enter ends a line and Ctrl-D the conversation.
+--pty     The first line on standard output is `pty PATH`; any program that talks
+          to a serial port can open that path, again and again. Ctrl-C ends it.
+--fast    Time passes as fast as the machine can. On a script it is measured by
+          the script alone, each byte taking its time at 115200 baud, so that the
+          same script always does the same.
+
+Examples:
+  printf 'PO\\rS5\\rT100\\rR200\\rG+4000\\rE\\r' | stepwright board --stdio --fast
+  stepwright board --stdio
+  stepwright board --pty --vcd edges.vcd")]
+pub struct Args {
+    #[command(flatten)]
+    way: Way,
+    /// Let time pass as fast as the machine can, instead of in real time
+    #[arg(long)]
+    fast: bool,
+    /// Rate of its step timer in ticks/s; a step costs the Uno's 8.3 µs at any
+    #[arg(long, value_name = "HZ", default_value_t = 16_000_000, help_heading = "The board")]
+    timer_hz: u32,
+    /// Width of its step timer
+    #[arg(long, value_name = "BITS", default_value = "16", help_heading = "The board")]
+    #[arg(value_parser = ["16", "32"])]
+    timer_bits: String,
+    /// How many axes it has
+    #[arg(long, value_name = "N", default_value_t = 3, help_heading = "The board")]
+    #[arg(value_parser = clap::value_parser!(u8).range(1..=3))]
+    axes: u8,
+    /// Record every edge of its pins, for GTKWave or PulseView
+    #[arg(long, value_name = "FILE", help_heading = "Recordings")]
+    vcd: Option<PathBuf>,
+    /// Draw the speed of its motors over time: .svg, .png or .html
+    #[arg(long, value_name = "FILE", help_heading = "Recordings")]
+    plot: Option<PathBuf>,
+}
+
+/// Where the board's serial line leads.
+#[derive(clap::Args)]
+#[group(required = true, multiple = false)]
+struct Way {
+    /// To standard input and output
+    #[arg(long)]
+    stdio: bool,
+    /// To a pseudo-terminal, which any serial program can open
+    #[arg(long)]
+    pty: bool,
+}
+
+impl Args {
+    fn description(&self) -> Result<Description, Failure> {
+        let uno = Description::uno();
+        let was = u64::from(uno.board.rate.hz());
+        let rate = Rate::from_hz(self.timer_hz).map_err(|error| {
+            Failure::usage(error.to_string()).hint("give --timer-hz, for example 1000000")
+        })?;
+        // The same time, rounded up: a step never costs less.
+        let cost = |ticks: u32| (u64::from(ticks) * u64::from(rate.hz())).div_ceil(was) as u32;
+        let description = Description::at(rate, uno.board.cost.map(cost));
+        Ok(Description { axes: self.axes, ..description })
+    }
+}
+
+/// Is the board until its line ends, or Ctrl-C.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let description = args.description()?;
+    let width = if args.timer_bits == "16" { Width::Narrow } else { Width::Wide };
+    let recording = Recording::begin(&description, args.vcd.as_deref(), args.plot.as_deref())?;
+    interrupt::listen()?;
+    let mut board = Paced::new(Bench::new(description, width, recording), args.fast);
+    let served = if args.way.stdio { stdio::serve(&mut board) } else { serve_pty(&mut board) };
+    board.bench.report().iter().for_each(say::note);
+    let finished = board.bench.finish();
+    served.and(finished)
+}
+
+#[cfg(unix)]
+fn serve_pty(board: &mut Paced) -> Result<(), Failure> {
+    pty::serve(board)
+}
+
+#[cfg(not(unix))]
+fn serve_pty(_: &mut Paced) -> Result<(), Failure> {
+    Err(Failure::new("this system has no pseudo-terminals").hint("use --stdio"))
+}

@@ -1,0 +1,136 @@
+//! The board's line on standard input and output.
+
+use std::io::{self, IsTerminal, Read, Write};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+
+use super::pace::Paced;
+use crate::failure::Failure;
+use crate::{interrupt, say};
+
+/// How soon Ctrl-C is noticed, and the longest stretch of time that passes at
+/// once.
+const SLICE: Duration = Duration::from_millis(10);
+
+/// Carries out what comes until the input ends, then runs to rest.
+pub fn serve(board: &mut Paced) -> Result<(), Failure> {
+    let typed = io::stdin().is_terminal();
+    if typed {
+        say::note(
+            "a virtual board: type lines of the serial protocol, like PO, S5, T100, R200, \
+             G+4000, E, F, V1; Ctrl-D ends",
+        );
+    }
+    // A script measures time by its bytes; a person can't.
+    let by_bytes = board.is_fast() && !typed;
+    let input = listen();
+    let mut answers = Answers::new();
+    let mut last = b'\r';
+    loop {
+        if interrupt::presses() > 0 {
+            return Ok(());
+        }
+        match input.recv_timeout(SLICE) {
+            Ok(bytes) => {
+                let bytes = bytes
+                    .map_err(|error| Failure::new(format!("can't read standard input: {error}")))?;
+                for byte in bytes {
+                    // At a terminal, Enter gives LF.
+                    let byte = if typed && byte == b'\n' { b'\r' } else { byte };
+                    board.receive(byte);
+                    answers.hear(board)?;
+                    last = if byte == b'\n' { last } else { byte };
+                }
+            }
+            Err(RecvTimeoutError::Timeout) if by_bytes => {}
+            Err(RecvTimeoutError::Timeout) => pass(board),
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        answers.flush()?;
+    }
+    if last != b'\r' {
+        say::note("the input ends within a line, which was not carried out: end it with CR (\\r)");
+    }
+    rest(board)
+}
+
+/// Lets time pass while nothing comes.
+fn pass(board: &mut Paced) {
+    if !board.is_fast() {
+        board.catch_up();
+    } else if board.bench.is_busy() {
+        board.pass(SLICE);
+    }
+}
+
+/// Runs to rest. Brakes what would not come to rest by itself.
+fn rest(board: &mut Paced) -> Result<(), Failure> {
+    let endless = board.bench.is_endless();
+    if endless {
+        say::note("at the end of the input a motor runs without end: braking it");
+        board.bench.brake();
+    }
+    while board.bench.is_busy() && interrupt::presses() == 0 {
+        board.pass(SLICE);
+    }
+    if endless {
+        return Err(Failure::new("the input left a motor running without end")
+            .hint("end a script that has a g with Z"));
+    }
+    Ok(())
+}
+
+/// Reads standard input on a thread of its own: reading can't be given a time
+/// limit everywhere. The channel closes at the end of the input.
+fn listen() -> Receiver<io::Result<Vec<u8>>> {
+    let (tell, hear) = mpsc::sync_channel(16);
+    thread::spawn(move || {
+        let mut input = io::stdin().lock();
+        let mut buffer = [0; 1024];
+        loop {
+            let got = match input.read(&mut buffer) {
+                Ok(0) => return,
+                Ok(count) => Ok(buffer.iter().take(count).copied().collect()),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => Err(error),
+            };
+            let failed = got.is_err();
+            if tell.send(got).is_err() || failed {
+                return;
+            }
+        }
+    });
+    hear
+}
+
+/// The board's answers on standard output: as they are, or with line feeds
+/// where a person reads them.
+struct Answers {
+    out: io::Stdout,
+    read: bool,
+}
+
+impl Answers {
+    fn new() -> Answers {
+        let out = io::stdout();
+        let read = out.is_terminal();
+        Answers { out, read }
+    }
+
+    fn hear(&mut self, board: &mut Paced) -> Result<(), Failure> {
+        for byte in board.bench.take_answers() {
+            let bytes: &[u8] = if self.read && byte == b'\r' { b"\r\n" } else { &[byte] };
+            self.out.write_all(bytes).map_err(closed)?;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), Failure> {
+        self.out.flush().map_err(closed)
+    }
+}
+
+fn closed(error: io::Error) -> Failure {
+    Failure::new(format!("can't write answers to standard output: {error}"))
+}

@@ -1,0 +1,98 @@
+//! What a command answers when it could not do what was asked.
+
+use std::fmt::Display;
+use std::io::{self, ErrorKind};
+use std::path::Path;
+use std::process::ExitCode;
+
+use stepwright::OutOfRange;
+use stepwright::profile::Unfit;
+
+use crate::{interrupt, say};
+
+/// A refusal or a failure: what is wrong, and what to do about it.
+///
+/// Every subcommand is `run(args) -> Result<(), Failure>`; `main` reports it on
+/// standard error and turns it into the exit status:
+///
+/// | status | meaning |
+/// | --- | --- |
+/// | 0 | done |
+/// | 1 | refused, or it failed |
+/// | 2 | the command line makes no sense |
+/// | 130 | Ctrl-C ended it before it was done |
+#[derive(Debug)]
+pub struct Failure {
+    message: String,
+    hint: Option<String>,
+    status: u8,
+}
+
+impl Failure {
+    /// Refused, or it failed: status 1.
+    pub fn new(message: impl Into<String>) -> Failure {
+        Failure { message: message.into(), hint: None, status: 1 }
+    }
+
+    /// The command line makes no sense: status 2.
+    pub fn usage(message: impl Into<String>) -> Failure {
+        Failure { status: 2, ..Failure::new(message) }
+    }
+
+    /// Ctrl-C ended it before it was done: status 130, as shells have it.
+    pub fn interrupted(message: impl Into<String>) -> Failure {
+        Failure::new(message).status(interrupt::STATUS)
+    }
+
+    /// The same with another exit status.
+    pub fn status(self, status: u8) -> Failure {
+        Failure { status, ..self }
+    }
+
+    /// A file or a device that could not be used.
+    pub fn file(what: &str, path: &Path, error: &dyn Display) -> Failure {
+        Failure::new(format!("can't {what} {}: {error}", path.display()))
+    }
+
+    /// The same with what the user can do about it.
+    pub fn hint(self, hint: impl Into<String>) -> Failure {
+        Failure { hint: Some(hint.into()), ..self }
+    }
+
+    /// Says it on standard error, and gives the exit status.
+    pub fn report(&self) -> ExitCode {
+        say::note(format_args!("error: {}", self.message));
+        if let Some(hint) = &self.hint {
+            say::note(format_args!(" hint: {hint}"));
+        }
+        ExitCode::from(self.status)
+    }
+}
+
+impl From<OutOfRange> for Failure {
+    fn from(error: OutOfRange) -> Failure {
+        Failure::new(error.to_string())
+    }
+}
+
+impl From<Unfit> for Failure {
+    fn from(unfit: Unfit) -> Failure {
+        // The core says "what is wrong; what to do".
+        let text = unfit.to_string();
+        match text.split_once("; ").or_else(|| text.split_once(": ")) {
+            Some((what, todo)) => Failure::new(what).hint(todo),
+            None => Failure::new(text),
+        }
+    }
+}
+
+/// The end of writing to standard output: a reader that has seen enough
+/// (`| head`) is no failure.
+pub fn unless_closed(written: io::Result<()>) -> Result<(), Failure> {
+    match written {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::new(format!("can't write to standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,83 @@
+//! A line that loses or spoils a byte, for tests.
+
+use std::io;
+use std::time::Duration;
+
+use super::Link;
+
+/// Which byte suffers, counted from 0 in its direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Harm {
+    /// A byte to the board does not arrive.
+    LoseThere(usize),
+    /// A byte from the board does not arrive.
+    LoseBack(usize),
+    /// A byte to the board arrives as another.
+    SpoilThere(usize),
+    /// A byte from the board arrives as another.
+    SpoilBack(usize),
+    /// Everything to the board is lost from this byte on.
+    CutThere(usize),
+    /// Everything from the board is lost from this byte on.
+    CutBack(usize),
+}
+
+/// A line that does one harm.
+pub struct Lossy<L> {
+    line: L,
+    harm: Harm,
+    there: usize,
+    back: usize,
+}
+
+impl<L> Lossy<L> {
+    /// Has `harm` come over a line.
+    pub fn new(line: L, harm: Harm) -> Lossy<L> {
+        Lossy { line, harm, there: 0, back: 0 }
+    }
+}
+
+/// Not a byte of the protocol, nor of a number.
+const SPOILED: u8 = b'~';
+
+impl<L: Link> Link for Lossy<L> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        for &byte in bytes {
+            let at = self.there;
+            self.there += 1;
+            match self.harm {
+                Harm::LoseThere(n) if n == at => {}
+                Harm::CutThere(n) if n <= at => {}
+                Harm::SpoilThere(n) if n == at => self.line.write(&[SPOILED])?,
+                _ => self.line.write(&[byte])?,
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        let count = self.line.read(buffer, limit)?;
+        let mut kept = 0;
+        for n in 0..count {
+            let at = self.back;
+            self.back += 1;
+            let byte = match self.harm {
+                Harm::LoseBack(n) if n == at => continue,
+                Harm::CutBack(n) if n <= at => continue,
+                Harm::SpoilBack(n) if n == at => SPOILED,
+                _ => buffer[n],
+            };
+            buffer[kept] = byte;
+            kept += 1;
+        }
+        Ok(kept)
+    }
+
+    fn now(&self) -> Duration {
+        self.line.now()
+    }
+
+    fn name(&self) -> String {
+        self.line.name()
+    }
+}

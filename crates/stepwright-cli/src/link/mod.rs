@@ -1,0 +1,41 @@
+//! The way to a board: a serial port, or a virtual board in this process.
+//!
+//! Both carry bytes and nothing else, so that all that is said to a virtual
+//! board is said on the real line.
+
+pub mod serial;
+pub mod virtual_board;
+
+#[cfg(test)]
+pub mod lossy;
+
+use std::io;
+use std::time::Duration;
+
+/// A line to a board, with the clock that waiting is measured by.
+pub trait Link {
+    /// Puts bytes on the line.
+    ///
+    /// # Errors
+    /// The line is gone, or it takes no byte for a while
+    /// ([`io::ErrorKind::TimedOut`]).
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()>;
+
+    /// Waits until bytes come, at most `limit`. The number of bytes; 0 if none
+    /// came in that time.
+    ///
+    /// # Errors
+    /// The line is gone.
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize>;
+
+    /// Time since the line was opened: the board's own, where it has one.
+    fn now(&self) -> Duration;
+
+    /// How to call the board in a sentence: `the virtual board`.
+    fn name(&self) -> String;
+
+    /// Ends what was recorded on the way.
+    fn finish(&mut self) -> Result<(), crate::failure::Failure> {
+        Ok(())
+    }
+}

@@ -1,0 +1,130 @@
+//! A serial port.
+
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serial2::SerialPort;
+
+use super::Link;
+use crate::failure::Failure;
+
+/// A port that takes no byte for so long is stuck.
+const WRITE_LIMIT: Duration = Duration::from_millis(500);
+
+/// Whether others may use the port meanwhile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Share {
+    /// No other stepwright, nor whoever else asks before opening (pyserial's
+    /// `exclusive`): two masters would take each other's answers.
+    Alone,
+    /// Regardless of them: a stop must get through.
+    Anyhow,
+}
+
+/// An open serial port: 8N1, raw.
+pub struct SerialLink {
+    port: SerialPort,
+    path: PathBuf,
+    opened: Instant,
+}
+
+impl SerialLink {
+    /// Opens a port.
+    pub fn open(path: &Path, baud: u32, share: Share) -> Result<SerialLink, Failure> {
+        let mut port = SerialPort::open(path, baud).map_err(|error| refused(path, baud, &error))?;
+        keep_dtr(&port);
+        if share == Share::Alone && is_taken(&port) {
+            return Err(Failure::new(format!("{} is in use", path.display())).hint(
+                "another program is talking to this board; wait for it, or end it. \
+                 `stepwright stop` and `stepwright kill` get through all the same",
+            ));
+        }
+        // What came before we opened is not for us; an error shows later.
+        let _ = port.discard_buffers();
+        let _ = port.set_write_timeout(WRITE_LIMIT);
+        Ok(SerialLink { port, path: path.to_owned(), opened: Instant::now() })
+    }
+}
+
+/// Why a port can't be opened, and what to do about it.
+fn refused(path: &Path, baud: u32, error: &io::Error) -> Failure {
+    let shown = path.display();
+    match error.kind() {
+        ErrorKind::NotFound => Failure::new(format!("there is no port {shown}"))
+            .hint("is the board plugged in? `stepwright ports` lists the ports there are"),
+        ErrorKind::PermissionDenied => Failure::new(format!("no permission to open {shown}")).hint(
+            "on Linux, join the group that owns it: `sudo usermod -aG dialout $USER`, \
+                 then log in again",
+        ),
+        ErrorKind::ResourceBusy => Failure::new(format!("{shown} is in use"))
+            .hint("another program has it open: a terminal, an IDE's monitor, a print server"),
+        ErrorKind::InvalidInput => Failure::new(format!("{shown} can't do {baud} baud"))
+            .hint("give the board's own rate with --baud; Stepwright's boards speak 115200"),
+        _ => Failure::new(format!("can't open {shown} as a serial port: {error}"))
+            .hint("`stepwright ports` lists the ports there are"),
+    }
+}
+
+/// Leaves DTR up when the port is closed. Many boards reset when it rises, so
+/// that otherwise every command would find them at position 0.
+#[cfg(unix)]
+fn keep_dtr(port: &SerialPort) {
+    use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
+    // A port without modem lines can't; nor need it.
+    if let Ok(mut settings) = tcgetattr(port) {
+        settings.control_modes.remove(ControlModes::HUPCL);
+        let _ = tcsetattr(port, OptionalActions::Now, &settings);
+    }
+}
+
+#[cfg(not(unix))]
+fn keep_dtr(_: &SerialPort) {}
+
+/// Takes the port for ourselves; true if another program has.
+#[cfg(unix)]
+fn is_taken(port: &SerialPort) -> bool {
+    use rustix::fs::{FlockOperation, flock};
+    flock(port, FlockOperation::NonBlockingLockExclusive) == Err(rustix::io::Errno::WOULDBLOCK)
+}
+
+/// Elsewhere an open port is exclusive anyway.
+#[cfg(not(unix))]
+fn is_taken(_: &SerialPort) -> bool {
+    false
+}
+
+impl Link for SerialLink {
+    fn write(&mut self, mut bytes: &[u8]) -> io::Result<()> {
+        while !bytes.is_empty() {
+            match self.port.write(bytes) {
+                Ok(0) => return Err(ErrorKind::BrokenPipe.into()),
+                Ok(count) => bytes = bytes.get(count..).unwrap_or_default(),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        self.port.set_read_timeout(limit.max(Duration::from_millis(1)))?;
+        match self.port.read(buffer) {
+            // A port that is readable without a byte has been unplugged.
+            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
+            Ok(count) => Ok(count),
+            Err(error) => match error.kind() {
+                ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock => Ok(0),
+                _ => Err(error),
+            },
+        }
+    }
+
+    fn now(&self) -> Duration {
+        self.opened.elapsed()
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+}

@@ -1,0 +1,259 @@
+//! Starts a motor, watches it, stops it: the part that must not go wrong.
+//!
+//! ```text
+//!   begin ──► watch ──────────────────────────► at rest: where?
+//!     │         │ Ctrl-C      │ Ctrl-C again
+//!     ▼         ▼             ▼
+//!   refused   Z, watch on    K: position uncertain
+//! ```
+
+use std::time::Duration;
+
+use stepwright_protocol::{AxisId, Command, Info, Refusal, Reply, Selection, Travel};
+
+use super::motion::Motion;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::talk::{Played, Talk, Trouble};
+
+/// Between two looks at a moving motor.
+pub const POLL: Duration = Duration::from_millis(50);
+
+/// How often an order is said whose lines were lost or damaged.
+const TRIES: usize = 3;
+
+/// Why a motor was not started.
+#[derive(Debug)]
+pub enum NotBegun {
+    /// The board refused this line, for this reason if it can tell.
+    Refused(Command, Option<Refusal>),
+    /// The line to the board failed. `moving` if the motor may move all the
+    /// same.
+    Trouble {
+        /// What happened.
+        trouble: Trouble,
+        /// Whether the order may have been carried out.
+        moving: bool,
+    },
+    /// Every attempt was spoiled on its way.
+    Noise,
+}
+
+impl NotBegun {
+    fn safe(trouble: Trouble) -> NotBegun {
+        NotBegun::Trouble { trouble, moving: false }
+    }
+
+    fn unsure(trouble: Trouble) -> NotBegun {
+        NotBegun::Trouble { trouble, moving: true }
+    }
+}
+
+/// Starts an axis that stands at `from`.
+///
+/// An order that was lost on its way is said again, but only once the board
+/// has shown that nothing came of it: it is ready, the axis has not moved, and
+/// getting in step has spoiled what may stand in it.
+pub fn begin(
+    talk: &mut Talk,
+    axis: AxisId,
+    motion: &Motion,
+    lines: &[Command],
+    from: Option<i64>,
+) -> Result<(), NotBegun> {
+    let mut not = NotBegun::Noise;
+    for _ in 0..TRIES {
+        // PO is refused while the axis that is selected is busy, whichever.
+        talk.select(Selection::One(axis)).map_err(NotBegun::safe)?;
+        let before = talk.ask_info().map_err(NotBegun::safe)?;
+        match talk.play(lines.iter().copied()) {
+            Ok(Played::Accepted) => return Ok(()),
+            // Noise may have made it another line, so it is said again; if it
+            // was not noise, that changes nothing.
+            Ok(Played::Refused(line)) => {
+                let after = talk.ask_info().map_err(NotBegun::safe)?;
+                not = refusal(line, before, after);
+            }
+            Ok(Played::Unanswered(line)) => {
+                let last = line == Command::Execute;
+                let trouble = |trouble| NotBegun::Trouble { trouble, moving: last };
+                talk.resync().map_err(trouble)?;
+                if last && has_begun(talk, axis, motion, from).map_err(trouble)? {
+                    return Ok(());
+                }
+            }
+            Err(trouble) => return Err(NotBegun::unsure(trouble)),
+        }
+    }
+    Err(not)
+}
+
+/// What an E means, by what the board said of itself before and after.
+fn refusal(line: Command, before: Option<Info>, after: Option<Info>) -> NotBegun {
+    let Some(after) = after else { return NotBegun::Refused(line, None) };
+    // Our lines are lines, until noise makes them bad ones, or empty ones,
+    // which aren't counted.
+    let counted = before.is_none_or(|before| before.refused != after.refused);
+    match after.last {
+        Some(why) if counted && why != Refusal::Line => NotBegun::Refused(line, Some(why)),
+        _ => NotBegun::Noise,
+    }
+}
+
+/// After an E without an answer: has it started the axis?
+fn has_begun(
+    talk: &mut Talk,
+    axis: AxisId,
+    motion: &Motion,
+    from: Option<i64>,
+) -> Result<bool, Trouble> {
+    if talk.is_busy(Selection::One(axis))? || talk.rest_position(axis)? != from {
+        return Ok(true);
+    }
+    // A travel of no steps leaves no trace, nor does it need any.
+    Ok(matches!(motion.order.travel, Travel::By(distance) if distance.get() == 0))
+}
+
+/// What a look at the motor shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight {
+    /// Where it is; `None` if uncertain.
+    pub position: Option<i64>,
+    /// The time of the line's clock.
+    pub time: Duration,
+    /// Whether it is being braked.
+    pub braking: bool,
+}
+
+/// Watches an axis until it rests. Ctrl-C, or the time `until`, brakes it.
+/// Where it rests, or `None` if that is uncertain; and whether it was braked.
+pub fn watch(
+    talk: &mut Talk,
+    axis: AxisId,
+    until: Option<Duration>,
+    mut see: impl FnMut(Sight),
+) -> Result<Sight, Trouble> {
+    let one = Selection::One(axis);
+    let mut braking = false;
+    loop {
+        let time = talk.now();
+        if !braking && (interrupt::presses() > 0 || until.is_some_and(|until| time >= until)) {
+            brake(talk, one)?;
+            braking = true;
+        }
+        // First whether it rests, then where: the other way round it might
+        // move on in between.
+        let busy = talk.is_busy(one)?;
+        let position = if busy { talk.position(axis)? } else { talk.rest_position(axis)? };
+        let sight = Sight { position, time: talk.now(), braking };
+        see(sight);
+        if !busy {
+            return Ok(sight);
+        }
+        let left = until.filter(|_| !braking).map(|until| until.saturating_sub(talk.now()));
+        talk.pause(left.map_or(POLL, |left| left.min(POLL)))?;
+    }
+}
+
+/// Brakes these axes.
+pub fn brake(talk: &mut Talk, axes: Selection) -> Result<(), Trouble> {
+    for _ in 0..TRIES {
+        // E: the line was damaged.
+        if talk.ask_of(axes, Command::Brake)? == Reply::Yes {
+            return Ok(());
+        }
+    }
+    Err(Trouble::Silent)
+}
+
+/// Where an axis ended up, and whether that is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// At rest, here.
+    Rests(i64),
+    /// At rest or not, somewhere.
+    Uncertain,
+}
+
+/// How a watch ended.
+#[derive(Debug)]
+pub struct Ended {
+    /// Where.
+    pub end: End,
+    /// Whether it was braked before it was done.
+    pub braked: bool,
+    /// Why it is not as it should be.
+    pub failure: Option<Failure>,
+}
+
+/// What became of a watched axis, whatever happened: after a second Ctrl-C
+/// everything is killed here.
+pub fn conclude(talk: &mut Talk, axis: AxisId, watched: Result<Sight, Trouble>) -> Ended {
+    let uncertain = |failure| Ended { end: End::Uncertain, braked: false, failure: Some(failure) };
+    match watched {
+        Ok(Sight { position: Some(at), braking, .. }) => {
+            Ended { end: End::Rests(at), braked: braking, failure: None }
+        }
+        Ok(Sight { position: None, .. }) => uncertain(
+            Failure::new("the position is uncertain: something has killed the motion")
+                .hint("move to a known place and call it 0 with `stepwright zero`"),
+        ),
+        Err(Trouble::Killed) => match killed(talk, axis) {
+            // It had come to rest before K could do harm.
+            Ok(Some(at)) => Ended { end: End::Rests(at), braked: true, failure: None },
+            Ok(None) => uncertain(
+                Failure::interrupted("killed: the motor may have lost steps")
+                    .hint("go to a known place and call it 0 with `stepwright zero`"),
+            ),
+            Err(()) => uncertain(adrift(
+                talk,
+                "the board did not confirm K: the motor may still be moving",
+                "switch off the motor's power",
+            )),
+        },
+        Err(trouble) => {
+            let what = format!("lost the board on its way: {trouble}");
+            uncertain(adrift(talk, &what, "the motor may still be moving: look at it"))
+        }
+    }
+}
+
+fn adrift(talk: &mut Talk, what: &str, todo: &str) -> Failure {
+    let name = talk.link().name();
+    let look = format!("{todo}; then `stepwright status --port {name}`");
+    let failure = Failure::new(format!("{name}: {what}")).hint(look);
+    if interrupt::presses() > 0 { failure.status(interrupt::STATUS) } else { failure }
+}
+
+/// Kills everything; the position if it is still known.
+fn killed(talk: &mut Talk, axis: AxisId) -> Result<Option<i64>, ()> {
+    match talk.kill() {
+        Ok(true) => Ok(talk.rest_position(axis).unwrap_or(None)),
+        _ => Err(()),
+    }
+}
+
+/// The failure of a start.
+pub fn not_begun(talk: &mut Talk, not: NotBegun) -> Failure {
+    let name = talk.link().name();
+    match not {
+        NotBegun::Refused(line, Some(Refusal::TooFast)) => {
+            let max = talk.info().map_or(0, |info| info.max);
+            Failure::new(format!("{name} refused {line}: {}", Refusal::TooFast)).hint(format!(
+                "one axis alone makes at most {max} steps/s here, several together less"
+            ))
+        }
+        NotBegun::Refused(line, Some(why)) => Failure::new(format!("{name} refused {line}: {why}")),
+        NotBegun::Refused(line, None) => Failure::new(format!("{name} refused {line}"))
+            .hint("it does not say why; is it still travelling, is the speed too high for it?"),
+        NotBegun::Trouble { trouble, moving: false } => super::target::lost(&name, &trouble),
+        NotBegun::Trouble { trouble, moving: true } => {
+            let what = format!("lost the board while giving the order: {trouble}");
+            adrift(talk, &what, "the motor may be moving: look at it")
+        }
+        NotBegun::Noise => {
+            Failure::new(format!("{name}: every attempt to give the order was spoiled by noise"))
+                .hint("nothing has moved. Look at the cable, its ground, and --baud")
+        }
+    }
+}

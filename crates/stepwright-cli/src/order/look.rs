@@ -1,0 +1,224 @@
+//! `stepwright status`, `position` and `zero`: where the axes are.
+
+use serde_json::{Value, json};
+use stepwright_protocol::{AxisId, Command, Info, Reply, Selection};
+
+use super::target::{self, Format, PortArgs};
+use super::travel::last_line;
+use crate::failure::Failure;
+use crate::link::serial::Share;
+use crate::say;
+use crate::talk::{Talk, Trouble};
+
+/// What the board is, and what its axes are doing
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  stepwright status --port /dev/ttyUSB0")]
+pub struct StatusArgs {
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    #[command(flatten)]
+    port: PortArgs,
+}
+
+/// Where an axis is
+#[derive(clap::Args)]
+#[command(after_help = "\
+Says `position N ready`, `position N busy` on the way, or `position uncertain`
+with status 1.
+
+Example:
+  stepwright position --port /dev/ttyUSB0")]
+pub struct PositionArgs {
+    #[command(flatten)]
+    one: OneArgs,
+}
+
+/// Call the place where an axis stands 0
+#[derive(clap::Args)]
+#[command(after_help = "\
+Makes a position certain again that a kill has lost.
+
+Example:
+  stepwright zero --port /dev/ttyUSB0")]
+pub struct ZeroArgs {
+    #[command(flatten)]
+    one: OneArgs,
+}
+
+#[derive(clap::Args)]
+struct OneArgs {
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Which axis of the board: 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
+    #[arg(help_heading = "Board")]
+    axis: AxisId,
+}
+
+/// What an axis is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct State {
+    /// Which one.
+    pub axis: AxisId,
+    /// Whether it moves.
+    pub busy: bool,
+    /// Where it is, if that is known.
+    pub position: Option<i64>,
+}
+
+impl State {
+    fn word(&self) -> &'static str {
+        match (self.position, self.busy) {
+            (None, _) => "uncertain",
+            (_, true) => "busy",
+            (_, false) => "ready",
+        }
+    }
+
+    /// `position 4000 ready`.
+    pub fn line(&self) -> String {
+        last_line(self.word(), self.position)
+    }
+}
+
+/// Asks for the state of one axis, or of all.
+pub fn states(talk: &mut Talk, only: Option<AxisId>) -> Result<Vec<State>, Trouble> {
+    let axes = talk.info().map_or(1, |info| info.axes);
+    let mut states = Vec::new();
+    for axis in AxisId::first(axes).filter(|axis| only.is_none_or(|only| only == *axis)) {
+        let busy = talk.is_busy(Selection::One(axis))?;
+        let position = if busy { talk.position(axis)? } else { talk.rest_position(axis)? };
+        states.push(State { axis, busy, position });
+    }
+    // As a master finds it that knows of one axis only.
+    talk.select(Selection::FIRST)?;
+    Ok(states)
+}
+
+/// The states for programs.
+pub fn json(states: &[State]) -> Value {
+    let one = |state: &State| {
+        json!({
+            "axis": state.axis.number(),
+            "position": state.position,
+            "state": state.word(),
+        })
+    };
+    states.iter().map(one).collect()
+}
+
+/// That all positions are known.
+pub fn all_known(name: &str, states: &[State]) -> Result<(), Failure> {
+    match states.iter().find(|state| state.position.is_none()) {
+        None => Ok(()),
+        Some(lost) => {
+            let axis = lost.axis.number();
+            Err(Failure::new(format!("{name}: the position of axis {axis} is uncertain")).hint(
+                format!(
+                    "a kill has lost it: move to a known place, then \
+                     `stepwright zero --axis {axis} --port {name}`"
+                ),
+            ))
+        }
+    }
+}
+
+/// Says what the board is and does.
+pub fn status(args: StatusArgs) -> Result<(), Failure> {
+    let mut talk = args.port.meet("status", Share::Alone)?;
+    let info = talk.info().copied();
+    let states = states(&mut talk, None).map_err(target::trouble(&mut talk))?;
+    match args.format {
+        Format::Json => say::result(json!({
+            "board": info.map(board),
+            "axes": json(&states),
+        })),
+        Format::Text => {
+            show(info);
+            for state in &states {
+                let number = state.axis.number();
+                say::result(format_args!("axis {number}      {}", state.line()));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn board(info: Info) -> Value {
+    json!({
+        "protocol": format!("{}.{}", info.version.0, info.version.1),
+        "axes": info.axes,
+        "max_speed": info.max,
+        "late": info.late,
+        "refused": info.refused,
+        "last": info.last.map(|last| last.name()),
+    })
+}
+
+fn show(info: Option<Info>) {
+    let Some(info) = info else {
+        return say::result("board       speaks document 004 only");
+    };
+    let axes = if info.axes == 1 { "axis" } else { "axes" };
+    say::result(format_args!(
+        "board       stepwright {}.{}, {} {axes}, up to {} steps/s",
+        info.version.0, info.version.1, info.axes, info.max
+    ));
+    say::result(format_args!("late        {} steps", info.late));
+    match info.last {
+        Some(last) => say::result(format_args!(
+            "refused     {} lines, the last as {}: {last}",
+            info.refused,
+            last.name()
+        )),
+        None => say::result(format_args!("refused     {} lines", info.refused)),
+    }
+}
+
+/// Says where an axis is.
+pub fn position(args: PositionArgs) -> Result<(), Failure> {
+    let OneArgs { port, axis, format } = args.one;
+    let mut talk = port.meet("position", Share::Alone)?;
+    target::has_axis(&talk, axis)?;
+    let states = states(&mut talk, Some(axis)).map_err(target::trouble(&mut talk))?;
+    tell(format, &states);
+    all_known(&talk.link().name(), &states)
+}
+
+/// Calls the place where an axis stands 0.
+pub fn zero(args: ZeroArgs) -> Result<(), Failure> {
+    let OneArgs { port, axis, format } = args.one;
+    let mut talk = port.meet("zero", Share::Alone)?;
+    target::has_axis(&talk, axis)?;
+    let name = talk.link().name();
+    let lost = |trouble| target::lost(&name, &trouble);
+    if talk.ask(Command::Zero(axis)).map_err(lost)? != Reply::Yes {
+        return Err(match talk.why().map_err(lost)? {
+            Some(why) => Failure::new(format!("{name} refused I{}: {why}", axis.number())),
+            None => Failure::new(format!("{name} refused I{}", axis.number()))
+                .hint("is the axis still travelling?"),
+        });
+    }
+    let states = states(&mut talk, Some(axis)).map_err(lost)?;
+    tell(format, &states);
+    all_known(&name, &states)
+}
+
+fn tell(format: Format, states: &[State]) {
+    for state in states {
+        match format {
+            Format::Json => say::result(json!({
+                "axis": state.axis.number(),
+                "position": state.position,
+                "state": state.word(),
+            })),
+            Format::Text => say::result(state.line()),
+        }
+    }
+}

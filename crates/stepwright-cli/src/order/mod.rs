@@ -1,0 +1,26 @@
+//! Orders to a board: what a master can say, as subcommands.
+//!
+//! | module | subcommand |
+//! | --- | --- |
+//! | [`travel`] | `move` |
+//! | [`run`] | `run` |
+//! | [`halt`] | `stop`, `kill` |
+//! | [`look`] | `status`, `position`, `zero` |
+//! | [`send`] | `send` |
+//! | [`ports`] | `ports` |
+//!
+//! They share [`target`] (which board), [`motion`] (which speeds), [`drive`]
+//! (start, watch, stop) and [`progress`] (what the user sees meanwhile).
+
+mod drive;
+pub mod halt;
+pub mod look;
+mod motion;
+#[cfg(test)]
+mod noise;
+pub mod ports;
+mod progress;
+pub mod run;
+pub mod send;
+mod target;
+pub mod travel;

@@ -1,0 +1,187 @@
+//! How to travel: the options, and what the board is told.
+
+use std::fmt::Display;
+
+use serde_json::{Value, json};
+use stepwright::profile::Path;
+use stepwright::{Rate, Speed};
+use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Travel};
+
+use crate::failure::Failure;
+use crate::quantity::{AccelArg, GeometryArgs, Held, SpeedArg};
+
+/// Above the options that say how to move.
+pub const MOTION: &str =
+    "Motion (speeds like 500, 120rpm, 50mm/s; accelerations like 4000, 10rad/s2)";
+
+/// The options that say how to start and stop.
+#[derive(clap::Args, Clone, Debug)]
+#[command(next_help_heading = MOTION)]
+pub struct RampArgs {
+    /// Speed that the motor jumps to from rest, and stops from
+    #[arg(long, value_name = "SPEED", default_value = "50")]
+    start_speed: SpeedArg,
+    /// Length of both ramps in steps [default: 200]
+    #[arg(long, value_name = "STEPS", conflicts_with = "accel")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=999))]
+    ramp: Option<u32>,
+    /// Acceleration from the start speed up, instead of a length
+    #[arg(long, value_name = "ACCEL")]
+    accel: Option<AccelArg>,
+    /// Deceleration back down, if it differs from the way up
+    #[arg(long, value_name = "ACCEL")]
+    decel: Option<AccelArg>,
+    #[command(flatten)]
+    geometry: GeometryArgs,
+}
+
+/// The timer that durations are reckoned with: the board's own may differ, by
+/// less than anyone can see.
+const CLOCK: Rate = Rate::MHZ;
+
+/// An order, as it was typed and as it is sent.
+pub struct Motion {
+    axis: AxisId,
+    /// What the board will understand.
+    pub order: Order,
+    start: Held<Speed>,
+    top: Held<Speed>,
+    /// Where the ramps were given as accelerations.
+    accel: Option<String>,
+    decel: Option<String>,
+}
+
+impl RampArgs {
+    /// The order of one axis.
+    pub fn motion(
+        &self,
+        axis: AxisId,
+        top: &SpeedArg,
+        top_name: &str,
+        travel: Travel,
+    ) -> Result<Motion, Failure> {
+        let geometry = self.geometry.geometry()?;
+        let start = self.start_speed.resolve(&geometry, "--start-speed")?;
+        let top = top.resolve(&geometry, top_name)?;
+        let accel = self.accel.as_ref().map(|a| a.resolve(&geometry, "--accel")).transpose()?;
+        let decel = self.decel.as_ref().map(|d| d.resolve(&geometry, "--decel")).transpose()?;
+        let ramp = Ramp::Steps(RampSteps::clamped(self.ramp.unwrap_or(200)));
+        let up = accel.as_ref().map_or(ramp, |a| Ramp::Accel(a.value));
+        let down = decel.as_ref().map_or(up, |d| Ramp::Accel(d.value));
+        let order = Order { start: start.value, top: top.value, up, down, travel };
+        // What the line can't say is, in words: slower than a step a second.
+        let order = order.sendable().map_err(|error| {
+            Failure::new(format!("{error}")).hint("the line carries whole steps: 1 or more")
+        })?;
+        let shown = |held: &Held<_>| held.to_string();
+        let (accel, decel) = (accel.as_ref().map(shown), decel.as_ref().map(shown));
+        Ok(Motion { axis, order, start, top, accel, decel })
+    }
+}
+
+impl Motion {
+    /// The lines that order it.
+    pub fn lines(&self) -> Result<Vec<Command>, Failure> {
+        let orders = [(self.axis, self.order)];
+        Ok(Script::new(&orders)?.collect())
+    }
+
+    /// The motion in closed form; `None` where no timer of ours can hold it.
+    pub fn path(&self) -> Option<Path> {
+        stepwright::Order::from(self.order).path(CLOCK).ok()
+    }
+
+    /// Seconds from the first pulse to pulse `n`, counted from 0.
+    pub fn seconds(path: &Path, n: u32) -> f64 {
+        path.time_of(n) as f64 / f64::from(CLOCK.hz())
+    }
+
+    /// Its duration in seconds; `None` if it is endless.
+    pub fn duration(&self) -> Option<f64> {
+        let path = self.path().filter(|path| !path.is_endless())?;
+        Some(Motion::seconds(&path, path.pulses().saturating_sub(1)))
+    }
+
+    /// What was understood, for people.
+    pub fn show(&self) -> Vec<String> {
+        let mut rows = Vec::new();
+        let mut row = |name: &str, text: String| rows.push(format!("  {name:<12}{text}"));
+        let speed = |held: &Held<Speed>, sent: Speed| sent_as(held, held.value != sent, sent);
+        row("start speed", speed(&self.start, self.order.start));
+        row("top speed", speed(&self.top, self.order.top));
+        if self.order.top <= self.order.start {
+            row("ramps", "none: the top speed is not above the start speed".to_owned());
+        } else {
+            row("ramp up", self.ramp(self.order.up, self.accel.as_deref()));
+            let down = self.decel.as_deref().or(self.accel.as_deref());
+            row("ramp down", self.ramp(self.order.down, down));
+        }
+        if let Some(path) = self.path().filter(|path| !path.is_endless() && path.pulses() > 1) {
+            if path.peak() < self.order.top.millisteps() {
+                let peak = f64::from(path.peak()) / 1000.0;
+                row("peak", format!("{peak:.0} steps/s: too short a travel for the top speed"));
+            }
+            row("takes", seconds(Motion::seconds(&path, path.pulses() - 1)));
+        }
+        rows
+    }
+
+    fn ramp(&self, ramp: Ramp, given: Option<&str>) -> String {
+        let squared = |v: Speed| (f64::from(v.millisteps()) / 1000.0).powi(2);
+        let rise = squared(self.order.top) - squared(self.order.start);
+        match ramp {
+            Ramp::Steps(steps) => {
+                let accel = rise / (2.0 * f64::from(steps.get()));
+                format!("{} steps ({accel:.0} steps/s²)", steps.get())
+            }
+            Ramp::Accel(accel) => {
+                let steps = rise / (2.0 * accel.millisteps() as f64 / 1000.0);
+                let sent = format!("{accel} steps/s²");
+                let given = given.unwrap_or(&sent);
+                let sent = if given.ends_with(&sent) {
+                    String::new()
+                } else {
+                    format!(", sent as {accel}")
+                };
+                format!("{given}{sent} ({steps:.0} steps)")
+            }
+        }
+    }
+
+    /// What was understood, for programs.
+    pub fn json(&self) -> Value {
+        let ramp = |ramp| match ramp {
+            Ramp::Steps(steps) => json!({ "steps": steps.get() }),
+            Ramp::Accel(accel) => json!({ "accel": accel.millisteps() as f64 / 1000.0 }),
+        };
+        let speed = |speed: Speed| f64::from(speed.millisteps()) / 1000.0;
+        json!({
+            "start_speed": speed(self.order.start),
+            "top_speed": speed(self.order.top),
+            "ramp_up": ramp(self.order.up),
+            "ramp_down": ramp(self.order.down),
+            "duration": self.duration(),
+        })
+    }
+}
+
+fn sent_as(held: &impl Display, rounded: bool, sent: impl Display) -> String {
+    if rounded { format!("{held}, sent as {sent}") } else { held.to_string() }
+}
+
+/// A time for people.
+pub fn seconds(time: f64) -> String {
+    if time < 100.0 {
+        format!("{time:.3} s")
+    } else if time < 6000.0 {
+        format!("{:.0} min {:02.0} s", (time / 60.0).floor(), time % 60.0)
+    } else {
+        format!("{:.0} h {:02.0} min", (time / 3600.0).floor(), (time % 3600.0 / 60.0).floor())
+    }
+}
+
+/// Lines in one line, as a person writes them down.
+pub fn listed(lines: &[Command]) -> String {
+    let lines: Vec<String> = lines.iter().map(Command::to_string).collect();
+    lines.join(" ")
+}

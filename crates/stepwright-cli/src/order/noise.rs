@@ -1,0 +1,144 @@
+//! Every byte of an order, lost or spoiled on its way: the motor never makes
+//! another step than ordered, and what is said of it is true.
+
+use std::cell::RefCell;
+use std::io;
+use std::rc::Rc;
+use std::time::Duration;
+
+use clap::Parser;
+use stepwright_protocol::{AxisId, Distance, Travel};
+use stepwright_sim::Description;
+
+use super::drive::{self, End, Ended};
+use super::motion::{Motion, RampArgs};
+use crate::board::bench::{Bench, Width};
+use crate::board::recording::Recording;
+use crate::link::Link;
+use crate::link::lossy::{Harm, Lossy};
+use crate::link::virtual_board::VirtualLink;
+use crate::talk::Talk;
+
+/// The line to a board that the test looks at too.
+#[derive(Clone)]
+struct Shared(Rc<RefCell<VirtualLink>>);
+
+impl Link for Shared {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.0.borrow_mut().write(bytes)
+    }
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        self.0.borrow_mut().read(buffer, limit)
+    }
+    fn now(&self) -> Duration {
+        self.0.borrow().now()
+    }
+    fn name(&self) -> String {
+        "the board".to_owned()
+    }
+}
+
+/// How an order over a harmed line went.
+struct Went {
+    /// What the command would say.
+    said: Result<i64, String>,
+    /// Where the board really is.
+    is: String,
+    /// Simulated time.
+    took: Duration,
+}
+
+#[derive(Parser)]
+struct Ramps {
+    #[command(flatten)]
+    ramps: RampArgs,
+}
+
+const STEPS: i32 = 48;
+
+fn motion(axis: AxisId) -> Motion {
+    let ramps = Ramps::parse_from(["test", "--start-speed", "500", "--ramp", "9"]).ramps;
+    let travel = Travel::By(Distance::new(STEPS).unwrap());
+    ramps.motion(axis, &"1500".parse().unwrap(), "--top-speed", travel).unwrap()
+}
+
+/// What `move` does.
+fn say(talk: &mut Talk, axis: AxisId) -> Result<i64, String> {
+    let motion = motion(axis);
+    let lines = motion.lines().unwrap();
+    talk.meet().map_err(|trouble| trouble.to_string())?;
+    let from = talk.rest_position(axis).map_err(|trouble| trouble.to_string())?;
+    drive::begin(talk, axis, &motion, &lines, from).map_err(|not| format!("{not:?}"))?;
+    let watched = drive::watch(talk, axis, None, |_| ());
+    match drive::conclude(talk, axis, watched) {
+        Ended { end: End::Rests(at), .. } => Ok(at),
+        Ended { failure, .. } => Err(format!("{failure:?}")),
+    }
+}
+
+fn go(axis: AxisId, harm: Harm) -> Went {
+    let bench = Bench::new(Description::uno(), Width::Narrow, Recording::default());
+    let board = Shared(Rc::new(RefCell::new(VirtualLink::new(bench, true))));
+    let mut talk = Talk::new(Box::new(Lossy::new(board.clone(), harm)));
+    let said = say(&mut talk, axis);
+    let mut link = board.0.borrow_mut();
+    let took = link.now();
+    let bench = link.bench();
+    while bench.is_busy() {
+        bench.run_until(bench.now() + 16_000);
+    }
+    Went { said, is: bench.report().join("; "), took }
+}
+
+/// As many bytes as go either way in an undisturbed order, and some more.
+const BYTES: usize = 160;
+
+fn at(axis: u8, position: i64) -> String {
+    match axis {
+        _ if position == 0 => "position 0 ready".to_owned(),
+        1 => format!("position {position} ready"),
+        n => format!("axis {n} position {position} ready; position 0 ready"),
+    }
+}
+
+fn each(harms: &[fn(usize) -> Harm], check: impl Fn(Harm, u8, Went)) {
+    for number in [1, 2] {
+        let axis = AxisId::numbered(number).unwrap();
+        for n in 0..BYTES {
+            for harm in harms {
+                check(harm(n), number, go(axis, harm(n)));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_spoiled_byte_or_a_lost_answer_is_made_good() {
+    each(&[Harm::SpoilThere, Harm::SpoilBack, Harm::LoseBack], |harm, axis, went| {
+        assert_eq!(went.is, at(axis, STEPS.into()), "{harm:?}");
+        assert_eq!(went.said, Ok(STEPS.into()), "{harm:?}");
+        assert!(went.took < Duration::from_secs(3), "{harm:?} {:?}", went.took);
+    });
+}
+
+/// A digit that is lost may leave another line of the protocol; nothing else.
+#[test]
+fn a_lost_byte_moves_no_further_than_ordered_and_is_told() {
+    each(&[Harm::LoseThere], |harm, axis, went| {
+        let said = went.said.unwrap_or_else(|why| panic!("{harm:?} {why}"));
+        assert!([STEPS.into(), 4, 8].contains(&said), "{harm:?} {said}");
+        // A lost number of an axis may only make it a bad line.
+        assert_eq!(went.is, at(axis, said), "{harm:?}");
+    });
+}
+
+#[test]
+fn a_cut_line_is_noticed_and_never_doubles_a_travel() {
+    each(&[Harm::CutThere, Harm::CutBack], |harm, axis, went| {
+        assert!([at(axis, 0), at(axis, STEPS.into())].contains(&went.is), "{harm:?} {}", went.is);
+        if went.said.is_ok() {
+            assert_eq!(went.is, at(axis, STEPS.into()), "{harm:?}");
+        }
+        assert!(went.took < Duration::from_secs(10), "{harm:?} {:?}", went.took);
+    });
+}

@@ -1,0 +1,42 @@
+//! `stepwright ports`: where a board may be.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+use serial2::SerialPort;
+
+use super::target::Format;
+use crate::failure::Failure;
+use crate::say;
+
+/// List the serial ports of this computer
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  stepwright ports")]
+pub struct Args {
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+/// Lists them, one a line.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let mut ports: Vec<PathBuf> = SerialPort::available_ports()
+        .map_err(|error| Failure::new(format!("can't list the serial ports: {error}")))?;
+    ports.sort();
+    if args.format == Format::Json {
+        say::result(json!(ports));
+        return Ok(());
+    }
+    for port in &ports {
+        say::result(port.display());
+    }
+    if ports.is_empty() {
+        say::note(
+            "no serial port found: is the board plugged in, with a cable that carries data? \
+             Without a board, `stepwright board --pty` makes a port to try things on",
+        );
+    }
+    Ok(())
+}

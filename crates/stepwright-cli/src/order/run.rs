@@ -1,0 +1,173 @@
+//! `stepwright run`: on and on, until it is stopped.
+
+use std::time::Duration;
+
+use serde_json::json;
+use stepwright_protocol::{AxisId, Direction, Selection, Travel};
+
+use super::drive::{self, End, NotBegun};
+use super::motion::{Motion, RampArgs, listed};
+use super::progress::Progress;
+use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::travel::{last_line, start_position};
+use crate::failure::Failure;
+use crate::quantity::SignedSpeedArg;
+use crate::talk::{Talk, Trouble};
+use crate::{interrupt, say};
+
+/// Run an axis at a speed until it is stopped
+#[derive(clap::Args)]
+#[command(after_help = "\
+On a real board this returns as soon as the motor runs; `stepwright stop` brakes
+it. With --for, and on the virtual board, it stays: after that time, or at
+Ctrl-C, it brakes, says `position N ready`, and ends with status 0. A second
+Ctrl-C stops dead: `position uncertain`, status 130.
+
+Examples:
+  stepwright run 200
+  stepwright run -120rpm --for 3s --plot speed.svg
+  stepwright run +200 --port /dev/ttyUSB0
+  stepwright stop --port /dev/ttyUSB0")]
+pub struct Args {
+    /// How fast; a minus runs backward
+    #[arg(allow_hyphen_values = true, value_name = "±SPEED")]
+    speed: SignedSpeedArg,
+    /// Brake after so long: 3s, 500ms, 2min
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
+    time: Option<Duration>,
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    #[command(flatten)]
+    ramps: RampArgs,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Which axis of the board: 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
+    #[arg(help_heading = "Board")]
+    axis: AxisId,
+    #[command(flatten)]
+    virt: VirtualArgs,
+}
+
+/// Reads a time: a number and its unit, seconds by default.
+fn time(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let end = text.find(|c: char| !matches!(c, '0'..='9' | '.')).unwrap_or(text.len());
+    let (number, unit) = text.split_at(end);
+    let factor = match unit.trim() {
+        "" | "s" => 1.0,
+        "ms" => 0.001,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err("a time is a number with s, ms, min or h, like 3s".to_owned()),
+    };
+    let number: f64 = number.parse().map_err(|_| "a time begins with a number, like 3s")?;
+    Duration::try_from_secs_f64(number * factor).map_err(|_| "that is too long".to_owned())
+}
+
+/// Runs, and stays with it unless the board can be left alone.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let forward = args.speed.forward;
+    let direction = if forward { Direction::Forward } else { Direction::Backward };
+    let travel = Travel::Endless(direction);
+    let motion = args.ramps.motion(args.axis, &args.speed.speed, "the speed", travel)?;
+    interrupt::listen()?;
+    let mut talk = args.port.or_virtual(&args.virt, "run")?;
+    let result = run_on(&mut talk, &args, &motion);
+    let finished = target::finish(&mut talk);
+    result.and(finished)
+}
+
+fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> {
+    target::has_axis(talk, args.axis)?;
+    let lines = motion.lines()?;
+    let leave = args.port.port.is_some() && args.time.is_none();
+    if args.format == Format::Text {
+        let way = if args.speed.forward { "forward" } else { "backward" };
+        let (axis, name) = (args.axis.number(), talk.link().name());
+        say::result(format_args!("axis {axis} {way} without end on {name}"));
+        motion.show().iter().for_each(say::result);
+        say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
+    }
+    let from = start_position(talk, args.axis)?;
+    let watched = match drive::begin(talk, args.axis, motion, &lines, Some(from)) {
+        Ok(()) if leave => return left_alone(talk, args),
+        Ok(()) => {
+            if args.time.is_none() {
+                say::note("running; Ctrl-C brakes");
+            }
+            let until = args.time.map(|time| talk.now() + time);
+            let mut progress = Progress::new(motion, from);
+            let watched = drive::watch(talk, args.axis, until, |sight| progress.see(sight));
+            progress.end();
+            watched
+        }
+        Err(NotBegun::Trouble { trouble: Trouble::Killed, .. }) => Err(Trouble::Killed),
+        Err(not) => {
+            if matches!(not, NotBegun::Trouble { moving: true, .. }) {
+                tell(talk, args, "uncertain", None);
+            }
+            return Err(drive::not_begun(talk, not));
+        }
+    };
+    let ended = drive::conclude(talk, args.axis, watched);
+    let (state, position) = match ended.end {
+        End::Rests(at) if ended.braked => ("ready", Some(at)),
+        End::Rests(at) => ("stopped", Some(at)),
+        End::Uncertain => ("uncertain", None),
+    };
+    tell(talk, args, state, position);
+    match ended.failure {
+        Some(failure) => Err(failure),
+        None if state == "stopped" => Err(Failure::new("something else has stopped the axis")
+            .hint("did another master, a switch or a reset?")),
+        None => Ok(()),
+    }
+}
+
+/// It runs, and we go.
+fn left_alone(talk: &mut Talk, args: &Args) -> Result<(), Failure> {
+    let running = talk.is_busy(Selection::One(args.axis)).and_then(|busy| {
+        let position = talk.position(args.axis)?;
+        Ok((busy, position))
+    });
+    let (busy, position) = running
+        .map_err(|trouble| drive::not_begun(talk, NotBegun::Trouble { trouble, moving: true }))?;
+    if !busy {
+        tell(talk, args, "stopped", position);
+        return Err(Failure::new("the axis has stopped at once")
+            .hint("did a switch or another master stop it?"));
+    }
+    tell(talk, args, "running", position);
+    say::note(format_args!("stop it with: stepwright stop --port {}", talk.link().name()));
+    Ok(())
+}
+
+fn tell(talk: &mut Talk, args: &Args, state: &str, position: Option<i64>) {
+    match args.format {
+        Format::Json => say::result(json!({
+            "axis": args.axis.number(),
+            "position": position,
+            "state": state,
+            "board": talk.link().name(),
+        })),
+        Format::Text => say::result(last_line(state, position)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::time;
+    use std::time::Duration;
+
+    #[test]
+    fn times_have_units() {
+        for (text, millis) in [("3s", 3000), ("3", 3000), ("500ms", 500), ("1.5 min", 90_000)] {
+            assert_eq!(time(text), Ok(Duration::from_millis(millis)), "{text}");
+        }
+        for wrong in ["", "s", "-3s", "3x", "1.2.3s", "99999999999999999999h"] {
+            assert!(time(wrong).is_err(), "{wrong}");
+        }
+    }
+}

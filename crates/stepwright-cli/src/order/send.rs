@@ -1,0 +1,64 @@
+//! `stepwright send`: lines as they are.
+
+use super::target::{self, PortArgs};
+use crate::failure::Failure;
+use crate::link::serial::Share;
+use crate::say;
+
+/// Send lines of the serial protocol as they are, and print each answer
+#[derive(clap::Args)]
+#[command(after_help = "\
+Each line is sent with its CR once the line before it has been answered; each
+answer is a line on standard output. The status is 1 if any was E. Quote ? and !.
+
+  PO S5 T100 R200 G+4000 E   an order: start and top speed in 10 steps/s, ramp in
+                             steps, travel, go
+  F     R ready, B busy      V1    position of axis 1
+  Z     brake                K     stop dead
+  I1    axis 1 is at 0       '?'   about the board
+
+Examples:
+  stepwright send --port /dev/ttyUSB0 PO S5 T100 R200 G+4000 E
+  stepwright send --port /dev/ttyUSB0 F V1 '?'")]
+pub struct Args {
+    #[command(flatten)]
+    port: PortArgs,
+    /// Lines, without their CR
+    #[arg(required = true, value_name = "LINE", value_parser = line)]
+    lines: Vec<String>,
+}
+
+/// A line that is one line.
+fn line(text: &str) -> Result<String, String> {
+    if text.contains(['\r', '\n']) {
+        return Err("give each line as an argument of its own, without its end".to_owned());
+    }
+    Ok(text.to_owned())
+}
+
+/// Sends them one by one.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let mut talk = args.port.meet("send", Share::Alone)?;
+    let mut refused = Vec::new();
+    for line in &args.lines {
+        let answer = talk.say(line.as_bytes()).map_err(target::trouble(&mut talk))?;
+        let Some(answer) = answer else {
+            let name = talk.link().name();
+            return Err(Failure::new(format!("{name}: no answer to {line}"))
+                .hint("it may have been carried out all the same: look with `stepwright status`"));
+        };
+        if answer == "E" {
+            refused.push(line.as_str());
+        }
+        say::result(&answer);
+    }
+    if refused.is_empty() {
+        return Ok(());
+    }
+    let why = talk.why().map_err(target::trouble(&mut talk))?;
+    let failure = Failure::new(format!("refused: {}", refused.join(" ")));
+    Err(match why {
+        Some(why) => failure.hint(format!("the reason for the last: {why}")),
+        None => failure,
+    })
+}

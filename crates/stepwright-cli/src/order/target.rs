@@ -1,0 +1,143 @@
+//! Which board an order goes to.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use stepwright_protocol::AxisId;
+
+use crate::board::bench::{Bench, Width};
+use crate::board::recording::Recording;
+use crate::failure::Failure;
+use crate::link::Link;
+use crate::link::serial::{SerialLink, Share};
+use crate::link::virtual_board::VirtualLink;
+use crate::talk::{Talk, Trouble};
+use stepwright_sim::Description;
+
+/// How results are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people.
+    Text,
+    /// For programs: one line of JSON on standard output.
+    Json,
+}
+
+/// The options that name a serial port.
+#[derive(clap::Args, Clone, Debug)]
+#[command(next_help_heading = "Board")]
+pub struct PortArgs {
+    /// Serial port of the board, or the path that `stepwright board --pty` says
+    #[arg(long, value_name = "PATH")]
+    pub port: Option<PathBuf>,
+    /// Speed of the serial port in bits/s (8 data bits, no parity, 1 stop bit)
+    #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
+    #[arg(value_parser = clap::value_parser!(u32).range(50..=12_000_000))]
+    pub baud: u32,
+}
+
+/// The options of a virtual board that lives as long as its order.
+#[derive(clap::Args, Clone, Debug)]
+#[command(next_help_heading = "Virtual board (without --port)")]
+pub struct VirtualArgs {
+    /// Let its time pass as fast as the machine can, instead of in real time
+    #[arg(long, conflicts_with = "port")]
+    pub fast: bool,
+    /// Record every edge of its pins, for GTKWave or PulseView
+    #[arg(long, value_name = "FILE", conflicts_with = "port")]
+    pub vcd: Option<PathBuf>,
+    /// Draw the speed of its motor over time: .svg, .png or .html
+    #[arg(long, value_name = "FILE", conflicts_with = "port")]
+    pub plot: Option<PathBuf>,
+}
+
+/// Reads an axis number, 1 … 8.
+pub fn axis(text: &str) -> Result<AxisId, String> {
+    let number = text.parse().ok().and_then(AxisId::numbered);
+    number.ok_or_else(|| "axes are numbered 1 to 8".to_owned())
+}
+
+impl PortArgs {
+    /// Opens the port and meets the board on it. `order` is the subcommand.
+    pub fn meet(&self, order: &str, share: Share) -> Result<Talk, Failure> {
+        let mut talk = self.open(order, share)?;
+        met(&mut talk)?;
+        Ok(talk)
+    }
+
+    /// Opens the port and says nothing yet.
+    pub fn open(&self, order: &str, share: Share) -> Result<Talk, Failure> {
+        let Some(path) = &self.port else {
+            return Err(Failure::usage(format!("`stepwright {order}` needs a board: --port PATH"))
+                .hint(
+                    "`stepwright ports` lists the serial ports. A virtual board that stays: \
+                     run `stepwright board --pty` in another terminal and give the path it says",
+                ));
+        };
+        Ok(Talk::new(Box::new(SerialLink::open(path, self.baud, share)?)))
+    }
+
+    /// The port if there is one, otherwise a virtual board of its own.
+    pub fn or_virtual(&self, virt: &VirtualArgs, order: &str) -> Result<Talk, Failure> {
+        if self.port.is_some() {
+            return self.meet(order, Share::Alone);
+        }
+        let description = Description::uno();
+        let recording = Recording::begin(&description, virt.vcd.as_deref(), virt.plot.as_deref())?;
+        let bench = Bench::new(description, Width::Narrow, recording);
+        let mut talk = Talk::new(Box::new(VirtualLink::new(bench, virt.fast)));
+        met(&mut talk)?;
+        Ok(talk)
+    }
+}
+
+fn met(talk: &mut Talk) -> Result<(), Failure> {
+    talk.meet().map_err(|trouble| {
+        let name = talk.link().name();
+        match trouble {
+            Trouble::Silent => Failure::new(format!("no answer from {name}")).hint(
+                "is it the board's port (`stepwright ports`), at its rate (--baud), with \
+                 Stepwright's or document 004's program on it?",
+            ),
+            other => lost(&name, &other),
+        }
+    })
+}
+
+/// The failure of a conversation in which nothing was moving.
+pub fn lost(name: &str, trouble: &Trouble) -> Failure {
+    match trouble {
+        Trouble::Killed => Failure::interrupted(format!("{name}: interrupted")),
+        Trouble::Silent => Failure::new(format!("{name} does not answer any more"))
+            .hint("look at its cable and its power, then at `stepwright status`"),
+        Trouble::Gone(_) => Failure::new(format!("{name}: {trouble}"))
+            .hint("was it unplugged? Plug it in and try again"),
+    }
+}
+
+/// That the board has this axis.
+pub fn has_axis(talk: &Talk, axis: AxisId) -> Result<(), Failure> {
+    match talk.info() {
+        Some(info) if axis.number() > info.axes => {
+            Err(Failure::new(format!("the board has no axis {}", axis.number()))
+                .hint(format!("give --axis 1 to {}", info.axes)))
+        }
+        None if axis != AxisId::FIRST => {
+            Err(Failure::new("this board knows only one axis (it answers `?` with E)")
+                .hint("leave --axis out"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The name of a talk's board and the failure that goes with a trouble.
+pub fn trouble(talk: &mut Talk) -> impl FnOnce(Trouble) -> Failure + use<> {
+    let name = talk.link().name();
+    move |trouble| lost(&name, &trouble)
+}
+
+/// A link that a talk was made of is finished with it.
+pub fn finish(talk: &mut Talk) -> Result<(), Failure> {
+    let link: &mut dyn Link = talk.link();
+    link.finish()
+}

@@ -1,0 +1,193 @@
+//! `stepwright move`: so many steps from where the motor stands.
+
+use serde_json::json;
+use stepwright_protocol::{AxisId, Distance, Travel};
+
+use super::drive::{self, End, Ended, NotBegun};
+use super::motion::{MOTION, Motion, RampArgs, listed};
+use super::progress::Progress;
+use super::target::{self, Format, PortArgs, VirtualArgs};
+use crate::failure::Failure;
+use crate::quantity::SpeedArg;
+use crate::talk::{Talk, Trouble};
+use crate::{interrupt, say};
+
+/// Move an axis by so many steps, on a virtual board or a real one
+///
+/// The last line on standard output says where the axis is: `position 4000
+/// ready` when it stands where it was ordered to, and only then the exit status
+/// is 0. Positions count steps from where the board was switched on, or last
+/// told `zero`.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Without --port a virtual board moves: the real engine with simulated pins, in
+real time.
+
+Ctrl-C brakes along the ramp, and the position stays known; a second Ctrl-C
+stops dead, and the position is lost.
+
+The last line       Status
+  position N ready     0    it went all the way
+  position N stopped  130   braked by Ctrl-C, at rest at N
+                        1   stopped by something else, at rest at N
+  position uncertain  130   killed by Ctrl-C
+                        1   the board was lost, or killed by something else
+An order that the board refuses ends with status 1 and no such line; a command
+line that makes no sense with 2.
+
+Examples:
+  stepwright move 4000
+  stepwright move -4000 --top-speed 300rpm --accel 10000
+  stepwright move 4000 --fast --plot speed.svg --vcd edges.vcd
+  stepwright move 4000 --port /dev/ttyUSB0 --format json")]
+pub struct Args {
+    /// How many steps; a negative number moves backward
+    #[arg(allow_negative_numbers = true, value_parser = distance)]
+    steps: Distance,
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Speed between the ramps
+    #[arg(long, value_name = "SPEED", default_value = "1000", help_heading = MOTION)]
+    top_speed: SpeedArg,
+    #[command(flatten)]
+    ramps: RampArgs,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Which axis of the board: 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
+    #[arg(help_heading = "Board")]
+    axis: AxisId,
+    #[command(flatten)]
+    virt: VirtualArgs,
+}
+
+/// Reads a number of steps.
+fn distance(text: &str) -> Result<Distance, String> {
+    let steps = text.parse().ok().and_then(Distance::new);
+    steps.ok_or_else(|| "a whole number of steps, -2147483647 to 2147483647".to_owned())
+}
+
+/// Moves, and says where to.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let travel = Travel::By(args.steps);
+    let motion = args.ramps.motion(args.axis, &args.top_speed, "--top-speed", travel)?;
+    interrupt::listen()?;
+    let mut talk = args.port.or_virtual(&args.virt, "move")?;
+    let result = travel_on(&mut talk, &args, &motion);
+    // Also what was recorded of a motion that went wrong is worth a look.
+    let finished = target::finish(&mut talk);
+    result.and(finished)
+}
+
+fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> {
+    target::has_axis(talk, args.axis)?;
+    let lines = motion.lines()?;
+    if args.format == Format::Text {
+        let (axis, steps, name) = (args.axis.number(), args.steps.get(), talk.link().name());
+        say::result(format_args!("axis {axis} by {steps:+} steps on {name}"));
+        motion.show().iter().for_each(say::result);
+        say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
+    }
+    let from = start_position(talk, args.axis)?;
+    let late_before = talk.info().map(|info| info.late);
+    let begun = talk.now();
+    let ended = match drive::begin(talk, args.axis, motion, &lines, Some(from)) {
+        Ok(()) => {
+            let mut progress = Progress::new(motion, from);
+            let watched = drive::watch(talk, args.axis, None, |sight| progress.see(sight));
+            progress.end();
+            drive::conclude(talk, args.axis, watched)
+        }
+        Err(NotBegun::Trouble { trouble: Trouble::Killed, .. }) => {
+            drive::conclude(talk, args.axis, Err(Trouble::Killed))
+        }
+        Err(not) => {
+            let unsure = matches!(not, NotBegun::Trouble { moving: true, .. });
+            let failure = drive::not_begun(talk, not);
+            if !unsure {
+                return Err(failure);
+            }
+            Ended { end: End::Uncertain, braked: false, failure: Some(failure) }
+        }
+    };
+    let target = from.saturating_add(args.steps.get().into());
+    let late = late(talk, late_before);
+    let took = talk.now().saturating_sub(begun).as_secs_f64();
+    let (state, position) = match ended.end {
+        End::Rests(at) if at == target => ("ready", Some(at)),
+        End::Rests(at) => ("stopped", Some(at)),
+        End::Uncertain => ("uncertain", None),
+    };
+    match args.format {
+        Format::Json => say::result(json!({
+            "axis": args.axis.number(),
+            "from": from,
+            "steps": args.steps.get(),
+            "target": target,
+            "position": position,
+            "state": state,
+            "seconds": took,
+            "late": late,
+            "board": talk.link().name(),
+            "motion": motion.json(),
+            "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        })),
+        Format::Text => say::result(last_line(state, position)),
+    }
+    match (ended.failure, ended.end) {
+        (Some(failure), _) => Err(failure),
+        (None, End::Rests(at)) if at != target => Err(short(at, target, ended.braked)),
+        (None, _) => Ok(()),
+    }
+}
+
+/// Steps that came late on the way, if the board counts them; said if any.
+fn late(talk: &mut Talk, before: Option<u32>) -> Option<u32> {
+    let late = talk.ask_info().ok()??.late.saturating_sub(before?);
+    if late > 0 {
+        say::note(format_args!("{late} steps came late: the board is too slow for this speed"));
+    }
+    Some(late)
+}
+
+/// The line that says where an axis is.
+pub fn last_line(state: &str, position: Option<i64>) -> String {
+    match position {
+        Some(at) => format!("position {at} {state}"),
+        None => "position uncertain".to_owned(),
+    }
+}
+
+/// Where the axis stands before it moves.
+pub fn start_position(talk: &mut Talk, axis: AxisId) -> Result<i64, Failure> {
+    if interrupt::presses() > 0 {
+        return Err(Failure::interrupted("interrupted before anything moved"));
+    }
+    let position = match talk.rest_position(axis) {
+        Ok(position) => position,
+        Err(trouble) => return Err(target::lost(&talk.link().name(), &trouble)),
+    };
+    position.ok_or_else(|| {
+        let name = talk.link().name();
+        Failure::new(format!("{name}: the position of axis {} is uncertain", axis.number())).hint(
+            format!(
+                "a kill has lost it. If it stands at a known place, or to go and find one, \
+                 call it 0: `stepwright zero --axis {} --port {name}`",
+                axis.number()
+            ),
+        )
+    })
+}
+
+/// It rests, and not where it should.
+fn short(at: i64, target: i64, braked: bool) -> Failure {
+    let left = target.abs_diff(at);
+    if braked {
+        Failure::interrupted(format!("braked at {at}, {left} steps before {target}"))
+            .hint(format!("the position is known: `move {}` goes the rest", target - at))
+    } else {
+        Failure::new(format!("the axis rests at {at}, not at {target} as ordered"))
+            .hint("did another master, a switch or a reset stop it, or noise change a digit?")
+    }
+}

@@ -1,0 +1,226 @@
+//! Speeds and accelerations as a person types them.
+//!
+//! `120rpm`, `10rad/s`, `12.566 rad/s²`, `50mm/s`; a bare number counts steps.
+//! Two moments, because the second needs other options of the command line:
+//!
+//! 1. [`SpeedArg`] and [`AccelArg`] read the text while clap parses: a number
+//!    without rounding, and a unit.
+//! 2. [`SpeedArg::resolve`] turns it into what the core holds, by the motor's
+//!    [`Geometry`] ([`GeometryArgs`]), rounding **once**, and keeps the text, so
+//!    that a [`Held`] can show what was understood: `120rpm → 400 steps/s`.
+
+mod decimal;
+mod unit;
+
+use std::fmt::{self, Display};
+use std::str::FromStr;
+
+use stepwright::{Accel, Geometry, Speed};
+
+use crate::failure::Failure;
+use decimal::Decimal;
+use unit::{Kind, Length, Unit};
+
+/// The options that say how a motor's steps relate to the world.
+#[derive(clap::Args, Clone, Debug)]
+#[command(next_help_heading = "Motor")]
+pub struct GeometryArgs {
+    /// Steps of one turn, microsteps included: 200 for 1.8°, 3200 with 1/16
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    steps_per_rev: u32,
+    /// Millimetres that the load travels in one turn; needed for mm/s
+    #[arg(long, value_name = "MM")]
+    mm_per_rev: Option<MmArg>,
+}
+
+impl GeometryArgs {
+    /// What the core makes of them.
+    pub fn geometry(&self) -> Result<Geometry, Failure> {
+        let geometry = Geometry::new(self.steps_per_rev)?;
+        Ok(match self.mm_per_rev {
+            Some(MmArg(nm)) => geometry.travelling_nm(nm)?,
+            None => geometry,
+        })
+    }
+}
+
+/// A distance in millimetres, held in whole nanometres.
+#[derive(Clone, Copy, Debug)]
+struct MmArg(u32);
+
+impl FromStr for MmArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<MmArg, String> {
+        let number = text.strip_suffix("mm").unwrap_or(text).trim();
+        let nm = Decimal::parse(number)?.times(1_000_000, 1);
+        match u32::try_from(nm.value) {
+            Ok(0) | Err(_) => Err("a turn moves the load by 0.000001 to 4294.967295 mm".into()),
+            Ok(nm) => Ok(MmArg(nm)),
+        }
+    }
+}
+
+/// A number with its unit, and the text it was read from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Quantity {
+    text: String,
+    number: Decimal,
+    unit: Unit,
+}
+
+impl Quantity {
+    fn parse(text: &str, kind: Kind) -> Result<Quantity, String> {
+        let text = text.trim();
+        let end = text.find(|c: char| !matches!(c, '0'..='9' | '.')).unwrap_or(text.len());
+        let (number, unit) = text.split_at(end);
+        if number.is_empty() {
+            return Err(match text.chars().next() {
+                Some('-' | '+') => "give it without a sign".into(),
+                _ => "it begins with a number, like 1000 or 120rpm".into(),
+            });
+        }
+        let unit = unit.trim();
+        if unit.starts_with(',') {
+            return Err("write a decimal point, and nothing between thousands".into());
+        }
+        let (number, unit) = (Decimal::parse(number)?, Unit::parse(unit, kind)?);
+        Ok(Quantity { text: text.to_owned(), number, unit })
+    }
+
+    /// In thousandths of a step; `name` is the option, for the message.
+    fn resolve<T>(
+        &self,
+        geometry: &Geometry,
+        name: &str,
+        kind: Kind,
+        core: impl FnOnce(u64) -> Result<T, Failure>,
+    ) -> Result<Held<T>, Failure> {
+        let Some(milli) = self.unit.millisteps(self.number, geometry) else {
+            return Err(Failure::usage(format!(
+                "{name} {}: millimetres need the distance of one turn",
+                self.text
+            ))
+            .hint("add --mm-per-rev, for example --mm-per-rev 40 for a GT2 belt on 20 teeth"));
+        };
+        let bare = self.unit == Unit { length: Length::Step, per_minute: false };
+        Ok(Held {
+            value: core(milli.value)?,
+            given: self.text.clone(),
+            per: kind.per(),
+            converted: !bare,
+            exact: milli.exact,
+        })
+    }
+}
+
+/// What was typed, and what the core holds of it.
+///
+/// Shows as `400 steps/s`, `120rpm → 400 steps/s`, or, when it was rounded to
+/// a thousandth of a step, `10rad/s ≈ 318.31 steps/s`.
+#[derive(Clone, Debug)]
+pub struct Held<T> {
+    /// What the core holds.
+    pub value: T,
+    /// What was typed.
+    pub given: String,
+    /// Whether nothing was lost.
+    pub exact: bool,
+    per: &'static str,
+    converted: bool,
+}
+
+impl<T: Display> Display for Held<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.converted || !self.exact {
+            write!(f, "{} {} ", self.given, if self.exact { '→' } else { '≈' })?;
+        }
+        write!(f, "{} steps{}", self.value, self.per)
+    }
+}
+
+/// A speed without a sign, as typed: for clap's `#[arg]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SpeedArg(Quantity);
+
+impl FromStr for SpeedArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<SpeedArg, String> {
+        Quantity::parse(text, Kind::Speed).map(SpeedArg)
+    }
+}
+
+impl SpeedArg {
+    /// In steps per second; `name` is the option that it came from.
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Held<Speed>, Failure> {
+        self.0.resolve(geometry, name, Kind::Speed, |milli| {
+            let milli = u32::try_from(milli).unwrap_or(u32::MAX);
+            Speed::from_millisteps(milli).map_err(|_| {
+                Failure::new(format!("{name} {} is more than 1000000 steps/s", self.0.text)).hint(
+                    "a speed is 0 to 1000000 steps/s; are the unit and --steps-per-rev right?",
+                )
+            })
+        })
+    }
+}
+
+/// A speed whose sign is a direction: `+1000`, `1000`, `-120rpm`.
+///
+/// Give its argument `allow_hyphen_values`, or clap takes `-120rpm` for an
+/// option.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SignedSpeedArg {
+    /// Forward, unless it began with a minus.
+    pub forward: bool,
+    /// How fast.
+    pub speed: SpeedArg,
+}
+
+impl FromStr for SignedSpeedArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<SignedSpeedArg, String> {
+        let text = text.trim();
+        let (forward, speed) = match text.strip_prefix(['-', '\u{2212}']) {
+            Some(speed) => (false, speed),
+            None => (true, text.strip_prefix('+').unwrap_or(text)),
+        };
+        Ok(SignedSpeedArg { forward, speed: speed.parse()? })
+    }
+}
+
+/// An acceleration without a sign, as typed: for clap's `#[arg]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AccelArg(Quantity);
+
+impl FromStr for AccelArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<AccelArg, String> {
+        Quantity::parse(text, Kind::Accel).map(AccelArg)
+    }
+}
+
+impl AccelArg {
+    /// In steps per second squared; `name` is the option that it came from.
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Held<Accel>, Failure> {
+        self.0.resolve(geometry, name, Kind::Accel, |milli| {
+            Accel::from_millisteps(milli).map_err(|_| {
+                Failure::new(if milli == 0 {
+                    format!("{name} {} is less than 0.001 steps/s²", self.0.text)
+                } else {
+                    format!("{name} {} is more than 100000000 steps/s²", self.0.text)
+                })
+                .hint(
+                    "an acceleration is 0.001 to 100000000 steps/s²; for none at all, \
+                       set --start-speed to the top speed",
+                )
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,170 @@
+//! What is typed against what is held.
+
+use super::*;
+use proptest::prelude::*;
+
+fn motor() -> Geometry {
+    Geometry::new(200).unwrap().travelling_nm(40_000_000).unwrap()
+}
+
+fn speed(text: &str) -> String {
+    text.parse::<SpeedArg>().unwrap().resolve(&motor(), "--top-speed").unwrap().to_string()
+}
+
+fn accel(text: &str) -> String {
+    text.parse::<AccelArg>().unwrap().resolve(&motor(), "--accel").unwrap().to_string()
+}
+
+#[test]
+fn speeds_in_every_unit() {
+    for (typed, held) in [
+        ("400", "400 steps/s"),
+        ("400steps/s", "400 steps/s"),
+        ("0.5", "0.5 steps/s"),
+        ("120rpm", "120rpm → 400 steps/s"),
+        ("120 RPM", "120 RPM → 400 steps/s"),
+        ("2rev/s", "2rev/s → 400 steps/s"),
+        ("2turns/s", "2turns/s → 400 steps/s"),
+        ("120rev/min", "120rev/min → 400 steps/s"),
+        ("360deg/s", "360deg/s → 200 steps/s"),
+        ("1.8°/s", "1.8°/s → 1 steps/s"),
+        ("50mm/s", "50mm/s → 250 steps/s"),
+        ("3000mm/min", "3000mm/min → 250 steps/s"),
+        ("10rad/s", "10rad/s ≈ 318.31 steps/s"),
+        ("100rpm", "100rpm ≈ 333.333 steps/s"),
+        ("0.0004", "0.0004 ≈ 0 steps/s"),
+        ("1000000", "1000000 steps/s"),
+    ] {
+        assert_eq!(speed(typed), held);
+    }
+}
+
+#[test]
+fn accelerations_in_every_unit() {
+    for (typed, held) in [
+        ("400", "400 steps/s²"),
+        ("400steps/s2", "400 steps/s²"),
+        ("400 steps/s²", "400 steps/s²"),
+        ("400steps/s^2", "400 steps/s²"),
+        ("400steps/s/s", "400 steps/s²"),
+        ("120rpm/s", "120rpm/s → 400 steps/s²"),
+        ("2rev/s2", "2rev/s2 → 400 steps/s²"),
+        ("200mm/s2", "200mm/s2 → 1000 steps/s²"),
+        // Document 002: 4π rad/s² of a 1.8° motor are 400 steps/s².
+        ("12.566rad/s2", "12.566rad/s2 ≈ 399.988 steps/s²"),
+        ("12.566370614359172rad/s2", "12.566370614359172rad/s2 ≈ 400 steps/s²"),
+    ] {
+        assert_eq!(accel(typed), held);
+    }
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    for (typed, word) in [
+        ("", "begins with a number"),
+        ("fast", "begins with a number"),
+        ("-5", "without a sign"),
+        ("1,000", "decimal point"),
+        ("1.2.3", "not a number"),
+        ("5furlong/s", "'furlong/s' is no unit of a speed"),
+        ("5s", "no unit"),
+        ("5/s", "no unit"),
+        ("5rpm/s", "unit of acceleration"),
+        ("12345678901234567890", "too many digits"),
+    ] {
+        let error = typed.parse::<SpeedArg>().unwrap_err();
+        assert!(error.contains(word), "{typed}: {error}");
+    }
+    for (typed, word) in
+        [("5rpm", "'rpm/s'"), ("5mm/s", "'mm/s2'"), ("5rev/min", "'rev/min/s'"), ("5x", "no unit")]
+    {
+        let error = typed.parse::<AccelArg>().unwrap_err();
+        assert!(error.contains(word), "{typed}: {error}");
+    }
+}
+
+#[test]
+fn what_the_core_cannot_hold_is_refused() {
+    let motor = Geometry::new(200).unwrap();
+    let speed = |text: &str| text.parse::<SpeedArg>().unwrap().resolve(&motor, "--top-speed");
+    let accel = |text: &str| text.parse::<AccelArg>().unwrap().resolve(&motor, "--accel");
+    assert!(speed("1000000.0004").is_ok());
+    for result in
+        [speed("1000001"), speed("5000000000"), speed("999999999999999rpm"), speed("1mm/s")]
+    {
+        assert!(result.is_err());
+    }
+    for result in [accel("0"), accel("0.0004"), accel("100000001"), accel("1mm/s2")] {
+        assert!(result.is_err());
+    }
+}
+
+#[test]
+fn signs_are_directions() {
+    for (typed, forward) in [("100", true), ("+100", true), ("-100", false), ("\u{2212}100", false)]
+    {
+        let signed: SignedSpeedArg = typed.parse().unwrap();
+        assert_eq!(signed.forward, forward);
+        assert_eq!(signed.speed, "100".parse().unwrap());
+    }
+    assert!("--100".parse::<SignedSpeedArg>().is_err());
+}
+
+#[test]
+fn distances_of_a_turn() {
+    let nm = |text: &str| text.parse::<MmArg>().map(|MmArg(nm)| nm);
+    assert_eq!(nm("40"), Ok(40_000_000));
+    assert_eq!(nm("3.175mm"), Ok(3_175_000));
+    for text in ["0", "0.0000001", "5000", "2in", ""] {
+        assert!(nm(text).is_err(), "{text}");
+    }
+}
+
+proptest! {
+    /// Against f64, which is good to 15 digits: at most half a thousandth off.
+    #[test]
+    fn every_unit_is_rounded_once(
+        digits in 1u64..100_000_000,
+        places in 0u32..5,
+        steps in 1u32..100_000,
+        nm in 1_000u32..,
+        unit in 0usize..6,
+    ) {
+        let geometry = Geometry::new(steps).unwrap().travelling_nm(nm).unwrap();
+        let typed = digits as f64 / 10f64.powi(places as i32);
+        let scale = 10u64.pow(places);
+        let (whole, part) = (digits / scale, digits % scale);
+        let (name, per) = [
+            ("steps/s", 1.0),
+            ("rpm", f64::from(steps) / 60.0),
+            ("rev/s", f64::from(steps)),
+            ("deg/s", f64::from(steps) / 360.0),
+            ("rad/s", f64::from(steps) / std::f64::consts::TAU),
+            ("mm/s", f64::from(steps) * 1e6 / f64::from(nm)),
+        ][unit];
+        let text = format!("{whole}.{part:0places$}{name}", places = places as usize);
+        let want = typed * per;
+        match text.parse::<SpeedArg>().unwrap().resolve(&geometry, "x") {
+            Ok(held) => {
+                let off = (f64::from(held.value.millisteps()) - want * 1e3).abs();
+                prop_assert!(off <= 0.5001, "{text}: {} is not {want}", held.value);
+                prop_assert!(!held.exact || off < 1e-4, "{text}: {off}");
+            }
+            Err(_) => prop_assert!(want > 999_999.9, "{text} is {want}"),
+        }
+    }
+
+    #[test]
+    fn no_text_panics(text in "\\PC{0,24}") {
+        let _ = text.parse::<SignedSpeedArg>();
+        let _ = text.parse::<AccelArg>();
+    }
+
+    #[test]
+    fn no_number_panics(digits in "[0-9.]{0,40}", unit in "(rpm|mm/s|rad/s2|rpm/s|)") {
+        let geometry = Geometry::new(10_000_000).unwrap().travelling_nm(1).unwrap();
+        let text = format!("{digits}{unit}");
+        let _ = text.parse::<SpeedArg>().map(|v| v.resolve(&geometry, "x"));
+        let _ = text.parse::<AccelArg>().map(|a| a.resolve(&geometry, "x"));
+    }
+}

@@ -1,0 +1,138 @@
+//! The units that a speed or an acceleration may be typed in.
+
+use super::decimal::{Decimal, Rounded};
+use stepwright::Geometry;
+
+/// What is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    Step,
+    Turn,
+    Degree,
+    Radian,
+    Millimetre,
+}
+
+/// How it is spelled; the first of each is what messages show.
+const LENGTHS: &[(&str, Length)] = &[
+    ("steps", Length::Step),
+    ("step", Length::Step),
+    ("rev", Length::Turn),
+    ("turn", Length::Turn),
+    ("turns", Length::Turn),
+    ("deg", Length::Degree),
+    ("°", Length::Degree),
+    ("rad", Length::Radian),
+    ("mm", Length::Millimetre),
+];
+
+/// A length per second or per minute, and for an acceleration per second again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unit {
+    pub length: Length,
+    /// Per minute, not per second.
+    pub per_minute: bool,
+}
+
+/// Speeds have one "per time", accelerations two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Speed,
+    Accel,
+}
+
+impl Kind {
+    /// `/s` or `/s²`.
+    pub fn per(self) -> &'static str {
+        match self {
+            Kind::Speed => "/s",
+            Kind::Accel => "/s²",
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Speed => "a speed",
+            Kind::Accel => "an acceleration",
+        }
+    }
+
+    /// The units to choose from.
+    fn choice(self) -> &'static str {
+        match self {
+            Kind::Speed => "steps/s, rpm, rev/s, deg/s, rad/s or mm/s",
+            Kind::Accel => "steps/s2, rpm/s, rev/s2, deg/s2, rad/s2 or mm/s2",
+        }
+    }
+
+    fn bare(self) -> &'static str {
+        match self {
+            Kind::Speed => "steps/s",
+            Kind::Accel => "steps/s²",
+        }
+    }
+}
+
+impl Unit {
+    const STEP: Unit = Unit { length: Length::Step, per_minute: false };
+
+    /// Reads what stands behind the number; nothing means steps.
+    pub fn parse(text: &str, kind: Kind) -> Result<Unit, String> {
+        if text.is_empty() {
+            return Ok(Unit::STEP);
+        }
+        let wrong = || {
+            let (choice, bare) = (kind.choice(), kind.bare());
+            format!("'{text}' is no unit of {}: use {choice}; a bare number is {bare}", kind.name())
+        };
+        match split(text) {
+            Some((unit, found)) if found == kind => Ok(unit),
+            Some((_, Kind::Speed)) => Err(format!(
+                "'{text}' is a unit of speed; an acceleration is per second once more: '{}'",
+                if text.ends_with("/s") { format!("{text}2") } else { format!("{text}/s") }
+            )),
+            Some((_, Kind::Accel)) => Err(format!(
+                "'{text}' is a unit of acceleration; for a speed use {}",
+                kind.choice()
+            )),
+            None => Err(wrong()),
+        }
+    }
+
+    /// `number` of this unit as thousandths of a step, rounded once. `None` for
+    /// millimetres when nobody said how many a turn is.
+    pub fn millisteps(self, number: Decimal, geometry: &Geometry) -> Option<Rounded> {
+        let turn = 1000 * u64::from(geometry.steps_per_turn());
+        let time = if self.per_minute { 60 } else { 1 };
+        Some(match self.length {
+            Length::Step => number.times(1000, time),
+            Length::Turn => number.times(turn, time),
+            Length::Degree => number.times(turn, 360 * time),
+            Length::Radian => number.times_per_tau(turn, time),
+            Length::Millimetre => {
+                number.times(turn * 1_000_000, u64::from(geometry.nm_per_turn()?) * time)
+            }
+        })
+    }
+}
+
+/// Takes `rpm/s` apart: what it counts, and how often it says "per time".
+fn split(text: &str) -> Option<(Unit, Kind)> {
+    let text = text.to_lowercase();
+    let (length, times) = match text.strip_prefix("rpm") {
+        Some(rest) => ("rev", format!("/min{rest}")),
+        None => {
+            let (length, times) = text.split_at(text.find('/')?);
+            (length, times.to_owned())
+        }
+    };
+    let (_, length) = *LENGTHS.iter().find(|(name, _)| *name == length)?;
+    let (per_minute, kind) = match times.as_str() {
+        "/s" => (false, Kind::Speed),
+        "/min" => (true, Kind::Speed),
+        "/s2" | "/s²" | "/s^2" | "/s/s" => (false, Kind::Accel),
+        "/min/s" => (true, Kind::Accel),
+        _ => return None,
+    };
+    Some((Unit { length, per_minute }, kind))
+}

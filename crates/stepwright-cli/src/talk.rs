@@ -1,0 +1,355 @@
+//! The conversation with a board: a line, its answer, and what to do when the
+//! answer does not come.
+//!
+//! ```text
+//!   order ──► Talk ──► Master ──► Link ──► … the board
+//!                 ◄── Reply ◄──      ◄── bytes, in their time
+//! ```
+//!
+//! A line that got no answer was lost, or its answer was; nobody knows which.
+//! So [`Talk`] gets in step with the board again, and then
+//! - says once more what is harmless twice: questions, A, Z, K, I;
+//! - leaves it to the caller to look, after a line of an order.
+
+use std::fmt;
+use std::io::{self, ErrorKind};
+use std::time::Duration;
+
+use stepwright_protocol::{AxisId, Command, Info, Master, Refusal, Reply, Selection};
+
+use crate::interrupt;
+use crate::link::Link;
+
+/// A slave answers within milliseconds.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// How long a board may take from the opening of its port: one that is reset
+/// by it passes its boot loader first.
+const BOOT: Duration = Duration::from_millis(4000);
+
+/// How often a line is said before the board counts as silent.
+const TRIES: usize = 3;
+
+/// How soon a press of Ctrl-C is noticed while waiting.
+const SLICE: Duration = Duration::from_millis(20);
+
+/// Why a conversation can't go on.
+#[derive(Debug)]
+pub enum Trouble {
+    /// The line is gone: unplugged, or its other end was closed.
+    Gone(io::Error),
+    /// The board has stopped answering.
+    Silent,
+    /// The user wants to kill, and not to wait for this answer.
+    Killed,
+}
+
+impl fmt::Display for Trouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            // What a port says when it goes is of no use to a reader.
+            Trouble::Gone(error) if error.kind() == ErrorKind::UnexpectedEof => {
+                f.write_str("the line was closed at its other end")
+            }
+            Trouble::Gone(error) => write!(f, "the line is gone ({error})"),
+            Trouble::Silent => f.write_str("the board does not answer"),
+            Trouble::Killed => f.write_str("killed"),
+        }
+    }
+}
+
+/// What became of the lines of an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Played {
+    /// All were answered Y.
+    Accepted,
+    /// This one was answered E; nothing moves.
+    Refused(Command),
+    /// This one got no answer.
+    Unanswered(Command),
+}
+
+/// A conversation with a board.
+pub struct Talk {
+    link: Box<dyn Link>,
+    master: Master,
+    /// What the board said of itself; `None` if it knows only document 004.
+    info: Option<Info>,
+    /// Which axis F and Z speak of; `None` if we can't be sure.
+    selected: Option<Selection>,
+    /// Whether a second Ctrl-C ends the waiting.
+    killable: bool,
+}
+
+impl Talk {
+    /// A conversation that has yet to begin.
+    pub fn new(link: Box<dyn Link>) -> Talk {
+        Talk { link, master: Master::new(), info: None, selected: None, killable: true }
+    }
+
+    /// Gets in step with the board, and asks what it is.
+    pub fn meet(&mut self) -> Result<(), Trouble> {
+        let end = self.link.now() + BOOT;
+        // A question first: getting in step by force counts as a refused line,
+        // and would hide from the user which one was refused before.
+        let asked = self.once(Command::Status)?;
+        if !matches!(asked, Some(Reply::Ready | Reply::Busy)) {
+            while !self.step()? {
+                if self.link.now() >= end {
+                    return Err(Trouble::Silent);
+                }
+            }
+        }
+        // A slave that knows no `?` may answer E, or nothing.
+        for _ in 0..TRIES {
+            match self.once(Command::Info)? {
+                Some(Reply::Info(info)) => {
+                    self.info = Some(info);
+                    break;
+                }
+                Some(_) => break,
+                None => self.resync()?,
+            }
+        }
+        Ok(())
+    }
+
+    /// The line.
+    pub fn link(&mut self) -> &mut dyn Link {
+        self.link.as_mut()
+    }
+
+    /// What the board said of itself when we met.
+    pub fn info(&self) -> Option<&Info> {
+        self.info.as_ref()
+    }
+
+    /// The time of the line's clock.
+    pub fn now(&self) -> Duration {
+        self.link.now()
+    }
+
+    /// Puts bytes on the line that are no line of ours.
+    pub fn put(&mut self, bytes: &[u8]) -> Result<(), Trouble> {
+        match self.link.write(bytes) {
+            // The answer will not come either; that is when it is dealt with.
+            Err(error) if error.kind() == ErrorKind::TimedOut => Ok(()),
+            other => other.map_err(Trouble::Gone),
+        }
+    }
+
+    /// Says a line once. `None` if no answer came.
+    pub fn once(&mut self, command: Command) -> Result<Option<Reply>, Trouble> {
+        self.master.give_up();
+        let Ok(bytes) = self.master.send(command) else { return Ok(None) };
+        let bytes: Vec<u8> = bytes.collect();
+        self.put(&bytes)?;
+        self.answer()
+    }
+
+    /// Waits for the answer to what was said last.
+    fn answer(&mut self) -> Result<Option<Reply>, Trouble> {
+        let end = self.link.now() + PATIENCE;
+        loop {
+            let left = end.saturating_sub(self.link.now());
+            if left.is_zero() {
+                return Ok(None);
+            }
+            let mut buffer = [0; 256];
+            let count = self.link.read(&mut buffer, left.min(SLICE)).map_err(Trouble::Gone)?;
+            let mut bytes = buffer.iter().take(count);
+            if let Some(reply) = bytes.find_map(|&byte| self.master.receive(byte)) {
+                return Ok(Some(reply));
+            }
+            if self.killable && interrupt::presses() >= 2 {
+                return Err(Trouble::Killed);
+            }
+        }
+    }
+
+    /// Says a line that need not be one of the protocol, and gives the answer
+    /// as it is; `None` if none came.
+    pub fn say(&mut self, line: &[u8]) -> Result<Option<String>, Trouble> {
+        self.selected = None;
+        self.put(&[line, b"\r"].concat())?;
+        let end = self.link.now() + PATIENCE;
+        let mut answer = Vec::new();
+        while self.link.now() < end {
+            let mut byte = [0];
+            if self.link.read(&mut byte, SLICE).map_err(Trouble::Gone)? == 0 {
+                continue;
+            }
+            match byte[0] {
+                b'\n' => {}
+                b'\r' if answer.is_empty() => {}
+                b'\r' => return Ok(Some(String::from_utf8_lossy(&answer).into_owned())),
+                byte => answer.push(byte),
+            }
+        }
+        Ok(None)
+    }
+
+    /// One attempt to get in step; true if it worked.
+    fn step(&mut self) -> Result<bool, Trouble> {
+        self.selected = None;
+        let bytes: Vec<u8> = self.master.resync().collect();
+        self.put(&bytes)?;
+        Ok(self.answer()?.is_some())
+    }
+
+    /// Gets in step with the board again. An order that was being programmed
+    /// can't be started any more after this; nothing that moves is touched.
+    pub fn resync(&mut self) -> Result<(), Trouble> {
+        for _ in 0..TRIES {
+            if self.step()? {
+                return Ok(());
+            }
+        }
+        Err(Trouble::Silent)
+    }
+
+    /// Says a line until it is answered: only for one that is harmless twice.
+    pub fn ask(&mut self, command: Command) -> Result<Reply, Trouble> {
+        for _ in 0..TRIES {
+            if let Some(reply) = self.once(command)? {
+                return Ok(reply);
+            }
+            self.resync()?;
+        }
+        Err(Trouble::Silent)
+    }
+
+    /// Says a line that speaks of the selected axis, F or Z, having selected
+    /// it. A slave that knows only document 004 has nothing to select.
+    pub fn ask_of(&mut self, axes: Selection, command: Command) -> Result<Reply, Trouble> {
+        for _ in 0..TRIES {
+            self.select(axes)?;
+            if let Some(reply) = self.once(command)? {
+                return Ok(reply);
+            }
+            self.resync()?;
+        }
+        Err(Trouble::Silent)
+    }
+
+    /// Has the following lines speak of these axes.
+    pub fn select(&mut self, axes: Selection) -> Result<(), Trouble> {
+        if self.info.is_some() && self.selected != Some(axes) {
+            for _ in 0..TRIES {
+                // E: the line was damaged, for the axis is one it has.
+                if self.ask(Command::Select(axes))? == Reply::Yes {
+                    self.selected = Some(axes);
+                    return Ok(());
+                }
+            }
+            return Err(Trouble::Silent);
+        }
+        Ok(())
+    }
+
+    /// Whether any of these axes is busy.
+    pub fn is_busy(&mut self, axes: Selection) -> Result<bool, Trouble> {
+        for _ in 0..TRIES {
+            match self.ask_of(axes, Command::Status)? {
+                Reply::Ready => return Ok(false),
+                Reply::Busy => return Ok(true),
+                // E: the line was damaged on its way.
+                _ => {}
+            }
+        }
+        Err(Trouble::Silent)
+    }
+
+    /// Where the axis is; `None` if the board does not know.
+    pub fn position(&mut self, axis: AxisId) -> Result<Option<i64>, Trouble> {
+        for _ in 0..TRIES {
+            match self.ask(Command::Position(axis))? {
+                Reply::Position(steps) => return Ok(Some(steps)),
+                // E: not known, or the line was damaged. The board may say
+                // which; if not, it says so again.
+                _ if self.is_uncertain(axis)? => return Ok(None),
+                _ => {}
+            }
+        }
+        Ok(None)
+    }
+
+    /// Where an axis is that rests: said twice alike, for a digit may be lost
+    /// on its way.
+    pub fn rest_position(&mut self, axis: AxisId) -> Result<Option<i64>, Trouble> {
+        let mut last = self.position(axis)?;
+        for _ in 0..TRIES {
+            let again = self.position(axis)?;
+            if again == last {
+                return Ok(again);
+            }
+            last = again;
+        }
+        Err(Trouble::Silent)
+    }
+
+    fn is_uncertain(&mut self, axis: AxisId) -> Result<bool, Trouble> {
+        let bit = 1u8.wrapping_shl(axis.index() as u32);
+        Ok(self.ask_info()?.is_some_and(|info| info.uncertain & bit != 0))
+    }
+
+    /// What the board says of itself now; `None` if it knows only document
+    /// 004.
+    pub fn ask_info(&mut self) -> Result<Option<Info>, Trouble> {
+        if self.info.is_some() {
+            for _ in 0..TRIES {
+                if let Reply::Info(info) = self.ask(Command::Info)? {
+                    self.info = Some(info);
+                    return Ok(self.info);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Why the last line was answered E; `None` if the board can't tell.
+    pub fn why(&mut self) -> Result<Option<Refusal>, Trouble> {
+        Ok(self.ask_info()?.and_then(|info| info.last))
+    }
+
+    /// Leaves the line alone for a while.
+    pub fn pause(&mut self, time: Duration) -> Result<(), Trouble> {
+        let end = self.link.now() + time;
+        loop {
+            let left = end.saturating_sub(self.link.now());
+            if left.is_zero() {
+                return Ok(());
+            }
+            // What comes unasked is noise; but a line that is gone shows here.
+            self.link.read(&mut [0; 256], left.min(SLICE)).map_err(Trouble::Gone)?;
+        }
+    }
+
+    /// Says the lines of an order, each after the Y of the one before, and
+    /// none again.
+    pub fn play(&mut self, lines: impl Iterator<Item = Command>) -> Result<Played, Trouble> {
+        for command in lines {
+            // PO and A move the selection.
+            self.selected = None;
+            match self.once(command)? {
+                Some(Reply::Yes) => {}
+                Some(_) => return Ok(Played::Refused(command)),
+                None => return Ok(Played::Unanswered(command)),
+            }
+        }
+        Ok(Played::Accepted)
+    }
+
+    /// Kills all axes, whatever was going on. True if the board said Y.
+    pub fn kill(&mut self) -> Result<bool, Trouble> {
+        self.killable = false;
+        for _ in 0..TRIES {
+            if self.once(Command::Kill)? == Some(Reply::Yes) {
+                return Ok(true);
+            }
+            // Half a line may stand in the slave, and swallow every K.
+            self.step()?;
+        }
+        Ok(false)
+    }
+}

@@ -1,0 +1,110 @@
+//! Axes as a line names them.
+
+use crate::BadLine;
+use crate::number::digits;
+
+/// The most axes one slave can have. One digit names each.
+pub const MAX_AXES: u8 = 8;
+
+/// One axis: 1 … 8 on the line, 0 … 7 as an index.
+///
+/// Whether the board has that many is the slave's business, not this type's.
+///
+/// ```
+/// use stepwright_protocol::AxisId;
+/// let third = AxisId::numbered(3).unwrap();
+/// assert_eq!((third.number(), third.index()), (3, 2));
+/// assert!(AxisId::numbered(0).is_none() && AxisId::numbered(9).is_none());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct AxisId(u8);
+
+impl AxisId {
+    /// Axis 1, which PO selects.
+    pub const FIRST: AxisId = AxisId(0);
+
+    /// The axis with this number on the line, 1 … 8.
+    pub const fn numbered(number: u8) -> Option<AxisId> {
+        match number.checked_sub(1) {
+            Some(index) if index < MAX_AXES => Some(AxisId(index)),
+            _ => None,
+        }
+    }
+
+    /// Its number on the line, 1 … 8.
+    pub const fn number(self) -> u8 {
+        self.0.wrapping_add(1)
+    }
+
+    /// Its place in an array, 0 … 7.
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// The first `axes` axes (at most eight), in order.
+    pub fn first(axes: u8) -> impl Iterator<Item = AxisId> + Clone {
+        (0..if axes > MAX_AXES { MAX_AXES } else { axes }).map(AxisId)
+    }
+
+    /// Reads an axis number: unknown without digits, out of range at 0 or 9.
+    pub(crate) fn parse(text: &[u8]) -> Result<AxisId, BadLine> {
+        u8::try_from(digits(text)?).ok().and_then(AxisId::numbered).ok_or(BadLine::Range)
+    }
+}
+
+/// Which axes the following lines address: what `A` selects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Selection {
+    /// `A1` … `A8`.
+    One(AxisId),
+    /// `A0`.
+    All,
+}
+
+impl Selection {
+    /// What holds at power-up and after PO: axis 1.
+    pub const FIRST: Selection = Selection::One(AxisId::FIRST);
+
+    /// Does a line that is addressed so concern `axis`?
+    pub fn contains(self, axis: AxisId) -> bool {
+        match self {
+            Selection::One(one) => one == axis,
+            Selection::All => true,
+        }
+    }
+
+    /// The number after the `A`.
+    pub(crate) fn number(self) -> u8 {
+        match self {
+            Selection::One(axis) => axis.number(),
+            Selection::All => 0,
+        }
+    }
+
+    /// Reads the number after the `A`.
+    pub(crate) fn parse(text: &[u8]) -> Result<Selection, BadLine> {
+        if digits(text)? == 0 {
+            return Ok(Selection::All);
+        }
+        AxisId::parse(text).map(Selection::One)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_one_based_and_bounded() {
+        assert_eq!(AxisId::parse(b"1"), Ok(AxisId::FIRST));
+        assert_eq!(AxisId::parse(b"08").map(AxisId::index), Ok(7));
+        assert_eq!(AxisId::parse(b"0"), Err(BadLine::Range));
+        assert_eq!(AxisId::parse(b"9"), Err(BadLine::Range));
+        assert_eq!(AxisId::parse(b"257"), Err(BadLine::Range));
+        assert_eq!(AxisId::parse(b""), Err(BadLine::Unknown));
+        assert_eq!(Selection::parse(b"0"), Ok(Selection::All));
+        assert_eq!(Selection::parse(b"00"), Ok(Selection::All));
+        assert_eq!(Selection::parse(b"256"), Err(BadLine::Range));
+        assert_eq!(AxisId::first(200).count(), 8);
+    }
+}

@@ -1,0 +1,355 @@
+//! What a master can say: one line, one command.
+
+use core::fmt;
+
+use crate::axis::{AxisId, Selection};
+use crate::number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel};
+use crate::text::{Bytes, Piece, Pieces};
+
+/// A line of the master, understood. Every value is inside its range.
+///
+/// The first twelve are document 004's, the rest Stepwright's extensions.
+///
+/// ```
+/// use stepwright_protocol::{BadLine, Command, Distance};
+/// let go = Command::parse(b"G+4000").unwrap();
+/// assert_eq!(go, Command::Go(Distance::new(4000).unwrap()));
+/// assert_eq!(go.bytes().collect::<Vec<u8>>(), b"G+4000\r");
+/// assert_eq!(Command::parse(b"G4000"), Err(BadLine::Unknown));
+/// assert_eq!(Command::parse(b"S1000"), Err(BadLine::Range));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Command {
+    /// `PO`, also read as `P0`: open a new order, and select axis 1.
+    Program,
+    /// `S<n>`: start/stop speed, n · 10 steps/s.
+    StartTens(Tens),
+    /// `T<n>`: top speed, n · 10 steps/s.
+    TopTens(Tens),
+    /// `R<n>`: both ramps are n steps long.
+    Ramp(RampSteps),
+    /// `G+<n>`, `G-<n>`: travel n steps from where the axis ends up now.
+    Go(Distance),
+    /// `g+`, `g-`: travel until stopped.
+    Run(Direction),
+    /// `E`: carry the order out.
+    Execute,
+    /// `F`: ready or busy?
+    Status,
+    /// `Z`: ramp down, then rest; the position stays known.
+    Brake,
+    /// `K`: stop every axis at once; what moved has lost its position.
+    Kill,
+    /// `I<n>`: axis n is at position 0.
+    Zero(AxisId),
+    /// `V<n>`: where is axis n?
+    Position(AxisId),
+    /// `A<n>`: the following lines address axis n, `A0` all of them.
+    Select(Selection),
+    /// `s<n>`: start/stop speed in steps/s.
+    Start(StartSpeed),
+    /// `t<n>`: top speed in steps/s.
+    Top(TopSpeed),
+    /// `a<n>`: the ramp up is an acceleration, in steps/s².
+    Accel(WholeAccel),
+    /// `d<n>`: the ramp down is a deceleration, in steps/s².
+    Decel(WholeAccel),
+    /// `?`: what are you, and how are you?
+    Info,
+    /// `!`: forget what was late and what was refused.
+    Clear,
+}
+
+impl Command {
+    /// The longest line that is understood, without its CR, in bytes. Every
+    /// command fits, with room for some leading zeros.
+    pub const LONGEST: usize = 16;
+
+    /// Reads a complete line, without its CR.
+    ///
+    /// # Errors
+    /// [`BadLine`] for everything that is not exactly a line of the grammar;
+    /// spaces and the other case of a letter are not.
+    pub fn parse(line: &[u8]) -> Result<Command, BadLine> {
+        let Some((letter, rest)) = line.split_first() else { return Err(BadLine::Empty) };
+        let alone = |command| if rest.is_empty() { Ok(command) } else { Err(BadLine::Unknown) };
+        match letter {
+            b'P' if matches!(rest, b"O" | b"0") => Ok(Command::Program),
+            b'S' => Tens::parse(rest).map(Command::StartTens),
+            b'T' => Tens::parse(rest).map(Command::TopTens),
+            b'R' => RampSteps::parse(rest).map(Command::Ramp),
+            b'G' => Distance::parse(rest).map(Command::Go),
+            b'g' => match Direction::parse(rest)? {
+                (direction, []) => Ok(Command::Run(direction)),
+                _ => Err(BadLine::Unknown),
+            },
+            b'E' => alone(Command::Execute),
+            b'F' => alone(Command::Status),
+            b'Z' => alone(Command::Brake),
+            b'K' => alone(Command::Kill),
+            b'I' => AxisId::parse(rest).map(Command::Zero),
+            b'V' => AxisId::parse(rest).map(Command::Position),
+            b'A' => Selection::parse(rest).map(Command::Select),
+            b's' => StartSpeed::parse(rest).map(Command::Start),
+            b't' => TopSpeed::parse(rest).map(Command::Top),
+            b'a' => WholeAccel::parse(rest).map(Command::Accel),
+            b'd' => WholeAccel::parse(rest).map(Command::Decel),
+            b'?' => alone(Command::Info),
+            b'!' => alone(Command::Clear),
+            _ => Err(BadLine::Unknown),
+        }
+    }
+
+    /// The line to send, its CR included, at most 13 bytes.
+    pub fn bytes(self) -> Bytes<Command> {
+        Bytes::new(self)
+    }
+
+    /// Its letters and the number behind them.
+    fn parts(self) -> (&'static str, Option<u32>) {
+        match self {
+            Command::Program => ("PO", None),
+            Command::StartTens(n) => ("S", Some(n.get())),
+            Command::TopTens(n) => ("T", Some(n.get())),
+            Command::Ramp(n) => ("R", Some(n.get())),
+            Command::Go(n) => (if n.get() < 0 { "G-" } else { "G+" }, Some(n.get().unsigned_abs())),
+            Command::Run(Direction::Forward) => ("g+", None),
+            Command::Run(Direction::Backward) => ("g-", None),
+            Command::Execute => ("E", None),
+            Command::Status => ("F", None),
+            Command::Brake => ("Z", None),
+            Command::Kill => ("K", None),
+            Command::Zero(axis) => ("I", Some(axis.number().into())),
+            Command::Position(axis) => ("V", Some(axis.number().into())),
+            Command::Select(axes) => ("A", Some(axes.number().into())),
+            Command::Start(n) => ("s", Some(n.get())),
+            Command::Top(n) => ("t", Some(n.get())),
+            Command::Accel(n) => ("a", Some(n.get())),
+            Command::Decel(n) => ("d", Some(n.get())),
+            Command::Info => ("?", None),
+            Command::Clear => ("!", None),
+        }
+    }
+}
+
+impl Pieces for Command {
+    fn piece(&self, n: u8) -> Option<Piece> {
+        let (letters, number) = self.parts();
+        Some(match (n, number) {
+            (0, _) => Piece::Text(letters),
+            (1, Some(number)) => Piece::Number(number.into()),
+            (1, None) | (2, Some(_)) => Piece::Text("\r"),
+            _ => return None,
+        })
+    }
+}
+
+/// The line as a person reads it, without its CR.
+impl fmt::Display for Command {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (letters, number) = self.parts();
+        f.write_str(letters)?;
+        number.map_or(Ok(()), |number| write!(f, "{number}"))
+    }
+}
+
+/// Why a line is not a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BadLine {
+    /// Nothing before the CR.
+    Empty,
+    /// Not a line of the grammar.
+    Unknown,
+    /// A line of the grammar with a number outside its range.
+    Range,
+    /// More than [`Command::LONGEST`] bytes.
+    Long,
+    /// A byte of it is known to be lost or wrong.
+    Garbled,
+}
+
+impl fmt::Display for BadLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            BadLine::Empty => "an empty line",
+            BadLine::Unknown => "not a line of this protocol",
+            BadLine::Range => "a number outside its range",
+            BadLine::Long => "a line of more than 16 bytes",
+            BadLine::Garbled => "a line with a lost byte",
+        })
+    }
+}
+
+impl core::error::Error for BadLine {}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+    use std::string::ToString;
+    use std::vec;
+    use std::vec::Vec;
+
+    fn whole<const MIN: u32, const MAX: u32>() -> impl Strategy<Value = crate::Whole<MIN, MAX>> {
+        // Every length of number equally often, and both ends.
+        prop_oneof![Just(MIN), Just(MAX), (MIN..=MAX, 0u32..32).prop_map(|(n, bits)| n >> bits)]
+            .prop_map(crate::Whole::clamped)
+    }
+
+    pub(crate) fn axis() -> impl Strategy<Value = AxisId> {
+        (1..=8u8).prop_map(|n| AxisId::numbered(n).unwrap())
+    }
+
+    pub(crate) fn any_command() -> impl Strategy<Value = Command> {
+        use Command::*;
+        let plain = proptest::sample::select(
+            &[
+                Program,
+                Run(Direction::Forward),
+                Run(Direction::Backward),
+                Execute,
+                Status,
+                Brake,
+                Kill,
+                Select(Selection::All),
+                Info,
+                Clear,
+            ][..],
+        );
+        let distance = any::<i32>().prop_filter_map("-2^31", Distance::new);
+        prop_oneof![
+            4 => plain,
+            1 => whole().prop_map(StartTens),
+            1 => whole().prop_map(TopTens),
+            1 => whole().prop_map(Ramp),
+            1 => whole().prop_map(Start),
+            1 => whole().prop_map(Top),
+            1 => whole().prop_map(Accel),
+            1 => whole().prop_map(Decel),
+            2 => distance.prop_map(Go),
+            1 => axis().prop_map(Zero),
+            1 => axis().prop_map(Position),
+            1 => axis().prop_map(|a| Select(Selection::One(a))),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read_back(command in any_command()) {
+            let line: Vec<u8> = command.bytes().collect();
+            let (cr, line) = line.split_last().unwrap();
+            prop_assert_eq!(*cr, b'\r');
+            prop_assert!(line.len() <= 12);
+            prop_assert_eq!(Command::parse(line), Ok(command));
+            let shown = command.to_string();
+            prop_assert_eq!(shown.as_bytes(), line);
+        }
+
+        /// Two lines whose CR was lost must not become a third.
+        #[test]
+        fn two_lines_run_together_are_none(a in any_command(), b in any_command()) {
+            let joined = a.to_string() + &b.to_string();
+            prop_assert!(Command::parse(joined.as_bytes()).is_err());
+        }
+
+        /// Whatever is read is the same line again, up to leading zeros, the
+        /// sign of zero and P0.
+        #[test]
+        fn what_is_read_was_written(line in "[PSTRGgEFZKIVAstad?!O0-9+-]{0,6}") {
+            if let Ok(command) = Command::parse(line.as_bytes()) {
+                let plain = |text: &str| {
+                    let head = text.trim_end_matches(|c: char| c.is_ascii_digit());
+                    let tail = text[head.len()..].trim_start_matches('0');
+                    let tail = if head.len() < text.len() && tail.is_empty() { "0" } else { tail };
+                    (head.to_string() + tail).replace("P0", "PO").replace("G-0", "G+0")
+                };
+                prop_assert_eq!(plain(&line), plain(&command.to_string()));
+            }
+        }
+
+        #[test]
+        fn nothing_panics(line: Vec<u8>) {
+            let _ = Command::parse(&line);
+        }
+    }
+
+    #[test]
+    fn lines_of_document_004() {
+        let tens = |n| Tens::new(n).unwrap();
+        for (line, command) in [
+            (&b"PO"[..], Command::Program),
+            (b"P0", Command::Program),
+            (b"S5", Command::StartTens(tens(5))),
+            (b"T999", Command::TopTens(tens(999))),
+            (b"R0200", Command::Ramp(tens(200))),
+            (b"G-2147483647", Command::Go(Distance::new(-i32::MAX).unwrap())),
+            (b"G-0", Command::Go(Distance::new(0).unwrap())),
+            (b"g-", Command::Run(Direction::Backward)),
+            (b"I1", Command::Zero(AxisId::FIRST)),
+            (b"V01", Command::Position(AxisId::FIRST)),
+        ] {
+            assert_eq!(Command::parse(line), Ok(command), "{line:?}");
+        }
+    }
+
+    #[test]
+    fn bad_lines_are_told_apart() {
+        use BadLine::*;
+        assert_eq!(Command::parse(b""), Err(Empty));
+        for line in [
+            &b"P"[..],
+            b"PO1",
+            b"P00",
+            b"po",
+            b"S",
+            b"S+5",
+            b"S5 ",
+            b" S5",
+            b"G5",
+            b"G+",
+            b"G+-5",
+            b"g",
+            b"g+1",
+            b"E1",
+            b"F0",
+            b"I",
+            b"V",
+            b"A",
+            b"A+1",
+            b"??",
+            b"!0",
+            b"s",
+            b"S5.0",
+            b"x",
+            b"\0",
+            b"\xff",
+            b"G\xb11",
+        ] {
+            assert_eq!(Command::parse(line), Err(Unknown), "{line:?}");
+        }
+        for line in [
+            &b"S0"[..],
+            b"S1000",
+            b"T0",
+            b"R0",
+            b"R1000",
+            b"t0",
+            b"t1000001",
+            b"s1000001",
+            b"a0",
+            b"d0",
+            b"a100000001",
+            b"d4294967296",
+            b"G+2147483648",
+            b"G-2147483648",
+            b"I0",
+            b"V9",
+            b"A9",
+            b"A257",
+        ] {
+            assert_eq!(Command::parse(line), Err(Range), "{line:?}");
+        }
+        assert!(Command::parse(b"s0").is_ok() && Command::parse(b"A0").is_ok());
+    }
+}

@@ -1,0 +1,79 @@
+//! The slave's machine: a group of motors and the engine that moves them.
+
+use stepwright::{Control, Group};
+
+use crate::{AxisId, Machine, Order, Refusal};
+
+/// Joins a [`Group`] and its engine for the time of a call, so that the slave
+/// can drive them: the same on the virtual board and on a chip.
+pub struct Controller<'a, 'q, E, const N: usize, const Q: usize> {
+    /// The motors.
+    pub group: &'a mut Group<'q, N, Q>,
+    /// The engine, or what holds its interrupt off.
+    pub engine: &'a mut E,
+    /// How many of the N axes the board has.
+    pub axes: u8,
+}
+
+impl<E: Control, const N: usize, const Q: usize> Machine for Controller<'_, '_, E, N, Q> {
+    fn axes(&self) -> u8 {
+        self.axes.min(N as u8)
+    }
+
+    fn busy(&self, axis: AxisId) -> bool {
+        self.group.is_busy(self.engine, axis.index() as u8)
+    }
+
+    fn start<I>(&mut self, orders: I) -> Result<(), Refusal>
+    where
+        I: Iterator<Item = (AxisId, Order)> + Clone,
+    {
+        let mut all = [None; N];
+        for (axis, order) in orders {
+            *all.get_mut(axis.index()).ok_or(Refusal::Axis)? = Some(order.into());
+        }
+        Ok(self.group.start(self.engine, &all)?)
+    }
+
+    fn brake(&mut self, axis: AxisId) {
+        self.group.brake(axis.index() as u8);
+    }
+
+    fn kill(&mut self) {
+        self.group.kill(self.engine);
+    }
+
+    fn position(&self, axis: AxisId) -> Option<i64> {
+        self.group.position(self.engine, axis.index() as u8)
+    }
+
+    fn zero(&mut self, axis: AxisId) {
+        self.group.zero(self.engine, axis.index() as u8);
+    }
+
+    fn max_rate(&self) -> u32 {
+        self.group.board().max_speed().millisteps() / 1000
+    }
+
+    fn late(&self) -> u32 {
+        self.engine.late()
+    }
+
+    fn clear_late(&mut self) {
+        self.group.clear(self.engine);
+    }
+}
+
+impl From<stepwright::Refusal> for Refusal {
+    fn from(refusal: stepwright::Refusal) -> Refusal {
+        use stepwright::{Refusal as Core, profile::Unfit};
+        match refusal {
+            Core::Busy => Refusal::Busy,
+            Core::NoAxis => Refusal::Axis,
+            Core::TooFast { .. } => Refusal::TooFast,
+            Core::Unfit(Unfit::TooSlow | Unfit::Standstill) => Refusal::TooSlow,
+            Core::Unfit(Unfit::TooLong) => Refusal::Travel,
+            Core::Unfit(Unfit::NoRamp) => Refusal::Ramp,
+        }
+    }
+}

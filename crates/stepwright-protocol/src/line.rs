@@ -1,0 +1,96 @@
+//! Bytes into lines.
+
+use crate::BadLine;
+
+/// The end of a line.
+pub(crate) const CR: u8 = b'\r';
+const LF: u8 = b'\n';
+
+/// Collects up to `N` bytes and hands them out at the CR.
+///
+/// LF is skipped wherever it stands. A longer line is remembered as such,
+/// not kept, and everything begins anew after its CR, so a stream that starts
+/// in the middle, is cut, or is plain noise costs at most one line.
+#[derive(Clone, Debug)]
+pub(crate) struct Collector<const N: usize> {
+    bytes: [u8; N],
+    len: usize,
+    bad: Option<BadLine>,
+}
+
+impl<const N: usize> Collector<N> {
+    pub(crate) const fn new() -> Collector<N> {
+        Collector { bytes: [0; N], len: 0, bad: None }
+    }
+
+    /// Takes a byte. At a CR: the line without it, or what is wrong with it.
+    pub(crate) fn push(&mut self, byte: u8) -> Option<Result<&[u8], BadLine>> {
+        match byte {
+            CR => {
+                let len = core::mem::take(&mut self.len);
+                Some(match self.bad.take() {
+                    None => self.bytes.get(..len).ok_or(BadLine::Long),
+                    Some(bad) => Err(bad),
+                })
+            }
+            LF => None,
+            _ => {
+                match self.bytes.get_mut(self.len) {
+                    Some(place) => {
+                        *place = byte;
+                        self.len = self.len.saturating_add(1);
+                    }
+                    None => self.bad = Some(BadLine::Long),
+                }
+                None
+            }
+        }
+    }
+
+    /// Marks the line that is being collected: it is bad, whatever it says.
+    pub(crate) fn garble(&mut self) {
+        self.bad = Some(BadLine::Garbled);
+    }
+
+    /// Throws away what has been collected.
+    pub(crate) fn clear(&mut self) {
+        self.len = 0;
+        self.bad = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    fn lines(bytes: &[u8]) -> Vec<Result<Vec<u8>, BadLine>> {
+        let mut line = Collector::<4>::new();
+        bytes.iter().filter_map(|&b| Some(line.push(b)?.map(<[u8]>::to_vec))).collect()
+    }
+
+    #[test]
+    fn a_cr_ends_a_line_and_lf_is_nothing() {
+        assert_eq!(lines(b"PO\r\nF\n\rhalf"), [Ok(b"PO".to_vec()), Ok(b"F".to_vec())]);
+        assert_eq!(lines(b"\r\r"), [Ok(Vec::new()), Ok(Vec::new())]);
+    }
+
+    #[test]
+    fn a_long_line_costs_only_itself() {
+        assert_eq!(
+            lines(b"1234\r12345\r123456789\rF\r"),
+            [Ok(b"1234".to_vec()), Err(BadLine::Long), Err(BadLine::Long), Ok(b"F".to_vec())]
+        );
+    }
+
+    #[test]
+    fn a_lost_byte_spoils_its_line_only() {
+        let mut line = Collector::<4>::new();
+        line.push(b'F');
+        line.garble();
+        assert_eq!(line.push(CR), Some(Err(BadLine::Garbled)));
+        line.push(b'F');
+        assert_eq!(line.push(CR), Some(Ok(&b"F"[..])));
+    }
+}

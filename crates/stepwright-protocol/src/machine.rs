@@ -1,0 +1,203 @@
+//! What a controller offers the slave.
+
+use core::fmt;
+
+use crate::{AxisId, BadLine, Order};
+
+/// The controller behind the line: axes that travel, brake and know where
+/// they are.
+///
+/// The slave checks the grammar, the ranges, that an axis exists and that it
+/// is idle. The machine decides whether it can carry an order out. All calls
+/// come from the foreground, from inside [`Slave::push`](crate::Slave::push),
+/// and none may wait for a motion: an order is begun, not done, when `start`
+/// returns.
+///
+/// An implementation MUST keep these promises:
+/// - Nothing moves but by `start`.
+/// - `axes` never changes, and every axis below it is accepted everywhere.
+///   The slave never names another one.
+/// - After `start` returned `Ok`, `busy` is true for each axis of the order
+///   until its last step has been emitted, whether the travel ran to its end,
+///   was braked, or was killed. A travel of 0 steps never is.
+/// - A position is the steps emitted since it was last set to 0. It is `None`
+///   from the moment it may be wrong until `zero`.
+pub trait Machine {
+    /// How many axes there are: 1 … 8. More than the slave has room for are
+    /// left out.
+    fn axes(&self) -> u8;
+
+    /// Does the axis move, or has it yet to?
+    fn busy(&self, axis: AxisId) -> bool;
+
+    /// Starts all these orders, or none of them.
+    ///
+    /// `orders` is one order each for one or more axes, in the order of their
+    /// numbers, every one of them idle. It can be cloned, and so gone
+    /// through twice: check all first, then start all.
+    ///
+    /// # Errors
+    /// The reason why not. Then no axis has moved, nor will it, and
+    /// everything is as it was.
+    fn start<I>(&mut self, orders: I) -> Result<(), Refusal>
+    where
+        I: Iterator<Item = (AxisId, Order)> + Clone;
+
+    /// Ramps the axis down from wherever it is on its way; its position stays
+    /// known. An axis that is already ramping down goes on doing so.
+    fn brake(&mut self, axis: AxisId);
+
+    /// Stops every axis at once. Those that were busy are idle when this
+    /// returns, and their position is unknown; the others keep theirs.
+    fn kill(&mut self);
+
+    /// Steps from 0, + clockwise, also on the way; `None` if uncertain.
+    fn position(&self, axis: AxisId) -> Option<i64>;
+
+    /// Where the axis is now is 0, and certain. Only for an idle axis.
+    fn zero(&mut self, axis: AxisId);
+
+    /// The fastest the board can step one axis, in steps/s, rounded down.
+    fn max_rate(&self) -> u32;
+
+    /// Steps that came late since the last `clear_late`, all axes together;
+    /// it stays at its largest value rather than begin again.
+    fn late(&self) -> u32;
+
+    /// Sets `late` to 0.
+    fn clear_late(&mut self);
+}
+
+/// Why a line was answered E. `last=` in the answer to `?` is its name.
+///
+/// The E of an order that had been spoiled gives the reason of the line that
+/// spoiled it, for that one is to be mended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Refusal {
+    /// `line`: not a line of this protocol, too long, or garbled.
+    Line,
+    /// `range`: a number outside its range.
+    Range,
+    /// `axis`: the board has no such axis.
+    Axis,
+    /// `busy`: the axis has yet to end its travel.
+    Busy,
+    /// `no-po`: G or E without a PO before it.
+    Closed,
+    /// `no-travel`: E without a G or g before it.
+    NoTravel,
+    /// `killed`: E of an order into which a K came.
+    Killed,
+    /// `uncertain`: the position is not known.
+    Uncertain,
+    /// `too-fast`: the steps would follow closer than the board can make them.
+    TooFast,
+    /// `too-slow`: a delay would be longer than the board can wait.
+    TooSlow,
+    /// `ramp`: the ramp is steeper or longer than the board can compute.
+    Ramp,
+    /// `travel`: the board can't count that far.
+    Travel,
+    /// `fault`: the axis is out of order: a limit switch, a driver's fault.
+    Fault,
+    /// `other`: a reason that this version has no word for.
+    Other,
+}
+
+impl Refusal {
+    /// Every reason.
+    pub const ALL: [Refusal; 14] = [
+        Refusal::Line,
+        Refusal::Range,
+        Refusal::Axis,
+        Refusal::Busy,
+        Refusal::Closed,
+        Refusal::NoTravel,
+        Refusal::Killed,
+        Refusal::Uncertain,
+        Refusal::TooFast,
+        Refusal::TooSlow,
+        Refusal::Ramp,
+        Refusal::Travel,
+        Refusal::Fault,
+        Refusal::Other,
+    ];
+
+    /// Its name on the line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Refusal::Line => "line",
+            Refusal::Range => "range",
+            Refusal::Axis => "axis",
+            Refusal::Busy => "busy",
+            Refusal::Closed => "no-po",
+            Refusal::NoTravel => "no-travel",
+            Refusal::Killed => "killed",
+            Refusal::Uncertain => "uncertain",
+            Refusal::TooFast => "too-fast",
+            Refusal::TooSlow => "too-slow",
+            Refusal::Ramp => "ramp",
+            Refusal::Travel => "travel",
+            Refusal::Fault => "fault",
+            Refusal::Other => "other",
+        }
+    }
+
+    /// The reason with this name; one that is not known is [`Refusal::Other`].
+    pub fn named(name: &[u8]) -> Refusal {
+        let known = Refusal::ALL.into_iter().find(|known| known.name().as_bytes() == name);
+        known.unwrap_or(Refusal::Other)
+    }
+}
+
+impl From<BadLine> for Refusal {
+    fn from(bad: BadLine) -> Refusal {
+        match bad {
+            BadLine::Range => Refusal::Range,
+            BadLine::Empty | BadLine::Unknown | BadLine::Long | BadLine::Garbled => Refusal::Line,
+        }
+    }
+}
+
+/// What happened, and what to do about it.
+///
+/// Apart from the names, so that a chip which never prints them does not
+/// carry them: constants take RAM on an AVR.
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Refusal::Line => "not a line of this protocol",
+            Refusal::Range => "a number outside its range",
+            Refusal::Axis => "the board has no such axis",
+            Refusal::Busy => "the axis is still travelling: wait, or stop it with Z",
+            Refusal::Closed => "no order is open: begin it with PO",
+            Refusal::NoTravel => "the order has no travel: send G or g before E",
+            Refusal::Killed => "K abandoned the order: begin again with PO",
+            Refusal::Uncertain => "the position is not known: go to a known place and send I",
+            Refusal::TooFast => "faster than the board can step: lower the top speed",
+            Refusal::TooSlow => "slower than the board can wait: raise the speeds",
+            Refusal::Ramp => "the board can't compute such a ramp: change its length or slope",
+            Refusal::Travel => "the board can't count that far: shorten the travel",
+            Refusal::Fault => "the axis is out of order: look at its switches and its driver",
+            Refusal::Other => "a reason that this version has no word for",
+        })
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_its_own_and_one_word() {
+        for refusal in Refusal::ALL {
+            assert_eq!(Refusal::named(refusal.name().as_bytes()), refusal);
+            assert!(refusal.name().bytes().all(|b| b.is_ascii_lowercase() || b == b'-'));
+            assert_ne!(refusal.name(), "none");
+        }
+        assert_eq!(Refusal::named(b"none"), Refusal::Other);
+        assert_eq!(Refusal::named(b""), Refusal::Other);
+    }
+}

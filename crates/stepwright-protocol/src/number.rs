@@ -1,0 +1,173 @@
+//! Numbers as a line carries them: whole, decimal, inside their range by type.
+
+use crate::BadLine;
+
+/// A whole number from `MIN` to `MAX`, both included.
+///
+/// The bounds are checked where a number enters, from the line or from a
+/// program; whoever holds a `Whole` need not check again.
+///
+/// ```
+/// use stepwright_protocol::RampSteps;
+/// assert_eq!(RampSteps::new(200).unwrap().get(), 200);
+/// assert!(RampSteps::new(0).is_none());
+/// assert_eq!(RampSteps::clamped(5000), RampSteps::LARGEST);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Whole<const MIN: u32, const MAX: u32>(u32);
+
+/// A speed in tens of steps per second, as S and T carry it: 1 … 999.
+pub type Tens = Whole<1, 999>;
+/// The length of a ramp in steps, as R carries it: 1 … 999.
+pub type RampSteps = Whole<1, 999>;
+/// A start speed in steps/s, as `s` carries it: 0 (from rest) … 1,000,000.
+pub type StartSpeed = Whole<0, 1_000_000>;
+/// A top speed in steps/s, as `t` carries it: 1 … 1,000,000.
+pub type TopSpeed = Whole<1, 1_000_000>;
+/// An acceleration in steps/s², as `a` and `d` carry it: 1 … 100,000,000.
+pub type WholeAccel = Whole<1, 100_000_000>;
+
+impl<const MIN: u32, const MAX: u32> Whole<MIN, MAX> {
+    /// `MIN`, as a value of this type.
+    pub const SMALLEST: Self = Whole(MIN);
+    /// `MAX`, as a value of this type.
+    pub const LARGEST: Self = Whole(MAX);
+
+    /// `n`, or `None` when it is outside the range.
+    pub const fn new(n: u32) -> Option<Self> {
+        if n < MIN || n > MAX { None } else { Some(Whole(n)) }
+    }
+
+    /// The value of the range that is nearest to `n`.
+    pub const fn clamped(n: u32) -> Self {
+        if n < MIN {
+            Whole(MIN)
+        } else if n > MAX {
+            Whole(MAX)
+        } else {
+            Whole(n)
+        }
+    }
+
+    /// The number, in the unit of the type's name.
+    pub const fn get(self) -> u32 {
+        self.0
+    }
+
+    /// Reads digits that must make up the whole of `text`.
+    pub(crate) fn parse(text: &[u8]) -> Result<Self, BadLine> {
+        Self::new(digits(text)?).ok_or(BadLine::Range)
+    }
+}
+
+/// A travel in steps relative to the last end position, + clockwise:
+/// −2,147,483,647 … 2,147,483,647.
+///
+/// −2³¹ is left out so that the way back from every travel is a travel too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Distance(i32);
+
+impl Distance {
+    /// `steps`, or `None` for −2³¹.
+    ///
+    /// ```
+    /// use stepwright_protocol::Distance;
+    /// assert_eq!(Distance::new(-4000).unwrap().get(), -4000);
+    /// assert!(Distance::new(i32::MIN).is_none());
+    /// ```
+    pub const fn new(steps: i32) -> Option<Distance> {
+        if steps == i32::MIN { None } else { Some(Distance(steps)) }
+    }
+
+    /// Steps, + clockwise.
+    pub const fn get(self) -> i32 {
+        self.0
+    }
+
+    /// Reads a sign, which must be there, and digits. `-0` is 0.
+    pub(crate) fn parse(text: &[u8]) -> Result<Distance, BadLine> {
+        let (sign, text) = Direction::parse(text)?;
+        let steps = i32::try_from(digits(text)?).map_err(|_| BadLine::Range)?;
+        // `steps` is not negative, so the negation can't overflow.
+        Ok(Distance(match sign {
+            Direction::Forward => steps,
+            Direction::Backward => steps.wrapping_neg(),
+        }))
+    }
+}
+
+/// Which way the shaft turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// `+`, clockwise, positions grow.
+    Forward,
+    /// `-`, counter-clockwise.
+    Backward,
+}
+
+impl Direction {
+    /// Takes the sign off the front of `text`.
+    pub(crate) fn parse(text: &[u8]) -> Result<(Direction, &[u8]), BadLine> {
+        match text.split_first() {
+            Some((b'+', rest)) => Ok((Direction::Forward, rest)),
+            Some((b'-', rest)) => Ok((Direction::Backward, rest)),
+            _ => Err(BadLine::Unknown),
+        }
+    }
+}
+
+/// Reads one or more decimal digits and nothing else. Leading zeros are fine.
+///
+/// The whole text is looked at even after an overflow, so that `9999999999x`
+/// is called unknown, as `9x` is.
+pub(crate) fn digits(text: &[u8]) -> Result<u32, BadLine> {
+    if text.is_empty() {
+        return Err(BadLine::Unknown);
+    }
+    let mut value = Some(0u32);
+    for byte in text {
+        let digit = byte.wrapping_sub(b'0');
+        if digit > 9 {
+            return Err(BadLine::Unknown);
+        }
+        value = value.and_then(|v| v.checked_mul(10)?.checked_add(digit.into()));
+    }
+    value.ok_or(BadLine::Range)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_belong_to_the_range() {
+        assert!(Tens::new(0).is_none() && Tens::new(1000).is_none());
+        assert!(Tens::new(1).is_some() && Tens::new(999).is_some());
+        assert_eq!(StartSpeed::new(0), Some(StartSpeed::SMALLEST));
+        assert_eq!(WholeAccel::clamped(0).get(), 1);
+    }
+
+    #[test]
+    fn digits_are_read_to_the_end() {
+        assert_eq!(digits(b"4294967295"), Ok(u32::MAX));
+        assert_eq!(digits(b"4294967296"), Err(BadLine::Range));
+        assert_eq!(digits(b"9999999999"), Err(BadLine::Range));
+        assert_eq!(digits(b"00000000000007"), Ok(7));
+        for unknown in
+            [&b""[..], b"x", b"1x", b"9999999999x", b"+1", b" 1", b"1 ", b"\xb1", b":", b"/"]
+        {
+            assert_eq!(digits(unknown), Err(BadLine::Unknown), "{unknown:?}");
+        }
+    }
+
+    #[test]
+    fn a_distance_needs_one_sign() {
+        assert_eq!(Distance::parse(b"-2147483647"), Ok(Distance(-i32::MAX)));
+        assert_eq!(Distance::parse(b"-2147483648"), Err(BadLine::Range));
+        assert_eq!(Distance::parse(b"+2147483648"), Err(BadLine::Range));
+        assert_eq!(Distance::parse(b"-0"), Ok(Distance(0)));
+        for unknown in [&b""[..], b"5", b"+", b"+-5", b"--5"] {
+            assert_eq!(Distance::parse(unknown), Err(BadLine::Unknown), "{unknown:?}");
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! What a slave answers: one line for each line.
+
+use crate::Refusal;
+use crate::number::digits;
+use crate::text::{Bytes, Piece, Pieces};
+
+/// The protocol's version, which the answer to `?` begins with: 0.1.
+pub const VERSION: (u8, u8) = (0, 1);
+
+/// The answer to one line.
+///
+/// ```
+/// use stepwright_protocol::Reply;
+/// assert_eq!(Reply::Position(-12).bytes().collect::<Vec<u8>>(), b"-12\r");
+/// assert_eq!(Reply::parse(b"-12"), Some(Reply::Position(-12)));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Reply {
+    /// `Y`: accepted.
+    Yes,
+    /// `E`: refused; nothing has changed.
+    No,
+    /// `R`, to F: ready for a new order.
+    Ready,
+    /// `B`, to F: busy with a travel.
+    Busy,
+    /// To V: signed decimal steps, without a plus sign.
+    Position(i64),
+    /// To `?`.
+    Info(Info),
+}
+
+/// What the slave tells about itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Info {
+    /// Major and minor version of the protocol.
+    pub version: (u8, u8),
+    /// How many axes it has.
+    pub axes: u8,
+    /// The fastest it can step one axis, in steps/s.
+    pub max: u32,
+    /// Steps that came late since the last `!`.
+    pub late: u32,
+    /// Lines that were answered E since the last `!`, empty ones apart.
+    pub refused: u32,
+    /// The reason of the last of them.
+    pub last: Option<Refusal>,
+    /// Axes whose position is not known: bit 0 is axis 1. Decimal on the line.
+    pub uncertain: u8,
+}
+
+impl Reply {
+    /// The longest answer this version gives, without its CR, in bytes.
+    pub const LONGEST: usize = 106;
+
+    /// The line to send, its CR included.
+    pub fn bytes(self) -> Bytes<Reply> {
+        Bytes::new(self)
+    }
+
+    /// Reads a complete line, without its CR; `None` if it is no answer.
+    ///
+    /// It reads what later versions may say: a position with a plus sign, and
+    /// in the answer to `?` further words, fields in another order and reasons
+    /// that have no name here. The seven fields of [`Info`] must be there.
+    pub fn parse(line: &[u8]) -> Option<Reply> {
+        match line {
+            b"Y" => Some(Reply::Yes),
+            b"E" => Some(Reply::No),
+            b"R" => Some(Reply::Ready),
+            b"B" => Some(Reply::Busy),
+            [b'0'..=b'9' | b'-' | b'+', ..] => position(line).map(Reply::Position),
+            _ => Info::parse(line).map(Reply::Info),
+        }
+    }
+}
+
+/// Reads a signed number. Counted downwards, so that −2⁶³ needs no exception.
+fn position(line: &[u8]) -> Option<i64> {
+    let (plus, digits) = match line {
+        [b'-', digits @ ..] => (false, digits),
+        [b'+', digits @ ..] => (true, digits),
+        digits => (true, digits),
+    };
+    if digits.is_empty() {
+        return None;
+    }
+    let mut value = 0i64;
+    for byte in digits {
+        let digit = byte.wrapping_sub(b'0');
+        if digit > 9 {
+            return None;
+        }
+        value = value.checked_mul(10)?.checked_sub(digit.into())?;
+    }
+    if plus { value.checked_neg() } else { Some(value) }
+}
+
+impl Info {
+    fn parse(line: &[u8]) -> Option<Info> {
+        let mut words = line.split(|byte| *byte == b' ');
+        if words.next()? != b"stepwright" {
+            return None;
+        }
+        let (major, minor) = halves(words.next()?, b'.')?;
+        let version = (small(major)?, small(minor)?);
+        let (mut axes, mut max, mut late) = (None, None, None);
+        let (mut refused, mut last, mut uncertain) = (None, None, None);
+        for word in words {
+            let Some((key, value)) = halves(word, b'=') else { continue };
+            match key {
+                b"axes" => axes = Some(small(value)?),
+                b"max" => max = Some(digits(value).ok()?),
+                b"late" => late = Some(digits(value).ok()?),
+                b"refused" => refused = Some(digits(value).ok()?),
+                b"last" if value == b"none" => last = Some(None),
+                b"last" => last = Some(Some(Refusal::named(value))),
+                b"uncertain" => uncertain = Some(small(value)?),
+                _ => {}
+            }
+        }
+        Some(Info {
+            version,
+            axes: axes?,
+            max: max?,
+            late: late?,
+            refused: refused?,
+            last: last?,
+            uncertain: uncertain?,
+        })
+    }
+}
+
+fn small(text: &[u8]) -> Option<u8> {
+    digits(text).ok()?.try_into().ok()
+}
+
+/// Splits at the first `at`.
+fn halves(text: &[u8], at: u8) -> Option<(&[u8], &[u8])> {
+    let mut halves = text.splitn(2, |byte| *byte == at);
+    Some((halves.next()?, halves.next()?))
+}
+
+impl Pieces for Reply {
+    fn piece(&self, n: u8) -> Option<Piece> {
+        let text = match self {
+            Reply::Yes => "Y\r",
+            Reply::No => "E\r",
+            Reply::Ready => "R\r",
+            Reply::Busy => "B\r",
+            Reply::Position(steps) => {
+                return Some(match n {
+                    0 => Piece::Text(if *steps < 0 { "-" } else { "" }),
+                    1 => Piece::Number(steps.unsigned_abs()),
+                    2 => Piece::Text("\r"),
+                    _ => return None,
+                });
+            }
+            Reply::Info(info) => return info.piece(n),
+        };
+        if n == 0 { Some(Piece::Text(text)) } else { None }
+    }
+}
+
+impl Pieces for Info {
+    fn piece(&self, n: u8) -> Option<Piece> {
+        Some(match n {
+            0 => Piece::Text("stepwright "),
+            1 => Piece::Number(self.version.0.into()),
+            2 => Piece::Text("."),
+            3 => Piece::Number(self.version.1.into()),
+            4 => Piece::Text(" axes="),
+            5 => Piece::Number(self.axes.into()),
+            6 => Piece::Text(" max="),
+            7 => Piece::Number(self.max.into()),
+            8 => Piece::Text(" late="),
+            9 => Piece::Number(self.late.into()),
+            10 => Piece::Text(" refused="),
+            11 => Piece::Number(self.refused.into()),
+            12 => Piece::Text(" last="),
+            13 => Piece::Text(self.last.map_or("none", Refusal::name)),
+            14 => Piece::Text(" uncertain="),
+            15 => Piece::Number(self.uncertain.into()),
+            16 => Piece::Text("\r"),
+            _ => return None,
+        })
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const INFO: Info = Info {
+        version: VERSION,
+        axes: 3,
+        max: 120_000,
+        late: 0,
+        refused: 0,
+        last: None,
+        uncertain: 0,
+    };
+
+    fn info() -> impl Strategy<Value = Info> {
+        let last = proptest::option::of(proptest::sample::select(&Refusal::ALL[..]));
+        (any::<((u8, u8), u8, u32, u32, u32, u8)>(), last).prop_map(
+            |((version, axes, max, late, refused, uncertain), last)| Info {
+                version,
+                axes,
+                max,
+                late,
+                refused,
+                last,
+                uncertain,
+            },
+        )
+    }
+
+    pub(crate) fn any_reply() -> impl Strategy<Value = Reply> {
+        let word = &[Reply::Yes, Reply::No, Reply::Ready, Reply::Busy][..];
+        prop_oneof![
+            proptest::sample::select(word),
+            (any::<i64>(), 0u32..64).prop_map(|(n, bits)| Reply::Position(n >> bits)),
+            info().prop_map(Reply::Info),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read_back(reply in any_reply()) {
+            let line: Vec<u8> = reply.bytes().collect();
+            let (cr, line) = line.split_last().unwrap();
+            prop_assert_eq!(*cr, b'\r');
+            prop_assert!(line.len() <= Reply::LONGEST && !line.contains(&b'\r'));
+            prop_assert_eq!(Reply::parse(line), Some(reply));
+        }
+
+        #[test]
+        fn nothing_panics(line: Vec<u8>, tail: Vec<u8>) {
+            let _ = Reply::parse(&line);
+            let _ = Reply::parse(&[b"stepwright ", &tail[..]].concat());
+            let _ = Reply::parse(&[b"-", &tail[..]].concat());
+        }
+    }
+
+    #[test]
+    fn the_answer_to_a_question_mark() {
+        let line: Vec<u8> = Reply::Info(INFO).bytes().collect();
+        assert_eq!(
+            core::str::from_utf8(&line),
+            Ok("stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0\r")
+        );
+    }
+
+    #[test]
+    fn the_longest_answer_is_known() {
+        let last = Refusal::ALL.into_iter().max_by_key(|r| r.name().len());
+        let (n, b) = (u32::MAX, u8::MAX);
+        let most =
+            Info { version: (b, b), axes: b, max: n, late: n, refused: n, last, uncertain: b };
+        assert_eq!(Reply::Info(most).bytes().count(), Reply::LONGEST + 1);
+        assert!(Reply::Position(i64::MIN).bytes().count() < Reply::LONGEST);
+    }
+
+    #[test]
+    fn a_later_version_is_understood() {
+        let line = b"stepwright 12.34 hello max=120000 axes=3 last=asleep late=0 new=x=y refused=0 uncertain=0";
+        let later = Info { version: (12, 34), last: Some(Refusal::Other), ..INFO };
+        assert_eq!(Reply::parse(line), Some(Reply::Info(later)));
+        assert_eq!(Reply::parse(b"+12"), Some(Reply::Position(12)));
+    }
+
+    #[test]
+    fn a_damaged_answer_is_none() {
+        for line in [
+            &b""[..],
+            b"y",
+            b"YY",
+            b"Y ",
+            b"E1",
+            b"-",
+            b"+",
+            b"--1",
+            b"1-",
+            b"1 ",
+            b"0x1",
+            b"9223372036854775808",
+            b"-9223372036854775809",
+            b"stepwright",
+            b"stepwright 0.1",
+            b"stepwright 0 axes=3 max=1 late=0 refused=0 last=none uncertain=0",
+            b"stepwright 0.1 axes=3 max=1 late=0 refused=0 last=none",
+            b"stepwright 0.1 axes=3 max=1 late=0 refused=0 last=none uncertain=256",
+            b"stepwright 0.1 axes=3 max=x late=0 refused=0 last=none uncertain=0",
+            b" stepwright 0.1 axes=3 max=1 late=0 refused=0 last=none uncertain=0",
+        ] {
+            assert_eq!(Reply::parse(line), None, "{line:?}");
+        }
+        assert_eq!(Reply::parse(b"-9223372036854775808"), Some(Reply::Position(i64::MIN)));
+    }
+}

@@ -1,0 +1,230 @@
+//! The lines that make a slave carry orders out.
+
+use stepwright::OutOfRange;
+
+use crate::axis::{AxisId, Selection};
+use crate::command::Command;
+use crate::number::{Tens, Whole};
+use crate::order::{Order, Settings, Travel};
+
+/// The commands of one order for one axis, or of several that start together:
+/// an iterator, to be sent one by one, each after the Y of the one before.
+///
+/// It takes document 004's lines wherever they can say the value, so that a
+/// slave written for that document understands a script for axis 1 whose
+/// speeds are multiples of 10 from 10 to 9,990 steps/s and whose ramps are
+/// counted in steps; the extensions otherwise. Every setting is sent, because
+/// what a slave remembers may come from another master.
+///
+/// If a line is answered E, stop there: the slave will not start the order.
+/// Afterwards the last axis of the script stays selected, so that F and Z
+/// speak of it.
+///
+/// ```
+/// # use stepwright_protocol::*;
+/// # use stepwright::Speed;
+/// let order = Order {
+///     start: Speed::from_steps(50).unwrap(),
+///     top: Speed::from_steps(1000).unwrap(),
+///     up: Ramp::Steps(RampSteps::new(200).unwrap()),
+///     down: Ramp::Steps(RampSteps::new(200).unwrap()),
+///     travel: Travel::By(Distance::new(4000).unwrap()),
+/// };
+/// let lines = |axis| {
+///     let orders = [(AxisId::numbered(axis).unwrap(), order)];
+///     Script::new(&orders).unwrap().map(|c| c.to_string()).collect::<Vec<_>>().join(" ")
+/// };
+/// assert_eq!(lines(1), "PO S5 T100 R200 G+4000 E");
+/// assert_eq!(lines(2), "A2 PO A2 S5 T100 R200 G+4000 E");
+/// ```
+#[derive(Clone, Debug)]
+pub struct Script<'a> {
+    /// The orders that are not yet said, the present one first.
+    orders: &'a [(AxisId, Order)],
+    next: Next,
+    selected: AxisId,
+}
+
+/// Which line comes next; those of an axis in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Next {
+    Address,
+    Program,
+    Select,
+    Start,
+    Top,
+    Ramp,
+    Accel,
+    Decel,
+    Travel,
+    End,
+}
+
+impl<'a> Script<'a> {
+    /// The script of these orders. An axis that is named twice travels by its
+    /// last order; no orders, no lines.
+    ///
+    /// Speeds and accelerations go rounded to whole steps:
+    /// [`Order::sendable`] shows what the slave will understand.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] if the line can't carry one of the orders.
+    pub fn new(orders: &'a [(AxisId, Order)]) -> Result<Script<'a>, OutOfRange> {
+        for (_, order) in orders {
+            Settings::of(order)?;
+        }
+        let next = if orders.is_empty() { Next::End } else { Next::Address };
+        Ok(Script { orders, next, selected: AxisId::FIRST })
+    }
+}
+
+impl Iterator for Script<'_> {
+    type Item = Command;
+
+    fn next(&mut self) -> Option<Command> {
+        loop {
+            let Some((&(axis, order), rest)) = self.orders.split_first() else {
+                // After the last axis one line is left: E.
+                let left = self.next != Next::End;
+                self.next = Next::End;
+                return left.then_some(Command::Execute);
+            };
+            // Checked by `new`.
+            let settings = Settings::of(&order).ok()?;
+            let by_steps = settings.accel.is_none() || settings.decel.is_none();
+            let select = Command::Select(Selection::One(axis));
+            let (line, next) = match self.next {
+                // PO is refused while the selected axis is busy, whichever
+                // that is; so the axis that is to start is selected first.
+                // Axis 1 does without, for a slave that knows no A.
+                Next::Address => ((axis != AxisId::FIRST).then_some(select), Next::Program),
+                Next::Program => (Some(Command::Program), Next::Select),
+                Next::Select => ((axis != self.selected).then_some(select), Next::Start),
+                Next::Start => {
+                    let exact = Command::Start(settings.start);
+                    (Some(tens(settings.start).map_or(exact, Command::StartTens)), Next::Top)
+                }
+                Next::Top => {
+                    let exact = Command::Top(settings.top);
+                    (Some(tens(settings.top).map_or(exact, Command::TopTens)), Next::Ramp)
+                }
+                Next::Ramp => (by_steps.then_some(Command::Ramp(settings.ramp)), Next::Accel),
+                Next::Accel => (settings.accel.map(Command::Accel), Next::Decel),
+                Next::Decel => (settings.decel.map(Command::Decel), Next::Travel),
+                Next::Travel | Next::End => {
+                    self.orders = rest;
+                    self.selected = axis;
+                    let line = match order.travel {
+                        Travel::By(distance) => Command::Go(distance),
+                        Travel::Endless(direction) => Command::Run(direction),
+                    };
+                    (Some(line), Next::Select)
+                }
+            };
+            self.next = next;
+            if line.is_some() {
+                return line;
+            }
+        }
+    }
+}
+
+/// The speed in tens of steps/s, if it is one that S and T can say.
+fn tens<const MIN: u32, const MAX: u32>(speed: Whole<MIN, MAX>) -> Option<Tens> {
+    if speed.get().is_multiple_of(10) { Tens::new(speed.get() / 10) } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::number::{Direction, Distance, RampSteps, StartSpeed, TopSpeed, WholeAccel};
+    use proptest::prelude::*;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+
+    const SLOW: Settings = Settings::INITIAL;
+
+    fn order(settings: Settings) -> Order {
+        settings.order(Travel::Endless(Direction::Backward))
+    }
+
+    fn axis(n: u8) -> AxisId {
+        AxisId::numbered(n).unwrap()
+    }
+
+    fn lines(orders: &[(AxisId, Order)]) -> String {
+        let lines: Vec<_> = Script::new(orders).unwrap().map(|c| c.to_string()).collect();
+        lines.join(" ")
+    }
+
+    #[test]
+    fn extensions_are_sent_only_where_needed() {
+        let one = |settings| lines(&[(AxisId::FIRST, order(settings))]);
+        assert_eq!(one(SLOW), "PO S5 T100 R200 g- E");
+        assert_eq!(one(Settings { start: StartSpeed::clamped(0), ..SLOW }), "PO s0 T100 R200 g- E");
+        assert_eq!(one(Settings { top: TopSpeed::clamped(9_990), ..SLOW }), "PO S5 T999 R200 g- E");
+        assert_eq!(
+            one(Settings { top: TopSpeed::clamped(10_000), ..SLOW }),
+            "PO S5 t10000 R200 g- E"
+        );
+        assert_eq!(
+            one(Settings { top: TopSpeed::clamped(1_005), ..SLOW }),
+            "PO S5 t1005 R200 g- E"
+        );
+        let (accel, decel) = (WholeAccel::new(7), WholeAccel::new(8));
+        assert_eq!(one(Settings { accel, ..SLOW }), "PO S5 T100 R200 a7 g- E");
+        assert_eq!(one(Settings { decel, ..SLOW }), "PO S5 T100 R200 d8 g- E");
+        assert_eq!(one(Settings { accel, decel, ..SLOW }), "PO S5 T100 a7 d8 g- E");
+    }
+
+    #[test]
+    fn several_axes_share_one_order() {
+        let order = order(SLOW);
+        assert_eq!(
+            lines(&[(axis(1), order), (axis(3), order)]),
+            "PO S5 T100 R200 g- A3 S5 T100 R200 g- E"
+        );
+        assert_eq!(
+            lines(&[(axis(3), order), (axis(1), order)]),
+            "A3 PO A3 S5 T100 R200 g- A1 S5 T100 R200 g- E"
+        );
+        assert_eq!(lines(&[]), "");
+    }
+
+    #[test]
+    fn what_can_not_be_said_is_an_error() {
+        let mut wrong = order(SLOW);
+        wrong.down = crate::Ramp::Steps(RampSteps::LARGEST);
+        assert!(Script::new(&[(AxisId::FIRST, wrong)]).is_err());
+    }
+
+    proptest! {
+        /// What the lines set is what the order said.
+        #[test]
+        fn a_script_sets_the_whole_order(
+            start in 0u32..=1_000_000, top in 1u32..=1_000_000, shift in 0u32..20,
+            ramp in 1u32..=999, accel: Option<u32>, decel: Option<u32>, by: i32,
+        ) {
+            let order = Settings {
+                start: StartSpeed::clamped(start >> shift),
+                top: TopSpeed::clamped(top >> shift),
+                ramp: RampSteps::clamped(ramp),
+                accel: accel.map(WholeAccel::clamped),
+                decel: decel.map(WholeAccel::clamped),
+            }
+            .order(Travel::By(Distance::new(by.max(-i32::MAX)).unwrap()));
+            let orders = [(AxisId::FIRST, order)];
+            let mut settings = Settings::INITIAL;
+            settings.apply(Command::Accel(WholeAccel::LARGEST));
+            let mut travel = None;
+            for command in Script::new(&orders).unwrap() {
+                settings.apply(command);
+                if let Command::Go(distance) = command {
+                    travel = Some(Travel::By(distance));
+                }
+            }
+            prop_assert_eq!(settings.order(travel.unwrap()), order);
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! What ought to come of a line, found by looking back.
+//!
+//! It knows no state machine: it answers each line from the log of exact lines
+//! alone, as a person with a listing would. So it shares no thought, and no
+//! mistake, with the slave.
+
+use crate::common::Bench;
+
+/// How many axes the board has.
+pub const AXES: usize = 3;
+
+/// A line that was answered.
+pub struct Entry {
+    pub line: String,
+    pub answer: String,
+    /// Which axes were busy before it.
+    pub busy: [bool; AXES],
+    /// Where the axes were before it, if that is known.
+    pub position: [Option<i64>; AXES],
+    /// The starts that the machine was asked for, in words.
+    pub asked: Vec<String>,
+    /// Did the machine refuse them?
+    pub refused: bool,
+}
+
+impl Entry {
+    /// An entry for what the bench is like before the next line.
+    pub fn before(bench: &Bench) -> Entry {
+        Entry {
+            line: String::new(),
+            answer: String::new(),
+            busy: std::array::from_fn(|n| bench.axes[n].running.is_some()),
+            position: std::array::from_fn(|n| {
+                (!bench.axes[n].uncertain).then_some(bench.axes[n].position)
+            }),
+            asked: Vec::new(),
+            refused: false,
+        }
+    }
+}
+
+/// A line for the log. One that is too long or not UTF-8 is no line of the
+/// protocol, and any other that is none stands for it.
+pub fn exact(line: &[u8]) -> String {
+    match std::str::from_utf8(line) {
+        Ok(line) if line.len() <= 16 => line.into(),
+        _ => "neither".into(),
+    }
+}
+
+/// An answer without the reason of the last refusal, which is not judged here.
+pub fn comparable(answer: &str) -> String {
+    let words = answer.split(' ').filter(|word| !word.starts_with("last="));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+fn number(digits: &str, from: u64, to: u64) -> Option<u64> {
+    if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
+        return None;
+    }
+    digits.parse().ok().filter(|n| (from..=to).contains(n))
+}
+
+fn signed(text: &str) -> Option<i64> {
+    let n = number(text.get(1..)?, 0, (1 << 31) - 1)? as i64;
+    match &text[..1] {
+        "+" => Some(n),
+        "-" => Some(-n),
+        _ => None,
+    }
+}
+
+/// The range of the number behind a letter that sets something.
+fn setting(line: &str) -> Option<(char, u64)> {
+    let letter = line.chars().next()?;
+    let (from, to) = match letter {
+        'S' | 'T' | 'R' => (1, 999),
+        's' => (0, 1_000_000),
+        't' => (1, 1_000_000),
+        'a' | 'd' => (1, 100_000_000),
+        _ => return None,
+    };
+    Some((letter, number(&line[1..], from, to)?))
+}
+
+/// The travel of a G or g line, in words.
+fn travel(line: &str) -> Option<String> {
+    match line {
+        "g+" => Some("forward".into()),
+        "g-" => Some("backward".into()),
+        _ => Some(format!("{:+}", signed(line.strip_prefix('G')?)?)),
+    }
+}
+
+/// `A0` … `A3`, the axes that it selects.
+fn selection(line: &str) -> Option<Vec<usize>> {
+    match number(line.strip_prefix('A')?, 0, AXES as u64)? {
+        0 => Some((0..AXES).collect()),
+        n => Some(vec![n as usize - 1]),
+    }
+}
+
+fn own_axis(line: &str, letter: char) -> Option<usize> {
+    Some(number(line.strip_prefix(letter)?, 1, AXES as u64)? as usize - 1)
+}
+
+fn opens(entry: &Entry) -> bool {
+    matches!(entry.line.as_str(), "PO" | "P0") && entry.answer == "Y"
+}
+
+/// The axes that a line after this log addresses.
+fn selected(log: &[Entry]) -> Vec<usize> {
+    let last = log.iter().rev().find_map(|entry| match opens(entry) {
+        true => Some(vec![0]),
+        false => selection(&entry.line),
+    });
+    last.unwrap_or(vec![0])
+}
+
+/// Where the order that is open at the end of this log was opened.
+fn open(log: &[Entry]) -> Option<usize> {
+    let po = log.iter().rposition(opens)?;
+    let done = log[po..].iter().any(|entry| entry.line == "E" && entry.answer == "Y");
+    (!done).then_some(po)
+}
+
+/// The settings of an axis at the end of this log, in words.
+fn settings(log: &[Entry], axis: usize) -> String {
+    let taken: Vec<(char, u64)> = (0..log.len())
+        .filter(|&n| log[n].answer == "Y" && selected(&log[..n]).contains(&axis))
+        .filter_map(|n| setting(&log[n].line))
+        .collect();
+    let last = |letters: &str| taken.iter().rposition(|(letter, _)| letters.contains(*letter));
+    let speed = |letters: &str, initial: u64| match last(letters) {
+        Some(n) if taken[n].0.is_uppercase() => taken[n].1 * 10,
+        Some(n) => taken[n].1,
+        None => initial,
+    };
+    let ramp = |own: char| match last(&format!("R{own}")) {
+        Some(n) if taken[n].0 != 'R' => format!("{}/s2", taken[n].1),
+        Some(n) => format!("R{}", taken[n].1),
+        None => "R200".into(),
+    };
+    format!("{}-{} {} {}", speed("Ss", 50), speed("Tt", 1000), ramp('a'), ramp('d'))
+}
+
+/// What the last line of the log should have started, in words.
+pub fn should_start(log: &[Entry]) -> Option<String> {
+    let (entry, before) = log.split_last()?;
+    let mut staged: [Option<String>; AXES] = Default::default();
+    match (entry.line.as_str(), open(before)) {
+        ("E", Some(po)) => {
+            for n in po + 1..before.len() {
+                let Entry { line, answer, .. } = &before[n];
+                if line == "K" || (answer == "E" && line != "E") {
+                    return None; // spoiled
+                }
+                if let Some(travel) = travel(line) {
+                    for axis in selected(&before[..n]) {
+                        staged[axis] = Some(travel.clone());
+                    }
+                }
+            }
+        }
+        ("g+" | "g-", None) => {
+            for axis in selected(before) {
+                staged[axis] = travel(&entry.line);
+            }
+        }
+        _ => return None,
+    }
+    let mut orders = Vec::new();
+    for (axis, travel) in staged.iter().enumerate() {
+        let Some(travel) = travel else { continue };
+        if entry.busy[axis] {
+            return None;
+        }
+        orders.push(format!("{} {} {travel}", axis + 1, settings(before, axis)));
+    }
+    (!orders.is_empty()).then(|| orders.join("; "))
+}
+
+/// The answer that the last line of the log should have got.
+pub fn should_answer(log: &[Entry]) -> String {
+    let (entry, before) = log.split_last().unwrap();
+    let line = entry.line.as_str();
+    let yes = |yes: bool| if yes { "Y" } else { "E" }.to_string();
+    let idle = || selected(before).iter().all(|axis| !entry.busy[*axis]);
+    if should_start(log).is_some() {
+        return yes(!entry.refused);
+    }
+    match line {
+        "PO" | "P0" => yes(idle()),
+        "F" => if idle() { "R" } else { "B" }.into(),
+        "Z" | "K" | "!" => yes(true),
+        "?" => should_tell(before, entry),
+        _ if setting(line).is_some() => yes(idle()),
+        _ if travel(line).is_some() => yes(open(before).is_some() && idle()),
+        _ if selection(line).is_some() => yes(true),
+        _ => {
+            if let Some(axis) = own_axis(line, 'I') {
+                yes(!entry.busy[axis])
+            } else if let Some(axis) = own_axis(line, 'V') {
+                entry.position[axis].map_or("E".into(), |steps| steps.to_string())
+            } else {
+                yes(false)
+            }
+        }
+    }
+}
+
+/// The answer to a `?` at the end of this log.
+fn should_tell(log: &[Entry], now: &Entry) -> String {
+    let since = log.iter().rposition(|entry| entry.line == "!").map_or(0, |n| n + 1);
+    let refused = log[since..].iter().filter(|e| e.answer == "E" && !e.line.is_empty()).count();
+    let uncertain: u8 = (0..AXES).map(|n| u8::from(now.position[n].is_none()) << n).sum();
+    format!("stepwright 0.1 axes={AXES} max=120000 late=0 refused={refused} uncertain={uncertain}")
+}

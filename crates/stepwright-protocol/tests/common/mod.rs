@@ -1,0 +1,222 @@
+//! A machine for tests: it writes down what it is told and moves when told to.
+#![allow(dead_code)] // each test uses its part
+
+use std::fmt::Write as _;
+
+use stepwright::Speed;
+use stepwright_protocol::{
+    AxisId, Command, Direction, Machine, Order, Ramp, RampSteps, Refusal, Reply, Slave, Travel,
+};
+
+/// One axis of the bench.
+#[derive(Clone, Default)]
+pub struct Axis {
+    pub running: Option<Order>,
+    pub position: i64,
+    pub uncertain: bool,
+}
+
+/// A machine whose axes are busy until the test lets them arrive.
+#[derive(Clone, Default)]
+pub struct Bench {
+    pub axes: Vec<Axis>,
+    /// The next start is refused for this reason.
+    pub refuse: Option<Refusal>,
+    pub late: u32,
+    /// Every start that was asked for, also a refused one.
+    pub asked: Vec<Vec<(AxisId, Order)>>,
+    /// What it was told since the last look, in words.
+    pub log: String,
+}
+
+impl Bench {
+    pub fn new(axes: usize) -> Bench {
+        Bench { axes: vec![Axis::default(); axes], ..Bench::default() }
+    }
+
+    fn axis(&mut self, axis: AxisId) -> &mut Axis {
+        &mut self.axes[axis.index()] // the slave never names another one
+    }
+
+    fn note(&mut self, text: &str) {
+        if !self.log.is_empty() {
+            self.log += "; ";
+        }
+        self.log += text;
+    }
+
+    /// Somebody presses a button of the machine's own: an idle axis sets off.
+    pub fn press(&mut self, index: usize) {
+        let travel = Travel::Endless(Direction::Forward);
+        let (up, down) = (Ramp::Steps(RampSteps::LARGEST), Ramp::Steps(RampSteps::LARGEST));
+        let order = Order { start: Speed::ZERO, top: Speed::MAX, up, down, travel };
+        self.axes[index].running.get_or_insert(order);
+    }
+
+    /// The axis comes to the end of its travel; an endless one goes 1000.
+    pub fn arrive(&mut self, index: usize) {
+        let axis = &mut self.axes[index];
+        axis.position += match axis.running.take().map(|order| order.travel) {
+            Some(Travel::By(distance)) => i64::from(distance.get()),
+            Some(Travel::Endless(Direction::Forward)) => 1000,
+            Some(Travel::Endless(Direction::Backward)) => -1000,
+            None => 0,
+        };
+    }
+}
+
+impl Machine for Bench {
+    fn axes(&self) -> u8 {
+        self.axes.len() as u8
+    }
+
+    fn busy(&self, axis: AxisId) -> bool {
+        self.axes[axis.index()].running.is_some()
+    }
+
+    fn start<I>(&mut self, orders: I) -> Result<(), Refusal>
+    where
+        I: Iterator<Item = (AxisId, Order)> + Clone,
+    {
+        let orders: Vec<_> = orders.collect();
+        assert!(!orders.is_empty(), "started nothing");
+        assert!(orders.is_sorted_by_key(|(axis, _)| *axis));
+        self.asked.push(orders.clone());
+        if let Some(refusal) = self.refuse.take() {
+            return Err(refusal);
+        }
+        for (axis, order) in &orders {
+            self.note(&format!("start {} {}", axis.number(), words(order)));
+            assert!(!self.busy(*axis), "started while busy");
+            let at_once = matches!(order.travel, Travel::By(d) if d.get() == 0);
+            self.axis(*axis).running = (!at_once).then_some(*order);
+        }
+        Ok(())
+    }
+
+    fn brake(&mut self, axis: AxisId) {
+        self.note(&format!("brake {}", axis.number()));
+    }
+
+    fn kill(&mut self) {
+        self.note("kill");
+        for axis in &mut self.axes {
+            axis.uncertain |= axis.running.take().is_some();
+        }
+    }
+
+    fn position(&self, axis: AxisId) -> Option<i64> {
+        let axis = &self.axes[axis.index()];
+        (!axis.uncertain).then_some(axis.position)
+    }
+
+    fn zero(&mut self, axis: AxisId) {
+        self.note(&format!("zero {}", axis.number()));
+        assert!(!self.busy(axis), "zeroed while busy");
+        *self.axis(axis) = Axis::default();
+    }
+
+    fn max_rate(&self) -> u32 {
+        120_000
+    }
+
+    fn late(&self) -> u32 {
+        self.late
+    }
+
+    fn clear_late(&mut self) {
+        self.note("clear");
+        self.late = 0;
+    }
+}
+
+/// An order in words: `50-1000 R200 R200 +4000`.
+pub fn words(order: &Order) -> String {
+    let mut text = format!("{}-{}", order.start, order.top);
+    for ramp in [order.up, order.down] {
+        let _ = match ramp {
+            Ramp::Steps(n) => write!(text, " R{}", n.get()),
+            Ramp::Accel(a) => write!(text, " {a}/s2"),
+        };
+    }
+    let _ = match order.travel {
+        Travel::By(distance) => write!(text, " {:+}", distance.get()),
+        Travel::Endless(Direction::Forward) => write!(text, " forward"),
+        Travel::Endless(Direction::Backward) => write!(text, " backward"),
+    };
+    text
+}
+
+/// Plays a table against a board of three axes, from power-up.
+///
+/// Each row is a line of the master, the slave's answer and, behind `->`, what
+/// the machine was told. `""` is an empty line. What begins with `*` happens
+/// to the machine: `*arrive 1`, `*press 1`, `*refuse too-fast`,
+/// `*late 7`.
+pub fn talk(table: &str) {
+    let (mut slave, mut bench) = (Slave::<3>::new(), Bench::new(3));
+    for (n, row) in table.lines().map(str::trim).enumerate().filter(|(_, row)| !row.is_empty()) {
+        let (said, told) = row.split_once("->").unwrap_or((row, ""));
+        let (line, answer) = said.trim().split_once(' ').expect("a line and its answer");
+        let answer = answer.trim();
+        match line {
+            "*arrive" => bench.arrive(answer.parse::<usize>().unwrap() - 1),
+            "*press" => bench.press(answer.parse::<usize>().unwrap() - 1),
+            "*refuse" => bench.refuse = Some(Refusal::named(answer.as_bytes())),
+            "*late" => bench.late = answer.parse().unwrap(),
+            _ => {
+                let line = line.replace("\"\"", "").replace("\\n", "\n").replace("\\0", "\0");
+                assert_eq!(say(&mut slave, &mut bench, line.as_bytes()), answer, "row {n}: {row}");
+            }
+        }
+        assert_eq!(std::mem::take(&mut bench.log), told.trim(), "row {n}: {row}");
+    }
+}
+
+/// Sends a line and its CR; the one answer, without its CR.
+pub fn say<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench, line: &[u8]) -> String {
+    for byte in line {
+        assert_eq!(slave.push(*byte, bench), None, "an answer before the CR");
+    }
+    text(slave.push(b'\r', bench).expect("an answer at the CR"))
+}
+
+/// A reply as a person reads it.
+pub fn text(reply: Reply) -> String {
+    let mut text = String::from_utf8(reply.bytes().collect()).unwrap();
+    assert_eq!(text.pop(), Some('\r'));
+    assert!(!text.contains('\r'));
+    text
+}
+
+/// Commands as a script says them: `PO S5 E`.
+pub fn lines(commands: impl Iterator<Item = Command>) -> String {
+    commands.map(|command| command.to_string()).collect::<Vec<_>>().join(" ")
+}
+
+/// SplitMix64 (public domain): small, seeded, good enough to make noise.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// 0 … n − 1.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    /// True once in n times.
+    pub fn one_in(&mut self, n: usize) -> bool {
+        self.below(n) == 0
+    }
+
+    pub fn byte(&mut self) -> u8 {
+        self.next() as u8
+    }
+}

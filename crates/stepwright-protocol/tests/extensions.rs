@@ -1,0 +1,239 @@
+//! What goes beyond document 004, as tables: see `talk` in `common/mod.rs`.
+
+mod common;
+
+use common::{Bench, say, talk};
+use stepwright_protocol::Slave;
+
+// ---- Faster boards ----
+
+#[test]
+fn speeds_and_accelerations_beyond_the_document() {
+    talk(
+        "s0        Y
+         t1000000  Y
+         a100000000 Y
+         g+        Y  -> start 1 0-1000000 100000000/s2 R200 forward
+         K         Y  -> kill
+         d1        Y
+         g+        Y  -> start 1 0-1000000 100000000/s2 1/s2 forward
+         K         Y  -> kill
+         R9        Y
+         g+        Y  -> start 1 0-1000000 R9 R9 forward
+         K         Y  -> kill
+         d7        Y
+         T3        Y
+         S2        Y
+         g+        Y  -> start 1 20-30 R9 7/s2 forward
+         K         Y  -> kill
+         t0        E
+         s1000001  E
+         a0        E
+         d100000001 E",
+    );
+}
+
+// ---- More axes ----
+
+#[test]
+fn several_axes_start_together() {
+    talk(
+        "PO      Y
+         T10     Y
+         G+5     Y
+         A3      Y
+         T30     Y
+         G-6     Y
+         E       Y  -> start 1 50-100 R200 R200 +5; start 3 50-300 R200 R200 -6
+         F       B
+         A1      Y
+         F       B
+         A2      Y
+         F       R
+         A0      Y
+         F       B
+         *arrive 1
+         F       B
+         *arrive 3
+         F       R
+         V1      5
+         V2      0
+         V3      -6",
+    );
+}
+
+#[test]
+fn all_or_nothing() {
+    talk(
+        "PO      Y
+         G+5     Y
+         A2      Y
+         G+6     Y
+         *refuse ramp
+         E       E
+         A0      Y
+         F       R",
+    );
+}
+
+#[test]
+fn an_axis_starts_while_another_runs() {
+    talk(
+        "g+      Y  -> start 1 50-1000 R200 R200 forward
+         PO      E
+         A2      Y
+         PO      Y
+         A2      Y
+         T20     Y
+         G+7     Y
+         E       Y  -> start 2 50-200 R200 R200 +7
+         F       B
+         *arrive 2
+         F       R
+         A1      Y
+         F       B
+         Z       Y  -> brake 1",
+    );
+}
+
+#[test]
+fn a_busy_axis_in_an_order_spoils_it() {
+    talk(
+        "g+      Y  -> start 1 50-1000 R200 R200 forward
+         A2      Y
+         PO      Y
+         T20     E
+         A2      Y
+         G+7     Y
+         E       E",
+    );
+}
+
+#[test]
+fn a0_addresses_all_axes() {
+    talk(
+        "A0      Y
+         T20     Y
+         g-      Y  -> start 1 50-200 R200 R200 backward; start 2 50-200 R200 R200 backward; start 3 50-200 R200 R200 backward
+         PO      E
+         T30     E
+         g+      E
+         Z       Y  -> brake 1; brake 2; brake 3
+         *arrive 2
+         Z       Y  -> brake 1; brake 3
+         I2      Y  -> zero 2
+         I1      E
+         K       Y  -> kill
+         V1      E
+         V2      0
+         V3      E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=6 last=uncertain uncertain=5
+         PO      Y
+         A0      Y
+         G+1     Y
+         A2      Y
+         G+2     Y
+         T1      Y
+         E       Y  -> start 1 50-200 R200 R200 +1; start 2 50-10 R200 R200 +2; start 3 50-200 R200 R200 +1",
+    );
+}
+
+#[test]
+fn po_selects_axis_1_again() {
+    talk(
+        "A2      Y
+         T20     Y
+         PO      Y
+         G+1     Y
+         E       Y  -> start 1 50-1000 R200 R200 +1
+         *arrive 1
+         A3      Y
+         PO      Y
+         G+1     Y
+         A2      Y
+         E       Y  -> start 1 50-1000 R200 R200 +1
+         PO      Y
+         T5      E",
+    );
+}
+
+#[test]
+fn an_axis_that_is_not_there() {
+    talk(
+        "A4      E
+         V4      E
+         I4      E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=3 last=axis uncertain=0
+         A9      E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=4 last=range uncertain=0
+         g+      Y  -> start 1 50-1000 R200 R200 forward",
+    );
+}
+
+// ---- Health ----
+
+#[test]
+fn a_question_clears_nothing_and_a_bang_does() {
+    talk(
+        "*late   7
+         x       E
+         g+      Y  -> start 1 50-1000 R200 R200 forward
+         K       Y  -> kill
+         ?       stepwright 0.1 axes=3 max=120000 late=7 refused=1 last=line uncertain=1
+         ?       stepwright 0.1 axes=3 max=120000 late=7 refused=1 last=line uncertain=1
+         !       Y  -> clear
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=1",
+    );
+}
+
+#[test]
+fn an_empty_line_is_answered_but_no_news() {
+    talk(
+        "\"\"    E
+         \"\"    E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0",
+    );
+}
+
+// ---- The line itself ----
+
+#[test]
+fn lf_is_nothing_and_long_lines_end_at_their_cr() {
+    talk(
+        "\\nPO\\n Y
+         G\\n+5  Y
+         G+0000000000000006 E
+         \\nPO   Y
+         G+00000000000006   Y
+         E\\n    Y  -> start 1 50-1000 R200 R200 +6",
+    );
+}
+
+#[test]
+fn a_lost_byte_makes_its_line_a_bad_one() {
+    let (mut slave, mut bench) = (Slave::<1>::new(), Bench::new(1));
+    assert_eq!(say(&mut slave, &mut bench, b"PO"), "Y");
+    for byte in b"G+4" {
+        slave.push(*byte, &mut bench);
+    }
+    slave.garbled();
+    assert_eq!(say(&mut slave, &mut bench, b"00"), "E");
+    assert_eq!(say(&mut slave, &mut bench, b"E"), "E");
+    assert!(bench.asked.is_empty());
+}
+
+#[test]
+fn a_slave_has_room_for_fewer_axes_than_the_machine_has() {
+    let (mut slave, mut bench) = (Slave::<2>::new(), Bench::new(3));
+    assert_eq!(say(&mut slave, &mut bench, b"A3"), "E");
+    assert_eq!(say(&mut slave, &mut bench, b"A0"), "Y");
+    assert_eq!(say(&mut slave, &mut bench, b"g+"), "Y");
+    assert_eq!(bench.asked[0].len(), 2);
+}
+
+#[test]
+fn a_slave_is_small() {
+    let size = size_of::<Slave<1>>();
+    let axis = size_of::<Slave<2>>() - size;
+    assert!(size <= 96 && axis <= 40, "{size} bytes, {axis} an axis");
+}

@@ -1,0 +1,90 @@
+//! Noise against the slave: whatever comes, every CR gets exactly one answer,
+//! the right one, and a motor starts only by a well-formed order.
+//!
+//! `common/noise.rs` makes what is sent, `common/judge.rs` says what ought to
+//! come of it. `STEPWRIGHT_FUZZ_CASES` sets the number of cases (the default
+//! takes about ten seconds in release), `STEPWRIGHT_FUZZ_SEED` the first one:
+//! a failure names its own.
+
+mod common;
+#[path = "common/judge.rs"]
+mod judge;
+#[path = "common/noise.rs"]
+mod noise;
+
+use common::{Bench, Random, text, words};
+use judge::{AXES, Entry, should_answer, should_start};
+use stepwright_protocol::{Refusal, Slave};
+
+/// Plays one case; the lines that were answered and the starts.
+fn play(seed: u64) -> (usize, usize) {
+    let mut random = Random(seed);
+    let bytes = noise::input(&mut random);
+    let (mut slave, mut bench) = (Slave::<AXES>::new(), Bench::new(AXES));
+    let (mut log, mut line) = (Vec::new(), Vec::new());
+    for &byte in &bytes {
+        let ends = byte == b'\r';
+        let refuses = ends && random.one_in(12);
+        bench.refuse = refuses.then_some(Refusal::TooFast);
+        let mut entry = Entry::before(&bench);
+        let asked = bench.asked.len();
+        let reply = slave.push(byte, &mut bench);
+        let said = |log: &[Entry]| {
+            let said: Vec<_> = log.iter().map(|e| format!("{:?} {}", e.line, e.answer)).collect();
+            format!("STEPWRIGHT_FUZZ_SEED={seed}\n{}\n{}", bytes.escape_ascii(), said.join("\n"))
+        };
+        assert_eq!(reply.is_some(), ends, "one answer at each CR\n{}", said(&log));
+        let Some(reply) = reply else {
+            assert_eq!(bench.asked.len(), asked, "a start without a CR\n{}", said(&log));
+            if byte != b'\n' {
+                line.push(byte);
+            }
+            continue;
+        };
+        entry.line = judge::exact(&line);
+        entry.answer = text(reply);
+        entry.refused = refuses;
+        entry.asked = bench.asked[asked..]
+            .iter()
+            .map(|orders| {
+                let orders = orders.iter().map(|(a, o)| format!("{} {}", a.number(), words(o)));
+                orders.collect::<Vec<_>>().join("; ")
+            })
+            .collect();
+        line.clear();
+        log.push(entry);
+        let last = log.last().unwrap();
+        assert_eq!(last.asked, Vec::from_iter(should_start(&log)), "starts\n{}", said(&log));
+        assert_eq!(judge::comparable(&last.answer), should_answer(&log), "{}", said(&log));
+        let moving = bench.axes.iter().any(|axis| axis.running.is_some());
+        assert!(last.line != "K" || !moving, "K left an axis running\n{}", said(&log));
+        if random.one_in(3) {
+            bench.arrive(random.below(AXES));
+        }
+        if random.one_in(30) {
+            bench.press(random.below(AXES));
+        }
+    }
+    (log.len(), log.iter().map(|entry| entry.asked.len()).sum())
+}
+
+#[test]
+fn noise_moves_nothing_by_mistake() {
+    let set = |name: &str| std::env::var(name).ok().map(|n| n.parse::<u64>().expect(name));
+    let seed = set("STEPWRIGHT_FUZZ_SEED");
+    let default = match seed {
+        Some(_) => 1,
+        None if cfg!(debug_assertions) => 50_000,
+        None => 300_000,
+    };
+    let cases = set("STEPWRIGHT_FUZZ_CASES").unwrap_or(default);
+    let (mut lines, mut starts) = (0, 0);
+    for case in 0..cases {
+        let (l, s) = play(seed.unwrap_or(0).wrapping_add(case));
+        lines += l;
+        starts += s;
+    }
+    println!("{cases} cases, {lines} lines, {starts} starts");
+    // A fuzz in which nothing ever starts would prove nothing.
+    assert!(cases < 1000 || starts > cases as usize / 10, "only {starts} starts");
+}

@@ -1,0 +1,70 @@
+//! Simulated time: a free-running counter with a compare register.
+
+use std::cell::Cell;
+use std::marker::PhantomData;
+use std::rc::Rc;
+
+use stepwright::timer::{Count, StepTimer};
+
+/// The present, in ticks since the board was switched on.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Now(Rc<Cell<u64>>);
+
+impl Now {
+    pub(crate) fn get(&self) -> u64 {
+        self.0.get()
+    }
+
+    pub(crate) fn set(&self, time: u64) {
+        self.0.set(time);
+    }
+}
+
+/// A timer of the width of `C`, as a chip has it: the counter wraps, and a
+/// compare value that has passed comes round only after a whole period.
+#[derive(Debug)]
+pub struct SimTimer<C> {
+    now: Now,
+    wake: u64,
+    count: PhantomData<C>,
+}
+
+impl<C: Count> SimTimer<C> {
+    pub(crate) fn new(now: Now) -> SimTimer<C> {
+        SimTimer { now, wake: 0, count: PhantomData }
+    }
+
+    /// When the compare register next matches.
+    pub(crate) fn wake(&self) -> u64 {
+        self.wake
+    }
+
+    fn count(&self) -> C {
+        // The low bits of the time, whichever the width.
+        C::of(C::fine(self.now.get() as u32, 0))
+    }
+}
+
+impl<C: Count> StepTimer for SimTimer<C> {
+    type Count = C;
+    const LINGER: u32 = 0;
+
+    fn now(&mut self) -> C {
+        self.count()
+    }
+
+    fn wake_at(&mut self, at: C) {
+        let ahead = i64::from(at.since(self.count()));
+        // The counter's period is four hops.
+        let period = 4 * i64::from(C::HOP);
+        let ahead = if ahead > 0 { ahead } else { ahead + period };
+        self.wake = self.now.get().wrapping_add_signed(ahead);
+    }
+
+    fn hold_until(&mut self, at: C) {
+        let ahead = i64::from(at.since(self.count()));
+        if ahead > 0 {
+            self.now.set(self.now.get().wrapping_add_signed(ahead));
+        }
+    }
+}

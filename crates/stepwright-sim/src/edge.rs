@@ -1,0 +1,64 @@
+//! Edges on the virtual board's pins, and who writes them down.
+
+/// A pin of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Pin {
+    /// Rises for a step.
+    Step,
+    /// High for forward.
+    Direction,
+}
+
+/// A pin changes at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// Ticks of the step timer since the board was switched on.
+    pub time: u64,
+    /// 0 … 2.
+    pub axis: u8,
+    /// Which of its pins.
+    pub pin: Pin,
+    /// High after the edge.
+    pub level: bool,
+}
+
+impl Edge {
+    /// A rising edge of STEP: the motor steps.
+    pub fn is_step(&self) -> bool {
+        self.pin == Pin::Step && self.level
+    }
+}
+
+/// Takes down every edge, in order of time.
+pub trait Recorder {
+    /// An edge has happened.
+    fn edge(&mut self, edge: Edge);
+}
+
+/// Takes down nothing.
+impl Recorder for () {
+    fn edge(&mut self, _: Edge) {}
+}
+
+impl Recorder for Vec<Edge> {
+    fn edge(&mut self, edge: Edge) {
+        self.push(edge);
+    }
+}
+
+/// Two recorders at once.
+impl<A: Recorder, B: Recorder> Recorder for (A, B) {
+    fn edge(&mut self, edge: Edge) {
+        self.0.edge(edge);
+        self.1.edge(edge);
+    }
+}
+
+/// One that may be absent.
+impl<R: Recorder> Recorder for Option<R> {
+    fn edge(&mut self, edge: Edge) {
+        if let Some(recorder) = self {
+            recorder.edge(edge);
+        }
+    }
+}

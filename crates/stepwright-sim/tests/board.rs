@@ -1,0 +1,160 @@
+//! What a board refuses, kills and forgets; the same on 16 and on 32 bits.
+
+#[path = "common/edges.rs"]
+mod edges;
+
+use edges::{check_timing, steps_of};
+use stepwright::profile::Ramp;
+use stepwright::{Accel, Order, Rate, Refusal, Speed, Travel};
+use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
+
+fn order(top: u32, travel: Travel) -> Order {
+    Order {
+        start: Speed::ZERO,
+        top: Speed::from_steps(top).unwrap(),
+        up: Ramp::Accel(Accel::from_steps(40_000).unwrap()),
+        down: Ramp::Accel(Accel::from_steps(40_000).unwrap()),
+        travel,
+    }
+}
+
+const FAR: Travel = Travel::By(2_000_000);
+
+fn board(queues: &mut Queues) -> VirtualBoard<'_, u16, Vec<Edge>> {
+    VirtualBoard::new(queues, Description::uno(), Vec::new())
+}
+
+/// Gives these top speeds to as many axes at once.
+fn start(board: &mut VirtualBoard<'_, u16, Vec<Edge>>, tops: &[u32]) -> Result<(), Refusal> {
+    let mut orders = [None; 3];
+    for (slot, top) in orders.iter_mut().zip(tops) {
+        *slot = (*top > 0).then(|| order(*top, FAR));
+    }
+    let controller = board.controller();
+    controller.group.start(controller.engine, &orders)
+}
+
+#[test]
+fn what_the_board_cannot_step_is_refused_and_nothing_moves() {
+    for (tops, fits) in [
+        (&[120_300][..], true),
+        (&[120_301], false),
+        (&[60_150, 60_150], true),
+        (&[60_151, 60_150], false),
+        (&[35_087, 35_087, 35_087], true),
+        (&[35_087, 35_088, 35_089], false),
+        (&[100_000, 5_000, 200], true),
+        (&[100_000, 5_000, 300], false),
+    ] {
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        let started = start(&mut board, tops);
+        assert_eq!(started.is_ok(), fits, "{tops:?}: {started:?}");
+        if !fits {
+            assert!(matches!(started, Err(Refusal::TooFast { .. })));
+            board.run_until(1_000_000);
+            assert!(!board.is_busy() && board.recorder().iter().all(|edge| !edge.is_step()));
+        }
+    }
+}
+
+/// An axis that moves already counts; when it has come to rest it does not.
+#[test]
+fn a_refusal_says_how_fast_it_may_be_now() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    start(&mut board, &[100_000]).unwrap();
+    let refused = start(&mut board, &[0, 30_000]).unwrap_err();
+    assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(20_300_751).unwrap() });
+    start(&mut board, &[0, 20_300]).unwrap();
+    assert_eq!(start(&mut board, &[500]), Err(Refusal::Busy));
+    let controller = board.controller();
+    assert_eq!(controller.group.refusals(), (2, Some(Refusal::Busy)));
+    controller.group.clear(controller.engine);
+    assert_eq!(controller.group.refusals(), (0, None));
+    for axis in 0..2 {
+        board.controller().group.brake(axis);
+    }
+    board.run_to_rest();
+    start(&mut board, &[0, 120_000]).unwrap();
+}
+
+#[test]
+fn a_kill_loses_the_position_of_what_moved_and_of_nothing_else() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    start(&mut board, &[9_000, 0, 5_000]).unwrap();
+    board.run_until(16_000_000);
+    let controller = board.controller();
+    controller.group.kill(controller.engine);
+    let steps = [0, 1, 2].map(|axis| steps_of(board.recorder(), axis).len());
+    assert!(!board.is_busy());
+    board.run_until(64_000_000);
+    assert_eq!(steps, [0, 1, 2].map(|axis| steps_of(board.recorder(), axis).len()));
+    assert_eq!([0, 1, 2].map(|axis| board.position(axis)), [None, Some(0), None]);
+    let controller = board.controller();
+    assert_eq!(controller.group.uncertain(), 0b101);
+    controller.group.zero(controller.engine, 0);
+    assert_eq!([0, 2].map(|axis| board.position(axis)), [Some(0), None]);
+    // Killed before its first step: nothing moved, but nobody can be sure.
+    start(&mut board, &[9_000]).unwrap();
+    let controller = board.controller();
+    controller.group.kill(controller.engine);
+    board.run_until(board.now() + 1_000_000);
+    assert_eq!(steps_of(board.recorder(), 0).len(), steps[0]);
+    assert!(!board.is_busy());
+}
+
+/// 2³¹ − 1 steps are begun and braked; the end of such a travel is tested on
+/// the profile (`exact.rs`).
+#[test]
+fn the_longest_travel_begins_and_brakes() {
+    for travel in [Travel::By(i32::MAX), Travel::By(-i32::MAX), Travel::By(i32::MIN)] {
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        let controller = board.controller();
+        controller.group.start_one(controller.engine, 1, order(50_000, travel)).unwrap();
+        board.run_until(16_000_000 * 3);
+        board.controller().group.brake(1);
+        board.run_to_rest();
+        let steps = steps_of(board.recorder(), 1);
+        let sign = if travel.forward() { 1 } else { -1 };
+        assert_eq!(board.position(1), Some(sign * steps.len() as i64));
+        assert!(steps.len() > 100_000);
+    }
+}
+
+#[test]
+fn small_travels_are_exact() {
+    for steps in [0i32, 1, -1, 2, -2, 3] {
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        let controller = board.controller();
+        let order = order(20_000, Travel::By(steps));
+        controller.group.start_one(controller.engine, 0, order).unwrap();
+        assert_eq!(board.is_busy(), steps != 0);
+        board.run_to_rest();
+        assert_eq!(board.position(0), Some(steps.into()));
+        assert_eq!(steps_of(board.recorder(), 0).len(), steps.unsigned_abs() as usize);
+    }
+}
+
+/// The same order on a 16-bit and on a 32-bit timer: the same edges.
+#[test]
+fn the_width_of_the_timer_does_not_matter() {
+    fn edges<C: stepwright::timer::Count>(rate: Rate) -> Vec<Edge> {
+        let mut queues = Queues::default();
+        let mut board: VirtualBoard<C, Vec<Edge>> =
+            VirtualBoard::new(&mut queues, Description::at(rate, [133; 3]), Vec::new());
+        let slow = Order { top: Speed::from_steps(700).unwrap(), ..order(1, Travel::By(-900)) };
+        let controller = board.controller();
+        let orders = [Some(order(30_000, Travel::By(5_000))), Some(slow), None];
+        controller.group.start(controller.engine, &orders).unwrap();
+        board.run_to_rest();
+        std::mem::take(board.recorder())
+    }
+    let rate = Rate::from_hz(16_000_000).unwrap();
+    let narrow = edges::<u16>(rate);
+    check_timing(&narrow, 32, 16, 16, 133);
+    assert_eq!(narrow, edges::<u32>(rate));
+}

@@ -1,0 +1,203 @@
+//! Random orders and stops: every pulse on an independent curve, every
+//! position the sum of the edges, every driver's time kept.
+
+#[path = "common/curve.rs"]
+mod curve;
+#[path = "common/edges.rs"]
+mod edges;
+
+use curve::Curve;
+use edges::{check_timing, steps_of};
+use proptest::prelude::*;
+use stepwright::profile::{Fit, Ramp};
+use stepwright::timer::Count;
+use stepwright::{Accel, Order, Rate, Speed, Travel};
+use stepwright_protocol::Machine;
+use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
+
+#[derive(Clone, Debug)]
+struct Job {
+    axis: u8,
+    order: Order,
+    /// Brake so long after the order, in ms; `None`: let it run out.
+    brake: Option<u32>,
+    /// Ticks of patience before the next job.
+    pause: u32,
+}
+
+fn spread(low: u32, high: u32) -> impl Strategy<Value = u32> {
+    (0.0f64..1.0).prop_map(move |x| {
+        let (l, h) = (f64::from(low).ln(), f64::from(high).ln());
+        ((l + x * (h - l)).exp().round() as u32).clamp(low, high)
+    })
+}
+
+fn job() -> impl Strategy<Value = Job> {
+    let ramp = || {
+        prop_oneof![
+            spread(1, 999).prop_map(|n| Ramp::Steps(n as u16)),
+            spread(50, 1_000_000).prop_map(|a| Ramp::Accel(Accel::from_steps(a).unwrap())),
+        ]
+    };
+    let travel = prop_oneof![
+        4 => (spread(1, 4_000), any::<bool>())
+            .prop_map(|(n, forward)| Travel::By(if forward { n as i32 } else { -(n as i32) })),
+        1 => any::<bool>().prop_map(Travel::Endless),
+        1 => Just(Travel::By(0)),
+    ];
+    (
+        0u8..3,
+        prop_oneof![Just(0u32), spread(1_000, 2_000_000)],
+        spread(20_000, 30_000_000),
+        ramp(),
+        ramp(),
+        travel,
+        prop_oneof![Just(None), (0u32..2_000).prop_map(Some)],
+        0u32..3_000_000,
+    )
+        .prop_map(|(axis, start, top, up, down, travel, brake, pause)| {
+            let v = |m| Speed::from_millisteps(m).unwrap();
+            let order = Order { start: v(start), top: v(top), up, down, travel };
+            // What never ends by itself must be stopped.
+            let brake = match travel {
+                Travel::Endless(_) => brake.or(Some(300)),
+                Travel::By(_) => brake,
+            };
+            Job { axis, order, brake, pause }
+        })
+}
+
+/// The curve of an order, from the values as the core holds them.
+fn curve(order: &Order, rate: Rate) -> Curve {
+    let (a2, d2) = order.path(rate).unwrap().slopes();
+    Curve {
+        hz: f64::from(rate.hz()),
+        start: f64::from(order.start.millisteps()) / 1e3,
+        top: f64::from(order.top.millisteps()) / 1e3,
+        a: a2 as f64 / 2e6,
+        d: d2 as f64 / 2e6,
+        length: match order.travel {
+            Travel::By(steps) => f64::from(steps.unsigned_abs().max(1) - 1),
+            Travel::Endless(_) => f64::INFINITY,
+        },
+    }
+}
+
+/// Every pulse within `slack` ticks of the curve, or of the curve and, from
+/// some pulse between `asked` and a horizon later, its shortest stop.
+fn on_curve(pulses: &[u64], curve: &Curve, asked: Option<u64>, horizon: u64, slack: f64) {
+    let Some(&first) = pulses.first() else { return };
+    let time = |n: usize| (pulses[n] - first) as f64;
+    let follows = |upto: usize| (0..upto).all(|n| (time(n) - curve.time(n as f64)).abs() <= slack);
+    let whole = curve.length.is_finite() && pulses.len() == curve.length as usize + 1;
+    if whole && follows(pulses.len()) {
+        return;
+    }
+    let asked = asked.unwrap_or_else(|| panic!("{} pulses, {curve:?}", pulses.len()));
+    // The last pulse that was committed when the brake took hold.
+    let early = pulses.partition_point(|&t| t <= asked).saturating_sub(1);
+    // Within the horizon, or where steps are slow, those of three runs.
+    let late = pulses.partition_point(|&t| t <= asked + horizon).max(early + 4);
+    let late = late.min(pulses.len() - 1);
+    let mut why = String::new();
+    for last in early..=late {
+        let steps = (pulses.len() - 1 - last) as u32;
+        if !curve.stop_steps(last as f64).contains(&steps) {
+            continue;
+        }
+        let begin = curve.time(last as f64);
+        let off = |i: u32| time(last + i as usize) - begin - curve.stop_time(last as f64, steps, i);
+        let worst = (0..=steps).map(|i| off(i).abs()).fold(0.0, f64::max);
+        if worst <= slack && follows(last + 1) {
+            return;
+        }
+        why += &format!("from {last}: {steps} steps, {worst:.2} ticks off; ");
+    }
+    panic!("no stop fits: {} pulses, {early}..={late}, {why}{curve:?}", pulses.len());
+}
+
+fn play<C: Count>(description: Description, jobs: &[Job], slack: f64) {
+    let mut queues = Queues::default();
+    let mut board: VirtualBoard<C, Vec<Edge>> =
+        VirtualBoard::new(&mut queues, description, Vec::new());
+    let rate = description.board.rate;
+    let timing = description.board.timing;
+    let mut wanted = [0i64; 3];
+    let mut seen = [0usize; 3];
+    for job in jobs {
+        let axis = stepwright_protocol::AxisId::numbered(job.axis + 1).unwrap();
+        let mut orders = [None; 3];
+        orders[usize::from(job.axis)] = Some(job.order);
+        let controller = board.controller();
+        let refused = controller.group.start(controller.engine, &orders).is_err();
+        let begun = board.now();
+        let mut asked = None;
+        if let Some(ms) = job.brake {
+            board.run_until(begun + u64::from(rate.micros(ms * 1000)));
+            asked = Some(board.now());
+            board.controller().brake(axis);
+        }
+        board.run_to_rest();
+        board.run_until(board.now() + u64::from(job.pause));
+        let steps = steps_of(board.recorder(), job.axis);
+        let fresh = &steps[seen[usize::from(job.axis)]..];
+        seen[usize::from(job.axis)] = steps.len();
+        if refused {
+            assert!(fresh.is_empty(), "a refused order moved");
+            continue;
+        }
+        let sign = if job.order.travel.forward() { 1 } else { -1 };
+        let count = fresh.len() as i64;
+        if job.brake.is_none() {
+            let Travel::By(n) = job.order.travel else { unreachable!() };
+            assert_eq!(count, i64::from(n.unsigned_abs()));
+        }
+        wanted[usize::from(job.axis)] += sign * count;
+        assert_eq!(board.position(job.axis), Some(wanted[usize::from(job.axis)]));
+        assert_eq!(steps.last().map_or(0, |s| s.1), wanted[usize::from(job.axis)]);
+        let pulses: Vec<u64> = fresh.iter().map(|s| s.0).collect();
+        // Committed: what is queued, one run that plays and one beyond.
+        let horizon = u64::from(description.board.horizon + rate.micros(2 * 8_000));
+        on_curve(&pulses, &curve(&job.order, rate), asked, horizon, slack);
+    }
+    assert_eq!(board.late(), 0);
+    let min = u64::from(timing.min_interval) - 1;
+    let t = |ticks: u32| u64::from(ticks);
+    check_timing(board.recorder(), t(timing.pulse), t(timing.setup), t(timing.hold), min);
+}
+
+fn cases() -> u32 {
+    std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(300)
+}
+
+/// Fitted to a quarter of a tick: on the curve to a tick.
+fn exact(mut description: Description) -> Description {
+    let rate = description.board.rate;
+    description.board.fit = Fit::EXACT.lasting(rate.micros(8_000));
+    description
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
+
+    #[test]
+    fn pulses_keep_the_curve_on_an_uno(jobs in prop::collection::vec(job(), 1..4)) {
+        play::<u16>(exact(Description::uno()), &jobs, 1.0);
+    }
+
+    #[test]
+    fn pulses_keep_the_stated_error(jobs in prop::collection::vec(job(), 1..4)) {
+        // 1 µs at 16 MHz, and the rounding to a tick.
+        play::<u16>(Description::uno(), &jobs, 17.0);
+    }
+
+    #[test]
+    fn pulses_keep_the_curve_on_32_bits(
+        hz in spread(100_000, 200_000_000),
+        jobs in prop::collection::vec(job(), 1..4),
+    ) {
+        let rate = Rate::from_hz(hz).unwrap();
+        let cost = [(hz / 200_000).max(1); 3];
+        play::<u32>(exact(Description::at(rate, cost)), &jobs, 1.0);
+    }
+}

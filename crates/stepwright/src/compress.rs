@@ -1,0 +1,186 @@
+//! From any profile to runs, under an error bound.
+//!
+//! For laws without a closed form: lists, callbacks, a neighbour's iterator.
+//! Greedy: a run grows by doubling as long as a parabola through its end keeps
+//! **every** step within the bound, then by ever smaller pieces. The parabola
+//! takes its growth from the means of both halves of the run, and ends at the
+//! true time of its last step, so that errors never accumulate.
+
+use crate::run::Run;
+use crate::units::Ticks;
+
+/// Compresses the delays of a profile into [runs](Run), every step within
+/// `error` ticks of its time.
+///
+/// Looks at most `WINDOW` steps ahead (2 … 16384), which is how long a run can
+/// be; it takes four bytes a step. A delay of a billion ticks is a run of its
+/// own.
+///
+/// ```
+/// use stepwright::{compress::Compress, Rate, Speed, Accel, profile::Trapezoid, run::Steps};
+/// let law = Trapezoid::new(
+///     Rate::MHZ,
+///     Speed::ZERO,
+///     Speed::from_steps(4000)?,
+///     Accel::from_steps(10_000)?,
+/// );
+/// let runs: Vec<_> = Compress::<_, 64>::new(law.delays(4000)?, 2).collect();
+/// assert!(runs.len() < 400);
+/// assert_eq!(Steps::new(runs).count(), 4000);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Compress<I, const WINDOW: usize> {
+    delays: I,
+    /// Delays that are still to be put into runs; the first `filled`.
+    window: [Ticks; WINDOW],
+    filled: usize,
+    /// Largest error of a step, in 2⁻¹⁶ ticks.
+    error: i64,
+    /// How far the runs so far are behind the profile, in 2⁻¹⁶ ticks.
+    lag: i64,
+}
+
+/// Half a tick: whole ticks are what deadlines are rounded down to.
+const HALF: i64 = 1 << 15;
+
+impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Compress<I, WINDOW> {
+    const WINDOW_FITS: () = assert!(WINDOW >= 2 && WINDOW <= 16_384);
+
+    /// Compresses `delays`; every step comes within `error` ticks of its time.
+    pub fn new(delays: impl IntoIterator<IntoIter = I>, error: Ticks) -> Self {
+        let () = Self::WINDOW_FITS;
+        Compress {
+            delays: delays.into_iter(),
+            window: [0; WINDOW],
+            filled: 0,
+            // Rounding to a tick takes half of one.
+            error: ((i64::from(error) << 16) - HALF).max(0),
+            lag: HALF,
+        }
+    }
+
+    fn fill(&mut self) {
+        for slot in self.window.iter_mut().skip(self.filled) {
+            let Some(delay) = self.delays.next() else { return };
+            *slot = delay;
+            self.filled += 1;
+        }
+    }
+
+    /// A run of the first `n` ≥ 1 delays that keeps the bound, and its lag.
+    fn fit(&self, n: usize) -> Option<(Run, i64)> {
+        let delays = self.window.get(..n)?;
+        let count = i64::try_from(n).ok()?;
+        let total: i64 = delays.iter().map(|&d| i64::from(d)).sum::<i64>() << 16;
+        let half = n / 2;
+        let mut add = 0i64;
+        if n > 1 && n <= 4096 {
+            let sum = |part: &[Ticks]| part.iter().map(|&d| i64::from(d)).sum::<i64>() << 16;
+            let (first, last) = (delays.get(..half)?, delays.get(n - half..)?);
+            let half = i64::try_from(half).ok()?;
+            // The means of the halves lie n − half steps apart.
+            add = (sum(last) - sum(first)) / (half * (count - half));
+        }
+        let add = i32::try_from(add).ok()?;
+        let triangle = i64::from(add) * (count * (count - 1) / 2);
+        let interval = (total + self.lag - triangle).div_euclid(count);
+        if interval < 0 || interval >> 48 != 0 {
+            return None;
+        }
+        let run = Run::new(interval as u64, add, count as u16);
+        // Every step, as it will be played.
+        let (mut at, mut step, mut want) = (0i64, interval, self.lag);
+        for &delay in delays {
+            at += step;
+            step += i64::from(add);
+            want += i64::from(delay) << 16;
+            // `want` is half a tick late, so that floor(at) rounds.
+            // A single step is always what was asked for.
+            if n > 1 && (step < 0 || (at - want).abs() > self.error) {
+                return None;
+            }
+        }
+        Some((run, total + self.lag - run.duration() as i64))
+    }
+}
+
+impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Iterator for Compress<I, WINDOW> {
+    type Item = Run;
+
+    fn next(&mut self) -> Option<Run> {
+        self.fill();
+        if self.filled == 0 {
+            return None;
+        }
+        // Doubling, then halving the stride: about 2·log₂ n fits.
+        let (mut n, mut best) = (1, self.fit(1)?);
+        let mut stride = 1;
+        let mut growing = true;
+        while stride > 0 {
+            match self.fit(n + stride).filter(|_| n + stride <= self.filled) {
+                Some(fit) => {
+                    n += stride;
+                    best = fit;
+                    stride = if growing { stride * 2 } else { stride / 2 };
+                }
+                None => {
+                    growing = false;
+                    stride /= 2;
+                }
+            }
+        }
+        self.lag = best.1;
+        self.window.copy_within(n..self.filled, 0);
+        self.filled -= n;
+        Some(best.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::run::Steps;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn held(delays: &[Ticks], error: Ticks) -> usize {
+        let runs: Vec<Run> = Compress::<_, 64>::new(delays.iter().copied(), error).collect();
+        let played: Vec<Ticks> = Steps::new(runs.iter().copied()).collect();
+        assert_eq!(played.len(), delays.len());
+        let (mut t, mut want) = (0i64, 0i64);
+        for (n, (got, delay)) in played.iter().zip(delays).enumerate() {
+            t += i64::from(*got);
+            want += i64::from(*delay);
+            assert!((t - want).unsigned_abs() <= error.into(), "step {n}: {t}, not {want}");
+        }
+        runs.len()
+    }
+
+    #[test]
+    fn a_constant_speed_is_a_run_a_window() {
+        assert_eq!(held(&[1_000; 640], 1), 10);
+        assert_eq!(held(&[], 1), 0);
+        assert_eq!(held(&[u32::MAX; 5], 1), 1);
+    }
+
+    proptest! {
+        #[test]
+        fn every_step_keeps_the_bound(
+            delays in prop::collection::vec(prop_oneof![0u32..50, 900u32..1_100, any::<u32>()], 0..300),
+            error in 1u32..200,
+        ) {
+            held(&delays, error);
+        }
+
+        #[test]
+        fn ramps_become_few_runs(first in 2_000u32..60_000, error in 1u32..50) {
+            // c(n) = c0·(√(n+1) − √n): document 002, Eq 8.
+            let c0 = f64::from(first);
+            let delays: Vec<Ticks> =
+                (0..2_000).map(|n| { let n = f64::from(n); (c0 * ((n + 1.0).sqrt() - n.sqrt())) as u32 }).collect();
+            prop_assert!(held(&delays, error) < 600);
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! N motors on one engine: what a user holds.
+
+use crate::drive::{Axes, Drive};
+use crate::engine::{Engine, Report, Timing};
+use crate::motor::{Motor, Wait};
+use crate::order::{Order, Refusal, Travel};
+use crate::profile::path::Bounds;
+use crate::profile::{Fit, Path};
+use crate::queue::{Feed, Producer};
+use crate::timer::StepTimer;
+use crate::units::{Rate, Speed, Ticks};
+
+/// The few things that the foreground asks of the engine.
+///
+/// [`Engine`] itself where there is no interrupt (a simulation); on a chip a
+/// wrapper that holds the step interrupt off for each call.
+pub trait Control {
+    /// See [`Engine::start`].
+    fn start(&mut self, axes: Axes);
+    /// See [`Engine::halt`].
+    fn halt(&mut self, axes: Axes);
+    /// See [`Engine::report`].
+    fn report(&self, axis: u8) -> Report;
+    /// See [`Engine::set_position`].
+    fn set_position(&mut self, axis: u8, position: i64);
+    /// See [`Engine::late`].
+    fn late(&self) -> u32;
+    /// See [`Engine::clear_late`].
+    fn clear_late(&mut self);
+}
+
+impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Control for Engine<T, D, F, N> {
+    fn start(&mut self, axes: Axes) {
+        Engine::start(self, axes);
+    }
+    fn halt(&mut self, axes: Axes) {
+        Engine::halt(self, axes);
+    }
+    fn report(&self, axis: u8) -> Report {
+        Engine::report(self, axis)
+    }
+    fn set_position(&mut self, axis: u8, position: i64) {
+        Engine::set_position(self, axis, position);
+    }
+    fn late(&self) -> u32 {
+        Engine::late(self)
+    }
+    fn clear_late(&mut self) {
+        Engine::clear_late(self);
+    }
+}
+
+/// What a board is: its timer, its drivers' times, and what a step costs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Board<const N: usize> {
+    /// The step timer's rate.
+    pub rate: Rate,
+    /// The drivers' times.
+    pub timing: Timing,
+    /// Ticks per step while 1, 2 … N axes move: an order is refused when the
+    /// steps of all moving axes would take more than all the time.
+    pub cost: [Ticks; N],
+    /// How closely runs follow their law.
+    pub fit: Fit,
+    /// How far ahead to plan, in ticks.
+    pub horizon: Ticks,
+    /// From the start of a travel to its first pulse, beyond hold and set-up.
+    pub lead: Ticks,
+}
+
+impl<const N: usize> Board<N> {
+    /// The highest speed of an axis that moves alone.
+    pub fn max_speed(&self) -> Speed {
+        self.max_beside(0, 1)
+    }
+
+    /// The highest speed beside other axes, which make `others` thousandths of
+    /// a step per second together, `moving` axes in all.
+    fn max_beside(&self, others: u64, moving: usize) -> Speed {
+        let cost = self.cost.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX);
+        let capacity = 1000 * u64::from(self.rate.hz());
+        let shared = (capacity / u64::from(cost.max(1))).saturating_sub(others);
+        let alone = capacity / u64::from(self.timing.min_interval.max(1));
+        let max = shared.min(alone).min(Speed::MAX.millisteps().into());
+        Speed::from_millisteps(max as u32).unwrap_or(Speed::MAX)
+    }
+}
+
+/// N motors: orders go in, runs come out, positions are known or known to be
+/// unknown.
+///
+/// `Q` runs of 12 bytes are queued for each; call [`poll`](Group::poll) often.
+pub struct Group<'q, const N: usize, const Q: usize> {
+    motors: [Motor<'q, Q>; N],
+    board: Board<N>,
+    /// Peak speed of each moving axis, in 0.001 steps/s.
+    peaks: [u32; N],
+    /// Axes whose travel waits until all of them have their queues filled.
+    starting: Axes,
+    uncertain: Axes,
+    refused: u16,
+    last: Option<Refusal>,
+    /// Whose turn it is to plan.
+    turn: u8,
+}
+
+impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
+    /// All motors at rest at position 0.
+    pub fn new(feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
+        Group {
+            motors: feeds.map(Motor::new),
+            board,
+            peaks: [0; N],
+            starting: 0,
+            uncertain: 0,
+            refused: 0,
+            last: None,
+            turn: 0,
+        }
+    }
+
+    /// The board.
+    pub fn board(&self) -> &Board<N> {
+        &self.board
+    }
+
+    /// Starts the ordered axes together, all or none. They move once their
+    /// queues are filled, within a few polls.
+    ///
+    /// # Errors
+    /// [`Refusal`], and nothing moves.
+    pub fn start(
+        &mut self,
+        engine: &mut impl Control,
+        orders: &[Option<Order>; N],
+    ) -> Result<(), Refusal> {
+        let result = self.check(engine, orders);
+        match result {
+            Ok(()) => self.begin(orders),
+            Err(refusal) => {
+                self.refused = self.refused.saturating_add(1);
+                self.last = Some(refusal);
+            }
+        }
+        result
+    }
+
+    /// One axis alone: see [`start`](Group::start).
+    ///
+    /// # Errors
+    /// [`Refusal`], and nothing moves.
+    pub fn start_one(
+        &mut self,
+        engine: &mut impl Control,
+        axis: u8,
+        order: Order,
+    ) -> Result<(), Refusal> {
+        let mut orders = [None; N];
+        match orders.get_mut(usize::from(axis)) {
+            Some(slot) => *slot = Some(order),
+            None => {
+                self.refused = self.refused.saturating_add(1);
+                self.last = Some(Refusal::NoAxis);
+                return Err(Refusal::NoAxis);
+            }
+        }
+        self.start(engine, &orders)
+    }
+
+    fn check(
+        &mut self,
+        engine: &mut impl Control,
+        orders: &[Option<Order>; N],
+    ) -> Result<(), Refusal> {
+        // What moves already, and what would move too.
+        let mut peaks = [0u32; N];
+        for axis in 0..N {
+            let busy = self.is_busy(engine, axis as u8);
+            peaks[axis] = match &orders[axis] {
+                Some(_) if busy => return Err(Refusal::Busy),
+                Some(order) => order.path(self.board.rate)?.peak(),
+                None if busy => self.peaks[axis],
+                None => 0,
+            };
+        }
+        let moving = peaks.iter().filter(|&&peak| peak > 0).count();
+        let total: u64 = peaks.iter().map(|&peak| u64::from(peak)).sum();
+        for axis in 0..N {
+            if orders[axis].is_some() && peaks[axis] > 0 {
+                let others = total - u64::from(peaks[axis]);
+                let max = self.board.max_beside(others, moving);
+                if peaks[axis] > max.millisteps() {
+                    return Err(Refusal::TooFast { max });
+                }
+            }
+        }
+        self.peaks = peaks;
+        Ok(())
+    }
+
+    fn begin(&mut self, orders: &[Option<Order>; N]) {
+        let timing = self.board.timing;
+        let wait = Wait { hold: timing.hold, lead: timing.setup.saturating_add(self.board.lead) };
+        for (axis, (motor, order)) in self.motors.iter_mut().zip(orders).enumerate() {
+            // Both were checked before.
+            let Some(order) = order else { continue };
+            let Ok((path, bounds)) = resolve(order, self.board.rate) else { continue };
+            if path.pulses() == 0 {
+                continue;
+            }
+            let forward = order.travel.forward();
+            motor.begin(path, bounds, forward, wait, self.board.fit);
+            self.starting |= 1 << axis;
+        }
+    }
+
+    /// Does one piece of planning: at most one run of one axis. Call it again
+    /// at once while it answers true, and at least every millisecond.
+    pub fn poll(&mut self, engine: &mut impl Control) -> bool {
+        for _ in 0..N {
+            let axis = usize::from(self.turn);
+            self.turn = if axis + 1 < N { self.turn + 1 } else { 0 };
+            let Some(motor) = self.motors.get_mut(axis) else { continue };
+            if motor.plan(self.board.horizon) {
+                return true;
+            }
+        }
+        if self.starting != 0 {
+            engine.start(core::mem::take(&mut self.starting));
+            return true;
+        }
+        false
+    }
+
+    /// Brakes an axis along its ramp and stops; the position stays known.
+    /// Takes effect after what is queued: see [`Board::horizon`].
+    pub fn brake(&mut self, axis: u8) {
+        if let Some(motor) = self.motors.get_mut(usize::from(axis)) {
+            motor.brake();
+        }
+    }
+
+    /// Stops all axes between two steps. A motor that moved may have lost
+    /// steps: its position is uncertain from now on.
+    pub fn kill(&mut self, engine: &mut impl Control) {
+        for axis in 0..N as u8 {
+            if !engine.report(axis).idle {
+                self.uncertain |= 1 << axis;
+            }
+        }
+        engine.halt(Axes::MAX);
+        self.starting = 0;
+        for (axis, motor) in self.motors.iter_mut().enumerate() {
+            motor.abandon(engine.report(axis as u8).forward);
+        }
+    }
+
+    /// Whether a travel of this axis is in progress; false if there is no
+    /// such axis.
+    pub fn is_busy(&self, engine: &impl Control, axis: u8) -> bool {
+        match self.motors.get(usize::from(axis)) {
+            Some(motor) => {
+                motor.planning() || self.starting >> axis & 1 != 0 || !engine.report(axis).idle
+            }
+            None => false,
+        }
+    }
+
+    /// Whether any axis is busy.
+    pub fn any_busy(&self, engine: &impl Control) -> bool {
+        (0..N as u8).any(|axis| self.is_busy(engine, axis))
+    }
+
+    /// Whether any axis goes on until it is stopped.
+    pub fn any_endless(&self) -> bool {
+        self.motors.iter().any(Motor::is_endless)
+    }
+
+    /// The position of an axis in steps, also on the way; `None` when it is
+    /// uncertain, or there is no such axis.
+    pub fn position(&self, engine: &impl Control, axis: u8) -> Option<i64> {
+        let known = usize::from(axis) < N && self.uncertain >> axis & 1 == 0;
+        known.then(|| engine.report(axis).position)
+    }
+
+    /// Calls the present position 0; it is certain again.
+    pub fn zero(&mut self, engine: &mut impl Control, axis: u8) {
+        if usize::from(axis) < N {
+            engine.set_position(axis, 0);
+            self.uncertain &= !(1 << axis);
+        }
+    }
+
+    /// Axes whose position is uncertain.
+    pub fn uncertain(&self) -> Axes {
+        self.uncertain
+    }
+
+    /// Orders refused, and why the last one was.
+    pub fn refusals(&self) -> (u16, Option<Refusal>) {
+        (self.refused, self.last)
+    }
+
+    /// Forgets refusals and late steps.
+    pub fn clear(&mut self, engine: &mut impl Control) {
+        (self.refused, self.last) = (0, None);
+        engine.clear_late();
+    }
+}
+
+fn resolve(order: &Order, rate: Rate) -> Result<(Path, Bounds), Refusal> {
+    let law = order.law(rate)?;
+    let path = match order.travel {
+        Travel::By(steps) => law.path(steps.unsigned_abs())?,
+        Travel::Endless(_) => law.endless()?,
+    };
+    Ok((path, law.bounds()))
+}

@@ -1,0 +1,127 @@
+//! What a user orders, and why it may be refused.
+
+use crate::profile::{Path, Ramp, RampSteps, Unfit};
+use crate::units::{Rate, Speed};
+use core::fmt;
+
+/// How far to travel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Travel {
+    /// So many steps, forward or backward; 0 is a travel that is over at once.
+    By(i32),
+    /// On and on until it is stopped; forward if true.
+    Endless(bool),
+}
+
+impl Travel {
+    /// Whether it leads forward.
+    pub const fn forward(self) -> bool {
+        match self {
+            Travel::By(steps) => steps >= 0,
+            Travel::Endless(forward) => forward,
+        }
+    }
+}
+
+/// A motion of one axis: speeds, ramps and how far.
+///
+/// ```
+/// use stepwright::{Order, Speed, Travel, profile::Ramp};
+/// let order = Order {
+///     start: Speed::from_steps(50)?,
+///     top: Speed::from_steps(1000)?,
+///     up: Ramp::Steps(200),
+///     down: Ramp::Steps(200),
+///     travel: Travel::By(-4000),
+/// };
+/// assert!(!order.travel.forward());
+/// # Ok::<(), stepwright::OutOfRange>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Order {
+    /// Speed that the motor jumps to and stops from; 0 allowed.
+    pub start: Speed,
+    /// Speed after the ramp. At or below the start speed: no ramp.
+    pub top: Speed,
+    /// From start to top speed.
+    pub up: Ramp,
+    /// From top to start speed.
+    pub down: Ramp,
+    /// How far.
+    pub travel: Travel,
+}
+
+impl Order {
+    /// The law of this order on a timer.
+    ///
+    /// # Errors
+    /// [`Unfit::NoRamp`] for a ramp of 0 steps.
+    pub fn law(&self, rate: Rate) -> Result<RampSteps, Unfit> {
+        RampSteps::mixed(rate, self.start, self.top, self.up, self.down)
+    }
+
+    /// Its motion in closed form.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub fn path(&self, rate: Rate) -> Result<Path, Unfit> {
+        let law = self.law(rate)?;
+        match self.travel {
+            Travel::By(steps) => law.path(steps.unsigned_abs()),
+            Travel::Endless(_) => law.endless(),
+        }
+    }
+}
+
+/// Why an order was refused. Nothing has moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The axis is still moving.
+    Busy,
+    /// There is no such axis.
+    NoAxis,
+    /// Faster than this board can step with so many axes moving; at most
+    /// `max` for this axis now.
+    TooFast {
+        /// The highest speed that would be accepted.
+        max: Speed,
+    },
+    /// The timer can't hold it.
+    Unfit(Unfit),
+}
+
+impl Refusal {
+    /// One short word, as in the status line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Refusal::Busy => "busy",
+            Refusal::NoAxis => "no-axis",
+            Refusal::TooFast { .. } => "too-fast",
+            Refusal::Unfit(Unfit::TooSlow) => "too-slow",
+            Refusal::Unfit(Unfit::TooLong) => "too-long",
+            Refusal::Unfit(Unfit::Standstill) => "standstill",
+            Refusal::Unfit(Unfit::NoRamp) => "no-ramp",
+        }
+    }
+}
+
+impl From<Unfit> for Refusal {
+    fn from(unfit: Unfit) -> Refusal {
+        Refusal::Unfit(unfit)
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refusal::Busy => f.write_str("the axis is still moving; wait, or stop it first"),
+            Refusal::NoAxis => f.write_str("there is no such axis"),
+            Refusal::TooFast { max } => {
+                write!(f, "too fast for this board: at most {max} steps/s for this axis now")
+            }
+            Refusal::Unfit(unfit) => unfit.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}

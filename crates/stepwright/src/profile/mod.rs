@@ -1,0 +1,108 @@
+//! Ramp laws: how many ticks until the next step?
+//!
+//! A profile answers that one question, so it is an [`Iterator`] over
+//! [`Ticks`](crate::Ticks) with no hardware, no clock and no allocation: `m`
+//! pulses are `m` delays, each the time *before* its pulse. The first is 0
+//! unless the profile says otherwise.
+//!
+//! Laws with a closed form have a second face, [`Path`]: the time of pulse
+//! `n`, and the [run](crate::Run) that begins at it.
+//!
+//! | law | file | closed form |
+//! | --- | --- | --- |
+//! | constant speed | [`constant`] | yes |
+//! | lists, callbacks, waits | [`series`] | – |
+//! | trapezoid: constant acceleration and deceleration | [`trapezoid`] | yes |
+//! | ramp counted in steps (document 004) | [`ramp_steps`] | yes |
+
+mod cursor;
+pub(crate) mod path;
+
+pub mod constant;
+pub mod ramp_steps;
+pub mod series;
+pub mod trapezoid;
+
+pub use cursor::{Cursor, Fit};
+pub use path::{Path, Phase};
+pub use ramp_steps::{Ramp, RampSteps};
+pub use series::{Part, Series};
+pub use trapezoid::Trapezoid;
+
+use crate::run::Steps;
+use core::fmt;
+
+/// The pulses of a [`Path`], as delays in ticks, each within a tick of the
+/// closed form. The first is 0.
+///
+/// Plays runs that are fitted to a quarter of a tick, so a step costs two
+/// additions; the closed form is evaluated once a run.
+#[derive(Clone, Debug)]
+pub struct Delays {
+    /// The pulse at time 0 is still to come.
+    first: bool,
+    steps: Steps<Cursor>,
+}
+
+impl Delays {
+    pub(crate) fn new(path: Path) -> Delays {
+        Delays { first: path.pulses() > 0, steps: Steps::new(Cursor::new(path, Fit::EXACT)) }
+    }
+}
+
+impl Iterator for Delays {
+    type Item = crate::Ticks;
+
+    #[inline]
+    fn next(&mut self) -> Option<crate::Ticks> {
+        if core::mem::take(&mut self.first) {
+            return Some(0);
+        }
+        self.steps.next()
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let (runs, run) = self.steps.remaining();
+        let left = u64::from(runs.steps_left()) + u64::from(run) + u64::from(self.first);
+        let left = usize::try_from(left).unwrap_or(usize::MAX);
+        (left, Some(left))
+    }
+
+    #[inline]
+    fn fold<B, F: FnMut(B, crate::Ticks) -> B>(self, init: B, mut f: F) -> B {
+        let init = if self.first { f(init, 0) } else { init };
+        self.steps.fold(init, f)
+    }
+}
+
+impl ExactSizeIterator for Delays {}
+
+/// Why a law can't be held by this timer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unfit {
+    /// An interval would not fit 31 bits of ticks: the speed or the
+    /// acceleration is too low for this timer.
+    TooSlow,
+    /// More than 2³¹ pulses.
+    TooLong,
+    /// The top speed is 0.
+    Standstill,
+    /// The ramp has no steps.
+    NoRamp,
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Unfit::TooSlow => {
+                "too slow for this timer: two steps would lie more than 2^31 ticks apart; \
+                 raise the speed or the acceleration, or use a slower timer"
+            }
+            Unfit::TooLong => "too many steps: at most 2147483647 in a travel",
+            Unfit::Standstill => "the top speed is 0: give a speed above 0",
+            Unfit::NoRamp => "the ramp has no steps: give 1 or more",
+        })
+    }
+}
+
+impl core::error::Error for Unfit {}

@@ -1,0 +1,324 @@
+//! A path: up to three pieces of constant acceleration, in closed form.
+//!
+//! In the domain of speed squared constant acceleration is a straight line
+//! over the steps, so corners are divisions and everything else additions:
+//!
+//! ```text
+//!   w = v²     rise        level          fall
+//!   w_peak        ┌──────────────────────┐
+//!                ╱│                      │╲        w(n) = w_begin ± a2·n
+//!   w_begin     ╱ │                      │ ╲       w(n) = w_end + d2·(length − n)
+//!   w_end                                   ╲
+//!              0  crest                 brink length   → n (steps)
+//! ```
+//!
+//! with a2 = 2a and d2 = 2d. The time of pulse n follows from the speed alone,
+//!
+//! ```text
+//!   rise   t(n) = (v(n) − v_begin) / a
+//!   level  t(n) = t(crest) + (n − crest) / v_peak
+//!   fall   t(n) = t(length) − (v(n) − v_end) / d
+//! ```
+//!
+//! (document 002, Eq 1–8, with a start speed; document 004's ramp). Error of
+//! [`Path::time_of`] against the ideal of the values as held: at most half a
+//! tick, or 2⁻⁴⁰ of the time.
+
+use super::Unfit;
+use crate::fixed::{self, ONE, Q32, Scale, portion, ratio, root, root_fine};
+use crate::units::{Accel, Rate, Speed};
+
+/// Which piece of a path a step belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Towards the top speed (downwards, if the path begins above it).
+    Up,
+    /// At constant speed.
+    Cruise,
+    /// Towards the end speed.
+    Down,
+}
+
+impl Phase {
+    /// `up`, `cruise` or `down`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Phase::Up => "up",
+            Phase::Cruise => "cruise",
+            Phase::Down => "down",
+        }
+    }
+}
+
+/// What bounds a path: speeds as squares and accelerations as slopes of w.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Bounds {
+    pub rate: Rate,
+    /// Start and stop speed.
+    pub start: Speed,
+    pub top: Speed,
+    /// 2a in 10⁻⁶ (steps/s)² per step, not 0.
+    pub a2: u64,
+    /// 2d likewise.
+    pub d2: u64,
+}
+
+/// Slope of w that belongs to an acceleration: 2a.
+pub(crate) const fn slope_of(a: Accel) -> u64 {
+    a.millisteps() * 2000
+}
+
+/// A motion along one axis in closed form: three pieces of constant
+/// acceleration, whose pulses lie a step apart.
+///
+/// Made by a law ([`Trapezoid::path`](super::Trapezoid::path),
+/// [`RampSteps::path`](super::RampSteps::path)).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Path {
+    pub(crate) rate: Rate,
+    /// Pulses: one more than the steps between the first and the last.
+    pulses: u32,
+    pub(crate) w_begin: u64,
+    pub(crate) w_end: u64,
+    pub(crate) w_peak: u64,
+    pub(crate) v_peak: u64,
+    /// Slopes; the first piece falls when `sinks`.
+    pub(crate) a2: u64,
+    pub(crate) d2: u64,
+    pub(crate) sinks: bool,
+    /// End of the first and begin of the last piece.
+    pub(crate) crest: Q32,
+    pub(crate) brink: Q32,
+    pub(crate) rise: Scale,
+    pub(crate) fall: Scale,
+    /// The interval at the top speed.
+    pub(crate) level: Q32,
+}
+
+/// A brink that never comes: an endless run.
+const NEVER: Q32 = u64::MAX;
+
+impl Path {
+    /// From rest to rest: `pulses` pulses that begin and end at the start
+    /// speed. A top speed at or below the start speed: no ramp, all at top.
+    pub(crate) fn new(bounds: &Bounds, pulses: u32) -> Result<Path, Unfit> {
+        if pulses > 1 << 31 {
+            return Err(Unfit::TooLong);
+        }
+        bounds.check()?;
+        let start = bounds.start.min(bounds.top).squared();
+        Ok(Path::from_motion(bounds, start, pulses))
+    }
+
+    /// From a motion at speed² `w` to rest, `pulses` − 1 steps further: the
+    /// pulse at 0 has been made. The steps must be enough to brake.
+    pub(crate) fn from_motion(bounds: &Bounds, w: u64, pulses: u32) -> Path {
+        let Bounds { rate, start, top, a2, d2 } = *bounds;
+        let length = u64::from(pulses.saturating_sub(1)) << 32;
+        let (w_top, w_end) = (top.squared(), start.min(top).squared().min(w));
+        let sinks = w > w_top;
+        let slope = if sinks { d2 } else { a2 };
+        let crest = ratio(w.abs_diff(w_top), slope);
+        let brake = ratio(w_top - w_end.min(w_top), d2);
+        let mut path = Path {
+            rate,
+            pulses,
+            w_begin: w,
+            w_end,
+            w_peak: w_top,
+            v_peak: root(w_top),
+            a2: slope,
+            d2,
+            sinks,
+            crest,
+            brink: length.saturating_sub(brake),
+            rise: Scale::new(rate, slope),
+            fall: Scale::new(rate, d2),
+            level: fixed::interval(rate, top),
+        };
+        if crest.saturating_add(brake) > length {
+            path.turn_early(length);
+        }
+        path
+    }
+
+    /// From a motion at speed² `w` to rest in as few steps as the brake allows:
+    /// on at the same speed for the part of a step that is left over, then the
+    /// fall.
+    pub(crate) fn stop(bounds: &Bounds, w: u64) -> Path {
+        let w_end = bounds.start.min(bounds.top).squared().min(w);
+        let steps = (w - w_end).div_ceil(bounds.d2.max(1));
+        // Longer than any travel: no such brake was ever accepted.
+        let steps = u32::try_from(steps).unwrap_or(u32::MAX - 1).min(u32::MAX - 1);
+        let v_peak = root(w);
+        let brink = (u64::from(steps) << 32).saturating_sub(ratio(w - w_end, bounds.d2));
+        Path {
+            rate: bounds.rate,
+            pulses: steps + 1,
+            w_begin: w,
+            w_end,
+            w_peak: w,
+            v_peak,
+            a2: bounds.a2,
+            d2: bounds.d2,
+            sinks: false,
+            crest: 0,
+            brink,
+            rise: Scale::new(bounds.rate, bounds.a2),
+            fall: Scale::new(bounds.rate, bounds.d2),
+            level: fixed::interval_of(bounds.rate, v_peak),
+        }
+    }
+
+    /// Endless: from speed² `w` to the top speed, and on.
+    pub(crate) fn endless(bounds: &Bounds, w: u64) -> Path {
+        let mut path = Path::from_motion(bounds, w, u32::MAX);
+        let top = bounds.top.squared();
+        path.crest = ratio(w.abs_diff(top), path.a2);
+        (path.w_peak, path.v_peak, path.brink) = (top, root(top), NEVER);
+        path
+    }
+
+    /// The top speed is out of reach: the rise meets the fall at
+    /// s = (d2·L − (w_begin − w_end)) / (a2 + d2) (document 002, Eq 19).
+    ///
+    /// Reckoned from the flatter side: its product fits 64 bits, and its
+    /// speed is the one that a rounded position disturbs less.
+    fn turn_early(&mut self, length: Q32) {
+        let steps = length >> 32;
+        let above = self.w_begin - self.w_end.min(self.w_begin);
+        if self.sinks {
+            // Only the brake's own curve is left: it begins at once.
+            (self.crest, self.w_peak, self.v_peak) = (0, self.w_begin, root(self.w_begin));
+        } else if self.a2 <= self.d2 {
+            let fall = ratio(self.a2.wrapping_mul(steps).wrapping_add(above), self.a2 + self.d2);
+            self.crest = length.saturating_sub(fall);
+            (self.w_peak, self.v_peak) = along(self.w_begin, self.a2, self.crest);
+        } else {
+            let reach = self.d2.wrapping_mul(steps).saturating_sub(above);
+            self.crest = ratio(reach, self.a2 + self.d2);
+            let left = length.saturating_sub(self.crest);
+            (self.w_peak, self.v_peak) = along(self.w_end, self.d2, left);
+        }
+        self.brink = self.crest;
+    }
+
+    /// Pulses in this path, 0 … 2³¹; `u32::MAX` if it is endless.
+    pub const fn pulses(&self) -> u32 {
+        self.pulses
+    }
+
+    /// Whether it never ends by itself.
+    pub const fn is_endless(&self) -> bool {
+        self.brink == NEVER
+    }
+
+    /// Steps from the first pulse to the last.
+    pub(crate) const fn length(&self) -> u32 {
+        self.pulses.saturating_sub(1)
+    }
+
+    /// w at pulse n: exact on the ramps.
+    pub(crate) fn w_at(&self, n: u32) -> u64 {
+        let at = u64::from(n) << 32;
+        if at < self.crest {
+            let change = self.a2.wrapping_mul(n.into());
+            if self.sinks {
+                self.w_begin.saturating_sub(change)
+            } else {
+                self.w_begin.wrapping_add(change)
+            }
+        } else if at < self.brink {
+            self.w_peak
+        } else {
+            let left = self.length().saturating_sub(n);
+            self.w_end.wrapping_add(self.d2.wrapping_mul(left.into()))
+        }
+    }
+
+    /// The highest speed on this path, in thousandths of a step per second,
+    /// rounded up.
+    pub fn peak(&self) -> u32 {
+        let w = if self.pulses < 2 { 0 } else { self.w_peak.max(self.w_begin) };
+        let v = w.isqrt();
+        (if v * v < w { v + 1 } else { v }) as u32
+    }
+
+    /// The phase of pulse n: of the interval that leads to it, by its middle;
+    /// for pulse 0 that of the first interval.
+    pub fn phase_of(&self, n: u32) -> Phase {
+        let middle = (u64::from(n.max(1)) << 32) - ONE / 2;
+        if middle < self.crest {
+            Phase::Up
+        } else if middle < self.brink || self.is_endless() {
+            Phase::Cruise
+        } else {
+            Phase::Down
+        }
+    }
+
+    /// Steps that the fall takes, rounded up; 0 for an endless path.
+    pub fn braking_steps(&self) -> u32 {
+        let length = u64::from(self.length()) << 32;
+        (length.saturating_sub(self.brink).saturating_add(ONE - 1) >> 32) as u32
+    }
+
+    /// 2a of the rise and 2d of the fall as held, in 10⁻⁶ (steps/s)² per step.
+    pub const fn slopes(&self) -> (u64, u64) {
+        (self.a2, self.d2)
+    }
+
+    /// Speed² from which the fall begins, and the rise ends.
+    pub(crate) fn corner(&self) -> (Q32, Q32) {
+        (self.crest, self.brink)
+    }
+
+    /// When pulse `n` comes, in ticks after pulse 0, to the nearest tick; `n`
+    /// beyond the end counts as the end. Works in 128 bits: for hosts.
+    pub fn time_of(&self, n: u32) -> u64 {
+        let n = if self.is_endless() { n } else { n.min(self.length()) };
+        let at = u64::from(n) << 32;
+        let (crest, brink) = self.corner();
+        let v_begin = root(self.w_begin);
+        let mut time = self.rise.long_time(v_begin.abs_diff(if at < crest {
+            root(self.w_at(n))
+        } else {
+            self.v_peak
+        }));
+        if at > crest {
+            let level = u128::from(at.min(brink).saturating_sub(crest));
+            time = time.wrapping_add(level.wrapping_mul(self.level.into()) >> 48);
+        }
+        if at > brink {
+            time = time.wrapping_add(self.fall.long_time(self.v_peak.abs_diff(root(self.w_at(n)))));
+        }
+        u64::try_from((time + 0x8000) >> 16).unwrap_or(u64::MAX)
+    }
+}
+
+/// w + slope · at for a position in 2⁻³² steps, and its root. Between steps w
+/// has a fraction, which at low accelerations the time of the peak needs.
+fn along(w: u64, slope: u64, at: Q32) -> (u64, u64) {
+    let part = at as u32;
+    let w = w.wrapping_add(slope.wrapping_mul(at >> 32)).wrapping_add(portion(slope, part));
+    (w, root_fine(w, (slope as u32).wrapping_mul(part)))
+}
+
+impl Bounds {
+    /// No interval may exceed 2³¹ ticks, the one across the peak included.
+    pub(crate) fn check(&self) -> Result<(), Unfit> {
+        if self.top == Speed::ZERO {
+            return Err(Unfit::Standstill);
+        }
+        let slowest = match self.start.min(self.top) {
+            // From rest: the first step alone takes √(2/a), the last √(2/d).
+            Speed::ZERO => {
+                let first = |slope| Scale::new(self.rate, slope).time(root(slope));
+                let ramps = first(self.a2).saturating_add(first(self.d2));
+                ramps.saturating_add(fixed::interval(self.rate, self.top))
+            }
+            v => fixed::interval(self.rate, v),
+        };
+        if slowest >> 63 != 0 { Err(Unfit::TooSlow) } else { Ok(()) }
+    }
+}

@@ -1,0 +1,247 @@
+//! The queue between planning and stepping: one producer, one consumer.
+//!
+//! The foreground pushes runs, the step interrupt takes them; neither ever
+//! waits for the other or holds interrupts off. `heapless::spsc` does the same
+//! with indices as wide as a pointer; here they are bytes, which an 8-bit chip
+//! reads and writes in one instruction, and the queue also says whether more
+//! is to come, so that the interrupt can tell the end of a travel from a
+//! foreground that was too slow.
+
+use crate::run::Run;
+use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+
+/// Room for `LEN` runs of 12 bytes; `LEN` is a power of two, 2 … 128.
+///
+/// ```
+/// use stepwright::{Run, queue::{Feed, Queue, Taken}};
+/// let mut queue = Queue::<8>::new();
+/// let (mut planner, mut engine) = queue.split();
+/// planner.push(Run::steady(1000, 50)).unwrap();
+/// assert_eq!(engine.take(), Taken::Run(Run::steady(1000, 50)));
+/// assert_eq!(engine.take(), Taken::End);
+/// ```
+pub struct Queue<const LEN: usize> {
+    slots: [UnsafeCell<Run>; LEN],
+    /// Runs taken since the beginning, modulo 256; written by the consumer.
+    taken: AtomicU8,
+    /// Runs pushed, modulo 256; written by the producer.
+    pushed: AtomicU8,
+    /// More runs will follow those in the queue; written by the producer.
+    open: AtomicBool,
+}
+
+// SAFETY: `split` borrows the queue mutably, so there is one producer and one
+// consumer. A slot is touched by the producer only while pushed − taken < LEN
+// leaves it free, and by the consumer only while pushed − taken > 0 says that
+// it is filled; the release store of each counter is read with acquire on the
+// other side, so the contents of a slot change hands with it.
+unsafe impl<const LEN: usize> Sync for Queue<LEN> {}
+
+impl<const LEN: usize> Queue<LEN> {
+    const SIZE_IS_A_POWER_OF_TWO: () = assert!(LEN.is_power_of_two() && LEN >= 2 && LEN <= 128);
+
+    /// An empty queue.
+    pub const fn new() -> Queue<LEN> {
+        let () = Self::SIZE_IS_A_POWER_OF_TWO;
+        Queue {
+            slots: [const { UnsafeCell::new(Run::steady(0, 0)) }; LEN],
+            taken: AtomicU8::new(0),
+            pushed: AtomicU8::new(0),
+            open: AtomicBool::new(false),
+        }
+    }
+
+    /// The two ends, for foreground and interrupt.
+    pub fn split(&mut self) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
+        let queue: &Queue<LEN> = self;
+        (Producer { queue }, Consumer { queue })
+    }
+
+    fn len(&self) -> u8 {
+        self.pushed.load(Ordering::Acquire).wrapping_sub(self.taken.load(Ordering::Acquire))
+    }
+
+    /// The slot that a counter stands for.
+    fn slot(&self, counter: u8) -> *mut Run {
+        // LEN is a power of two, so the index is in range.
+        self.slots[usize::from(counter) & (LEN - 1)].get()
+    }
+}
+
+impl<const LEN: usize> Default for Queue<LEN> {
+    fn default() -> Self {
+        Queue::new()
+    }
+}
+
+/// The foreground's end of a [`Queue`].
+pub struct Producer<'q, const LEN: usize> {
+    queue: &'q Queue<LEN>,
+}
+
+impl<const LEN: usize> Producer<'_, LEN> {
+    /// Appends a run.
+    ///
+    /// # Errors
+    /// Gives the run back when the queue is full.
+    pub fn push(&mut self, run: Run) -> Result<(), Run> {
+        if self.is_full() {
+            return Err(run);
+        }
+        let at = self.queue.pushed.load(Ordering::Relaxed);
+        // SAFETY: the slot is free and only this producer fills slots.
+        unsafe { self.queue.slot(at).write(run) };
+        self.queue.pushed.store(at.wrapping_add(1), Ordering::Release);
+        Ok(())
+    }
+
+    /// Whether there is no room.
+    pub fn is_full(&self) -> bool {
+        usize::from(self.queue.len()) >= LEN
+    }
+
+    /// Runs that the interrupt has not taken yet.
+    pub fn len(&self) -> u8 {
+        self.queue.len()
+    }
+
+    /// Whether the interrupt has taken every run.
+    pub fn is_empty(&self) -> bool {
+        self.queue.len() == 0
+    }
+
+    /// Says that more runs will follow, or that these are all.
+    pub fn set_open(&mut self, open: bool) {
+        self.queue.open.store(open, Ordering::Release);
+    }
+}
+
+/// The interrupt's end of a [`Queue`].
+pub struct Consumer<'q, const LEN: usize> {
+    queue: &'q Queue<LEN>,
+}
+
+/// What a [`Feed`] has for the engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// Play this.
+    Run(Run),
+    /// Nothing yet, but the travel is not over: the feed is late.
+    Late,
+    /// The travel is over.
+    End,
+}
+
+/// Where the engine gets its runs: a queue, or a law that runs in the
+/// interrupt itself.
+///
+/// Called from the step interrupt, once a run: MUST NOT block, and should take
+/// no longer than the shortest run.
+pub trait Feed {
+    /// The next run.
+    fn take(&mut self) -> Taken;
+
+    /// Forgets everything that is planned: a halt.
+    fn clear(&mut self);
+}
+
+impl<const LEN: usize> Feed for Consumer<'_, LEN> {
+    #[inline]
+    fn take(&mut self) -> Taken {
+        if self.queue.len() == 0 {
+            // Read after the length: a producer closes after its last push.
+            return if self.queue.open.load(Ordering::Acquire) && self.queue.len() == 0 {
+                Taken::Late
+            } else if self.queue.len() == 0 {
+                Taken::End
+            } else {
+                self.take_one()
+            };
+        }
+        self.take_one()
+    }
+
+    fn clear(&mut self) {
+        let pushed = self.queue.pushed.load(Ordering::Acquire);
+        self.queue.taken.store(pushed, Ordering::Release);
+    }
+}
+
+impl<const LEN: usize> Consumer<'_, LEN> {
+    /// The queue is not empty.
+    #[inline]
+    fn take_one(&mut self) -> Taken {
+        let at = self.queue.taken.load(Ordering::Relaxed);
+        // SAFETY: the slot is filled and only this consumer empties slots.
+        let run = unsafe { self.queue.slot(at).read() };
+        self.queue.taken.store(at.wrapping_add(1), Ordering::Release);
+        Taken::Run(run)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    #[test]
+    fn full_empty_and_wrapped() {
+        let mut queue = Queue::<4>::new();
+        let (mut producer, mut consumer) = queue.split();
+        for round in 0..1000u32 {
+            for k in 0..4 {
+                producer.push(Run::steady(round * 4 + k, 1)).unwrap();
+            }
+            assert!(producer.push(Run::steady(9, 9)).is_err());
+            for k in 0..4 {
+                assert_eq!(consumer.take(), Taken::Run(Run::steady(round * 4 + k, 1)));
+            }
+            assert_eq!(consumer.take(), Taken::End);
+        }
+    }
+
+    #[test]
+    fn an_open_queue_is_late_not_ended() {
+        let mut queue = Queue::<2>::new();
+        let (mut producer, mut consumer) = queue.split();
+        producer.set_open(true);
+        assert_eq!(consumer.take(), Taken::Late);
+        producer.push(Run::steady(1, 1)).unwrap();
+        producer.set_open(false);
+        consumer.clear();
+        assert_eq!(consumer.take(), Taken::End);
+        assert!(producer.is_empty());
+    }
+
+    #[test]
+    fn threads_lose_and_invent_nothing() {
+        let mut queue = Queue::<8>::new();
+        let (mut producer, mut consumer) = queue.split();
+        producer.set_open(true);
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                for n in 0..200_000u32 {
+                    let mut run = Run::steady(n, n as u16 | 1);
+                    while let Err(back) = producer.push(run) {
+                        run = back;
+                        std::hint::spin_loop();
+                    }
+                }
+                producer.set_open(false);
+            });
+            let mut want = 0u32;
+            loop {
+                match consumer.take() {
+                    Taken::Run(run) => {
+                        assert_eq!(run, Run::steady(want, want as u16 | 1));
+                        want += 1;
+                    }
+                    Taken::Late => std::hint::spin_loop(),
+                    Taken::End => break,
+                }
+            }
+            assert_eq!(want, 200_000);
+        });
+    }
+}

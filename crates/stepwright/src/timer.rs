@@ -1,0 +1,142 @@
+//! The one hardware resource of the engine: a free-running counter with a
+//! compare register.
+
+use crate::units::Ticks;
+
+/// The width of a counter: `u16` or `u32`.
+///
+/// Times are kept with 16 bits behind the point and wrap with the counter, so
+/// a 16-bit timer's deadline and interval are 32-bit numbers and cost an 8-bit
+/// chip four additions.
+pub trait Count: Copy + Eq + core::fmt::Debug + sealed::Sealed {
+    /// A count with 16 bits behind the point; wraps like the counter.
+    type Fine: Copy + core::fmt::Debug + Default;
+
+    /// Intervals of at least so many ticks are waited for in [`Count::HOP`]s.
+    const NEAR: Ticks;
+    /// One hop of a long wait: 2^`HOP_BITS` ticks, a quarter of the counter.
+    const HOP_BITS: u8;
+    /// The hop in ticks.
+    const HOP: Ticks = 1 << Self::HOP_BITS;
+
+    /// Ticks and 2⁻¹⁶ ticks.
+    fn fine(ticks: Ticks, part: u16) -> Self::Fine;
+    /// The whole counts of a time.
+    fn of(fine: Self::Fine) -> Self;
+    /// The later of two times that lie apart.
+    fn later(fine: Self::Fine, by: Self::Fine) -> Self::Fine;
+    /// An interval with its growth added.
+    fn grown(fine: Self::Fine, add: i32) -> Self::Fine;
+    /// A count, some ticks later.
+    fn plus(self, ticks: Ticks) -> Self;
+    /// Ticks from `earlier` to this count, negative if it is the other way
+    /// round; right while they are less than half the counter apart.
+    fn since(self, earlier: Self) -> i32;
+    /// Whether this count is later than `now`.
+    fn is_after(self, now: Self) -> bool;
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for u16 {}
+    impl Sealed for u32 {}
+}
+
+impl Count for u16 {
+    type Fine = u32;
+    const NEAR: Ticks = 0x7000;
+    const HOP_BITS: u8 = 14;
+
+    #[inline(always)]
+    fn fine(ticks: Ticks, part: u16) -> u32 {
+        ticks << 16 | part as u32
+    }
+    #[inline(always)]
+    fn of(fine: u32) -> u16 {
+        (fine >> 16) as u16
+    }
+    #[inline(always)]
+    fn later(fine: u32, by: u32) -> u32 {
+        fine.wrapping_add(by)
+    }
+    #[inline(always)]
+    fn grown(fine: u32, add: i32) -> u32 {
+        fine.wrapping_add(add as u32)
+    }
+    #[inline(always)]
+    fn plus(self, ticks: Ticks) -> u16 {
+        self.wrapping_add(ticks as u16)
+    }
+    #[inline(always)]
+    fn since(self, earlier: u16) -> i32 {
+        i32::from(self.wrapping_sub(earlier) as i16)
+    }
+    #[inline(always)]
+    fn is_after(self, now: u16) -> bool {
+        (self.wrapping_sub(now) as i16) > 0
+    }
+}
+
+impl Count for u32 {
+    type Fine = u64;
+    const NEAR: Ticks = 0x7000_0000;
+    const HOP_BITS: u8 = 30;
+
+    #[inline(always)]
+    fn fine(ticks: Ticks, part: u16) -> u64 {
+        (ticks as u64) << 16 | part as u64
+    }
+    #[inline(always)]
+    fn of(fine: u64) -> u32 {
+        (fine >> 16) as u32
+    }
+    #[inline(always)]
+    fn later(fine: u64, by: u64) -> u64 {
+        fine.wrapping_add(by)
+    }
+    #[inline(always)]
+    fn grown(fine: u64, add: i32) -> u64 {
+        fine.wrapping_add_signed(add as i64)
+    }
+    #[inline(always)]
+    fn plus(self, ticks: Ticks) -> u32 {
+        self.wrapping_add(ticks)
+    }
+    #[inline(always)]
+    fn since(self, earlier: u32) -> i32 {
+        self.wrapping_sub(earlier) as i32
+    }
+    #[inline(always)]
+    fn is_after(self, now: u32) -> bool {
+        (self.wrapping_sub(now) as i32) > 0
+    }
+}
+
+/// A free-running timer with one compare register.
+///
+/// An implementation MUST count up through all values of [`Count`] at a
+/// constant rate, and after [`wake_at`](StepTimer::wake_at) raise its
+/// interrupt when the counter reaches that value. A value that the counter has
+/// passed already MAY be missed: the engine looks at the counter again after
+/// every `wake_at`, so nothing is lost.
+pub trait StepTimer {
+    /// The counter's width.
+    type Count: Count;
+
+    /// While the next event is at most so many ticks away, the interrupt waits
+    /// for it rather than leave and enter again: about what that costs.
+    const LINGER: Ticks;
+
+    /// The counter now.
+    fn now(&mut self) -> Self::Count;
+
+    /// Sets the compare register.
+    fn wake_at(&mut self, at: Self::Count);
+
+    /// Waits until the counter has reached `at`; at once if it has. For the
+    /// rest of a pulse: a few microseconds.
+    #[inline]
+    fn hold_until(&mut self, at: Self::Count) {
+        while at.is_after(self.now()) {}
+    }
+}

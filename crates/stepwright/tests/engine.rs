@@ -1,0 +1,281 @@
+//! The engine alone, on a timer that the test moves: late interrupts, dry
+//! feeds, long intervals, halts.
+
+use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use stepwright::drive::{Axes, Drive};
+use stepwright::queue::{Feed, Taken};
+use stepwright::timer::StepTimer;
+use stepwright::{Engine, Run, Timing};
+
+/// A 16-bit counter; `lag` is how late the interrupt comes.
+#[derive(Clone, Default)]
+struct Clock {
+    time: Rc<Cell<u64>>,
+    wake: Rc<Cell<u64>>,
+}
+
+impl StepTimer for Clock {
+    type Count = u16;
+    const LINGER: u32 = 0;
+
+    fn now(&mut self) -> u16 {
+        self.time.get() as u16
+    }
+    fn wake_at(&mut self, at: u16) {
+        let ahead = at.wrapping_sub(self.time.get() as u16);
+        let ahead = if ahead == 0 { 1 << 16 } else { u64::from(ahead) };
+        self.wake.set(self.time.get() + ahead);
+    }
+    fn hold_until(&mut self, at: u16) {
+        let ahead = at.wrapping_sub(self.time.get() as u16) as i16;
+        self.time.set(self.time.get() + ahead.max(0) as u64);
+    }
+}
+
+#[derive(Clone, Default)]
+struct Pins {
+    clock: Clock,
+    steps: Rc<RefCell<Vec<(u64, u8)>>>,
+    turns: Rc<RefCell<Vec<(u64, u8, bool)>>>,
+    high: Rc<Cell<Axes>>,
+}
+
+impl Drive for Pins {
+    fn begin(&mut self, axes: Axes) {
+        assert_eq!(self.high.get() & axes, 0, "a pulse within a pulse");
+        self.high.set(self.high.get() | axes);
+        for axis in (0..8).filter(|axis| axes >> axis & 1 != 0) {
+            self.steps.borrow_mut().push((self.clock.time.get(), axis));
+        }
+    }
+    fn end(&mut self, axes: Axes) {
+        self.high.set(self.high.get() & !axes);
+    }
+    fn direction(&mut self, axis: u8, forward: bool) {
+        self.turns.borrow_mut().push((self.clock.time.get(), axis, forward));
+    }
+}
+
+/// Runs in a list; `open` as long as more may come.
+#[derive(Clone, Default)]
+struct List {
+    runs: Rc<RefCell<VecDeque<Run>>>,
+    open: Rc<Cell<bool>>,
+}
+
+impl Feed for List {
+    fn take(&mut self) -> Taken {
+        match self.runs.borrow_mut().pop_front() {
+            Some(run) => Taken::Run(run),
+            None if self.open.get() => Taken::Late,
+            None => Taken::End,
+        }
+    }
+    fn clear(&mut self) {
+        self.runs.borrow_mut().clear();
+        self.open.set(false);
+    }
+}
+
+const MIN: u32 = 100;
+
+struct Rig<const N: usize> {
+    clock: Clock,
+    pins: Pins,
+    feeds: [List; N],
+    engine: Engine<Clock, Pins, List, N>,
+}
+
+impl<const N: usize> Rig<N> {
+    fn new() -> Rig<N> {
+        let clock = Clock::default();
+        let pins = Pins { clock: clock.clone(), ..Pins::default() };
+        let feeds: [List; N] = core::array::from_fn(|_| List::default());
+        let timing = Timing { pulse: 20, setup: 10, hold: 15, min_interval: MIN };
+        let engine = Engine::new(clock.clone(), pins.clone(), feeds.clone(), timing);
+        pins.turns.borrow_mut().clear();
+        Rig { clock, pins, feeds, engine }
+    }
+
+    fn feed(&self, axis: usize, runs: &[Run]) {
+        self.feeds[axis].runs.borrow_mut().extend(runs);
+    }
+
+    /// Serves interrupts on time until `end`.
+    fn run_until(&mut self, end: u64) {
+        while self.clock.wake.get() <= end {
+            self.clock.time.set(self.clock.wake.get().max(self.clock.time.get()));
+            self.engine.on_compare();
+        }
+        self.clock.time.set(end.max(self.clock.time.get()));
+    }
+
+    fn steps(&self, axis: u8) -> Vec<u64> {
+        self.pins.steps.borrow().iter().filter(|s| s.1 == axis).map(|s| s.0).collect()
+    }
+}
+
+#[test]
+fn unrelated_axes_keep_their_own_deadlines() {
+    let mut rig = Rig::<3>::new();
+    rig.feed(0, &[Run::steady(1_000, 50)]);
+    rig.feed(1, &[Run::steady(1_501, 30)]);
+    rig.feed(2, &[Run::steady(777, 60)]);
+    rig.engine.start(0b111);
+    rig.run_until(100_000);
+    for (axis, interval, count) in [(0, 1_000, 50), (1, 1_501, 30), (2, 777, 60)] {
+        let steps = rig.steps(axis);
+        assert_eq!(steps.len(), count);
+        // Within the pulse of another axis a step waits for its end.
+        for (n, t) in steps.iter().enumerate() {
+            let deadline = interval * (n as u64 + 1);
+            assert!((deadline..=deadline + 20).contains(t), "axis {axis} step {n}: {t}");
+        }
+    }
+    assert_eq!(rig.engine.late(), 0);
+    assert!(rig.engine.report(1).idle);
+    assert_eq!(rig.engine.report(1).position, 30);
+}
+
+#[test]
+fn intervals_beyond_the_counter_are_waited_out() {
+    let mut rig = Rig::<1>::new();
+    rig.feed(0, &[Run::steady(28_671, 2), Run::steady(28_672, 2), Run::steady(1_000_000, 3)]);
+    rig.feed(0, &[Run::steady(u32::MAX, 1), Run::steady(500, 1)]);
+    rig.engine.start(1);
+    rig.run_until(5_000_000_000);
+    let mut at = 0;
+    let wanted: Vec<u64> =
+        [28_671, 28_671, 28_672, 28_672, 1_000_000, 1_000_000, 1_000_000, u32::MAX.into(), 500]
+            .iter()
+            .map(|t| {
+                at += t;
+                at
+            })
+            .collect();
+    assert_eq!(rig.steps(0), wanted);
+    assert_eq!((rig.engine.late(), rig.engine.report(0).position), (0, 9));
+}
+
+/// The position counts what was emitted, in the middle of a run too.
+#[test]
+fn positions_are_known_on_the_way() {
+    let mut rig = Rig::<1>::new();
+    rig.feed(0, &[Run::steady(1_000, 5), Run::steady(40_000, 4), Run::turn(15, false)]);
+    rig.feed(0, &[Run::steady(1_000, 7)]);
+    rig.engine.start(1);
+    for (until, position) in [(999, 0), (3_500, 3), (5_500, 5), (50_000, 6), (130_000, 8)] {
+        rig.run_until(until);
+        assert_eq!(rig.engine.report(0).position, position, "at {until}");
+    }
+    rig.run_until(168_500);
+    assert_eq!(rig.engine.report(0).position, 6);
+    rig.run_until(200_000);
+    assert_eq!((rig.engine.report(0).position, rig.engine.report(0).forward), (2, false));
+}
+
+#[test]
+fn a_late_step_is_counted_and_caught_up_at_the_minimum_interval() {
+    let mut rig = Rig::<1>::new();
+    rig.feed(0, &[Run::steady(200, 40)]);
+    rig.engine.start(1);
+    rig.run_until(1_900);
+    // Somebody held interrupts off for 450 ticks: past 2000, 2200 and half.
+    rig.clock.time.set(2_350);
+    rig.engine.on_compare();
+    rig.run_until(20_000);
+    let steps = rig.steps(0);
+    assert_eq!(steps.len(), 40);
+    assert_eq!(steps[9], 2_350);
+    for pair in steps.windows(2) {
+        assert!(pair[1] - pair[0] >= u64::from(MIN), "{pair:?}");
+    }
+    // 2350 − 2000 = 350 late, 100 gained a step: 250, 150, then within half.
+    assert_eq!(&steps[9..14], &[2_350, 2_450, 2_550, 2_650, 2_800]);
+    assert_eq!(rig.engine.late(), 3);
+    assert_eq!(steps[39], 8_000);
+    assert_eq!(rig.engine.report(0).position, 40);
+}
+
+#[test]
+fn half_an_interval_is_not_late() {
+    let mut rig = Rig::<1>::new();
+    rig.feed(0, &[Run::steady(1_000, 3)]);
+    rig.engine.start(1);
+    rig.clock.time.set(1_500);
+    rig.engine.on_compare();
+    assert_eq!(rig.engine.late(), 0);
+    rig.clock.time.set(2_501);
+    rig.engine.on_compare();
+    assert_eq!(rig.engine.late(), 1);
+    rig.run_until(10_000);
+    assert_eq!(rig.steps(0), [1_500, 2_501, 3_000]);
+}
+
+#[test]
+fn a_feed_that_runs_dry_makes_one_late_step_and_slips() {
+    let mut rig = Rig::<1>::new();
+    rig.feeds[0].open.set(true);
+    rig.feed(0, &[Run::steady(1_000, 2)]);
+    rig.engine.start(1);
+    rig.run_until(50_000);
+    assert!(!rig.engine.report(0).idle, "the travel is not over");
+    rig.feed(0, &[Run::steady(1_000, 3)]);
+    rig.feeds[0].open.set(false);
+    rig.run_until(100_000);
+    let steps = rig.steps(0);
+    assert_eq!(steps.len(), 5);
+    // From rest at its own interval, not in a burst.
+    assert!(steps[2] > 51_000 && steps[2] <= 51_000 + 4 * u64::from(MIN));
+    assert_eq!((steps[3] - steps[2], steps[4] - steps[3]), (1_000, 1_000));
+    assert_eq!(rig.engine.late(), 1);
+}
+
+#[test]
+fn a_turn_waits_for_hold_and_gives_set_up() {
+    let mut rig = Rig::<2>::new();
+    rig.feed(0, &[Run::steady(500, 2), Run::turn(15, false), Run::steady(110, 2)]);
+    rig.engine.start(0b01);
+    rig.run_until(5_000);
+    assert_eq!(rig.steps(0), [500, 1_000, 1_130, 1_240]);
+    assert_eq!(*rig.pins.turns.borrow(), [(1_020, 0, false)]);
+    assert_eq!(rig.engine.report(0).position, 0);
+}
+
+#[test]
+fn a_halt_stops_at_once_and_costs_others_nothing() {
+    let mut rig = Rig::<2>::new();
+    rig.feed(0, &[Run::steady(300, 100)]);
+    rig.feed(1, &[Run::steady(301, 100)]);
+    rig.engine.start(0b11);
+    rig.run_until(3_100);
+    rig.engine.halt(0b01);
+    rig.run_until(60_000);
+    assert_eq!(rig.steps(0).len(), 10);
+    assert_eq!((rig.engine.report(0).position, rig.engine.report(0).idle), (10, true));
+    assert_eq!(rig.steps(1).len(), 100);
+    // And it can start again.
+    rig.feed(0, &[Run::steady(300, 5)]);
+    rig.engine.start(0b01);
+    rig.run_until(100_000);
+    assert_eq!(rig.engine.report(0).position, 15);
+    assert_eq!(rig.engine.late(), 0);
+}
+
+/// Any axis number and any lateness: no panic, nothing lost.
+#[test]
+fn the_edges_of_the_api_hold() {
+    let mut rig = Rig::<1>::new();
+    assert_eq!(rig.engine.report(200), rig.engine.report(0));
+    rig.engine.set_position(9, 5);
+    rig.engine.set_position(0, i64::MAX);
+    rig.engine.start(0xFE);
+    rig.feed(0, &[Run::steady(0, 3), Run::steady(u32::MAX, 1)]);
+    rig.engine.start(0xFF);
+    rig.run_until(1_000);
+    rig.engine.halt(0xFF);
+    assert_eq!(rig.engine.report(0).position, i64::MIN + 2);
+}

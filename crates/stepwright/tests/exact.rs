@@ -1,0 +1,263 @@
+//! The closed-form laws against an independent one, in 160-bit arithmetic.
+//!
+//! The oracle works on the line of the document: distances, speeds and times
+//! as real numbers, corners solved for directly. It shares nothing with the
+//! core but the values as held.
+
+use dashu_float::{FBig, round::mode::HalfEven};
+use proptest::prelude::*;
+use stepwright::profile::{Cursor, Delays, Fit, Path, RampSteps, Trapezoid};
+use stepwright::run::Steps;
+use stepwright::{Accel, Rate, Speed};
+
+type Real = FBig<HalfEven, 2>;
+
+fn real(n: u64) -> Real {
+    Real::from(n).with_precision(160).value()
+}
+
+/// The ideal: m pulses at positions 0 … m − 1 of a continuous profile.
+struct Ideal {
+    rate: Real,
+    start: Real,
+    top: Real,
+    a: Real,
+    d: Real,
+    length: Real,
+    s1: Real,
+    s2: Real,
+}
+
+impl Ideal {
+    /// Speeds in 0.001 steps/s, slopes as 2a in 10⁻⁶ (steps/s)² per step.
+    fn new(hz: u32, start: u32, top: u32, (a2, d2): (u64, u64), pulses: u32) -> Ideal {
+        let start = real(start.min(top).into()) / real(1000);
+        let mut top = real(top.into()) / real(1000);
+        let (a, d) = (real(a2) / real(2_000_000), real(d2) / real(2_000_000));
+        let length = real(pulses.saturating_sub(1).into());
+        let gain = &top * &top - &start * &start;
+        let mut s1 = &gain / (real(2) * &a);
+        let mut s2 = &length - &gain / (real(2) * &d);
+        if s1 > s2 {
+            s1 = &length * &d / (&a + &d);
+            s2 = s1.clone();
+            top = (&start * &start + real(2) * &a * &s1).sqrt();
+        }
+        Ideal { rate: real(hz.into()), start, top, a, d, length, s1, s2 }
+    }
+
+    /// Ticks from the first pulse to pulse n.
+    fn time(&self, n: u32) -> Real {
+        let s = real(n.into());
+        let two = real(2);
+        let seconds = if s <= self.s1 {
+            ((&self.start * &self.start + two * &self.a * s).sqrt() - &self.start) / &self.a
+        } else {
+            let up = (&self.top - &self.start) / &self.a;
+            if s <= self.s2 {
+                up + (s - &self.s1) / &self.top
+            } else {
+                let level = (&self.s2 - &self.s1) / &self.top;
+                let v = (&self.start * &self.start + two * &self.d * (&self.length - s)).sqrt();
+                up + level + (&self.top - v) / &self.d
+            }
+        };
+        seconds * &self.rate
+    }
+}
+
+/// How far `got` may be off: a tick, or 2⁻⁴⁰ of the time.
+fn check(what: &str, n: u32, got: u64, ideal: &Real, slack: &Real) -> Result<(), TestCaseError> {
+    let off = real(got) - ideal;
+    let off = if off < Real::ZERO { -off } else { off };
+    let relative = ideal / real(1 << 40);
+    let allowed = if &relative > slack { &relative } else { slack };
+    prop_assert!(
+        &off <= allowed,
+        "{what}: pulse {n} at {got}, ideal {:.3}, off by {:.3}",
+        ideal.to_f64().value(),
+        off.to_f64().value()
+    );
+    Ok(())
+}
+
+/// Whole numbers spread evenly over the orders of magnitude.
+fn spread(low: u64, high: u64) -> impl Strategy<Value = u64> {
+    (0.0f64..1.0).prop_map(move |x| {
+        let (l, h) = ((low.max(1) as f64).ln(), (high as f64).ln());
+        ((l + x * (h - l)).exp().round() as u64).clamp(low, high)
+    })
+}
+
+fn start_speed() -> impl Strategy<Value = u64> {
+    prop_oneof![1 => Just(0), 3 => spread(1_000, 1_000_000_000)]
+}
+
+/// Every pulse of a short travel, and every run of it under random fits.
+fn every_pulse(path: Path, ideal: &Ideal, delays: Delays, micro: u32) -> Result<(), TestCaseError> {
+    let one = real(1);
+    let m = path.pulses();
+    let times: Vec<u64> = delays
+        .scan(0u64, |t, delay| {
+            *t += u64::from(delay);
+            Some(*t)
+        })
+        .collect();
+    prop_assert_eq!(times.len(), m as usize);
+    for n in (0..m).filter(|n| m < 64 || n % (m / 37) == 0 || *n + 3 > m) {
+        let want = ideal.time(n);
+        check("delays", n, times[n as usize], &want, &one)?;
+        check("time_of", n, path.time_of(n), &want, &one)?;
+    }
+    // Runs for a board: every step within the stated error of the delays,
+    // which are within a tick of the ideal.
+    let fit = Fit::within(micro, 200_000);
+    let mut t = 0u64;
+    let mut n = 0;
+    for delay in Steps::new(Cursor::new(path, fit)) {
+        t += u64::from(delay);
+        n += 1;
+        let want = times[n];
+        let allowed = u64::from(micro) + 1 + (want >> 40);
+        prop_assert!(
+            t.abs_diff(want) <= allowed,
+            "run step {n} of {m} at {t}, wanted {want}, fit {micro}"
+        );
+    }
+    prop_assert_eq!(n as u32, m.saturating_sub(1));
+    Ok(())
+}
+
+/// The runs that begin at pulse n of a travel of any length.
+fn from_pulse(path: Path, ideal: &Ideal, n: u32) -> Result<(), TestCaseError> {
+    let one = real(1);
+    check("time_of", n, path.time_of(n), &ideal.time(n), &one)?;
+    let mut cursor = Cursor::at(path, Fit::EXACT, n);
+    let mut t = 0u64;
+    let begin = ideal.time(n);
+    // One run at a time would drop a fraction each; played together they carry.
+    let mut n_of_run = n;
+    let mut ends = Vec::new();
+    for run in cursor.by_ref().take(4).collect::<Vec<_>>() {
+        n_of_run += u32::from(run.count());
+        t += run.duration();
+        ends.push((n_of_run, t >> 16));
+    }
+    for (at, t) in ends {
+        // The ideal's own start is between ticks: no second rounding here.
+        check("run from n", at, t, &(ideal.time(at) - &begin), &one)?;
+    }
+    Ok(())
+}
+
+fn cases() -> u32 {
+    std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(4_000)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
+
+    #[test]
+    fn trapezoids_keep_the_ideal(
+        hz in spread(100_000, 200_000_000),
+        start in start_speed(),
+        top in spread(1_000, 1_000_000_000),
+        accel in spread(100, 100_000_000_000),
+        decel in spread(100, 100_000_000_000),
+        pulses in spread(0, 3_000),
+        micro in 1u32..300,
+    ) {
+        let (hz, start, top) = (hz as u32, start as u32, top as u32);
+        let law = Trapezoid::new(
+            Rate::from_hz(hz).unwrap(),
+            Speed::from_millisteps(start).unwrap(),
+            Speed::from_millisteps(top).unwrap(),
+            Accel::from_millisteps(accel).unwrap(),
+        )
+        .with_decel(Accel::from_millisteps(decel).unwrap());
+        let Ok(path) = law.path(pulses as u32) else { return Ok(()) };
+        prop_assert_eq!(path.slopes(), (accel * 2000, decel * 2000));
+        let ideal = Ideal::new(hz, start, top, path.slopes(), pulses as u32);
+        every_pulse(path, &ideal, law.delays(pulses as u32).unwrap(), micro)?;
+    }
+
+    #[test]
+    fn ramps_in_steps_keep_the_ideal(
+        hz in spread(100_000, 200_000_000),
+        start in start_speed(),
+        top in spread(1_000, 1_000_000_000),
+        ramp in spread(1, 65_535),
+        pulses in spread(0, 3_000),
+        micro in 1u32..300,
+    ) {
+        let (hz, start, top) = (hz as u32, start as u32, top as u32);
+        let law = RampSteps::new(
+            Rate::from_hz(hz).unwrap(),
+            Speed::from_millisteps(start).unwrap(),
+            Speed::from_millisteps(top).unwrap(),
+            ramp as u16,
+        )
+        .unwrap();
+        let Ok(path) = law.path(pulses as u32) else { return Ok(()) };
+        if top > start {
+            // a = (v_t² − v_s²) / 2R, to the nearest that is held.
+            let exact = (u128::from(top).pow(2) - u128::from(start).pow(2)) / u128::from(ramp);
+            prop_assert!(u128::from(path.slopes().0).abs_diff(exact.max(2_000)) <= 1);
+        }
+        let ideal = Ideal::new(hz, start, top, path.slopes(), pulses as u32);
+        every_pulse(path, &ideal, law.delays(pulses as u32).unwrap(), micro)?;
+    }
+
+    #[test]
+    fn long_travels_keep_the_ideal(
+        hz in spread(100_000, 200_000_000),
+        start in start_speed(),
+        top in spread(1_000, 1_000_000_000),
+        accel in spread(100, 100_000_000_000),
+        decel in spread(100, 100_000_000_000),
+        pulses in spread(3_000, 1 << 31),
+        at in prop::collection::vec(0.0f64..1.0, 6),
+    ) {
+        let (hz, start, top) = (hz as u32, start as u32, top as u32);
+        let law = Trapezoid::new(
+            Rate::from_hz(hz).unwrap(),
+            Speed::from_millisteps(start).unwrap(),
+            Speed::from_millisteps(top).unwrap(),
+            Accel::from_millisteps(accel).unwrap(),
+        )
+        .with_decel(Accel::from_millisteps(decel).unwrap());
+        let Ok(path) = law.path(pulses as u32) else { return Ok(()) };
+        let ideal = Ideal::new(hz, start, top, path.slopes(), pulses as u32);
+        let last = pulses as u32 - 1;
+        for x in at {
+            from_pulse(path, &ideal, (x * f64::from(last)) as u32)?;
+        }
+        for n in [0, 1, last - 1, last] {
+            from_pulse(path, &ideal, n)?;
+        }
+    }
+}
+
+/// The whole of 2³¹ − 1 steps in one walk: hours of motion, errors must not
+/// add up.
+#[test]
+fn the_longest_travel_ends_on_time() {
+    let law = Trapezoid::new(
+        Rate::from_hz(16_000_000).unwrap(),
+        Speed::ZERO,
+        Speed::from_millisteps(777_777_777).unwrap(),
+        Accel::from_steps(3).unwrap(),
+    );
+    let pulses = 1 << 31;
+    let path = law.path(pulses).unwrap();
+    let mut steps = 0u64;
+    let total: u64 = Cursor::new(path, Fit::EXACT)
+        .map(|run| {
+            steps += u64::from(run.count());
+            run.duration()
+        })
+        .sum();
+    assert_eq!(steps, (1 << 31) - 1);
+    let ideal = Ideal::new(16_000_000, 0, 777_777_777, path.slopes(), pulses);
+    check("longest", pulses - 1, total >> 16, &ideal.time(pulses - 1), &real(1)).unwrap();
+}

@@ -111,3 +111,15 @@ pub fn cross_build(
 fn minor(release: &str) -> Option<u32> {
     release.strip_prefix("1.")?.split('.').next()?.parse().ok()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn releases_compare_by_their_minor_number() {
+        assert_eq!(minor("1.96.0-nightly"), Some(96));
+        assert_eq!(minor("1.88"), Some(88));
+        assert_eq!(minor("2.0.0"), None);
+    }
+}

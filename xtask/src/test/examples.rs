@@ -43,3 +43,19 @@ fn numbered(metadata: &Value) -> Vec<&str> {
 fn list(value: &Value) -> impl Iterator<Item = &Value> {
     value.as_array().into_iter().flatten()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_numbered_examples_run_and_in_order() {
+        let target = |kind: &str, name: &str| serde_json::json!({ "kind": [kind], "name": name });
+        let metadata = serde_json::json!({ "packages": [
+            { "targets": [target("example", "02_plan"), target("example", "helper")] },
+            { "targets": [target("example", "01_move"), target("test", "03_not_one")] },
+        ] });
+        assert_eq!(numbered(&metadata), ["01_move", "02_plan"]);
+        assert!(numbered(&serde_json::json!({})).is_empty());
+    }
+}

@@ -171,14 +171,12 @@ fn show(info: Option<Info>) {
         info.version.0, info.version.1, info.axes, info.max
     ));
     say::result(format_args!("late        {} steps", info.late));
-    match info.last {
-        Some(last) => say::result(format_args!(
-            "refused     {} lines, the last as {}: {last}",
-            info.refused,
-            last.name()
-        )),
-        None => say::result(format_args!("refused     {} lines", info.refused)),
-    }
+    let lines = if info.refused == 1 { "line" } else { "lines" };
+    let last = match info.last {
+        Some(last) => format!(", the last as {}: {last}", last.name()),
+        None => String::new(),
+    };
+    say::result(format_args!("refused     {} {lines}{last}", info.refused));
 }
 
 /// Says where an axis is.

@@ -132,7 +132,8 @@ impl Motion {
         match ramp {
             Ramp::Steps(steps) => {
                 let accel = rise / (2.0 * f64::from(steps.get()));
-                format!("{} steps ({accel:.0} steps/s²)", steps.get())
+                let unit = if steps.get() == 1 { "step" } else { "steps" };
+                format!("{} {unit} ({accel:.0} steps/s²)", steps.get())
             }
             Ramp::Accel(accel) => {
                 let steps = rise / (2.0 * accel.millisteps() as f64 / 1000.0);

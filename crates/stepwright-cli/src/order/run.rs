@@ -139,7 +139,7 @@ fn left_alone(talk: &mut Talk, args: &Args) -> Result<(), Failure> {
         return Err(Failure::new("the axis has stopped at once")
             .hint("did a switch or another master stop it?"));
     }
-    tell(talk, args, "running", position);
+    tell(talk, args, "busy", position);
     say::note(format_args!("stop it with: stepwright stop --port {}", talk.link().name()));
     Ok(())
 }

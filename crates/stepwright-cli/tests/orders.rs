@@ -1,0 +1,186 @@
+//! `move` and `run` on the virtual board, and what every order refuses.
+
+mod common;
+
+use common::{Scratch, stepwright};
+
+#[test]
+fn a_move_shows_what_it_understood_and_ends_where_it_was_ordered() {
+    let ended = stepwright(&["move", "4000", "--fast"]);
+    assert_eq!(
+        ended.stdout,
+        "\
+axis 1 by +4000 steps on the virtual board
+  start speed 50 steps/s
+  top speed   1000 steps/s
+  ramp up     200 steps (2494 steps/s²)
+  ramp down   200 steps (2494 steps/s²)
+  takes       4.361 s
+  lines       PO S5 T100 R200 G+4000 E
+position 4000 ready
+"
+    );
+    assert_eq!((ended.code(), ended.stderr.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn backward_far_and_nowhere() {
+    stepwright(&["move", "-4000", "--fast"]).assert(0, "position -4000 ready");
+    stepwright(&["move", "--fast", "--", "-4000"]).assert(0, "position -4000 ready");
+    stepwright(&["move", "+3", "--fast", "--axis", "3"]).assert(0, "position 3 ready");
+    stepwright(&["move", "0", "--fast"]).assert(0, "position 0 ready");
+    let far = ["move", "100000", "--fast", "--top-speed", "100000", "--accel", "1000000"];
+    stepwright(&far).assert(0, "position 100000 ready");
+}
+
+#[test]
+fn in_real_time_by_default() {
+    let begin = std::time::Instant::now();
+    let ended = stepwright(&["move", "-300", "--accel", "5000"]);
+    ended.assert(0, "position -300 ready");
+    // 0.38 s to 1000 steps/s and back over 200 steps, and 100 steps at it.
+    assert!(begin.elapsed().as_secs_f64() > 0.45, "{:?}", begin.elapsed());
+}
+
+#[test]
+fn units_are_converted_and_what_is_sent_is_shown() {
+    let ended = stepwright(&[
+        "move",
+        "400",
+        "--fast",
+        "--top-speed",
+        "120rpm",
+        "--start-speed",
+        "1.2mm/s",
+        "--accel",
+        "100rad/s2",
+        "--decel",
+        "9000",
+        "--steps-per-rev",
+        "400",
+        "--mm-per-rev",
+        "8",
+    ]);
+    ended.assert(0, "position 400 ready");
+    for row in [
+        "  start speed 1.2mm/s → 60 steps/s\n",
+        "  top speed   120rpm → 800 steps/s\n",
+        "  ramp up     100rad/s2 ≈ 6366.198 steps/s², sent as 6366 (50 steps)\n",
+        "  ramp down   9000 steps/s² (35 steps)\n",
+        "  lines       PO S6 T80 a6366 d9000 G+400 E\n",
+    ] {
+        assert!(ended.stdout.contains(row), "{row} in {}", ended.stdout);
+    }
+}
+
+#[test]
+fn json_is_one_line() {
+    let ended = stepwright(&["move", "-40", "--fast", "--axis", "2", "--format", "json"]);
+    assert_eq!((ended.code(), ended.stdout.lines().count()), (Some(0), 1), "{ended:?}");
+    let result: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!(result["position"], -40);
+    assert_eq!(result["target"], -40);
+    assert_eq!(result["state"], "ready");
+    assert_eq!(result["axis"], 2);
+    assert_eq!(result["late"], 0);
+    assert_eq!(result["lines"][6], "G-40");
+    assert_eq!(result["motion"]["top_speed"], 1000.0);
+}
+
+#[test]
+fn what_is_too_fast_is_refused_with_the_reason() {
+    let ended = stepwright(&["move", "99999", "--fast", "--top-speed", "200000", "--ramp", "1"]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error("refused E: faster than the board can step: lower the top speed");
+    assert!(ended.stderr.contains("at most 120300 steps/s"), "{ended:?}");
+    assert!(!ended.last_line().starts_with("position"), "{ended:?}");
+}
+
+#[test]
+fn what_makes_no_sense_is_a_usage_error() {
+    for args in [
+        &["move"][..],
+        &["move", "far"],
+        &["move", "1.5"],
+        &["move", "2147483648"],
+        &["move", "-2147483648"],
+        &["move", "10", "--ramp", "0"],
+        &["move", "10", "--ramp", "1000"],
+        &["move", "10", "--ramp", "10", "--accel", "10"],
+        &["move", "10", "--axis", "0"],
+        &["move", "10", "--axis", "9"],
+        &["move", "10", "--top-speed", "fast"],
+        &["move", "10", "--top-speed", "10mm/s"],
+        &["move", "10", "--baud", "9600"],
+        &["move", "10", "--fast", "--port", "/dev/null"],
+        &["run", "fast"],
+        &["run", "10", "--for", "soon"],
+        &["board"],
+        &["board", "--stdio", "--pty"],
+        &["send"],
+    ] {
+        let ended = stepwright(args);
+        assert_eq!(ended.code(), Some(2), "{args:?} {ended:?}");
+        assert!(ended.stderr.starts_with("error: "), "{args:?} {ended:?}");
+    }
+}
+
+#[test]
+fn values_out_of_range_say_what_is_allowed() {
+    let ended = stepwright(&["move", "10", "--top-speed", "0.2"]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error("1 to 1000000 steps/s");
+    let ended = stepwright(&["move", "10", "--axis", "4"]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error("no axis 4");
+    assert!(ended.stderr.contains("1 to 3"), "{ended:?}");
+}
+
+#[test]
+fn a_run_for_a_time_brakes_and_is_done() {
+    // 3 s in all but the two ramps, at 400 steps/s.
+    let ended = stepwright(&["run", "-120rpm", "--for", "3s", "--fast", "--ramp", "40"]);
+    let position =
+        ended.last_line().strip_prefix("position -").and_then(|s| s.strip_suffix(" ready"));
+    let position: i64 =
+        position.and_then(|s| s.parse().ok()).unwrap_or_else(|| panic!("{ended:?}"));
+    assert!((1180..=1220).contains(&position), "{ended:?}");
+    assert_eq!(ended.code(), Some(0));
+    let twice = stepwright(&["run", "-120rpm", "--for", "3s", "--fast", "--ramp", "40"]);
+    assert_eq!(twice.stdout, ended.stdout);
+    stepwright(&["run", "+7", "--for", "0s", "--fast"]).code();
+}
+
+#[test]
+fn orders_to_a_board_that_stays_ask_for_it() {
+    for order in ["stop", "kill", "status", "position", "zero"] {
+        let ended = stepwright(&[order]);
+        assert_eq!(ended.code(), Some(2), "{ended:?}");
+        ended.assert_error("needs a board: --port PATH");
+        assert!(ended.stderr.contains("stepwright board --pty"), "{ended:?}");
+    }
+    let ended = stepwright(&["send", "F"]);
+    assert_eq!(ended.code(), Some(2), "{ended:?}");
+}
+
+#[test]
+fn edges_are_recorded() {
+    let file = Scratch::new("move.vcd");
+    stepwright(&["move", "-40", "--fast", "--vcd", file.path()]).assert(0, "position -40 ready");
+    let dump = std::fs::read_to_string(&file.0).unwrap();
+    assert_eq!(dump.lines().filter(|line| *line == "1a").count(), 40);
+    assert!(dump.contains("0b\n"), "backward");
+    let ended = stepwright(&["move", "40", "--fast", "--vcd", "/nowhere/at/all.vcd"]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error("can't write /nowhere/at/all.vcd");
+}
+
+#[test]
+fn ports_are_listed_or_not() {
+    let ended = stepwright(&["ports"]);
+    assert_eq!(ended.code(), Some(0), "{ended:?}");
+    assert!(!ended.stdout.is_empty() || ended.stderr.contains("board --pty"), "{ended:?}");
+    let ended = stepwright(&["ports", "--format", "json"]);
+    let ports: Vec<String> = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!(ports.is_empty(), stepwright(&["ports"]).stdout.is_empty());
+}

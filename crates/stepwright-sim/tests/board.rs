@@ -139,6 +139,25 @@ fn small_travels_are_exact() {
     }
 }
 
+/// An order back that comes with the last step of the way there: DIR still
+/// keeps its hold and set-up times.
+#[test]
+fn a_reversal_at_once_keeps_the_drivers_times() {
+    let mut description = Description::uno();
+    (description.board.timing.hold, description.board.timing.setup) = (700, 900);
+    let mut queues = Queues::default();
+    let mut board: VirtualBoard<u16, Vec<Edge>> =
+        VirtualBoard::new(&mut queues, description, Vec::new());
+    for steps in [40, -40, 7, -1, 1] {
+        let controller = board.controller();
+        let order = order(20_000, Travel::By(steps));
+        controller.group.start_one(controller.engine, 0, order).unwrap();
+        board.run_to_rest();
+    }
+    assert_eq!(board.position(0), Some(7));
+    check_timing(board.recorder(), 32, 900, 700, 133);
+}
+
 /// The same order on a 16-bit and on a 32-bit timer: the same edges.
 #[test]
 fn the_width_of_the_timer_does_not_matter() {

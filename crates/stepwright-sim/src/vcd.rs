@@ -97,9 +97,10 @@ mod tests {
         vcd.edge(Edge { time: 0, axis: 0, pin: Pin::Direction, level: true });
         vcd.edge(Edge { time: 1, axis: 1, pin: Pin::Step, level: true });
         vcd.edge(Edge { time: 1, axis: 0, pin: Pin::Step, level: true });
+        vcd.edge(Edge { time: 17, axis: 0, pin: Pin::Step, level: false });
         let text = String::from_utf8(vcd.finish(32).unwrap()).unwrap();
         let body = text.split("$end\n").last().unwrap();
-        assert_eq!(body, "#0\n1b\n#62500\n1c\n1a\n#2000000\n");
+        assert_eq!(body, "#0\n1b\n#62500\n1c\n1a\n#1062500\n0a\n#2000000\n");
         assert!(text.contains("$var wire 1 c step2 $end"));
     }
 }

@@ -158,6 +158,20 @@ fn a_reversal_at_once_keeps_the_drivers_times() {
     check_timing(board.recorder(), 32, 900, 700, 133);
 }
 
+/// One turns first, one does not: the first pulses still come together.
+#[test]
+fn axes_that_start_together_step_together() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    let controller = board.controller();
+    let there = |steps| Some(order(20_000, Travel::By(steps)));
+    controller.group.start(controller.engine, &[there(100), there(-100), there(1)]).unwrap();
+    board.run_to_rest();
+    let [x, y, z] = [0, 1, 2].map(|axis| steps_of(board.recorder(), axis));
+    assert_eq!((x[0].0, x[0].0), (y[0].0, z[0].0));
+    assert_eq!(x[99].0, y[99].0);
+}
+
 /// The same order on a 16-bit and on a 32-bit timer: the same edges.
 #[test]
 fn the_width_of_the_timer_does_not_matter() {

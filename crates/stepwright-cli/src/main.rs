@@ -8,9 +8,12 @@
 //! | --- | --- |
 //! | [`failure`] | errors, hints and the exit status |
 //! | [`quantity`] | speeds and accelerations with their units |
+//! | [`plot`] | figures as .svg, .png and .html |
 
 mod completions;
 mod failure;
+mod plan;
+mod plot;
 mod quantity;
 
 use std::process::ExitCode;
@@ -27,11 +30,13 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Plan(Box<plan::Args>),
     Completions(completions::Args),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Plan(args) => plan::run(*args),
         Command::Completions(args) => completions::run(args),
     };
     match result {

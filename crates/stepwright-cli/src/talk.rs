@@ -30,6 +30,9 @@ const BOOT: Duration = Duration::from_millis(4000);
 /// How often a line is said before the board counts as silent.
 const TRIES: usize = 3;
 
+/// Between two words to a board that another program is talking to.
+const URGE: Duration = Duration::from_millis(100);
+
 /// How soon a press of Ctrl-C is noticed while waiting.
 const SLICE: Duration = Duration::from_millis(20);
 
@@ -77,14 +80,14 @@ pub struct Talk {
     info: Option<Info>,
     /// Which axis F and Z speak of; `None` if we can't be sure.
     selected: Option<Selection>,
-    /// Whether a second Ctrl-C ends the waiting.
-    killable: bool,
+    /// So many presses of Ctrl-C end the waiting.
+    kill_at: usize,
 }
 
 impl Talk {
     /// A conversation that has yet to begin.
     pub fn new(link: Box<dyn Link>) -> Talk {
-        Talk { link, master: Master::new(), info: None, selected: None, killable: true }
+        Talk { link, master: Master::new(), info: None, selected: None, kill_at: 2 }
     }
 
     /// Gets in step with the board, and asks what it is.
@@ -112,6 +115,11 @@ impl Talk {
             }
         }
         Ok(())
+    }
+
+    /// Has the first Ctrl-C kill, where it can't mean to brake.
+    pub fn kill_at_once(&mut self) {
+        self.kill_at = 1;
     }
 
     /// The line.
@@ -147,10 +155,19 @@ impl Talk {
         self.answer()
     }
 
+    /// Whether the user wants to kill, rather than hear more answers.
+    fn heed(&self) -> Result<(), Trouble> {
+        if interrupt::presses() >= self.kill_at {
+            return Err(Trouble::Killed);
+        }
+        Ok(())
+    }
+
     /// Waits for the answer to what was said last.
     fn answer(&mut self) -> Result<Option<Reply>, Trouble> {
         let end = self.link.now() + PATIENCE;
         loop {
+            self.heed()?;
             let left = end.saturating_sub(self.link.now());
             if left.is_zero() {
                 return Ok(None);
@@ -160,9 +177,6 @@ impl Talk {
             let mut bytes = buffer.iter().take(count);
             if let Some(reply) = bytes.find_map(|&byte| self.master.receive(byte)) {
                 return Ok(Some(reply));
-            }
-            if self.killable && interrupt::presses() >= 2 {
-                return Err(Trouble::Killed);
             }
         }
     }
@@ -316,6 +330,7 @@ impl Talk {
     pub fn pause(&mut self, time: Duration) -> Result<(), Trouble> {
         let end = self.link.now() + time;
         loop {
+            self.heed()?;
             let left = end.saturating_sub(self.link.now());
             if left.is_zero() {
                 return Ok(());
@@ -340,9 +355,23 @@ impl Talk {
         Ok(Played::Accepted)
     }
 
+    /// Says a line that stops a motor, at once, and until no other program
+    /// talks to the board: one of ours leaves when its motor rests. What it is
+    /// answered is theirs to hear meanwhile, not ours.
+    pub fn urge(&mut self, command: Command, limit: Option<Duration>) -> Result<(), Trouble> {
+        let begin = self.link.now();
+        let bytes: Vec<u8> = command.bytes().collect();
+        while !self.link.is_alone() && limit.is_none_or(|limit| self.link.now() - begin < limit) {
+            self.put(&bytes)?;
+            self.heed()?;
+            self.link.rest(URGE);
+        }
+        Ok(())
+    }
+
     /// Kills all axes, whatever was going on. True if the board said Y.
     pub fn kill(&mut self) -> Result<bool, Trouble> {
-        self.killable = false;
+        self.kill_at = usize::MAX;
         for _ in 0..TRIES {
             if self.once(Command::Kill)? == Some(Reply::Yes) {
                 return Ok(true);

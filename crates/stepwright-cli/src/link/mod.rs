@@ -10,6 +10,7 @@ pub mod virtual_board;
 pub mod lossy;
 
 use std::io;
+use std::thread;
 use std::time::Duration;
 
 /// A line to a board, with the clock that waiting is measured by.
@@ -33,6 +34,17 @@ pub trait Link {
 
     /// How to call the board in a sentence: `the virtual board`.
     fn name(&self) -> String;
+
+    /// Whether no other program that asks first has the line; from then on it
+    /// is ours.
+    fn is_alone(&mut self) -> bool {
+        true
+    }
+
+    /// Lets time pass without taking any byte from the line.
+    fn rest(&mut self, time: Duration) {
+        thread::sleep(time);
+    }
 
     /// Ends what was recorded on the way.
     fn finish(&mut self) -> Result<(), crate::failure::Failure> {

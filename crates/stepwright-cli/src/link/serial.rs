@@ -40,8 +40,11 @@ impl SerialLink {
                  `stepwright stop` and `stepwright kill` get through all the same",
             ));
         }
-        // What came before we opened is not for us; an error shows later.
-        let _ = port.discard_buffers();
+        // What came before we opened is not for us, unless it is for another
+        // who is still listening; an error shows later.
+        if share == Share::Alone {
+            let _ = port.discard_buffers();
+        }
         let _ = port.set_write_timeout(WRITE_LIMIT);
         Ok(SerialLink { port, path: path.to_owned(), opened: Instant::now() })
     }
@@ -118,6 +121,10 @@ impl Link for SerialLink {
                 _ => Err(error),
             },
         }
+    }
+
+    fn is_alone(&mut self) -> bool {
+        !is_taken(&self.port)
     }
 
     fn now(&self) -> Duration {

@@ -1,7 +1,9 @@
 //! `stepwright stop` and `stepwright kill`: the orders that must get through.
 
+use std::time::Duration;
+
 use serde_json::json;
-use stepwright_protocol::{AxisId, Selection};
+use stepwright_protocol::{AxisId, Command, Selection};
 
 use super::drive;
 use super::look::{self, State};
@@ -46,37 +48,45 @@ pub struct KillArgs {
     port: PortArgs,
 }
 
+/// So long another program may take to notice that its motor was killed.
+const CONFIRM: Duration = Duration::from_secs(5);
+
 /// Brakes, and waits until everything rests.
 pub fn stop(args: StopArgs) -> Result<(), Failure> {
     interrupt::listen()?;
-    let mut talk = args.port.meet("stop", Share::Anyhow)?;
-    if let Some(axis) = args.axis {
-        target::has_axis(&talk, axis)?;
-    }
-    let axes = args.axis.map_or(Selection::All, Selection::One);
-    match brake_to_rest(&mut talk, axes) {
-        Err(Trouble::Killed) => {}
-        Err(trouble) => return Err(unsure(&talk_name(&mut talk), &trouble)),
+    let mut talk = args.port.open("stop", Share::Anyhow)?;
+    talk.kill_at_once();
+    let stopped = match talk.urge(Command::Brake, None) {
         Ok(()) => {
-            let states = look::states(&mut talk, args.axis).map_err(target::trouble(&mut talk))?;
-            tell(args.format, &states, true);
-            return look::all_known(&talk_name(&mut talk), &states);
+            target::met(&mut talk)?;
+            if let Some(axis) = args.axis {
+                target::has_axis(&talk, axis)?;
+            }
+            brake_to_rest(&mut talk, args.axis)
         }
+        Err(trouble) => Err(trouble),
+    };
+    let name = talk.link().name();
+    match stopped {
+        Ok(states) => {
+            tell(args.format, &states);
+            look::all_known(&name, &states)
+        }
+        Err(Trouble::Killed) => {
+            kill_now(&mut talk, args.format)?;
+            Err(Failure::interrupted("killed instead of braked"))
+        }
+        Err(trouble) => Err(unsure(&name, &trouble)),
     }
-    let killed = kill_now(&mut talk, args.format);
-    killed.and(Err(Failure::interrupted("killed instead of braked")))
 }
 
-fn brake_to_rest(talk: &mut Talk, axes: Selection) -> Result<(), Trouble> {
+fn brake_to_rest(talk: &mut Talk, only: Option<AxisId>) -> Result<Vec<State>, Trouble> {
+    let axes = only.map_or(Selection::All, Selection::One);
     drive::brake(talk, axes)?;
     while talk.is_busy(axes)? {
-        if interrupt::presses() > 0 {
-            return Err(Trouble::Killed);
-        }
         talk.pause(drive::POLL)?;
     }
-    // As a master finds it that knows of one axis only.
-    talk.select(Selection::FIRST)
+    look::states(talk, only)
 }
 
 /// Kills, without asking first who is there.
@@ -87,20 +97,16 @@ pub fn kill(args: KillArgs) -> Result<(), Failure> {
 }
 
 fn kill_now(talk: &mut Talk, format: Format) -> Result<(), Failure> {
-    let name = talk_name(talk);
-    match talk.kill() {
+    let name = talk.link().name();
+    match talk.urge(Command::Kill, Some(CONFIRM)).and_then(|()| talk.kill()) {
         Ok(true) => {}
         Ok(false) => return Err(unsure(&name, &Trouble::Silent)),
         Err(trouble) => return Err(unsure(&name, &trouble)),
     }
     let states = talk.meet().and_then(|()| look::states(talk, None));
     let states = states.map_err(|trouble| unsure(&name, &trouble))?;
-    tell(format, &states, false);
+    tell(format, &states);
     Ok(())
-}
-
-fn talk_name(talk: &mut Talk) -> String {
-    talk.link().name()
 }
 
 /// The failure of a stop that was not confirmed.
@@ -109,18 +115,13 @@ fn unsure(name: &str, trouble: &Trouble) -> Failure {
         .hint("the motor may still be moving: look at it, and switch off its power if it is")
 }
 
-/// Says where the axes are; those that lie at 0 are left out, but axis 1.
-fn tell(format: Format, states: &[State], all: bool) {
+/// Says where the axes are; those that rest at 0 are left out, but the first.
+fn tell(format: Format, states: &[State]) {
     if format == Format::Json {
         return say::result(json!({ "axes": look::json(states) }));
     }
-    let (first, others) = match states.split_first() {
-        Some((first, others)) if states.len() > 1 => (first, others),
-        Some((only, _)) => return say::result(only.line()),
-        None => return,
-    };
-    let worth = |state: &&State| (all && state.busy) || state.position != Some(0);
-    for state in others.iter().filter(worth) {
+    let Some((first, others)) = states.split_first() else { return };
+    for state in others.iter().filter(|state| state.busy || state.position != Some(0)) {
         say::result(format_args!("axis {} {}", state.axis.number(), state.line()));
     }
     say::result(first.line());

@@ -91,7 +91,8 @@ impl PortArgs {
     }
 }
 
-fn met(talk: &mut Talk) -> Result<(), Failure> {
+/// Gets in step with the board.
+pub fn met(talk: &mut Talk) -> Result<(), Failure> {
     talk.meet().map_err(|trouble| {
         let name = talk.link().name();
         match trouble {

@@ -9,6 +9,7 @@
 //! | [`failure`] | errors, hints and the exit status |
 //! | [`interrupt`] | Ctrl-C |
 //! | [`link`] | the bytes to a board, real or virtual, and back |
+//! | [`plot`] | figures as .svg, .png and .html |
 //! | [`quantity`] | speeds and accelerations with their units |
 //! | [`say`] | lines on standard output and error |
 //! | [`talk`] | a line and its answer, whatever happens to them on their way |
@@ -19,6 +20,8 @@ mod failure;
 mod interrupt;
 mod link;
 mod order;
+mod plan;
+mod plot;
 mod quantity;
 mod say;
 mod talk;
@@ -47,6 +50,7 @@ enum Command {
     Send(order::send::Args),
     Ports(order::ports::Args),
     Board(board::Args),
+    Plan(Box<plan::Args>),
     Completions(completions::Args),
 }
 
@@ -62,6 +66,7 @@ fn main() -> ExitCode {
         Command::Send(args) => order::send::run(args),
         Command::Ports(args) => order::ports::run(args),
         Command::Board(args) => board::run(args),
+        Command::Plan(args) => plan::run(*args),
         Command::Completions(args) => completions::run(args),
     };
     match result {

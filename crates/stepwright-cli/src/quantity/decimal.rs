@@ -62,9 +62,9 @@ impl Decimal {
     /// This number · `up` / (2π · `down`), rounded once; `up` < 2⁴⁰,
     /// `down` < 2⁴⁰. The error of 2π is below 2⁻⁶⁰ of the value.
     pub fn times_per_tau(self, up: u64, down: u64) -> Rounded {
-        let x = u128::from(self.digits) * u128::from(up) << 16;
+        let x = (u128::from(self.digits) * u128::from(up)) << 16;
         let (high, low) = (x >> 64, x & u128::from(u64::MAX));
-        let x = high * PER_TAU + (low * PER_TAU >> 64);
+        let x = high * PER_TAU + ((low * PER_TAU) >> 64);
         let rounded = divide(x, u128::from(self.unit()) * u128::from(down), 16);
         Rounded { exact: self.digits == 0, ..rounded }
     }

@@ -1,0 +1,176 @@
+//! `stepwright plan`: a travel on paper, before anything moves.
+//!
+//! | module | what |
+//! | --- | --- |
+//! | [`law`] | what a ramp law tells the outputs |
+//! | `trapezoid`, `ramp` | one law each: its options and its plan |
+//! | [`path`] | what the laws of constant acceleration share |
+//! | [`ideal`], [`real`] | the profile that delays are measured against |
+//! | [`survey`] | one walk over the pulses: duration, error, phases, samples |
+//! | [`runs`] | what a board gets |
+//! | `text`, `csv`, `json` | the formats |
+//! | [`figure`] | the plot |
+//!
+//! Another law is another file beside `trapezoid`, and a line in [`Law`].
+
+mod csv;
+mod figure;
+mod ideal;
+mod json;
+mod law;
+mod path;
+mod ramp;
+mod real;
+mod runs;
+mod survey;
+mod text;
+mod trapezoid;
+
+use std::io::{self, BufWriter, Write};
+
+use clap::{Subcommand, ValueEnum};
+use stepwright::profile::Fit;
+use stepwright::{Accel, Rate, Speed};
+
+use crate::failure::{Failure, unless_closed};
+use crate::plot::PlotFile;
+use crate::quantity::{GeometryArgs, Held};
+use law::Value;
+use survey::Survey;
+
+/// Plan a travel: its duration, every delay, a plot
+///
+/// Nothing moves. A travel of M steps is M pulses, the first at time 0; times
+/// are counted in ticks of the step timer.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    law: Law,
+}
+
+/// The laws to choose from.
+#[derive(Subcommand)]
+enum Law {
+    Trapezoid(trapezoid::Args),
+    Ramp(ramp::Args),
+}
+
+/// How far.
+#[derive(clap::Args)]
+struct Steps {
+    /// Steps to travel, 0 to 2147483647
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(..=0x7FFF_FFFF))]
+    steps: u32,
+}
+
+impl Steps {
+    fn get(&self) -> u32 {
+        self.steps
+    }
+}
+
+/// What every law's plan takes.
+#[derive(clap::Args)]
+struct Common {
+    /// How to print it
+    #[arg(long, value_enum, default_value_t = Format::Summary, help_heading = "Output")]
+    format: Format,
+    /// Draw it: speed and acceleration over time and over steps (.svg, .png or .html)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    plot: Option<PlotFile>,
+    /// Show the runs that a board gets instead of single steps
+    #[arg(long, help_heading = "Output")]
+    runs: bool,
+    /// With --runs: how far a step may be off its time, in µs (at least one tick)
+    #[arg(long, value_name = "US", default_value_t = 1, requires = "runs")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=10_000), help_heading = "Output")]
+    max_error_us: u32,
+    /// Ticks per second of the step timer, 100000 to 200000000
+    #[arg(long, value_name = "HZ", default_value = "1000000", value_parser = rate)]
+    #[arg(help_heading = "Motor")]
+    timer_hz: Rate,
+    #[command(flatten)]
+    geometry: GeometryArgs,
+}
+
+/// How a plan is printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// What was understood, and what comes of it
+    Summary,
+    /// Every step in columns
+    Table,
+    /// Every step as step,delay,time,speed,phase
+    Csv,
+    /// The summary and every step
+    Json,
+}
+
+fn rate(text: &str) -> Result<Rate, String> {
+    let hz = text.parse().map_err(|_| "a whole number of ticks per second, like 16000000")?;
+    Rate::from_hz(hz).map_err(|error| error.to_string())
+}
+
+/// Plans, prints, and draws if asked to.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let common = match &args.law {
+        Law::Trapezoid(args) => args.common(),
+        Law::Ramp(args) => args.common(),
+    };
+    let (rate, geometry) = (common.timer_hz, common.geometry.geometry()?);
+    let plan = match &args.law {
+        Law::Trapezoid(args) => args.plan(rate, &geometry)?,
+        Law::Ramp(args) => args.plan(rate, &geometry)?,
+    };
+    let fit = common.runs.then(|| {
+        let ticks = u64::from(rate.hz()) * u64::from(common.max_error_us) / 1_000_000;
+        Fit::within(ticks as u32, rate.hz() / 125) // as Fit::board, which has 1 µs
+    });
+    // Only a list of delays needs no walk beforehand.
+    let bare = common.format == Format::Csv && common.plot.is_none();
+    let survey = (!bare).then(|| Survey::of(&plan));
+    if let (Some(file), Some(survey)) = (&common.plot, &survey) {
+        file.save(&figure::draw(&plan, survey))?;
+    }
+    let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
+    let written = match (common.format, &survey) {
+        (Format::Csv, _) | (_, None) => csv::write(&mut out, &plan, fit),
+        (Format::Summary, Some(survey)) => text::summary(&mut out, &plan, survey, fit),
+        (Format::Table, Some(survey)) => text::table(&mut out, &plan, survey, fit),
+        (Format::Json, Some(survey)) => json::write(&mut out, &plan, survey, fit),
+    };
+    unless_closed(written.and_then(|()| out.flush()))
+}
+
+/// No timer can make two pulses in one tick.
+fn check_peak(law: &dyn law::Law, rate: Rate) -> Result<(), Failure> {
+    if law.peak() <= f64::from(rate.hz()) {
+        return Ok(());
+    }
+    let (peak, hz) = (law.peak(), rate.hz());
+    Err(Failure::new(format!("{peak:.0} steps/s are more than one step a tick at {hz} Hz"))
+        .hint("lower --top-speed or raise --timer-hz"))
+}
+
+/// What is said of a travel that starts at its top speed or above.
+fn no_ramp(start: Speed, top: Speed) -> Option<String> {
+    (start >= top).then(|| {
+        format!("the start speed is not below the top speed: no ramp, all at {top} steps/s")
+    })
+}
+
+impl Value {
+    /// A speed as held.
+    fn speed(name: &'static str, held: &Held<Speed>) -> Value {
+        let value = f64::from(held.value.millisteps()) / 1000.0;
+        let (shown, given) = (held.to_string(), held.given.clone());
+        Value { name, shown, given, held: value, unit: "steps/s" }
+    }
+
+    /// An acceleration as held.
+    fn accel(name: &'static str, held: &Held<Accel>) -> Value {
+        let value = held.value.millisteps() as f64 / 1000.0;
+        let (shown, given) = (held.to_string(), held.given.clone());
+        Value { name, shown, given, held: value, unit: "steps/s²" }
+    }
+}

@@ -1,0 +1,143 @@
+//! What a ramp law tells the outputs, and a plan made of it.
+//!
+//! A law is one file beside this one: its options (`Args`) and a
+//! `plan(&self, …) -> Result<Plan, Failure>`. What it answers here is all that
+//! the summary, the tables, the runs and the plots need.
+
+use stepwright::profile::{Fit, Phase};
+use stepwright::{Rate, Run, Ticks};
+
+use super::real::Real;
+
+/// A travel of so many pulses, as a law makes it.
+pub trait Law {
+    /// Pulses in all.
+    fn pulses(&self) -> u32;
+
+    /// The delay before each pulse, the first 0: what the core emits.
+    fn delays(&self) -> Box<dyn Iterator<Item = Ticks> + '_>;
+
+    /// When pulse `n`, counted from 0, should come: in ticks after the first,
+    /// from the values as held, and **not** by the core's own arithmetic.
+    fn ideal(&self, n: u32) -> Real;
+
+    /// The phases in their order, without gaps; empty ones are left out.
+    fn spans(&self) -> Vec<Span>;
+
+    /// What a board would get.
+    fn runs(&self, fit: Fit) -> Box<dyn Iterator<Item = Run> + '_>;
+
+    /// Speed at the first and the last pulse, in steps/s.
+    fn ends(&self) -> f64;
+
+    /// The highest speed, in steps/s.
+    fn peak(&self) -> f64;
+
+    /// Steps that braking takes.
+    fn braking(&self) -> u32;
+}
+
+/// A phase, and how many pulses belong to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// Which.
+    pub phase: Phase,
+    /// Its pulses.
+    pub pulses: u32,
+}
+
+/// A value of the order, as the core holds it.
+#[derive(Clone, Debug)]
+pub struct Value {
+    /// `top speed`
+    pub name: &'static str,
+    /// `120rpm → 400 steps/s`
+    pub shown: String,
+    /// What was typed: `120rpm`
+    pub given: String,
+    /// 400
+    pub held: f64,
+    /// `steps/s`
+    pub unit: &'static str,
+}
+
+/// What is planned: a law with its values.
+pub struct Plan {
+    /// The law's name, as on the command line.
+    pub name: &'static str,
+    /// The step timer's rate.
+    pub rate: Rate,
+    /// Steps of one turn, for the reader's sake.
+    pub steps_per_turn: u32,
+    /// What was understood.
+    pub values: Vec<Value>,
+    /// Something the reader may not expect.
+    pub note: Option<String>,
+    /// The law.
+    pub law: Box<dyn Law>,
+}
+
+impl Plan {
+    /// All pulses, one by one.
+    pub fn rows(&self) -> Rows<'_> {
+        Rows {
+            delays: self.law.delays(),
+            spans: self.law.spans().into_iter(),
+            span: Span { phase: Phase::Cruise, pulses: 0 },
+            step: 0,
+            time: 0,
+        }
+    }
+
+    /// Speed in the row of a pulse: timer rate ÷ delay; before the first pulse
+    /// there is no delay, and it is the start speed.
+    pub fn speed(&self, row: &Row) -> f64 {
+        if row.step == 1 {
+            self.law.ends()
+        } else {
+            f64::from(self.rate.hz()) / f64::from(row.delay)
+        }
+    }
+
+    /// Ticks in seconds.
+    pub fn seconds(&self, ticks: f64) -> f64 {
+        ticks / f64::from(self.rate.hz())
+    }
+}
+
+/// One pulse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Counted from 1.
+    pub step: u32,
+    /// Ticks since the pulse before; 0 for the first.
+    pub delay: Ticks,
+    /// Ticks since the first pulse.
+    pub time: u64,
+    /// Of the interval that leads to it.
+    pub phase: Phase,
+}
+
+/// The pulses of a [`Plan`].
+pub struct Rows<'a> {
+    delays: Box<dyn Iterator<Item = Ticks> + 'a>,
+    spans: std::vec::IntoIter<Span>,
+    span: Span,
+    step: u32,
+    time: u64,
+}
+
+impl Iterator for Rows<'_> {
+    type Item = Row;
+
+    fn next(&mut self) -> Option<Row> {
+        let delay = self.delays.next()?;
+        while self.span.pulses == 0 {
+            self.span = self.spans.next()?;
+        }
+        self.span.pulses -= 1;
+        self.step += 1;
+        self.time += u64::from(delay);
+        Some(Row { step: self.step, delay, time: self.time, phase: self.span.phase })
+    }
+}

@@ -1,0 +1,85 @@
+//! `plan ramp`: document 004's ramp, counted in steps.
+
+use stepwright::profile::RampSteps;
+use stepwright::{Geometry, Rate};
+
+use super::law::{Plan, Value};
+use super::path::PathLaw;
+use super::{Common, Steps, check_peak};
+use crate::failure::Failure;
+use crate::quantity::SpeedArg;
+
+/// A ramp of so many steps, as the serial line orders it (S, T, R, G)
+///
+/// The motor jumps to the start speed, accelerates constantly over R steps to
+/// the top speed, and brakes over the last R steps.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  S5, T100, R200, G+4000 of the serial line:
+    stepwright plan ramp --steps 4000 --start-speed 50 --top-speed 1000 --ramp 200
+  What a board gets for it:
+    stepwright plan ramp --steps 4000 --start-speed 50 --top-speed 1000 --ramp 200 \\
+      --timer-hz 16000000 --runs")]
+pub struct Args {
+    #[command(flatten)]
+    steps: Steps,
+    /// Speed that the motor jumps to and stops from: 50, 15rpm …
+    #[arg(long, value_name = "SPEED")]
+    start_speed: SpeedArg,
+    /// Speed after the ramp: 1000, 120rpm … (a bare number is steps/s)
+    #[arg(long, value_name = "SPEED")]
+    top_speed: SpeedArg,
+    /// Steps between start and top speed, 1 to 65535
+    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u16).range(1..))]
+    ramp: u16,
+    #[command(flatten)]
+    common: Common,
+}
+
+impl Args {
+    pub fn common(&self) -> &Common {
+        &self.common
+    }
+
+    /// The travel, and what was understood.
+    pub fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
+        let start = self.start_speed.resolve(geometry, "--start-speed")?;
+        let top = self.top_speed.resolve(geometry, "--top-speed")?;
+
+        let law = RampSteps::new(rate, start.value, top.value, self.ramp)?;
+        let (path, delays) = (law.path(self.steps.get())?, law.delays(self.steps.get())?);
+        let (slope, _) = path.slopes();
+        let law = PathLaw::new(path, delays, rate, start.value, top.value);
+        check_peak(&law, rate)?;
+
+        let note = super::no_ramp(start.value, top.value);
+        let mut values = vec![Value::speed("start speed", &start), Value::speed("top speed", &top)];
+        if note.is_none() {
+            values.push(ramp(self.ramp, slope, start.value.millisteps(), top.value.millisteps()));
+        }
+        Ok(Plan {
+            name: "ramp",
+            rate,
+            steps_per_turn: geometry.steps_per_turn(),
+            note,
+            values,
+            law: Box::new(law),
+        })
+    }
+}
+
+/// R and the acceleration that comes of it: `slope` is 2a in 10⁻⁶ (steps/s)².
+fn ramp(steps: u16, slope: u64, start: u32, top: u32) -> Value {
+    let square = |v: u32| u64::from(v) * u64::from(v);
+    let exact = slope.checked_mul(steps.into()) == Some(square(top) - square(start));
+    let accel = slope as f64 / 2e6;
+    let sign = if exact { '→' } else { '≈' };
+    Value {
+        name: "ramp",
+        shown: format!("{steps} steps {sign} {accel} steps/s²"),
+        given: steps.to_string(),
+        held: accel,
+        unit: "steps/s²",
+    }
+}

@@ -1,0 +1,78 @@
+//! What a board gets: the travel as runs, and how far they are off.
+
+use std::cell::Cell;
+
+use stepwright::Run;
+use stepwright::profile::Fit;
+use stepwright::run::Steps;
+
+use super::law::Plan;
+use super::survey::Worst;
+
+/// A run in the list.
+#[derive(Clone, Copy, Debug)]
+pub struct Line {
+    /// Counted from 1.
+    pub number: u32,
+    /// The step that it begins with, counted from 1: the first pulse is not
+    /// part of any run.
+    pub step: u32,
+    /// First interval and its growth per step, in ticks.
+    pub interval: f64,
+    pub add: f64,
+    /// Steps.
+    pub count: u16,
+    /// From the first pulse to the run's last step, in ticks.
+    pub end: f64,
+}
+
+/// 2⁻¹⁶ ticks in ticks; exact for an interval, which has 48 bits.
+fn ticks(fine: u64) -> f64 {
+    fine as f64 / 65_536.0
+}
+
+/// The runs of a plan, one by one.
+pub fn lines(plan: &Plan, fit: Fit) -> impl Iterator<Item = Line> + '_ {
+    let (mut step, mut end) = (2u32, 0u64);
+    plan.law.runs(fit).zip(1..).map(move |(run, number)| {
+        end += run.duration();
+        let line = Line {
+            number,
+            step,
+            interval: ticks(run.interval()),
+            add: f64::from(run.add()) / 65_536.0,
+            count: run.count(),
+            end: ticks(end),
+        };
+        step += u32::from(run.count());
+        line
+    })
+}
+
+/// All runs together.
+#[derive(Clone, Copy, Debug)]
+pub struct Total {
+    /// How many.
+    pub runs: u64,
+    /// What they take in memory.
+    pub bytes: u64,
+    /// Largest distance of a step, as a board emits it, from its ideal.
+    pub worst: Worst,
+}
+
+/// Plays the runs as the engine does, and measures every step.
+pub fn total(plan: &Plan, fit: Fit) -> Total {
+    let law = plan.law.as_ref();
+    let runs = Cell::new(0);
+    let counted = law.runs(fit).inspect(|_| runs.set(runs.get() + 1));
+    let (mut worst, mut time) = (Worst::NONE, 0u64);
+    if law.pulses() > 0 {
+        worst.measure(law, 1, 0);
+    }
+    for (delay, step) in Steps::new(counted).zip(2..) {
+        time += u64::from(delay);
+        worst.measure(law, step, time);
+    }
+    let runs = runs.get();
+    Total { runs, bytes: runs * size_of::<Run>() as u64, worst }
+}

@@ -1,0 +1,137 @@
+//! For people: the summary, and the steps or runs in columns.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+
+use stepwright::profile::Fit;
+
+use super::law::Plan;
+use super::runs;
+use super::survey::{Survey, Worst};
+
+/// Runs that the summary lists; `--format table` lists them all.
+const FEW: usize = 20;
+
+/// What was understood, and what comes of it.
+pub fn summary(
+    out: &mut impl Write,
+    plan: &Plan,
+    survey: &Survey,
+    fit: Option<Fit>,
+) -> io::Result<()> {
+    let law = plan.law.as_ref();
+    let (steps, hz) = (law.pulses(), plan.rate.hz());
+    writeln!(out, "{}: {steps} steps on a timer of {hz} Hz\n", plan.name)?;
+    for value in &plan.values {
+        field(out, value.name, &value.shown)?;
+    }
+    if let Some(note) = &plan.note {
+        writeln!(out, "  ({note})")?;
+    }
+    writeln!(out)?;
+    let seconds = plan.seconds(survey.duration as f64);
+    field(out, "duration", format_args!("{seconds:.6} s ({} ticks)", survey.duration))?;
+    field(out, "peak speed", peak(plan))?;
+    field(out, "braking distance", format_args!("{} steps", law.braking()))?;
+    field(out, "largest error", error(plan, &survey.worst))?;
+
+    if steps > 0 {
+        writeln!(out, "\n  {:<8}{:>11}{:>16}", "phase", "steps", "time")?;
+    }
+    for part in &survey.parts {
+        let seconds = plan.seconds(part.ticks as f64);
+        writeln!(out, "  {:<8}{:>11}{seconds:>14.6} s", part.phase.name(), part.pulses)?;
+    }
+    let Some(fit) = fit else { return Ok(()) };
+
+    let total = runs::total(plan, fit);
+    writeln!(out)?;
+    field(out, "runs", format_args!("{} in {} bytes", total.runs, total.bytes))?;
+    field(out, "largest error", error(plan, &total.worst))?;
+    writeln!(out)?;
+    header(out)?;
+    for line in runs::lines(plan, fit).take(FEW) {
+        columns(out, &line)?;
+    }
+    match total.runs.saturating_sub(FEW as u64) {
+        0 => Ok(()),
+        more => writeln!(out, "  … and {more} more: --format table lists them all"),
+    }
+}
+
+fn field(out: &mut impl Write, name: &str, value: impl Display) -> io::Result<()> {
+    writeln!(out, "  {name:<18}{value}")
+}
+
+/// `400 steps/s (120 rpm)`
+pub fn peak(plan: &Plan) -> String {
+    let peak = plan.law.peak();
+    let rpm = peak * 60.0 / f64::from(plan.steps_per_turn);
+    format!("{} steps/s ({} rpm)", trimmed(peak, 3), trimmed(rpm, 2))
+}
+
+/// With so many decimals at most.
+pub fn trimmed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+fn error(plan: &Plan, worst: &Worst) -> String {
+    let Worst { ticks, step, checked } = *worst;
+    if step == 0 {
+        return "none: nothing moves".into();
+    }
+    let all = match checked == plan.law.pulses() {
+        true => "every step checked".to_owned(),
+        false => format!("{checked} steps checked"),
+    };
+    let micros = plan.seconds(ticks) * 1e6;
+    format!("{ticks:.3} ticks ({micros:.3} µs) at step {step}, {all}")
+}
+
+/// Every step, or every run, in columns.
+pub fn table(
+    out: &mut impl Write,
+    plan: &Plan,
+    survey: &Survey,
+    fit: Option<Fit>,
+) -> io::Result<()> {
+    if let Some(fit) = fit {
+        header(out)?;
+        return runs::lines(plan, fit).try_for_each(|line| columns(out, &line));
+    }
+    let wide = survey.duration.to_string().len().max("time".len()) + 2;
+    writeln!(
+        out,
+        "{:>10}{:>12}{:>wide$}{:>14}{:>14}  phase",
+        "step", "delay", "time", "seconds", "steps/s"
+    )?;
+    for row in plan.rows() {
+        let (seconds, speed) = (plan.seconds(row.time as f64), plan.speed(&row));
+        writeln!(
+            out,
+            "{:>10}{:>12}{:>wide$}{seconds:>14.6}{speed:>14.3}  {}",
+            row.step,
+            row.delay,
+            row.time,
+            row.phase.name()
+        )?;
+    }
+    Ok(())
+}
+
+fn header(out: &mut impl Write) -> io::Result<()> {
+    writeln!(
+        out,
+        "{:>8}{:>12}{:>18}{:>14}{:>8}{:>20}",
+        "run", "from step", "interval", "add", "count", "until"
+    )
+}
+
+fn columns(out: &mut impl Write, line: &runs::Line) -> io::Result<()> {
+    let runs::Line { number, step, interval, add, count, end } = *line;
+    writeln!(out, "{number:>8}{step:>12}{interval:>18.4}{add:>14.4}{count:>8}{end:>20.4}")
+}

@@ -1,0 +1,127 @@
+//! Plots: speed and acceleration as .svg, .png or .html.
+//!
+//! A [`Figure`] is laid out once into a [`picture`] of simple shapes, which
+//! every format then writes; so all three look the same, and none of them
+//! needs a library or a font of the system.
+//!
+//! | module | what |
+//! | --- | --- |
+//! | [`figure`] | panels, axes, curves, shaded stretches |
+//! | [`scale`] | from values to pixels, round numbers |
+//! | [`picture`] | the shapes |
+//! | `svg`, `png`, `html` | the formats |
+
+mod figure;
+mod html;
+mod picture;
+mod png;
+mod scale;
+mod svg;
+
+use std::fs;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use crate::failure::Failure;
+
+pub use figure::{Band, Curve, Figure, PALETTE, Panel};
+pub use scale::{number, time_unit};
+
+/// A file for a plot, whose name says the format: for clap's `#[arg]`.
+#[derive(Clone, Debug)]
+pub struct PlotFile {
+    path: PathBuf,
+    format: Format,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Format {
+    Svg,
+    Png,
+    Html,
+}
+
+impl FromStr for PlotFile {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<PlotFile, String> {
+        let path = PathBuf::from(name);
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+        let format = match ending.as_str() {
+            "svg" => Format::Svg,
+            "png" => Format::Png,
+            "html" | "htm" => Format::Html,
+            _ => return Err("its name must end in .svg, .png or .html".into()),
+        };
+        Ok(PlotFile { path, format })
+    }
+}
+
+impl PlotFile {
+    /// Draws into the file, and says so on standard error.
+    pub fn save(&self, figure: &Figure) -> Result<(), Failure> {
+        let picture = figure.picture();
+        let bytes = match self.format {
+            Format::Svg => svg::render(&picture).into_bytes(),
+            Format::Html => html::page(&figure.title, &picture).into_bytes(),
+            Format::Png => {
+                png::render(&picture).map_err(|error| Failure::file("draw", &self.path, &error))?
+            }
+        };
+        fs::write(&self.path, bytes).map_err(|error| Failure::file("write", &self.path, &error))?;
+        eprintln!("plot written to {}", self.path.display());
+        Ok(())
+    }
+}
+
+/// Speed over time of one or more axes.
+#[derive(Clone, Debug)]
+pub struct SpeedPlot {
+    /// The heading.
+    pub title: String,
+    /// Smaller lines below it.
+    pub notes: Vec<String>,
+    /// The axes.
+    pub series: Vec<Series>,
+}
+
+/// The speed of one axis.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// `axis 1`
+    pub name: String,
+    /// Seconds and steps/s, in the order of time; a speed backwards is
+    /// negative.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl SpeedPlot {
+    /// Draws into the file.
+    pub fn save(&self, file: &PlotFile) -> Result<(), Failure> {
+        file.save(&self.figure())
+    }
+
+    fn figure(&self) -> Figure {
+        let last = |series: &Series| series.points.last().map_or(0.0, |(t, _)| *t);
+        let (unit, per_second) = time_unit(self.series.iter().map(last).fold(0.0, f64::max));
+        let curves = self.series.iter().zip(PALETTE.iter().cycle()).map(|(series, colour)| Curve {
+            name: series.name.clone(),
+            colour: *colour,
+            points: series.points.iter().map(|(t, v)| (t * per_second, *v)).collect(),
+            filled: self.series.len() == 1,
+            dots: Vec::new(),
+        });
+        let panel = Panel {
+            y: ("Speed".into(), "steps/s".into()),
+            x: ("time".into(), unit.into()),
+            curves: curves.collect(),
+            bands: Vec::new(),
+            named: false,
+        };
+        Figure {
+            title: self.title.clone(),
+            notes: self.notes.clone(),
+            rows: vec![(460.0, vec![panel])],
+        }
+    }
+}

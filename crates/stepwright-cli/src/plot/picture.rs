@@ -1,0 +1,127 @@
+//! A picture as a list of shapes, which both the SVG and the PNG writer take.
+//!
+//! Points are in pixels of the SVG, y downwards.
+
+/// A colour: red, green, blue.
+pub type Colour = [u8; 3];
+
+/// Where a text's anchor lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// One thing to draw.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A filled rectangle.
+    Box { x: f64, y: f64, width: f64, height: f64, fill: Colour, opacity: f64 },
+    /// A line through points.
+    Line { points: Vec<(f64, f64)>, colour: Colour, width: f64 },
+    /// A filled outline.
+    Area { points: Vec<(f64, f64)>, fill: Colour, opacity: f64 },
+    /// Filled dots.
+    Dots { points: Vec<(f64, f64)>, fill: Colour, radius: f64 },
+    /// One line of text; y is its base line.
+    Text { x: f64, y: f64, size: f64, bold: bool, anchor: Anchor, colour: Colour, text: String },
+}
+
+/// Shapes in the order in which they are painted.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    pub width: f64,
+    pub height: f64,
+    pub shapes: Vec<Shape>,
+    /// For the read-out of the page: where the panels lie and what they show.
+    pub probes: Vec<Probe>,
+}
+
+/// A panel under the mouse: the pixels of its frame, and its curves' points in
+/// pixels with their values as text.
+#[derive(Clone, Debug)]
+pub struct Probe {
+    pub frame: Frame,
+    pub x_unit: String,
+    pub y_unit: String,
+    pub curves: Vec<ProbeCurve>,
+}
+
+/// A curve that can be read out.
+#[derive(Clone, Debug)]
+pub struct ProbeCurve {
+    pub name: String,
+    /// x and y in pixels, and in the panel's units.
+    pub points: Vec<[f64; 4]>,
+}
+
+/// A rectangle in pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+    pub height: f64,
+}
+
+impl Frame {
+    pub fn right(&self) -> f64 {
+        self.left + self.width
+    }
+
+    pub fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+}
+
+impl Picture {
+    /// White paper.
+    pub fn new(width: f64, height: f64) -> Picture {
+        let mut picture = Picture { width, height, shapes: Vec::new(), probes: Vec::new() };
+        picture.fill(Frame { left: 0.0, top: 0.0, width, height }, [255; 3], 1.0);
+        picture
+    }
+
+    pub fn fill(&mut self, frame: Frame, fill: Colour, opacity: f64) {
+        let Frame { left: x, top: y, width, height } = frame;
+        self.shapes.push(Shape::Box { x, y, width, height, fill, opacity });
+    }
+
+    pub fn line(&mut self, points: Vec<(f64, f64)>, colour: Colour, width: f64) {
+        self.shapes.push(Shape::Line { points, colour, width });
+    }
+
+    pub fn text(&mut self, at: (f64, f64), style: Style, text: impl Into<String>) {
+        let Style { size, bold, anchor, colour } = style;
+        let (x, y) = at;
+        self.shapes.push(Shape::Text { x, y, size, bold, anchor, colour, text: text.into() });
+    }
+}
+
+/// How a text looks.
+#[derive(Clone, Copy, Debug)]
+pub struct Style {
+    pub size: f64,
+    pub bold: bool,
+    pub anchor: Anchor,
+    pub colour: Colour,
+}
+
+impl Style {
+    pub const fn new(size: f64, colour: Colour) -> Style {
+        Style { size, bold: false, anchor: Anchor::Start, colour }
+    }
+
+    pub const fn bold(self) -> Style {
+        Style { bold: true, ..self }
+    }
+
+    pub const fn middle(self) -> Style {
+        Style { anchor: Anchor::Middle, ..self }
+    }
+
+    pub const fn end(self) -> Style {
+        Style { anchor: Anchor::End, ..self }
+    }
+}

@@ -1,0 +1,103 @@
+//! From values to pixels, and the round numbers along an axis.
+
+/// An axis: values from `low` to `high` along some pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    pub low: f64,
+    pub high: f64,
+    from: f64,
+    to: f64,
+}
+
+impl Scale {
+    /// `low` lies at pixel `from`, `high` at `to`.
+    pub fn new((low, high): (f64, f64), (from, to): (f64, f64)) -> Scale {
+        // An axis of no length would divide by zero.
+        let high = if high > low { high } else { low + 1.0 };
+        Scale { low, high, from, to }
+    }
+
+    /// The pixel of a value.
+    pub fn at(&self, value: f64) -> f64 {
+        self.from + (value - self.low) / (self.high - self.low) * (self.to - self.from)
+    }
+
+    /// Round values on the axis, about `wanted` of them, with the decimals
+    /// that they need.
+    pub fn ticks(&self, wanted: usize) -> (Vec<f64>, usize) {
+        let step = round_step((self.high - self.low) / wanted.max(1) as f64);
+        let decimals = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
+        let slack = step * 1e-9;
+        let first = ((self.low - slack) / step).ceil() as i64;
+        let last = ((self.high + slack) / step).floor() as i64;
+        ((first..=last).map(|i| i as f64 * step).collect(), decimals)
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, at least `step`.
+fn round_step(step: f64) -> f64 {
+    let power = 10f64.powf(step.log10().floor());
+    let factor = [1.0, 2.0, 5.0, 10.0].into_iter().find(|f| f * power >= step * 0.999);
+    factor.unwrap_or(10.0) * power
+}
+
+/// A number with its thousands apart: `1 000 000`, `0.25`, `−3`.
+pub fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{:.decimals$}", value.abs());
+    let (whole, part) = text.split_once('.').map_or((text.as_str(), None), |(w, p)| (w, Some(p)));
+    let negative = value < 0.0 && text.bytes().any(|b| matches!(b, b'1'..=b'9'));
+    let mut out = String::from(if negative { "−" } else { "" });
+    for (i, digit) in whole.chars().enumerate() {
+        // Four digits stand well without a gap.
+        if i > 0 && (whole.len() - i) % 3 == 0 && whole.len() > 4 {
+            out.push('\u{2009}');
+        }
+        out.push(digit);
+    }
+    if let Some(part) = part {
+        out.push('.');
+        out.push_str(part);
+    }
+    out
+}
+
+/// A unit of time that suits so many seconds, and how many it has per second.
+pub fn time_unit(seconds: f64) -> (&'static str, f64) {
+    match seconds {
+        s if s < 2e-3 => ("µs", 1e6),
+        s if s < 1.0 => ("ms", 1e3),
+        s if s < 900.0 => ("s", 1.0),
+        s if s < 3.0 * 3600.0 => ("min", 1.0 / 60.0),
+        _ => ("h", 1.0 / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_have_round_numbers() {
+        let ticks = |low, high, n| Scale::new((low, high), (0.0, 1.0)).ticks(n);
+        assert_eq!(ticks(0.0, 1000.0, 5), (vec![0.0, 200.0, 400.0, 600.0, 800.0, 1000.0], 0));
+        let (values, decimals) = ticks(0.0, 0.31, 4);
+        assert_eq!((values.len(), decimals), (4, 1));
+        let (values, _) = ticks(-1000.0, 1000.0, 4);
+        assert_eq!(values, [-1000.0, -500.0, 0.0, 500.0, 1000.0]);
+    }
+
+    #[test]
+    fn numbers_are_grouped() {
+        assert_eq!(number(1_234_567.0, 0), "1\u{2009}234\u{2009}567");
+        assert_eq!(number(9000.0, 0), "9000");
+        assert_eq!(number(-0.25, 2), "−0.25");
+        assert_eq!(number(-0.001, 2), "0.00");
+    }
+
+    #[test]
+    fn an_empty_axis_is_no_trouble() {
+        let scale = Scale::new((3.0, 3.0), (0.0, 100.0));
+        assert!(scale.at(3.0).is_finite());
+        assert!(!scale.ticks(5).0.is_empty());
+    }
+}

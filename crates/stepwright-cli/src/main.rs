@@ -9,10 +9,10 @@
 //! | [`failure`] | errors, hints and the exit status |
 //! | [`interrupt`] | Ctrl-C |
 //! | [`link`] | the bytes to a board, real or virtual, and back |
+//! | [`plot`] | figures as .svg, .png and .html |
 //! | [`quantity`] | speeds and accelerations with their units |
 //! | [`say`] | lines on standard output and error |
 //! | [`talk`] | a line and its answer, whatever happens to them on their way |
-//! | [`plot`] | figures as .svg, .png and .html |
 
 mod board;
 mod completions;
@@ -33,6 +33,17 @@ use clap::{Parser, Subcommand};
 /// Real-time motion for stepper motors
 #[derive(Parser)]
 #[command(version, max_term_width = 100)]
+#[command(after_help = "\
+Begin without any hardware:
+  stepwright move 4000              a virtual motor moves, and you see how
+  stepwright board --pty            a virtual board that any serial program can talk to
+
+Then with a board:
+  stepwright ports                  where it is
+  stepwright move 4000 --port PATH
+
+Exit status: 0 done; 1 refused, or it failed; 2 the command line makes no sense;
+130 ended by Ctrl-C before it was done. Errors begin with `error: `.")]
 struct Cli {
     #[command(subcommand)]
     command: Command,

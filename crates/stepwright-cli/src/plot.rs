@@ -23,6 +23,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::failure::Failure;
+use crate::say;
 
 pub use figure::{Band, Curve, Figure, PALETTE, Panel};
 pub use scale::{number, time_unit};
@@ -58,6 +59,21 @@ impl FromStr for PlotFile {
 }
 
 impl PlotFile {
+    /// That it can be written: before a long motion, not after it.
+    pub fn check(&self) -> Result<(), Failure> {
+        let is_new = !self.path.exists();
+        fs::OpenOptions::new()
+            .append(true)
+            .create(true)
+            .open(&self.path)
+            .map_err(|error| Failure::file("write", &self.path, &error))?;
+        if is_new {
+            // There may never be anything to draw.
+            let _ = fs::remove_file(&self.path);
+        }
+        Ok(())
+    }
+
     /// Draws into the file, and says so on standard error.
     pub fn save(&self, figure: &Figure) -> Result<(), Failure> {
         let picture = figure.picture();
@@ -69,7 +85,7 @@ impl PlotFile {
             }
         };
         fs::write(&self.path, bytes).map_err(|error| Failure::file("write", &self.path, &error))?;
-        eprintln!("plot written to {}", self.path.display());
+        say::note(format_args!("plot written to {}", self.path.display()));
         Ok(())
     }
 }

@@ -176,6 +176,19 @@ fn edges_are_recorded() {
 }
 
 #[test]
+fn the_speed_is_drawn() {
+    let file = Scratch::new("move.svg");
+    let ended = stepwright(&["move", "400", "--fast", "--plot", file.path()]);
+    ended.assert(0, "position 400 ready");
+    let drawn = std::fs::read_to_string(&file.0).unwrap();
+    assert!(drawn.starts_with("<svg") && drawn.contains("Axis 1 by +400 steps"), "{drawn:.300}");
+    let ended = stepwright(&["move", "40", "--fast", "--plot", "/nowhere/at/all.png"]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error("can't write /nowhere/at/all.png");
+    assert_eq!(stepwright(&["move", "40", "--plot", "x.pdf"]).code(), Some(2));
+}
+
+#[test]
 fn ports_are_listed_or_not() {
     let ended = stepwright(&["ports"]);
     assert_eq!(ended.code(), Some(0), "{ended:?}");

@@ -139,7 +139,7 @@ fn garbage_is_answered_e_and_moves_nothing() {
     plays("PO G+5 T9999 E ", "Y Y E E ", "position 0 ready");
     let long = "G+".to_owned() + &"0".repeat(5000) + "5 F ";
     plays(&long, "E R ", "position 0 ready");
-    let mut noise: Vec<u8> = (0..60_000u32).map(|n| (n * n >> 7) as u8).collect();
+    let mut noise: Vec<u8> = (0..60_000u32).map(|n| ((n * n) >> 7) as u8).collect();
     noise.extend(b"\rK\rI1\rF\r");
     let ended = stepwright_with(&["board", "--stdio", "--fast"], &noise);
     assert!(ended.stdout.ends_with("Y\rY\rR\r"), "{ended:?}");

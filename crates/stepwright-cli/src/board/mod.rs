@@ -5,6 +5,7 @@ pub mod pace;
 #[cfg(unix)]
 mod pty;
 pub mod recording;
+mod speeds;
 mod stdio;
 
 use std::path::PathBuf;
@@ -13,10 +14,11 @@ use stepwright::Rate;
 use stepwright_sim::Description;
 
 use crate::failure::Failure;
+use crate::plot::PlotFile;
 use crate::{interrupt, say};
 use bench::{Bench, Width};
 use pace::Paced;
-use recording::Recording;
+use recording::{Heading, Recording};
 
 /// Be a virtual board, on standard input and output or on a pseudo-terminal
 #[derive(clap::Args)]
@@ -62,7 +64,7 @@ pub struct Args {
     vcd: Option<PathBuf>,
     /// Draw the speed of its motors over time: .svg, .png or .html
     #[arg(long, value_name = "FILE", help_heading = "Recordings")]
-    plot: Option<PathBuf>,
+    plot: Option<PlotFile>,
 }
 
 /// Where the board's serial line leads.
@@ -95,7 +97,9 @@ impl Args {
 pub fn run(args: Args) -> Result<(), Failure> {
     let description = args.description()?;
     let width = if args.timer_bits == "16" { Width::Narrow } else { Width::Wide };
-    let recording = Recording::begin(&description, args.vcd.as_deref(), args.plot.as_deref())?;
+    let heading = Heading { title: "The virtual board".to_owned(), notes: Vec::new() };
+    let plot = args.plot.as_ref().map(|file| (file, heading));
+    let recording = Recording::begin(&description, args.vcd.as_deref(), plot)?;
     interrupt::listen()?;
     let mut board = Paced::new(Bench::new(description, width, recording), args.fast);
     let served = if args.way.stdio { stdio::serve(&mut board) } else { serve_pty(&mut board) };

@@ -8,21 +8,34 @@ use std::path::{Path, PathBuf};
 use stepwright_sim::vcd::VcdWriter;
 use stepwright_sim::{Description, Edge, Recorder};
 
+use super::speeds::Speeds;
 use crate::failure::Failure;
+use crate::plot::{PlotFile, SpeedPlot};
+use crate::say;
+
+/// What stands above a plot.
+#[derive(Clone, Debug)]
+pub struct Heading {
+    /// What it shows.
+    pub title: String,
+    /// Smaller lines below it.
+    pub notes: Vec<String>,
+}
 
 /// Takes down what was asked for.
 #[derive(Default)]
 pub struct Recording {
     vcd: Option<(PathBuf, VcdWriter<BufWriter<File>>)>,
+    plot: Option<(PlotFile, Heading, Speeds)>,
 }
 
 impl Recording {
-    /// Opens the files, so that what can't be written is known before anything
-    /// moves.
+    /// Begins the recordings that are wanted, the plot under this heading. What
+    /// can't be written is known before anything moves.
     pub fn begin(
         description: &Description,
         vcd: Option<&Path>,
-        _plot: Option<&Path>,
+        plot: Option<(&PlotFile, Heading)>,
     ) -> Result<Recording, Failure> {
         let vcd = match vcd {
             Some(path) => {
@@ -33,13 +46,29 @@ impl Recording {
             }
             None => None,
         };
-        Ok(Recording { vcd })
+        let plot = match plot {
+            Some((file, heading)) => {
+                file.check()?;
+                Some((file.clone(), heading, Speeds::new(description.board.rate)))
+            }
+            None => None,
+        };
+        Ok(Recording { vcd, plot })
     }
 
     /// Finishes the files at `time` ticks.
     pub fn finish(&mut self, time: u64) -> Result<(), Failure> {
         if let Some((path, writer)) = self.vcd.take() {
             writer.finish(time).map_err(|error| Failure::file("write", &path, &error))?;
+        }
+        if let Some((file, heading, speeds)) = self.plot.take() {
+            let series = speeds.series();
+            if series.is_empty() {
+                say::note("nothing has moved: there is nothing to plot");
+            } else {
+                let Heading { title, notes } = heading;
+                SpeedPlot { title, notes, series }.save(&file)?;
+            }
         }
         Ok(())
     }
@@ -49,6 +78,9 @@ impl Recorder for Recording {
     fn edge(&mut self, edge: Edge) {
         if let Some((_, writer)) = &mut self.vcd {
             writer.edge(edge);
+        }
+        if let Some((_, _, speeds)) = &mut self.plot {
+            speeds.edge(edge);
         }
     }
 }

@@ -7,6 +7,7 @@ use stepwright::profile::Path;
 use stepwright::{Rate, Speed};
 use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Travel};
 
+use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::quantity::{AccelArg, GeometryArgs, Held, SpeedArg};
 
@@ -124,6 +125,13 @@ impl Motion {
             row("takes", seconds(Motion::seconds(&path, path.pulses() - 1)));
         }
         rows
+    }
+
+    /// What was understood, above a plot.
+    pub fn heading(&self, title: String) -> Heading {
+        let rows = self.show().into_iter();
+        let note = rows.map(|row| row.split_whitespace().collect::<Vec<_>>().join(" "));
+        Heading { title, notes: vec![note.collect::<Vec<_>>().join("   ·   ")] }
     }
 
     fn ramp(&self, ramp: Ramp, given: Option<&str>) -> String {

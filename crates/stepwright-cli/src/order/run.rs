@@ -73,7 +73,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let travel = Travel::Endless(direction);
     let motion = args.ramps.motion(args.axis, &args.speed.speed, "the speed", travel)?;
     interrupt::listen()?;
-    let mut talk = args.port.or_virtual(&args.virt, "run")?;
+    let title = format!("Axis {} until it is stopped", args.axis.number());
+    let mut talk = args.port.or_virtual(&args.virt, "run", motion.heading(title))?;
     let result = run_on(&mut talk, &args, &motion);
     let finished = target::finish(&mut talk);
     result.and(finished)

@@ -6,11 +6,12 @@ use clap::ValueEnum;
 use stepwright_protocol::AxisId;
 
 use crate::board::bench::{Bench, Width};
-use crate::board::recording::Recording;
+use crate::board::recording::{Heading, Recording};
 use crate::failure::Failure;
 use crate::link::Link;
 use crate::link::serial::{SerialLink, Share};
 use crate::link::virtual_board::VirtualLink;
+use crate::plot::PlotFile;
 use crate::talk::{Talk, Trouble};
 use stepwright_sim::Description;
 
@@ -48,7 +49,7 @@ pub struct VirtualArgs {
     pub vcd: Option<PathBuf>,
     /// Draw the speed of its motor over time: .svg, .png or .html
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
-    pub plot: Option<PathBuf>,
+    pub plot: Option<PlotFile>,
 }
 
 /// Reads an axis number, 1 … 8.
@@ -77,13 +78,20 @@ impl PortArgs {
         Ok(Talk::new(Box::new(SerialLink::open(path, self.baud, share)?)))
     }
 
-    /// The port if there is one, otherwise a virtual board of its own.
-    pub fn or_virtual(&self, virt: &VirtualArgs, order: &str) -> Result<Talk, Failure> {
+    /// The port if there is one, otherwise a virtual board of its own, whose
+    /// plot has this heading.
+    pub fn or_virtual(
+        &self,
+        virt: &VirtualArgs,
+        order: &str,
+        heading: Heading,
+    ) -> Result<Talk, Failure> {
         if self.port.is_some() {
             return self.meet(order, Share::Alone);
         }
         let description = Description::uno();
-        let recording = Recording::begin(&description, virt.vcd.as_deref(), virt.plot.as_deref())?;
+        let plot = virt.plot.as_ref().map(|file| (file, heading));
+        let recording = Recording::begin(&description, virt.vcd.as_deref(), plot)?;
         let bench = Bench::new(description, Width::Narrow, recording);
         let mut talk = Talk::new(Box::new(VirtualLink::new(bench, virt.fast)));
         met(&mut talk)?;

@@ -73,7 +73,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let travel = Travel::By(args.steps);
     let motion = args.ramps.motion(args.axis, &args.top_speed, "--top-speed", travel)?;
     interrupt::listen()?;
-    let mut talk = args.port.or_virtual(&args.virt, "move")?;
+    let title = format!("Axis {} by {:+} steps", args.axis.number(), args.steps.get());
+    let mut talk = args.port.or_virtual(&args.virt, "move", motion.heading(title))?;
     let result = travel_on(&mut talk, &args, &motion);
     // Also what was recorded of a motion that went wrong is worth a look.
     let finished = target::finish(&mut talk);

@@ -1,0 +1,174 @@
+//! Boards that are not quite ours: the document's own, slow ones, forgetful
+//! ones. The test plays the board on a pseudo-terminal.
+#![cfg(unix)]
+
+mod common;
+
+use std::fs::File;
+use std::io::{Read, Write};
+
+use common::{Ended, pty, stepwright};
+
+/// A slave of document 004 and nothing else, which moves a little whenever it
+/// is asked.
+#[derive(Default)]
+struct Slave {
+    position: i64,
+    target: i64,
+    ordered: i64,
+}
+
+impl Slave {
+    fn answer(&mut self, line: &str) -> String {
+        let way = self.target - self.position;
+        let (letter, rest) = line.split_at(line.len().min(1));
+        let number = rest.trim_start_matches('+').parse::<i64>();
+        match (letter, number) {
+            ("F", _) => {
+                self.position += way.clamp(-10, 10);
+                if way == 0 { "R" } else { "B" }.to_owned()
+            }
+            ("V", Ok(1)) => self.position.to_string(),
+            ("P" | "S" | "T" | "R", _) if way != 0 => "E".to_owned(),
+            ("S" | "T" | "R", Ok(1..=999)) => "Y".to_owned(),
+            ("G", Ok(steps)) => {
+                self.ordered = steps;
+                "Y".to_owned()
+            }
+            ("E", _) => {
+                self.target = self.position + self.ordered;
+                "Y".to_owned()
+            }
+            _ if line == "PO" || line == "Z" || line == "I1" => "Y".to_owned(),
+            _ => "E".to_owned(),
+        }
+    }
+}
+
+/// Has `answer` answer each line, until nobody holds the other end.
+fn play(mut answer: impl FnMut(&str) -> Option<String> + Send + 'static) -> String {
+    let (mut master, path) = pty();
+    // Held open here, so that a command that leaves does not end the play.
+    let held = File::options().read(true).write(true).open(&path).unwrap();
+    let mut settings = rustix::termios::tcgetattr(&held).unwrap();
+    settings.make_raw();
+    rustix::termios::tcsetattr(&held, rustix::termios::OptionalActions::Now, &settings).unwrap();
+    std::thread::spawn(move || {
+        let _held = held;
+        let (mut line, mut byte) = (String::new(), [0]);
+        while master.read_exact(&mut byte).is_ok() {
+            if byte[0] != b'\r' {
+                line.push(char::from(byte[0]));
+                continue;
+            }
+            if let Some(answer) = answer(&line) {
+                master.write_all(format!("{answer}\r").as_bytes()).unwrap();
+            }
+            line.clear();
+        }
+    });
+    path
+}
+
+#[track_caller]
+fn order(path: &str, order: &[&str]) -> Ended {
+    stepwright(&[order, &["--port", path]].concat())
+}
+
+#[test]
+fn a_slave_of_document_004_is_enough() {
+    let mut slave = Slave::default();
+    let path = play(move |line| Some(slave.answer(line)));
+    let ended = order(&path, &["move", "40"]);
+    ended.assert(0, "position 40 ready");
+    assert!(ended.stdout.contains("lines       PO S5 T100 R200 G+40 E"), "{ended:?}");
+    order(&path, &["move", "-50"]).assert(0, "position -10 ready");
+    let status = order(&path, &["status"]);
+    assert!(status.stdout.contains("speaks document 004 only"), "{status:?}");
+    assert!(status.stdout.contains("position -10 ready"), "{status:?}");
+    let ended = order(&path, &["move", "5", "--axis", "2"]);
+    ended.assert_error("only one axis");
+    let ended = order(&path, &["move", "5", "--start-speed", "55"]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error("refused s55");
+    order(&path, &["position"]).assert(0, "position -10 ready");
+    order(&path, &["stop"]).assert(0, "position -10 ready");
+}
+
+#[test]
+fn one_that_is_silent_where_it_has_no_answer() {
+    let mut slave = Slave::default();
+    let path = play(move |line| Some(slave.answer(line)).filter(|answer| answer != "E"));
+    order(&path, &["move", "40"]).assert(0, "position 40 ready");
+}
+
+/// As an Arduino that its port's opening has reset.
+#[test]
+fn one_that_takes_its_time_to_wake_up() {
+    let (mut slave, mut lines) = (Slave::default(), 0);
+    let path = play(move |line| {
+        lines += 1;
+        match lines {
+            1..=6 => None,
+            7 => Some("\nhello, this is a stepper controller\r\nR".to_owned()),
+            _ => Some(slave.answer(line)),
+        }
+    });
+    order(&path, &["move", "40"]).assert(0, "position 40 ready");
+}
+
+#[test]
+fn one_whose_answer_to_e_is_lost() {
+    let (mut slave, mut lost) = (Slave::default(), false);
+    let path = play(move |line| {
+        let answer = slave.answer(line);
+        let lose = line == "E" && !std::mem::replace(&mut lost, line == "E");
+        (!lose).then_some(answer)
+    });
+    order(&path, &["move", "40"]).assert(0, "position 40 ready");
+}
+
+#[test]
+fn one_that_never_hears_an_e_is_not_moved_by_force() {
+    let mut slave = Slave::default();
+    let path = play(move |line| if line == "E" { None } else { Some(slave.answer(line)) });
+    let ended = order(&path, &["move", "40"]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error("every attempt to give the order was spoiled");
+    order(&path, &["position"]).assert(0, "position 0 ready");
+}
+
+#[test]
+fn one_that_is_reset_on_the_way() {
+    let (mut slave, mut asked) = (Slave::default(), 0);
+    let path = play(move |line| {
+        asked += usize::from(slave.target != 0);
+        if asked == 5 {
+            slave = Slave::default();
+        }
+        Some(slave.answer(line))
+    });
+    let ended = order(&path, &["move", "400"]);
+    ended.assert(1, "position 0 stopped");
+    ended.assert_error("the axis rests at 0, not at 400 as ordered");
+}
+
+#[test]
+fn one_that_falls_silent_on_the_way() {
+    let mut slave = Slave::default();
+    let path = play(move |line| {
+        let answer = slave.answer(line);
+        (slave.position < 30).then_some(answer)
+    });
+    let ended = order(&path, &["move", "400"]);
+    ended.assert(1, "position uncertain");
+    ended.assert_error("lost the board on its way: the board does not answer");
+}
+
+#[test]
+fn one_that_only_talks_nonsense() {
+    let path = play(|_| Some("what?".to_owned()));
+    let ended = order(&path, &["move", "400"]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error("no answer from");
+}

@@ -125,3 +125,6 @@ impl SpeedPlot {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

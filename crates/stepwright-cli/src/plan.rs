@@ -59,7 +59,8 @@ enum Law {
 #[derive(clap::Args)]
 struct Steps {
     /// Steps to travel, 0 to 2147483647
-    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(..=0x7FFF_FFFF))]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(..=0x7FFF_FFFF))]
     steps: u32,
 }
 
@@ -77,7 +78,7 @@ struct Common {
     format: Format,
     /// Draw it: speed and acceleration over time and over steps (.svg, .png or .html)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
-    plot: Option<PlotFile>,
+    plot: Vec<PlotFile>,
     /// Show the runs that a board gets instead of single steps
     #[arg(long, help_heading = "Output")]
     runs: bool,
@@ -107,7 +108,7 @@ enum Format {
 }
 
 fn rate(text: &str) -> Result<Rate, String> {
-    let hz = text.parse().map_err(|_| "a whole number of ticks per second, like 16000000")?;
+    let hz = text.parse().map_err(|_| "give a whole number of ticks per second, like 16000000")?;
     Rate::from_hz(hz).map_err(|error| error.to_string())
 }
 
@@ -127,9 +128,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
         Fit::within(ticks as u32, rate.hz() / 125) // as Fit::board, which has 1 µs
     });
     // Only a list of delays needs no walk beforehand.
-    let bare = common.format == Format::Csv && common.plot.is_none();
+    let bare = common.format == Format::Csv && common.plot.is_empty();
     let survey = (!bare).then(|| Survey::of(&plan));
-    if let (Some(file), Some(survey)) = (&common.plot, &survey) {
+    for (file, survey) in common.plot.iter().zip(survey.iter().cycle()) {
         file.save(&figure::draw(&plan, survey))?;
     }
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());

@@ -141,3 +141,6 @@ impl SpeedPlot {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,13 +2,16 @@
 
 use stepwright::profile::Phase;
 
-use super::law::Plan;
+use super::law::{Plan, Value};
 use super::survey::{Sample, Survey};
-use super::text::{peak, trimmed};
+use super::text::{counted, lasting, peak};
 use crate::plot::{Band, Curve, Figure, PALETTE, Panel, number, time_unit};
 
 /// Up to so many steps, each is marked with a dot.
 const FEW: usize = 80;
+
+/// Between values; a browser would take plain spaces for one.
+const GAP: &str = "\u{2002}·\u{2002}";
 
 /// The figure of a plan.
 ///
@@ -18,9 +21,11 @@ pub fn draw(plan: &Plan, survey: &Survey) -> Figure {
     let seconds = plan.seconds(survey.duration as f64);
     let (unit, per_second) = time_unit(seconds);
     let tick = per_second / f64::from(plan.rate.hz());
-    let view = View { plan, survey, tick };
+    // A label like 2 000 000 000 is too wide.
+    let many = plan.law.pulses() > 5_000_000;
+    let view = View { plan, survey, tick, step: if many { 1e-6 } else { 1.0 } };
     let time = ("time".to_owned(), unit.to_owned());
-    let step = ("steps".to_owned(), String::new());
+    let step = ("step".to_owned(), if many { "millions".to_owned() } else { String::new() });
     let speed = |x: &(String, String), by| view.panel("Speed", "steps/s", x, by);
     let accel = |x: &(String, String), by| view.panel("Acceleration", "steps/s²", x, by);
     Figure {
@@ -34,22 +39,30 @@ pub fn draw(plan: &Plan, survey: &Survey) -> Figure {
 }
 
 fn title(plan: &Plan) -> String {
-    let steps = number(f64::from(plan.law.pulses()), 0);
+    let steps = match plan.law.pulses() {
+        1 => "1 step".to_owned(),
+        many => format!("{} steps", number(many.into(), 0)),
+    };
     let mut name = plan.name.to_owned();
     name[..1].make_ascii_uppercase();
-    format!("{name}, {steps} steps")
+    format!("{name}, {steps}")
 }
 
 fn notes(plan: &Plan, survey: &Survey) -> Vec<String> {
-    let values: Vec<_> = plan.values.iter().map(|v| format!("{} {}", v.name, v.shown)).collect();
-    let seconds = trimmed(plan.seconds(survey.duration as f64), 3);
+    let twice = |v: &Value| {
+        v.name == "deceleration"
+            && plan.values.iter().any(|w| w.name == "acceleration" && w.shown == v.shown)
+    };
+    let values = plan.values.iter().filter(|v| !twice(v));
+    let values: Vec<_> = values.map(|v| format!("{} {}", v.name, v.shown)).collect();
     let mut notes = vec![
-        values.join("   ·   "),
+        values.join(GAP),
         format!(
-            "duration {seconds} s   ·   peak speed {}   ·   braking {} steps   ·   \
+            "duration {}{GAP}peak speed {}{GAP}braking {}{GAP}\
              largest error {:.2} ticks of a {} Hz timer",
+            lasting(plan.seconds(survey.duration as f64), 3),
             peak(plan),
-            plan.law.braking(),
+            counted(plan.law.braking()),
             survey.worst.ticks,
             number(plan.rate.hz().into(), 0),
         ),
@@ -68,8 +81,9 @@ enum By {
 struct View<'a> {
     plan: &'a Plan,
     survey: &'a Survey,
-    /// A tick in the unit of the time axis.
+    /// A tick and a step in the units of their axes.
     tick: f64,
+    step: f64,
 }
 
 impl View<'_> {
@@ -98,13 +112,13 @@ impl View<'_> {
     fn x(&self, by: By, sample: &Sample) -> f64 {
         match by {
             By::Time => sample.time as f64 * self.tick,
-            By::Steps => f64::from(sample.n),
+            By::Steps => (f64::from(sample.n) + 1.0) * self.step, // as in the table
         }
     }
 
     /// Speed between neighbouring samples, in the middle between them.
     fn speeds(&self, by: By) -> Vec<(f64, f64)> {
-        let samples = &self.survey.samples;
+        let samples = self.clear();
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
             return Vec::new();
         };
@@ -121,8 +135,27 @@ impl View<'_> {
         points
     }
 
+    /// The samples; of many, those that lie so far apart that a tick more or
+    /// less can't be seen.
+    fn clear(&self) -> Vec<Sample> {
+        let samples = &self.survey.samples;
+        let enough = if samples.len() <= FEW { 0 } else { (self.survey.duration / 100).min(300) };
+        let mut clear: Vec<Sample> = Vec::with_capacity(samples.len());
+        for &sample in samples {
+            if clear.last().is_none_or(|last| sample.time - last.time >= enough) {
+                clear.push(sample);
+            }
+        }
+        // The end belongs to it, even if that makes the last stretch longer.
+        if clear.len() > 1 {
+            clear.pop();
+        }
+        clear.extend(samples.last().filter(|_| samples.len() > 1));
+        clear
+    }
+
     /// Change of the ideal's speed from the stretch before a sample to the
-    /// stretch behind it.
+    /// stretch behind it, between the middles of the two.
     fn accels(&self, by: By) -> Vec<(f64, f64)> {
         let samples = &self.survey.samples;
         let hz = f64::from(self.plan.rate.hz());
@@ -130,16 +163,18 @@ impl View<'_> {
             let seconds = (b.ideal - a.ideal).to_f64() / hz;
             (f64::from(b.n - a.n) / seconds, seconds)
         };
+        let middle = |a: &Sample, b: &Sample| (self.x(by, a) + self.x(by, b)) / 2.0;
         let mut points = Vec::new();
         for three in samples.windows(3) {
             let (a, b, c) = (&three[0], &three[1], &three[2]);
             let ((v1, t1), (v2, t2)) = (stretch(a, b), stretch(b, c));
-            points.push((self.x(by, b), 2.0 * (v2 - v1) / (t1 + t2)));
+            let accel = 2.0 * (v2 - v1) / (t1 + t2);
+            points.extend([(middle(a, b), accel), (middle(b, c), accel)]);
         }
         // At the ends it is what it is beside them.
-        if let (Some(&(_, left)), Some(&(_, right))) = (points.first(), points.last()) {
-            points.insert(0, (self.x(by, &samples[0]), left));
-            points.push((self.x(by, &samples[samples.len() - 1]), right));
+        if let [first, .., last] = points.as_mut_slice() {
+            first.0 = self.x(by, &samples[0]);
+            last.0 = self.x(by, &samples[samples.len() - 1]);
         }
         points
     }
@@ -150,7 +185,7 @@ impl View<'_> {
         for part in &self.survey.parts {
             let at = |ticks: u64, pulses: u32| match by {
                 By::Time => ticks as f64 * self.tick,
-                By::Steps => f64::from(pulses.saturating_sub(1)),
+                By::Steps => f64::from(pulses.max(1)) * self.step,
             };
             let from = at(ticks, pulses);
             ticks += part.ticks;

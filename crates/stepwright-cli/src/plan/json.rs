@@ -6,9 +6,12 @@ use std::io::{self, Write};
 use serde_json::{Value, json};
 use stepwright::profile::Fit;
 
-use super::law::Plan;
-use super::runs;
-use super::survey::{Survey, Worst};
+use super::law::{self, Plan, Row};
+use super::runs::{self, Line};
+use super::survey::{Part, Survey, Worst};
+
+/// The members of an object, in their order, which `json!` would lose.
+type Members = Vec<(&'static str, Value)>;
 
 /// The whole plan.
 pub fn write(
@@ -17,84 +20,103 @@ pub fn write(
     survey: &Survey,
     fit: Option<Fit>,
 ) -> io::Result<()> {
+    writeln!(out, "{{")?;
+    members(out, summary(plan, survey))?;
+    list(out, "values", plan.values.iter().map(value))?;
+    writeln!(out, ",")?;
+    list(out, "phases", survey.parts.iter().map(phase))?;
+    writeln!(out, ",")?;
+    match fit {
+        None => list(out, "rows", plan.rows().map(|row| step(plan, &row)))?,
+        Some(fit) => {
+            members(out, total(&runs::total(plan, fit)))?;
+            list(out, "runs", runs::lines(plan, fit).map(|line| run(&line)))?;
+        }
+    }
+    writeln!(out, "\n}}")
+}
+
+fn summary(plan: &Plan, survey: &Survey) -> Members {
     let law = plan.law.as_ref();
-    let rate = plan.rate.hz();
-    let values: Vec<_> = plan
-        .values
-        .iter()
-        .map(|v| json!({ "name": v.name, "given": v.given, "held": v.held, "unit": v.unit }))
-        .collect();
-    let phases: Vec<_> = survey
-        .parts
-        .iter()
-        .map(
-            |part| json!({ "phase": part.phase.name(), "steps": part.pulses, "ticks": part.ticks }),
-        )
-        .collect();
-    let mut members = vec![
+    let Worst { ticks, step, checked } = survey.worst;
+    vec![
         ("law", json!(plan.name)),
         ("steps", json!(law.pulses())),
-        ("timer_hz", json!(rate)),
-        ("values", json!(values)),
+        ("timer_hz", json!(plan.rate.hz())),
         ("note", json!(plan.note)),
         ("duration_ticks", json!(survey.duration)),
         ("duration_s", json!(plan.seconds(survey.duration as f64))),
         ("peak_speed", json!(law.peak())),
         ("braking_steps", json!(law.braking())),
-        ("largest_error", error(&survey.worst)),
-        ("phases", json!(phases)),
-    ];
-    if let Some(fit) = fit {
-        let total = runs::total(plan, fit);
-        members.push((
-            "runs_total",
-            json!({ "runs": total.runs, "bytes": total.bytes, "largest_error": error(&total.worst) }),
-        ));
-    }
-    writeln!(out, "{{")?;
-    for (name, value) in members {
-        writeln!(out, "  \"{name}\": {value},")?;
-    }
-    match fit {
-        None => rows(
-            out,
-            "rows",
-            plan.rows().map(|row| {
-                json!({
-                    "step": row.step,
-                    "delay": row.delay,
-                    "time": row.time,
-                    "speed": plan.speed(&row),
-                    "phase": row.phase.name(),
-                })
-            }),
-        )?,
-        Some(fit) => rows(
-            out,
-            "runs",
-            runs::lines(plan, fit).map(|line| {
-                json!({
-                    "step": line.step,
-                    "interval": line.interval,
-                    "add": line.add,
-                    "count": line.count,
-                    "time": line.end,
-                })
-            }),
-        )?,
-    }
-    writeln!(out, "}}")
+        ("largest_error_ticks", json!(ticks)),
+        ("largest_error_step", json!(step)),
+        ("checked_steps", json!(checked)),
+    ]
 }
 
-fn error(worst: &Worst) -> Value {
-    json!({ "ticks": worst.ticks, "step": worst.step, "checked": worst.checked })
+fn value(value: &law::Value) -> Members {
+    vec![
+        ("name", json!(value.name)),
+        ("given", json!(value.given)),
+        ("held", json!(value.held)),
+        ("unit", json!(value.unit)),
+    ]
 }
 
-/// The last member: an array with one object a line.
-fn rows(out: &mut impl Write, name: &str, rows: impl Iterator<Item = Value>) -> io::Result<()> {
+fn phase(part: &Part) -> Members {
+    vec![
+        ("phase", json!(part.phase.name())),
+        ("steps", json!(part.pulses)),
+        ("ticks", json!(part.ticks)),
+    ]
+}
+
+fn step(plan: &Plan, row: &Row) -> Members {
+    vec![
+        ("step", json!(row.step)),
+        ("delay", json!(row.delay)),
+        ("time", json!(row.time)),
+        ("speed", json!(plan.speed(row))),
+        ("phase", json!(row.phase.name())),
+    ]
+}
+
+fn total(total: &runs::Total) -> Members {
+    let Worst { ticks, step, checked } = total.worst;
+    vec![
+        ("runs_count", json!(total.runs)),
+        ("runs_bytes", json!(total.bytes)),
+        ("runs_error_ticks", json!(ticks)),
+        ("runs_error_step", json!(step)),
+        ("runs_checked_steps", json!(checked)),
+    ]
+}
+
+fn run(line: &Line) -> Members {
+    vec![
+        ("run", json!(line.number)),
+        ("step", json!(line.step)),
+        ("interval", json!(line.interval)),
+        ("add", json!(line.add)),
+        ("count", json!(line.count)),
+        ("time", json!(line.end)),
+    ]
+}
+
+/// Members of the outer object, each on its line.
+fn members(out: &mut impl Write, members: Members) -> io::Result<()> {
+    members.iter().try_for_each(|(name, value)| writeln!(out, "  \"{name}\": {value},"))
+}
+
+/// A member that is a list with one object a line; no line end after it.
+fn list(out: &mut impl Write, name: &str, rows: impl Iterator<Item = Members>) -> io::Result<()> {
     write!(out, "  \"{name}\": [")?;
     for (row, i) in rows.zip(0u64..) {
-        write!(out, "{}\n    {row}", if i == 0 { "" } else { "," })?;
+        write!(out, "{}\n    {{", if i == 0 { "" } else { "," })?;
+        for (i, (name, value)) in row.iter().enumerate() {
+            write!(out, "{}\"{name}\": {value}", if i == 0 { "" } else { ", " })?;
+        }
+        write!(out, "}}")?;
     }
-    writeln!(out, "\n  ]")
+    write!(out, "\n  ]")
 }

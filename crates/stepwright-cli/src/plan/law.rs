@@ -17,11 +17,18 @@ pub trait Law {
     /// The delay before each pulse, the first 0: what the core emits.
     fn delays(&self) -> Box<dyn Iterator<Item = Ticks> + '_>;
 
+    /// The same as runs that are played one after the other: what takes seconds
+    /// step by step takes none run by run.
+    fn stretches(&self) -> Box<dyn Iterator<Item = Run> + '_> {
+        Box::new(self.delays().skip(1).map(|delay| Run::steady(delay, 1)))
+    }
+
     /// When pulse `n`, counted from 0, should come: in ticks after the first,
     /// from the values as held, and **not** by the core's own arithmetic.
     fn ideal(&self, n: u32) -> Real;
 
-    /// The phases in their order, without gaps; empty ones are left out.
+    /// The phases in their order, without gaps; empty ones are left out. They
+    /// change between stretches.
     fn spans(&self) -> Vec<Span>;
 
     /// What a board would get.
@@ -97,6 +104,12 @@ impl Plan {
         } else {
             f64::from(self.rate.hz()) / f64::from(row.delay)
         }
+    }
+
+    /// The top speed that was asked for, if the travel never gets there.
+    pub fn short_of(&self) -> Option<f64> {
+        let top = self.values.iter().find(|value| value.name == "top speed")?.held;
+        (self.law.pulses() > 1 && self.law.peak() < top * (1.0 - 1e-9)).then_some(top)
     }
 
     /// Ticks in seconds.

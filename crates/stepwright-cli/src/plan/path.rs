@@ -34,6 +34,10 @@ impl Law for PathLaw {
         Box::new(self.delays.clone())
     }
 
+    fn stretches(&self) -> Box<dyn Iterator<Item = Run> + '_> {
+        Box::new(Cursor::new(self.path, Fit::EXACT)) // what `Delays` plays
+    }
+
     fn ideal(&self, n: u32) -> Real {
         self.ideal.time(n)
     }
@@ -67,7 +71,7 @@ impl Law for PathLaw {
     }
 
     fn peak(&self) -> f64 {
-        self.ideal.peak()
+        if self.pulses() < 2 { 0.0 } else { self.ideal.peak() }
     }
 
     fn braking(&self) -> u32 {

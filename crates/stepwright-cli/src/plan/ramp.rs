@@ -25,19 +25,21 @@ pub struct Args {
     #[command(flatten)]
     steps: Steps,
     /// Speed that the motor jumps to and stops from: 50, 15rpm …
-    #[arg(long, value_name = "SPEED")]
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     start_speed: SpeedArg,
     /// Speed after the ramp: 1000, 120rpm … (a bare number is steps/s)
-    #[arg(long, value_name = "SPEED")]
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     top_speed: SpeedArg,
     /// Steps between start and top speed, 1 to 65535
-    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..))]
     ramp: u16,
     #[command(flatten)]
     common: Common,
 }
 
 impl Args {
+    /// What every law takes.
     pub fn common(&self) -> &Common {
         &self.common
     }

@@ -1,13 +1,10 @@
 //! What a board gets: the travel as runs, and how far they are off.
 
-use std::cell::Cell;
-
 use stepwright::Run;
 use stepwright::profile::Fit;
-use stepwright::run::Steps;
 
 use super::law::Plan;
-use super::survey::Worst;
+use super::survey::{Player, Worst};
 
 /// A run in the list.
 #[derive(Clone, Copy, Debug)]
@@ -60,19 +57,9 @@ pub struct Total {
     pub worst: Worst,
 }
 
-/// Plays the runs as the engine does, and measures every step.
+/// Plays the runs as the engine does, and measures the steps.
 pub fn total(plan: &Plan, fit: Fit) -> Total {
-    let law = plan.law.as_ref();
-    let runs = Cell::new(0);
-    let counted = law.runs(fit).inspect(|_| runs.set(runs.get() + 1));
-    let (mut worst, mut time) = (Worst::NONE, 0u64);
-    if law.pulses() > 0 {
-        worst.measure(law, 1, 0);
-    }
-    for (delay, step) in Steps::new(counted).zip(2..) {
-        time += u64::from(delay);
-        worst.measure(law, step, time);
-    }
-    let runs = runs.get();
-    Total { runs, bytes: runs * size_of::<Run>() as u64, worst }
+    let mut player = Player::new(plan.law.as_ref());
+    let runs = plan.law.runs(fit).map(|run| player.run(run)).count() as u64;
+    Total { runs, bytes: runs * size_of::<Run>() as u64, worst: player.worst }
 }

@@ -8,6 +8,7 @@ use stepwright::profile::Fit;
 use super::law::Plan;
 use super::runs;
 use super::survey::{Survey, Worst};
+use crate::plot::time_unit;
 
 /// Runs that the summary lists; `--format table` lists them all.
 const FEW: usize = 20;
@@ -21,7 +22,7 @@ pub fn summary(
 ) -> io::Result<()> {
     let law = plan.law.as_ref();
     let (steps, hz) = (law.pulses(), plan.rate.hz());
-    writeln!(out, "{}: {steps} steps on a timer of {hz} Hz\n", plan.name)?;
+    writeln!(out, "{}: {} on a timer of {hz} Hz\n", plan.name, counted(steps))?;
     for value in &plan.values {
         field(out, value.name, &value.shown)?;
     }
@@ -30,24 +31,29 @@ pub fn summary(
     }
     writeln!(out)?;
     let seconds = plan.seconds(survey.duration as f64);
-    field(out, "duration", format_args!("{seconds:.6} s ({} ticks)", survey.duration))?;
-    field(out, "peak speed", peak(plan))?;
-    field(out, "braking distance", format_args!("{} steps", law.braking()))?;
+    let duration = lasting(seconds, 6);
+    field(out, "duration", format_args!("{duration} ({} ticks)", survey.duration))?;
+    let short = match plan.short_of() {
+        Some(top) => format!(", short of {}: the travel is too short", trimmed(top, 3)),
+        None => String::new(),
+    };
+    field(out, "peak speed", peak(plan) + &short)?;
+    field(out, "braking distance", counted(law.braking()))?;
     field(out, "largest error", error(plan, &survey.worst))?;
 
     if steps > 0 {
-        writeln!(out, "\n  {:<8}{:>11}{:>16}", "phase", "steps", "time")?;
+        writeln!(out, "\n  {:<8}{:>12}{:>20}", "phase", "steps", "time")?;
     }
     for part in &survey.parts {
         let seconds = plan.seconds(part.ticks as f64);
-        writeln!(out, "  {:<8}{:>11}{seconds:>14.6} s", part.phase.name(), part.pulses)?;
+        writeln!(out, "  {:<8}{:>12}{seconds:>18.6} s", part.phase.name(), part.pulses)?;
     }
     let Some(fit) = fit else { return Ok(()) };
 
     let total = runs::total(plan, fit);
     writeln!(out)?;
     field(out, "runs", format_args!("{} in {} bytes", total.runs, total.bytes))?;
-    field(out, "largest error", error(plan, &total.worst))?;
+    field(out, "error of the runs", error(plan, &total.worst))?;
     writeln!(out)?;
     header(out)?;
     for line in runs::lines(plan, fit).take(FEW) {
@@ -63,11 +69,25 @@ fn field(out: &mut impl Write, name: &str, value: impl Display) -> io::Result<()
     writeln!(out, "  {name:<18}{value}")
 }
 
+/// `1 step`, `200 steps`
+pub fn counted(steps: u32) -> String {
+    format!("{steps} step{}", if steps == 1 { "" } else { "s" })
+}
+
 /// `400 steps/s (120 rpm)`
 pub fn peak(plan: &Plan) -> String {
     let peak = plan.law.peak();
     let rpm = peak * 60.0 / f64::from(plan.steps_per_turn);
     format!("{} steps/s ({} rpm)", trimmed(peak, 3), trimmed(rpm, 2))
+}
+
+/// `4.361 s`, `103621.514 s = 28.784 h`
+pub fn lasting(seconds: f64, decimals: usize) -> String {
+    let (unit, per_second) = time_unit(seconds);
+    match per_second < 1.0 {
+        true => format!("{seconds:.decimals$} s = {} {unit}", trimmed(seconds * per_second, 2)),
+        false => format!("{seconds:.decimals$} s"),
+    }
 }
 
 /// With so many decimals at most.

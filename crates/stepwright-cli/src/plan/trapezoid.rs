@@ -16,10 +16,11 @@ use crate::quantity::{AccelArg, SpeedArg};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  200 steps from rest, a 1.8° motor to 120 rpm (document 002, figures 2 to 4):
-    stepwright plan trapezoid --steps 200 --accel 12.566rad/s2 --top-speed 120rpm
+  Five turns of a 1.8° motor, from rest to 120 rpm and back:
+    stepwright plan trapezoid --steps 1000 --accel 12.566rad/s2 --top-speed 120rpm
   The same as a picture:
-    stepwright plan trapezoid --steps 200 --accel 400 --top-speed 400 --plot ramp.png
+    stepwright plan trapezoid --steps 1000 --accel 12.566rad/s2 --top-speed 120rpm \\
+      --plot ramp.png
   The first delays on a 16 MHz timer:
     stepwright plan trapezoid --steps 4000 --accel 2000 --top-speed 1000 \\
       --timer-hz 16000000 --format csv | head
@@ -30,22 +31,23 @@ pub struct Args {
     #[command(flatten)]
     steps: Steps,
     /// Acceleration: 2000, 12.566rad/s2, 300rpm/s … (a bare number is steps/s²)
-    #[arg(long, value_name = "ACCEL")]
+    #[arg(long, value_name = "ACCEL", allow_hyphen_values = true)]
     accel: AccelArg,
     /// Deceleration, if it differs
-    #[arg(long, value_name = "ACCEL")]
+    #[arg(long, value_name = "ACCEL", allow_hyphen_values = true)]
     decel: Option<AccelArg>,
     /// Top speed: 1000, 120rpm, 10rad/s … (a bare number is steps/s)
-    #[arg(long, value_name = "SPEED")]
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     top_speed: SpeedArg,
     /// Speed that the motor jumps to and stops from
-    #[arg(long, value_name = "SPEED", default_value = "0")]
+    #[arg(long, value_name = "SPEED", default_value = "0", allow_hyphen_values = true)]
     start_speed: SpeedArg,
     #[command(flatten)]
     common: Common,
 }
 
 impl Args {
+    /// What every law takes.
     pub fn common(&self) -> &Common {
         &self.common
     }

@@ -21,6 +21,7 @@ pub const PALETTE: [Colour; 6] = [
 /// Panels in rows under a title.
 #[derive(Clone, Debug)]
 pub struct Figure {
+    /// The heading.
     pub title: String,
     /// Smaller lines below it.
     pub notes: Vec<String>,
@@ -35,7 +36,9 @@ pub struct Panel {
     pub y: (String, String),
     /// Name and unit of the x axis.
     pub x: (String, String),
+    /// What it shows.
     pub curves: Vec<Curve>,
+    /// Shaded stretches behind it.
     pub bands: Vec<Band>,
     /// Whether the bands' names are written in them.
     pub named: bool,
@@ -44,8 +47,11 @@ pub struct Panel {
 /// A line in a panel.
 #[derive(Clone, Debug)]
 pub struct Curve {
+    /// For the legend.
     pub name: String,
+    /// Of the line, the dots and the tint below it.
     pub colour: Colour,
+    /// In the order of x.
     pub points: Vec<(f64, f64)>,
     /// Whether the area between the line and 0 is tinted.
     pub filled: bool,
@@ -56,9 +62,13 @@ pub struct Curve {
 /// A stretch of the x axis, shaded.
 #[derive(Clone, Debug)]
 pub struct Band {
+    /// Its begin.
     pub from: f64,
+    /// Its end.
     pub to: f64,
+    /// Written in it, if it fits.
     pub name: String,
+    /// The shade.
     pub tint: Colour,
 }
 
@@ -99,9 +109,12 @@ impl Panel {
     fn draw(&self, picture: &mut Picture, frame: Frame) {
         let (x, y) = self.scales(frame);
         for band in &self.bands {
-            band.draw(picture, frame, &x, self.named);
+            band.shade(picture, frame, &x);
         }
         self.axes(picture, frame, &x, &y);
+        for band in self.bands.iter().filter(|_| self.named) {
+            band.name(picture, frame, &x);
+        }
         for curve in &self.curves {
             curve.draw(picture, frame, &x, &y);
         }
@@ -129,9 +142,10 @@ impl Panel {
         let (left, right) = range(&mut points().map(|(x, _)| x));
         let (low, high) = range(&mut points().map(|(_, y)| y));
         // Room above for the names of the bands, and so that no line is cut.
-        let room = (high - low).max(f64::MIN_POSITIVE) * if self.named { 0.14 } else { 0.08 };
+        let high = if high > low { high } else { low + 1.0 };
+        let room = (high - low) * if self.named { 0.16 } else { 0.08 };
         let low = if low < 0.0 { low - room } else { low };
-        let high = if high > 0.0 || low == 0.0 { high + room } else { high };
+        let high = if high > 0.0 { high + room } else { high };
         (
             Scale::new((left, right), (frame.left, frame.right())),
             Scale::new((low, high), (frame.bottom(), frame.top)),
@@ -140,7 +154,7 @@ impl Panel {
 
     fn axes(&self, picture: &mut Picture, frame: Frame, x: &Scale, y: &Scale) {
         let label = Style::new(13.0, SOFT);
-        let (values, decimals) = y.ticks((frame.height / 52.0) as usize);
+        let (values, decimals) = y.ticks((frame.height / 56.0) as usize);
         for value in values {
             let at = y.at(value);
             picture.line(vec![(frame.left, at), (frame.right(), at)], GRID, 1.0);
@@ -165,7 +179,7 @@ impl Panel {
             unit => format!("{name}, {unit}"),
         };
         let heading = Style::new(14.5, INK).bold();
-        picture.text((frame.left - 57.0, frame.top - 15.0), heading, name(&self.y));
+        picture.text((frame.left - 66.0, frame.top - 15.0), heading, name(&self.y));
         let below = ((frame.left + frame.right()) / 2.0, frame.bottom() + 42.0);
         picture.text(below, Style::new(13.5, INK).middle(), name(&self.x));
     }
@@ -176,9 +190,9 @@ impl Panel {
             return;
         }
         let (mut right, y) = (frame.right(), frame.top - 15.0);
-        for curve in self.curves.iter().rev() {
+        for curve in self.curves.iter().rev().filter(|curve| !curve.points.is_empty()) {
             picture.text((right, y), Style::new(13.0, INK).end(), &*curve.name);
-            right -= 8.0 * curve.name.chars().count() as f64 + 6.0;
+            right -= 7.0 * curve.name.chars().count() as f64 + 8.0; // about its width
             picture.line(vec![(right - 22.0, y - 4.5), (right, y - 4.5)], curve.colour, 3.0);
             right -= 22.0 + 20.0;
         }
@@ -186,13 +200,22 @@ impl Panel {
 }
 
 impl Band {
-    fn draw(&self, picture: &mut Picture, frame: Frame, x: &Scale, named: bool) {
+    fn shade(&self, picture: &mut Picture, frame: Frame, x: &Scale) {
         let (left, right) = (x.at(self.from), x.at(self.to));
         picture.fill(Frame { left, width: (right - left).max(0.0), ..frame }, self.tint, 1.0);
-        // A name that would not fit is left out; the neighbours tell.
-        if named && right - left > 10.0 + 8.0 * self.name.len() as f64 {
-            let at = ((left + right) / 2.0, frame.top + 18.0);
-            picture.text(at, Style::new(13.0, SOFT).middle(), &*self.name);
+    }
+
+    /// A name that would not fit is left out; the neighbours tell.
+    fn name(&self, picture: &mut Picture, frame: Frame, x: &Scale) {
+        let (left, right) = (x.at(self.from), x.at(self.to));
+        let width = 10.0 + 8.0 * self.name.len() as f64;
+        if right - left > width {
+            let middle = (left + right) / 2.0;
+            // A gap in the grid, so that no line runs through the name.
+            let (top, left) = (frame.top + 2.0, middle - width / 2.0);
+            picture.fill(Frame { left, top, width, height: 20.0 }, self.tint, 1.0);
+            let style = Style::new(13.0, SOFT).middle();
+            picture.text((middle, frame.top + 17.0), style, &*self.name);
         }
     }
 }

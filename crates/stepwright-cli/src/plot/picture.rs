@@ -8,8 +8,11 @@ pub type Colour = [u8; 3];
 /// Where a text's anchor lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
+    /// Its left end.
     Start,
+    /// Its middle.
     Middle,
+    /// Its right end.
     End,
 }
 
@@ -31,8 +34,11 @@ pub enum Shape {
 /// Shapes in the order in which they are painted.
 #[derive(Clone, Debug)]
 pub struct Picture {
+    /// In pixels.
     pub width: f64,
+    /// In pixels.
     pub height: f64,
+    /// From the back to the front.
     pub shapes: Vec<Shape>,
     /// For the read-out of the page: where the panels lie and what they show.
     pub probes: Vec<Probe>,
@@ -42,15 +48,20 @@ pub struct Picture {
 /// pixels with their values as text.
 #[derive(Clone, Debug)]
 pub struct Probe {
+    /// Where the curves lie.
     pub frame: Frame,
+    /// Unit of the x axis.
     pub x_unit: String,
+    /// Unit of the y axis.
     pub y_unit: String,
+    /// What can be read out.
     pub curves: Vec<ProbeCurve>,
 }
 
 /// A curve that can be read out.
 #[derive(Clone, Debug)]
 pub struct ProbeCurve {
+    /// As in the legend.
     pub name: String,
     /// x and y in pixels, and in the panel's units.
     pub points: Vec<[f64; 4]>,
@@ -59,17 +70,23 @@ pub struct ProbeCurve {
 /// A rectangle in pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
+    /// Its left edge.
     pub left: f64,
+    /// Its upper edge.
     pub top: f64,
+    /// From left to right.
     pub width: f64,
+    /// From top to bottom.
     pub height: f64,
 }
 
 impl Frame {
+    /// Its right edge.
     pub fn right(&self) -> f64 {
         self.left + self.width
     }
 
+    /// Its lower edge.
     pub fn bottom(&self) -> f64 {
         self.top + self.height
     }
@@ -83,15 +100,18 @@ impl Picture {
         picture
     }
 
+    /// Adds a filled rectangle.
     pub fn fill(&mut self, frame: Frame, fill: Colour, opacity: f64) {
         let Frame { left: x, top: y, width, height } = frame;
         self.shapes.push(Shape::Box { x, y, width, height, fill, opacity });
     }
 
+    /// Adds a line through points.
     pub fn line(&mut self, points: Vec<(f64, f64)>, colour: Colour, width: f64) {
         self.shapes.push(Shape::Line { points, colour, width });
     }
 
+    /// Adds a line of text with its anchor on the base line at `at`.
     pub fn text(&mut self, at: (f64, f64), style: Style, text: impl Into<String>) {
         let Style { size, bold, anchor, colour } = style;
         let (x, y) = at;
@@ -102,25 +122,33 @@ impl Picture {
 /// How a text looks.
 #[derive(Clone, Copy, Debug)]
 pub struct Style {
+    /// Height in pixels.
     pub size: f64,
+    /// Bold or regular.
     pub bold: bool,
+    /// Which point of it is given.
     pub anchor: Anchor,
+    /// Its colour.
     pub colour: Colour,
 }
 
 impl Style {
+    /// Regular, from its left end.
     pub const fn new(size: f64, colour: Colour) -> Style {
         Style { size, bold: false, anchor: Anchor::Start, colour }
     }
 
+    /// The same in bold.
     pub const fn bold(self) -> Style {
         Style { bold: true, ..self }
     }
 
+    /// The same, by its middle.
     pub const fn middle(self) -> Style {
         Style { anchor: Anchor::Middle, ..self }
     }
 
+    /// The same, by its right end.
     pub const fn end(self) -> Style {
         Style { anchor: Anchor::End, ..self }
     }

@@ -3,8 +3,9 @@
 /// An axis: values from `low` to `high` along some pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
-    pub low: f64,
-    pub high: f64,
+    low: f64,
+    high: f64,
+    /// The pixels of the two.
     from: f64,
     to: f64,
 }
@@ -34,11 +35,17 @@ impl Scale {
     }
 }
 
-/// 1, 2 or 5 times a power of ten, at least `step`.
+/// 1, 2 or 5 times a power of ten: the nearest to `step` by ratio.
 fn round_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
-    let factor = [1.0, 2.0, 5.0, 10.0].into_iter().find(|f| f * power >= step * 0.999);
-    factor.unwrap_or(10.0) * power
+    // Between the neighbours lie √2, √10 and √50.
+    let factor = match step / power {
+        f if f < 1.414 => 1.0,
+        f if f < 3.162 => 2.0,
+        f if f < 7.071 => 5.0,
+        _ => 10.0,
+    };
+    factor * power
 }
 
 /// A number with its thousands apart: `1 000 000`, `0.25`, `−3`.
@@ -82,6 +89,8 @@ mod tests {
         assert_eq!(ticks(0.0, 1000.0, 5), (vec![0.0, 200.0, 400.0, 600.0, 800.0, 1000.0], 0));
         let (values, decimals) = ticks(0.0, 0.31, 4);
         assert_eq!((values.len(), decimals), (4, 1));
+        // Never so few that the axis can't be read.
+        assert_eq!(ticks(-432.0, 432.0, 3).0, [-400.0, -200.0, 0.0, 200.0, 400.0]);
         let (values, _) = ticks(-1000.0, 1000.0, 4);
         assert_eq!(values, [-1000.0, -500.0, 0.0, 500.0, 1000.0]);
     }

@@ -29,6 +29,7 @@ const LENGTHS: &[(&str, Length)] = &[
 /// A length per second or per minute, and for an acceleration per second again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
+    /// What is counted.
     pub length: Length,
     /// Per minute, not per second.
     pub per_minute: bool,

@@ -1,0 +1,213 @@
+//! `plan` against a closed form of its own, in f64: 2⁵³ is far more than the
+//! ticks of these travels. (The core's tests hold it to 160 bits.)
+
+use proptest::prelude::*;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Stdio};
+
+fn stepwright(line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stepwright"));
+    command.args(line.split_whitespace());
+    command
+}
+
+fn stdout(line: &str) -> String {
+    let output = stepwright(line).output().unwrap();
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// step, delay, time, speed, phase
+type Row = (u32, u64, u64, f64, String);
+
+fn rows(csv: &str) -> Vec<Row> {
+    let mut lines = csv.lines();
+    assert_eq!(lines.next(), Some("step,delay,time,speed,phase"));
+    let row = |line: &str| {
+        let mut cells = line.split(',');
+        let mut cell = || cells.next().unwrap();
+        let number = |text: &str| text.parse().unwrap();
+        (
+            cell().parse().unwrap(),
+            number(cell()),
+            number(cell()),
+            cell().parse().unwrap(),
+            cell().to_owned(),
+        )
+    };
+    lines.map(row).collect()
+}
+
+/// The ideal time of the pulse `s` steps after the first, in seconds.
+fn ideal(s: f64, length: f64, (start, top): (f64, f64), (a, d): (f64, f64)) -> f64 {
+    let start = start.min(top);
+    let rise = (top * top - start * start) / (2.0 * a);
+    let fall = (top * top - start * start) / (2.0 * d);
+    let (up, down, peak) = if rise + fall <= length {
+        (rise, length - fall, top)
+    } else {
+        let meet = length * d / (a + d);
+        (meet, meet, (start * start + 2.0 * a * meet).sqrt())
+    };
+    let ramp = |s: f64, a: f64| 2.0 * s / (start + (start * start + 2.0 * a * s).sqrt()).max(1e-9);
+    if s <= up {
+        ramp(s, a)
+    } else if s <= down {
+        ramp(up, a) + (s - up) / peak
+    } else {
+        ramp(up, a) + (down - up) / peak + ramp(length - down, d) - ramp(length - s, d)
+    }
+}
+
+/// Everything that a list of steps promises.
+fn check(csv: &str, steps: u32, hz: u32, speeds: (f64, f64), accels: (f64, f64)) {
+    let rows = rows(csv);
+    assert_eq!(rows.len(), steps as usize);
+    let mut now = 0;
+    let order = ["up", "cruise", "down"];
+    let mut place = 0;
+    for (i, (step, delay, time, speed, phase)) in rows.iter().enumerate() {
+        now += delay;
+        assert_eq!((*step as usize, *time), (i + 1, now));
+        let want = ideal(i as f64, f64::from(steps) - 1.0, speeds, accels) * f64::from(hz);
+        assert!((now as f64 - want).abs() <= 1.0 + want * 1e-12, "step {step}: {now}, not {want}");
+        match i {
+            0 => assert_eq!((*delay, *speed), (0, speeds.0.min(speeds.1))),
+            _ => assert_eq!(*speed, f64::from(hz) / *delay as f64),
+        }
+        let at = order.iter().position(|name| name == phase).unwrap();
+        assert!(at >= place, "{phase} at step {step} after {}", order[place]);
+        place = at;
+    }
+}
+
+fn cases() -> u32 {
+    std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(60)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
+
+    #[test]
+    fn trapezoids(
+        steps in 0u32..2_000,
+        start in 0u32..500,
+        top in 1u32..9_000,
+        accel in 50u32..90_000,
+        decel in 50u32..90_000,
+        hz in 1_000_000u32..20_000_000,
+    ) {
+        let csv = stdout(&format!(
+            "plan trapezoid --steps {steps} --start-speed {start} --top-speed {top} --accel {accel} \
+             --decel {decel} --timer-hz {hz} --format csv"
+        ));
+        check(&csv, steps, hz, (start.into(), top.into()), (accel.into(), decel.into()));
+    }
+
+    #[test]
+    fn ramps(
+        steps in 0u32..2_000,
+        start in 0u32..500,
+        top in 1u32..9_000,
+        ramp in 1u32..999,
+        hz in 1_000_000u32..20_000_000,
+    ) {
+        let csv = stdout(&format!(
+            "plan ramp --steps {steps} --start-speed {start} --top-speed {top} --ramp {ramp} \
+             --timer-hz {hz} --format csv"
+        ));
+        let (start, top) = (f64::from(start), f64::from(top));
+        let accel = (top * top - start * start).max(1.0) / (2.0 * f64::from(ramp));
+        check(&csv, steps, hz, (start, top), (accel, accel));
+    }
+
+    /// Runs add up to the same steps and, within their bound, the same times.
+    #[test]
+    fn runs(
+        steps in 2u32..3_000,
+        ramp in 1u32..999,
+        micros in 1u32..200,
+        hz in 1_000_000u32..20_000_000,
+    ) {
+        let line = format!(
+            "plan ramp --steps {steps} --start-speed 80 --top-speed 4000 --ramp {ramp} \
+             --timer-hz {hz} --format csv"
+        );
+        let steps = rows(&stdout(&line));
+        let list = stdout(&format!("{line} --runs --max-error-us {micros}"));
+        let mut now = 0.0;
+        let mut step = 1;
+        for run in list.lines().skip(1) {
+            let cells: Vec<f64> = run.split(',').map(|cell| cell.parse().unwrap()).collect();
+            let (interval, add, count) = (cells[2], cells[3], cells[4]);
+            prop_assert_eq!(cells[1], f64::from(step + 1));
+            for i in 0..count as u32 {
+                now += interval + add * f64::from(i);
+                step += 1;
+                let off = (now - 0.5 - steps[step as usize - 1].2 as f64).abs();
+                let allowed = f64::from(micros) * f64::from(hz) / 1e6 + 1.0;
+                prop_assert!(off <= allowed, "step {step} is off by {off}");
+            }
+            prop_assert!((cells[5] - now).abs() < 1e-3);
+        }
+        prop_assert_eq!(step as usize, steps.len());
+    }
+}
+
+/// Document 002, Eq 8: c0 of 4π rad/s² at 1 MHz and 1.8°, and 200 delays that
+/// sum to a second.
+#[test]
+fn the_exact_ramp_of_document_002() {
+    let csv = stdout(
+        "plan trapezoid --steps 1000 --accel 12.566370614359172rad/s2 --top-speed 120rpm \
+         --format csv",
+    );
+    let rows = rows(&csv);
+    assert_eq!(rows[1].1, 70_711);
+    assert_eq!((rows[200].2, rows[200].1), (1_000_000, 2_503));
+    // 599 steps of 2500 ticks between the ramps.
+    assert_eq!(rows[999].2, 3_497_500);
+}
+
+/// A reader that has seen enough ends even the longest list, without a word.
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let mut child =
+        stepwright("plan trapezoid --steps 2147483647 --accel 400 --top-speed 400 --format csv")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert_eq!(lines.next().unwrap().unwrap(), "step,delay,time,speed,phase");
+    assert_eq!(lines.next().unwrap().unwrap(), "1,0,0,0,up");
+    drop(lines);
+    let mut complaint = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut complaint).unwrap();
+    assert!(child.wait().unwrap().success());
+    assert_eq!(complaint, "");
+}
+
+#[test]
+fn json_is_json() {
+    for extra in ["", "--runs", "--steps 0"] {
+        let steps = if extra.contains("steps") { "" } else { "--steps 500" };
+        let json = stdout(&format!(
+            "plan trapezoid {steps} {extra} --accel 4000 --top-speed 120rpm --format json"
+        ));
+        let value: serde_json::Value = serde_json::from_str(&json).expect(&json);
+        assert_eq!(value["law"], "trapezoid");
+        assert_eq!(value["values"][1]["given"], "120rpm");
+        assert_eq!(value["values"][1]["held"], 400.0);
+        let list = if extra == "--runs" { "runs" } else { "rows" };
+        assert!(value[list].is_array());
+        assert!(value["largest_error_ticks"].as_f64().unwrap() <= 1.0);
+    }
+}
+
+#[test]
+fn shells_get_their_completions() {
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(stdout(&format!("completions {shell}")).contains("trapezoid"), "{shell}");
+    }
+}

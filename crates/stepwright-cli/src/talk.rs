@@ -98,6 +98,10 @@ impl Talk {
         let asked = self.once(Command::Status)?;
         if !matches!(asked, Some(Reply::Ready | Reply::Busy)) {
             while !self.step()? {
+                // Nothing moves by us yet, so the first Ctrl-C is enough.
+                if interrupt::presses() > 0 && self.kill_at != usize::MAX {
+                    return Err(Trouble::Killed);
+                }
                 if self.link.now() >= end {
                     return Err(Trouble::Silent);
                 }
@@ -355,18 +359,21 @@ impl Talk {
         Ok(Played::Accepted)
     }
 
-    /// Says a line that stops a motor, at once, and until no other program
-    /// talks to the board: one of ours leaves when its motor rests. What it is
-    /// answered is theirs to hear meanwhile, not ours.
+    /// Says a line that stops a motor before anything else is said, and until
+    /// no other program talks to the board: one of ours leaves when its motor
+    /// rests. Its answer is theirs to hear meanwhile; ask for it afterwards.
     pub fn urge(&mut self, command: Command, limit: Option<Duration>) -> Result<(), Trouble> {
         let begin = self.link.now();
         let bytes: Vec<u8> = command.bytes().collect();
-        while !self.link.is_alone() && limit.is_none_or(|limit| self.link.now() - begin < limit) {
+        loop {
             self.put(&bytes)?;
+            let waited = self.link.now().saturating_sub(begin);
+            if self.link.is_alone() || limit.is_some_and(|limit| waited >= limit) {
+                return Ok(());
+            }
             self.heed()?;
             self.link.rest(URGE);
         }
-        Ok(())
     }
 
     /// Kills all axes, whatever was going on. True if the board said Y.

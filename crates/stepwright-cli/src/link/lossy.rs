@@ -20,6 +20,15 @@ pub enum Harm {
     CutThere(usize),
     /// Everything from the board is lost from this byte on.
     CutBack(usize),
+    /// Bytes of either way arrive as others, one in eighty, by this dice.
+    Noise(u64),
+}
+
+/// Whether the dice of `seed` spoil byte `n`.
+fn strikes(seed: u64, n: usize) -> bool {
+    let mut x = (seed << 32 | n as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    x = (x ^ (x >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    (x ^ (x >> 29)).is_multiple_of(80)
 }
 
 /// A line that does one harm.
@@ -49,6 +58,7 @@ impl<L: Link> Link for Lossy<L> {
                 Harm::LoseThere(n) if n == at => {}
                 Harm::CutThere(n) if n <= at => {}
                 Harm::SpoilThere(n) if n == at => self.line.write(&[SPOILED])?,
+                Harm::Noise(seed) if strikes(seed, 2 * at) => self.line.write(&[SPOILED])?,
                 _ => self.line.write(&[byte])?,
             }
         }
@@ -65,6 +75,7 @@ impl<L: Link> Link for Lossy<L> {
                 Harm::LoseBack(n) if n == at => continue,
                 Harm::CutBack(n) if n <= at => continue,
                 Harm::SpoilBack(n) if n == at => SPOILED,
+                Harm::Noise(seed) if strikes(seed, 2 * at + 1) => SPOILED,
                 _ => buffer[n],
             };
             buffer[kept] = byte;

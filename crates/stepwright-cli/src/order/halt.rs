@@ -56,16 +56,11 @@ pub fn stop(args: StopArgs) -> Result<(), Failure> {
     interrupt::listen()?;
     let mut talk = args.port.open("stop", Share::Anyhow)?;
     talk.kill_at_once();
-    let stopped = match talk.urge(Command::Brake, None) {
-        Ok(()) => {
-            target::met(&mut talk)?;
-            if let Some(axis) = args.axis {
-                target::has_axis(&talk, axis)?;
-            }
-            brake_to_rest(&mut talk, args.axis)
-        }
-        Err(trouble) => Err(trouble),
-    };
+    let met = talk.urge(Command::Brake, None).and_then(|()| talk.meet());
+    if let (Ok(()), Some(axis)) = (&met, args.axis) {
+        target::has_axis(&talk, axis)?;
+    }
+    let stopped = met.and_then(|()| brake_to_rest(&mut talk, args.axis));
     let name = talk.link().name();
     match stopped {
         Ok(states) => {

@@ -142,3 +142,20 @@ fn a_cut_line_is_noticed_and_never_doubles_a_travel() {
         assert!(went.took < Duration::from_secs(10), "{harm:?} {:?}", went.took);
     });
 }
+
+#[test]
+fn in_lasting_noise_nothing_false_is_said() {
+    let mut arrived = 0;
+    for seed in 0..400 {
+        let axis = 1 + (seed % 2) as u8;
+        let went = go(AxisId::numbered(axis).unwrap(), Harm::Noise(seed));
+        let whole = at(axis, STEPS.into());
+        assert!([at(axis, 0), whole.clone()].contains(&went.is), "{seed} {}", went.is);
+        if let Ok(said) = went.said {
+            assert_eq!((said, went.is), (STEPS.into(), whole), "{seed}");
+            arrived += 1;
+        }
+    }
+    // Nearly every order is given in spite of it.
+    assert!(arrived > 300, "{arrived}");
+}

@@ -99,8 +99,7 @@ impl PortArgs {
     }
 }
 
-/// Gets in step with the board.
-pub fn met(talk: &mut Talk) -> Result<(), Failure> {
+fn met(talk: &mut Talk) -> Result<(), Failure> {
     talk.meet().map_err(|trouble| {
         let name = talk.link().name();
         match trouble {

@@ -81,6 +81,7 @@ fn main() -> ExitCode {
         Command::Completions(args) => completions::run(args),
     };
     match result {
+        Ok(()) if say::lost() => ExitCode::FAILURE,
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

@@ -5,14 +5,29 @@
 
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether a result could not be written.
+static LOST: AtomicBool = AtomicBool::new(false);
 
 /// A line on standard output.
 ///
-/// If it can't be written there is nobody to be told, and the motor comes
-/// first: the error is dropped.
+/// If it can't be written the motor comes first: the command goes on, and its
+/// exit status says so ([`lost`]). A reader that has heard enough (`| head`)
+/// is no failure.
 pub fn result(line: impl Display) {
     let mut out = io::stdout().lock();
-    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+    if let Err(error) = writeln!(out, "{line}").and_then(|()| out.flush())
+        && error.kind() != io::ErrorKind::BrokenPipe
+        && !LOST.swap(true, Ordering::Relaxed)
+    {
+        note(format_args!("error: can't write to standard output: {error}"));
+    }
+}
+
+/// Whether a result was lost on its way to standard output.
+pub fn lost() -> bool {
+    LOST.load(Ordering::Relaxed)
 }
 
 /// A line on standard error.

@@ -49,10 +49,12 @@ pub fn serve(board: &mut Paced) -> Result<(), Failure> {
         }
         answers.flush()?;
     }
+    rest(board)?;
     if last != b'\r' {
-        say::note("the input ends within a line, which was not carried out: end it with CR (\\r)");
+        return Err(Failure::new("the input ends within a line, which was not carried out")
+            .hint("end every line with CR (\\r); a line feed is skipped"));
     }
-    rest(board)
+    Ok(())
 }
 
 /// Lets time pass while nothing comes.

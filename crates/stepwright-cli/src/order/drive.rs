@@ -196,15 +196,16 @@ pub fn conclude(talk: &mut Talk, axis: AxisId, watched: Result<Sight, Trouble>) 
         }
         Ok(Sight { position: None, .. }) => uncertain(
             Failure::new("the position is uncertain: something has killed the motion")
-                .hint("move to a known place and call it 0 with `stepwright zero`"),
+                .hint("if it stands at a known place, or to go and find one: `stepwright zero`"),
         ),
         Err(Trouble::Killed) => match killed(talk, axis) {
             // It had come to rest before K could do harm.
             Ok(Some(at)) => Ended { end: End::Rests(at), braked: true, failure: None },
-            Ok(None) => uncertain(
-                Failure::interrupted("killed: the motor may have lost steps")
-                    .hint("go to a known place and call it 0 with `stepwright zero`"),
-            ),
+            Ok(None) => {
+                uncertain(Failure::interrupted("killed: the motor may have lost steps").hint(
+                    "if it stands at a known place, or to go and find one: `stepwright zero`",
+                ))
+            }
             Err(()) => uncertain(adrift(
                 talk,
                 "the board did not confirm K: the motor may still be moving",

@@ -36,7 +36,8 @@ pub struct StopArgs {
 #[derive(clap::Args)]
 #[command(after_help = "\
 Works also while another program talks to the board. An axis that was moving has
-lost its position: go to a known place and call it 0 with `stepwright zero`.
+lost its position: if it stands at a known place, or to go and find one, call it 0
+with `stepwright zero`.
 
 Example:
   stepwright kill --port /dev/ttyUSB0")]

@@ -121,8 +121,8 @@ pub fn all_known(name: &str, states: &[State]) -> Result<(), Failure> {
             let axis = lost.axis.number();
             Err(Failure::new(format!("{name}: the position of axis {axis} is uncertain")).hint(
                 format!(
-                    "a kill has lost it: move to a known place, then \
-                     `stepwright zero --axis {axis} --port {name}`"
+                    "a kill has lost it. If it stands at a known place, or to go and find one, \
+                     call it 0: `stepwright zero --axis {axis} --port {name}`"
                 ),
             ))
         }

@@ -186,7 +186,7 @@ fn short(at: i64, target: i64, braked: bool) -> Failure {
     let left = target.abs_diff(at);
     if braked {
         Failure::interrupted(format!("braked at {at}, {left} steps before {target}"))
-            .hint(format!("the position is known: `move {}` goes the rest", target - at))
+            .hint(format!("the position is known: {:+} steps would be the rest", target - at))
     } else {
         Failure::new(format!("the axis rests at {at}, not at {target} as ordered"))
             .hint("did another master, a switch or a reset stop it, or noise change a digit?")

@@ -148,9 +148,12 @@ fn garbage_is_answered_e_and_moves_nothing() {
 
 #[test]
 fn half_a_line_is_not_carried_out_and_is_told() {
-    let half = "the input ends within a line, which was not carried out: end it with CR (\\r)";
-    plays("PO G+5 E", "Y Y ", &format!("{half}\nposition 0 ready"));
-    plays("F\n", "", &format!("{half}\nposition 0 ready"));
+    for (script, answers) in [("PO G+5 E", "Y Y "), ("F\n", "")] {
+        let ended = board(script);
+        assert_eq!(ended.stdout.replace('\r', " "), answers, "{script}");
+        assert!(ended.stderr.starts_with("position 0 ready\nerror: "), "{ended:?}");
+        ended.assert_error("within a line, which was not carried out");
+    }
     plays("", "", "position 0 ready");
     plays("\nF\n \n", "R ", "position 0 ready");
 }

@@ -29,7 +29,8 @@ protocol, with simulated pins and time. Every line ends with CR and is answered.
 --stdio   A script on standard input is carried out; at its end the board runs to
           rest, says `position N ready` on standard error (and `axis 2 position N
           ready` for others that moved), and ends. A motor that would run without
-          end is braked then, and the status is 1. A line feed is no byte of the
+          end is braked then, and the status is 1, as it is if the script ends within
+          a line: end each with CR. A line feed is no byte of the
           protocol but takes its time on the line: 11520 of them are a second.
           At a terminal, Enter ends a line and Ctrl-D the conversation.
 --pty     The first line on standard output is `pty PATH`; any program that talks

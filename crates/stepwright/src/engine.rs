@@ -22,7 +22,9 @@
 //! is not asked to catch up. So does anything that is late by a quarter of the
 //! timer's period or more.
 //!
-//! **Cost** per interrupt on an ATmega328P: see `docs/cost.md`.
+//! **Cost** per interrupt on a chip: not measured yet; it comes with the first
+//! firmware. On the host a step of the virtual board, planning and both edges
+//! included, takes some 30 ns (`docs/benchmarks.md`).
 
 use crate::drive::{Axes, Drive};
 use crate::queue::{Feed, Taken};

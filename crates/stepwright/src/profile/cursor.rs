@@ -96,8 +96,8 @@ impl Fit {
 /// Walks a [`Path`] and yields its [runs](Run).
 ///
 /// Each run starts from the exact time of the step before it, so any mixture
-/// of runs adds up to the path's own time. Cost on the host about 50 ns a run;
-/// on an ATmega328P see `docs/cost.md`.
+/// of runs adds up to the path's own time. A ramp run costs a root, two
+/// divisions and a 64-bit product; in cycles of a chip not measured yet.
 #[derive(Clone, Debug)]
 pub struct Cursor {
     path: Path,

@@ -135,10 +135,9 @@ fn play<C: Count>(description: Description, jobs: &[Job], slack: f64) {
     let mut seen = [0usize; 3];
     for job in jobs {
         let axis = stepwright_protocol::AxisId::numbered(job.axis + 1).unwrap();
-        let mut orders = [None; 3];
-        orders[usize::from(job.axis)] = Some(job.order);
+        let orders = [(job.axis, job.order)];
         let controller = board.controller();
-        let refused = controller.group.start(controller.engine, &orders).is_err();
+        let refused = controller.group.start(controller.engine, orders).is_err();
         let begun = board.now();
         let mut asked = None;
         if let Some(ms) = job.brake {

@@ -97,7 +97,7 @@ pub struct Group<'q, const N: usize, const Q: usize> {
     clock: Clock,
     /// Peak speed of each moving axis, in 0.001 steps/s.
     peaks: [u32; N],
-    /// Axes whose travel the present order has laid out.
+    /// Axes whose travel an order has laid out, while it is looked at.
     prepared: Axes,
     /// Axes whose travel waits until all of them have their queues filled.
     starting: Axes,
@@ -133,16 +133,33 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// Starts the ordered axes together, all or none. They move once their
     /// queues are filled, within a few polls.
     ///
+    /// ```no_run
+    /// # use stepwright::{Control, Group, Order, Refusal};
+    /// # fn f(group: &mut Group<3, 8>, engine: &mut impl Control, x: Order, z: Order) -> Result<(), Refusal> {
+    /// group.start(engine, [(0, x), (2, z)])
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`Refusal`], and nothing moves.
     pub fn start(
         &mut self,
         engine: &mut impl Control,
-        orders: &[Option<Order>; N],
+        orders: impl IntoIterator<Item = (u8, Order)>,
     ) -> Result<(), Refusal> {
-        let result = self.prepare(engine, orders);
+        self.prepared = 0;
+        let mut result = Ok(());
+        for (axis, order) in orders {
+            result = self.prepare(engine, axis, &order);
+            if result.is_err() {
+                break;
+            }
+        }
+        if result.is_ok() {
+            result = self.check(engine);
+        }
         match result {
-            Ok(()) => self.begin(orders),
+            Ok(()) => self.begin(),
             Err(refusal) => {
                 // What was laid out for this order is forgotten; a motor that
                 // moves goes on.
@@ -158,56 +175,47 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         result
     }
 
-    /// One axis alone: see [`start`](Group::start).
-    ///
-    /// # Errors
-    /// [`Refusal`], and nothing moves.
-    pub fn start_one(
-        &mut self,
-        engine: &mut impl Control,
-        axis: u8,
-        order: Order,
-    ) -> Result<(), Refusal> {
-        let mut orders = [None; N];
-        match orders.get_mut(usize::from(axis)) {
-            Some(slot) => *slot = Some(order),
-            None => {
-                self.refused = self.refused.saturating_add(1);
-                self.last = Some(Refusal::NoAxis);
-                return Err(Refusal::NoAxis);
-            }
-        }
-        self.start(engine, &orders)
-    }
-
-    /// Lays out every ordered travel, and asks whether the board can step
-    /// what will move then.
+    /// Lays out one travel of an order.
+    #[inline(never)]
     fn prepare(
         &mut self,
         engine: &mut impl Control,
-        orders: &[Option<Order>; N],
+        axis: u8,
+        order: &Order,
     ) -> Result<(), Refusal> {
-        self.prepared = 0;
-        let mut peaks = [0u32; N];
-        for (axis, order) in orders.iter().enumerate() {
-            let busy = self.is_busy(engine, axis as u8);
-            let (Some(motor), Some(peak)) = (self.motors.get_mut(axis), peaks.get_mut(axis)) else {
-                continue;
-            };
-            match order {
-                Some(_) if busy => return Err(Refusal::Busy),
-                Some(order) => {
-                    *peak = motor.prepare(&self.clock, order)?;
-                    self.prepared |= 1 << axis;
-                }
-                None if busy => *peak = self.peaks.get(axis).copied().unwrap_or(0),
-                None => {}
+        let index = usize::from(axis);
+        if self.is_busy(engine, axis) {
+            return Err(Refusal::Busy);
+        }
+        let (Some(motor), Some(peak)) = (self.motors.get_mut(index), self.peaks.get_mut(index))
+        else {
+            return Err(Refusal::NoAxis);
+        };
+        *peak = motor.prepare(&self.clock, order)?;
+        if order.travel == Travel::By(0) {
+            motor.forget();
+        } else {
+            self.prepared |= 1 << axis;
+        }
+        Ok(())
+    }
+
+    /// Can the board step what will move then?
+    #[inline(never)]
+    fn check(&mut self, engine: &mut impl Control) -> Result<(), Refusal> {
+        let mut moving: Axes = self.prepared;
+        for axis in 0..N as u8 {
+            if self.is_busy(engine, axis) {
+                moving |= 1 << axis;
             }
         }
-        let moving = peaks.iter().filter(|&&peak| peak > 0).count();
         for axis in 0..N {
-            let (mut others, mut this) = (Num::ZERO, 0);
-            for (other, &peak) in peaks.iter().enumerate() {
+            let (mut others, mut this, mut count) = (Num::ZERO, 0, 0);
+            for (other, &peak) in self.peaks.iter().enumerate() {
+                if moving >> other & 1 == 0 || peak == 0 {
+                    continue;
+                }
+                count += 1;
                 if other == axis {
                     this = peak;
                 } else {
@@ -215,28 +223,24 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                 }
             }
             if self.prepared >> axis & 1 != 0 && this > 0 {
-                let max = self.board.max_beside(others, moving);
+                let max = self.board.max_beside(others, count);
                 if this > max.millisteps() {
                     return Err(Refusal::TooFast { max });
                 }
             }
         }
-        self.peaks = peaks;
         Ok(())
     }
 
-    fn begin(&mut self, orders: &[Option<Order>; N]) {
+    fn begin(&mut self) {
         let timing = self.board.timing;
         let wait = Wait { hold: timing.hold, lead: timing.setup.saturating_add(self.board.lead) };
-        for (axis, (motor, order)) in self.motors.iter_mut().zip(orders).enumerate() {
-            let Some(order) = order else { continue };
-            if order.travel == Travel::By(0) {
-                motor.forget();
-            } else {
-                motor.begin(order.travel.forward(), wait);
-                self.starting |= 1 << axis;
+        for (axis, motor) in self.motors.iter_mut().enumerate() {
+            if self.prepared >> axis & 1 != 0 {
+                motor.begin(wait);
             }
         }
+        self.starting |= core::mem::take(&mut self.prepared);
     }
 
     /// Does one piece of planning: at most one run of one axis. Call it again

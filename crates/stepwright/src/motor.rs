@@ -14,7 +14,9 @@ use crate::units::Ticks;
 pub(crate) struct Motor<'q, const Q: usize> {
     feed: Producer<'q, Q>,
     planner: Option<Planner>,
+    /// Direction of what is queued last, and of the prepared travel.
     forward: bool,
+    next_forward: bool,
     /// Durations of the last Q runs pushed, by push number, in units of 64
     /// ticks; saturating.
     spans: [u16; Q],
@@ -26,33 +28,35 @@ const SPAN: u32 = 6;
 
 impl<'q, const Q: usize> Motor<'q, Q> {
     pub(crate) fn new(feed: Producer<'q, Q>) -> Self {
-        Motor { feed, planner: None, forward: true, spans: [0; Q], pushed: 0 }
+        Motor { feed, planner: None, forward: true, next_forward: true, spans: [0; Q], pushed: 0 }
     }
 
-    /// Lays out a travel, and gives its highest speed in 0.001 steps/s. It
-    /// waits for [`begin`](Motor::begin); the motor must be idle.
+    /// Lays out a travel of at least one pulse, and gives its highest speed
+    /// in 0.001 steps/s. It waits for [`begin`](Motor::begin); the motor must be idle.
     ///
     /// # Errors
     /// [`Refusal::Unfit`] if the timer can't hold it.
     pub(crate) fn prepare(&mut self, clock: &Clock, order: &Order) -> Result<u32, Refusal> {
         let planner = Planner::new(clock, order)?;
         self.planner = Some(planner);
+        self.next_forward = order.travel.forward();
         Ok(planner.peak())
     }
 
     /// Queues the beginning of the prepared travel: the change of direction
     /// if there is one, then the first pulse `hold + lead` ticks after the
-    /// start. The queue must be empty and the travel have a pulse.
-    pub(crate) fn begin(&mut self, forward: bool, wait: Wait) {
+    /// start. The queue must be empty.
+    pub(crate) fn begin(&mut self, wait: Wait) {
+        let forward = self.next_forward;
         self.feed.set_open(true);
         let mut lead = wait.lead;
         if forward != self.forward {
-            self.push(Run::turn(wait.hold, forward));
+            self.push(Run::turn(wait.hold, forward), wait.hold);
         } else {
             lead = lead.saturating_add(wait.hold);
         }
         self.forward = forward;
-        self.push(Run::steady(lead, 1));
+        self.push(Run::steady(lead, 1), lead);
     }
 
     /// Forgets a prepared travel that was not begun.
@@ -60,8 +64,9 @@ impl<'q, const Q: usize> Motor<'q, Q> {
         self.planner = None;
     }
 
-    fn push(&mut self, run: Run) {
-        let span = u16::try_from(run.duration() >> (16 + SPAN)).unwrap_or(u16::MAX);
+    /// Appends a run that lasts for so many ticks.
+    fn push(&mut self, run: Run, ticks: Ticks) {
+        let span = u16::try_from(ticks >> SPAN).unwrap_or(u16::MAX);
         if self.feed.push(run).is_ok() {
             if let Some(slot) = self.spans.get_mut(usize::from(self.pushed) & (Q - 1)) {
                 *slot = span;
@@ -87,7 +92,7 @@ impl<'q, const Q: usize> Motor<'q, Q> {
         }
         let Some(planner) = &mut self.planner else { return false };
         match planner.next(clock) {
-            Planned::Run(run) => self.push(run),
+            Planned::Run(run, span) => self.push(run, span),
             Planned::Again => {}
             Planned::End => self.finish(),
         }

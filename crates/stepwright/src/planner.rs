@@ -36,7 +36,7 @@ use crate::num::Num;
 use crate::order::{Order, Travel};
 use crate::profile::{Fit, Ramp, Unfit};
 use crate::run::Run;
-use crate::units::{Accel, Rate, Speed};
+use crate::units::{Accel, Rate, Speed, Ticks};
 
 /// What all axes share: the timer's rate and how closely to follow a law, as
 /// the formulas want them.
@@ -107,8 +107,8 @@ pub(crate) struct Planner {
 /// What [`Planner::next`] has done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Planned {
-    /// Play this.
-    Run(Run),
+    /// Play this; it lasts for so many ticks.
+    Run(Run, Ticks),
     /// A run that was too long was thrown away: ask again.
     Again,
     /// The travel is planned to its end.
@@ -326,7 +326,7 @@ impl Planner {
             size
         };
         let add = delta.times(mean).scaled(0i16.wrapping_sub(size.into()));
-        let run = self.fitted(mean, add, size, up);
+        let planned = self.fitted(mean, add, size, up);
         if up {
             self.rise = self.rise.wrapping_sub(steps);
             self.risen = self.risen.wrapping_add(steps);
@@ -334,16 +334,17 @@ impl Planner {
             self.fall = self.fall.wrapping_sub(steps);
         }
         self.v = v;
-        Planned::Run(run)
+        planned
     }
 
     /// 2^size steps with this mean interval, growing or shrinking by `add`.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn fitted(&mut self, mean: Num, add: Num, size: u8, up: bool) -> Run {
+    fn fitted(&mut self, mean: Num, add: Num, size: u8, up: bool) -> Planned {
         let total = mean.scaled(size.into()).fine().wrapping_add(self.carry.into());
+        let span = (total >> 16) as Ticks;
         if size == 0 {
             self.carry = 0;
-            return Run::new(total, 0, 1);
+            return Planned::Run(Run::new(total, 0, 1), span);
         }
         let add = add.fine().min(i32::MAX as u64) as i64;
         let add = if up { -add } else { add };
@@ -351,7 +352,7 @@ impl Planner {
         let triangle = (add << (2 * size - 1)).wrapping_sub(add << (size - 1));
         let rest = total.wrapping_add_signed(0i64.wrapping_sub(triangle));
         self.carry = rest as u16 & ((1u16 << size).wrapping_sub(1));
-        Run::new(rest >> size, add as i32, 1 << size)
+        Planned::Run(Run::new(rest >> size, add as i32, 1 << size), span)
     }
 
     /// A level run.
@@ -363,12 +364,11 @@ impl Planner {
                 while size > 0 && (room >> size == 0 || c.scaled(size.into()).at_least(clock.longest)) {
             size -= 1;
         }
-        let run = self.fitted(c, Num::ZERO, size, false);
         if !self.endless {
             self.level = self.level.wrapping_sub(1 << size);
         }
         self.v = self.v_top;
-        Planned::Run(run)
+        self.fitted(c, Num::ZERO, size, false)
     }
 
     /// The one step that a change of piece divides.
@@ -392,7 +392,7 @@ impl Planner {
             self.level = self.level.wrapping_sub(1);
         }
         self.size = 0;
-        Planned::Run(self.fitted(time, Num::ZERO, 0, false))
+        self.fitted(time, Num::ZERO, 0, false)
     }
 }
 

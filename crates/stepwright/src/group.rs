@@ -79,9 +79,9 @@ impl<const N: usize> Board<N> {
     /// a step per second together, `moving` axes in all.
     fn max_beside(&self, others: Num, moving: usize) -> Speed {
         let cost = self.cost.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX);
-        let capacity = Num::from(self.rate.hz()).times(Num::from(1000));
-        let shared = capacity.over(Num::from(cost.max(1))).minus(others);
-        let alone = capacity.over(Num::from(self.timing.min_interval.max(1)));
+        let capacity = Num::from(self.rate.hz()).times(&Num::from(1000));
+        let shared = capacity.over(&Num::from(cost.max(1))).minus(&others);
+        let alone = capacity.over(&Num::from(self.timing.min_interval.max(1)));
         let max = shared.split().0.min(alone.split().0).min(Speed::MAX.millisteps());
         Speed::from_millisteps(max).unwrap_or(Speed::MAX)
     }
@@ -219,7 +219,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                 if other == axis {
                     this = peak;
                 } else {
-                    others = others.plus(Num::from(peak));
+                    others = others.plus(&Num::from(peak));
                 }
             }
             if self.prepared >> axis & 1 != 0 && this > 0 {

@@ -22,9 +22,12 @@ fn main() -> ! {
     // SAFETY: called once each, with interrupts off.
     let (mut engine, feeds) =
         unsafe { step::start(timer::Timer::start(timer::registers()), pins, board.timing) };
-    let mut group = Group::new(feeds, board);
-    let mut slave = Slave::<{ board::AXES }>::new();
-    let mut answer: Option<Bytes<Reply>> = None;
+    static mut GROUP: core::mem::MaybeUninit<Group<'static, 3, 8>> = core::mem::MaybeUninit::uninit();
+    static mut SLAVE: Slave<3> = Slave::new();
+    static mut ANSWER: Option<Bytes<Reply>> = None;
+    let group = unsafe { (&mut *(&raw mut GROUP)).write(Group::new(feeds, board)) };
+    let slave = unsafe { &mut *(&raw mut SLAVE) };
+    let answer = unsafe { &mut *(&raw mut ANSWER) };
     levels.set_enable(false);
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
@@ -32,32 +35,35 @@ fn main() -> ! {
     loop {
         watchdog::feed();
         let _ = (clock.passed(), bitten);
-        match &mut answer {
-            // Planning goes on while a long answer waits for room.
-            Some(bytes) => {
+        if answer.is_some() { drain(answer, &mut serial) } else { listen(&mut serial, group, slave, answer, &mut engine) }
+        group.poll(&mut engine);
+    }
+}
+#[inline(never)]
+fn drain(answer: &mut Option<Bytes<Reply>>, serial: &mut Serial) {
+    let Some(bytes) = answer else { return };
                 while serial.has_room() {
                     match bytes.next() {
                         Some(byte) => serial.send(byte),
                         None => {
-                            answer = None;
+                            *answer = None;
                             break;
                         }
                     }
                 }
-            }
-            None => match serial.receive() {
+}
+#[inline(never)]
+fn listen(serial: &mut Serial, group: &mut Group<'static, 3, 8>, slave: &mut Slave<3>, answer: &mut Option<Bytes<Reply>>, engine: &mut step::Held) {
+    match serial.receive() {
                 Some(Received::Byte(byte)) => {
                     let mut machine = Controller {
-                        group: &mut group,
-                        engine: &mut engine,
+                        group,
+                        engine,
                         axes: board::AXES as u8,
                     };
-                    answer = slave.push(byte, &mut machine).map(Reply::bytes);
+                    *answer = slave.push(byte, &mut machine).map(Reply::bytes);
                 }
                 Some(Received::Garbled) => slave.garbled(),
                 None => {}
-            },
-        }
-        group.poll(&mut engine);
-    }
+            }
 }

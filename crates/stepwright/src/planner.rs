@@ -58,10 +58,10 @@ pub(crate) struct Clock {
 impl Clock {
     pub(crate) fn new(rate: Rate, fit: &Fit) -> Clock {
         // 2000 · rate: twice the rate, and a speed is in thousandths.
-        let twice = Num::from(rate.hz()).times(Num::from(2000));
+        let twice = Num::from(rate.hz()).times(&Num::from(2000));
         Clock {
             twice,
-            inverse: Num::ONE.over(twice),
+            inverse: Num::ONE.over(&twice),
             bound: Num::from_wide(fit.error).scaled(-32),
             longest: Num::from(fit.longest),
             ramp_size: fit.ramp_size,
@@ -71,7 +71,7 @@ impl Clock {
 
     /// The interval at a speed; beyond everything for 0.
     fn interval(&self, v: Num) -> Num {
-        self.twice.over(v).scaled(-1)
+        self.twice.over(&v).scaled(-1)
     }
 }
 
@@ -121,21 +121,21 @@ const HALF_TICK: u16 = 1 << 15;
 /// Speed² of a speed, in 10⁻⁶ (steps/s)².
 fn square(v: Speed) -> Num {
     let v = Num::from(v.millisteps());
-    v.times(v)
+    v.times(&v)
 }
 
 /// 2a in 10⁻⁶ (steps/s)² per step.
 fn slope(order: &Order, ramp: Ramp) -> Result<Num, Unfit> {
     let least = Accel::MIN.millisteps();
-    let of = |a: u64| Num::from_wide(a).times(Num::from(2000));
+    let of = |a: u64| Num::from_wide(a).times(&Num::from(2000));
     match ramp {
         Ramp::Steps(0) => Err(Unfit::NoRamp),
         Ramp::Steps(steps) => {
-            let rise = square(order.top).minus(square(order.start));
+            let rise = square(order.top).minus(&square(order.start));
             // To the nearest 10⁻⁶, as the law holds it.
-            let slope = rise.over(Num::from(u32::from(steps))).rounded();
+            let slope = rise.over(&Num::from(u32::from(steps))).rounded();
             let least = of(least);
-            Ok(if slope.at_least(least) { slope } else { least })
+            Ok(if slope.at_least(&least) { slope } else { least })
         }
         Ramp::Accel(a) => Ok(of(a.millisteps())),
     }
@@ -156,7 +156,7 @@ impl Planner {
         }
         let v_top = Num::from(order.top.millisteps());
         let v = Num::from(order.start.min(order.top).millisteps());
-        let w = v.times(v);
+        let w = v.times(&v);
         let mut planner = Planner {
             w_from: w,
             w_end: w,
@@ -183,31 +183,31 @@ impl Planner {
     fn check(&self, clock: &Clock) -> Result<(), Unfit> {
         let slowest = if self.v.is_zero() {
             // From rest: the first step alone takes √(2/a), the last √(2/d).
-            let first = clock.twice.over(self.a2.root());
-            let last = clock.twice.over(self.d2.root());
-            first.plus(last).plus(clock.interval(self.v_top))
+            let first = clock.twice.over(&self.a2.root());
+            let last = clock.twice.over(&self.d2.root());
+            first.plus(&last).plus(&clock.interval(self.v_top))
         } else {
             clock.interval(self.v)
         };
-        if slowest.at_least(Num::from(1 << 31)) { Err(Unfit::TooSlow) } else { Ok(()) }
+        if slowest.at_least(&Num::from(1 << 31)) { Err(Unfit::TooSlow) } else { Ok(()) }
     }
 
     /// Divides `steps` into rise, level and fall.
     fn lay_out(&mut self, steps: u32) {
-        let w_top = self.v_top.times(self.v_top);
-        let rise = w_top.minus(self.w_from).over(self.a2);
+        let w_top = self.v_top.times(&self.v_top);
+        let rise = w_top.minus(&self.w_from).over(&self.a2);
         if self.endless {
             (self.rise, self.rise_part) = rise.split();
             self.level = u32::MAX;
             return;
         }
-        let fall = w_top.minus(self.w_end).over(self.d2);
+        let fall = w_top.minus(&self.w_end).over(&self.d2);
         let length = Num::from(steps);
-        if !length.at_least(rise.plus(fall)) {
+        if !length.at_least(&rise.plus(&fall)) {
             // The top speed is out of reach: the rise meets the fall at
             // d2·L / (a2 + d2) (document 002, Eq 19).
-            let rise = length.times(self.d2.over(self.a2.plus(self.d2)));
-            let w = self.w_from.plus(self.a2.times(rise));
+            let rise = length.times(&self.d2.over(&self.a2.plus(&self.d2)));
+            let w = self.w_from.plus(&self.a2.times(&rise));
             self.v_top = w.root();
             (self.rise, self.rise_part) = rise.split();
             self.rise = self.rise.min(steps);
@@ -235,8 +235,8 @@ impl Planner {
         if self.rise == 0 && self.level == 0 {
             return; // braking already
         }
-        let w = self.v.times(self.v);
-        let (whole, part) = w.minus(self.w_end).over(self.d2).split();
+        let w = self.v.times(&self.v);
+        let (whole, part) = w.minus(&self.w_end).over(&self.d2).split();
         let steps = if part == 0 { whole } else { whole.saturating_add(1) };
         if !self.endless && steps >= self.steps_left() {
             return; // the travel's own end is as near
@@ -301,31 +301,31 @@ impl Planner {
         }
         let steps = 1u32 << size;
         let w = if up {
-            self.w_from.plus(self.a2.times(Num::from(self.risen.wrapping_add(steps))))
+            self.w_from.plus(&self.a2.times(&Num::from(self.risen.wrapping_add(steps))))
         } else {
-            self.w_end.plus(self.d2.times(Num::from(self.fall.wrapping_sub(steps))))
+            self.w_end.plus(&self.d2.times(&Num::from(self.fall.wrapping_sub(steps))))
         };
         let v = w.root();
-        let sum = self.v.plus(v);
-        let mean = clock.twice.over(sum);
+        let sum = self.v.plus(&v);
+        let mean = clock.twice.over(&sum);
         // Changes of speed are of either sign: the larger less the smaller.
-        let change = if up { v.minus(self.v) } else { self.v.minus(v) };
-        let delta = mean.times(clock.inverse).times(change).scaled(1);
-        let error = mean.scaled(size.into()).times(delta.times(delta)).scaled(-5);
-        let long = mean.scaled(size.into()).at_least(clock.longest);
-        if size > 0 && (long || !clock.bound.at_least(error) || delta.at_least(QUARTER)) {
+        let change = if up { v.minus(&self.v) } else { self.v.minus(&v) };
+        let delta = mean.times(&clock.inverse).times(&change).scaled(1);
+        let error = mean.scaled(size.into()).times(&delta.times(&delta)).scaled(-5);
+        let long = mean.scaled(size.into()).at_least(&clock.longest);
+        if size > 0 && (long || !clock.bound.at_least(&error) || delta.at_least(&QUARTER)) {
             self.size = size - 1;
             return Planned::Again;
         }
         // Twice the length has eight times the error; a fall's grows by itself.
-        self.size = if clock.bound.at_least(error.scaled(if up { 3 } else { 4 })) && !delta.at_least(QUARTER.scaled(-2)) {
+        self.size = if clock.bound.at_least(&error.scaled(if up { 3 } else { 4 })) && !delta.at_least(&QUARTER.scaled(-2)) {
             size + 1
-        } else if !up && !clock.bound.at_least(error.scaled(1)) {
+        } else if !up && !clock.bound.at_least(&error.scaled(1)) {
             size.saturating_sub(1)
         } else {
             size
         };
-        let add = delta.times(mean).scaled(0i16.wrapping_sub(size.into()));
+        let add = delta.times(&mean).scaled(0i16.wrapping_sub(size.into()));
         let planned = self.fitted(mean, add, size, up);
         if up {
             self.rise = self.rise.wrapping_sub(steps);
@@ -361,7 +361,7 @@ impl Planner {
         let room = self.level.wrapping_sub(u32::from(self.fall_part != 0 && !self.endless));
         let c = clock.interval(self.v_top);
         let mut size = clock.level_size;
-                while size > 0 && (room >> size == 0 || c.scaled(size.into()).at_least(clock.longest)) {
+                while size > 0 && (room >> size == 0 || c.scaled(size.into()).at_least(&clock.longest)) {
             size -= 1;
         }
         if !self.endless {
@@ -377,13 +377,13 @@ impl Planner {
         let fall_part = if last { self.fall_part } else { 0 };
         let rise = Num::part(self.rise_part);
         let fall = Num::part(fall_part);
-        let level = Num::ONE.minus(rise).minus(fall);
-        let mut time = clock.twice.times(rise).over(self.v.plus(self.v_top));
-        time = time.plus(clock.interval(self.v_top).times(level));
+        let level = Num::ONE.minus(&rise).minus(&fall);
+        let mut time = clock.twice.times(&rise).over(&self.v.plus(&self.v_top));
+        time = time.plus(&clock.interval(self.v_top).times(&level));
         self.v = self.v_top;
         if last {
-            let v = self.w_end.plus(self.d2.times(Num::from(self.fall))).root();
-            time = time.plus(clock.twice.times(fall).over(self.v_top.plus(v)));
+            let v = self.w_end.plus(&self.d2.times(&Num::from(self.fall))).root();
+            time = time.plus(&clock.twice.times(&fall).over(&self.v_top.plus(&v)));
             self.v = v;
             self.fall_part = 0;
         }

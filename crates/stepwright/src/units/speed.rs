@@ -72,7 +72,7 @@ impl Speed {
     pub fn steps(self) -> u32 {
         // A quotient of 32 bits is exact enough: thousandths lie further
         // apart. (An 8-bit chip has this division already, and no other.)
-        Num::from(self.0).over(Num::from(1000)).split().0
+        Num::from(self.0).over(&Num::from(1000)).split().0
     }
 
     /// v², in 10⁻⁶ (steps/s)²: at most 10¹⁸, exact.

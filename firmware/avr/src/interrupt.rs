@@ -7,20 +7,21 @@
 /// `bench` spends them here, so that measured figures are the chip's.
 macro_rules! handler {
     ($uno:ident, $mega:ident, $body:expr) => {
-        #[cfg(feature = "uno")]
-        #[doc(hidden)]
-        #[avr_device::interrupt(atmega328p)]
-        fn $uno() {
-            $crate::interrupt::entry();
-            $body
-        }
-        #[cfg(feature = "mega")]
-        #[doc(hidden)]
-        #[avr_device::interrupt(atmega2560)]
-        fn $mega() {
-            $crate::interrupt::entry();
-            $body
-        }
+        // Not public, and so in need of no documentation.
+        const _: () = {
+            #[cfg(feature = "uno")]
+            #[avr_device::interrupt(atmega328p)]
+            fn $uno() {
+                $crate::interrupt::entry();
+                $body
+            }
+            #[cfg(feature = "mega")]
+            #[avr_device::interrupt(atmega2560)]
+            fn $mega() {
+                $crate::interrupt::entry();
+                $body
+            }
+        };
     };
 }
 pub(crate) use handler;

@@ -14,8 +14,7 @@
 //!
 //! `bin/slave.rs` is the controller.
 #![no_std]
-#![feature(abi_avr_interrupt)]
-#![cfg_attr(feature = "bench", feature(asm_experimental_arch))]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 #[cfg(feature = "uno")]
 pub use avr_device::atmega328p as chip;

@@ -46,10 +46,11 @@ pub(crate) struct Clock {
     twice: Num,
     /// Its inverse.
     inverse: Num,
-    /// Largest error of a step between two ends of runs, in ticks.
-    bound: Num,
-    /// Longest run, in ticks; a single step may always take longer.
-    longest: Num,
+    /// Largest error of a step between two ends of runs, in ticks, and longest
+    /// run (a single step may always take longer): as powers of two, which a
+    /// number is quickly compared with.
+    bound: i16,
+    longest: i16,
     /// Longest ramp run and longest level run, as powers of two.
     ramp_size: u8,
     level_size: u8,
@@ -62,16 +63,23 @@ impl Clock {
         Clock {
             twice,
             inverse: Num::ONE.over(&twice),
-            bound: Num::from_wide(fit.error).scaled(-32),
-            longest: Num::from(fit.longest),
+            bound: log2(fit.error).wrapping_sub(32),
+            // The nearest: 8 ms at 16 MHz are 2¹⁷ ticks, 2 % more.
+            longest: log2(u64::from(fit.longest).saturating_mul(3) / 2),
             ramp_size: fit.ramp_size,
             level_size: fit.level_size,
         }
     }
 
     /// The interval at a speed; beyond everything for 0.
-    fn interval(&self, v: Num) -> Num {
-        self.twice.over(&v).scaled(-1)
+    fn interval(&self, v: &Num) -> Num {
+        self.twice.over(v).scaled(-1)
+    }
+
+    /// Whether 2^size steps may be one run: not too long, and their spread,
+    /// less than the interval, within 31 bits of 2⁻¹⁶ ticks.
+    fn holds(&self, mean: &Num, size: u8) -> bool {
+        mean.is_below(self.longest - i16::from(size)) && mean.is_below(17)
     }
 }
 
@@ -185,9 +193,9 @@ impl Planner {
             // From rest: the first step alone takes √(2/a), the last √(2/d).
             let first = clock.twice.over(&self.a2.root());
             let last = clock.twice.over(&self.d2.root());
-            first.plus(&last).plus(&clock.interval(self.v_top))
+            first.plus(&last).plus(&clock.interval(&self.v_top))
         } else {
-            clock.interval(self.v)
+            clock.interval(&self.v)
         };
         if slowest.at_least(&Num::from(1 << 31)) { Err(Unfit::TooSlow) } else { Ok(()) }
     }
@@ -279,11 +287,7 @@ impl Planner {
             self.ramp(clock, true)
         } else if self.level > 0 {
             let last = self.level == 1 && self.fall_part != 0 && !self.endless;
-            if self.rise_part != 0 || last {
-                self.corner(clock, last)
-            } else {
-                self.cruise(clock)
-            }
+            if self.rise_part != 0 || last { self.corner(clock, last) } else { self.cruise(clock) }
         } else if self.fall > 0 {
             self.ramp(clock, false)
         } else {
@@ -301,32 +305,35 @@ impl Planner {
         }
         let steps = 1u32 << size;
         let w = if up {
-            self.w_from.plus(&self.a2.times(&Num::from(self.risen.wrapping_add(steps))))
+            let n = self.risen.wrapping_add(steps);
+            self.a2.times(&Num::from(n)).plus(&self.w_from)
         } else {
-            self.w_end.plus(&self.d2.times(&Num::from(self.fall.wrapping_sub(steps))))
+            let left = self.fall.wrapping_sub(steps);
+            self.d2.times(&Num::from(left)).plus(&self.w_end)
         };
         let v = w.root();
-        let sum = self.v.plus(&v);
-        let mean = clock.twice.over(&sum);
-        // Changes of speed are of either sign: the larger less the smaller.
+        let mean = clock.twice.over(&v.plus(&self.v));
         let change = if up { v.minus(&self.v) } else { self.v.minus(&v) };
-        let delta = mean.times(&clock.inverse).times(&change).scaled(1);
-        let error = mean.scaled(size.into()).times(&delta.times(&delta)).scaled(-5);
-        let long = mean.scaled(size.into()).at_least(&clock.longest);
-        if size > 0 && (long || !clock.bound.at_least(&error) || delta.at_least(&QUARTER)) {
+        // δ and what follows from it need few bits: the run's end is exact.
+        let delta = mean.roughly(&clock.inverse).roughly(&change).scaled(1);
+        let error = delta.roughly(&delta).roughly(&mean).scaled(i16::from(size) - 5);
+        if size > 0
+            && !(clock.holds(&mean, size) && error.is_below(clock.bound) && delta.is_below(-2))
+        {
             self.size = size - 1;
             return Planned::Again;
         }
         // Twice the length has eight times the error; a fall's grows by itself.
-        self.size = if clock.bound.at_least(&error.scaled(if up { 3 } else { 4 })) && !delta.at_least(&QUARTER.scaled(-2)) {
+        self.size = if clock.holds(&mean, size + 1)
+            && error.is_below(clock.bound - if up { 3 } else { 4 })
+            && delta.is_below(-4)
+        {
             size + 1
-        } else if !up && !clock.bound.at_least(&error.scaled(1)) {
-            size.saturating_sub(1)
+        } else if !up && size > 0 && !error.is_below(clock.bound - 1) {
+            size - 1
         } else {
             size
         };
-        let add = delta.times(&mean).scaled(0i16.wrapping_sub(size.into()));
-        let planned = self.fitted(mean, add, size, up);
         if up {
             self.rise = self.rise.wrapping_sub(steps);
             self.risen = self.risen.wrapping_add(steps);
@@ -334,41 +341,47 @@ impl Planner {
             self.fall = self.fall.wrapping_sub(steps);
         }
         self.v = v;
-        planned
+        let add = delta.roughly(&mean).scaled(16 - i16::from(size)).rounded_whole() as i32;
+        self.fitted(&mean, if up { add.wrapping_neg() } else { add }, size)
     }
 
-    /// 2^size steps with this mean interval, growing or shrinking by `add`.
+    /// 2^size steps with this mean interval, growing by `add`.
+    ///
+    /// ```text
+    ///   first interval = mean − add·(N − 1)/2
+    /// ```
+    ///
+    /// rounded down, in 2⁻¹⁶ ticks; what the N of them lack then is carried.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn fitted(&mut self, mean: Num, add: Num, size: u8, up: bool) -> Planned {
-        let total = mean.scaled(size.into()).fine().wrapping_add(self.carry.into());
-        let span = (total >> 16) as Ticks;
-        if size == 0 {
-            self.carry = 0;
-            return Planned::Run(Run::new(total, 0, 1), span);
-        }
-        let add = add.fine().min(i32::MAX as u64) as i64;
-        let add = if up { -add } else { add };
-        // The intervals differ from the first by add · N(N − 1)/2 in all.
-        let triangle = (add << (2 * size - 1)).wrapping_sub(add << (size - 1));
-        let rest = total.wrapping_add_signed(0i64.wrapping_sub(triangle));
-        self.carry = rest as u16 & ((1u16 << size).wrapping_sub(1));
-        Planned::Run(Run::new(rest >> size, add as i32, 1 << size), span)
+    fn fitted(&mut self, mean: &Num, add: i32, size: u8) -> Planned {
+        let (whole, part) = mean.split();
+        // add·(N − 1) is at most δ of the interval, so it fits: see `holds`.
+        let spread = (add << size).wrapping_sub(add);
+        // In 2⁻¹⁶ ticks: what the parts below lack in N steps, and the half
+        // that an odd spread leaves; less than 2N in all.
+        let low = u32::from(part as u16) << size >> 16;
+        let odd = (spread as u32 & 1) << size >> 1;
+        let carry = u32::from(self.carry).wrapping_add(low).wrapping_sub(odd) as i32;
+        let first = u64::from(whole) << 16 | u64::from(part >> 16);
+        let first = first.wrapping_add_signed(i64::from((carry >> size).wrapping_sub(spread >> 1)));
+        self.carry = carry as u16 & (1u16 << size).wrapping_sub(1);
+        Planned::Run(Run::new(first, add, 1 << size), whole.saturating_mul(1 << size))
     }
 
     /// A level run.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn cruise(&mut self, clock: &Clock) -> Planned {
         let room = self.level.wrapping_sub(u32::from(self.fall_part != 0 && !self.endless));
-        let c = clock.interval(self.v_top);
+        let mean = clock.interval(&self.v_top);
         let mut size = clock.level_size;
-                while size > 0 && (room >> size == 0 || c.scaled(size.into()).at_least(&clock.longest)) {
+        while size > 0 && (room >> size == 0 || !clock.holds(&mean, size)) {
             size -= 1;
         }
         if !self.endless {
             self.level = self.level.wrapping_sub(1 << size);
         }
         self.v = self.v_top;
-        self.fitted(c, Num::ZERO, size, false)
+        self.fitted(&mean, 0, size)
     }
 
     /// The one step that a change of piece divides.
@@ -379,7 +392,7 @@ impl Planner {
         let fall = Num::part(fall_part);
         let level = Num::ONE.minus(&rise).minus(&fall);
         let mut time = clock.twice.times(&rise).over(&self.v.plus(&self.v_top));
-        time = time.plus(&clock.interval(self.v_top).times(&level));
+        time = time.plus(&clock.interval(&self.v_top).times(&level));
         self.v = self.v_top;
         if last {
             let v = self.w_end.plus(&self.d2.times(&Num::from(self.fall))).root();
@@ -392,9 +405,11 @@ impl Planner {
             self.level = self.level.wrapping_sub(1);
         }
         self.size = 0;
-        self.fitted(time, Num::ZERO, 0, false)
+        self.fitted(&time, 0, 0)
     }
 }
 
-/// The largest relative change of speed in a run of more than one step.
-const QUARTER: Num = Num::power(-2);
+/// floor(log₂ x); 0 for 0.
+fn log2(x: u64) -> i16 {
+    x.checked_ilog2().unwrap_or(0) as i16
+}

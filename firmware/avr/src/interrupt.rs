@@ -5,6 +5,8 @@
 ///
 /// simavr enters a handler in no time; the chip takes 4 cycles. The feature
 /// `bench` spends them here, so that measured figures are the chip's.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! handler {
     ($uno:ident, $mega:ident, $body:expr) => {
         // Not public, and so in need of no documentation.
@@ -24,11 +26,9 @@ macro_rules! handler {
         };
     };
 }
-pub(crate) use handler;
-
 /// The 4 cycles of an interrupt's entry, for a simulator that leaves them out.
 #[inline(always)]
-pub(crate) fn entry() {
+pub fn entry() {
     #[cfg(feature = "bench")]
     // SAFETY: jumps to the next instruction, twice, 2 cycles each.
     unsafe {

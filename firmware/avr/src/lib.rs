@@ -27,7 +27,8 @@ compile_error!("the ATmega328P has no timer of 16 bits but timer 1");
 pub mod board;
 pub mod clock;
 pub mod eeprom;
-mod interrupt;
+#[doc(hidden)]
+pub mod interrupt;
 pub mod panel;
 mod panic;
 pub mod serial;

@@ -11,7 +11,7 @@ use core::mem::offset_of;
 use avr_device::interrupt;
 
 use crate::chip::USART0;
-use crate::interrupt::handler;
+use crate::handler;
 
 /// What the receiver puts in place of a byte that it lost or that came
 /// damaged: no byte of any line.

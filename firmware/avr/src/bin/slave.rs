@@ -1,6 +1,7 @@
 //! The controller: it takes lines, and moves three motors.
 #![no_std]
 #![no_main]
+#![feature(abi_avr_interrupt)]
 
 use core::mem::MaybeUninit;
 
@@ -27,6 +28,8 @@ struct Slave {
 }
 
 static SLAVE: Slot<MaybeUninit<Slave>> = Slot::new(MaybeUninit::uninit());
+
+stepwright_avr::step_interrupt!();
 
 #[avr_device::entry]
 fn main() -> ! {

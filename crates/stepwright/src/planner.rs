@@ -110,14 +110,32 @@ pub(crate) struct Planner {
     carry: u16,
     /// Run length to try next, as a power of two.
     size: u8,
+    /// What of the run that is being planned is known already: the speed at
+    /// its end, or the time of a corner so far.
+    pending: Num,
+    /// How far its planning is.
+    stage: Stage,
+}
+
+/// How far the planning of a run is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// Not begun.
+    Begin,
+    /// The speed at the end of a ramp run is known; of a corner the time of
+    /// its rise.
+    Half,
+    /// The time of a corner's rise and level is known.
+    Late,
 }
 
 /// What [`Planner::next`] has done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Planned {
-    /// Play this; it lasts for so many ticks.
-    Run(Run, Ticks),
-    /// A run that was too long was thrown away: ask again.
+    /// A run, which lasts for so many ticks.
+    Run(Ticks),
+    /// Nothing yet: ask again. A run is made in two steps or more, so that
+    /// no call takes a chip long.
     Again,
     /// The travel is planned to its end.
     End,
@@ -181,6 +199,8 @@ impl Planner {
             endless: matches!(order.travel, Travel::Endless(_)),
             carry: HALF_TICK,
             size: 0,
+            pending: Num::ZERO,
+            stage: Stage::Begin,
         };
         planner.check(clock)?;
         planner.lay_out(pulses.saturating_sub(1));
@@ -254,7 +274,7 @@ impl Planner {
         self.fall_part = part;
         self.v_top = self.v;
         self.endless = false;
-        self.size = 0;
+        (self.size, self.stage) = (0, Stage::Begin);
     }
 
     /// The highest speed from here on, in 0.001 steps/s, rounded up; 0 if
@@ -281,15 +301,19 @@ impl Planner {
         self.endless
     }
 
-    /// Plans the next run.
-    pub(crate) fn next(&mut self, clock: &Clock) -> Planned {
+    /// Plans the next run, into `run`.
+    pub(crate) fn next(&mut self, clock: &Clock, run: &mut Run) -> Planned {
         if self.rise > 0 {
-            self.ramp(clock, true)
+            self.ramp(clock, run, true)
         } else if self.level > 0 {
             let last = self.level == 1 && self.fall_part != 0 && !self.endless;
-            if self.rise_part != 0 || last { self.corner(clock, last) } else { self.cruise(clock) }
+            if self.rise_part != 0 || last {
+                self.corner(clock, run, last)
+            } else {
+                self.cruise(clock, run)
+            }
         } else if self.fall > 0 {
-            self.ramp(clock, false)
+            self.ramp(clock, run, false)
         } else {
             Planned::End
         }
@@ -297,21 +321,20 @@ impl Planner {
 
     /// A ramp run: 2^size steps from v to the speed there.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn ramp(&mut self, clock: &Clock, up: bool) -> Planned {
+    fn ramp(&mut self, clock: &Clock, run: &mut Run, up: bool) -> Planned {
         let room = if up { self.rise } else { self.fall };
         let mut size = self.size.min(clock.ramp_size);
-        while room >> size == 0 {
-            size -= 1; // room is not 0
+        let mut steps = 1u32 << size;
+        while steps > room {
+            (size, steps) = (size - 1, steps >> 1); // room is not 0
         }
-        let steps = 1u32 << size;
-        let w = if up {
-            let n = self.risen.wrapping_add(steps);
-            self.a2.times(&Num::from(n)).plus(&self.w_from)
-        } else {
-            let left = self.fall.wrapping_sub(steps);
-            self.d2.times(&Num::from(left)).plus(&self.w_end)
-        };
-        let v = w.root();
+        if self.stage == Stage::Begin {
+            self.pending = self.speed_after(steps, up);
+            self.stage = Stage::Half;
+            return Planned::Again;
+        }
+        self.stage = Stage::Begin;
+        let v = self.pending;
         let mean = clock.twice.over(&v.plus(&self.v));
         let change = if up { v.minus(&self.v) } else { self.v.minus(&v) };
         // δ and what follows from it need few bits: the run's end is exact.
@@ -342,7 +365,20 @@ impl Planner {
         }
         self.v = v;
         let add = delta.roughly(&mean).scaled(16 - i16::from(size)).rounded_whole() as i32;
-        self.fitted(&mean, if up { add.wrapping_neg() } else { add }, size)
+        self.fitted(run, &mean, if up { add.wrapping_neg() } else { add }, size)
+    }
+
+    /// The speed so many steps further up the rise or down the fall.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn speed_after(&self, steps: u32, up: bool) -> Num {
+        let w = if up {
+            let n = self.risen.wrapping_add(steps);
+            self.a2.times(&Num::from(n)).plus(&self.w_from)
+        } else {
+            let left = self.fall.wrapping_sub(steps);
+            self.d2.times(&Num::from(left)).plus(&self.w_end)
+        };
+        w.root()
     }
 
     /// 2^size steps with this mean interval, growing by `add`.
@@ -353,24 +389,41 @@ impl Planner {
     ///
     /// rounded down, in 2⁻¹⁶ ticks; what the N of them lack then is carried.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn fitted(&mut self, mean: &Num, add: i32, size: u8) -> Planned {
+    fn fitted(&mut self, run: &mut Run, mean: &Num, add: i32, size: u8) -> Planned {
         let (whole, part) = mean.split();
-        // add·(N − 1) is at most δ of the interval, so it fits: see `holds`.
-        let spread = (add << size).wrapping_sub(add);
-        // In 2⁻¹⁶ ticks: what the parts below lack in N steps, and the half
-        // that an odd spread leaves; less than 2N in all.
-        let low = u32::from(part as u16) << size >> 16;
-        let odd = (spread as u32 & 1) << size >> 1;
-        let carry = u32::from(self.carry).wrapping_add(low).wrapping_sub(odd) as i32;
+        // All that is to be multiplied by N: what lies below 2⁻¹⁶ ticks, add
+        // (it fits: see `holds`), and the duration.
+        let (mut steps, mut low, mut spread, mut span) = (1u16, u32::from(part as u16), add, whole);
+        for _ in 0..size {
+            steps <<= 1;
+            low <<= 1;
+            spread = spread.wrapping_shl(1);
+            span <<= 1;
+        }
+        let spread = spread.wrapping_sub(add);
+        // The carry stays below N steps, and one more or less is handed on.
+        let mut carry = i32::from(self.carry).wrapping_add((low >> 16) as i32);
+        if spread & 1 != 0 {
+            carry = carry.wrapping_sub(i32::from(steps >> 1));
+        }
+        let mut shift = 0i32.wrapping_sub(spread >> 1);
+        let steps_wide = i32::from(steps);
+        if size == 0 {
+            (shift, carry) = (carry, 0);
+        } else if carry >= steps_wide {
+            (shift, carry) = (shift.wrapping_add(1), carry.wrapping_sub(steps_wide));
+        } else if carry < 0 {
+            (shift, carry) = (shift.wrapping_sub(1), carry.wrapping_add(steps_wide));
+        }
+        self.carry = carry as u16;
         let first = u64::from(whole) << 16 | u64::from(part >> 16);
-        let first = first.wrapping_add_signed(i64::from((carry >> size).wrapping_sub(spread >> 1)));
-        self.carry = carry as u16 & (1u16 << size).wrapping_sub(1);
-        Planned::Run(Run::new(first, add, 1 << size), whole.saturating_mul(1 << size))
+        *run = Run::new(first.wrapping_add_signed(shift.into()), add, steps);
+        Planned::Run(span)
     }
 
     /// A level run.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn cruise(&mut self, clock: &Clock) -> Planned {
+    fn cruise(&mut self, clock: &Clock, run: &mut Run) -> Planned {
         let room = self.level.wrapping_sub(u32::from(self.fall_part != 0 && !self.endless));
         let mean = clock.interval(&self.v_top);
         let mut size = clock.level_size;
@@ -381,31 +434,44 @@ impl Planner {
             self.level = self.level.wrapping_sub(1 << size);
         }
         self.v = self.v_top;
-        self.fitted(&mean, 0, size)
+        self.fitted(run, &mean, 0, size)
     }
 
     /// The one step that a change of piece divides.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn corner(&mut self, clock: &Clock, last: bool) -> Planned {
-        let fall_part = if last { self.fall_part } else { 0 };
+    fn corner(&mut self, clock: &Clock, run: &mut Run, last: bool) -> Planned {
         let rise = Num::part(self.rise_part);
-        let fall = Num::part(fall_part);
-        let level = Num::ONE.minus(&rise).minus(&fall);
-        let mut time = clock.twice.times(&rise).over(&self.v.plus(&self.v_top));
-        time = time.plus(&clock.interval(&self.v_top).times(&level));
-        self.v = self.v_top;
-        if last {
-            let v = self.w_end.plus(&self.d2.times(&Num::from(self.fall))).root();
-            time = time.plus(&clock.twice.times(&fall).over(&self.v_top.plus(&v)));
-            self.v = v;
-            self.fall_part = 0;
+        let fall = Num::part(if last { self.fall_part } else { 0 });
+        match self.stage {
+            Stage::Begin => {
+                self.pending = clock.twice.times(&rise).over(&self.v.plus(&self.v_top));
+                self.stage = Stage::Half;
+                Planned::Again
+            }
+            Stage::Half => {
+                let level = Num::ONE.minus(&rise).minus(&fall);
+                let time = clock.interval(&self.v_top).times(&level);
+                self.pending = self.pending.plus(&time);
+                self.stage = Stage::Late;
+                Planned::Again
+            }
+            Stage::Late => {
+                let mut time = self.pending;
+                self.v = self.v_top;
+                if last {
+                    self.v = self.speed_after(0, false);
+                    let sum = self.v_top.plus(&self.v);
+                    time = time.plus(&clock.twice.times(&fall).over(&sum));
+                    self.fall_part = 0;
+                }
+                self.rise_part = 0;
+                if !self.endless {
+                    self.level = self.level.wrapping_sub(1);
+                }
+                (self.size, self.stage) = (0, Stage::Begin);
+                self.fitted(run, &time, 0, 0)
+            }
         }
-        self.rise_part = 0;
-        if !self.endless {
-            self.level = self.level.wrapping_sub(1);
-        }
-        self.size = 0;
-        self.fitted(&time, 0, 0)
     }
 }
 

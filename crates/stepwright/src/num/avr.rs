@@ -71,6 +71,67 @@ pub(super) extern "C" fn high_product(a: u32, b: u32) -> u32 {
     u32::from_le_bytes([a0, a1, a2, a3])
 }
 
+/// a · b.
+#[inline(always)]
+#[rustfmt::skip]
+pub(super) fn short_product(a: u16, b: u16) -> u32 {
+    let ([a0, a1], [b0, b1]) = (a.to_le_bytes(), b.to_le_bytes());
+    let (p0, p1, p2, p3): (u8, u8, u8, u8);
+    // SAFETY: computes from registers into registers, and leaves r1 at 0.
+    unsafe {
+        asm!(
+            "mul {a0}, {b0}", "movw r18, r0",
+            "mul {a1}, {b1}", "movw r20, r0",
+            "clr r26",
+            "mul {a1}, {b0}", "add r19, r0", "adc r20, r1", "adc r21, r26",
+            "mul {a0}, {b1}", "add r19, r0", "adc r20, r1", "adc r21, r26",
+            "clr r1",
+            a0 = in(reg) a0, a1 = in(reg) a1, b0 = in(reg) b0, b1 = in(reg) b1,
+            out("r18") p0, out("r19") p1, out("r20") p2, out("r21") p3, out("r26") _,
+            options(nomem, nostack),
+        );
+    }
+    u32::from_le_bytes([p0, p1, p2, p3])
+}
+
+/// m · 2³² >> by, as the whole part and the rest in 2⁻³²; `by` < 64.
+#[inline(never)]
+#[rustfmt::skip]
+pub(super) extern "C" fn shifted(m: u32, by: u8) -> u64 {
+    let [mut a0, mut a1, mut a2, mut a3] = m.to_le_bytes();
+    let (b0, b1, b2, b3): (u8, u8, u8, u8);
+    // SAFETY: computes from registers into registers, in 7 + 7 rounds at most.
+    unsafe {
+        asm!(
+            "clr r18", "clr r19", "clr r21",
+            "mov r26, r20",
+            "clr r20",
+            "1:",
+            "cpi r26, 8",
+            "brlo 2f",
+            "mov r18, r19", "mov r19, r20", "mov r20, r21", "mov r21, r22",
+            "mov r22, r23", "mov r23, r24", "mov r24, r25", "clr r25",
+            "subi r26, 8",
+            "rjmp 1b",
+            "2:",
+            "tst r26",
+            "breq 4f",
+            "3:",
+            "lsr r25", "ror r24", "ror r23", "ror r22",
+            "ror r21", "ror r20", "ror r19", "ror r18",
+            "dec r26",
+            "brne 3b",
+            "4:",
+            inout("r22") a0, inout("r23") a1, inout("r24") a2, inout("r25") a3,
+            inout("r20") by => b2,
+            out("r18") b0, out("r19") b1, out("r21") b3,
+            out("r26") _,
+            options(nomem, nostack),
+        );
+    }
+    u64::from_le_bytes([b0, b1, b2, b3, a0, a1, a2, a3])
+}
+
 /// floor(n · 2³² / d), for n < d and 2³¹ ≤ d: a bit a round.
 ///
 /// The quotient gathers, inverted, in r31–r26; the 1 that it begins with falls

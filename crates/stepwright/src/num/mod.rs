@@ -14,7 +14,7 @@
 #[cfg(target_arch = "avr")]
 mod avr;
 #[cfg(target_arch = "avr")]
-use avr::{fraction, high_product, root_of};
+use avr::{fraction, high_product, root_of, shifted, short_product};
 
 /// A number ≥ 0 with 32 significant bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,7 +35,8 @@ macro_rules! once {
 }
 
 impl Num {
-    pub(crate) const ZERO: Num = Num::of(0, 0);
+    /// Its exponent is below every other: it is never the larger of two.
+    pub(crate) const ZERO: Num = Num::of(0, i16::MIN / 2);
     pub(crate) const ONE: Num = Num::power(0);
 
     /// 2^e.
@@ -82,7 +83,7 @@ impl Num {
         }
 
         pub(crate) fn plus(&self, other: &Num) -> Num {
-            let (a, b) = if self.at_least(other) { (self, other) } else { (other, self) };
+            let (a, b) = if self.e >= other.e { (self, other) } else { (other, self) };
             let b_m = shifted_down(b.m(), a.e.wrapping_sub(b.e));
             let (m, carry) = a.m().overflowing_add(b_m);
             if carry { Num::of(m >> 1 | 1 << 31, a.e.wrapping_add(1)) } else { Num::of(m, a.e) }
@@ -90,32 +91,28 @@ impl Num {
 
         /// The difference; 0 if it would be negative.
         pub(crate) fn minus(&self, other: &Num) -> Num {
-            if !self.at_least(other) {
+            if self.e < other.e {
                 return Num::ZERO;
             }
-            let by = self.e.wrapping_sub(other.e);
             // What falls off below would make it smaller by less than a unit.
-            Num::new(self.m().wrapping_sub(shifted_down(other.m(), by)), self.e)
+            let other = shifted_down(other.m(), self.e.wrapping_sub(other.e));
+            match self.m().overflowing_sub(other) {
+                (_, true) => Num::ZERO,
+                (m, false) => Num::new(m, self.e),
+            }
         }
 
         pub(crate) fn at_least(&self, other: &Num) -> bool {
-            if self.m() == 0 || other.m() == 0 {
-                return other.m() == 0;
-            }
             if self.e != other.e { self.e > other.e } else { self.m() >= other.m() }
         }
 
         pub(crate) fn times(&self, other: &Num) -> Num {
-            let m = high_product(self.m(), other.m());
-            let e = self.e.wrapping_add(other.e).wrapping_add(32);
-            if m >> 31 == 0 { Num::of(m << 1, e.wrapping_sub(1)) } else { Num::of(m, e) }
+            Num::product(high_product(self.m(), other.m()), self.e, other.e)
         }
 
         /// The product to 15 bits: a quarter of the time on an 8-bit chip.
         pub(crate) fn roughly(&self, other: &Num) -> Num {
-            let m = u32::from(self.high).wrapping_mul(other.high.into());
-            let e = self.e.wrapping_add(other.e).wrapping_add(32);
-            if m >> 31 == 0 { Num::of(m << 1, e.wrapping_sub(1)) } else { Num::of(m, e) }
+            Num::product(short_product(self.high, other.high), self.e, other.e)
         }
 
         /// The quotient; by 0 a number beyond all that is meant here.
@@ -152,19 +149,24 @@ impl Num {
         /// The whole part, at most `u32::MAX`, and the rest in 2⁻³².
         pub(crate) fn split(&self) -> (u32, u32) {
             if self.e > 0 {
-                (u32::MAX, 0)
-            } else {
-                let by = 0i16.wrapping_sub(self.e);
-                let whole = shifted_down(self.m(), by);
-                let rest = if by >= 32 {
-                    shifted_down(self.m(), by.wrapping_sub(32))
-                } else if by == 0 {
-                    0
-                } else {
-                    self.m() << (32 - by)
-                };
-                (whole, rest)
+                return (u32::MAX, 0);
             }
+            let by = 0i16.wrapping_sub(self.e);
+            let both = if by < 64 { shifted(self.m(), by as u8) } else { 0 };
+            ((both >> 32) as u32, both as u32)
+        }
+    }
+
+    /// From the upper half of the product of two mantissas.
+    #[inline(always)]
+    fn product(m: u32, a: i16, b: i16) -> Num {
+        let e = a.wrapping_add(b).wrapping_add(32);
+        if m >> 31 != 0 {
+            Num::of(m, e)
+        } else if m == 0 {
+            Num::ZERO
+        } else {
+            Num::of(m << 1, e.wrapping_sub(1))
         }
     }
 
@@ -217,6 +219,18 @@ fn shifted_down(mut m: u32, mut by: i16) -> u32 {
         by -= 1;
     }
     m
+}
+
+/// a · b.
+#[cfg(not(target_arch = "avr"))]
+fn short_product(a: u16, b: u16) -> u32 {
+    u32::from(a).wrapping_mul(b.into())
+}
+
+/// m · 2³² >> by, `by` < 64.
+#[cfg(not(target_arch = "avr"))]
+fn shifted(m: u32, by: u8) -> u64 {
+    u64::from(m) << 32 >> by
 }
 
 /// floor(a · b / 2³²).

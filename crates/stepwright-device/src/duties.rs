@@ -56,12 +56,11 @@ impl Duties {
         panel: &mut impl Panel,
     ) {
         let board = group.board_mut();
-        let ticks = board.rate.hz().div_ceil(1000);
-        let micros = |setting| ticks.wrapping_mul(self.settings.get(setting)).div_ceil(1000);
-        let pulse = micros(Setting::Pulse);
+        let hz = board.rate.hz();
+        let pulse = micros(self.settings.get(Setting::Pulse), hz);
         board.timing.pulse = pulse;
-        board.timing.setup = micros(Setting::Setup);
-        board.timing.hold = micros(Setting::Hold);
+        board.timing.setup = micros(self.settings.get(Setting::Setup), hz);
+        board.timing.hold = micros(self.settings.get(Setting::Hold), hz);
         // A pause as long as the pulse, and what the board can do.
         let cost = board.cost.first().copied().unwrap_or(0);
         board.timing.min_interval = cost.max(pulse.wrapping_mul(2));
@@ -107,7 +106,7 @@ impl Duties {
     }
 
     /// How long a travel that is ordered now has to wait for the drivers.
-    pub(crate) fn wait(&self, panel: &impl Panel, ticks_per_second: u32) -> Ticks {
+    pub(crate) fn wait(&self, panel: &impl Panel, hz: u32) -> Ticks {
         let since = panel.millis().wrapping_sub(self.enabled_at);
         let delay = self.settings.get(Setting::Enable);
         if delay == 0 || (self.enabled && since > delay) {
@@ -116,7 +115,7 @@ impl Duties {
         // One more: the present millisecond has begun already.
         let passed = if self.enabled { since } else { 0 };
         let left = delay.saturating_sub(passed).saturating_add(1);
-        ticks_per_second.div_ceil(1000).saturating_mul(left)
+        millis(left, hz)
     }
 
     /// A travel begins.
@@ -195,6 +194,50 @@ impl Duties {
             if limit != 0 && self.now.wrapping_sub(self.moved_at) >= limit {
                 self.enabled = false;
                 self.set_enable(panel);
+            }
+        }
+    }
+}
+
+/// `us` (at most 1000) in ticks of a timer of `hz`, rounded up but for the
+/// thousandth part of a tick.
+///
+/// By multiplication: a routine for division would take 1 KB of flash, and
+/// nothing else needs one. 2⁴⁴ / 10⁶ is 17,592,186.04; the product is less than
+/// 2⁶², and up to 18,000 ticks no whole number becomes the next.
+#[inline(never)]
+fn micros(us: u32, hz: u32) -> Ticks {
+    let ticks = u64::from(us).wrapping_mul(hz.into()).wrapping_add(999_000);
+    ((ticks.wrapping_mul(17_592_187) >> 32) as u32) >> 12
+}
+
+/// `ms` (at most 1001) in ticks of a timer of `hz`. 2³² / 10³ is 4,294,967.3.
+fn millis(ms: u32, hz: u32) -> Ticks {
+    let ticks = u64::from(ms).wrapping_mul(hz.into());
+    (ticks.wrapping_mul(4_294_968) >> 32) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stepwright::Rate;
+
+    #[test]
+    fn times_are_those_of_the_core() {
+        for hz in [100_000, 1_000_000, 2_000_000, 16_000_000, 20_000_000] {
+            let rate = Rate::from_hz(hz).unwrap();
+            for us in 0..=1000 {
+                assert_eq!(micros(us, hz), rate.micros(us), "{us} at {hz}");
+            }
+        }
+        for us in 0..=1000 {
+            let exact = Rate::MAX.micros(us);
+            assert!((exact..=exact + 1).contains(&micros(us, Rate::MAX.hz())), "{us}");
+        }
+        for ms in 0..=1001 {
+            for rate in [Rate::MIN, Rate::MHZ, Rate::MAX] {
+                let off = millis(ms, rate.hz()).abs_diff(rate.micros(ms * 1000));
+                assert!(off <= 50, "{ms} ms at {rate:?}: {off}");
             }
         }
     }

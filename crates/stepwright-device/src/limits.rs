@@ -6,6 +6,7 @@ use stepwright_protocol::{Order, Ramp, Refusal, Setting, Settings};
 ///
 /// The top speed is judged, whether or not a short travel reaches it: so a
 /// limit does not depend on how far an order goes.
+#[inline(never)]
 pub(crate) fn check(settings: &Settings, order: &Order) -> Result<(), Refusal> {
     // At most 10⁹: it fits.
     let max = settings.get(Setting::MaxSpeed).wrapping_mul(1000);
@@ -20,6 +21,7 @@ pub(crate) fn check(settings: &Settings, order: &Order) -> Result<(), Refusal> {
 }
 
 /// Whether a ramp is steeper than `max` steps/s².
+#[inline(never)]
 fn is_steeper(order: &Order, ramp: Ramp, max: u32) -> bool {
     let (top, start) = (order.top.millisteps(), order.start.millisteps());
     match ramp {

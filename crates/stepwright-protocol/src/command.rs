@@ -5,7 +5,9 @@ use core::fmt::{self, Write};
 use crate::axis::{AxisId, Selection};
 use crate::flash::{Text, text};
 use crate::line::CR;
-use crate::number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel};
+use crate::number::{
+    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel, digits,
+};
 use crate::setting::{Setting, Value};
 use crate::text::{Bytes, Piece, Pieces};
 
@@ -110,8 +112,7 @@ impl Command {
             b'$' => match rest {
                 [] => Ok(Command::Settings),
                 b"reset" => Ok(Command::Reset),
-                _ if rest.contains(&b'=') => Value::parse(rest).map(Command::Set),
-                name => Setting::named(name).map(Command::Setting).ok_or(BadLine::Setting),
+                _ => dollar(rest),
             },
             _ => Err(BadLine::Unknown),
         }
@@ -162,6 +163,18 @@ impl Command {
             _ => text!(""),
         }
     }
+}
+
+/// Reads `name` or `name=number`.
+#[inline(never)]
+fn dollar(text: &[u8]) -> Result<Command, BadLine> {
+    let mut halves = text.splitn(2, |byte| *byte == b'=');
+    let name = halves.next().unwrap_or_default();
+    let setting = Setting::named(name).ok_or(BadLine::Setting)?;
+    Ok(match halves.next() {
+        None => Command::Setting(setting),
+        Some(number) => Command::Set(Value::new(setting, digits(number)?).ok_or(BadLine::Range)?),
+    })
 }
 
 impl Pieces for Command {

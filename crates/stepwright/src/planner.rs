@@ -279,11 +279,7 @@ impl Planner {
             self.ramp(clock, true)
         } else if self.level > 0 {
             let last = self.level == 1 && self.fall_part != 0 && !self.endless;
-            if self.rise_part != 0 || last {
-                self.corner(clock, last)
-            } else {
-                self.cruise(clock)
-            }
+            if self.rise_part != 0 || last { self.corner(clock, last) } else { self.cruise(clock) }
         } else if self.fall > 0 {
             self.ramp(clock, false)
         } else {
@@ -318,7 +314,9 @@ impl Planner {
             return Planned::Again;
         }
         // Twice the length has eight times the error; a fall's grows by itself.
-        self.size = if clock.bound.at_least(&error.scaled(if up { 3 } else { 4 })) && !delta.at_least(&QUARTER.scaled(-2)) {
+        self.size = if clock.bound.at_least(&error.scaled(if up { 3 } else { 4 }))
+            && !delta.at_least(&QUARTER.scaled(-2))
+        {
             size + 1
         } else if !up && !clock.bound.at_least(&error.scaled(1)) {
             size.saturating_sub(1)
@@ -361,7 +359,7 @@ impl Planner {
         let room = self.level.wrapping_sub(u32::from(self.fall_part != 0 && !self.endless));
         let c = clock.interval(self.v_top);
         let mut size = clock.level_size;
-                while size > 0 && (room >> size == 0 || c.scaled(size.into()).at_least(&clock.longest)) {
+        while size > 0 && (room >> size == 0 || c.scaled(size.into()).at_least(&clock.longest)) {
             size -= 1;
         }
         if !self.endless {

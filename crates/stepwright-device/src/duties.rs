@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn times_are_those_of_the_core() {
-        for hz in [100_000, 1_000_000, 2_000_000, 16_000_000, 20_000_000] {
+        for hz in [100_000, 1_000_000, 2_000_000, 16_000_000] {
             let rate = Rate::from_hz(hz).unwrap();
             for us in 0..=1000 {
                 assert_eq!(micros(us, hz), rate.micros(us), "{us} at {hz}");

@@ -6,7 +6,7 @@ use crate::axis::{AxisId, Selection};
 use crate::flash::{Text, text};
 use crate::line::CR;
 use crate::number::{
-    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel, digits,
+    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel,
 };
 use crate::setting::{Setting, Value};
 use crate::text::{Bytes, Piece, Pieces};
@@ -112,7 +112,8 @@ impl Command {
             b'$' => match rest {
                 [] => Ok(Command::Settings),
                 b"reset" => Ok(Command::Reset),
-                _ => dollar(rest),
+                _ => Value::parse(rest)
+                    .map(|(setting, value)| value.map_or(Command::Setting(setting), Command::Set)),
             },
             _ => Err(BadLine::Unknown),
         }
@@ -163,18 +164,6 @@ impl Command {
             _ => text!(""),
         }
     }
-}
-
-/// Reads `name` or `name=number`.
-#[inline(never)]
-fn dollar(text: &[u8]) -> Result<Command, BadLine> {
-    let mut halves = text.splitn(2, |byte| *byte == b'=');
-    let name = halves.next().unwrap_or_default();
-    let setting = Setting::named(name).ok_or(BadLine::Setting)?;
-    Ok(match halves.next() {
-        None => Command::Setting(setting),
-        Some(number) => Command::Set(Value::new(setting, digits(number)?).ok_or(BadLine::Range)?),
-    })
 }
 
 impl Pieces for Command {

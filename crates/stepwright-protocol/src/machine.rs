@@ -68,17 +68,15 @@ pub trait Machine {
     /// Sets `late` to 0.
     fn clear_late(&mut self);
 
-    /// The settings; `None` for a machine that has none, which refuses every
-    /// `$`.
-    fn settings(&self) -> Option<Settings> {
+    /// The settings, to be read and to be changed; `None` for a machine that
+    /// has none, which refuses every `$`.
+    fn settings(&mut self) -> Option<&mut Settings> {
         None
     }
 
-    /// Has other settings from now on, and keeps them when the power goes
-    /// off. Only while every axis is idle.
-    fn set_up(&mut self, settings: Settings) {
-        let _ = settings;
-    }
+    /// The settings were changed: it follows them from now on, and keeps them
+    /// when the power goes off. Called only while every axis is idle.
+    fn set_up(&mut self) {}
 }
 
 /// Why a line was answered E. `last=` in the answer to `?` is its name.

@@ -79,7 +79,7 @@ impl Reply {
             [b'0'..=b'9' | b'-' | b'+', ..] => position(line).map(Reply::Position),
             _ if line.starts_with(b"stepwright") => Info::parse(line).map(Reply::Info),
             _ if line.contains(&b' ') => settings(line).map(Reply::Settings),
-            _ => Value::parse(line).ok().map(Reply::Setting),
+            _ => Value::parse(line).ok()?.1.map(Reply::Setting),
         }
     }
 }
@@ -92,7 +92,7 @@ fn settings(line: &[u8]) -> Option<Settings> {
     for word in line.split(|byte| *byte == b' ') {
         let (name, _) = halves(word, b'=')?;
         let Some(setting) = Setting::named(name) else { continue };
-        settings.set(Value::parse(word).ok()?);
+        settings.set(Value::parse(word).ok()?.1?);
         missing &= !1u32.wrapping_shl(setting as u32);
     }
     (missing == 0).then_some(settings)

@@ -115,7 +115,7 @@ impl Duties {
         // One more: the present millisecond has begun already.
         let passed = if self.enabled { since } else { 0 };
         let left = delay.saturating_sub(passed).saturating_add(1);
-        millis(left, hz)
+        micros(1000, hz).saturating_mul(left)
     }
 
     /// A travel begins.
@@ -179,22 +179,24 @@ impl Duties {
         engine: &mut impl Control,
         panel: &mut impl Panel,
     ) {
-        if group.any_busy(engine) {
+        let busy = group.any_busy(engine);
+        if busy {
             self.moved_at = self.now;
-            let limit = self.settings.get(Setting::Timeout);
-            let silence = self.now.wrapping_sub(self.heard_at);
-            if limit != 0 && silence >= limit && !self.silent {
-                self.silent = true;
-                for axis in 0..N as u8 {
-                    group.brake(axis);
-                }
+        }
+        let (setting, since) =
+            if busy { (Setting::Timeout, self.heard_at) } else { (Setting::Idle, self.moved_at) };
+        let limit = self.settings.get(setting);
+        if limit == 0 || self.now.wrapping_sub(since) < limit {
+            return;
+        }
+        if busy && !self.silent {
+            self.silent = true;
+            for axis in 0..N as u8 {
+                group.brake(axis);
             }
-        } else if self.enabled {
-            let limit = self.settings.get(Setting::Idle);
-            if limit != 0 && self.now.wrapping_sub(self.moved_at) >= limit {
-                self.enabled = false;
-                self.set_enable(panel);
-            }
+        } else if !busy && self.enabled {
+            self.enabled = false;
+            self.set_enable(panel);
         }
     }
 }
@@ -209,12 +211,6 @@ impl Duties {
 fn micros(us: u32, hz: u32) -> Ticks {
     let ticks = u64::from(us).wrapping_mul(hz.into()).wrapping_add(999_000);
     ((ticks.wrapping_mul(17_592_187) >> 32) as u32) >> 12
-}
-
-/// `ms` (at most 1001) in ticks of a timer of `hz`. 2³² / 10³ is 4,294,967.3.
-fn millis(ms: u32, hz: u32) -> Ticks {
-    let ticks = u64::from(ms).wrapping_mul(hz.into());
-    (ticks.wrapping_mul(4_294_968) >> 32) as u32
 }
 
 #[cfg(test)]
@@ -233,12 +229,6 @@ mod tests {
         for us in 0..=1000 {
             let exact = Rate::MAX.micros(us);
             assert!((exact..=exact + 1).contains(&micros(us, Rate::MAX.hz())), "{us}");
-        }
-        for ms in 0..=1001 {
-            for rate in [Rate::MIN, Rate::MHZ, Rate::MAX] {
-                let off = millis(ms, rate.hz()).abs_diff(rate.micros(ms * 1000));
-                assert!(off <= 50, "{ms} ms at {rate:?}: {off}");
-            }
         }
     }
 }

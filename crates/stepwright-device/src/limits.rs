@@ -13,19 +13,19 @@ pub(crate) fn check(settings: &Settings, order: &Order) -> Result<(), Refusal> {
     if order.top.millisteps() > max {
         return Err(Refusal::TooFast);
     }
-    let max = settings.get(Setting::MaxAccel);
+    let max = u64::from(settings.get(Setting::MaxAccel)).wrapping_mul(1000);
     if is_steeper(order, order.up, max) || is_steeper(order, order.down, max) {
         return Err(Refusal::Ramp);
     }
     Ok(())
 }
 
-/// Whether a ramp is steeper than `max` steps/s².
+/// Whether a ramp is steeper than `max`, in 0.001 steps/s².
 #[inline(never)]
-fn is_steeper(order: &Order, ramp: Ramp, max: u32) -> bool {
+fn is_steeper(order: &Order, ramp: Ramp, max: u64) -> bool {
     let (top, start) = (order.top.millisteps(), order.start.millisteps());
     match ramp {
-        Ramp::Accel(accel) => accel.millisteps() > u64::from(max).wrapping_mul(1000),
+        Ramp::Accel(accel) => accel.millisteps() > max,
         // Then there is no ramp.
         Ramp::Steps(_) if top <= start => false,
         // (vt² − vs²) / 2R, multiplied out; speeds are in thousandths, and no
@@ -33,8 +33,7 @@ fn is_steeper(order: &Order, ramp: Ramp, max: u32) -> bool {
         Ramp::Steps(steps) => {
             let sum = u64::from(top.wrapping_add(start));
             let squares = sum.wrapping_mul(top.wrapping_sub(start).into());
-            let steps = u64::from(steps.get().wrapping_mul(2_000_000));
-            squares > steps.wrapping_mul(max.into())
+            squares > max.wrapping_mul(steps.get().wrapping_mul(2000).into())
         }
     }
 }

@@ -5,9 +5,7 @@ use core::fmt::{self, Write};
 use crate::axis::{AxisId, Selection};
 use crate::flash::{Text, text};
 use crate::line::CR;
-use crate::number::{
-    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel,
-};
+use crate::number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel};
 use crate::setting::{Setting, Value};
 use crate::text::{Bytes, Piece, Pieces};
 

@@ -130,7 +130,7 @@ macro_rules! names {
             }
 
             pub(crate) fn text(self) -> Text {
-                match self { $(Refusal::$refusal => text!($name)),* }
+                text!(concat!($($name, "\0"),*)).word(self as u8)
             }
         }
     };

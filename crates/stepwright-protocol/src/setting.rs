@@ -42,7 +42,7 @@ macro_rules! settings {
             }
 
             pub(crate) fn text(self) -> Text {
-                match self { $(Setting::$setting => text!($name)),* }
+                text!(concat!($($name, "\0"),*)).word(self as u8)
             }
 
             /// The unit of its number; empty for a switch or a set of axes.
@@ -148,13 +148,6 @@ const fn place(setting: Setting) -> (u8, u8) {
     }
 }
 
-/// A setting out of bytes that are looked up one by one.
-fn unpack(setting: Setting, byte: impl Fn(u8) -> Option<u8>) -> u32 {
-    let (from, length) = place(setting);
-    let own = (0..length).rev().filter_map(|n| byte(from.wrapping_add(n)));
-    own.fold(0, |number, byte| number << 8 | u32::from(byte))
-}
-
 /// A setting and a value inside its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Value {
@@ -171,7 +164,7 @@ impl Value {
     /// assert!(Value::new(Setting::Pulse, 21).is_none());
     /// ```
     pub fn new(setting: Setting, number: u32) -> Option<Value> {
-        let max = unpack(setting, |at| LARGEST.byte(at));
+        let max = Settings::load(LARGEST).get(setting);
         if number < setting.min() || number > max { None } else { Some(Value { setting, number }) }
     }
 
@@ -188,10 +181,10 @@ impl Value {
     /// Reads `name=number`, or `name` alone.
     #[inline(never)]
     pub(crate) fn parse(text: &[u8]) -> Result<(Setting, Option<Value>), BadLine> {
-        let mut halves = text.splitn(2, |byte| *byte == b'=');
-        let name = halves.next().unwrap_or_default();
+        let sign = text.iter().position(|byte| *byte == b'=').unwrap_or(text.len());
+        let (name, number) = text.split_at_checked(sign).unwrap_or_default();
         let setting = Setting::named(name).ok_or(BadLine::Setting)?;
-        let Some(number) = halves.next() else { return Ok((setting, None)) };
+        let Some((_, number)) = number.split_first() else { return Ok((setting, None)) };
         let value = Value::new(setting, digits(number)?).ok_or(BadLine::Range)?;
         Ok((setting, Some(value)))
     }
@@ -217,16 +210,24 @@ impl Settings {
 
     /// The defaults.
     pub fn new() -> Settings {
+        Settings::load(DEFAULTS)
+    }
+
+    #[inline(never)]
+    fn load(table: Text) -> Settings {
         let mut settings = Settings { bytes: [0; Settings::SIZE] };
         for (byte, at) in settings.bytes.iter_mut().zip(0..) {
-            *byte = DEFAULTS.byte(at).unwrap_or(0);
+            *byte = table.byte(at).unwrap_or(0);
         }
         settings
     }
 
     /// The value of a setting, in its unit.
+    #[inline(never)]
     pub fn get(&self, setting: Setting) -> u32 {
-        unpack(setting, |at| self.bytes.get(usize::from(at)).copied())
+        let (from, length) = place(setting);
+        let own = self.bytes.iter().skip(from.into()).take(length.into());
+        own.rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
     }
 
     /// A setting and its value.

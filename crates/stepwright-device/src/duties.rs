@@ -2,11 +2,23 @@
 
 use stepwright::drive::Axes;
 use stepwright::{Control, Group, Ticks};
-use stepwright_protocol::{AxisId, Order, Refusal, Setting, Settings, Travel};
+use stepwright_protocol::{Setting, Settings};
 
-use crate::limits;
 use crate::panel::Panel;
 use crate::store::Store;
+
+/// Where closed switches lie.
+pub(crate) struct Blocked {
+    forward: Axes,
+    backward: Axes,
+}
+
+impl Blocked {
+    /// Whether this axis may not travel in this direction.
+    pub(crate) fn stops(&self, axis: u8, forward: bool) -> bool {
+        (if forward { self.forward } else { self.backward }) >> axis & 1 != 0
+    }
+}
 
 /// What a device keeps in mind besides its motors and its line.
 pub(crate) struct Duties {
@@ -80,29 +92,12 @@ impl Duties {
         !(panel.switches() ^ self.axes(Setting::SwitchHigh)) & self.axes(Setting::Switches)
     }
 
-    /// Whether the switch of this axis lies in this direction.
-    fn is_ahead(&self, axis: usize, forward: bool) -> bool {
-        (self.axes(Setting::SwitchForward) >> axis & 1 != 0) == forward
-    }
-
-    /// Whether the settings and the switches allow an order; whether it moves.
-    pub(crate) fn check(
-        &self,
-        axis: AxisId,
-        order: &Order,
-        panel: &impl Panel,
-    ) -> Result<bool, Refusal> {
-        limits::check(&self.settings, order)?;
-        let forward = match order.travel {
-            Travel::By(distance) if distance.get() == 0 => return Ok(false),
-            Travel::By(distance) => distance.get() > 0,
-            Travel::Endless(direction) => direction == stepwright_protocol::Direction::Forward,
-        };
-        let closed = self.closed(panel) >> axis.index() & 1 != 0;
-        if closed && self.is_ahead(axis.index(), forward) {
-            return Err(Refusal::Fault);
-        }
-        Ok(true)
+    /// Axes that may not travel forward now, and those that may not backward:
+    /// their switch is closed.
+    pub(crate) fn blocked(&self, panel: &impl Panel) -> Blocked {
+        let closed = self.closed(panel);
+        let forward = self.axes(Setting::SwitchForward);
+        Blocked { forward: closed & forward, backward: closed & !forward }
     }
 
     /// How long a travel that is ordered now has to wait for the drivers.
@@ -115,7 +110,7 @@ impl Duties {
         // One more: the present millisecond has begun already.
         let passed = if self.enabled { since } else { 0 };
         let left = delay.saturating_sub(passed).saturating_add(1);
-        micros(1000, hz).saturating_mul(left)
+        micros(1000, hz).wrapping_mul(left)
     }
 
     /// A travel begins.
@@ -158,15 +153,9 @@ impl Duties {
         engine: &mut impl Control,
         panel: &impl Panel,
     ) {
-        let closed = self.closed(panel);
-        if closed == 0 {
-            return;
-        }
+        let blocked = self.blocked(panel);
         for axis in 0..N as u8 {
-            if closed >> axis & 1 != 0
-                && self.is_ahead(axis.into(), group.is_forward(axis))
-                && group.is_busy(engine, axis)
-            {
+            if blocked.stops(axis, group.is_forward(axis)) && group.is_busy(engine, axis) {
                 group.halt(engine, 1 << axis);
             }
         }

@@ -1,6 +1,6 @@
 //! The slave's machine: the motors, and the duties that go with them.
 
-use stepwright::Control;
+use stepwright::{Control, Travel};
 use stepwright_protocol::{AxisId, Controller, Machine, Order, Refusal, Setting, Settings};
 
 use crate::duties::Duties;
@@ -29,31 +29,29 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
     where
         I: Iterator<Item = (AxisId, Order)> + Clone,
     {
-        let (mut moves, mut refused) = (false, None);
-        let (duties, panel) = (&*self.duties, &*self.panel);
-        // In one pass, for it is long code. An order that is refused here goes
+        let blocked = self.duties.blocked(self.panel);
+        let mut fault = false;
+        // In one pass, for it is long code: an order that is refused here goes
         // on to an axis that no board has, so that the group starts none.
-        let checked = orders.map(|(axis, order)| match duties.check(axis, &order, panel) {
-            Ok(one) => {
-                moves |= one;
-                (axis.index() as u8, order.into())
-            }
-            Err(refusal) => {
-                refused = Some(refusal);
-                (NOWHERE, order.into())
-            }
+        let orders = orders.map(|(axis, order)| {
+            let order: stepwright::Order = order.into();
+            let (axis, travel) = (axis.index() as u8, order.travel);
+            let stops = blocked.stops(axis, travel.forward()) && travel != Travel::By(0);
+            fault |= stops;
+            (if stops { NOWHERE } else { axis }, order)
         });
         // The drivers' delay is part of this travel's lead and of no other's.
         let board = self.controller.group.board_mut();
         let lead = board.lead;
-        board.lead = lead.saturating_add(duties.wait(panel, board.rate.hz()));
-        let started = self.controller.group.start(self.controller.engine, checked);
+        board.lead = lead.saturating_add(self.duties.wait(self.panel, board.rate.hz()));
+        let started = self.controller.group.start(self.controller.engine, orders);
         self.controller.group.board_mut().lead = lead;
-        let started = refused.map_or(started.map_err(Refusal::from), Err);
-        if started.is_ok() && moves {
-            self.duties.enable(self.panel);
+        if fault {
+            return Err(Refusal::Fault);
         }
-        started
+        started?;
+        self.duties.enable(self.panel);
+        Ok(())
     }
 
     fn brake(&mut self, axis: AxisId) {

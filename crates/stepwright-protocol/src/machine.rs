@@ -8,8 +8,8 @@ use crate::{AxisId, BadLine, Order, Settings};
 /// The controller behind the line: axes that travel, brake and know where
 /// they are.
 ///
-/// The slave checks the grammar, the ranges, that an axis exists and that it
-/// is idle. The machine decides whether it can carry an order out. All calls
+/// The slave checks the grammar, the ranges, that an axis exists and is idle,
+/// and that an order keeps to the settings' limits. The machine decides whether it can carry an order out. All calls
 /// come from the foreground, from inside [`Slave::push`](crate::Slave::push),
 /// and none may wait for a motion: an order is begun, not done, when `start`
 /// returns.

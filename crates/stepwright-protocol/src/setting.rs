@@ -79,7 +79,7 @@ settings! {
     MaxSpeed, "max-speed", "steps/s", 1..=1_000_000, 1_000_000,
         "an order with a higher top speed is refused";
     MaxAccel, "max-accel", "steps/s²", 1..=100_000_000, 100_000_000,
-        "an order with a steeper ramp is refused";
+        "an order with a steeper ramp is refused; 100000000: no limit";
     Idle, "idle-ms", "ms", 0..=3_600_000, 0,
         "the drivers are switched off after so long a rest; 0: never";
     Timeout, "timeout-ms", "ms", 0..=60_000, 0,

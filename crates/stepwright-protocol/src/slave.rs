@@ -211,8 +211,13 @@ impl<const AXES: usize> Slave<AXES> {
         let axes = AxisId::first(self.count(machine)).zip(&self.axes);
         // G found the axes idle, and nothing but E starts one; but a machine
         // may have buttons of its own.
-        if axes.clone().any(|(id, axis)| axis.staged.is_some() && machine.busy(id)) {
-            return Err(Refusal::Busy);
+        for (id, axis) in axes.clone().filter(|(_, axis)| axis.staged.is_some()) {
+            if machine.busy(id) {
+                return Err(Refusal::Busy);
+            }
+            if let Some(settings) = machine.settings() {
+                axis.manner.check(settings)?;
+            }
         }
         let orders = axes.filter_map(|(id, axis)| {
             let travel = axis.staged?;

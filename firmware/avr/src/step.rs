@@ -39,6 +39,7 @@ pub unsafe fn interrupt() {
 ///
 /// # Safety
 /// To be called once, with interrupts disabled.
+#[inline(never)]
 pub unsafe fn start(
     timer: Timer,
     pins: Pins,

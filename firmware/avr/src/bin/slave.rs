@@ -54,6 +54,7 @@ impl Slave {
     ///
     /// # Safety
     /// To be called once, with interrupts off.
+    #[inline(never)]
     unsafe fn new() -> Slave {
         // SAFETY: the only time that anybody takes them.
         let chip = unsafe { chip::Peripherals::steal() };

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 
 use stepwright::Speed;
 use stepwright_protocol::{
-    AxisId, Command, Direction, Machine, Order, Ramp, RampSteps, Refusal, Reply, Slave, Travel,
+    AxisId, Command, Direction, Machine, Order, Ramp, RampSteps, Refusal, Reply, Setting, Settings,
+    Slave, Travel,
 };
 
 /// One axis of the bench.
@@ -23,6 +24,9 @@ pub struct Bench {
     /// The next start is refused for this reason.
     pub refuse: Option<Refusal>,
     pub late: u32,
+    pub settings: Settings,
+    /// As they were when it was set up last.
+    before: Settings,
     /// Every start that was asked for, also a refused one.
     pub asked: Vec<Vec<(AxisId, Order)>>,
     /// What it was told since the last look, in words.
@@ -127,6 +131,22 @@ impl Machine for Bench {
     fn clear_late(&mut self) {
         self.note("clear");
         self.late = 0;
+    }
+
+    fn settings(&mut self) -> Option<&mut Settings> {
+        Some(&mut self.settings)
+    }
+
+    fn set_up(&mut self) {
+        for setting in Setting::ALL {
+            let value = self.settings.get(setting);
+            if value != self.before.get(setting) {
+                self.note(&format!("{}={value}", setting.name()));
+            }
+        }
+        assert!((0..self.axes.len()).all(|n| self.axes[n].running.is_none()), "set up while busy");
+        assert_ne!(self.settings, self.before, "set up for nothing");
+        self.before = self.settings;
     }
 }
 

@@ -1,8 +1,5 @@
 //! Axes as a line names them.
 
-use crate::BadLine;
-use crate::number::digits;
-
 /// The most axes one slave can have. One digit names each.
 pub const MAX_AXES: u8 = 8;
 
@@ -31,6 +28,11 @@ impl AxisId {
         }
     }
 
+    /// The axis at this place; one that is none is the first.
+    pub(crate) const fn at(index: u8) -> AxisId {
+        AxisId(index % MAX_AXES)
+    }
+
     /// Its number on the line, 1 … 8.
     pub const fn number(self) -> u8 {
         self.0.wrapping_add(1)
@@ -44,11 +46,6 @@ impl AxisId {
     /// The first `axes` axes (at most eight), in order.
     pub fn first(axes: u8) -> impl Iterator<Item = AxisId> + Clone {
         (0..if axes > MAX_AXES { MAX_AXES } else { axes }).map(AxisId)
-    }
-
-    /// Reads an axis number: unknown without digits, out of range at 0 or 9.
-    pub(crate) fn parse(text: &[u8]) -> Result<AxisId, BadLine> {
-        u8::try_from(digits(text)?).ok().and_then(AxisId::numbered).ok_or(BadLine::Range)
     }
 }
 
@@ -80,14 +77,6 @@ impl Selection {
             Selection::All => 0,
         }
     }
-
-    /// Reads the number after the `A`.
-    pub(crate) fn parse(text: &[u8]) -> Result<Selection, BadLine> {
-        if digits(text)? == 0 {
-            return Ok(Selection::All);
-        }
-        AxisId::parse(text).map(Selection::One)
-    }
 }
 
 #[cfg(test)]
@@ -96,15 +85,10 @@ mod tests {
 
     #[test]
     fn numbers_are_one_based_and_bounded() {
-        assert_eq!(AxisId::parse(b"1"), Ok(AxisId::FIRST));
-        assert_eq!(AxisId::parse(b"08").map(AxisId::index), Ok(7));
-        assert_eq!(AxisId::parse(b"0"), Err(BadLine::Range));
-        assert_eq!(AxisId::parse(b"9"), Err(BadLine::Range));
-        assert_eq!(AxisId::parse(b"257"), Err(BadLine::Range));
-        assert_eq!(AxisId::parse(b""), Err(BadLine::Unknown));
-        assert_eq!(Selection::parse(b"0"), Ok(Selection::All));
-        assert_eq!(Selection::parse(b"00"), Ok(Selection::All));
-        assert_eq!(Selection::parse(b"256"), Err(BadLine::Range));
+        assert_eq!(AxisId::numbered(1), Some(AxisId::FIRST));
+        assert_eq!(AxisId::numbered(8).map(AxisId::index), Some(7));
+        assert_eq!((AxisId::numbered(0), AxisId::numbered(9)), (None, None));
+        assert_eq!((AxisId::at(7).number(), AxisId::at(8).number()), (8, 1));
         assert_eq!(AxisId::first(200).count(), 8);
     }
 }

@@ -54,18 +54,18 @@ impl Text {
 
     /// Byte `at`, counted from 0; `None` behind the last.
     #[cfg(not(target_arch = "avr"))]
-    pub(crate) fn byte(self, at: u8) -> Option<u8> {
+    pub(crate) fn byte(self, at: u16) -> Option<u8> {
         self.0.get(usize::from(at)).copied()
     }
 
     /// Byte `at`, counted from 0; `None` behind the last.
     #[cfg(target_arch = "avr")]
     #[allow(unsafe_code)]
-    pub(crate) fn byte(self, at: u8) -> Option<u8> {
+    pub(crate) fn byte(self, at: u16) -> Option<u8> {
         if usize::from(at) >= self.0.len() {
             return None;
         }
-        let place = self.0.as_ptr().wrapping_add(at.into());
+        let place = self.0.as_ptr().wrapping_add(usize::from(at));
         let byte: u8;
         // SAFETY: `flash!` has put `len` bytes there, in the first 64 KB of
         // flash, which `lpm` reaches: the linker puts `.progmem.data` right
@@ -81,7 +81,7 @@ impl Text {
     /// one an empty text. One such text takes less flash than many texts do.
     #[inline(never)]
     pub(crate) fn word(self, n: u8) -> Text {
-        let (mut left, mut from, mut at) = (n, 0, 0);
+        let (mut left, mut from, mut at) = (n, 0, 0u16);
         while let Some(byte) = self.byte(at) {
             if byte == 0 {
                 match left.checked_sub(1) {

@@ -18,18 +18,16 @@ impl Eeprom {
         self.0.eecr().read().eepe().bit_is_set()
     }
 
-    /// The byte at an address, which wraps at the EEPROM's size. Waits while
-    /// another is being written.
+    /// The byte at an address, which wraps at the EEPROM's size. Not while it
+    /// is [busy](Eeprom::busy).
     pub fn read(&self, address: u16) -> u8 {
-        while self.busy() {}
         self.0.eear().write(|w| w.set(address & LAST));
         self.0.eecr().write(|w| w.eere().set_bit());
         self.0.eedr().read().bits()
     }
 
-    /// Begins to write a byte. Waits while another is being written.
+    /// Begins to write a byte. Not while it is [busy](Eeprom::busy).
     pub fn start_write(&mut self, address: u16, byte: u8) {
-        while self.busy() {}
         self.0.eear().write(|w| w.set(address & LAST));
         self.0.eedr().write(|w| w.set(byte));
         interrupt::free(|_| {

@@ -14,23 +14,33 @@
 //! register is written the engine looks at the timer again: a deadline that
 //! has passed meanwhile is served at once, so no compare can be missed.
 //!
-//! **Late steps.** A step is late when its edge comes more than half its
-//! interval after its deadline. It is counted, and caught up: the following
+//! **Late steps.** A step is late when its edge comes more than half the
+//! interval to the next one after its deadline (half the interval before it, if
+//! none follows at once). It is counted, and caught up: the following
 //! steps come at the minimum interval, never closer, until the deadlines are
 //! met again. A feed that runs dry in the middle of a travel makes the next
 //! step late too, but there the schedule slips: a motor that has stood still
 //! is not asked to catch up. So does anything that is late by a quarter of the
 //! timer's period or more.
 //!
-//! **Cost** per interrupt on a chip: not measured yet; it comes with the first
-//! firmware. On the host a step of the virtual board, planning and both edges
-//! included, takes some 30 ns (`docs/benchmarks.md`).
+//! **The short way.** On an AVR most interrupts are one plain step in time.
+//! [`short_way!`](crate::short_way) makes an interrupt handler in assembly
+//! that does these, at fixed addresses, and calls the engine for the rest; it
+//! leaves what the engine would have left. `engine/short.rs` has the costs.
+
+mod late;
+#[cfg(target_arch = "avr")]
+mod short;
+#[cfg(target_arch = "avr")]
+mod short_text;
+mod track;
 
 use crate::drive::{Axes, Drive};
-use crate::queue::{Feed, Taken};
-use crate::run::Run;
+use crate::queue::{Feed, Fetched};
+use crate::stride::Entry;
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
+use track::{Event, Track, fine_of};
 
 /// The times that drivers need, in ticks of the step timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,47 +54,6 @@ pub struct Timing {
     /// Two steps of one axis never come closer: at least the pulse width and
     /// as long a pause, and what the board can do.
     pub min_interval: Ticks,
-}
-
-/// What an axis does at its next deadline.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
-#[repr(u8)]
-enum Event {
-    /// Steps.
-    Step,
-    /// Steps, behind its deadlines.
-    CatchUp,
-    /// Changes direction.
-    Turn,
-    /// Waits on: the interval is longer than the timer can tell.
-    Hop,
-    /// Looks whether the feed has caught up.
-    Dry,
-    /// Nothing.
-    Idle,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Track<C: Count> {
-    /// Time of the next event.
-    due: C::Fine,
-    interval: C::Fine,
-    add: i32,
-    /// Steps of this run that are still to come.
-    left: u16,
-    event: Event,
-    /// A step that is later than this is late: half the interval.
-    slack: i32,
-    /// Hops of a long interval, and the event that follows them.
-    hops: u32,
-    then: Event,
-    /// A run of long intervals, dealt out step by step.
-    far: Run,
-    /// Ticks by which `due` lies after the deadline, while catching up.
-    debt: Ticks,
-    forward: bool,
-    /// Position at the end of the loaded run.
-    end: i64,
 }
 
 /// What the engine knows of an axis.
@@ -108,6 +77,8 @@ pub struct Engine<T: StepTimer, D, F, const N: usize> {
     drive: D,
     feeds: [F; N],
     tracks: [Track<T::Count>; N],
+    /// For the short way: the first deadline that is not for a plain step.
+    rare: T::Count,
     timing: Timing,
     late: u32,
 }
@@ -125,7 +96,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             axis += 1;
             Track::idle(now)
         });
-        let mut engine = Engine { timer, drive, feeds, tracks, timing, late: 0 };
+        let mut engine = Engine { timer, drive, feeds, tracks, rare: now, timing, late: 0 };
         engine.wake_for_first(now);
         engine
     }
@@ -133,32 +104,32 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// The step interrupt.
     ///
     /// Steps what is due, and returns when the next deadline lies ahead.
-    #[inline(always)]
     pub fn on_compare(&mut self) {
         loop {
             let now = self.timer.now();
             let mut due: Axes = 0;
             let mut steps: Axes = 0;
-            for axis in 0..N {
-                let track = &self.tracks[axis];
-                if !T::Count::of(track.due).is_after(now) {
+            for (axis, track) in self.tracks.iter().enumerate() {
+                if track.is_due(now) {
                     due |= 1 << axis;
                     if matches!(track.event, Event::Step | Event::CatchUp) {
                         steps |= 1 << axis;
                     }
                 }
             }
+            let mut edge = now;
             if steps != 0 {
                 self.drive.begin(steps);
+                edge = self.timer.now();
             }
             for axis in 0..N {
                 if due & 1 << axis != 0 {
-                    self.advance(axis, now);
+                    self.advance(axis, edge);
                 }
             }
             let next = self.wake_for_first(now);
             if steps != 0 {
-                self.timer.hold_until(now.plus(self.timing.pulse));
+                self.timer.hold_until(edge.plus(self.timing.pulse));
                 self.drive.end(steps);
             }
             if next.since(self.timer.now()) > T::LINGER as i32 {
@@ -168,179 +139,108 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     }
 
     /// Sets the compare register to the first event, and returns that.
-    #[inline(always)]
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
-        let mut next = T::Count::of(self.tracks[0].due);
-        let mut ahead = next.since(now);
-        for track in &self.tracks[1..] {
+        // Nothing to do: a look round, half a period from now at the latest.
+        let mut ahead = (2 * T::Count::HOP - 1) as i32;
+        let mut next = now.plus(ahead as Ticks);
+        let mut rare = ahead;
+        let mut flags = short_flags::NONE;
+        for (axis, track) in self.tracks.iter().enumerate() {
+            if track.event == Event::Idle {
+                continue;
+            }
             let at = T::Count::of(track.due);
             let wait = at.since(now);
-            if wait < ahead {
+            let first = wait < ahead;
+            if first {
                 (next, ahead) = (at, wait);
+            }
+            if T::SHORT {
+                let plain = track.event == Event::Step;
+                if !plain && wait <= rare {
+                    (self.rare, rare) = (at, wait);
+                }
+                flags = short_flags::with(flags, axis, plain, first);
             }
         }
         self.timer.wake_at(next);
+        if T::SHORT {
+            self.timer.arm(if self.timing.pulse > PULSE { 0 } else { flags });
+        }
         next
     }
 
     /// The event of an axis whose time has come.
-    #[inline(always)]
     fn advance(&mut self, axis: usize, now: T::Count) {
-        let track = &mut self.tracks[axis];
-        if track.event != Event::Step {
-            return self.advance_rarely(axis, now);
-        }
-        let behind = now.since(T::Count::of(track.due));
-        let late = behind > track.slack;
-        track.left = track.left.wrapping_sub(1);
-        if track.left == 0 {
-            self.load(axis, now);
-        } else {
-            track.due = T::Count::later(track.due, track.interval);
-            track.interval = T::Count::grown(track.interval, track.add);
-        }
-        if late {
-            self.fell_behind(axis, now);
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn advance_rarely(&mut self, axis: usize, now: T::Count) {
-        let track = &mut self.tracks[axis];
+        let Some(track) = self.tracks.get_mut(axis) else { return };
         match track.event {
             Event::Step | Event::CatchUp => {
-                let deadline = now.since(T::Count::of(track.due)).saturating_add(track.debt as i32);
-                if deadline > track.slack {
-                    self.late = self.late.saturating_add(1);
-                }
-                track.left = track.left.wrapping_sub(1);
-                track.event = Event::Step;
-                if track.left == 0 {
+                let behind = now.since(T::Count::of(track.due));
+                if track.play.left.count_down() {
                     self.load(axis, now);
                 } else {
-                    track.due = T::Count::later(track.due, track.interval);
-                    track.interval = T::Count::grown(track.interval, track.add);
+                    track.play.grow();
+                    track.due = T::Count::later(track.due, track.play.interval);
                 }
-                self.catch_up(axis, now);
+                self.judge(axis, behind, now);
             }
             Event::Turn => {
-                let forward = track.far.turns().unwrap_or(true);
-                track.forward = forward;
+                let forward = track.turn();
                 // The set-up time counts from now: at rest a slip costs nothing.
-                track.due = fine::<T>(now);
-                track.debt = 0;
+                track.due = fine_of(now);
                 self.drive.direction(axis as u8, forward);
                 self.load(axis, now);
             }
-            Event::Hop => {
-                track.due = T::Count::later(track.due, T::Count::fine(T::Count::HOP, 0));
-                track.hops = track.hops.wrapping_sub(1);
-                if track.hops == 0 {
-                    track.event = track.then;
-                }
-            }
+            Event::Hop => track.hop(),
             Event::Dry => {
                 // The motor stands: what comes now starts from here.
-                track.due = fine::<T>(now);
-                self.load(axis, now);
-                if self.tracks[axis].event != Event::Dry {
+                track.due = fine_of(now);
+                if self.load(axis, now) {
                     self.late = self.late.saturating_add(1);
                 }
             }
-            Event::Idle => {
-                track.due = T::Count::later(fine::<T>(now), T::Count::fine(T::Count::HOP, 0));
-            }
+            Event::Idle => {}
         }
     }
 
-    /// The last step of a run has been made: what comes next?
-    #[cold]
+    /// The last step of a run has been made: what comes next? False if the
+    /// feed is late.
     #[inline(never)]
-    fn load(&mut self, axis: usize, now: T::Count) {
-        let track = &mut self.tracks[axis];
+    fn load(&mut self, axis: usize, now: T::Count) -> bool {
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
+            return true;
+        };
         if track.far.count == 0 {
-            match self.feeds[axis].take() {
-                Taken::Run(run) => match run.turns() {
-                    None => {
-                        let steps = i64::from(run.count);
-                        let steps = if track.forward { steps } else { -steps };
-                        track.end = track.end.wrapping_add(steps);
-                        let near = u64::from(T::Count::NEAR) << 16;
-                        if run.interval() < near && run.last_interval() < near {
-                            return track.play(&run);
-                        }
-                        track.far = run;
+            match feed.fetch() {
+                Fetched::Slot(slot) => match slot.entry() {
+                    Entry::Near(stride) => {
+                        track.play(stride);
+                        return true;
                     }
-                    Some(_) => {
+                    Entry::Far(run) => {
                         track.far = run;
-                        return track.wait(run.interval(), Event::Turn);
+                        if run.count == 0 {
+                            track.wait(run.interval(), Event::Turn);
+                            return true;
+                        }
+                        track.loaded = track.loaded.wrapping_add(run.count.into());
                     }
                 },
-                Taken::Late => {
+                Fetched::Late => {
                     track.event = Event::Dry;
                     let poll = self.timing.min_interval.saturating_mul(4).min(T::Count::HOP);
-                    track.due = T::Count::later(fine::<T>(now), T::Count::fine(poll, 0));
-                    return;
+                    track.due = T::Count::delayed(fine_of(now), poll);
+                    return false;
                 }
-                Taken::End => {
+                Fetched::End => {
                     track.event = Event::Idle;
-                    track.debt = 0;
-                    track.due = T::Count::later(fine::<T>(now), T::Count::fine(T::Count::HOP, 0));
-                    return;
+                    return true;
                 }
             }
         }
-        // One step of a run whose intervals are long.
-        let interval = track.far.interval();
-        let next = interval.wrapping_add_signed(track.far.add.into());
-        (track.far.ticks, track.far.part) = ((next >> 16) as Ticks, next as u16);
-        track.far.count -= 1;
-        track.left = 1;
-        track.slack = (interval >> 17).min(u64::from(T::Count::HOP)) as i32;
-        track.wait(interval, Event::Step);
-    }
-
-    /// A step came late for the first time.
-    #[cold]
-    #[inline(never)]
-    fn fell_behind(&mut self, axis: usize, now: T::Count) {
-        self.late = self.late.saturating_add(1);
-        self.catch_up(axis, now);
-    }
-
-    /// Moves the next step to its deadline or the minimum interval after this
-    /// one, whichever is later.
-    fn catch_up(&mut self, axis: usize, now: T::Count) {
-        let min = self.timing.min_interval as i32;
-        let track = &mut self.tracks[axis];
-        match track.event {
-            Event::Step | Event::CatchUp => {}
-            // A long wait: the deadline needs no help.
-            Event::Hop => {
-                track.due = earlier::<T>(track.due, track.debt);
-                track.debt = 0;
-                return;
-            }
-            Event::Turn | Event::Dry | Event::Idle => {
-                track.debt = 0;
-                return;
-            }
-        }
-        let room = T::Count::of(track.due).since(now).saturating_sub(min);
-        if room < 0 {
-            let push = room.unsigned_abs();
-            track.due = T::Count::later(track.due, T::Count::fine(push, 0));
-            track.debt = track.debt.saturating_add(push);
-        } else {
-            let pull = (room as Ticks).min(track.debt);
-            track.due = earlier::<T>(track.due, pull);
-            track.debt -= pull;
-        }
-        if track.debt >= T::Count::HOP {
-            track.debt = 0; // too far behind: the schedule slips
-        }
-        track.event = if track.debt == 0 { Event::Step } else { Event::CatchUp };
+        track.deal();
+        true
     }
 
     /// Starts the axes in `axes` together: the first interval of each counts
@@ -348,9 +248,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     pub fn start(&mut self, axes: Axes) {
         let now = self.timer.now();
         for axis in 0..N {
-            if axes >> axis & 1 != 0 && self.tracks[axis].event == Event::Idle {
-                let track = &mut self.tracks[axis];
-                track.due = fine::<T>(now);
+            let Some(track) = self.tracks.get_mut(axis) else { break };
+            if axes >> axis & 1 != 0 && track.event == Event::Idle {
+                track.due = fine_of(now);
                 track.debt = 0;
                 self.load(axis, now);
             }
@@ -364,7 +264,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         let next = self.wake_for_first(now);
         let now = self.timer.now();
         if next.since(now) <= T::LINGER as i32 {
-            self.timer.wake_at(now.plus(self.timing.min_interval));
+            self.timer.wake_at(now.plus(T::LINGER + 1));
         }
     }
 
@@ -372,12 +272,10 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// for them. Steps already made are counted.
     pub fn halt(&mut self, axes: Axes) {
         let now = self.timer.now();
-        for axis in 0..N {
+        for (axis, (track, feed)) in self.tracks.iter_mut().zip(&mut self.feeds).enumerate() {
             if axes >> axis & 1 != 0 {
-                self.feeds[axis].clear();
-                let track = &mut self.tracks[axis];
-                let (position, forward) = (track.position(), track.forward);
-                *track = Track { end: position, forward, ..Track::idle(now) };
+                feed.clear();
+                track.halt();
             }
         }
         self.wake_from_outside(now);
@@ -396,7 +294,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// Sets the position of an axis. Meant for an axis at rest.
     pub fn set_position(&mut self, axis: u8, position: i64) {
         if let Some(track) = self.tracks.get_mut(usize::from(axis)) {
-            track.end = track.end.wrapping_add(position.wrapping_sub(track.position()));
+            track.base = track.base.wrapping_add(position.wrapping_sub(track.position()));
         }
     }
 
@@ -426,65 +324,31 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     }
 }
 
-impl<C: Count> Track<C> {
-    fn idle(now: C) -> Track<C> {
-        Track {
-            due: C::later(fine_of(now), C::fine(C::HOP, 0)),
-            interval: C::Fine::default(),
-            add: 0,
-            left: 0,
-            event: Event::Idle,
-            slack: 0,
-            hops: 0,
-            then: Event::Idle,
-            far: Run::steady(0, 0),
-            debt: 0,
-            forward: true,
-            end: 0,
+/// The short way's pulse is so long or longer.
+const PULSE: Ticks = 40;
+
+/// What the short way is told.
+mod short_flags {
+    pub(super) const NONE: u8 = 0;
+    const FIRST: u8 = 0b111;
+    const STEPS: u8 = 0b111 << 3;
+    const RARE: u8 = 1 << 6;
+    const SEVERAL: u8 = 1 << 7;
+
+    /// An axis more: whether a plain step is what comes, and whether it is the
+    /// first of all so far.
+    pub(super) const fn with(flags: u8, axis: usize, plain: bool, first: bool) -> u8 {
+        let mut all = flags;
+        if flags & (STEPS | RARE) != 0 {
+            all |= SEVERAL;
+        }
+        if first {
+            all &= !FIRST;
+        }
+        match (plain, first) {
+            (true, true) => all | 0b1001 << axis,
+            (true, false) => all | 0b1000 << axis,
+            (false, _) => all | RARE,
         }
     }
-
-    /// Steps made: the end of the loaded run less what is left of it.
-    fn position(&self) -> i64 {
-        let left = i64::from(self.left) + i64::from(self.far.count);
-        self.end.wrapping_sub(if self.forward { left } else { -left })
-    }
-
-    /// Begins a run of near intervals.
-    fn play(&mut self, run: &Run) {
-        self.left = run.count;
-        self.add = run.add;
-        // The run's shorter end: a little strict in between.
-        self.slack = (run.interval().min(run.last_interval()) >> 17) as i32;
-        let interval = C::fine(run.ticks, run.part);
-        self.due = C::later(self.due, interval);
-        self.interval = C::grown(interval, run.add);
-        self.event = Event::Step;
-    }
-
-    /// Waits for an interval in 2⁻¹⁶ ticks of any length, then does `then`.
-    fn wait(&mut self, interval: u64, then: Event) {
-        let ticks = (interval >> 16) as Ticks;
-        let (hops, rest) =
-            if ticks < C::NEAR { (0, ticks) } else { (ticks >> C::HOP_BITS, ticks & (C::HOP - 1)) };
-        self.due = C::later(self.due, C::fine(rest, interval as u16));
-        (self.hops, self.then) = (hops, then);
-        self.event = if hops == 0 { then } else { Event::Hop };
-    }
-}
-
-fn fine_of<C: Count>(at: C) -> C::Fine {
-    // A count is its distance from 0, whichever its width.
-    C::fine(at.since(C::of(C::fine(0, 0))) as Ticks, 0)
-}
-
-fn fine<T: StepTimer>(at: T::Count) -> <T::Count as Count>::Fine {
-    fine_of(at)
-}
-
-fn earlier<T: StepTimer>(
-    due: <T::Count as Count>::Fine,
-    ticks: Ticks,
-) -> <T::Count as Count>::Fine {
-    T::Count::later(due, T::Count::fine(0u32.wrapping_sub(ticks), 0))
 }

@@ -11,6 +11,7 @@ mod order;
 pub mod profile;
 pub mod queue;
 pub mod run;
+mod stride;
 pub mod timer;
 pub mod units;
 

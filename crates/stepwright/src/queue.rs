@@ -8,10 +8,12 @@
 //! foreground that was too slow.
 
 use crate::run::Run;
+use crate::stride::Slot;
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-/// Room for `LEN` runs of 12 bytes; `LEN` is a power of two, 2 … 128.
+/// Room for `LEN` runs of 13 bytes (16 on bigger chips); `LEN` is a power of
+/// two, 2 … 128.
 ///
 /// ```
 /// use stepwright::{Run, queue::{Feed, Queue, Taken}};
@@ -21,14 +23,15 @@ use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 /// assert_eq!(engine.take(), Taken::Run(Run::steady(1000, 50)));
 /// assert_eq!(engine.take(), Taken::End);
 /// ```
+#[repr(C)] // the short way of a chip reads it
 pub struct Queue<const LEN: usize> {
-    slots: [UnsafeCell<Run>; LEN],
     /// Runs taken since the beginning, modulo 256; written by the consumer.
     taken: AtomicU8,
     /// Runs pushed, modulo 256; written by the producer.
     pushed: AtomicU8,
     /// More runs will follow those in the queue; written by the producer.
     open: AtomicBool,
+    slots: [UnsafeCell<Slot>; LEN],
 }
 
 // SAFETY: `split` borrows the queue mutably, so there is one producer and one
@@ -45,10 +48,10 @@ impl<const LEN: usize> Queue<LEN> {
     pub const fn new() -> Queue<LEN> {
         let () = Self::SIZE_IS_A_POWER_OF_TWO;
         Queue {
-            slots: [const { UnsafeCell::new(Run::steady(0, 0)) }; LEN],
             taken: AtomicU8::new(0),
             pushed: AtomicU8::new(0),
             open: AtomicBool::new(false),
+            slots: [const { UnsafeCell::new(Slot::EMPTY) }; LEN],
         }
     }
 
@@ -63,7 +66,7 @@ impl<const LEN: usize> Queue<LEN> {
     }
 
     /// The slot that a counter stands for.
-    fn slot(&self, counter: u8) -> *mut Run {
+    fn slot(&self, counter: u8) -> *mut Slot {
         // LEN is a power of two, so the index is in range.
         self.slots[usize::from(counter) & (LEN - 1)].get()
     }
@@ -91,7 +94,7 @@ impl<const LEN: usize> Producer<'_, LEN> {
         }
         let at = self.queue.pushed.load(Ordering::Relaxed);
         // SAFETY: the slot is free and only this producer fills slots.
-        unsafe { self.queue.slot(at).write(run) };
+        unsafe { self.queue.slot(at).write(Slot::of(&run)) };
         self.queue.pushed.store(at.wrapping_add(1), Ordering::Release);
         Ok(())
     }
@@ -118,6 +121,7 @@ impl<const LEN: usize> Producer<'_, LEN> {
 }
 
 /// The interrupt's end of a [`Queue`].
+#[repr(transparent)] // the short way of a chip reads it
 pub struct Consumer<'q, const LEN: usize> {
     queue: &'q Queue<LEN>,
 }
@@ -133,6 +137,15 @@ pub enum Taken {
     End,
 }
 
+/// [`Taken`], laid out for the step interrupt.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub enum Fetched {
+    Slot(Slot),
+    Late,
+    End,
+}
+
 /// Where the engine gets its runs: a queue, or a law that runs in the
 /// interrupt itself.
 ///
@@ -144,39 +157,46 @@ pub trait Feed {
 
     /// Forgets everything that is planned: a halt.
     fn clear(&mut self);
+
+    /// The next run, ready to play.
+    #[doc(hidden)]
+    #[inline]
+    fn fetch(&mut self) -> Fetched {
+        match self.take() {
+            Taken::Run(run) => Fetched::Slot(Slot::of(&run)),
+            Taken::Late => Fetched::Late,
+            Taken::End => Fetched::End,
+        }
+    }
 }
 
 impl<const LEN: usize> Feed for Consumer<'_, LEN> {
-    #[inline]
     fn take(&mut self) -> Taken {
-        if self.queue.len() == 0 {
-            // Read after the length: a producer closes after its last push.
-            return if self.queue.open.load(Ordering::Acquire) && self.queue.len() == 0 {
-                Taken::Late
-            } else if self.queue.len() == 0 {
-                Taken::End
-            } else {
-                self.take_one()
-            };
+        match self.fetch() {
+            Fetched::Slot(slot) => Taken::Run(slot.run()),
+            Fetched::Late => Taken::Late,
+            Fetched::End => Taken::End,
         }
-        self.take_one()
     }
 
     fn clear(&mut self) {
         let pushed = self.queue.pushed.load(Ordering::Acquire);
         self.queue.taken.store(pushed, Ordering::Release);
     }
-}
 
-impl<const LEN: usize> Consumer<'_, LEN> {
-    /// The queue is not empty.
     #[inline]
-    fn take_one(&mut self) -> Taken {
+    fn fetch(&mut self) -> Fetched {
+        // Whether more is to come is read before the length: a producer closes
+        // after its last push.
+        let open = self.queue.open.load(Ordering::Acquire);
+        if self.queue.len() == 0 {
+            return if open { Fetched::Late } else { Fetched::End };
+        }
         let at = self.queue.taken.load(Ordering::Relaxed);
         // SAFETY: the slot is filled and only this consumer empties slots.
-        let run = unsafe { self.queue.slot(at).read() };
+        let slot = unsafe { self.queue.slot(at).read() };
         self.queue.taken.store(at.wrapping_add(1), Ordering::Release);
-        Taken::Run(run)
+        Fetched::Slot(slot)
     }
 }
 

@@ -14,9 +14,10 @@
 //! register is written the engine looks at the timer again: a deadline that
 //! has passed meanwhile is served at once, so no compare can be missed.
 //!
-//! **Late steps.** A step is late when its edge comes more than half the
-//! interval to the next one after its deadline (half the interval before it, if
-//! none follows at once). It is counted, and caught up: the following
+//! **Late steps.** A step is late when its edge comes more than half an
+//! interval after its deadline: when less than half its run's shorter interval
+//! is left to the next deadline (where no near one follows, to that which would
+//! have been next). It is counted, and caught up: the following
 //! steps come at the minimum interval, never closer, until the deadlines are
 //! met again. A feed that runs dry in the middle of a travel makes the next
 //! step late too, but there the schedule slips: a motor that has stood still
@@ -37,7 +38,6 @@ mod track;
 
 use crate::drive::{Axes, Drive};
 use crate::queue::{Feed, Fetched};
-use crate::stride::Entry;
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
 use track::{Event, Track, fine_of};
@@ -79,6 +79,10 @@ pub struct Engine<T: StepTimer, D, F, const N: usize> {
     tracks: [Track<T::Count>; N],
     /// For the short way: the first deadline that is not for a plain step.
     rare: T::Count,
+    /// From the short way: axes that have made the last step of their run.
+    ended: Axes,
+    /// For the short way: what a late step waits for, in 3 cycles.
+    pace: u8,
     timing: Timing,
     late: u32,
 }
@@ -96,7 +100,17 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             axis += 1;
             Track::idle(now)
         });
-        let mut engine = Engine { timer, drive, feeds, tracks, rare: now, timing, late: 0 };
+        let mut engine = Engine {
+            timer,
+            drive,
+            feeds,
+            tracks,
+            rare: now,
+            ended: 0,
+            pace: pace(timing),
+            timing,
+            late: 0,
+        };
         engine.wake_for_first(now);
         engine
     }
@@ -110,9 +124,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             let mut due: Axes = 0;
             let mut steps: Axes = 0;
             for (axis, track) in self.tracks.iter().enumerate() {
-                if track.is_due(now) {
+                if track.event != Event::Idle && !track.wake().is_after(now) {
                     due |= 1 << axis;
-                    if matches!(track.event, Event::Step | Event::CatchUp) {
+                    if matches!(track.event, Event::Step | Event::Far) {
                         steps |= 1 << axis;
                     }
                 }
@@ -127,13 +141,18 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                     self.advance(axis, edge);
                 }
             }
-            let next = self.wake_for_first(now);
+            let next = self.wake_for_first(edge);
             if steps != 0 {
                 self.timer.hold_until(edge.plus(self.timing.pulse));
                 self.drive.end(steps);
             }
-            if next.since(self.timer.now()) > T::LINGER as i32 {
+            let now = self.timer.now();
+            if next.since(now) > T::LINGER as i32 {
                 return;
+            }
+            if T::SHORT {
+                // The short way catches up.
+                return self.timer.wake_at(now.plus(T::LINGER));
             }
         }
     }
@@ -145,22 +164,24 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         let mut next = now.plus(ahead as Ticks);
         let mut rare = ahead;
         let mut flags = short_flags::NONE;
-        for (axis, track) in self.tracks.iter().enumerate() {
+        for (axis, (track, feed)) in self.tracks.iter_mut().zip(&mut self.feeds).enumerate() {
             if track.event == Event::Idle {
                 continue;
             }
-            let at = T::Count::of(track.due);
+            let at = track.wake();
             let wait = at.since(now);
-            let first = wait < ahead;
-            if first {
+            if wait < ahead {
                 (next, ahead) = (at, wait);
             }
             if T::SHORT {
                 let plain = track.event == Event::Step;
-                if !plain && wait <= rare {
+                if plain {
+                    let stride = feed.playing(&mut track.own).stride();
+                    track.at = core::ptr::from_mut(stride) as usize as u16;
+                } else if wait <= rare {
                     (self.rare, rare) = (at, wait);
                 }
-                flags = short_flags::with(flags, axis, plain, first);
+                flags = short_flags::with(flags, axis, plain);
             }
         }
         self.timer.wake_at(next);
@@ -172,17 +193,27 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 
     /// The event of an axis whose time has come.
     fn advance(&mut self, axis: usize, now: T::Count) {
-        let Some(track) = self.tracks.get_mut(axis) else { return };
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
+            return;
+        };
         match track.event {
-            Event::Step | Event::CatchUp => {
-                let behind = now.since(T::Count::of(track.due));
-                if track.play.left.count_down() {
-                    self.load(axis, now);
-                } else {
-                    track.play.grow();
-                    track.due = T::Count::later(track.due, track.play.interval);
+            Event::Step => {
+                let play = feed.playing(&mut track.own).stride();
+                if play.left.count_down() {
+                    return self.finish(axis, now);
                 }
-                self.judge(axis, behind, now);
+                play.grow();
+                let half = play.half();
+                track.due = T::Count::later(track.due, play.interval);
+                let next = T::Count::of(track.due);
+                self.judge(axis, next, half, now);
+            }
+            Event::Far => {
+                // Late by half of what the timer can tell in one hop.
+                let half = (T::Count::HOP / 2) as i32;
+                let next = T::Count::of(track.due).plus(T::Count::HOP);
+                self.load_and_judge(axis, next, half, now);
             }
             Event::Turn => {
                 let forward = track.turn();
@@ -203,6 +234,35 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         }
     }
 
+    /// The last step of a near run was made at `edge`.
+    fn finish(&mut self, axis: usize, edge: T::Count) {
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
+            return;
+        };
+        let play = feed.playing(&mut track.own).stride();
+        let half = play.half();
+        let next = T::Count::of(T::Count::later(track.due, play.interval));
+        self.load_and_judge(axis, next, half, edge);
+    }
+
+    /// Loads, and judges the step at `edge` by the next deadline; by `next`
+    /// and `half`, if that is not a step in a near run.
+    fn load_and_judge(&mut self, axis: usize, next: T::Count, half: i32, edge: T::Count) {
+        self.load(axis, edge);
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
+            return;
+        };
+        if track.event == Event::Step {
+            let half = feed.playing(&mut track.own).stride().half();
+            let next = T::Count::of(track.due);
+            self.judge(axis, next, half, edge);
+        } else {
+            self.judge(axis, next, half, edge);
+        }
+    }
+
     /// The last step of a run has been made: what comes next? False if the
     /// feed is late.
     #[inline(never)]
@@ -212,21 +272,26 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             return true;
         };
         if track.far.count == 0 {
-            match feed.fetch() {
-                Fetched::Slot(slot) => match slot.entry() {
-                    Entry::Near(stride) => {
-                        track.play(stride);
+            match feed.fetch(&mut track.own) {
+                Fetched::Run => {
+                    let slot = feed.playing(&mut track.own);
+                    let Some(run) = slot.far() else {
+                        track.loaded = track.loaded.wrapping_add(slot.left().into());
+                        track.due = T::Count::later(track.due, slot.stride().interval);
+                        track.event = Event::Step;
+                        return true;
+                    };
+                    track.far = run;
+                    if run.count == 0 {
+                        if T::Count::of(track.due).since(now) < 0 {
+                            // The hold time counts from the step, were it late.
+                            track.due = fine_of(now);
+                        }
+                        track.wait(run.interval(), Event::Turn);
                         return true;
                     }
-                    Entry::Far(run) => {
-                        track.far = run;
-                        if run.count == 0 {
-                            track.wait(run.interval(), Event::Turn);
-                            return true;
-                        }
-                        track.loaded = track.loaded.wrapping_add(run.count.into());
-                    }
-                },
+                    track.loaded = track.loaded.wrapping_add(run.count.into());
+                }
                 Fetched::Late => {
                     track.event = Event::Dry;
                     let poll = self.timing.min_interval.saturating_mul(4).min(T::Count::HOP);
@@ -251,7 +316,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             let Some(track) = self.tracks.get_mut(axis) else { break };
             if axes >> axis & 1 != 0 && track.event == Event::Idle {
                 track.due = fine_of(now);
-                track.debt = 0;
+                track.push = 0;
                 self.load(axis, now);
             }
         }
@@ -274,8 +339,8 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         let now = self.timer.now();
         for (axis, (track, feed)) in self.tracks.iter_mut().zip(&mut self.feeds).enumerate() {
             if axes >> axis & 1 != 0 {
+                track.halt(feed.left(&track.own));
                 feed.clear();
-                track.halt();
             }
         }
         self.wake_from_outside(now);
@@ -283,9 +348,10 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 
     /// What the engine knows of an axis; of the first one if there is no such.
     pub fn report(&self, axis: u8) -> Report {
-        let track = self.tracks.get(usize::from(axis)).unwrap_or(&self.tracks[0]);
+        let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
+        let (track, feed) = (&self.tracks[axis], &self.feeds[axis]);
         Report {
-            position: track.position(),
+            position: track.position(feed.left(&track.own)),
             idle: track.event == Event::Idle,
             forward: track.forward,
         }
@@ -293,8 +359,10 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 
     /// Sets the position of an axis. Meant for an axis at rest.
     pub fn set_position(&mut self, axis: u8, position: i64) {
-        if let Some(track) = self.tracks.get_mut(usize::from(axis)) {
-            track.base = track.base.wrapping_add(position.wrapping_sub(track.position()));
+        let axis = usize::from(axis);
+        if let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get(axis)) {
+            let present = track.position(feed.left(&track.own));
+            track.base = track.base.wrapping_add(position.wrapping_sub(present));
         }
     }
 
@@ -325,30 +393,29 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 }
 
 /// The short way's pulse is so long or longer.
-const PULSE: Ticks = 40;
+const PULSE: Ticks = 45;
+
+/// Three cycles each, beyond the short way's own time from step to step when
+/// it is late.
+fn pace(timing: Timing) -> u8 {
+    (timing.min_interval.saturating_sub(118) / 3 + 1).min(255) as u8
+}
 
 /// What the short way is told.
 mod short_flags {
     pub(super) const NONE: u8 = 0;
-    const FIRST: u8 = 0b111;
-    const STEPS: u8 = 0b111 << 3;
+    const ALONE: u8 = 0b111;
     const RARE: u8 = 1 << 6;
     const SEVERAL: u8 = 1 << 7;
 
-    /// An axis more: whether a plain step is what comes, and whether it is the
-    /// first of all so far.
-    pub(super) const fn with(flags: u8, axis: usize, plain: bool, first: bool) -> u8 {
-        let mut all = flags;
-        if flags & (STEPS | RARE) != 0 {
-            all |= SEVERAL;
-        }
-        if first {
-            all &= !FIRST;
-        }
-        match (plain, first) {
-            (true, true) => all | 0b1001 << axis,
+    /// An axis more, and whether a plain step is what comes.
+    pub(super) const fn with(flags: u8, axis: usize, plain: bool) -> u8 {
+        let all = if flags == NONE { flags } else { flags & !ALONE | SEVERAL };
+        match (plain, flags == NONE) {
+            (true, true) => 0b1001 << axis,
             (true, false) => all | 0b1000 << axis,
-            (false, _) => all | RARE,
+            (false, true) => RARE,
+            (false, false) => all | RARE,
         }
     }
 }

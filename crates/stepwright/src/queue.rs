@@ -42,6 +42,10 @@ pub struct Queue<const LEN: usize> {
 unsafe impl<const LEN: usize> Sync for Queue<LEN> {}
 
 impl<const LEN: usize> Queue<LEN> {
+    /// Where the slots begin.
+    #[cfg(target_arch = "avr")]
+    pub(crate) const SLOTS_AT: usize = core::mem::offset_of!(Self, slots);
+
     const SIZE_IS_A_POWER_OF_TWO: () = assert!(LEN.is_power_of_two() && LEN >= 2 && LEN <= 128);
 
     /// An empty queue.
@@ -58,7 +62,7 @@ impl<const LEN: usize> Queue<LEN> {
     /// The two ends, for foreground and interrupt.
     pub fn split(&mut self) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
         let queue: &Queue<LEN> = self;
-        (Producer { queue }, Consumer { queue })
+        (Producer { queue }, Consumer { queue, held: false })
     }
 
     fn len(&self) -> u8 {
@@ -121,9 +125,13 @@ impl<const LEN: usize> Producer<'_, LEN> {
 }
 
 /// The interrupt's end of a [`Queue`].
-#[repr(transparent)] // the short way of a chip reads it
+///
+/// A run is played where it lies: its slot is free again when the next one is
+/// asked for.
 pub struct Consumer<'q, const LEN: usize> {
     queue: &'q Queue<LEN>,
+    /// The first slot is being played.
+    held: bool,
 }
 
 /// What a [`Feed`] has for the engine.
@@ -137,11 +145,11 @@ pub enum Taken {
     End,
 }
 
-/// [`Taken`], laid out for the step interrupt.
+/// [`Taken`], for the step interrupt.
 #[doc(hidden)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fetched {
-    Slot(Slot),
+    Run,
     Late,
     End,
 }
@@ -158,45 +166,101 @@ pub trait Feed {
     /// Forgets everything that is planned: a halt.
     fn clear(&mut self);
 
-    /// The next run, ready to play.
+    /// The next run, to where [`playing`](Feed::playing) finds it.
     #[doc(hidden)]
     #[inline]
-    fn fetch(&mut self) -> Fetched {
+    fn fetch(&mut self, own: &mut Slot) -> Fetched {
         match self.take() {
-            Taken::Run(run) => Fetched::Slot(Slot::of(&run)),
+            Taken::Run(run) => {
+                *own = Slot::of(&run);
+                Fetched::Run
+            }
             Taken::Late => Fetched::Late,
             Taken::End => Fetched::End,
         }
+    }
+
+    /// The run that was fetched last: in place, if the feed keeps it.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn playing<'a>(&'a mut self, own: &'a mut Slot) -> &'a mut Slot {
+        own
+    }
+
+    /// Steps that are left of it.
+    #[doc(hidden)]
+    #[inline]
+    fn left(&self, own: &Slot) -> u32 {
+        own.left()
     }
 }
 
 impl<const LEN: usize> Feed for Consumer<'_, LEN> {
     fn take(&mut self) -> Taken {
-        match self.fetch() {
-            Fetched::Slot(slot) => Taken::Run(slot.run()),
+        let mut own = Slot::EMPTY;
+        match self.fetch(&mut own) {
+            Fetched::Run => {
+                let run = self.playing(&mut own).run();
+                self.release();
+                Taken::Run(run)
+            }
             Fetched::Late => Taken::Late,
             Fetched::End => Taken::End,
         }
     }
 
     fn clear(&mut self) {
+        self.held = false;
         let pushed = self.queue.pushed.load(Ordering::Acquire);
         self.queue.taken.store(pushed, Ordering::Release);
     }
 
     #[inline]
-    fn fetch(&mut self) -> Fetched {
+    fn fetch(&mut self, _: &mut Slot) -> Fetched {
+        self.release();
         // Whether more is to come is read before the length: a producer closes
         // after its last push.
         let open = self.queue.open.load(Ordering::Acquire);
         if self.queue.len() == 0 {
             return if open { Fetched::Late } else { Fetched::End };
         }
-        let at = self.queue.taken.load(Ordering::Relaxed);
-        // SAFETY: the slot is filled and only this consumer empties slots.
-        let slot = unsafe { self.queue.slot(at).read() };
-        self.queue.taken.store(at.wrapping_add(1), Ordering::Release);
-        Fetched::Slot(slot)
+        self.held = true;
+        Fetched::Run
+    }
+
+    #[inline(always)]
+    fn playing<'a>(&'a mut self, own: &'a mut Slot) -> &'a mut Slot {
+        if !self.held {
+            return own;
+        }
+        // SAFETY: the slot is filled and not given back, so the producer leaves
+        // it alone; the borrow of the only consumer keeps it from being given
+        // back meanwhile.
+        unsafe { &mut *self.first() }
+    }
+
+    fn left(&self, own: &Slot) -> u32 {
+        if !self.held {
+            return own.left();
+        }
+        // SAFETY: as in `playing`.
+        unsafe { &*self.first() }.left()
+    }
+}
+
+impl<const LEN: usize> Consumer<'_, LEN> {
+    #[inline(always)]
+    fn first(&self) -> *mut Slot {
+        self.queue.slot(self.queue.taken.load(Ordering::Relaxed))
+    }
+
+    /// Gives the slot back that has been played.
+    #[inline]
+    fn release(&mut self) {
+        if core::mem::take(&mut self.held) {
+            let at = self.queue.taken.load(Ordering::Relaxed);
+            self.queue.taken.store(at.wrapping_add(1), Ordering::Release);
+        }
     }
 }
 

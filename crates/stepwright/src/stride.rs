@@ -43,14 +43,8 @@ impl Left {
         Left { low: count as u8, high: (count.wrapping_sub(1) >> 8) as u8 }
     }
 
-    /// The byte that is counted down.
-    #[cfg(target_arch = "avr")]
-    pub(crate) fn low(self) -> u8 {
-        self.low
-    }
-
     pub(crate) fn steps(self) -> u32 {
-        u32::from(self.high) << 8 | if self.low == 0 { 0x100 } else { u32::from(self.low) }
+        (u32::from(self.high) << 8) + if self.low == 0 { 0x100 } else { u32::from(self.low) }
     }
 
     /// One step less. True if none is left.
@@ -82,17 +76,12 @@ pub(crate) struct Stride {
     /// Steps of a group less 1; 255 for no growth. The interval grows when no
     /// bit of it is set in `left`.
     pub(crate) group: u8,
-    /// If a look at the timer after the step finds the next deadline closer
-    /// than this, the step may have been late (`engine/short.rs`). The high
-    /// byte is never `FAR`.
-    pub(crate) suspect: [u8; 2],
+    /// Half the run's shorter interval in ticks, less [`LOOK`], little end
+    /// first; the high byte is never [`FAR`].
+    room: [u8; 2],
 }
 
 impl Stride {
-    /// Nothing.
-    pub(crate) const NONE: Stride =
-        Stride { interval: 0, add: 0, left: Left { low: 1, high: 0 }, group: 255, suspect: [0; 2] };
-
     /// `None` if it is a turn, or an interval is not [`NEAR`].
     pub(crate) fn of(run: &Run) -> Option<Stride> {
         if run.count == 0 || run.ticks >= NEAR {
@@ -111,14 +100,8 @@ impl Stride {
             interval = interval.wrapping_add_signed(mean);
             add = add.wrapping_mul(i32::from(group) + 1);
         }
-        let suspect = (first.max(last) as i16 >> 1) + 2 - LOOK;
-        Some(Stride {
-            interval,
-            add,
-            left: Left::new(run.count),
-            group,
-            suspect: suspect.to_le_bytes(),
-        })
+        let room = (first.min(last) as i16 >> 1) - LOOK;
+        Some(Stride { interval, add, left: Left::new(run.count), group, room: room.to_le_bytes() })
     }
 
     /// Adds the growth, if a group begins.
@@ -129,15 +112,17 @@ impl Stride {
         }
     }
 
-    /// One step alone, after an interval that is waited for otherwise.
-    pub(crate) fn single(interval: u32) -> Stride {
-        Stride { interval, ..Stride::NONE }
+    /// Half an interval in ticks: a step with less than this from its edge to
+    /// the next deadline is late.
+    #[inline(always)]
+    pub(crate) fn half(&self) -> i32 {
+        i32::from(i16::from_le_bytes(self.room)) + i32::from(LOOK)
     }
 }
 
-/// Timer ticks between an edge and the look at the timer after it, on a chip
-/// with the short way: at least so many.
-const LOOK: i16 = 47;
+/// Ticks between an edge and the look at the timer after it in the short way,
+/// so that it compares once.
+pub(crate) const LOOK: i16 = 53;
 
 /// Whole ticks of the last interval; outside 0 … [`NEAR`] if it does not fit.
 fn last_ticks(run: &Run) -> i32 {
@@ -167,8 +152,8 @@ fn group(run: &Run) -> u8 {
 #[repr(transparent)]
 pub struct Slot(Stride);
 
-/// The high byte of `suspect` of a run that is not a stride.
-pub(crate) const FAR: u8 = 0x80;
+/// The high byte of `room` of a run that is not a stride.
+const FAR: u8 = 0x80;
 
 impl Slot {
     /// All zeros, so that queues need no room in flash.
@@ -177,7 +162,7 @@ impl Slot {
         add: 0,
         left: Left { low: 0, high: 0 },
         group: 0,
-        suspect: [0; 2],
+        room: [0; 2],
     });
 
     pub(crate) fn of(run: &Run) -> Slot {
@@ -189,7 +174,7 @@ impl Slot {
                 add: run.add,
                 left: Left { low: left_low, high: left_high },
                 group: high,
-                suspect: [low, FAR],
+                room: [low, FAR],
             }
         }))
     }
@@ -214,9 +199,28 @@ impl Slot {
         }
     }
 
-    pub(crate) fn entry(&self) -> Entry {
+    /// What plays, if it is a stride.
+    #[inline(always)]
+    pub(crate) fn stride(&mut self) -> &mut Stride {
+        &mut self.0
+    }
+
+    /// Steps that are left of a stride.
+    pub(crate) fn left(&self) -> u32 {
+        self.0.left.steps()
+    }
+
+    /// Whether it is a stride, or the run that it is.
+    pub(crate) fn far(&self) -> Option<Run> {
+        match self.entry() {
+            Entry::Near(_) => None,
+            Entry::Far(run) => Some(run),
+        }
+    }
+
+    fn entry(&self) -> Entry {
         let stride = &self.0;
-        let [low, high] = stride.suspect;
+        let [low, high] = stride.room;
         if high != FAR {
             return Entry::Near(*stride);
         }
@@ -233,7 +237,7 @@ impl Slot {
 
 /// What a run is for the step interrupt.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Entry {
+enum Entry {
     Near(Stride),
     /// A turn, or a run whose intervals are dealt out step by step.
     Far(Run),

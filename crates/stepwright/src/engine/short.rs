@@ -42,26 +42,20 @@
 //! # How lateness is found
 //!
 //! After a step the short way looks at the timer, `LOOK` cycles after the
-//! edge. A step is late when its edge came after half the interval to the next
-//! one, so then less than half of it, less `LOOK`, is left: that is the run's
-//! `suspect`, computed when the run was pushed. The engine takes the path's
-//! length off the timer and gets the edge to within a cycle.
+//! edge. A step is late when less than half an interval is left then from its
+//! edge to the next deadline; a run's `room` is half its shorter interval less
+//! `LOOK`, so one comparison tells. Where the interval has grown the look is
+//! later, and the rare way that counts allows for it. Of several axes all edges
+//! come first; that look is reckoned, to within 30 cycles. Once in 256 steps a
+//! look is 11 cycles late.
 
 use super::Engine;
-use super::track::{Event, Track};
+use super::track::Track;
 use crate::drive::Drive;
-use crate::queue::Consumer;
-use crate::timer::{Count, StepTimer};
+use crate::queue::{Consumer, Queue};
+use crate::stride::{LOOK, Slot};
+use crate::timer::StepTimer;
 use core::mem::{offset_of, size_of};
-
-/// Cycles from the edge to the look at the timer that comes with a code.
-const EMPTY: i32 = 36;
-const FAR: i32 = 52;
-const RELOADED: i32 = 171;
-const SUSPECT: i32 = 61;
-/// More, if the interval has grown, or the low byte of the count is through.
-const GROWN: i32 = 27;
-const WRAPPED: i32 = 11;
 
 /// Where things lie, for [`short_way!`](crate::short_way).
 impl<T, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'static, Q>, N>
@@ -74,76 +68,74 @@ where
     #[doc(hidden)]
     pub const TRACK: usize = size_of::<Track<u16>>();
     #[doc(hidden)]
-    pub const FEEDS: usize = offset_of!(Self, feeds);
+    pub const RARE: usize = offset_of!(Self, rare);
     #[doc(hidden)]
-    pub const RARE_AT: usize = offset_of!(Self, rare);
+    pub const ENDED: usize = offset_of!(Self, ended);
+    #[doc(hidden)]
+    pub const PACE: usize = offset_of!(Self, pace);
+    #[doc(hidden)]
+    pub const LATE: usize = offset_of!(Self, late);
     #[doc(hidden)]
     pub const AXES: usize = N;
     #[doc(hidden)]
-    pub const QUEUE_MASK: usize = Q - 1;
+    pub const QUEUE: usize = size_of::<Queue<Q>>();
     #[doc(hidden)]
-    pub const RELOADED_LATER: i32 = 105;
+    pub const SLOTS: usize = Q * size_of::<Slot>();
+    /// Cycles by which the look after a step is later when the interval grew.
+    #[doc(hidden)]
+    pub const GROWN: usize = 27;
+    /// … when the step was the last of its run.
+    #[doc(hidden)]
+    pub const RELOADED: usize = 48;
+    /// Cycles from the look at the timer before the edges of several axes to
+    /// where it would be after one of them.
+    #[doc(hidden)]
+    pub const EDGES: i16 = 28 + LOOK;
 
     const LAYOUT: () = {
-        use crate::stride::Stride;
-        assert!(offset_of!(Track<u16>, play) == 4 && offset_of!(Track<u16>, loaded) == 17);
-        assert!(offset_of!(Stride, add) == 4 && offset_of!(Stride, left) == 8);
-        assert!(offset_of!(Stride, group) == 10 && offset_of!(Stride, suspect) == 11);
-        assert!(size_of::<Stride>() == 13 && N <= 3 && 13 * Q <= 256);
+        assert!(offset_of!(Track<u16>, at) == 4 && offset_of!(Track<u16>, loaded) == 6);
+        assert!(size_of::<Slot>() == 13 && Queue::<Q>::SLOTS_AT == 3);
+        assert!(N <= 3 && Q * 13 < 256);
     };
 
-    /// The long way, after the short one: `code` says from where, `look` what
-    /// the timer showed.
-    pub fn on_long_way(&mut self, code: u8, look: u16) {
+    /// The long way, from the short one: what that could not do. If a run has
+    /// ended, `look` is the timer `LOOK` ticks after its last edge.
+    pub fn on_long_way(&mut self, look: u16) {
         let () = Self::LAYOUT;
-        let axis = usize::from(code & 3);
-        if let Some(track) = self.tracks.get(axis)
-            && track.event == Event::Step
-        {
-            let ended = code & 8 != 0;
-            let since = match code & 12 {
-                8 => EMPTY,
-                12 => FAR,
-                4 => RELOADED,
-                _ => {
-                    let low = track.play.left.low();
-                    let grown = if low & track.play.group == 0 { GROWN } else { 0 };
-                    SUSPECT + grown + if low == 0 { WRAPPED } else { 0 }
-                }
-            };
-            let edge = look.wrapping_sub(since as u16);
-            let deadline =
-                if ended { track.due } else { u16::earlier(track.due, track.play.interval) };
-            let behind = edge.since(u16::of(deadline));
-            if ended {
-                self.load(axis, edge);
+        let ended = core::mem::take(&mut self.ended);
+        let edge = look.wrapping_sub(LOOK as u16);
+        for axis in 0..N {
+            if ended >> axis & 1 != 0 {
+                self.finish(axis, edge);
             }
-            self.judge(axis, behind, edge);
         }
+        self.slip();
         self.on_compare();
     }
 }
 
 /// Makes the step interrupt's handler: the short way in front of an [`Engine`].
 ///
-/// For up to 3 axes with a [`Queue`](crate::queue::Queue) of 2 to 16 runs each, on a 16-bit timer
-/// that counts every cycle in normal mode. The engine lies in a static, from
-/// its first byte on; the handler calls a function for the long way. The
+/// For up to 3 axes with a [`Queue`] of 2 to 16 runs each, on a 16-bit timer
+/// that counts every cycle in normal mode. Engine and queues lie in statics,
+/// from their first byte on; the handler calls a function for the long way. The
 /// timer's [`StepTimer`] has `SHORT` true and writes [`arm`](StepTimer::arm)'s
 /// flags to GPIOR0; nothing else uses GPIOR0, 1 and 2.
 ///
 /// ```ignore
 /// type Motion = Engine<Timer, Pins, Consumer<'static, 8>, 3>;
 /// static ENGINE: Shared<MaybeUninit<Motion>> = …; // repr(transparent)
+/// static QUEUES: Shared<[Queue<8>; 3]> = …;       // split once, at the start
 ///
-/// extern "C" fn long_way(code: u8, look: u16) {
+/// extern "C" fn long_way(look: u16) {
 ///     // SAFETY: only the step interrupt calls it, and interrupts are off.
-///     unsafe { (*ENGINE.get()).assume_init_mut() }.on_long_way(code, look);
+///     unsafe { (*ENGINE.get()).assume_init_mut() }.on_long_way(look);
 /// }
 ///
 /// stepwright::short_way! {
 ///     vector: "__vector_11",          // TIMER1_COMPA of an ATmega328P
 ///     engine: ENGINE as Motion,
+///     queues: QUEUES,
 ///     long_way: long_way,
 ///     timer: 0x84, compare: 0x88,     // addresses of TCNT1L and OCR1AL
 ///     // I/O addresses and bits of the STEP pins (three, the last repeated)
@@ -159,6 +151,7 @@ macro_rules! short_way {
     (
         vector: $vector:literal $(+ $enter:literal)?,
         engine: $engine:path as $Engine:ty,
+        queues: $queues:path,
         long_way: $long:path,
         timer: $timer:expr, compare: $compare:expr,
         steps: ($port0:expr, $bit0:expr) ($port1:expr, $bit1:expr) ($port2:expr, $bit2:expr) $(,)?
@@ -171,14 +164,20 @@ macro_rules! short_way {
             $($enter,)?
             "sw_handler",
             engine = sym $engine,
+            queues = sym $queues,
             long = sym $long,
             tracks = const <$Engine>::TRACKS,
             track = const <$Engine>::TRACK,
-            feeds = const <$Engine>::FEEDS,
-            rare = const <$Engine>::RARE_AT,
+            rare_at = const <$Engine>::RARE,
+            ended_at = const <$Engine>::ENDED,
+            pace_at = const <$Engine>::PACE,
+            late_at = const <$Engine>::LATE,
             axes = const <$Engine>::AXES,
-            mask = const <$Engine>::QUEUE_MASK,
-            later = const <$Engine>::RELOADED_LATER,
+            queue = const <$Engine>::QUEUE,
+            slots = const <$Engine>::SLOTS,
+            reloaded = const <$Engine>::RELOADED,
+            grown = const <$Engine>::GROWN,
+            edges = const <$Engine>::EDGES,
             tcnt = const $timer,
             ocr = const $compare,
             port0 = const $port0, bit0 = const $bit0,

@@ -1,11 +1,11 @@
 //! The short way's assembly: see `short.rs`.
 //!
 //! ```text
-//! track   0 due (fraction, ticks)   4 interval   8 add   12 left (low, high)
-//!         14 group   15 suspect   17 loaded (8 bytes)
-//! queue   0 taken   1 pushed   2 open   3 slots of 13 bytes, as a track's 4 to 16
-//! GPIOR0  0-2 whose deadline it is   3-5 who steps   6 rare   7 several
-//! saved   r24 in GPIOR1, SREG in GPIOR2, r25 and r26 on the stack
+//! track   0 due (fraction, ticks)   4 at   6 loaded (8 bytes)
+//! queue   0 taken   1 pushed   2 open   3 slots
+//! slot    0 interval   4 add   8 left (low, high)   10 group   11 room
+//! GPIOR0  0-2 who steps alone   3-5 who steps   6 rare   7 several
+//! saved   r24 in GPIOR1, SREG in GPIOR2, r25, r26, Z on the stack
 //! ```
 //!
 //! A macro, because the text is assembled where the engine's static is known.
@@ -21,11 +21,13 @@ macro_rules! short_way_text {
 .set sw_t0, {engine}+{tracks}
 .set sw_t1, {engine}+{tracks}+{track}
 .set sw_t2, {engine}+{tracks}+2*{track}
-.set sw_f0, {engine}+{feeds}
-.set sw_f1, {engine}+{feeds}+2
-.set sw_f2, {engine}+{feeds}+4
+.set sw_q0, {queues}
+.set sw_q1, {queues}+{queue}
+.set sw_q2, {queues}+2*{queue}
 
-.macro sw_leave ; 11
+.macro sw_leave ; 15
+    pop r31
+    pop r30
     pop r26
     pop r25
     in r24, sw_keep_sreg
@@ -42,262 +44,248 @@ macro_rules! short_way_text {
     sbc r25, r26
 .endm
 
-; Branches if that is less than the run's suspect. 7
-.macro sw_suspect t, to
-    lds r26, \t+15
+; Compares that with the run's room. 6
+.macro sw_room
+    ldd r26, Z+11
     cp r24, r26
-    lds r26, \t+16
+    ldd r26, Z+12
     cpc r25, r26
-    brlt \to
 .endm
 
-; One step of axis i, and all that can follow.
-.macro sw_axis i, t, f, port, bit
-
-.Lsw_wrapped\i: ; the low byte of left is 0
-    lds r24, \t+13
+; The low byte of left is 0.
+.macro sw_wrapped i, w
+.Lsw_wrapped\w\i:
+    ldd r24, Z+9
     tst r24
-    brne .Lsw_borrow\i
-    rjmp .Lsw_reload\i
-.Lsw_borrow\i:
+    brne .Lsw_borrow\w\i
+    rjmp .Lsw_reload\w\i
+.Lsw_borrow\w\i:
     dec r24
-    sts \t+13, r24
+    std Z+9, r24
     clr r24
-    rjmp .Lsw_counted\i
+    ldd r25, Z+10
+    inc r25 ; a group of 255 is no growth
+    brne .Lsw_counted\w\i
+    rjmp .Lsw_steady\w\i
+.endm
 
-.Lsw_serve\i:
-    sbi \port, \bit
-    lds r24, \t+12
+; Counts a step of axis i, lets the interval grow, and gives the next deadline
+; in r25:r24. w: the labels of its caller.
+.macro sw_step i, t, w
+    ldd r24, Z+8
     dec r24
-    sts \t+12, r24
-    breq .Lsw_wrapped\i
-.Lsw_counted\i:
-    lds r25, \t+14
+    std Z+8, r24
+    breq .Lsw_wrapped\w\i
+.Lsw_counted\w\i:
+    ldd r25, Z+10
     and r25, r24
-    brne .Lsw_steady\i
-    lds r24, \t+4
-    lds r25, \t+8
+    brne .Lsw_steady\w\i
+    ldd r24, Z+0
+    ldd r25, Z+4
     add r24, r25
-    sts \t+4, r24
-    lds r24, \t+5
-    lds r25, \t+9
+    std Z+0, r24
+    ldd r24, Z+1
+    ldd r25, Z+5
     adc r24, r25
-    sts \t+5, r24
-    lds r24, \t+6
-    lds r25, \t+10
+    std Z+1, r24
+    ldd r24, Z+2
+    ldd r25, Z+6
     adc r24, r25
-    sts \t+6, r24
-    lds r24, \t+7
-    lds r25, \t+11
+    std Z+2, r24
+    ldd r24, Z+3
+    ldd r25, Z+7
     adc r24, r25
-    sts \t+7, r24
-.Lsw_steady\i:
+    std Z+3, r24
+.Lsw_steady\w\i:
     lds r24, \t+0
-    lds r25, \t+4
+    ldd r25, Z+0
     add r24, r25
     sts \t+0, r24
     lds r24, \t+1
-    lds r25, \t+5
+    ldd r25, Z+1
     adc r24, r25
     sts \t+1, r24
     lds r24, \t+2
-    lds r25, \t+6
+    ldd r25, Z+2
     adc r24, r25
     sts \t+2, r24
     lds r25, \t+3
-    lds r26, \t+7
+    ldd r26, Z+3
     adc r25, r26
     sts \t+3, r25
+.endm
+
+; The run has ended: the next one, in place.
+.macro sw_reload i, t, q, w, mark
+.Lsw_reload\w\i:
+    lds r24, \q
+    inc r24
+    lds r25, \q+1
+    cp r24, r25
+    breq .Lsw_empty\w\i
+    adiw r30, 13
+    ldi r25, lo8(\q+3+{slots})
+    cp r30, r25
+    brne .Lsw_next\w\i
+    ldi r30, lo8(\q+3)
+    ldi r31, hi8(\q+3)
+.Lsw_next\w\i:
+    ldd r25, Z+12
+    cpi r25, 0x80
+    breq .Lsw_far\w\i
+    \mark
+    sts \q, r24
+    sts \t+4, r30
+    sts \t+5, r31
+    ldd r24, Z+8
+    ldd r25, Z+9
+    cpi r24, 1 ; a low byte of 0 is 256 steps
+    brcc .Lsw_full\w\i
+    inc r25
+.Lsw_full\w\i:
+    lds r26, \t+6
+    add r26, r24
+    sts \t+6, r26
+    lds r26, \t+7
+    adc r26, r25
+    sts \t+7, r26
+    brcc .Lsw_loaded\w\i
+    lds r26, \t+8
+    inc r26
+    sts \t+8, r26
+    brne .Lsw_loaded\w\i
+    lds r26, \t+9
+    inc r26
+    sts \t+9, r26
+    brne .Lsw_loaded\w\i
+    lds r26, \t+10
+    inc r26
+    sts \t+10, r26
+.Lsw_loaded\w\i:
+    rjmp .Lsw_steady\w\i
+
+.endm
+
+; One step of axis i, alone.
+.macro sw_axis i, t, q, port, bit
+    sw_wrapped \i, a
+.Lsw_serve\i:
+    sbi \port, \bit
+    clt
+    lds r30, \t+4
+    lds r31, \t+5
+    sw_step \i, \t, a
     sts {ocr}+1, r25
     sts {ocr}, r24
     cbi \port, \bit
     sw_wait
     brmi .Lsw_passed\i
-    sw_suspect \t, .Lsw_suspect\i
-    sbic sw_flags, 7
-    rjmp .Lsw_select\i
+    sw_room
+    brlt .Lsw_late\i
     sw_leave
 
-.Lsw_passed\i: ; the next deadline has come meanwhile
-    sw_suspect \t, .Lsw_suspect\i
-    sbis sw_flags, 7
-    rjmp .Lsw_serve\i
-    rjmp .Lsw_select\i
-
-.Lsw_suspect\i:
-    lds r24, {tcnt}
-    lds r25, {tcnt}+1
-    ldi r26, \i
-    rjmp .Lsw_long
-
-.Lsw_far\i: ; the next run is not for us
-    ldi r26, 12+\i
-    rjmp .Lsw_ended\i
-.Lsw_empty\i:
-    ldi r26, 8+\i
-.Lsw_ended\i:
-    pop r31
-    pop r30
-    lds r24, {tcnt}
-    lds r25, {tcnt}+1
-    cbi \port, \bit
-    rjmp .Lsw_long
-
-.Lsw_reload\i:
-    push r30
-    push r31
-    lds r30, \f
-    lds r31, \f+1
-    ld r24, Z
-    ldd r25, Z+1
-    cp r24, r25
-    breq .Lsw_empty\i
-    andi r24, {mask}
-    mov r25, r24 ; 13 times
-    lsl r24
-    add r24, r25
-    lsl r24
-    lsl r24
-    add r24, r25
-    add r30, r24
-    brcc .Lsw_page\i
-    inc r31
-.Lsw_page\i:
-    ldd r24, Z+15
-    cpi r24, 0x80
-    breq .Lsw_far\i
-    sts \t+16, r24
-    ldd r24, Z+14
-    sts \t+15, r24
-    ldd r24, Z+11
-    ldd r25, Z+12
-    sts \t+12, r24
-    sts \t+13, r25
-    cpi r24, 1 ; a low byte of 0 is 256 steps
-    brcc .Lsw_count\i
-    inc r25
-.Lsw_count\i:
-    lds r26, \t+17
-    add r26, r24
-    sts \t+17, r26
-    lds r26, \t+18
-    adc r26, r25
-    sts \t+18, r26
-    brcc .Lsw_loaded\i
-    lds r26, \t+19
-    inc r26
-    sts \t+19, r26
-    brne .Lsw_loaded\i
-    lds r26, \t+20
-    inc r26
-    sts \t+20, r26
-    brne .Lsw_loaded\i
-    lds r26, \t+21
-    inc r26
-    sts \t+21, r26
-.Lsw_loaded\i:
-    cbi \port, \bit
-    ldd r24, Z+13
-    sts \t+14, r24
-    ldd r24, Z+7
-    sts \t+8, r24
-    ldd r24, Z+8
-    sts \t+9, r24
-    ldd r24, Z+9
-    sts \t+10, r24
-    ldd r24, Z+10
-    sts \t+11, r24
-    ldd r26, Z+3
-    sts \t+4, r26
-    lds r24, \t+0
-    add r24, r26
-    sts \t+0, r24
-    ldd r26, Z+4
-    sts \t+5, r26
-    lds r24, \t+1
-    adc r24, r26
-    sts \t+1, r24
-    ldd r26, Z+5
-    sts \t+6, r26
-    lds r24, \t+2
-    adc r24, r26
-    sts \t+2, r24
-    ldd r26, Z+6
-    sts \t+7, r26
-    lds r25, \t+3
-    adc r25, r26
-    sts \t+3, r25
-    sts {ocr}+1, r25
-    sts {ocr}, r24
-    lds r30, \f
-    lds r31, \f+1
-    ld r26, Z
-    inc r26
-    st Z, r26
-    pop r31
-    pop r30
-    sw_wait
-    subi r24, 256-{later}
-    sbci r25, 255
-    sw_suspect \t, .Lsw_suspect_reloaded\i
-    subi r24, {later}
-    sbci r25, 0
-    sbic sw_flags, 7
-    rjmp .Lsw_select\i
-    brmi .Lsw_again\i
+.Lsw_late\i:
+    brtc .Lsw_surely\i
+    adiw r24, {reloaded} ; the look was later
+    sw_room
+    brge .Lsw_not_late\i
+.Lsw_surely\i:
+    rcall .Lsw_count_late
+.Lsw_not_late\i:
     rjmp .Lsw_leave
-.Lsw_again\i:
+.Lsw_passed\i: ; the next deadline has come meanwhile
+    sw_room
+    brlt .Lsw_slowly\i
+    rjmp .Lsw_serve\i
+.Lsw_slowly\i:
+    brtc .Lsw_too_late\i
+    adiw r24, {reloaded}
+    sw_room
+    brlt .Lsw_too_late\i
+    rjmp .Lsw_serve\i
+.Lsw_too_late\i:
+    rcall .Lsw_count_late
+    lds r26, {engine}+{pace_at}
+.Lsw_pace\i:
+    dec r26
+    brne .Lsw_pace\i
     rjmp .Lsw_serve\i
 
-.Lsw_suspect_reloaded\i:
+    sw_reload \i, \t, \q, a, set
+.Lsw_fara\i: ; the next run is not for us
+    ldi r26, 3
+    rjmp .Lsw_ended\i
+.Lsw_emptya\i:
+    ldi r26, 15
+.Lsw_ended\i:
+    lds r24, {engine}+{ended_at}
+    ori r24, 1<<\i
+    sts {engine}+{ended_at}, r24
+    cbi \port, \bit
     lds r24, {tcnt}
     lds r25, {tcnt}+1
-    ldi r26, 4+\i
+    add r24, r26 ; as if the look had come as after a step
+    ldi r26, 0
+    adc r25, r26
     rjmp .Lsw_long
 .endm
 
-; Whose deadline is first? Compares axis j with the one in r25:r24. 9
-.macro sw_compare j, t, better
-    sbis sw_flags, 3+\j
-    rjmp 1f
-    lds r26, \t+2
-    cp r26, r24
-    lds r26, \t+3
-    cpc r26, r25
-    brmi \better
-1:
-.endm
-
-; Axis i's deadline to r25:r24. 4
-.macro sw_due t
+; Sees whether axis j is due, and steps; else whether it is first of the others.
+.macro sw_look i, t, port, bit
+    sbis sw_flags, 3+\i
+    rjmp .Lsw_looked\i
     lds r24, \t+2
     lds r25, \t+3
+    cp r18, r24
+    cpc r19, r25
+    brmi .Lsw_ahead\i
+    sbi \port, \bit
+    rjmp .Lsw_looked\i
+.Lsw_ahead\i:
+    cp r24, r22
+    cpc r25, r23
+    brpl .Lsw_looked\i
+    movw r22, r24
+.Lsw_looked\i:
 .endm
 
-; Axis i is first.
-.macro sw_first i
-.Lsw_first\i:
-    sbic sw_flags, 6
-    rjmp .Lsw_rare\i
-.Lsw_sure\i:
-    sts {ocr}+1, r25
-    sts {ocr}, r24
-    sw_wait
-    brpl .Lsw_ahead\i
-    rjmp .Lsw_serve\i
-.Lsw_ahead\i:
-    in r24, sw_flags
-    andi r24, 0xF8
+; Axis i's step, if it has begun one.
+.macro sw_finish i, t, q, port, bit
+    sbic \port, \bit
+    rjmp .Lsw_begun\i
+    rjmp .Lsw_done\i
+    sw_wrapped \i, b
+.Lsw_begun\i:
+    lds r30, \t+4
+    lds r31, \t+5
+    sw_step \i, \t, b
+    cbi \port, \bit
+    sub r24, r18
+    sbc r25, r19
+    sw_room
+    brge .Lsw_counted_too\i
+    rcall .Lsw_count
+.Lsw_counted_too\i:
+    add r24, r18
+    adc r25, r19
+    cp r24, r22
+    cpc r25, r23
+    brpl .Lsw_done\i
+    movw r22, r24
+.Lsw_done\i:
+.endm
+
+; The rare parts of that.
+.macro sw_rarely i, t, q, port, bit
+    sw_reload \i, \t, \q, b, nop
+.Lsw_farb\i:
+.Lsw_emptyb\i:
+    lds r24, {engine}+{ended_at}
     ori r24, 1<<\i
-    out sw_flags, r24
-    sw_leave
-.Lsw_rare\i:
-    lds r26, {engine}+{rare}
-    cp r26, r24
-    lds r26, {engine}+{rare}+1
-    cpc r26, r25
-    brpl .Lsw_sure\i
-    rjmp .Lsw_rare
+    sts {engine}+{ended_at}, r24
+    cbi \port, \bit
+    set
+    rjmp .Lsw_done\i
 .endm
 
 .macro sw_handler
@@ -306,9 +294,13 @@ macro_rules! short_way_text {
     out sw_keep_sreg, r24
     push r25
     push r26
+    push r30
+    push r31
     sbic sw_flags, 0
     rjmp .Lsw_serve0
 .if {axes} > 1
+    sbic sw_flags, 7
+    rjmp .Lsw_several
     sbic sw_flags, 1
     rjmp .Lsw_serve1
 .endif
@@ -316,9 +308,7 @@ macro_rules! short_way_text {
     sbic sw_flags, 2
     rjmp .Lsw_serve2
 .endif
-.Lsw_rarely:
-    ldi r26, 0xFF
-.Lsw_long: ; r26: from where; r25:r24: the timer
+.Lsw_long: ; r25:r24: the timer, if an axis has ended
     push r0
     push r1
     push r18
@@ -328,15 +318,8 @@ macro_rules! short_way_text {
     push r22
     push r23
     push r27
-    push r30
-    push r31
     clr r1
-    mov r22, r24
-    mov r23, r25
-    mov r24, r26
     call {long}
-    pop r31
-    pop r30
     pop r27
     pop r23
     pop r22
@@ -349,75 +332,127 @@ macro_rules! short_way_text {
 .Lsw_leave:
     sw_leave
 
-    sw_axis 0, sw_t0, sw_f0, {port0}, {bit0}
+.Lsw_count_late: ; one axis alone: the look may have been later than usual
+    push r27
+    brts .Lsw_as_usual ; reloaded: allowed for
+    ldd r26, Z+8
+    ldd r27, Z+10
+    and r27, r26
+    brne .Lsw_as_usual
+    adiw r24, {grown}
+.Lsw_as_usual:
+    pop r27
+.Lsw_count: ; counts the step if r25:r24 is less than the room
+    sw_room
+    brge .Lsw_not_late
+    lds r26, {engine}+{late_at}
+    inc r26
+    sts {engine}+{late_at}, r26
+    brne .Lsw_counted
+    lds r26, {engine}+{late_at}+1
+    inc r26
+    sts {engine}+{late_at}+1, r26
+    brne .Lsw_counted
+    lds r26, {engine}+{late_at}+2
+    inc r26
+    sts {engine}+{late_at}+2, r26
+.Lsw_counted:
+    cpi r25, 0x80 ; further behind than a quarter of the counter?
+    brlo .Lsw_not_late
+    cpi r25, 0xC0
+    brsh .Lsw_not_late
+    set
+    sbic sw_flags, 7
+    ret
+    pop r26
+    pop r26
+    rjmp .Lsw_long
+.Lsw_not_late:
+    ret
+
+    sw_axis 0, sw_t0, sw_q0, {port0}, {bit0}
 .if {axes} > 1
-    sw_axis 1, sw_t1, sw_f1, {port1}, {bit1}
+    sw_axis 1, sw_t1, sw_q1, {port1}, {bit1}
 .endif
 .if {axes} > 2
-    sw_axis 2, sw_t2, sw_f2, {port2}, {bit2}
+    sw_axis 2, sw_t2, sw_q2, {port2}, {bit2}
 .endif
 
-.Lsw_select0:
-    sw_due sw_t0
 .if {axes} > 1
-    sw_compare 1, sw_t1, .Lsw_1or2
-.endif
-.Lsw_0or2:
+.Lsw_several:
+    push r18
+    push r19
+    push r22
+    push r23
+.Lsw_again:
+    clt
+    lds r18, {tcnt}
+    lds r19, {tcnt}+1
+    movw r22, r18
+    subi r23, 0x80
+    sw_look 0, sw_t0, {port0}, {bit0}
+    sw_look 1, sw_t1, {port1}, {bit1}
 .if {axes} > 2
-    sw_compare 2, sw_t2, .Lsw_to2
+    sw_look 2, sw_t2, {port2}, {bit2}
 .endif
-    sw_first 0
+    subi r18, 256-{edges} ; from the look before the edges to that after one
+    sbci r19, 255
+    sw_finish 0, sw_t0, sw_q0, {port0}, {bit0}
+    sw_finish 1, sw_t1, sw_q1, {port1}, {bit1}
 .if {axes} > 2
-.Lsw_to2:
-    rjmp .Lsw_is2
+    sw_finish 2, sw_t2, sw_q2, {port2}, {bit2}
 .endif
-.if {axes} > 1
-.Lsw_1or2:
-    sw_due sw_t1
-.Lsw_still1or2:
-.if {axes} > 2
-    sw_compare 2, sw_t2, .Lsw_to2
-.endif
-    sw_first 1
-.Lsw_select1:
-    sw_due sw_t1
-    sw_compare 0, sw_t0, .Lsw_is0or2
-    rjmp .Lsw_still1or2
-.Lsw_is0or2:
-    sw_due sw_t0
-    rjmp .Lsw_0or2
-.endif
-.if {axes} > 2
-.Lsw_is2:
-    sw_due sw_t2
-    sw_first 2
-.Lsw_select2:
-    sw_due sw_t2
-    sw_compare 0, sw_t0, .Lsw_0or1
-    sw_compare 1, sw_t1, .Lsw_is1
-    rjmp .Lsw_first2
-.Lsw_0or1:
-    sw_due sw_t0
-    sw_compare 1, sw_t1, .Lsw_is1
-    rjmp .Lsw_first0
-.Lsw_is1:
-    sw_due sw_t1
-    rjmp .Lsw_first1
-.endif
-
-.Lsw_rare: ; a rare event is first
-    lds r24, {engine}+{rare}
-    lds r25, {engine}+{rare}+1
-    sts {ocr}+1, r25
-    sts {ocr}, r24
+    brts .Lsw_ended
+    sbic sw_flags, 6
+    rjmp .Lsw_rare
+    sts {ocr}+1, r23
+    sts {ocr}, r22
+    movw r24, r22
     sw_wait
-    brmi .Lsw_now_rare
-    in r24, sw_flags
-    andi r24, 0xF8
-    out sw_flags, r24
+    brmi .Lsw_more
+    pop r23
+    pop r22
+    pop r19
+    pop r18
+    sw_leave
+.Lsw_more:
+    rjmp .Lsw_again
+
+.Lsw_rare: ; is a rare event first?
+    lds r24, {engine}+{rare_at}
+    lds r25, {engine}+{rare_at}+1
+    cp r24, r22
+    cpc r25, r23
+    brpl .Lsw_not_rare
+    movw r22, r24
+    set
+.Lsw_not_rare:
+    sts {ocr}+1, r23
+    sts {ocr}, r22
+    movw r24, r22
+    sw_wait
+    brpl .Lsw_later
+    brtc .Lsw_more
+.Lsw_ended: ; the long way
+    movw r24, r18
+    pop r23
+    pop r22
+    pop r19
+    pop r18
+    rjmp .Lsw_long
+.Lsw_later:
+    pop r23
+    pop r22
+    pop r19
+    pop r18
     rjmp .Lsw_leave
-.Lsw_now_rare:
-    rjmp .Lsw_rarely
+
+    sw_rarely 0, sw_t0, sw_q0, {port0}, {bit0}
+    sw_rarely 1, sw_t1, sw_q1, {port1}, {bit1}
+.if {axes} > 2
+    sw_rarely 2, sw_t2, sw_q2, {port2}, {bit2}
+.endif
+.endif
 .endm
 "#
     };

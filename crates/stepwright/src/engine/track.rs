@@ -1,7 +1,7 @@
 //! One axis in the engine.
 
 use crate::run::Run;
-use crate::stride::{NEAR, Stride};
+use crate::stride::{NEAR, Slot};
 use crate::timer::Count;
 use crate::units::Ticks;
 
@@ -11,8 +11,8 @@ use crate::units::Ticks;
 pub(super) enum Event {
     /// Steps.
     Step,
-    /// Steps, behind its deadlines.
-    CatchUp,
+    /// Steps after a long interval.
+    Far,
     /// Changes direction.
     Turn,
     /// Waits on: the interval is longer than the timer can tell.
@@ -29,8 +29,8 @@ pub(super) enum Event {
 pub(super) struct Track<C: Count> {
     /// Time of the next event.
     pub due: C::Fine,
-    /// What is being played.
-    pub play: Stride,
+    /// Where the short way finds what is played.
+    pub at: u16,
     /// Steps of all runs loaded in this direction.
     pub loaded: u64,
     pub event: Event,
@@ -40,8 +40,10 @@ pub(super) struct Track<C: Count> {
     pub hops: u32,
     /// A turn, or a run of long intervals, dealt out step by step.
     pub far: Run,
-    /// Ticks by which `due` lies after the deadline, while catching up.
-    pub debt: Ticks,
+    /// What is played, if the feed does not keep it.
+    pub own: Slot,
+    /// Ticks to wait beyond `due`, for the minimum interval's sake.
+    pub push: Ticks,
     pub forward: bool,
     /// Position when nothing had been loaded in this direction.
     pub base: i64,
@@ -51,37 +53,42 @@ impl<C: Count> Track<C> {
     pub fn idle(now: C) -> Track<C> {
         Track {
             due: fine_of(now),
-            play: Stride::NONE,
+            at: 0,
             loaded: 0,
             event: Event::Idle,
             then: Event::Idle,
             hops: 0,
             far: Run::steady(0, 0),
-            debt: 0,
+            own: Slot::EMPTY,
+            push: 0,
             forward: true,
             base: 0,
         }
     }
 
+    /// When the next event may happen.
     #[inline(always)]
-    pub fn is_due(&self, now: C) -> bool {
-        self.event != Event::Idle && !C::of(self.due).is_after(now)
+    pub fn wake(&self) -> C {
+        C::of(self.due).plus(self.push)
     }
 
-    /// Steps made: all that were loaded less what is left of them.
-    pub fn position(&self) -> i64 {
-        let playing = match self.event {
-            Event::Hop => self.then == Event::Step,
-            event => matches!(event, Event::Step | Event::CatchUp),
+    /// Steps made: all that were loaded less what is left of them, `playing`
+    /// of a near run.
+    pub fn position(&self, playing: u32) -> i64 {
+        let left = match self.event {
+            Event::Step => playing,
+            Event::Far => 1,
+            Event::Hop if self.then == Event::Far => 1,
+            _ => 0,
         };
-        let left = if playing { self.play.left.steps() } else { 0 } + u32::from(self.far.count);
+        let left = left + u32::from(self.far.count);
         let made = self.loaded.wrapping_sub(left.into()) as i64;
         self.base.wrapping_add(if self.forward { made } else { made.wrapping_neg() })
     }
 
     /// Nothing is left to do.
-    pub fn halt(&mut self) {
-        self.base = self.position();
+    pub fn halt(&mut self, playing: u32) {
+        self.base = self.position(playing);
         self.loaded = 0;
         self.far.count = 0;
         self.event = Event::Idle;
@@ -89,19 +96,10 @@ impl<C: Count> Track<C> {
 
     /// Changes direction as the turn says that is waited for.
     pub fn turn(&mut self) -> bool {
-        self.base = self.position();
+        self.base = self.position(0);
         self.loaded = 0;
-        self.debt = 0;
         self.forward = self.far.turns().unwrap_or(true);
         self.forward
-    }
-
-    /// Begins a run of near intervals.
-    pub fn play(&mut self, stride: Stride) {
-        self.play = stride;
-        self.loaded = self.loaded.wrapping_add(stride.left.steps().into());
-        self.due = C::later(self.due, stride.interval);
-        self.event = Event::Step;
     }
 
     /// One step of a run whose intervals are long.
@@ -110,10 +108,7 @@ impl<C: Count> Track<C> {
         let next = interval.wrapping_add_signed(self.far.add.into());
         (self.far.ticks, self.far.part) = ((next >> 16) as Ticks, next as u16);
         self.far.count = self.far.count.wrapping_sub(1);
-        // Late by half of it, or by half a quarter of the counter.
-        let longest = u64::from(NEAR) << 16;
-        self.play = Stride::single(interval.min(longest) as u32);
-        self.wait(interval, Event::Step);
+        self.wait(interval, Event::Far);
     }
 
     /// Waits for an interval in 2⁻¹⁶ ticks of any length, then does `then`.

@@ -346,6 +346,12 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
+    /// Calls all positions uncertain: something else may have moved the motors,
+    /// or nobody has counted.
+    pub fn doubt(&mut self) {
+        self.uncertain = Axes::MAX;
+    }
+
     /// Axes whose position is uncertain.
     pub fn uncertain(&self) -> Axes {
         self.uncertain

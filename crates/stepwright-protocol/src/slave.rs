@@ -7,16 +7,16 @@ use crate::machine::{Machine, Refusal};
 use crate::number::Direction;
 use crate::order::{Manner, Travel};
 use crate::reply::{Info, Reply, VERSION};
-use crate::setting::Settings;
+use crate::setting::{Settings, Value};
 
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
 /// Fed with bytes, it answers each CR with exactly one [`Reply`] and tells the
 /// [`Machine`] what to do. It holds no clock and does no I/O.
 ///
-/// On an ATmega328P (rustc 1.96, `opt-level = "s"`, LTO) it takes 27 bytes of
-/// RAM, 27 more an axis and 212 for the texts of the answers, and with the
-/// compiler's own routines 8 KB of flash. No panic is left in it.
+/// On an ATmega328P (rustc 1.96, `opt-level = "s"`, LTO) it takes 35 bytes of
+/// RAM and 27 more an axis, and with the compiler's own routines 9 KB of flash;
+/// its texts stay there. No panic is left in it.
 #[derive(Clone, Debug)]
 pub struct Slave<const AXES: usize> {
     line: Collector<{ Command::LONGEST }>,
@@ -100,6 +100,7 @@ impl<const AXES: usize> Slave<AXES> {
         self.line.garble();
     }
 
+    #[cfg_attr(target_arch = "avr", inline(never))]
     fn obey<M: Machine>(&mut self, command: Command, machine: &mut M) -> Result<Reply, Refusal> {
         match command {
             Command::Program => {
@@ -170,11 +171,8 @@ impl<const AXES: usize> Slave<AXES> {
             Command::Setting(setting) => {
                 return Ok(Reply::Setting(settings(machine)?.value(setting)));
             }
-            Command::Set(value) => self.set_up(machine, |settings| settings.set(value))?,
-            Command::Reset => self.set_up(machine, |settings| {
-                let old = core::mem::take(settings);
-                old != *settings
-            })?,
+            Command::Set(value) => self.set_up(machine, Some(value))?,
+            Command::Reset => self.set_up(machine, None)?,
         }
         Ok(Reply::Yes)
     }
@@ -232,17 +230,20 @@ impl<const AXES: usize> Slave<AXES> {
         Ok(())
     }
 
-    /// Changes settings of the machine, and tells it if they are others then.
-    fn set_up<M: Machine>(
-        &self,
-        machine: &mut M,
-        change: impl FnOnce(&mut Settings) -> bool,
-    ) -> Result<(), Refusal> {
-        // Of any axis: most settings are all axes' own.
-        if AxisId::first(self.count(machine)).any(|axis| machine.busy(axis)) {
-            return Err(Refusal::Busy);
+    /// Changes one setting of the machine, or gives all their defaults, and
+    /// tells it if they are others then.
+    fn set_up<M: Machine>(&self, machine: &mut M, to: Option<Value>) -> Result<(), Refusal> {
+        // Most settings are all axes' own.
+        self.free(machine, Selection::All)?;
+        let settings = settings(machine)?;
+        let old = *settings;
+        match to {
+            Some(value) => {
+                settings.set(value);
+            }
+            None => *settings = Settings::new(),
         }
-        if change(settings(machine)?) {
+        if *settings != old {
             machine.set_up();
         }
         Ok(())
@@ -266,6 +267,7 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
+    #[cfg_attr(target_arch = "avr", inline(never))]
     fn for_selected(&mut self, change: impl Fn(&mut Axis)) {
         let selected = self.selected;
         let all = AxisId::first(MAX_AXES).zip(&mut self.axes);
@@ -274,10 +276,17 @@ impl<const AXES: usize> Slave<AXES> {
 
     /// Are all the selected axes idle?
     fn idle<M: Machine>(&self, machine: &M) -> Result<(), Refusal> {
-        let busy = self.selected(machine).any(|axis| machine.busy(axis));
+        self.free(machine, self.selected)
+    }
+
+    /// Are all of these axes idle?
+    fn free<M: Machine>(&self, machine: &M, axes: Selection) -> Result<(), Refusal> {
+        let mut all = AxisId::first(self.count(machine));
+        let busy = all.any(|axis| axes.contains(axis) && machine.busy(axis));
         if busy { Err(Refusal::Busy) } else { Ok(()) }
     }
 
+    #[cfg_attr(target_arch = "avr", inline(never))]
     fn exists<M: Machine>(&self, machine: &M, axis: AxisId) -> Result<(), Refusal> {
         if axis.number() > self.count(machine) { Err(Refusal::Axis) } else { Ok(()) }
     }

@@ -28,11 +28,8 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Controller<'_, '_, 
     where
         I: Iterator<Item = (AxisId, Order)> + Clone,
     {
-        let mut all = [None; N];
-        for (axis, order) in orders {
-            *all.get_mut(axis.index()).ok_or(Refusal::Axis)? = Some(order.into());
-        }
-        Ok(self.group.start(self.engine, &all)?)
+        let orders = orders.map(|(axis, order)| (axis.index() as u8, order.into()));
+        Ok(self.group.start(self.engine, orders)?)
     }
 
     fn brake(&mut self, axis: AxisId) {
@@ -52,7 +49,7 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Controller<'_, '_, 
     }
 
     fn max_rate(&self) -> u32 {
-        self.group.board().max_speed().millisteps() / 1000
+        self.group.board().max_speed().steps()
     }
 
     fn late(&self) -> u32 {

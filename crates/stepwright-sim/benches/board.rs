@@ -34,10 +34,9 @@ fn play(top: u32, axes: usize) -> u64 {
         down: Ramp::Accel(Accel::from_steps(40_000).unwrap()),
         travel: Travel::By(STEPS),
     };
-    let mut orders = [None; 3];
-    orders[..axes].fill(Some(order));
+    let orders = (0..axes as u8).map(|axis| (axis, order));
     let controller = board.controller();
-    controller.group.start(controller.engine, &orders).unwrap();
+    controller.group.start(controller.engine, orders).unwrap();
     board.run_to_rest();
     board.recorder().0
 }

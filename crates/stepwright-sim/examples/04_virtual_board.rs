@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         travel: Travel::By(-4000),
     };
     let controller = board.controller();
-    controller.group.start_one(controller.engine, 0, order)?;
+    controller.group.start(controller.engine, [(0, order)])?;
 
     // The motor moves in the background; look at it every 200 ms.
     while board.is_busy() {
@@ -34,6 +34,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let too_fast =
         Order { top: Speed::from_steps(200_000)?, travel: Travel::Endless(true), ..order };
     let controller = board.controller();
-    println!("{}", controller.group.start_one(controller.engine, 0, too_fast).unwrap_err());
+    println!("{}", controller.group.start(controller.engine, [(0, too_fast)]).unwrap_err());
     Ok(())
 }

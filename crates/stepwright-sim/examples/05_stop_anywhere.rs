@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let millisecond = 16_000;
     let controller = board.controller();
-    controller.group.start_one(controller.engine, 2, order)?;
+    controller.group.start(controller.engine, [(2, order)])?;
     board.run_until(700 * millisecond);
     println!("after 700 ms at {:?}", board.position(2));
 
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // A kill: at once, and the position is uncertain until it is set.
     let controller = board.controller();
-    controller.group.start_one(controller.engine, 2, order)?;
+    controller.group.start(controller.engine, [(2, order)])?;
     board.run_until(board.now() + 700 * millisecond);
     let controller = board.controller();
     controller.group.kill(controller.engine);

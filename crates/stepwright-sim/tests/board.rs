@@ -26,12 +26,10 @@ fn board(queues: &mut Queues) -> VirtualBoard<'_, u16, Vec<Edge>> {
 
 /// Gives these top speeds to as many axes at once.
 fn start(board: &mut VirtualBoard<'_, u16, Vec<Edge>>, tops: &[u32]) -> Result<(), Refusal> {
-    let mut orders = [None; 3];
-    for (slot, top) in orders.iter_mut().zip(tops) {
-        *slot = (*top > 0).then(|| order(*top, FAR));
-    }
+    let orders = (0..).zip(tops).filter(|(_, top)| **top > 0);
+    let orders = orders.map(|(axis, top)| (axis, order(*top, FAR)));
     let controller = board.controller();
-    controller.group.start(controller.engine, &orders)
+    controller.group.start(controller.engine, orders)
 }
 
 #[test]
@@ -113,7 +111,7 @@ fn the_longest_travel_begins_and_brakes() {
         let mut queues = Queues::default();
         let mut board = board(&mut queues);
         let controller = board.controller();
-        controller.group.start_one(controller.engine, 1, order(50_000, travel)).unwrap();
+        controller.group.start(controller.engine, [(1, order(50_000, travel))]).unwrap();
         board.run_until(16_000_000 * 3);
         board.controller().group.brake(1);
         board.run_to_rest();
@@ -131,7 +129,7 @@ fn small_travels_are_exact() {
         let mut board = board(&mut queues);
         let controller = board.controller();
         let order = order(20_000, Travel::By(steps));
-        controller.group.start_one(controller.engine, 0, order).unwrap();
+        controller.group.start(controller.engine, [(0, order)]).unwrap();
         assert_eq!(board.is_busy(), steps != 0);
         board.run_to_rest();
         assert_eq!(board.position(0), Some(steps.into()));
@@ -151,7 +149,7 @@ fn a_reversal_at_once_keeps_the_drivers_times() {
     for steps in [40, -40, 7, -1, 1] {
         let controller = board.controller();
         let order = order(20_000, Travel::By(steps));
-        controller.group.start_one(controller.engine, 0, order).unwrap();
+        controller.group.start(controller.engine, [(0, order)]).unwrap();
         board.run_to_rest();
     }
     assert_eq!(board.position(0), Some(7));
@@ -164,8 +162,9 @@ fn axes_that_start_together_step_together() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);
     let controller = board.controller();
-    let there = |steps| Some(order(20_000, Travel::By(steps)));
-    controller.group.start(controller.engine, &[there(100), there(-100), there(1)]).unwrap();
+    let there = |steps| order(20_000, Travel::By(steps));
+    let orders = [(0, there(100)), (1, there(-100)), (2, there(1))];
+    controller.group.start(controller.engine, orders).unwrap();
     board.run_to_rest();
     let [x, y, z] = [0, 1, 2].map(|axis| steps_of(board.recorder(), axis));
     assert_eq!((x[0].0, x[0].0), (y[0].0, z[0].0));
@@ -181,8 +180,8 @@ fn the_width_of_the_timer_does_not_matter() {
             VirtualBoard::new(&mut queues, Description::at(rate, [133; 3]), Vec::new());
         let slow = Order { top: Speed::from_steps(700).unwrap(), ..order(1, Travel::By(-900)) };
         let controller = board.controller();
-        let orders = [Some(order(30_000, Travel::By(5_000))), Some(slow), None];
-        controller.group.start(controller.engine, &orders).unwrap();
+        let orders = [(0, order(30_000, Travel::By(5_000))), (1, slow)];
+        controller.group.start(controller.engine, orders).unwrap();
         board.run_to_rest();
         std::mem::take(board.recorder())
     }

@@ -83,12 +83,20 @@ fn curve(order: &Order, rate: Rate) -> Curve {
     }
 }
 
-/// Every pulse within `slack` ticks of the curve, or of the curve and, from
-/// some pulse between `asked` and a horizon later, its shortest stop.
+/// What the planner's 32-bit numbers may add to a time: a part in 2³⁰.
+fn drift(time: f64) -> f64 {
+    time * 2f64.powi(-30)
+}
+
+/// Every pulse within `slack` ticks (and the [`drift`]) of the curve, or of
+/// the curve and, from some pulse between `asked` and a horizon later, its
+/// shortest stop.
 fn on_curve(pulses: &[u64], curve: &Curve, asked: Option<u64>, horizon: u64, slack: f64) {
     let Some(&first) = pulses.first() else { return };
     let time = |n: usize| (pulses[n] - first) as f64;
-    let follows = |upto: usize| (0..upto).all(|n| (time(n) - curve.time(n as f64)).abs() <= slack);
+    let follows = |upto: usize| {
+        (0..upto).all(|n| (time(n) - curve.time(n as f64)).abs() <= slack + drift(time(n)))
+    };
     let whole = curve.length.is_finite() && pulses.len() == curve.length as usize + 1;
     if whole && follows(pulses.len()) {
         return;
@@ -107,7 +115,8 @@ fn on_curve(pulses: &[u64], curve: &Curve, asked: Option<u64>, horizon: u64, sla
         }
         let begin = curve.time(last as f64);
         let off = |i: u32| time(last + i as usize) - begin - curve.stop_time(last as f64, steps, i);
-        let worst = (0..=steps).map(|i| off(i).abs()).fold(0.0, f64::max);
+        let over = |i: u32| off(i).abs() - drift(time(last + i as usize));
+        let worst = (0..=steps).map(over).fold(0.0, f64::max);
         if worst <= slack && follows(last + 1) {
             return;
         }
@@ -126,10 +135,9 @@ fn play<C: Count>(description: Description, jobs: &[Job], slack: f64) {
     let mut seen = [0usize; 3];
     for job in jobs {
         let axis = stepwright_protocol::AxisId::numbered(job.axis + 1).unwrap();
-        let mut orders = [None; 3];
-        orders[usize::from(job.axis)] = Some(job.order);
+        let orders = [(job.axis, job.order)];
         let controller = board.controller();
-        let refused = controller.group.start(controller.engine, &orders).is_err();
+        let refused = controller.group.start(controller.engine, orders).is_err();
         let begun = board.now();
         let mut asked = None;
         if let Some(ms) = job.brake {

@@ -260,19 +260,6 @@ pub(crate) fn interval(rate: Rate, speed: Speed) -> Q32 {
     (whole << 32).saturating_add(part)
 }
 
-/// f / v for a speed as [`root`] gives it, to 2⁻⁶¹ of the value: for once a
-/// path. Saturates at `u64::MAX`, also for v = 0.
-#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-pub(crate) fn interval_of(rate: Rate, v: u64) -> Q32 {
-    if v == 0 {
-        return u64::MAX;
-    }
-    let top = 1000 * u64::from(rate.hz());
-    let (up, down) = (zeros(top), zeros(v));
-    let q = divide(shl(top, up), shl(v, down), 63); // top/v · 2^(63 + up − down)
-    shift_wide((q >> 1, q << 63), 63 + up - down + 63 - 65)
-}
-
 /// floor(x · part / 2³²): a part of x.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn portion(x: u64, part: u32) -> u64 {
@@ -381,8 +368,6 @@ mod tests {
             let exact = interval(rate(hz), Speed::from_millisteps(v).unwrap());
             let near = slope(rate(hz), root(u64::from(v) * u64::from(v)));
             prop_assert!(exact.abs_diff(near) <= (exact >> 29) + 2, "{exact} {near}");
-            let same = interval_of(rate(hz), root(u64::from(v) * u64::from(v)));
-            prop_assert!(exact.abs_diff(same) <= (exact >> 60) + 1, "{exact} {same}");
         }
 
         #[test]

@@ -3,9 +3,10 @@
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Report, Timing};
 use crate::motor::{Motor, Wait};
+use crate::num::Num;
 use crate::order::{Order, Refusal, Travel};
-use crate::profile::path::Bounds;
-use crate::profile::{Fit, Path};
+use crate::planner::Clock;
+use crate::profile::Fit;
 use crate::queue::{Feed, Producer};
 use crate::timer::StepTimer;
 use crate::units::{Rate, Speed, Ticks};
@@ -71,18 +72,18 @@ pub struct Board<const N: usize> {
 impl<const N: usize> Board<N> {
     /// The highest speed of an axis that moves alone.
     pub fn max_speed(&self) -> Speed {
-        self.max_beside(0, 1)
+        self.max_beside(Num::ZERO, 1)
     }
 
     /// The highest speed beside other axes, which make `others` thousandths of
     /// a step per second together, `moving` axes in all.
-    fn max_beside(&self, others: u64, moving: usize) -> Speed {
+    fn max_beside(&self, others: Num, moving: usize) -> Speed {
         let cost = self.cost.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX);
-        let capacity = 1000 * u64::from(self.rate.hz());
-        let shared = (capacity / u64::from(cost.max(1))).saturating_sub(others);
-        let alone = capacity / u64::from(self.timing.min_interval.max(1));
-        let max = shared.min(alone).min(Speed::MAX.millisteps().into());
-        Speed::from_millisteps(max as u32).unwrap_or(Speed::MAX)
+        let capacity = Num::from(self.rate.hz()).times(&Num::from(1000));
+        let shared = capacity.over(&Num::from(cost.max(1))).minus(&others);
+        let alone = capacity.over(&Num::from(self.timing.min_interval.max(1)));
+        let max = shared.split().0.min(alone.split().0).min(Speed::MAX.millisteps());
+        Speed::from_millisteps(max).unwrap_or(Speed::MAX)
     }
 }
 
@@ -93,8 +94,11 @@ impl<const N: usize> Board<N> {
 pub struct Group<'q, const N: usize, const Q: usize> {
     motors: [Motor<'q, Q>; N],
     board: Board<N>,
+    clock: Clock,
     /// Peak speed of each moving axis, in 0.001 steps/s.
     peaks: [u32; N],
+    /// Axes whose travel an order has laid out, while it is looked at.
+    prepared: Axes,
     /// Axes whose travel waits until all of them have their queues filled.
     starting: Axes,
     uncertain: Axes,
@@ -109,8 +113,10 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn new(feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
         Group {
             motors: feeds.map(Motor::new),
+            clock: Clock::new(board.rate, &board.fit),
             board,
             peaks: [0; N],
+            prepared: 0,
             starting: 0,
             uncertain: 0,
             refused: 0,
@@ -127,17 +133,41 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// Starts the ordered axes together, all or none. They move once their
     /// queues are filled, within a few polls.
     ///
+    /// ```no_run
+    /// # use stepwright::{Control, Group, Order, Refusal};
+    /// # fn f(group: &mut Group<3, 8>, engine: &mut impl Control, x: Order, z: Order) -> Result<(), Refusal> {
+    /// group.start(engine, [(0, x), (2, z)])
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`Refusal`], and nothing moves.
     pub fn start(
         &mut self,
         engine: &mut impl Control,
-        orders: &[Option<Order>; N],
+        orders: impl IntoIterator<Item = (u8, Order)>,
     ) -> Result<(), Refusal> {
-        let result = self.check(engine, orders);
+        self.prepared = 0;
+        let mut result = Ok(());
+        for (axis, order) in orders {
+            result = self.prepare(engine, axis, &order);
+            if result.is_err() {
+                break;
+            }
+        }
+        if result.is_ok() {
+            result = self.check(engine);
+        }
         match result {
-            Ok(()) => self.begin(orders),
+            Ok(()) => self.begin(),
             Err(refusal) => {
+                // What was laid out for this order is forgotten; a motor that
+                // moves goes on.
+                for (axis, motor) in self.motors.iter_mut().enumerate() {
+                    if self.prepared >> axis & 1 != 0 {
+                        motor.forget();
+                    }
+                }
                 self.refused = self.refused.saturating_add(1);
                 self.last = Some(refusal);
             }
@@ -145,73 +175,72 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         result
     }
 
-    /// One axis alone: see [`start`](Group::start).
-    ///
-    /// # Errors
-    /// [`Refusal`], and nothing moves.
-    pub fn start_one(
+    /// Lays out one travel of an order.
+    #[inline(never)]
+    fn prepare(
         &mut self,
         engine: &mut impl Control,
         axis: u8,
-        order: Order,
+        order: &Order,
     ) -> Result<(), Refusal> {
-        let mut orders = [None; N];
-        match orders.get_mut(usize::from(axis)) {
-            Some(slot) => *slot = Some(order),
-            None => {
-                self.refused = self.refused.saturating_add(1);
-                self.last = Some(Refusal::NoAxis);
-                return Err(Refusal::NoAxis);
-            }
+        let index = usize::from(axis);
+        if self.is_busy(engine, axis) {
+            return Err(Refusal::Busy);
         }
-        self.start(engine, &orders)
+        let (Some(motor), Some(peak)) = (self.motors.get_mut(index), self.peaks.get_mut(index))
+        else {
+            return Err(Refusal::NoAxis);
+        };
+        *peak = motor.prepare(&self.clock, order)?;
+        if order.travel == Travel::By(0) {
+            motor.forget();
+        } else {
+            self.prepared |= 1 << axis;
+        }
+        Ok(())
     }
 
-    fn check(
-        &mut self,
-        engine: &mut impl Control,
-        orders: &[Option<Order>; N],
-    ) -> Result<(), Refusal> {
-        // What moves already, and what would move too.
-        let mut peaks = [0u32; N];
-        for axis in 0..N {
-            let busy = self.is_busy(engine, axis as u8);
-            peaks[axis] = match &orders[axis] {
-                Some(_) if busy => return Err(Refusal::Busy),
-                Some(order) => order.path(self.board.rate)?.peak(),
-                None if busy => self.peaks[axis],
-                None => 0,
-            };
+    /// Can the board step what will move then?
+    #[inline(never)]
+    fn check(&mut self, engine: &mut impl Control) -> Result<(), Refusal> {
+        let mut moving: Axes = self.prepared;
+        for axis in 0..N as u8 {
+            if self.is_busy(engine, axis) {
+                moving |= 1 << axis;
+            }
         }
-        let moving = peaks.iter().filter(|&&peak| peak > 0).count();
-        let total: u64 = peaks.iter().map(|&peak| u64::from(peak)).sum();
         for axis in 0..N {
-            if orders[axis].is_some() && peaks[axis] > 0 {
-                let others = total - u64::from(peaks[axis]);
-                let max = self.board.max_beside(others, moving);
-                if peaks[axis] > max.millisteps() {
+            let (mut others, mut this, mut count) = (Num::ZERO, 0, 0);
+            for (other, &peak) in self.peaks.iter().enumerate() {
+                if moving >> other & 1 == 0 || peak == 0 {
+                    continue;
+                }
+                count += 1;
+                if other == axis {
+                    this = peak;
+                } else {
+                    others = others.plus(&Num::from(peak));
+                }
+            }
+            if self.prepared >> axis & 1 != 0 && this > 0 {
+                let max = self.board.max_beside(others, count);
+                if this > max.millisteps() {
                     return Err(Refusal::TooFast { max });
                 }
             }
         }
-        self.peaks = peaks;
         Ok(())
     }
 
-    fn begin(&mut self, orders: &[Option<Order>; N]) {
+    fn begin(&mut self) {
         let timing = self.board.timing;
         let wait = Wait { hold: timing.hold, lead: timing.setup.saturating_add(self.board.lead) };
-        for (axis, (motor, order)) in self.motors.iter_mut().zip(orders).enumerate() {
-            // Both were checked before.
-            let Some(order) = order else { continue };
-            let Ok((path, bounds)) = resolve(order, self.board.rate) else { continue };
-            if path.pulses() == 0 {
-                continue;
+        for (axis, motor) in self.motors.iter_mut().enumerate() {
+            if self.prepared >> axis & 1 != 0 {
+                motor.begin(wait);
             }
-            let forward = order.travel.forward();
-            motor.begin(path, bounds, forward, wait, self.board.fit);
-            self.starting |= 1 << axis;
         }
+        self.starting |= core::mem::take(&mut self.prepared);
     }
 
     /// Does one piece of planning: at most one run of one axis. Call it again
@@ -221,7 +250,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             let axis = usize::from(self.turn);
             self.turn = if axis + 1 < N { self.turn + 1 } else { 0 };
             let Some(motor) = self.motors.get_mut(axis) else { continue };
-            if motor.plan(self.board.horizon) {
+            if motor.plan(&self.clock, self.board.horizon) {
                 return true;
             }
         }
@@ -306,13 +335,4 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         (self.refused, self.last) = (0, None);
         engine.clear_late();
     }
-}
-
-fn resolve(order: &Order, rate: Rate) -> Result<(Path, Bounds), Refusal> {
-    let law = order.law(rate)?;
-    let path = match order.travel {
-        Travel::By(steps) => law.path(steps.unsigned_abs())?,
-        Travel::Endless(_) => law.endless()?,
-    };
-    Ok((path, law.bounds()))
 }

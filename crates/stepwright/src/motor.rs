@@ -1,57 +1,72 @@
 //! One axis, seen from the foreground: plans runs ahead of the interrupt.
 
-use crate::profile::path::Bounds;
-use crate::profile::{Cursor, Fit, Path};
+use crate::order::{Order, Refusal};
+use crate::planner::{Clock, Planned, Planner};
 use crate::queue::Producer;
 use crate::run::Run;
 use crate::units::Ticks;
 
-/// The planner of one axis: walks a path and keeps its queue filled.
+/// The planner of one axis: lays a travel out and keeps its queue filled.
 ///
 /// Plans until the queue is full, or what is queued lasts for the board's
 /// horizon: so a change of mind is obeyed after that time and one run (at most
 /// 8 ms by default), or one step if that takes longer.
 pub(crate) struct Motor<'q, const Q: usize> {
     feed: Producer<'q, Q>,
-    cursor: Option<Cursor>,
-    bounds: Option<Bounds>,
+    planner: Option<Planner>,
+    /// Direction of what is queued last, and of the prepared travel.
     forward: bool,
-    /// Durations of the last Q runs pushed, by push number.
-    spans: [Ticks; Q],
+    next_forward: bool,
+    /// Durations of the last Q runs pushed, by push number, in units of 64
+    /// ticks; saturating.
+    spans: [u16; Q],
     pushed: u8,
 }
 
+/// Ticks in a unit of `spans`, as a power of two.
+const SPAN: u32 = 6;
+
 impl<'q, const Q: usize> Motor<'q, Q> {
     pub(crate) fn new(feed: Producer<'q, Q>) -> Self {
-        Motor { feed, cursor: None, bounds: None, forward: true, spans: [0; Q], pushed: 0 }
+        Motor { feed, planner: None, forward: true, next_forward: true, spans: [0; Q], pushed: 0 }
     }
 
-    /// Queues the beginning of a travel along `path`: the change of direction
+    /// Lays out a travel of at least one pulse, and gives its highest speed
+    /// in 0.001 steps/s. It waits for [`begin`](Motor::begin); the motor must be idle.
+    ///
+    /// # Errors
+    /// [`Refusal::Unfit`] if the timer can't hold it.
+    pub(crate) fn prepare(&mut self, clock: &Clock, order: &Order) -> Result<u32, Refusal> {
+        let planner = Planner::new(clock, order)?;
+        self.planner = Some(planner);
+        self.next_forward = order.travel.forward();
+        Ok(planner.peak())
+    }
+
+    /// Queues the beginning of the prepared travel: the change of direction
     /// if there is one, then the first pulse `hold + lead` ticks after the
-    /// start. The queue must be empty and the path have a pulse.
-    pub(crate) fn begin(
-        &mut self,
-        path: Path,
-        bounds: Bounds,
-        forward: bool,
-        wait: Wait,
-        fit: Fit,
-    ) {
+    /// start. The queue must be empty.
+    pub(crate) fn begin(&mut self, wait: Wait) {
+        let forward = self.next_forward;
         self.feed.set_open(true);
         let mut lead = wait.lead;
         if forward != self.forward {
-            self.push(Run::turn(wait.hold, forward));
+            self.push(Run::turn(wait.hold, forward), wait.hold);
         } else {
             lead = lead.saturating_add(wait.hold);
         }
         self.forward = forward;
-        self.push(Run::steady(lead, 1));
-        self.cursor = Some(Cursor::new(path, fit));
-        self.bounds = Some(bounds);
+        self.push(Run::steady(lead, 1), lead);
     }
 
-    fn push(&mut self, run: Run) {
-        let span = u32::try_from(run.duration() >> 16).unwrap_or(Ticks::MAX);
+    /// Forgets a prepared travel that was not begun.
+    pub(crate) fn forget(&mut self) {
+        self.planner = None;
+    }
+
+    /// Appends a run that lasts for so many ticks.
+    fn push(&mut self, run: Run, ticks: Ticks) {
+        let span = u16::try_from(ticks >> SPAN).unwrap_or(u16::MAX);
         if self.feed.push(run).is_ok() {
             if let Some(slot) = self.spans.get_mut(usize::from(self.pushed) & (Q - 1)) {
                 *slot = span;
@@ -62,37 +77,37 @@ impl<'q, const Q: usize> Motor<'q, Q> {
 
     /// How long what is queued lasts.
     fn ahead(&self) -> Ticks {
-        let mut sum = 0u32;
+        let mut sum: Ticks = 0;
         for back in 1..=self.feed.len() {
             let at = usize::from(self.pushed.wrapping_sub(back)) & (Q - 1);
-            sum = sum.saturating_add(self.spans.get(at).copied().unwrap_or(0));
+            sum = sum.saturating_add(self.spans.get(at).copied().unwrap_or(0).into());
         }
-        sum
+        sum.saturating_mul(1 << SPAN)
     }
 
     /// Plans one run, if one is wanted. False if there was nothing to do.
-    pub(crate) fn plan(&mut self, horizon: Ticks) -> bool {
+    pub(crate) fn plan(&mut self, clock: &Clock, horizon: Ticks) -> bool {
         if self.feed.is_full() || (self.feed.len() > 1 && self.ahead() >= horizon) {
             return false;
         }
-        let Some(cursor) = &mut self.cursor else { return false };
-        match cursor.next() {
-            Some(run) => self.push(run),
-            None => self.finish(),
+        let Some(planner) = &mut self.planner else { return false };
+        match planner.next(clock) {
+            Planned::Run(run, span) => self.push(run, span),
+            Planned::Again => {}
+            Planned::End => self.finish(),
         }
         true
     }
 
     fn finish(&mut self) {
-        self.cursor = None;
+        self.planner = None;
         self.feed.set_open(false);
     }
 
     /// Brakes from the end of what is queued.
     pub(crate) fn brake(&mut self) {
-        if let (Some(cursor), Some(bounds)) = (&mut self.cursor, &self.bounds) {
-            let stop = Path::stop(bounds, cursor.speed_squared());
-            cursor.change(stop);
+        if let Some(planner) = &mut self.planner {
+            planner.brake();
         }
     }
 
@@ -104,12 +119,12 @@ impl<'q, const Q: usize> Motor<'q, Q> {
 
     /// Whether it goes on until it is stopped.
     pub(crate) fn is_endless(&self) -> bool {
-        self.cursor.as_ref().is_some_and(|cursor| cursor.path().is_endless())
+        self.planner.as_ref().is_some_and(Planner::is_endless)
     }
 
     /// Whether there is still something to plan.
     pub(crate) fn planning(&self) -> bool {
-        self.cursor.is_some()
+        self.planner.is_some()
     }
 }
 

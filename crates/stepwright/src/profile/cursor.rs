@@ -139,18 +139,6 @@ impl Cursor {
         self.c = slope(self.path.rate, self.v);
     }
 
-    /// Goes on along another path that begins at the present pulse and speed.
-    pub(crate) fn change(&mut self, path: Path) {
-        self.path = path;
-        self.n = 0;
-        self.size = 0;
-    }
-
-    /// Speed² at the last pulse handed out, in 10⁻⁶ (steps/s)².
-    pub(crate) fn speed_squared(&self) -> u64 {
-        self.w
-    }
-
     /// Steps that are still to be handed out; `u32::MAX` on an endless path.
     pub(crate) fn steps_left(&self) -> u32 {
         if self.path.is_endless() { u32::MAX } else { self.path.length().saturating_sub(self.n) }

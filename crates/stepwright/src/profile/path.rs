@@ -142,34 +142,6 @@ impl Path {
         path
     }
 
-    /// From a motion at speed² `w` to rest in as few steps as the brake allows:
-    /// on at the same speed for the part of a step that is left over, then the
-    /// fall.
-    pub(crate) fn stop(bounds: &Bounds, w: u64) -> Path {
-        let w_end = bounds.start.min(bounds.top).squared().min(w);
-        let steps = (w - w_end).div_ceil(bounds.d2.max(1));
-        // Longer than any travel: no such brake was ever accepted.
-        let steps = u32::try_from(steps).unwrap_or(u32::MAX - 1).min(u32::MAX - 1);
-        let v_peak = root(w);
-        let brink = (u64::from(steps) << 32).saturating_sub(ratio(w - w_end, bounds.d2));
-        Path {
-            rate: bounds.rate,
-            pulses: steps + 1,
-            w_begin: w,
-            w_end,
-            w_peak: w,
-            v_peak,
-            a2: bounds.a2,
-            d2: bounds.d2,
-            sinks: false,
-            crest: 0,
-            brink,
-            rise: Scale::new(bounds.rate, bounds.a2),
-            fall: Scale::new(bounds.rate, bounds.d2),
-            level: fixed::interval_of(bounds.rate, v_peak),
-        }
-    }
-
     /// Endless: from speed² `w` to the top speed, and on.
     pub(crate) fn endless(bounds: &Bounds, w: u64) -> Path {
         let mut path = Path::from_motion(bounds, w, u32::MAX);

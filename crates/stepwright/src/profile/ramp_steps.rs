@@ -93,10 +93,6 @@ impl RampSteps {
     pub fn delays(&self, pulses: u32) -> Result<Delays, Unfit> {
         Ok(Delays::new(self.path(pulses)?))
     }
-
-    pub(crate) const fn bounds(&self) -> Bounds {
-        self.bounds
-    }
 }
 
 /// 2a for a ramp of `steps` ≥ 1 steps, at least that of [`Accel::MIN`]: the

@@ -1,5 +1,6 @@
 //! Speed and acceleration along one axis, in thousandths of a step.
 
+use crate::num::Num;
 use core::fmt;
 
 /// A value that the core can't hold: what it is and what is allowed.
@@ -65,6 +66,13 @@ impl Speed {
     /// Thousandths of a step per second.
     pub const fn millisteps(self) -> u32 {
         self.0
+    }
+
+    /// Whole steps per second, rounded down.
+    pub fn steps(self) -> u32 {
+        // A quotient of 32 bits is exact enough: thousandths lie further
+        // apart. (An 8-bit chip has this division already, and no other.)
+        Num::from(self.0).over(&Num::from(1000)).split().0
     }
 
     /// v², in 10⁻⁶ (steps/s)²: at most 10¹⁸, exact.

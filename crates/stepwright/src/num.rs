@@ -1,0 +1,356 @@
+//! Numbers with 32 significant bits, for planning on a small chip.
+//!
+//! A number is m · 2^e with 2³¹ ≤ m < 2³², or 0: a floating point made of
+//! integers, so that a PC and an 8-bit chip compute the same bits. Nothing is
+//! negative; a difference that would be is 0.
+//!
+//! ```text
+//! error of each operation: less than 2⁻³⁰ of its result, mostly 2⁻³¹
+//! ```
+//!
+//! On an 8-bit chip everything is out of line and made of 32-bit steps: 64-bit
+//! arithmetic costs it a hundred bytes of flash wherever it appears.
+
+/// A number ≥ 0 with 32 significant bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Num {
+    /// m, its halves apart: so that a compiler for 8 bits hands a number on by
+    /// its address, which takes a third of the code.
+    high: u16,
+    low: u16,
+    e: i16,
+}
+
+/// Inlined on hosts, one copy on a chip.
+macro_rules! once {
+    ($($item:item)*) => { $(
+        #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+        $item
+    )* };
+}
+
+impl Num {
+    pub(crate) const ZERO: Num = Num::of(0, 0);
+    pub(crate) const ONE: Num = Num::power(0);
+
+    /// 2^e.
+    pub(crate) const fn power(e: i16) -> Num {
+        Num::of(1 << 31, e - 31)
+    }
+
+    pub(crate) const fn is_zero(&self) -> bool {
+        self.m() == 0
+    }
+
+    #[inline(always)]
+    const fn of(m: u32, e: i16) -> Num {
+        Num { high: (m >> 16) as u16, low: m as u16, e }
+    }
+
+    #[inline(always)]
+    const fn m(&self) -> u32 {
+        (self.high as u32) << 16 | self.low as u32
+    }
+
+    once! {
+        /// m · 2^e, of any m.
+        pub(crate) fn new(mut m: u32, mut e: i16) -> Num {
+            if m == 0 {
+                return Num::ZERO;
+            }
+            // Bytes first: an 8-bit chip moves them.
+            while m >> 24 == 0 {
+                m <<= 8;
+                e = e.wrapping_sub(8);
+            }
+            while m >> 31 == 0 {
+                m <<= 1;
+                e = e.wrapping_sub(1);
+            }
+            Num::of(m, e)
+        }
+
+        /// The upper 32 bits of an integer.
+        pub(crate) fn from_wide(x: u64) -> Num {
+            // The two halves, added: exact up to 32 bits, else rounded down.
+            Num::new((x >> 32) as u32, 32).plus(&Num::new(x as u32, 0))
+        }
+
+        pub(crate) fn plus(&self, other: &Num) -> Num {
+            let (a, b) = if self.at_least(other) { (self, other) } else { (other, self) };
+            let b_m = shifted_down(b.m(), a.e.wrapping_sub(b.e));
+            let (m, carry) = a.m().overflowing_add(b_m);
+            if carry { Num::of(m >> 1 | 1 << 31, a.e.wrapping_add(1)) } else { Num::of(m, a.e) }
+        }
+
+        /// The difference; 0 if it would be negative.
+        pub(crate) fn minus(&self, other: &Num) -> Num {
+            if !self.at_least(other) {
+                return Num::ZERO;
+            }
+            let by = self.e.wrapping_sub(other.e);
+            // What falls off below would make it smaller by less than a unit.
+            Num::new(self.m().wrapping_sub(shifted_down(other.m(), by)), self.e)
+        }
+
+        pub(crate) fn at_least(&self, other: &Num) -> bool {
+            if self.m() == 0 || other.m() == 0 {
+                return other.m() == 0;
+            }
+            if self.e != other.e { self.e > other.e } else { self.m() >= other.m() }
+        }
+
+        pub(crate) fn times(&self, other: &Num) -> Num {
+            let m = high_product(self.m(), other.m());
+            let e = self.e.wrapping_add(other.e).wrapping_add(32);
+            if m >> 31 == 0 { Num::of(m << 1, e.wrapping_sub(1)) } else { Num::of(m, e) }
+        }
+
+        /// The quotient; by 0 a number beyond all that is meant here.
+        pub(crate) fn over(&self, other: &Num) -> Num {
+            if self.m() == 0 {
+                return Num::ZERO;
+            }
+            if other.m() == 0 {
+                return Num::of(u32::MAX, i16::MAX / 4);
+            }
+            let e = self.e.wrapping_sub(other.e);
+            // Both mantissas have their top bit set: the quotient is ½ … 2.
+            if self.m() >= other.m() {
+                let m = fraction(self.m().wrapping_sub(other.m()), other.m());
+                Num::of(m >> 1 | 1 << 31, e.wrapping_sub(31))
+            } else {
+                Num::of(fraction(self.m(), other.m()), e.wrapping_sub(32))
+            }
+        }
+
+        /// The square root.
+        pub(crate) fn root(&self) -> Num {
+            if self.m() == 0 {
+                return Num::ZERO;
+            }
+            // An even exponent: m stands for m · 2³², its root has 32 bits
+            // and half of (e − 32) behind them.
+            let odd = self.e & 1 != 0;
+            let (m, e) = if odd { (self.m() >> 1, self.e.wrapping_add(1)) } else { (self.m(), self.e) };
+            let lost = if odd { self.m() & 1 } else { 0 };
+            Num::new(root_of(m, lost), (e >> 1).wrapping_sub(16))
+        }
+
+        /// The whole part, at most `u32::MAX`, and the rest in 2⁻³².
+        pub(crate) fn split(&self) -> (u32, u32) {
+            if self.e > 0 {
+                (u32::MAX, 0)
+            } else {
+                let by = 0i16.wrapping_sub(self.e);
+                let whole = shifted_down(self.m(), by);
+                let rest = if by >= 32 {
+                    shifted_down(self.m(), by.wrapping_sub(32))
+                } else if by == 0 {
+                    0
+                } else {
+                    self.m() << (32 - by)
+                };
+                (whole, rest)
+            }
+        }
+    }
+
+    /// To the nearest integer.
+    pub(crate) fn rounded(&self) -> Num {
+        if self.e >= 0 { *self } else { Num::from(self.plus(&Num::power(-1)).split().0) }
+    }
+
+    /// A part of one, in 2⁻³².
+    pub(crate) fn part(x: u32) -> Num {
+        Num::new(x, -32)
+    }
+
+    /// · 2^by.
+    pub(crate) fn scaled(&self, by: i16) -> Num {
+        Num::of(self.m(), self.e.wrapping_add(by))
+    }
+
+    /// In units of 2⁻¹⁶, rounded; saturates at 2⁴⁸ − 1.
+    pub(crate) fn fine(&self) -> u64 {
+        let (whole, rest) = self.split();
+        let all = u64::from(whole) << 16 | u64::from(rest >> 16);
+        all + u64::from(rest >> 15 & 1)
+    }
+}
+
+impl From<u32> for Num {
+    fn from(x: u32) -> Num {
+        Num::new(x, 0)
+    }
+}
+
+/// m >> by, for any by ≥ 0.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn shifted_down(mut m: u32, mut by: i16) -> u32 {
+    if by >= 32 {
+        return 0;
+    }
+    while by >= 8 {
+        m >>= 8;
+        by -= 8;
+    }
+    while by > 0 {
+        m >>= 1;
+        by -= 1;
+    }
+    m
+}
+
+/// floor(a · b / 2³²).
+fn high_product(a: u32, b: u32) -> u32 {
+    #[cfg(not(target_arch = "avr"))]
+    {
+        (u64::from(a).wrapping_mul(b.into()) >> 32) as u32
+    }
+    #[cfg(target_arch = "avr")]
+    {
+        unsafe extern "C" {
+            /// libgcc's 32 × 32 → 64, with the hardware multiplier; what
+            /// `u64 * u64` becomes is five times slower.
+            fn __umulsidi3(a: u32, b: u32) -> u64;
+        }
+        // SAFETY: a function of its two arguments, which touches nothing else;
+        // libgcc is part of every AVR link.
+        (unsafe { __umulsidi3(a, b) } >> 32) as u32
+    }
+}
+
+/// floor(n · 2³² / d), for n < d and 2³¹ ≤ d.
+fn fraction(n: u32, d: u32) -> u32 {
+    #[cfg(target_pointer_width = "64")]
+    {
+        ((u64::from(n) << 32) / u64::from(d.max(1))) as u32
+    }
+    #[cfg(not(target_pointer_width = "64"))]
+    {
+        fraction_bitwise(n, d)
+    }
+}
+
+/// [`fraction`], one subtraction a bit.
+#[cfg(any(test, not(target_pointer_width = "64")))]
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn fraction_bitwise(mut n: u32, d: u32) -> u32 {
+    let mut q = 0u32;
+    for _ in 0..32u8 {
+        let carry = n >> 31 != 0;
+        n <<= 1;
+        q <<= 1;
+        if carry || n >= d {
+            n = n.wrapping_sub(d);
+            q |= 1;
+        }
+    }
+    q
+}
+
+/// √((m + lost/2) · 2³²) to a unit or two, for m ≥ 2³⁰.
+///
+/// A root of 16 bits by bits, its rest by one division: with m = s² + r the
+/// root is s + r/2s, too much by less than (r/2s)²/2s ≤ ½ · 2⁻¹⁶.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn root_of(m: u32, lost: u32) -> u32 {
+    let (mut rest, mut s, mut bit) = (m, 0u32, 1u32 << 30);
+    while bit != 0 {
+        let trial = s | bit;
+        s >>= 1;
+        if rest >= trial {
+            rest = rest.wrapping_sub(trial);
+            s |= bit;
+        }
+        bit >>= 2;
+    }
+    // 2¹⁵ ≤ s < 2¹⁶, rest ≤ 2s < 2¹⁷; the quotient of 17 bits is
+    // (rest · 2¹⁶ + lost · 2¹⁵) / 2s.
+    let (mut rest, mut q) = (rest << 1 | lost, 0u32);
+    let d = s << 2;
+    for _ in 0..17u8 {
+        q <<= 1;
+        if rest >= d {
+            rest = rest.wrapping_sub(d);
+            q |= 1;
+        }
+        rest <<= 1;
+    }
+    (s << 16).saturating_add(q)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn value(x: Num) -> f64 {
+        f64::from(x.m()) * 2f64.powi(x.e.into())
+    }
+
+    fn num() -> impl Strategy<Value = Num> {
+        prop_oneof![
+            (any::<u32>(), -60i16..60).prop_map(|(m, e)| Num::new(m, e)),
+            (0u32..100, -2i16..2).prop_map(|(m, e)| Num::new(m, e)),
+        ]
+    }
+
+    fn close(got: Num, want: f64) -> bool {
+        (value(got) - want).abs() <= want.abs() * 2f64.powi(-30)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4000))]
+
+        #[test]
+        fn operations_match_f64(a in num(), b in num()) {
+            let (x, y) = (value(a), value(b));
+            prop_assert!(close(a.plus(&b), x + y));
+            prop_assert!(close(a.times(&b), x * y));
+            prop_assert!(close(a.root(), x.sqrt()), "{a:?} {} {}", value(a.root()), x.sqrt());
+            prop_assert_eq!(a.at_least(&b), x >= y);
+            // A difference is as good as its operands are.
+            let tolerance = x.max(y) * 2f64.powi(-30);
+            prop_assert!((value(a.minus(&b)) - (x - y).max(0.0)).abs() <= tolerance);
+            if !b.is_zero() {
+                prop_assert!(close(a.over(&b), x / y));
+            }
+        }
+
+        #[test]
+        fn whole_and_part(a in num()) {
+            let x = value(a);
+            let (whole, part) = a.split();
+            if x < 4294967296.0 {
+                prop_assert_eq!(f64::from(whole), x.floor());
+                prop_assert_eq!(value(a.rounded()), (x + 0.5).floor());
+                prop_assert_eq!(f64::from(part), (x.fract() * 4294967296.0).floor());
+                prop_assert_eq!(a.fine() as f64, (x * 65536.0 + 0.5).floor());
+            } else {
+                prop_assert_eq!(whole, u32::MAX);
+            }
+        }
+
+        #[test]
+        fn both_divisions_agree(n: u32, d in 1u32 << 31..) {
+            let n = n % d;
+            prop_assert_eq!(fraction(n, d), fraction_bitwise(n, d));
+        }
+
+        #[test]
+        fn wide_integers(x: u64) {
+            prop_assert!(close(Num::from_wide(x), x as f64));
+        }
+    }
+
+    #[test]
+    fn nothing_is_beyond_everything() {
+        let huge = Num::ONE.over(&Num::ZERO);
+        assert!(huge.at_least(&Num::from_wide(u64::MAX)));
+        assert_eq!(huge.split(), (u32::MAX, 0));
+        assert_eq!(Num::ZERO.over(&Num::ZERO), Num::ZERO);
+    }
+}

@@ -1,0 +1,67 @@
+//! The board: its pins and what its steps cost.
+//!
+//! Wired as the CNC shield for the Uno is. The switches lie between pin and
+//! ground.
+//!
+//! | | STEP | DIR | switch |
+//! | --- | --- | --- | --- |
+//! | X, axis 1 | D2 | D5 | D9 |
+//! | Y, axis 2 | D3 | D6 | D10 |
+//! | Z, axis 3 | D4 | D7 | D11 |
+//!
+//! D8 enables all drivers while it is low.
+
+use stepwright::profile::Fit;
+use stepwright::{Board, Rate, Timing};
+
+/// Writes all pins of a port's register.
+macro_rules! write {
+    ($register:expr, $bits:expr) => {
+        // SAFETY: a level or direction of pins touches no memory.
+        $register.write(|w| unsafe { w.bits($bits) })
+    };
+}
+
+/// Sets the pins in a mask high or low, and leaves the others alone.
+macro_rules! set {
+    ($register:expr, $mask:expr, $high:expr) => {{
+        let before = $register.read().bits();
+        write!($register, if $high { before | $mask } else { before & !$mask })
+    }};
+}
+
+#[cfg(feature = "mega")]
+#[path = "board/mega.rs"]
+mod pins;
+#[cfg(feature = "uno")]
+#[path = "board/uno.rs"]
+mod pins;
+
+pub use pins::{Levels, Pins, pins};
+
+/// Axes of the board.
+pub const AXES: usize = 3;
+
+/// Cycles a second.
+const CLOCK: u32 = 16_000_000;
+
+/// The chip's own times and a driver's usual ones.
+pub fn description() -> Board<AXES> {
+    let rate = Rate::from_hz(CLOCK).unwrap_or(Rate::MHZ);
+    Board {
+        rate,
+        timing: Timing {
+            pulse: rate.nanos(2_000),
+            setup: rate.nanos(1_000),
+            hold: rate.nanos(1_000),
+            min_interval: COST[0],
+        },
+        cost: COST,
+        fit: Fit::board(rate),
+        horizon: rate.micros(16_000),
+        lead: rate.micros(100),
+    }
+}
+
+/// Cycles a step takes while 1, 2, 3 axes move.
+const COST: [u32; AXES] = [133, 133, 152];

@@ -1,0 +1,92 @@
+//! Mega: the shield's pins are spread over ports B, E, G and H.
+
+use stepwright::drive::{Axes, Drive};
+
+use crate::chip::{PORTB, PORTE, PORTG, PORTH};
+
+/// On port E: STEP of axes 0 and 1, side by side, and DIR of axis 0.
+const STEP_E: u8 = 4;
+const DIRECTION_E: u8 = 1 << 3;
+/// On port G: STEP of axis 2.
+const STEP_G: u8 = 5;
+/// On port H: DIR of axes 1 and 2, enable, and the switch of axis 0.
+const DIRECTION_H: u8 = 3;
+const ENABLE: u8 = 1 << 5;
+const SWITCH_H: u8 = 6;
+/// On port B: the switches of axes 1 and 2.
+const SWITCH_B: u8 = 4;
+
+/// STEP and DIR, for the step interrupt.
+pub struct Pins {
+    e: PORTE,
+    g: PORTG,
+}
+
+/// What the foreground handles: enable and switches.
+pub struct Levels {
+    b: PORTB,
+}
+
+/// Sets all pins up: steps low, drivers disabled, pull-ups at the switches.
+pub fn pins(b: PORTB, e: PORTE, g: PORTG, h: PORTH) -> (Pins, Levels) {
+    write!(e.ddre(), 0b11 << STEP_E | DIRECTION_E);
+    write!(g.ddrg(), 1 << STEP_G);
+    write!(h.porth(), ENABLE | 1 << SWITCH_H);
+    write!(h.ddrh(), 0b11 << DIRECTION_H | ENABLE);
+    write!(b.portb(), 0b11 << SWITCH_B);
+    (Pins { e, g }, Levels { b })
+}
+
+impl Pins {
+    // Writing ones to PINx toggles these pins and leaves the others alone, in
+    // one cycle. Every `begin` has its `end`.
+    #[inline(always)]
+    fn toggle(&mut self, axes: Axes) {
+        write!(self.e.pine(), (axes & 0b011) << STEP_E);
+        write!(self.g.ping(), (axes & 0b100) << (STEP_G - 2));
+    }
+}
+
+impl Drive for Pins {
+    #[inline(always)]
+    fn begin(&mut self, axes: Axes) {
+        self.toggle(axes);
+    }
+
+    #[inline(always)]
+    fn end(&mut self, axes: Axes) {
+        self.toggle(axes);
+    }
+
+    fn direction(&mut self, axis: u8, forward: bool) {
+        if axis == 0 {
+            set!(self.e.porte(), DIRECTION_E, forward);
+        } else {
+            set_h((1 << DIRECTION_H) << ((axis - 1) & 1), forward);
+        }
+    }
+}
+
+impl Levels {
+    /// Sets the level of the enable pin.
+    pub fn set_enable(&mut self, high: bool) {
+        set_h(ENABLE, high);
+    }
+
+    /// The switches' levels: bit 0 is the first axis, set when high (open).
+    pub fn switches(&self) -> Axes {
+        // SAFETY: reading pins disturbs nobody.
+        let h = unsafe { PORTH::steal() }.pinh().read().bits();
+        h >> SWITCH_H & 1 | self.b.pinb().read().bits() >> (SWITCH_B - 1) & 0b110
+    }
+}
+
+/// Sets a pin of port H, which lies too far up for a single instruction, and
+/// on which interrupt and foreground both have pins.
+fn set_h(mask: u8, high: bool) {
+    avr_device::interrupt::free(|_| {
+        // SAFETY: no interrupt comes between reading and writing.
+        let port = unsafe { PORTH::steal() };
+        set!(port.porth(), mask, high);
+    });
+}

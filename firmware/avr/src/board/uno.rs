@@ -1,0 +1,62 @@
+//! Uno and Nano: STEP and DIR of all axes lie on port D, so that one write
+//! moves them in the same cycle.
+
+use stepwright::drive::{Axes, Drive};
+
+use crate::chip::{PORTB, PORTD};
+
+/// STEP of axis 0 is bit 2 of port D, DIR bit 5; the others follow.
+const STEP: u8 = 2;
+const DIRECTION: u8 = 5;
+/// On port B: D8, and D9 to D11.
+const ENABLE: u8 = 1 << 0;
+const SWITCH: u8 = 1;
+
+/// STEP and DIR, for the step interrupt.
+pub struct Pins {
+    port: PORTD,
+}
+
+/// What the foreground handles: enable and switches.
+pub struct Levels {
+    port: PORTB,
+}
+
+/// Sets all pins up: steps low, drivers disabled, pull-ups at the switches.
+pub fn pins(d: PORTD, b: PORTB) -> (Pins, Levels) {
+    write!(d.ddrd(), 0b111 << STEP | 0b111 << DIRECTION);
+    write!(b.portb(), ENABLE | 0b111 << SWITCH);
+    write!(b.ddrb(), ENABLE);
+    (Pins { port: d }, Levels { port: b })
+}
+
+impl Drive for Pins {
+    // Writing ones to PIND toggles these pins and leaves the others alone, in
+    // one cycle. Every `begin` has its `end`.
+    #[inline(always)]
+    fn begin(&mut self, axes: Axes) {
+        write!(self.port.pind(), axes << STEP);
+    }
+
+    #[inline(always)]
+    fn end(&mut self, axes: Axes) {
+        write!(self.port.pind(), axes << STEP);
+    }
+
+    fn direction(&mut self, axis: u8, forward: bool) {
+        let mask = (1 << DIRECTION) << (axis & 3);
+        set!(self.port.portd(), mask, forward);
+    }
+}
+
+impl Levels {
+    /// Sets the level of the enable pin.
+    pub fn set_enable(&mut self, high: bool) {
+        set!(self.port.portb(), ENABLE, high);
+    }
+
+    /// The switches' levels: bit 0 is the first axis, set when high (open).
+    pub fn switches(&self) -> Axes {
+        self.port.pinb().read().bits() >> SWITCH & 0b111
+    }
+}

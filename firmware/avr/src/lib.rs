@@ -1,0 +1,36 @@
+//! Stepwright on a 16 MHz AVR: what is the same in all its firmware.
+//!
+//! | file | what |
+//! | --- | --- |
+//! | `board` | which chip it is, its pins, what its steps cost |
+//! | `timer` | the step timer |
+//! | `step` | the step interrupt, and the foreground's way to hold it off |
+//! | `serial` | the serial line, USART0 |
+//! | `clock` | milliseconds, without an interrupt |
+//! | `watchdog` | a reset when the main loop hangs |
+//! | `eeprom` | bytes that outlive the power |
+//! | `interrupt` | how a handler is declared, and what a simulator leaves out |
+//!
+//! `bin/slave.rs` is the controller.
+#![no_std]
+#![feature(abi_avr_interrupt)]
+#![cfg_attr(feature = "bench", feature(asm_experimental_arch))]
+
+#[cfg(feature = "uno")]
+pub use avr_device::atmega328p as chip;
+#[cfg(feature = "mega")]
+pub use avr_device::atmega2560 as chip;
+
+#[cfg(all(feature = "uno", any(feature = "timer3", feature = "timer4", feature = "timer5")))]
+compile_error!("the ATmega328P has no timer of 16 bits but timer 1");
+
+pub mod board;
+pub mod clock;
+pub mod eeprom;
+mod interrupt;
+mod panic;
+pub mod serial;
+mod slot;
+pub mod step;
+pub mod timer;
+pub mod watchdog;

@@ -1,0 +1,32 @@
+//! A static that the main program makes and an interrupt uses.
+
+use core::cell::UnsafeCell;
+
+/// Memory at a fixed address, whose owners agree who has it when.
+///
+/// A fixed address saves the interrupt a pointer, and there is no flag that
+/// says whether the value is there, as it would cost cycles in each interrupt.
+pub(crate) struct Slot<T>(UnsafeCell<T>);
+
+// SAFETY: the chip has one core, so that only an interrupt can come between;
+// each `get` says why none does.
+unsafe impl<T> Sync for Slot<T> {}
+
+impl<T> Slot<T> {
+    /// Memory with a first value.
+    pub(crate) const fn new(value: T) -> Slot<T> {
+        Slot(UnsafeCell::new(value))
+    }
+
+    /// The value.
+    ///
+    /// # Safety
+    /// While the reference lives, nobody else may get another: the caller is
+    /// the interrupt that owns the value, or that interrupt can't come.
+    #[inline(always)]
+    #[allow(clippy::mut_from_ref, reason = "that is what the caller promises")]
+    pub(crate) unsafe fn get(&self) -> &mut T {
+        // SAFETY: the caller's promise.
+        unsafe { &mut *self.0.get() }
+    }
+}

@@ -1,0 +1,84 @@
+//! The step interrupt, and the foreground's way to hold it off.
+
+use core::mem::MaybeUninit;
+
+use avr_device::interrupt;
+use stepwright::drive::Axes;
+use stepwright::queue::{Consumer, Producer, Queue};
+use stepwright::{Control, Engine, Report, Timing};
+
+use crate::board::{AXES, Pins};
+use crate::slot::Slot;
+use crate::timer::Timer;
+
+/// Runs queued for each axis, 12 bytes each.
+pub const RUNS: usize = 8;
+
+type StepEngine = Engine<Timer, Pins, Consumer<'static, RUNS>, AXES>;
+
+/// Split once, by `start`.
+static QUEUES: Slot<[Queue<RUNS>; AXES]> = Slot::new([const { Queue::new() }; AXES]);
+
+/// Written once, by `start`, before interrupts are enabled; from then on the
+/// step interrupt's.
+static ENGINE: Slot<MaybeUninit<StepEngine>> = Slot::new(MaybeUninit::uninit());
+
+/// The step interrupt.
+#[inline(always)]
+pub(crate) fn interrupt() {
+    // SAFETY: `start` has written it before it enabled the interrupt, and the
+    // foreground gets it only with interrupts off.
+    unsafe { ENGINE.get().assume_init_mut() }.on_compare();
+}
+
+/// Makes the engine. Returns the foreground's hold on it, and where its runs
+/// go.
+///
+/// # Safety
+/// To be called once, with interrupts disabled.
+pub unsafe fn start(
+    timer: Timer,
+    pins: Pins,
+    timing: Timing,
+) -> (Held, [Producer<'static, RUNS>; AXES]) {
+    // SAFETY: the only place where the queues are named, and called once.
+    let [x, y, z] = unsafe { QUEUES.get() }.each_mut().map(Queue::split);
+    // SAFETY: interrupts are disabled, and there is no engine yet.
+    unsafe { ENGINE.get() }.write(Engine::new(timer, pins, [x.1, y.1, z.1], timing));
+    (Held(()), [x.0, y.0, z.0])
+}
+
+/// The engine with its interrupt held off for each call: some microseconds.
+pub struct Held(());
+
+impl Held {
+    #[inline(always)]
+    fn with<R>(&self, ask: impl FnOnce(&mut StepEngine) -> R) -> R {
+        interrupt::free(|_| {
+            // SAFETY: `start` made this `Held` and the engine before it, and no
+            // interrupt comes.
+            ask(unsafe { ENGINE.get().assume_init_mut() })
+        })
+    }
+}
+
+impl Control for Held {
+    fn start(&mut self, axes: Axes) {
+        self.with(|engine| engine.start(axes));
+    }
+    fn halt(&mut self, axes: Axes) {
+        self.with(|engine| engine.halt(axes));
+    }
+    fn report(&self, axis: u8) -> Report {
+        self.with(|engine| engine.report(axis))
+    }
+    fn set_position(&mut self, axis: u8, position: i64) {
+        self.with(|engine| engine.set_position(axis, position));
+    }
+    fn late(&self) -> u32 {
+        self.with(|engine| engine.late())
+    }
+    fn clear_late(&mut self) {
+        self.with(|engine| engine.clear_late());
+    }
+}

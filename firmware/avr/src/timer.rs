@@ -1,0 +1,76 @@
+//! The step timer: a free-running 16-bit counter at 16 MHz.
+//!
+//! Timer 1; on the Mega timer 3, 4 or 5 instead, if a feature says so. They
+//! are alike but for their names. The counter is never stopped nor set, and
+//! its compare register holds an absolute time: so no tick is ever lost.
+//!
+//! A 16-bit register is read in two halves through a byte that all registers
+//! of the timer share. The foreground therefore touches the timer only while
+//! the step interrupt is held off (`step.rs`).
+
+use stepwright::timer::StepTimer;
+
+use crate::interrupt::handler;
+
+/// The step timer's registers have their timer's number in their names.
+macro_rules! timer {
+    (
+        $tc:ident, $count:ident, $compare:ident, $mode:ident, $prescaler:ident, $select:ident,
+        $mask:ident, $enable:ident, $vector:ident
+    ) => {
+        use crate::chip::$tc as Registers;
+
+        impl Timer {
+            /// Lets the counter run, and its compare register interrupt once
+            /// interrupts are enabled. The timer's pins stay ordinary pins.
+            pub fn start(registers: Registers) -> Timer {
+                registers.$mode().reset();
+                registers.$prescaler().write(|w| w.$select().direct());
+                registers.$mask().write(|w| w.$enable().set_bit());
+                Timer(registers)
+            }
+        }
+
+        impl StepTimer for Timer {
+            type Count = u16;
+
+            const LINGER: u32 = LINGER;
+
+            #[inline(always)]
+            fn now(&mut self) -> u16 {
+                self.0.$count().read().bits()
+            }
+
+            #[inline(always)]
+            fn wake_at(&mut self, at: u16) {
+                self.0.$compare().write(|w| w.set(at));
+            }
+        }
+
+        handler!($vector, $vector, crate::step::interrupt());
+    };
+}
+
+/// Leaving the interrupt and entering it again takes about so many cycles.
+const LINGER: u32 = 64;
+
+/// The step timer. There is one.
+pub struct Timer(Registers);
+
+#[cfg(not(any(feature = "timer3", feature = "timer4", feature = "timer5")))]
+timer!(TC1, tcnt1, ocr1a, tccr1a, tccr1b, cs1, timsk1, ocie1a, TIMER1_COMPA);
+#[cfg(feature = "timer3")]
+timer!(TC3, tcnt3, ocr3a, tccr3a, tccr3b, cs3, timsk3, ocie3a, TIMER3_COMPA);
+#[cfg(feature = "timer4")]
+timer!(TC4, tcnt4, ocr4a, tccr4a, tccr4b, cs4, timsk4, ocie4a, TIMER4_COMPA);
+#[cfg(feature = "timer5")]
+timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a, TIMER5_COMPA);
+
+/// The registers of the timer that the features choose.
+///
+/// # Safety
+/// To be called once.
+pub unsafe fn registers() -> Registers {
+    // SAFETY: the caller's promise.
+    unsafe { Registers::steal() }
+}

@@ -313,9 +313,14 @@ impl Chip {
         self.silicon.byte(address)
     }
 
+    /// The address of the next instruction, in bytes.
+    pub fn pc(&self) -> u32 {
+        self.silicon.pc()
+    }
+
     /// Bytes of RAM in statics, and the most that the stack has taken.
     pub fn ram(&self) -> (u32, u32) {
-        (self.ram, self.silicon.stack())
+        (self.ram, self.silicon.stack(self.ram))
     }
 
     /// Bytes that were lost on the way to the firmware.

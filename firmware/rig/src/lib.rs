@@ -30,6 +30,7 @@ pub mod firmware;
 mod silicon;
 mod eeprom;
 mod line;
+pub mod pty;
 mod taps;
 
 pub use board::Board;

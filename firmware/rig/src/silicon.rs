@@ -66,20 +66,12 @@ impl Silicon {
         }
     }
 
-    /// Bytes at the end of RAM down to the deepest one that was written.
-    pub(crate) fn stack(&self) -> u32 {
-        let ram = self.ram();
-        let statics_end = ram.iter().rposition(|&byte| byte == PAINT).map_or(0, |at| at + 1);
-        // The painted gap lies between statics and stack: the stack begins
-        // behind its last run of 16 painted bytes.
-        let mut run = 0;
-        for at in (0..statics_end).rev() {
-            run = if ram[at] == PAINT { run + 1 } else { 0 };
-            if run == 16 {
-                return (ram.len() - at - 16) as u32;
-            }
-        }
-        ram.len() as u32
+    /// Bytes from the end of RAM down to the deepest one that was written;
+    /// `statics` bytes at its beginning don't count.
+    pub(crate) fn stack(&self, statics: u32) -> u32 {
+        let free = self.ram().get(statics as usize..).unwrap_or(&[]);
+        let deepest = free.iter().position(|&byte| byte != PAINT).unwrap_or(free.len());
+        (free.len() - deepest) as u32
     }
 
     fn ram(&self) -> &[u8] {

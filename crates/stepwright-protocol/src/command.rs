@@ -1,9 +1,12 @@
 //! What a master can say: one line, one command.
 
-use core::fmt;
+use core::fmt::{self, Write};
 
 use crate::axis::{AxisId, Selection};
+use crate::flash::{Text, text};
+use crate::line::CR;
 use crate::number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel};
+use crate::setting::{Setting, Value};
 use crate::text::{Bytes, Piece, Pieces};
 
 /// A line of the master, understood. Every value is inside its range.
@@ -58,12 +61,20 @@ pub enum Command {
     Info,
     /// `!`: forget what was late and what was refused.
     Clear,
+    /// `$`: all settings.
+    Settings,
+    /// `$<name>`: this setting.
+    Setting(Setting),
+    /// `$<name>=<n>`: this setting is n from now on, also after power-up.
+    Set(Value),
+    /// `$reset`: every setting has its default again.
+    Reset,
 }
 
 impl Command {
     /// The longest line that is understood, without its CR, in bytes. Every
     /// command fits, with room for some leading zeros.
-    pub const LONGEST: usize = 16;
+    pub const LONGEST: usize = 24;
 
     /// Reads a complete line, without its CR.
     ///
@@ -96,38 +107,59 @@ impl Command {
             b'd' => WholeAccel::parse(rest).map(Command::Decel),
             b'?' => alone(Command::Info),
             b'!' => alone(Command::Clear),
+            b'$' => match rest {
+                [] => Ok(Command::Settings),
+                b"reset" => Ok(Command::Reset),
+                _ if rest.contains(&b'=') => Value::parse(rest).map(Command::Set),
+                name => Setting::named(name).map(Command::Setting).ok_or(BadLine::Setting),
+            },
             _ => Err(BadLine::Unknown),
         }
     }
 
-    /// The line to send, its CR included, at most 13 bytes.
+    /// The line to send, its CR included, at most 21 bytes.
     pub fn bytes(self) -> Bytes<Command> {
         Bytes::new(self)
     }
 
     /// Its letters and the number behind them.
-    fn parts(self) -> (&'static str, Option<u32>) {
+    fn parts(self) -> (Text, Option<u32>) {
         match self {
-            Command::Program => ("PO", None),
-            Command::StartTens(n) => ("S", Some(n.get())),
-            Command::TopTens(n) => ("T", Some(n.get())),
-            Command::Ramp(n) => ("R", Some(n.get())),
-            Command::Go(n) => (if n.get() < 0 { "G-" } else { "G+" }, Some(n.get().unsigned_abs())),
-            Command::Run(Direction::Forward) => ("g+", None),
-            Command::Run(Direction::Backward) => ("g-", None),
-            Command::Execute => ("E", None),
-            Command::Status => ("F", None),
-            Command::Brake => ("Z", None),
-            Command::Kill => ("K", None),
-            Command::Zero(axis) => ("I", Some(axis.number().into())),
-            Command::Position(axis) => ("V", Some(axis.number().into())),
-            Command::Select(axes) => ("A", Some(axes.number().into())),
-            Command::Start(n) => ("s", Some(n.get())),
-            Command::Top(n) => ("t", Some(n.get())),
-            Command::Accel(n) => ("a", Some(n.get())),
-            Command::Decel(n) => ("d", Some(n.get())),
-            Command::Info => ("?", None),
-            Command::Clear => ("!", None),
+            Command::Program => (text!("PO"), None),
+            Command::StartTens(n) => (text!("S"), Some(n.get())),
+            Command::TopTens(n) => (text!("T"), Some(n.get())),
+            Command::Ramp(n) => (text!("R"), Some(n.get())),
+            Command::Go(n) => {
+                let letters = if n.get() < 0 { text!("G-") } else { text!("G+") };
+                (letters, Some(n.get().unsigned_abs()))
+            }
+            Command::Run(Direction::Forward) => (text!("g+"), None),
+            Command::Run(Direction::Backward) => (text!("g-"), None),
+            Command::Execute => (text!("E"), None),
+            Command::Status => (text!("F"), None),
+            Command::Brake => (text!("Z"), None),
+            Command::Kill => (text!("K"), None),
+            Command::Zero(axis) => (text!("I"), Some(axis.number().into())),
+            Command::Position(axis) => (text!("V"), Some(axis.number().into())),
+            Command::Select(axes) => (text!("A"), Some(axes.number().into())),
+            Command::Start(n) => (text!("s"), Some(n.get())),
+            Command::Top(n) => (text!("t"), Some(n.get())),
+            Command::Accel(n) => (text!("a"), Some(n.get())),
+            Command::Decel(n) => (text!("d"), Some(n.get())),
+            Command::Info => (text!("?"), None),
+            Command::Clear => (text!("!"), None),
+            Command::Settings | Command::Setting(_) => (text!("$"), None),
+            Command::Set(value) => (text!("$"), Some(value.number())),
+            Command::Reset => (text!("$reset"), None),
+        }
+    }
+
+    /// The name between the letters and the number.
+    fn name(self) -> Text {
+        match self {
+            Command::Setting(setting) => setting.text(),
+            Command::Set(value) => value.setting().text(),
+            _ => text!(""),
         }
     }
 }
@@ -137,8 +169,13 @@ impl Pieces for Command {
         let (letters, number) = self.parts();
         Some(match (n, number) {
             (0, _) => Piece::Text(letters),
-            (1, Some(number)) => Piece::Number(number.into()),
-            (1, None) | (2, Some(_)) => Piece::Text("\r"),
+            (1, _) => Piece::Text(self.name()),
+            (2, _) => Piece::Text(match self {
+                Command::Set(_) => text!("="),
+                _ => text!(""),
+            }),
+            (3, Some(number)) => Piece::Number(number.into()),
+            (3, None) | (4, Some(_)) => Piece::Text(text!("\r")),
             _ => return None,
         })
     }
@@ -147,9 +184,7 @@ impl Pieces for Command {
 /// The line as a person reads it, without its CR.
 impl fmt::Display for Command {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (letters, number) = self.parts();
-        f.write_str(letters)?;
-        number.map_or(Ok(()), |number| write!(f, "{number}"))
+        self.bytes().filter(|byte| *byte != CR).try_for_each(|byte| f.write_char(byte.into()))
     }
 }
 
@@ -164,6 +199,8 @@ pub enum BadLine {
     Range,
     /// More than [`Command::LONGEST`] bytes.
     Long,
+    /// `$` and a name that no setting has.
+    Setting,
     /// A byte of it is known to be lost or wrong.
     Garbled,
 }
@@ -174,7 +211,8 @@ impl fmt::Display for BadLine {
             BadLine::Empty => "an empty line",
             BadLine::Unknown => "not a line of this protocol",
             BadLine::Range => "a number outside its range",
-            BadLine::Long => "a line of more than 16 bytes",
+            BadLine::Long => "a line of more than 24 bytes",
+            BadLine::Setting => "no setting has this name",
             BadLine::Garbled => "a line with a lost byte",
         })
     }
@@ -186,6 +224,7 @@ impl core::error::Error for BadLine {}
 pub(crate) mod tests {
     extern crate std;
     use super::*;
+    use crate::setting::tests::any_value;
     use proptest::prelude::*;
     use std::string::ToString;
     use std::vec;
@@ -215,6 +254,8 @@ pub(crate) mod tests {
                 Select(Selection::All),
                 Info,
                 Clear,
+                Settings,
+                Reset,
             ][..],
         );
         let distance = any::<i32>().prop_filter_map("-2^31", Distance::new);
@@ -231,6 +272,8 @@ pub(crate) mod tests {
             1 => axis().prop_map(Zero),
             1 => axis().prop_map(Position),
             1 => axis().prop_map(|a| Select(Selection::One(a))),
+            1 => proptest::sample::select(&crate::Setting::ALL[..]).prop_map(Setting),
+            2 => any_value().prop_map(Set),
         ]
     }
 
@@ -240,7 +283,7 @@ pub(crate) mod tests {
             let line: Vec<u8> = command.bytes().collect();
             let (cr, line) = line.split_last().unwrap();
             prop_assert_eq!(*cr, b'\r');
-            prop_assert!(line.len() <= 12);
+            prop_assert!(line.len() <= 20);
             prop_assert_eq!(Command::parse(line), Ok(command));
             let shown = command.to_string();
             prop_assert_eq!(shown.as_bytes(), line);
@@ -325,6 +368,8 @@ pub(crate) mod tests {
             b"\0",
             b"\xff",
             b"G\xb11",
+            b"$pulse-us=",
+            b"$pulse-us=x",
         ] {
             assert_eq!(Command::parse(line), Err(Unknown), "{line:?}");
         }
@@ -347,8 +392,13 @@ pub(crate) mod tests {
             b"V9",
             b"A9",
             b"A257",
+            b"$pulse-us=0",
+            b"$max-speed=1000001",
         ] {
             assert_eq!(Command::parse(line), Err(Range), "{line:?}");
+        }
+        for line in [&b"$$"[..], b"$E", b"$=1", b"$pulse=2", b"$Pulse-us", b"$reset=1", b"$ "] {
+            assert_eq!(Command::parse(line), Err(BadLine::Setting), "{line:?}");
         }
         assert!(Command::parse(b"s0").is_ok() && Command::parse(b"A0").is_ok());
     }

@@ -1,5 +1,6 @@
 #![no_std]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)] // but for `flash`, on an AVR
+#![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
 //! The serial line of a stepper controller, both sides.
 //!
 //! A master sends a line, the slave answers it, the master sends the next.
@@ -40,6 +41,10 @@
 //!        | "d" 1…100000000      the ramp down is a deceleration, in steps/s²
 //!        | "?"                  one line about the board
 //!        | "!"                  late, refused and last begin anew
+//!        | "$"                  all settings
+//!        | "$" name             one of them
+//!        | "$" name "=" number  set one of them
+//!        | "$reset"             all settings have their defaults again
 //! axis   = 1…8      sign = "+" | "-"      leading zeros are fine
 //! ```
 //!
@@ -54,6 +59,15 @@
 //! in steps/s; steps that came late; lines that were refused; the reason of
 //! the last, one of the names of [`Refusal`]; and which positions are not
 //! known, as the sum of 1 for axis 1, 2 for axis 2, 4 for axis 3, and so on.
+//!
+//! The answer to `$` is all [`Setting`]s with their numbers, and that to `$`
+//! and a name is the one:
+//!
+//! ```text
+//! max-speed=1000000 max-accel=100000000 idle-ms=0 timeout-ms=0 enable-ms=1
+//!    … setup-us=1 hold-us=1 pulse-us=2 reverse=0 enable-high=0 switches=0
+//!    … switch-forward=0 switch-high=0                     (it is one line)
+//! ```
 //!
 //! # A conversation
 //!
@@ -105,8 +119,8 @@
 //! | --- | --- |
 //! | `PO` or `P0`? | both |
 //! | speeds of 0, ramps of 0, numbers out of range | E: a clear refusal rather than the document's "no checking" |
-//! | `G5`, `G+`, `G+-5`, `S 5`, `po`, an empty line, 17 bytes, binary | E at the CR, and the next line starts clean |
-//! | what is taken while busy? | F, V, Z, K, A, `?`, `!`; every other line that addresses a busy axis is answered E |
+//! | `G5`, `G+`, `G+-5`, `S 5`, `po`, an empty line, 25 bytes, binary | E at the CR, and the next line starts clean |
+//! | what is taken while busy? | F, V, Z, K, A, `?`, `!`, `$`, `$` and a name; no setting is changed while any axis is busy; every other line that addresses a busy axis is answered E |
 //! | `PO` while busy | E if the *selected* axis is busy (with A0: any), so `A2`, `PO`, `A2` … starts axis 2 while axis 1 runs |
 //! | S, T, R … outside PO | taken when the axis is idle: they set, they don't move; they are kept from order to order and begin as S5 T100 R200 |
 //! | R, a and d | R sets both ramps, a and d replace their own half, a later R both |
@@ -132,6 +146,7 @@
 mod axis;
 mod command;
 mod controller;
+mod flash;
 mod line;
 mod machine;
 mod master;
@@ -139,6 +154,7 @@ mod number;
 mod order;
 mod reply;
 mod script;
+mod setting;
 mod slave;
 mod text;
 
@@ -151,5 +167,6 @@ pub use number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Who
 pub use order::{Order, Ramp, Travel};
 pub use reply::{Info, Reply, VERSION};
 pub use script::Script;
+pub use setting::{Setting, Settings, Value};
 pub use slave::Slave;
 pub use text::Bytes;

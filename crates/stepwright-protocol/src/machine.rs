@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use crate::{AxisId, BadLine, Order};
+use crate::flash::{Text, text};
+use crate::{AxisId, BadLine, Order, Settings};
 
 /// The controller behind the line: axes that travel, brake and know where
 /// they are.
@@ -66,6 +67,18 @@ pub trait Machine {
 
     /// Sets `late` to 0.
     fn clear_late(&mut self);
+
+    /// The settings; `None` for a machine that has none, which refuses every
+    /// `$`.
+    fn settings(&self) -> Option<Settings> {
+        None
+    }
+
+    /// Has other settings from now on, and keeps them when the power goes
+    /// off. Only while every axis is idle.
+    fn set_up(&mut self, settings: Settings) {
+        let _ = settings;
+    }
 }
 
 /// Why a line was answered E. `last=` in the answer to `?` is its name.
@@ -98,54 +111,55 @@ pub enum Refusal {
     Ramp,
     /// `travel`: the board can't count that far.
     Travel,
+    /// `setting`: no setting of the board has this name.
+    Setting,
     /// `fault`: the axis is out of order: a limit switch, a driver's fault.
     Fault,
     /// `other`: a reason that this version has no word for.
     Other,
 }
 
-impl Refusal {
-    /// Every reason.
-    pub const ALL: [Refusal; 14] = [
-        Refusal::Line,
-        Refusal::Range,
-        Refusal::Axis,
-        Refusal::Busy,
-        Refusal::Closed,
-        Refusal::NoTravel,
-        Refusal::Killed,
-        Refusal::Uncertain,
-        Refusal::TooFast,
-        Refusal::TooSlow,
-        Refusal::Ramp,
-        Refusal::Travel,
-        Refusal::Fault,
-        Refusal::Other,
-    ];
+/// The names, as ordinary text and as one that takes no RAM.
+macro_rules! names {
+    ($($refusal:ident $name:literal)*) => {
+        impl Refusal {
+            /// Every reason.
+            pub const ALL: [Refusal; [$($name),*].len()] = [$(Refusal::$refusal),*];
 
-    /// Its name on the line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Refusal::Line => "line",
-            Refusal::Range => "range",
-            Refusal::Axis => "axis",
-            Refusal::Busy => "busy",
-            Refusal::Closed => "no-po",
-            Refusal::NoTravel => "no-travel",
-            Refusal::Killed => "killed",
-            Refusal::Uncertain => "uncertain",
-            Refusal::TooFast => "too-fast",
-            Refusal::TooSlow => "too-slow",
-            Refusal::Ramp => "ramp",
-            Refusal::Travel => "travel",
-            Refusal::Fault => "fault",
-            Refusal::Other => "other",
+            /// Its name on the line.
+            pub const fn name(self) -> &'static str {
+                match self { $(Refusal::$refusal => $name),* }
+            }
+
+            pub(crate) fn text(self) -> Text {
+                match self { $(Refusal::$refusal => text!($name)),* }
+            }
         }
-    }
+    };
+}
 
+names! {
+    Line "line"
+    Range "range"
+    Axis "axis"
+    Busy "busy"
+    Closed "no-po"
+    NoTravel "no-travel"
+    Killed "killed"
+    Uncertain "uncertain"
+    TooFast "too-fast"
+    TooSlow "too-slow"
+    Ramp "ramp"
+    Travel "travel"
+    Setting "setting"
+    Fault "fault"
+    Other "other"
+}
+
+impl Refusal {
     /// The reason with this name; one that is not known is [`Refusal::Other`].
     pub fn named(name: &[u8]) -> Refusal {
-        let known = Refusal::ALL.into_iter().find(|known| known.name().as_bytes() == name);
+        let known = Refusal::ALL.into_iter().find(|known| known.text().is(name));
         known.unwrap_or(Refusal::Other)
     }
 }
@@ -154,6 +168,7 @@ impl From<BadLine> for Refusal {
     fn from(bad: BadLine) -> Refusal {
         match bad {
             BadLine::Range => Refusal::Range,
+            BadLine::Setting => Refusal::Setting,
             BadLine::Empty | BadLine::Unknown | BadLine::Long | BadLine::Garbled => Refusal::Line,
         }
     }
@@ -178,6 +193,7 @@ impl fmt::Display for Refusal {
             Refusal::TooSlow => "slower than the board can wait: raise the speeds",
             Refusal::Ramp => "the board can't compute such a ramp: change its length or slope",
             Refusal::Travel => "the board can't count that far: shorten the travel",
+            Refusal::Setting => "the board has no such setting: `$` lists them",
             Refusal::Fault => "the axis is out of order: look at its switches and its driver",
             Refusal::Other => "a reason that this version has no word for",
         })

@@ -9,7 +9,7 @@ use crate::text::Bytes;
 
 /// The longest answer a master takes in, in bytes: with room for a field or
 /// two that a later version may add to [`Reply::LONGEST`].
-const LONGEST: usize = 128;
+const LONGEST: usize = 224;
 
 /// Says one line at a time and knows which answers belong to it.
 ///
@@ -51,6 +51,10 @@ enum Awaited {
     Position,
     /// The answer to `?`, or E of a slave that knows only document 004.
     Info,
+    /// A setting or E.
+    Setting,
+    /// All settings, or E.
+    Settings,
     /// R or B, and nothing else: the end of a resync.
     Step,
 }
@@ -63,6 +67,8 @@ impl Awaited {
             Reply::Ready | Reply::Busy => matches!(self, Awaited::Status | Awaited::Step),
             Reply::Position(_) => self == Awaited::Position,
             Reply::Info(_) => self == Awaited::Info,
+            Reply::Setting(_) => self == Awaited::Setting,
+            Reply::Settings(_) => self == Awaited::Settings,
         }
     }
 }
@@ -91,6 +97,8 @@ impl Master {
             Command::Status => Awaited::Status,
             Command::Position(_) => Awaited::Position,
             Command::Info => Awaited::Info,
+            Command::Setting(_) => Awaited::Setting,
+            Command::Settings => Awaited::Settings,
             _ => Awaited::Verdict,
         };
         // What came unasked before is not part of the answer.
@@ -152,6 +160,7 @@ mod tests {
     use super::*;
     use crate::command::tests::any_command;
     use crate::reply::tests::any_reply;
+    use crate::{Setting, Settings, Value};
     use proptest::prelude::*;
     use std::vec::Vec;
 
@@ -174,6 +183,13 @@ mod tests {
         assert_eq!(ask(b"V1", b"-4000\r"), [Reply::Position(-4000)]);
         assert_eq!(ask(b"V1", b"E\r"), [Reply::No]);
         assert_eq!(ask(b"?", b"E\r"), [Reply::No]);
+        assert_eq!(ask(b"$", b"E\r"), [Reply::No]);
+        assert_eq!(ask(b"$reset", b"Y\r"), [Reply::Yes]);
+        assert_eq!(ask(b"$pulse-us=3", b"Y\r"), [Reply::Yes]);
+        let three = Reply::Setting(Value::new(Setting::Pulse, 3).unwrap());
+        assert_eq!(ask(b"$pulse-us", b"Y\rpulse-us=3\r"), [three]);
+        let all = Reply::Settings(Settings::new());
+        assert_eq!(ask(b"$", &all.bytes().collect::<Vec<u8>>()), [all]);
         assert!(matches!(
             ask(b"?", b"stepwright 0.1 axes=1 max=1 late=0 refused=0 last=none uncertain=0\r")[..],
             [Reply::Info(_)]

@@ -75,13 +75,14 @@ impl Order {
     /// step/s or 1 step/s² (the start speed may be 0), or if both ramps are
     /// counted in steps and differ: R sets both.
     pub fn sendable(&self) -> Result<Order, OutOfRange> {
-        Ok(Settings::of(self)?.order(self.travel))
+        Ok(Manner::of(self)?.order(self.travel))
     }
 }
 
-/// What S, T, R, s, t, a and d have set: an order without its travel.
+/// How to travel: what S, T, R, s, t, a and d have said of an order, which is
+/// all but where to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Settings {
+pub(crate) struct Manner {
     pub(crate) start: StartSpeed,
     pub(crate) top: TopSpeed,
     /// Both ramps, except where an acceleration stands in their place.
@@ -90,9 +91,9 @@ pub(crate) struct Settings {
     pub(crate) decel: Option<WholeAccel>,
 }
 
-impl Settings {
+impl Manner {
     /// S5 T100 R200, which an axis begins with.
-    pub(crate) const INITIAL: Settings = Settings {
+    pub(crate) const INITIAL: Manner = Manner {
         start: StartSpeed::clamped(50),
         top: TopSpeed::clamped(1000),
         ramp: RampSteps::clamped(200),
@@ -139,8 +140,8 @@ impl Settings {
         }
     }
 
-    /// The settings that make an order, rounded to whole steps.
-    pub(crate) fn of(order: &Order) -> Result<Settings, OutOfRange> {
+    /// The manner of an order, rounded to whole steps.
+    pub(crate) fn of(order: &Order) -> Result<Manner, OutOfRange> {
         let (mut steps, mut accel, mut decel) = (None, None, None);
         for (ramp, own) in [(order.up, &mut accel), (order.down, &mut decel)] {
             match ramp {
@@ -158,11 +159,11 @@ impl Settings {
                 }
             }
         }
-        Ok(Settings {
+        Ok(Manner {
             start: whole(order.start.millisteps().into(), "start speed", "steps/s")?,
             top: whole(order.top.millisteps().into(), "top speed", "steps/s")?,
             // With accelerations on both sides no ramp in steps is asked for.
-            ramp: steps.unwrap_or(Settings::INITIAL.ramp),
+            ramp: steps.unwrap_or(Manner::INITIAL.ramp),
             accel,
             decel,
         })
@@ -191,7 +192,7 @@ mod tests {
     });
 
     fn order() -> Order {
-        Settings::INITIAL.order(NEAR)
+        Manner::INITIAL.order(NEAR)
     }
 
     #[test]
@@ -204,16 +205,16 @@ mod tests {
 
     #[test]
     fn a_and_d_replace_their_half_and_r_both() {
-        let mut settings = Settings::INITIAL;
-        settings.apply(Command::Accel(WholeAccel::new(7000).unwrap()));
+        let mut manner = Manner::INITIAL;
+        manner.apply(Command::Accel(WholeAccel::new(7000).unwrap()));
         let fast = Ramp::Accel(Accel::from_steps(7000).unwrap());
-        assert_eq!(settings.order(NEAR).up, fast);
-        assert_eq!(settings.order(NEAR).down, order().down);
-        settings.apply(Command::Decel(WholeAccel::new(7000).unwrap()));
-        assert_eq!(settings.order(NEAR).down, fast);
-        settings.apply(Command::Ramp(RampSteps::new(9).unwrap()));
-        assert_eq!(settings.order(NEAR).up, Ramp::Steps(RampSteps::new(9).unwrap()));
-        assert_eq!(settings.order(NEAR).down, settings.order(NEAR).up);
+        assert_eq!(manner.order(NEAR).up, fast);
+        assert_eq!(manner.order(NEAR).down, order().down);
+        manner.apply(Command::Decel(WholeAccel::new(7000).unwrap()));
+        assert_eq!(manner.order(NEAR).down, fast);
+        manner.apply(Command::Ramp(RampSteps::new(9).unwrap()));
+        assert_eq!(manner.order(NEAR).up, Ramp::Steps(RampSteps::new(9).unwrap()));
+        assert_eq!(manner.order(NEAR).down, manner.order(NEAR).up);
     }
 
     #[test]

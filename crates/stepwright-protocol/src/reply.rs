@@ -1,7 +1,9 @@
 //! What a slave answers: one line for each line.
 
 use crate::Refusal;
+use crate::flash::{Text, text};
 use crate::number::digits;
+use crate::setting::{Setting, Settings, Value};
 use crate::text::{Bytes, Piece, Pieces};
 
 /// The protocol's version, which the answer to `?` begins with: 0.1.
@@ -28,6 +30,10 @@ pub enum Reply {
     Position(i64),
     /// To `?`.
     Info(Info),
+    /// To `$` and a name.
+    Setting(Value),
+    /// To `$`.
+    Settings(Settings),
 }
 
 /// What the slave tells about itself.
@@ -51,7 +57,7 @@ pub struct Info {
 
 impl Reply {
     /// The longest answer this version gives, without its CR, in bytes.
-    pub const LONGEST: usize = 106;
+    pub const LONGEST: usize = 190;
 
     /// The line to send, its CR included.
     pub fn bytes(self) -> Bytes<Reply> {
@@ -62,7 +68,8 @@ impl Reply {
     ///
     /// It reads what later versions may say: a position with a plus sign, and
     /// in the answer to `?` further words, fields in another order and reasons
-    /// that have no name here. The seven fields of [`Info`] must be there.
+    /// that have no name here. The seven fields of [`Info`] must be there, and
+    /// every [`Setting`] in the answer to `$`.
     pub fn parse(line: &[u8]) -> Option<Reply> {
         match line {
             b"Y" => Some(Reply::Yes),
@@ -70,9 +77,25 @@ impl Reply {
             b"R" => Some(Reply::Ready),
             b"B" => Some(Reply::Busy),
             [b'0'..=b'9' | b'-' | b'+', ..] => position(line).map(Reply::Position),
-            _ => Info::parse(line).map(Reply::Info),
+            _ if line.starts_with(b"stepwright") => Info::parse(line).map(Reply::Info),
+            _ if line.contains(&b' ') => settings(line).map(Reply::Settings),
+            _ => Value::parse(line).ok().map(Reply::Setting),
         }
     }
+}
+
+/// Reads the answer to `$`: every setting must be there. Settings that a later
+/// version may have are skipped.
+fn settings(line: &[u8]) -> Option<Settings> {
+    let mut settings = Settings::new();
+    let mut missing = u32::MAX.checked_shr(32 - Setting::COUNT as u32)?;
+    for word in line.split(|byte| *byte == b' ') {
+        let (name, _) = halves(word, b'=')?;
+        let Some(setting) = Setting::named(name) else { continue };
+        settings.set(Value::parse(word).ok()?);
+        missing &= !1u32.wrapping_shl(setting as u32);
+    }
+    (missing == 0).then_some(settings)
 }
 
 /// Reads a signed number. Counted downwards, so that −2⁶³ needs no exception.
@@ -144,19 +167,23 @@ fn halves(text: &[u8], at: u8) -> Option<(&[u8], &[u8])> {
 impl Pieces for Reply {
     fn piece(&self, n: u8) -> Option<Piece> {
         let text = match self {
-            Reply::Yes => "Y\r",
-            Reply::No => "E\r",
-            Reply::Ready => "R\r",
-            Reply::Busy => "B\r",
+            Reply::Yes => text!("Y\r"),
+            Reply::No => text!("E\r"),
+            Reply::Ready => text!("R\r"),
+            Reply::Busy => text!("B\r"),
             Reply::Position(steps) => {
                 return Some(match n {
-                    0 => Piece::Text(if *steps < 0 { "-" } else { "" }),
+                    0 => Piece::Text(if *steps < 0 { text!("-") } else { text!("") }),
                     1 => Piece::Number(steps.unsigned_abs()),
-                    2 => Piece::Text("\r"),
+                    2 => Piece::Text(text!("\r")),
                     _ => return None,
                 });
             }
             Reply::Info(info) => return info.piece(n),
+            Reply::Setting(value) => {
+                return piece_of_setting(value.setting(), value.number(), n, text!("\r"));
+            }
+            Reply::Settings(settings) => return settings.piece(n),
         };
         if n == 0 { Some(Piece::Text(text)) } else { None }
     }
@@ -165,25 +192,45 @@ impl Pieces for Reply {
 impl Pieces for Info {
     fn piece(&self, n: u8) -> Option<Piece> {
         Some(match n {
-            0 => Piece::Text("stepwright "),
+            0 => Piece::Text(text!("stepwright ")),
             1 => Piece::Number(self.version.0.into()),
-            2 => Piece::Text("."),
+            2 => Piece::Text(text!(".")),
             3 => Piece::Number(self.version.1.into()),
-            4 => Piece::Text(" axes="),
+            4 => Piece::Text(text!(" axes=")),
             5 => Piece::Number(self.axes.into()),
-            6 => Piece::Text(" max="),
+            6 => Piece::Text(text!(" max=")),
             7 => Piece::Number(self.max.into()),
-            8 => Piece::Text(" late="),
+            8 => Piece::Text(text!(" late=")),
             9 => Piece::Number(self.late.into()),
-            10 => Piece::Text(" refused="),
+            10 => Piece::Text(text!(" refused=")),
             11 => Piece::Number(self.refused.into()),
-            12 => Piece::Text(" last="),
-            13 => Piece::Text(self.last.map_or("none", Refusal::name)),
-            14 => Piece::Text(" uncertain="),
+            12 => Piece::Text(text!(" last=")),
+            13 => Piece::Text(self.last.map_or(text!("none"), Refusal::text)),
+            14 => Piece::Text(text!(" uncertain=")),
             15 => Piece::Number(self.uncertain.into()),
-            16 => Piece::Text("\r"),
+            16 => Piece::Text(text!("\r")),
             _ => return None,
         })
+    }
+}
+
+/// Pieces 0 to 2 of `name=number`, and piece 3, what stands behind it.
+fn piece_of_setting(setting: Setting, number: u32, n: u8, end: Text) -> Option<Piece> {
+    Some(match n {
+        0 => Piece::Text(setting.text()),
+        1 => Piece::Text(text!("=")),
+        2 => Piece::Number(number.into()),
+        3 => Piece::Text(end),
+        _ => return None,
+    })
+}
+
+impl Pieces for Settings {
+    fn piece(&self, n: u8) -> Option<Piece> {
+        let setting = Setting::numbered(n / 4)?;
+        let last = usize::from(n / 4).wrapping_add(1) == Setting::COUNT;
+        let end = if last { text!("\r") } else { text!(" ") };
+        piece_of_setting(setting, self.get(setting), n % 4, end)
     }
 }
 
@@ -191,6 +238,7 @@ impl Pieces for Info {
 pub(crate) mod tests {
     extern crate std;
     use super::*;
+    use crate::setting::tests::{any_settings, any_value};
     use proptest::prelude::*;
     use std::vec::Vec;
 
@@ -225,6 +273,8 @@ pub(crate) mod tests {
             proptest::sample::select(word),
             (any::<i64>(), 0u32..64).prop_map(|(n, bits)| Reply::Position(n >> bits)),
             info().prop_map(Reply::Info),
+            any_value().prop_map(Reply::Setting),
+            any_settings().prop_map(Reply::Settings),
         ]
     }
 
@@ -243,6 +293,7 @@ pub(crate) mod tests {
             let _ = Reply::parse(&line);
             let _ = Reply::parse(&[b"stepwright ", &tail[..]].concat());
             let _ = Reply::parse(&[b"-", &tail[..]].concat());
+            let _ = Reply::parse(&[b"idle-ms=1 ", &tail[..]].concat());
         }
     }
 
@@ -256,12 +307,32 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn the_answers_to_a_dollar() {
+        let line: Vec<u8> = Reply::Settings(Settings::new()).bytes().collect();
+        let all = "max-speed=1000000 max-accel=100000000 idle-ms=0 timeout-ms=0 enable-ms=1 \
+                   setup-us=1 hold-us=1 pulse-us=2 reverse=0 enable-high=0 switches=0 \
+                   switch-forward=0 switch-high=0\r";
+        assert_eq!(core::str::from_utf8(&line), Ok(all));
+        let later = all.trim().replace("idle", "new=9 idle");
+        assert_eq!(Reply::parse(later.as_bytes()), Some(Reply::Settings(Settings::new())));
+        let missing = all.trim().replace(" pulse-us=2", "");
+        assert_eq!(Reply::parse(missing.as_bytes()), None);
+        let damaged = all.trim().replace("pulse-us=2", "pulse-us=2x");
+        assert_eq!(Reply::parse(damaged.as_bytes()), None);
+    }
+
+    #[test]
     fn the_longest_answer_is_known() {
         let last = Refusal::ALL.into_iter().max_by_key(|r| r.name().len());
         let (n, b) = (u32::MAX, u8::MAX);
         let most =
             Info { version: (b, b), axes: b, max: n, late: n, refused: n, last, uncertain: b };
-        assert_eq!(Reply::Info(most).bytes().count(), Reply::LONGEST + 1);
+        assert!(Reply::Info(most).bytes().count() < Reply::LONGEST);
+        let mut most = Settings::new();
+        for setting in Setting::ALL {
+            most.set(Value::new(setting, *setting.range().end()).unwrap());
+        }
+        assert_eq!(Reply::Settings(most).bytes().count(), Reply::LONGEST + 1);
         assert!(Reply::Position(i64::MIN).bytes().count() < Reply::LONGEST);
     }
 
@@ -295,6 +366,9 @@ pub(crate) mod tests {
             b"stepwright 0.1 axes=3 max=1 late=0 refused=0 last=none",
             b"stepwright 0.1 axes=3 max=1 late=0 refused=0 last=none uncertain=256",
             b"stepwright 0.1 axes=3 max=x late=0 refused=0 last=none uncertain=0",
+            b"pulse-us=0",
+            b"pulse=2",
+            b"=2",
             b" stepwright 0.1 axes=3 max=1 late=0 refused=0 last=none uncertain=0",
         ] {
             assert_eq!(Reply::parse(line), None, "{line:?}");

@@ -5,7 +5,7 @@ use stepwright::OutOfRange;
 use crate::axis::{AxisId, Selection};
 use crate::command::Command;
 use crate::number::{Tens, Whole};
-use crate::order::{Order, Settings, Travel};
+use crate::order::{Manner, Order, Travel};
 
 /// The commands of one order for one axis, or of several that start together:
 /// an iterator, to be sent one by one, each after the Y of the one before.
@@ -71,7 +71,7 @@ impl<'a> Script<'a> {
     /// [`OutOfRange`] if the line can't carry one of the orders.
     pub fn new(orders: &'a [(AxisId, Order)]) -> Result<Script<'a>, OutOfRange> {
         for (_, order) in orders {
-            Settings::of(order)?;
+            Manner::of(order)?;
         }
         let next = if orders.is_empty() { Next::End } else { Next::Address };
         Ok(Script { orders, next, selected: AxisId::FIRST })
@@ -90,8 +90,8 @@ impl Iterator for Script<'_> {
                 return left.then_some(Command::Execute);
             };
             // Checked by `new`.
-            let settings = Settings::of(&order).ok()?;
-            let by_steps = settings.accel.is_none() || settings.decel.is_none();
+            let manner = Manner::of(&order).ok()?;
+            let by_steps = manner.accel.is_none() || manner.decel.is_none();
             let select = Command::Select(Selection::One(axis));
             let (line, next) = match self.next {
                 // PO is refused while the selected axis is busy, whichever
@@ -101,16 +101,16 @@ impl Iterator for Script<'_> {
                 Next::Program => (Some(Command::Program), Next::Select),
                 Next::Select => ((axis != self.selected).then_some(select), Next::Start),
                 Next::Start => {
-                    let exact = Command::Start(settings.start);
-                    (Some(tens(settings.start).map_or(exact, Command::StartTens)), Next::Top)
+                    let exact = Command::Start(manner.start);
+                    (Some(tens(manner.start).map_or(exact, Command::StartTens)), Next::Top)
                 }
                 Next::Top => {
-                    let exact = Command::Top(settings.top);
-                    (Some(tens(settings.top).map_or(exact, Command::TopTens)), Next::Ramp)
+                    let exact = Command::Top(manner.top);
+                    (Some(tens(manner.top).map_or(exact, Command::TopTens)), Next::Ramp)
                 }
-                Next::Ramp => (by_steps.then_some(Command::Ramp(settings.ramp)), Next::Accel),
-                Next::Accel => (settings.accel.map(Command::Accel), Next::Decel),
-                Next::Decel => (settings.decel.map(Command::Decel), Next::Travel),
+                Next::Ramp => (by_steps.then_some(Command::Ramp(manner.ramp)), Next::Accel),
+                Next::Accel => (manner.accel.map(Command::Accel), Next::Decel),
+                Next::Decel => (manner.decel.map(Command::Decel), Next::Travel),
                 Next::Travel | Next::End => {
                     self.orders = rest;
                     self.selected = axis;
@@ -143,10 +143,10 @@ mod tests {
     use std::string::{String, ToString};
     use std::vec::Vec;
 
-    const SLOW: Settings = Settings::INITIAL;
+    const SLOW: Manner = Manner::INITIAL;
 
-    fn order(settings: Settings) -> Order {
-        settings.order(Travel::Endless(Direction::Backward))
+    fn order(manner: Manner) -> Order {
+        manner.order(Travel::Endless(Direction::Backward))
     }
 
     fn axis(n: u8) -> AxisId {
@@ -160,22 +160,19 @@ mod tests {
 
     #[test]
     fn extensions_are_sent_only_where_needed() {
-        let one = |settings| lines(&[(AxisId::FIRST, order(settings))]);
+        let one = |manner| lines(&[(AxisId::FIRST, order(manner))]);
         assert_eq!(one(SLOW), "PO S5 T100 R200 g- E");
-        assert_eq!(one(Settings { start: StartSpeed::clamped(0), ..SLOW }), "PO s0 T100 R200 g- E");
-        assert_eq!(one(Settings { top: TopSpeed::clamped(9_990), ..SLOW }), "PO S5 T999 R200 g- E");
+        assert_eq!(one(Manner { start: StartSpeed::clamped(0), ..SLOW }), "PO s0 T100 R200 g- E");
+        assert_eq!(one(Manner { top: TopSpeed::clamped(9_990), ..SLOW }), "PO S5 T999 R200 g- E");
         assert_eq!(
-            one(Settings { top: TopSpeed::clamped(10_000), ..SLOW }),
+            one(Manner { top: TopSpeed::clamped(10_000), ..SLOW }),
             "PO S5 t10000 R200 g- E"
         );
-        assert_eq!(
-            one(Settings { top: TopSpeed::clamped(1_005), ..SLOW }),
-            "PO S5 t1005 R200 g- E"
-        );
+        assert_eq!(one(Manner { top: TopSpeed::clamped(1_005), ..SLOW }), "PO S5 t1005 R200 g- E");
         let (accel, decel) = (WholeAccel::new(7), WholeAccel::new(8));
-        assert_eq!(one(Settings { accel, ..SLOW }), "PO S5 T100 R200 a7 g- E");
-        assert_eq!(one(Settings { decel, ..SLOW }), "PO S5 T100 R200 d8 g- E");
-        assert_eq!(one(Settings { accel, decel, ..SLOW }), "PO S5 T100 a7 d8 g- E");
+        assert_eq!(one(Manner { accel, ..SLOW }), "PO S5 T100 R200 a7 g- E");
+        assert_eq!(one(Manner { decel, ..SLOW }), "PO S5 T100 R200 d8 g- E");
+        assert_eq!(one(Manner { accel, decel, ..SLOW }), "PO S5 T100 a7 d8 g- E");
     }
 
     #[test]
@@ -206,7 +203,7 @@ mod tests {
             start in 0u32..=1_000_000, top in 1u32..=1_000_000, shift in 0u32..20,
             ramp in 1u32..=999, accel: Option<u32>, decel: Option<u32>, by: i32,
         ) {
-            let order = Settings {
+            let order = Manner {
                 start: StartSpeed::clamped(start >> shift),
                 top: TopSpeed::clamped(top >> shift),
                 ramp: RampSteps::clamped(ramp),
@@ -215,16 +212,16 @@ mod tests {
             }
             .order(Travel::By(Distance::new(by.max(-i32::MAX)).unwrap()));
             let orders = [(AxisId::FIRST, order)];
-            let mut settings = Settings::INITIAL;
-            settings.apply(Command::Accel(WholeAccel::LARGEST));
+            let mut manner = Manner::INITIAL;
+            manner.apply(Command::Accel(WholeAccel::LARGEST));
             let mut travel = None;
             for command in Script::new(&orders).unwrap() {
-                settings.apply(command);
+                manner.apply(command);
                 if let Command::Go(distance) = command {
                     travel = Some(Travel::By(distance));
                 }
             }
-            prop_assert_eq!(settings.order(travel.unwrap()), order);
+            prop_assert_eq!(manner.order(travel.unwrap()), order);
         }
     }
 }

@@ -5,8 +5,9 @@ use crate::command::{BadLine, Command};
 use crate::line::Collector;
 use crate::machine::{Machine, Refusal};
 use crate::number::Direction;
-use crate::order::{Settings, Travel};
+use crate::order::{Manner, Travel};
 use crate::reply::{Info, Reply, VERSION};
+use crate::setting::Settings;
 
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
@@ -29,7 +30,7 @@ pub struct Slave<const AXES: usize> {
 /// What the lines have said of one axis.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
-    settings: Settings,
+    manner: Manner,
     /// Where to, once E comes.
     staged: Option<Travel>,
 }
@@ -59,7 +60,7 @@ impl<const AXES: usize> Slave<AXES> {
         const { assert!(AXES >= 1 && AXES <= MAX_AXES as usize) };
         Slave {
             line: Collector::new(),
-            axes: [Axis { settings: Settings::INITIAL, staged: None }; AXES],
+            axes: [Axis { manner: Manner::INITIAL, staged: None }; AXES],
             selected: Selection::FIRST,
             order: Open::No,
             refused: 0,
@@ -115,7 +116,7 @@ impl<const AXES: usize> Slave<AXES> {
             | Command::Accel(_)
             | Command::Decel(_) => {
                 self.idle(machine)?;
-                self.for_selected(|axis| axis.settings.apply(command));
+                self.for_selected(|axis| axis.manner.apply(command));
             }
             Command::Go(distance) => {
                 if self.order == Open::No {
@@ -165,6 +166,16 @@ impl<const AXES: usize> Slave<AXES> {
                 self.refused = 0;
                 self.last = None;
             }
+            Command::Settings => return Ok(Reply::Settings(settings(machine)?)),
+            Command::Setting(setting) => {
+                return Ok(Reply::Setting(settings(machine)?.value(setting)));
+            }
+            Command::Set(value) => {
+                let mut settings = settings(machine)?;
+                settings.set(value);
+                self.set_up(machine, settings)?;
+            }
+            Command::Reset => self.set_up(machine, Settings::new())?,
         }
         Ok(Reply::Yes)
     }
@@ -200,7 +211,7 @@ impl<const AXES: usize> Slave<AXES> {
     fn start<M: Machine>(&mut self, machine: &mut M) -> Result<(), Refusal> {
         let orders = AxisId::first(self.count(machine)).zip(&self.axes).filter_map(|(id, axis)| {
             let travel = axis.staged?;
-            Some((id, axis.settings.order(travel)))
+            Some((id, axis.manner.order(travel)))
         });
         // G found the axes idle, and nothing but E starts one; but a machine
         // may have buttons of its own.
@@ -213,6 +224,18 @@ impl<const AXES: usize> Slave<AXES> {
     fn stage<M: Machine>(&mut self, machine: &M, travel: Travel) -> Result<(), Refusal> {
         self.idle(machine)?;
         self.for_selected(|axis| axis.staged = Some(travel));
+        Ok(())
+    }
+
+    /// Other settings for the machine, if they are others.
+    fn set_up<M: Machine>(&self, machine: &mut M, wanted: Settings) -> Result<(), Refusal> {
+        // Of any axis: most settings are all axes' own.
+        if AxisId::first(self.count(machine)).any(|axis| machine.busy(axis)) {
+            return Err(Refusal::Busy);
+        }
+        if settings(machine)? != wanted {
+            machine.set_up(wanted);
+        }
         Ok(())
     }
 
@@ -276,4 +299,9 @@ impl<const AXES: usize> Slave<AXES> {
             uncertain,
         }
     }
+}
+
+/// The machine's settings, if it has any.
+fn settings<M: Machine>(machine: &M) -> Result<Settings, Refusal> {
+    machine.settings().ok_or(Refusal::Setting)
 }

@@ -6,12 +6,12 @@
 //! Pulled, it costs its value and one number's digits. `core::fmt` is not
 //! used; on an AVR it alone would fill several kilobytes of flash.
 
-use core::str;
+use crate::flash::{Text, text};
 
 /// A part of a line.
 pub enum Piece {
     /// Fixed text.
-    Text(&'static str),
+    Text(Text),
     /// Decimal digits without leading zeros.
     Number(u64),
 }
@@ -31,13 +31,14 @@ pub trait Pieces {
 pub struct Bytes<L> {
     line: L,
     next_piece: u8,
-    text: str::Bytes<'static>,
+    text: Text,
+    next_byte: u8,
     number: Decimal,
 }
 
 impl<L> Bytes<L> {
     pub(crate) fn new(line: L) -> Bytes<L> {
-        Bytes { line, next_piece: 0, text: "".bytes(), number: Decimal::NONE }
+        Bytes { line, next_piece: 0, text: text!(""), next_byte: 0, number: Decimal::NONE }
     }
 }
 
@@ -46,14 +47,15 @@ impl<L: Pieces> Iterator for Bytes<L> {
 
     fn next(&mut self) -> Option<u8> {
         loop {
-            if let Some(byte) = self.text.next() {
+            if let Some(byte) = self.text.byte(self.next_byte) {
+                self.next_byte = self.next_byte.saturating_add(1);
                 return Some(byte);
             }
             if let Some(byte) = self.number.next() {
                 return Some(byte);
             }
             match self.line.piece(self.next_piece)? {
-                Piece::Text(text) => self.text = text.bytes(),
+                Piece::Text(text) => (self.text, self.next_byte) = (text, 0),
                 Piece::Number(value) => self.number = Decimal::new(value),
             }
             self.next_piece = self.next_piece.saturating_add(1);

@@ -195,6 +195,62 @@ fn an_empty_line_is_answered_but_no_news() {
     );
 }
 
+// ---- Settings ----
+
+#[test]
+fn settings_are_asked_and_set() {
+    talk(
+        "$pulse-us     pulse-us=2
+         $pulse-us=15  Y  -> pulse-us=15
+         $pulse-us=15  Y
+         $pulse-us     pulse-us=15
+         $idle-ms=0060000 Y -> idle-ms=60000
+         $             max-speed=1000000 max-accel=100000000 idle-ms=60000 timeout-ms=0 enable-ms=1 setup-us=1 hold-us=1 pulse-us=15 reverse=0 enable-high=0 switches=0 switch-forward=0 switch-high=0
+         $reset        Y  -> idle-ms=0; pulse-us=2
+         $reset        Y
+         $idle-ms      idle-ms=0",
+    );
+}
+
+#[test]
+fn a_setting_is_refused_with_its_reason() {
+    talk(
+        "$pulse-us=21  E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=range uncertain=0
+         $pulse=2      E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=2 last=setting uncertain=0
+         $pulse-us=    E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=3 last=line uncertain=0
+         A2      Y
+         g+      Y  -> start 2 50-1000 R200 R200 forward
+         A1      Y
+         $pulse-us=3   E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=4 last=busy uncertain=0
+         $reset        E
+         $pulse-us     pulse-us=2
+         *arrive 2
+         $pulse-us=3   Y  -> pulse-us=3",
+    );
+}
+
+/// As any other line: one that is refused spoils an order, one that is not
+/// does not.
+#[test]
+fn settings_may_stand_inside_an_order() {
+    talk(
+        "PO      Y
+         G+5     Y
+         $hold-us=2    Y  -> hold-us=2
+         $hold-us      hold-us=2
+         E       Y  -> start 1 50-1000 R200 R200 +5
+         *arrive 1
+         PO      Y
+         G+5     Y
+         $hold-us=-1   E
+         E       E",
+    );
+}
+
 // ---- The line itself ----
 
 #[test]
@@ -202,9 +258,9 @@ fn lf_is_nothing_and_long_lines_end_at_their_cr() {
     talk(
         "\\nPO\\n Y
          G\\n+5  Y
-         G+0000000000000006 E
+         G+00000000000000000000006 E
          \\nPO   Y
-         G+00000000000006   Y
+         G+0000000000000000000006   Y
          E\\n    Y  -> start 1 50-1000 R200 R200 +6",
     );
 }

@@ -1,14 +1,19 @@
-//! The board itself: engine, motors and the slave, over simulated time.
+//! The board itself: the device and its engine, over simulated time.
+
+use std::cell::Cell;
+use std::rc::Rc;
 
 use stepwright::drive::{Axes, Drive};
 use stepwright::queue::{Consumer, Queue};
 use stepwright::timer::Count;
 use stepwright::{Engine, Group};
-use stepwright_protocol::{Controller, Slave};
+use stepwright_device::Device;
+use stepwright_protocol::{Controller, Settings};
 
 use crate::clock::{Now, SimTimer};
 use crate::description::Description;
 use crate::edge::{Edge, Pin, Recorder};
+use crate::panel::{EMPTY, Eeprom, SimPanel};
 
 /// Axes of a virtual board, of which a description may connect fewer.
 pub const AXES: usize = 3;
@@ -24,7 +29,12 @@ pub struct Queues([Queue<RUNS>; AXES]);
 /// Simulated pins: every change goes to the recorder.
 struct Pins<R> {
     now: Now,
-    forward: [Option<bool>; AXES],
+    /// Which way each axis was told to turn.
+    forward: [bool; AXES],
+    /// Axes that turn the other way round.
+    reverse: Rc<Cell<Axes>>,
+    /// The levels of DIR.
+    levels: [Option<bool>; AXES],
     recorder: R,
 }
 
@@ -33,6 +43,19 @@ impl<R: Recorder> Pins<R> {
         let time = self.now.get();
         for axis in (0..AXES as u8).filter(|axis| axes >> axis & 1 != 0) {
             self.recorder.edge(Edge { time, axis, pin: Pin::Step, level });
+        }
+    }
+
+    /// Sets DIR of all axes as they are told to turn.
+    fn face(&mut self) {
+        for (axis, level) in self.levels.iter_mut().enumerate() {
+            let forward = self.forward.get(axis).copied().unwrap_or(true);
+            let high = forward != (self.reverse.get() >> axis & 1 != 0);
+            if *level != Some(high) {
+                *level = Some(high);
+                let (time, axis) = (self.now.get(), axis as u8);
+                self.recorder.edge(Edge { time, axis, pin: Pin::Direction, level: high });
+            }
         }
     }
 }
@@ -47,11 +70,9 @@ impl<R: Recorder> Drive for Pins<R> {
     }
 
     fn direction(&mut self, axis: u8, forward: bool) {
-        let Some(known) = self.forward.get_mut(usize::from(axis)) else { return };
-        if *known != Some(forward) {
-            *known = Some(forward);
-            let time = self.now.get();
-            self.recorder.edge(Edge { time, axis, pin: Pin::Direction, level: forward });
+        if let Some(known) = self.forward.get_mut(usize::from(axis)) {
+            *known = forward;
+            self.face();
         }
     }
 }
@@ -67,9 +88,8 @@ type BoardEngine<'q, C, R> = Engine<SimTimer<C>, Pins<R>, Consumer<'q, RUNS>, AX
 pub struct VirtualBoard<'q, C: Count, R: Recorder> {
     now: Now,
     engine: BoardEngine<'q, C, R>,
-    group: Group<'q, AXES, RUNS>,
-    slave: Slave<AXES>,
-    axes: u8,
+    device: Device<'q, AXES, RUNS>,
+    panel: SimPanel,
     answers: Vec<u8>,
     /// Ticks between two visits of the foreground to the planner.
     visit: u64,
@@ -77,18 +97,40 @@ pub struct VirtualBoard<'q, C: Count, R: Recorder> {
 }
 
 impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
-    /// Switches a board on.
+    /// Switches a new board on.
     pub fn new(queues: &'q mut Queues, description: Description, recorder: R) -> Self {
-        let now = Now::default();
-        let pins = Pins { now: now.clone(), forward: [None; AXES], recorder };
+        VirtualBoard::with_eeprom(queues, description, recorder, EMPTY)
+    }
+
+    /// Switches a board on whose EEPROM holds these bytes. Its pulse and
+    /// direction times are those of its settings, not of its description.
+    pub fn with_eeprom(
+        queues: &'q mut Queues,
+        description: Description,
+        recorder: R,
+        eeprom: Eeprom,
+    ) -> Self {
+        let (now, reverse) = (Now::default(), Rc::new(Cell::new(0)));
+        let pins = Pins {
+            now: now.clone(),
+            forward: [true; AXES],
+            reverse: reverse.clone(),
+            levels: [None; AXES],
+            recorder,
+        };
         let [x, y, z] = queues.0.each_mut().map(Queue::split);
         let board = description.board;
-        let consumers = [x.1, y.1, z.1];
+        let timer = SimTimer::new(now.clone());
+        let mut engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing);
+        let mut panel = SimPanel::new(now.clone(), board.rate, reverse, eeprom);
+        let axes = description.axes.clamp(1, AXES as u8);
+        let group = Group::new([x.0, y.0, z.0], board);
+        let device = Device::new(group, axes, &mut engine, &mut panel);
+        engine.drive().face();
         VirtualBoard {
-            engine: Engine::new(SimTimer::new(now.clone()), pins, consumers, board.timing),
-            group: Group::new([x.0, y.0, z.0], board),
-            slave: Slave::new(),
-            axes: description.axes.clamp(1, AXES as u8),
+            engine,
+            device,
+            panel,
             answers: Vec::new(),
             visit: u64::from(board.rate.micros(50)),
             next_visit: 0,
@@ -103,10 +145,10 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// A byte arrives on the serial line, now.
     pub fn receive(&mut self, byte: u8) {
-        let mut machine =
-            Controller { group: &mut self.group, engine: &mut self.engine, axes: self.axes };
-        if let Some(reply) = self.slave.push(byte, &mut machine) {
+        if let Some(reply) = self.device.push(byte, &mut self.engine, &mut self.panel) {
             self.answers.extend(reply.bytes());
+            // It may have been a setting that turns an axis round.
+            self.engine.drive().face();
         }
         self.plan();
     }
@@ -149,23 +191,23 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// The foreground has a look, and plans what is wanted.
     fn plan(&mut self) {
-        while self.group.poll(&mut self.engine) {}
+        while self.device.poll(&mut self.engine, &mut self.panel) {}
         self.next_visit = self.now.get() + self.visit;
     }
 
     /// Whether any axis has a travel in progress.
     pub fn is_busy(&self) -> bool {
-        self.group.any_busy(&self.engine)
+        self.device.group().any_busy(&self.engine)
     }
 
     /// Whether any axis goes on until it is stopped: it would never rest.
     pub fn is_endless(&self) -> bool {
-        self.group.any_endless()
+        self.device.group().any_endless()
     }
 
     /// Position of an axis in steps, also on the way; `None` if uncertain.
     pub fn position(&self, axis: u8) -> Option<i64> {
-        self.group.position(&self.engine, axis)
+        self.device.group().position(&self.engine, axis)
     }
 
     /// Steps that came late.
@@ -175,7 +217,34 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// The motors and the engine, for orders that need no line.
     pub fn controller(&mut self) -> Controller<'_, 'q, impl stepwright::Control, AXES, RUNS> {
-        Controller { group: &mut self.group, engine: &mut self.engine, axes: self.axes }
+        self.device.controller(&mut self.engine)
+    }
+
+    /// Its settings.
+    pub fn settings(&self) -> &Settings {
+        self.device.settings()
+    }
+
+    /// The level of a limit switch's pin from now on. The board has its pins
+    /// pulled up: a switch to ground that closes makes it low.
+    pub fn set_switch(&mut self, axis: u8, high: bool) {
+        let bit = 1u8.checked_shl(axis.into()).unwrap_or(0);
+        self.panel.switches = self.panel.switches & !bit | if high { bit } else { 0 };
+    }
+
+    /// The level of the pin that enables the drivers.
+    pub fn enable_level(&self) -> bool {
+        self.panel.enable
+    }
+
+    /// What its EEPROM holds now.
+    pub fn eeprom(&self) -> Eeprom {
+        self.panel.eeprom
+    }
+
+    /// Whether settings are still on their way to the EEPROM.
+    pub fn is_saving(&self) -> bool {
+        self.device.is_saving()
     }
 
     /// The recorder.

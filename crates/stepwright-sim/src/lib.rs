@@ -22,9 +22,11 @@ mod board;
 mod clock;
 mod description;
 mod edge;
+mod panel;
 pub mod vcd;
 
 pub use board::{AXES, Queues, VirtualBoard};
 pub use clock::SimTimer;
 pub use description::Description;
 pub use edge::{Edge, Pin, Recorder};
+pub use panel::{EMPTY, Eeprom};

@@ -141,11 +141,9 @@ fn small_travels_are_exact() {
 /// keeps its hold and set-up times.
 #[test]
 fn a_reversal_at_once_keeps_the_drivers_times() {
-    let mut description = Description::uno();
-    (description.board.timing.hold, description.board.timing.setup) = (700, 900);
     let mut queues = Queues::default();
-    let mut board: VirtualBoard<u16, Vec<Edge>> =
-        VirtualBoard::new(&mut queues, description, Vec::new());
+    let mut board = board(&mut queues);
+    b"$hold-us=45\r$setup-us=60\r".iter().for_each(|&byte| board.receive(byte));
     for steps in [40, -40, 7, -1, 1] {
         let controller = board.controller();
         let order = order(20_000, Travel::By(steps));
@@ -153,7 +151,7 @@ fn a_reversal_at_once_keeps_the_drivers_times() {
         board.run_to_rest();
     }
     assert_eq!(board.position(0), Some(7));
-    check_timing(board.recorder(), 32, 900, 700, 133);
+    check_timing(board.recorder(), 32, 60 * 16, 45 * 16, 133);
 }
 
 /// One turns first, one does not: the first pulses still come together.

@@ -410,6 +410,11 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         self.late = 0;
     }
 
+    /// Has other times from now on. Meant for axes at rest.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.timing = timing;
+    }
+
     /// The times that drivers need.
     pub fn timing(&self) -> Timing {
         self.timing

@@ -24,6 +24,8 @@ pub trait Control {
     fn report(&self, axis: u8) -> Report;
     /// See [`Engine::set_position`].
     fn set_position(&mut self, axis: u8, position: i64);
+    /// See [`Engine::set_timing`].
+    fn set_timing(&mut self, timing: Timing);
     /// See [`Engine::late`].
     fn late(&self) -> u32;
     /// See [`Engine::clear_late`].
@@ -42,6 +44,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Control for Engine<T, D, F
     }
     fn set_position(&mut self, axis: u8, position: i64) {
         Engine::set_position(self, axis, position);
+    }
+    fn set_timing(&mut self, timing: Timing) {
+        Engine::set_timing(self, timing);
     }
     fn late(&self) -> u32 {
         Engine::late(self)
@@ -128,6 +133,12 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// The board.
     pub fn board(&self) -> &Board<N> {
         &self.board
+    }
+
+    /// The board, to be changed: holds for travels that begin from now on. New
+    /// drivers' times belong into the engine too, see [`Control::set_timing`].
+    pub fn board_mut(&mut self) -> &mut Board<N> {
+        &mut self.board
     }
 
     /// Starts the ordered axes together, all or none. They move once their
@@ -277,11 +288,25 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                 self.uncertain |= 1 << axis;
             }
         }
-        engine.halt(Axes::MAX);
-        self.starting = 0;
+        self.halt(engine, Axes::MAX);
+    }
+
+    /// Stops these axes between two steps. The position is where the last step
+    /// led to, and stays known: only for a motor that stops where it is told.
+    pub fn halt(&mut self, engine: &mut impl Control, axes: Axes) {
+        engine.halt(axes);
+        self.starting &= !axes;
         for (axis, motor) in self.motors.iter_mut().enumerate() {
-            motor.abandon(engine.report(axis as u8).forward);
+            if axes >> axis & 1 != 0 {
+                motor.abandon(engine.report(axis as u8).forward);
+            }
         }
+    }
+
+    /// Whether the last or present travel of an axis leads forward; false if
+    /// there is no such axis.
+    pub fn is_forward(&self, axis: u8) -> bool {
+        self.motors.get(usize::from(axis)).is_some_and(Motor::is_forward)
     }
 
     /// Whether a travel of this axis is in progress; false if there is no
@@ -318,6 +343,12 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             engine.set_position(axis, 0);
             self.uncertain &= !(1 << axis);
         }
+    }
+
+    /// Calls all positions uncertain: something else may have moved the motors,
+    /// or nobody has counted.
+    pub fn doubt(&mut self) {
+        self.uncertain = Axes::MAX;
     }
 
     /// Axes whose position is uncertain.

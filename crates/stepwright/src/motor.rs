@@ -117,6 +117,11 @@ impl<'q, const Q: usize> Motor<'q, Q> {
         self.forward = forward;
     }
 
+    /// Whether its travel leads forward.
+    pub(crate) fn is_forward(&self) -> bool {
+        self.forward
+    }
+
     /// Whether it goes on until it is stopped.
     pub(crate) fn is_endless(&self) -> bool {
         self.planner.as_ref().is_some_and(Planner::is_endless)

@@ -11,6 +11,9 @@
 //!
 //! D8 enables all drivers while it is low.
 
+use core::sync::atomic::{AtomicU8, Ordering};
+
+use stepwright::drive::Axes;
 use stepwright::profile::Fit;
 use stepwright::{Board, Rate, Timing};
 
@@ -38,6 +41,22 @@ mod pins;
 mod pins;
 
 pub use pins::{Levels, Pins, pins};
+
+/// Axes that turn the other way round. The foreground writes it while they
+/// rest; the step interrupt reads it when it sets DIR.
+static REVERSE: AtomicU8 = AtomicU8::new(0);
+
+/// The level of DIR that makes an axis step forward or backward.
+fn level(axis: u8, forward: bool) -> bool {
+    forward != (REVERSE.load(Ordering::Relaxed) & (1 << (axis & 7)) != 0)
+}
+
+/// From now on these axes turn the other way round. They must rest.
+pub fn set_reverse(axes: Axes) {
+    let changed = REVERSE.load(Ordering::Relaxed) ^ axes;
+    REVERSE.store(axes, Ordering::Relaxed);
+    pins::turn_round(changed);
+}
 
 /// Axes of the board.
 pub const AXES: usize = 3;

@@ -8,12 +8,14 @@
 macro_rules! handler {
     ($uno:ident, $mega:ident, $body:expr) => {
         #[cfg(feature = "uno")]
+        #[doc(hidden)]
         #[avr_device::interrupt(atmega328p)]
         fn $uno() {
             $crate::interrupt::entry();
             $body
         }
         #[cfg(feature = "mega")]
+        #[doc(hidden)]
         #[avr_device::interrupt(atmega2560)]
         fn $mega() {
             $crate::interrupt::entry();

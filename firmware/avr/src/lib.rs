@@ -9,6 +9,7 @@
 //! | `clock` | milliseconds, without an interrupt |
 //! | `watchdog` | a reset when the main loop hangs |
 //! | `eeprom` | bytes that outlive the power |
+//! | `panel` | all of these, as the device wants them |
 //! | `interrupt` | how a handler is declared, and what a simulator leaves out |
 //!
 //! `bin/slave.rs` is the controller.
@@ -28,9 +29,10 @@ pub mod board;
 pub mod clock;
 pub mod eeprom;
 mod interrupt;
+pub mod panel;
 mod panic;
 pub mod serial;
-mod slot;
+pub mod slot;
 pub mod step;
 pub mod timer;
 pub mod watchdog;

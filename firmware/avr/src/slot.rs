@@ -6,7 +6,7 @@ use core::cell::UnsafeCell;
 ///
 /// A fixed address saves the interrupt a pointer, and there is no flag that
 /// says whether the value is there, as it would cost cycles in each interrupt.
-pub(crate) struct Slot<T>(UnsafeCell<T>);
+pub struct Slot<T>(UnsafeCell<T>);
 
 // SAFETY: the chip has one core, so that only an interrupt can come between;
 // each `get` says why none does.
@@ -14,7 +14,7 @@ unsafe impl<T> Sync for Slot<T> {}
 
 impl<T> Slot<T> {
     /// Memory with a first value.
-    pub(crate) const fn new(value: T) -> Slot<T> {
+    pub const fn new(value: T) -> Slot<T> {
         Slot(UnsafeCell::new(value))
     }
 
@@ -25,7 +25,7 @@ impl<T> Slot<T> {
     /// the interrupt that owns the value, or that interrupt can't come.
     #[inline(always)]
     #[allow(clippy::mut_from_ref, reason = "that is what the caller promises")]
-    pub(crate) unsafe fn get(&self) -> &mut T {
+    pub unsafe fn get(&self) -> &mut T {
         // SAFETY: the caller's promise.
         unsafe { &mut *self.0.get() }
     }

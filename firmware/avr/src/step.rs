@@ -75,6 +75,9 @@ impl Control for Held {
     fn set_position(&mut self, axis: u8, position: i64) {
         self.with(|engine| engine.set_position(axis, position));
     }
+    fn set_timing(&mut self, timing: Timing) {
+        self.with(|engine| engine.set_timing(timing));
+    }
     fn late(&self) -> u32 {
         self.with(|engine| engine.late())
     }

@@ -23,7 +23,12 @@ macro_rules! timer {
         impl Timer {
             /// Lets the counter run, and its compare register interrupt once
             /// interrupts are enabled. The timer's pins stay ordinary pins.
-            pub fn start(registers: Registers) -> Timer {
+            ///
+            /// # Safety
+            /// To be called once.
+            pub unsafe fn start() -> Timer {
+                // SAFETY: the caller's promise.
+                let registers = unsafe { Registers::steal() };
                 registers.$mode().reset();
                 registers.$prescaler().write(|w| w.$select().direct());
                 registers.$mask().write(|w| w.$enable().set_bit());
@@ -65,12 +70,3 @@ timer!(TC3, tcnt3, ocr3a, tccr3a, tccr3b, cs3, timsk3, ocie3a, TIMER3_COMPA);
 timer!(TC4, tcnt4, ocr4a, tccr4a, tccr4b, cs4, timsk4, ocie4a, TIMER4_COMPA);
 #[cfg(feature = "timer5")]
 timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a, TIMER5_COMPA);
-
-/// The registers of the timer that the features choose.
-///
-/// # Safety
-/// To be called once.
-pub unsafe fn registers() -> Registers {
-    // SAFETY: the caller's promise.
-    unsafe { Registers::steal() }
-}

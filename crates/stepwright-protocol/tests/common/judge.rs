@@ -43,7 +43,7 @@ impl Entry {
 /// protocol, and any other that is none stands for it.
 pub fn exact(line: &[u8]) -> String {
     match std::str::from_utf8(line) {
-        Ok(line) if line.len() <= 16 => line.into(),
+        Ok(line) if line.len() <= 24 => line.into(),
         _ => "neither".into(),
     }
 }
@@ -81,6 +81,56 @@ fn setting(line: &str) -> Option<(char, u64)> {
         _ => return None,
     };
     Some((letter, number(&line[1..], from, to)?))
+}
+
+/// The settings of a board, their ranges and their defaults.
+const BOARD: [(&str, u64, u64, u64); 13] = [
+    ("max-speed", 1, 1_000_000, 1_000_000),
+    ("max-accel", 1, 100_000_000, 100_000_000),
+    ("idle-ms", 0, 3_600_000, 0),
+    ("timeout-ms", 0, 60_000, 0),
+    ("enable-ms", 0, 1000, 1),
+    ("setup-us", 0, 1000, 1),
+    ("hold-us", 0, 1000, 1),
+    ("pulse-us", 1, 20, 2),
+    ("reverse", 0, 7, 0),
+    ("enable-high", 0, 1, 0),
+    ("switches", 0, 7, 0),
+    ("switch-forward", 0, 7, 0),
+    ("switch-high", 0, 7, 0),
+];
+
+/// A line that sets one of them: which one and to what.
+fn board_setting(line: &str) -> Option<(usize, u64)> {
+    let (name, n) = line.strip_prefix('$')?.split_once('=')?;
+    let which = BOARD.iter().position(|(known, ..)| *known == name)?;
+    Some((which, number(n, BOARD[which].1, BOARD[which].2)?))
+}
+
+/// Setting `which` of the board at the end of this log, as it is answered.
+fn board_setting_now(log: &[Entry], which: usize) -> String {
+    let taken = log.iter().rev().filter(|entry| entry.answer == "Y");
+    let value = taken.into_iter().find_map(|entry| match board_setting(&entry.line) {
+        Some((other, n)) if other == which => Some(n),
+        _ => (entry.line == "$reset").then_some(BOARD[which].3),
+    });
+    format!("{}={}", BOARD[which].0, value.unwrap_or(BOARD[which].3))
+}
+
+/// The answer to a line that begins with `$`.
+fn should_answer_dollar(log: &[Entry], now: &Entry) -> String {
+    let idle = now.busy.iter().all(|busy| !busy);
+    let name = &now.line[1..];
+    if name.is_empty() {
+        let all: Vec<_> = (0..BOARD.len()).map(|n| board_setting_now(log, n)).collect();
+        all.join(" ")
+    } else if let Some(which) = BOARD.iter().position(|(known, ..)| *known == name) {
+        board_setting_now(log, which)
+    } else if idle && (name == "reset" || board_setting(&now.line).is_some()) {
+        "Y".into()
+    } else {
+        "E".into()
+    }
 }
 
 /// The travel of a G or g line, in words.
@@ -194,6 +244,7 @@ pub fn should_answer(log: &[Entry]) -> String {
         "F" => if idle() { "R" } else { "B" }.into(),
         "Z" | "K" | "!" => yes(true),
         "?" => should_tell(before, entry),
+        _ if line.starts_with('$') => should_answer_dollar(before, entry),
         _ if setting(line).is_some() => yes(idle()),
         _ if travel(line).is_some() => yes(open(before).is_some() && idle()),
         _ if selection(line).is_some() => yes(true),

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 
 use stepwright::Speed;
 use stepwright_protocol::{
-    AxisId, Command, Direction, Machine, Order, Ramp, RampSteps, Refusal, Reply, Slave, Travel,
+    AxisId, Command, Direction, Machine, Order, Ramp, RampSteps, Refusal, Reply, Setting, Settings,
+    Slave, Travel,
 };
 
 /// One axis of the bench.
@@ -23,6 +24,7 @@ pub struct Bench {
     /// The next start is refused for this reason.
     pub refuse: Option<Refusal>,
     pub late: u32,
+    pub settings: Settings,
     /// Every start that was asked for, also a refused one.
     pub asked: Vec<Vec<(AxisId, Order)>>,
     /// What it was told since the last look, in words.
@@ -127,6 +129,21 @@ impl Machine for Bench {
     fn clear_late(&mut self) {
         self.note("clear");
         self.late = 0;
+    }
+
+    fn settings(&self) -> Option<Settings> {
+        Some(self.settings)
+    }
+
+    fn set_up(&mut self, settings: Settings) {
+        for setting in Setting::ALL {
+            let value = settings.get(setting);
+            if value != self.settings.get(setting) {
+                self.note(&format!("{}={value}", setting.name()));
+            }
+        }
+        assert!((0..self.axes.len()).all(|n| self.axes[n].running.is_none()), "set up while busy");
+        self.settings = settings;
     }
 }
 

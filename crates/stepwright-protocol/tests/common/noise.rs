@@ -10,7 +10,15 @@ fn any_line(random: &mut Random) -> String {
         1 => pick(random, &["2147483647", "2147483648", "4294967296", "99999999999999999999"]),
         _ => random.below(1000).to_string(),
     };
-    match random.below(10) {
+    let name = |random: &mut Random| {
+        pick(random, &["pulse-us", "idle-ms", "max-speed", "switch-high", "reset", "pulse", ""])
+    };
+    match random.below(11) {
+        10 => match random.below(3) {
+            0 => pick(random, &["$", "$reset", "$pulse-us", "$idle-ms=70000", "$$", "$="]),
+            1 => format!("${}", name(random)),
+            _ => format!("${}={}", name(random), number(random)),
+        },
         0 => pick(random, &["PO", "P0", "E", "F", "Z", "K", "?", "!", ""]),
         1 => pick(random, &["g+", "g-", "A0", "A1", "A2", "A3", "A4", "V1", "V2", "I1", "I3"]),
         2 | 3 => {
@@ -43,7 +51,9 @@ fn sane(random: &mut Random) -> Vec<u8> {
         }
         lines.push("E".into());
         for _ in 0..random.below(4) {
-            lines.push(["F", "V1", "Z", "K", "I1", "?", "A0"][random.below(7)].into());
+            lines.push(
+                ["F", "V1", "Z", "K", "I1", "?", "A0", "$pulse-us=9", "$"][random.below(9)].into(),
+            );
         }
     }
     lines.iter().flat_map(|line| line.bytes().chain([b'\r'])).collect()
@@ -88,7 +98,7 @@ pub fn input(random: &mut Random) -> Vec<u8> {
     match random.below(8) {
         0 => (0..random.below(200)).map(|_| random.byte()).collect(),
         1 => {
-            let letters = b"PO0STRGgEFZKIVAstad?!+-123456789\r\r\r\r\r\n";
+            let letters = b"PO0STRGgEFZKIVAstad?!$+-123456789\r\r\r\r\r\n";
             (0..random.below(200)).map(|_| letters[random.below(letters.len())]).collect()
         }
         2 | 3 => {

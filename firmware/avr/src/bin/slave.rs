@@ -2,62 +2,107 @@
 #![no_std]
 #![no_main]
 
+use core::mem::MaybeUninit;
+
 use stepwright::Group;
+use stepwright_avr::panel::AvrPanel;
 use stepwright_avr::serial::{Received, Serial};
-use stepwright_avr::{board, chip, clock::Clock, step, timer, watchdog};
-use stepwright_protocol::{Bytes, Controller, Reply, Slave};
+use stepwright_avr::step::{Held, RUNS};
+use stepwright_avr::timer::Timer;
+use stepwright_avr::{board, chip, clock, eeprom, slot::Slot, step, watchdog};
+use stepwright_device::Device;
+use stepwright_protocol::{Bytes, Reply};
+
+/// All that the main loop works with.
+///
+/// It lies at a fixed address, not on the stack: an AVR reaches no further
+/// than 63 bytes from the stack pointer with one instruction.
+struct Slave {
+    device: Device<'static, { board::AXES }, RUNS>,
+    engine: Held,
+    panel: AvrPanel,
+    serial: Serial,
+    /// What is still to be sent of the last answer.
+    answer: Option<Bytes<Reply>>,
+}
+
+static SLAVE: Slot<MaybeUninit<Slave>> = Slot::new(MaybeUninit::uninit());
 
 #[avr_device::entry]
 fn main() -> ! {
-    // SAFETY: the only time that anybody takes them, and interrupts are off.
-    let chip = unsafe { chip::Peripherals::steal() };
-    let bitten = watchdog::start(&chip.CPU, &chip.WDT);
-    #[cfg(feature = "uno")]
-    let (pins, mut levels) = board::pins(chip.PORTD, chip.PORTB);
-    #[cfg(feature = "mega")]
-    let (pins, mut levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
-    let mut clock = Clock::start(chip.TC2);
-    let mut serial = Serial::start(chip.USART0);
-    let board = board::description();
-    // SAFETY: called once each, with interrupts off.
-    let (mut engine, feeds) =
-        unsafe { step::start(timer::Timer::start(timer::registers()), pins, board.timing) };
-    let mut group = Group::new(feeds, board);
-    let mut slave = Slave::<{ board::AXES }>::new();
-    let mut answer: Option<Bytes<Reply>> = None;
-    levels.set_enable(false);
+    // SAFETY: called once, with interrupts off.
+    let slave = unsafe { SLAVE.get() }.write(unsafe { Slave::new() });
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
-
     loop {
         watchdog::feed();
-        let _ = (clock.passed(), bitten);
-        match &mut answer {
-            // Planning goes on while a long answer waits for room.
-            Some(bytes) => {
-                while serial.has_room() {
-                    match bytes.next() {
-                        Some(byte) => serial.send(byte),
-                        None => {
-                            answer = None;
-                            break;
-                        }
+        slave.panel.tick();
+        if slave.answer.is_some() {
+            slave.speak();
+        } else {
+            slave.listen();
+        }
+        slave.device.poll(&mut slave.engine, &mut slave.panel);
+    }
+}
+
+impl Slave {
+    /// As at power-up.
+    ///
+    /// # Safety
+    /// To be called once, with interrupts off.
+    unsafe fn new() -> Slave {
+        // SAFETY: the only time that anybody takes them.
+        let chip = unsafe { chip::Peripherals::steal() };
+        let bitten = watchdog::start(&chip.CPU, &chip.WDT);
+        #[cfg(feature = "uno")]
+        let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
+        #[cfg(feature = "mega")]
+        let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
+        let board = board::description();
+        // SAFETY: called once, with interrupts off.
+        let (mut engine, feeds) = unsafe { step::start(Timer::start(), pins, board.timing) };
+        let clock = clock::Clock::start(chip.TC2);
+        let mut panel = AvrPanel::new(levels, eeprom::Eeprom::new(chip.EEPROM), clock);
+        let mut group = Group::new(feeds, board);
+        if bitten {
+            group.doubt();
+        }
+        let device = Device::new(group, board::AXES as u8, &mut engine, &mut panel);
+        Slave { device, engine, panel, serial: Serial::start(chip.USART0), answer: None }
+    }
+
+    /// Takes what has come, up to the end of a line. The master says the next
+    /// one after its answer.
+    #[inline(never)]
+    fn listen(&mut self) {
+        while let Some(received) = self.serial.receive() {
+            match received {
+                Received::Byte(byte) => {
+                    let reply = self.device.push(byte, &mut self.engine, &mut self.panel);
+                    if let Some(reply) = reply {
+                        self.answer = Some(reply.bytes());
+                        return;
                     }
                 }
+                Received::Garbled => self.device.garbled(),
             }
-            None => match serial.receive() {
-                Some(Received::Byte(byte)) => {
-                    let mut machine = Controller {
-                        group: &mut group,
-                        engine: &mut engine,
-                        axes: board::AXES as u8,
-                    };
-                    answer = slave.push(byte, &mut machine).map(Reply::bytes);
-                }
-                Some(Received::Garbled) => slave.garbled(),
-                None => {}
-            },
         }
-        group.poll(&mut engine);
+    }
+
+    /// Sends of the answer as much as there is room for. Planning goes on
+    /// meanwhile.
+    #[inline(never)]
+    fn speak(&mut self) {
+        let Some(bytes) = &mut self.answer else { return };
+        while self.serial.has_room() {
+            match bytes.next() {
+                Some(byte) => self.serial.send(byte),
+                None => {
+                    self.answer = None;
+                    return;
+                }
+            }
+        }
     }
 }

@@ -59,12 +59,21 @@ impl Drive for Pins {
     }
 
     fn direction(&mut self, axis: u8, forward: bool) {
+        let high = super::level(axis, forward);
         if axis == 0 {
-            set!(self.e.porte(), DIRECTION_E, forward);
+            set!(self.e.porte(), DIRECTION_E, high);
         } else {
-            set_h((1 << DIRECTION_H) << ((axis - 1) & 1), forward);
+            set_h((1 << DIRECTION_H) << ((axis - 1) & 1), high);
         }
     }
+}
+
+/// Toggles DIR of these axes.
+pub(super) fn turn_round(axes: Axes) {
+    // SAFETY: one write each, which leaves the other pins alone.
+    let (e, h) = unsafe { (PORTE::steal(), PORTH::steal()) };
+    write!(e.pine(), (axes & 0b001) << 3);
+    write!(h.pinh(), (axes & 0b110) << (DIRECTION_H - 1));
 }
 
 impl Levels {

@@ -45,8 +45,15 @@ impl Drive for Pins {
 
     fn direction(&mut self, axis: u8, forward: bool) {
         let mask = (1 << DIRECTION) << (axis & 3);
-        set!(self.port.portd(), mask, forward);
+        set!(self.port.portd(), mask, super::level(axis, forward));
     }
+}
+
+/// Toggles DIR of these axes.
+pub(super) fn turn_round(axes: Axes) {
+    // SAFETY: one write, which leaves the other pins alone.
+    let port = unsafe { PORTD::steal() };
+    write!(port.pind(), axes << DIRECTION);
 }
 
 impl Levels {

@@ -1,0 +1,39 @@
+//! What a board lends its device: a few pins, the time, some bytes.
+
+use stepwright::drive::Axes;
+
+/// Bytes that outlast a loss of power: an EEPROM.
+///
+/// A byte whose writing is cut off by a loss of power may hold anything
+/// afterwards; an implementation MUST leave all others alone.
+pub trait Memory {
+    /// The byte at this address. Asked only while no byte is being written.
+    fn read(&mut self, address: u16) -> u8;
+
+    /// Begins to write a byte, and does not wait for its end (3.4 ms on an
+    /// AVR). Called only while no other is being written.
+    fn start_write(&mut self, address: u16, byte: u8);
+
+    /// Whether a byte is being written.
+    fn is_writing(&self) -> bool;
+}
+
+/// The pins around the motors, and the time.
+///
+/// In a set of axes, bit 0 is the first. All methods are called from the
+/// foreground, and none may wait.
+pub trait Panel: Memory {
+    /// Milliseconds since some moment; it wraps after 2³².
+    fn millis(&self) -> u32;
+
+    /// The levels of the switches' pins: a set bit is a high one. The pin of
+    /// an axis that has no switch may read anything.
+    fn switches(&self) -> Axes;
+
+    /// Sets the level of the pin that enables the drivers.
+    fn set_enable(&mut self, high: bool);
+
+    /// These axes turn the other way round from now on: forward is a low DIR.
+    /// It MUST set the DIR pins anew as well. Called only while all axes rest.
+    fn set_reverse(&mut self, axes: Axes);
+}

@@ -1,0 +1,216 @@
+//! The power may go at any byte: what is found afterwards is what was there
+//! before, or what was to be written.
+
+use proptest::prelude::*;
+use stepwright_device::{Memory, Store};
+use stepwright_protocol::{Setting, Settings, Value};
+
+/// An EEPROM whose power goes after some writes.
+#[derive(Clone)]
+struct Eeprom {
+    bytes: Vec<u8>,
+    /// Writes until the power goes.
+    power: usize,
+    /// What the byte holds that was being written then; as it was, if none.
+    torn: Option<u8>,
+    /// A write takes this many looks.
+    busy: u8,
+    waiting: std::cell::Cell<u8>,
+    writes: usize,
+}
+
+impl Eeprom {
+    fn new(bytes: Vec<u8>) -> Eeprom {
+        Eeprom {
+            bytes,
+            power: usize::MAX,
+            torn: None,
+            busy: 2,
+            waiting: Default::default(),
+            writes: 0,
+        }
+    }
+
+    fn empty() -> Eeprom {
+        Eeprom::new(vec![0xFF; Store::SIZE.into()])
+    }
+
+    /// The power goes and comes again.
+    fn settings(&self) -> Settings {
+        Store::load(&mut Eeprom::new(self.bytes.clone())).1
+    }
+}
+
+impl Memory for Eeprom {
+    fn read(&mut self, address: u16) -> u8 {
+        assert_eq!(self.waiting.get(), 0, "read while writing");
+        self.bytes[usize::from(address)]
+    }
+
+    fn start_write(&mut self, address: u16, byte: u8) {
+        assert_eq!(self.waiting.get(), 0, "written while writing");
+        self.waiting.set(self.busy);
+        self.writes += 1;
+        let place = &mut self.bytes[usize::from(address)];
+        match self.power {
+            0 => {}
+            1 => *place = self.torn.unwrap_or(*place),
+            _ => *place = byte,
+        }
+        self.power = self.power.saturating_sub(1);
+    }
+
+    fn is_writing(&self) -> bool {
+        let left = self.waiting.get();
+        self.waiting.set(left.saturating_sub(1));
+        left != 0
+    }
+}
+
+fn save(store: &mut Store, memory: &mut Eeprom, settings: &Settings) {
+    store.save();
+    let mut polls = 0;
+    while store.is_saving() {
+        store.poll(memory, settings);
+        polls += 1;
+        assert!(polls < 1000, "it does not end");
+    }
+    memory.waiting.set(0);
+}
+
+fn with(setting: Setting, number: u32) -> Settings {
+    let mut settings = Settings::new();
+    settings.set(Value::new(setting, number).unwrap());
+    settings
+}
+
+/// Three settings that differ in many bytes.
+fn three() -> [Settings; 3] {
+    let mut first = with(Setting::MaxSpeed, 123_456);
+    first.set(Value::new(Setting::Idle, 3_000_000).unwrap());
+    let mut second = with(Setting::Pulse, 17);
+    second.set(Value::new(Setting::Timeout, 54_321).unwrap());
+    [first, second, with(Setting::Reverse, 5)]
+}
+
+#[test]
+fn an_empty_memory_gives_the_defaults() {
+    let (store, settings) = Store::load(&mut Eeprom::empty());
+    assert_eq!(settings, Settings::new());
+    assert!(!store.is_saving());
+}
+
+#[test]
+fn what_is_saved_is_found_again_300_times_over() {
+    let mut memory = Eeprom::empty();
+    let (mut store, _) = Store::load(&mut memory);
+    for n in 0..300 {
+        let settings = with(Setting::MaxSpeed, n + 1);
+        save(&mut store, &mut memory, &settings);
+        assert_eq!(memory.settings(), settings);
+        if n % 7 == 0 {
+            store = Store::load(&mut memory).0;
+        }
+    }
+}
+
+#[test]
+fn only_bytes_that_differ_are_written() {
+    let mut memory = Eeprom::empty();
+    let (mut store, _) = Store::load(&mut memory);
+    for n in 1..=3 {
+        save(&mut store, &mut memory, &with(Setting::Pulse, n));
+    }
+    let before = memory.writes;
+    save(&mut store, &mut memory, &with(Setting::Pulse, 4));
+    // Both marks, the sequence, the pulse and the sum.
+    assert!(memory.writes - before <= 6, "{} bytes", memory.writes - before);
+}
+
+/// Every byte of the first save, of the second and of a later one; the byte
+/// that was being written may hold anything.
+#[test]
+fn a_loss_of_power_leaves_the_old_settings_or_the_new_ones() {
+    for saves in 0..4 {
+        let mut before = Eeprom::empty();
+        let (mut store, mut old) = Store::load(&mut before);
+        for settings in three().iter().cycle().take(saves) {
+            save(&mut store, &mut before, settings);
+            old = *settings;
+        }
+        let new = with(Setting::MaxAccel, 77_777_777);
+        let mut whole = before.clone();
+        save(&mut store.clone(), &mut whole, &new);
+        let writes = whole.writes - before.writes;
+        let mut changes = 0;
+        for power in 1..=writes {
+            for torn in (0..=255).map(Some).chain([None]) {
+                let mut memory = Eeprom { power, torn, ..before.clone() };
+                save(&mut store.clone(), &mut memory, &new);
+                let found = memory.settings();
+                assert!(found == old || found == new, "byte {power} of {writes}, torn {torn:?}");
+                changes += usize::from(found == new);
+                // And the board goes on from there.
+                let mut memory = Eeprom::new(memory.bytes);
+                let (mut again, _) = Store::load(&mut memory);
+                let next = with(Setting::Hold, 999);
+                save(&mut again, &mut memory, &next);
+                assert_eq!(memory.settings(), next);
+            }
+        }
+        assert!(changes >= 1 && writes >= 5, "{changes} changes in {writes} bytes");
+    }
+}
+
+/// A change while the last one is being written, at every step of it.
+#[test]
+fn a_change_in_the_middle_of_writing_is_written_as_well() {
+    let [first, second, third] = three();
+    for steps in 0..100 {
+        let mut memory = Eeprom::empty();
+        let (mut store, _) = Store::load(&mut memory);
+        save(&mut store, &mut memory, &first);
+        store.save();
+        for _ in 0..steps {
+            store.poll(&mut memory, &second);
+        }
+        let between = memory.settings();
+        assert!(between == first || between == second, "{steps}");
+        save(&mut store, &mut memory, &third);
+        assert_eq!(memory.settings(), third, "{steps}");
+    }
+}
+
+#[test]
+fn every_flipped_bit_is_found() {
+    let [first, second, _] = three();
+    let mut memory = Eeprom::empty();
+    let (mut store, _) = Store::load(&mut memory);
+    save(&mut store, &mut memory, &first);
+    let one = memory.clone();
+    save(&mut store, &mut memory, &second);
+    for (memory, newest, older) in [(&one, first, Settings::new()), (&memory, second, first)] {
+        let mut lost = 0;
+        for bit in 0..8 * usize::from(Store::SIZE) {
+            let mut flipped = memory.clone();
+            flipped.bytes[bit / 8] ^= 1 << (bit % 8);
+            let found = flipped.settings();
+            assert!(found == newest || found == older, "bit {bit}");
+            lost += usize::from(found == older);
+        }
+        // All of one copy: mark, sequence, settings and sum.
+        assert_eq!(lost, 8 * (2 + Settings::SIZE + 2));
+    }
+}
+
+proptest! {
+    #[test]
+    fn garbage_is_no_settings(bytes in proptest::collection::vec(any::<u8>(), 64)) {
+        let mut memory = Eeprom::new(bytes);
+        let (mut store, settings) = Store::load(&mut memory);
+        prop_assert_eq!(settings, Settings::new());
+        let new = with(Setting::Enable, 500);
+        save(&mut store, &mut memory, &new);
+        prop_assert_eq!(memory.settings(), new);
+    }
+}

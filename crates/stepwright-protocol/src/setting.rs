@@ -1,0 +1,335 @@
+//! The settings of a board: the one table of their names, units and ranges.
+
+use crate::BadLine;
+use crate::flash::{Text, text};
+use crate::number::digits;
+
+/// Makes [`Setting`] of the table.
+macro_rules! settings {
+    ($($setting:ident, $name:literal, $unit:literal, $min:literal ..= $max:literal, $default:literal, $help:literal;)*) => {
+        /// One setting of a board.
+        ///
+        /// ```
+        /// use stepwright_protocol::Setting;
+        /// let pulse = Setting::named(b"pulse-us").unwrap();
+        /// assert_eq!(pulse, Setting::Pulse);
+        /// assert_eq!((pulse.unit(), pulse.range(), pulse.default()), ("µs", 1..=20, 2));
+        /// ```
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        pub enum Setting {
+            $(#[doc = concat!("`", $name, "`: ", $help)] $setting,)*
+        }
+
+        impl Setting {
+            /// Every setting, in the order of the line that `$` answers.
+            pub const ALL: [Setting; Setting::COUNT] = [$(Setting::$setting),*];
+
+            /// How many there are.
+            pub const COUNT: usize = [$($name),*].len();
+
+            /// Setting `index` of [`Setting::ALL`], which a chip would keep in
+            /// RAM; this is code.
+            pub(crate) fn numbered(index: u8) -> Option<Setting> {
+                $(if index == Setting::$setting as u8 { return Some(Setting::$setting) })*
+                None
+            }
+
+            /// Its name, the same everywhere: on the line, in the command, in
+            /// files.
+            pub const fn name(self) -> &'static str {
+                match self { $(Setting::$setting => $name),* }
+            }
+
+            pub(crate) fn text(self) -> Text {
+                match self { $(Setting::$setting => text!($name)),* }
+            }
+
+            /// The unit of its number; empty for a switch or a set of axes.
+            pub const fn unit(self) -> &'static str {
+                match self { $(Setting::$setting => $unit),* }
+            }
+
+            /// What it does, in a line.
+            pub const fn help(self) -> &'static str {
+                match self { $(Setting::$setting => $help),* }
+            }
+
+            /// The smallest and the largest value.
+            const fn bounds(self) -> (u32, u32) {
+                match self { $(Setting::$setting => ($min, $max)),* }
+            }
+
+            /// What a board has that nobody has set up.
+            pub const fn default(self) -> u32 {
+                match self { $(Setting::$setting => $default),* }
+            }
+        }
+    };
+}
+
+// Numbers of four bytes first, then of two, then of one: `Settings` counts on
+// it. Sets of axes are the sum of 1 for X, 2 for Y, 4 for Z.
+settings! {
+    MaxSpeed, "max-speed", "steps/s", 1..=1_000_000, 1_000_000,
+        "an order with a higher top speed is refused";
+    MaxAccel, "max-accel", "steps/s²", 1..=100_000_000, 100_000_000,
+        "an order with a steeper ramp is refused";
+    Idle, "idle-ms", "ms", 0..=3_600_000, 0,
+        "the drivers are switched off after so long a rest; 0: never";
+    Timeout, "timeout-ms", "ms", 0..=60_000, 0,
+        "moving axes brake when no line came for so long; 0: never";
+    Enable, "enable-ms", "ms", 0..=1000, 1,
+        "from switching the drivers on to the first step";
+    Setup, "setup-us", "µs", 0..=1000, 1,
+        "DIR is set so long before a step";
+    Hold, "hold-us", "µs", 0..=1000, 1,
+        "DIR is kept so long after a step";
+    Pulse, "pulse-us", "µs", 1..=20, 2,
+        "STEP stays high so long";
+    Reverse, "reverse", "", 0..=7, 0,
+        "axes that turn the other way round: 1 X, 2 Y, 4 Z, added up";
+    EnableHigh, "enable-high", "", 0..=1, 0,
+        "1: a high level switches the drivers on; 0: a low one";
+    Switches, "switches", "", 0..=7, 0,
+        "axes that have a limit switch: 1 X, 2 Y, 4 Z, added up";
+    SwitchForward, "switch-forward", "", 0..=7, 0,
+        "axes whose switch ends the travel forward; of the others, backward";
+    SwitchHigh, "switch-high", "", 0..=7, 0,
+        "axes whose closed switch reads high; of the others, low";
+}
+
+impl Setting {
+    /// The values it can have.
+    pub const fn range(self) -> core::ops::RangeInclusive<u32> {
+        let (min, max) = self.bounds();
+        min..=max
+    }
+
+    /// The setting with this name.
+    pub fn named(name: &[u8]) -> Option<Setting> {
+        (0..).map_while(Setting::numbered).find(|setting| setting.text().is(name))
+    }
+}
+
+/// A setting and a value inside its range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Value {
+    setting: Setting,
+    number: u32,
+}
+
+impl Value {
+    /// `number` for `setting`, or `None` when it is outside the range.
+    ///
+    /// ```
+    /// use stepwright_protocol::{Setting, Value};
+    /// assert_eq!(Value::new(Setting::Pulse, 3).unwrap().number(), 3);
+    /// assert!(Value::new(Setting::Pulse, 21).is_none());
+    /// ```
+    pub const fn new(setting: Setting, number: u32) -> Option<Value> {
+        let (min, max) = setting.bounds();
+        if number < min || number > max { None } else { Some(Value { setting, number }) }
+    }
+
+    /// Which setting.
+    pub const fn setting(self) -> Setting {
+        self.setting
+    }
+
+    /// The value, in the setting's unit.
+    pub const fn number(self) -> u32 {
+        self.number
+    }
+
+    /// Reads `name=number`.
+    pub(crate) fn parse(text: &[u8]) -> Result<Value, BadLine> {
+        let mut halves = text.splitn(2, |byte| *byte == b'=');
+        let name = halves.next().unwrap_or_default();
+        let setting = Setting::named(name).ok_or(BadLine::Setting)?;
+        let number = digits(halves.next().unwrap_or_default())?;
+        Value::new(setting, number).ok_or(BadLine::Range)
+    }
+}
+
+/// All settings of a board, each inside its range.
+///
+/// Held as the bytes that a board stores, [`Settings::SIZE`] of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Settings {
+    bytes: [u8; Settings::SIZE],
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings::new()
+    }
+}
+
+impl Settings {
+    /// How many bytes they are.
+    pub const SIZE: usize = 26;
+
+    /// The defaults.
+    pub fn new() -> Settings {
+        let mut settings = Settings { bytes: [0; Settings::SIZE] };
+        for setting in (0..).map_while(Setting::numbered) {
+            settings.put(setting, setting.default());
+        }
+        settings
+    }
+
+    /// Where a setting is among the bytes, and how many are its own.
+    const fn place(setting: Setting) -> (usize, usize) {
+        let index = setting as usize;
+        match index {
+            0..3 => (index * 4, 4),
+            3..7 => (index * 2 + 6, 2),
+            _ => (index + 13, 1),
+        }
+    }
+
+    /// The value of a setting, in its unit.
+    pub fn get(&self, setting: Setting) -> u32 {
+        let (from, length) = Settings::place(setting);
+        let own = self.bytes.get(from..).unwrap_or_default().iter().take(length);
+        own.rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
+    }
+
+    /// A setting and its value.
+    pub fn value(&self, setting: Setting) -> Value {
+        Value { setting, number: self.get(setting) }
+    }
+
+    /// Sets one; true if it had another value before.
+    pub fn set(&mut self, value: Value) -> bool {
+        let changes = self.get(value.setting) != value.number;
+        self.put(value.setting, value.number);
+        changes
+    }
+
+    fn put(&mut self, setting: Setting, mut number: u32) {
+        let (from, length) = Settings::place(setting);
+        for byte in self.bytes.iter_mut().skip(from).take(length) {
+            *byte = number as u8;
+            number >>= 8;
+        }
+    }
+
+    /// The bytes, to be stored. Their order and meaning may change with the
+    /// version of this crate: store [`Settings::LAYOUT`] beside them.
+    pub fn bytes(&self) -> &[u8; Settings::SIZE] {
+        &self.bytes
+    }
+
+    /// The version of the bytes' meaning.
+    pub const LAYOUT: u8 = 1;
+
+    /// The settings that were stored as these bytes; `None` if a value is
+    /// outside its range.
+    pub fn from_bytes(bytes: [u8; Settings::SIZE]) -> Option<Settings> {
+        let settings = Settings { bytes };
+        let mut all = (0..).map_while(Setting::numbered);
+        let valid = all.all(|setting| Value::new(setting, settings.get(setting)).is_some());
+        valid.then_some(settings)
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    pub(crate) fn any_value() -> impl Strategy<Value = Value> {
+        // Every length of number, and both ends.
+        let setting = proptest::sample::select(&Setting::ALL[..]);
+        (setting, any::<u32>(), 0u32..32).prop_map(|(setting, number, bits)| {
+            let (min, max) = setting.bounds();
+            Value::new(setting, (number >> bits).clamp(min, max)).unwrap()
+        })
+    }
+
+    pub(crate) fn any_settings() -> impl Strategy<Value = Settings> {
+        proptest::collection::vec(any_value(), 0..30).prop_map(|values| {
+            let mut settings = Settings::new();
+            for value in values {
+                settings.set(value);
+            }
+            settings
+        })
+    }
+
+    #[test]
+    fn every_setting_has_its_own_name_and_a_default_inside_its_range() {
+        for (n, setting) in Setting::ALL.into_iter().enumerate() {
+            assert_eq!(Setting::numbered(n as u8), Some(setting));
+            assert_eq!(Setting::named(setting.name().as_bytes()), Some(setting));
+            assert!(setting.name().bytes().all(|b| b.is_ascii_lowercase() || b == b'-'));
+            assert!(setting.range().contains(&setting.default()), "{setting:?}");
+            assert!(!setting.help().is_empty());
+            assert_eq!(Settings::new().get(setting), setting.default());
+            // The word that stands where a name stands.
+            assert_ne!(setting.name(), "reset");
+        }
+        assert_eq!(Setting::numbered(Setting::COUNT as u8), None);
+        assert_eq!(Setting::named(b""), None);
+    }
+
+    #[test]
+    fn the_largest_values_fit_side_by_side() {
+        let mut settings = Settings::new();
+        for setting in Setting::ALL {
+            let largest = Value::new(setting, *setting.range().end()).unwrap();
+            settings.set(largest);
+        }
+        for setting in Setting::ALL {
+            assert_eq!(settings.get(setting), *setting.range().end(), "{setting:?}");
+            assert_eq!(Value::new(setting, setting.range().end() + 1), None);
+        }
+        assert_eq!(Settings::from_bytes(*settings.bytes()), Some(settings));
+        assert_eq!(Settings::from_bytes([0xFF; Settings::SIZE]), None);
+        // A pulse of 0 µs, and a speed of 0.
+        assert_eq!(Settings::from_bytes([0; Settings::SIZE]), None);
+    }
+
+    #[test]
+    fn setting_the_same_again_changes_nothing() {
+        let mut settings = Settings::new();
+        let value = Value::new(Setting::Idle, 70_000).unwrap();
+        assert!(settings.set(value));
+        assert!(!settings.set(value));
+        assert_eq!(settings.get(Setting::Idle), 70_000);
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_value_is_told_apart() {
+        assert_eq!(Value::parse(b"pulse-us=007").map(Value::number), Ok(7));
+        for (text, bad) in [
+            (&b""[..], BadLine::Setting),
+            (b"=2", BadLine::Setting),
+            (b"pulse=2", BadLine::Setting),
+            (b"pulse-us=", BadLine::Unknown),
+            (b"pulse-us=+2", BadLine::Unknown),
+            (b"pulse-us=2=2", BadLine::Unknown),
+            (b"pulse-us=0", BadLine::Range),
+            (b"pulse-us=21", BadLine::Range),
+            (b"pulse-us=4294967298", BadLine::Range),
+        ] {
+            assert_eq!(Value::parse(text), Err(bad), "{text:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn settings_leave_each_other_alone(settings in any_settings(), value in any_value()) {
+            let mut changed = settings;
+            changed.set(value);
+            for setting in Setting::ALL {
+                let before = settings.get(setting);
+                let now = if setting == value.setting() { value.number() } else { before };
+                prop_assert_eq!(changed.get(setting), now);
+            }
+        }
+    }
+}

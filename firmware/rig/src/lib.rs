@@ -22,6 +22,7 @@
 //! | an EEPROM byte is written at once | 3.4 ms | mended: busy for so long, and a power loss in between spoils it |
 //! | entering an interrupt takes 0 cycles | 4 | firmware built for the bench spends them itself; otherwise edges are up to 4 cycles early |
 
+pub mod bench;
 pub mod board;
 pub mod chip;
 pub mod edges;

@@ -1,0 +1,163 @@
+//! The highest rates without a late step.
+//!
+//! Several axes get rates that differ by some tenths of a per cent, so that
+//! their steps fall together in every way; the lowest of them is the figure.
+
+use anyhow::{Context, Result};
+
+use super::job::{Axis, Job, Outcome, median, offsets};
+use super::table::Row;
+use super::Subject;
+
+/// Steps/s² of all ramps.
+const ACCEL: u32 = 40_000;
+/// Steps at the top speed, or in all without ramps.
+const STEPS: u32 = 100_000;
+/// Rates are tried on a grid of a quarter of a per cent.
+const GRID: f64 = 1.0025;
+/// Runs keep to the law within 1 µs on either side.
+const FIT: i64 = 32;
+
+pub(super) fn one(subject: &Subject) -> Result<Vec<Row>> {
+    let rate = highest(subject, "rate_ramps", 1)?;
+    let ramp = back_to_back(subject, &ramps(1, below(rate)))?;
+    Ok(vec![
+        Row::queued("rate_ramps", 1, rate.into(), "steps/s"),
+        Row::queued("back_to_back_ramp", 1, ramp, "cycles"),
+    ])
+}
+
+pub(super) fn two(subject: &Subject) -> Result<Vec<Row>> {
+    let rate = highest(subject, "rate_ramps", 2)?;
+    Ok(vec![Row::queued("rate_ramps", 2, rate.into(), "steps/s")])
+}
+
+pub(super) fn three(subject: &Subject) -> Result<Vec<Row>> {
+    let rate = highest(subject, "rate_ramps", 3)?;
+    let outcome = play(subject, &ramps(3, rate))?.context("it was fast enough before")?;
+    Ok(vec![
+        Row::queued("rate_ramps", 3, rate.into(), "steps/s"),
+        Row::queued("late_steps", 3, outcome.late.into(), "steps"),
+    ])
+}
+
+pub(super) fn constant(subject: &Subject) -> Result<Vec<Row>> {
+    let three = highest(subject, "rate_constant", 3)?;
+    let one = highest(subject, "rate_constant", 1)?;
+    let cycles = back_to_back(subject, &constants(1, below(one)))?;
+    Ok(vec![
+        Row::queued("rate_constant", 3, three.into(), "steps/s"),
+        Row::queued("rate_constant", 1, one.into(), "steps/s"),
+        Row::queued("back_to_back_constant", 1, cycles, "cycles"),
+    ])
+}
+
+/// A little slower: steps catch up now and then, and nothing is late.
+fn below(rate: u32) -> u32 {
+    (f64::from(rate) * 0.97) as u32
+}
+
+/// Rates that differ a little, the lowest first.
+fn spread(axes: u8, rate: u32) -> impl Iterator<Item = u32> {
+    (0..u32::from(axes)).map(move |n| rate + rate * 3 * n / 1000)
+}
+
+fn ramps(axes: u8, rate: u32) -> Vec<Axis> {
+    let axis = |top: u32| {
+        let both = (u64::from(top) * u64::from(top) / u64::from(ACCEL)) as u32;
+        Axis::ramps(top, ACCEL, both + STEPS)
+    };
+    spread(axes, rate).map(axis).collect()
+}
+
+fn constants(axes: u8, rate: u32) -> Vec<Axis> {
+    spread(axes, rate).map(|speed| Axis::constant(speed, STEPS)).collect()
+}
+
+fn play(subject: &Subject, axes: &[Axis]) -> Result<Option<Outcome>> {
+    Job::new(axes, true).run(subject, |_| {})
+}
+
+/// Whether every step comes within half its interval of its time.
+fn is_kept(subject: &Subject, axes: &[Axis]) -> Result<bool> {
+    let Some(outcome) = play(subject, axes)? else { return Ok(false) };
+    if outcome.late != 0 || outcome.chip.lost() != 0 {
+        return Ok(false);
+    }
+    for (axis, steps) in axes.iter().zip(&outcome.steps) {
+        let path = axis.path()?;
+        if steps.len() != axis.steps as usize {
+            return Ok(false);
+        }
+        let offsets = offsets(steps, &path);
+        // The first step's latency is in all of them: the least is none.
+        let least = offsets.iter().copied().min().unwrap_or(0);
+        let late = (1..offsets.len()).any(|n| {
+            let interval = path.time_of(n as u32) - path.time_of(n as u32 - 1);
+            offsets[n] - least > interval as i64 / 2 + FIT
+        });
+        if late {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// The highest rate on the grid that is kept while the next one is not.
+fn highest(subject: &Subject, name: &str, axes: u8) -> Result<u32> {
+    let rate = |k: i32| (1000.0 * GRID.powi(k)).round() as u32;
+    let kept = |k: i32| {
+        let axes = match name {
+            "rate_constant" => constants(axes, rate(k)),
+            _ => ramps(axes, rate(k)),
+        };
+        is_kept(subject, &axes)
+    };
+    let hint = subject.known.get(name, axes, "queued").unwrap_or(20_000.0);
+    let hint = ((hint.max(1001.0) / 1000.0).ln() / GRID.ln()).round() as i32;
+    // Strides that double, away from the hint, until it changes; then halves.
+    let (mut low, mut high, mut stride) = (hint, hint + 1, 1);
+    if kept(hint)? {
+        while kept(high)? {
+            (low, stride) = (high, 2 * stride);
+            high += stride;
+        }
+    } else {
+        (low, high) = (hint - 1, hint);
+        while !kept(low)? {
+            (high, stride) = (low, 2 * stride);
+            low -= stride;
+            anyhow::ensure!(low > 0, "not even 1000 steps/s are kept");
+        }
+    }
+    while high - low > 1 {
+        let middle = (low + high) / 2;
+        if kept(middle)? { low = middle } else { high = middle }
+    }
+    Ok(rate(low))
+}
+
+/// Cycles from step to step where one axis is behind: between two steps in one
+/// stay in the interrupt that come closer than they should.
+fn back_to_back(subject: &Subject, axes: &[Axis]) -> Result<f64> {
+    let outcome = Job::new(axes, true).keeping_visits().run(subject, |_| {})?;
+    let mut outcome = outcome.context("it was fast enough before")?;
+    let path = axes.first().context("no axis")?.path()?;
+    let visits = outcome.chip.take_visits();
+    let steps = &outcome.steps[0];
+    let mut visit = visits.iter().peekable();
+    let mut close = Vec::new();
+    for (n, pair) in steps.windows(2).enumerate() {
+        while visit.next_if(|visit| visit.exit <= pair[0].time).is_some() {}
+        let inside = visit.peek().is_some_and(|visit| pair[1].time < visit.exit);
+        let due = path.time_of(n as u32 + 1) - path.time_of(n as u32);
+        let between = pair[1].time - pair[0].time;
+        if inside && between + 2 < due {
+            close.push(between);
+        }
+    }
+    let count = close.len();
+    let cycles = median(&mut close).context("no step was ever behind")?;
+    anyhow::ensure!(count >= 20, "only {count} steps were behind");
+    Ok(cycles as f64)
+}

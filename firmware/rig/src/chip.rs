@@ -177,6 +177,11 @@ impl Chip {
         said.drain(..complete).collect()
     }
 
+    /// Everything that has begun to be sent, also what is not complete yet.
+    pub(crate) fn take_begun(&mut self) -> Vec<(u64, u8)> {
+        self.taps.heard.said.drain(..).collect()
+    }
+
     /// Sends a line with its CR and waits for the answer, which comes without
     /// its CR; `None` if it does not come within 50 ms.
     pub fn ask(&mut self, line: &str) -> Option<String> {

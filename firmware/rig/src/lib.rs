@@ -31,9 +31,12 @@ pub mod firmware;
 mod silicon;
 mod eeprom;
 mod line;
+pub mod pair;
 pub mod pty;
 mod taps;
 
 pub use board::Board;
 pub use chip::Chip;
 pub use elf::Image;
+pub use pair::Pair;
+pub use taps::Visit;

@@ -73,8 +73,8 @@ impl Job {
         Job { visits: true, ..self }
     }
 
-    /// Plays it on a chip that `watch` has prepared; `None` if it takes longer
-    /// than it should by half a second and more.
+    /// Plays it on a chip that `watch` has prepared; `None` if an axis
+    /// falls behind by 10 ms and more.
     pub(super) fn run(
         &self,
         subject: &Subject,
@@ -113,21 +113,12 @@ impl Job {
         if self.traffic {
             chip.poll(&["V1", "F"]);
         }
-        let (mut end, mut expected) = (0, 0);
-        for axis in &self.axes {
-            end = end.max(axis.path()?.time_of(axis.steps));
-            expected += 2 * axis.steps as usize;
-        }
-        let end = chip.now() + end + HZ / 2;
-        // Two edges a step, and those of DIR.
-        while chip.edges().len() < expected + self.axes.len() && chip.now() < end {
+        let mut progress = Progress::new(&self.axes)?;
+        while !progress.is_complete() {
             chip.run_for(HZ / 200);
-            if chip.edges().len() >= expected && self.is_complete(&chip) {
-                break;
+            if progress.is_behind(&chip) {
+                return Ok(None);
             }
-        }
-        if !self.is_complete(&chip) {
-            return Ok(None);
         }
         chip.poll(&[]);
         chip.run_for(HZ / 50);
@@ -137,15 +128,43 @@ impl Job {
         let steps = (0..self.axes.len()).map(|n| steps_of(chip.edges(), n as u8)).collect();
         Ok(Some(Outcome { chip, steps, late }))
     }
+}
 
-    fn is_complete(&self, chip: &Chip) -> bool {
-        let mut rises = vec![0u32; self.axes.len()];
-        for edge in chip.edges().iter().filter(|edge| edge.is_step()) {
-            if let Some(count) = rises.get_mut(usize::from(edge.axis)) {
+/// How far the axes have come.
+struct Progress {
+    axes: Vec<(Path, u32)>,
+    /// The first step's cycle and the steps so far, for each axis.
+    made: Vec<(u64, u32)>,
+    /// Edges that have been looked at.
+    seen: usize,
+}
+
+impl Progress {
+    fn new(axes: &[Axis]) -> Result<Progress> {
+        let paths: Result<Vec<_>> =
+            axes.iter().map(|axis| Ok((axis.path()?, axis.steps))).collect();
+        Ok(Progress { axes: paths?, made: vec![(0, 0); axes.len()], seen: 0 })
+    }
+
+    fn is_complete(&self) -> bool {
+        self.axes.iter().zip(&self.made).all(|(axis, made)| made.1 >= axis.1)
+    }
+
+    /// Whether an axis is some milliseconds behind its path: it has stalled,
+    /// or can't follow.
+    fn is_behind(&mut self, chip: &Chip) -> bool {
+        for edge in chip.edges()[self.seen..].iter().filter(|edge| edge.is_step()) {
+            if let Some((first, count)) = self.made.get_mut(usize::from(edge.axis)) {
+                if *count == 0 {
+                    *first = edge.time;
+                }
                 *count += 1;
             }
         }
-        rises.iter().zip(&self.axes).all(|(&count, axis)| count >= axis.steps)
+        self.seen = chip.edges().len();
+        self.axes.iter().zip(&self.made).any(|((path, steps), &(first, count))| {
+            count < *steps && chip.now() > first + path.time_of(count) + HZ / 100
+        })
     }
 }
 

@@ -78,29 +78,33 @@ fn play(subject: &Subject, axes: &[Axis]) -> Result<Option<Outcome>> {
     Job::new(axes, true).run(subject, |_| {})
 }
 
-/// Whether every step comes within half its interval of its time.
-fn is_kept(subject: &Subject, axes: &[Axis]) -> Result<bool> {
-    let Some(outcome) = play(subject, axes)? else { return Ok(false) };
-    if outcome.late != 0 || outcome.chip.lost() != 0 {
-        return Ok(false);
+/// Why some step does not come within half its interval of its time; `None` if
+/// all do.
+fn fault(subject: &Subject, axes: &[Axis]) -> Result<Option<String>> {
+    let Some(outcome) = play(subject, axes)? else { return Ok(Some("never done".into())) };
+    if outcome.late != 0 {
+        return Ok(Some(format!("{} late steps", outcome.late)));
+    }
+    if outcome.chip.lost() != 0 {
+        return Ok(Some(format!("{} bytes lost", outcome.chip.lost())));
     }
     for (axis, steps) in axes.iter().zip(&outcome.steps) {
         let path = axis.path()?;
         if steps.len() != axis.steps as usize {
-            return Ok(false);
+            return Ok(Some(format!("{} steps of {}", steps.len(), axis.steps)));
         }
         let offsets = offsets(steps, &path);
         // The first step's latency is in all of them: the least is none.
         let least = offsets.iter().copied().min().unwrap_or(0);
-        let late = (1..offsets.len()).any(|n| {
+        for n in 1..offsets.len() {
             let interval = path.time_of(n as u32) - path.time_of(n as u32 - 1);
-            offsets[n] - least > interval as i64 / 2 + FIT
-        });
-        if late {
-            return Ok(false);
+            let late = offsets[n] - least;
+            if late > interval as i64 / 2 + FIT {
+                return Ok(Some(format!("step {n} is {late} of {interval} cycles late")));
+            }
         }
     }
-    Ok(true)
+    Ok(None)
 }
 
 /// The highest rate on the grid that is kept while the next one is not.
@@ -111,7 +115,10 @@ fn highest(subject: &Subject, name: &str, axes: u8) -> Result<u32> {
             "rate_constant" => constants(axes, rate(k)),
             _ => ramps(axes, rate(k)),
         };
-        is_kept(subject, &axes)
+        let fault = fault(subject, &axes)?;
+        let verdict = fault.as_deref().unwrap_or("kept");
+        eprintln!("{name} of {} at {} steps/s: {verdict}", axes.len(), rate(k));
+        anyhow::Ok(fault.is_none())
     };
     let hint = subject.known.get(name, axes, "queued").unwrap_or(20_000.0);
     let hint = ((hint.max(1001.0) / 1000.0).ln() / GRID.ln()).round() as i32;

@@ -9,8 +9,12 @@
 //! | `workspace` | where things are; starting a program and waiting for it |
 //! | `setup` | what the machine must have, and how to get it |
 //! | `toolchain` | the compiler that builds for small chips |
+//! | `listing` | a firmware's symbols and instructions |
 //! | `python` | a Python with pyserial |
 
+mod firmware;
+mod flash;
+mod listing;
 mod python;
 mod setup;
 mod test;
@@ -31,6 +35,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Chore {
+    Firmware(firmware::Firmware),
+    Flash(flash::Flash),
     Setup(setup::Setup),
     Test(test::Test),
 }
@@ -39,6 +45,8 @@ fn main() -> Result<()> {
     let chore = Cli::parse().chore;
     let ws = Workspace::load()?;
     match chore {
+        Chore::Firmware(firmware) => firmware.run(&ws),
+        Chore::Flash(flash) => flash.run(&ws),
         Chore::Setup(setup) => setup.run(&ws),
         Chore::Test(test) => test.run(&ws),
     }

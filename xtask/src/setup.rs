@@ -64,6 +64,15 @@ pub const AVR_GCC: &Need = &Need {
     or_else: "",
 };
 
+/// The program that writes a firmware to a board.
+pub const AVRDUDE: &Need = &Need {
+    name: "avrdude",
+    // It has no option that only says its version; without a word it helps.
+    found: || output(&mut Command::new("avrdude")).is_ok(),
+    packages: &["avrdude"],
+    or_else: "",
+};
+
 /// What the crate `avr-tester` compiles simavr with, and links it to.
 pub const SIMAVR: &Need = &Need {
     name: "simavr's needs",
@@ -85,7 +94,7 @@ pub const PYTHON: &Need = &Need {
 };
 
 /// Everything, for `setup`.
-const ALL: &[&Need] = &[CROSS, AVR_GCC, SIMAVR, PYTHON];
+const ALL: &[&Need] = &[CROSS, AVR_GCC, AVRDUDE, SIMAVR, PYTHON];
 
 /// Meets `needs`: looks, and installs only what is missing.
 pub fn ensure(needs: &[&Need]) -> Result<()> {

@@ -7,6 +7,7 @@
 mod code;
 mod cross;
 mod examples;
+mod firmware;
 mod pyserial;
 
 use std::time::{Duration, Instant};
@@ -39,6 +40,12 @@ const STEPS: &[Step] = &[
         what: "core and protocol build for AVR and Cortex-M0",
         needs: &[setup::CROSS],
         run: cross::run,
+    },
+    Step {
+        name: "firmware",
+        what: "the firmwares build, fit, and can't panic",
+        needs: crate::firmware::NEEDS,
+        run: firmware::run,
     },
     Step {
         name: "pyserial",

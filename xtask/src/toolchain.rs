@@ -29,6 +29,8 @@ pub struct Chip {
 
 /// Arduino Uno and Nano: 8 bits, 16 MHz, 32 KiB flash, 2 KiB RAM.
 pub const ATMEGA328P: Chip = Chip { triple: "avr-none", flags: "-C target-cpu=atmega328p" };
+/// Arduino Mega: the same with 256 KiB flash, 8 KiB RAM, more timers.
+pub const ATMEGA2560: Chip = Chip { triple: "avr-none", flags: "-C target-cpu=atmega2560" };
 /// RP2040 and its like: 32 bits, no division instruction, no atomic swaps.
 pub const CORTEX_M0: Chip = Chip { triple: "thumbv6m-none-eabi", flags: "" };
 
@@ -73,8 +75,13 @@ impl Cross {
     /// A cargo command that compiles with this compiler for `chips`, `core`
     /// included, and keeps what it builds in `target/cross`.
     pub fn cargo(&self, ws: &Workspace, verb: &str, chips: &[&Chip]) -> Command {
+        self.cargo_in(ws, verb, chips, &ws.target.join("cross"))
+    }
+
+    /// Likewise, and keeps what it builds in `folder`.
+    pub fn cargo_in(&self, ws: &Workspace, verb: &str, chips: &[&Chip], folder: &Path) -> Command {
         let mut cargo = ws.cargo([verb, "-Zbuild-std=core", "--target-dir"]);
-        cargo.arg(ws.target.join("cross"));
+        cargo.arg(folder);
         cargo.env("RUSTC", &self.rustc).env("RUSTC_BOOTSTRAP", "1");
         // These would take the place of the chip's own flags.
         cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");

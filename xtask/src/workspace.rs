@@ -105,7 +105,7 @@ fn verdict(command: &Command, status: ExitStatus) -> Result<()> {
 }
 
 /// A command as a person would type it.
-fn line(command: &Command) -> String {
+pub fn line(command: &Command) -> String {
     let program = command.get_program();
     let program = if program == cargo_path() { "cargo".as_ref() } else { program };
     let words: Vec<_> = std::iter::once(program)

@@ -2,11 +2,23 @@
 
 use stepwright::drive::Axes;
 use stepwright::{Control, Group, Ticks};
-use stepwright_protocol::{AxisId, Order, Refusal, Setting, Settings, Travel};
+use stepwright_protocol::{Setting, Settings};
 
-use crate::limits;
 use crate::panel::Panel;
 use crate::store::Store;
+
+/// Where closed switches lie.
+pub(crate) struct Blocked {
+    forward: Axes,
+    backward: Axes,
+}
+
+impl Blocked {
+    /// Whether this axis may not travel in this direction.
+    pub(crate) fn stops(&self, axis: u8, forward: bool) -> bool {
+        (if forward { self.forward } else { self.backward }) >> axis & 1 != 0
+    }
+}
 
 /// What a device keeps in mind besides its motors and its line.
 pub(crate) struct Duties {
@@ -56,12 +68,11 @@ impl Duties {
         panel: &mut impl Panel,
     ) {
         let board = group.board_mut();
-        let ticks = board.rate.hz().div_ceil(1000);
-        let micros = |setting| ticks.wrapping_mul(self.settings.get(setting)).div_ceil(1000);
-        let pulse = micros(Setting::Pulse);
+        let hz = board.rate.hz();
+        let pulse = micros(self.settings.get(Setting::Pulse), hz);
         board.timing.pulse = pulse;
-        board.timing.setup = micros(Setting::Setup);
-        board.timing.hold = micros(Setting::Hold);
+        board.timing.setup = micros(self.settings.get(Setting::Setup), hz);
+        board.timing.hold = micros(self.settings.get(Setting::Hold), hz);
         // A pause as long as the pulse, and what the board can do.
         let cost = board.cost.first().copied().unwrap_or(0);
         board.timing.min_interval = cost.max(pulse.wrapping_mul(2));
@@ -81,33 +92,16 @@ impl Duties {
         !(panel.switches() ^ self.axes(Setting::SwitchHigh)) & self.axes(Setting::Switches)
     }
 
-    /// Whether the switch of this axis lies in this direction.
-    fn is_ahead(&self, axis: usize, forward: bool) -> bool {
-        (self.axes(Setting::SwitchForward) >> axis & 1 != 0) == forward
-    }
-
-    /// Whether the settings and the switches allow an order; whether it moves.
-    pub(crate) fn check(
-        &self,
-        axis: AxisId,
-        order: &Order,
-        panel: &impl Panel,
-    ) -> Result<bool, Refusal> {
-        limits::check(&self.settings, order)?;
-        let forward = match order.travel {
-            Travel::By(distance) if distance.get() == 0 => return Ok(false),
-            Travel::By(distance) => distance.get() > 0,
-            Travel::Endless(direction) => direction == stepwright_protocol::Direction::Forward,
-        };
-        let closed = self.closed(panel) >> axis.index() & 1 != 0;
-        if closed && self.is_ahead(axis.index(), forward) {
-            return Err(Refusal::Fault);
-        }
-        Ok(true)
+    /// Axes that may not travel forward now, and those that may not backward:
+    /// their switch is closed.
+    pub(crate) fn blocked(&self, panel: &impl Panel) -> Blocked {
+        let closed = self.closed(panel);
+        let forward = self.axes(Setting::SwitchForward);
+        Blocked { forward: closed & forward, backward: closed & !forward }
     }
 
     /// How long a travel that is ordered now has to wait for the drivers.
-    pub(crate) fn wait(&self, panel: &impl Panel, ticks_per_second: u32) -> Ticks {
+    pub(crate) fn wait(&self, panel: &impl Panel, hz: u32) -> Ticks {
         let since = panel.millis().wrapping_sub(self.enabled_at);
         let delay = self.settings.get(Setting::Enable);
         if delay == 0 || (self.enabled && since > delay) {
@@ -116,7 +110,7 @@ impl Duties {
         // One more: the present millisecond has begun already.
         let passed = if self.enabled { since } else { 0 };
         let left = delay.saturating_sub(passed).saturating_add(1);
-        ticks_per_second.div_ceil(1000).saturating_mul(left)
+        micros(1000, hz).wrapping_mul(left)
     }
 
     /// A travel begins.
@@ -159,15 +153,9 @@ impl Duties {
         engine: &mut impl Control,
         panel: &impl Panel,
     ) {
-        let closed = self.closed(panel);
-        if closed == 0 {
-            return;
-        }
+        let blocked = self.blocked(panel);
         for axis in 0..N as u8 {
-            if closed >> axis & 1 != 0
-                && self.is_ahead(axis.into(), group.is_forward(axis))
-                && group.is_busy(engine, axis)
-            {
+            if blocked.stops(axis, group.is_forward(axis)) && group.is_busy(engine, axis) {
                 group.halt(engine, 1 << axis);
             }
         }
@@ -180,22 +168,56 @@ impl Duties {
         engine: &mut impl Control,
         panel: &mut impl Panel,
     ) {
-        if group.any_busy(engine) {
+        let busy = group.any_busy(engine);
+        if busy {
             self.moved_at = self.now;
-            let limit = self.settings.get(Setting::Timeout);
-            let silence = self.now.wrapping_sub(self.heard_at);
-            if limit != 0 && silence >= limit && !self.silent {
-                self.silent = true;
-                for axis in 0..N as u8 {
-                    group.brake(axis);
-                }
+        }
+        let (setting, since) =
+            if busy { (Setting::Timeout, self.heard_at) } else { (Setting::Idle, self.moved_at) };
+        let limit = self.settings.get(setting);
+        if limit == 0 || self.now.wrapping_sub(since) < limit {
+            return;
+        }
+        if busy && !self.silent {
+            self.silent = true;
+            for axis in 0..N as u8 {
+                group.brake(axis);
             }
-        } else if self.enabled {
-            let limit = self.settings.get(Setting::Idle);
-            if limit != 0 && self.now.wrapping_sub(self.moved_at) >= limit {
-                self.enabled = false;
-                self.set_enable(panel);
+        } else if !busy && self.enabled {
+            self.enabled = false;
+            self.set_enable(panel);
+        }
+    }
+}
+
+/// `us` (at most 1000) in ticks of a timer of `hz`, rounded up but for the
+/// thousandth part of a tick.
+///
+/// By multiplication: a routine for division would take 1 KB of flash, and
+/// nothing else needs one. 2⁴⁴ / 10⁶ is 17,592,186.04; the product is less than
+/// 2⁶², and up to 18,000 ticks no whole number becomes the next.
+#[inline(never)]
+fn micros(us: u32, hz: u32) -> Ticks {
+    let ticks = u64::from(us).wrapping_mul(hz.into()).wrapping_add(999_000);
+    ((ticks.wrapping_mul(17_592_187) >> 32) as u32) >> 12
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stepwright::Rate;
+
+    #[test]
+    fn times_are_those_of_the_core() {
+        for hz in [100_000, 1_000_000, 2_000_000, 16_000_000] {
+            let rate = Rate::from_hz(hz).unwrap();
+            for us in 0..=1000 {
+                assert_eq!(micros(us, hz), rate.micros(us), "{us} at {hz}");
             }
+        }
+        for us in 0..=1000 {
+            let exact = Rate::MAX.micros(us);
+            assert!((exact..=exact + 1).contains(&micros(us, Rate::MAX.hz())), "{us}");
         }
     }
 }

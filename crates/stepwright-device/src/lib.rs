@@ -8,7 +8,7 @@
 //! forbid, and keeps the settings when the power goes off.
 //!
 //! ```text
-//!   bytes ─► Slave ─► limits ─► Group ─► queues ─► Engine (step interrupt)
+//!   bytes ─► Slave ─► switches ► Group ─► queues ─► Engine (step interrupt)
 //!                       ▲         ▲
 //!            Settings ──┴─ duties ┤
 //!               ▲            ▲    └ brake, halt
@@ -21,7 +21,6 @@
 
 mod device;
 mod duties;
-mod limits;
 mod machine;
 mod panel;
 mod store;

@@ -1,10 +1,13 @@
 //! The slave's machine: the motors, and the duties that go with them.
 
-use stepwright::Control;
+use stepwright::{Control, Travel};
 use stepwright_protocol::{AxisId, Controller, Machine, Order, Refusal, Setting, Settings};
 
 use crate::duties::Duties;
 use crate::panel::Panel;
+
+/// An axis that no board has.
+const NOWHERE: u8 = u8::MAX;
 
 /// A device for the time of a line.
 pub(crate) struct Joined<'a, 'q, E, P, const N: usize, const Q: usize> {
@@ -26,20 +29,29 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
     where
         I: Iterator<Item = (AxisId, Order)> + Clone,
     {
-        let mut moves = false;
-        for (axis, order) in orders.clone() {
-            moves |= self.duties.check(axis, &order, self.panel)?;
-        }
+        let blocked = self.duties.blocked(self.panel);
+        let mut fault = false;
+        // In one pass, for it is long code: an order that is refused here goes
+        // on to an axis that no board has, so that the group starts none.
+        let orders = orders.map(|(axis, order)| {
+            let order: stepwright::Order = order.into();
+            let (axis, travel) = (axis.index() as u8, order.travel);
+            let stops = blocked.stops(axis, travel.forward()) && travel != Travel::By(0);
+            fault |= stops;
+            (if stops { NOWHERE } else { axis }, order)
+        });
         // The drivers' delay is part of this travel's lead and of no other's.
         let board = self.controller.group.board_mut();
         let lead = board.lead;
         board.lead = lead.saturating_add(self.duties.wait(self.panel, board.rate.hz()));
-        let started = self.controller.start(orders);
+        let started = self.controller.group.start(self.controller.engine, orders);
         self.controller.group.board_mut().lead = lead;
-        if started.is_ok() && moves {
-            self.duties.enable(self.panel);
+        if fault {
+            return Err(Refusal::Fault);
         }
-        started
+        started?;
+        self.duties.enable(self.panel);
+        Ok(())
     }
 
     fn brake(&mut self, axis: AxisId) {
@@ -70,12 +82,11 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
         self.controller.clear_late();
     }
 
-    fn settings(&self) -> Option<Settings> {
-        Some(self.duties.settings)
+    fn settings(&mut self) -> Option<&mut Settings> {
+        Some(&mut self.duties.settings)
     }
 
-    fn set_up(&mut self, settings: Settings) {
-        self.duties.settings = settings;
+    fn set_up(&mut self) {
         self.duties.store.save();
         self.duties.apply(self.controller.group, self.controller.engine, self.panel);
     }

@@ -56,17 +56,23 @@ impl Store {
 
     /// Finds the newest settings; the defaults where there are none.
     pub fn load(memory: &mut impl Memory) -> (Store, Settings) {
-        let mut found: Option<(u8, u8, Settings)> = None;
-        for copy in 0..2 {
-            if let Some((sequence, settings)) = read(memory, copy)
-                && found.is_none_or(|(newest, ..)| is_newer(sequence, newest))
-            {
-                found = Some((sequence, copy, settings));
-            }
+        let (first, second) = (check(memory, 0), check(memory, 1));
+        let newest = match (first, second) {
+            (Some(first), Some(second)) if is_newer(second, first) => Some((1, second)),
+            (Some(first), _) => Some((0, first)),
+            (None, second) => second.map(|second| (1, second)),
+        };
+        let Some((copy, sequence)) = newest else {
+            return (Store { copy: 0, sequence: 0, step: DONE, crc: 0 }, Settings::new());
+        };
+        let mut values = [0; Settings::SIZE];
+        for (byte, at) in values.iter_mut().zip(VALUES..) {
+            *byte = memory.read(place(copy, at));
         }
-        let (sequence, copy, settings) = found.unwrap_or_else(|| (0, 1, Settings::new()));
-        let sequence = sequence.wrapping_add(1);
-        (Store { copy: copy ^ 1, sequence, step: DONE, crc: 0 }, settings)
+        let store =
+            Store { copy: copy ^ 1, sequence: sequence.wrapping_add(1), step: DONE, crc: 0 };
+        // Only a value outside its range has no settings, and none is stored.
+        (store, Settings::from_bytes(values).unwrap_or_default())
     }
 
     /// The settings have changed: they are to be written, from the beginning
@@ -123,23 +129,15 @@ fn place(copy: u8, at: u8) -> u16 {
     u16::from(copy & 1).wrapping_mul(APART).wrapping_add(at.into())
 }
 
-/// The sequence number and the settings of a copy, if it is whole.
-fn read(memory: &mut impl Memory, copy: u8) -> Option<(u8, Settings)> {
-    if memory.read(place(copy, 0)) != MARK {
-        return None;
-    }
-    let sequence = memory.read(place(copy, SEQUENCE));
-    let mut sum = crc(u16::MAX, sequence);
-    let mut values = [0; Settings::SIZE];
-    for (byte, at) in values.iter_mut().zip(VALUES..) {
-        *byte = memory.read(place(copy, at));
-        sum = crc(sum, *byte);
-    }
-    let stored = [memory.read(place(copy, CRC)), memory.read(place(copy, CRC + 1))];
-    if u16::from_le_bytes(stored) != sum {
-        return None;
-    }
-    Some((sequence, Settings::from_bytes(values)?))
+/// The sequence number of a copy, if it is whole.
+#[inline(never)]
+fn check(memory: &mut impl Memory, copy: u8) -> Option<u8> {
+    let sum = (SEQUENCE..CRC).fold(u16::MAX, |sum, at| crc(sum, memory.read(place(copy, at))));
+    let [low, high] = sum.to_le_bytes();
+    let whole = memory.read(place(copy, 0)) == MARK
+        && memory.read(place(copy, CRC)) == low
+        && memory.read(place(copy, CRC + 1)) == high;
+    whole.then(|| memory.read(place(copy, SEQUENCE)))
 }
 
 /// Whether a sequence number that wraps comes after another.
@@ -150,6 +148,7 @@ fn is_newer(sequence: u8, than: u8) -> bool {
 /// CRC-16/IBM-3740: polynomial 0x1021, begun with 0xFFFF. Bit by bit it would
 /// be eight loops; this takes the same sum in a few shifts, about 40 cycles on
 /// an AVR.
+#[inline(never)]
 fn crc(crc: u16, byte: u8) -> u16 {
     let [low, high] = crc.to_le_bytes();
     let mut top = high ^ byte;

@@ -110,8 +110,8 @@ impl Command {
             b'$' => match rest {
                 [] => Ok(Command::Settings),
                 b"reset" => Ok(Command::Reset),
-                _ if rest.contains(&b'=') => Value::parse(rest).map(Command::Set),
-                name => Setting::named(name).map(Command::Setting).ok_or(BadLine::Setting),
+                _ => Value::parse(rest)
+                    .map(|(setting, value)| value.map_or(Command::Setting(setting), Command::Set)),
             },
             _ => Err(BadLine::Unknown),
         }

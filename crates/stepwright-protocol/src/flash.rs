@@ -7,24 +7,31 @@
 
 use core::fmt;
 
-/// A fixed text of ASCII characters.
+/// A fixed text of ASCII characters, or a table of bytes.
 ///
 /// The slice names the place and the length. On an AVR the place is one in
 /// flash, so that only [`Text::byte`] may look at it.
 #[derive(Clone, Copy)]
 pub struct Text(&'static [u8]);
 
-/// A [`Text`] of a literal.
-macro_rules! text {
-    ($literal:expr) => {{
-        const LENGTH: usize = $literal.len();
+/// A [`Text`] of so many bytes, an array that is computed by the compiler.
+macro_rules! flash {
+    ($length:expr, $bytes:expr) => {{
         // SAFETY: a section that the linker knows, and nothing else in it but
         // constants.
         #[cfg_attr(target_arch = "avr", allow(unsafe_code))]
         #[cfg_attr(target_arch = "avr", unsafe(link_section = ".progmem.data"))]
-        static BYTES: [u8; LENGTH] = crate::flash::bytes($literal);
+        static BYTES: [u8; $length] = $bytes;
         crate::flash::Text::at(&BYTES)
     }};
+}
+pub(crate) use flash;
+
+/// A [`Text`] of a literal.
+macro_rules! text {
+    ($literal:expr) => {
+        crate::flash::flash!($literal.len(), crate::flash::bytes($literal))
+    };
 }
 pub(crate) use text;
 
@@ -40,7 +47,7 @@ pub(crate) const fn bytes<const LENGTH: usize>(literal: &str) -> [u8; LENGTH] {
 }
 
 impl Text {
-    /// The text that [`text!`] has put there.
+    /// The text that [`flash!`] has put there.
     pub(crate) const fn at(place: &'static [u8]) -> Text {
         Text(place)
     }
@@ -60,7 +67,7 @@ impl Text {
         }
         let place = self.0.as_ptr().wrapping_add(at.into());
         let byte: u8;
-        // SAFETY: `text!` has put `len` bytes there, in the first 64 KB of
+        // SAFETY: `flash!` has put `len` bytes there, in the first 64 KB of
         // flash, which `lpm` reaches: the linker puts `.progmem.data` right
         // behind the vectors. It changes no memory and no flags.
         unsafe {
@@ -68,6 +75,24 @@ impl Text {
                 options(pure, readonly, nostack, preserves_flags));
         }
         Some(byte)
+    }
+
+    /// Word `n` of a text of words, each with a NUL behind it; behind the last
+    /// one an empty text. One such text takes less flash than many texts do.
+    #[inline(never)]
+    pub(crate) fn word(self, n: u8) -> Text {
+        let (mut left, mut from, mut at) = (n, 0, 0);
+        while let Some(byte) = self.byte(at) {
+            if byte == 0 {
+                match left.checked_sub(1) {
+                    None => return Text(self.0.get(from..at.into()).unwrap_or_default()),
+                    Some(less) => left = less,
+                }
+                from = usize::from(at).wrapping_add(1);
+            }
+            at = at.wrapping_add(1);
+        }
+        Text(&[])
     }
 
     /// Whether these are its bytes.
@@ -95,6 +120,14 @@ impl fmt::Debug for Text {
 mod tests {
     extern crate std;
     use std::string::ToString;
+
+    #[test]
+    fn a_text_of_words_has_each_of_them() {
+        let words = text!("one\0\0three\0");
+        let found = [0, 1, 2, 3, 255].map(|n| words.word(n).to_string());
+        assert_eq!(found, ["one", "", "three", "", ""]);
+        assert_eq!(text!("").word(0).to_string(), "");
+    }
 
     #[test]
     fn a_text_is_its_own_bytes_and_no_others() {

@@ -8,8 +8,8 @@ use crate::{AxisId, BadLine, Order, Settings};
 /// The controller behind the line: axes that travel, brake and know where
 /// they are.
 ///
-/// The slave checks the grammar, the ranges, that an axis exists and that it
-/// is idle. The machine decides whether it can carry an order out. All calls
+/// The slave checks the grammar, the ranges, that an axis exists and is idle,
+/// and that an order keeps to the settings' limits. The machine decides whether it can carry an order out. All calls
 /// come from the foreground, from inside [`Slave::push`](crate::Slave::push),
 /// and none may wait for a motion: an order is begun, not done, when `start`
 /// returns.
@@ -68,17 +68,15 @@ pub trait Machine {
     /// Sets `late` to 0.
     fn clear_late(&mut self);
 
-    /// The settings; `None` for a machine that has none, which refuses every
-    /// `$`.
-    fn settings(&self) -> Option<Settings> {
+    /// The settings, to be read and to be changed; `None` for a machine that
+    /// has none, which refuses every `$`.
+    fn settings(&mut self) -> Option<&mut Settings> {
         None
     }
 
-    /// Has other settings from now on, and keeps them when the power goes
-    /// off. Only while every axis is idle.
-    fn set_up(&mut self, settings: Settings) {
-        let _ = settings;
-    }
+    /// The settings were changed: it follows them from now on, and keeps them
+    /// when the power goes off. Called only while every axis is idle.
+    fn set_up(&mut self) {}
 }
 
 /// Why a line was answered E. `last=` in the answer to `?` is its name.
@@ -132,7 +130,7 @@ macro_rules! names {
             }
 
             pub(crate) fn text(self) -> Text {
-                match self { $(Refusal::$refusal => text!($name)),* }
+                text!(concat!($($name, "\0"),*)).word(self as u8)
             }
         }
     };

@@ -4,6 +4,7 @@ use stepwright::{Accel, OutOfRange, Speed};
 
 use crate::command::Command;
 use crate::number::{Direction, Distance, RampSteps, StartSpeed, TopSpeed, Whole, WholeAccel};
+use crate::{Refusal, Setting, Settings};
 
 /// A complete order, as a machine gets it and as a master sends it.
 ///
@@ -140,6 +141,34 @@ impl Manner {
         }
     }
 
+    /// Whether the settings of the board allow it.
+    ///
+    /// The top speed is judged, whether or not a short travel reaches it: so a
+    /// limit does not depend on how far an order goes.
+    #[inline(never)]
+    pub(crate) fn check(&self, settings: &Settings) -> Result<(), Refusal> {
+        let (start, top) = (self.start.get(), self.top.get());
+        if top > settings.get(Setting::MaxSpeed) {
+            return Err(Refusal::TooFast);
+        }
+        let max = settings.get(Setting::MaxAccel);
+        let steepest = self.accel.max(self.decel).map_or(0, WholeAccel::get);
+        if steepest > max {
+            return Err(Refusal::Ramp);
+        }
+        // A ramp of so few steps that no acceleration says it is allowed only
+        // where there is no limit.
+        let limited = max < WholeAccel::LARGEST.get();
+        if limited && top > start && (self.accel.is_none() || self.decel.is_none()) {
+            // (vt² − vs²) / 2R, multiplied out: less than 2⁴¹.
+            let squares = wide(top.wrapping_sub(start), top.wrapping_add(start));
+            if squares > wide(max, self.ramp.get().wrapping_mul(2)) {
+                return Err(Refusal::Ramp);
+            }
+        }
+        Ok(())
+    }
+
     /// The manner of an order, rounded to whole steps.
     pub(crate) fn of(order: &Order) -> Result<Manner, OutOfRange> {
         let (mut steps, mut accel, mut decel) = (None, None, None);
@@ -168,6 +197,10 @@ impl Manner {
             decel,
         })
     }
+}
+
+fn wide(a: u32, b: u32) -> u64 {
+    u64::from(a).wrapping_mul(b.into())
 }
 
 /// Rounds thousandths to whole steps, half up.
@@ -239,5 +272,49 @@ mod tests {
         assert_eq!(weak.sendable().unwrap_err().what, "acceleration");
         let lopsided = Order { down: Ramp::Steps(RampSteps::LARGEST), ..order() };
         assert_eq!(lopsided.sendable().unwrap_err().unit, "steps");
+    }
+
+    fn manner(start: u32, top: u32, steps: u32) -> Manner {
+        let (start, top) = (StartSpeed::clamped(start), TopSpeed::clamped(top));
+        Manner { start, top, ramp: RampSteps::clamped(steps), accel: None, decel: None }
+    }
+
+    fn with(setting: Setting, number: u32) -> Settings {
+        let mut settings = Settings::new();
+        settings.set(crate::Value::new(setting, number).unwrap());
+        settings
+    }
+
+    #[test]
+    fn the_defaults_forbid_nothing() {
+        let settings = Settings::new();
+        assert_eq!(manner(0, 1_000_000, 1).check(&settings), Ok(()));
+        let settings = with(Setting::MaxAccel, 99_999_999);
+        assert_eq!(manner(0, 1_000_000, 999).check(&settings), Err(Refusal::Ramp));
+        assert_eq!(manner(0, 440_000, 999).check(&settings), Ok(()));
+        assert_eq!(manner(1_000_000, 1_000_000, 1).check(&settings), Ok(()));
+        assert_eq!(manner(1_000_000, 999_999, 1).check(&settings), Ok(()));
+    }
+
+    #[test]
+    fn limits_hold_to_the_step() {
+        let settings = with(Setting::MaxSpeed, 4000);
+        assert_eq!(manner(50, 4000, 200).check(&settings), Ok(()));
+        assert_eq!(manner(50, 4001, 200).check(&settings), Err(Refusal::TooFast));
+        // (1000² − 50²) / 400 = 2493.75
+        let ramp = manner(50, 1000, 200);
+        assert_eq!(ramp.check(&with(Setting::MaxAccel, 2494)), Ok(()));
+        assert_eq!(ramp.check(&with(Setting::MaxAccel, 2493)), Err(Refusal::Ramp));
+        let settings = with(Setting::MaxAccel, 5000);
+        for (accel, decel, fits) in
+            [(5000, 5000, true), (5001, 5000, false), (5000, 5001, false), (1, 1, true)]
+        {
+            let (accel, decel) = (WholeAccel::new(accel), WholeAccel::new(decel));
+            assert_eq!(Manner { accel, decel, ..ramp }.check(&settings).is_ok(), fits);
+        }
+        // Of a ramp that an acceleration stands in for nothing is asked.
+        let short =
+            Manner { accel: WholeAccel::new(1), decel: WholeAccel::new(1), ..manner(0, 1000, 1) };
+        assert_eq!(short.check(&settings), Ok(()));
     }
 }

@@ -79,7 +79,7 @@ impl Reply {
             [b'0'..=b'9' | b'-' | b'+', ..] => position(line).map(Reply::Position),
             _ if line.starts_with(b"stepwright") => Info::parse(line).map(Reply::Info),
             _ if line.contains(&b' ') => settings(line).map(Reply::Settings),
-            _ => Value::parse(line).ok().map(Reply::Setting),
+            _ => Value::parse(line).ok()?.1.map(Reply::Setting),
         }
     }
 }
@@ -92,7 +92,7 @@ fn settings(line: &[u8]) -> Option<Settings> {
     for word in line.split(|byte| *byte == b' ') {
         let (name, _) = halves(word, b'=')?;
         let Some(setting) = Setting::named(name) else { continue };
-        settings.set(Value::parse(word).ok()?);
+        settings.set(Value::parse(word).ok()?.1?);
         missing &= !1u32.wrapping_shl(setting as u32);
     }
     (missing == 0).then_some(settings)
@@ -191,26 +191,21 @@ impl Pieces for Reply {
 
 impl Pieces for Info {
     fn piece(&self, n: u8) -> Option<Piece> {
-        Some(match n {
-            0 => Piece::Text(text!("stepwright ")),
-            1 => Piece::Number(self.version.0.into()),
-            2 => Piece::Text(text!(".")),
-            3 => Piece::Number(self.version.1.into()),
-            4 => Piece::Text(text!(" axes=")),
-            5 => Piece::Number(self.axes.into()),
-            6 => Piece::Text(text!(" max=")),
-            7 => Piece::Number(self.max.into()),
-            8 => Piece::Text(text!(" late=")),
-            9 => Piece::Number(self.late.into()),
-            10 => Piece::Text(text!(" refused=")),
-            11 => Piece::Number(self.refused.into()),
-            12 => Piece::Text(text!(" last=")),
-            13 => Piece::Text(self.last.map_or(text!("none"), Refusal::text)),
-            14 => Piece::Text(text!(" uncertain=")),
-            15 => Piece::Number(self.uncertain.into()),
-            16 => Piece::Text(text!("\r")),
+        let label =
+            text!("stepwright \0.\0 axes=\0 max=\0 late=\0 refused=\0 last=\0 uncertain=\0\r\0");
+        let number = match n {
+            _ if n % 2 == 0 && n < 18 => return Some(Piece::Text(label.word(n / 2))),
+            1 => self.version.0.into(),
+            3 => self.version.1.into(),
+            5 => self.axes.into(),
+            7 => self.max,
+            9 => self.late,
+            11 => self.refused,
+            13 => return Some(Piece::Text(self.last.map_or(text!("none"), Refusal::text))),
+            15 => self.uncertain.into(),
             _ => return None,
-        })
+        };
+        Some(Piece::Number(number.into()))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The settings of a board: the one table of their names, units and ranges.
 
 use crate::BadLine;
-use crate::flash::{Text, text};
+use crate::flash::{Text, flash, text};
 use crate::number::digits;
 
 /// Makes [`Setting`] of the table.
@@ -42,7 +42,7 @@ macro_rules! settings {
             }
 
             pub(crate) fn text(self) -> Text {
-                match self { $(Setting::$setting => text!($name)),* }
+                text!(concat!($($name, "\0"),*)).word(self as u8)
             }
 
             /// The unit of its number; empty for a switch or a set of axes.
@@ -55,9 +55,14 @@ macro_rules! settings {
                 match self { $(Setting::$setting => $help),* }
             }
 
-            /// The smallest and the largest value.
-            const fn bounds(self) -> (u32, u32) {
-                match self { $(Setting::$setting => ($min, $max)),* }
+            /// The smallest value.
+            const fn min(self) -> u32 {
+                match self { $(Setting::$setting => $min),* }
+            }
+
+            /// The largest value.
+            const fn max(self) -> u32 {
+                match self { $(Setting::$setting => $max),* }
             }
 
             /// What a board has that nobody has set up.
@@ -74,7 +79,7 @@ settings! {
     MaxSpeed, "max-speed", "steps/s", 1..=1_000_000, 1_000_000,
         "an order with a higher top speed is refused";
     MaxAccel, "max-accel", "steps/s²", 1..=100_000_000, 100_000_000,
-        "an order with a steeper ramp is refused";
+        "an order with a steeper ramp is refused; 100000000: no limit";
     Idle, "idle-ms", "ms", 0..=3_600_000, 0,
         "the drivers are switched off after so long a rest; 0: never";
     Timeout, "timeout-ms", "ms", 0..=60_000, 0,
@@ -102,13 +107,44 @@ settings! {
 impl Setting {
     /// The values it can have.
     pub const fn range(self) -> core::ops::RangeInclusive<u32> {
-        let (min, max) = self.bounds();
-        min..=max
+        self.min()..=self.max()
     }
 
     /// The setting with this name.
     pub fn named(name: &[u8]) -> Option<Setting> {
         (0..).map_while(Setting::numbered).find(|setting| setting.text().is(name))
+    }
+}
+
+/// The largest value of every setting, packed as [`Settings`] are.
+const LARGEST: Text = flash!(Settings::SIZE, packed(true));
+/// The defaults, packed likewise.
+const DEFAULTS: Text = flash!(Settings::SIZE, packed(false));
+
+const fn packed(largest: bool) -> [u8; Settings::SIZE] {
+    let mut bytes = [0; Settings::SIZE];
+    let mut n = 0;
+    while n < Setting::COUNT {
+        let setting = Setting::ALL[n];
+        let number = if largest { setting.max() } else { setting.default() };
+        let (from, length) = place(setting);
+        let mut at = 0;
+        while at < length {
+            bytes[(from + at) as usize] = (number >> (8 * at)) as u8;
+            at += 1;
+        }
+        n += 1;
+    }
+    bytes
+}
+
+/// Where a setting is among the bytes, and how many are its own.
+const fn place(setting: Setting) -> (u8, u8) {
+    let index = setting as u8;
+    match index {
+        0..3 => (index * 4, 4),
+        3..7 => (index * 2 + 6, 2),
+        _ => (index + 13, 1),
     }
 }
 
@@ -127,9 +163,9 @@ impl Value {
     /// assert_eq!(Value::new(Setting::Pulse, 3).unwrap().number(), 3);
     /// assert!(Value::new(Setting::Pulse, 21).is_none());
     /// ```
-    pub const fn new(setting: Setting, number: u32) -> Option<Value> {
-        let (min, max) = setting.bounds();
-        if number < min || number > max { None } else { Some(Value { setting, number }) }
+    pub fn new(setting: Setting, number: u32) -> Option<Value> {
+        let max = Settings::load(LARGEST).get(setting);
+        if number < setting.min() || number > max { None } else { Some(Value { setting, number }) }
     }
 
     /// Which setting.
@@ -142,13 +178,15 @@ impl Value {
         self.number
     }
 
-    /// Reads `name=number`.
-    pub(crate) fn parse(text: &[u8]) -> Result<Value, BadLine> {
-        let mut halves = text.splitn(2, |byte| *byte == b'=');
-        let name = halves.next().unwrap_or_default();
+    /// Reads `name=number`, or `name` alone.
+    #[inline(never)]
+    pub(crate) fn parse(text: &[u8]) -> Result<(Setting, Option<Value>), BadLine> {
+        let sign = text.iter().position(|byte| *byte == b'=').unwrap_or(text.len());
+        let (name, number) = text.split_at_checked(sign).unwrap_or_default();
         let setting = Setting::named(name).ok_or(BadLine::Setting)?;
-        let number = digits(halves.next().unwrap_or_default())?;
-        Value::new(setting, number).ok_or(BadLine::Range)
+        let Some((_, number)) = number.split_first() else { return Ok((setting, None)) };
+        let value = Value::new(setting, digits(number)?).ok_or(BadLine::Range)?;
+        Ok((setting, Some(value)))
     }
 }
 
@@ -172,27 +210,23 @@ impl Settings {
 
     /// The defaults.
     pub fn new() -> Settings {
+        Settings::load(DEFAULTS)
+    }
+
+    #[inline(never)]
+    fn load(table: Text) -> Settings {
         let mut settings = Settings { bytes: [0; Settings::SIZE] };
-        for setting in (0..).map_while(Setting::numbered) {
-            settings.put(setting, setting.default());
+        for (byte, at) in settings.bytes.iter_mut().zip(0..) {
+            *byte = table.byte(at).unwrap_or(0);
         }
         settings
     }
 
-    /// Where a setting is among the bytes, and how many are its own.
-    const fn place(setting: Setting) -> (usize, usize) {
-        let index = setting as usize;
-        match index {
-            0..3 => (index * 4, 4),
-            3..7 => (index * 2 + 6, 2),
-            _ => (index + 13, 1),
-        }
-    }
-
     /// The value of a setting, in its unit.
+    #[inline(never)]
     pub fn get(&self, setting: Setting) -> u32 {
-        let (from, length) = Settings::place(setting);
-        let own = self.bytes.get(from..).unwrap_or_default().iter().take(length);
+        let (from, length) = place(setting);
+        let own = self.bytes.iter().skip(from.into()).take(length.into());
         own.rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
     }
 
@@ -203,17 +237,14 @@ impl Settings {
 
     /// Sets one; true if it had another value before.
     pub fn set(&mut self, value: Value) -> bool {
-        let changes = self.get(value.setting) != value.number;
-        self.put(value.setting, value.number);
-        changes
-    }
-
-    fn put(&mut self, setting: Setting, mut number: u32) {
-        let (from, length) = Settings::place(setting);
-        for byte in self.bytes.iter_mut().skip(from).take(length) {
+        let (from, length) = place(value.setting);
+        let (mut number, mut changes) = (value.number, false);
+        for byte in self.bytes.iter_mut().skip(from.into()).take(length.into()) {
+            changes |= *byte != number as u8;
             *byte = number as u8;
             number >>= 8;
         }
+        changes
     }
 
     /// The bytes, to be stored. Their order and meaning may change with the
@@ -245,8 +276,7 @@ pub(crate) mod tests {
         // Every length of number, and both ends.
         let setting = proptest::sample::select(&Setting::ALL[..]);
         (setting, any::<u32>(), 0u32..32).prop_map(|(setting, number, bits)| {
-            let (min, max) = setting.bounds();
-            Value::new(setting, (number >> bits).clamp(min, max)).unwrap()
+            Value::new(setting, (number >> bits).clamp(setting.min(), setting.max())).unwrap()
         })
     }
 
@@ -304,7 +334,9 @@ pub(crate) mod tests {
 
     #[test]
     fn what_is_wrong_with_a_value_is_told_apart() {
-        assert_eq!(Value::parse(b"pulse-us=007").map(Value::number), Ok(7));
+        let seven = Value::new(Setting::Pulse, 7);
+        assert_eq!(Value::parse(b"pulse-us=007"), Ok((Setting::Pulse, seven)));
+        assert_eq!(Value::parse(b"pulse-us"), Ok((Setting::Pulse, None)));
         for (text, bad) in [
             (&b""[..], BadLine::Setting),
             (b"=2", BadLine::Setting),

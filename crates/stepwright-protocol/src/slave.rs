@@ -166,16 +166,15 @@ impl<const AXES: usize> Slave<AXES> {
                 self.refused = 0;
                 self.last = None;
             }
-            Command::Settings => return Ok(Reply::Settings(settings(machine)?)),
+            Command::Settings => return Ok(Reply::Settings(*settings(machine)?)),
             Command::Setting(setting) => {
                 return Ok(Reply::Setting(settings(machine)?.value(setting)));
             }
-            Command::Set(value) => {
-                let mut settings = settings(machine)?;
-                settings.set(value);
-                self.set_up(machine, settings)?;
-            }
-            Command::Reset => self.set_up(machine, Settings::new())?,
+            Command::Set(value) => self.set_up(machine, |settings| settings.set(value))?,
+            Command::Reset => self.set_up(machine, |settings| {
+                let old = core::mem::take(settings);
+                old != *settings
+            })?,
         }
         Ok(Reply::Yes)
     }
@@ -209,15 +208,21 @@ impl<const AXES: usize> Slave<AXES> {
     }
 
     fn start<M: Machine>(&mut self, machine: &mut M) -> Result<(), Refusal> {
-        let orders = AxisId::first(self.count(machine)).zip(&self.axes).filter_map(|(id, axis)| {
+        let axes = AxisId::first(self.count(machine)).zip(&self.axes);
+        // G found the axes idle, and nothing but E starts one; but a machine
+        // may have buttons of its own.
+        for (id, axis) in axes.clone().filter(|(_, axis)| axis.staged.is_some()) {
+            if machine.busy(id) {
+                return Err(Refusal::Busy);
+            }
+            if let Some(settings) = machine.settings() {
+                axis.manner.check(settings)?;
+            }
+        }
+        let orders = axes.filter_map(|(id, axis)| {
             let travel = axis.staged?;
             Some((id, axis.manner.order(travel)))
         });
-        // G found the axes idle, and nothing but E starts one; but a machine
-        // may have buttons of its own.
-        if orders.clone().any(|(axis, _)| machine.busy(axis)) {
-            return Err(Refusal::Busy);
-        }
         machine.start(orders)
     }
 
@@ -227,14 +232,18 @@ impl<const AXES: usize> Slave<AXES> {
         Ok(())
     }
 
-    /// Other settings for the machine, if they are others.
-    fn set_up<M: Machine>(&self, machine: &mut M, wanted: Settings) -> Result<(), Refusal> {
+    /// Changes settings of the machine, and tells it if they are others then.
+    fn set_up<M: Machine>(
+        &self,
+        machine: &mut M,
+        change: impl FnOnce(&mut Settings) -> bool,
+    ) -> Result<(), Refusal> {
         // Of any axis: most settings are all axes' own.
         if AxisId::first(self.count(machine)).any(|axis| machine.busy(axis)) {
             return Err(Refusal::Busy);
         }
-        if settings(machine)? != wanted {
-            machine.set_up(wanted);
+        if change(settings(machine)?) {
+            machine.set_up();
         }
         Ok(())
     }
@@ -302,6 +311,6 @@ impl<const AXES: usize> Slave<AXES> {
 }
 
 /// The machine's settings, if it has any.
-fn settings<M: Machine>(machine: &M) -> Result<Settings, Refusal> {
+fn settings<M: Machine>(machine: &mut M) -> Result<&mut Settings, Refusal> {
     machine.settings().ok_or(Refusal::Setting)
 }

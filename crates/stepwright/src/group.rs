@@ -311,6 +311,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
 
     /// Whether a travel of this axis is in progress; false if there is no
     /// such axis.
+    #[inline(never)]
     pub fn is_busy(&self, engine: &impl Control, axis: u8) -> bool {
         match self.motors.get(usize::from(axis)) {
             Some(motor) => {

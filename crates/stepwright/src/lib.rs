@@ -1,4 +1,5 @@
 #![no_std]
+#![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
 //! Real-time motion for stepper motors.
 
 pub mod compress;

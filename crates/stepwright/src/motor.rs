@@ -91,8 +91,9 @@ impl<'q, const Q: usize> Motor<'q, Q> {
             return false;
         }
         let Some(planner) = &mut self.planner else { return false };
-        match planner.next(clock) {
-            Planned::Run(run, span) => self.push(run, span),
+        let mut run = Run::steady(0, 0);
+        match planner.next(clock, &mut run) {
+            Planned::Run(span) => self.push(run, span),
             Planned::Again => {}
             Planned::End => self.finish(),
         }

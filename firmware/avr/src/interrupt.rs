@@ -5,29 +5,30 @@
 ///
 /// simavr enters a handler in no time; the chip takes 4 cycles. The feature
 /// `bench` spends them here, so that measured figures are the chip's.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! handler {
     ($uno:ident, $mega:ident, $body:expr) => {
-        #[cfg(feature = "uno")]
-        #[doc(hidden)]
-        #[avr_device::interrupt(atmega328p)]
-        fn $uno() {
-            $crate::interrupt::entry();
-            $body
-        }
-        #[cfg(feature = "mega")]
-        #[doc(hidden)]
-        #[avr_device::interrupt(atmega2560)]
-        fn $mega() {
-            $crate::interrupt::entry();
-            $body
-        }
+        // Not public, and so in need of no documentation.
+        const _: () = {
+            #[cfg(feature = "uno")]
+            #[avr_device::interrupt(atmega328p)]
+            fn $uno() {
+                $crate::interrupt::entry();
+                $body
+            }
+            #[cfg(feature = "mega")]
+            #[avr_device::interrupt(atmega2560)]
+            fn $mega() {
+                $crate::interrupt::entry();
+                $body
+            }
+        };
     };
 }
-pub(crate) use handler;
-
 /// The 4 cycles of an interrupt's entry, for a simulator that leaves them out.
 #[inline(always)]
-pub(crate) fn entry() {
+pub fn entry() {
     #[cfg(feature = "bench")]
     // SAFETY: jumps to the next instruction, twice, 2 cycles each.
     unsafe {

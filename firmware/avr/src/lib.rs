@@ -14,8 +14,7 @@
 //!
 //! `bin/slave.rs` is the controller.
 #![no_std]
-#![feature(abi_avr_interrupt)]
-#![cfg_attr(feature = "bench", feature(asm_experimental_arch))]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 #[cfg(feature = "uno")]
 pub use avr_device::atmega328p as chip;
@@ -28,7 +27,8 @@ compile_error!("the ATmega328P has no timer of 16 bits but timer 1");
 pub mod board;
 pub mod clock;
 pub mod eeprom;
-mod interrupt;
+#[doc(hidden)]
+pub mod interrupt;
 pub mod panel;
 mod panic;
 pub mod serial;

@@ -4,11 +4,14 @@
 //! program may be planning while they come and go. A byte every 87 µs is
 //! fast: the handlers are short, because each puts off the steps.
 
+use core::arch::asm;
 use core::cell::UnsafeCell;
-use core::sync::atomic::{AtomicU8, Ordering};
+use core::mem::offset_of;
+
+use avr_device::interrupt;
 
 use crate::chip::USART0;
-use crate::interrupt::handler;
+use crate::handler;
 
 /// What the receiver puts in place of a byte that it lost or that came
 /// damaged: no byte of any line.
@@ -17,8 +20,19 @@ const GARBLED: u8 = 0xFF;
 /// 16 MHz / 8 / 115200 − 1; the rate is 2.1 % high, which the line allows.
 const DIVISOR: u16 = 16;
 
-static RECEIVED: Ring<32> = Ring::new();
-static TO_SEND: Ring<32> = Ring::new();
+/// The registers and their bits, for the handlers: alike on both chips.
+const UCSR0A: u8 = 0xC0;
+const UCSR0B: u8 = 0xC1;
+const UDR0: u8 = 0xC6;
+const FRAMING: u8 = 1 << 4;
+const OVERRUN: u8 = 1 << 3;
+/// `UCSR0B`: receiver and sender on, an interrupt for each byte that comes …
+const LISTENING: u8 = 1 << 7 | 1 << 4 | 1 << 3;
+/// … and one while the sender has room.
+const SENDING: u8 = LISTENING | 1 << 5;
+
+static RECEIVED: Ring = Ring::new();
+static TO_SEND: Ring = Ring::new();
 
 /// A byte of the line, or what has become of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +54,7 @@ impl Serial {
         registers.ucsr0a().write(|w| w.u2x0().set_bit());
         registers.ubrr0().write(|w| w.set(DIVISOR));
         registers.ucsr0c().write(|w| w.ucsz0().chr8());
-        registers.ucsr0b().write(|w| w.rxen0().set_bit().txen0().set_bit().rxcie0().set_bit());
+        set_control(LISTENING);
         Serial(())
     }
 
@@ -59,109 +73,189 @@ impl Serial {
 
     /// Sends a byte; forgets it if there is no room.
     pub fn send(&mut self, byte: u8) {
-        if TO_SEND.put(byte) {
-            // All bits are written, so that it does not matter if the handler
-            // has just cleared its own.
-            // SAFETY: one write, of what `start` wrote and the sender's bit.
-            unsafe { USART0::steal() }.ucsr0b().write(|w| {
-                w.rxen0().set_bit().txen0().set_bit().rxcie0().set_bit().udrie0().set_bit()
-            });
-        }
+        // The handler has stopped its interrupts if it took the last byte: they
+        // may not begin anew before it has another, so both happen at once.
+        interrupt::free(|_| {
+            if TO_SEND.put(byte) {
+                set_control(SENDING);
+            }
+        });
     }
 }
 
-handler!(USART_RX, USART0_RX, {
-    // SAFETY: only this handler reads the receiver.
-    let line = unsafe { USART0::steal() };
-    let status = line.ucsr0a().read();
-    let byte = line.udr0().read().bits();
-    if status.fe0().bit_is_set() || status.dor0().bit_is_set() {
-        RECEIVED.put(GARBLED);
-    } else if !RECEIVED.put(byte) {
-        RECEIVED.spoil();
-    }
-});
+/// Writes `UCSR0B`, with interrupts off.
+fn set_control(bits: u8) {
+    // SAFETY: both handlers and the line expect these bits, and no others.
+    unsafe { USART0::steal().ucsr0b().write(|w| w.bits(bits)) };
+}
 
-handler!(USART_UDRE, USART0_UDRE, {
-    // SAFETY: only this handler writes to the sender.
-    let line = unsafe { USART0::steal() };
-    match TO_SEND.take() {
-        Some(byte) => line.udr0().write(|w| w.set(byte)),
-        // Nothing left: no more of these interrupts.
-        None => line.ucsr0b().write(|w| w.rxen0().set_bit().txen0().set_bit().rxcie0().set_bit()),
+// Both handlers are assembly. The compiler's take 90 cycles and more: they save
+// eleven registers, and hold interrupts off for each of the ring's counters.
+// These are for the compiler a block that changes nothing but r0 and the flags,
+// which it saves for every handler; they save what else they use. An interrupt
+// is not interrupted, so the order of their reads and writes is free.
+
+// A byte has come: 57 cycles from the vector to the return.
+handler!(USART_RX, USART0_RX, {
+    // SAFETY: all registers but r0 and the flags are as before. The handler
+    // alone reads the receiver and writes `put`, and it fills a free place.
+    unsafe {
+        asm!(
+            "push r30",
+            "push r31",
+            "lds  r31, {status}",
+            "lds  r0, {data}",
+            "andi r31, {errors}",
+            "brne 4f",
+            "2: lds r30, {ring} + {put}",
+            "lds  r31, {ring} + {taken}",
+            "sub  r31, r30",
+            "cpi  r31, -{size}",
+            "breq 5f",
+            "inc  r30",
+            "sts  {ring} + {put}, r30",
+            "3: dec r30",
+            "andi r30, {size} - 1",
+            "ldi  r31, 0",
+            "subi r30, lo8(-({ring}))",
+            "sbci r31, hi8(-({ring}))",
+            "st   Z, r0",
+            "rjmp 6f",
+            // Lost or damaged.
+            "4: ldi r31, {garbled}",
+            "mov  r0, r31",
+            "rjmp 2b",
+            // No room: the last byte is spoiled in its place, so that the line
+            // which lacks a byte is known.
+            "5: ldi r31, {garbled}",
+            "mov  r0, r31",
+            "rjmp 3b",
+            "6: pop r31",
+            "pop  r30",
+            status = const UCSR0A,
+            data = const UDR0,
+            errors = const FRAMING | OVERRUN,
+            garbled = const GARBLED,
+            ring = sym RECEIVED,
+            put = const offset_of!(Ring, put),
+            taken = const offset_of!(Ring, taken),
+            size = const SIZE,
+        )
     };
 });
 
+// The sender has room for a byte, and there is one: 51 cycles from the vector
+// to the return.
+handler!(USART_UDRE, USART0_UDRE, {
+    // SAFETY: all registers but r0 and the flags are as before. The handler
+    // alone writes `taken`, and `send` lets it come only when there is a byte.
+    unsafe {
+        asm!(
+            "push r30",
+            "push r31",
+            "lds  r30, {ring} + {taken}",
+            "inc  r30",
+            "sts  {ring} + {taken}, r30",
+            "lds  r31, {ring} + {put}",
+            "cp   r30, r31",
+            "brne 2f",
+            // This is the last: no more of these interrupts.
+            "ldi  r31, {listening}",
+            "sts  {control}, r31",
+            "2: dec r30",
+            "andi r30, {size} - 1",
+            "ldi  r31, 0",
+            "subi r30, lo8(-({ring}))",
+            "sbci r31, hi8(-({ring}))",
+            "ld   r0, Z",
+            "sts  {data}, r0",
+            "pop  r31",
+            "pop  r30",
+            data = const UDR0,
+            control = const UCSR0B,
+            listening = const LISTENING,
+            ring = sym TO_SEND,
+            put = const offset_of!(Ring, put),
+            taken = const offset_of!(Ring, taken),
+            size = const SIZE,
+        )
+    };
+});
+
+/// Bytes that each ring holds, a power of two. The master waits for its answer
+/// before it says the next line, and a line has at most 31 bytes.
+const SIZE: u8 = 32;
+
 /// Bytes from one writer to one reader; one of them is an interrupt handler.
-struct Ring<const LEN: usize> {
-    bytes: UnsafeCell<[u8; LEN]>,
+#[repr(C)]
+struct Ring {
+    bytes: UnsafeCell<[u8; SIZE as usize]>,
     /// Bytes put in since the beginning, modulo 256; written by the writer.
-    put: AtomicU8,
+    put: UnsafeCell<u8>,
     /// Bytes taken out; written by the reader.
-    taken: AtomicU8,
+    taken: UnsafeCell<u8>,
 }
 
 // SAFETY: a byte of the ring is touched by the writer only while put − taken
-// leaves it free, by the reader only while put − taken says it is filled, and
-// the counters are stored after the byte is used. `spoil` has its own reason.
-unsafe impl<const LEN: usize> Sync for Ring<LEN> {}
+// leaves it free, by the reader only while put − taken says that it is filled.
+// The foreground stores its counter after it has used the byte, and reads and
+// writes both counters as volatile bytes, which takes one instruction. (Atomic
+// ones would hold interrupts off for each.)
+unsafe impl Sync for Ring {}
 
-impl<const LEN: usize> Ring<LEN> {
-    const fn new() -> Ring<LEN> {
-        const { assert!(LEN.is_power_of_two() && LEN <= 128) };
-        Ring { bytes: UnsafeCell::new([0; LEN]), put: AtomicU8::new(0), taken: AtomicU8::new(0) }
+impl Ring {
+    const fn new() -> Ring {
+        const { assert!(SIZE.is_power_of_two() && SIZE <= 128) };
+        Ring {
+            bytes: UnsafeCell::new([0; SIZE as usize]),
+            put: UnsafeCell::new(0),
+            taken: UnsafeCell::new(0),
+        }
     }
 
     /// The place that a counter stands for.
-    #[inline(always)]
     fn place(&self, counter: u8) -> *mut u8 {
-        // SAFETY: LEN is a power of two, so the place lies in the ring.
-        unsafe { self.bytes.get().cast::<u8>().add(usize::from(counter & (LEN as u8 - 1))) }
+        // SAFETY: SIZE is a power of two, so the place lies in the ring.
+        unsafe { self.bytes.get().cast::<u8>().add(usize::from(counter & (SIZE - 1))) }
     }
 
-    #[inline(always)]
-    fn filled(&self) -> u8 {
-        self.put.load(Ordering::Acquire).wrapping_sub(self.taken.load(Ordering::Acquire))
+    /// Both counters.
+    fn counters(&self) -> (u8, u8) {
+        // SAFETY: one instruction each, and the handler changes but one.
+        unsafe { (self.put.get().read_volatile(), self.taken.get().read_volatile()) }
     }
 
-    #[inline(always)]
     fn is_full(&self) -> bool {
-        self.filled() >= LEN as u8
+        let (put, taken) = self.counters();
+        put.wrapping_sub(taken) >= SIZE
     }
 
-    /// Puts a byte in; false if there is no room.
-    #[inline(always)]
+    /// Puts a byte in, for the foreground; false if there is no room.
     fn put(&self, byte: u8) -> bool {
-        if self.is_full() {
+        let (put, taken) = self.counters();
+        if put.wrapping_sub(taken) >= SIZE {
             return false;
         }
-        let at = self.put.load(Ordering::Relaxed);
-        // SAFETY: the place is free, and there is one writer.
-        unsafe { self.place(at).write(byte) };
-        self.put.store(at.wrapping_add(1), Ordering::Release);
+        // SAFETY: the place is free, and there is one writer. Volatile writes
+        // keep their order.
+        unsafe {
+            self.place(put).write_volatile(byte);
+            self.put.get().write_volatile(put.wrapping_add(1));
+        }
         true
     }
 
-    /// Takes the oldest byte out.
-    #[inline(always)]
+    /// Takes the oldest byte out, for the foreground.
     fn take(&self) -> Option<u8> {
-        if self.filled() == 0 {
+        let (put, taken) = self.counters();
+        if put == taken {
             return None;
         }
-        let at = self.taken.load(Ordering::Relaxed);
         // SAFETY: the place is filled, and there is one reader.
-        let byte = unsafe { self.place(at).read() };
-        self.taken.store(at.wrapping_add(1), Ordering::Release);
-        Some(byte)
-    }
-
-    /// A byte found no room: the last one is spoiled in its place, so that the
-    /// line which lacks a byte is known.
-    #[inline(always)]
-    fn spoil(&self) {
-        let at = self.put.load(Ordering::Relaxed).wrapping_sub(1);
-        // SAFETY: the ring is full, so the reader, which this handler has
-        // interrupted, is at another place.
-        unsafe { self.place(at).write(GARBLED) };
+        unsafe {
+            let byte = self.place(taken).read_volatile();
+            self.taken.get().write_volatile(taken.wrapping_add(1));
+            Some(byte)
+        }
     }
 }

@@ -23,11 +23,14 @@ static QUEUES: Slot<[Queue<RUNS>; AXES]> = Slot::new([const { Queue::new() }; AX
 /// step interrupt's.
 static ENGINE: Slot<MaybeUninit<StepEngine>> = Slot::new(MaybeUninit::uninit());
 
-/// The step interrupt.
+/// The step interrupt; [`step_interrupt!`](crate::step_interrupt) has it called.
+///
+/// # Safety
+/// Only for that interrupt, and once there is an engine.
 #[inline(always)]
-pub(crate) fn interrupt() {
-    // SAFETY: `start` has written it before it enabled the interrupt, and the
-    // foreground gets it only with interrupts off.
+pub unsafe fn interrupt() {
+    // SAFETY: the caller's promise; the foreground gets the engine only with
+    // interrupts off.
     unsafe { ENGINE.get().assume_init_mut() }.on_compare();
 }
 
@@ -36,6 +39,7 @@ pub(crate) fn interrupt() {
 ///
 /// # Safety
 /// To be called once, with interrupts disabled.
+#[inline(never)]
 pub unsafe fn start(
     timer: Timer,
     pins: Pins,

@@ -10,13 +10,11 @@
 
 use stepwright::timer::StepTimer;
 
-use crate::interrupt::handler;
-
 /// The step timer's registers have their timer's number in their names.
 macro_rules! timer {
     (
         $tc:ident, $count:ident, $compare:ident, $mode:ident, $prescaler:ident, $select:ident,
-        $mask:ident, $enable:ident, $vector:ident
+        $mask:ident, $enable:ident
     ) => {
         use crate::chip::$tc as Registers;
 
@@ -51,8 +49,6 @@ macro_rules! timer {
                 self.0.$compare().write(|w| w.set(at));
             }
         }
-
-        handler!($vector, $vector, crate::step::interrupt());
     };
 }
 
@@ -63,10 +59,31 @@ const LINGER: u32 = 64;
 pub struct Timer(Registers);
 
 #[cfg(not(any(feature = "timer3", feature = "timer4", feature = "timer5")))]
-timer!(TC1, tcnt1, ocr1a, tccr1a, tccr1b, cs1, timsk1, ocie1a, TIMER1_COMPA);
+timer!(TC1, tcnt1, ocr1a, tccr1a, tccr1b, cs1, timsk1, ocie1a);
 #[cfg(feature = "timer3")]
-timer!(TC3, tcnt3, ocr3a, tccr3a, tccr3b, cs3, timsk3, ocie3a, TIMER3_COMPA);
+timer!(TC3, tcnt3, ocr3a, tccr3a, tccr3b, cs3, timsk3, ocie3a);
 #[cfg(feature = "timer4")]
-timer!(TC4, tcnt4, ocr4a, tccr4a, tccr4b, cs4, timsk4, ocie4a, TIMER4_COMPA);
+timer!(TC4, tcnt4, ocr4a, tccr4a, tccr4b, cs4, timsk4, ocie4a);
 #[cfg(feature = "timer5")]
-timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a, TIMER5_COMPA);
+timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a);
+
+/// Puts the step interrupt into a program that has an engine: one that has none
+/// does without its flash.
+#[macro_export]
+macro_rules! step_interrupt {
+    () => {
+        #[cfg(not(any(feature = "timer3", feature = "timer4", feature = "timer5")))]
+        $crate::step_interrupt!(TIMER1_COMPA);
+        #[cfg(feature = "timer3")]
+        $crate::step_interrupt!(TIMER3_COMPA);
+        #[cfg(feature = "timer4")]
+        $crate::step_interrupt!(TIMER4_COMPA);
+        #[cfg(feature = "timer5")]
+        $crate::step_interrupt!(TIMER5_COMPA);
+    };
+    ($vector:ident) => {
+        // SAFETY: this is the step interrupt, and a timer is started only for
+        // an engine.
+        $crate::handler!($vector, $vector, unsafe { $crate::step::interrupt() });
+    };
+}

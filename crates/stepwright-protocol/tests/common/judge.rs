@@ -194,6 +194,21 @@ fn settings(log: &[Entry], axis: usize) -> String {
     format!("{}-{} {} {}", speed("Ss", 50), speed("Tt", 1000), ramp('a'), ramp('d'))
 }
 
+/// Whether the board's settings allow these settings of an axis, in words.
+fn allowed(log: &[Entry], words: &str) -> bool {
+    let limit = |which| board_setting_now(log, which).split_once('=').unwrap().1.parse().unwrap();
+    let (speeds, ramps) = words.split_once(' ').unwrap();
+    let (start, top) = speeds.split_once('-').unwrap();
+    let (start, top): (u64, u64) = (start.parse().unwrap(), top.parse().unwrap());
+    let (max_speed, max_accel): (u64, u64) = (limit(0), limit(1));
+    let gentle = |ramp: &str| match ramp.strip_prefix('R') {
+        None => ramp.strip_suffix("/s2").unwrap().parse::<u64>().unwrap() <= max_accel,
+        Some(_) if top <= start || max_accel == 100_000_000 => true,
+        Some(n) => top * top - start * start <= 2 * n.parse::<u64>().unwrap() * max_accel,
+    };
+    top <= max_speed && ramps.split(' ').all(gentle)
+}
+
 /// What the last line of the log should have started, in words.
 pub fn should_start(log: &[Entry]) -> Option<String> {
     let (entry, before) = log.split_last()?;
@@ -225,7 +240,11 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
         if entry.busy[axis] {
             return None;
         }
-        orders.push(format!("{} {} {travel}", axis + 1, settings(before, axis)));
+        let settings = settings(before, axis);
+        if !allowed(before, &settings) {
+            return None;
+        }
+        orders.push(format!("{} {settings} {travel}", axis + 1));
     }
     (!orders.is_empty()).then(|| orders.join("; "))
 }

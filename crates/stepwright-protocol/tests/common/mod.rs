@@ -25,6 +25,8 @@ pub struct Bench {
     pub refuse: Option<Refusal>,
     pub late: u32,
     pub settings: Settings,
+    /// As they were when it was set up last.
+    before: Settings,
     /// Every start that was asked for, also a refused one.
     pub asked: Vec<Vec<(AxisId, Order)>>,
     /// What it was told since the last look, in words.
@@ -131,19 +133,20 @@ impl Machine for Bench {
         self.late = 0;
     }
 
-    fn settings(&self) -> Option<Settings> {
-        Some(self.settings)
+    fn settings(&mut self) -> Option<&mut Settings> {
+        Some(&mut self.settings)
     }
 
-    fn set_up(&mut self, settings: Settings) {
+    fn set_up(&mut self) {
         for setting in Setting::ALL {
-            let value = settings.get(setting);
-            if value != self.settings.get(setting) {
+            let value = self.settings.get(setting);
+            if value != self.before.get(setting) {
                 self.note(&format!("{}={value}", setting.name()));
             }
         }
         assert!((0..self.axes.len()).all(|n| self.axes[n].running.is_none()), "set up while busy");
-        self.settings = settings;
+        assert_ne!(self.settings, self.before, "set up for nothing");
+        self.before = self.settings;
     }
 }
 

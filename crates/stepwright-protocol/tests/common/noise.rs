@@ -11,7 +11,10 @@ fn any_line(random: &mut Random) -> String {
         _ => random.below(1000).to_string(),
     };
     let name = |random: &mut Random| {
-        pick(random, &["pulse-us", "idle-ms", "max-speed", "switch-high", "reset", "pulse", ""])
+        pick(
+            random,
+            &["pulse-us", "idle-ms", "max-speed", "max-accel", "switch-high", "reset", "pulse", ""],
+        )
     };
     match random.below(11) {
         10 => match random.below(3) {
@@ -52,7 +55,8 @@ fn sane(random: &mut Random) -> Vec<u8> {
         lines.push("E".into());
         for _ in 0..random.below(4) {
             lines.push(
-                ["F", "V1", "Z", "K", "I1", "?", "A0", "$pulse-us=9", "$"][random.below(9)].into(),
+                ["F", "V1", "Z", "K", "I1", "?", "A0", "$max-accel=9999", "$"][random.below(9)]
+                    .into(),
             );
         }
     }

@@ -1,6 +1,7 @@
 //! The controller: it takes lines, and moves three motors.
 #![no_std]
 #![no_main]
+#![feature(abi_avr_interrupt)]
 
 use core::mem::MaybeUninit;
 
@@ -28,6 +29,8 @@ struct Slave {
 
 static SLAVE: Slot<MaybeUninit<Slave>> = Slot::new(MaybeUninit::uninit());
 
+stepwright_avr::step_interrupt!();
+
 #[avr_device::entry]
 fn main() -> ! {
     // SAFETY: called once, with interrupts off.
@@ -51,6 +54,7 @@ impl Slave {
     ///
     /// # Safety
     /// To be called once, with interrupts off.
+    #[inline(never)]
     unsafe fn new() -> Slave {
         // SAFETY: the only time that anybody takes them.
         let chip = unsafe { chip::Peripherals::steal() };

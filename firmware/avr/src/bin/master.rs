@@ -1,0 +1,274 @@
+//! The other end of the wire: a board that has a slave carry a programme out.
+//!
+//! It speaks document 004's lines, so any slave for that document will do. Its
+//! TX goes to the slave's RX and the other way round, ground to ground. D13 is
+//! the lamp on the board; a button lies between D2 and ground.
+//!
+//! | lamp | |
+//! | --- | --- |
+//! | off | under way |
+//! | on | done |
+//! | blinks once a second | the slave is silent |
+//! | blinks five times a second | the slave refused a line, or is elsewhere |
+//!
+//! The button begins the programme anew.
+#![no_std]
+#![no_main]
+
+use stepwright::Speed;
+use stepwright_avr::chip::{self, PORTB};
+use stepwright_avr::clock::Clock;
+use stepwright_avr::serial::{Received, Serial};
+use stepwright_avr::watchdog;
+use stepwright_protocol::{
+    AxisId, Command, Distance, Master, Order, Ramp, RampSteps, Reply, Script, Travel,
+};
+
+/// Where axis 1 travels, in steps from where it is at first, and how often.
+const STOPS: [i64; 3] = [4000, -4000, 0];
+const ROUNDS: u8 = 2;
+/// Steps per second at the ends of a travel, and in between.
+const START: u32 = 50;
+const TOP: u32 = 1000;
+/// Steps of both ramps.
+const RAMP: u32 = 200;
+
+/// A slave answers within some milliseconds.
+const SILENCE: u16 = 500;
+/// Between two questions whether it has arrived.
+const PAUSE: u16 = 20;
+/// How often a stop is tried for when lines get lost.
+const TRIES: u8 = 3;
+
+/// Why the programme was given up.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Fault {
+    /// No answer came.
+    Silent,
+    /// The answer was E, or the axis is where it should not be.
+    Refused,
+}
+
+/// The master's half of the line, lamp and button.
+struct Board {
+    master: Master,
+    serial: Serial,
+    clock: Clock,
+    lamp: PORTB,
+    #[cfg(feature = "uno")]
+    button: chip::PORTD,
+    #[cfg(feature = "mega")]
+    button: chip::PORTE,
+}
+
+#[avr_device::entry]
+fn main() -> ! {
+    // SAFETY: the only time that anybody takes them, and interrupts are off.
+    let mut board = Board::new(unsafe { chip::Peripherals::steal() });
+    // SAFETY: all that an interrupt touches has been made.
+    unsafe { avr_device::interrupt::enable() };
+    loop {
+        board.set_lamp(false);
+        let blink = match board.carry_out() {
+            Ok(()) => 0,
+            Err(Fault::Refused) => 100,
+            Err(Fault::Silent) => 500,
+        };
+        board.show(blink);
+    }
+}
+
+impl Board {
+    /// Carries the programme out.
+    fn carry_out(&mut self) -> Result<(), Fault> {
+        self.get_in_step()?;
+        self.arrive()?;
+        let home = self.position()?;
+        for _ in 0..ROUNDS {
+            for stop in STOPS {
+                self.go(home.wrapping_add(stop))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Has axis 1 travel to a position. If a line or its answer was lost nobody
+    /// knows which, so this looks where the axis is and goes on from there.
+    fn go(&mut self, to: i64) -> Result<(), Fault> {
+        for _ in 0..TRIES {
+            match self.try_to_go(to) {
+                Err(Fault::Silent) => self.get_in_step()?,
+                ended => return ended,
+            }
+        }
+        Err(Fault::Silent)
+    }
+
+    fn try_to_go(&mut self, to: i64) -> Result<(), Fault> {
+        self.arrive()?;
+        let way = to.wrapping_sub(self.position()?);
+        if way == 0 {
+            return Ok(());
+        }
+        let orders = [(AxisId::FIRST, order(way).ok_or(Fault::Refused)?)];
+        for command in Script::new(&orders).map_err(|_| Fault::Refused)? {
+            if self.ask(command)? != Reply::Yes {
+                return Err(Fault::Refused);
+            }
+        }
+        self.arrive()?;
+        if self.position()? == to { Ok(()) } else { Err(Fault::Refused) }
+    }
+
+    /// Waits until the slave is ready.
+    fn arrive(&mut self) -> Result<(), Fault> {
+        while self.ask(Command::Status)? != Reply::Ready {
+            self.wait(PAUSE);
+        }
+        Ok(())
+    }
+
+    /// Where axis 1 is.
+    fn position(&mut self) -> Result<i64, Fault> {
+        match self.ask(Command::Position(AxisId::FIRST))? {
+            Reply::Position(steps) => Ok(steps),
+            _ => Err(Fault::Refused),
+        }
+    }
+
+    /// Says a line, and waits for its answer.
+    fn ask(&mut self, command: Command) -> Result<Reply, Fault> {
+        let line = self.master.send(command).map_err(|_| Fault::Silent)?;
+        self.send(line);
+        self.hear().ok_or(Fault::Silent)
+    }
+
+    /// Begins afresh after a silence: see [`Master::resync`].
+    fn get_in_step(&mut self) -> Result<(), Fault> {
+        for _ in 0..TRIES {
+            let line = self.master.resync();
+            self.send(line);
+            if self.hear().is_some() {
+                return Ok(());
+            }
+        }
+        Err(Fault::Silent)
+    }
+
+    fn send(&mut self, line: impl Iterator<Item = u8>) {
+        for byte in line {
+            while !self.serial.has_room() {}
+            self.serial.send(byte);
+        }
+    }
+
+    /// The answer, or `None` after a silence.
+    fn hear(&mut self) -> Option<Reply> {
+        let mut silent = 0;
+        while silent < SILENCE {
+            match self.serial.receive() {
+                Some(Received::Byte(byte)) => {
+                    let reply = self.master.receive(byte);
+                    if reply.is_some() {
+                        return reply;
+                    }
+                }
+                // A damaged answer is noise, and skipped.
+                Some(Received::Garbled) | None => {}
+            }
+            silent += self.tick();
+        }
+        None
+    }
+
+    /// Waits for so many milliseconds.
+    fn wait(&mut self, millis: u16) {
+        let mut passed = 0;
+        while passed < millis {
+            passed += self.tick();
+        }
+    }
+
+    /// Milliseconds since the last call; all is well.
+    fn tick(&mut self) -> u16 {
+        watchdog::feed();
+        self.clock.passed().into()
+    }
+
+    /// Shows how it ended until the button is pressed and let go: the lamp
+    /// changes after so many milliseconds, or is on if that is 0.
+    fn show(&mut self, blink: u16) {
+        let mut lit = true;
+        let mut pressed = false;
+        let mut since = 0;
+        loop {
+            self.set_lamp(lit);
+            // A button chatters for some milliseconds.
+            self.wait(10);
+            match (pressed, self.is_pressed()) {
+                (true, false) => return,
+                (_, now) => pressed = now,
+            }
+            since += 10;
+            if blink != 0 && since >= blink {
+                since = 0;
+                lit = !lit;
+            }
+        }
+    }
+}
+
+/// A travel of so many steps; `None` if the line can't say that.
+fn order(way: i64) -> Option<Order> {
+    let ramp = Ramp::Steps(RampSteps::new(RAMP)?);
+    Some(Order {
+        start: Speed::from_steps(START).ok()?,
+        top: Speed::from_steps(TOP).ok()?,
+        up: ramp,
+        down: ramp,
+        travel: Travel::By(Distance::new(i32::try_from(way).ok()?)?),
+    })
+}
+
+/// D13 on port B.
+#[cfg(feature = "uno")]
+const LAMP: u8 = 1 << 5;
+#[cfg(feature = "mega")]
+const LAMP: u8 = 1 << 7;
+
+impl Board {
+    /// Sets lamp and button up, and all the rest.
+    fn new(chip: chip::Peripherals) -> Board {
+        watchdog::start(&chip.CPU, &chip.WDT);
+        // SAFETY: a level or direction of pins touches no memory.
+        chip.PORTB.ddrb().write(|w| unsafe { w.bits(LAMP) });
+        #[cfg(feature = "uno")]
+        let button = chip.PORTD;
+        #[cfg(feature = "uno")]
+        button.portd().write(|w| w.pd2().set_bit());
+        #[cfg(feature = "mega")]
+        let button = chip.PORTE;
+        #[cfg(feature = "mega")]
+        button.porte().write(|w| w.pe4().set_bit());
+        Board {
+            master: Master::new(),
+            serial: Serial::start(chip.USART0),
+            clock: Clock::start(chip.TC2),
+            lamp: chip.PORTB,
+            button,
+        }
+    }
+
+    fn set_lamp(&mut self, lit: bool) {
+        // SAFETY: a level of a pin touches no memory.
+        self.lamp.portb().write(|w| unsafe { w.bits(if lit { LAMP } else { 0 }) });
+    }
+
+    fn is_pressed(&self) -> bool {
+        #[cfg(feature = "uno")]
+        let level = self.button.pind().read().pd2();
+        #[cfg(feature = "mega")]
+        let level = self.button.pine().read().pe4();
+        level.bit_is_clear()
+    }
+}

@@ -1,0 +1,60 @@
+//! `cargo xtask flash`: a firmware on its way to a board, by avrdude.
+
+use std::ffi::OsString;
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::firmware::{self, Board, Build, Program};
+use crate::setup;
+use crate::workspace::{Workspace, run};
+
+/// Build the firmware of a board and write it there.
+#[derive(clap::Args)]
+pub struct Flash {
+    board: Board,
+    /// Where the board is: /dev/ttyACM0, /dev/ttyUSB0, COM3 …
+    #[arg(long, value_name = "PORT")]
+    port: OsString,
+    /// Which of the firmware's programs.
+    #[arg(long, value_enum, default_value_t = Program::Slave)]
+    program: Program,
+    /// A Nano from before 2018, whose boot loader listens at 57600 baud.
+    #[arg(long)]
+    old_boot_loader: bool,
+    /// Build it and say what would be done, but leave the board alone.
+    #[arg(long)]
+    dry_run: bool,
+}
+
+impl Flash {
+    /// Builds and writes.
+    pub fn run(self, ws: &Workspace) -> Result<()> {
+        setup::ensure(firmware::NEEDS)?;
+        let build = Build { board: self.board, timer: 1, bench: false };
+        let hex = build.make(ws, self.program)?.hex;
+
+        let mut avrdude = Command::new("avrdude");
+        avrdude.args(programmer(self.board, self.old_boot_loader)).arg("-P").arg(&self.port);
+        let mut flash = OsString::from("flash:w:");
+        flash.push(hex);
+        flash.push(":i");
+        avrdude.arg("-U").arg(flash);
+        if self.dry_run {
+            println!("would run: {}", crate::workspace::line(&avrdude));
+            return Ok(());
+        }
+        setup::ensure(&[setup::AVRDUDE])?;
+        run(&mut avrdude)
+    }
+}
+
+/// How avrdude speaks with a board's boot loader.
+fn programmer(board: Board, old: bool) -> &'static [&'static str] {
+    match board {
+        Board::Nano if old => &["-p", "m328p", "-c", "arduino", "-b", "57600"],
+        Board::Uno | Board::Nano => &["-p", "m328p", "-c", "arduino", "-b", "115200"],
+        // Its boot loader can't erase the chip, and need not: -D.
+        Board::Mega => &["-p", "m2560", "-c", "wiring", "-b", "115200", "-D"],
+    }
+}

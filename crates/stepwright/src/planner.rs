@@ -113,6 +113,10 @@ pub(crate) struct Planner {
     /// What of the run that is being planned is known already: the speed at
     /// its end, or the time of a corner so far.
     pending: Num,
+    /// The mean interval of a run, or the speed at the end of a corner.
+    mean: Num,
+    /// δ of a ramp run.
+    delta: Num,
     /// How far its planning is.
     stage: Stage,
 }
@@ -122,11 +126,14 @@ pub(crate) struct Planner {
 enum Stage {
     /// Not begun.
     Begin,
-    /// The speed at the end of a ramp run is known; of a corner the time of
-    /// its rise.
+    /// The speed at the end of a ramp run is known; the interval of the level;
+    /// of a corner the time of its rise.
     Half,
-    /// The time of a corner's rise and level is known.
+    /// The mean interval of a ramp run is known; of a corner the time of its
+    /// rise and level.
     Late,
+    /// The speed at the end of a corner is known.
+    Last,
 }
 
 /// What [`Planner::next`] has done.
@@ -134,7 +141,7 @@ enum Stage {
 pub(crate) enum Planned {
     /// A run, which lasts for so many ticks.
     Run(Ticks),
-    /// Nothing yet: ask again. A run is made in two steps or more, so that
+    /// Nothing yet: ask again. A run is made in three steps or more, so that
     /// no call takes a chip long.
     Again,
     /// The travel is planned to its end.
@@ -200,6 +207,8 @@ impl Planner {
             carry: HALF_TICK,
             size: 0,
             pending: Num::ZERO,
+            mean: Num::ZERO,
+            delta: Num::ZERO,
             stage: Stage::Begin,
         };
         planner.check(clock)?;
@@ -328,17 +337,25 @@ impl Planner {
         while steps > room {
             (size, steps) = (size - 1, steps >> 1); // room is not 0
         }
-        if self.stage == Stage::Begin {
-            self.pending = self.speed_after(steps, up);
-            self.stage = Stage::Half;
-            return Planned::Again;
+        match self.stage {
+            Stage::Begin => {
+                self.pending = self.speed_after(steps, up);
+                self.stage = Stage::Half;
+                return Planned::Again;
+            }
+            Stage::Half => {
+                let v = self.pending;
+                self.mean = clock.twice.over(&v.plus(&self.v));
+                let change = if up { v.minus(&self.v) } else { self.v.minus(&v) };
+                // δ and what follows from it need few bits: the run's end is
+                // exact.
+                self.delta = self.mean.roughly(&clock.inverse).roughly(&change).scaled(1);
+                self.stage = Stage::Late;
+                return Planned::Again;
+            }
+            Stage::Late | Stage::Last => self.stage = Stage::Begin,
         }
-        self.stage = Stage::Begin;
-        let v = self.pending;
-        let mean = clock.twice.over(&v.plus(&self.v));
-        let change = if up { v.minus(&self.v) } else { self.v.minus(&v) };
-        // δ and what follows from it need few bits: the run's end is exact.
-        let delta = mean.roughly(&clock.inverse).roughly(&change).scaled(1);
+        let (mean, delta) = (self.mean, self.delta);
         let error = delta.roughly(&delta).roughly(&mean).scaled(i16::from(size) - 5);
         if size > 0
             && !(clock.holds(&mean, size) && error.is_below(clock.bound) && delta.is_below(-2))
@@ -363,7 +380,7 @@ impl Planner {
         } else {
             self.fall = self.fall.wrapping_sub(steps);
         }
-        self.v = v;
+        self.v = self.pending;
         let add = delta.roughly(&mean).scaled(16 - i16::from(size)).rounded_whole() as i32;
         self.fitted(run, &mean, if up { add.wrapping_neg() } else { add }, size)
     }
@@ -424,16 +441,25 @@ impl Planner {
     /// A level run.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn cruise(&mut self, clock: &Clock, run: &mut Run) -> Planned {
+        if self.stage == Stage::Begin {
+            self.mean = clock.interval(&self.v_top);
+            self.v = self.v_top;
+            self.stage = Stage::Half;
+            return Planned::Again;
+        }
         let room = self.level.wrapping_sub(u32::from(self.fall_part != 0 && !self.endless));
-        let mean = clock.interval(&self.v_top);
         let mut size = clock.level_size;
-        while size > 0 && (room >> size == 0 || !clock.holds(&mean, size)) {
+        while size > 0 && (room >> size == 0 || !clock.holds(&self.mean, size)) {
             size -= 1;
         }
+        let steps = 1u32 << size;
         if !self.endless {
-            self.level = self.level.wrapping_sub(1 << size);
+            self.level = self.level.wrapping_sub(steps);
+            if room == steps {
+                self.stage = Stage::Begin;
+            }
         }
-        self.v = self.v_top;
+        let mean = self.mean;
         self.fitted(run, &mean, 0, size)
     }
 
@@ -455,11 +481,16 @@ impl Planner {
                 self.stage = Stage::Late;
                 Planned::Again
             }
-            Stage::Late => {
+            Stage::Late if last => {
+                self.mean = self.speed_after(0, false);
+                self.stage = Stage::Last;
+                Planned::Again
+            }
+            Stage::Late | Stage::Last => {
                 let mut time = self.pending;
                 self.v = self.v_top;
                 if last {
-                    self.v = self.speed_after(0, false);
+                    self.v = self.mean;
                     let sum = self.v_top.plus(&self.v);
                     time = time.plus(&clock.twice.times(&fall).over(&sum));
                     self.fall_part = 0;

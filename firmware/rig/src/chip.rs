@@ -190,7 +190,11 @@ impl Chip {
         self.send(b"\r");
         let mut answer = Vec::new();
         let complete = self.run_to(PATIENCE, |chip| {
-            chip.taps.heard.said.back().is_some_and(|&(done, byte)| byte == b'\r' && done <= chip.now())
+            chip.taps
+                .heard
+                .said
+                .back()
+                .is_some_and(|&(done, byte)| byte == b'\r' && done <= chip.now())
         });
         answer.extend(self.take_said());
         (complete && answer.pop() == Some(b'\r'))

@@ -40,8 +40,8 @@ impl Image {
     /// # Errors
     /// The file can't be read, or is no ELF file for an AVR.
     pub fn read(path: &Path) -> Result<Image> {
-        let bytes = std::fs::read(path)
-            .with_context(|| format!("no firmware at {}", path.display()))?;
+        let bytes =
+            std::fs::read(path).with_context(|| format!("no firmware at {}", path.display()))?;
         Image::parse(&bytes).with_context(|| format!("{} is no firmware", path.display()))
     }
 

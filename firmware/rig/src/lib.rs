@@ -26,13 +26,13 @@ pub mod bench;
 pub mod board;
 pub mod chip;
 pub mod edges;
+mod eeprom;
 pub mod elf;
 pub mod firmware;
-mod silicon;
-mod eeprom;
 mod line;
 pub mod pair;
 pub mod pty;
+mod silicon;
 mod taps;
 
 pub use board::Board;

@@ -61,7 +61,8 @@ impl Silicon {
     fn paint(&mut self) {
         // SAFETY: `data` has `ramend` + 1 bytes, registers first.
         unsafe {
-            let (begin, end) = (usize::from((*self.avr).ioend) + 1, usize::from((*self.avr).ramend));
+            let (begin, end) =
+                (usize::from((*self.avr).ioend) + 1, usize::from((*self.avr).ramend));
             ptr::write_bytes((*self.avr).data.add(begin), PAINT, end + 1 - begin);
         }
     }
@@ -154,7 +155,8 @@ impl Silicon {
 
     /// Cycles of a byte on the line, as the firmware has set up USART0.
     pub(crate) fn byte_time(&self) -> u64 {
-        let divider = u64::from(self.byte(UBRR0 as u16)) | u64::from(self.byte(UBRR0 as u16 + 1)) << 8;
+        let divider =
+            u64::from(self.byte(UBRR0 as u16)) | u64::from(self.byte(UBRR0 as u16 + 1)) << 8;
         let bit = (divider + 1) * if self.byte(UCSR0A as u16) & 2 != 0 { 8 } else { 16 };
         10 * bit
     }
@@ -247,11 +249,8 @@ impl Silicon {
         // SAFETY: the description's length is the buffer's; simavr refuses
         // what lies beyond the end.
         let result = unsafe {
-            let mut what = ffi::avr_eeprom_desc_t {
-                ee: bytes.as_mut_ptr(),
-                offset,
-                size: bytes.len() as u32,
-            };
+            let mut what =
+                ffi::avr_eeprom_desc_t { ee: bytes.as_mut_ptr(), offset, size: bytes.len() as u32 };
             ffi::avr_ioctl(self.avr, request(*b"eesp"), ptr::from_mut(&mut what).cast())
         };
         assert_eq!(result, 0, "beyond the end of the EEPROM");

@@ -93,7 +93,9 @@ impl Taps {
         let mut tap = |pin, wire| {
             let mut tap = Box::new(Tap { heard: &raw mut *heard, wire, level: false });
             // SAFETY: the box does not move and lives as long as the chip.
-            unsafe { ffi::avr_irq_register_notify(silicon.pin(pin), Some(on_pin), opaque(&mut *tap)) }
+            unsafe {
+                ffi::avr_irq_register_notify(silicon.pin(pin), Some(on_pin), opaque(&mut *tap))
+            }
             taps.push(tap);
         };
         for axis in 0..AXES {

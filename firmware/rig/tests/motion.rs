@@ -60,7 +60,9 @@ fn three_axes_at_once_each_on_its_own_curve() {
     say(&mut chip, "A2 t3000 a9000 d9000 G-4000");
     say(&mut chip, "A3 t777 a1234 d1234 G+500 E");
     assert!(chip.run_to_silence(4_000_000, 16_000_000 * 20));
-    for (axis, top, accel, count) in [(0, 2_000, 5_000, 3_000), (1, 3_000, 9_000, 4_000), (2, 777, 1_234, 500)] {
+    for (axis, top, accel, count) in
+        [(0, 2_000, 5_000, 3_000), (1, 3_000, 9_000, 4_000), (2, 777, 1_234, 500)]
+    {
         // Each begins at the 50 steps/s of power-up. Another axis's step may be
         // in the way, and both may be.
         let path = path_of_accel(50, top, accel, count);

@@ -36,9 +36,7 @@ fn every_edge_is_the_virtual_boards() {
         assert!(chip.run_to_silence(8_000_000, 16_000_000 * 30));
         let (real, ideal) = (steps(&chip, 0), virtual_steps(order, 0));
         assert_eq!(real.len(), ideal.len(), "{order}");
-        let off = |n: usize| {
-            (real[n].time - real[0].time) as i64 - (ideal[n] - ideal[0]) as i64
-        };
+        let off = |n: usize| (real[n].time - real[0].time) as i64 - (ideal[n] - ideal[0]) as i64;
         let worst = (0..real.len()).max_by_key(|&n| off(n).abs()).unwrap();
         assert!(off(worst).abs() <= LATENCY, "{order}: step {worst} is {} off", off(worst));
         // No drift: what is off is latency, not time.

@@ -113,7 +113,7 @@ impl Job {
         if self.traffic {
             chip.poll(&["V1", "F"]);
         }
-        let mut progress = Progress::new(&self.axes)?;
+        let mut progress = Progress::new(&self.axes, chip.now())?;
         while !progress.is_complete() {
             chip.run_for(HZ / 200);
             if progress.is_behind(&chip) {
@@ -133,17 +133,17 @@ impl Job {
 /// How far the axes have come.
 struct Progress {
     axes: Vec<(Path, u32)>,
-    /// The first step's cycle and the steps so far, for each axis.
+    /// The first step's cycle, or the beginning, and the steps so far.
     made: Vec<(u64, u32)>,
     /// Edges that have been looked at.
     seen: usize,
 }
 
 impl Progress {
-    fn new(axes: &[Axis]) -> Result<Progress> {
+    fn new(axes: &[Axis], now: u64) -> Result<Progress> {
         let paths: Result<Vec<_>> =
             axes.iter().map(|axis| Ok((axis.path()?, axis.steps))).collect();
-        Ok(Progress { axes: paths?, made: vec![(0, 0); axes.len()], seen: 0 })
+        Ok(Progress { axes: paths?, made: vec![(now, 0); axes.len()], seen: 0 })
     }
 
     fn is_complete(&self) -> bool {
@@ -172,9 +172,8 @@ impl Progress {
 /// board's way from the order to the first step.
 pub(super) fn offsets(steps: &[Step], path: &Path) -> Vec<i64> {
     let Some(first) = steps.first() else { return Vec::new() };
-    let off = |(n, step): (usize, &Step)| {
-        (step.time - first.time) as i64 - path.time_of(n as u32) as i64
-    };
+    let off =
+        |(n, step): (usize, &Step)| (step.time - first.time) as i64 - path.time_of(n as u32) as i64;
     steps.iter().enumerate().map(off).collect()
 }
 

@@ -5,9 +5,9 @@
 
 use anyhow::{Context, Result};
 
+use super::Subject;
 use super::job::{Axis, Job, Outcome, median, offsets};
 use super::table::Row;
-use super::Subject;
 
 /// Steps/s² of all ramps.
 const ACCEL: u32 = 40_000;

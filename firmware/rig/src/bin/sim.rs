@@ -123,8 +123,7 @@ impl Tally {
             let steps = steps_of(&edges, axis as u8);
             self.steps[axis] += steps.len() as u64;
             self.positions[axis] += steps.last().map_or(0, |step| step.position);
-            let is_direction =
-                |edge: &&Edge| edge.axis == axis as u8 && edge.pin == Pin::Direction;
+            let is_direction = |edge: &&Edge| edge.axis == axis as u8 && edge.pin == Pin::Direction;
             self.directions[axis] = edges.iter().rfind(is_direction).copied();
         }
     }

@@ -121,9 +121,7 @@ pub const LATENCY: i64 = 600;
 pub fn follows(steps: &[Step], path: &Path, slack: i64) {
     assert_eq!(steps.len() as u64, u64::from(path.pulses()), "steps");
     let Some(first) = steps.first() else { return };
-    let off = |n: usize| {
-        (steps[n].time - first.time) as i64 - path.time_of(n as u32) as i64
-    };
+    let off = |n: usize| (steps[n].time - first.time) as i64 - path.time_of(n as u32) as i64;
     let worst = (0..steps.len()).max_by_key(|&n| off(n).abs()).unwrap();
     assert!(off(worst).abs() <= slack, "step {worst} is {} cycles off", off(worst));
 }

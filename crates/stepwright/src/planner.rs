@@ -46,11 +46,11 @@ pub(crate) struct Clock {
     twice: Num,
     /// Its inverse.
     inverse: Num,
-    /// Largest error of a step between two ends of runs, in ticks, and longest
-    /// run (a single step may always take longer): as powers of two, which a
-    /// number is quickly compared with.
+    /// Longest run, in ticks; a single step may always take longer.
+    longest: Num,
+    /// Largest error of a step between two ends of runs, in ticks: as a power
+    /// of two, which a number is quickly compared with.
     bound: i16,
-    longest: i16,
     /// Longest ramp run and longest level run, as powers of two.
     ramp_size: u8,
     level_size: u8,
@@ -63,9 +63,8 @@ impl Clock {
         Clock {
             twice,
             inverse: Num::ONE.over(&twice),
-            bound: log2(fit.error).wrapping_sub(32),
-            // The nearest: 8 ms at 16 MHz are 2¹⁷ ticks, 2 % more.
-            longest: log2(u64::from(fit.longest).saturating_mul(3) / 2),
+            longest: Num::from(fit.longest),
+            bound: (fit.error.checked_ilog2().unwrap_or(0) as i16).wrapping_sub(32),
             ramp_size: fit.ramp_size,
             level_size: fit.level_size,
         }
@@ -79,7 +78,7 @@ impl Clock {
     /// Whether 2^size steps may be one run: not too long, and their spread,
     /// less than the interval, within 31 bits of 2⁻¹⁶ ticks.
     fn holds(&self, mean: &Num, size: u8) -> bool {
-        mean.is_below(self.longest - i16::from(size)) && mean.is_below(17)
+        mean.is_below(17) && self.longest.at_least(&mean.scaled(size.into()))
     }
 }
 
@@ -444,19 +443,23 @@ impl Planner {
         if self.stage == Stage::Begin {
             self.mean = clock.interval(&self.v_top);
             self.v = self.v_top;
+            self.size = clock.level_size;
+            while self.size > 0 && !clock.holds(&self.mean, self.size) {
+                self.size -= 1;
+            }
             self.stage = Stage::Half;
             return Planned::Again;
         }
         let room = self.level.wrapping_sub(u32::from(self.fall_part != 0 && !self.endless));
-        let mut size = clock.level_size;
-        while size > 0 && (room >> size == 0 || !clock.holds(&self.mean, size)) {
-            size -= 1;
+        let mut size = self.size;
+        let mut steps = 1u32 << size;
+        while steps > room {
+            (size, steps) = (size - 1, steps >> 1); // room is not 0
         }
-        let steps = 1u32 << size;
         if !self.endless {
             self.level = self.level.wrapping_sub(steps);
             if room == steps {
-                self.stage = Stage::Begin;
+                (self.size, self.stage) = (0, Stage::Begin);
             }
         }
         let mean = self.mean;
@@ -504,9 +507,4 @@ impl Planner {
             }
         }
     }
-}
-
-/// floor(log₂ x); 0 for 0.
-fn log2(x: u64) -> i16 {
-    x.checked_ilog2().unwrap_or(0) as i16
 }

@@ -279,7 +279,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                 },
                 Taken::Late => {
                     track.event = Event::Dry;
-                    let poll = self.timing.min_interval.saturating_mul(4).min(T::Count::HOP);
+                    // Far enough apart that the foreground gets to plan: an
+                    // interrupt that looked as often as it can would starve it.
+                    let poll = self.timing.min_interval.saturating_mul(64).min(T::Count::HOP);
                     track.due = T::Count::later(fine::<T>(now), T::Count::fine(poll, 0));
                     return;
                 }

@@ -76,7 +76,14 @@ pub fn measure(board: Board, known: Table) -> Result<Table> {
             });
         }
     });
-    let rows = rows.into_inner().expect("no panic");
-    let rows: Result<Vec<Vec<Row>>> = rows.into_iter().collect();
-    Ok(Table::new(rows?.into_iter().flatten().collect()))
+    let mut table = Vec::new();
+    for measured in rows.into_inner().expect("no panic") {
+        match measured {
+            Ok(rows) => table.extend(rows),
+            // The others are worth printing. Those that are missing are
+            // complained of.
+            Err(error) => eprintln!("{error:#}"),
+        }
+    }
+    Ok(Table::new(table))
 }

@@ -109,10 +109,10 @@ impl Line {
             self.free = begin + silicon.byte_time();
             self.flying = Some((self.free, byte));
         }
-        if !self.arrived.is_empty() && silicon.receiver_is_empty() {
-            if let Some(byte) = self.arrived.pop_front() {
-                silicon.receive(byte);
-            }
+        if silicon.receiver_is_empty()
+            && let Some(byte) = self.arrived.pop_front()
+        {
+            silicon.receive(byte);
         }
     }
 }

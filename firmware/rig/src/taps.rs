@@ -66,7 +66,7 @@ enum Wire {
 /// Keeps what simavr holds pointers to.
 pub(crate) struct Taps {
     pub heard: Box<Heard>,
-    taps: Vec<Box<Tap>>,
+    taps: Box<[Tap]>,
 }
 
 impl Taps {
@@ -89,21 +89,18 @@ impl Taps {
             eeprom: Eeprom::default(),
             silicon,
         });
-        let mut taps = Vec::new();
-        let mut tap = |pin, wire| {
-            let mut tap = Box::new(Tap { heard: &raw mut *heard, wire, level: false });
-            // SAFETY: the box does not move and lives as long as the chip.
-            unsafe {
-                ffi::avr_irq_register_notify(silicon.pin(pin), Some(on_pin), opaque(&mut *tap))
-            }
-            taps.push(tap);
-        };
+        let mut wires = vec![(board.enable(), Wire::Enable), (board.led(), Wire::Led)];
         for axis in 0..AXES {
-            tap(board.step()[axis], Wire::Drive(axis as u8, Role::Step));
-            tap(board.direction()[axis], Wire::Drive(axis as u8, Role::Direction));
+            wires.push((board.step()[axis], Wire::Drive(axis as u8, Role::Step)));
+            wires.push((board.direction()[axis], Wire::Drive(axis as u8, Role::Direction)));
         }
-        tap(board.enable(), Wire::Enable);
-        tap(board.led(), Wire::Led);
+        let all = &raw mut *heard;
+        let tap = |&(_, wire): &(_, Wire)| Tap { heard: all, wire, level: false };
+        let mut taps: Box<[Tap]> = wires.iter().map(tap).collect();
+        for ((pin, _), tap) in wires.iter().zip(&mut taps) {
+            // SAFETY: the boxed taps do not move and live as long as the chip.
+            unsafe { ffi::avr_irq_register_notify(silicon.pin(*pin), Some(on_pin), opaque(tap)) }
+        }
         let param = opaque(&mut *heard);
         // SAFETY: as above; vectors and registers are simavr's own.
         unsafe {

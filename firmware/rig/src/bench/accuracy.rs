@@ -3,7 +3,7 @@
 //! The travels and the definitions are those that the peers were measured by:
 //! an ideal trapezoid at rest at the first and the last pulse.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 use super::Subject;
@@ -35,7 +35,7 @@ pub(super) fn with_traffic(subject: &Subject) -> Result<Vec<Row>> {
 }
 
 fn times(subject: &Subject, axis: Axis) -> Result<Vec<u64>> {
-    let outcome = Job::new(&[axis], false).run(subject, |_| {})?.context("it never ends")?;
+    let outcome = Job::new(&[axis], false).run(subject, |_| {})?.map_err(Error::msg)?;
     Ok(outcome.steps[0].iter().map(|step| step.time).collect())
 }
 
@@ -97,7 +97,7 @@ fn accel_peak(times: &[u64]) -> f64 {
 /// How far the edges lie from the closed form, against the middle one's
 /// distance: that is the constant part.
 fn errors(subject: &Subject, axes: &[Axis]) -> Result<Vec<Row>> {
-    let outcome = Job::new(axes, true).run(subject, |_| {})?.context("it never ends")?;
+    let outcome = Job::new(axes, true).run(subject, |_| {})?.map_err(Error::msg)?;
     let mut errors = Vec::new();
     for (axis, steps) in axes.iter().zip(&outcome.steps) {
         let mut offsets = offsets(steps, &axis.path()?);

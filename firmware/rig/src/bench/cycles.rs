@@ -1,6 +1,6 @@
 //! Cycles: of a step, of a reload, of planning, with interrupts off; sizes.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 
 use super::Subject;
 use super::job::{Axis, Job, median};
@@ -28,7 +28,7 @@ pub(super) fn isolated(subject: &Subject) -> Result<Vec<Row>> {
 
 fn visits(subject: &Subject, axis: Axis) -> Result<Vec<Visit>> {
     let outcome = Job::new(&[axis], false).keeping_visits().run(subject, |_| {})?;
-    let mut outcome = outcome.context("it never ends")?;
+    let mut outcome = outcome.map_err(Error::msg)?;
     let last = outcome.steps[0].last().context("no steps")?.time;
     let mut visits = outcome.chip.take_visits();
     // What follows the last step is no step.
@@ -55,7 +55,7 @@ pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
         chip.clear_longest_off();
         chip.watch_calls(planner);
     })?;
-    let mut chip = outcome.context("it never ends")?.chip;
+    let mut chip = outcome.map_err(Error::msg)?.chip;
     let longest = chip.take_calls().into_iter().max().context("nothing was planned")?;
     let off = chip.longest_off().0;
     let stack = chip.ram().1;

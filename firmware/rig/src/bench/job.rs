@@ -1,5 +1,7 @@
 //! A travel of one, two or three axes on a fresh chip.
 
+use std::result;
+
 use anyhow::{Context, Result, ensure};
 use stepwright::profile::{Path, Ramp};
 use stepwright::{Accel, Order, Rate, Speed, Travel};
@@ -73,13 +75,13 @@ impl Job {
         Job { visits: true, ..self }
     }
 
-    /// Plays it on a chip that `watch` has prepared; `None` if an axis
-    /// falls behind by 10 ms and more.
+    /// Plays it on a chip that `watch` has prepared; the inner
+    /// error if an axis falls behind by 10 ms and more.
     pub(super) fn run(
         &self,
         subject: &Subject,
         watch: impl FnOnce(&mut Chip),
-    ) -> Result<Option<Outcome>> {
+    ) -> Result<result::Result<Outcome, String>> {
         let mut chip = Chip::new(subject.board, &subject.bench);
         chip.run_for(BOOT);
         chip.ask("");
@@ -116,8 +118,8 @@ impl Job {
         let mut progress = Progress::new(&self.axes, chip.now())?;
         while !progress.is_complete() {
             chip.run_for(HZ / 200);
-            if progress.is_behind(&chip) {
-                return Ok(None);
+            if let Some(fault) = progress.fault(&chip) {
+                return Ok(Err(fault));
             }
         }
         chip.poll(&[]);
@@ -126,7 +128,7 @@ impl Job {
         let late = health.split("late=").nth(1).and_then(|rest| rest.split(' ').next());
         let late = late.and_then(|late| late.parse().ok()).context("no late= in its answer")?;
         let steps = (0..self.axes.len()).map(|n| steps_of(chip.edges(), n as u8)).collect();
-        Ok(Some(Outcome { chip, steps, late }))
+        Ok(Ok(Outcome { chip, steps, late }))
     }
 }
 
@@ -150,9 +152,8 @@ impl Progress {
         self.axes.iter().zip(&self.made).all(|(axis, made)| made.1 >= axis.1)
     }
 
-    /// Whether an axis is some milliseconds behind its path: it has stalled,
-    /// or can't follow.
-    fn is_behind(&mut self, chip: &Chip) -> bool {
+    /// Which axis is 10 ms behind its path: it has stalled, or can't follow.
+    fn fault(&mut self, chip: &Chip) -> Option<String> {
         for edge in chip.edges()[self.seen..].iter().filter(|edge| edge.is_step()) {
             if let Some((first, count)) = self.made.get_mut(usize::from(edge.axis)) {
                 if *count == 0 {
@@ -162,9 +163,11 @@ impl Progress {
             }
         }
         self.seen = chip.edges().len();
-        self.axes.iter().zip(&self.made).any(|((path, steps), &(first, count))| {
-            count < *steps && chip.now() > first + path.time_of(count) + HZ / 100
-        })
+        let behind = |((path, steps), (first, count)): (&(Path, u32), &(u64, u32))| {
+            count < steps && chip.now() > first + path.time_of(*count) + HZ / 100
+        };
+        let axis = self.axes.iter().zip(&self.made).position(behind)?;
+        Some(format!("axis {} is 10 ms behind after {} steps", axis + 1, self.made[axis].1))
     }
 }
 

@@ -194,7 +194,7 @@ impl Pieces for Info {
         let label =
             text!("stepwright \0.\0 axes=\0 max=\0 late=\0 refused=\0 last=\0 uncertain=\0\r\0");
         let number = match n {
-            _ if n % 2 == 0 && n < 18 => return Some(Piece::Text(label.word(n / 2))),
+            _ if n.is_multiple_of(2) && n < 18 => return Some(Piece::Text(label.word(n / 2))),
             1 => self.version.0.into(),
             3 => self.version.1.into(),
             5 => self.axes.into(),

@@ -90,6 +90,7 @@ impl Decimal {
         decimal
     }
 
+    #[cfg_attr(target_arch = "avr", inline(never))]
     fn double_and_add(&mut self, mut carry: u8) {
         for digit in self.digits.iter_mut().take(self.len.into()) {
             *digit = *digit << 1 | carry;

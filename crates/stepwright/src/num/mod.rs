@@ -44,6 +44,12 @@ impl Num {
         Num::of(1 << 31, e - 31)
     }
 
+    /// A constant of 1 … 65535.
+    pub(crate) const fn small(x: u16) -> Num {
+        let up = x.leading_zeros();
+        Num { high: x << up, low: 0, e: -16 - up as i16 }
+    }
+
     pub(crate) const fn is_zero(&self) -> bool {
         self.m() == 0
     }
@@ -362,6 +368,13 @@ mod tests {
         #[test]
         fn wide_integers(x: u64) {
             prop_assert!(close(Num::from_wide(x), x as f64));
+        }
+    }
+
+    #[test]
+    fn constants_are_normalised() {
+        for x in [1, 2, 1000, 2000, 65535] {
+            assert_eq!(Num::small(x), Num::from(u32::from(x)));
         }
     }
 

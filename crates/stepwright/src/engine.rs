@@ -294,7 +294,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                 }
                 Fetched::Late => {
                     track.event = Event::Dry;
-                    let poll = self.timing.min_interval.saturating_mul(4).min(T::Count::HOP);
+                    // Far enough apart that the foreground gets to plan: an
+                    // interrupt that looked as often as it can would starve it.
+                    let poll = self.timing.min_interval.saturating_mul(64).min(T::Count::HOP);
                     track.due = T::Count::delayed(fine_of(now), poll);
                     return false;
                 }

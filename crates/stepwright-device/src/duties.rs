@@ -72,11 +72,10 @@ impl Duties {
         panel: &mut impl Panel,
     ) {
         let board = group.board_mut();
-        let micros = |setting| panel.ticks(self.settings.get(setting) as u16);
-        let pulse = micros(Setting::Pulse);
+        let pulse = self.ticks(panel, Setting::Pulse);
         board.timing.pulse = pulse;
-        board.timing.setup = micros(Setting::Setup);
-        board.timing.hold = micros(Setting::Hold);
+        board.timing.setup = self.ticks(panel, Setting::Setup);
+        board.timing.hold = self.ticks(panel, Setting::Hold);
         // A pause as long as the pulse, and what the board can do.
         let cost = board.cost.first().copied().unwrap_or(0);
         board.timing.min_interval = cost.max(pulse.wrapping_mul(2));
@@ -86,7 +85,14 @@ impl Duties {
         self.moved_at = panel.millis();
     }
 
+    /// A setting in microseconds, in ticks.
+    #[inline(never)]
+    fn ticks(&self, panel: &impl Panel, setting: Setting) -> Ticks {
+        panel.ticks(self.settings.get(setting) as u16)
+    }
+
     /// Sets the pin that enables the drivers.
+    #[cfg_attr(target_arch = "avr", inline(never))]
     fn set_enable(&self, panel: &mut impl Panel) {
         panel.set_enable(self.enabled == (self.settings.byte(Setting::EnableHigh) != 0));
     }

@@ -13,12 +13,14 @@ use crate::setting::{NAMES, Setting};
 use crate::text::Decimal;
 
 /// Every answer, and then the words that `last=` can have.
-const LINES: [&str; 3] = [
+const LINES: [&str; 4] = [
     "Y\nE\nR\nB\n#\nstepwright #.# axes=# max=# late=# refused=# last=# uncertain=#\n",
     NAMES,
+    // No answer, but looked for among the names.
+    "reset=#\n",
     REASONS,
 ];
-const LENGTH: usize = LINES[0].len() + LINES[1].len() + LINES[2].len();
+const LENGTH: usize = LINES[0].len() + LINES[1].len() + LINES[2].len() + LINES[3].len();
 const TEXT: Text = flash!(LENGTH, joined());
 
 const fn joined() -> [u8; LENGTH] {
@@ -47,7 +49,7 @@ pub(crate) mod line {
     /// The first setting.
     pub(crate) const SETTINGS: u8 = 6;
     /// `none`; the reasons follow.
-    pub(crate) const REASONS: u8 = SETTINGS + super::Setting::COUNT as u8;
+    pub(crate) const REASONS: u8 = SETTINGS + super::RESET + 1;
 }
 
 /// What the `#` stand for, by number.
@@ -152,10 +154,14 @@ fn find(line: u8) -> (u16, u8) {
     (at, value)
 }
 
-/// The index of the setting with this name; none has `=` in it.
+/// The index that stands for `reset`.
+pub(crate) const RESET: u8 = Setting::COUNT as u8;
+
+/// The index of the setting with this name, or [`RESET`]; none has `=` in it.
+#[inline(never)]
 pub(crate) fn setting_named(name: &[u8]) -> Option<u8> {
     let (mut at, _) = find(line::SETTINGS);
-    for index in 0..Setting::COUNT as u8 {
+    for index in 0..=RESET {
         let (mut length, mut same) = (0usize, true);
         loop {
             let byte = TEXT.byte(at)?;
@@ -233,8 +239,9 @@ mod tests {
 
     #[test]
     fn only_a_whole_name_is_a_name() {
-        for name in [&b""[..], b"max", b"max-spee", b"max-speedy", b"max-speed=", b"#", b"\n"] {
+        for name in [&b""[..], b"max", b"max-spee", b"max-speedy", b"max-speed=", b"#", b"\n", b"none"] {
             assert_eq!(setting_named(name), None, "{name:?}");
         }
+        assert_eq!(setting_named(b"reset"), Some(RESET));
     }
 }

@@ -140,15 +140,19 @@ fn speed(steps: u32) -> Speed {
     Speed::from_millisteps(steps.wrapping_mul(1000)).unwrap_or(Speed::MAX)
 }
 
-/// a · b, to be compared: how often 2048 goes into it, and the rest. Neither a
-/// times a 2048th of b nor 2048 · a may reach 2³²: 1,000,000 times 2,000,000
-/// and 1998 times 100,000,000 don't. (64 bits would cost an 8-bit chip 500
-/// bytes.)
+/// a · b. By shifts and additions: the multiplication of 64 bits alone would
+/// take 500 bytes of an 8-bit chip's flash.
 #[inline(never)]
-fn product(a: u32, b: u32) -> (u32, u16) {
-    let rest = a.wrapping_mul(b & 2047);
-    let whole = a.wrapping_mul(b >> 11).wrapping_add(rest >> 11);
-    (whole, rest as u16 & 2047)
+fn product(a: u32, mut b: u32) -> u64 {
+    let (mut a, mut sum) = (u64::from(a), 0u64);
+    while b != 0 {
+        if b & 1 != 0 {
+            sum = sum.wrapping_add(a);
+        }
+        a <<= 1;
+        b >>= 1;
+    }
+    sum
 }
 
 /// Rounds thousandths to whole steps, half up.
@@ -242,10 +246,7 @@ mod tests {
     #[test]
     fn products_are_whole() {
         for (a, b) in [(1_000_000, 1_999_999), (999_999, 2_000_000), (1998, 100_000_000), (1, 0)] {
-            let (whole, rest) = product(a, b);
-            assert!(rest < 2048);
-            let exact = u64::from(a) * u64::from(b);
-            assert_eq!(u64::from(whole) * 2048 + u64::from(rest), exact, "{a} · {b}");
+            assert_eq!(product(a, b), u64::from(a) * u64::from(b), "{a} · {b}");
         }
     }
 }

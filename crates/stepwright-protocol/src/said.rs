@@ -1,8 +1,9 @@
 //! A line taken apart: its letter, and what stands behind it.
 
+use crate::answer::setting_named;
 use crate::number::{self, RampSteps, TopSpeed, WholeAccel};
 use crate::setting::Setting;
-use crate::{MAX_AXES, Refusal, Value};
+use crate::{MAX_AXES, Refusal};
 
 /// A line of the grammar, inside its ranges. What a [`Command`](crate::Command)
 /// says in types is here in three plain numbers: a chip that acts upon them at
@@ -71,29 +72,30 @@ impl Said {
         Ok(())
     }
 
-    /// What stands behind a `$`.
-    fn read_setting(&mut self, text: &[u8]) -> Result<(), Refusal> {
-        let letter = if text.is_empty() {
-            b'$'
-        } else if text == b"reset" {
-            RESET
-        } else if self.read_value(text)? {
-            SET
-        } else {
-            ONE
-        };
-        self.letter = letter;
-        Ok(())
-    }
-
-    /// Reads `name=number`, or `name` alone, and says whether there is a
-    /// number.
-    pub(crate) fn read_value(&mut self, text: &[u8]) -> Result<bool, Refusal> {
+    /// What stands behind a `$`: `name=number`, `name` alone, `reset` or
+    /// nothing.
+    pub(crate) fn read_setting(&mut self, text: &[u8]) -> Result<(), Refusal> {
         let sign = text.iter().position(|byte| *byte == b'=').unwrap_or(text.len());
         let (name, number) = text.split_at_checked(sign).unwrap_or_default();
-        self.setting = Setting::named(name).ok_or(Refusal::Setting)?;
-        let Some((_, number)) = number.split_first() else { return Ok(false) };
-        number::read(number, &mut self.number)?;
-        if Value::new(self.setting, self.number).is_some() { Ok(true) } else { Err(Refusal::Range) }
+        let mut letter = if text.is_empty() { b'$' } else { ONE };
+        if letter == ONE {
+            let index = setting_named(name).ok_or(Refusal::Setting)?;
+            if let Some(setting) = Setting::numbered(index) {
+                self.setting = setting;
+            } else if number.is_empty() {
+                letter = RESET;
+            } else {
+                return Err(Refusal::Setting);
+            }
+        }
+        if let Some((_, number)) = number.split_first() {
+            number::read(number, &mut self.number)?;
+            if !self.setting.allows(self.number) {
+                return Err(Refusal::Range);
+            }
+            letter = SET;
+        }
+        self.letter = letter;
+        Ok(())
     }
 }

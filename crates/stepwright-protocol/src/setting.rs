@@ -3,7 +3,7 @@
 use crate::BadLine;
 use crate::answer::setting_named;
 use crate::flash::{Text, flash, text};
-use crate::said::Said;
+use crate::said::{self, Said};
 
 /// Makes [`Setting`] of the table.
 macro_rules! settings {
@@ -56,7 +56,7 @@ macro_rules! settings {
                 match self { $(Setting::$setting => $help),* }
             }
 
-            /// The smallest value.
+            /// The smallest value: 0 or 1.
             const fn min(self) -> u32 {
                 match self { $(Setting::$setting => $min),* }
             }
@@ -114,6 +114,13 @@ impl Setting {
         self.min()..=self.max()
     }
 
+    /// Whether a number is inside its range.
+    #[inline(never)]
+    pub(crate) fn allows(self, number: u32) -> bool {
+        let max = number_at(|at| LARGEST.byte(at.into()).unwrap_or(0), self as u8);
+        number <= max && (number != 0 || self.min() == 0)
+    }
+
     /// The setting with this name.
     pub fn named(name: &[u8]) -> Option<Setting> {
         Setting::numbered(setting_named(name)?)
@@ -167,8 +174,7 @@ impl Value {
     /// assert!(Value::new(Setting::Pulse, 21).is_none());
     /// ```
     pub fn new(setting: Setting, number: u32) -> Option<Value> {
-        let max = number_at(|at| LARGEST.byte(at.into()).unwrap_or(0), setting as u8);
-        if number < setting.min() || number > max { None } else { Some(Value { setting, number }) }
+        if setting.allows(number) { Some(Value { setting, number }) } else { None }
     }
 
     /// Which setting.
@@ -184,8 +190,12 @@ impl Value {
     /// Reads `name=number`, or `name` alone.
     pub(crate) fn parse(text: &[u8]) -> Result<(Setting, Option<Value>), BadLine> {
         let mut said = Said::NOTHING;
-        let value = said.read_value(text).map_err(BadLine::from)?.then_some(said.number);
-        Ok((said.setting, value.map(|number| Value { setting: said.setting, number })))
+        said.read_setting(text)?;
+        match said.letter {
+            said::ONE => Ok((said.setting, None)),
+            said::SET => Ok((said.setting, Value::new(said.setting, said.number))),
+            _ => Err(BadLine::Setting),
+        }
     }
 }
 
@@ -317,7 +327,7 @@ impl Settings {
     fn is_valid(&self) -> bool {
         let mut index = 0;
         while let Some(setting) = Setting::numbered(index) {
-            if Value::new(setting, self.number(index)).is_none() {
+            if !setting.allows(self.number(index)) {
                 return false;
             }
             index = index.wrapping_add(1);

@@ -13,7 +13,9 @@ use crate::units::Ticks;
 /// 8 ms by default), or one step if that takes longer.
 pub(crate) struct Motor<'q, const Q: usize> {
     feed: Producer<'q, Q>,
-    planner: Option<Planner>,
+    planner: Planner,
+    /// A travel is laid out, and not yet planned to its end.
+    planning: bool,
     /// Direction of what is queued last, and of the prepared travel.
     forward: bool,
     next_forward: bool,
@@ -28,7 +30,15 @@ const SPAN: u32 = 6;
 
 impl<'q, const Q: usize> Motor<'q, Q> {
     pub(crate) fn new(feed: Producer<'q, Q>) -> Self {
-        Motor { feed, planner: None, forward: true, next_forward: true, spans: [0; Q], pushed: 0 }
+        Motor {
+            feed,
+            planner: Planner::IDLE,
+            planning: false,
+            forward: true,
+            next_forward: true,
+            spans: [0; Q],
+            pushed: 0,
+        }
     }
 
     /// Lays out a travel of at least one pulse, and gives its highest speed
@@ -37,10 +47,10 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     /// # Errors
     /// [`Refusal::Unfit`] if the timer can't hold it.
     pub(crate) fn prepare(&mut self, clock: &Clock, order: &Order) -> Result<u32, Refusal> {
-        let planner = Planner::new(clock, order)?;
-        self.planner = Some(planner);
+        self.planner.lay_out(clock, order)?;
+        self.planning = true;
         self.next_forward = order.travel.forward();
-        Ok(planner.peak())
+        Ok(self.planner.peak())
     }
 
     /// Queues the beginning of the prepared travel: the change of direction
@@ -61,7 +71,7 @@ impl<'q, const Q: usize> Motor<'q, Q> {
 
     /// Forgets a prepared travel that was not begun.
     pub(crate) fn forget(&mut self) {
-        self.planner = None;
+        self.planning = false;
     }
 
     /// Appends a run that lasts for so many ticks.
@@ -87,12 +97,12 @@ impl<'q, const Q: usize> Motor<'q, Q> {
 
     /// Plans one run, if one is wanted. False if there was nothing to do.
     pub(crate) fn plan(&mut self, clock: &Clock, horizon: Ticks) -> bool {
-        if self.feed.is_full() || (self.feed.len() > 1 && self.ahead() >= horizon) {
+        if !self.planning || self.feed.is_full() || (self.feed.len() > 1 && self.ahead() >= horizon)
+        {
             return false;
         }
-        let Some(planner) = &mut self.planner else { return false };
         let mut run = Run::steady(0, 0);
-        match planner.next(clock, &mut run) {
+        match self.planner.next(clock, &mut run) {
             Planned::Run(span) => self.push(run, span),
             Planned::Again => {}
             Planned::End => self.finish(),
@@ -101,15 +111,13 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     }
 
     fn finish(&mut self) {
-        self.planner = None;
+        self.planning = false;
         self.feed.set_open(false);
     }
 
     /// Brakes from the end of what is queued.
     pub(crate) fn brake(&mut self) {
-        if let Some(planner) = &mut self.planner {
-            planner.brake();
-        }
+        self.planner.brake();
     }
 
     /// Forgets the travel; the engine has been halted.
@@ -125,12 +133,12 @@ impl<'q, const Q: usize> Motor<'q, Q> {
 
     /// Whether it goes on until it is stopped.
     pub(crate) fn is_endless(&self) -> bool {
-        self.planner.as_ref().is_some_and(Planner::is_endless)
+        self.planning && self.planner.is_endless()
     }
 
     /// Whether there is still something to plan.
     pub(crate) fn planning(&self) -> bool {
-        self.planner.is_some()
+        self.planning
     }
 }
 

@@ -150,118 +150,129 @@ pub(crate) enum Planned {
 /// Half a tick ahead, so that deadlines rounded down are rounded to nearest.
 const HALF_TICK: u16 = 1 << 15;
 
+/// 2a in 10⁻⁶ (steps/s)² per step, at least that of [`Accel::MIN`].
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn slope(order: &Order, ramp: &Ramp) -> Num {
+    const LEAST: Num = Num::small(2000 * Accel::MIN.millisteps() as u16);
+    let slope = match ramp {
+        Ramp::Steps(steps) => {
+            let (mut rise, start) = (square(order.top), square(order.start));
+            rise = rise.minus(&start);
+            // To the nearest 10⁻⁶, as the law holds it.
+            rise.over(&Num::from(u32::from(*steps))).rounded()
+        }
+        Ramp::Accel(a) => Num::from_wide(a.millisteps()).times(&Num::small(2000)),
+    };
+    if slope.at_least(&LEAST) { slope } else { LEAST }
+}
+
 /// Speed² of a speed, in 10⁻⁶ (steps/s)².
 fn square(v: Speed) -> Num {
     let v = Num::from(v.millisteps());
     v.times(&v)
 }
 
-/// 2a in 10⁻⁶ (steps/s)² per step.
-fn slope(order: &Order, ramp: Ramp) -> Result<Num, Unfit> {
-    let least = Accel::MIN.millisteps();
-    let of = |a: u64| Num::from_wide(a).times(&Num::from(2000));
-    match ramp {
-        Ramp::Steps(0) => Err(Unfit::NoRamp),
-        Ramp::Steps(steps) => {
-            let rise = square(order.top).minus(&square(order.start));
-            // To the nearest 10⁻⁶, as the law holds it.
-            let slope = rise.over(&Num::from(u32::from(steps))).rounded();
-            let least = of(least);
-            Ok(if slope.at_least(&least) { slope } else { least })
-        }
-        Ramp::Accel(a) => Ok(of(a.millisteps())),
-    }
-}
-
 impl Planner {
-    /// From rest to rest, or on and on. The first pulse, at time 0, is not
-    /// part of the runs.
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn new(clock: &Clock, order: &Order) -> Result<Planner, Unfit> {
-        let pulses = match order.travel {
-            Travel::By(steps) => steps.unsigned_abs(),
-            Travel::Endless(_) => u32::MAX,
-        };
-        let (a2, d2) = (slope(order, order.up)?, slope(order, order.down)?);
+    /// Nothing to do.
+    pub(crate) const IDLE: Planner = Planner {
+        w_from: Num::ZERO,
+        w_end: Num::ZERO,
+        a2: Num::ZERO,
+        d2: Num::ZERO,
+        v: Num::ZERO,
+        v_top: Num::ZERO,
+        risen: 0,
+        rise: 0,
+        level: 0,
+        fall: 0,
+        rise_part: 0,
+        fall_part: 0,
+        endless: false,
+        carry: HALF_TICK,
+        size: 0,
+        pending: Num::ZERO,
+        mean: Num::ZERO,
+        delta: Num::ZERO,
+        stage: Stage::Begin,
+    };
+
+    /// Lays out a travel from rest to rest, or on and on. The first pulse, at
+    /// time 0, is not part of the runs.
+    ///
+    /// In place: a chip has better things to do than to hand 100 bytes on.
+    pub(crate) fn lay_out(&mut self, clock: &Clock, order: &Order) -> Result<(), Unfit> {
+        if matches!(order.up, Ramp::Steps(0)) || matches!(order.down, Ramp::Steps(0)) {
+            return Err(Unfit::NoRamp);
+        }
         if order.top == Speed::ZERO {
             return Err(Unfit::Standstill);
         }
-        let v_top = Num::from(order.top.millisteps());
-        let v = Num::from(order.start.min(order.top).millisteps());
-        let w = v.times(&v);
-        let mut planner = Planner {
-            w_from: w,
-            w_end: w,
-            a2,
-            d2,
-            v,
-            v_top,
-            risen: 0,
-            rise: 0,
-            level: 0,
-            fall: 0,
-            rise_part: 0,
-            fall_part: 0,
-            endless: matches!(order.travel, Travel::Endless(_)),
-            carry: HALF_TICK,
-            size: 0,
-            pending: Num::ZERO,
-            mean: Num::ZERO,
-            delta: Num::ZERO,
-            stage: Stage::Begin,
-        };
-        planner.check(clock)?;
-        planner.lay_out(pulses.saturating_sub(1));
-        Ok(planner)
+        *self = Planner::IDLE;
+        self.a2 = slope(order, &order.up);
+        self.d2 = slope(order, &order.down);
+        self.v_top = Num::from(order.top.millisteps());
+        self.v = Num::from(order.start.min(order.top).millisteps());
+        self.w_from = self.v.times(&self.v);
+        self.w_end = self.w_from;
+        self.check(clock)?;
+        match order.travel {
+            Travel::By(steps) => self.divide(steps.unsigned_abs().saturating_sub(1)),
+            Travel::Endless(_) => {
+                self.endless = true;
+                self.level = u32::MAX;
+                (self.rise, self.rise_part) = self.steps_to_top(&self.w_from, &self.a2).split();
+            }
+        }
+        Ok(())
     }
 
     /// No interval may exceed 2³¹ ticks, the one across the peak included.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn check(&self, clock: &Clock) -> Result<(), Unfit> {
-        let slowest = if self.v.is_zero() {
+        let mut slowest = clock.interval(&self.v);
+        if self.v.is_zero() {
             // From rest: the first step alone takes √(2/a), the last √(2/d).
-            let first = clock.twice.over(&self.a2.root());
-            let last = clock.twice.over(&self.d2.root());
-            first.plus(&last).plus(&clock.interval(&self.v_top))
-        } else {
-            clock.interval(&self.v)
-        };
-        if slowest.at_least(&Num::from(1 << 31)) { Err(Unfit::TooSlow) } else { Ok(()) }
+            slowest = clock.twice.over(&self.a2.root());
+            slowest = slowest.plus(&clock.twice.over(&self.d2.root()));
+            slowest = slowest.plus(&clock.interval(&self.v_top));
+        }
+        if slowest.is_below(31) { Ok(()) } else { Err(Unfit::TooSlow) }
+    }
+
+    /// Steps between speed² `w` and the top speed.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn steps_to_top(&self, w: &Num, slope: &Num) -> Num {
+        self.v_top.times(&self.v_top).minus(w).over(slope)
     }
 
     /// Divides `steps` into rise, level and fall.
-    fn lay_out(&mut self, steps: u32) {
-        let w_top = self.v_top.times(&self.v_top);
-        let rise = w_top.minus(&self.w_from).over(&self.a2);
-        if self.endless {
-            (self.rise, self.rise_part) = rise.split();
-            self.level = u32::MAX;
-            return;
-        }
-        let fall = w_top.minus(&self.w_end).over(&self.d2);
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn divide(&mut self, steps: u32) {
+        let rise = self.steps_to_top(&self.w_from, &self.a2);
+        let fall = self.steps_to_top(&self.w_end, &self.d2);
         let length = Num::from(steps);
-        if !length.at_least(&rise.plus(&fall)) {
-            // The top speed is out of reach: the rise meets the fall at
-            // d2·L / (a2 + d2) (document 002, Eq 19).
-            let rise = length.times(&self.d2.over(&self.a2.plus(&self.d2)));
-            let w = self.w_from.plus(&self.a2.times(&rise));
-            self.v_top = w.root();
+        if length.at_least(&rise.plus(&fall)) {
             (self.rise, self.rise_part) = rise.split();
-            self.rise = self.rise.min(steps);
-            if self.rise == steps {
-                self.rise_part = 0;
-            }
-            let left = steps.wrapping_sub(self.rise);
-            if self.rise_part == 0 {
-                self.fall = left;
-            } else {
-                (self.level, self.fall) = (1, left.wrapping_sub(1));
-                self.fall_part = 0u32.wrapping_sub(self.rise_part);
-            }
-            return;
+            (self.fall, self.fall_part) = fall.split();
+            self.level = steps.saturating_sub(self.rise).saturating_sub(self.fall);
+        } else {
+            self.meet(&length, steps);
         }
-        (self.rise, self.rise_part) = rise.split();
-        (self.fall, self.fall_part) = fall.split();
-        self.level = steps.saturating_sub(self.rise).saturating_sub(self.fall);
+    }
+
+    /// The top speed is out of reach: the rise meets the fall at
+    /// d2·L / (a2 + d2) (document 002, Eq 19).
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn meet(&mut self, length: &Num, steps: u32) {
+        let rise = self.d2.over(&self.a2.plus(&self.d2)).times(length);
+        self.v_top = self.a2.times(&rise).plus(&self.w_from).root();
+        let (whole, part) = rise.split();
+        self.rise = whole.min(steps);
+        self.fall = steps.wrapping_sub(self.rise);
+        if part != 0 && self.fall != 0 {
+            (self.level, self.fall) = (1, self.fall.wrapping_sub(1));
+            (self.rise_part, self.fall_part) = (part, 0u32.wrapping_sub(part));
+        }
     }
 
     /// Brakes from the last pulse handed out, in as few steps as the ramp

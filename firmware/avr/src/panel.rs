@@ -40,7 +40,7 @@ impl Memory for AvrPanel {
     }
 
     fn is_writing(&self) -> bool {
-        self.eeprom.busy()
+        self.eeprom.is_writing()
     }
 }
 

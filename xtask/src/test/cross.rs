@@ -8,5 +8,10 @@ use crate::workspace::Workspace;
 
 /// One chip of 8 bits, and one of 32 without atomic swaps.
 pub fn run(ws: &Workspace) -> Result<()> {
-    cross_build(ws, &[&ATMEGA328P, &CORTEX_M0], &["stepwright", "stepwright-protocol"], "release")
+    cross_build(
+        ws,
+        &[&ATMEGA328P, &CORTEX_M0],
+        &["stepwright", "stepwright-protocol", "stepwright-device"],
+        "release",
+    )
 }

@@ -7,6 +7,7 @@
 //! | [`halt`] | `stop`, `kill` |
 //! | [`look`] | `status`, `position`, `zero` |
 //! | [`send`] | `send` |
+//! | [`settings`] | `settings` |
 //! | [`ports`] | `ports` |
 //!
 //! They share [`target`] (which board), [`motion`] (which speeds), [`drive`]
@@ -22,5 +23,6 @@ pub mod ports;
 mod progress;
 pub mod run;
 pub mod send;
+pub mod settings;
 mod target;
 pub mod travel;

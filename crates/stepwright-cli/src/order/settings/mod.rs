@@ -1,0 +1,238 @@
+//! `stepwright settings`: what a board keeps when its power goes off.
+
+mod file;
+mod words;
+
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+use serde_json::{Map, json};
+use stepwright_protocol::{Command, Reply, Setting, Settings, Value};
+
+use super::target::{self, Format, PortArgs};
+use crate::failure::{Failure, unless_closed};
+use crate::link::serial::Share;
+use crate::say;
+use crate::talk::Talk;
+
+/// Look at the settings of a board, and change them
+#[derive(clap::Args)]
+#[command(after_help = "\
+A setting holds at once, and the board keeps it when its power goes off. None is
+changed while a motor moves. The names are those of the serial line: `$` lists
+them, `$pulse-us=3` sets one.
+
+Examples:
+  stepwright settings get --port /dev/ttyUSB0
+  stepwright settings set --port /dev/ttyUSB0 idle-ms=60000 pulse-us=3
+  stepwright settings save --port /dev/ttyUSB0 mill.toml
+  stepwright settings load --port /dev/ttyUSB0 mill.toml
+  stepwright settings set --help       what there is to be set")]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    Get(GetArgs),
+    Set(SetArgs),
+    Reset(ResetArgs),
+    Load(LoadArgs),
+    Save(SaveArgs),
+}
+
+/// Print the settings of a board, or the number of one
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  stepwright settings get --port /dev/ttyUSB0
+  stepwright settings get --port /dev/ttyUSB0 idle-ms")]
+struct GetArgs {
+    /// Only this one: its number alone
+    #[arg(value_parser = words::NameParser, hide_possible_values = true)]
+    name: Option<Setting>,
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    #[command(flatten)]
+    port: PortArgs,
+}
+
+/// Set some
+#[derive(clap::Args)]
+#[command(after_help = "\
+Nothing is sent unless every value is allowed. Axes are given as a sum: 1 for X,
+2 for Y, 4 for Z.
+
+Examples:
+  Drivers off after a minute's rest, and a longer pulse:
+    stepwright settings set --port /dev/ttyUSB0 idle-ms=60000 pulse-us=3
+  X and Y have limit switches to ground, both at the lower end:
+    stepwright settings set --port /dev/ttyUSB0 switches=3 switch-forward=0 switch-high=0")]
+struct SetArgs {
+    /// A name and its number
+    #[arg(required = true, value_name = "NAME=VALUE", value_parser = words::ValueParser)]
+    values: Vec<Value>,
+    #[command(flatten)]
+    port: PortArgs,
+}
+
+/// Give all settings their defaults again
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  stepwright settings reset --port /dev/ttyUSB0")]
+struct ResetArgs {
+    #[command(flatten)]
+    port: PortArgs,
+}
+
+/// Set those that a file names
+#[derive(clap::Args)]
+#[command(after_help = "\
+The file is TOML, `name = number` a line, as `stepwright settings save` writes it;
+what it leaves out stays as it is. If any line is bad, nothing is set and every bad
+line is reported.
+
+Example:
+  stepwright settings load --port /dev/ttyUSB0 mill.toml")]
+struct LoadArgs {
+    /// The file
+    file: PathBuf,
+    #[command(flatten)]
+    port: PortArgs,
+}
+
+/// Write all settings to a file
+#[derive(clap::Args)]
+#[command(after_help = "\
+The file is TOML, with the meaning, the unit and the range of every setting.
+
+Examples:
+  stepwright settings save --port /dev/ttyUSB0 mill.toml
+  stepwright settings save --port /dev/ttyUSB0 -          to standard output")]
+struct SaveArgs {
+    /// The file, or `-`
+    file: PathBuf,
+    #[command(flatten)]
+    port: PortArgs,
+}
+
+/// Does one of them.
+pub fn run(args: Args) -> Result<(), Failure> {
+    match args.what {
+        What::Get(args) => get(&args),
+        What::Set(args) => set(&args),
+        What::Reset(args) => reset(&args),
+        What::Load(args) => load(&args),
+        What::Save(args) => save(&args),
+    }
+}
+
+fn get(args: &GetArgs) -> Result<(), Failure> {
+    let (_, settings) = meet(&args.port, "settings get")?;
+    let asked = |setting: &Setting| args.name.is_none_or(|name| name == *setting);
+    let asked: Vec<_> = Setting::ALL.into_iter().filter(asked).collect();
+    if args.format == Format::Json {
+        let pair = |setting: &Setting| (setting.name().to_owned(), json!(settings.get(*setting)));
+        say::result(json!(asked.iter().map(pair).collect::<Map<_, _>>()));
+    } else if let Some(setting) = args.name {
+        say::result(settings.get(setting));
+    } else {
+        asked.iter().for_each(|setting| say::result(row(settings.value(*setting))));
+    }
+    Ok(())
+}
+
+/// A setting as a row of a table.
+fn row(value: Value) -> String {
+    let (setting, number) = (value.setting(), value.number());
+    let unit = setting.unit();
+    format!("{:<15}{number:>10} {unit:<9} {}", setting.name(), setting.help())
+}
+
+fn set(args: &SetArgs) -> Result<(), Failure> {
+    let (mut talk, settings) = meet(&args.port, "settings set")?;
+    change(&mut talk, settings, &args.values)?;
+    args.values.iter().for_each(|value| say::result(row(*value)));
+    Ok(())
+}
+
+fn reset(args: &ResetArgs) -> Result<(), Failure> {
+    let (mut talk, _) = meet(&args.port, "settings reset")?;
+    order(&mut talk, Command::Reset)?;
+    say::result("all settings have their defaults");
+    Ok(())
+}
+
+fn load(args: &LoadArgs) -> Result<(), Failure> {
+    let path = &args.file;
+    let text =
+        std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
+    let values = file::read(&text).map_err(|wrong| {
+        Failure::new(format!("{}: {}", path.display(), wrong.join("\n       ")))
+            .hint("nothing was set; `stepwright settings save` writes a file that is right")
+    })?;
+    let (mut talk, settings) = meet(&args.port, "settings load")?;
+    let changed = change(&mut talk, settings, &values)?;
+    say::result(format_args!("{changed} of {} settings changed", values.len()));
+    Ok(())
+}
+
+fn save(args: &SaveArgs) -> Result<(), Failure> {
+    let (mut talk, settings) = meet(&args.port, "settings save")?;
+    let text = file::write(&settings, &talk.link().name());
+    if args.file == Path::new("-") {
+        use std::io::Write;
+        return unless_closed(std::io::stdout().write_all(text.as_bytes()));
+    }
+    std::fs::write(&args.file, text).map_err(|error| Failure::file("write", &args.file, &error))
+}
+
+/// Meets a board that has settings.
+fn meet(port: &PortArgs, order: &str) -> Result<(Talk, Settings), Failure> {
+    let mut talk = port.meet(order, Share::Alone)?;
+    // A line may be damaged on its way, and is answered E then.
+    for _ in 0..3 {
+        let reply = talk.ask(Command::Settings).map_err(target::trouble(&mut talk))?;
+        if let Reply::Settings(settings) = reply {
+            return Ok((talk, settings));
+        }
+    }
+    let name = talk.link().name();
+    Err(Failure::new(format!("{name} has no settings: it answers `$` with E"))
+        .hint("is it a board with document 004's program? It can't be set up over the line"))
+}
+
+/// Sets those that have another value; how many.
+fn change(talk: &mut Talk, settings: Settings, values: &[Value]) -> Result<usize, Failure> {
+    let mut now = settings;
+    let mut changed = 0;
+    for value in values {
+        if now.set(*value) {
+            order(talk, Command::Set(*value))?;
+            changed += 1;
+        }
+    }
+    Ok(changed)
+}
+
+/// Says a line that changes settings; it is harmless twice.
+fn order(talk: &mut Talk, line: Command) -> Result<(), Failure> {
+    for _ in 0..3 {
+        let reply = talk.ask(line).map_err(target::trouble(talk))?;
+        if reply == Reply::Yes {
+            return Ok(());
+        }
+        let why = talk.why().map_err(target::trouble(talk))?;
+        match why {
+            // It was damaged on its way: once more.
+            None | Some(stepwright_protocol::Refusal::Line) => {}
+            Some(why) => {
+                return Err(Failure::new(format!("the board refuses {line}")).hint(why.to_string()));
+            }
+        }
+    }
+    Err(Failure::new(format!("the board refuses {line}")))
+}

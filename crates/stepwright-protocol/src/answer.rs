@@ -239,7 +239,9 @@ mod tests {
 
     #[test]
     fn only_a_whole_name_is_a_name() {
-        for name in [&b""[..], b"max", b"max-spee", b"max-speedy", b"max-speed=", b"#", b"\n", b"none"] {
+        for name in
+            [&b""[..], b"max", b"max-spee", b"max-speedy", b"max-speed=", b"#", b"\n", b"none"]
+        {
             assert_eq!(setting_named(name), None, "{name:?}");
         }
         assert_eq!(setting_named(b"reset"), Some(RESET));

@@ -19,12 +19,19 @@ pub(crate) struct Manner {
     /// The ramp down, likewise.
     pub(crate) decel: u32,
     /// Both ramps in steps, except where an acceleration stands in their place.
-    pub(crate) ramp: u32,
+    pub(crate) ramp: u16,
 }
 
 impl Manner {
     /// S5 T100 R200, which an axis begins with.
     pub(crate) const INITIAL: Manner = Manner { start: 50, top: 1000, ramp: 200, ..Manner::BLANK };
+
+    /// Sets a [blank](Manner::BLANK) one to [`INITIAL`](Manner::INITIAL). What
+    /// is 0 needs no code, and a constant of them all would take RAM.
+    pub(crate) fn begin(&mut self) {
+        (self.start, self.top) = (Manner::INITIAL.start, Manner::INITIAL.top);
+        self.ramp = Manner::INITIAL.ramp;
+    }
 
     /// All 0, which is no manner.
     pub(crate) const BLANK: Manner = Manner { start: 0, top: 0, accel: 0, decel: 0, ramp: 0 };
@@ -40,7 +47,8 @@ impl Manner {
             _ => {
                 // R takes both ramps back from a and d.
                 (self.accel, self.decel) = (0, 0);
-                &mut self.ramp
+                self.ramp = number as u16;
+                return;
             }
         };
         *place = number;
@@ -49,7 +57,7 @@ impl Manner {
     /// The order for the core.
     pub(crate) fn order(&self, travel: stepwright::Travel) -> stepwright::Order {
         use stepwright::profile::Ramp;
-        let steps = Ramp::Steps(self.ramp as u16);
+        let steps = Ramp::Steps(self.ramp);
         let (start, top) = (speed(self.start), speed(self.top));
         let mut order = stepwright::Order { start, top, up: steps, down: steps, travel };
         if self.accel != 0 {
@@ -64,7 +72,7 @@ impl Manner {
     /// The order as a master holds it.
     pub(crate) fn sent(&self, travel: Travel) -> Order {
         let ramp = |accel| match accel {
-            0 => Ramp::Steps(Whole::clamped(self.ramp)),
+            0 => Ramp::Steps(Whole::clamped(self.ramp.into())),
             _ => Ramp::Accel(Accel::clamped(accel)),
         };
         Order {
@@ -96,7 +104,7 @@ impl Manner {
         if limited && top > start && (self.accel == 0 || self.decel == 0) {
             // (vt² − vs²) / 2R, multiplied out.
             let squares = product(top.wrapping_sub(start), top.wrapping_add(start));
-            if squares > product(self.ramp.wrapping_mul(2), max) {
+            if squares > product(u32::from(self.ramp).wrapping_mul(2), max) {
                 return Err(Refusal::Ramp);
             }
         }
@@ -127,7 +135,7 @@ impl Manner {
             start: whole(start, (0, 1_000_000), "start speed", "steps/s")?,
             top: whole(top, (1, 1_000_000), "top speed", "steps/s")?,
             // With accelerations on both sides no ramp in steps is asked for.
-            ramp: steps.map_or(Manner::INITIAL.ramp, Whole::get),
+            ramp: steps.map_or(Manner::INITIAL.ramp, |steps| steps.get() as u16),
             accel,
             decel,
         })
@@ -140,19 +148,15 @@ fn speed(steps: u32) -> Speed {
     Speed::from_millisteps(steps.wrapping_mul(1000)).unwrap_or(Speed::MAX)
 }
 
-/// a · b. By shifts and additions: the multiplication of 64 bits alone would
-/// take 500 bytes of an 8-bit chip's flash.
+/// a · b, to be compared: how often 2048 goes into it, and the rest. Neither a
+/// times a 2048th of b nor 2047 · a may reach 2³²: 1,000,000 times 2,000,000
+/// and 1998 times 100,000,000 don't. (64 bits would cost an 8-bit chip 500
+/// bytes.)
 #[inline(never)]
-fn product(a: u32, mut b: u32) -> u64 {
-    let (mut a, mut sum) = (u64::from(a), 0u64);
-    while b != 0 {
-        if b & 1 != 0 {
-            sum = sum.wrapping_add(a);
-        }
-        a <<= 1;
-        b >>= 1;
-    }
-    sum
+fn product(a: u32, b: u32) -> (u32, u16) {
+    let rest = a.wrapping_mul(b & 2047);
+    let whole = a.wrapping_mul(b >> 11).wrapping_add(rest >> 11);
+    (whole, rest as u16 & 2047)
 }
 
 /// Rounds thousandths to whole steps, half up.
@@ -183,6 +187,9 @@ mod tests {
         let mut manner = Manner::INITIAL;
         let begin = manner.order(NEAR);
         assert_eq!((begin.start.millisteps(), begin.top.millisteps()), (50_000, 1_000_000));
+        let mut blank = Manner::BLANK;
+        blank.begin();
+        assert_eq!(blank, Manner::INITIAL);
         assert_eq!((begin.up, begin.down), (Ramp::Steps(200), Ramp::Steps(200)));
         manner.set(b'a', 7000);
         let fast = Ramp::Accel(Accel::from_steps(7000).unwrap());
@@ -202,7 +209,7 @@ mod tests {
         );
     }
 
-    fn manner(start: u32, top: u32, ramp: u32) -> Manner {
+    fn manner(start: u32, top: u32, ramp: u16) -> Manner {
         Manner { start, top, ramp, accel: 0, decel: 0 }
     }
 
@@ -246,7 +253,10 @@ mod tests {
     #[test]
     fn products_are_whole() {
         for (a, b) in [(1_000_000, 1_999_999), (999_999, 2_000_000), (1998, 100_000_000), (1, 0)] {
-            assert_eq!(product(a, b), u64::from(a) * u64::from(b), "{a} · {b}");
+            let (whole, rest) = product(a, b);
+            let exact = u64::from(a) * u64::from(b);
+            assert_eq!(u64::from(whole) * 2048 + u64::from(rest), exact, "{a} · {b}");
+            assert!(rest < 2048);
         }
     }
 }

@@ -105,29 +105,30 @@ pub(crate) fn digits(text: &[u8]) -> Result<u32, BadLine> {
 /// [`digits`], in place: [`Refusal::Line`] or [`Refusal::Range`] if not.
 #[inline(never)]
 pub(crate) fn read(text: &[u8], number: &mut u32) -> Result<(), Refusal> {
-    let (mut value, mut result) = (0u32, Err(Refusal::Line));
+    let (mut value, mut fits) = (0u32, true);
     for byte in text {
         let digit = byte.wrapping_sub(b'0');
         if digit > 9 {
             return Err(Refusal::Line);
         }
-        if value > u32::MAX / 10 {
-            result = Err(Refusal::Range);
-        } else if result == Err(Refusal::Line) {
-            result = Ok(());
-        }
-        value = value.wrapping_mul(10).wrapping_add(digit.into());
-        // Ten times the value ends with 0, so that only its last digit wraps.
-        if value < u32::from(digit) {
-            result = Err(Refusal::Range);
-        }
+        // Far too large at once, and wrapped by less than a tenth if just so:
+        // the test of one byte is short.
+        let [.., high] = value.to_le_bytes();
+        let next = value.wrapping_mul(10).wrapping_add(digit.into());
+        fits &= high < 26 && next >= value;
+        value = next;
     }
     *number = value;
-    result
+    match (text.is_empty(), fits) {
+        (true, _) => Err(Refusal::Line),
+        (_, false) => Err(Refusal::Range),
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::*;
 
     #[test]
@@ -143,6 +144,13 @@ mod tests {
         assert_eq!(digits(b"4294967295"), Ok(u32::MAX));
         assert_eq!(digits(b"4294967296"), Err(BadLine::Range));
         assert_eq!(digits(b"9999999999"), Err(BadLine::Range));
+        for tenth in [429_496_729u64, 429_496_730, 436_207_615, 436_207_616, 999_999_999] {
+            for digit in 0..10 {
+                let text = std::format!("{tenth}{digit}");
+                let exact = text.parse::<u32>().map_err(|_| BadLine::Range);
+                assert_eq!(digits(text.as_bytes()), exact, "{text}");
+            }
+        }
         assert_eq!(digits(b"00000000000007"), Ok(7));
         for unknown in
             [&b""[..], b"x", b"1x", b"9999999999x", b"+1", b" 1", b"1 ", b"\xb1", b":", b"/"]

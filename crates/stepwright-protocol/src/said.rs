@@ -52,8 +52,8 @@ impl Said {
         };
         if matches!(letter, b'G' | b'g' | b'P') {
             let Some((&sign, digits)) = rest.split_first() else { return Err(Refusal::Line) };
-            let known = if letter == b'P' { [b'O', b'0'] } else { [b'+', b'-'] };
-            if !known.contains(&sign) {
+            let (one, other) = if letter == b'P' { (b'O', b'0') } else { (b'+', b'-') };
+            if sign != one && sign != other {
                 return Err(Refusal::Line);
             }
             self.backward = sign == b'-';

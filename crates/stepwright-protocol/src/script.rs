@@ -110,7 +110,7 @@ impl Iterator for Script<'_> {
                     (Some(tens(manner.top).map_or(exact, Command::TopTens)), Next::Ramp)
                 }
                 Next::Ramp => {
-                    let line = Command::Ramp(Whole::clamped(manner.ramp));
+                    let line = Command::Ramp(Whole::clamped(manner.ramp.into()));
                     (by_steps.then_some(line), Next::Accel)
                 }
                 Next::Accel => (slope(manner.accel).map(Command::Accel), Next::Decel),
@@ -207,7 +207,7 @@ mod tests {
         #[test]
         fn a_script_sets_the_whole_order(
             start in 0u32..=1_000_000, top in 1u32..=1_000_000, shift in 0u32..20,
-            ramp in 1u32..=999, accel: Option<u32>, decel: Option<u32>, by: i32,
+            ramp in 1u16..=999, accel: Option<u32>, decel: Option<u32>, by: i32,
         ) {
             let order = Manner {
                 start: start >> shift,

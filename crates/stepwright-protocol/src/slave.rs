@@ -106,7 +106,7 @@ impl<const AXES: usize> Slave<AXES> {
     #[inline(never)]
     pub fn begin(&mut self) {
         for axis in &mut self.axes {
-            axis.manner = Manner::INITIAL;
+            axis.manner.begin();
         }
     }
 
@@ -144,7 +144,11 @@ impl<const AXES: usize> Slave<AXES> {
             Err(refusal) => {
                 // Masters send an empty line to get in step. That is no news.
                 if !empty {
-                    self.refused = self.refused.saturating_add(1);
+                    // Not `saturating_add`, which is longer.
+                    let refused = self.refused.wrapping_add(1);
+                    if refused != 0 {
+                        self.refused = refused;
+                    }
                     self.last = Some(refusal);
                 }
                 // E itself leaves the order as it was, to be mended.
@@ -209,15 +213,22 @@ impl<const AXES: usize> Slave<AXES> {
     /// Does what a line says, and tells which line of the text answers it.
     fn obey<M: Machine>(&mut self, said: &Said, machine: &mut M) -> Result<u8, Refusal> {
         let Said { mut letter, mut number, .. } = *said;
+        let busy = self.busy(machine);
+        // Are all the selected axes idle?
+        let idle = busy & self.selected == 0;
         match letter {
             b'P' => {
-                self.idle(machine)?;
+                if !idle {
+                    return Err(Refusal::Busy);
+                }
                 self.forget_travels();
                 self.order = Open::Yes;
                 self.selected = FIRST;
             }
             b'S' | b'T' | b'R' | b's' | b't' | b'a' | b'd' => {
-                self.idle(machine)?;
+                if !idle {
+                    return Err(Refusal::Busy);
+                }
                 if letter == b'S' || letter == b'T' {
                     // In tens, and else the same as s and t.
                     number = number.wrapping_mul(10);
@@ -231,16 +242,17 @@ impl<const AXES: usize> Slave<AXES> {
                     selected >>= 1;
                 }
             }
-            b'G' => {
-                if self.order == Open::No {
+            b'G' | b'g' => {
+                let alone = self.order == Open::No;
+                if alone && letter == b'G' {
                     return Err(Refusal::Closed);
                 }
-                self.stage(machine, said)?;
-            }
-            b'g' => {
-                self.stage(machine, said)?;
-                // Part of an open order, else it starts at once.
-                if self.order == Open::No {
+                if !idle {
+                    return Err(Refusal::Busy);
+                }
+                self.stage(said);
+                // g is part of an open order, else it starts at once.
+                if alone {
                     let started = self.start(machine);
                     // Whatever came of it, outside an order nothing stays staged.
                     self.forget_travels();
@@ -249,15 +261,15 @@ impl<const AXES: usize> Slave<AXES> {
             }
             b'E' => self.execute(machine)?,
             b'F' => {
-                let ready = self.idle(machine).is_ok();
-                return Ok(if ready { line::READY } else { line::BUSY });
+                return Ok(if idle { line::READY } else { line::BUSY });
             }
             b'Z' => {
-                let busy = self.busy(machine) & self.selected;
+                let mut brake = busy & self.selected;
                 for index in 0..AXES as u8 {
-                    if busy >> index & 1 != 0 {
+                    if brake & 1 != 0 {
                         machine.brake(AxisId::at(index));
                     }
+                    brake >>= 1;
                 }
             }
             b'K' => {
@@ -281,7 +293,7 @@ impl<const AXES: usize> Slave<AXES> {
                     self.asked = index;
                     return Ok(line::POSITION);
                 } else {
-                    if self.busy(machine) & bit != 0 {
+                    if busy & bit != 0 {
                         return Err(Refusal::Busy);
                     }
                     machine.zero(AxisId::at(index));
@@ -296,7 +308,7 @@ impl<const AXES: usize> Slave<AXES> {
             // What is left begins with `$`.
             said::SET | said::RESET => {
                 // Of any axis: most settings are all axes' own.
-                if self.busy(machine) != 0 {
+                if busy != 0 {
                     return Err(Refusal::Busy);
                 }
                 let settings = settings(machine)?;
@@ -360,9 +372,8 @@ impl<const AXES: usize> Slave<AXES> {
         result
     }
 
-    #[inline(never)]
-    fn stage<M: Machine>(&mut self, machine: &M, said: &Said) -> Result<(), Refusal> {
-        self.idle(machine)?;
+    /// The selected axes are to travel as G or g says.
+    fn stage(&mut self, said: &Said) {
         let mut selected = self.selected;
         for axis in &mut self.axes {
             if selected & 1 != 0 {
@@ -371,7 +382,6 @@ impl<const AXES: usize> Slave<AXES> {
             }
             selected >>= 1;
         }
-        Ok(())
     }
 
     fn spoil(&mut self, reason: Refusal) {
@@ -380,25 +390,22 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
+    #[inline(never)]
     fn forget_travels(&mut self) {
         for axis in &mut self.axes {
             axis.staged = 0;
         }
     }
 
-    /// Are all the selected axes idle?
-    fn idle<M: Machine>(&self, machine: &M) -> Result<(), Refusal> {
-        if self.busy(machine) & self.selected != 0 { Err(Refusal::Busy) } else { Ok(()) }
-    }
-
     /// The axes that are busy: bit 0 is axis 1.
     #[inline(never)]
     fn busy<M: Machine>(&self, machine: &M) -> u8 {
-        let mut busy = 0;
+        let (mut busy, mut bit) = (0, 1u8);
         for index in 0..self.count(machine) {
             if machine.busy(AxisId::at(index)) {
-                busy |= 1u8.wrapping_shl(index.into());
+                busy |= bit;
             }
+            bit <<= 1;
         }
         busy
     }

@@ -91,28 +91,40 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     const AT_MOST_8_AXES: () = assert!(N >= 1 && N <= 8);
 
     /// All axes idle, at position 0, facing forward.
-    pub fn new(mut timer: T, mut drive: D, feeds: [F; N], timing: Timing) -> Self {
+    pub fn new(timer: T, drive: D, feeds: [F; N], timing: Timing) -> Self {
+        let mut engine = Engine::off(timer, drive, feeds, timing);
+        engine.begin();
+        engine
+    }
+
+    /// An engine that has yet to [`begin`](Engine::begin). For a static one:
+    /// what is called on an engine must not be called before it lies in its
+    /// place, or moving it there takes much code.
+    #[inline(always)]
+    pub fn off(mut timer: T, drive: D, feeds: [F; N], timing: Timing) -> Self {
         let () = Self::AT_MOST_8_AXES;
         let now = timer.now();
-        let mut axis = 0;
-        let tracks = [(); N].map(|()| {
-            drive.direction(axis, true);
-            axis += 1;
-            Track::idle(now)
-        });
-        let mut engine = Engine {
+        Engine {
             timer,
             drive,
             feeds,
-            tracks,
+            tracks: [(); N].map(|()| Track::idle(now)),
             rare: now,
             ended: 0,
-            pace: pace(timing),
+            pace: 0,
             timing,
             late: 0,
-        };
-        engine.wake_for_first(now);
-        engine
+        }
+    }
+
+    /// Turns the axes to the front, and waits for what is ordered.
+    pub fn begin(&mut self) {
+        for axis in 0..N as u8 {
+            self.drive.direction(axis, true);
+        }
+        self.pace = pace(self.timing);
+        let now = self.timer.now();
+        self.wake_for_first(now);
     }
 
     /// The step interrupt.
@@ -363,8 +375,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     pub fn set_position(&mut self, axis: u8, position: i64) {
         let axis = usize::from(axis);
         if let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get(axis)) {
-            let present = track.position(feed.left(&track.own));
-            track.base = track.base.wrapping_add(position.wrapping_sub(present));
+            track.set_position(feed.left(&track.own), position);
         }
     }
 

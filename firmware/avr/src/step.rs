@@ -48,7 +48,7 @@ pub unsafe fn start(
     // SAFETY: the only place where the queues are named, and called once.
     let [x, y, z] = unsafe { QUEUES.get() }.each_mut().map(Queue::split);
     // SAFETY: interrupts are disabled, and there is no engine yet.
-    unsafe { ENGINE.get() }.write(Engine::new(timer, pins, [x.1, y.1, z.1], timing));
+    unsafe { ENGINE.get() }.write(Engine::off(timer, pins, [x.1, y.1, z.1], timing)).begin();
     (Held(()), [x.0, y.0, z.0])
 }
 

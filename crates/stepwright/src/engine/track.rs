@@ -75,15 +75,24 @@ impl<C: Count> Track<C> {
     /// Steps made: all that were loaded less what is left of them, `playing`
     /// of a near run.
     pub fn position(&self, playing: u32) -> i64 {
+        let made = self.loaded.wrapping_sub(self.left(playing).into()) as i64;
+        self.base.wrapping_add(if self.forward { made } else { made.wrapping_neg() })
+    }
+
+    /// Steps of what was loaded that are still to be made.
+    fn left(&self, playing: u32) -> u32 {
         let left = match self.event {
             Event::Step => playing,
             Event::Far => 1,
             Event::Hop if self.then == Event::Far => 1,
             _ => 0,
         };
-        let left = left + u32::from(self.far.count);
-        let made = self.loaded.wrapping_sub(left.into()) as i64;
-        self.base.wrapping_add(if self.forward { made } else { made.wrapping_neg() })
+        left + u32::from(self.far.count)
+    }
+
+    /// The present position has this number.
+    pub fn set_position(&mut self, playing: u32, position: i64) {
+        (self.loaded, self.base) = (self.left(playing).into(), position);
     }
 
     /// Nothing is left to do.

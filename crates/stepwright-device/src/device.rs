@@ -1,7 +1,7 @@
 //! The whole of a board's foreground.
 
 use stepwright::{Control, Group};
-use stepwright_protocol::{Controller, Reply, Settings, Slave};
+use stepwright_protocol::{Controller, Settings, Slave};
 
 use crate::duties::Duties;
 use crate::machine::Joined;
@@ -20,33 +20,54 @@ pub struct Device<'q, const N: usize, const Q: usize> {
 }
 
 impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
-    /// As at power-up: reads the settings, has everything follow them, and
-    /// leaves the drivers off until the first travel. `axes` of the N are
-    /// connected.
+    /// As at power-up: [`off`](Device::off), and then
+    /// [`begin`](Device::begin).
     pub fn new(
-        mut group: Group<'q, N, Q>,
+        group: Group<'q, N, Q>,
         axes: u8,
         engine: &mut impl Control,
         panel: &mut impl Panel,
     ) -> Self {
-        let mut duties = Duties::new(panel);
-        duties.apply(&mut group, engine, panel);
-        Device { slave: Slave::new(), group, duties, axes }
+        let mut device = Device::off(group, axes);
+        device.begin(engine, panel);
+        device
     }
 
-    /// Takes a byte from the line. At a CR it obeys and returns the answer,
-    /// whose [`bytes`](Reply::bytes) go back on the line.
-    pub fn push(
-        &mut self,
-        byte: u8,
-        engine: &mut impl Control,
-        panel: &mut impl Panel,
-    ) -> Option<Reply> {
+    /// A device that has yet to begin. `axes` of the N are connected.
+    #[inline(always)]
+    pub fn off(group: Group<'q, N, Q>, axes: u8) -> Self {
+        Device { slave: Slave::blank(), group, duties: Duties::OFF, axes }
+    }
+
+    /// Reads the settings, has everything follow them, and leaves the drivers
+    /// off until the first travel.
+    pub fn begin(&mut self, engine: &mut impl Control, panel: &mut impl Panel) {
+        self.slave.begin();
+        self.duties.begin(panel);
+        self.duties.apply(&mut self.group, engine, panel);
+    }
+
+    /// Takes a byte from the line. At a CR it obeys, and returns true: see
+    /// [`Slave::hear`].
+    pub fn hear(&mut self, byte: u8, engine: &mut impl Control, panel: &mut impl Panel) -> bool {
         let controller = Controller { group: &mut self.group, engine, axes: self.axes };
         let mut machine = Joined { controller, duties: &mut self.duties, panel };
-        let reply = self.slave.push(byte, &mut machine)?;
-        self.duties.hear(panel);
-        Some(reply)
+        let complete = self.slave.hear(byte, &mut machine);
+        if complete {
+            self.duties.hear(panel);
+        }
+        complete
+    }
+
+    /// Whether some of the last answer has yet to be pulled.
+    pub fn is_speaking(&self) -> bool {
+        self.slave.is_speaking()
+    }
+
+    /// The next byte of the answer: see [`Slave::speak`].
+    pub fn speak(&mut self, engine: &mut impl Control, panel: &mut impl Panel) -> Option<u8> {
+        let controller = Controller { group: &mut self.group, engine, axes: self.axes };
+        self.slave.speak(&mut Joined { controller, duties: &mut self.duties, panel })
     }
 
     /// Tells that a byte was lost or damaged: see [`Slave::garbled`].

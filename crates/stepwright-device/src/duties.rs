@@ -14,9 +14,9 @@ pub(crate) struct Blocked {
 }
 
 impl Blocked {
-    /// Whether this axis may not travel in this direction.
-    pub(crate) fn stops(&self, axis: u8, forward: bool) -> bool {
-        (if forward { self.forward } else { self.backward }) >> axis & 1 != 0
+    /// The axes that may not travel in this direction.
+    pub(crate) fn on(&self, forward: bool) -> Axes {
+        if forward { self.forward } else { self.backward }
     }
 }
 
@@ -28,36 +28,40 @@ pub(crate) struct Duties {
     enabled: bool,
     /// Whether the host was silent for too long.
     silent: bool,
-    /// When the drivers were switched on last, in ms.
-    enabled_at: u32,
+    /// How long the drivers that were switched on are not to be used yet, in
+    /// ms.
+    settling: u16,
     /// When a motor moved last, in ms.
     moved_at: u32,
     /// When the last line was complete, in ms.
     heard_at: u32,
-    /// The present, as of the last look at it, in ms.
-    now: u32,
+    /// The present, as of the last look at it, in ms, modulo 256.
+    now: u8,
 }
 
 impl Duties {
+    /// Before power-up.
+    pub(crate) const OFF: Duties = Duties {
+        settings: Settings::blank(),
+        store: Store::NEW,
+        enabled: false,
+        silent: false,
+        settling: 0,
+        moved_at: 0,
+        heard_at: 0,
+        now: 0,
+    };
+
     /// As at power-up: the settings are those of the memory, the drivers off.
-    pub(crate) fn new(panel: &mut impl Panel) -> Duties {
-        let (store, settings) = Store::load(panel);
-        let now = panel.millis();
-        Duties {
-            settings,
-            store,
-            enabled: false,
-            silent: false,
-            enabled_at: now,
-            moved_at: now,
-            heard_at: now,
-            now,
-        }
+    pub(crate) fn begin(&mut self, panel: &mut impl Panel) {
+        self.store.find(panel, &mut self.settings);
+        self.hear(panel);
     }
 
     /// A set of axes among the settings.
+    #[inline(always)]
     fn axes(&self, setting: Setting) -> Axes {
-        self.settings.get(setting) as Axes
+        self.settings.byte(setting)
     }
 
     /// Has the board, the engine and the pins follow the settings.
@@ -68,11 +72,10 @@ impl Duties {
         panel: &mut impl Panel,
     ) {
         let board = group.board_mut();
-        let hz = board.rate.hz();
-        let pulse = micros(self.settings.get(Setting::Pulse), hz);
+        let pulse = self.ticks(panel, Setting::Pulse);
         board.timing.pulse = pulse;
-        board.timing.setup = micros(self.settings.get(Setting::Setup), hz);
-        board.timing.hold = micros(self.settings.get(Setting::Hold), hz);
+        board.timing.setup = self.ticks(panel, Setting::Setup);
+        board.timing.hold = self.ticks(panel, Setting::Hold);
         // A pause as long as the pulse, and what the board can do.
         let cost = board.cost.first().copied().unwrap_or(0);
         board.timing.min_interval = cost.max(pulse.wrapping_mul(2));
@@ -82,10 +85,16 @@ impl Duties {
         self.moved_at = panel.millis();
     }
 
+    /// A setting in microseconds, in ticks.
+    #[inline(never)]
+    fn ticks(&self, panel: &impl Panel, setting: Setting) -> Ticks {
+        panel.ticks(self.settings.get(setting) as u16)
+    }
+
     /// Sets the pin that enables the drivers.
     #[cfg_attr(target_arch = "avr", inline(never))]
     fn set_enable(&self, panel: &mut impl Panel) {
-        panel.set_enable(self.enabled == (self.settings.get(Setting::EnableHigh) != 0));
+        panel.set_enable(self.enabled == (self.settings.byte(Setting::EnableHigh) != 0));
     }
 
     /// Axes whose switch is closed.
@@ -102,25 +111,27 @@ impl Duties {
     }
 
     /// How long a travel that is ordered now has to wait for the drivers.
-    pub(crate) fn wait(&self, panel: &impl Panel, hz: u32) -> Ticks {
-        let since = panel.millis().wrapping_sub(self.enabled_at);
-        let delay = self.settings.get(Setting::Enable);
-        if delay == 0 || (self.enabled && since > delay) {
-            return 0;
+    pub(crate) fn wait(&self, panel: &impl Panel) -> Ticks {
+        let left = if self.enabled { self.settling } else { self.delay() };
+        panel.ticks(1000).wrapping_mul(left.into())
+    }
+
+    /// From switching the drivers on to the first step, in ms, and one more:
+    /// the present millisecond has begun already.
+    fn delay(&self) -> u16 {
+        match self.settings.get(Setting::Enable) as u16 {
+            0 => 0,
+            delay => delay.wrapping_add(1),
         }
-        // One more: the present millisecond has begun already.
-        let passed = if self.enabled { since } else { 0 };
-        let left = delay.saturating_sub(passed).saturating_add(1);
-        micros(1000, hz).wrapping_mul(left)
     }
 
     /// A travel begins.
     pub(crate) fn enable(&mut self, panel: &mut impl Panel) {
-        let now = panel.millis();
-        self.moved_at = now;
+        self.moved_at = panel.millis();
         if !self.enabled {
             self.enabled = true;
-            self.enabled_at = now;
+            self.settling = self.delay();
+            self.now = self.moved_at as u8;
             self.set_enable(panel);
         }
     }
@@ -140,9 +151,10 @@ impl Duties {
     ) {
         self.heed_switches(group, engine, panel);
         self.store.poll(panel, &self.settings);
-        let now = panel.millis();
-        if now != self.now {
-            self.now = now;
+        let passed = (panel.millis() as u8).wrapping_sub(self.now);
+        if passed != 0 {
+            self.now = self.now.wrapping_add(passed);
+            self.settling = self.settling.saturating_sub(passed.into());
             self.heed_time(group, engine, panel);
         }
     }
@@ -155,14 +167,17 @@ impl Duties {
         panel: &impl Panel,
     ) {
         let blocked = self.blocked(panel);
+        let mut bit: Axes = 1;
         for axis in 0..N as u8 {
-            if blocked.stops(axis, group.is_forward(axis)) && group.is_busy(engine, axis) {
-                group.halt(engine, 1 << axis);
+            let forward = group.is_forward(axis);
+            if blocked.on(forward) & bit != 0 && group.is_busy(engine, axis) {
+                group.halt(engine, bit);
             }
+            bit <<= 1;
         }
     }
 
-    /// A millisecond has passed.
+    /// A millisecond has passed, or some.
     fn heed_time<const N: usize, const Q: usize>(
         &mut self,
         group: &mut Group<'_, N, Q>,
@@ -170,13 +185,14 @@ impl Duties {
         panel: &mut impl Panel,
     ) {
         let busy = group.any_busy(engine);
+        let now = panel.millis();
         if busy {
-            self.moved_at = self.now;
+            self.moved_at = now;
         }
         let (setting, since) =
             if busy { (Setting::Timeout, self.heard_at) } else { (Setting::Idle, self.moved_at) };
         let limit = self.settings.get(setting);
-        if limit == 0 || self.now.wrapping_sub(since) < limit {
+        if limit == 0 || now.wrapping_sub(since) < limit {
             return;
         }
         if busy && !self.silent {
@@ -187,38 +203,6 @@ impl Duties {
         } else if !busy && self.enabled {
             self.enabled = false;
             self.set_enable(panel);
-        }
-    }
-}
-
-/// `us` (at most 1000) in ticks of a timer of `hz`, rounded up but for the
-/// thousandth part of a tick.
-///
-/// By multiplication: a routine for division would take 1 KB of flash, and
-/// nothing else needs one. 2⁴⁴ / 10⁶ is 17,592,186.04; the product is less than
-/// 2⁶², and up to 18,000 ticks no whole number becomes the next.
-#[inline(never)]
-fn micros(us: u32, hz: u32) -> Ticks {
-    let ticks = u64::from(us).wrapping_mul(hz.into()).wrapping_add(999_000);
-    ((ticks.wrapping_mul(17_592_187) >> 32) as u32) >> 12
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use stepwright::Rate;
-
-    #[test]
-    fn times_are_those_of_the_core() {
-        for hz in [100_000, 1_000_000, 2_000_000, 16_000_000] {
-            let rate = Rate::from_hz(hz).unwrap();
-            for us in 0..=1000 {
-                assert_eq!(micros(us, hz), rate.micros(us), "{us} at {hz}");
-            }
-        }
-        for us in 0..=1000 {
-            let exact = Rate::MAX.micros(us);
-            assert!((exact..=exact + 1).contains(&micros(us, Rate::MAX.hz())), "{us}");
         }
     }
 }

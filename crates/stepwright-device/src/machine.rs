@@ -1,13 +1,10 @@
 //! The slave's machine: the motors, and the duties that go with them.
 
-use stepwright::{Control, Travel};
-use stepwright_protocol::{AxisId, Controller, Machine, Order, Refusal, Setting, Settings};
+use stepwright::{Control, Order, Travel};
+use stepwright_protocol::{AxisId, Controller, Machine, Refusal, Setting, Settings};
 
 use crate::duties::Duties;
 use crate::panel::Panel;
-
-/// An axis that no board has.
-const NOWHERE: u8 = u8::MAX;
 
 /// A device for the time of a line.
 pub(crate) struct Joined<'a, 'q, E, P, const N: usize, const Q: usize> {
@@ -25,33 +22,24 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
         self.controller.busy(axis)
     }
 
-    fn start<I>(&mut self, orders: I) -> Result<(), Refusal>
-    where
-        I: Iterator<Item = (AxisId, Order)> + Clone,
-    {
+    fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal> {
+        let (index, travel) = (axis.index() as u8, order.travel);
         let blocked = self.duties.blocked(self.panel);
-        let mut fault = false;
-        // In one pass, for it is long code: an order that is refused here goes
-        // on to an axis that no board has, so that the group starts none.
-        let orders = orders.map(|(axis, order)| {
-            let order: stepwright::Order = order.into();
-            let (axis, travel) = (axis.index() as u8, order.travel);
-            let stops = blocked.stops(axis, travel.forward()) && travel != Travel::By(0);
-            fault |= stops;
-            (if stops { NOWHERE } else { axis }, order)
-        });
-        // The drivers' delay is part of this travel's lead and of no other's.
-        let board = self.controller.group.board_mut();
-        let lead = board.lead;
-        board.lead = lead.saturating_add(self.duties.wait(self.panel, board.rate.hz()));
-        let started = self.controller.group.start(self.controller.engine, orders);
-        self.controller.group.board_mut().lead = lead;
-        if fault {
+        if blocked.on(travel.forward()) >> index & 1 != 0 && travel != Travel::By(0) {
             return Err(Refusal::Fault);
         }
-        started?;
+        self.controller.prepare(axis, order)
+    }
+
+    fn commit(&mut self) -> Result<(), Refusal> {
+        let wait = self.duties.wait(self.panel);
+        self.controller.commit_after(wait)?;
         self.duties.enable(self.panel);
         Ok(())
+    }
+
+    fn cancel(&mut self) {
+        self.controller.cancel();
     }
 
     fn brake(&mut self, axis: AxisId) {
@@ -64,6 +52,10 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
 
     fn position(&self, axis: AxisId) -> Option<i64> {
         self.controller.position(axis)
+    }
+
+    fn uncertain(&self) -> u8 {
+        self.controller.uncertain()
     }
 
     fn zero(&mut self, axis: AxisId) {

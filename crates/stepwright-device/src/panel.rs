@@ -1,5 +1,6 @@
 //! What a board lends its device: a few pins, the time, some bytes.
 
+use stepwright::Ticks;
 use stepwright::drive::Axes;
 
 /// Bytes that outlast a loss of power: an EEPROM.
@@ -25,6 +26,10 @@ pub trait Memory {
 pub trait Panel: Memory {
     /// Milliseconds since some moment; it wraps after 2³².
     fn millis(&self) -> u32;
+
+    /// So many microseconds (at most 1000) in ticks of the step timer, rounded
+    /// up. The panel's, for on a chip it is a product with a constant.
+    fn ticks(&self, micros: u16) -> Ticks;
 
     /// The levels of the switches' pins: a set bit is a high one. The pin of
     /// an axis that has no switch may read anything.

@@ -23,7 +23,7 @@ const MARK: u8 = 0x50 | Settings::LAYOUT;
 const NO_MARK: u8 = 0xFF;
 
 /// From the mark of one copy to that of the other.
-const APART: u16 = 32;
+const APART: u8 = 32;
 
 /// Where in a copy the parts are.
 const SEQUENCE: u8 = 1;
@@ -31,11 +31,11 @@ const VALUES: u8 = 2;
 const CRC: u8 = VALUES + Settings::SIZE as u8;
 const LENGTH: u8 = CRC + 2;
 
-/// The step of the writing that sets the mark; the ones before it write the
-/// byte at their own number, the first of them takes the mark away.
-const SET_MARK: u8 = LENGTH;
-/// No step: all is written.
-const DONE: u8 = LENGTH + 1;
+/// No step of the writing: all is written.
+const DONE: u8 = 0;
+/// The first, which takes the mark away. The next write one byte each, and the
+/// last, behind them, sets the mark.
+const FIRST: u8 = 1;
 
 /// Writes settings in the background, a byte at a time.
 #[derive(Clone, Debug)]
@@ -52,33 +52,44 @@ pub struct Store {
 
 impl Store {
     /// Bytes of memory that it takes, from address 0.
-    pub const SIZE: u16 = 2 * APART;
+    pub const SIZE: u16 = 2 * APART as u16;
+
+    /// A store that has found nothing yet.
+    pub(crate) const NEW: Store = Store { copy: 0, sequence: 0, step: DONE, crc: 0 };
 
     /// Finds the newest settings; the defaults where there are none.
     pub fn load(memory: &mut impl Memory) -> (Store, Settings) {
-        let (first, second) = (check(memory, 0), check(memory, 1));
-        let newest = match (first, second) {
-            (Some(first), Some(second)) if is_newer(second, first) => Some((1, second)),
-            (Some(first), _) => Some((0, first)),
-            (None, second) => second.map(|second| (1, second)),
-        };
-        let Some((copy, sequence)) = newest else {
-            return (Store { copy: 0, sequence: 0, step: DONE, crc: 0 }, Settings::new());
-        };
-        let mut values = [0; Settings::SIZE];
-        for (byte, at) in values.iter_mut().zip(VALUES..) {
-            *byte = memory.read(place(copy, at));
+        let (mut store, mut settings) = (Store::NEW, Settings::blank());
+        store.find(memory, &mut settings);
+        (store, settings)
+    }
+
+    /// [`load`](Store::load), in place.
+    pub(crate) fn find(&mut self, memory: &mut impl Memory, settings: &mut Settings) {
+        let (mut copy, mut newest) = (0, check(memory, 0));
+        if let Some(second) = check(memory, 1)
+            && newest.is_none_or(|first| is_newer(second, first))
+        {
+            (copy, newest) = (1, Some(second));
         }
-        let store =
-            Store { copy: copy ^ 1, sequence: sequence.wrapping_add(1), step: DONE, crc: 0 };
-        // Only a value outside its range has no settings, and none is stored.
-        (store, Settings::from_bytes(values).unwrap_or_default())
+        let Some(sequence) = newest else {
+            settings.reset();
+            return;
+        };
+        let mut address = place(copy, VALUES);
+        settings.load(|| {
+            let byte = memory.read(address);
+            address = address.wrapping_add(1);
+            byte
+        });
+        self.copy = copy ^ 1;
+        self.sequence = sequence.wrapping_add(1);
     }
 
     /// The settings have changed: they are to be written, from the beginning
     /// if that is going on already.
     pub fn save(&mut self) {
-        self.step = 0;
+        self.step = FIRST;
     }
 
     /// Whether something is still to be written.
@@ -95,29 +106,33 @@ impl Store {
         let step = self.step;
         self.step = step.wrapping_add(1);
         let [low, high] = self.crc.to_le_bytes();
-        let byte = match step {
+        let mut at = step.wrapping_sub(FIRST);
+        let byte = match at {
             0 => {
                 self.crc = u16::MAX;
                 NO_MARK
             }
             SEQUENCE => self.sequence,
             VALUES..CRC => {
-                let at = usize::from(step.wrapping_sub(VALUES));
-                settings.bytes().get(at).copied().unwrap_or(0)
+                let value = settings.bytes().get(usize::from(at.wrapping_sub(VALUES)));
+                value.copied().unwrap_or(0)
             }
             CRC => low,
-            SET_MARK => {
-                let address = place(self.copy, 0);
-                self.copy ^= 1;
-                self.sequence = self.sequence.wrapping_add(1);
-                return memory.start_write(address, MARK);
+            LENGTH => {
+                at = 0;
+                MARK
             }
             _ => high,
         };
-        if (SEQUENCE..CRC).contains(&step) {
+        if (SEQUENCE..CRC).contains(&at) {
             self.crc = crc(self.crc, byte);
         }
-        let address = place(self.copy, step);
+        let address = place(self.copy, at);
+        if byte == MARK && at == 0 {
+            self.copy ^= 1;
+            self.sequence = self.sequence.wrapping_add(1);
+            self.step = DONE;
+        }
         if memory.read(address) != byte {
             memory.start_write(address, byte);
         }
@@ -126,7 +141,7 @@ impl Store {
 
 /// The address of a byte of a copy.
 fn place(copy: u8, at: u8) -> u16 {
-    u16::from(copy & 1).wrapping_mul(APART).wrapping_add(at.into())
+    u16::from((copy & 1).wrapping_mul(APART).wrapping_add(at))
 }
 
 /// The sequence number of a copy, if it is whole.
@@ -174,6 +189,6 @@ mod tests {
 
     #[test]
     fn a_copy_fits_its_place() {
-        const { assert!((LENGTH as u16) <= APART) };
+        const { assert!(LENGTH <= APART) };
     }
 }

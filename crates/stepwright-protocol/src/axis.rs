@@ -28,6 +28,11 @@ impl AxisId {
         }
     }
 
+    /// The axis at this place; one that is none is the first.
+    pub(crate) const fn at(index: u8) -> AxisId {
+        AxisId(index % MAX_AXES)
+    }
+
     /// Its number on the line, 1 … 8.
     pub const fn number(self) -> u8 {
         self.0.wrapping_add(1)
@@ -80,8 +85,10 @@ mod tests {
 
     #[test]
     fn numbers_are_one_based_and_bounded() {
+        assert_eq!(AxisId::numbered(1), Some(AxisId::FIRST));
         assert_eq!(AxisId::numbered(8).map(AxisId::index), Some(7));
-        assert!(AxisId::numbered(0).is_none() && AxisId::numbered(9).is_none());
+        assert_eq!((AxisId::numbered(0), AxisId::numbered(9)), (None, None));
+        assert_eq!((AxisId::at(7).number(), AxisId::at(8).number()), (8, 1));
         assert_eq!(AxisId::first(200).count(), 8);
     }
 }

@@ -2,12 +2,14 @@
 
 use core::fmt::{self, Write};
 
+use crate::Refusal;
 use crate::axis::{AxisId, Selection};
 use crate::flash::{Text, text};
 use crate::line::CR;
 use crate::number::{
-    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel, digits,
+    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel,
 };
+use crate::said::{self, Said};
 use crate::setting::{Setting, Value};
 use crate::text::{Bytes, Piece, Pieces};
 
@@ -84,49 +86,44 @@ impl Command {
     /// [`BadLine`] for everything that is not exactly a line of the grammar;
     /// spaces and the other case of a letter are not.
     pub fn parse(line: &[u8]) -> Result<Command, BadLine> {
-        let Some((letter, rest)) = line.split_first() else { return Err(BadLine::Empty) };
-        let alone = |command| if rest.is_empty() { Ok(command) } else { Err(BadLine::Unknown) };
-        match letter {
-            b'P' if matches!(rest, b"O" | b"0") => Ok(Command::Program),
-            b'G' => Distance::parse(rest).map(Command::Go),
-            b'g' => match Direction::parse(rest)? {
-                (direction, []) => Ok(Command::Run(direction)),
-                _ => Err(BadLine::Unknown),
-            },
-            b'E' => alone(Command::Execute),
-            b'F' => alone(Command::Status),
-            b'Z' => alone(Command::Brake),
-            b'K' => alone(Command::Kill),
-            b'?' => alone(Command::Info),
-            b'!' => alone(Command::Clear),
-            b'$' => match rest {
-                [] => Ok(Command::Settings),
-                b"reset" => Ok(Command::Reset),
-                _ => Value::parse(rest)
-                    .map(|(setting, value)| value.map_or(Command::Setting(setting), Command::Set)),
-            },
-            b'S' | b'T' | b'R' | b'I' | b'V' | b'A' | b's' | b't' | b'a' | b'd' => {
-                Command::numbered(*letter, digits(rest)?).ok_or(BadLine::Range)
+        let mut said = Said::NOTHING;
+        said.read(line).map_err(|refusal| match refusal {
+            _ if line.is_empty() => BadLine::Empty,
+            refusal => refusal.into(),
+        })?;
+        let Said { letter, backward, setting, number } = said;
+        let axis = AxisId::numbered(number as u8);
+        let one = axis.unwrap_or(AxisId::FIRST);
+        Ok(match letter {
+            b'P' => Command::Program,
+            b'S' => Command::StartTens(Whole::clamped(number)),
+            b'T' => Command::TopTens(Whole::clamped(number)),
+            b'R' => Command::Ramp(Whole::clamped(number)),
+            b'G' => {
+                let steps = number as i32;
+                let steps = if backward { steps.wrapping_neg() } else { steps };
+                Command::Go(Distance::new(steps).ok_or(BadLine::Range)?)
             }
-            _ => Err(BadLine::Unknown),
-        }
-    }
-
-    /// The line of a letter and a number alone, if that is in its range.
-    fn numbered(letter: u8, n: u32) -> Option<Command> {
-        let axis = || u8::try_from(n).ok().and_then(AxisId::numbered);
-        Some(match letter {
-            b'S' => Command::StartTens(Tens::new(n)?),
-            b'T' => Command::TopTens(Tens::new(n)?),
-            b'R' => Command::Ramp(RampSteps::new(n)?),
-            b'I' => Command::Zero(axis()?),
-            b'V' => Command::Position(axis()?),
-            b'A' if n == 0 => Command::Select(Selection::All),
-            b'A' => Command::Select(Selection::One(axis()?)),
-            b's' => Command::Start(StartSpeed::new(n)?),
-            b't' => Command::Top(TopSpeed::new(n)?),
-            b'a' => Command::Accel(WholeAccel::new(n)?),
-            _ => Command::Decel(WholeAccel::new(n)?),
+            b'g' if backward => Command::Run(Direction::Backward),
+            b'g' => Command::Run(Direction::Forward),
+            b'E' => Command::Execute,
+            b'F' => Command::Status,
+            b'Z' => Command::Brake,
+            b'K' => Command::Kill,
+            b'I' => Command::Zero(one),
+            b'V' => Command::Position(one),
+            b'A' => Command::Select(axis.map_or(Selection::All, Selection::One)),
+            b's' => Command::Start(Whole::clamped(number)),
+            b't' => Command::Top(Whole::clamped(number)),
+            b'a' => Command::Accel(Whole::clamped(number)),
+            b'd' => Command::Decel(Whole::clamped(number)),
+            b'?' => Command::Info,
+            b'!' => Command::Clear,
+            b'$' => Command::Settings,
+            said::ONE => Command::Setting(setting),
+            said::SET => Command::Set(Value::new(setting, number).ok_or(BadLine::Range)?),
+            said::RESET => Command::Reset,
+            _ => return Err(BadLine::Unknown),
         })
     }
 
@@ -187,7 +184,7 @@ impl Pieces for Command {
                 Command::Set(_) => text!("="),
                 _ => text!(""),
             }),
-            (3, Some(number)) => Piece::Number(number.into()),
+            (3, Some(number)) => Piece::Number(number),
             (3, None) | (4, Some(_)) => Piece::Text(text!("\r")),
             _ => return None,
         })
@@ -216,6 +213,17 @@ pub enum BadLine {
     Setting,
     /// A byte of it is known to be lost or wrong.
     Garbled,
+}
+
+/// What is wrong with a line of which it is known why it was refused.
+impl From<Refusal> for BadLine {
+    fn from(refusal: Refusal) -> BadLine {
+        match refusal {
+            Refusal::Range => BadLine::Range,
+            Refusal::Setting => BadLine::Setting,
+            _ => BadLine::Unknown,
+        }
+    }
 }
 
 impl fmt::Display for BadLine {

@@ -1,8 +1,8 @@
 //! The slave's machine: a group of motors and the engine that moves them.
 
-use stepwright::{Control, Group};
+use stepwright::{Control, Group, Order, Ticks};
 
-use crate::{AxisId, Machine, Order, Refusal};
+use crate::{AxisId, Machine, Refusal};
 
 /// Joins a [`Group`] and its engine for the time of a call, so that the slave
 /// can drive them: the same on the virtual board and on a chip.
@@ -15,6 +15,16 @@ pub struct Controller<'a, 'q, E, const N: usize, const Q: usize> {
     pub axes: u8,
 }
 
+impl<E: Control, const N: usize, const Q: usize> Controller<'_, '_, E, N, Q> {
+    /// [`Machine::commit`], `wait` ticks later than it could.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn commit_after(&mut self, wait: Ticks) -> Result<(), Refusal> {
+        Ok(self.group.commit(self.engine, wait)?)
+    }
+}
+
 impl<E: Control, const N: usize, const Q: usize> Machine for Controller<'_, '_, E, N, Q> {
     fn axes(&self) -> u8 {
         self.axes.min(N as u8)
@@ -24,12 +34,16 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Controller<'_, '_, 
         self.group.is_busy(self.engine, axis.index() as u8)
     }
 
-    fn start<I>(&mut self, orders: I) -> Result<(), Refusal>
-    where
-        I: Iterator<Item = (AxisId, Order)> + Clone,
-    {
-        let orders = orders.map(|(axis, order)| (axis.index() as u8, order.into()));
-        Ok(self.group.start(self.engine, orders)?)
+    fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal> {
+        Ok(self.group.prepare(self.engine, axis.index() as u8, order)?)
+    }
+
+    fn commit(&mut self) -> Result<(), Refusal> {
+        self.commit_after(0)
+    }
+
+    fn cancel(&mut self) {
+        self.group.cancel();
     }
 
     fn brake(&mut self, axis: AxisId) {
@@ -42,6 +56,10 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Controller<'_, '_, 
 
     fn position(&self, axis: AxisId) -> Option<i64> {
         self.group.position(self.engine, axis.index() as u8)
+    }
+
+    fn uncertain(&self) -> u8 {
+        self.group.uncertain()
     }
 
     fn zero(&mut self, axis: AxisId) {
@@ -62,6 +80,7 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Controller<'_, '_, 
 }
 
 impl From<stepwright::Refusal> for Refusal {
+    #[inline(never)]
     fn from(refusal: stepwright::Refusal) -> Refusal {
         use stepwright::{Refusal as Core, profile::Unfit};
         match refusal {

@@ -54,18 +54,18 @@ impl Text {
 
     /// Byte `at`, counted from 0; `None` behind the last.
     #[cfg(not(target_arch = "avr"))]
-    pub(crate) fn byte(self, at: u8) -> Option<u8> {
+    pub(crate) fn byte(self, at: u16) -> Option<u8> {
         self.0.get(usize::from(at)).copied()
     }
 
     /// Byte `at`, counted from 0; `None` behind the last.
     #[cfg(target_arch = "avr")]
     #[allow(unsafe_code)]
-    pub(crate) fn byte(self, at: u8) -> Option<u8> {
+    pub(crate) fn byte(self, at: u16) -> Option<u8> {
         if usize::from(at) >= self.0.len() {
             return None;
         }
-        let place = self.0.as_ptr().wrapping_add(at.into());
+        let place = self.0.as_ptr().wrapping_add(usize::from(at));
         let byte: u8;
         // SAFETY: `flash!` has put `len` bytes there, in the first 64 KB of
         // flash, which `lpm` reaches: the linker puts `.progmem.data` right
@@ -81,7 +81,7 @@ impl Text {
     /// one an empty text. One such text takes less flash than many texts do.
     #[inline(never)]
     pub(crate) fn word(self, n: u8) -> Text {
-        let (mut left, mut from, mut at) = (n, 0, 0);
+        let (mut left, mut from, mut at) = (n, 0, 0u16);
         while let Some(byte) = self.byte(at) {
             if byte == 0 {
                 match left.checked_sub(1) {
@@ -95,22 +95,10 @@ impl Text {
         Text(&[])
     }
 
-    /// What stands behind this text in bytes that begin with it.
-    pub(crate) fn before(self, mut bytes: &[u8]) -> Option<&[u8]> {
-        let mut at = 0u8;
-        while let Some(own) = self.byte(at) {
-            bytes = match bytes {
-                [first, rest @ ..] if *first == own => rest,
-                _ => return None,
-            };
-            at = at.wrapping_add(1);
-        }
-        Some(bytes)
-    }
-
     /// Whether these are its bytes.
     pub(crate) fn is(self, bytes: &[u8]) -> bool {
-        self.before(bytes).is_some_and(<[u8]>::is_empty)
+        self.0.len() == bytes.len()
+            && bytes.iter().zip(0..).all(|(byte, at)| self.byte(at) == Some(*byte))
     }
 }
 

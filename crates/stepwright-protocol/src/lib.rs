@@ -76,27 +76,30 @@
 //!
 //! /// A machine with one axis that is always there already.
 //! #[derive(Default)]
-//! struct Teleporter(i64);
+//! struct Teleporter {
+//!     here: i64,
+//!     ahead: i64,
+//! }
 //!
 //! impl Machine for Teleporter {
 //!     fn axes(&self) -> u8 { 1 }
 //!     fn busy(&self, _: AxisId) -> bool { false }
-//!     fn start<I>(&mut self, orders: I) -> Result<(), Refusal>
-//!     where
-//!         I: Iterator<Item = (AxisId, Order)> + Clone,
-//!     {
-//!         for (_, order) in orders {
-//!             match order.travel {
-//!                 Travel::By(distance) => self.0 += i64::from(distance.get()),
-//!                 Travel::Endless(_) => return Err(Refusal::Travel),
-//!             }
+//!     fn prepare(&mut self, _: AxisId, order: &stepwright::Order) -> Result<(), Refusal> {
+//!         match order.travel {
+//!             stepwright::Travel::By(steps) => self.ahead = i64::from(steps),
+//!             stepwright::Travel::Endless(_) => return Err(Refusal::Travel),
 //!         }
 //!         Ok(())
 //!     }
+//!     fn commit(&mut self) -> Result<(), Refusal> {
+//!         self.here += self.ahead;
+//!         Ok(())
+//!     }
+//!     fn cancel(&mut self) {}
 //!     fn brake(&mut self, _: AxisId) {}
 //!     fn kill(&mut self) {}
-//!     fn position(&self, _: AxisId) -> Option<i64> { Some(self.0) }
-//!     fn zero(&mut self, _: AxisId) { self.0 = 0 }
+//!     fn position(&self, _: AxisId) -> Option<i64> { Some(self.here) }
+//!     fn zero(&mut self, _: AxisId) { self.here = 0 }
 //!     fn max_rate(&self) -> u32 { 120_000 }
 //!     fn late(&self) -> u32 { 0 }
 //!     fn clear_late(&mut self) {}
@@ -143,16 +146,19 @@
 //! wire is still an order. A receiver that notices a lost or damaged byte
 //! should say so with [`Slave::garbled`].
 
+mod answer;
 mod axis;
 mod command;
 mod controller;
 mod flash;
 mod line;
 mod machine;
+mod manner;
 mod master;
 mod number;
 mod order;
 mod reply;
+mod said;
 mod script;
 mod setting;
 mod slave;

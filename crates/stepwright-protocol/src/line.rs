@@ -6,7 +6,7 @@ use crate::BadLine;
 pub(crate) const CR: u8 = b'\r';
 const LF: u8 = b'\n';
 
-/// Collects up to `N` bytes and hands them out at the CR.
+/// Collects up to `N` bytes (at most 255) and hands them out at the CR.
 ///
 /// LF is skipped wherever it stands. A longer line is remembered as such,
 /// not kept, and everything begins anew after its CR, so a stream that starts
@@ -14,12 +14,13 @@ const LF: u8 = b'\n';
 #[derive(Clone, Debug)]
 pub(crate) struct Collector<const N: usize> {
     bytes: [u8; N],
-    len: usize,
+    len: u8,
     bad: Option<BadLine>,
 }
 
 impl<const N: usize> Collector<N> {
     pub(crate) const fn new() -> Collector<N> {
+        const { assert!(N <= u8::MAX as usize) };
         Collector { bytes: [0; N], len: 0, bad: None }
     }
 
@@ -29,16 +30,16 @@ impl<const N: usize> Collector<N> {
             CR => {
                 let len = core::mem::take(&mut self.len);
                 Some(match self.bad.take() {
-                    None => self.bytes.get(..len).ok_or(BadLine::Long),
+                    None => self.bytes.get(..usize::from(len)).ok_or(BadLine::Long),
                     Some(bad) => Err(bad),
                 })
             }
             LF => None,
             _ => {
-                match self.bytes.get_mut(self.len) {
+                match self.bytes.get_mut(usize::from(self.len)) {
                     Some(place) => {
                         *place = byte;
-                        self.len = self.len.saturating_add(1);
+                        self.len = self.len.wrapping_add(1);
                     }
                     None => self.bad = Some(BadLine::Long),
                 }

@@ -3,22 +3,25 @@
 use core::fmt;
 
 use crate::flash::{Text, text};
-use crate::{AxisId, BadLine, Order, Settings};
+use stepwright::Order;
+
+use crate::{AxisId, Settings};
 
 /// The controller behind the line: axes that travel, brake and know where
 /// they are.
 ///
 /// The slave checks the grammar, the ranges, that an axis exists and is idle,
-/// and that an order keeps to the settings' limits. The machine decides whether it can carry an order out. All calls
-/// come from the foreground, from inside [`Slave::push`](crate::Slave::push),
-/// and none may wait for a motion: an order is begun, not done, when `start`
+/// and that an order keeps to the settings' limits. The machine decides whether
+/// it can carry an order out. All calls come from the foreground, from inside
+/// [`Slave::hear`](crate::Slave::hear) and [`Slave::speak`](crate::Slave::speak),
+/// and none may wait for a motion: an order is begun, not done, when `commit`
 /// returns.
 ///
 /// An implementation MUST keep these promises:
-/// - Nothing moves but by `start`.
+/// - Nothing moves but by `commit`.
 /// - `axes` never changes, and every axis below it is accepted everywhere.
 ///   The slave never names another one.
-/// - After `start` returned `Ok`, `busy` is true for each axis of the order
+/// - After `commit` returned `Ok`, `busy` is true for each axis of the order
 ///   until its last step has been emitted, whether the travel ran to its end,
 ///   was braked, or was killed. A travel of 0 steps never is.
 /// - A position is the steps emitted since it was last set to 0. It is `None`
@@ -31,18 +34,22 @@ pub trait Machine {
     /// Does the axis move, or has it yet to?
     fn busy(&self, axis: AxisId) -> bool;
 
-    /// Starts all these orders, or none of them.
+    /// Lays a travel of one axis out; the slave names each axis at most once,
+    /// in the order of their numbers, and then calls `commit` or `cancel`.
     ///
-    /// `orders` is one order each for one or more axes, in the order of their
-    /// numbers, every one of them idle. It can be cloned, and so gone
-    /// through twice: check all first, then start all.
+    /// # Errors
+    /// The reason why it can't be, [`Refusal::Busy`] for an axis that is.
+    fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal>;
+
+    /// Starts all that was laid out, together, or none of it.
     ///
     /// # Errors
     /// The reason why not. Then no axis has moved, nor will it, and
-    /// everything is as it was.
-    fn start<I>(&mut self, orders: I) -> Result<(), Refusal>
-    where
-        I: Iterator<Item = (AxisId, Order)> + Clone;
+    /// everything is as it was before the first `prepare`.
+    fn commit(&mut self) -> Result<(), Refusal>;
+
+    /// Forgets what was laid out. Nothing may have been, or no longer be.
+    fn cancel(&mut self);
 
     /// Ramps the axis down from wherever it is on its way; its position stays
     /// known. An axis that is already ramping down goes on doing so.
@@ -54,6 +61,13 @@ pub trait Machine {
 
     /// Steps from 0, + clockwise, also on the way; `None` if uncertain.
     fn position(&self, axis: AxisId) -> Option<i64>;
+
+    /// Axes whose position is not known: bit 0 is axis 1. Bits of axes that
+    /// there are not may be set.
+    fn uncertain(&self) -> u8 {
+        let unknown = AxisId::first(self.axes()).filter(|axis| self.position(*axis).is_none());
+        unknown.fold(0, |mask, axis| mask | 1u8.wrapping_shl(axis.index() as u32))
+    }
 
     /// Where the axis is now is 0, and certain. Only for an idle axis.
     fn zero(&mut self, axis: AxisId);
@@ -129,10 +143,13 @@ macro_rules! names {
                 match self { $(Refusal::$refusal => $name),* }
             }
 
-            pub(crate) fn text(self) -> Text {
+            fn text(self) -> Text {
                 text!(concat!($($name, "\0"),*)).word(self as u8)
             }
         }
+
+        /// `none` and all the names, line by line.
+        pub(crate) const REASONS: &str = concat!("none\n", $($name, "\n"),*);
     };
 }
 
@@ -159,16 +176,6 @@ impl Refusal {
     pub fn named(name: &[u8]) -> Refusal {
         let known = Refusal::ALL.into_iter().find(|known| known.text().is(name));
         known.unwrap_or(Refusal::Other)
-    }
-}
-
-impl From<BadLine> for Refusal {
-    fn from(bad: BadLine) -> Refusal {
-        match bad {
-            BadLine::Range => Refusal::Range,
-            BadLine::Setting => Refusal::Setting,
-            BadLine::Empty | BadLine::Unknown | BadLine::Long | BadLine::Garbled => Refusal::Line,
-        }
     }
 }
 

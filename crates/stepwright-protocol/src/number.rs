@@ -1,6 +1,6 @@
 //! Numbers as a line carries them: whole, decimal, inside their range by type.
 
-use crate::BadLine;
+use crate::{BadLine, Refusal};
 
 /// A whole number from `MIN` to `MAX`, both included.
 ///
@@ -78,17 +78,6 @@ impl Distance {
     pub const fn get(self) -> i32 {
         self.0
     }
-
-    /// Reads a sign, which must be there, and digits. `-0` is 0.
-    pub(crate) fn parse(text: &[u8]) -> Result<Distance, BadLine> {
-        let (sign, text) = Direction::parse(text)?;
-        let steps = i32::try_from(digits(text)?).map_err(|_| BadLine::Range)?;
-        // `steps` is not negative, so the negation can't overflow.
-        Ok(Distance(match sign {
-            Direction::Forward => steps,
-            Direction::Backward => steps.wrapping_neg(),
-        }))
-    }
 }
 
 /// Which way the shaft turns.
@@ -100,37 +89,41 @@ pub enum Direction {
     Backward,
 }
 
-impl Direction {
-    /// Takes the sign off the front of `text`.
-    pub(crate) fn parse(text: &[u8]) -> Result<(Direction, &[u8]), BadLine> {
-        match text.split_first() {
-            Some((b'+', rest)) => Ok((Direction::Forward, rest)),
-            Some((b'-', rest)) => Ok((Direction::Backward, rest)),
-            _ => Err(BadLine::Unknown),
-        }
-    }
-}
-
 /// Reads one or more decimal digits and nothing else. Leading zeros are fine.
 ///
 /// The whole text is looked at even after an overflow, so that `9999999999x`
 /// is called unknown, as `9x` is.
 pub(crate) fn digits(text: &[u8]) -> Result<u32, BadLine> {
-    if text.is_empty() {
-        return Err(BadLine::Unknown);
+    let mut number = 0;
+    match read(text, &mut number) {
+        Ok(()) => Ok(number),
+        Err(Refusal::Range) => Err(BadLine::Range),
+        Err(_) => Err(BadLine::Unknown),
     }
-    let (mut value, mut large) = (0u32, false);
+}
+
+/// [`digits`], in place: [`Refusal::Line`] or [`Refusal::Range`] if not.
+#[inline(never)]
+pub(crate) fn read(text: &[u8], number: &mut u32) -> Result<(), Refusal> {
+    let (mut value, mut result) = (0u32, Err(Refusal::Line));
     for byte in text {
         let digit = byte.wrapping_sub(b'0');
         if digit > 9 {
-            return Err(BadLine::Unknown);
+            return Err(Refusal::Line);
         }
-        // Not `checked_mul`, which multiplies to 64 bits.
-        large |= value > u32::MAX / 10;
-        let (sum, carry) = value.wrapping_mul(10).overflowing_add(digit.into());
-        (value, large) = (sum, large | carry);
+        if value > u32::MAX / 10 {
+            result = Err(Refusal::Range);
+        } else if result == Err(Refusal::Line) {
+            result = Ok(());
+        }
+        value = value.wrapping_mul(10).wrapping_add(digit.into());
+        // Ten times the value ends with 0, so that only its last digit wraps.
+        if value < u32::from(digit) {
+            result = Err(Refusal::Range);
+        }
     }
-    if large { Err(BadLine::Range) } else { Ok(value) }
+    *number = value;
+    result
 }
 
 #[cfg(test)]
@@ -155,17 +148,6 @@ mod tests {
             [&b""[..], b"x", b"1x", b"9999999999x", b"+1", b" 1", b"1 ", b"\xb1", b":", b"/"]
         {
             assert_eq!(digits(unknown), Err(BadLine::Unknown), "{unknown:?}");
-        }
-    }
-
-    #[test]
-    fn a_distance_needs_one_sign() {
-        assert_eq!(Distance::parse(b"-2147483647"), Ok(Distance(-i32::MAX)));
-        assert_eq!(Distance::parse(b"-2147483648"), Err(BadLine::Range));
-        assert_eq!(Distance::parse(b"+2147483648"), Err(BadLine::Range));
-        assert_eq!(Distance::parse(b"-0"), Ok(Distance(0)));
-        for unknown in [&b""[..], b"5", b"+", b"+-5", b"--5"] {
-            assert_eq!(Distance::parse(unknown), Err(BadLine::Unknown), "{unknown:?}");
         }
     }
 }

@@ -1,10 +1,9 @@
 //! What a slave answers: one line for each line.
 
 use crate::Refusal;
-use crate::flash::{Text, text};
+use crate::answer::{Answer, line, value};
 use crate::number::digits;
 use crate::setting::{Setting, Settings, Value};
-use crate::text::{Bytes, Piece, Pieces};
 
 /// The protocol's version, which the answer to `?` begins with: 0.1.
 pub const VERSION: (u8, u8) = (0, 1);
@@ -60,8 +59,50 @@ impl Reply {
     pub const LONGEST: usize = 190;
 
     /// The line to send, its CR included.
-    pub fn bytes(self) -> Bytes<Reply> {
-        Bytes::new(self)
+    pub fn bytes(self) -> impl Iterator<Item = u8> + Clone {
+        let mut answer = Answer::NONE;
+        let settings = line::SETTINGS;
+        match self {
+            Reply::Yes => answer.begin(line::YES, 1),
+            Reply::No => answer.begin(line::NO, 1),
+            Reply::Ready => answer.begin(line::READY, 1),
+            Reply::Busy => answer.begin(line::BUSY, 1),
+            Reply::Position(_) => answer.begin(line::POSITION, 1),
+            Reply::Info(_) => answer.begin(line::INFO, 1),
+            Reply::Setting(value) => answer.begin(settings + value.setting() as u8, 1),
+            Reply::Settings(_) => answer.begin(settings, Setting::COUNT as u8),
+        }
+        let last = match self {
+            Reply::Info(Info { last: Some(last), .. }) => last as u8 + 1,
+            _ => 0,
+        };
+        core::iter::from_fn(move || {
+            answer.next(last, |value, digits| {
+                let number = self.number(value);
+                digits.set(&number.unsigned_abs().to_le_bytes());
+                number < 0
+            })
+        })
+    }
+
+    /// The number that stands in its line for a `#`.
+    fn number(&self, value: u8) -> i64 {
+        let info = match self {
+            Reply::Position(steps) => return *steps,
+            Reply::Setting(value) => return value.number().into(),
+            Reply::Settings(settings) => return settings.number(value - value::SETTINGS).into(),
+            Reply::Info(info) => info,
+            _ => return 0,
+        };
+        i64::from(match value {
+            value::MAJOR => info.version.0.into(),
+            value::MINOR => info.version.1.into(),
+            value::AXES => info.axes.into(),
+            value::MAX => info.max,
+            value::LATE => info.late,
+            value::REFUSED => info.refused,
+            _ => info.uncertain.into(),
+        })
     }
 
     /// Reads a complete line, without its CR; `None` if it is no answer.
@@ -162,71 +203,6 @@ fn small(text: &[u8]) -> Option<u8> {
 fn halves(text: &[u8], at: u8) -> Option<(&[u8], &[u8])> {
     let mut halves = text.splitn(2, |byte| *byte == at);
     Some((halves.next()?, halves.next()?))
-}
-
-impl Pieces for Reply {
-    fn piece(&self, n: u8) -> Option<Piece> {
-        let text = match self {
-            Reply::Yes => text!("Y\r"),
-            Reply::No => text!("E\r"),
-            Reply::Ready => text!("R\r"),
-            Reply::Busy => text!("B\r"),
-            Reply::Position(steps) => {
-                return Some(match n {
-                    0 => Piece::Text(if *steps < 0 { text!("-") } else { text!("") }),
-                    1 => Piece::Number(steps.unsigned_abs()),
-                    2 => Piece::Text(text!("\r")),
-                    _ => return None,
-                });
-            }
-            Reply::Info(info) => return info.piece(n),
-            Reply::Setting(value) => {
-                return piece_of_setting(value.setting(), value.number(), n, text!("\r"));
-            }
-            Reply::Settings(settings) => return settings.piece(n),
-        };
-        if n == 0 { Some(Piece::Text(text)) } else { None }
-    }
-}
-
-impl Pieces for Info {
-    fn piece(&self, n: u8) -> Option<Piece> {
-        let label =
-            text!("stepwright \0.\0 axes=\0 max=\0 late=\0 refused=\0 last=\0 uncertain=\0\r\0");
-        let number = match n {
-            _ if n.is_multiple_of(2) && n < 18 => return Some(Piece::Text(label.word(n / 2))),
-            1 => self.version.0.into(),
-            3 => self.version.1.into(),
-            5 => self.axes.into(),
-            7 => self.max,
-            9 => self.late,
-            11 => self.refused,
-            13 => return Some(Piece::Text(self.last.map_or(text!("none"), Refusal::text))),
-            15 => self.uncertain.into(),
-            _ => return None,
-        };
-        Some(Piece::Number(number.into()))
-    }
-}
-
-/// Pieces 0 to 2 of `name=number`, and piece 3, what stands behind it.
-fn piece_of_setting(setting: Setting, number: u32, n: u8, end: Text) -> Option<Piece> {
-    Some(match n {
-        0 => Piece::Text(setting.text()),
-        1 => Piece::Text(text!("=")),
-        2 => Piece::Number(number.into()),
-        3 => Piece::Text(end),
-        _ => return None,
-    })
-}
-
-impl Pieces for Settings {
-    fn piece(&self, n: u8) -> Option<Piece> {
-        let setting = Setting::numbered(n / 4)?;
-        let last = usize::from(n / 4).wrapping_add(1) == Setting::COUNT;
-        let end = if last { text!("\r") } else { text!(" ") };
-        piece_of_setting(setting, self.get(setting), n % 4, end)
-    }
 }
 
 #[cfg(test)]

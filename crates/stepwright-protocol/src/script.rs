@@ -4,8 +4,9 @@ use stepwright::OutOfRange;
 
 use crate::axis::{AxisId, Selection};
 use crate::command::Command;
-use crate::number::{Tens, Whole};
-use crate::order::{Manner, Order, Travel};
+use crate::manner::Manner;
+use crate::number::{Tens, Whole, WholeAccel};
+use crate::order::{Order, Travel};
 
 /// The commands of one order for one axis, or of several that start together:
 /// an iterator, to be sent one by one, each after the Y of the one before.
@@ -91,7 +92,7 @@ impl Iterator for Script<'_> {
             };
             // Checked by `new`.
             let manner = Manner::of(&order).ok()?;
-            let by_steps = manner.accel.is_none() || manner.decel.is_none();
+            let by_steps = manner.accel == 0 || manner.decel == 0;
             let select = Command::Select(Selection::One(axis));
             let (line, next) = match self.next {
                 // PO is refused while the selected axis is busy, whichever
@@ -101,16 +102,19 @@ impl Iterator for Script<'_> {
                 Next::Program => (Some(Command::Program), Next::Select),
                 Next::Select => ((axis != self.selected).then_some(select), Next::Start),
                 Next::Start => {
-                    let exact = Command::Start(manner.start);
+                    let exact = Command::Start(Whole::clamped(manner.start));
                     (Some(tens(manner.start).map_or(exact, Command::StartTens)), Next::Top)
                 }
                 Next::Top => {
-                    let exact = Command::Top(manner.top);
+                    let exact = Command::Top(Whole::clamped(manner.top));
                     (Some(tens(manner.top).map_or(exact, Command::TopTens)), Next::Ramp)
                 }
-                Next::Ramp => (by_steps.then_some(Command::Ramp(manner.ramp)), Next::Accel),
-                Next::Accel => (manner.accel.map(Command::Accel), Next::Decel),
-                Next::Decel => (manner.decel.map(Command::Decel), Next::Travel),
+                Next::Ramp => {
+                    let line = Command::Ramp(Whole::clamped(manner.ramp));
+                    (by_steps.then_some(line), Next::Accel)
+                }
+                Next::Accel => (slope(manner.accel).map(Command::Accel), Next::Decel),
+                Next::Decel => (slope(manner.decel).map(Command::Decel), Next::Travel),
                 Next::Travel | Next::End => {
                     self.orders = rest;
                     self.selected = axis;
@@ -130,15 +134,20 @@ impl Iterator for Script<'_> {
 }
 
 /// The speed in tens of steps/s, if it is one that S and T can say.
-fn tens<const MIN: u32, const MAX: u32>(speed: Whole<MIN, MAX>) -> Option<Tens> {
-    if speed.get().is_multiple_of(10) { Tens::new(speed.get() / 10) } else { None }
+fn tens(speed: u32) -> Option<Tens> {
+    if speed.is_multiple_of(10) { Tens::new(speed / 10) } else { None }
+}
+
+/// The acceleration, if the ramp is one.
+fn slope(accel: u32) -> Option<WholeAccel> {
+    WholeAccel::new(accel)
 }
 
 #[cfg(test)]
 mod tests {
     extern crate std;
     use super::*;
-    use crate::number::{Direction, Distance, RampSteps, StartSpeed, TopSpeed, WholeAccel};
+    use crate::number::{Direction, Distance, RampSteps};
     use proptest::prelude::*;
     use std::string::{String, ToString};
     use std::vec::Vec;
@@ -146,7 +155,7 @@ mod tests {
     const SLOW: Manner = Manner::INITIAL;
 
     fn order(manner: Manner) -> Order {
-        manner.order(Travel::Endless(Direction::Backward))
+        manner.sent(Travel::Endless(Direction::Backward))
     }
 
     fn axis(n: u8) -> AxisId {
@@ -162,14 +171,11 @@ mod tests {
     fn extensions_are_sent_only_where_needed() {
         let one = |manner| lines(&[(AxisId::FIRST, order(manner))]);
         assert_eq!(one(SLOW), "PO S5 T100 R200 g- E");
-        assert_eq!(one(Manner { start: StartSpeed::clamped(0), ..SLOW }), "PO s0 T100 R200 g- E");
-        assert_eq!(one(Manner { top: TopSpeed::clamped(9_990), ..SLOW }), "PO S5 T999 R200 g- E");
-        assert_eq!(
-            one(Manner { top: TopSpeed::clamped(10_000), ..SLOW }),
-            "PO S5 t10000 R200 g- E"
-        );
-        assert_eq!(one(Manner { top: TopSpeed::clamped(1_005), ..SLOW }), "PO S5 t1005 R200 g- E");
-        let (accel, decel) = (WholeAccel::new(7), WholeAccel::new(8));
+        assert_eq!(one(Manner { start: 0, ..SLOW }), "PO s0 T100 R200 g- E");
+        assert_eq!(one(Manner { top: 9_990, ..SLOW }), "PO S5 T999 R200 g- E");
+        assert_eq!(one(Manner { top: 10_000, ..SLOW }), "PO S5 t10000 R200 g- E");
+        assert_eq!(one(Manner { top: 1_005, ..SLOW }), "PO S5 t1005 R200 g- E");
+        let (accel, decel) = (7, 8);
         assert_eq!(one(Manner { accel, ..SLOW }), "PO S5 T100 R200 a7 g- E");
         assert_eq!(one(Manner { decel, ..SLOW }), "PO S5 T100 R200 d8 g- E");
         assert_eq!(one(Manner { accel, decel, ..SLOW }), "PO S5 T100 a7 d8 g- E");
@@ -204,24 +210,33 @@ mod tests {
             ramp in 1u32..=999, accel: Option<u32>, decel: Option<u32>, by: i32,
         ) {
             let order = Manner {
-                start: StartSpeed::clamped(start >> shift),
-                top: TopSpeed::clamped(top >> shift),
-                ramp: RampSteps::clamped(ramp),
-                accel: accel.map(WholeAccel::clamped),
-                decel: decel.map(WholeAccel::clamped),
+                start: start >> shift,
+                top: (top >> shift).max(1),
+                ramp,
+                accel: accel.map_or(0, |a| WholeAccel::clamped(a).get()),
+                decel: decel.map_or(0, |a| WholeAccel::clamped(a).get()),
             }
-            .order(Travel::By(Distance::new(by.max(-i32::MAX)).unwrap()));
+            .sent(Travel::By(Distance::new(by.max(-i32::MAX)).unwrap()));
             let orders = [(AxisId::FIRST, order)];
             let mut manner = Manner::INITIAL;
-            manner.apply(Command::Accel(WholeAccel::LARGEST));
+            manner.set(b'a', 1);
             let mut travel = None;
             for command in Script::new(&orders).unwrap() {
-                manner.apply(command);
+                match command {
+                    Command::StartTens(n) => manner.set(b's', n.get() * 10),
+                    Command::TopTens(n) => manner.set(b't', n.get() * 10),
+                    Command::Start(n) => manner.set(b's', n.get()),
+                    Command::Top(n) => manner.set(b't', n.get()),
+                    Command::Ramp(n) => manner.set(b'R', n.get()),
+                    Command::Accel(n) => manner.set(b'a', n.get()),
+                    Command::Decel(n) => manner.set(b'd', n.get()),
+                    _ => {}
+                }
                 if let Command::Go(distance) = command {
                     travel = Some(Travel::By(distance));
                 }
             }
-            prop_assert_eq!(manner.order(travel.unwrap()), order);
+            prop_assert_eq!(manner.sent(travel.unwrap()), order);
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The settings of a board: the one table of their names, units and ranges.
 
 use crate::BadLine;
+use crate::answer::setting_named;
 use crate::flash::{Text, flash, text};
-use crate::number::digits;
+use crate::said::{self, Said};
 
 /// Makes [`Setting`] of the table.
 macro_rules! settings {
@@ -55,7 +56,7 @@ macro_rules! settings {
                 match self { $(Setting::$setting => $help),* }
             }
 
-            /// The smallest value.
+            /// The smallest value: 0 or 1.
             const fn min(self) -> u32 {
                 match self { $(Setting::$setting => $min),* }
             }
@@ -70,6 +71,9 @@ macro_rules! settings {
                 match self { $(Setting::$setting => $default),* }
             }
         }
+
+        /// The lines of the settings, a `#` for each number.
+        pub(crate) const NAMES: &str = concat!($($name, "=#\n"),*);
     };
 }
 
@@ -110,9 +114,16 @@ impl Setting {
         self.min()..=self.max()
     }
 
+    /// Whether a number is inside its range.
+    #[inline(never)]
+    pub(crate) fn allows(self, number: u32) -> bool {
+        let max = number_at(|at| LARGEST.byte(at.into()).unwrap_or(0), self as u8);
+        number <= max && (number != 0 || self.min() == 0)
+    }
+
     /// The setting with this name.
     pub fn named(name: &[u8]) -> Option<Setting> {
-        (0..).map_while(Setting::numbered).find(|setting| setting.text().is(name))
+        Setting::numbered(setting_named(name)?)
     }
 }
 
@@ -127,7 +138,7 @@ const fn packed(largest: bool) -> [u8; Settings::SIZE] {
     while n < Setting::COUNT {
         let setting = Setting::ALL[n];
         let number = if largest { setting.max() } else { setting.default() };
-        let (from, length) = place(setting);
+        let (from, length) = place(setting as u8);
         let mut at = 0;
         while at < length {
             bytes[(from + at) as usize] = (number >> (8 * at)) as u8;
@@ -139,12 +150,11 @@ const fn packed(largest: bool) -> [u8; Settings::SIZE] {
 }
 
 /// Where a setting is among the bytes, and how many are its own.
-const fn place(setting: Setting) -> (u8, u8) {
-    let index = setting as u8;
+const fn place(index: u8) -> (u8, u8) {
     match index {
-        0..3 => (index * 4, 4),
-        3..7 => (index * 2 + 6, 2),
-        _ => (index + 13, 1),
+        0..3 => (index.wrapping_mul(4), 4),
+        3..7 => (index.wrapping_mul(2).wrapping_add(6), 2),
+        _ => (index.wrapping_add(13), 1),
     }
 }
 
@@ -164,8 +174,7 @@ impl Value {
     /// assert!(Value::new(Setting::Pulse, 21).is_none());
     /// ```
     pub fn new(setting: Setting, number: u32) -> Option<Value> {
-        let max = Settings::load(LARGEST).get(setting);
-        if number < setting.min() || number > max { None } else { Some(Value { setting, number }) }
+        if setting.allows(number) { Some(Value { setting, number }) } else { None }
     }
 
     /// Which setting.
@@ -179,20 +188,27 @@ impl Value {
     }
 
     /// Reads `name=number`, or `name` alone.
-    #[inline(never)]
     pub(crate) fn parse(text: &[u8]) -> Result<(Setting, Option<Value>), BadLine> {
-        for setting in (0..).map_while(Setting::numbered) {
-            match setting.text().before(text) {
-                Some([]) => return Ok((setting, None)),
-                Some([b'=', number @ ..]) => {
-                    let value = Value::new(setting, digits(number)?).ok_or(BadLine::Range)?;
-                    return Ok((setting, Some(value)));
-                }
-                _ => {}
-            }
+        let mut said = Said::NOTHING;
+        said.read_setting(text)?;
+        match said.letter {
+            said::ONE => Ok((said.setting, None)),
+            said::SET => Ok((said.setting, Value::new(said.setting, said.number))),
+            _ => Err(BadLine::Setting),
         }
-        Err(BadLine::Setting)
     }
+}
+
+/// The number of a setting, of whose bytes `byte` gives one.
+fn number_at(byte: impl Fn(u8) -> u8, index: u8) -> u32 {
+    let (from, length) = place(index);
+    let mut number = 0;
+    let mut at = from.wrapping_add(length);
+    while at != from {
+        at = at.wrapping_sub(1);
+        number = number << 8 | u32::from(byte(at));
+    }
+    number
 }
 
 /// All settings of a board, each inside its range.
@@ -213,26 +229,47 @@ impl Settings {
     /// How many bytes they are.
     pub const SIZE: usize = 26;
 
-    /// The defaults.
-    pub fn new() -> Settings {
-        Settings::load(DEFAULTS)
+    /// All 0, which some may not be: to be overwritten by
+    /// [`load`](Settings::load) or [`reset`](Settings::reset).
+    pub const fn blank() -> Settings {
+        Settings { bytes: [0; Settings::SIZE] }
     }
 
-    #[inline(never)]
-    fn load(table: Text) -> Settings {
-        let mut settings = Settings { bytes: [0; Settings::SIZE] };
-        for (byte, at) in settings.bytes.iter_mut().zip(0..) {
-            *byte = table.byte(at).unwrap_or(0);
-        }
+    /// The defaults.
+    pub fn new() -> Settings {
+        let mut settings = Settings::blank();
+        settings.reset();
         settings
     }
 
+    /// Gives every setting its default again; true if one had another value.
+    pub fn reset(&mut self) -> bool {
+        let mut changed = false;
+        for (place, at) in self.bytes.iter_mut().zip(0..) {
+            let byte = DEFAULTS.byte(at).unwrap_or(0);
+            changed |= *place != byte;
+            *place = byte;
+        }
+        changed
+    }
+
     /// The value of a setting, in its unit.
-    #[inline(never)]
     pub fn get(&self, setting: Setting) -> u32 {
-        let (from, length) = place(setting);
-        let own = self.bytes.iter().skip(from.into()).take(length.into());
-        own.rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
+        self.number(setting as u8)
+    }
+
+    /// The lowest byte of its value, which is all of a switch or a set of
+    /// axes.
+    #[inline(always)]
+    pub fn byte(&self, setting: Setting) -> u8 {
+        let (at, _) = place(setting as u8);
+        self.bytes.get(usize::from(at)).copied().unwrap_or(0)
+    }
+
+    /// The value of the setting with this index.
+    #[inline(never)]
+    pub(crate) fn number(&self, index: u8) -> u32 {
+        number_at(|at| self.bytes.get(usize::from(at)).copied().unwrap_or(0), index)
     }
 
     /// A setting and its value.
@@ -242,11 +279,18 @@ impl Settings {
 
     /// Sets one; true if it had another value before.
     pub fn set(&mut self, value: Value) -> bool {
-        let (from, length) = place(value.setting);
-        let (mut number, mut changes) = (value.number, false);
-        for byte in self.bytes.iter_mut().skip(from.into()).take(length.into()) {
-            changes |= *byte != number as u8;
-            *byte = number as u8;
+        self.put(value.setting as u8, value.number)
+    }
+
+    /// Sets the one with this index, to a number of its range.
+    pub(crate) fn put(&mut self, index: u8, mut number: u32) -> bool {
+        let (from, length) = place(index);
+        let mut changes = false;
+        for at in from..from.wrapping_add(length) {
+            if let Some(byte) = self.bytes.get_mut(usize::from(at)) {
+                changes |= *byte != number as u8;
+                *byte = number as u8;
+            }
             number >>= 8;
         }
         changes
@@ -265,9 +309,30 @@ impl Settings {
     /// outside its range.
     pub fn from_bytes(bytes: [u8; Settings::SIZE]) -> Option<Settings> {
         let settings = Settings { bytes };
-        let mut all = (0..).map_while(Setting::numbered);
-        let valid = all.all(|setting| Value::new(setting, settings.get(setting)).is_some());
-        valid.then_some(settings)
+        settings.is_valid().then_some(settings)
+    }
+
+    /// Takes what was stored, of which `byte` gives one byte after the other;
+    /// the defaults if a value is outside its range.
+    pub fn load(&mut self, mut byte: impl FnMut() -> u8) {
+        for place in &mut self.bytes {
+            *place = byte();
+        }
+        if !self.is_valid() {
+            self.reset();
+        }
+    }
+
+    /// Whether every value is inside its range.
+    fn is_valid(&self) -> bool {
+        let mut index = 0;
+        while let Some(setting) = Setting::numbered(index) {
+            if !setting.allows(self.number(index)) {
+                return false;
+            }
+            index = index.wrapping_add(1);
+        }
+        true
     }
 }
 

@@ -1,38 +1,58 @@
 //! The slave: lines in, one answer each, and a machine that obeys.
 
-use crate::axis::{AxisId, MAX_AXES, Selection};
-use crate::command::{BadLine, Command};
+use stepwright::Travel;
+
+use crate::answer::{Answer, line, value};
+use crate::axis::{AxisId, MAX_AXES};
+use crate::command::Command;
 use crate::line::Collector;
 use crate::machine::{Machine, Refusal};
-use crate::number::Direction;
-use crate::order::{Manner, Travel};
-use crate::reply::{Info, Reply, VERSION};
-use crate::setting::{Settings, Value};
+use crate::manner::Manner;
+use crate::reply::{Reply, VERSION};
+use crate::said::{self, Said};
+use crate::setting::{Setting, Settings};
 
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
 /// Fed with bytes, it answers each CR with exactly one [`Reply`] and tells the
 /// [`Machine`] what to do. It holds no clock and does no I/O.
 ///
-/// On an ATmega328P (rustc 1.96, `opt-level = "s"`, LTO) it takes 35 bytes of
-/// RAM and 27 more an axis, and with the compiler's own routines 9 KB of flash;
-/// its texts stay there. No panic is left in it.
+/// On an ATmega328P (rustc 1.96, `opt-level = "s"`, LTO) it takes 62 bytes of
+/// RAM and 26 more an axis. No panic is left in it.
 #[derive(Clone, Debug)]
 pub struct Slave<const AXES: usize> {
     line: Collector<{ Command::LONGEST }>,
     axes: [Axis; AXES],
-    selected: Selection,
+    /// Axes that the lines address: bit 0 is axis 1. All bits: A0.
+    selected: u8,
     order: Open,
+    /// Lines that were answered E.
     refused: u32,
     last: Option<Refusal>,
+    answer: Answer,
+    /// The axis whose position is the answer.
+    asked: u8,
 }
 
 /// What the lines have said of one axis.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     manner: Manner,
-    /// Where to, once E comes.
-    staged: Option<Travel>,
+    /// Whether it is to travel once E comes: g or G, and else 0.
+    staged: u8,
+    backward: bool,
+    /// How far G goes; at most 2³¹ − 1.
+    steps: u32,
+}
+
+impl Axis {
+    fn travel(&self) -> Travel {
+        if self.staged == b'g' {
+            return Travel::Endless(!self.backward);
+        }
+        let steps = self.steps as i32;
+        Travel::By(if self.backward { steps.wrapping_neg() } else { steps })
+    }
 }
 
 /// The order that is being programmed.
@@ -48,6 +68,9 @@ enum Open {
     Spoiled(Refusal),
 }
 
+/// Axis 1.
+const FIRST: u8 = 1;
+
 impl<const AXES: usize> Default for Slave<AXES> {
     fn default() -> Self {
         Slave::new()
@@ -56,41 +79,124 @@ impl<const AXES: usize> Default for Slave<AXES> {
 
 impl<const AXES: usize> Slave<AXES> {
     /// As at power-up: axis 1 selected, no order open, S5 T100 R200.
-    pub const fn new() -> Slave<AXES> {
+    pub fn new() -> Slave<AXES> {
+        let mut slave = Slave::blank();
+        slave.begin();
+        slave
+    }
+
+    /// A slave that has yet to [`begin`](Slave::begin), nearly all zeros: so
+    /// that a static one takes no flash.
+    pub const fn blank() -> Slave<AXES> {
         const { assert!(AXES >= 1 && AXES <= MAX_AXES as usize) };
+        let axis = Axis { manner: Manner::BLANK, staged: 0, backward: false, steps: 0 };
         Slave {
             line: Collector::new(),
-            axes: [Axis { manner: Manner::INITIAL, staged: None }; AXES],
-            selected: Selection::FIRST,
+            axes: [axis; AXES],
+            selected: FIRST,
             order: Open::No,
             refused: 0,
             last: None,
+            answer: Answer::NONE,
+            asked: 0,
         }
     }
 
-    /// Takes a byte from the line. At a CR it obeys and returns the answer,
-    /// whose [`bytes`](Reply::bytes) go back on the line.
+    /// As at power-up: S5 T100 R200. Once, before anything else.
+    #[inline(never)]
+    pub fn begin(&mut self) {
+        for axis in &mut self.axes {
+            axis.manner = Manner::INITIAL;
+        }
+    }
+
+    /// Takes a byte from the line. At a CR it obeys and returns the answer.
+    ///
+    /// For a host, which wants to see it. A chip calls
+    /// [`hear`](Slave::hear) and [`speak`](Slave::speak).
     pub fn push<M: Machine>(&mut self, byte: u8, machine: &mut M) -> Option<Reply> {
-        let command = match self.line.push(byte)?.and_then(Command::parse) {
-            Ok(command) => command,
-            Err(bad) => {
+        if !self.hear(byte, machine) {
+            return None;
+        }
+        let mut line = Collector::<{ Reply::LONGEST }>::new();
+        while let Some(byte) = self.speak(machine) {
+            if let Some(line) = line.push(byte) {
+                return line.ok().and_then(Reply::parse);
+            }
+        }
+        None
+    }
+
+    /// Takes a byte from the line. At a CR it obeys, and returns true: the
+    /// answer is ready to be pulled. What was left of the last is forgotten.
+    pub fn hear<M: Machine>(&mut self, byte: u8, machine: &mut M) -> bool {
+        let (mut said, mut empty) = (Said::NOTHING, false);
+        let read = match self.line.push(byte) {
+            None => return false,
+            Some(Ok(line)) => {
+                empty = line.is_empty();
+                said.read(line)
+            }
+            Some(Err(_)) => Err(Refusal::Line),
+        };
+        let first = match read.and_then(|()| self.obey(&said, machine)) {
+            Ok(first) => first,
+            Err(refusal) => {
                 // Masters send an empty line to get in step. That is no news.
-                if bad != BadLine::Empty {
-                    self.note(bad.into());
+                if !empty {
+                    self.refused = self.refused.saturating_add(1);
+                    self.last = Some(refusal);
                 }
-                self.spoil(bad.into());
-                return Some(Reply::No);
+                // E itself leaves the order as it was, to be mended.
+                if said.letter != b'E' {
+                    self.spoil(refusal);
+                }
+                line::NO
             }
         };
-        let reply = self.obey(command, machine).unwrap_or_else(|refusal| {
-            self.note(refusal);
-            // E itself leaves the order as it was, to be mended.
-            if !matches!(command, Command::Execute) {
-                self.spoil(refusal);
-            }
-            Reply::No
-        });
-        Some(reply)
+        let all = said.letter == b'$' && first == line::SETTINGS;
+        self.answer.begin(first, if all { Setting::COUNT as u8 } else { 1 });
+        true
+    }
+
+    /// Whether some of the last answer has yet to be pulled.
+    pub fn is_speaking(&self) -> bool {
+        self.answer.is_left()
+    }
+
+    /// The next byte of the answer, its CR included; `None` when it is
+    /// complete. Its numbers are those of the moment when their turn comes.
+    ///
+    /// Costs one conversion to decimal where a number begins: about 100 simple
+    /// byte operations for 4000, 1,400 for 2³² − 1. Texts and further digits
+    /// cost next to nothing.
+    pub fn speak<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
+        let axes = self.count(machine);
+        let last = self.last.map_or(0, |last| (last as u8).wrapping_add(1));
+        self.answer.next(last, |n, digits| {
+            let number = match n {
+                value::POSITION => {
+                    // It was known when it was asked for.
+                    let axis = AxisId::at(self.asked);
+                    let steps = machine.position(axis).unwrap_or(0);
+                    digits.set(&steps.unsigned_abs().to_le_bytes());
+                    return steps < 0;
+                }
+                value::MAJOR => VERSION.0.into(),
+                value::MINOR => VERSION.1.into(),
+                value::AXES => axes.into(),
+                value::MAX => machine.max_rate(),
+                value::LATE => machine.late(),
+                value::REFUSED => self.refused,
+                value::UNCERTAIN => (machine.uncertain() & all(axes)).into(),
+                _ => match (machine.settings(), n.wrapping_sub(value::SETTINGS)) {
+                    (Some(settings), index) => settings.number(index),
+                    (None, _) => 0,
+                },
+            };
+            digits.set(&number.to_le_bytes());
+            false
+        })
     }
 
     /// Tells that a byte was lost or damaged on the way: an overrun or a
@@ -100,93 +206,116 @@ impl<const AXES: usize> Slave<AXES> {
         self.line.garble();
     }
 
-    #[cfg_attr(target_arch = "avr", inline(never))]
-    fn obey<M: Machine>(&mut self, command: Command, machine: &mut M) -> Result<Reply, Refusal> {
-        match command {
-            Command::Program => {
+    /// Does what a line says, and tells which line of the text answers it.
+    fn obey<M: Machine>(&mut self, said: &Said, machine: &mut M) -> Result<u8, Refusal> {
+        let Said { mut letter, mut number, .. } = *said;
+        match letter {
+            b'P' => {
                 self.idle(machine)?;
                 self.forget_travels();
                 self.order = Open::Yes;
-                self.selected = Selection::FIRST;
+                self.selected = FIRST;
             }
-            Command::StartTens(_)
-            | Command::TopTens(_)
-            | Command::Ramp(_)
-            | Command::Start(_)
-            | Command::Top(_)
-            | Command::Accel(_)
-            | Command::Decel(_) => {
+            b'S' | b'T' | b'R' | b's' | b't' | b'a' | b'd' => {
                 self.idle(machine)?;
-                self.for_selected(|axis| axis.manner.apply(command));
+                if letter == b'S' || letter == b'T' {
+                    // In tens, and else the same as s and t.
+                    number = number.wrapping_mul(10);
+                    letter |= b's' ^ b'S';
+                }
+                let mut selected = self.selected;
+                for axis in &mut self.axes {
+                    if selected & 1 != 0 {
+                        axis.manner.set(letter, number);
+                    }
+                    selected >>= 1;
+                }
             }
-            Command::Go(distance) => {
+            b'G' => {
                 if self.order == Open::No {
                     return Err(Refusal::Closed);
                 }
-                self.stage(machine, Travel::By(distance))?;
+                self.stage(machine, said)?;
             }
-            Command::Run(direction) => self.run(machine, direction)?,
-            Command::Execute => self.execute(machine)?,
-            Command::Status => {
+            b'g' => {
+                self.stage(machine, said)?;
+                // Part of an open order, else it starts at once.
+                if self.order == Open::No {
+                    let started = self.start(machine);
+                    // Whatever came of it, outside an order nothing stays staged.
+                    self.forget_travels();
+                    started?;
+                }
+            }
+            b'E' => self.execute(machine)?,
+            b'F' => {
                 let ready = self.idle(machine).is_ok();
-                return Ok(if ready { Reply::Ready } else { Reply::Busy });
+                return Ok(if ready { line::READY } else { line::BUSY });
             }
-            Command::Brake => {
-                for axis in self.selected(machine) {
-                    if machine.busy(axis) {
-                        machine.brake(axis);
+            b'Z' => {
+                let busy = self.busy(machine) & self.selected;
+                for index in 0..AXES as u8 {
+                    if busy >> index & 1 != 0 {
+                        machine.brake(AxisId::at(index));
                     }
                 }
             }
-            Command::Kill => {
+            b'K' => {
                 // Even if nothing seems to move: K relies on nothing.
                 machine.kill();
                 self.spoil(Refusal::Killed);
             }
-            Command::Zero(axis) => {
-                self.exists(machine, axis)?;
-                if machine.busy(axis) {
-                    return Err(Refusal::Busy);
+            b'I' | b'V' | b'A' => {
+                let axis = number as u8;
+                if axis > self.count(machine) {
+                    return Err(Refusal::Axis);
                 }
-                machine.zero(axis);
-            }
-            Command::Position(axis) => {
-                self.exists(machine, axis)?;
-                let steps = machine.position(axis).ok_or(Refusal::Uncertain)?;
-                return Ok(Reply::Position(steps));
-            }
-            Command::Select(selection) => {
-                if let Selection::One(axis) = selection {
-                    self.exists(machine, axis)?;
+                let index = axis.wrapping_sub(1);
+                let bit = 1u8.wrapping_shl(index.into());
+                if letter == b'A' {
+                    self.selected = if axis == 0 { u8::MAX } else { bit };
+                } else if letter == b'V' {
+                    if machine.uncertain() & bit != 0 {
+                        return Err(Refusal::Uncertain);
+                    }
+                    self.asked = index;
+                    return Ok(line::POSITION);
+                } else {
+                    if self.busy(machine) & bit != 0 {
+                        return Err(Refusal::Busy);
+                    }
+                    machine.zero(AxisId::at(index));
                 }
-                self.selected = selection;
             }
-            Command::Info => return Ok(Reply::Info(self.info(machine))),
-            Command::Clear => {
+            b'?' => return Ok(line::INFO),
+            b'!' => {
                 machine.clear_late();
                 self.refused = 0;
                 self.last = None;
             }
-            Command::Settings => return Ok(Reply::Settings(*settings(machine)?)),
-            Command::Setting(setting) => {
-                return Ok(Reply::Setting(settings(machine)?.value(setting)));
+            // What is left begins with `$`.
+            said::SET | said::RESET => {
+                // Of any axis: most settings are all axes' own.
+                if self.busy(machine) != 0 {
+                    return Err(Refusal::Busy);
+                }
+                let settings = settings(machine)?;
+                let changed = if letter == said::SET {
+                    settings.put(said.setting as u8, number)
+                } else {
+                    settings.reset()
+                };
+                if changed {
+                    machine.set_up();
+                }
             }
-            Command::Set(value) => self.set_up(machine, Some(value))?,
-            Command::Reset => self.set_up(machine, None)?,
+            _ => {
+                settings(machine)?;
+                let index = if letter == said::ONE { said.setting as u8 } else { 0 };
+                return Ok(line::SETTINGS.wrapping_add(index));
+            }
         }
-        Ok(Reply::Yes)
-    }
-
-    /// g: part of an open order, else it starts at once.
-    fn run<M: Machine>(&mut self, machine: &mut M, direction: Direction) -> Result<(), Refusal> {
-        self.stage(machine, Travel::Endless(direction))?;
-        if self.order != Open::No {
-            return Ok(());
-        }
-        let started = self.start(machine);
-        // Whatever came of it, outside an order nothing stays staged.
-        self.forget_travels();
-        started
+        Ok(line::YES)
     }
 
     /// E: starts what is staged.
@@ -196,63 +325,53 @@ impl<const AXES: usize> Slave<AXES> {
             Open::Spoiled(first) => return Err(first),
             Open::Yes => {}
         }
-        if self.axes.iter().all(|axis| axis.staged.is_none()) {
-            return Err(Refusal::NoTravel);
-        }
         self.start(machine)?;
         self.forget_travels();
         self.order = Open::No;
         Ok(())
     }
 
+    /// Starts all that is staged, or nothing.
+    #[inline(never)]
     fn start<M: Machine>(&mut self, machine: &mut M) -> Result<(), Refusal> {
-        let axes = AxisId::first(self.count(machine)).zip(&self.axes);
-        // G found the axes idle, and nothing but E starts one; but a machine
-        // may have buttons of its own.
-        for (id, axis) in axes.clone().filter(|(_, axis)| axis.staged.is_some()) {
-            if machine.busy(id) {
-                return Err(Refusal::Busy);
+        let axes = self.count(machine);
+        let mut result = Err(Refusal::NoTravel);
+        for index in 0..axes {
+            let Some(axis) = self.axes.get(usize::from(index)) else { break };
+            if axis.staged == 0 {
+                continue;
             }
-            if let Some(settings) = machine.settings() {
-                axis.manner.check(settings)?;
+            result = match machine.settings() {
+                Some(settings) => axis.manner.check(settings),
+                None => Ok(()),
+            };
+            if result.is_ok() {
+                result = machine.prepare(AxisId::at(index), &axis.manner.order(axis.travel()));
+            }
+            if result.is_err() {
+                break;
             }
         }
-        let orders = axes.filter_map(|(id, axis)| {
-            let travel = axis.staged?;
-            Some((id, axis.manner.order(travel)))
-        });
-        machine.start(orders)
+        if result.is_ok() {
+            result = machine.commit();
+        } else {
+            machine.cancel();
+        }
+        result
     }
 
-    fn stage<M: Machine>(&mut self, machine: &M, travel: Travel) -> Result<(), Refusal> {
+    #[inline(never)]
+    fn stage<M: Machine>(&mut self, machine: &M, said: &Said) -> Result<(), Refusal> {
         self.idle(machine)?;
-        self.for_selected(|axis| axis.staged = Some(travel));
-        Ok(())
-    }
-
-    /// Changes one setting of the machine, or gives all their defaults, and
-    /// tells it if they are others then.
-    fn set_up<M: Machine>(&self, machine: &mut M, to: Option<Value>) -> Result<(), Refusal> {
-        // Most settings are all axes' own.
-        self.free(machine, Selection::All)?;
-        let settings = settings(machine)?;
-        let old = *settings;
-        match to {
-            Some(value) => {
-                settings.set(value);
+        let mut selected = self.selected;
+        for axis in &mut self.axes {
+            if selected & 1 != 0 {
+                (axis.staged, axis.backward) = (said.letter, said.backward);
+                axis.steps = said.number;
             }
-            None => *settings = Settings::new(),
-        }
-        if *settings != old {
-            machine.set_up();
+            selected >>= 1;
         }
         Ok(())
-    }
-
-    /// Remembers a refusal for `?`.
-    fn note(&mut self, refusal: Refusal) {
-        self.refused = self.refused.saturating_add(1);
-        self.last = Some(refusal);
     }
 
     fn spoil(&mut self, reason: Refusal) {
@@ -263,32 +382,25 @@ impl<const AXES: usize> Slave<AXES> {
 
     fn forget_travels(&mut self) {
         for axis in &mut self.axes {
-            axis.staged = None;
+            axis.staged = 0;
         }
-    }
-
-    #[cfg_attr(target_arch = "avr", inline(never))]
-    fn for_selected(&mut self, change: impl Fn(&mut Axis)) {
-        let selected = self.selected;
-        let all = AxisId::first(MAX_AXES).zip(&mut self.axes);
-        all.filter(|(id, _)| selected.contains(*id)).for_each(|(_, axis)| change(axis));
     }
 
     /// Are all the selected axes idle?
     fn idle<M: Machine>(&self, machine: &M) -> Result<(), Refusal> {
-        self.free(machine, self.selected)
+        if self.busy(machine) & self.selected != 0 { Err(Refusal::Busy) } else { Ok(()) }
     }
 
-    /// Are all of these axes idle?
-    fn free<M: Machine>(&self, machine: &M, axes: Selection) -> Result<(), Refusal> {
-        let mut all = AxisId::first(self.count(machine));
-        let busy = all.any(|axis| axes.contains(axis) && machine.busy(axis));
-        if busy { Err(Refusal::Busy) } else { Ok(()) }
-    }
-
-    #[cfg_attr(target_arch = "avr", inline(never))]
-    fn exists<M: Machine>(&self, machine: &M, axis: AxisId) -> Result<(), Refusal> {
-        if axis.number() > self.count(machine) { Err(Refusal::Axis) } else { Ok(()) }
+    /// The axes that are busy: bit 0 is axis 1.
+    #[inline(never)]
+    fn busy<M: Machine>(&self, machine: &M) -> u8 {
+        let mut busy = 0;
+        for index in 0..self.count(machine) {
+            if machine.busy(AxisId::at(index)) {
+                busy |= 1u8.wrapping_shl(index.into());
+            }
+        }
+        busy
     }
 
     /// How many axes there are and have room here.
@@ -296,27 +408,11 @@ impl<const AXES: usize> Slave<AXES> {
         let room = if AXES > MAX_AXES as usize { MAX_AXES } else { AXES as u8 };
         machine.axes().min(room)
     }
+}
 
-    fn selected<M: Machine>(&self, machine: &M) -> impl Iterator<Item = AxisId> + use<M, AXES> {
-        let selected = self.selected;
-        AxisId::first(self.count(machine)).filter(move |axis| selected.contains(*axis))
-    }
-
-    fn info<M: Machine>(&self, machine: &M) -> Info {
-        let axes = self.count(machine);
-        let uncertain = AxisId::first(axes)
-            .filter(|axis| machine.position(*axis).is_none())
-            .fold(0, |mask, axis| mask | 1u8.wrapping_shl(axis.index() as u32));
-        Info {
-            version: VERSION,
-            axes,
-            max: machine.max_rate(),
-            late: machine.late(),
-            refused: self.refused,
-            last: self.last,
-            uncertain,
-        }
-    }
+/// The first `axes` bits, at least one.
+fn all(axes: u8) -> u8 {
+    u8::MAX.wrapping_shr(u32::from(MAX_AXES.wrapping_sub(axes)))
 }
 
 /// The machine's settings, if it has any.

@@ -13,7 +13,7 @@ pub enum Piece {
     /// Fixed text.
     Text(Text),
     /// Decimal digits without leading zeros.
-    Number(u64),
+    Number(u32),
 }
 
 /// Something that can be written as a line.
@@ -32,7 +32,7 @@ pub struct Bytes<L> {
     line: L,
     next_piece: u8,
     text: Text,
-    next_byte: u8,
+    next_byte: u16,
     number: Decimal,
 }
 
@@ -56,7 +56,7 @@ impl<L: Pieces> Iterator for Bytes<L> {
             }
             match self.line.piece(self.next_piece)? {
                 Piece::Text(text) => (self.text, self.next_byte) = (text, 0),
-                Piece::Number(value) => self.number = Decimal::new(value),
+                Piece::Number(value) => self.number.set(&value.to_le_bytes()),
             }
             self.next_piece = self.next_piece.saturating_add(1);
         }
@@ -65,43 +65,52 @@ impl<L: Pieces> Iterator for Bytes<L> {
 
 /// The digits of a number that are still to be sent, the last digit first.
 #[derive(Clone, Debug)]
-struct Decimal {
+pub(crate) struct Decimal {
     digits: [u8; 20], // 2⁶⁴ has 20
+    /// How many there are; what stands behind them is old.
     len: u8,
 }
 
 impl Decimal {
-    const NONE: Decimal = Decimal { digits: [0; 20], len: 0 };
+    pub(crate) const NONE: Decimal = Decimal { digits: [0; 20], len: 0 };
 
-    /// Takes the bits of `value` from the top and doubles a decimal number
-    /// for each. It needs no division, which an 8-bit chip does bit by bit
-    /// anyway, and costs little for leading zeros.
-    fn new(mut value: u64) -> Decimal {
-        let mut decimal = Decimal::NONE;
-        for _ in 0..u64::BITS {
-            let mut carry = u8::from((value as i64) < 0);
-            value <<= 1;
-            for digit in decimal.digits.iter_mut().take(decimal.len.into()) {
-                *digit = *digit << 1 | carry;
-                carry = u8::from(*digit > 9);
-                if carry == 1 {
-                    *digit = digit.wrapping_sub(10);
-                }
-            }
-            if carry == 1
-                && let Some(digit) = decimal.digits.get_mut(usize::from(decimal.len))
-            {
-                *digit = 1;
-                decimal.len = decimal.len.saturating_add(1);
+    /// Takes the bits of a number, whose lowest byte is the first, from the
+    /// top and doubles a decimal number for each. It needs no division, which
+    /// an 8-bit chip does bit by bit anyway, and costs nothing for leading
+    /// zeros.
+    #[inline(never)]
+    pub(crate) fn set(&mut self, bytes: &[u8]) {
+        self.len = 0;
+        for byte in bytes.iter().rev() {
+            let mut byte = *byte;
+            for _ in 0..8u8 {
+                self.double_and_add(byte >> 7);
+                byte <<= 1;
             }
         }
-        if decimal.len == 0 {
-            decimal.len = 1; // zero is written "0"
+        if self.len == 0 {
+            // Zero is written "0".
+            self.digits[0] = 0;
+            self.len = 1;
         }
-        decimal
     }
 
-    fn next(&mut self) -> Option<u8> {
+    fn double_and_add(&mut self, mut carry: u8) {
+        let Some(digits) = self.digits.get_mut(..usize::from(self.len)) else { return };
+        for digit in digits {
+            let double = *digit << 1 | carry;
+            carry = u8::from(double > 9);
+            *digit = if carry == 1 { double.wrapping_sub(10) } else { double };
+        }
+        if carry == 1
+            && let Some(digit) = self.digits.get_mut(usize::from(self.len))
+        {
+            *digit = 1;
+            self.len = self.len.wrapping_add(1);
+        }
+    }
+
+    pub(crate) fn next(&mut self) -> Option<u8> {
         self.len = self.len.checked_sub(1)?;
         self.digits.get(usize::from(self.len)).map(|digit| digit | b'0')
     }
@@ -115,7 +124,8 @@ mod tests {
     use std::string::{String, ToString};
 
     fn written(value: u64) -> String {
-        let mut decimal = Decimal::new(value);
+        let mut decimal = Decimal::NONE;
+        decimal.set(&value.to_le_bytes());
         core::iter::from_fn(|| decimal.next()).map(char::from).collect()
     }
 

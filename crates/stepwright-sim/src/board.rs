@@ -145,8 +145,10 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// A byte arrives on the serial line, now.
     pub fn receive(&mut self, byte: u8) {
-        if let Some(reply) = self.device.push(byte, &mut self.engine, &mut self.panel) {
-            self.answers.extend(reply.bytes());
+        if self.device.hear(byte, &mut self.engine, &mut self.panel) {
+            while let Some(byte) = self.device.speak(&mut self.engine, &mut self.panel) {
+                self.answers.push(byte);
+            }
             // It may have been a setting that turns an axis round.
             self.engine.drive().face();
         }

@@ -4,8 +4,8 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use stepwright::Rate;
 use stepwright::drive::Axes;
+use stepwright::{Rate, Ticks};
 use stepwright_device::{Memory, Panel, Store};
 
 use crate::clock::Now;
@@ -60,6 +60,10 @@ impl Memory for SimPanel {
 impl Panel for SimPanel {
     fn millis(&self) -> u32 {
         (self.now.get() * 1000 / u64::from(self.rate.hz())) as u32
+    }
+
+    fn ticks(&self, micros: u16) -> Ticks {
+        self.rate.micros(micros.into())
     }
 
     fn switches(&self) -> Axes {

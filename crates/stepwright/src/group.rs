@@ -163,7 +163,6 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         engine: &mut impl Control,
         orders: impl IntoIterator<Item = (u8, Order)>,
     ) -> Result<(), Refusal> {
-        self.prepared = 0;
         let mut result = Ok(());
         for (axis, order) in orders {
             result = self.prepare(engine, axis, &order);
@@ -172,28 +171,23 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             }
         }
         if result.is_ok() {
-            result = self.check(engine);
+            result = self.commit(engine, 0);
         }
-        match result {
-            Ok(()) => self.begin(),
-            Err(refusal) => {
-                // What was laid out for this order is forgotten; a motor that
-                // moves goes on.
-                for (axis, motor) in self.motors.iter_mut().enumerate() {
-                    if self.prepared >> axis & 1 != 0 {
-                        motor.forget();
-                    }
-                }
-                self.refused = self.refused.saturating_add(1);
-                self.last = Some(refusal);
-            }
+        if let Err(refusal) = result {
+            self.cancel();
+            self.refused = self.refused.saturating_add(1);
+            self.last = Some(refusal);
         }
         result
     }
 
-    /// Lays out one travel of an order.
+    /// Lays out one travel of an order, as [`start`](Group::start) does for
+    /// each. [`commit`](Group::commit) starts all that were laid out, together.
+    ///
+    /// # Errors
+    /// [`Refusal`]; then [`cancel`](Group::cancel) what was laid out before.
     #[inline(never)]
-    fn prepare(
+    pub fn prepare(
         &mut self,
         engine: &mut impl Control,
         axis: u8,
@@ -214,6 +208,27 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             self.prepared |= 1 << axis;
         }
         Ok(())
+    }
+
+    /// Starts what was laid out, `wait` ticks later than it could.
+    ///
+    /// # Errors
+    /// [`Refusal`], and nothing moves; then [`cancel`](Group::cancel) it.
+    pub fn commit(&mut self, engine: &mut impl Control, wait: Ticks) -> Result<(), Refusal> {
+        self.check(engine)?;
+        self.begin(wait);
+        Ok(())
+    }
+
+    /// Forgets what was laid out; a motor that moves goes on.
+    #[inline(never)]
+    pub fn cancel(&mut self) {
+        for (axis, motor) in self.motors.iter_mut().enumerate() {
+            if self.prepared >> axis & 1 != 0 {
+                motor.forget();
+            }
+        }
+        self.prepared = 0;
     }
 
     /// Can the board step what will move then?
@@ -248,9 +263,12 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         Ok(())
     }
 
-    fn begin(&mut self) {
+    fn begin(&mut self, wait: Ticks) {
         let timing = self.board.timing;
-        let wait = Wait { hold: timing.hold, lead: timing.setup.saturating_add(self.board.lead) };
+        let wait = Wait {
+            hold: timing.hold,
+            lead: timing.setup.saturating_add(self.board.lead).saturating_add(wait),
+        };
         for (axis, motor) in self.motors.iter_mut().enumerate() {
             if self.prepared >> axis & 1 != 0 {
                 motor.begin(wait, &self.horizon);

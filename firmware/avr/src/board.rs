@@ -62,7 +62,7 @@ pub fn set_reverse(axes: Axes) {
 pub const AXES: usize = 3;
 
 /// Cycles a second.
-const CLOCK: u32 = 16_000_000;
+pub const CLOCK: u32 = 16_000_000;
 
 /// The chip's own times and a driver's usual ones.
 pub fn description() -> Board<AXES> {

@@ -3,8 +3,6 @@
 //! Timer 2 counts in 64 µs and wraps after 16.4 ms. The main loop asks more
 //! often than that, so that no wrap is missed.
 
-use core::hint::black_box;
-
 use crate::chip::TC2;
 
 /// Counts milliseconds.
@@ -23,19 +21,17 @@ impl Clock {
         Clock { registers, seen: 0, part: 0 }
     }
 
-    /// Whole milliseconds since the last call, 0 to 17. To be called at least
-    /// every 16 ms.
-    pub fn passed(&mut self) -> u8 {
+    /// Whether another millisecond has passed. To be called at least every 16
+    /// ms, and on average more often than once a millisecond: it tells of one
+    /// at a time.
+    pub fn ticked(&mut self) -> bool {
         let now = self.registers.tcnt2().read().bits();
-        self.part += 8 * u16::from(now.wrapping_sub(self.seen));
+        self.part = self.part.wrapping_add(8 * u16::from(now.wrapping_sub(self.seen)));
         self.seen = now;
-        let mut passed = 0;
-        // Opaque, or the compiler makes a division of this loop, which goes round
-        // once at most but after a long delay.
-        while black_box(self.part) >= 125 {
-            self.part -= 125;
-            passed += 1;
+        let ticked = self.part >= 125;
+        if ticked {
+            self.part = self.part.wrapping_sub(125);
         }
-        passed
+        ticked
     }
 }

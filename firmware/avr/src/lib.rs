@@ -10,6 +10,7 @@
 //! | `watchdog` | a reset when the main loop hangs |
 //! | `eeprom` | bytes that outlive the power |
 //! | `panel` | all of these, as the device wants them |
+//! | `memory` | copying and filling, in few bytes |
 //! | `interrupt` | how a handler is declared, and what a simulator leaves out |
 //!
 //! `bin/slave.rs` is the controller.
@@ -29,6 +30,7 @@ pub mod clock;
 pub mod eeprom;
 #[doc(hidden)]
 pub mod interrupt;
+mod memory;
 pub mod panel;
 mod panic;
 pub mod serial;

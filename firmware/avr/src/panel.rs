@@ -1,9 +1,10 @@
 //! What the board lends its device: pins, time, and bytes that last.
 
+use stepwright::Ticks;
 use stepwright::drive::Axes;
 use stepwright_device::{Memory, Panel};
 
-use crate::board::{Levels, set_reverse};
+use crate::board::{CLOCK, Levels, set_reverse};
 use crate::clock::Clock;
 use crate::eeprom::Eeprom;
 
@@ -21,9 +22,11 @@ impl AvrPanel {
         AvrPanel { levels, eeprom, clock, millis: 0 }
     }
 
-    /// Looks at the clock. To be called at least every 16 ms.
+    /// Looks at the clock. To be called as often as [`Clock::ticked`] asks for.
     pub fn tick(&mut self) {
-        self.millis = self.millis.wrapping_add(self.clock.passed().into());
+        if self.clock.ticked() {
+            self.millis = self.millis.wrapping_add(1);
+        }
     }
 }
 
@@ -44,6 +47,10 @@ impl Memory for AvrPanel {
 impl Panel for AvrPanel {
     fn millis(&self) -> u32 {
         self.millis
+    }
+
+    fn ticks(&self, micros: u16) -> Ticks {
+        Ticks::from(micros) * (CLOCK / 1_000_000)
     }
 
     fn switches(&self) -> Axes {

@@ -3,11 +3,9 @@
 
 use std::fmt::Write as _;
 
-use stepwright::Speed;
-use stepwright_protocol::{
-    AxisId, Command, Direction, Machine, Order, Ramp, RampSteps, Refusal, Reply, Setting, Settings,
-    Slave, Travel,
-};
+use stepwright::profile::Ramp;
+use stepwright::{Order, Speed, Travel};
+use stepwright_protocol::{AxisId, Command, Machine, Refusal, Reply, Setting, Settings, Slave};
 
 /// One axis of the bench.
 #[derive(Clone, Default)]
@@ -27,6 +25,8 @@ pub struct Bench {
     pub settings: Settings,
     /// As they were when it was set up last.
     before: Settings,
+    /// What is laid out.
+    prepared: Vec<(AxisId, Order)>,
     /// Every start that was asked for, also a refused one.
     pub asked: Vec<Vec<(AxisId, Order)>>,
     /// What it was told since the last look, in words.
@@ -51,8 +51,8 @@ impl Bench {
 
     /// Somebody presses a button of the machine's own: an idle axis sets off.
     pub fn press(&mut self, index: usize) {
-        let travel = Travel::Endless(Direction::Forward);
-        let (up, down) = (Ramp::Steps(RampSteps::LARGEST), Ramp::Steps(RampSteps::LARGEST));
+        let travel = Travel::Endless(true);
+        let (up, down) = (Ramp::Steps(999), Ramp::Steps(999));
         let order = Order { start: Speed::ZERO, top: Speed::MAX, up, down, travel };
         self.axes[index].running.get_or_insert(order);
     }
@@ -61,9 +61,9 @@ impl Bench {
     pub fn arrive(&mut self, index: usize) {
         let axis = &mut self.axes[index];
         axis.position += match axis.running.take().map(|order| order.travel) {
-            Some(Travel::By(distance)) => i64::from(distance.get()),
-            Some(Travel::Endless(Direction::Forward)) => 1000,
-            Some(Travel::Endless(Direction::Backward)) => -1000,
+            Some(Travel::By(steps)) => steps.into(),
+            Some(Travel::Endless(true)) => 1000,
+            Some(Travel::Endless(false)) => -1000,
             None => 0,
         };
     }
@@ -78,13 +78,18 @@ impl Machine for Bench {
         self.axes[axis.index()].running.is_some()
     }
 
-    fn start<I>(&mut self, orders: I) -> Result<(), Refusal>
-    where
-        I: Iterator<Item = (AxisId, Order)> + Clone,
-    {
-        let orders: Vec<_> = orders.collect();
+    fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal> {
+        if self.busy(axis) {
+            return Err(Refusal::Busy);
+        }
+        self.prepared.push((axis, *order));
+        Ok(())
+    }
+
+    fn commit(&mut self) -> Result<(), Refusal> {
+        let orders = std::mem::take(&mut self.prepared);
         assert!(!orders.is_empty(), "started nothing");
-        assert!(orders.is_sorted_by_key(|(axis, _)| *axis));
+        assert!(orders.is_sorted_by(|(a, _), (b, _)| a < b));
         self.asked.push(orders.clone());
         if let Some(refusal) = self.refuse.take() {
             return Err(refusal);
@@ -92,10 +97,14 @@ impl Machine for Bench {
         for (axis, order) in &orders {
             self.note(&format!("start {} {}", axis.number(), words(order)));
             assert!(!self.busy(*axis), "started while busy");
-            let at_once = matches!(order.travel, Travel::By(d) if d.get() == 0);
+            let at_once = order.travel == Travel::By(0);
             self.axis(*axis).running = (!at_once).then_some(*order);
         }
         Ok(())
+    }
+
+    fn cancel(&mut self) {
+        self.prepared.clear();
     }
 
     fn brake(&mut self, axis: AxisId) {
@@ -155,14 +164,14 @@ pub fn words(order: &Order) -> String {
     let mut text = format!("{}-{}", order.start, order.top);
     for ramp in [order.up, order.down] {
         let _ = match ramp {
-            Ramp::Steps(n) => write!(text, " R{}", n.get()),
+            Ramp::Steps(n) => write!(text, " R{n}"),
             Ramp::Accel(a) => write!(text, " {a}/s2"),
         };
     }
     let _ = match order.travel {
-        Travel::By(distance) => write!(text, " {:+}", distance.get()),
-        Travel::Endless(Direction::Forward) => write!(text, " forward"),
-        Travel::Endless(Direction::Backward) => write!(text, " backward"),
+        Travel::By(steps) => write!(text, " {steps:+}"),
+        Travel::Endless(true) => write!(text, " forward"),
+        Travel::Endless(false) => write!(text, " backward"),
     };
     text
 }
@@ -196,16 +205,20 @@ pub fn talk(table: &str) {
 /// Sends a line and its CR; the one answer, without its CR.
 pub fn say<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench, line: &[u8]) -> String {
     for byte in line {
-        assert_eq!(slave.push(*byte, bench), None, "an answer before the CR");
+        assert!(!slave.hear(*byte, bench), "an answer before the CR");
     }
-    text(slave.push(b'\r', bench).expect("an answer at the CR"))
+    assert!(slave.hear(b'\r', bench), "an answer at the CR");
+    text(slave, bench)
 }
 
-/// A reply as a person reads it.
-pub fn text(reply: Reply) -> String {
-    let mut text = String::from_utf8(reply.bytes().collect()).unwrap();
+/// The answer as a person reads it.
+pub fn text<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench) -> String {
+    let bytes: Vec<u8> = std::iter::from_fn(|| slave.speak(bench)).collect();
+    assert!(!slave.is_speaking());
+    let mut text = String::from_utf8(bytes).unwrap();
     assert_eq!(text.pop(), Some('\r'));
     assert!(!text.contains('\r'));
+    assert!(Reply::parse(text.as_bytes()).is_some());
     text
 }
 

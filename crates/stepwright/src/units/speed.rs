@@ -106,6 +106,19 @@ impl Accel {
         Accel::from_millisteps(a as u64 * 1000)
     }
 
+    /// The acceleration that is nearest to `a` steps/s²: 1 … 100,000,000.
+    ///
+    /// By halves, for a product of 64 bits costs an 8-bit chip 1,100 cycles.
+    pub const fn clamped(a: u32) -> Accel {
+        let most = 100_000_000;
+        let a = if a > most { most } else { a };
+        let a = if a == 0 { 1 } else { a };
+        let low = (a & 0xFFFF).wrapping_mul(1000);
+        let high = (a >> 16).wrapping_mul(1000).wrapping_add(low >> 16);
+        let ([c, d, e, f], [a, b, ..]) = (high.to_le_bytes(), low.to_le_bytes());
+        Accel(u64::from_le_bytes([a, b, c, d, e, f, 0, 0]))
+    }
+
     /// An acceleration in thousandths of a step per second squared.
     ///
     /// # Errors
@@ -159,6 +172,14 @@ mod tests {
     extern crate std;
     use super::*;
     use std::string::ToString;
+
+    #[test]
+    fn the_nearest_acceleration_is_the_same_number() {
+        for a in [1, 2, 65_535, 65_536, 65_537, 1_000_003, 99_999_999, 100_000_000] {
+            assert_eq!(Accel::from_steps(a), Ok(Accel::clamped(a)));
+        }
+        assert_eq!((Accel::clamped(0).millisteps(), Accel::clamped(u32::MAX)), (1000, Accel::MAX));
+    }
 
     #[test]
     fn edges_are_checked_once() {

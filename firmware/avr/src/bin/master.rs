@@ -201,7 +201,7 @@ impl Board {
     /// Milliseconds since the last call; all is well.
     fn tick(&mut self) -> u16 {
         watchdog::feed();
-        self.clock.passed().into()
+        self.clock.ticked().into()
     }
 
     /// Shows how it ended until the button is pressed and let go: the lamp

@@ -12,7 +12,6 @@ use stepwright_avr::step::{Held, RUNS};
 use stepwright_avr::timer::Timer;
 use stepwright_avr::{board, chip, clock, eeprom, slot::Slot, step, watchdog};
 use stepwright_device::Device;
-use stepwright_protocol::{Bytes, Reply};
 
 /// All that the main loop works with.
 ///
@@ -23,8 +22,6 @@ struct Slave {
     engine: Held,
     panel: AvrPanel,
     serial: Serial,
-    /// What is still to be sent of the last answer.
-    answer: Option<Bytes<Reply>>,
 }
 
 static SLAVE: Slot<MaybeUninit<Slave>> = Slot::new(MaybeUninit::uninit());
@@ -34,13 +31,13 @@ stepwright_avr::step_interrupt!();
 #[avr_device::entry]
 fn main() -> ! {
     // SAFETY: called once, with interrupts off.
-    let slave = unsafe { SLAVE.get() }.write(unsafe { Slave::new() });
+    let slave = unsafe { start() };
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
     loop {
         watchdog::feed();
         slave.panel.tick();
-        if slave.answer.is_some() {
+        if slave.device.is_speaking() {
             slave.speak();
         } else {
             slave.listen();
@@ -49,33 +46,40 @@ fn main() -> ! {
     }
 }
 
-impl Slave {
-    /// As at power-up.
-    ///
-    /// # Safety
-    /// To be called once, with interrupts off.
-    #[inline(never)]
-    unsafe fn new() -> Slave {
-        // SAFETY: the only time that anybody takes them.
-        let chip = unsafe { chip::Peripherals::steal() };
-        let bitten = watchdog::start(&chip.CPU, &chip.WDT);
-        #[cfg(feature = "uno")]
-        let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
-        #[cfg(feature = "mega")]
-        let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
-        let board = board::description();
-        // SAFETY: called once, with interrupts off.
-        let (mut engine, feeds) = unsafe { step::start(Timer::start(), pins, board.timing) };
-        let clock = clock::Clock::start(chip.TC2);
-        let mut panel = AvrPanel::new(levels, eeprom::Eeprom::new(chip.EEPROM), clock);
-        let mut group = Group::new(feeds, board);
-        if bitten {
-            group.doubt();
-        }
-        let device = Device::new(group, board::AXES as u8, &mut engine, &mut panel);
-        Slave { device, engine, panel, serial: Serial::start(chip.USART0), answer: None }
+/// Makes everything, as at power-up.
+///
+/// # Safety
+/// To be called once, with interrupts off.
+#[inline(never)]
+unsafe fn start() -> &'static mut Slave {
+    // SAFETY: the only time that anybody takes them.
+    let chip = unsafe { chip::Peripherals::steal() };
+    let bitten = watchdog::start(&chip.CPU, &chip.WDT);
+    #[cfg(feature = "uno")]
+    let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
+    #[cfg(feature = "mega")]
+    let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
+    let board = board::description();
+    // SAFETY: called once, with interrupts off.
+    let (engine, feeds) = unsafe { step::start(Timer::start(), pins, board.timing) };
+    let clock = clock::Clock::start(chip.TC2);
+    // Made in its place, and then begun: to move it there would take more
+    // code than to make it.
+    // SAFETY: called once, and nobody else names it.
+    let slave = unsafe { SLAVE.get() }.write(Slave {
+        device: Device::off(Group::new(feeds, board), board::AXES as u8),
+        engine,
+        panel: AvrPanel::new(levels, eeprom::Eeprom::new(chip.EEPROM), clock),
+        serial: Serial::start(chip.USART0),
+    });
+    if bitten {
+        slave.device.controller(&mut slave.engine).group.doubt();
     }
+    slave.device.begin(&mut slave.engine, &mut slave.panel);
+    slave
+}
 
+impl Slave {
     /// Takes what has come, up to the end of a line. The master says the next
     /// one after its answer.
     #[inline(never)]
@@ -83,9 +87,7 @@ impl Slave {
         while let Some(received) = self.serial.receive() {
             match received {
                 Received::Byte(byte) => {
-                    let reply = self.device.push(byte, &mut self.engine, &mut self.panel);
-                    if let Some(reply) = reply {
-                        self.answer = Some(reply.bytes());
+                    if self.device.hear(byte, &mut self.engine, &mut self.panel) {
                         return;
                     }
                 }
@@ -98,15 +100,10 @@ impl Slave {
     /// meanwhile.
     #[inline(never)]
     fn speak(&mut self) {
-        let Some(bytes) = &mut self.answer else { return };
-        while self.serial.has_room() {
-            match bytes.next() {
-                Some(byte) => self.serial.send(byte),
-                None => {
-                    self.answer = None;
-                    return;
-                }
-            }
+        while self.serial.has_room()
+            && let Some(byte) = self.device.speak(&mut self.engine, &mut self.panel)
+        {
+            self.serial.send(byte);
         }
     }
 }

@@ -1,0 +1,252 @@
+//! How to travel: what S, T, R, s, t, a and d have said of an order.
+
+use stepwright::{Accel, OutOfRange, Speed};
+
+use crate::number::{Whole, WholeAccel};
+use crate::order::{Order, Ramp, Travel};
+use crate::{Refusal, Setting, Settings};
+
+/// All of an order but where to, in the numbers of the line. Each is inside
+/// the range of its line: [`Said`](crate::said::Said) has seen to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Manner {
+    /// Start/stop speed, in steps/s.
+    pub(crate) start: u32,
+    /// Top speed, in steps/s.
+    pub(crate) top: u32,
+    /// The ramp up as an acceleration, in steps/s²; 0: `ramp` counts.
+    pub(crate) accel: u32,
+    /// The ramp down, likewise.
+    pub(crate) decel: u32,
+    /// Both ramps in steps, except where an acceleration stands in their place.
+    pub(crate) ramp: u32,
+}
+
+impl Manner {
+    /// S5 T100 R200, which an axis begins with.
+    pub(crate) const INITIAL: Manner = Manner { start: 50, top: 1000, ramp: 200, ..Manner::BLANK };
+
+    /// All 0, which is no manner.
+    pub(crate) const BLANK: Manner = Manner { start: 0, top: 0, accel: 0, decel: 0, ramp: 0 };
+
+    /// Does what a line of this letter says, S and T apart: s and t of ten
+    /// times the number are the same.
+    pub(crate) fn set(&mut self, letter: u8, number: u32) {
+        let place = match letter {
+            b's' => &mut self.start,
+            b't' => &mut self.top,
+            b'a' => &mut self.accel,
+            b'd' => &mut self.decel,
+            _ => {
+                // R takes both ramps back from a and d.
+                (self.accel, self.decel) = (0, 0);
+                &mut self.ramp
+            }
+        };
+        *place = number;
+    }
+
+    /// The order for the core.
+    pub(crate) fn order(&self, travel: stepwright::Travel) -> stepwright::Order {
+        use stepwright::profile::Ramp;
+        let steps = Ramp::Steps(self.ramp as u16);
+        let (start, top) = (speed(self.start), speed(self.top));
+        let mut order = stepwright::Order { start, top, up: steps, down: steps, travel };
+        if self.accel != 0 {
+            order.up = Ramp::Accel(Accel::clamped(self.accel));
+        }
+        if self.decel != 0 {
+            order.down = Ramp::Accel(Accel::clamped(self.decel));
+        }
+        order
+    }
+
+    /// The order as a master holds it.
+    pub(crate) fn sent(&self, travel: Travel) -> Order {
+        let ramp = |accel| match accel {
+            0 => Ramp::Steps(Whole::clamped(self.ramp)),
+            _ => Ramp::Accel(Accel::clamped(accel)),
+        };
+        Order {
+            start: speed(self.start),
+            top: speed(self.top),
+            up: ramp(self.accel),
+            down: ramp(self.decel),
+            travel,
+        }
+    }
+
+    /// Whether the settings of the board allow it.
+    ///
+    /// The top speed is judged, whether or not a short travel reaches it: so a
+    /// limit does not depend on how far an order goes.
+    #[inline(never)]
+    pub(crate) fn check(&self, settings: &Settings) -> Result<(), Refusal> {
+        let (start, top) = (self.start, self.top);
+        if top > settings.get(Setting::MaxSpeed) {
+            return Err(Refusal::TooFast);
+        }
+        let max = settings.get(Setting::MaxAccel);
+        if self.accel > max || self.decel > max {
+            return Err(Refusal::Ramp);
+        }
+        // A ramp of so few steps that no acceleration says it is allowed only
+        // where there is no limit.
+        let limited = max < WholeAccel::LARGEST.get();
+        if limited && top > start && (self.accel == 0 || self.decel == 0) {
+            // (vt² − vs²) / 2R, multiplied out.
+            let squares = product(top.wrapping_sub(start), top.wrapping_add(start));
+            if squares > product(self.ramp.wrapping_mul(2), max) {
+                return Err(Refusal::Ramp);
+            }
+        }
+        Ok(())
+    }
+
+    /// The manner of an order, rounded to whole steps.
+    pub(crate) fn of(order: &Order) -> Result<Manner, OutOfRange> {
+        let (mut steps, mut accel, mut decel) = (None, 0, 0);
+        for (ramp, own) in [(order.up, &mut accel), (order.down, &mut decel)] {
+            match ramp {
+                Ramp::Accel(a) => {
+                    *own = whole(a.millisteps(), (1, 100_000_000), "acceleration", "steps/s²")?;
+                }
+                Ramp::Steps(n) if steps.is_none_or(|other| other == n) => steps = Some(n),
+                Ramp::Steps(n) => {
+                    return Err(OutOfRange {
+                        what: "ramp down, as long as the ramp up",
+                        min: steps.unwrap_or(n).get().into(),
+                        max: steps.unwrap_or(n).get().into(),
+                        unit: "steps",
+                    });
+                }
+            }
+        }
+        let (start, top) = (order.start.millisteps().into(), order.top.millisteps().into());
+        Ok(Manner {
+            start: whole(start, (0, 1_000_000), "start speed", "steps/s")?,
+            top: whole(top, (1, 1_000_000), "top speed", "steps/s")?,
+            // With accelerations on both sides no ramp in steps is asked for.
+            ramp: steps.map_or(Manner::INITIAL.ramp, Whole::get),
+            accel,
+            decel,
+        })
+    }
+}
+
+/// A speed of a manner, which is inside the core's range: MAX never comes.
+#[inline(never)]
+fn speed(steps: u32) -> Speed {
+    Speed::from_millisteps(steps.wrapping_mul(1000)).unwrap_or(Speed::MAX)
+}
+
+/// a · b. By shifts and additions: the multiplication of 64 bits alone would
+/// take 500 bytes of an 8-bit chip's flash.
+#[inline(never)]
+fn product(a: u32, mut b: u32) -> u64 {
+    let (mut a, mut sum) = (u64::from(a), 0u64);
+    while b != 0 {
+        if b & 1 != 0 {
+            sum = sum.wrapping_add(a);
+        }
+        a <<= 1;
+        b >>= 1;
+    }
+    sum
+}
+
+/// Rounds thousandths to whole steps, half up.
+fn whole(
+    millisteps: u64,
+    (min, max): (u32, u32),
+    what: &'static str,
+    unit: &'static str,
+) -> Result<u32, OutOfRange> {
+    let number = u32::try_from(millisteps.saturating_add(500) / 1000).ok();
+    number.filter(|number| (min..=max).contains(number)).ok_or(OutOfRange {
+        what,
+        min: min.into(),
+        max: max.into(),
+        unit,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NEAR: stepwright::Travel = stepwright::Travel::By(1);
+
+    #[test]
+    fn a_and_d_replace_their_half_and_r_both() {
+        use stepwright::profile::Ramp;
+        let mut manner = Manner::INITIAL;
+        let begin = manner.order(NEAR);
+        assert_eq!((begin.start.millisteps(), begin.top.millisteps()), (50_000, 1_000_000));
+        assert_eq!((begin.up, begin.down), (Ramp::Steps(200), Ramp::Steps(200)));
+        manner.set(b'a', 7000);
+        let fast = Ramp::Accel(Accel::from_steps(7000).unwrap());
+        assert_eq!((manner.order(NEAR).up, manner.order(NEAR).down), (fast, Ramp::Steps(200)));
+        manner.set(b'd', 100_000_000);
+        assert_eq!(manner.order(NEAR).down, Ramp::Accel(Accel::MAX));
+        manner.set(b'R', 9);
+        assert_eq!(
+            (manner.order(NEAR).up, manner.order(NEAR).down),
+            (Ramp::Steps(9), Ramp::Steps(9))
+        );
+        manner.set(b's', 1);
+        manner.set(b't', 1_000_000);
+        assert_eq!(
+            (manner.order(NEAR).start.millisteps(), manner.order(NEAR).top),
+            (1000, Speed::MAX)
+        );
+    }
+
+    fn manner(start: u32, top: u32, ramp: u32) -> Manner {
+        Manner { start, top, ramp, accel: 0, decel: 0 }
+    }
+
+    fn with(setting: Setting, number: u32) -> Settings {
+        let mut settings = Settings::new();
+        settings.set(crate::Value::new(setting, number).unwrap());
+        settings
+    }
+
+    #[test]
+    fn the_defaults_forbid_nothing() {
+        let settings = Settings::new();
+        assert_eq!(manner(0, 1_000_000, 1).check(&settings), Ok(()));
+        let settings = with(Setting::MaxAccel, 99_999_999);
+        assert_eq!(manner(0, 1_000_000, 999).check(&settings), Err(Refusal::Ramp));
+        assert_eq!(manner(0, 440_000, 999).check(&settings), Ok(()));
+        assert_eq!(manner(1_000_000, 1_000_000, 1).check(&settings), Ok(()));
+        assert_eq!(manner(1_000_000, 999_999, 1).check(&settings), Ok(()));
+    }
+
+    #[test]
+    fn limits_hold_to_the_step() {
+        let settings = with(Setting::MaxSpeed, 4000);
+        assert_eq!(manner(50, 4000, 200).check(&settings), Ok(()));
+        assert_eq!(manner(50, 4001, 200).check(&settings), Err(Refusal::TooFast));
+        // (1000² − 50²) / 400 = 2493.75
+        let ramp = manner(50, 1000, 200);
+        assert_eq!(ramp.check(&with(Setting::MaxAccel, 2494)), Ok(()));
+        assert_eq!(ramp.check(&with(Setting::MaxAccel, 2493)), Err(Refusal::Ramp));
+        let settings = with(Setting::MaxAccel, 5000);
+        for (accel, decel, fits) in
+            [(5000, 5000, true), (5001, 5000, false), (5000, 5001, false), (1, 1, true)]
+        {
+            assert_eq!(Manner { accel, decel, ..ramp }.check(&settings).is_ok(), fits);
+        }
+        // Of a ramp that an acceleration stands in for nothing is asked.
+        let short = Manner { accel: 1, decel: 1, ..manner(0, 1000, 1) };
+        assert_eq!(short.check(&settings), Ok(()));
+    }
+
+    #[test]
+    fn products_are_whole() {
+        for (a, b) in [(1_000_000, 1_999_999), (999_999, 2_000_000), (1998, 100_000_000), (1, 0)] {
+            assert_eq!(product(a, b), u64::from(a) * u64::from(b), "{a} · {b}");
+        }
+    }
+}

@@ -389,7 +389,7 @@ macro_rules! short_way_text {
     lds r18, {tcnt}
     lds r19, {tcnt}+1
     movw r22, r18
-    subi r23, 0x80
+    subi r23, 0x90 ; 0x7000 ahead
     sw_look 0, sw_t0, {port0}, {bit0}
     sw_look 1, sw_t1, {port1}, {bit1}
 .if {axes} > 2

@@ -57,6 +57,9 @@ use crate::stride::{LOOK, Slot};
 use crate::timer::StepTimer;
 use core::mem::{offset_of, size_of};
 
+/// In `ended`: an axis is behind by more than a quarter of the counter.
+const BEHIND: u8 = 0x80;
+
 /// Where things lie, for [`short_way!`](crate::short_way).
 impl<T, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'static, Q>, N>
 where
@@ -103,13 +106,19 @@ where
     pub fn on_long_way(&mut self, look: u16) {
         let () = Self::LAYOUT;
         let ended = core::mem::take(&mut self.ended);
-        let edge = look.wrapping_sub(LOOK as u16);
-        for axis in 0..N {
-            if ended >> axis & 1 != 0 {
-                self.finish(axis, edge);
+        if ended != 0 {
+            let edge = look.wrapping_sub(LOOK as u16);
+            let mut axes = ended;
+            for axis in 0..N {
+                if axes & 1 != 0 {
+                    self.finish(axis, edge);
+                }
+                axes >>= 1;
+            }
+            if ended & BEHIND != 0 {
+                self.slip();
             }
         }
-        self.slip();
         self.on_compare();
     }
 }

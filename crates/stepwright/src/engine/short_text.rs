@@ -361,6 +361,9 @@ macro_rules! short_way_text {
     brlo .Lsw_not_late
     cpi r25, 0xC0
     brsh .Lsw_not_late
+    lds r26, {engine}+{ended_at}
+    ori r26, 0x80
+    sts {engine}+{ended_at}, r26
     set
     sbic sw_flags, 7
     ret

@@ -50,6 +50,7 @@
 //! look is 11 cycles late.
 
 use super::Engine;
+use super::late::FAR_BEHIND;
 use super::track::Track;
 use crate::drive::Drive;
 use crate::queue::{Consumer, Queue};
@@ -57,7 +58,7 @@ use crate::stride::{LOOK, Slot};
 use crate::timer::StepTimer;
 use core::mem::{offset_of, size_of};
 
-/// In `ended`: an axis is behind by more than a quarter of the counter.
+/// In `ended`: an axis is too far behind.
 const BEHIND: u8 = 0x80;
 
 /// Where things lie, for [`short_way!`](crate::short_way).
@@ -78,6 +79,8 @@ where
     pub const PACE: usize = offset_of!(Self, pace);
     #[doc(hidden)]
     pub const LATE: usize = offset_of!(Self, late);
+    #[doc(hidden)]
+    pub const FAR_BEHIND: i32 = FAR_BEHIND >> 8;
     #[doc(hidden)]
     pub const AXES: usize = N;
     #[doc(hidden)]
@@ -180,6 +183,7 @@ macro_rules! short_way {
             rare_at = const <$Engine>::RARE,
             ended_at = const <$Engine>::ENDED,
             pace_at = const <$Engine>::PACE,
+            far_behind = const <$Engine>::FAR_BEHIND,
             late_at = const <$Engine>::LATE,
             axes = const <$Engine>::AXES,
             queue = const <$Engine>::QUEUE,

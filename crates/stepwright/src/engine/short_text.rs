@@ -357,9 +357,9 @@ macro_rules! short_way_text {
     inc r26
     sts {engine}+{late_at}+2, r26
 .Lsw_counted:
-    cpi r25, 0x80 ; further behind than a quarter of the counter?
+    cpi r25, 0x80 ; too far behind?
     brlo .Lsw_not_late
-    cpi r25, 0xC0
+    cpi r25, 256-{far_behind}
     brsh .Lsw_not_late
     lds r26, {engine}+{ended_at}
     ori r26, 0x80

@@ -1,6 +1,7 @@
 //! The whole of a board's foreground.
 
-use stepwright::{Control, Group};
+use stepwright::queue::Producer;
+use stepwright::{Board, Control, Group};
 use stepwright_protocol::{Controller, Reply, Settings, Slave};
 
 use crate::duties::Duties;
@@ -23,6 +24,7 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
     /// As at power-up: reads the settings, has everything follow them, and
     /// leaves the drivers off until the first travel. `axes` of the N are
     /// connected.
+    #[cfg_attr(target_arch = "avr", inline(never))]
     pub fn new(
         mut group: Group<'q, N, Q>,
         axes: u8,
@@ -30,8 +32,22 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
         panel: &mut impl Panel,
     ) -> Self {
         let mut duties = Duties::new(panel);
-        duties.apply(&mut group, engine, panel);
+        duties.apply(group.board_mut(), engine, panel);
         Device { slave: Slave::new(), group, duties, axes }
+    }
+
+    /// Likewise, and makes the group as well: a small chip has no room for one
+    /// on its way.
+    pub fn of(
+        feeds: [Producer<'q, Q>; N],
+        mut board: Board<N>,
+        axes: u8,
+        engine: &mut impl Control,
+        panel: &mut impl Panel,
+    ) -> Self {
+        let mut duties = Duties::new(panel);
+        duties.apply(&mut board, engine, panel);
+        Device { slave: Slave::new(), group: Group::new(feeds, board), duties, axes }
     }
 
     /// Takes a byte from the line. At a CR it obeys and returns the answer,
@@ -60,6 +76,11 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
     pub fn poll(&mut self, engine: &mut impl Control, panel: &mut impl Panel) -> bool {
         self.duties.poll(&mut self.group, engine, panel);
         self.group.poll(engine)
+    }
+
+    /// Calls all positions uncertain: see [`Group::doubt`].
+    pub fn doubt(&mut self) {
+        self.group.doubt();
     }
 
     /// The settings.

@@ -1,7 +1,7 @@
 //! The duties: drivers, switches, the silent host.
 
 use stepwright::drive::Axes;
-use stepwright::{Control, Group, Ticks};
+use stepwright::{Board, Control, Group, Ticks};
 use stepwright_protocol::{Setting, Settings};
 
 use crate::panel::Panel;
@@ -61,13 +61,12 @@ impl Duties {
     }
 
     /// Has the board, the engine and the pins follow the settings.
-    pub(crate) fn apply<const N: usize, const Q: usize>(
+    pub(crate) fn apply<const N: usize>(
         &mut self,
-        group: &mut Group<'_, N, Q>,
+        board: &mut Board<N>,
         engine: &mut impl Control,
         panel: &mut impl Panel,
     ) {
-        let board = group.board_mut();
         let hz = board.rate.hz();
         let pulse = micros(self.settings.get(Setting::Pulse), hz);
         board.timing.pulse = pulse;

@@ -64,21 +64,30 @@ pub const AXES: usize = 3;
 /// Cycles a second.
 const CLOCK: u32 = 16_000_000;
 
+/// The timer's rate.
+fn rate() -> Rate {
+    Rate::from_hz(CLOCK).unwrap_or(Rate::MHZ)
+}
+
+/// A driver's usual times; the settings change them.
+pub fn timing() -> Timing {
+    Timing {
+        pulse: rate().nanos(2_000),
+        setup: rate().nanos(1_000),
+        hold: rate().nanos(1_000),
+        min_interval: COST[0],
+    }
+}
+
 /// The chip's own times and a driver's usual ones.
 pub fn description() -> Board<AXES> {
-    let rate = Rate::from_hz(CLOCK).unwrap_or(Rate::MHZ);
     Board {
-        rate,
-        timing: Timing {
-            pulse: rate.nanos(2_000),
-            setup: rate.nanos(1_000),
-            hold: rate.nanos(1_000),
-            min_interval: COST[0],
-        },
+        rate: rate(),
+        timing: timing(),
         cost: COST,
-        fit: Fit::board(rate),
-        horizon: rate.micros(16_000),
-        lead: rate.micros(100),
+        fit: Fit::board(rate()),
+        horizon: rate().micros(16_000),
+        lead: rate().micros(100),
     }
 }
 

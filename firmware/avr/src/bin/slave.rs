@@ -3,23 +3,21 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
-use core::mem::MaybeUninit;
-
-use stepwright::Group;
+use stepwright_avr::clock::Clock;
+use stepwright_avr::eeprom::Eeprom;
 use stepwright_avr::panel::AvrPanel;
 use stepwright_avr::serial::{Received, Serial};
-use stepwright_avr::step::{Held, RUNS};
+use stepwright_avr::step::{Feeds, Held, RUNS};
 use stepwright_avr::timer::Timer;
-use stepwright_avr::{board, chip, clock, eeprom, slot::Slot, step, watchdog};
+use stepwright_avr::{board, chip, step, watchdog};
 use stepwright_device::Device;
 use stepwright_protocol::{Bytes, Reply};
 
+type Controller = Device<'static, { board::AXES }, RUNS>;
+
 /// All that the main loop works with.
-///
-/// It lies at a fixed address, not on the stack: an AVR reaches no further
-/// than 63 bytes from the stack pointer with one instruction.
-struct Slave {
-    device: Device<'static, { board::AXES }, RUNS>,
+struct Slave<'a> {
+    device: &'a mut Controller,
     engine: Held,
     panel: AvrPanel,
     serial: Serial,
@@ -27,53 +25,56 @@ struct Slave {
     answer: Option<Bytes<Reply>>,
 }
 
-static SLAVE: Slot<MaybeUninit<Slave>> = Slot::new(MaybeUninit::uninit());
-
 stepwright_avr::step_interrupt!();
 
 #[avr_device::entry]
 fn main() -> ! {
+    // SAFETY: the only time that anybody takes them, and interrupts are off.
+    let chip = unsafe { chip::Peripherals::steal() };
+    let bitten = watchdog::start(&chip.CPU, &chip.WDT);
+    #[cfg(feature = "uno")]
+    let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
+    #[cfg(feature = "mega")]
+    let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
     // SAFETY: called once, with interrupts off.
-    let slave = unsafe { SLAVE.get() }.write(unsafe { Slave::new() });
+    let (mut engine, feeds) = unsafe { step::start(Timer::start(), pins, board::timing()) };
+    let clock = Clock::start(chip.TC2);
+    let mut panel = AvrPanel::new(levels, Eeprom::new(chip.EEPROM), clock);
+    let mut device = device(feeds, &mut engine, &mut panel);
+    if bitten {
+        // Nobody knows where the motors are.
+        device.doubt();
+    }
+    let serial = Serial::start(chip.USART0);
+    let mut slave = Slave { device: &mut device, engine, panel, serial, answer: None };
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
     loop {
-        watchdog::feed();
-        slave.panel.tick();
-        if slave.answer.is_some() {
-            slave.speak();
-        } else {
-            slave.listen();
-        }
-        slave.device.poll(&mut slave.engine, &mut slave.panel);
+        slave.turn();
     }
 }
 
-impl Slave {
-    /// As at power-up.
-    ///
-    /// # Safety
-    /// To be called once, with interrupts off.
+/// Makes the device: out of line, so that it grows where it stays. There is no
+/// room for a second one.
+#[inline(never)]
+fn device(feeds: Feeds, engine: &mut Held, panel: &mut AvrPanel) -> Controller {
+    Device::of(feeds, board::description(), board::AXES as u8, engine, panel)
+}
+
+// All are out of line: an AVR reaches no further than 63 bytes from its stack
+// pointer with one instruction, and the frame of `main` is far larger.
+impl Slave<'_> {
+    /// Once round the main loop.
     #[inline(never)]
-    unsafe fn new() -> Slave {
-        // SAFETY: the only time that anybody takes them.
-        let chip = unsafe { chip::Peripherals::steal() };
-        let bitten = watchdog::start(&chip.CPU, &chip.WDT);
-        #[cfg(feature = "uno")]
-        let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
-        #[cfg(feature = "mega")]
-        let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
-        let board = board::description();
-        // SAFETY: called once, with interrupts off.
-        let (mut engine, feeds) = unsafe { step::start(Timer::start(), pins, board.timing) };
-        let clock = clock::Clock::start(chip.TC2);
-        let mut panel = AvrPanel::new(levels, eeprom::Eeprom::new(chip.EEPROM), clock);
-        let mut group = Group::new(feeds, board);
-        if bitten {
-            group.doubt();
+    fn turn(&mut self) {
+        watchdog::feed();
+        self.panel.tick();
+        if self.answer.is_some() {
+            self.speak();
+        } else {
+            self.listen();
         }
-        let device = Device::new(group, board::AXES as u8, &mut engine, &mut panel);
-        Slave { device, engine, panel, serial: Serial::start(chip.USART0), answer: None }
+        self.device.poll(&mut self.engine, &mut self.panel);
     }
 
     /// Takes what has come, up to the end of a line. The master says the next

@@ -118,6 +118,7 @@ pub struct Group<'q, const N: usize, const Q: usize> {
 
 impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// All motors at rest at position 0.
+    #[cfg_attr(target_arch = "avr", inline(never))]
     pub fn new(feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
         Group {
             motors: feeds.map(Motor::new),

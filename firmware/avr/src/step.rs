@@ -16,6 +16,9 @@ pub const RUNS: usize = 8;
 
 type StepEngine = Engine<Timer, Pins, Consumer<'static, RUNS>, AXES>;
 
+/// Where the runs of all axes go.
+pub type Feeds = [Producer<'static, RUNS>; AXES];
+
 /// Split once, by `start`.
 static QUEUES: Slot<[Queue<RUNS>; AXES]> = Slot::new([const { Queue::new() }; AXES]);
 
@@ -40,11 +43,7 @@ pub unsafe fn interrupt() {
 /// # Safety
 /// To be called once, with interrupts disabled.
 #[inline(never)]
-pub unsafe fn start(
-    timer: Timer,
-    pins: Pins,
-    timing: Timing,
-) -> (Held, [Producer<'static, RUNS>; AXES]) {
+pub unsafe fn start(timer: Timer, pins: Pins, timing: Timing) -> (Held, Feeds) {
     // SAFETY: the only place where the queues are named, and called once.
     let [x, y, z] = unsafe { QUEUES.get() }.each_mut().map(Queue::split);
     // SAFETY: interrupts are disabled, and there is no engine yet.

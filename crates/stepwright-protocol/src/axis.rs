@@ -1,8 +1,5 @@
 //! Axes as a line names them.
 
-use crate::BadLine;
-use crate::number::digits;
-
 /// The most axes one slave can have. One digit names each.
 pub const MAX_AXES: u8 = 8;
 
@@ -45,11 +42,6 @@ impl AxisId {
     pub fn first(axes: u8) -> impl Iterator<Item = AxisId> + Clone {
         (0..if axes > MAX_AXES { MAX_AXES } else { axes }).map(AxisId)
     }
-
-    /// Reads an axis number: unknown without digits, out of range at 0 or 9.
-    pub(crate) fn parse(text: &[u8]) -> Result<AxisId, BadLine> {
-        u8::try_from(digits(text)?).ok().and_then(AxisId::numbered).ok_or(BadLine::Range)
-    }
 }
 
 /// Which axes the following lines address: what `A` selects.
@@ -80,14 +72,6 @@ impl Selection {
             Selection::All => 0,
         }
     }
-
-    /// Reads the number after the `A`.
-    pub(crate) fn parse(text: &[u8]) -> Result<Selection, BadLine> {
-        if digits(text)? == 0 {
-            return Ok(Selection::All);
-        }
-        AxisId::parse(text).map(Selection::One)
-    }
 }
 
 #[cfg(test)]
@@ -96,15 +80,8 @@ mod tests {
 
     #[test]
     fn numbers_are_one_based_and_bounded() {
-        assert_eq!(AxisId::parse(b"1"), Ok(AxisId::FIRST));
-        assert_eq!(AxisId::parse(b"08").map(AxisId::index), Ok(7));
-        assert_eq!(AxisId::parse(b"0"), Err(BadLine::Range));
-        assert_eq!(AxisId::parse(b"9"), Err(BadLine::Range));
-        assert_eq!(AxisId::parse(b"257"), Err(BadLine::Range));
-        assert_eq!(AxisId::parse(b""), Err(BadLine::Unknown));
-        assert_eq!(Selection::parse(b"0"), Ok(Selection::All));
-        assert_eq!(Selection::parse(b"00"), Ok(Selection::All));
-        assert_eq!(Selection::parse(b"256"), Err(BadLine::Range));
+        assert_eq!(AxisId::numbered(8).map(AxisId::index), Some(7));
+        assert!(AxisId::numbered(0).is_none() && AxisId::numbered(9).is_none());
         assert_eq!(AxisId::first(200).count(), 8);
     }
 }

@@ -5,7 +5,9 @@ use core::fmt::{self, Write};
 use crate::axis::{AxisId, Selection};
 use crate::flash::{Text, text};
 use crate::line::CR;
-use crate::number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel};
+use crate::number::{
+    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel, digits,
+};
 use crate::setting::{Setting, Value};
 use crate::text::{Bytes, Piece, Pieces};
 
@@ -86,9 +88,6 @@ impl Command {
         let alone = |command| if rest.is_empty() { Ok(command) } else { Err(BadLine::Unknown) };
         match letter {
             b'P' if matches!(rest, b"O" | b"0") => Ok(Command::Program),
-            b'S' => Tens::parse(rest).map(Command::StartTens),
-            b'T' => Tens::parse(rest).map(Command::TopTens),
-            b'R' => RampSteps::parse(rest).map(Command::Ramp),
             b'G' => Distance::parse(rest).map(Command::Go),
             b'g' => match Direction::parse(rest)? {
                 (direction, []) => Ok(Command::Run(direction)),
@@ -98,13 +97,6 @@ impl Command {
             b'F' => alone(Command::Status),
             b'Z' => alone(Command::Brake),
             b'K' => alone(Command::Kill),
-            b'I' => AxisId::parse(rest).map(Command::Zero),
-            b'V' => AxisId::parse(rest).map(Command::Position),
-            b'A' => Selection::parse(rest).map(Command::Select),
-            b's' => StartSpeed::parse(rest).map(Command::Start),
-            b't' => TopSpeed::parse(rest).map(Command::Top),
-            b'a' => WholeAccel::parse(rest).map(Command::Accel),
-            b'd' => WholeAccel::parse(rest).map(Command::Decel),
             b'?' => alone(Command::Info),
             b'!' => alone(Command::Clear),
             b'$' => match rest {
@@ -113,8 +105,29 @@ impl Command {
                 _ => Value::parse(rest)
                     .map(|(setting, value)| value.map_or(Command::Setting(setting), Command::Set)),
             },
+            b'S' | b'T' | b'R' | b'I' | b'V' | b'A' | b's' | b't' | b'a' | b'd' => {
+                Command::numbered(*letter, digits(rest)?).ok_or(BadLine::Range)
+            }
             _ => Err(BadLine::Unknown),
         }
+    }
+
+    /// The line of a letter and a number alone, if that is in its range.
+    fn numbered(letter: u8, n: u32) -> Option<Command> {
+        let axis = || u8::try_from(n).ok().and_then(AxisId::numbered);
+        Some(match letter {
+            b'S' => Command::StartTens(Tens::new(n)?),
+            b'T' => Command::TopTens(Tens::new(n)?),
+            b'R' => Command::Ramp(RampSteps::new(n)?),
+            b'I' => Command::Zero(axis()?),
+            b'V' => Command::Position(axis()?),
+            b'A' if n == 0 => Command::Select(Selection::All),
+            b'A' => Command::Select(Selection::One(axis()?)),
+            b's' => Command::Start(StartSpeed::new(n)?),
+            b't' => Command::Top(TopSpeed::new(n)?),
+            b'a' => Command::Accel(WholeAccel::new(n)?),
+            _ => Command::Decel(WholeAccel::new(n)?),
+        })
     }
 
     /// The line to send, its CR included, at most 21 bytes.

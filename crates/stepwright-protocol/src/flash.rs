@@ -95,10 +95,22 @@ impl Text {
         Text(&[])
     }
 
+    /// What stands behind this text in bytes that begin with it.
+    pub(crate) fn before(self, mut bytes: &[u8]) -> Option<&[u8]> {
+        let mut at = 0u8;
+        while let Some(own) = self.byte(at) {
+            bytes = match bytes {
+                [first, rest @ ..] if *first == own => rest,
+                _ => return None,
+            };
+            at = at.wrapping_add(1);
+        }
+        Some(bytes)
+    }
+
     /// Whether these are its bytes.
     pub(crate) fn is(self, bytes: &[u8]) -> bool {
-        self.0.len() == bytes.len()
-            && bytes.iter().zip(0..).all(|(byte, at)| self.byte(at) == Some(*byte))
+        self.before(bytes).is_some_and(<[u8]>::is_empty)
     }
 }
 

@@ -53,11 +53,6 @@ impl<const MIN: u32, const MAX: u32> Whole<MIN, MAX> {
     pub const fn get(self) -> u32 {
         self.0
     }
-
-    /// Reads digits that must make up the whole of `text`.
-    pub(crate) fn parse(text: &[u8]) -> Result<Self, BadLine> {
-        Self::new(digits(text)?).ok_or(BadLine::Range)
-    }
 }
 
 /// A travel in steps relative to the last end position, + clockwise:
@@ -124,15 +119,18 @@ pub(crate) fn digits(text: &[u8]) -> Result<u32, BadLine> {
     if text.is_empty() {
         return Err(BadLine::Unknown);
     }
-    let mut value = Some(0u32);
+    let (mut value, mut large) = (0u32, false);
     for byte in text {
         let digit = byte.wrapping_sub(b'0');
         if digit > 9 {
             return Err(BadLine::Unknown);
         }
-        value = value.and_then(|v| v.checked_mul(10)?.checked_add(digit.into()));
+        // Not `checked_mul`, which multiplies to 64 bits.
+        large |= value > u32::MAX / 10;
+        let (sum, carry) = value.wrapping_mul(10).overflowing_add(digit.into());
+        (value, large) = (sum, large | carry);
     }
-    value.ok_or(BadLine::Range)
+    if large { Err(BadLine::Range) } else { Ok(value) }
 }
 
 #[cfg(test)]

@@ -105,8 +105,9 @@ impl Manner {
     /// Does what a line says that sets one of them; another does nothing.
     pub(crate) fn apply(&mut self, command: Command) {
         match command {
-            Command::StartTens(n) => self.start = StartSpeed::clamped(n.get().saturating_mul(10)),
-            Command::TopTens(n) => self.top = TopSpeed::clamped(n.get().saturating_mul(10)),
+            // At most 9,990.
+            Command::StartTens(n) => self.start = StartSpeed::clamped(n.get().wrapping_mul(10)),
+            Command::TopTens(n) => self.top = TopSpeed::clamped(n.get().wrapping_mul(10)),
             Command::Ramp(n) => {
                 // R takes both ramps back from a and d.
                 self.ramp = n;

@@ -181,12 +181,17 @@ impl Value {
     /// Reads `name=number`, or `name` alone.
     #[inline(never)]
     pub(crate) fn parse(text: &[u8]) -> Result<(Setting, Option<Value>), BadLine> {
-        let sign = text.iter().position(|byte| *byte == b'=').unwrap_or(text.len());
-        let (name, number) = text.split_at_checked(sign).unwrap_or_default();
-        let setting = Setting::named(name).ok_or(BadLine::Setting)?;
-        let Some((_, number)) = number.split_first() else { return Ok((setting, None)) };
-        let value = Value::new(setting, digits(number)?).ok_or(BadLine::Range)?;
-        Ok((setting, Some(value)))
+        for setting in (0..).map_while(Setting::numbered) {
+            match setting.text().before(text) {
+                Some([]) => return Ok((setting, None)),
+                Some([b'=', number @ ..]) => {
+                    let value = Value::new(setting, digits(number)?).ok_or(BadLine::Range)?;
+                    return Ok((setting, Some(value)));
+                }
+                _ => {}
+            }
+        }
+        Err(BadLine::Setting)
     }
 }
 

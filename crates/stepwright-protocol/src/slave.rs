@@ -7,7 +7,7 @@ use crate::machine::{Machine, Refusal};
 use crate::number::Direction;
 use crate::order::{Manner, Travel};
 use crate::reply::{Info, Reply, VERSION};
-use crate::setting::Settings;
+use crate::setting::{Settings, Value};
 
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
@@ -171,11 +171,8 @@ impl<const AXES: usize> Slave<AXES> {
             Command::Setting(setting) => {
                 return Ok(Reply::Setting(settings(machine)?.value(setting)));
             }
-            Command::Set(value) => self.set_up(machine, |settings| settings.set(value))?,
-            Command::Reset => self.set_up(machine, |settings| {
-                let old = core::mem::take(settings);
-                old != *settings
-            })?,
+            Command::Set(value) => self.set_up(machine, Some(value))?,
+            Command::Reset => self.set_up(machine, None)?,
         }
         Ok(Reply::Yes)
     }
@@ -233,17 +230,20 @@ impl<const AXES: usize> Slave<AXES> {
         Ok(())
     }
 
-    /// Changes settings of the machine, and tells it if they are others then.
-    fn set_up<M: Machine>(
-        &self,
-        machine: &mut M,
-        change: impl FnOnce(&mut Settings) -> bool,
-    ) -> Result<(), Refusal> {
-        // Of any axis: most settings are all axes' own.
-        if AxisId::first(self.count(machine)).any(|axis| machine.busy(axis)) {
-            return Err(Refusal::Busy);
+    /// Changes one setting of the machine, or gives all their defaults, and
+    /// tells it if they are others then.
+    fn set_up<M: Machine>(&self, machine: &mut M, to: Option<Value>) -> Result<(), Refusal> {
+        // Most settings are all axes' own.
+        self.free(machine, Selection::All)?;
+        let settings = settings(machine)?;
+        let old = *settings;
+        match to {
+            Some(value) => {
+                settings.set(value);
+            }
+            None => *settings = Settings::new(),
         }
-        if change(settings(machine)?) {
+        if *settings != old {
             machine.set_up();
         }
         Ok(())
@@ -276,7 +276,13 @@ impl<const AXES: usize> Slave<AXES> {
 
     /// Are all the selected axes idle?
     fn idle<M: Machine>(&self, machine: &M) -> Result<(), Refusal> {
-        let busy = self.selected(machine).any(|axis| machine.busy(axis));
+        self.free(machine, self.selected)
+    }
+
+    /// Are all of these axes idle?
+    fn free<M: Machine>(&self, machine: &M, axes: Selection) -> Result<(), Refusal> {
+        let mut all = AxisId::first(self.count(machine));
+        let busy = all.any(|axis| axes.contains(axis) && machine.busy(axis));
         if busy { Err(Refusal::Busy) } else { Ok(()) }
     }
 

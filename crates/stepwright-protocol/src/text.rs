@@ -75,36 +75,30 @@ impl Decimal {
 
     /// Takes the bits of `value` from the top and doubles a decimal number
     /// for each. It needs no division, which an 8-bit chip does bit by bit
-    /// anyway, and costs nothing for leading zeros.
-    fn new(value: u64) -> Decimal {
+    /// anyway, and costs little for leading zeros.
+    fn new(mut value: u64) -> Decimal {
         let mut decimal = Decimal::NONE;
-        for mut byte in value.to_be_bytes() {
-            for _ in 0..8 {
-                decimal.double_and_add(byte >> 7);
-                byte <<= 1;
+        for _ in 0..u64::BITS {
+            let mut carry = u8::from((value as i64) < 0);
+            value <<= 1;
+            for digit in decimal.digits.iter_mut().take(decimal.len.into()) {
+                *digit = *digit << 1 | carry;
+                carry = u8::from(*digit > 9);
+                if carry == 1 {
+                    *digit = digit.wrapping_sub(10);
+                }
+            }
+            if carry == 1
+                && let Some(digit) = decimal.digits.get_mut(usize::from(decimal.len))
+            {
+                *digit = 1;
+                decimal.len = decimal.len.saturating_add(1);
             }
         }
         if decimal.len == 0 {
             decimal.len = 1; // zero is written "0"
         }
         decimal
-    }
-
-    #[cfg_attr(target_arch = "avr", inline(never))]
-    fn double_and_add(&mut self, mut carry: u8) {
-        for digit in self.digits.iter_mut().take(self.len.into()) {
-            *digit = *digit << 1 | carry;
-            carry = u8::from(*digit > 9);
-            if carry == 1 {
-                *digit = digit.wrapping_sub(10);
-            }
-        }
-        if carry == 1
-            && let Some(digit) = self.digits.get_mut(usize::from(self.len))
-        {
-            *digit = 1;
-            self.len = self.len.saturating_add(1);
-        }
     }
 
     fn next(&mut self) -> Option<u8> {

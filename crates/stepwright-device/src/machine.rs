@@ -80,6 +80,6 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
 
     fn set_up(&mut self) {
         self.duties.store.save();
-        self.duties.apply(self.controller.group.board_mut(), self.controller.engine, self.panel);
+        self.duties.apply(self.controller.group, self.controller.engine, self.panel);
     }
 }

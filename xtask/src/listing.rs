@@ -36,7 +36,8 @@ impl Listing {
         Ok(Listing::parse(&output(Command::new("avr-objdump").args(args).arg(elf))?))
     }
 
-    fn parse(text: &str) -> Listing {
+    /// Reads what `avr-objdump` prints.
+    pub fn parse(text: &str) -> Listing {
         let mut functions = BTreeMap::new();
         let mut body: &mut Vec<Instruction> = &mut Vec::new();
         for line in text.lines() {

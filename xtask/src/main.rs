@@ -10,13 +10,17 @@
 //! | `setup` | what the machine must have, and how to get it |
 //! | `toolchain` | the compiler that builds for small chips |
 //! | `listing` | a firmware's symbols and instructions |
+//! | `rig` | the firmware on a simulated chip |
 //! | `python` | a Python with pyserial |
 
+mod bench;
 mod firmware;
 mod flash;
 mod listing;
 mod python;
+mod rig;
 mod setup;
+mod sim;
 mod test;
 mod toolchain;
 mod workspace;
@@ -35,9 +39,11 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Chore {
+    Bench(bench::Bench),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
     Setup(setup::Setup),
+    Sim(sim::Sim),
     Test(test::Test),
 }
 
@@ -45,9 +51,11 @@ fn main() -> Result<()> {
     let chore = Cli::parse().chore;
     let ws = Workspace::load()?;
     match chore {
+        Chore::Bench(bench) => bench.run(&ws),
         Chore::Firmware(firmware) => firmware.run(&ws),
         Chore::Flash(flash) => flash.run(&ws),
         Chore::Setup(setup) => setup.run(&ws),
+        Chore::Sim(sim) => sim.run(&ws),
         Chore::Test(test) => test.run(&ws),
     }
 }

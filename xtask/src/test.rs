@@ -9,6 +9,7 @@ mod cross;
 mod examples;
 mod firmware;
 mod pyserial;
+mod rig;
 
 use std::time::{Duration, Instant};
 
@@ -46,6 +47,18 @@ const STEPS: &[Step] = &[
         what: "the firmwares build, fit, and can't panic",
         needs: crate::firmware::NEEDS,
         run: firmware::run,
+    },
+    Step {
+        name: "rig",
+        what: "the firmwares do what they should on a simulated chip",
+        needs: crate::rig::NEEDS,
+        run: rig::run_tests,
+    },
+    Step {
+        name: "bench",
+        what: "the firmware's figures are as good as the stored ones",
+        needs: crate::rig::NEEDS,
+        run: rig::run_bench,
     },
     Step {
         name: "pyserial",

@@ -83,6 +83,7 @@ impl Duties {
     }
 
     /// Sets the pin that enables the drivers.
+    #[cfg_attr(target_arch = "avr", inline(never))]
     fn set_enable(&self, panel: &mut impl Panel) {
         panel.set_enable(self.enabled == (self.settings.get(Setting::EnableHigh) != 0));
     }

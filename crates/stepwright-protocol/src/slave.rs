@@ -100,6 +100,7 @@ impl<const AXES: usize> Slave<AXES> {
         self.line.garble();
     }
 
+    #[cfg_attr(target_arch = "avr", inline(never))]
     fn obey<M: Machine>(&mut self, command: Command, machine: &mut M) -> Result<Reply, Refusal> {
         match command {
             Command::Program => {
@@ -266,6 +267,7 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
+    #[cfg_attr(target_arch = "avr", inline(never))]
     fn for_selected(&mut self, change: impl Fn(&mut Axis)) {
         let selected = self.selected;
         let all = AxisId::first(MAX_AXES).zip(&mut self.axes);
@@ -284,6 +286,7 @@ impl<const AXES: usize> Slave<AXES> {
         if busy { Err(Refusal::Busy) } else { Ok(()) }
     }
 
+    #[cfg_attr(target_arch = "avr", inline(never))]
     fn exists<M: Machine>(&self, machine: &M, axis: AxisId) -> Result<(), Refusal> {
         if axis.number() > self.count(machine) { Err(Refusal::Axis) } else { Ok(()) }
     }

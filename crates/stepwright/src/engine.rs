@@ -14,23 +14,33 @@
 //! register is written the engine looks at the timer again: a deadline that
 //! has passed meanwhile is served at once, so no compare can be missed.
 //!
-//! **Late steps.** A step is late when its edge comes more than half its
-//! interval after its deadline. It is counted, and caught up: the following
+//! **Late steps.** A step is late when its edge comes more than half an
+//! interval after its deadline: when less than half its run's shorter interval
+//! is left to the next deadline (where no near one follows, to that which would
+//! have been next). It is counted, and caught up: the following
 //! steps come at the minimum interval, never closer, until the deadlines are
 //! met again. A feed that runs dry in the middle of a travel makes the next
 //! step late too, but there the schedule slips: a motor that has stood still
 //! is not asked to catch up. So does anything that is late by a quarter of the
 //! timer's period or more.
 //!
-//! **Cost** per interrupt on a chip: not measured yet; it comes with the first
-//! firmware. On the host a step of the virtual board, planning and both edges
-//! included, takes some 30 ns (`docs/benchmarks.md`).
+//! **The short way.** On an AVR most interrupts are one plain step in time.
+//! [`short_way!`](crate::short_way) makes an interrupt handler in assembly
+//! that does these, at fixed addresses, and calls the engine for the rest; it
+//! leaves what the engine would have left. `engine/short.rs` has the costs.
+
+mod late;
+#[cfg(target_arch = "avr")]
+mod short;
+#[cfg(target_arch = "avr")]
+mod short_text;
+mod track;
 
 use crate::drive::{Axes, Drive};
-use crate::queue::{Feed, Taken};
-use crate::run::Run;
+use crate::queue::{Feed, Fetched};
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
+use track::{Event, Track, fine_of};
 
 /// The times that drivers need, in ticks of the step timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,47 +54,6 @@ pub struct Timing {
     /// Two steps of one axis never come closer: at least the pulse width and
     /// as long a pause, and what the board can do.
     pub min_interval: Ticks,
-}
-
-/// What an axis does at its next deadline.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
-#[repr(u8)]
-enum Event {
-    /// Steps.
-    Step,
-    /// Steps, behind its deadlines.
-    CatchUp,
-    /// Changes direction.
-    Turn,
-    /// Waits on: the interval is longer than the timer can tell.
-    Hop,
-    /// Looks whether the feed has caught up.
-    Dry,
-    /// Nothing.
-    Idle,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Track<C: Count> {
-    /// Time of the next event.
-    due: C::Fine,
-    interval: C::Fine,
-    add: i32,
-    /// Steps of this run that are still to come.
-    left: u16,
-    event: Event,
-    /// A step that is later than this is late: half the interval.
-    slack: i32,
-    /// Hops of a long interval, and the event that follows them.
-    hops: u32,
-    then: Event,
-    /// A run of long intervals, dealt out step by step.
-    far: Run,
-    /// Ticks by which `due` lies after the deadline, while catching up.
-    debt: Ticks,
-    forward: bool,
-    /// Position at the end of the loaded run.
-    end: i64,
 }
 
 /// What the engine knows of an axis.
@@ -108,6 +77,12 @@ pub struct Engine<T: StepTimer, D, F, const N: usize> {
     drive: D,
     feeds: [F; N],
     tracks: [Track<T::Count>; N],
+    /// For the short way: the first deadline that is not for a plain step.
+    rare: T::Count,
+    /// From the short way: axes that have made the last step of their run.
+    ended: Axes,
+    /// For the short way: what a late step waits for, in 3 cycles.
+    pace: u8,
     timing: Timing,
     late: u32,
 }
@@ -125,7 +100,17 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             axis += 1;
             Track::idle(now)
         });
-        let mut engine = Engine { timer, drive, feeds, tracks, timing, late: 0 };
+        let mut engine = Engine {
+            timer,
+            drive,
+            feeds,
+            tracks,
+            rare: now,
+            ended: 0,
+            pace: pace(timing),
+            timing,
+            late: 0,
+        };
         engine.wake_for_first(now);
         engine
     }
@@ -133,214 +118,196 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// The step interrupt.
     ///
     /// Steps what is due, and returns when the next deadline lies ahead.
-    #[inline(always)]
     pub fn on_compare(&mut self) {
         loop {
             let now = self.timer.now();
             let mut due: Axes = 0;
             let mut steps: Axes = 0;
-            for axis in 0..N {
-                let track = &self.tracks[axis];
-                if !T::Count::of(track.due).is_after(now) {
+            for (axis, track) in self.tracks.iter().enumerate() {
+                if track.event != Event::Idle && !track.wake().is_after(now) {
                     due |= 1 << axis;
-                    if matches!(track.event, Event::Step | Event::CatchUp) {
+                    if matches!(track.event, Event::Step | Event::Far) {
                         steps |= 1 << axis;
                     }
                 }
             }
+            let mut edge = now;
             if steps != 0 {
                 self.drive.begin(steps);
+                edge = self.timer.now();
             }
             for axis in 0..N {
                 if due & 1 << axis != 0 {
-                    self.advance(axis, now);
+                    self.advance(axis, edge);
                 }
             }
-            let next = self.wake_for_first(now);
+            let next = self.wake_for_first(edge);
             if steps != 0 {
-                self.timer.hold_until(now.plus(self.timing.pulse));
+                self.timer.hold_until(edge.plus(self.timing.pulse));
                 self.drive.end(steps);
             }
-            if next.since(self.timer.now()) > T::LINGER as i32 {
+            let now = self.timer.now();
+            if next.since(now) > T::LINGER as i32 {
                 return;
+            }
+            if T::SHORT {
+                // The short way catches up.
+                return self.timer.wake_at(now.plus(T::LINGER));
             }
         }
     }
 
     /// Sets the compare register to the first event, and returns that.
-    #[inline(always)]
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
-        let mut next = T::Count::of(self.tracks[0].due);
-        let mut ahead = next.since(now);
-        for track in &self.tracks[1..] {
-            let at = T::Count::of(track.due);
+        // Nothing to do: a look round, half a period from now at the latest.
+        let mut ahead = (2 * T::Count::HOP - 1) as i32;
+        let mut next = now.plus(ahead as Ticks);
+        let mut rare = ahead;
+        let mut flags = short_flags::NONE;
+        for (axis, (track, feed)) in self.tracks.iter_mut().zip(&mut self.feeds).enumerate() {
+            if track.event == Event::Idle {
+                continue;
+            }
+            let at = track.wake();
             let wait = at.since(now);
             if wait < ahead {
                 (next, ahead) = (at, wait);
             }
+            if T::SHORT {
+                let plain = track.event == Event::Step;
+                if plain {
+                    let stride = feed.playing(&mut track.own).stride();
+                    track.at = core::ptr::from_mut(stride) as usize as u16;
+                } else if wait <= rare {
+                    (self.rare, rare) = (at, wait);
+                }
+                flags = short_flags::with(flags, axis, plain);
+            }
         }
         self.timer.wake_at(next);
+        if T::SHORT {
+            self.timer.arm(if self.timing.pulse > PULSE { 0 } else { flags });
+        }
         next
     }
 
     /// The event of an axis whose time has come.
-    #[inline(always)]
     fn advance(&mut self, axis: usize, now: T::Count) {
-        let track = &mut self.tracks[axis];
-        if track.event != Event::Step {
-            return self.advance_rarely(axis, now);
-        }
-        let behind = now.since(T::Count::of(track.due));
-        let late = behind > track.slack;
-        track.left = track.left.wrapping_sub(1);
-        if track.left == 0 {
-            self.load(axis, now);
-        } else {
-            track.due = T::Count::later(track.due, track.interval);
-            track.interval = T::Count::grown(track.interval, track.add);
-        }
-        if late {
-            self.fell_behind(axis, now);
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn advance_rarely(&mut self, axis: usize, now: T::Count) {
-        let track = &mut self.tracks[axis];
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
+            return;
+        };
         match track.event {
-            Event::Step | Event::CatchUp => {
-                let deadline = now.since(T::Count::of(track.due)).saturating_add(track.debt as i32);
-                if deadline > track.slack {
-                    self.late = self.late.saturating_add(1);
+            Event::Step => {
+                let play = feed.playing(&mut track.own).stride();
+                if play.left.count_down() {
+                    return self.finish(axis, now);
                 }
-                track.left = track.left.wrapping_sub(1);
-                track.event = Event::Step;
-                if track.left == 0 {
-                    self.load(axis, now);
-                } else {
-                    track.due = T::Count::later(track.due, track.interval);
-                    track.interval = T::Count::grown(track.interval, track.add);
-                }
-                self.catch_up(axis, now);
+                play.grow();
+                let half = play.half();
+                track.due = T::Count::later(track.due, play.interval);
+                let next = T::Count::of(track.due);
+                self.judge(axis, next, half, now);
+            }
+            Event::Far => {
+                // Late by half of what the timer can tell in one hop.
+                let half = (T::Count::HOP / 2) as i32;
+                let next = T::Count::of(track.due).plus(T::Count::HOP);
+                self.load_and_judge(axis, next, half, now);
             }
             Event::Turn => {
-                let forward = track.far.turns().unwrap_or(true);
-                track.forward = forward;
+                let forward = track.turn();
                 // The set-up time counts from now: at rest a slip costs nothing.
-                track.due = fine::<T>(now);
-                track.debt = 0;
+                track.due = fine_of(now);
                 self.drive.direction(axis as u8, forward);
                 self.load(axis, now);
             }
-            Event::Hop => {
-                track.due = T::Count::later(track.due, T::Count::fine(T::Count::HOP, 0));
-                track.hops = track.hops.wrapping_sub(1);
-                if track.hops == 0 {
-                    track.event = track.then;
-                }
-            }
+            Event::Hop => track.hop(),
             Event::Dry => {
                 // The motor stands: what comes now starts from here.
-                track.due = fine::<T>(now);
-                self.load(axis, now);
-                if self.tracks[axis].event != Event::Dry {
+                track.due = fine_of(now);
+                if self.load(axis, now) {
                     self.late = self.late.saturating_add(1);
                 }
             }
-            Event::Idle => {
-                track.due = T::Count::later(fine::<T>(now), T::Count::fine(T::Count::HOP, 0));
-            }
+            Event::Idle => {}
         }
     }
 
-    /// The last step of a run has been made: what comes next?
-    #[cold]
-    #[inline(never)]
-    fn load(&mut self, axis: usize, now: T::Count) {
-        let track = &mut self.tracks[axis];
-        if track.far.count == 0 {
-            match self.feeds[axis].take() {
-                Taken::Run(run) => match run.turns() {
-                    None => {
-                        let steps = i64::from(run.count);
-                        let steps = if track.forward { steps } else { -steps };
-                        track.end = track.end.wrapping_add(steps);
-                        let near = u64::from(T::Count::NEAR) << 16;
-                        if run.interval() < near && run.last_interval() < near {
-                            return track.play(&run);
-                        }
-                        track.far = run;
-                    }
-                    Some(_) => {
-                        track.far = run;
-                        return track.wait(run.interval(), Event::Turn);
-                    }
-                },
-                Taken::Late => {
-                    track.event = Event::Dry;
-                    let poll = self.timing.min_interval.saturating_mul(4).min(T::Count::HOP);
-                    track.due = T::Count::later(fine::<T>(now), T::Count::fine(poll, 0));
-                    return;
-                }
-                Taken::End => {
-                    track.event = Event::Idle;
-                    track.debt = 0;
-                    track.due = T::Count::later(fine::<T>(now), T::Count::fine(T::Count::HOP, 0));
-                    return;
-                }
-            }
-        }
-        // One step of a run whose intervals are long.
-        let interval = track.far.interval();
-        let next = interval.wrapping_add_signed(track.far.add.into());
-        (track.far.ticks, track.far.part) = ((next >> 16) as Ticks, next as u16);
-        track.far.count -= 1;
-        track.left = 1;
-        track.slack = (interval >> 17).min(u64::from(T::Count::HOP)) as i32;
-        track.wait(interval, Event::Step);
+    /// The last step of a near run was made at `edge`.
+    fn finish(&mut self, axis: usize, edge: T::Count) {
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
+            return;
+        };
+        let play = feed.playing(&mut track.own).stride();
+        let half = play.half();
+        let next = T::Count::of(T::Count::later(track.due, play.interval));
+        self.load_and_judge(axis, next, half, edge);
     }
 
-    /// A step came late for the first time.
-    #[cold]
-    #[inline(never)]
-    fn fell_behind(&mut self, axis: usize, now: T::Count) {
-        self.late = self.late.saturating_add(1);
-        self.catch_up(axis, now);
-    }
-
-    /// Moves the next step to its deadline or the minimum interval after this
-    /// one, whichever is later.
-    fn catch_up(&mut self, axis: usize, now: T::Count) {
-        let min = self.timing.min_interval as i32;
-        let track = &mut self.tracks[axis];
-        match track.event {
-            Event::Step | Event::CatchUp => {}
-            // A long wait: the deadline needs no help.
-            Event::Hop => {
-                track.due = earlier::<T>(track.due, track.debt);
-                track.debt = 0;
-                return;
-            }
-            Event::Turn | Event::Dry | Event::Idle => {
-                track.debt = 0;
-                return;
-            }
-        }
-        let room = T::Count::of(track.due).since(now).saturating_sub(min);
-        if room < 0 {
-            let push = room.unsigned_abs();
-            track.due = T::Count::later(track.due, T::Count::fine(push, 0));
-            track.debt = track.debt.saturating_add(push);
+    /// Loads, and judges the step at `edge` by the next deadline; by `next`
+    /// and `half`, if that is not a step in a near run.
+    fn load_and_judge(&mut self, axis: usize, next: T::Count, half: i32, edge: T::Count) {
+        self.load(axis, edge);
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
+            return;
+        };
+        if track.event == Event::Step {
+            let half = feed.playing(&mut track.own).stride().half();
+            let next = T::Count::of(track.due);
+            self.judge(axis, next, half, edge);
         } else {
-            let pull = (room as Ticks).min(track.debt);
-            track.due = earlier::<T>(track.due, pull);
-            track.debt -= pull;
+            self.judge(axis, next, half, edge);
         }
-        if track.debt >= T::Count::HOP {
-            track.debt = 0; // too far behind: the schedule slips
+    }
+
+    /// The last step of a run has been made: what comes next? False if the
+    /// feed is late.
+    #[inline(never)]
+    fn load(&mut self, axis: usize, now: T::Count) -> bool {
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
+            return true;
+        };
+        if track.far.count == 0 {
+            match feed.fetch(&mut track.own) {
+                Fetched::Run => {
+                    let slot = feed.playing(&mut track.own);
+                    let Some(run) = slot.far() else {
+                        track.loaded = track.loaded.wrapping_add(slot.left().into());
+                        track.due = T::Count::later(track.due, slot.stride().interval);
+                        track.event = Event::Step;
+                        return true;
+                    };
+                    track.far = run;
+                    if run.count == 0 {
+                        if T::Count::of(track.due).since(now) < 0 {
+                            // The hold time counts from the step, were it late.
+                            track.due = fine_of(now);
+                        }
+                        track.wait(run.interval(), Event::Turn);
+                        return true;
+                    }
+                    track.loaded = track.loaded.wrapping_add(run.count.into());
+                }
+                Fetched::Late => {
+                    track.event = Event::Dry;
+                    // Far enough apart that the foreground gets to plan: an
+                    // interrupt that looked as often as it can would starve it.
+                    let poll = self.timing.min_interval.saturating_mul(64).min(T::Count::HOP);
+                    track.due = T::Count::delayed(fine_of(now), poll);
+                    return false;
+                }
+                Fetched::End => {
+                    track.event = Event::Idle;
+                    return true;
+                }
+            }
         }
-        track.event = if track.debt == 0 { Event::Step } else { Event::CatchUp };
+        track.deal();
+        true
     }
 
     /// Starts the axes in `axes` together: the first interval of each counts
@@ -348,10 +315,10 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     pub fn start(&mut self, axes: Axes) {
         let now = self.timer.now();
         for axis in 0..N {
-            if axes >> axis & 1 != 0 && self.tracks[axis].event == Event::Idle {
-                let track = &mut self.tracks[axis];
-                track.due = fine::<T>(now);
-                track.debt = 0;
+            let Some(track) = self.tracks.get_mut(axis) else { break };
+            if axes >> axis & 1 != 0 && track.event == Event::Idle {
+                track.due = fine_of(now);
+                track.push = 0;
                 self.load(axis, now);
             }
         }
@@ -364,7 +331,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         let next = self.wake_for_first(now);
         let now = self.timer.now();
         if next.since(now) <= T::LINGER as i32 {
-            self.timer.wake_at(now.plus(self.timing.min_interval));
+            self.timer.wake_at(now.plus(T::LINGER + 1));
         }
     }
 
@@ -372,12 +339,10 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// for them. Steps already made are counted.
     pub fn halt(&mut self, axes: Axes) {
         let now = self.timer.now();
-        for axis in 0..N {
+        for (axis, (track, feed)) in self.tracks.iter_mut().zip(&mut self.feeds).enumerate() {
             if axes >> axis & 1 != 0 {
-                self.feeds[axis].clear();
-                let track = &mut self.tracks[axis];
-                let (position, forward) = (track.position(), track.forward);
-                *track = Track { end: position, forward, ..Track::idle(now) };
+                track.halt(feed.left(&track.own));
+                feed.clear();
             }
         }
         self.wake_from_outside(now);
@@ -385,9 +350,10 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 
     /// What the engine knows of an axis; of the first one if there is no such.
     pub fn report(&self, axis: u8) -> Report {
-        let track = self.tracks.get(usize::from(axis)).unwrap_or(&self.tracks[0]);
+        let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
+        let (track, feed) = (&self.tracks[axis], &self.feeds[axis]);
         Report {
-            position: track.position(),
+            position: track.position(feed.left(&track.own)),
             idle: track.event == Event::Idle,
             forward: track.forward,
         }
@@ -395,8 +361,10 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 
     /// Sets the position of an axis. Meant for an axis at rest.
     pub fn set_position(&mut self, axis: u8, position: i64) {
-        if let Some(track) = self.tracks.get_mut(usize::from(axis)) {
-            track.end = track.end.wrapping_add(position.wrapping_sub(track.position()));
+        let axis = usize::from(axis);
+        if let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get(axis)) {
+            let present = track.position(feed.left(&track.own));
+            track.base = track.base.wrapping_add(position.wrapping_sub(present));
         }
     }
 
@@ -431,65 +399,30 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     }
 }
 
-impl<C: Count> Track<C> {
-    fn idle(now: C) -> Track<C> {
-        Track {
-            due: C::later(fine_of(now), C::fine(C::HOP, 0)),
-            interval: C::Fine::default(),
-            add: 0,
-            left: 0,
-            event: Event::Idle,
-            slack: 0,
-            hops: 0,
-            then: Event::Idle,
-            far: Run::steady(0, 0),
-            debt: 0,
-            forward: true,
-            end: 0,
+/// The short way's pulse is so long or longer.
+const PULSE: Ticks = 45;
+
+/// Three cycles each, beyond the short way's own time from step to step when
+/// it is late.
+fn pace(timing: Timing) -> u8 {
+    (timing.min_interval.saturating_sub(118) / 3 + 1).min(255) as u8
+}
+
+/// What the short way is told.
+mod short_flags {
+    pub(super) const NONE: u8 = 0;
+    const ALONE: u8 = 0b111;
+    const RARE: u8 = 1 << 6;
+    const SEVERAL: u8 = 1 << 7;
+
+    /// An axis more, and whether a plain step is what comes.
+    pub(super) const fn with(flags: u8, axis: usize, plain: bool) -> u8 {
+        let all = if flags == NONE { flags } else { flags & !ALONE | SEVERAL };
+        match (plain, flags == NONE) {
+            (true, true) => 0b1001 << axis,
+            (true, false) => all | 0b1000 << axis,
+            (false, true) => RARE,
+            (false, false) => all | RARE,
         }
     }
-
-    /// Steps made: the end of the loaded run less what is left of it.
-    fn position(&self) -> i64 {
-        let left = i64::from(self.left) + i64::from(self.far.count);
-        self.end.wrapping_sub(if self.forward { left } else { -left })
-    }
-
-    /// Begins a run of near intervals.
-    fn play(&mut self, run: &Run) {
-        self.left = run.count;
-        self.add = run.add;
-        // The run's shorter end: a little strict in between.
-        self.slack = (run.interval().min(run.last_interval()) >> 17) as i32;
-        let interval = C::fine(run.ticks, run.part);
-        self.due = C::later(self.due, interval);
-        self.interval = C::grown(interval, run.add);
-        self.event = Event::Step;
-    }
-
-    /// Waits for an interval in 2⁻¹⁶ ticks of any length, then does `then`.
-    fn wait(&mut self, interval: u64, then: Event) {
-        let ticks = (interval >> 16) as Ticks;
-        let (hops, rest) =
-            if ticks < C::NEAR { (0, ticks) } else { (ticks >> C::HOP_BITS, ticks & (C::HOP - 1)) };
-        self.due = C::later(self.due, C::fine(rest, interval as u16));
-        (self.hops, self.then) = (hops, then);
-        self.event = if hops == 0 { then } else { Event::Hop };
-    }
-}
-
-fn fine_of<C: Count>(at: C) -> C::Fine {
-    // A count is its distance from 0, whichever its width.
-    C::fine(at.since(C::of(C::fine(0, 0))) as Ticks, 0)
-}
-
-fn fine<T: StepTimer>(at: T::Count) -> <T::Count as Count>::Fine {
-    fine_of(at)
-}
-
-fn earlier<T: StepTimer>(
-    due: <T::Count as Count>::Fine,
-    ticks: Ticks,
-) -> <T::Count as Count>::Fine {
-    T::Count::later(due, T::Count::fine(0u32.wrapping_sub(ticks), 0))
 }

@@ -14,6 +14,7 @@ mod planner;
 pub mod profile;
 pub mod queue;
 pub mod run;
+mod stride;
 pub mod timer;
 pub mod units;
 

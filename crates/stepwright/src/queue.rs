@@ -8,10 +8,12 @@
 //! foreground that was too slow.
 
 use crate::run::Run;
+use crate::stride::Slot;
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-/// Room for `LEN` runs of 12 bytes; `LEN` is a power of two, 2 … 128.
+/// Room for `LEN` runs of 13 bytes (16 on bigger chips); `LEN` is a power of
+/// two, 2 … 128.
 ///
 /// ```
 /// use stepwright::{Run, queue::{Feed, Queue, Taken}};
@@ -21,14 +23,15 @@ use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 /// assert_eq!(engine.take(), Taken::Run(Run::steady(1000, 50)));
 /// assert_eq!(engine.take(), Taken::End);
 /// ```
+#[repr(C)] // the short way of a chip reads it
 pub struct Queue<const LEN: usize> {
-    slots: [UnsafeCell<Run>; LEN],
     /// Runs taken since the beginning, modulo 256; written by the consumer.
     taken: AtomicU8,
     /// Runs pushed, modulo 256; written by the producer.
     pushed: AtomicU8,
     /// More runs will follow those in the queue; written by the producer.
     open: AtomicBool,
+    slots: [UnsafeCell<Slot>; LEN],
 }
 
 // SAFETY: `split` borrows the queue mutably, so there is one producer and one
@@ -39,23 +42,27 @@ pub struct Queue<const LEN: usize> {
 unsafe impl<const LEN: usize> Sync for Queue<LEN> {}
 
 impl<const LEN: usize> Queue<LEN> {
+    /// Where the slots begin.
+    #[cfg(target_arch = "avr")]
+    pub(crate) const SLOTS_AT: usize = core::mem::offset_of!(Self, slots);
+
     const SIZE_IS_A_POWER_OF_TWO: () = assert!(LEN.is_power_of_two() && LEN >= 2 && LEN <= 128);
 
     /// An empty queue.
     pub const fn new() -> Queue<LEN> {
         let () = Self::SIZE_IS_A_POWER_OF_TWO;
         Queue {
-            slots: [const { UnsafeCell::new(Run::steady(0, 0)) }; LEN],
             taken: AtomicU8::new(0),
             pushed: AtomicU8::new(0),
             open: AtomicBool::new(false),
+            slots: [const { UnsafeCell::new(Slot::EMPTY) }; LEN],
         }
     }
 
     /// The two ends, for foreground and interrupt.
     pub fn split(&mut self) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
         let queue: &Queue<LEN> = self;
-        (Producer { queue }, Consumer { queue })
+        (Producer { queue }, Consumer { queue, held: false })
     }
 
     fn len(&self) -> u8 {
@@ -63,7 +70,7 @@ impl<const LEN: usize> Queue<LEN> {
     }
 
     /// The slot that a counter stands for.
-    fn slot(&self, counter: u8) -> *mut Run {
+    fn slot(&self, counter: u8) -> *mut Slot {
         // LEN is a power of two, so the index is in range.
         self.slots[usize::from(counter) & (LEN - 1)].get()
     }
@@ -91,7 +98,7 @@ impl<const LEN: usize> Producer<'_, LEN> {
         }
         let at = self.queue.pushed.load(Ordering::Relaxed);
         // SAFETY: the slot is free and only this producer fills slots.
-        unsafe { self.queue.slot(at).write(run) };
+        unsafe { self.queue.slot(at).write(Slot::of(&run)) };
         self.queue.pushed.store(at.wrapping_add(1), Ordering::Release);
         Ok(())
     }
@@ -118,8 +125,13 @@ impl<const LEN: usize> Producer<'_, LEN> {
 }
 
 /// The interrupt's end of a [`Queue`].
+///
+/// A run is played where it lies: its slot is free again when the next one is
+/// asked for.
 pub struct Consumer<'q, const LEN: usize> {
     queue: &'q Queue<LEN>,
+    /// The first slot is being played.
+    held: bool,
 }
 
 /// What a [`Feed`] has for the engine.
@@ -130,6 +142,15 @@ pub enum Taken {
     /// Nothing yet, but the travel is not over: the feed is late.
     Late,
     /// The travel is over.
+    End,
+}
+
+/// [`Taken`], for the step interrupt.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fetched {
+    Run,
+    Late,
     End,
 }
 
@@ -144,39 +165,102 @@ pub trait Feed {
 
     /// Forgets everything that is planned: a halt.
     fn clear(&mut self);
+
+    /// The next run, to where [`playing`](Feed::playing) finds it.
+    #[doc(hidden)]
+    #[inline]
+    fn fetch(&mut self, own: &mut Slot) -> Fetched {
+        match self.take() {
+            Taken::Run(run) => {
+                *own = Slot::of(&run);
+                Fetched::Run
+            }
+            Taken::Late => Fetched::Late,
+            Taken::End => Fetched::End,
+        }
+    }
+
+    /// The run that was fetched last: in place, if the feed keeps it.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn playing<'a>(&'a mut self, own: &'a mut Slot) -> &'a mut Slot {
+        own
+    }
+
+    /// Steps that are left of it.
+    #[doc(hidden)]
+    #[inline]
+    fn left(&self, own: &Slot) -> u32 {
+        own.left()
+    }
 }
 
 impl<const LEN: usize> Feed for Consumer<'_, LEN> {
-    #[inline]
     fn take(&mut self) -> Taken {
-        if self.queue.len() == 0 {
-            // Read after the length: a producer closes after its last push.
-            return if self.queue.open.load(Ordering::Acquire) && self.queue.len() == 0 {
-                Taken::Late
-            } else if self.queue.len() == 0 {
-                Taken::End
-            } else {
-                self.take_one()
-            };
+        let mut own = Slot::EMPTY;
+        match self.fetch(&mut own) {
+            Fetched::Run => {
+                let run = self.playing(&mut own).run();
+                self.release();
+                Taken::Run(run)
+            }
+            Fetched::Late => Taken::Late,
+            Fetched::End => Taken::End,
         }
-        self.take_one()
     }
 
     fn clear(&mut self) {
+        self.held = false;
         let pushed = self.queue.pushed.load(Ordering::Acquire);
         self.queue.taken.store(pushed, Ordering::Release);
+    }
+
+    #[inline]
+    fn fetch(&mut self, _: &mut Slot) -> Fetched {
+        self.release();
+        // Whether more is to come is read before the length: a producer closes
+        // after its last push.
+        let open = self.queue.open.load(Ordering::Acquire);
+        if self.queue.len() == 0 {
+            return if open { Fetched::Late } else { Fetched::End };
+        }
+        self.held = true;
+        Fetched::Run
+    }
+
+    #[inline(always)]
+    fn playing<'a>(&'a mut self, own: &'a mut Slot) -> &'a mut Slot {
+        if !self.held {
+            return own;
+        }
+        // SAFETY: the slot is filled and not given back, so the producer leaves
+        // it alone; the borrow of the only consumer keeps it from being given
+        // back meanwhile.
+        unsafe { &mut *self.first() }
+    }
+
+    fn left(&self, own: &Slot) -> u32 {
+        if !self.held {
+            return own.left();
+        }
+        // SAFETY: as in `playing`.
+        unsafe { &*self.first() }.left()
     }
 }
 
 impl<const LEN: usize> Consumer<'_, LEN> {
-    /// The queue is not empty.
+    #[inline(always)]
+    fn first(&self) -> *mut Slot {
+        self.queue.slot(self.queue.taken.load(Ordering::Relaxed))
+    }
+
+    /// Gives the slot back that has been played.
     #[inline]
-    fn take_one(&mut self) -> Taken {
-        let at = self.queue.taken.load(Ordering::Relaxed);
-        // SAFETY: the slot is filled and only this consumer empties slots.
-        let run = unsafe { self.queue.slot(at).read() };
-        self.queue.taken.store(at.wrapping_add(1), Ordering::Release);
-        Taken::Run(run)
+    fn release(&mut self) {
+        if core::mem::take(&mut self.held) {
+            let at = self.queue.taken.load(Ordering::Relaxed);
+            self.queue.taken.store(at.wrapping_add(1), Ordering::Release);
+        }
     }
 }
 

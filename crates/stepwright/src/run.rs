@@ -42,8 +42,9 @@ impl Run {
         Run { ticks, part: 0, count, add: 0 }
     }
 
-    /// From an interval in 2⁻¹⁶ ticks, below 2⁴⁸.
-    pub(crate) const fn new(interval: u64, add: i32, count: u16) -> Run {
+    /// `count` steps; the first `interval` and its growth `add` per step are in
+    /// 2⁻¹⁶ ticks. An interval is below 2⁴⁸.
+    pub const fn new(interval: u64, add: i32, count: u16) -> Run {
         Run { ticks: (interval >> 16) as Ticks, part: interval as u16, count, add }
     }
 

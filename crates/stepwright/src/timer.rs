@@ -12,8 +12,6 @@ pub trait Count: Copy + Eq + core::fmt::Debug + sealed::Sealed {
     /// A count with 16 bits behind the point; wraps like the counter.
     type Fine: Copy + core::fmt::Debug + Default;
 
-    /// Intervals of at least so many ticks are waited for in [`Count::HOP`]s.
-    const NEAR: Ticks;
     /// One hop of a long wait: 2^`HOP_BITS` ticks, a quarter of the counter.
     const HOP_BITS: u8;
     /// The hop in ticks.
@@ -23,10 +21,12 @@ pub trait Count: Copy + Eq + core::fmt::Debug + sealed::Sealed {
     fn fine(ticks: Ticks, part: u16) -> Self::Fine;
     /// The whole counts of a time.
     fn of(fine: Self::Fine) -> Self;
-    /// The later of two times that lie apart.
-    fn later(fine: Self::Fine, by: Self::Fine) -> Self::Fine;
-    /// An interval with its growth added.
-    fn grown(fine: Self::Fine, add: i32) -> Self::Fine;
+    /// A time, 2⁻¹⁶ ticks later.
+    fn later(fine: Self::Fine, by: u32) -> Self::Fine;
+    /// A time, 2⁻¹⁶ ticks earlier.
+    fn earlier(fine: Self::Fine, by: u32) -> Self::Fine;
+    /// A time, whole ticks later; earlier by as many as wrap below 0.
+    fn delayed(fine: Self::Fine, ticks: Ticks) -> Self::Fine;
     /// A count, some ticks later.
     fn plus(self, ticks: Ticks) -> Self;
     /// Ticks from `earlier` to this count, negative if it is the other way
@@ -44,7 +44,6 @@ mod sealed {
 
 impl Count for u16 {
     type Fine = u32;
-    const NEAR: Ticks = 0x7000;
     const HOP_BITS: u8 = 14;
 
     #[inline(always)]
@@ -60,8 +59,12 @@ impl Count for u16 {
         fine.wrapping_add(by)
     }
     #[inline(always)]
-    fn grown(fine: u32, add: i32) -> u32 {
-        fine.wrapping_add(add as u32)
+    fn earlier(fine: u32, by: u32) -> u32 {
+        fine.wrapping_sub(by)
+    }
+    #[inline(always)]
+    fn delayed(fine: u32, ticks: Ticks) -> u32 {
+        fine.wrapping_add(ticks << 16)
     }
     #[inline(always)]
     fn plus(self, ticks: Ticks) -> u16 {
@@ -79,7 +82,6 @@ impl Count for u16 {
 
 impl Count for u32 {
     type Fine = u64;
-    const NEAR: Ticks = 0x7000_0000;
     const HOP_BITS: u8 = 30;
 
     #[inline(always)]
@@ -91,12 +93,16 @@ impl Count for u32 {
         (fine >> 16) as u32
     }
     #[inline(always)]
-    fn later(fine: u64, by: u64) -> u64 {
-        fine.wrapping_add(by)
+    fn later(fine: u64, by: u32) -> u64 {
+        fine.wrapping_add(by as u64)
     }
     #[inline(always)]
-    fn grown(fine: u64, add: i32) -> u64 {
-        fine.wrapping_add_signed(add as i64)
+    fn earlier(fine: u64, by: u32) -> u64 {
+        fine.wrapping_sub(by as u64)
+    }
+    #[inline(always)]
+    fn delayed(fine: u64, ticks: Ticks) -> u64 {
+        fine.wrapping_add((ticks as u64) << 16)
     }
     #[inline(always)]
     fn plus(self, ticks: Ticks) -> u32 {
@@ -132,6 +138,18 @@ pub trait StepTimer {
 
     /// Sets the compare register.
     fn wake_at(&mut self, at: Self::Count);
+
+    /// Whether the chip has a [short way](crate::short_way), which is told what it may do
+    /// through [`arm`](StepTimer::arm).
+    const SHORT: bool = false;
+
+    /// Says to the short way what the interrupt at the compare register will
+    /// be for: goes to the register that the short way looks at. Nothing to do
+    /// where there is none.
+    #[inline(always)]
+    fn arm(&mut self, flags: u8) {
+        let _ = flags;
+    }
 
     /// Waits until the counter has reached `at`; at once if it has. For the
     /// rest of a pulse: a few microseconds.

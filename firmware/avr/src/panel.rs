@@ -37,7 +37,7 @@ impl Memory for AvrPanel {
     }
 
     fn is_writing(&self) -> bool {
-        self.eeprom.busy()
+        self.eeprom.is_writing()
     }
 }
 

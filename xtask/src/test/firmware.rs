@@ -130,4 +130,20 @@ mod tests {
         assert!(forbidden("__udivmodsi4").is_none() && forbidden("__vector_11").is_none());
         assert!(divides("__udivmodsi4") && !divides("__mulsi3"));
     }
+
+    #[test]
+    fn arguments_on_the_stack_lie_above_the_frame() {
+        // A frame of 3 bytes and 3 saved registers: the return address of
+        // 2 bytes is Y+7, an argument Y+9.
+        let listing = |offset: u8| {
+            Listing::parse(&format!(
+                "00000000 <f>:\n\
+                 0:\tpush\tr17\n 2:\tpush\tr28\n 4:\tpush\tr29\n\
+                 6:\tin\tr28, 0x3d\t; 61\n 8:\tin\tr29, 0x3e\t; 62\n a:\tsbiw\tr28, 0x03\t; 3\n\
+                 c:\tldd\tr24, Y+{offset}\t; 0x01\n"
+            ))
+        };
+        let takes = |offset| listing(offset).functions().any(|(_, body)| takes_from_stack(body));
+        assert!(takes(9) && !takes(3));
+    }
 }

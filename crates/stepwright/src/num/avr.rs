@@ -1,37 +1,172 @@
-//! The three loops that planning on an AVR spends its time in.
+//! The same numbers in assembly, for an AVR.
 //!
-//! What rustc 1.96 makes of the same loops in Rust takes 2 to 3 times as long
-//! (`mod.rs` has them, for other chips and to be tested against). Cycles are
-//! counted from the listing, call and return included:
+//! What rustc 1.96 makes of `mod.rs` is three times as long and twice as slow:
+//! it saves eighteen registers around everything. Other chips run the Rust,
+//! and the tests hold both to the same bits.
 //!
-//! | routine | cycles | from Rust |
-//! | --- | --- | --- |
-//! | `product` | 107 | 280 (`u64` multiplication 1,100) |
-//! | `fraction` | 570 … 700 | 1,530 |
-//! | `root` | 690 … 770 | 1,840 |
+//! | routine | cycles, call and return included |
+//! | --- | --- |
+//! | `times`, `roughly` | 185, 85 |
+//! | `over` | 640 … 770 |
+//! | `root` | 740 … 820 |
+//! | `plus`, `minus` | 80 … 190 |
 //!
-//! They are functions of C's calling convention, arguments in r25–r22 and
-//! r21–r18, the result in r25–r22, so that nothing has to be moved.
+//! C's calling convention: the result's address in r25–r24, the operands' in
+//! r23–r22 and r21–r20. A number is four bytes m and two bytes e.
+//!
+//! Inside, a mantissa is r25–r22, a second one r21–r18, an exponent r27–r26;
+//! the result's address waits on the stack.
 
+use super::Num;
 use core::arch::asm;
 
-/// floor(a · b / 2³²).
-///
-/// A column of the schoolbook product after another; its sum moves round r26,
-/// r27 and r30, and from column 4 on into the result.
-#[inline(never)]
+unsafe extern "C" {
+    fn stepwright_times(out: *mut Num, a: *const Num, b: *const Num);
+    fn stepwright_roughly(out: *mut Num, a: *const Num, b: *const Num);
+    fn stepwright_over(out: *mut Num, a: *const Num, b: *const Num);
+    fn stepwright_plus(out: *mut Num, a: *const Num, b: *const Num);
+    fn stepwright_minus(out: *mut Num, a: *const Num, b: *const Num);
+    fn stepwright_root(out: *mut Num, a: *const Num);
+    fn stepwright_new(out: *mut Num, m: u32, e: i16);
+    fn stepwright_split(a: *const Num) -> u64;
+    fn stepwright_at_least(a: *const Num, b: *const Num) -> u8;
+}
+
+/// What has two operands and a number as its result.
+macro_rules! operations {
+    ($($name:ident = $routine:ident),*) => { $(
+        #[inline(always)]
+        pub(crate) fn $name(&self, other: &Num) -> Num {
+            let mut out = core::mem::MaybeUninit::uninit();
+            // SAFETY: the routine reads two numbers, writes one, and keeps to
+            // C's convention; it reads before it writes.
+            unsafe {
+                $routine(out.as_mut_ptr(), self, other);
+                out.assume_init()
+            }
+        }
+    )* };
+}
+
+/// The operations of `mod.rs`, which says what they do.
+impl Num {
+    operations! {
+        times = stepwright_times,
+        roughly = stepwright_roughly,
+        over = stepwright_over,
+        plus = stepwright_plus,
+        minus = stepwright_minus
+    }
+
+    #[inline(always)]
+    pub(crate) fn new(m: u32, e: i16) -> Num {
+        let mut out = core::mem::MaybeUninit::uninit();
+        // SAFETY: the routine writes a number.
+        unsafe {
+            stepwright_new(out.as_mut_ptr(), m, e);
+            out.assume_init()
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn root(&self) -> Num {
+        let mut out = core::mem::MaybeUninit::uninit();
+        // SAFETY: the routine reads a number and writes one.
+        unsafe {
+            stepwright_root(out.as_mut_ptr(), self);
+            out.assume_init()
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn split(&self) -> (u32, u32) {
+        // SAFETY: the routine reads a number.
+        let both = unsafe { stepwright_split(self) };
+        ((both >> 32) as u32, both as u32)
+    }
+
+    #[inline(always)]
+    pub(crate) fn at_least(&self, other: &Num) -> bool {
+        // SAFETY: the routine reads two numbers.
+        unsafe { stepwright_at_least(self, other) != 0 }
+    }
+}
+
+/// Where the routines live. (Assembly outside a function is not told that the
+/// chip can multiply.) Never called; its own code is a `ret`.
 #[rustfmt::skip] // a round of a loop, a column of a product to a line
-pub(super) extern "C" fn high_product(a: u32, b: u32) -> u32 {
-    let [mut a0, mut a1, mut a2, mut a3] = a.to_le_bytes();
-    let [b0, b1, b2, b3] = b.to_le_bytes();
-    // SAFETY: computes from registers into registers, and leaves r1 at 0.
+#[expect(named_asm_labels)] // this is the one copy
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn stepwright_numbers() {
+    // SAFETY: jumps over all of it.
     unsafe {
         asm!(
+            "rjmp 99f",
+
+            // The end of all that has a number as its result.
+            "stepwright_zero:",
+            "clr r22", "clr r23", "movw r24, r22",
+            "clr r26", "ldi r27, 0xC0",
+            "rjmp 20f",
+            // From the upper half of a product, and the sum of exponents: one
+            // bit may be missing.
+            "stepwright_product_done:",
+            "adiw r26, 32",
+            "tst r25", "brmi 20f",
+            "sbiw r26, 1",
+            "lsl r22", "rol r23", "rol r24", "rol r25",
+            "brpl stepwright_zero", // a product of 0
+            "20:",
+            "pop r31", "pop r30",
+            "st Z, r22", "std Z+1, r23", "std Z+2, r24", "std Z+3, r25",
+            "std Z+4, r26", "std Z+5, r27",
+            "ret",
+
+            // m in r23–r20, e in r19–r18, to be normalised.
+            ".global stepwright_new",
+            "stepwright_new:",
+            "push r24", "push r25",
+            "movw r26, r18",
+            "movw r24, r22",
+            "movw r22, r20",
+            // Now m is r25–r22, e r27–r26.
+            "stepwright_normal:",
+            "ldi r20, 4",
+            "21:",
+            "tst r25", "brmi 20b",
+            "brne 22f",
+            "mov r25, r24", "mov r24, r23", "mov r23, r22", "clr r22",
+            "sbiw r26, 8",
+            "dec r20", "brne 21b",
+            "rjmp stepwright_zero",
+            "22:",
+            "sbiw r26, 1",
+            "lsl r22", "rol r23", "rol r24", "rol r25",
+            "brpl 22b",
+            "rjmp 20b",
+
+            // Loads both: m of the first in r25–r22, of the second r21–r18,
+            // e of the first in r27–r26, of the second in r31–r30.
+            "stepwright_load:",
+            "movw r30, r20",
+            "movw r26, r22",
+            "ld r22, X+", "ld r23, X+", "ld r24, X+", "ld r25, X+",
+            "ld r0, X+", "ld r27, X", "mov r26, r0",
+            "ld r18, Z", "ldd r19, Z+1", "ldd r20, Z+2", "ldd r21, Z+3",
+            "ldd r0, Z+4", "ldd r31, Z+5", "mov r30, r0",
+            "ret",
+
+            ".global stepwright_times",
+            "stepwright_times:",
+            "push r24", "push r25",
+            "rcall stepwright_load",
+            "add r26, r30", "adc r27, r31",
+            "push r26", "push r27",
+            // A column of the schoolbook product after another; its sum moves
+            // round r26, r27 and r30, and from column 4 on into the result.
             "mul r22, r18",
-            "mov r26, r1",
-            "clr r27",
-            "clr r30",
-            "clr r31",
+            "mov r26, r1", "clr r27", "clr r30", "clr r31",
             // column 1: r26, r27, r30
             "mul r22, r19", "add r26, r0", "adc r27, r1", "adc r30, r31",
             "mul r23, r18", "add r26, r0", "adc r27, r1", "adc r30, r31",
@@ -46,7 +181,7 @@ pub(super) extern "C" fn high_product(a: u32, b: u32) -> u32 {
             "mul r23, r20", "add r30, r0", "adc r26, r1", "adc r27, r31",
             "mul r24, r19", "add r30, r0", "adc r26, r1", "adc r27, r31",
             "mul r25, r18", "add r30, r0", "adc r26, r1", "adc r27, r31",
-            // column 4: r26, r27, r30; from here on the sums are the result
+            // column 4: r26, r27, r30
             "clr r30",
             "mul r23, r21", "add r26, r0", "adc r27, r1", "adc r30, r31",
             "mul r24, r20", "add r26, r0", "adc r27, r1", "adc r30, r31",
@@ -59,188 +194,243 @@ pub(super) extern "C" fn high_product(a: u32, b: u32) -> u32 {
             "mov r23, r27",
             // column 6: r30, r26
             "mul r25, r21", "add r30, r0", "adc r26, r1",
-            "mov r24, r30",
-            "mov r25, r26",
+            "mov r24, r30", "mov r25, r26",
             "clr r1",
-            inout("r22") a0, inout("r23") a1, inout("r24") a2, inout("r25") a3,
-            in("r18") b0, in("r19") b1, in("r20") b2, in("r21") b3,
-            out("r26") _, out("r27") _, out("r30") _, out("r31") _,
-            options(nomem, nostack),
-        );
-    }
-    u32::from_le_bytes([a0, a1, a2, a3])
-}
+            "pop r27", "pop r26",
+            "rjmp stepwright_product_done",
 
-/// a · b.
-#[inline(always)]
-#[rustfmt::skip]
-pub(super) fn short_product(a: u16, b: u16) -> u32 {
-    let ([a0, a1], [b0, b1]) = (a.to_le_bytes(), b.to_le_bytes());
-    let (p0, p1, p2, p3): (u8, u8, u8, u8);
-    // SAFETY: computes from registers into registers, and leaves r1 at 0.
-    unsafe {
-        asm!(
-            "mul {a0}, {b0}", "movw r18, r0",
-            "mul {a1}, {b1}", "movw r20, r0",
-            "clr r26",
-            "mul {a1}, {b0}", "add r19, r0", "adc r20, r1", "adc r21, r26",
-            "mul {a0}, {b1}", "add r19, r0", "adc r20, r1", "adc r21, r26",
-            "clr r1",
-            a0 = in(reg) a0, a1 = in(reg) a1, b0 = in(reg) b0, b1 = in(reg) b1,
-            out("r18") p0, out("r19") p1, out("r20") p2, out("r21") p3, out("r26") _,
-            options(nomem, nostack),
-        );
-    }
-    u32::from_le_bytes([p0, p1, p2, p3])
-}
-
-/// m · 2³² >> by, as the whole part and the rest in 2⁻³²; `by` < 64.
-#[inline(never)]
-#[rustfmt::skip]
-pub(super) extern "C" fn shifted(m: u32, by: u8) -> u64 {
-    let [mut a0, mut a1, mut a2, mut a3] = m.to_le_bytes();
-    let (b0, b1, b2, b3): (u8, u8, u8, u8);
-    // SAFETY: computes from registers into registers, in 7 + 7 rounds at most.
-    unsafe {
-        asm!(
-            "clr r18", "clr r19", "clr r21",
-            "mov r26, r20",
-            "clr r20",
-            "1:",
-            "cpi r26, 8",
-            "brlo 2f",
-            "mov r18, r19", "mov r19, r20", "mov r20, r21", "mov r21, r22",
-            "mov r22, r23", "mov r23, r24", "mov r24, r25", "clr r25",
-            "subi r26, 8",
-            "rjmp 1b",
-            "2:",
-            "tst r26",
-            "breq 4f",
-            "3:",
-            "lsr r25", "ror r24", "ror r23", "ror r22",
-            "ror r21", "ror r20", "ror r19", "ror r18",
-            "dec r26",
-            "brne 3b",
-            "4:",
-            inout("r22") a0, inout("r23") a1, inout("r24") a2, inout("r25") a3,
-            inout("r20") by => b2,
-            out("r18") b0, out("r19") b1, out("r21") b3,
-            out("r26") _,
-            options(nomem, nostack),
-        );
-    }
-    u64::from_le_bytes([b0, b1, b2, b3, a0, a1, a2, a3])
-}
-
-/// floor(n · 2³² / d), for n < d and 2³¹ ≤ d: a bit a round.
-///
-/// The quotient gathers, inverted, in r31–r26; the 1 that it begins with falls
-/// out after 32 rounds, whatever the arguments are.
-#[inline(never)]
-#[rustfmt::skip] // a round of a loop, a column of a product to a line
-pub(super) extern "C" fn fraction(n: u32, d: u32) -> u32 {
-    let [mut a0, mut a1, mut a2, mut a3] = n.to_le_bytes();
-    let [b0, b1, b2, b3] = d.to_le_bytes();
-    // SAFETY: computes from registers into registers.
-    unsafe {
-        asm!(
-            "ldi r26, 1",
-            "clr r27",
+            // The upper halves only.
+            ".global stepwright_roughly",
+            "stepwright_roughly:",
+            "push r24", "push r25",
+            "rcall stepwright_load",
+            "add r26, r30", "adc r27, r31",
             "clr r30",
-            "clr r31",
-            "1:",
-            "lsl r22", "rol r23", "rol r24", "rol r25",
-            "brcs 2f",
+            "movw r18, r24", // r19, r18 times r21, r20
+            "mul r18, r20", "movw r22, r0",
+            "mul r19, r21", "movw r24, r0",
+            "mul r19, r20", "add r23, r0", "adc r24, r1", "adc r25, r30",
+            "mul r18, r21", "add r23, r0", "adc r24, r1", "adc r25, r30",
+            "clr r1",
+            "rjmp stepwright_product_done",
+
+            ".global stepwright_over",
+            "stepwright_over:",
+            "push r24", "push r25",
+            "rcall stepwright_load",
+            "tst r25", "breq 39f",
+            "tst r21", "breq 38f",
+            "sub r26, r30", "sbc r27, r31",
+            // A quotient of 1 … 2, or ½ … 1.
             "cp r22, r18", "cpc r23, r19", "cpc r24, r20", "cpc r25, r21",
-            "brcs 3f", // too small: the inverted bit is the carry, 1
-            "2:",
+            "brcs 30f",
+            "sub r22, r18", "sbc r23, r19", "sbc r24, r20", "sbc r25, r21",
+            "sbiw r26, 31",
+            "rcall 31f",
+            "sec", "ror r25", "ror r24", "ror r23", "ror r22",
+            "rjmp 20b",
+            "30:",
+            "sbiw r26, 32",
+            "rcall 31f",
+            "rjmp 20b",
+            "38:", // by 0: beyond all that is meant here
+            "ldi r22, 255", "ldi r23, 255", "movw r24, r22",
+            "ldi r26, 255", "ldi r27, 31",
+            "rjmp 20b",
+            "39:",
+            "rjmp stepwright_zero",
+            // r25–r22 · 2³² / r21–r18, for a quotient below 1, a bit a round.
+            // It gathers, inverted, in r1, r0, r31, r30; the 1 that it begins
+            // with falls out at the end.
+            "31:",
+            "clr r0", "clr r31", "ldi r30, 1",
+            "32:",
+            "lsl r22", "rol r23", "rol r24", "rol r25",
+            "brcs 33f",
+            "cp r22, r18", "cpc r23, r19", "cpc r24, r20", "cpc r25, r21",
+            "brcs 34f", // too small: the inverted bit is the carry, 1
+            "33:",
             "sub r22, r18", "sbc r23, r19", "sbc r24, r20", "sbc r25, r21",
             "clc",
-            "3:",
-            "rol r26", "rol r27", "rol r30", "rol r31",
-            "brcc 1b",
-            "movw r22, r26",
-            "movw r24, r30",
+            "34:",
+            "rol r30", "rol r31", "rol r0", "rol r1",
+            "brcc 32b",
+            "movw r22, r30", "movw r24, r0",
             "com r22", "com r23", "com r24", "com r25",
-            inout("r22") a0, inout("r23") a1, inout("r24") a2, inout("r25") a3,
-            in("r18") b0, in("r19") b1, in("r20") b2, in("r21") b3,
-            out("r26") _, out("r27") _, out("r30") _, out("r31") _,
-            options(nomem, nostack),
-        );
-    }
-    u32::from_le_bytes([a0, a1, a2, a3])
-}
+            "clr r1",
+            "ret",
 
-/// √((m + half/2) · 2³²), for m ≥ 2³⁰.
-///
-/// First the root R of 16 bits: r21, r19, r18 is the rest, r31, r27, r26 the
-/// trial 4·R + 1, which becomes 2·trial + 3 or 2·trial − 1. Then 17 bits of
-/// rest / 2R: the trial less 1 is 4·R.
-#[inline(never)]
-#[rustfmt::skip] // a round of a loop, a column of a product to a line
-pub(super) extern "C" fn root_of(m: u32, half: u8) -> u32 {
-    let [mut a0, mut a1, mut a2, mut a3] = m.to_le_bytes();
-    // SAFETY: computes from registers into registers, in 16 and 17 rounds.
-    unsafe {
-        asm!(
-            "mov r0, r20",
-            "clr r18",
-            "clr r19",
-            "clr r21",
-            "ldi r26, 1",
-            "clr r27",
-            "clr r31",
+            ".global stepwright_plus",
+            "stepwright_plus:",
+            "push r24", "push r25",
+            "rcall stepwright_load",
+            "cp r26, r30", "cpc r27, r31",
+            "brge 40f",
+            // The second is the larger: exchange.
+            "movw r0, r26", "movw r26, r30", "movw r30, r0",
+            "movw r0, r22", "movw r22, r18", "movw r18, r0",
+            "movw r0, r24", "movw r24, r20", "movw r20, r0",
+            "clr r1",
+            "40:",
+            "rcall 45f",
+            "add r22, r18", "adc r23, r19", "adc r24, r20", "adc r25, r21",
+            "brcc 41f",
+            "ror r25", "ror r24", "ror r23", "ror r22",
+            "adiw r26, 1",
+            "41:",
+            "rjmp 20b",
+
+            ".global stepwright_minus",
+            "stepwright_minus:",
+            "push r24", "push r25",
+            "rcall stepwright_load",
+            "cp r26, r30", "cpc r27, r31",
+            "brlt 59f",
+            "rcall 45f",
+            "sub r22, r18", "sbc r23, r19", "sbc r24, r20", "sbc r25, r21",
+            "brcs 59f",
+            "rjmp stepwright_normal",
+            "59:",
+            "rjmp stepwright_zero",
+
+            // r21–r18 >> (r27–r26 less r31–r30), which is not negative.
+            "45:",
+            "movw r0, r26",
+            "sub r0, r30", "sbc r1, r31",
+            "movw r30, r0",
+            "clr r1",
+            "tst r31", "brne 48f",
+            "cpi r30, 32", "brsh 48f",
+            "47:",
+            "cpi r30, 8", "brlo 49f",
+            "mov r18, r19", "mov r19, r20", "mov r20, r21", "clr r21",
+            "subi r30, 8",
+            "rjmp 47b",
+            "48:",
+            "clr r18", "clr r19", "movw r20, r18",
+            "ret",
+            "50:",
+            "lsr r21", "ror r20", "ror r19", "ror r18",
+            "49:",
+            "subi r30, 1",
+            "brcc 50b",
+            "ret",
+
+            "69:",
+            "rjmp stepwright_zero",
+            ".global stepwright_root",
+            "stepwright_root:",
+            "push r24", "push r25",
+            "movw r30, r22",
+            "ld r22, Z", "ldd r23, Z+1", "ldd r24, Z+2", "ldd r25, Z+3",
+            "ldd r26, Z+4", "ldd r27, Z+5",
+            "tst r25", "breq 69b",
+            // An even exponent; the bit that falls off is half a unit.
+            "clr r0",
+            "sbrs r26, 0",
+            "rjmp 60f",
+            "adiw r26, 1",
+            "lsr r25", "ror r24", "ror r23", "ror r22",
+            "rol r0",
+            "60:",
+            "asr r27", "ror r26",
+            "sbiw r26, 16",
+            "push r26", "push r27",
+            // First the root R of 16 bits: r21, r19, r18 is the rest, r31, r27,
+            // r26 the trial 4·R + 1, which becomes 2·trial + 3 or 2·trial − 1.
+            "clr r18", "clr r19", "clr r21",
+            "ldi r26, 1", "clr r27", "clr r31",
             "ldi r30, 16",
-            "1:",
+            "61:",
             "lsl r22", "rol r23", "rol r24", "rol r25", "rol r18", "rol r19", "rol r21",
             "lsl r22", "rol r23", "rol r24", "rol r25", "rol r18", "rol r19", "rol r21",
             "cp r18, r26", "cpc r19, r27", "cpc r21, r31",
-            "brcs 2f",
+            "brcs 62f",
             "sub r18, r26", "sbc r19, r27", "sbc r21, r31",
             "lsl r26", "rol r27", "rol r31",
             "subi r26, -3", // its last bits are 010: nothing to carry
-            "rjmp 3f",
-            "2:",
+            "rjmp 63f",
+            "62:",
             "lsl r26", "rol r27", "rol r31",
             "dec r26",
-            "3:",
+            "63:",
             "dec r30",
-            "brne 1b",
+            "brne 61b",
             // Then 17 bits of rest / 2R: the trial less 1 is 4·R.
             "dec r26",
-            "lsr r0",
-            "rol r18", "rol r19", "rol r21",
-            "clr r22",
-            "clr r23",
-            "clr r24",
+            "lsr r0", "rol r18", "rol r19", "rol r21",
+            "clr r22", "clr r23", "clr r24",
             "ldi r30, 17",
-            "4:",
+            "64:",
             "lsl r22", "rol r23", "rol r24",
             "cp r18, r26", "cpc r19, r27", "cpc r21, r31",
-            "brcs 5f",
+            "brcs 65f",
             "sub r18, r26", "sbc r19, r27", "sbc r21, r31",
             "inc r22",
-            "5:",
+            "65:",
             "lsl r18", "rol r19", "rol r21",
             "dec r30",
-            "brne 4b",
+            "brne 64b",
             // R · 2¹⁶ + quotient, at most 2³² − 1
             "lsr r31", "ror r27", "ror r26",
             "lsr r31", "ror r27", "ror r26",
             "mov r25, r27",
-            "add r24, r26",
-            "adc r25, r1",
-            "brcc 6f",
-            "ldi r22, 255",
-            "ldi r23, 255",
-            "movw r24, r22",
-            "6:",
-            inout("r22") a0, inout("r23") a1, inout("r24") a2, inout("r25") a3,
-            inout("r20") half => _,
-            out("r18") _, out("r19") _, out("r21") _,
-            out("r26") _, out("r27") _, out("r30") _, out("r31") _,
+            "add r24, r26", "adc r25, r1",
+            "brcc 66f",
+            "ldi r22, 255", "ldi r23, 255", "movw r24, r22",
+            "66:",
+            "pop r27", "pop r26",
+            "rjmp stepwright_normal",
+
+            // The whole part in r25–r22, the rest in r21–r18.
+            ".global stepwright_split",
+            "stepwright_split:",
+            "movw r30, r24",
+            "ld r22, Z", "ldd r23, Z+1", "ldd r24, Z+2", "ldd r25, Z+3",
+            "ldd r26, Z+4", "ldd r27, Z+5",
+            "clr r18", "clr r19", "movw r20, r18",
+            // by = −e
+            "com r27", "neg r26", "sbci r27, 255",
+            "tst r27", "brmi 73f",
+            "brne 72f",
+            "cpi r26, 64", "brsh 72f",
+            "70:",
+            "cpi r26, 8", "brlo 75f",
+            "mov r18, r19", "mov r19, r20", "mov r20, r21", "mov r21, r22",
+            "mov r22, r23", "mov r23, r24", "mov r24, r25", "clr r25",
+            "subi r26, 8",
+            "rjmp 70b",
+            "72:", // less than 2⁻³²
+            "movw r22, r18", "movw r24, r18",
+            "ret",
+            "73:", // e > 0
+            "ldi r22, 255", "ldi r23, 255", "movw r24, r22",
+            "ret",
+            "74:",
+            "lsr r25", "ror r24", "ror r23", "ror r22",
+            "ror r21", "ror r20", "ror r19", "ror r18",
+            "75:",
+            "subi r26, 1",
+            "brcc 74b",
+            "ret",
+
+            ".global stepwright_at_least",
+            "stepwright_at_least:",
+            "movw r20, r22", "movw r22, r24",
+            "rcall stepwright_load",
+            "clr r0",
+            "cp r26, r30", "cpc r27, r31",
+            "brlt 81f",
+            "brne 80f",
+            "cp r22, r18", "cpc r23, r19", "cpc r24, r20", "cpc r25, r21",
+            "brcs 81f",
+            "80:",
+            "inc r0",
+            "81:",
+            "mov r24, r0",
+            "ret",
+            "99:",
             options(nomem, nostack),
         );
     }
-    u32::from_le_bytes([a0, a1, a2, a3])
 }

@@ -13,25 +13,16 @@
 
 #[cfg(target_arch = "avr")]
 mod avr;
-#[cfg(target_arch = "avr")]
-use avr::{fraction, high_product, root_of, shifted, short_product};
 
 /// A number ≥ 0 with 32 significant bits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)] // the assembly reads it
 pub(crate) struct Num {
     /// m, its halves apart: so that a compiler for 8 bits hands a number on by
     /// its address, which takes a third of the code.
-    high: u16,
     low: u16,
+    high: u16,
     e: i16,
-}
-
-/// Inlined on hosts, one copy on a chip.
-macro_rules! once {
-    ($($item:item)*) => { $(
-        #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-        $item
-    )* };
 }
 
 impl Num {
@@ -64,116 +55,11 @@ impl Num {
         (self.high as u32) << 16 | self.low as u32
     }
 
-    once! {
-        /// m · 2^e, of any m.
-        pub(crate) fn new(mut m: u32, mut e: i16) -> Num {
-            if m == 0 {
-                return Num::ZERO;
-            }
-            // Bytes first: an 8-bit chip moves them.
-            while m >> 24 == 0 {
-                m <<= 8;
-                e = e.wrapping_sub(8);
-            }
-            while m >> 31 == 0 {
-                m <<= 1;
-                e = e.wrapping_sub(1);
-            }
-            Num::of(m, e)
-        }
-
-        /// The upper 32 bits of an integer.
-        pub(crate) fn from_wide(x: u64) -> Num {
-            // The two halves, added: exact up to 32 bits, else rounded down.
-            Num::new((x >> 32) as u32, 32).plus(&Num::new(x as u32, 0))
-        }
-
-        pub(crate) fn plus(&self, other: &Num) -> Num {
-            let (a, b) = if self.e >= other.e { (self, other) } else { (other, self) };
-            let b_m = shifted_down(b.m(), a.e.wrapping_sub(b.e));
-            let (m, carry) = a.m().overflowing_add(b_m);
-            if carry { Num::of(m >> 1 | 1 << 31, a.e.wrapping_add(1)) } else { Num::of(m, a.e) }
-        }
-
-        /// The difference; 0 if it would be negative.
-        pub(crate) fn minus(&self, other: &Num) -> Num {
-            if self.e < other.e {
-                return Num::ZERO;
-            }
-            // What falls off below would make it smaller by less than a unit.
-            let other = shifted_down(other.m(), self.e.wrapping_sub(other.e));
-            match self.m().overflowing_sub(other) {
-                (_, true) => Num::ZERO,
-                (m, false) => Num::new(m, self.e),
-            }
-        }
-
-        pub(crate) fn at_least(&self, other: &Num) -> bool {
-            if self.e != other.e { self.e > other.e } else { self.m() >= other.m() }
-        }
-
-        pub(crate) fn times(&self, other: &Num) -> Num {
-            Num::product(high_product(self.m(), other.m()), self.e, other.e)
-        }
-
-        /// The product to 15 bits: a quarter of the time on an 8-bit chip.
-        pub(crate) fn roughly(&self, other: &Num) -> Num {
-            Num::product(short_product(self.high, other.high), self.e, other.e)
-        }
-
-        /// The quotient; by 0 a number beyond all that is meant here.
-        pub(crate) fn over(&self, other: &Num) -> Num {
-            if self.m() == 0 {
-                return Num::ZERO;
-            }
-            if other.m() == 0 {
-                return Num::of(u32::MAX, i16::MAX / 4);
-            }
-            let e = self.e.wrapping_sub(other.e);
-            // Both mantissas have their top bit set: the quotient is ½ … 2.
-            if self.m() >= other.m() {
-                let m = fraction(self.m().wrapping_sub(other.m()), other.m());
-                Num::of(m >> 1 | 1 << 31, e.wrapping_sub(31))
-            } else {
-                Num::of(fraction(self.m(), other.m()), e.wrapping_sub(32))
-            }
-        }
-
-        /// The square root.
-        pub(crate) fn root(&self) -> Num {
-            if self.m() == 0 {
-                return Num::ZERO;
-            }
-            // An even exponent: m stands for m · 2³², its root has 32 bits
-            // and half of (e − 32) behind them.
-            let odd = self.e & 1 != 0;
-            let (m, e) = if odd { (self.m() >> 1, self.e.wrapping_add(1)) } else { (self.m(), self.e) };
-            let half = if odd { self.low as u8 & 1 } else { 0 };
-            Num::new(root_of(m, half), (e >> 1).wrapping_sub(16))
-        }
-
-        /// The whole part, at most `u32::MAX`, and the rest in 2⁻³².
-        pub(crate) fn split(&self) -> (u32, u32) {
-            if self.e > 0 {
-                return (u32::MAX, 0);
-            }
-            let by = 0i16.wrapping_sub(self.e);
-            let both = if by < 64 { shifted(self.m(), by as u8) } else { 0 };
-            ((both >> 32) as u32, both as u32)
-        }
-    }
-
-    /// From the upper half of the product of two mantissas.
-    #[inline(always)]
-    fn product(m: u32, a: i16, b: i16) -> Num {
-        let e = a.wrapping_add(b).wrapping_add(32);
-        if m >> 31 != 0 {
-            Num::of(m, e)
-        } else if m == 0 {
-            Num::ZERO
-        } else {
-            Num::of(m << 1, e.wrapping_sub(1))
-        }
+    /// The upper 32 bits of an integer.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn from_wide(x: u64) -> Num {
+        // The two halves, added: exact up to 32 bits, else rounded down.
+        Num::new((x >> 32) as u32, 32).plus(&Num::new(x as u32, 0))
     }
 
     /// To the nearest integer.
@@ -204,6 +90,123 @@ impl Num {
     }
 }
 
+/// The operations; on an AVR they are in assembly.
+#[cfg(not(target_arch = "avr"))]
+impl Num {
+    /// m · 2^e, of any m.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn new(mut m: u32, mut e: i16) -> Num {
+        if m == 0 {
+            return Num::ZERO;
+        }
+        // Bytes first: an 8-bit chip moves them.
+        while m >> 24 == 0 {
+            m <<= 8;
+            e = e.wrapping_sub(8);
+        }
+        while m >> 31 == 0 {
+            m <<= 1;
+            e = e.wrapping_sub(1);
+        }
+        Num::of(m, e)
+    }
+
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn plus(&self, other: &Num) -> Num {
+        let (a, b) = if self.e >= other.e { (self, other) } else { (other, self) };
+        let b_m = shifted_down(b.m(), a.e.wrapping_sub(b.e));
+        let (m, carry) = a.m().overflowing_add(b_m);
+        if carry { Num::of(m >> 1 | 1 << 31, a.e.wrapping_add(1)) } else { Num::of(m, a.e) }
+    }
+
+    /// The difference; 0 if it would be negative.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn minus(&self, other: &Num) -> Num {
+        if self.e < other.e {
+            return Num::ZERO;
+        }
+        // What falls off below would make it smaller by less than a unit.
+        let other = shifted_down(other.m(), self.e.wrapping_sub(other.e));
+        match self.m().overflowing_sub(other) {
+            (_, true) => Num::ZERO,
+            (m, false) => Num::new(m, self.e),
+        }
+    }
+
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn at_least(&self, other: &Num) -> bool {
+        if self.e != other.e { self.e > other.e } else { self.m() >= other.m() }
+    }
+
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn times(&self, other: &Num) -> Num {
+        Num::product(high_product(self.m(), other.m()), self.e, other.e)
+    }
+
+    /// The product to 15 bits: a quarter of the time on an 8-bit chip.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn roughly(&self, other: &Num) -> Num {
+        Num::product(short_product(self.high, other.high), self.e, other.e)
+    }
+
+    /// The quotient; by 0 a number beyond all that is meant here.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn over(&self, other: &Num) -> Num {
+        if self.m() == 0 {
+            return Num::ZERO;
+        }
+        if other.m() == 0 {
+            return Num::of(u32::MAX, i16::MAX / 4);
+        }
+        let e = self.e.wrapping_sub(other.e);
+        // Both mantissas have their top bit set: the quotient is ½ … 2.
+        if self.m() >= other.m() {
+            let m = fraction(self.m().wrapping_sub(other.m()), other.m());
+            Num::of(m >> 1 | 1 << 31, e.wrapping_sub(31))
+        } else {
+            Num::of(fraction(self.m(), other.m()), e.wrapping_sub(32))
+        }
+    }
+
+    /// The square root.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn root(&self) -> Num {
+        if self.m() == 0 {
+            return Num::ZERO;
+        }
+        // An even exponent: m stands for m · 2³², its root has 32 bits
+        // and half of (e − 32) behind them.
+        let odd = self.e & 1 != 0;
+        let (m, e) = if odd { (self.m() >> 1, self.e.wrapping_add(1)) } else { (self.m(), self.e) };
+        let half = if odd { self.low as u8 & 1 } else { 0 };
+        Num::new(root_of(m, half), (e >> 1).wrapping_sub(16))
+    }
+
+    /// The whole part, at most `u32::MAX`, and the rest in 2⁻³².
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn split(&self) -> (u32, u32) {
+        if self.e > 0 {
+            return (u32::MAX, 0);
+        }
+        let by = 0i16.wrapping_sub(self.e);
+        let both = if by < 64 { shifted(self.m(), by as u8) } else { 0 };
+        ((both >> 32) as u32, both as u32)
+    }
+
+    /// From the upper half of the product of two mantissas.
+    #[inline(always)]
+    fn product(m: u32, a: i16, b: i16) -> Num {
+        let e = a.wrapping_add(b).wrapping_add(32);
+        if m >> 31 != 0 {
+            Num::of(m, e)
+        } else if m == 0 {
+            Num::ZERO
+        } else {
+            Num::of(m << 1, e.wrapping_sub(1))
+        }
+    }
+}
+
 impl From<u32> for Num {
     fn from(x: u32) -> Num {
         Num::new(x, 0)
@@ -211,6 +214,7 @@ impl From<u32> for Num {
 }
 
 /// m >> by, for any by ≥ 0.
+#[cfg(not(target_arch = "avr"))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn shifted_down(mut m: u32, mut by: i16) -> u32 {
     if by >= 32 {

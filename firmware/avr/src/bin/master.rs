@@ -95,13 +95,15 @@ impl Board {
     /// Has axis 1 travel to a position. If a line or its answer was lost nobody
     /// knows which, so this looks where the axis is and goes on from there.
     fn go(&mut self, to: i64) -> Result<(), Fault> {
-        for _ in 0..TRIES {
-            match self.try_to_go(to) {
-                Err(Fault::Silent) => self.get_in_step()?,
-                ended => return ended,
+        let mut ended = self.try_to_go(to);
+        for _ in 1..TRIES {
+            if ended.is_ok() {
+                break;
             }
+            self.get_in_step()?;
+            ended = self.try_to_go(to);
         }
-        Err(Fault::Silent)
+        ended
     }
 
     fn try_to_go(&mut self, to: i64) -> Result<(), Fault> {
@@ -120,20 +122,27 @@ impl Board {
         if self.position()? == to { Ok(()) } else { Err(Fault::Refused) }
     }
 
-    /// Waits until the slave is ready.
+    /// Waits until the slave is ready. A question can be asked again.
     fn arrive(&mut self) -> Result<(), Fault> {
-        while self.ask(Command::Status)? != Reply::Ready {
-            self.wait(PAUSE);
+        loop {
+            match self.ask(Command::Status) {
+                Ok(Reply::Ready) => return Ok(()),
+                Ok(_) => self.wait(PAUSE),
+                Err(_) => self.get_in_step()?,
+            }
         }
-        Ok(())
     }
 
-    /// Where axis 1 is.
+    /// Where axis 1 is. E may mean that the line came damaged, so it is asked
+    /// again as well.
     fn position(&mut self) -> Result<i64, Fault> {
-        match self.ask(Command::Position(AxisId::FIRST))? {
-            Reply::Position(steps) => Ok(steps),
-            _ => Err(Fault::Refused),
+        for _ in 0..TRIES {
+            match self.ask(Command::Position(AxisId::FIRST)) {
+                Ok(Reply::Position(steps)) => return Ok(steps),
+                _ => self.get_in_step()?,
+            }
         }
+        Err(Fault::Refused)
     }
 
     /// Says a line, and waits for its answer.

@@ -1,0 +1,53 @@
+//! Steps that came late.
+
+use super::Engine;
+use super::track::Event;
+#[cfg(target_arch = "avr")]
+use super::track::fine_of;
+use crate::drive::Drive;
+use crate::queue::Feed;
+use crate::timer::{Count, StepTimer};
+
+impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
+    /// A step was made at `edge`, and the next deadline, or what would be it,
+    /// is `next`: counts it if less than half an interval is left between.
+    #[inline(always)]
+    pub(super) fn judge(&mut self, axis: usize, next: T::Count, half: i32, edge: T::Count) {
+        let left = next.since(edge);
+        if left < half {
+            self.fell_behind(axis, left);
+        }
+        let Some(track) = self.tracks.get_mut(axis) else { return };
+        if !T::SHORT {
+            // The next one comes at its deadline or the minimum interval after
+            // this one, whichever is later.
+            let short = self.timing.min_interval as i32 - T::Count::of(track.due).since(edge);
+            track.push =
+                if short > 0 && track.event == Event::Step { short.unsigned_abs() } else { 0 };
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn fell_behind(&mut self, axis: usize, left: i32) {
+        self.late = self.late.saturating_add(1);
+        let Some(track) = self.tracks.get_mut(axis) else { return };
+        if left < -(T::Count::HOP as i32) && track.event == Event::Step {
+            // Too far behind: the schedule slips.
+            track.due = T::Count::delayed(track.due, left.unsigned_abs());
+        }
+    }
+
+    /// What is due so long ago that the short way can't tell it from what is
+    /// to come: the schedule slips.
+    #[cfg(target_arch = "avr")]
+    pub(super) fn slip(&mut self) {
+        let now = self.timer.now();
+        for track in &mut self.tracks {
+            let behind = now.since(T::Count::of(track.due));
+            if track.event == Event::Step && behind > T::Count::HOP as i32 {
+                track.due = fine_of(now);
+            }
+        }
+    }
+}

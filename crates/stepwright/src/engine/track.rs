@@ -1,0 +1,139 @@
+//! One axis in the engine.
+
+use crate::run::Run;
+use crate::stride::{NEAR, Slot};
+use crate::timer::Count;
+use crate::units::Ticks;
+
+/// What an axis does at its next deadline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Event {
+    /// Steps.
+    Step,
+    /// Steps after a long interval.
+    Far,
+    /// Changes direction.
+    Turn,
+    /// Waits on: the interval is longer than the timer can tell.
+    Hop,
+    /// Looks whether the feed has caught up.
+    Dry,
+    /// Nothing.
+    Idle,
+}
+
+/// The layout up to `loaded` is the one that the short way knows.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(super) struct Track<C: Count> {
+    /// Time of the next event.
+    pub due: C::Fine,
+    /// Where the short way finds what is played.
+    pub at: u16,
+    /// Steps of all runs loaded in this direction.
+    pub loaded: u64,
+    pub event: Event,
+    /// The event after the last hop.
+    pub then: Event,
+    /// Hops of a long interval that are still to come.
+    pub hops: u32,
+    /// A turn, or a run of long intervals, dealt out step by step.
+    pub far: Run,
+    /// What is played, if the feed does not keep it.
+    pub own: Slot,
+    /// Ticks to wait beyond `due`, for the minimum interval's sake.
+    pub push: Ticks,
+    pub forward: bool,
+    /// Position when nothing had been loaded in this direction.
+    pub base: i64,
+}
+
+impl<C: Count> Track<C> {
+    pub fn idle(now: C) -> Track<C> {
+        Track {
+            due: fine_of(now),
+            at: 0,
+            loaded: 0,
+            event: Event::Idle,
+            then: Event::Idle,
+            hops: 0,
+            far: Run::steady(0, 0),
+            own: Slot::EMPTY,
+            push: 0,
+            forward: true,
+            base: 0,
+        }
+    }
+
+    /// When the next event may happen.
+    #[inline(always)]
+    pub fn wake(&self) -> C {
+        C::of(self.due).plus(self.push)
+    }
+
+    /// Steps made: all that were loaded less what is left of them, `playing`
+    /// of a near run.
+    pub fn position(&self, playing: u32) -> i64 {
+        let left = match self.event {
+            Event::Step => playing,
+            Event::Far => 1,
+            Event::Hop if self.then == Event::Far => 1,
+            _ => 0,
+        };
+        let left = left + u32::from(self.far.count);
+        let made = self.loaded.wrapping_sub(left.into()) as i64;
+        self.base.wrapping_add(if self.forward { made } else { made.wrapping_neg() })
+    }
+
+    /// Nothing is left to do.
+    pub fn halt(&mut self, playing: u32) {
+        self.base = self.position(playing);
+        self.loaded = 0;
+        self.far.count = 0;
+        self.event = Event::Idle;
+    }
+
+    /// Changes direction as the turn says that is waited for.
+    pub fn turn(&mut self) -> bool {
+        self.base = self.position(0);
+        self.loaded = 0;
+        self.forward = self.far.turns().unwrap_or(true);
+        self.forward
+    }
+
+    /// One step of a run whose intervals are long.
+    pub fn deal(&mut self) {
+        let interval = self.far.interval();
+        let next = interval.wrapping_add_signed(self.far.add.into());
+        (self.far.ticks, self.far.part) = ((next >> 16) as Ticks, next as u16);
+        self.far.count = self.far.count.wrapping_sub(1);
+        self.wait(interval, Event::Far);
+    }
+
+    /// Waits for an interval in 2⁻¹⁶ ticks of any length, then does `then`.
+    pub fn wait(&mut self, interval: u64, then: Event) {
+        let ticks = (interval >> 16) as Ticks;
+        let (hops, rest) =
+            if ticks < NEAR { (0, ticks) } else { (ticks >> C::HOP_BITS, ticks & (C::HOP - 1)) };
+        self.due = C::delayed(C::later(self.due, interval as u16 as u32), rest);
+        (self.hops, self.then) = (hops, then);
+        self.event = if hops == 0 { then } else { Event::Hop };
+    }
+
+    /// One hop of a long interval is over.
+    pub fn hop(&mut self) {
+        self.due = C::delayed(self.due, C::HOP);
+        self.hops = self.hops.wrapping_sub(1);
+        if self.hops == 0 {
+            self.event = self.then;
+        }
+    }
+}
+
+/// A count as a time.
+pub(super) fn fine_of<C: Count>(at: C) -> C::Fine {
+    // A count is its distance from 0, whichever its width.
+    let zero = C::fine(0, 0);
+    C::delayed(zero, at.since(C::of(zero)) as Ticks)
+}

@@ -1,0 +1,181 @@
+//! The highest rates without a late step.
+//!
+//! Several axes get rates that differ by some tenths of a per cent, so that
+//! their steps fall together in every way; the lowest of them is the figure.
+
+use std::result;
+
+use anyhow::{Context, Error, Result};
+
+use super::Subject;
+use super::job::{Axis, Job, Outcome, median, offsets};
+use super::table::Row;
+
+/// Steps/s² of all ramps.
+const ACCEL: u32 = 40_000;
+/// Steps at the top speed, or in all without ramps.
+const STEPS: u32 = 100_000;
+/// Rates are tried on a grid of a quarter of a per cent.
+const GRID: f64 = 1.0025;
+/// Runs keep to the law within 1 µs on either side.
+const FIT: i64 = 32;
+
+pub(super) fn one(subject: &Subject) -> Result<Vec<Row>> {
+    let rate = highest(subject, "rate_ramps", 1)?;
+    let mut rows = vec![Row::queued("rate_ramps", 1, rate.into(), "steps/s")];
+    let cycles = back_to_back(subject, &ramps(1, below(rate)))?;
+    rows.extend(cycles.map(|cycles| Row::queued("back_to_back_ramp", 1, cycles, "cycles")));
+    Ok(rows)
+}
+
+pub(super) fn two(subject: &Subject) -> Result<Vec<Row>> {
+    let rate = highest(subject, "rate_ramps", 2)?;
+    Ok(vec![Row::queued("rate_ramps", 2, rate.into(), "steps/s")])
+}
+
+pub(super) fn three(subject: &Subject) -> Result<Vec<Row>> {
+    let rate = highest(subject, "rate_ramps", 3)?;
+    let mut rows = vec![Row::queued("rate_ramps", 3, rate.into(), "steps/s")];
+    if rate > 0 {
+        let outcome = play(subject, &ramps(3, rate))?.map_err(Error::msg)?;
+        rows.push(Row::queued("late_steps", 3, outcome.late.into(), "steps"));
+    }
+    Ok(rows)
+}
+
+pub(super) fn constant(subject: &Subject) -> Result<Vec<Row>> {
+    let three = highest(subject, "rate_constant", 3)?;
+    let one = highest(subject, "rate_constant", 1)?;
+    let mut rows = vec![
+        Row::queued("rate_constant", 3, three.into(), "steps/s"),
+        Row::queued("rate_constant", 1, one.into(), "steps/s"),
+    ];
+    let cycles = back_to_back(subject, &constants(1, below(one)))?;
+    rows.extend(cycles.map(|cycles| Row::queued("back_to_back_constant", 1, cycles, "cycles")));
+    Ok(rows)
+}
+
+/// A little slower: steps catch up now and then, and nothing is late.
+fn below(rate: u32) -> u32 {
+    (f64::from(rate) * 0.97) as u32
+}
+
+/// Rates that differ a little, the lowest first.
+fn spread(axes: u8, rate: u32) -> impl Iterator<Item = u32> {
+    (0..u32::from(axes)).map(move |n| rate + rate * 3 * n / 1000)
+}
+
+fn ramps(axes: u8, rate: u32) -> Vec<Axis> {
+    let axis = |top: u32| {
+        let both = (u64::from(top) * u64::from(top) / u64::from(ACCEL)) as u32;
+        Axis::ramps(top, ACCEL, both + STEPS)
+    };
+    spread(axes, rate).map(axis).collect()
+}
+
+fn constants(axes: u8, rate: u32) -> Vec<Axis> {
+    spread(axes, rate).map(|speed| Axis::constant(speed, STEPS)).collect()
+}
+
+fn play(subject: &Subject, axes: &[Axis]) -> Result<result::Result<Outcome, String>> {
+    Job::new(axes, true).run(subject, |_| {})
+}
+
+/// Why some step does not come within half its interval of its time; `None` if
+/// all do.
+fn fault(subject: &Subject, axes: &[Axis]) -> Result<Option<String>> {
+    let outcome = match play(subject, axes)? {
+        Ok(outcome) => outcome,
+        Err(fault) => return Ok(Some(fault)),
+    };
+    if outcome.late != 0 {
+        return Ok(Some(format!("{} late steps", outcome.late)));
+    }
+    if outcome.chip.lost() != 0 {
+        return Ok(Some(format!("{} bytes lost", outcome.chip.lost())));
+    }
+    for (axis, steps) in axes.iter().zip(&outcome.steps) {
+        let path = axis.path()?;
+        if steps.len() != axis.steps as usize {
+            return Ok(Some(format!("{} steps of {}", steps.len(), axis.steps)));
+        }
+        let offsets = offsets(steps, &path);
+        // The first step's latency is in all of them: the least is none.
+        let least = offsets.iter().copied().min().unwrap_or(0);
+        for (n, offset) in offsets.iter().enumerate().skip(1) {
+            let interval = path.time_of(n as u32) - path.time_of(n as u32 - 1);
+            let late = offset - least;
+            if late > interval as i64 / 2 + FIT {
+                return Ok(Some(format!("step {n} is {late} of {interval} cycles late")));
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// The highest rate on the grid that is kept while the next one is not; 0 if
+/// not even 1000 steps/s are.
+fn highest(subject: &Subject, name: &str, axes: u8) -> Result<u32> {
+    let rate = |k: i32| (1000.0 * GRID.powi(k)).round() as u32;
+    let kept = |k: i32| {
+        let axes = match name {
+            "rate_constant" => constants(axes, rate(k)),
+            _ => ramps(axes, rate(k)),
+        };
+        let fault = fault(subject, &axes)?;
+        let verdict = fault.as_deref().unwrap_or("kept");
+        eprintln!("{name} of {} at {} steps/s: {verdict}", axes.len(), rate(k));
+        anyhow::Ok(fault.is_none())
+    };
+    let hint = subject.known.get(name, axes, "queued").unwrap_or(20_000.0);
+    let hint = ((hint.max(1001.0) / 1000.0).ln() / GRID.ln()).round() as i32;
+    // Strides that double, away from the hint, until it changes; then halves.
+    let (mut low, mut high, mut stride) = (hint, hint + 1, 1);
+    if kept(hint)? {
+        while kept(high)? {
+            (low, stride) = (high, 2 * stride);
+            high += stride;
+        }
+    } else {
+        (low, high) = (hint - 1, hint);
+        while !kept(low)? {
+            (high, stride) = (low, 2 * stride);
+            low -= stride;
+            if low < 0 {
+                return Ok(0);
+            }
+        }
+    }
+    while high - low > 1 {
+        let middle = (low + high) / 2;
+        if kept(middle)? { low = middle } else { high = middle }
+    }
+    Ok(rate(low))
+}
+
+/// Cycles from step to step where one axis is behind: between two steps in one
+/// stay in the interrupt that come closer than they should. `None` if that is too
+/// seldom to say.
+fn back_to_back(subject: &Subject, axes: &[Axis]) -> Result<Option<f64>> {
+    let outcome = Job::new(axes, true).keeping_visits().run(subject, |_| {})?;
+    let mut outcome = outcome.map_err(Error::msg)?;
+    let path = axes.first().context("no axis")?.path()?;
+    let visits = outcome.chip.take_visits();
+    let steps = &outcome.steps[0];
+    let mut visit = visits.iter().peekable();
+    let mut close = Vec::new();
+    for (n, pair) in steps.windows(2).enumerate() {
+        while visit.next_if(|visit| visit.exit <= pair[0].time).is_some() {}
+        let inside = visit.peek().is_some_and(|visit| pair[1].time < visit.exit);
+        let due = path.time_of(n as u32 + 1) - path.time_of(n as u32);
+        let between = pair[1].time - pair[0].time;
+        if inside && between + 2 < due {
+            close.push(between);
+        }
+    }
+    if close.len() < 20 {
+        eprintln!("only {} steps were behind", close.len());
+        return Ok(None);
+    }
+    Ok(median(&mut close).map(|cycles| cycles as f64))
+}

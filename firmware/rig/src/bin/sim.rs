@@ -1,0 +1,146 @@
+//! The simulated board in real time, on a pseudo-terminal.
+//!
+//! `cargo xtask sim uno` builds the firmware and calls this.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use clap::Parser;
+use stepwright_rig::board::{AXES, HZ};
+use stepwright_rig::edges::steps_of;
+use stepwright_rig::pty::Pty;
+use stepwright_rig::{Board, Chip, Image, firmware};
+use stepwright_sim::{Edge, Pin};
+
+/// How often the line is looked at: a byte takes 85 µs.
+const SLICE: Duration = Duration::from_millis(1);
+/// Behind by more than this, the clock is set anew.
+const LAG: Duration = Duration::from_millis(250);
+/// How often the summary takes in the edges, so that they need no memory.
+const TALLY: u64 = HZ;
+
+/// Run the firmware on a simulated chip, in real time, on a pseudo-terminal.
+#[derive(Parser)]
+struct Args {
+    /// uno, nano or mega
+    board: Board,
+    /// The firmware, if it is not the built one
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+    /// Also make the pseudo-terminal known by this name
+    #[arg(long, value_name = "PATH")]
+    pty_link: Option<PathBuf>,
+}
+
+fn main() -> Result<()> {
+    let args = Args::parse();
+    let image = match &args.elf {
+        Some(file) => Image::read(file)?,
+        None => firmware::load(args.board.name())?,
+    };
+    let ended = Arc::new(AtomicBool::new(false));
+    let end = Arc::clone(&ended);
+    ctrlc::set_handler(move || end.store(true, Ordering::Relaxed))?;
+
+    let mut pty = Pty::open().context("no pseudo-terminal")?;
+    let _link = args.pty_link.map(|path| Link::new(path, &pty)).transpose()?;
+    println!("pty {}", pty.path().display());
+    eprintln!(
+        "{} as {}; try it from another terminal: stepwright move 4000 --port {}; Ctrl-C ends it",
+        args.board.chip(),
+        args.board,
+        pty.path().display()
+    );
+
+    let mut chip = Chip::new(args.board, &image);
+    let mut tally = Tally::default();
+    let (mut begun, mut behind) = (Instant::now(), Duration::ZERO);
+    while !ended.load(Ordering::Relaxed) {
+        let time = Duration::from_micros(chip.now() * 1_000_000 / HZ);
+        let wall = begun.elapsed();
+        if wall > time + LAG {
+            // This machine is too slow, or was asleep: time slips.
+            behind += wall - time;
+            begun += wall - time;
+        } else if wall < time {
+            thread::sleep((time - wall).max(SLICE));
+        }
+        let bytes = pty.read()?;
+        chip.send(&bytes);
+        chip.run_for(HZ / 1000);
+        pty.write(&chip.take_said());
+        if chip.now() - tally.taken > TALLY {
+            tally.take(&mut chip);
+        }
+    }
+    tally.take(&mut chip);
+    tally.print(&mut chip, behind);
+    Ok(())
+}
+
+/// A second name of the pseudo-terminal, while this lives.
+struct Link(PathBuf);
+
+impl Link {
+    fn new(path: PathBuf, pty: &Pty) -> Result<Link> {
+        if path.is_symlink() {
+            // One that an earlier run left behind.
+            std::fs::remove_file(&path)?;
+        }
+        std::os::unix::fs::symlink(pty.path(), &path)
+            .with_context(|| format!("making {}", path.display()))?;
+        Ok(Link(path))
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// What happened, without keeping every edge.
+#[derive(Default)]
+struct Tally {
+    taken: u64,
+    steps: [u64; AXES],
+    positions: [i64; AXES],
+    /// The last known level of each DIR.
+    directions: [Option<Edge>; AXES],
+}
+
+impl Tally {
+    fn take(&mut self, chip: &mut Chip) {
+        self.taken = chip.now();
+        let edges = chip.take_edges();
+        for axis in 0..AXES {
+            let known = self.directions[axis].into_iter();
+            let edges: Vec<Edge> = known.chain(edges.iter().copied()).collect();
+            let steps = steps_of(&edges, axis as u8);
+            self.steps[axis] += steps.len() as u64;
+            self.positions[axis] += steps.last().map_or(0, |step| step.position);
+            let is_direction = |edge: &&Edge| edge.axis == axis as u8 && edge.pin == Pin::Direction;
+            self.directions[axis] = edges.iter().rfind(is_direction).copied();
+        }
+    }
+
+    fn print(&self, chip: &mut Chip, behind: Duration) {
+        println!("cycles {}, {:.3} s", chip.now(), chip.now() as f64 / HZ as f64);
+        for axis in 0..AXES {
+            println!(
+                "axis {}: {} steps, from 0 to {}",
+                axis + 1,
+                self.steps[axis],
+                self.positions[axis]
+            );
+        }
+        println!("board: {}", chip.ask("?").unwrap_or_else(|| "no answer".into()));
+        if !behind.is_zero() {
+            println!("this machine was too slow by {:.1} s in all", behind.as_secs_f64());
+        }
+    }
+}

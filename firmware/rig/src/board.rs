@@ -1,0 +1,116 @@
+//! What is soldered where: the boards that the firmware is for.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// Axes of a CNC shield.
+pub const AXES: usize = 3;
+
+/// Cycles per second.
+pub const HZ: u64 = 16_000_000;
+
+/// A pin of a chip: port B … L and bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pin(pub char, pub u8);
+
+/// A board with its chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Board {
+    /// Arduino Uno, and the Nano, which differs in its size only.
+    Uno,
+    /// Arduino Mega 2560.
+    Mega,
+}
+
+impl Board {
+    /// The chip, as the simulator calls it.
+    pub fn chip(self) -> &'static str {
+        match self {
+            Board::Uno => "atmega328p",
+            Board::Mega => "atmega2560",
+        }
+    }
+
+    /// As in file names and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Board::Uno => "uno",
+            Board::Mega => "mega",
+        }
+    }
+
+    /// STEP of each axis: D2, D3, D4.
+    pub fn step(self) -> [Pin; AXES] {
+        match self {
+            Board::Uno => [Pin('D', 2), Pin('D', 3), Pin('D', 4)],
+            Board::Mega => [Pin('E', 4), Pin('E', 5), Pin('G', 5)],
+        }
+    }
+
+    /// DIR of each axis: D5, D6, D7.
+    pub fn direction(self) -> [Pin; AXES] {
+        match self {
+            Board::Uno => [Pin('D', 5), Pin('D', 6), Pin('D', 7)],
+            Board::Mega => [Pin('E', 3), Pin('H', 3), Pin('H', 4)],
+        }
+    }
+
+    /// ENABLE of all drivers, low to enable: D8.
+    pub fn enable(self) -> Pin {
+        match self {
+            Board::Uno => Pin('B', 0),
+            Board::Mega => Pin('H', 5),
+        }
+    }
+
+    /// The limit switch of each axis, to ground: D9, D10, D11.
+    pub fn switch(self) -> [Pin; AXES] {
+        match self {
+            Board::Uno => [Pin('B', 1), Pin('B', 2), Pin('B', 3)],
+            Board::Mega => [Pin('H', 6), Pin('B', 4), Pin('B', 5)],
+        }
+    }
+
+    /// The LED: D13.
+    pub fn led(self) -> Pin {
+        match self {
+            Board::Uno => Pin('B', 5),
+            Board::Mega => Pin('B', 7),
+        }
+    }
+
+    /// The step interrupt: the compare match A of timer 1.
+    pub fn step_vector(self) -> u8 {
+        match self {
+            Board::Uno => 11,
+            Board::Mega => 17,
+        }
+    }
+
+    /// Cycles that the chip takes for RETI: one more where an address has
+    /// three bytes.
+    pub fn reti(self) -> u64 {
+        match self {
+            Board::Uno => 4,
+            Board::Mega => 5,
+        }
+    }
+}
+
+impl fmt::Display for Board {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Board {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Board, String> {
+        match name {
+            "uno" | "nano" => Ok(Board::Uno),
+            "mega" => Ok(Board::Mega),
+            _ => Err(format!("no board is called {name}: uno, nano or mega")),
+        }
+    }
+}

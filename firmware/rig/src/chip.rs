@@ -1,0 +1,399 @@
+//! The chip as a test holds it: lines, pins, power.
+
+use std::time::Duration;
+
+use stepwright_sim::Edge;
+
+use crate::board::{Board, HZ};
+use crate::elf::Image;
+use crate::line::Line;
+use crate::silicon::Silicon;
+use crate::taps::{Taps, Visit};
+
+/// Cycles that a test waits for an answer, unless it says otherwise: 50 ms.
+const PATIENCE: u64 = HZ / 20;
+
+/// A board with a firmware, switched on.
+///
+/// Time passes only in the `run` methods and in those that wait for an answer.
+pub struct Chip {
+    // Boxed: the callbacks hold its address.
+    silicon: Box<Silicon>,
+    taps: Taps,
+    line: Line,
+    board: Board,
+    ram: u32,
+    /// When interrupts were switched off, if they are.
+    off_since: Option<u64>,
+    /// The longest stretch without interrupts: cycles, and the address of the
+    /// instruction after which they came back.
+    off_longest: (u64, u32),
+    watch: Option<Watch>,
+    resets: u32,
+}
+
+/// A function whose calls are timed.
+#[derive(Clone, Debug, Default)]
+struct Watch {
+    begin: u32,
+    /// The stack pointer at its entry, and the cycles spent in it so far.
+    open: Option<(u16, u64, u64)>,
+    /// Cycles of each call, without interrupts.
+    calls: Vec<u64>,
+}
+
+impl Chip {
+    /// Switches a board on, with `image` in its flash and an empty EEPROM.
+    pub fn new(board: Board, image: &Image) -> Chip {
+        let silicon = Box::new(Silicon::new(board, image));
+        let taps = Taps::new(board, &silicon);
+        Chip {
+            silicon,
+            taps,
+            line: Line::default(),
+            board,
+            ram: image.ram,
+            off_since: Some(0),
+            off_longest: (0, 0),
+            watch: None,
+            resets: 0,
+        }
+    }
+
+    /// The board.
+    pub fn board(&self) -> Board {
+        self.board
+    }
+
+    /// Cycles since it was switched on, through all resets.
+    pub fn now(&self) -> u64 {
+        self.taps.heard.base + self.silicon.cycle()
+    }
+
+    /// One instruction, and what the world does meanwhile.
+    #[inline(always)]
+    fn step(&mut self) {
+        let now = self.now();
+        if self.line.due() <= now {
+            self.line.tick(now, &mut self.silicon);
+        }
+        let before = self.silicon.cycle();
+        self.silicon.step();
+        if self.silicon.cycle() < before {
+            // The watchdog has bitten: simavr counts from 0 again.
+            self.restarted(before);
+        }
+        let now = self.now();
+        match (self.off_since, self.silicon.interrupts()) {
+            (None, false) => self.off_since = Some(now),
+            (Some(since), true) => {
+                self.off_since = None;
+                if now - since > self.off_longest.0 {
+                    self.off_longest = (now - since, self.silicon.pc());
+                }
+            }
+            _ => {}
+        }
+        if let Some(watch) = &mut self.watch {
+            watch.look(&self.silicon, now, self.taps.heard.inside);
+        }
+        if self.line.is_polling() {
+            self.hear_answers(now);
+        }
+    }
+
+    /// A poll goes on when an answer is complete.
+    fn hear_answers(&mut self, now: u64) {
+        while let Some(&(done, byte)) = self.taps.heard.said.front() {
+            if done > now {
+                return;
+            }
+            self.taps.heard.said.pop_front();
+            if byte == b'\r' {
+                self.line.answered(done);
+            }
+        }
+    }
+
+    /// Lets `cycles` pass.
+    pub fn run_for(&mut self, cycles: u64) {
+        self.run_until(self.now().saturating_add(cycles));
+    }
+
+    /// Lets time pass until `cycle`.
+    pub fn run_until(&mut self, cycle: u64) {
+        while self.now() < cycle {
+            self.step();
+        }
+    }
+
+    /// Lets time pass until `done` answers yes, which it is asked after each
+    /// instruction; false if it has not after `limit` cycles.
+    pub fn run_to(&mut self, limit: u64, mut done: impl FnMut(&Chip) -> bool) -> bool {
+        let end = self.now().saturating_add(limit);
+        loop {
+            if done(self) {
+                return true;
+            }
+            if self.now() >= end {
+                return false;
+            }
+            self.step();
+        }
+    }
+
+    /// Sends bytes, one directly behind the other, from now on.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.line.send(self.now(), bytes);
+    }
+
+    /// Sends a byte that is complete at `cycle`.
+    pub(crate) fn send_complete_at(&mut self, cycle: u64, byte: u8) {
+        let begin = cycle.saturating_sub(self.silicon.byte_time());
+        self.line.send(begin, &[byte]);
+    }
+
+    /// Sends `lines` in turn, each as soon as the last one is answered, while
+    /// time passes; until it is called with none. The answers are not kept.
+    pub fn poll(&mut self, lines: &[&str]) {
+        self.line.poll(self.now(), lines);
+    }
+
+    /// Answers to the lines of [`poll`](Chip::poll) so far.
+    pub fn polled(&self) -> u64 {
+        self.line.polled
+    }
+
+    /// What the board has said up to now, and nobody has taken.
+    pub fn take_said(&mut self) -> Vec<u8> {
+        self.take_said_with_times().into_iter().map(|(_, byte)| byte).collect()
+    }
+
+    /// The same, with the cycle at which each byte is complete.
+    pub fn take_said_with_times(&mut self) -> Vec<(u64, u8)> {
+        let now = self.now();
+        let said = &mut self.taps.heard.said;
+        let complete = said.partition_point(|&(done, _)| done <= now);
+        said.drain(..complete).collect()
+    }
+
+    /// Everything that has begun to be sent, also what is not complete yet.
+    pub(crate) fn take_begun(&mut self) -> Vec<(u64, u8)> {
+        self.taps.heard.said.drain(..).collect()
+    }
+
+    /// Sends a line with its CR and waits for the answer, which comes without
+    /// its CR; `None` if it does not come within 50 ms.
+    pub fn ask(&mut self, line: &str) -> Option<String> {
+        self.take_said();
+        self.send(line.as_bytes());
+        self.send(b"\r");
+        let mut answer = Vec::new();
+        let complete = self.run_to(PATIENCE, |chip| {
+            chip.taps
+                .heard
+                .said
+                .back()
+                .is_some_and(|&(done, byte)| byte == b'\r' && done <= chip.now())
+        });
+        answer.extend(self.take_said());
+        (complete && answer.pop() == Some(b'\r'))
+            .then(|| String::from_utf8_lossy(&answer).into_owned())
+    }
+
+    /// Asks, and panics if the answer is another one: for tests.
+    #[track_caller]
+    pub fn expect(&mut self, line: &str, answer: &str) {
+        let got = self.ask(line);
+        assert_eq!(got.as_deref(), Some(answer), "the answer to {line:?} at {}", self.now());
+    }
+
+    /// Asks `F` until it is `R`; false if that takes longer than `limit`.
+    pub fn run_to_rest(&mut self, limit: Duration) -> bool {
+        let end = self.now() + cycles(limit);
+        while self.now() < end {
+            match self.ask("F").as_deref() {
+                Some("R") => return true,
+                Some("B") => self.run_for(HZ / 100),
+                _ => return false,
+            }
+        }
+        false
+    }
+
+    /// Lets time pass without a word until no pin of a drive has moved for
+    /// `quiet` cycles; false if that takes longer than `limit`.
+    pub fn run_to_silence(&mut self, quiet: u64, limit: u64) -> bool {
+        let mut seen = self.edges().len();
+        let end = self.now() + limit;
+        while self.now() < end {
+            self.run_for(quiet);
+            if self.edges().len() == seen {
+                return true;
+            }
+            seen = self.edges().len();
+        }
+        false
+    }
+
+    /// Every edge of STEP and DIR so far.
+    pub fn edges(&self) -> &[Edge] {
+        &self.taps.heard.edges
+    }
+
+    /// Forgets the edges so far and returns them.
+    pub fn take_edges(&mut self) -> Vec<Edge> {
+        std::mem::take(&mut self.taps.heard.edges)
+    }
+
+    /// Every change of ENABLE so far: cycle and level. It is low at first, as
+    /// a pin that is not driven is taken to be.
+    pub fn enable_changes(&self) -> &[(u64, bool)] {
+        &self.taps.heard.enable
+    }
+
+    /// Every change of the LED on D13.
+    pub fn led_changes(&self) -> &[(u64, bool)] {
+        &self.taps.heard.led
+    }
+
+    /// Closes the limit switch of an axis to ground, or opens it.
+    pub fn press(&mut self, axis: usize, closed: bool) {
+        self.silicon.pull(self.board.switch()[axis], closed);
+    }
+
+    /// Somebody presses RESET: RAM and EEPROM stay.
+    pub fn reset(&mut self) {
+        let before = self.silicon.cycle();
+        self.silicon.reset();
+        self.restarted(before);
+    }
+
+    /// The power goes and comes back: only flash and EEPROM stay. A byte that
+    /// was being written to the EEPROM is `spoilt` then.
+    pub fn power_loss(&mut self, spoilt: u8) {
+        if let Some(address) = self.taps.heard.eeprom.cut() {
+            self.silicon.set_eeprom(address, &[spoilt]);
+        }
+        let before = self.silicon.cycle();
+        self.silicon.power_cycle();
+        self.restarted(before);
+        self.line.cut();
+        self.taps.heard.said.clear();
+    }
+
+    fn restarted(&mut self, before: u64) {
+        self.taps.heard.base += before;
+        self.taps.release();
+        self.off_since = Some(self.now());
+        self.resets += 1;
+        if let Some(watch) = &mut self.watch {
+            watch.open = None;
+        }
+    }
+
+    /// Resets of every kind since it was switched on.
+    pub fn resets(&self) -> u32 {
+        self.resets
+    }
+
+    /// The whole EEPROM.
+    pub fn eeprom(&self) -> Vec<u8> {
+        self.silicon.eeprom()
+    }
+
+    /// Puts bytes into the EEPROM.
+    pub fn set_eeprom(&mut self, offset: u16, bytes: &[u8]) {
+        self.silicon.set_eeprom(offset, bytes);
+    }
+
+    /// Whether a byte of the EEPROM is being written.
+    pub fn eeprom_is_busy(&self) -> bool {
+        self.taps.heard.eeprom.is_busy()
+    }
+
+    /// Bytes written to the EEPROM.
+    pub fn eeprom_written(&self) -> u64 {
+        self.taps.heard.eeprom.written()
+    }
+
+    /// A byte of RAM or a register.
+    pub fn byte(&self, address: u16) -> u8 {
+        self.silicon.byte(address)
+    }
+
+    /// The address of the next instruction, in bytes.
+    pub fn pc(&self) -> u32 {
+        self.silicon.pc()
+    }
+
+    /// Bytes of RAM in statics, and the most that the stack has taken.
+    pub fn ram(&self) -> (u32, u32) {
+        (self.ram, self.silicon.stack(self.ram))
+    }
+
+    /// Bytes that were lost on the way to the firmware.
+    pub fn lost(&self) -> u64 {
+        self.line.lost
+    }
+
+    /// Whether all that was sent has reached the firmware.
+    pub fn has_taken_all(&self) -> bool {
+        self.line.is_idle()
+    }
+
+    /// The longest stretch with interrupts off so far: cycles, and the address
+    /// after it.
+    pub fn longest_off(&self) -> (u64, u32) {
+        self.off_longest
+    }
+
+    /// Forgets the longest stretch: boot is not motion.
+    pub fn clear_longest_off(&mut self) {
+        self.off_longest = (0, 0);
+    }
+
+    /// Cycles in interrupts so far.
+    pub fn inside_interrupts(&self) -> u64 {
+        self.taps.heard.inside
+    }
+
+    /// Keeps every stay in the step interrupt from now on.
+    pub fn keep_visits(&mut self) {
+        self.taps.heard.keep_visits = true;
+    }
+
+    /// The stays in the step interrupt since they are kept, or were taken.
+    pub fn take_visits(&mut self) -> Vec<Visit> {
+        std::mem::take(&mut self.taps.heard.visits)
+    }
+
+    /// Times every call of the function at `address` from now on.
+    pub fn watch_calls(&mut self, address: u32) {
+        self.watch = Some(Watch { begin: address, ..Watch::default() });
+    }
+
+    /// Cycles of each call of the watched function, without interrupts.
+    pub fn take_calls(&mut self) -> Vec<u64> {
+        self.watch.as_mut().map(|watch| std::mem::take(&mut watch.calls)).unwrap_or_default()
+    }
+}
+
+impl Watch {
+    fn look(&mut self, silicon: &Silicon, now: u64, inside: u64) {
+        match self.open {
+            None if silicon.pc() == self.begin => self.open = Some((silicon.sp(), now, inside)),
+            // Its return address has been popped.
+            Some((sp, begun, then)) if silicon.sp() > sp => {
+                self.calls.push((now - begun).saturating_sub(inside - then));
+                self.open = None;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// A time in cycles.
+pub fn cycles(time: Duration) -> u64 {
+    (time.as_nanos() * u128::from(HZ) / 1_000_000_000) as u64
+}

@@ -1,0 +1,128 @@
+//! Reads the few things of an ELF file that a chip needs.
+//!
+//! 32 bits, little endian, AVR. RAM is at 0x800000 and the EEPROM at 0x810000
+//! in the addresses of the AVR linker; below that is flash.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+
+/// Where the linker puts RAM.
+const DATA: u32 = 0x80_0000;
+/// Where the linker puts the EEPROM.
+const EEPROM: u32 = 0x81_0000;
+
+/// A named address.
+#[derive(Clone, Debug)]
+pub struct Symbol {
+    /// As the linker has it, mangled.
+    pub name: String,
+    /// In bytes; of flash, if below 0x800000.
+    pub address: u32,
+    /// In bytes; 0 if unknown.
+    pub size: u32,
+}
+
+/// A firmware as it lies in flash.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// From address 0; gaps are 0xFF.
+    pub flash: Vec<u8>,
+    /// Bytes of RAM in statics: `.data`, `.bss` and `.noinit`.
+    pub ram: u32,
+    /// All named addresses.
+    pub symbols: Vec<Symbol>,
+}
+
+impl Image {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// The file can't be read, or is no ELF file for an AVR.
+    pub fn read(path: &Path) -> Result<Image> {
+        let bytes =
+            std::fs::read(path).with_context(|| format!("no firmware at {}", path.display()))?;
+        Image::parse(&bytes).with_context(|| format!("{} is no firmware", path.display()))
+    }
+
+    fn parse(bytes: &[u8]) -> Result<Image> {
+        let file = File(bytes);
+        ensure!(bytes.starts_with(b"\x7fELF\x01\x01"), "not an ELF file of 32 bits");
+        ensure!(file.half(18)? == 83, "not for an AVR");
+        let mut flash = Vec::new();
+        let (segments, size, count) = (file.word(28)?, file.half(42)?, file.half(44)?);
+        for n in 0..u32::from(count) {
+            let at = segments + n * u32::from(size);
+            let (kind, offset) = (file.word(at)?, file.word(at + 4)?);
+            // The place in flash: for initialised RAM that is where its copy lies.
+            let (place, length) = (file.word(at + 12)?, file.word(at + 16)?);
+            if kind != 1 || length == 0 || place >= DATA {
+                continue;
+            }
+            let end = (place + length) as usize;
+            if flash.len() < end {
+                flash.resize(end, 0xFF);
+            }
+            flash[place as usize..end].copy_from_slice(file.bytes(offset, length)?);
+        }
+        ensure!(!flash.is_empty(), "nothing for flash in it");
+        let (ram, symbols) = file.sections()?;
+        Ok(Image { flash, ram, symbols })
+    }
+
+    /// The functions whose names contain all of `parts`.
+    pub fn functions<'a>(&'a self, parts: &'a [&str]) -> impl Iterator<Item = &'a Symbol> {
+        self.symbols.iter().filter(move |symbol| {
+            symbol.address < DATA && parts.iter().all(|part| symbol.name.contains(part))
+        })
+    }
+}
+
+struct File<'a>(&'a [u8]);
+
+impl File<'_> {
+    fn bytes(&self, at: u32, length: u32) -> Result<&[u8]> {
+        let end = at.checked_add(length).context("an impossible offset")?;
+        self.0.get(at as usize..end as usize).context("the file is cut short")
+    }
+
+    fn half(&self, at: u32) -> Result<u16> {
+        Ok(u16::from_le_bytes(self.bytes(at, 2)?.try_into()?))
+    }
+
+    fn word(&self, at: u32) -> Result<u32> {
+        Ok(u32::from_le_bytes(self.bytes(at, 4)?.try_into()?))
+    }
+
+    /// Bytes of RAM in use, and the symbols.
+    fn sections(&self) -> Result<(u32, Vec<Symbol>)> {
+        let (table, size, count) = (self.word(32)?, self.half(46)?, self.half(48)?);
+        let header = |n: u32| table + n * u32::from(size);
+        let (mut ram, mut symbols) = (0, Vec::new());
+        for n in 0..u32::from(count) {
+            let at = header(n);
+            let (kind, flags) = (self.word(at + 4)?, self.word(at + 8)?);
+            let (address, offset, length) =
+                (self.word(at + 12)?, self.word(at + 16)?, self.word(at + 20)?);
+            // Allocated, and in RAM.
+            if flags & 2 != 0 && (DATA..EEPROM).contains(&address) {
+                ram += length;
+            }
+            if kind == 2 {
+                let names = self.word(header(self.word(at + 24)?) + 16)?;
+                for entry in (offset..offset + length).step_by(16) {
+                    let name = self.name(names + self.word(entry)?);
+                    let (address, size) = (self.word(entry + 4)?, self.word(entry + 8)?);
+                    symbols.push(Symbol { name, address, size });
+                }
+            }
+        }
+        Ok((ram, symbols))
+    }
+
+    fn name(&self, at: u32) -> String {
+        let rest = self.0.get(at as usize..).unwrap_or(&[]);
+        let name = rest.split(|&byte| byte == 0).next().unwrap_or(&[]);
+        String::from_utf8_lossy(name).into_owned()
+    }
+}

@@ -1,0 +1,46 @@
+//! Where the firmwares are that the rig runs.
+
+use std::env;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+
+use crate::board::Board;
+use crate::elf::Image;
+
+/// The folder with `uno.elf`, `uno-bench.elf`, `mega.elf` and so on.
+pub const FOLDER: &str = "STEPWRIGHT_FIRMWARE";
+
+/// The file of a firmware: `uno`, `uno-bench`, `mega`.
+pub fn path(name: &str) -> PathBuf {
+    let folder = env::var_os(FOLDER).map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/firmware")),
+        PathBuf::from,
+    );
+    folder.join(name).with_extension("elf")
+}
+
+/// Reads a firmware.
+///
+/// # Errors
+/// It is not there, with what builds it.
+pub fn load(name: &str) -> Result<Image> {
+    let (board, bench) = match name.strip_suffix("-bench") {
+        Some(board) => (board, " --bench"),
+        None => (name, ""),
+    };
+    Image::read(&path(name)).with_context(|| {
+        format!(
+            "build it with `cargo xtask firmware {board}{bench}`; \
+             {FOLDER} names the folder if it is not target/firmware"
+        )
+    })
+}
+
+/// The board's own firmware, for tests.
+///
+/// # Panics
+/// It is not there.
+pub fn built(board: Board) -> Image {
+    load(board.name()).unwrap_or_else(|error| panic!("{error:#}"))
+}

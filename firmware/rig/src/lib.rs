@@ -1,0 +1,42 @@
+//! The rig: Stepwright's firmware on a simulated chip, cycle by cycle.
+//!
+//! A [`Chip`] runs the binary that a board would run. The rig stands around
+//! it: it sends bytes into the serial port, presses switches, cuts the power,
+//! and takes down every edge of the STEP, DIR and ENABLE pins with its cycle.
+//! What the motors did is then rebuilt from the edges alone ([`edges`]).
+//!
+//! ```text
+//!   lines ──► Line ──► USART0 ┌──────┐ STEP, DIR ──► Vec<Edge> ──► steps, checks
+//!   answers ◄──────── USART0 │ Chip │ ENABLE    ──► changes
+//!   switches ────────► pins   └──────┘ cycles in interrupts, interrupts off, RAM
+//! ```
+//!
+//! The simulator is simavr. Where it differs from a chip the rig mends it, or
+//! says so:
+//!
+//! | simavr | chip | here |
+//! | --- | --- | --- |
+//! | a byte takes 11 bits | 10 | mended |
+//! | received bytes wait in 64 places | 2 and the one that arrives | mended: one more is lost, and the flag says so |
+//! | an interrupt enabled after its compare match never comes | it comes | mended |
+//! | an EEPROM byte is written at once | 3.4 ms | mended: busy for so long, and a power loss in between spoils it |
+//! | entering an interrupt takes 0 cycles | 4 | firmware built for the bench spends them itself; otherwise edges are up to 4 cycles early |
+
+pub mod bench;
+pub mod board;
+pub mod chip;
+pub mod edges;
+mod eeprom;
+pub mod elf;
+pub mod firmware;
+mod line;
+pub mod pair;
+pub mod pty;
+mod silicon;
+mod taps;
+
+pub use board::Board;
+pub use chip::Chip;
+pub use elf::Image;
+pub use pair::Pair;
+pub use taps::Visit;

@@ -1,0 +1,308 @@
+//! The simulator behind a safe face: one chip, one instruction at a time.
+//!
+//! Everything unsafe of the rig is here and in `taps.rs`.
+
+use std::ffi::CString;
+use std::os::raw::c_void;
+use std::ptr;
+
+use simavr_ffi as ffi;
+
+use crate::board::{Board, HZ, Pin};
+use crate::elf::Image;
+
+/// RAM is full of this when the power comes: what still is has not been used.
+const PAINT: u8 = 0xA5;
+
+/// USART0's registers, the same on both chips.
+const UCSR0A: usize = 0xC0;
+const UBRR0: usize = 0xC4;
+
+/// simavr's name of a request.
+const fn request(name: [u8; 4]) -> u32 {
+    u32::from_be_bytes(name)
+}
+
+/// A simulated chip.
+pub(crate) struct Silicon {
+    pub(crate) avr: *mut ffi::avr_t,
+    uart: *mut ffi::avr_uart_t,
+    /// Closed switches: per port, the pins that are pulled from outside.
+    pulled: Vec<(char, u8, u8)>,
+}
+
+impl Silicon {
+    /// A chip with `image` in its flash, at reset.
+    pub(crate) fn new(board: Board, image: &Image) -> Silicon {
+        let name = CString::new(board.chip()).expect("a name without zeros");
+        // SAFETY: the name is a C string; simavr allocates, and Drop frees.
+        let avr = unsafe { ffi::avr_make_mcu_by_name(name.as_ptr()) };
+        assert!(!avr.is_null(), "simavr has no {}", board.chip());
+        // SAFETY: `avr` is fresh from simavr. The code is copied, and simavr
+        // aborts if it is too long, which is tested before.
+        unsafe {
+            (*avr).frequency = HZ as u32;
+            assert_eq!(ffi::avr_init(avr), 0, "simavr can't set up the chip");
+            let room = (*avr).flashend + 1;
+            let size = image.flash.len() as u32;
+            assert!(size <= room, "{size} bytes of firmware, {room} bytes of flash");
+            ffi::avr_loadcode(avr, image.flash.as_ptr().cast_mut(), size, 0);
+            (*avr).codeend = size;
+            // Quiet: it would print what the chip sends, and sleep when it polls.
+            let mut flags = 0u32;
+            ffi::avr_ioctl(avr, request(*b"uas0"), ptr::from_mut(&mut flags).cast());
+        }
+        let mut silicon = Silicon { avr, uart: find_uart(avr), pulled: Vec::new() };
+        silicon.paint();
+        silicon
+    }
+
+    /// Fills the RAM with a pattern, as power-up would with noise.
+    fn paint(&mut self) {
+        // SAFETY: `data` has `ramend` + 1 bytes, registers first.
+        unsafe {
+            let (begin, end) =
+                (usize::from((*self.avr).ioend) + 1, usize::from((*self.avr).ramend));
+            ptr::write_bytes((*self.avr).data.add(begin), PAINT, end + 1 - begin);
+        }
+    }
+
+    /// Bytes from the end of RAM down to the deepest one that was written;
+    /// `statics` bytes at its beginning don't count.
+    pub(crate) fn stack(&self, statics: u32) -> u32 {
+        let free = self.ram().get(statics as usize..).unwrap_or(&[]);
+        let deepest = free.iter().position(|&byte| byte != PAINT).unwrap_or(free.len());
+        (free.len() - deepest) as u32
+    }
+
+    fn ram(&self) -> &[u8] {
+        // SAFETY: as in `paint`; nothing writes while `self` is borrowed.
+        unsafe {
+            let begin = usize::from((*self.avr).ioend) + 1;
+            let length = usize::from((*self.avr).ramend) + 1 - begin;
+            std::slice::from_raw_parts((*self.avr).data.add(begin), length)
+        }
+    }
+
+    /// A byte of the data space: a register or RAM.
+    pub(crate) fn byte(&self, address: u16) -> u8 {
+        // SAFETY: the address is held below the end.
+        unsafe { *(*self.avr).data.add(usize::from(address.min((*self.avr).ramend))) }
+    }
+
+    /// Executes one instruction and what the hardware does meanwhile.
+    #[inline(always)]
+    pub(crate) fn step(&mut self) {
+        // SAFETY: `avr` is alive; its callbacks are ours, see `taps.rs`.
+        let state = unsafe { ffi::avr_run(self.avr) } as u32;
+        assert!(
+            state == ffi::cpu_Running || state == ffi::cpu_Sleeping,
+            "the chip has crashed at {:#x}",
+            self.pc()
+        );
+    }
+
+    /// Cycles since the last reset.
+    #[inline(always)]
+    pub(crate) fn cycle(&self) -> u64 {
+        // SAFETY: `avr` is alive.
+        unsafe { (*self.avr).cycle }
+    }
+
+    /// The address of the next instruction, in bytes.
+    #[inline(always)]
+    pub(crate) fn pc(&self) -> u32 {
+        // SAFETY: `avr` is alive.
+        unsafe { (*self.avr).pc }
+    }
+
+    /// The stack pointer.
+    #[inline(always)]
+    pub(crate) fn sp(&self) -> u16 {
+        u16::from_le_bytes([self.byte(0x5D), self.byte(0x5E)])
+    }
+
+    /// Whether interrupts are enabled: the flag I of SREG.
+    #[inline(always)]
+    pub(crate) fn interrupts(&self) -> bool {
+        // SAFETY: `avr` is alive.
+        unsafe { (*self.avr).sreg[7] != 0 }
+    }
+
+    /// A reset from outside: RAM and EEPROM stay.
+    pub(crate) fn reset(&mut self) {
+        // SAFETY: `avr` is alive, and no callback runs.
+        unsafe {
+            ffi::avr_reset(self.avr);
+            let flags = (*self.avr).reset_flags;
+            set(self.avr, flags.extrf, true);
+        }
+    }
+
+    /// The power goes and comes: only flash and EEPROM stay.
+    pub(crate) fn power_cycle(&mut self) {
+        self.paint();
+        // SAFETY: as in `reset`.
+        unsafe {
+            let flags = (*self.avr).reset_flags;
+            for flag in [flags.extrf, flags.borf, flags.wdrf] {
+                set(self.avr, flag, false);
+            }
+            set(self.avr, flags.porf, true);
+            ffi::avr_reset(self.avr);
+        }
+    }
+
+    /// Cycles of a byte on the line, as the firmware has set up USART0.
+    pub(crate) fn byte_time(&self) -> u64 {
+        let divider =
+            u64::from(self.byte(UBRR0 as u16)) | u64::from(self.byte(UBRR0 as u16 + 1)) << 8;
+        let bit = (divider + 1) * if self.byte(UCSR0A as u16) & 2 != 0 { 8 } else { 16 };
+        10 * bit
+    }
+
+    /// Whether USART0 has handed out every byte that it was given.
+    pub(crate) fn receiver_is_empty(&self) -> bool {
+        // SAFETY: `uart` belongs to `avr`.
+        unsafe { (*self.uart).input.read == (*self.uart).input.write }
+    }
+
+    /// A byte has arrived, now. Call it with an empty receiver only.
+    pub(crate) fn receive(&mut self, byte: u8) {
+        // SAFETY: as above; the irq was made by simavr. The receiver takes the
+        // time of a byte from its arrival; it has passed already.
+        unsafe {
+            (*self.uart).cycles_per_byte = 1;
+            ffi::avr_raise_irq((*self.uart).io.irq, u32::from(byte));
+            (*self.uart).cycles_per_byte = self.byte_time();
+        }
+    }
+
+    /// Tells simavr how long a byte takes.
+    pub(crate) fn set_byte_time(&self, cycles: u64) {
+        // SAFETY: `uart` belongs to `avr`.
+        unsafe { (*self.uart).cycles_per_byte = cycles }
+    }
+
+    /// A byte was lost for want of room: data overrun.
+    pub(crate) fn overrun(&mut self) {
+        // SAFETY: UCSR0A is inside `data`; its bit 3 is DOR.
+        unsafe { *(*self.avr).data.add(UCSR0A) |= 1 << 3 }
+    }
+
+    /// Holds an input pin low, or lets its pull-up have it.
+    pub(crate) fn pull(&mut self, pin: Pin, low: bool) {
+        let Pin(port, bit) = pin;
+        let index = self.pulled.iter().position(|(name, ..)| *name == port).unwrap_or_else(|| {
+            self.pulled.push((port, 0, 0));
+            self.pulled.len() - 1
+        });
+        let (_, mask, value) = &mut self.pulled[index];
+        *mask |= 1 << bit;
+        *value = *value & !(1 << bit) | u8::from(!low) << bit;
+        let (mask, value) = (u64::from(*mask), u64::from(*value));
+        // SAFETY: the structure is simavr's, and it copies it.
+        unsafe {
+            let mut external: ffi::avr_ioport_external_t = std::mem::zeroed();
+            external.set_name(u64::from(port as u8));
+            external.set_mask(mask);
+            external.set_value(value);
+            let name = request([b'i', b'o', b'p', port as u8]);
+            ffi::avr_ioctl(self.avr, name, ptr::from_mut(&mut external).cast());
+            ffi::avr_raise_irq(self.pin(pin), u32::from(!low));
+        }
+    }
+
+    /// simavr's signal of a pin.
+    pub(crate) fn pin(&self, Pin(port, bit): Pin) -> *mut ffi::avr_irq_t {
+        let name = request([b'i', b'o', b'g', port as u8]);
+        // SAFETY: `avr` is alive; null if it has no such pin.
+        let irq = unsafe { ffi::avr_io_getirq(self.avr, name, i32::from(bit)) };
+        assert!(!irq.is_null(), "no pin P{port}{bit}");
+        irq
+    }
+
+    /// simavr's signal of a byte that USART0 sends.
+    pub(crate) fn sent(&self) -> *mut ffi::avr_irq_t {
+        // SAFETY: `uart` belongs to `avr` and has four irqs.
+        unsafe { (*self.uart).io.irq.add(ffi::UART_IRQ_OUTPUT as usize) }
+    }
+
+    /// The whole EEPROM.
+    pub(crate) fn eeprom(&self) -> Vec<u8> {
+        // SAFETY: the description's length is the buffer's.
+        unsafe {
+            let mut bytes = vec![0; (*self.avr).e2end as usize + 1];
+            let mut what = ffi::avr_eeprom_desc_t {
+                ee: bytes.as_mut_ptr(),
+                offset: 0,
+                size: bytes.len() as u32,
+            };
+            ffi::avr_ioctl(self.avr, request(*b"eegp"), ptr::from_mut(&mut what).cast());
+            bytes
+        }
+    }
+
+    /// Puts `bytes` into the EEPROM from `offset` on.
+    pub(crate) fn set_eeprom(&mut self, offset: u16, bytes: &[u8]) {
+        let mut bytes = bytes.to_vec();
+        // SAFETY: the description's length is the buffer's; simavr refuses
+        // what lies beyond the end.
+        let result = unsafe {
+            let mut what =
+                ffi::avr_eeprom_desc_t { ee: bytes.as_mut_ptr(), offset, size: bytes.len() as u32 };
+            ffi::avr_ioctl(self.avr, request(*b"eesp"), ptr::from_mut(&mut what).cast())
+        };
+        assert_eq!(result, 0, "beyond the end of the EEPROM");
+    }
+}
+
+impl Drop for Silicon {
+    fn drop(&mut self) {
+        // SAFETY: the last use.
+        unsafe {
+            ffi::avr_terminate(self.avr);
+        }
+    }
+}
+
+/// USART0 in simavr's list of modules.
+fn find_uart(avr: *mut ffi::avr_t) -> *mut ffi::avr_uart_t {
+    // SAFETY: the list ends with null; a module of the kind "uart" is the
+    // beginning of an `avr_uart_t`.
+    unsafe {
+        let mut module = (*avr).io_port;
+        while !module.is_null() {
+            let kind = std::ffi::CStr::from_ptr((*module).kind);
+            if kind == c"uart" {
+                let uart = module.cast::<ffi::avr_uart_t>();
+                if (*uart).name as u8 == b'0' {
+                    return uart;
+                }
+            }
+            module = (*module).next;
+        }
+    }
+    panic!("the chip has no USART0")
+}
+
+/// Sets or clears a bit of a register.
+///
+/// # Safety
+/// `avr` is alive and the bit is one of its own.
+unsafe fn set(avr: *mut ffi::avr_t, bit: ffi::avr_regbit_t, to: bool) {
+    let (register, mask) = (bit.reg() as usize, 1u8 << bit.bit());
+    if register == 0 {
+        return;
+    }
+    // SAFETY: the caller's word.
+    unsafe {
+        let byte = (*avr).data.add(register);
+        *byte = if to { *byte | mask } else { *byte & !mask };
+    }
+}
+
+/// A pointer for simavr's callbacks.
+pub(crate) fn opaque<T>(of: &mut T) -> *mut c_void {
+    ptr::from_mut(of).cast()
+}

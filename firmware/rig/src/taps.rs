@@ -1,0 +1,268 @@
+//! What the rig hears from inside the simulator: pins, bytes, interrupts.
+//!
+//! simavr calls back in the middle of an instruction; the cycle is the one at
+//! which the instruction began. All callbacks write into one [`Heard`], which
+//! lives as long as the chip.
+
+use std::collections::VecDeque;
+use std::os::raw::c_void;
+
+use simavr_ffi as ffi;
+use stepwright_sim::{Edge, Pin as Role};
+
+use crate::board::{AXES, Board};
+use crate::eeprom::Eeprom;
+use crate::silicon::{Silicon, opaque};
+
+/// One stay in an interrupt: cycles of its first instruction and of the first
+/// one after its RETI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Visit {
+    /// The first cycle inside.
+    pub entry: u64,
+    /// The first cycle outside.
+    pub exit: u64,
+}
+
+/// Everything heard since the chip was made, with cycles that go on through
+/// resets.
+pub(crate) struct Heard {
+    avr: *mut ffi::avr_t,
+    /// Cycles before the last reset.
+    pub base: u64,
+    pub edges: Vec<Edge>,
+    /// Levels of ENABLE.
+    pub enable: Vec<(u64, bool)>,
+    /// Levels of the LED.
+    pub led: Vec<(u64, bool)>,
+    /// Bytes from USART0 with the cycle at which they are complete.
+    pub said: VecDeque<(u64, u8)>,
+    /// Stays in the step interrupt, if asked for.
+    pub visits: Vec<Visit>,
+    pub keep_visits: bool,
+    /// Cycles in all interrupts together.
+    pub inside: u64,
+    entry: u64,
+    step_entry: u64,
+    reti: u64,
+    pub eeprom: Eeprom,
+    silicon: *const Silicon,
+}
+
+/// A pin and what it is for.
+struct Tap {
+    heard: *mut Heard,
+    wire: Wire,
+    level: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Wire {
+    Drive(u8, Role),
+    Enable,
+    Led,
+}
+
+/// Keeps what simavr holds pointers to.
+pub(crate) struct Taps {
+    pub heard: Box<Heard>,
+    taps: Box<[Tap]>,
+}
+
+impl Taps {
+    /// Listens to `silicon`, which must stay where it is.
+    pub(crate) fn new(board: Board, silicon: &Silicon) -> Taps {
+        let avr = silicon.avr;
+        let mut heard = Box::new(Heard {
+            avr,
+            base: 0,
+            edges: Vec::new(),
+            enable: Vec::new(),
+            led: Vec::new(),
+            said: VecDeque::new(),
+            visits: Vec::new(),
+            keep_visits: false,
+            inside: 0,
+            entry: 0,
+            step_entry: 0,
+            reti: board.reti(),
+            eeprom: Eeprom::default(),
+            silicon,
+        });
+        let mut wires = vec![(board.enable(), Wire::Enable), (board.led(), Wire::Led)];
+        for axis in 0..AXES {
+            wires.push((board.step()[axis], Wire::Drive(axis as u8, Role::Step)));
+            wires.push((board.direction()[axis], Wire::Drive(axis as u8, Role::Direction)));
+        }
+        let all = &raw mut *heard;
+        let tap = |&(_, wire): &(_, Wire)| Tap { heard: all, wire, level: false };
+        let mut taps: Box<[Tap]> = wires.iter().map(tap).collect();
+        for ((pin, _), tap) in wires.iter().zip(&mut taps) {
+            // SAFETY: the boxed taps do not move and live as long as the chip.
+            unsafe { ffi::avr_irq_register_notify(silicon.pin(*pin), Some(on_pin), opaque(tap)) }
+        }
+        let param = opaque(&mut *heard);
+        // SAFETY: as above; vectors and registers are simavr's own.
+        unsafe {
+            ffi::avr_irq_register_notify(silicon.sent(), Some(on_byte), param);
+            let table = &raw mut (*avr).interrupts;
+            let running = ffi::AVR_INT_IRQ_RUNNING as usize;
+            let any = &raw mut (*table).irq[running];
+            ffi::avr_irq_register_notify(any, Some(on_interrupt), param);
+            let step = ffi::avr_get_interrupt_irq(avr, board.step_vector());
+            assert!(!step.is_null(), "no step interrupt");
+            ffi::avr_irq_register_notify(step.add(running), Some(on_step_interrupt), param);
+            // TIMSK0 … TIMSK5.
+            for register in 0x6E..=0x73 {
+                ffi::avr_register_io_write(avr, register, Some(on_timer_mask), param);
+            }
+            ffi::avr_register_io_write(avr, EECR, Some(on_eeprom), param);
+        }
+        Taps { heard, taps }
+    }
+
+    /// After a reset every pin is an input: what was high has fallen.
+    pub(crate) fn release(&mut self) {
+        for tap in &mut self.taps {
+            if std::mem::take(&mut tap.level) {
+                let time = self.heard.base;
+                self.heard.note(tap.wire, time, false);
+            }
+        }
+    }
+}
+
+impl Heard {
+    fn now(&self) -> u64 {
+        // SAFETY: simavr's chip outlives its callbacks and `Heard` is dropped
+        // with it.
+        self.base + unsafe { (*self.avr).cycle }
+    }
+
+    fn note(&mut self, wire: Wire, time: u64, level: bool) {
+        match wire {
+            Wire::Drive(axis, pin) => self.edges.push(Edge { time, axis, pin, level }),
+            Wire::Enable => self.enable.push((time, level)),
+            Wire::Led => self.led.push((time, level)),
+        }
+    }
+}
+
+unsafe extern "C" fn on_pin(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
+    // SAFETY: `param` is the tap that was registered with this function; both
+    // it and `Heard` are only used while no instruction runs, or in here.
+    unsafe {
+        let tap = &mut *param.cast::<Tap>();
+        let level = value & 1 != 0;
+        if tap.level != level {
+            tap.level = level;
+            let heard = &mut *tap.heard;
+            heard.note(tap.wire, heard.now(), level);
+        }
+    }
+}
+
+unsafe extern "C" fn on_byte(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
+    // SAFETY: as in `on_pin`. simavr reckons 11 bits; it reads the time of a
+    // byte after this call.
+    unsafe {
+        let heard = &mut *param.cast::<Heard>();
+        let time = (*heard.silicon).byte_time();
+        (*heard.silicon).set_byte_time(time);
+        let done = heard.now() + time;
+        heard.said.push_back((done, value as u8));
+    }
+}
+
+/// `value` is the vector that runs now, or 0.
+unsafe extern "C" fn on_interrupt(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
+    // SAFETY: as in `on_pin`.
+    let heard = unsafe { &mut *param.cast::<Heard>() };
+    if value != 0 {
+        heard.entry = heard.now();
+    } else {
+        heard.inside += heard.now() + heard.reti - heard.entry;
+    }
+}
+
+unsafe extern "C" fn on_step_interrupt(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
+    // SAFETY: as in `on_pin`.
+    let heard = unsafe { &mut *param.cast::<Heard>() };
+    if value != 0 {
+        heard.step_entry = heard.now();
+    } else if heard.keep_visits {
+        let exit = heard.now() + heard.reti;
+        heard.visits.push(Visit { entry: heard.step_entry, exit });
+    }
+}
+
+/// An interrupt that is enabled while its flag is up comes at once on a chip;
+/// simavr forgets it.
+unsafe extern "C" fn on_timer_mask(
+    avr: *mut ffi::avr_t,
+    register: ffi::avr_io_addr_t,
+    value: u8,
+    _: *mut c_void,
+) {
+    // SAFETY: the register is inside `data`; the table holds `vector_count`
+    // live vectors.
+    unsafe {
+        *(*avr).data.add(usize::from(register)) = value;
+        let count = usize::from((*avr).interrupts.vector_count);
+        for &vector in &(&(*avr).interrupts.vector)[..count] {
+            let (enable, raised) = ((*vector).enable, (*vector).raised);
+            let here = enable.reg() == u32::from(register);
+            if here && value >> enable.bit() & 1 != 0 && (*vector).pending() == 0 {
+                let flags = *(*avr).data.add(raised.reg() as usize);
+                if flags >> raised.bit() & 1 != 0 {
+                    ffi::avr_raise_interrupt(avr, vector);
+                }
+            }
+        }
+    }
+}
+
+/// EEPROM control register, the same on both chips.
+const EECR: u16 = 0x3F;
+/// Its bit EEPE: a byte is being written.
+const EEPE: u8 = 1 << 1;
+/// Its bit EEMPE: the next EEPE counts.
+const EEMPE: u8 = 1 << 2;
+
+/// simavr has written the byte in an instant; here it goes on for 3.4 ms.
+unsafe extern "C" fn on_eeprom(
+    avr: *mut ffi::avr_t,
+    _: ffi::avr_io_addr_t,
+    value: u8,
+    param: *mut c_void,
+) {
+    // SAFETY: as in `on_pin`; the registers are inside `data`.
+    unsafe {
+        let heard = &mut *param.cast::<Heard>();
+        let now = heard.now();
+        let control = (*avr).data.add(usize::from(EECR));
+        // simavr clears EEMPE when it writes.
+        if value & EEPE != 0 && *control & EEMPE == 0 && !heard.eeprom.is_busy() {
+            let address = u16::from_le_bytes([*(*avr).data.add(0x41), *(*avr).data.add(0x42)]);
+            heard.eeprom.begin(now, address);
+            let cycles = heard.eeprom.cycles();
+            ffi::avr_cycle_timer_register(avr, cycles, Some(on_written), param);
+        }
+        if heard.eeprom.is_busy() {
+            *control |= EEPE;
+        }
+    }
+}
+
+unsafe extern "C" fn on_written(
+    avr: *mut ffi::avr_t,
+    _: ffi::avr_cycle_count_t,
+    param: *mut c_void,
+) -> ffi::avr_cycle_count_t {
+    // SAFETY: as in `on_eeprom`.
+    unsafe {
+        (*param.cast::<Heard>()).eeprom.end();
+        *(*avr).data.add(usize::from(EECR)) &= !EEPE;
+    }
+    0
+}

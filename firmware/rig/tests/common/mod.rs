@@ -1,0 +1,132 @@
+//! What the tests of the chip share: a board to talk to, and what an order
+//! should do.
+#![allow(dead_code)] // each test uses its part
+
+use std::time::Duration;
+
+use stepwright::profile::{Path, Ramp};
+use stepwright::{Accel, Order, Rate, Speed, Travel};
+use stepwright_rig::edges::{Needs, Step, check, steps_of};
+use stepwright_rig::{Board, Chip, firmware};
+
+/// The board under test: `STEPWRIGHT_BOARD`, or the Uno.
+pub fn board() -> Board {
+    let name = std::env::var("STEPWRIGHT_BOARD").unwrap_or_else(|_| "uno".into());
+    name.parse().expect("STEPWRIGHT_BOARD")
+}
+
+/// A board that has just been switched on and listens.
+pub fn chip() -> Chip {
+    let board = board();
+    let mut chip = Chip::new(board, &firmware::built(board));
+    wake(&mut chip);
+    chip
+}
+
+/// Waits until a board answers after a reset.
+#[track_caller]
+pub fn wake(chip: &mut Chip) {
+    // The start-up takes a few milliseconds at most; a line sent into it is
+    // lost, and an empty one gets in step again.
+    for _ in 0..10 {
+        if chip.ask("").is_some() {
+            return;
+        }
+    }
+    panic!("the board does not answer");
+}
+
+/// Long enough for every travel of the tests.
+pub const MINUTE: Duration = Duration::from_secs(60);
+
+/// Sends lines that are all to be accepted.
+#[track_caller]
+pub fn say(chip: &mut Chip, lines: &str) {
+    for line in lines.split_whitespace() {
+        chip.expect(line, "Y");
+    }
+}
+
+/// Lets the travel end, and checks every driver's needs.
+#[track_caller]
+pub fn rest(chip: &mut Chip) {
+    assert!(chip.run_to_rest(MINUTE), "it never comes to rest");
+    check(chip.edges(), Needs::DEFAULT).unwrap();
+}
+
+/// Plays a table: a line and its answer, `*` for any characters in it. `*rest`
+/// waits for the end of the travel, `*wait 5` so many milliseconds.
+#[track_caller]
+pub fn talk(chip: &mut Chip, table: &str) {
+    for row in table.lines().map(str::trim).filter(|row| !row.is_empty()) {
+        let (line, answer) = row.split_once(' ').unwrap_or((row, ""));
+        match line {
+            "*rest" => rest(chip),
+            "*wait" => chip.run_for(16_000 * answer.trim().parse::<u64>().unwrap()),
+            _ => {
+                let got = chip.ask(&line.replace("\"\"", "")).expect(row);
+                assert!(matches(&got, answer.trim()), "{row}: {got}");
+            }
+        }
+    }
+}
+
+/// Whether `text` is `pattern`, whose one `*` stands for anything.
+fn matches(text: &str, pattern: &str) -> bool {
+    match pattern.split_once('*') {
+        Some((begin, end)) => {
+            text.len() + 1 >= pattern.len() && text.starts_with(begin) && text.ends_with(end)
+        }
+        None => text == pattern,
+    }
+}
+
+/// The rate of both boards' timers.
+pub fn rate() -> Rate {
+    Rate::from_hz(16_000_000).unwrap()
+}
+
+/// The path of an order with ramps in steps.
+pub fn path_of_steps(start: u32, top: u32, ramp: u16, steps: u32) -> Path {
+    path(start, top, Ramp::Steps(ramp), steps)
+}
+
+/// The path of an order with ramps in steps/s².
+pub fn path_of_accel(start: u32, top: u32, accel: u32, steps: u32) -> Path {
+    path(start, top, Ramp::Accel(Accel::from_steps(accel).unwrap()), steps)
+}
+
+fn path(start: u32, top: u32, ramp: Ramp, steps: u32) -> Path {
+    let order = Order {
+        start: Speed::from_steps(start).unwrap(),
+        top: Speed::from_steps(top).unwrap(),
+        up: ramp,
+        down: ramp,
+        travel: Travel::By(steps as i32),
+    };
+    order.path(rate()).unwrap()
+}
+
+/// Runs keep to the law within 1 µs, and a deadline is rounded to a cycle.
+pub const FIT: i64 = 16 + 1;
+
+/// From a deadline to its edge, in cycles, while other interrupts run too: the
+/// longest of them, and the way into the step interrupt. The first step's own
+/// latency moves all others the other way.
+pub const LATENCY: i64 = 600;
+
+/// Every step of `axis` comes when the closed form says, counted from the
+/// first one.
+#[track_caller]
+pub fn follows(steps: &[Step], path: &Path, slack: i64) {
+    assert_eq!(steps.len() as u64, u64::from(path.pulses()), "steps");
+    let Some(first) = steps.first() else { return };
+    let off = |n: usize| (steps[n].time - first.time) as i64 - path.time_of(n as u32) as i64;
+    let worst = (0..steps.len()).max_by_key(|&n| off(n).abs()).unwrap();
+    assert!(off(worst).abs() <= slack, "step {worst} is {} cycles off", off(worst));
+}
+
+/// The steps of an axis in what `chip` has recorded.
+pub fn steps(chip: &Chip, axis: u8) -> Vec<Step> {
+    steps_of(chip.edges(), axis)
+}

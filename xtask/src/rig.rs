@@ -1,0 +1,45 @@
+//! The rig: a workspace of its own, which runs the firmware on a simulated
+//! chip.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::firmware::{Board, Build, Program};
+use crate::setup::{self, Need};
+use crate::workspace::{Workspace, run};
+
+/// What building the firmware and the rig takes.
+pub const NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR];
+
+/// A cargo command for the rig.
+pub fn cargo(ws: &Workspace, verb: &str) -> Command {
+    let mut cargo = ws.cargo([verb]);
+    cargo.current_dir(ws.root.join("firmware/rig"));
+    // Its own, as its workspace is.
+    cargo.arg("--target-dir").arg(ws.target.join("rig"));
+    with_firmware(ws, &mut cargo);
+    cargo
+}
+
+/// Tells a program of the rig where the firmwares are.
+pub fn with_firmware(ws: &Workspace, command: &mut Command) {
+    command.env("STEPWRIGHT_FIRMWARE", ws.target.join("firmware"));
+}
+
+/// Builds a program of the rig; where it is.
+pub fn program(ws: &Workspace, name: &str) -> Result<PathBuf> {
+    run(cargo(ws, "build").args(["--release", "--bin", name]))?;
+    Ok(ws.target.join("rig/release").join(name))
+}
+
+/// Builds the firmwares that the rig runs on `board`.
+pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
+    let build = Build { board, timer: 1, bench };
+    build.make(ws, Program::Slave)?;
+    if !bench {
+        build.make(ws, Program::Master)?;
+    }
+    Ok(())
+}

@@ -1,7 +1,7 @@
 //! The controller: it takes lines, and moves three motors.
 #![no_std]
 #![no_main]
-#![feature(abi_avr_interrupt)]
+#![feature(asm_experimental_arch)]
 
 use core::mem::MaybeUninit;
 

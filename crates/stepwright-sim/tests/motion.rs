@@ -83,9 +83,9 @@ fn curve(order: &Order, rate: Rate) -> Curve {
     }
 }
 
-/// What the planner's 32-bit numbers may add to a time: a part in 2³⁰.
+/// What the planner's 32-bit numbers may add to a time: a part in 2²⁹.
 fn drift(time: f64) -> f64 {
-    time * 2f64.powi(-30)
+    time * 2f64.powi(-29)
 }
 
 /// Every pulse within `slack` ticks (and the [`drift`]) of the curve, or of

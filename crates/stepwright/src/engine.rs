@@ -80,8 +80,10 @@ pub struct Engine<T: StepTimer, D, F, const N: usize> {
     /// For the short way: the first deadline that is not for a plain step.
     rare: T::Count,
     /// From the short way: axes that have made the last step of their run.
+    #[cfg_attr(not(target_arch = "avr"), allow(dead_code))]
     ended: Axes,
     /// For the short way: what a late step waits for, in 3 cycles.
+    #[cfg_attr(not(target_arch = "avr"), allow(dead_code))]
     pace: u8,
     timing: Timing,
     late: u32,
@@ -133,15 +135,15 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     pub fn on_compare(&mut self) {
         loop {
             let now = self.timer.now();
-            let mut due: Axes = 0;
-            let mut steps: Axes = 0;
-            for (axis, track) in self.tracks.iter().enumerate() {
+            let (mut due, mut steps, mut bit): (Axes, Axes, Axes) = (0, 0, 1);
+            for track in &self.tracks {
                 if track.event != Event::Idle && !track.wake().is_after(now) {
-                    due |= 1 << axis;
+                    due |= bit;
                     if matches!(track.event, Event::Step | Event::Far) {
-                        steps |= 1 << axis;
+                        steps |= bit;
                     }
                 }
+                bit = bit.wrapping_shl(1);
             }
             let mut edge = now;
             if steps != 0 {
@@ -149,56 +151,55 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                 edge = self.timer.now();
             }
             for axis in 0..N {
-                if due & 1 << axis != 0 {
+                if due & 1 != 0 {
                     self.advance(axis, edge);
                 }
+                due >>= 1;
             }
             let next = self.wake_for_first(edge);
             if steps != 0 {
                 self.timer.hold_until(edge.plus(self.timing.pulse));
                 self.drive.end(steps);
             }
-            let now = self.timer.now();
-            if next.since(now) > T::LINGER as i32 {
+            let soon = self.timer.now().plus(T::LINGER);
+            if next.is_after(soon) {
                 return;
             }
             if T::SHORT {
                 // The short way catches up.
-                return self.timer.wake_at(now.plus(T::LINGER));
+                return self.timer.wake_at(soon);
             }
         }
     }
 
     /// Sets the compare register to the first event, and returns that.
+    #[inline(never)]
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
         // Nothing to do: a look round, half a period from now at the latest.
-        let mut ahead = (2 * T::Count::HOP - 1) as i32;
-        let mut next = now.plus(ahead as Ticks);
-        let mut rare = ahead;
-        let mut flags = short_flags::NONE;
-        for (axis, (track, feed)) in self.tracks.iter_mut().zip(&mut self.feeds).enumerate() {
-            if track.event == Event::Idle {
-                continue;
-            }
-            let at = track.wake();
-            let wait = at.since(now);
-            if wait < ahead {
-                (next, ahead) = (at, wait);
-            }
-            if T::SHORT {
-                let plain = track.event == Event::Step;
-                if plain {
-                    let stride = feed.playing(&mut track.own).stride();
-                    track.at = core::ptr::from_mut(stride) as usize as u16;
-                } else if wait <= rare {
-                    (self.rare, rare) = (at, wait);
+        let mut next = now.plus(2 * T::Count::HOP - 1);
+        let mut rare = next;
+        let mut flags = short_flags::Flags::default();
+        for (track, feed) in self.tracks.iter_mut().zip(&mut self.feeds) {
+            if track.event != Event::Idle {
+                let at = track.wake();
+                next = next.first(at, now);
+                if T::SHORT {
+                    if track.event == Event::Step {
+                        let stride = feed.playing(&mut track.own).stride();
+                        track.at = core::ptr::from_mut(stride) as usize as u16;
+                        flags.plain();
+                    } else {
+                        rare = rare.first(at, now);
+                        flags.rare();
+                    }
                 }
-                flags = short_flags::with(flags, axis, plain);
             }
+            flags.next_axis();
         }
         self.timer.wake_at(next);
         if T::SHORT {
-            self.timer.arm(if self.timing.pulse > PULSE { 0 } else { flags });
+            self.rare = rare;
+            self.timer.arm(if self.timing.pulse > PULSE { 0 } else { flags.byte() });
         }
         next
     }
@@ -424,19 +425,50 @@ fn pace(timing: Timing) -> u8 {
 
 /// What the short way is told.
 mod short_flags {
-    pub(super) const NONE: u8 = 0;
-    const ALONE: u8 = 0b111;
     const RARE: u8 = 1 << 6;
     const SEVERAL: u8 = 1 << 7;
 
-    /// An axis more, and whether a plain step is what comes.
-    pub(super) const fn with(flags: u8, axis: usize, plain: bool) -> u8 {
-        let all = if flags == NONE { flags } else { flags & !ALONE | SEVERAL };
-        match (plain, flags == NONE) {
-            (true, true) => 0b1001 << axis,
-            (true, false) => all | 0b1000 << axis,
-            (false, true) => RARE,
-            (false, false) => all | RARE,
+    pub(super) struct Flags {
+        /// Axes that step, from bit 3 on.
+        steps: u8,
+        bit: u8,
+        rare: bool,
+    }
+
+    impl Default for Flags {
+        fn default() -> Flags {
+            Flags { steps: 0, bit: 1 << 3, rare: false }
+        }
+    }
+
+    impl Flags {
+        #[inline(always)]
+        pub(super) fn plain(&mut self) {
+            self.steps |= self.bit;
+        }
+
+        #[inline(always)]
+        pub(super) fn rare(&mut self) {
+            self.rare = true;
+        }
+
+        #[inline(always)]
+        pub(super) fn next_axis(&mut self) {
+            self.bit = self.bit.wrapping_shl(1);
+        }
+
+        /// 0-2: the axis that steps, alone; 3-5: who steps; 6: a rare event
+        /// is waited for; 7: several axes.
+        #[inline(always)]
+        pub(super) fn byte(self) -> u8 {
+            let steps = self.steps;
+            if steps == 0 {
+                return 0;
+            }
+            if self.rare {
+                return steps | RARE | SEVERAL;
+            }
+            if steps & steps.wrapping_sub(1) != 0 { steps | SEVERAL } else { steps | steps >> 3 }
         }
     }
 }

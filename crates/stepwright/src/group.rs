@@ -2,10 +2,10 @@
 
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Report, Timing};
-use crate::motor::{Motor, Wait};
+use crate::motor::{Horizon, Motor, Progress, Wait};
 use crate::num::Num;
 use crate::order::{Order, Refusal, Travel};
-use crate::planner::Clock;
+use crate::planner::{Clock, Work};
 use crate::profile::Fit;
 use crate::queue::{Feed, Producer};
 use crate::timer::StepTimer;
@@ -100,6 +100,9 @@ pub struct Group<'q, const N: usize, const Q: usize> {
     motors: [Motor<'q, Q>; N],
     board: Board<N>,
     clock: Clock,
+    horizon: Horizon,
+    /// The run that is being planned, of the axis whose turn it is.
+    work: Work,
     /// Peak speed of each moving axis, in 0.001 steps/s.
     peaks: [u32; N],
     /// Axes whose travel an order has laid out, while it is looked at.
@@ -115,11 +118,14 @@ pub struct Group<'q, const N: usize, const Q: usize> {
 
 impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// All motors at rest at position 0.
+    #[cfg_attr(target_arch = "avr", inline(never))]
     pub fn new(feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
         Group {
             motors: feeds.map(Motor::new),
             clock: Clock::new(board.rate, &board.fit),
+            horizon: Horizon::new(board.horizon),
             board,
+            work: Work::NONE,
             peaks: [0; N],
             prepared: 0,
             starting: 0,
@@ -266,7 +272,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         };
         for (axis, motor) in self.motors.iter_mut().enumerate() {
             if self.prepared >> axis & 1 != 0 {
-                motor.begin(wait);
+                motor.begin(wait, &self.horizon);
             }
         }
         self.starting |= core::mem::take(&mut self.prepared);
@@ -276,10 +282,14 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// at once while it answers true, and at least every millisecond.
     pub fn poll(&mut self, engine: &mut impl Control) -> bool {
         for _ in 0..N {
-            let axis = usize::from(self.turn);
-            self.turn = if axis + 1 < N { self.turn + 1 } else { 0 };
-            let Some(motor) = self.motors.get_mut(axis) else { continue };
-            if motor.plan(&self.clock, self.board.horizon) {
+            let axis = self.turn;
+            let Some(motor) = self.motors.get_mut(usize::from(axis)) else { break };
+            let progress = motor.plan(&self.clock, &mut self.work, &self.horizon);
+            if progress == Progress::Midway {
+                return true;
+            }
+            self.turn = if usize::from(axis) + 1 < N { axis + 1 } else { 0 };
+            if progress == Progress::Done {
                 return true;
             }
         }
@@ -295,6 +305,9 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn brake(&mut self, axis: u8) {
         if let Some(motor) = self.motors.get_mut(usize::from(axis)) {
             motor.brake();
+            // If it was this axis' turn, its run begins anew; if not, another's
+            // does, which costs a little time and nothing else.
+            self.work.drop();
         }
     }
 

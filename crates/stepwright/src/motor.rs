@@ -1,7 +1,7 @@
 //! One axis, seen from the foreground: plans runs ahead of the interrupt.
 
 use crate::order::{Order, Refusal};
-use crate::planner::{Clock, Planned, Planner};
+use crate::planner::{Clock, Planned, Planner, Work};
 use crate::queue::Producer;
 use crate::run::Run;
 use crate::units::Ticks;
@@ -19,14 +19,27 @@ pub(crate) struct Motor<'q, const Q: usize> {
     /// Direction of what is queued last, and of the prepared travel.
     forward: bool,
     next_forward: bool,
-    /// Durations of the last Q runs pushed, by push number, in units of 64
-    /// ticks; saturating.
-    spans: [u16; Q],
+    /// Durations of the last Q runs pushed, by push number, in the units of
+    /// [`Horizon`].
+    spans: [u8; Q],
     pushed: u8,
 }
 
-/// Ticks in a unit of `spans`, as a power of two.
-const SPAN: u32 = 6;
+/// How far ahead to plan.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Horizon {
+    /// Ticks in a unit, as a power of two.
+    unit: u8,
+    /// 64 … 127 units; fewer for a horizon of fewer ticks.
+    units: u16,
+}
+
+impl Horizon {
+    pub(crate) fn new(ticks: Ticks) -> Horizon {
+        let unit = ticks.checked_ilog2().unwrap_or(0).saturating_sub(6) as u8;
+        Horizon { unit, units: (ticks >> unit) as u16 }
+    }
+}
 
 impl<'q, const Q: usize> Motor<'q, Q> {
     pub(crate) fn new(feed: Producer<'q, Q>) -> Self {
@@ -56,17 +69,17 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     /// Queues the beginning of the prepared travel: the change of direction
     /// if there is one, then the first pulse `hold + lead` ticks after the
     /// start. The queue must be empty.
-    pub(crate) fn begin(&mut self, wait: Wait) {
+    pub(crate) fn begin(&mut self, wait: Wait, horizon: &Horizon) {
         let forward = self.next_forward;
         self.feed.set_open(true);
         let mut lead = wait.lead;
         if forward != self.forward {
-            self.push(Run::turn(wait.hold, forward), wait.hold);
+            self.push(Run::turn(wait.hold, forward), wait.hold, horizon);
         } else {
             lead = lead.saturating_add(wait.hold);
         }
         self.forward = forward;
-        self.push(Run::steady(lead, 1), lead);
+        self.push(Run::steady(lead, 1), lead, horizon);
     }
 
     /// Forgets a prepared travel that was not begun.
@@ -75,8 +88,8 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     }
 
     /// Appends a run that lasts for so many ticks.
-    fn push(&mut self, run: Run, ticks: Ticks) {
-        let span = u16::try_from(ticks >> SPAN).unwrap_or(u16::MAX);
+    fn push(&mut self, run: Run, ticks: Ticks, horizon: &Horizon) {
+        let span = u8::try_from(ticks >> horizon.unit).unwrap_or(u8::MAX);
         if self.feed.push(run).is_ok() {
             if let Some(slot) = self.spans.get_mut(usize::from(self.pushed) & (Q - 1)) {
                 *slot = span;
@@ -85,29 +98,31 @@ impl<'q, const Q: usize> Motor<'q, Q> {
         }
     }
 
-    /// How long what is queued lasts.
-    fn ahead(&self) -> Ticks {
-        let mut sum: Ticks = 0;
+    /// How long what is queued lasts, in units.
+    fn ahead(&self) -> u16 {
+        let mut sum = 0u16;
         for back in 1..=self.feed.len() {
             let at = usize::from(self.pushed.wrapping_sub(back)) & (Q - 1);
             sum = sum.saturating_add(self.spans.get(at).copied().unwrap_or(0).into());
         }
-        sum.saturating_mul(1 << SPAN)
+        sum
     }
 
-    /// Plans one run, if one is wanted. False if there was nothing to do.
-    pub(crate) fn plan(&mut self, clock: &Clock, horizon: Ticks) -> bool {
-        if !self.planning || self.feed.is_full() || (self.feed.len() > 1 && self.ahead() >= horizon)
+    /// Does a piece of planning, if a run is wanted.
+    pub(crate) fn plan(&mut self, clock: &Clock, work: &mut Work, horizon: &Horizon) -> Progress {
+        if !self.planning
+            || self.feed.is_full()
+            || (self.feed.len() > 1 && self.ahead() >= horizon.units)
         {
-            return false;
+            return Progress::Nothing;
         }
         let mut run = Run::steady(0, 0);
-        match self.planner.next(clock, &mut run) {
-            Planned::Run(span) => self.push(run, span),
-            Planned::Again => {}
+        match self.planner.next(clock, work, &mut run) {
+            Planned::Run(ticks) => self.push(run, ticks, horizon),
+            Planned::Again => return Progress::Midway,
             Planned::End => self.finish(),
         }
-        true
+        Progress::Done
     }
 
     fn finish(&mut self) {
@@ -140,6 +155,17 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     pub(crate) fn planning(&self) -> bool {
         self.planning
     }
+}
+
+/// What a motor's turn at planning has come to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// There was nothing to do.
+    Nothing,
+    /// A run is half planned: it is this motor's turn again.
+    Midway,
+    /// A run is planned, or the travel to its end.
+    Done,
 }
 
 /// Times before a travel's first pulse, in ticks.

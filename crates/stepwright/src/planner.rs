@@ -109,8 +109,12 @@ pub(crate) struct Planner {
     carry: u16,
     /// Run length to try next, as a power of two.
     size: u8,
-    /// What of the run that is being planned is known already: the speed at
-    /// its end, or the time of a corner so far.
+}
+
+/// A run that is half planned: one for all axes, which take turns.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Work {
+    /// The speed at the end of a ramp run, or the time of a corner so far.
     pending: Num,
     /// The mean interval of a run, or the speed at the end of a corner.
     mean: Num,
@@ -118,6 +122,16 @@ pub(crate) struct Planner {
     delta: Num,
     /// How far its planning is.
     stage: Stage,
+}
+
+impl Work {
+    pub(crate) const NONE: Work =
+        Work { pending: Num::UNSET, mean: Num::UNSET, delta: Num::UNSET, stage: Stage::Begin };
+
+    /// Forgets what has been begun: the travel has changed.
+    pub(crate) fn drop(&mut self) {
+        self.stage = Stage::Begin;
+    }
 }
 
 /// How far the planning of a run is.
@@ -173,14 +187,14 @@ fn square(v: Speed) -> Num {
 }
 
 impl Planner {
-    /// Nothing to do.
+    /// Nothing to do. All zeros, so that it takes no flash.
     pub(crate) const IDLE: Planner = Planner {
-        w_from: Num::ZERO,
-        w_end: Num::ZERO,
-        a2: Num::ZERO,
-        d2: Num::ZERO,
-        v: Num::ZERO,
-        v_top: Num::ZERO,
+        w_from: Num::UNSET,
+        w_end: Num::UNSET,
+        a2: Num::UNSET,
+        d2: Num::UNSET,
+        v: Num::UNSET,
+        v_top: Num::UNSET,
         risen: 0,
         rise: 0,
         level: 0,
@@ -188,12 +202,8 @@ impl Planner {
         rise_part: 0,
         fall_part: 0,
         endless: false,
-        carry: HALF_TICK,
+        carry: 0,
         size: 0,
-        pending: Num::ZERO,
-        mean: Num::ZERO,
-        delta: Num::ZERO,
-        stage: Stage::Begin,
     };
 
     /// Lays out a travel from rest to rest, or on and on. The first pulse, at
@@ -207,7 +217,9 @@ impl Planner {
         if order.top == Speed::ZERO {
             return Err(Unfit::Standstill);
         }
-        *self = Planner::IDLE;
+        (self.risen, self.rise, self.level, self.fall) = (0, 0, 0, 0);
+        (self.rise_part, self.fall_part) = (0, 0);
+        (self.endless, self.carry, self.size) = (false, HALF_TICK, 0);
         self.a2 = slope(order, &order.up);
         self.d2 = slope(order, &order.down);
         self.v_top = Num::from(order.top.millisteps());
@@ -293,7 +305,7 @@ impl Planner {
         self.fall_part = part;
         self.v_top = self.v;
         self.endless = false;
-        (self.size, self.stage) = (0, Stage::Begin);
+        self.size = 0;
     }
 
     /// The highest speed from here on, in 0.001 steps/s, rounded up; 0 if
@@ -321,18 +333,18 @@ impl Planner {
     }
 
     /// Plans the next run, into `run`.
-    pub(crate) fn next(&mut self, clock: &Clock, run: &mut Run) -> Planned {
+    pub(crate) fn next(&mut self, clock: &Clock, work: &mut Work, run: &mut Run) -> Planned {
         if self.rise > 0 {
-            self.ramp(clock, run, true)
+            self.ramp(clock, work, run, true)
         } else if self.level > 0 {
             let last = self.level == 1 && self.fall_part != 0 && !self.endless;
             if self.rise_part != 0 || last {
-                self.corner(clock, run, last)
+                self.corner(clock, work, run, last)
             } else {
-                self.cruise(clock, run)
+                self.cruise(clock, work, run)
             }
         } else if self.fall > 0 {
-            self.ramp(clock, run, false)
+            self.ramp(clock, work, run, false)
         } else {
             Planned::End
         }
@@ -340,32 +352,32 @@ impl Planner {
 
     /// A ramp run: 2^size steps from v to the speed there.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn ramp(&mut self, clock: &Clock, run: &mut Run, up: bool) -> Planned {
+    fn ramp(&mut self, clock: &Clock, work: &mut Work, run: &mut Run, up: bool) -> Planned {
         let room = if up { self.rise } else { self.fall };
         let mut size = self.size.min(clock.ramp_size);
         let mut steps = 1u32 << size;
         while steps > room {
             (size, steps) = (size - 1, steps >> 1); // room is not 0
         }
-        match self.stage {
+        match work.stage {
             Stage::Begin => {
-                self.pending = self.speed_after(steps, up);
-                self.stage = Stage::Half;
+                work.pending = self.speed_after(steps, up);
+                work.stage = Stage::Half;
                 return Planned::Again;
             }
             Stage::Half => {
-                let v = self.pending;
-                self.mean = clock.twice.over(&v.plus(&self.v));
+                let v = work.pending;
+                work.mean = clock.twice.over(&v.plus(&self.v));
                 let change = if up { v.minus(&self.v) } else { self.v.minus(&v) };
                 // δ and what follows from it need few bits: the run's end is
                 // exact.
-                self.delta = self.mean.roughly(&clock.inverse).roughly(&change).scaled(1);
-                self.stage = Stage::Late;
+                work.delta = work.mean.roughly(&clock.inverse).roughly(&change).scaled(1);
+                work.stage = Stage::Late;
                 return Planned::Again;
             }
-            Stage::Late | Stage::Last => self.stage = Stage::Begin,
+            Stage::Late | Stage::Last => work.stage = Stage::Begin,
         }
-        let (mean, delta) = (self.mean, self.delta);
+        let (mean, delta) = (work.mean, work.delta);
         let error = delta.roughly(&delta).roughly(&mean).scaled(i16::from(size) - 5);
         if size > 0
             && !(clock.holds(&mean, size) && error.is_below(clock.bound) && delta.is_below(-2))
@@ -390,8 +402,10 @@ impl Planner {
         } else {
             self.fall = self.fall.wrapping_sub(steps);
         }
-        self.v = self.pending;
-        let add = delta.roughly(&mean).scaled(16 - i16::from(size)).rounded_whole() as i32;
+        self.v = work.pending;
+        // An even number: then a stride's mean interval has no half to lose.
+        let half = delta.roughly(&mean).scaled(15 - i16::from(size)).rounded_whole() as i32;
+        let add = half.wrapping_shl(1);
         self.fitted(run, &mean, if up { add.wrapping_neg() } else { add }, size)
     }
 
@@ -450,15 +464,15 @@ impl Planner {
 
     /// A level run.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn cruise(&mut self, clock: &Clock, run: &mut Run) -> Planned {
-        if self.stage == Stage::Begin {
-            self.mean = clock.interval(&self.v_top);
+    fn cruise(&mut self, clock: &Clock, work: &mut Work, run: &mut Run) -> Planned {
+        if work.stage == Stage::Begin {
+            work.mean = clock.interval(&self.v_top);
             self.v = self.v_top;
             self.size = clock.level_size;
-            while self.size > 0 && !clock.holds(&self.mean, self.size) {
+            while self.size > 0 && !clock.holds(&work.mean, self.size) {
                 self.size -= 1;
             }
-            self.stage = Stage::Half;
+            work.stage = Stage::Half;
             return Planned::Again;
         }
         let room = self.level.wrapping_sub(u32::from(self.fall_part != 0 && !self.endless));
@@ -470,41 +484,42 @@ impl Planner {
         if !self.endless {
             self.level = self.level.wrapping_sub(steps);
             if room == steps {
-                (self.size, self.stage) = (0, Stage::Begin);
+                self.size = 0;
             }
         }
-        let mean = self.mean;
+        work.stage = Stage::Begin;
+        let mean = work.mean;
         self.fitted(run, &mean, 0, size)
     }
 
     /// The one step that a change of piece divides.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn corner(&mut self, clock: &Clock, run: &mut Run, last: bool) -> Planned {
+    fn corner(&mut self, clock: &Clock, work: &mut Work, run: &mut Run, last: bool) -> Planned {
         let rise = Num::part(self.rise_part);
         let fall = Num::part(if last { self.fall_part } else { 0 });
-        match self.stage {
+        match work.stage {
             Stage::Begin => {
-                self.pending = clock.twice.times(&rise).over(&self.v.plus(&self.v_top));
-                self.stage = Stage::Half;
+                work.pending = clock.twice.times(&rise).over(&self.v.plus(&self.v_top));
+                work.stage = Stage::Half;
                 Planned::Again
             }
             Stage::Half => {
                 let level = Num::ONE.minus(&rise).minus(&fall);
                 let time = clock.interval(&self.v_top).times(&level);
-                self.pending = self.pending.plus(&time);
-                self.stage = Stage::Late;
+                work.pending = work.pending.plus(&time);
+                work.stage = Stage::Late;
                 Planned::Again
             }
             Stage::Late if last => {
-                self.mean = self.speed_after(0, false);
-                self.stage = Stage::Last;
+                work.mean = self.speed_after(0, false);
+                work.stage = Stage::Last;
                 Planned::Again
             }
             Stage::Late | Stage::Last => {
-                let mut time = self.pending;
+                let mut time = work.pending;
                 self.v = self.v_top;
                 if last {
-                    self.v = self.mean;
+                    self.v = work.mean;
                     let sum = self.v_top.plus(&self.v);
                     time = time.plus(&clock.twice.times(&fall).over(&sum));
                     self.fall_part = 0;
@@ -513,9 +528,52 @@ impl Planner {
                 if !self.endless {
                     self.level = self.level.wrapping_sub(1);
                 }
-                (self.size, self.stage) = (0, Stage::Begin);
+                (self.size, work.stage) = (0, Stage::Begin);
                 self.fitted(run, &time, 0, 0)
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    /// A long ramp ends when the closed form says: no run loses a part of a
+    /// tick for good.
+    #[test]
+    fn rounding_does_not_add_up() {
+        for (hz, top, accel) in [
+            (380_632, 19_543_030, 50_000),
+            (16_000_000, 12_692_480, 50_000),
+            (200_000_000, 900_000_000, 90_000_000),
+        ] {
+            let rate = Rate::from_hz(hz).unwrap();
+            let clock = Clock::new(rate, &Fit::EXACT.lasting(rate.micros(8_000)));
+            let ramp = Ramp::Accel(Accel::from_millisteps(accel).unwrap());
+            let top = Speed::from_millisteps(top).unwrap();
+            let order = Order {
+                start: Speed::ZERO,
+                top,
+                up: ramp,
+                down: ramp,
+                travel: Travel::Endless(true),
+            };
+            let mut planner = Planner::IDLE;
+            planner.lay_out(&clock, &order).unwrap();
+            let steps = planner.rise;
+            let (mut work, mut run) = (Work::NONE, Run::steady(0, 0));
+            let mut time = 0u64;
+            while planner.rise > 0 {
+                if let Planned::Run(_) = planner.next(&clock, &mut work, &mut run) {
+                    time += run.duration();
+                }
+            }
+            let (a, n) = (accel as f64 / 1e3, f64::from(steps));
+            let want = (2.0 * n / a).sqrt() * f64::from(hz);
+            let off = time as f64 / 65536.0 - want - 0.5;
+            assert!(off.abs() <= want * 2f64.powi(-29) + 0.5, "{off} of {want}");
         }
     }
 }

@@ -34,6 +34,8 @@ pub trait Count: Copy + Eq + core::fmt::Debug + sealed::Sealed {
     fn since(self, earlier: Self) -> i32;
     /// Whether this count is later than `now`.
     fn is_after(self, now: Self) -> bool;
+    /// The nearer of two counts, both seen from `now`.
+    fn first(self, other: Self, now: Self) -> Self;
 }
 
 mod sealed {
@@ -78,6 +80,10 @@ impl Count for u16 {
     fn is_after(self, now: u16) -> bool {
         (self.wrapping_sub(now) as i16) > 0
     }
+    #[inline(always)]
+    fn first(self, other: u16, now: u16) -> u16 {
+        if (other.wrapping_sub(now) as i16) < self.wrapping_sub(now) as i16 { other } else { self }
+    }
 }
 
 impl Count for u32 {
@@ -115,6 +121,10 @@ impl Count for u32 {
     #[inline(always)]
     fn is_after(self, now: u32) -> bool {
         (self.wrapping_sub(now) as i32) > 0
+    }
+    #[inline(always)]
+    fn first(self, other: u32, now: u32) -> u32 {
+        if (other.wrapping_sub(now) as i32) < self.wrapping_sub(now) as i32 { other } else { self }
     }
 }
 

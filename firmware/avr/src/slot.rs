@@ -6,6 +6,7 @@ use core::cell::UnsafeCell;
 ///
 /// A fixed address saves the interrupt a pointer, and there is no flag that
 /// says whether the value is there, as it would cost cycles in each interrupt.
+#[repr(transparent)] // assembly finds the value at its address
 pub struct Slot<T>(UnsafeCell<T>);
 
 // SAFETY: the chip has one core, so that only an interrupt can come between;

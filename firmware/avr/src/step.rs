@@ -14,24 +14,28 @@ use crate::timer::Timer;
 /// Runs queued for each axis, 12 bytes each.
 pub const RUNS: usize = 8;
 
-type StepEngine = Engine<Timer, Pins, Consumer<'static, RUNS>, AXES>;
+/// The engine that the step interrupt plays.
+pub type StepEngine = Engine<Timer, Pins, Consumer<'static, RUNS>, AXES>;
+
+/// Where the runs of all axes go.
+pub type Feeds = [Producer<'static, RUNS>; AXES];
 
 /// Split once, by `start`.
-static QUEUES: Slot<[Queue<RUNS>; AXES]> = Slot::new([const { Queue::new() }; AXES]);
+#[doc(hidden)] // the step interrupt reads it
+pub static QUEUES: Slot<[Queue<RUNS>; AXES]> = Slot::new([const { Queue::new() }; AXES]);
 
 /// Written once, by `start`, before interrupts are enabled; from then on the
 /// step interrupt's.
-static ENGINE: Slot<MaybeUninit<StepEngine>> = Slot::new(MaybeUninit::uninit());
+#[doc(hidden)] // the step interrupt plays it
+pub static ENGINE: Slot<MaybeUninit<StepEngine>> = Slot::new(MaybeUninit::uninit());
 
-/// The step interrupt; [`step_interrupt!`](crate::step_interrupt) has it called.
-///
-/// # Safety
-/// Only for that interrupt, and once there is an engine.
-#[inline(always)]
-pub unsafe fn interrupt() {
-    // SAFETY: the caller's promise; the foreground gets the engine only with
-    // interrupts off.
-    unsafe { ENGINE.get().assume_init_mut() }.on_compare();
+/// What the short way through the step interrupt leaves to the engine;
+/// [`step_interrupt!`](crate::step_interrupt) has it called.
+#[doc(hidden)]
+pub extern "C" fn long_way(look: u16) {
+    // SAFETY: only the step interrupt calls it, once there is an engine; the
+    // foreground gets the engine only with interrupts off.
+    unsafe { ENGINE.get().assume_init_mut() }.on_long_way(look);
 }
 
 /// Makes the engine. Returns the foreground's hold on it, and where its runs
@@ -40,11 +44,7 @@ pub unsafe fn interrupt() {
 /// # Safety
 /// To be called once, with interrupts disabled.
 #[inline(never)]
-pub unsafe fn start(
-    timer: Timer,
-    pins: Pins,
-    timing: Timing,
-) -> (Held, [Producer<'static, RUNS>; AXES]) {
+pub unsafe fn start(timer: Timer, pins: Pins, timing: Timing) -> (Held, Feeds) {
     // SAFETY: the only place where the queues are named, and called once.
     let [x, y, z] = unsafe { QUEUES.get() }.each_mut().map(Queue::split);
     // SAFETY: interrupts are disabled, and there is no engine yet.

@@ -39,6 +39,8 @@ macro_rules! timer {
 
             const LINGER: u32 = LINGER;
 
+            const SHORT: bool = true;
+
             #[inline(always)]
             fn now(&mut self) -> u16 {
                 self.0.$count().read().bits()
@@ -47,6 +49,14 @@ macro_rules! timer {
             #[inline(always)]
             fn wake_at(&mut self, at: u16) {
                 self.0.$compare().write(|w| w.set(at));
+            }
+
+            #[inline(always)]
+            fn arm(&mut self, flags: u8) {
+                // SAFETY: one write; the register is the step interrupt's, and
+                // the timer is used only while that is held off.
+                let flag = unsafe { crate::chip::CPU::steal() };
+                flag.gpior0().write(|w| w.set(flags));
             }
         }
     };
@@ -72,18 +82,41 @@ timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a);
 #[macro_export]
 macro_rules! step_interrupt {
     () => {
-        #[cfg(not(any(feature = "timer3", feature = "timer4", feature = "timer5")))]
-        $crate::step_interrupt!(TIMER1_COMPA);
+        #[cfg(feature = "uno")]
+        $crate::step_interrupt!("__vector_11", 0x84, 0x88, (0x0B, 2) (0x0B, 3) (0x0B, 4));
+        #[cfg(all(
+            feature = "mega",
+            not(any(feature = "timer3", feature = "timer4", feature = "timer5"))
+        ))]
+        $crate::step_interrupt!("__vector_17", 0x84, 0x88, (0x0E, 4) (0x0E, 5) (0x14, 5));
         #[cfg(feature = "timer3")]
-        $crate::step_interrupt!(TIMER3_COMPA);
+        $crate::step_interrupt!("__vector_32", 0x94, 0x98, (0x0E, 4) (0x0E, 5) (0x14, 5));
         #[cfg(feature = "timer4")]
-        $crate::step_interrupt!(TIMER4_COMPA);
+        $crate::step_interrupt!("__vector_42", 0xA4, 0xA8, (0x0E, 4) (0x0E, 5) (0x14, 5));
         #[cfg(feature = "timer5")]
-        $crate::step_interrupt!(TIMER5_COMPA);
+        $crate::step_interrupt!("__vector_47", 0x124, 0x128, (0x0E, 4) (0x0E, 5) (0x14, 5));
     };
-    ($vector:ident) => {
-        // SAFETY: this is the step interrupt, and a timer is started only for
-        // an engine.
-        $crate::handler!($vector, $vector, unsafe { $crate::step::interrupt() });
+    // The vector; the addresses of counter and compare register; the ports of
+    // the STEP pins, and their bits.
+    ($vector:literal, $count:literal, $compare:literal, $($step:tt)*) => {
+        #[cfg(not(feature = "bench"))]
+        stepwright::short_way! {
+            vector: $vector,
+            engine: $crate::step::ENGINE as $crate::step::StepEngine,
+            queues: $crate::step::QUEUES,
+            long_way: $crate::step::long_way,
+            timer: $count, compare: $compare,
+            steps: $($step)*,
+        }
+        // The 4 cycles of an interrupt's entry: see `interrupt.rs`.
+        #[cfg(feature = "bench")]
+        stepwright::short_way! {
+            vector: $vector + "rjmp .+0\nrjmp .+0",
+            engine: $crate::step::ENGINE as $crate::step::StepEngine,
+            queues: $crate::step::QUEUES,
+            long_way: $crate::step::long_way,
+            timer: $count, compare: $compare,
+            steps: $($step)*,
+        }
     };
 }

@@ -2,7 +2,7 @@
 //!
 //! Everything unsafe of the rig is here and in `taps.rs`.
 
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 use std::os::raw::c_void;
 use std::ptr;
 
@@ -228,6 +228,14 @@ impl Silicon {
         unsafe { (*self.uart).io.irq.add(ffi::UART_IRQ_OUTPUT as usize) }
     }
 
+    /// Timer 1.
+    pub(crate) fn timer(&self) -> *mut ffi::avr_timer_t {
+        // SAFETY: `find` gives live ones.
+        find(self.avr, c"timer", |timer: *mut ffi::avr_timer_t| unsafe {
+            (*timer).name as u8 == b'1'
+        })
+    }
+
     /// The whole EEPROM.
     pub(crate) fn eeprom(&self) -> Vec<u8> {
         // SAFETY: the description's length is the buffer's.
@@ -266,24 +274,26 @@ impl Drop for Silicon {
     }
 }
 
-/// USART0 in simavr's list of modules.
-fn find_uart(avr: *mut ffi::avr_t) -> *mut ffi::avr_uart_t {
-    // SAFETY: the list ends with null; a module of the kind "uart" is the
-    // beginning of an `avr_uart_t`.
+/// The module of a kind and name in simavr's list, as its own structure.
+fn find<T>(avr: *mut ffi::avr_t, kind: &CStr, is_it: impl Fn(*mut T) -> bool) -> *mut T {
+    // SAFETY: the list ends with null; a module of a kind is the beginning of
+    // that kind's structure, and the callers name the right one.
     unsafe {
         let mut module = (*avr).io_port;
         while !module.is_null() {
-            let kind = std::ffi::CStr::from_ptr((*module).kind);
-            if kind == c"uart" {
-                let uart = module.cast::<ffi::avr_uart_t>();
-                if (*uart).name as u8 == b'0' {
-                    return uart;
-                }
+            if CStr::from_ptr((*module).kind) == kind && is_it(module.cast()) {
+                return module.cast();
             }
             module = (*module).next;
         }
     }
-    panic!("the chip has no USART0")
+    panic!("the chip lacks a {kind:?}")
+}
+
+/// USART0.
+fn find_uart(avr: *mut ffi::avr_t) -> *mut ffi::avr_uart_t {
+    // SAFETY: `find` gives live ones.
+    find(avr, c"uart", |uart: *mut ffi::avr_uart_t| unsafe { (*uart).name as u8 == b'0' })
 }
 
 /// Sets or clears a bit of a register.

@@ -47,6 +47,7 @@ pub(crate) struct Heard {
     reti: u64,
     pub eeprom: Eeprom,
     silicon: *const Silicon,
+    timer: *mut ffi::avr_timer_t,
 }
 
 /// A pin and what it is for.
@@ -88,6 +89,7 @@ impl Taps {
             reti: board.reti(),
             eeprom: Eeprom::default(),
             silicon,
+            timer: silicon.timer(),
         });
         let mut wires = vec![(board.enable(), Wire::Enable), (board.led(), Wire::Led)];
         for axis in 0..AXES {
@@ -117,6 +119,7 @@ impl Taps {
                 ffi::avr_register_io_write(avr, register, Some(on_timer_mask), param);
             }
             ffi::avr_register_io_write(avr, EECR, Some(on_eeprom), param);
+            ffi::avr_register_io_write(avr, OCR1AL, Some(on_compare_value), param);
         }
         Taps { heard, taps }
     }
@@ -220,6 +223,45 @@ unsafe extern "C" fn on_timer_mask(
             }
         }
     }
+}
+
+/// The low byte of timer 1's compare register A, which is written last; the
+/// same on both chips.
+const OCR1AL: u16 = 0x88;
+/// Timer 1 has 16 bits.
+const TURN: u64 = 1 << 16;
+
+/// simavr misses a match that comes within an instruction of the counter's
+/// overflow; the chip does not. So the match is reckoned here as well.
+unsafe extern "C" fn on_compare_value(
+    avr: *mut ffi::avr_t,
+    register: ffi::avr_io_addr_t,
+    _: u8,
+    param: *mut c_void,
+) {
+    // SAFETY: as in `on_pin`; both bytes of the register are inside `data`.
+    unsafe {
+        let low = (*avr).data.add(usize::from(register));
+        let value = u64::from(u16::from_le_bytes([*low, *low.add(1)]));
+        let count = (*avr).cycle.wrapping_sub((*(*param.cast::<Heard>()).timer).tov_base);
+        // The flag goes up one cycle after the counter has the value.
+        let ahead = (value + 1).wrapping_sub(count) % TURN;
+        let ahead = if ahead == 0 { TURN } else { ahead };
+        ffi::avr_cycle_timer_register(avr, ahead, Some(on_match), param);
+    }
+}
+
+unsafe extern "C" fn on_match(
+    avr: *mut ffi::avr_t,
+    when: ffi::avr_cycle_count_t,
+    param: *mut c_void,
+) -> ffi::avr_cycle_count_t {
+    // SAFETY: as in `on_pin`; raising twice in a cycle is raising once.
+    unsafe {
+        let timer = (*param.cast::<Heard>()).timer;
+        ffi::avr_raise_interrupt(avr, &raw mut (*timer).comp[0].interrupt);
+    }
+    when + TURN
 }
 
 /// EEPROM control register, the same on both chips.

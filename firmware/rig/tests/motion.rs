@@ -86,7 +86,7 @@ fn an_axis_starts_while_another_one_runs() {
     let (x, y) = (steps(&chip, 0), steps(&chip, 1));
     follows(&x, &path_of_steps(50, 1000, 200, 1500), FIT + 3 * LATENCY);
     follows(&y, &path_of_steps(50, 800, 200, 600), FIT + 3 * LATENCY);
-    assert!(y[0].time > x[100].time && y[0].time < x[1499].time);
+    assert!(y[0].time > x[50].time && y[0].time < x[1499].time);
 }
 
 #[test]

@@ -14,13 +14,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
         run(rig::cargo(ws, "test").arg("--release").env("STEPWRIGHT_BOARD", board.name()))?;
     }
     // It is a workspace of its own: nothing else looks at its style.
-    run(&mut rig::cargo(ws, "clippy").args([
-        "--release",
-        "--all-targets",
-        "--",
-        "-D",
-        "warnings",
-    ]))?;
+    run(rig::cargo(ws, "clippy").args(["--release", "--all-targets", "--", "-D", "warnings"]))?;
     let mut fmt = ws.cargo(["fmt", "--all", "--check"]);
     run(fmt.current_dir(ws.root.join("firmware/rig")))
 }

@@ -8,6 +8,10 @@ use crate::drive::Drive;
 use crate::queue::Feed;
 use crate::timer::{Count, StepTimer};
 
+/// Ticks behind at which the schedule slips on a chip with the short way, which
+/// looks 0x7000 ahead and so not 0x1000 back.
+pub(super) const FAR_BEHIND: i32 = 0x0C00;
+
 impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// A step was made at `edge`, and the next deadline, or what would be it,
     /// is `next`: counts it if less than half an interval is left between.
@@ -32,7 +36,8 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     fn fell_behind(&mut self, axis: usize, left: i32) {
         self.late = self.late.saturating_add(1);
         let Some(track) = self.tracks.get_mut(axis) else { return };
-        if left < -(T::Count::HOP as i32) && track.event == Event::Step {
+        let far = if T::SHORT { FAR_BEHIND } else { T::Count::HOP as i32 };
+        if left < -far && track.event == Event::Step {
             // Too far behind: the schedule slips.
             track.due = T::Count::delayed(track.due, left.unsigned_abs());
         }
@@ -45,7 +50,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         let now = self.timer.now();
         for track in &mut self.tracks {
             let behind = now.since(T::Count::of(track.due));
-            if track.event == Event::Step && behind > T::Count::HOP as i32 {
+            if track.event == Event::Step && behind > FAR_BEHIND / 2 {
                 track.due = fine_of(now);
             }
         }

@@ -357,10 +357,13 @@ macro_rules! short_way_text {
     inc r26
     sts {engine}+{late_at}+2, r26
 .Lsw_counted:
-    cpi r25, 0x80 ; further behind than a quarter of the counter?
+    cpi r25, 0x80 ; too far behind?
     brlo .Lsw_not_late
-    cpi r25, 0xC0
+    cpi r25, 256-{far_behind}
     brsh .Lsw_not_late
+    lds r26, {engine}+{ended_at}
+    ori r26, 0x80
+    sts {engine}+{ended_at}, r26
     set
     sbic sw_flags, 7
     ret
@@ -389,7 +392,7 @@ macro_rules! short_way_text {
     lds r18, {tcnt}
     lds r19, {tcnt}+1
     movw r22, r18
-    subi r23, 0x80
+    subi r23, 0x90 ; 0x7000 ahead
     sw_look 0, sw_t0, {port0}, {bit0}
     sw_look 1, sw_t1, {port1}, {bit1}
 .if {axes} > 2

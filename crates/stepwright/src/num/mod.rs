@@ -28,6 +28,8 @@ pub(crate) struct Num {
 impl Num {
     /// Its exponent is below every other: it is never the larger of two.
     pub(crate) const ZERO: Num = Num::of(0, i16::MIN / 2);
+    /// For what is set before it is read.
+    pub(crate) const UNSET: Num = Num::of(0, 0);
     pub(crate) const ONE: Num = Num::power(0);
 
     /// 2^e.

@@ -47,9 +47,9 @@ pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
     let job = Job::new(&axes, true);
     let planner = subject
         .bench
-        .functions(&["stepwright5group", "Group", "4poll"])
+        .functions(&["5Slave", "4plan"])
         .next()
-        .context("the bench build has no function Group::poll")?
+        .context("the bench build has no function Slave::plan")?
         .address;
     let outcome = job.run(subject, |chip| {
         chip.clear_longest_off();

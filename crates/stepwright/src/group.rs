@@ -118,7 +118,7 @@ pub struct Group<'q, const N: usize, const Q: usize> {
 
 impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// All motors at rest at position 0.
-    #[cfg_attr(target_arch = "avr", inline(never))]
+    #[cfg_attr(target_arch = "avr", inline(always))]
     pub fn new(feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
         Group {
             motors: feeds.map(Motor::new),

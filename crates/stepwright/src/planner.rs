@@ -57,17 +57,15 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    pub(crate) fn new(rate: Rate, fit: &Fit) -> Clock {
+    /// A constant where rate and fit are constants: a chip does not compute it.
+    #[inline(always)]
+    pub(crate) const fn new(rate: Rate, fit: &Fit) -> Clock {
         // 2000 · rate: twice the rate, and a speed is in thousandths.
-        let twice = Num::from(rate.hz()).times(&Num::from(2000));
-        Clock {
-            twice,
-            inverse: Num::ONE.over(&twice),
-            longest: Num::from(fit.longest),
-            bound: (fit.error.checked_ilog2().unwrap_or(0) as i16).wrapping_sub(32),
-            ramp_size: fit.ramp_size,
-            level_size: fit.level_size,
-        }
+        let (twice, inverse) = Num::and_inverse(2000 * rate.hz() as u64);
+        let (longest, _) = Num::and_inverse(fit.longest as u64);
+        let bits = 63 - (fit.error | 1).leading_zeros() as i16;
+        let (ramp_size, level_size) = (fit.ramp_size, fit.level_size);
+        Clock { twice, inverse, longest, bound: bits - 32, ramp_size, level_size }
     }
 
     /// The interval at a speed; beyond everything for 0.

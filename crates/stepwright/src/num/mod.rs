@@ -43,6 +43,21 @@ impl Num {
         Num { high: x << up, low: 0, e: -16 - up as i16 }
     }
 
+    /// An integer from 1 on, its upper 32 bits, and 1 / it: for constants, with
+    /// arithmetic that a small chip has not.
+    #[inline(always)]
+    pub(crate) const fn and_inverse(x: u64) -> (Num, Num) {
+        let x = if x == 0 { 1 } else { x };
+        let e = 32 - x.leading_zeros() as i16;
+        let m = if e > 0 { x >> e } else { x << -e } as u32;
+        let inverse = if m == 1 << 31 {
+            Num::of(m, -62 - e)
+        } else {
+            Num::of(((1 << 63) / m as u64) as u32, -63 - e)
+        };
+        (Num::of(m, e), inverse)
+    }
+
     pub(crate) const fn is_zero(&self) -> bool {
         self.m() == 0
     }
@@ -337,6 +352,18 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(4000))]
 
         #[test]
+    fn an_inverse_is_a_quotient() {
+        for x in [1, 2, 3, 1000, 65_536, 128_000, 2_000_000_000, u32::MAX] {
+            let (number, inverse) = Num::and_inverse(x.into());
+            assert_eq!((number, inverse), (Num::from(x), Num::ONE.over(&number)), "{x}");
+        }
+        for x in [32_000_000_000, 400_000_000_000, 200_000_000] {
+            let (number, inverse) = Num::and_inverse(x);
+            assert_eq!((number, inverse), (Num::from_wide(x), Num::ONE.over(&number)), "{x}");
+        }
+    }
+
+    #[test]
         fn operations_match_f64(a in num(), b in num()) {
             let (x, y) = (value(a), value(b));
             prop_assert!(close(a.plus(&b), x + y));

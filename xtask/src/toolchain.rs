@@ -28,9 +28,11 @@ pub struct Chip {
 }
 
 /// Arduino Uno and Nano: 8 bits, 16 MHz, 32 KiB flash, 2 KiB RAM.
-pub const ATMEGA328P: Chip = Chip { triple: "avr-none", flags: "-C target-cpu=atmega328p -C link-arg=-mrelax" };
+pub const ATMEGA328P: Chip =
+    Chip { triple: "avr-none", flags: "-C target-cpu=atmega328p -C link-arg=-mrelax" };
 /// Arduino Mega: the same with 256 KiB flash, 8 KiB RAM, more timers.
-pub const ATMEGA2560: Chip = Chip { triple: "avr-none", flags: "-C target-cpu=atmega2560 -C link-arg=-mrelax" };
+pub const ATMEGA2560: Chip =
+    Chip { triple: "avr-none", flags: "-C target-cpu=atmega2560 -C link-arg=-mrelax" };
 /// RP2040 and its like: 32 bits, no division instruction, no atomic swaps.
 pub const CORTEX_M0: Chip = Chip { triple: "thumbv6m-none-eabi", flags: "" };
 

@@ -99,19 +99,16 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         engine
     }
 
-    /// An engine that has yet to [`begin`](Engine::begin). For a static one:
-    /// what is called on an engine must not be called before it lies in its
-    /// place, or moving it there takes much code.
-    #[inline(always)]
-    pub fn off(mut timer: T, drive: D, feeds: [F; N], timing: Timing) -> Self {
+    /// An engine that has yet to [`begin`](Engine::begin): a constant, for a static
+    /// one, as it takes much code to move an engine into its place.
+    pub const fn off(timer: T, drive: D, feeds: [F; N], timing: Timing) -> Self {
         let () = Self::AT_MOST_8_AXES;
-        let now = timer.now();
         Engine {
             timer,
             drive,
             feeds,
-            tracks: [(); N].map(|()| Track::idle(now)),
-            rare: now,
+            tracks: [Track::IDLE; N],
+            rare: T::Count::ZERO.0,
             ended: 0,
             pace: 0,
             timing,
@@ -126,6 +123,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         }
         self.pace = pace(self.timing);
         let now = self.timer.now();
+        for track in &mut self.tracks {
+            track.due = fine_of(now);
+        }
         self.wake_for_first(now);
     }
 

@@ -65,6 +65,15 @@ impl<const LEN: usize> Queue<LEN> {
         (Producer { queue }, Consumer { queue, held: false })
     }
 
+    /// [`split`](Queue::split) of a queue that is shared already: a static.
+    ///
+    /// # Safety
+    /// To be called once for a queue, or each end used once.
+    #[allow(unsafe_code)]
+    pub const unsafe fn ends(&self) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
+        (Producer { queue: self }, Consumer { queue: self, held: false })
+    }
+
     fn len(&self) -> u8 {
         self.pushed.load(Ordering::Acquire).wrapping_sub(self.taken.load(Ordering::Acquire))
     }

@@ -12,6 +12,9 @@ pub trait Count: Copy + Eq + core::fmt::Debug + sealed::Sealed {
     /// A count with 16 bits behind the point; wraps like the counter.
     type Fine: Copy + core::fmt::Debug + Default;
 
+    /// The count 0, and as a time.
+    const ZERO: (Self, Self::Fine);
+
     /// One hop of a long wait: 2^`HOP_BITS` ticks, a quarter of the counter.
     const HOP_BITS: u8;
     /// The hop in ticks.
@@ -46,6 +49,7 @@ mod sealed {
 
 impl Count for u16 {
     type Fine = u32;
+    const ZERO: (u16, u32) = (0, 0);
     const HOP_BITS: u8 = 14;
 
     #[inline(always)]
@@ -88,6 +92,7 @@ impl Count for u16 {
 
 impl Count for u32 {
     type Fine = u64;
+    const ZERO: (u32, u64) = (0, 0);
     const HOP_BITS: u8 = 30;
 
     #[inline(always)]

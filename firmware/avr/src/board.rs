@@ -65,8 +65,11 @@ pub const AXES: usize = 3;
 pub const CLOCK: u32 = 16_000_000;
 
 /// The chip's own times and a driver's usual ones.
-pub fn description() -> Board<AXES> {
-    let rate = Rate::from_hz(CLOCK).unwrap_or(Rate::MHZ);
+pub const fn description() -> Board<AXES> {
+    let rate = match Rate::from_hz(CLOCK) {
+        Ok(rate) => rate,
+        Err(_) => Rate::MHZ,
+    };
     Board {
         rate,
         timing: Timing {

@@ -19,6 +19,15 @@ impl<T> Slot<T> {
         Slot(UnsafeCell::new(value))
     }
 
+    /// The value, to be read by all.
+    ///
+    /// # Safety
+    /// Nobody may [`get`](Slot::get) it.
+    pub const unsafe fn share(&self) -> &T {
+        // SAFETY: the caller's promise.
+        unsafe { &*self.0.get() }
+    }
+
     /// The value.
     ///
     /// # Safety

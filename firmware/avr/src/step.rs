@@ -7,7 +7,7 @@ use stepwright::drive::Axes;
 use stepwright::queue::{Consumer, Producer, Queue};
 use stepwright::{Control, Engine, Report, Timing};
 
-use crate::board::{AXES, Pins};
+use crate::board::{AXES, Pins, description};
 use crate::slot::Slot;
 use crate::timer::Timer;
 
@@ -20,14 +20,37 @@ pub type StepEngine = Engine<Timer, Pins, Consumer<'static, RUNS>, AXES>;
 /// Where the runs of all axes go.
 pub type Feeds = [Producer<'static, RUNS>; AXES];
 
-/// Split once, by `start`.
+/// Shared by the engine and the foreground.
 #[doc(hidden)] // the step interrupt reads it
 pub static QUEUES: Slot<[Queue<RUNS>; AXES]> = Slot::new([const { Queue::new() }; AXES]);
 
-/// Written once, by `start`, before interrupts are enabled; from then on the
-/// step interrupt's.
+/// The ends of an axis's queue.
+const fn ends(axis: usize) -> (Producer<'static, RUNS>, Consumer<'static, RUNS>) {
+    // SAFETY: the engine takes one end and `start` the other; a queue is shared
+    // as it is.
+    unsafe { QUEUES.share()[axis].ends() }
+}
+
+/// Begun by `start`, before interrupts are enabled; from then on the step
+/// interrupt's.
+///
+/// Its memory is filled when the chip starts: code that does it would be longer.
 #[doc(hidden)] // the step interrupt plays it
-pub static ENGINE: Slot<MaybeUninit<StepEngine>> = Slot::new(MaybeUninit::uninit());
+pub static ENGINE: Slot<StepEngine> = Slot::new(Engine::off(
+    // SAFETY: they take no memory, and the engine does nothing before `start`,
+    // whose caller has the right to them.
+    unsafe { token() },
+    unsafe { token() },
+    [ends(0).1, ends(1).1, ends(2).1],
+    description().timing,
+));
+
+/// Registers, which are no more than a right.
+const unsafe fn token<T>() -> T {
+    const { assert!(size_of::<T>() == 0) };
+    // SAFETY: of a value without bytes none is missing; the caller has the right.
+    unsafe { MaybeUninit::uninit().assume_init() }
+}
 
 /// What the short way through the step interrupt leaves to the engine;
 /// [`step_interrupt!`](crate::step_interrupt) has it called.
@@ -35,21 +58,18 @@ pub static ENGINE: Slot<MaybeUninit<StepEngine>> = Slot::new(MaybeUninit::uninit
 pub extern "C" fn long_way(look: u16) {
     // SAFETY: only the step interrupt calls it, once there is an engine; the
     // foreground gets the engine only with interrupts off.
-    unsafe { ENGINE.get().assume_init_mut() }.on_long_way(look);
+    unsafe { ENGINE.get() }.on_long_way(look);
 }
 
-/// Makes the engine. Returns the foreground's hold on it, and where its runs
+/// Has the engine begin. Returns the foreground's hold on it, and where its runs
 /// go.
 ///
 /// # Safety
 /// To be called once, with interrupts disabled.
-#[inline(never)]
-pub unsafe fn start(timer: Timer, pins: Pins, timing: Timing) -> (Held, Feeds) {
-    // SAFETY: the only place where the queues are named, and called once.
-    let [x, y, z] = unsafe { QUEUES.get() }.each_mut().map(Queue::split);
-    // SAFETY: interrupts are disabled, and there is no engine yet.
-    unsafe { ENGINE.get() }.write(Engine::off(timer, pins, [x.1, y.1, z.1], timing)).begin();
-    (Held(()), [x.0, y.0, z.0])
+pub unsafe fn start(_: Timer, _: Pins) -> (Held, Feeds) {
+    // SAFETY: interrupts are disabled.
+    unsafe { ENGINE.get() }.begin();
+    (Held(()), [ends(0).0, ends(1).0, ends(2).0])
 }
 
 /// The engine with its interrupt held off for each call: some microseconds.
@@ -61,7 +81,7 @@ impl Held {
         interrupt::free(|_| {
             // SAFETY: `start` made this `Held` and the engine before it, and no
             // interrupt comes.
-            ask(unsafe { ENGINE.get().assume_init_mut() })
+            ask(unsafe { ENGINE.get() })
         })
     }
 }

@@ -50,21 +50,20 @@ pub(super) struct Track<C: Count> {
 }
 
 impl<C: Count> Track<C> {
-    pub fn idle(now: C) -> Track<C> {
-        Track {
-            due: fine_of(now),
-            at: 0,
-            loaded: 0,
-            event: Event::Idle,
-            then: Event::Idle,
-            hops: 0,
-            far: Run::steady(0, 0),
-            own: Slot::EMPTY,
-            push: 0,
-            forward: true,
-            base: 0,
-        }
-    }
+    /// At rest at position 0, facing forward.
+    pub const IDLE: Track<C> = Track {
+        due: C::ZERO.1,
+        at: 0,
+        loaded: 0,
+        event: Event::Idle,
+        then: Event::Idle,
+        hops: 0,
+        far: Run::steady(0, 0),
+        own: Slot::EMPTY,
+        push: 0,
+        forward: true,
+        base: 0,
+    };
 
     /// When the next event may happen.
     #[inline(always)]

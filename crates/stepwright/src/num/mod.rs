@@ -363,8 +363,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(4000))]
 
-
-    #[test]
+        #[test]
         fn operations_match_f64(a in num(), b in num()) {
             let (x, y) = (value(a), value(b));
             prop_assert!(close(a.plus(&b), x + y));

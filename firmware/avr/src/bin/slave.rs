@@ -61,7 +61,7 @@ unsafe fn start() -> &'static mut Slave {
     let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
     let board = board::description();
     // SAFETY: called once, with interrupts off.
-    let (engine, feeds) = unsafe { step::start(Timer::start(), pins, board.timing) };
+    let (engine, feeds) = unsafe { step::start(Timer::start(), pins) };
     let clock = clock::Clock::start(chip.TC2);
     // Made in its place, and then begun: to move it there would take more
     // code than to make it.

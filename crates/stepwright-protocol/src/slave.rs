@@ -366,7 +366,8 @@ impl<const AXES: usize> Slave<AXES> {
         }
         if result.is_ok() {
             result = machine.commit();
-        } else {
+        }
+        if result.is_err() {
             machine.cancel();
         }
         result

@@ -35,7 +35,7 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
 
     /// A device that has yet to begin. `axes` of the N are connected.
     #[inline(always)]
-    pub fn off(group: Group<'q, N, Q>, axes: u8) -> Self {
+    pub const fn off(group: Group<'q, N, Q>, axes: u8) -> Self {
         Device { slave: Slave::blank(), group, duties: Duties::OFF, axes }
     }
 

@@ -97,7 +97,8 @@ impl<const N: usize> Board<N> {
 ///
 /// `Q` runs of 12 bytes are queued for each; call [`poll`](Group::poll) often.
 pub struct Group<'q, const N: usize, const Q: usize> {
-    motors: [Motor<'q, Q>; N],
+    feeds: [Producer<'q, Q>; N],
+    motors: [Motor<Q>; N],
     board: Board<N>,
     clock: Clock,
     horizon: Horizon,
@@ -119,9 +120,10 @@ pub struct Group<'q, const N: usize, const Q: usize> {
 impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// All motors at rest at position 0.
     #[cfg_attr(target_arch = "avr", inline(always))]
-    pub fn new(feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
+    pub const fn new(feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
         Group {
-            motors: feeds.map(Motor::new),
+            feeds,
+            motors: [const { Motor::IDLE }; N],
             clock: Clock::new(board.rate, &board.fit),
             horizon: Horizon::new(board.horizon),
             board,
@@ -270,9 +272,10 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             hold: timing.hold,
             lead: timing.setup.saturating_add(self.board.lead).saturating_add(wait),
         };
-        for (axis, motor) in self.motors.iter_mut().enumerate() {
+        let motors = self.motors.iter_mut().zip(&mut self.feeds);
+        for (axis, (motor, feed)) in motors.enumerate() {
             if self.prepared >> axis & 1 != 0 {
-                motor.begin(wait, &self.horizon);
+                motor.begin(feed, wait, &self.horizon);
             }
         }
         self.starting |= core::mem::take(&mut self.prepared);
@@ -283,8 +286,12 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn poll(&mut self, engine: &mut impl Control) -> bool {
         for _ in 0..N {
             let axis = self.turn;
-            let Some(motor) = self.motors.get_mut(usize::from(axis)) else { break };
-            let progress = motor.plan(&self.clock, &mut self.work, &self.horizon);
+            let index = usize::from(axis);
+            let (Some(motor), Some(feed)) = (self.motors.get_mut(index), self.feeds.get_mut(index))
+            else {
+                break;
+            };
+            let progress = motor.plan(feed, &self.clock, &mut self.work, &self.horizon);
             if progress == Progress::Midway {
                 return true;
             }
@@ -327,9 +334,10 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn halt(&mut self, engine: &mut impl Control, axes: Axes) {
         engine.halt(axes);
         self.starting &= !axes;
-        for (axis, motor) in self.motors.iter_mut().enumerate() {
+        let motors = self.motors.iter_mut().zip(&mut self.feeds);
+        for (axis, (motor, feed)) in motors.enumerate() {
             if axes >> axis & 1 != 0 {
-                motor.abandon(engine.report(axis as u8).forward);
+                motor.abandon(feed, engine.report(axis as u8).forward);
             }
         }
     }

@@ -11,8 +11,7 @@ use crate::units::Ticks;
 /// Plans until the queue is full, or what is queued lasts for the board's
 /// horizon: so a change of mind is obeyed after that time and one run (at most
 /// 8 ms by default), or one step if that takes longer.
-pub(crate) struct Motor<'q, const Q: usize> {
-    feed: Producer<'q, Q>,
+pub(crate) struct Motor<const Q: usize> {
     planner: Planner,
     /// A travel is laid out, and not yet planned to its end.
     planning: bool,
@@ -35,24 +34,21 @@ pub(crate) struct Horizon {
 }
 
 impl Horizon {
-    pub(crate) fn new(ticks: Ticks) -> Horizon {
-        let unit = ticks.checked_ilog2().unwrap_or(0).saturating_sub(6) as u8;
+    pub(crate) const fn new(ticks: Ticks) -> Horizon {
+        let unit = 25u32.saturating_sub(ticks.leading_zeros()) as u8;
         Horizon { unit, units: (ticks >> unit) as u16 }
     }
 }
 
-impl<'q, const Q: usize> Motor<'q, Q> {
-    pub(crate) fn new(feed: Producer<'q, Q>) -> Self {
-        Motor {
-            feed,
-            planner: Planner::IDLE,
-            planning: false,
-            forward: true,
-            next_forward: true,
-            spans: [0; Q],
-            pushed: 0,
-        }
-    }
+impl<const Q: usize> Motor<Q> {
+    pub(crate) const IDLE: Self = Motor {
+        planner: Planner::IDLE,
+        planning: false,
+        forward: true,
+        next_forward: true,
+        spans: [0; Q],
+        pushed: 0,
+    };
 
     /// Lays out a travel of at least one pulse, and gives its highest speed
     /// in 0.001 steps/s. It waits for [`begin`](Motor::begin); the motor must be idle.
@@ -69,17 +65,17 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     /// Queues the beginning of the prepared travel: the change of direction
     /// if there is one, then the first pulse `hold + lead` ticks after the
     /// start. The queue must be empty.
-    pub(crate) fn begin(&mut self, wait: Wait, horizon: &Horizon) {
+    pub(crate) fn begin(&mut self, feed: &mut Producer<'_, Q>, wait: Wait, horizon: &Horizon) {
         let forward = self.next_forward;
-        self.feed.set_open(true);
+        feed.set_open(true);
         let mut lead = wait.lead;
         if forward != self.forward {
-            self.push(Run::turn(wait.hold, forward), wait.hold, horizon);
+            self.push(feed, Run::turn(wait.hold, forward), wait.hold, horizon);
         } else {
             lead = lead.saturating_add(wait.hold);
         }
         self.forward = forward;
-        self.push(Run::steady(lead, 1), lead, horizon);
+        self.push(feed, Run::steady(lead, 1), lead, horizon);
     }
 
     /// Forgets a prepared travel that was not begun.
@@ -88,9 +84,9 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     }
 
     /// Appends a run that lasts for so many ticks.
-    fn push(&mut self, run: Run, ticks: Ticks, horizon: &Horizon) {
+    fn push(&mut self, feed: &mut Producer<'_, Q>, run: Run, ticks: Ticks, horizon: &Horizon) {
         let span = u8::try_from(ticks >> horizon.unit).unwrap_or(u8::MAX);
-        if self.feed.push(run).is_ok() {
+        if feed.push(run).is_ok() {
             if let Some(slot) = self.spans.get_mut(usize::from(self.pushed) & (Q - 1)) {
                 *slot = span;
             }
@@ -99,9 +95,9 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     }
 
     /// How long what is queued lasts, in units.
-    fn ahead(&self) -> u16 {
+    fn ahead(&self, feed: &Producer<'_, Q>) -> u16 {
         let mut sum = 0u16;
-        for back in 1..=self.feed.len() {
+        for back in 1..=feed.len() {
             let at = usize::from(self.pushed.wrapping_sub(back)) & (Q - 1);
             sum = sum.saturating_add(self.spans.get(at).copied().unwrap_or(0).into());
         }
@@ -109,25 +105,29 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     }
 
     /// Does a piece of planning, if a run is wanted.
-    pub(crate) fn plan(&mut self, clock: &Clock, work: &mut Work, horizon: &Horizon) -> Progress {
-        if !self.planning
-            || self.feed.is_full()
-            || (self.feed.len() > 1 && self.ahead() >= horizon.units)
+    pub(crate) fn plan(
+        &mut self,
+        feed: &mut Producer<'_, Q>,
+        clock: &Clock,
+        work: &mut Work,
+        horizon: &Horizon,
+    ) -> Progress {
+        if !self.planning || feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units)
         {
             return Progress::Nothing;
         }
         let mut run = Run::steady(0, 0);
         match self.planner.next(clock, work, &mut run) {
-            Planned::Run(ticks) => self.push(run, ticks, horizon),
+            Planned::Run(ticks) => self.push(feed, run, ticks, horizon),
             Planned::Again => return Progress::Midway,
-            Planned::End => self.finish(),
+            Planned::End => self.finish(feed),
         }
         Progress::Done
     }
 
-    fn finish(&mut self) {
+    fn finish(&mut self, feed: &mut Producer<'_, Q>) {
         self.planning = false;
-        self.feed.set_open(false);
+        feed.set_open(false);
     }
 
     /// Brakes from the end of what is queued.
@@ -136,8 +136,8 @@ impl<'q, const Q: usize> Motor<'q, Q> {
     }
 
     /// Forgets the travel; the engine has been halted.
-    pub(crate) fn abandon(&mut self, forward: bool) {
-        self.finish();
+    pub(crate) fn abandon(&mut self, feed: &mut Producer<'_, Q>, forward: bool) {
+        self.finish(feed);
         self.forward = forward;
     }
 

@@ -8,7 +8,8 @@
 //! a tick a step, and adding it costs a third of the step. There it is added
 //! every 2, 4 … 32 steps, as much as belongs to these, and the interval between
 //! is their mean. Deadlines deviate by less than 1/16 tick within such a group
-//! and agree at its end (but for 2⁻¹⁷ ticks a step, where the mean has a half).
+//! and agree at its end; where the mean has a half, it is rounded up in one run
+//! and down in another, so that nothing gathers.
 //!
 //! ```text
 //!   interval ▔▔▔▔╲          each step    ▔▔▔▔▔▔▏         each fourth
@@ -95,12 +96,19 @@ impl Stride {
         let mut interval = (run.ticks << 16) | Ticks::from(run.part);
         let mut add = run.add;
         let group = if add == 0 || run.count == 1 { 255 } else { group(run) };
+        let mut room = (first.min(last) as i16 >> 1) - LOOK;
         if group != 255 {
-            let mean = add.wrapping_mul(i32::from(group)) >> 1;
+            let sum = add.wrapping_mul(i32::from(group));
+            let mut mean = sum >> 1;
+            if sum & 1 != 0 {
+                // As often up as down; the last bit of `room` remembers.
+                let up = run.part & 1;
+                mean += i32::from(up);
+                room = room & !1 | up as i16;
+            }
             interval = interval.wrapping_add_signed(mean);
             add = add.wrapping_mul(i32::from(group) + 1);
         }
-        let room = (first.min(last) as i16 >> 1) - LOOK;
         Some(Stride { interval, add, left: Left::new(run.count), group, room: room.to_le_bytes() })
     }
 
@@ -183,10 +191,12 @@ impl Slot {
     pub(crate) fn run(&self) -> Run {
         match self.entry() {
             Entry::Far(run) => run,
-            Entry::Near(Stride { mut interval, mut add, left, group, .. }) => {
+            Entry::Near(Stride { mut interval, mut add, left, group, room }) => {
                 if group != 255 {
                     add >>= group.count_ones();
-                    let mean = add.wrapping_mul(i32::from(group)) >> 1;
+                    let sum = add.wrapping_mul(i32::from(group));
+                    let up = if sum & 1 != 0 { i32::from(room[0] & 1) } else { 0 };
+                    let mean = (sum >> 1) + up;
                     interval = interval.wrapping_add_signed(mean.wrapping_neg());
                 }
                 Run {

@@ -26,8 +26,8 @@ pub static QUEUES: Slot<[Queue<RUNS>; AXES]> = Slot::new([const { Queue::new() }
 
 /// The ends of an axis's queue.
 const fn ends(axis: usize) -> (Producer<'static, RUNS>, Consumer<'static, RUNS>) {
-    // SAFETY: the engine takes one end and `start` the other; a queue is shared
-    // as it is.
+    // SAFETY: the engine takes one end and the user of `feeds` the other; a
+    // queue is shared as it is.
     unsafe { QUEUES.share()[axis].ends() }
 }
 
@@ -61,15 +61,22 @@ pub extern "C" fn long_way(look: u16) {
     unsafe { ENGINE.get() }.on_long_way(look);
 }
 
-/// Has the engine begin. Returns the foreground's hold on it, and where its runs
-/// go.
+/// Has the engine begin. Returns the foreground's hold on it.
 ///
 /// # Safety
 /// To be called once, with interrupts disabled.
-pub unsafe fn start(_: Timer, _: Pins) -> (Held, Feeds) {
+pub unsafe fn start(_: Timer, _: Pins) -> Held {
     // SAFETY: interrupts are disabled.
     unsafe { ENGINE.get() }.begin();
-    (Held(()), [ends(0).0, ends(1).0, ends(2).0])
+    Held(())
+}
+
+/// Where the foreground's runs go.
+///
+/// # Safety
+/// For one user: a queue has one producer.
+pub const unsafe fn feeds() -> Feeds {
+    [ends(0).0, ends(1).0, ends(2).0]
 }
 
 /// The engine with its interrupt held off for each call: some microseconds.

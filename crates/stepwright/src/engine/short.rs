@@ -29,7 +29,7 @@
 //! | one axis, a step at constant speed; the second axis 106, the third 108 | 102 |
 //! | … on which the interval grows (every 2nd to 32nd of a long ramp, `stride.rs`) | 129 |
 //! | … that ends a run: the next one is there | 149 |
-//! | … that was due on the way out of the one before, to the next edge | 71 |
+//! | … that was due on the way out of the one before, to the next edge (counted by hand) | 71 |
 //! | … likewise, and late: at least `min_interval` | 114 |
 //! | two axes due together | 239 |
 //! | three axes due together | 309 |

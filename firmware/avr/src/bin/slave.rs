@@ -3,8 +3,6 @@
 #![no_main]
 #![feature(asm_experimental_arch)]
 
-use core::mem::MaybeUninit;
-
 use stepwright::Group;
 use stepwright_avr::panel::AvrPanel;
 use stepwright_avr::serial::{Received, Serial};
@@ -14,24 +12,29 @@ use stepwright_avr::{board, chip, clock, eeprom, slot::Slot, step, watchdog};
 use stepwright_device::Device;
 
 /// All that the main loop works with.
-///
-/// It lies at a fixed address, not on the stack: an AVR reaches no further
-/// than 63 bytes from the stack pointer with one instruction.
 struct Slave {
-    device: Device<'static, { board::AXES }, RUNS>,
+    device: &'static mut Controller,
     engine: Held,
     panel: AvrPanel,
     serial: Serial,
 }
 
-static SLAVE: Slot<MaybeUninit<Slave>> = Slot::new(MaybeUninit::uninit());
+type Controller = Device<'static, { board::AXES }, RUNS>;
+
+/// Its memory is filled when the chip starts: code that does it would be longer,
+/// and there is no room for a second one on the stack.
+static DEVICE: Slot<Controller> = Slot::new(Device::off(
+    // SAFETY: nobody else asks for them.
+    Group::new(unsafe { step::feeds() }, board::description()),
+    board::AXES as u8,
+));
 
 stepwright_avr::step_interrupt!();
 
 #[avr_device::entry]
 fn main() -> ! {
     // SAFETY: called once, with interrupts off.
-    let slave = unsafe { start() };
+    let mut slave = unsafe { start() };
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
     loop {
@@ -51,7 +54,7 @@ fn main() -> ! {
 /// # Safety
 /// To be called once, with interrupts off.
 #[inline(never)]
-unsafe fn start() -> &'static mut Slave {
+unsafe fn start() -> Slave {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
     let bitten = watchdog::start(&chip.CPU, &chip.WDT);
@@ -59,19 +62,18 @@ unsafe fn start() -> &'static mut Slave {
     let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
     #[cfg(feature = "mega")]
     let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
-    let board = board::description();
-    // SAFETY: called once, with interrupts off.
-    let (engine, feeds) = unsafe { step::start(Timer::start(), pins) };
-    let clock = clock::Clock::start(chip.TC2);
-    // Made in its place, and then begun: to move it there would take more
-    // code than to make it.
-    // SAFETY: called once, and nobody else names it.
-    let slave = unsafe { SLAVE.get() }.write(Slave {
-        device: Device::off(Group::new(feeds, board), board::AXES as u8),
-        engine,
-        panel: AvrPanel::new(levels, eeprom::Eeprom::new(chip.EEPROM), clock),
+    let mut slave = Slave {
+        // SAFETY: the only one to ask.
+        device: unsafe { DEVICE.get() },
+        // SAFETY: called once, with interrupts off.
+        engine: unsafe { step::start(Timer::start(), pins) },
+        panel: AvrPanel::new(
+            levels,
+            eeprom::Eeprom::new(chip.EEPROM),
+            clock::Clock::start(chip.TC2),
+        ),
         serial: Serial::start(chip.USART0),
-    });
+    };
     if bitten {
         slave.device.controller(&mut slave.engine).group.doubt();
     }

@@ -35,7 +35,8 @@ pub trait Machine {
     fn busy(&self, axis: AxisId) -> bool;
 
     /// Lays a travel of one axis out; the slave names each axis at most once,
-    /// in the order of their numbers, and then calls `commit` or `cancel`.
+    /// in the order of their numbers, and then calls `commit`, or `cancel` after
+    /// any error.
     ///
     /// # Errors
     /// The reason why it can't be, [`Refusal::Busy`] for an axis that is.
@@ -44,11 +45,12 @@ pub trait Machine {
     /// Starts all that was laid out, together, or none of it.
     ///
     /// # Errors
-    /// The reason why not. Then no axis has moved, nor will it, and
-    /// everything is as it was before the first `prepare`.
+    /// The reason why not. Then no axis has moved, nor will it, and after
+    /// `cancel`, which follows, everything is as it was before the first
+    /// `prepare`.
     fn commit(&mut self) -> Result<(), Refusal>;
 
-    /// Forgets what was laid out. Nothing may have been, or no longer be.
+    /// Forgets what was laid out. Nothing may have been.
     fn cancel(&mut self);
 
     /// Ramps the axis down from wherever it is on its way; its position stays

@@ -82,12 +82,13 @@ impl Machine for Bench {
         if self.busy(axis) {
             return Err(Refusal::Busy);
         }
+        assert!(self.prepared.iter().all(|(other, _)| *other != axis), "prepared twice");
         self.prepared.push((axis, *order));
         Ok(())
     }
 
     fn commit(&mut self) -> Result<(), Refusal> {
-        let orders = std::mem::take(&mut self.prepared);
+        let orders = self.prepared.clone();
         assert!(!orders.is_empty(), "started nothing");
         assert!(orders.is_sorted_by(|(a, _), (b, _)| a < b));
         self.asked.push(orders.clone());
@@ -100,6 +101,7 @@ impl Machine for Bench {
             let at_once = order.travel == Travel::By(0);
             self.axis(*axis).running = (!at_once).then_some(*order);
         }
+        self.prepared.clear();
         Ok(())
     }
 

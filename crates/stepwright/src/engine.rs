@@ -67,6 +67,9 @@ pub struct Report {
     pub forward: bool,
 }
 
+/// A turn may be so many ticks late and yet keep its schedule.
+const SLACK: i32 = 0x1000;
+
 /// Plays the runs of N ≤ 8 axes with one timer.
 ///
 /// Belongs to the step interrupt, which calls [`on_compare`](Engine::on_compare).
@@ -230,10 +233,20 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             }
             Event::Turn => {
                 let forward = track.turn();
-                // The set-up time counts from now: at rest a slip costs nothing.
-                track.due = fine_of(now);
                 self.drive.direction(axis as u8, forward);
+                // The set-up time counts from now. A turn that came late keeps
+                // its schedule if that leaves enough, so that axes which begin
+                // together stay together; if not, at rest a slip costs nothing.
+                let due = track.due;
                 self.load(axis, now);
+                let setup = self.timing.setup as i32;
+                let Some(track) = self.tracks.get_mut(axis) else { return };
+                let behind = now.since(T::Count::of(due));
+                let kept = (0..SLACK).contains(&behind)
+                    && (track.event != Event::Step || track.wake().since(now) > setup);
+                if !kept {
+                    track.due = T::Count::delayed(track.due, behind.max(0) as Ticks);
+                }
             }
             Event::Hop => track.hop(),
             Event::Dry => {
@@ -369,6 +382,21 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             position: track.position(feed.left(&track.own)),
             idle: track.event == Event::Idle,
             forward: track.forward,
+        }
+    }
+
+    /// Whether no travel of an axis is in progress; of the first one if there is
+    /// no such axis. Looks at one byte, so the step interrupt may come meanwhile.
+    ///
+    /// # Safety
+    /// `engine` points to an engine, which only the step interrupt changes.
+    #[allow(unsafe_code)]
+    pub unsafe fn is_idle(engine: *const Self, axis: u8) -> bool {
+        let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
+        // SAFETY: the caller's promise; the index is in range.
+        unsafe {
+            let track = (&raw const (*engine).tracks).cast::<Track<T::Count>>().add(axis);
+            (&raw const (*track).event).read_volatile() == Event::Idle
         }
     }
 

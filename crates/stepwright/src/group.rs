@@ -22,6 +22,12 @@ pub trait Control {
     fn halt(&mut self, axes: Axes);
     /// See [`Engine::report`].
     fn report(&self, axis: u8) -> Report;
+    /// Whether no travel of an axis is in progress. Asked often: an engine
+    /// behind an interrupt should not hold that off for it, see
+    /// [`Engine::is_idle`].
+    fn is_idle(&self, axis: u8) -> bool {
+        self.report(axis).idle
+    }
     /// See [`Engine::set_position`].
     fn set_position(&mut self, axis: u8, position: i64);
     /// See [`Engine::set_timing`].
@@ -322,7 +328,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// steps: its position is uncertain from now on.
     pub fn kill(&mut self, engine: &mut impl Control) {
         for axis in 0..N as u8 {
-            if !engine.report(axis).idle {
+            if !engine.is_idle(axis) {
                 self.uncertain |= 1 << axis;
             }
         }
@@ -354,7 +360,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn is_busy(&self, engine: &impl Control, axis: u8) -> bool {
         match self.motors.get(usize::from(axis)) {
             Some(motor) => {
-                motor.planning() || self.starting >> axis & 1 != 0 || !engine.report(axis).idle
+                motor.planning() || self.starting >> axis & 1 != 0 || !engine.is_idle(axis)
             }
             None => false,
         }

@@ -19,6 +19,11 @@ impl<T> Slot<T> {
         Slot(UnsafeCell::new(value))
     }
 
+    /// Where the value lies.
+    pub const fn address(&self) -> *const T {
+        self.0.get()
+    }
+
     /// The value, to be read by all.
     ///
     /// # Safety

@@ -103,6 +103,10 @@ impl Control for Held {
     fn report(&self, axis: u8) -> Report {
         self.with(|engine| engine.report(axis))
     }
+    fn is_idle(&self, axis: u8) -> bool {
+        // SAFETY: `start` made this `Held`, and the engine is begun.
+        unsafe { StepEngine::is_idle(ENGINE.address(), axis) }
+    }
     fn set_position(&mut self, axis: u8, position: i64) {
         self.with(|engine| engine.set_position(axis, position));
     }

@@ -188,3 +188,14 @@ fn the_width_of_the_timer_does_not_matter() {
     check_timing(&narrow, 32, 16, 16, 133);
     assert_eq!(narrow, edges::<u32>(rate));
 }
+
+/// An order that the board refuses as a whole leaves nothing behind.
+#[test]
+fn after_a_refused_order_the_axis_is_free() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    for byte in *b"PO\rt1000000\ra100000000\rd100000000\rG+50000\rE\rF\rt1000\rE\r" {
+        board.receive(byte);
+    }
+    assert_eq!(board.take_answers(), b"Y\rY\rY\rY\rY\rE\rR\rY\rY\r");
+}

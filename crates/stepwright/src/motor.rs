@@ -75,7 +75,10 @@ impl<const Q: usize> Motor<Q> {
             lead = lead.saturating_add(wait.hold);
         }
         self.forward = forward;
-        self.push(feed, Run::steady(lead, 1), lead, horizon);
+        // Half a tick ahead from here on: deadlines rounded down are rounded to
+        // the nearest.
+        let first = u64::from(lead) << 16 | 1 << 15;
+        self.push(feed, Run::new(first, 0, 1), lead, horizon);
     }
 
     /// Forgets a prepared travel that was not begun.

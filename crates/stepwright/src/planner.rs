@@ -159,9 +159,6 @@ pub(crate) enum Planned {
     End,
 }
 
-/// Half a tick ahead, so that deadlines rounded down are rounded to nearest.
-const HALF_TICK: u16 = 1 << 15;
-
 /// 2a in 10⁻⁶ (steps/s)² per step, at least that of [`Accel::MIN`].
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn slope(order: &Order, ramp: &Ramp) -> Num {
@@ -217,7 +214,7 @@ impl Planner {
         }
         (self.risen, self.rise, self.level, self.fall) = (0, 0, 0, 0);
         (self.rise_part, self.fall_part) = (0, 0);
-        (self.endless, self.carry, self.size) = (false, HALF_TICK, 0);
+        (self.endless, self.carry, self.size) = (false, 0, 0);
         self.a2 = slope(order, &order.up);
         self.d2 = slope(order, &order.down);
         self.v_top = Num::from(order.top.millisteps());
@@ -303,7 +300,6 @@ impl Planner {
         self.fall_part = part;
         self.v_top = self.v;
         self.endless = false;
-        self.size = 0;
     }
 
     /// The highest speed from here on, in 0.001 steps/s, rounded up; 0 if
@@ -466,28 +462,37 @@ impl Planner {
         if work.stage == Stage::Begin {
             work.mean = clock.interval(&self.v_top);
             self.v = self.v_top;
-            self.size = clock.level_size;
-            while self.size > 0 && !clock.holds(&work.mean, self.size) {
-                self.size -= 1;
-            }
             work.stage = Stage::Half;
             return Planned::Again;
         }
+        work.stage = Stage::Begin;
         let room = self.level.wrapping_sub(u32::from(self.fall_part != 0 && !self.endless));
-        let mut size = self.size;
-        let mut steps = 1u32 << size;
-        while steps > room {
-            (size, steps) = (size - 1, steps >> 1); // room is not 0
+        let mut size = clock.level_size;
+        while size > 0 && !clock.holds(&work.mean, size) {
+            size -= 1;
         }
+        // The last one takes all that is left: short runs would come faster
+        // than a chip can plan them.
+        let steps = (1u32 << size).min(room);
         if !self.endless {
             self.level = self.level.wrapping_sub(steps);
-            if room == steps {
-                self.size = 0;
-            }
         }
-        work.stage = Stage::Begin;
-        let mean = work.mean;
-        self.fitted(run, &mean, 0, size)
+        self.even(run, &work.mean, steps as u16)
+    }
+
+    /// Up to 2¹⁵ steps at this interval, rounded down to 2⁻¹⁶ ticks; what they
+    /// lack then is carried.
+    fn even(&mut self, run: &mut Run, mean: &Num, steps: u16) -> Planned {
+        let (whole, part) = mean.split();
+        let wide = u32::from(steps);
+        let lack = (u32::from(part as u16).wrapping_mul(wide) >> 16) as u16;
+        // Both are less than the steps of a run: no overflow.
+        let carry = self.carry.saturating_add(lack);
+        let more = carry.checked_div(steps).unwrap_or(0);
+        let first = (u64::from(whole) << 16 | u64::from(part >> 16)).wrapping_add(more.into());
+        self.carry = carry.wrapping_sub(more.wrapping_mul(steps));
+        *run = Run::new(first, 0, steps);
+        Planned::Run(whole.wrapping_mul(wide))
     }
 
     /// The one step that a change of piece divides.
@@ -526,7 +531,7 @@ impl Planner {
                 if !self.endless {
                     self.level = self.level.wrapping_sub(1);
                 }
-                (self.size, work.stage) = (0, Stage::Begin);
+                work.stage = Stage::Begin;
                 self.fitted(run, &time, 0, 0)
             }
         }
@@ -570,7 +575,7 @@ mod tests {
             }
             let (a, n) = (accel as f64 / 1e3, f64::from(steps));
             let want = (2.0 * n / a).sqrt() * f64::from(hz);
-            let off = time as f64 / 65536.0 - want - 0.5;
+            let off = time as f64 / 65536.0 - want;
             assert!(off.abs() <= want * 2f64.powi(-29) + 0.5, "{off} of {want}");
         }
     }

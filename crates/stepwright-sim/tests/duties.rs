@@ -254,6 +254,19 @@ fn drivers_times_follow_their_settings_at_once() {
 }
 
 #[test]
+fn an_order_that_is_refused_as_a_whole_leaves_its_axes_idle() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    // Each alone is slow enough; together they are not.
+    say(&mut board, "PO A0 s60000 t60000 a100000000 d100000000 G+5");
+    assert_eq!(say(&mut board, "E"), "E");
+    assert_eq!(last(&mut board), "too-fast");
+    assert_eq!(say(&mut board, "F T100 R200 E"), "R Y Y Y");
+    board.run_to_rest();
+    assert_eq!(say(&mut board, "V1 V3"), "5 5");
+}
+
+#[test]
 fn limits_are_the_settings() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);

@@ -56,7 +56,8 @@ macro_rules! timer {
                 // SAFETY: one write; the register is the step interrupt's, and
                 // the timer is used only while that is held off.
                 let flag = unsafe { crate::chip::CPU::steal() };
-                flag.gpior0().write(|w| w.set(flags));
+                // SAFETY: any bits will do: the register has no meaning of its own.
+                flag.gpior0().write(|w| unsafe { w.bits(flags) });
             }
         }
     };

@@ -79,7 +79,18 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
     /// does one piece of planning. Call it again at once while it answers
     /// true, and at least every millisecond: a switch is heeded as often.
     pub fn poll(&mut self, engine: &mut impl Control, panel: &mut impl Panel) -> bool {
+        self.attend(engine, panel);
+        self.plan(engine)
+    }
+
+    /// The half of [`poll`](Device::poll) that is not planning: switches, times,
+    /// settings.
+    pub fn attend(&mut self, engine: &mut impl Control, panel: &mut impl Panel) {
         self.duties.poll(&mut self.group, engine, panel);
+    }
+
+    /// The other half: one piece of planning. True if there may be more.
+    pub fn plan(&mut self, engine: &mut impl Control) -> bool {
         self.group.poll(engine)
     }
 

@@ -41,7 +41,7 @@ impl Description {
                 cost,
                 fit: Fit::board(rate),
                 horizon: rate.micros(16_000),
-                lead: rate.micros(100),
+                lead: rate.micros(250),
             },
             baud: 115_200,
         }

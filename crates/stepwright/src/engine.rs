@@ -29,6 +29,7 @@
 //! that does these, at fixed addresses, and calls the engine for the rest; it
 //! leaves what the engine would have left. `engine/short.rs` has the costs.
 
+mod glimpse;
 mod late;
 #[cfg(target_arch = "avr")]
 mod short;
@@ -382,21 +383,6 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             position: track.position(feed.left(&track.own)),
             idle: track.event == Event::Idle,
             forward: track.forward,
-        }
-    }
-
-    /// Whether no travel of an axis is in progress; of the first one if there is
-    /// no such axis. Looks at one byte, so the step interrupt may come meanwhile.
-    ///
-    /// # Safety
-    /// `engine` points to an engine, which only the step interrupt changes.
-    #[allow(unsafe_code)]
-    pub unsafe fn is_idle(engine: *const Self, axis: u8) -> bool {
-        let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
-        // SAFETY: the caller's promise; the index is in range.
-        unsafe {
-            let track = (&raw const (*engine).tracks).cast::<Track<T::Count>>().add(axis);
-            (&raw const (*track).event).read_volatile() == Event::Idle
         }
     }
 

@@ -275,8 +275,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     fn begin(&mut self, wait: Ticks) {
         let timing = self.board.timing;
         let wait = Wait {
-            hold: timing.hold,
-            lead: timing.setup.saturating_add(self.board.lead).saturating_add(wait),
+            hold: timing.hold.saturating_add(wait),
+            lead: timing.setup.saturating_add(self.board.lead),
         };
         let motors = self.motors.iter_mut().zip(&mut self.feeds);
         for (axis, (motor, feed)) in motors.enumerate() {

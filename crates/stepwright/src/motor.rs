@@ -69,7 +69,9 @@ impl<const Q: usize> Motor<Q> {
         let forward = self.next_forward;
         feed.set_open(true);
         let mut lead = wait.lead;
-        if forward != self.forward {
+        // A long wait is a turn too, if only to the same side: so the first step
+        // is always near, and costs a chip no more than the others.
+        if forward != self.forward || wait.hold > lead {
             self.push(feed, Run::turn(wait.hold, forward), wait.hold, horizon);
         } else {
             lead = lead.saturating_add(wait.hold);

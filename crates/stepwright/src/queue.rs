@@ -78,6 +78,18 @@ impl<const LEN: usize> Queue<LEN> {
         self.pushed.load(Ordering::Acquire).wrapping_sub(self.taken.load(Ordering::Acquire))
     }
 
+    /// Runs taken since the beginning, modulo 256.
+    pub(crate) fn taken(&self) -> u8 {
+        self.taken.load(Ordering::Relaxed)
+    }
+
+    /// Steps that are left of the run at the front, which is being played.
+    pub(crate) fn left_of_first(&self) -> u32 {
+        // SAFETY: a slot is always there; what is read is plain numbers, which
+        // the step interrupt may change while they are.
+        unsafe { Slot::left_of(self.slot(self.taken())) }
+    }
+
     /// The slot that a counter stands for.
     fn slot(&self, counter: u8) -> *mut Slot {
         // LEN is a power of two, so the index is in range.
@@ -254,6 +266,17 @@ impl<const LEN: usize> Feed for Consumer<'_, LEN> {
         }
         // SAFETY: as in `playing`.
         unsafe { &*self.first() }.left()
+    }
+}
+
+impl<const LEN: usize> Consumer<'static, LEN> {
+    /// The queue of a consumer that an interrupt owns.
+    ///
+    /// # Safety
+    /// `consumer` points to one.
+    pub(crate) unsafe fn queue_of(consumer: *const Self) -> &'static Queue<LEN> {
+        // SAFETY: the caller's promise; this field never changes.
+        unsafe { (&raw const (*consumer).queue).read() }
     }
 }
 

@@ -81,7 +81,7 @@ pub const fn description() -> Board<AXES> {
         cost: COST,
         fit: Fit::board(rate),
         horizon: rate.micros(16_000),
-        lead: rate.micros(100),
+        lead: rate.micros(250),
     }
 }
 

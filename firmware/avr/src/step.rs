@@ -101,7 +101,8 @@ impl Control for Held {
         self.with(|engine| engine.halt(axes));
     }
     fn report(&self, axis: u8) -> Report {
-        self.with(|engine| engine.report(axis))
+        // SAFETY: `start` made this `Held`, and the engine is begun.
+        unsafe { StepEngine::glimpse(ENGINE.address(), axis) }
     }
     fn is_idle(&self, axis: u8) -> bool {
         // SAFETY: `start` made this `Held`, and the engine is begun.

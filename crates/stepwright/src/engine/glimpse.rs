@@ -1,0 +1,92 @@
+//! What the foreground sees of the engine without holding its interrupt off.
+//!
+//! A copy of a position takes longer than a step may be late at 120,000
+//! steps/s. So it is read while the interrupt comes and goes, and read again if
+//! a run or an event has changed meanwhile: within a run only the count of the
+//! steps that are left changes, and that is read on its own.
+
+use super::track::{Event, Track};
+use super::{Engine, Report};
+use crate::queue::{Consumer, Queue};
+use crate::timer::StepTimer;
+
+impl<T: StepTimer, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'static, Q>, N> {
+    /// Whether no travel of an axis is in progress; of the first one if there is
+    /// no such axis. Looks at one byte.
+    ///
+    /// # Safety
+    /// `engine` points to an engine, which only the step interrupt changes.
+    pub unsafe fn is_idle(engine: *const Self, axis: u8) -> bool {
+        // SAFETY: the caller's promise.
+        unsafe { (&raw const (*Self::track(engine, axis)).event).read_volatile() == Event::Idle }
+    }
+
+    /// [`report`](Engine::report).
+    ///
+    /// # Safety
+    /// `engine` points to an engine, which only the step interrupt changes.
+    pub unsafe fn glimpse(engine: *const Self, axis: u8) -> Report {
+        // SAFETY: the caller's promise; every read is of one field, and volatile.
+        unsafe {
+            let track = Self::track(engine, axis);
+            let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
+            let feeds = (&raw const (*engine).feeds).cast::<Consumer<'static, Q>>();
+            let queue = Consumer::queue_of(feeds.add(axis));
+            loop {
+                let before = Stamp::of(track, queue);
+                let loaded = (&raw const (*track).loaded).read_volatile();
+                let forward = (&raw const (*track).forward).read_volatile();
+                let base = (&raw const (*track).base).read_volatile();
+                let playing = match before.event {
+                    Event::Step => queue.left_of_first(),
+                    Event::Far => 1,
+                    Event::Hop if before.then == Event::Far => 1,
+                    _ => 0,
+                };
+                if Stamp::of(track, queue) == before {
+                    let left = playing.wrapping_add(before.far.into());
+                    let made = loaded.wrapping_sub(left.into()) as i64;
+                    let made = if forward { made } else { made.wrapping_neg() };
+                    let idle = before.event == Event::Idle;
+                    return Report { position: base.wrapping_add(made), idle, forward };
+                }
+            }
+        }
+    }
+
+    /// # Safety
+    /// `engine` points to an engine.
+    unsafe fn track(engine: *const Self, axis: u8) -> *const Track<T::Count> {
+        let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
+        // SAFETY: the caller's promise; the index is in range.
+        unsafe { (&raw const (*engine).tracks).cast::<Track<T::Count>>().add(axis) }
+    }
+}
+
+/// What changes when another run is loaded, or another event is waited for.
+#[derive(PartialEq, Eq)]
+struct Stamp {
+    taken: u8,
+    event: Event,
+    then: Event,
+    far: u16,
+}
+
+impl Stamp {
+    /// # Safety
+    /// `track` points to a track.
+    unsafe fn of<C: crate::timer::Count, const Q: usize>(
+        track: *const Track<C>,
+        queue: &Queue<Q>,
+    ) -> Stamp {
+        // SAFETY: the caller's promise.
+        unsafe {
+            Stamp {
+                taken: queue.taken(),
+                event: (&raw const (*track).event).read_volatile(),
+                then: (&raw const (*track).then).read_volatile(),
+                far: (&raw const (*track).far.count).read_volatile(),
+            }
+        }
+    }
+}

@@ -2,9 +2,11 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `table` | rows, their bounds, the stored file |
+//! | `table` | rows, and the stored file |
+//! | `bounds` | what rows must reach, and which do not yet |
 //! | `job` | a travel on a chip that is watched |
 //! | `rates` | the highest rates without a late step |
+//! | `behind` | cycles of steps that are due already |
 //! | `cycles` | cycles of steps, of planning, with interrupts off |
 //! | `accuracy` | how near edges come to the ideal |
 //!
@@ -13,6 +15,8 @@
 //! what is too fast. Sizes are those of the ordinary build.
 
 mod accuracy;
+mod behind;
+mod bounds;
 mod cycles;
 mod job;
 mod rates;
@@ -20,7 +24,7 @@ mod table;
 
 use std::sync::Mutex;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 
 use crate::board::Board;
 use crate::elf::Image;
@@ -38,42 +42,49 @@ struct Subject {
     known: Table,
 }
 
-/// One measurement: some rows.
-type Measure = fn(&Subject) -> Result<Vec<Row>>;
+/// One measurement, and the rows that come of it.
+type Measure = (fn(&Subject) -> Result<Vec<Row>>, &'static [&'static str]);
 
 /// Those that say something soon come first.
 const MEASURES: &[Measure] = &[
-    cycles::sizes,
-    cycles::isolated,
-    accuracy::alone,
-    cycles::three_axes,
-    accuracy::with_traffic,
-    rates::one,
-    rates::three,
-    rates::two,
-    rates::constant,
+    (cycles::sizes, &["flash", "ram"]),
+    (cycles::isolated, &["isolated", "isolated_ramp", "reload"]),
+    (accuracy::alone, &["interval_rms", "accel_peak", "accel_peak_deadlines"]),
+    (cycles::three_axes, &["planning_burst", "order_burst", "interrupts_off", "stack"]),
+    (accuracy::with_traffic, &["edge_error_median", "edge_error_99", "edge_error_worst"]),
+    (behind::rows, &["back_to_back_constant", "back_to_back_ramp"]),
+    (rates::one, &["rate_ramps"]),
+    (rates::three, &["rate_ramps", "late_steps"]),
+    (rates::two, &["rate_ramps"]),
+    (rates::constant, &["rate_constant"]),
 ];
 
-/// Measures everything.
+/// Measures everything, or `only` what a row of that name takes.
 ///
 /// # Errors
-/// A firmware is missing, or does not do what it is told.
-pub fn measure(board: Board, known: Table) -> Result<Table> {
+/// A firmware is missing, or there is no row of that name. What the firmware
+/// does not do is said, and its rows are not in the table.
+pub fn measure(board: Board, known: Table, only: Option<&str>) -> Result<Table> {
+    let wanted = |measure: &&Measure| only.is_none_or(|name| measure.1.contains(&name));
+    let measures: Vec<_> = MEASURES.iter().filter(wanted).collect();
+    ensure!(!measures.is_empty(), "there is no row {}", only.unwrap_or_default());
     let bench = firmware::load(&format!("{board}-bench"))?;
     let plain = firmware::load(board.name())?;
     let subject = Subject { board, bench, plain, known };
-    let next = Mutex::new(MEASURES.iter());
+    let next = Mutex::new(measures.into_iter());
     let rows = Mutex::new(Vec::new());
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
         for _ in 0..workers {
             scope.spawn(|| {
                 loop {
-                    let Some(measure) = next.lock().expect("no panic").next() else { return };
+                    let Some((measure, names)) = next.lock().expect("no panic").next() else {
+                        return;
+                    };
                     let result = measure(&subject);
                     match &result {
                         Ok(rows) => rows.iter().for_each(|row| eprintln!("{row}")),
-                        Err(error) => eprintln!("{error:#}"),
+                        Err(error) => eprintln!("{}: {error:#}", names.join(", ")),
                     }
                     rows.lock().expect("no panic").push(result);
                 }

@@ -1,6 +1,6 @@
 //! Cycles: of a step, of a reload, of planning, with interrupts off; sizes.
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Context, Error, Result, ensure};
 
 use super::Subject;
 use super::job::{Axis, Job, median};
@@ -40,17 +40,13 @@ fn visits(subject: &Subject, axis: Axis) -> Result<Vec<Visit>> {
 /// Three axes at some of their highest rate, under traffic.
 pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
     let axes = [
-        Axis::ramps(20_000, 40_000, 40_000),
-        Axis::ramps(19_000, 37_000, 38_000),
-        Axis::ramps(17_000, 31_000, 35_000),
+        Axis::ramps(10_000, 20_000, 20_000),
+        Axis::ramps(9_500, 18_500, 19_000),
+        Axis::ramps(8_500, 15_500, 17_500),
     ];
     let job = Job::new(&axes, true);
-    let planner = subject
-        .bench
-        .functions(&["5Slave", "4plan"])
-        .next()
-        .context("the bench build has no function Slave::plan")?
-        .address;
+    let order = order_burst(subject, &job)?;
+    let planner = function(subject, "4plan")?;
     let outcome = job.run(subject, |chip| {
         chip.clear_longest_off();
         chip.watch_calls(planner);
@@ -61,9 +57,26 @@ pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
     let stack = chip.ram().1;
     Ok(vec![
         Row::queued("planning_burst", 3, longest as f64, "cycles"),
+        Row::queued("order_burst", 3, order as f64, "cycles"),
         Row::queued("interrupts_off", 3, off as f64, "cycles"),
         Row::queued("stack", 3, stack.into(), "bytes"),
     ])
+}
+
+/// Where a method of the main loop is.
+fn function(subject: &Subject, name: &str) -> Result<u32> {
+    let parts = ["5Slave", name];
+    let found = subject.bench.functions(&parts).next();
+    Ok(found.with_context(|| format!("the bench build has no function Slave::{name}"))?.address)
+}
+
+/// From the end of the line `E` to its obeyed order: the bytes have come one by
+/// one, so the longest call is the one that hears the CR.
+fn order_burst(subject: &Subject, job: &Job) -> Result<u64> {
+    let mut chip = job.told(subject)?;
+    chip.watch_calls(function(subject, "6listen")?);
+    ensure!(chip.ask("E").as_deref() == Some("Y"), "the order is refused");
+    chip.take_calls().into_iter().max().context("nobody listens")
 }
 
 /// Bytes of the ordinary build.

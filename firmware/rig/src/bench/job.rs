@@ -10,6 +10,7 @@ use super::Subject;
 use crate::board::HZ;
 use crate::chip::Chip;
 use crate::edges::{Step, steps_of};
+use crate::taps::Visit;
 
 /// One axis's part.
 #[derive(Clone, Copy, Debug)]
@@ -82,28 +83,7 @@ impl Job {
         subject: &Subject,
         watch: impl FnOnce(&mut Chip),
     ) -> Result<result::Result<Outcome, String>> {
-        let mut chip = Chip::new(subject.board, &subject.bench);
-        chip.run_for(BOOT);
-        chip.ask("");
-        let mut say = |line: &str| -> Result<()> {
-            let answer = chip.ask(line);
-            ensure!(answer.as_deref() == Some("Y"), "{line:?} was answered {answer:?}");
-            Ok(())
-        };
-        say("PO")?;
-        for (n, axis) in self.axes.iter().enumerate() {
-            let Axis { start, top, accel, steps } = axis;
-            say(&format!("A{}", n + 1))?;
-            for line in [format!("s{start}"), format!("t{top}"), format!("a{accel}")] {
-                say(&line)?;
-            }
-            say(&format!("d{accel}"))?;
-            say(&format!("G+{steps}"))?;
-        }
-        if self.visits {
-            chip.keep_visits();
-        }
-        chip.take_edges();
+        let mut chip = self.told(subject)?;
         // Not `ask`: the motion begins before its answer.
         chip.send(b"E\r");
         chip.run_for(4 * 1360);
@@ -129,6 +109,43 @@ impl Job {
         let late = late.and_then(|late| late.parse().ok()).context("no late= in its answer")?;
         let steps = (0..self.axes.len()).map(|n| steps_of(chip.edges(), n as u8)).collect();
         Ok(Ok(Outcome { chip, steps, late }))
+    }
+
+    /// What the first axis does in the first 100 ms, however late: its steps,
+    /// and the stays in the step interrupt.
+    pub(super) fn begin(&self, subject: &Subject) -> Result<(Vec<Step>, Vec<Visit>)> {
+        let mut chip = self.told(subject)?;
+        chip.keep_visits();
+        chip.send(b"E\r");
+        chip.run_for(HZ / 10);
+        Ok((steps_of(chip.edges(), 0), chip.take_visits()))
+    }
+
+    /// A chip that knows the travel, and lacks only the `E`.
+    pub(super) fn told(&self, subject: &Subject) -> Result<Chip> {
+        let mut chip = Chip::new(subject.board, &subject.bench);
+        chip.run_for(BOOT);
+        chip.ask("");
+        let mut say = |line: &str| -> Result<()> {
+            let answer = chip.ask(line);
+            ensure!(answer.as_deref() == Some("Y"), "{line:?} was answered {answer:?}");
+            Ok(())
+        };
+        say("PO")?;
+        for (n, axis) in self.axes.iter().enumerate() {
+            let Axis { start, top, accel, steps } = axis;
+            say(&format!("A{}", n + 1))?;
+            for line in [format!("s{start}"), format!("t{top}"), format!("a{accel}")] {
+                say(&line)?;
+            }
+            say(&format!("d{accel}"))?;
+            say(&format!("G+{steps}"))?;
+        }
+        if self.visits {
+            chip.keep_visits();
+        }
+        chip.take_edges();
+        Ok(chip)
     }
 }
 

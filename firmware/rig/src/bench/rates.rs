@@ -5,10 +5,10 @@
 
 use std::result;
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Error, Result};
 
 use super::Subject;
-use super::job::{Axis, Job, Outcome, median, offsets};
+use super::job::{Axis, Job, Outcome, offsets};
 use super::table::Row;
 
 /// Steps/s² of all ramps.
@@ -22,10 +22,7 @@ const FIT: i64 = 32;
 
 pub(super) fn one(subject: &Subject) -> Result<Vec<Row>> {
     let rate = highest(subject, "rate_ramps", 1)?;
-    let mut rows = vec![Row::queued("rate_ramps", 1, rate.into(), "steps/s")];
-    let cycles = back_to_back(subject, &ramps(1, below(rate)))?;
-    rows.extend(cycles.map(|cycles| Row::queued("back_to_back_ramp", 1, cycles, "cycles")));
-    Ok(rows)
+    Ok(vec![Row::queued("rate_ramps", 1, rate.into(), "steps/s")])
 }
 
 pub(super) fn two(subject: &Subject) -> Result<Vec<Row>> {
@@ -46,18 +43,10 @@ pub(super) fn three(subject: &Subject) -> Result<Vec<Row>> {
 pub(super) fn constant(subject: &Subject) -> Result<Vec<Row>> {
     let three = highest(subject, "rate_constant", 3)?;
     let one = highest(subject, "rate_constant", 1)?;
-    let mut rows = vec![
+    Ok(vec![
         Row::queued("rate_constant", 3, three.into(), "steps/s"),
         Row::queued("rate_constant", 1, one.into(), "steps/s"),
-    ];
-    let cycles = back_to_back(subject, &constants(1, below(one)))?;
-    rows.extend(cycles.map(|cycles| Row::queued("back_to_back_constant", 1, cycles, "cycles")));
-    Ok(rows)
-}
-
-/// A little slower: steps catch up now and then, and nothing is late.
-fn below(rate: u32) -> u32 {
-    (f64::from(rate) * 0.97) as u32
+    ])
 }
 
 /// Rates that differ a little, the lowest first.
@@ -151,31 +140,4 @@ fn highest(subject: &Subject, name: &str, axes: u8) -> Result<u32> {
         if kept(middle)? { low = middle } else { high = middle }
     }
     Ok(rate(low))
-}
-
-/// Cycles from step to step where one axis is behind: between two steps in one
-/// stay in the interrupt that come closer than they should. `None` if that is too
-/// seldom to say.
-fn back_to_back(subject: &Subject, axes: &[Axis]) -> Result<Option<f64>> {
-    let outcome = Job::new(axes, true).keeping_visits().run(subject, |_| {})?;
-    let mut outcome = outcome.map_err(Error::msg)?;
-    let path = axes.first().context("no axis")?.path()?;
-    let visits = outcome.chip.take_visits();
-    let steps = &outcome.steps[0];
-    let mut visit = visits.iter().peekable();
-    let mut close = Vec::new();
-    for (n, pair) in steps.windows(2).enumerate() {
-        while visit.next_if(|visit| visit.exit <= pair[0].time).is_some() {}
-        let inside = visit.peek().is_some_and(|visit| pair[1].time < visit.exit);
-        let due = path.time_of(n as u32 + 1) - path.time_of(n as u32);
-        let between = pair[1].time - pair[0].time;
-        if inside && between + 2 < due {
-            close.push(between);
-        }
-    }
-    if close.len() < 20 {
-        eprintln!("only {} steps were behind", close.len());
-        return Ok(None);
-    }
-    Ok(median(&mut close).map(|cycles| cycles as f64))
 }

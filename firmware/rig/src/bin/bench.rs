@@ -21,14 +21,20 @@ struct Args {
     /// more than 2 %; without it, store the table
     #[arg(long)]
     check: bool,
+    /// Measure only what this row takes, and store and compare nothing
+    #[arg(long, value_name = "ROW", conflicts_with = "check")]
+    only: Option<String>,
 }
 
 fn main() -> Result<ExitCode> {
     let args = Args::parse();
     let stored = Table::read(&args.file);
     let known = stored.as_ref().ok().cloned().unwrap_or_default();
-    let table = measure(args.board, known)?;
+    let table = measure(args.board, known, args.only.as_deref())?;
     print!("{table}");
+    if args.only.is_some() {
+        return Ok(ExitCode::SUCCESS);
+    }
     let complaints = if args.check {
         table.complaints(Some(&stored?))
     } else {

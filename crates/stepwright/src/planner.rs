@@ -380,16 +380,19 @@ impl Planner {
             return Planned::Again;
         }
         // Twice the length has eight times the error; a fall's grows by itself.
-        self.size = if clock.holds(&mean, size + 1)
-            && error.is_below(clock.bound - if up { 3 } else { 4 })
-            && delta.is_below(-4)
-        {
-            size + 1
-        } else if !up && size > 0 && !error.is_below(clock.bound - 1) {
-            size - 1
-        } else {
-            size
-        };
+        // A run that was short for want of room says nothing of the next ones.
+        if size >= self.size {
+            self.size = if clock.holds(&mean, size + 1)
+                && error.is_below(clock.bound - if up { 3 } else { 4 })
+                && delta.is_below(-4)
+            {
+                size + 1
+            } else if !up && size > 0 && !error.is_below(clock.bound - 1) {
+                size - 1
+            } else {
+                size
+            };
+        }
         if up {
             self.rise = self.rise.wrapping_sub(steps);
             self.risen = self.risen.wrapping_add(steps);

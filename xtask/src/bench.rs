@@ -15,7 +15,8 @@ use crate::{rig, setup};
 pub struct Bench {
     what: What,
     /// Store nothing; fail where a figure is more than 2 % worse than the
-    /// stored one. The bounds always hold.
+    /// stored one, a rate more than 5 %. The bounds always hold, but for those
+    /// that are known to be missed.
     #[arg(long)]
     check: bool,
 }

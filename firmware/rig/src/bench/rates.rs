@@ -77,13 +77,10 @@ fn fault(subject: &Subject, axes: &[Axis]) -> Result<Option<String>> {
         Ok(outcome) => outcome,
         Err(fault) => return Ok(Some(fault)),
     };
-    if outcome.late != 0 {
-        return Ok(Some(format!("{} late steps", outcome.late)));
-    }
     if outcome.chip.lost() != 0 {
         return Ok(Some(format!("{} bytes lost", outcome.chip.lost())));
     }
-    for (axis, steps) in axes.iter().zip(&outcome.steps) {
+    for ((number, axis), steps) in (1..).zip(axes).zip(&outcome.steps) {
         let path = axis.path()?;
         if steps.len() != axis.steps as usize {
             return Ok(Some(format!("{} steps of {}", steps.len(), axis.steps)));
@@ -95,11 +92,16 @@ fn fault(subject: &Subject, axes: &[Axis]) -> Result<Option<String>> {
             let interval = path.time_of(n as u32) - path.time_of(n as u32 - 1);
             let late = offset - least;
             if late > interval as i64 / 2 + FIT {
-                return Ok(Some(format!("step {n} is {late} of {interval} cycles late")));
+                let of = steps.len();
+                return Ok(Some(format!(
+                    "step {n} of {of} of axis {number} is {late} of {interval} cycles late, \
+                     the board counts {}",
+                    outcome.late
+                )));
             }
         }
     }
-    Ok(None)
+    Ok((outcome.late != 0).then(|| format!("{} late steps", outcome.late)))
 }
 
 /// The highest rate on the grid that is kept while the next one is not; 0 if

@@ -31,15 +31,15 @@ pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
     ("rate_ramps", 2, "queued", "the rest of the chip's time does not plan fast enough"),
     ("rate_ramps", 3, "queued", "the rest of the chip's time does not plan fast enough"),
     ("rate_ramps", 1, "direct", "nothing is fed directly on the chip yet: not measured"),
-    ("rate_constant", 3, "queued", "steps out of phase share passes, and some are late"),
+    ("rate_constant", 3, "queued", "where one axis ends, the long way holds the others up"),
     ("planning_burst", 3, "queued", "one piece of planning has a root and divisions of 64 bits"),
     ("flash", 3, "queued", "the planner's wide numbers, and three axes' assembly"),
 ];
 
 /// What a figure may worsen before it counts: 2 %.
 const SLACK: f64 = 0.02;
-/// A rate is searched for under traffic, whose phase moves with every change of
-/// the firmware: 5 %.
+/// The same firmware gives the same rates, but one late step decides, and the
+/// traffic's phase moves with every change of the firmware: 5 %.
 const RATE_SLACK: f64 = 0.05;
 
 /// Which side of a figure is the good one, and from where.

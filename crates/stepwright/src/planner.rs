@@ -21,7 +21,7 @@
 //!
 //! (add is t″ at the mean speed; what a parabola leaves out is t‴·N³/125 at
 //! most, and t‴ = 3·Δt·δ²/N³. While δ ≤ ¼ the next term adds less than a
-//! tenth, which 42 → 32 covers.) Lengths are powers of two.
+//! tenth, which 42 → 32 covers.) Lengths are powers of two, but for the last two of a ramp.
 //!
 //! **Error.** Each Δt is good to 2⁻²⁹ of itself, so the pulse at the end of
 //! each run comes within 2⁻²⁹ of the travel's time of where it belongs, 2 ns
@@ -348,11 +348,17 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn ramp(&mut self, clock: &Clock, work: &mut Work, run: &mut Run, up: bool) -> Planned {
         let room = if up { self.rise } else { self.fall };
-        let mut size = self.size.min(clock.ramp_size);
-        let mut steps = 1u32 << size;
-        while steps > room {
-            (size, steps) = (size - 1, steps >> 1); // room is not 0
-        }
+        let size = self.size.min(clock.ramp_size);
+        let full = 1u32 << size;
+        // The last two share what is left: short runs would come faster than a
+        // chip can plan them.
+        let steps = if room >= 2 * full {
+            full
+        } else if room > full {
+            room - room / 2
+        } else {
+            room
+        };
         match work.stage {
             Stage::Begin => {
                 work.pending = self.speed_after(steps, up);
@@ -380,16 +386,19 @@ impl Planner {
             return Planned::Again;
         }
         // Twice the length has eight times the error; a fall's grows by itself.
-        self.size = if clock.holds(&mean, size + 1)
-            && error.is_below(clock.bound - if up { 3 } else { 4 })
-            && delta.is_below(-4)
-        {
-            size + 1
-        } else if !up && size > 0 && !error.is_below(clock.bound - 1) {
-            size - 1
-        } else {
-            size
-        };
+        // A run that was short for want of room says nothing of the next ones.
+        if steps == full {
+            self.size = if clock.holds(&mean, size + 1)
+                && error.is_below(clock.bound - if up { 3 } else { 4 })
+                && delta.is_below(-4)
+            {
+                size + 1
+            } else if !up && size > 0 && !error.is_below(clock.bound - 1) {
+                size - 1
+            } else {
+                size
+            };
+        }
         if up {
             self.rise = self.rise.wrapping_sub(steps);
             self.risen = self.risen.wrapping_add(steps);
@@ -397,10 +406,16 @@ impl Planner {
             self.fall = self.fall.wrapping_sub(steps);
         }
         self.v = work.pending;
-        // An even number: then a stride's mean interval has no half to lose.
-        let half = delta.roughly(&mean).scaled(15 - i16::from(size)).rounded_whole() as i32;
-        let add = half.wrapping_shl(1);
-        self.fitted(run, &mean, if up { add.wrapping_neg() } else { add }, size)
+        // An even number: then neither a stride's mean interval nor the spread
+        // has a half to lose.
+        let mut half = delta.roughly(&mean).scaled(15);
+        half = if steps == full {
+            half.scaled(0i16.wrapping_sub(size.into()))
+        } else {
+            half.over(&Num::from(steps))
+        };
+        let add = (half.rounded_whole() as i32).wrapping_shl(1);
+        self.fitted(run, &mean, if up { add.wrapping_neg() } else { add }, steps as u16)
     }
 
     /// The speed so many steps further up the rise or down the fall.
@@ -416,7 +431,7 @@ impl Planner {
         w.root()
     }
 
-    /// 2^size steps with this mean interval, growing by `add`.
+    /// So many steps with this mean interval, growing by `add`, an even number.
     ///
     /// ```text
     ///   first interval = mean − add·(N − 1)/2
@@ -424,36 +439,20 @@ impl Planner {
     ///
     /// rounded down, in 2⁻¹⁶ ticks; what the N of them lack then is carried.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn fitted(&mut self, run: &mut Run, mean: &Num, add: i32, size: u8) -> Planned {
+    fn fitted(&mut self, run: &mut Run, mean: &Num, add: i32, steps: u16) -> Planned {
         let (whole, part) = mean.split();
-        // All that is to be multiplied by N: what lies below 2⁻¹⁶ ticks, add
-        // (it fits: see `holds`), and the duration.
-        let (mut steps, mut low, mut spread, mut span) = (1u16, u32::from(part as u16), add, whole);
-        for _ in 0..size {
-            steps <<= 1;
-            low <<= 1;
-            spread = spread.wrapping_shl(1);
-            span <<= 1;
-        }
-        let spread = spread.wrapping_sub(add);
-        // The carry stays below N steps, and one more or less is handed on.
-        let mut carry = i32::from(self.carry).wrapping_add((low >> 16) as i32);
-        if spread & 1 != 0 {
-            carry = carry.wrapping_sub(i32::from(steps >> 1));
-        }
-        let mut shift = 0i32.wrapping_sub(spread >> 1);
-        let steps_wide = i32::from(steps);
-        if size == 0 {
-            (shift, carry) = (carry, 0);
-        } else if carry >= steps_wide {
-            (shift, carry) = (shift.wrapping_add(1), carry.wrapping_sub(steps_wide));
-        } else if carry < 0 {
-            (shift, carry) = (shift.wrapping_sub(1), carry.wrapping_add(steps_wide));
-        }
-        self.carry = carry as u16;
+        let wide = u32::from(steps);
+        // Both are less than the steps of a run: no overflow.
+        let lack = (u32::from(part as u16).wrapping_mul(wide) >> 16) as u16;
+        let carry = self.carry.saturating_add(lack);
+        let more = carry.checked_div(steps).unwrap_or(0);
+        self.carry = carry.wrapping_sub(more.wrapping_mul(steps));
+        // It is less than δ of the interval, and fits: see `holds`.
+        let spread = (add >> 1).wrapping_mul(wide.wrapping_sub(1) as i32);
         let first = u64::from(whole) << 16 | u64::from(part >> 16);
+        let shift = i32::from(more).wrapping_sub(spread);
         *run = Run::new(first.wrapping_add_signed(shift.into()), add, steps);
-        Planned::Run(span)
+        Planned::Run(whole.wrapping_mul(wide))
     }
 
     /// A level run.
@@ -477,22 +476,7 @@ impl Planner {
         if !self.endless {
             self.level = self.level.wrapping_sub(steps);
         }
-        self.even(run, &work.mean, steps as u16)
-    }
-
-    /// Up to 2¹⁵ steps at this interval, rounded down to 2⁻¹⁶ ticks; what they
-    /// lack then is carried.
-    fn even(&mut self, run: &mut Run, mean: &Num, steps: u16) -> Planned {
-        let (whole, part) = mean.split();
-        let wide = u32::from(steps);
-        let lack = (u32::from(part as u16).wrapping_mul(wide) >> 16) as u16;
-        // Both are less than the steps of a run: no overflow.
-        let carry = self.carry.saturating_add(lack);
-        let more = carry.checked_div(steps).unwrap_or(0);
-        let first = (u64::from(whole) << 16 | u64::from(part >> 16)).wrapping_add(more.into());
-        self.carry = carry.wrapping_sub(more.wrapping_mul(steps));
-        *run = Run::new(first, 0, steps);
-        Planned::Run(whole.wrapping_mul(wide))
+        self.fitted(run, &work.mean, 0, steps as u16)
     }
 
     /// The one step that a change of piece divides.
@@ -532,7 +516,7 @@ impl Planner {
                     self.level = self.level.wrapping_sub(1);
                 }
                 work.stage = Stage::Begin;
-                self.fitted(run, &time, 0, 0)
+                self.fitted(run, &time, 0, 1)
             }
         }
     }

@@ -30,7 +30,9 @@
 //! [`Path`](crate::profile::Path) says the same to 2⁻⁴⁰, at ten times the
 //! cost and size: it is for hosts.
 //!
-//! **Cost** on an ATmega328P: a run takes a root, a division and six products.
+//! **Cost** on an ATmega328P, measured in simavr: a run takes a root, a division
+//! and six products, some 7,800 cycles in three calls of at most about 3,000 each;
+//! laying a travel out takes about 17,000.
 
 use crate::num::Num;
 use crate::order::{Order, Travel};

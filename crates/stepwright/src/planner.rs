@@ -350,17 +350,16 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn ramp(&mut self, clock: &Clock, work: &mut Work, run: &mut Run, up: bool) -> Planned {
         let room = if up { self.rise } else { self.fall };
+        if work.stage == Stage::Begin {
+            // What is too long already is not even tried.
+            let longest = clock.longest.roughly(&self.v).scaled(1);
+            while self.size > 0 && !longest.at_least(&clock.twice.scaled(self.size.into())) {
+                self.size -= 1;
+            }
+        }
         let size = self.size.min(clock.ramp_size);
         let full = 1u32 << size;
-        // The last two share what is left: short runs would come faster than a
-        // chip can plan them.
-        let steps = if room >= 2 * full {
-            full
-        } else if room > full {
-            room - room / 2
-        } else {
-            room
-        };
+        let steps = share(room, full);
         match work.stage {
             Stage::Begin => {
                 work.pending = self.speed_after(steps, up);
@@ -472,9 +471,7 @@ impl Planner {
         while size > 0 && !clock.holds(&work.mean, size) {
             size -= 1;
         }
-        // The last one takes all that is left: short runs would come faster
-        // than a chip can plan them.
-        let steps = (1u32 << size).min(room);
+        let steps = share(room, 1 << size);
         if !self.endless {
             self.level = self.level.wrapping_sub(steps);
         }
@@ -521,6 +518,19 @@ impl Planner {
                 self.fitted(run, &time, 0, 1)
             }
         }
+    }
+}
+
+/// Steps of the next run, where `full` would be its length and `room` is left
+/// of its piece. The last two share what is left: short runs would come faster
+/// than a chip can plan them.
+fn share(room: u32, full: u32) -> u32 {
+    if room <= full {
+        room
+    } else if room / 2 < full {
+        room - room / 2
+    } else {
+        full
     }
 }
 

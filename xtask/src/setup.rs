@@ -73,7 +73,7 @@ pub const AVRDUDE: &Need = &Need {
     or_else: "",
 };
 
-/// What the crate `avr-tester` compiles simavr with, and links it to.
+/// What the crate `simavr-ffi` compiles simavr with, and links it to.
 pub const SIMAVR: &Need = &Need {
     name: "simavr's needs",
     found: || {

@@ -25,9 +25,9 @@
 //! timer's period or more.
 //!
 //! **The short way.** On an AVR most interrupts are one plain step in time.
-//! [`short_way!`](crate::short_way) makes an interrupt handler in assembly
-//! that does these, at fixed addresses, and calls the engine for the rest; it
-//! leaves what the engine would have left. `engine/short.rs` has the costs.
+//! `short_way!` makes an interrupt handler in assembly that does these, at
+//! fixed addresses, and calls the engine for the rest; it leaves what the
+//! engine would have left. `engine/short.rs` has the costs.
 
 mod glimpse;
 mod late;

@@ -101,7 +101,7 @@ impl<const N: usize> Board<N> {
 /// N motors: orders go in, runs come out, positions are known or known to be
 /// unknown.
 ///
-/// `Q` runs of 12 bytes are queued for each; call [`poll`](Group::poll) often.
+/// `Q` runs of 13 bytes are queued for each; call [`poll`](Group::poll) often.
 pub struct Group<'q, const N: usize, const Q: usize> {
     feeds: [Producer<'q, Q>; N],
     motors: [Motor<Q>; N],

@@ -30,7 +30,10 @@
 //! [`Path`](crate::profile::Path) says the same to 2⁻⁴⁰, at ten times the
 //! cost and size: it is for hosts.
 //!
-//! **Cost** on an ATmega328P: a run takes a root, a division and six products.
+//! **Cost** on an ATmega328P, measured in simavr: a run takes a root, a division
+//! and six products, some 7,800 cycles in three calls. The longest call takes
+//! 3,632, the slave's way to it included; an order of three travels is heard,
+//! laid out and begun in 10,192.
 
 use crate::num::Num;
 use crate::order::{Order, Travel};

@@ -154,7 +154,7 @@ pub trait StepTimer {
     /// Sets the compare register.
     fn wake_at(&mut self, at: Self::Count);
 
-    /// Whether the chip has a [short way](crate::short_way), which is told what it may do
+    /// Whether the chip has a short way (`short_way!`), which is told what it may do
     /// through [`arm`](StepTimer::arm).
     const SHORT: bool = false;
 

@@ -11,7 +11,7 @@ use crate::board::{AXES, Pins, description};
 use crate::slot::Slot;
 use crate::timer::Timer;
 
-/// Runs queued for each axis, 12 bytes each.
+/// Runs queued for each axis, 13 bytes each.
 pub const RUNS: usize = 8;
 
 /// The engine that the step interrupt plays.

@@ -35,14 +35,14 @@ fn start(board: &mut VirtualBoard<'_, u16, Vec<Edge>>, tops: &[u32]) -> Result<(
 #[test]
 fn what_the_board_cannot_step_is_refused_and_nothing_moves() {
     for (tops, fits) in [
-        (&[120_300][..], true),
-        (&[120_301], false),
-        (&[60_150, 60_150], true),
-        (&[60_151, 60_150], false),
-        (&[35_087, 35_087, 35_087], true),
-        (&[35_087, 35_088, 35_089], false),
-        (&[100_000, 5_000, 200], true),
-        (&[100_000, 5_000, 300], false),
+        (&[91_428][..], true),
+        (&[91_429], false),
+        (&[38_647, 38_647], true),
+        (&[38_648, 38_647], false),
+        (&[15_458, 15_458, 15_458], true),
+        (&[15_459, 15_459, 15_459], false),
+        (&[45_000, 1_000, 300], true),
+        (&[45_000, 1_000, 400], false),
     ] {
         let mut queues = Queues::default();
         let mut board = board(&mut queues);

@@ -85,9 +85,10 @@ pub const fn description() -> Board<AXES> {
     }
 }
 
-/// Cycles a step takes while 1, 2, 3 axes move.
+/// Cycles a step takes while 1, 2, 3 axes move: the rates that are kept without a
+/// late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`).
 #[cfg(not(feature = "bench"))]
-const COST: [u32; AXES] = [133, 133, 152];
+const COST: [u32; AXES] = [175, 207, 345];
 /// What a step may take is what the bench looks for: nothing is refused.
 #[cfg(feature = "bench")]
 const COST: [u32; AXES] = [MIN_INTERVAL; AXES];

@@ -32,7 +32,7 @@
 //!
 //! **Cost** on an ATmega328P, measured in simavr: a run takes a root, a division
 //! and six products, some 7,800 cycles in three calls. The longest call takes
-//! 3,632, the slave's way to it included; an order of three travels is heard,
+//! 4,159, the slave's way to it included; an order of three travels is heard,
 //! laid out and begun in 10,192.
 
 use crate::num::Num;

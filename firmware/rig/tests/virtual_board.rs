@@ -39,8 +39,12 @@ fn every_edge_is_the_virtual_boards() {
         let off = |n: usize| (real[n].time - real[0].time) as i64 - (ideal[n] - ideal[0]) as i64;
         let worst = (0..real.len()).max_by_key(|&n| off(n).abs()).unwrap();
         assert!(off(worst).abs() <= LATENCY, "{order}: step {worst} is {} off", off(worst));
-        // No drift: what is off is latency, not time.
-        assert!(off(real.len() - 1).abs() <= LATENCY / 4, "{order}");
+        // No drift: what is off is latency, not time. Slow steps go a longer way
+        // than fast ones and the first, so the promptest of either end tell.
+        let quarter = real.len() / 4;
+        let begin = (1..quarter).map(off).min().unwrap();
+        let end = (real.len() - quarter..real.len()).map(off).min().unwrap();
+        assert!((end - begin).abs() <= LATENCY / 4, "{order}: {begin} at first, {end} at last");
         rest(&mut chip);
     }
 }

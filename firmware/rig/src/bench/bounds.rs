@@ -24,16 +24,17 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
 
 /// Rows whose bound is known to be missed: name, axes, feed, why. They fail
 /// only by worsening, or by meeting their bound: then they leave this list.
+/// `docs/benchmarks.md` says more.
 pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
     ("back_to_back_constant", 1, "queued", "a step that is behind waits for the minimum interval"),
     ("back_to_back_ramp", 1, "queued", "a step that is behind waits for the minimum interval"),
-    ("rate_ramps", 1, "queued", "the rest of the chip's time does not plan fast enough"),
-    ("rate_ramps", 2, "queued", "the rest of the chip's time does not plan fast enough"),
-    ("rate_ramps", 3, "queued", "the rest of the chip's time does not plan fast enough"),
-    ("rate_ramps", 1, "direct", "nothing is fed directly on the chip yet: not measured"),
+    ("rate_ramps", 1, "queued", "two interrupts of the serial line in a row make a step late"),
+    ("rate_ramps", 2, "queued", "the long way of one axis holds the others up; planning"),
+    ("rate_ramps", 3, "queued", "the long way of one axis holds the others up; planning"),
+    ("rate_ramps", 1, "direct", "the firmware has no way yet to order it: not measured"),
     ("rate_constant", 3, "queued", "where one axis ends, the long way holds the others up"),
-    ("planning_burst", 3, "queued", "one piece of planning has a root and divisions of 64 bits"),
-    ("flash", 3, "queued", "the planner's wide numbers, and three axes' assembly"),
+    ("planning_burst", 3, "queued", "a piece of planning is too long by a fifth or more"),
+    ("flash", 3, "queued", "what the compiler makes of wide numbers"),
 ];
 
 /// What a figure may worsen before it counts: 2 %.

@@ -37,7 +37,7 @@ fn visits(subject: &Subject, axis: Axis) -> Result<Vec<Visit>> {
     Ok(visits)
 }
 
-/// Three axes at some of their highest rate, under traffic.
+/// Three axes that ramp at rates they hold, under traffic.
 pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
     let axes = [
         Axis::ramps(10_000, 20_000, 20_000),
@@ -70,8 +70,8 @@ fn function(subject: &Subject, name: &str) -> Result<u32> {
     Ok(found.with_context(|| format!("the bench build has no function Slave::{name}"))?.address)
 }
 
-/// From the end of the line `E` to its obeyed order: the bytes have come one by
-/// one, so the longest call is the one that hears the CR.
+/// Obeying `E`: its bytes come one by one, so the longest call is the one that
+/// hears the CR and starts all axes.
 fn order_burst(subject: &Subject, job: &Job) -> Result<u64> {
     let mut chip = job.told(subject)?;
     chip.watch_calls(function(subject, "6listen")?);

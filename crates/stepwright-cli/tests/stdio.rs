@@ -189,7 +189,7 @@ fn other_boards() {
         stepwright_with(&args, &bytes(script))
     };
     let ended = other(&["--timer-hz", "1000000", "--timer-bits", "32", "--axes", "1"], "? A2 ");
-    // A step costs 9 µs of this timer.
+    // A step costs 11 µs of this timer.
     assert_eq!(
         ended.stdout,
         "stepwright 0.1 axes=1 max=90909 late=0 refused=0 last=none uncertain=0\rE\r"

@@ -61,10 +61,10 @@ fn what_the_board_cannot_step_is_refused_and_nothing_moves() {
 fn a_refusal_says_how_fast_it_may_be_now() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);
-    start(&mut board, &[100_000]).unwrap();
+    start(&mut board, &[60_000]).unwrap();
     let refused = start(&mut board, &[0, 30_000]).unwrap_err();
-    assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(20_300_751).unwrap() });
-    start(&mut board, &[0, 20_300]).unwrap();
+    assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(17_294_685).unwrap() });
+    start(&mut board, &[0, 17_294]).unwrap();
     assert_eq!(start(&mut board, &[500]), Err(Refusal::Busy));
     let controller = board.controller();
     assert_eq!(controller.group.refusals(), (2, Some(Refusal::Busy)));
@@ -74,7 +74,7 @@ fn a_refusal_says_how_fast_it_may_be_now() {
         board.controller().group.brake(axis);
     }
     board.run_to_rest();
-    start(&mut board, &[0, 120_000]).unwrap();
+    start(&mut board, &[0, 91_000]).unwrap();
 }
 
 #[test]

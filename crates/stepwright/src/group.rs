@@ -340,6 +340,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn halt(&mut self, engine: &mut impl Control, axes: Axes) {
         engine.halt(axes);
         self.starting &= !axes;
+        // As in `brake`: a half-planned run may be one of theirs.
+        self.work.drop();
         let motors = self.motors.iter_mut().zip(&mut self.feeds);
         for (axis, (motor, feed)) in motors.enumerate() {
             if axes >> axis & 1 != 0 {

@@ -113,7 +113,7 @@ pub const FIT: i64 = 16 + 1;
 /// From a deadline to its edge, in cycles, while other interrupts run too: the
 /// longest of them, and the way into the step interrupt. The first step's own
 /// latency moves all others the other way.
-pub const LATENCY: i64 = 600;
+pub const LATENCY: i64 = 250;
 
 /// Every step of `axis` comes when the closed form says, counted from the
 /// first one.

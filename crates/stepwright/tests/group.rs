@@ -1,0 +1,81 @@
+//! Groups whose planning is interrupted between two pieces, as on a chip.
+
+use stepwright::profile::{Fit, Ramp};
+use stepwright::queue::{Feed, Queue, Taken};
+use stepwright::{Accel, Board, Control, Group, Order, Rate, Report, Run, Speed, Timing, Travel};
+
+/// An engine that takes no part.
+struct Silent;
+
+impl Control for Silent {
+    fn start(&mut self, _: u8) {}
+    fn halt(&mut self, _: u8) {}
+    fn report(&self, _: u8) -> Report {
+        Report { position: 0, idle: true, forward: true }
+    }
+    fn set_position(&mut self, _: u8, _: i64) {}
+    fn set_timing(&mut self, _: Timing) {}
+    fn late(&self) -> u32 {
+        0
+    }
+    fn clear_late(&mut self) {}
+}
+
+const UNO: Board<2> = {
+    let Ok(rate) = Rate::from_hz(16_000_000) else { panic!() };
+    Board {
+        rate,
+        timing: Timing { pulse: 32, setup: 16, hold: 16, min_interval: 133 },
+        cost: [133; 2],
+        fit: Fit::board(rate),
+        horizon: 256_000,
+        lead: 4_000,
+    }
+};
+
+fn order(top: u32, accel: u32) -> Order {
+    let ramp = Ramp::Accel(Accel::from_steps(accel).unwrap());
+    let top = Speed::from_steps(top).unwrap();
+    Order { start: Speed::ZERO, top, up: ramp, down: ramp, travel: Travel::By(3_000) }
+}
+
+/// The runs of axis 1, while something is done to axis 0 after so many pieces.
+fn runs(pieces: Option<u32>, disturb: impl Fn(&mut Group<2, 8>)) -> Vec<Run> {
+    let mut queues = [const { Queue::<8>::new() }; 2];
+    let [x, y] = &mut queues;
+    let ((x, mut x_end), (y, mut y_end)) = (x.split(), y.split());
+    let mut group = Group::new([x, y], UNO);
+    match pieces {
+        Some(_) => {
+            group.start(&mut Silent, [(0, order(4_000, 9_000)), (1, order(9_000, 40_000))]).unwrap()
+        }
+        None => group.start(&mut Silent, [(1, order(9_000, 40_000))]).unwrap(),
+    }
+    let mut runs = Vec::new();
+    for piece in 0.. {
+        if pieces == Some(piece) {
+            disturb(&mut group);
+        }
+        group.poll(&mut Silent);
+        x_end.take();
+        match y_end.take() {
+            Taken::Run(run) => runs.push(run),
+            Taken::Late => {}
+            Taken::End => break,
+        }
+    }
+    runs
+}
+
+/// Whatever becomes of one axis while a run of it is half planned, the runs of
+/// another are those that it would make alone.
+#[test]
+fn what_happens_to_one_axis_leaves_the_other_as_it_is() {
+    let alone = runs(None, |_| {});
+    assert!(alone.len() > 30);
+    for piece in 0..60 {
+        assert_eq!(runs(Some(piece), |group| group.brake(0)), alone, "braked at {piece}");
+        let halt = |group: &mut Group<2, 8>| group.halt(&mut Silent, 1);
+        assert_eq!(runs(Some(piece), halt), alone, "halted at {piece}");
+    }
+}

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{FIT, LATENCY, chip, follows, path_of_accel, path_of_steps, rest, say, steps};
+use common::{BESIDE, FIT, LATENCY, chip, follows, path_of_accel, path_of_steps, rest, say, steps};
 
 #[test]
 fn ramps_in_steps_follow_the_closed_form() {
@@ -66,7 +66,7 @@ fn three_axes_at_once_each_on_its_own_curve() {
         // Each begins at the 50 steps/s of power-up. Another axis's step may be
         // in the way, and both may be.
         let path = path_of_accel(50, top, accel, count);
-        follows(&steps(&chip, axis), &path, FIT + 3 * LATENCY);
+        follows(&steps(&chip, axis), &path, FIT + BESIDE);
     }
     say(&mut chip, "A0");
     rest(&mut chip);
@@ -84,8 +84,8 @@ fn an_axis_starts_while_another_one_runs() {
     say(&mut chip, "A2 PO A2 T80 G-600 E A0");
     rest(&mut chip);
     let (x, y) = (steps(&chip, 0), steps(&chip, 1));
-    follows(&x, &path_of_steps(50, 1000, 200, 1500), FIT + 3 * LATENCY);
-    follows(&y, &path_of_steps(50, 800, 200, 600), FIT + 3 * LATENCY);
+    follows(&x, &path_of_steps(50, 1000, 200, 1500), FIT + BESIDE);
+    follows(&y, &path_of_steps(50, 800, 200, 600), FIT + BESIDE);
     assert!(y[0].time > x[50].time && y[0].time < x[1499].time);
 }
 

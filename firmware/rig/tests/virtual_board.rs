@@ -7,7 +7,7 @@
 
 mod common;
 
-use common::{LATENCY, chip, rest, say, steps};
+use common::{BESIDE, LATENCY, chip, rest, say, steps};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 /// Steps of axis `axis` on a virtual Uno that is told `lines`.
@@ -63,10 +63,7 @@ fn three_axes_are_the_virtual_boards() {
         assert_eq!(real.len(), ideal.len());
         for (n, (real, ideal)) in real.iter().zip(&ideal).enumerate() {
             let off = (real.time - begin) as i64 - (ideal - ideal_begin) as i64;
-            // The first steps of all three, and a change of direction, are the
-            // long way's: one waits for the other two.
-            let bound = if n == 0 { 4 * LATENCY } else { 3 * LATENCY };
-            assert!(off.abs() <= bound, "step {n} of axis {axis} is {off} off at {}", real.time);
+            assert!(off.abs() <= BESIDE, "step {n} of axis {axis} is {off} off at {}", real.time);
         }
     }
 }

@@ -115,6 +115,9 @@ pub const FIT: i64 = 16 + 1;
 /// latency moves all others the other way.
 pub const LATENCY: i64 = 250;
 
+/// Likewise while other axes move, whose turns and slow steps go the long way.
+pub const BESIDE: i64 = 1_500;
+
 /// Every step of `axis` comes when the closed form says, counted from the
 /// first one.
 #[track_caller]

@@ -399,7 +399,6 @@ impl<const AXES: usize> Slave<AXES> {
     }
 
     /// The axes that are busy: bit 0 is axis 1.
-    #[inline(never)]
     fn busy<M: Machine>(&self, machine: &M) -> u8 {
         let (mut busy, mut bit) = (0, 1u8);
         for index in 0..self.count(machine) {

@@ -219,12 +219,7 @@ impl Slot {
                     let mean = (sum >> 1) + up;
                     interval = interval.wrapping_add_signed(mean.wrapping_neg());
                 }
-                Run {
-                    ticks: interval >> 16,
-                    part: interval as u16,
-                    count: left.steps(),
-                    add,
-                }
+                Run { ticks: interval >> 16, part: interval as u16, count: left.steps(), add }
             }
         }
     }

@@ -73,6 +73,10 @@ impl Control for Held {
         // SAFETY: `start` made this `Held`, and the engine is begun.
         unsafe { DirectEngine::is_idle(ENGINE.address(), axis) }
     }
+    fn position(&self, axis: u8) -> i64 {
+        // SAFETY: `start` made this `Held`, and the engine is begun.
+        unsafe { DirectEngine::position(ENGINE.address(), axis) }
+    }
     fn set_position(&mut self, axis: u8, position: i64) {
         self.with(|engine| engine.set_position(axis, position));
     }

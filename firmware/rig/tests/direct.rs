@@ -113,7 +113,7 @@ fn nothing_in_the_foreground_holds_a_step_up() {
 fn it_brakes_along_its_ramp_and_knows_where_it_is() {
     let mut chip = chip();
     let mut position = 0;
-    for g in ["g+", "g-", "G+2147483647", "G-2147483648"] {
+    for g in ["g+", "g-", "G+2147483647", "G-2147483647"] {
         chip.take_edges();
         say(&mut chip, &format!("PO s0 t9000 a20000 d20000 {g} E"));
         chip.run_for(16_000_000);

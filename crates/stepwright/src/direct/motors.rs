@@ -158,7 +158,7 @@ impl<const N: usize> Motors<N> {
     /// is no such axis.
     pub fn position(&self, engine: &impl Control, axis: u8) -> Option<i64> {
         let known = usize::from(axis) < N && self.uncertain >> axis & 1 == 0;
-        known.then(|| engine.report(axis).position)
+        known.then(|| engine.position(axis))
     }
 
     /// Calls the present position 0; it is certain again.

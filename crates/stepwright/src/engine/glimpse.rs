@@ -5,10 +5,10 @@
 //! a run or an event has changed meanwhile: within a run only the count of the
 //! steps that are left changes, and that is read on its own.
 
-use super::track::{Event, Track};
+use super::track::{Event, Track, position};
 use super::{Engine, Report};
 use crate::direct::Direct;
-use crate::queue::{Consumer, Feed};
+use crate::queue::{Consumer, Feed, element};
 use crate::timer::{Count, StepTimer};
 
 /// A feed that the foreground may look at while the step interrupt takes from it.
@@ -24,7 +24,7 @@ pub trait Seen: Feed {
     ///
     /// # Safety
     /// `feed` points to a feed.
-    unsafe fn left_now(feed: *const Self) -> u32;
+    unsafe fn left_now(feed: *const Self) -> u16;
 }
 
 impl<const Q: usize> Seen for Consumer<'static, Q> {
@@ -33,7 +33,7 @@ impl<const Q: usize> Seen for Consumer<'static, Q> {
         unsafe { Consumer::queue_of(feed) }.taken()
     }
 
-    unsafe fn left_now(feed: *const Self) -> u32 {
+    unsafe fn left_now(feed: *const Self) -> u16 {
         // SAFETY: the caller's promise.
         unsafe { Consumer::queue_of(feed) }.left_of_first()
     }
@@ -45,7 +45,7 @@ impl Seen for Direct {
         0
     }
 
-    unsafe fn left_now(_: *const Self) -> u32 {
+    unsafe fn left_now(_: *const Self) -> u16 {
         1
     }
 }
@@ -66,28 +66,46 @@ impl<T: StepTimer, D, F: Seen, const N: usize> Engine<T, D, F, N> {
     /// # Safety
     /// `engine` points to an engine, which only the step interrupt changes.
     pub unsafe fn glimpse(engine: *const Self, axis: u8) -> Report {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let position = Self::position(engine, axis);
+            let forward = Self::is_forward(engine, axis);
+            Report { position, idle: Self::is_idle(engine, axis), forward }
+        }
+    }
+
+    /// The direction of an axis' last or present travel; of the first one's if
+    /// there is no such axis. Looks at one byte.
+    ///
+    /// # Safety
+    /// `engine` points to an engine, which only the step interrupt changes.
+    pub unsafe fn is_forward(engine: *const Self, axis: u8) -> bool {
+        // SAFETY: the caller's promise.
+        unsafe { (&raw const (*Self::track(engine, axis)).forward).read_volatile() }
+    }
+
+    /// The position of an axis; of the first one if there is no such axis.
+    ///
+    /// # Safety
+    /// `engine` points to an engine, which only the step interrupt changes.
+    pub unsafe fn position(engine: *const Self, axis: u8) -> i64 {
         // SAFETY: the caller's promise; every read is of one field, and volatile.
         unsafe {
             let track = Self::track(engine, axis);
-            let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
-            let feed = (&raw const (*engine).feeds).cast::<F>().add(axis);
+            let axis = if usize::from(axis) < N { axis } else { 0 };
+            let feed = element(&raw const (*engine).feeds, axis);
             loop {
                 let before = Stamp::of(track, feed);
                 let loaded = (&raw const (*track).loaded).read_volatile();
                 let forward = (&raw const (*track).forward).read_volatile();
-                let base = (&raw const (*track).base).read_volatile();
                 let playing = match before.event {
                     Event::Step => F::left_now(feed),
                     Event::Far => 1,
-                    Event::Hop if before.then == Event::Far => 1,
+                    Event::Hop if (&raw const (*track).then).read_volatile() == Event::Far => 1,
                     _ => 0,
                 };
                 if Stamp::of(track, feed) == before {
-                    let left = playing.wrapping_add(before.far.into());
-                    let made = loaded.wrapping_sub(left.into()) as i64;
-                    let made = if forward { made } else { made.wrapping_neg() };
-                    let idle = before.event == Event::Idle;
-                    return Report { position: base.wrapping_add(made), idle, forward };
+                    return position(loaded, forward, playing.wrapping_add(before.far));
                 }
             }
         }
@@ -96,9 +114,9 @@ impl<T: StepTimer, D, F: Seen, const N: usize> Engine<T, D, F, N> {
     /// # Safety
     /// `engine` points to an engine.
     unsafe fn track(engine: *const Self, axis: u8) -> *const Track<T::Count> {
-        let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
-        // SAFETY: the caller's promise; the index is in range.
-        unsafe { (&raw const (*engine).tracks).cast::<Track<T::Count>>().add(axis) }
+        let axis = if usize::from(axis) < N { axis } else { 0 };
+        // SAFETY: the caller's promise.
+        element(unsafe { &raw const (*engine).tracks }, axis)
     }
 }
 
@@ -108,7 +126,6 @@ struct Stamp {
     taken: u8,
     loaded: u8,
     event: Event,
-    then: Event,
     far: u16,
 }
 
@@ -122,7 +139,6 @@ impl Stamp {
                 taken: F::stamp(feed),
                 loaded: (&raw const (*track).loaded).cast::<u8>().read_volatile(),
                 event: (&raw const (*track).event).read_volatile(),
-                then: (&raw const (*track).then).read_volatile(),
                 far: (&raw const (*track).far.count).read_volatile(),
             }
         }

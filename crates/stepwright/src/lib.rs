@@ -3,6 +3,7 @@
 //! Real-time motion for stepper motors.
 
 pub mod compress;
+pub mod cycle;
 pub mod direct;
 pub mod drive;
 pub mod engine;
@@ -16,6 +17,7 @@ pub mod profile;
 pub mod queue;
 pub mod run;
 mod stride;
+pub mod timed;
 pub mod timer;
 pub mod units;
 

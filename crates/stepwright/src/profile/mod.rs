@@ -14,10 +14,12 @@
 //! | lists, callbacks, waits | [`series`] | – |
 //! | trapezoid: constant acceleration and deceleration | [`trapezoid`] | yes |
 //! | ramp counted in steps (document 004) | [`ramp_steps`] | yes |
+//! | document 002's: fixed point, general, three transitions | [`austin`] | – |
 
 mod cursor;
 pub(crate) mod path;
 
+pub mod austin;
 pub mod constant;
 pub mod ramp_steps;
 pub mod series;

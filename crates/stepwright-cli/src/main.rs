@@ -11,12 +11,14 @@
 //! | [`link`] | the bytes to a board, real or virtual, and back |
 //! | [`plot`] | figures as .svg, .png and .html |
 //! | [`quantity`] | speeds and accelerations with their units |
+//! | [`sheet`] | results as text, CSV or JSON |
 //! | [`say`] | lines on standard output and error |
 //! | [`talk`] | a line and its answer, whatever happens to them on their way |
 
 mod board;
 mod completions;
 mod failure;
+mod figures;
 mod interrupt;
 mod link;
 mod order;
@@ -24,6 +26,7 @@ mod plan;
 mod plot;
 mod quantity;
 mod say;
+mod sheet;
 mod talk;
 
 use std::process::ExitCode;
@@ -63,6 +66,7 @@ enum Command {
     Ports(order::ports::Args),
     Board(board::Args),
     Plan(Box<plan::Args>),
+    Figures(figures::Args),
     Completions(completions::Args),
 }
 
@@ -80,6 +84,7 @@ fn main() -> ExitCode {
         Command::Ports(args) => order::ports::run(args),
         Command::Board(args) => board::run(args),
         Command::Plan(args) => plan::run(*args),
+        Command::Figures(args) => figures::run(args),
         Command::Completions(args) => completions::run(args),
     };
     match result {

@@ -7,10 +7,12 @@
 //! | module | what |
 //! | --- | --- |
 //! | [`figure`] | panels, axes, curves, shaded stretches |
+//! | [`clip`] | the part of a line that is in view |
 //! | [`scale`] | from values to pixels, round numbers |
 //! | [`picture`] | the shapes |
 //! | `svg`, `png`, `html` | the formats |
 
+mod clip;
 mod figure;
 mod html;
 mod picture;
@@ -25,7 +27,7 @@ use std::str::FromStr;
 use crate::failure::Failure;
 use crate::say;
 
-pub use figure::{Band, Curve, Figure, PALETTE, Panel};
+pub use figure::{Band, Curve, Figure, PALETTE, Panel, View};
 pub use scale::{number, time_unit};
 
 /// A file for a plot, whose name says the format: for clap's `#[arg]`.
@@ -72,6 +74,16 @@ impl PlotFile {
             let _ = fs::remove_file(&self.path);
         }
         Ok(())
+    }
+
+    /// The same file with something before its ending: `a-2.png` for `a.png`.
+    pub fn numbered(&self, what: &str) -> PlotFile {
+        let part = |part: Option<&std::ffi::OsStr>| {
+            part.map_or(String::new(), |part| part.to_string_lossy().into_owned())
+        };
+        let (stem, ending) = (part(self.path.file_stem()), part(self.path.extension()));
+        let path = self.path.with_file_name(format!("{stem}-{what}.{ending}"));
+        PlotFile { path, format: self.format }
     }
 
     /// Draws into the file, and says so on standard error.
@@ -125,14 +137,13 @@ impl SpeedPlot {
             colour: *colour,
             points: series.points.iter().map(|(t, v)| (t * per_second, *v)).collect(),
             filled: self.series.len() == 1,
-            dots: Vec::new(),
+            ..Curve::default()
         });
         let panel = Panel {
             y: ("Speed".into(), "steps/s".into()),
             x: ("time".into(), unit.into()),
             curves: curves.collect(),
-            bands: Vec::new(),
-            named: false,
+            ..Panel::default()
         };
         Figure {
             title: self.title.clone(),

@@ -13,6 +13,11 @@
 //! remainder is carried from step to step: at high speed, where 2c is less than
 //! 4n+1, the delay still falls, so the ramp can't stall below its top speed. The
 //! ramp down counts the steps of the ramp up, so it ends exactly.
+//!
+//! It is the arithmetic that a small chip can afford of
+//! [`austin::Fixed`](crate::profile::austin::Fixed), which truncates as the published
+//! listing does, and [`austin::Austin`](crate::profile::austin::Austin), which holds
+//! the formula to a tick and takes accelerations; the tests hold them together.
 
 use crate::queue::{Feed, Taken};
 use crate::run::Run;

@@ -1,5 +1,8 @@
 //! The one hardware resource of the engine: a free-running counter with a
-//! compare register.
+//! compare register. And, in [`fit`], how a wanted interval fits a timer that has a
+//! prescaler and a top.
+
+pub mod fit;
 
 use crate::units::Ticks;
 

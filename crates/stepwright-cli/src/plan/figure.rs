@@ -104,7 +104,9 @@ impl View<'_> {
                 dots: if few && inner > 1 { points[1..inner].to_vec() } else { Vec::new() },
                 points,
                 filled: true,
+                ..Curve::default()
             }],
+            ..Panel::default()
         }
     }
 

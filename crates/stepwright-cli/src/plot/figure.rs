@@ -1,5 +1,6 @@
 //! Panels with axes, laid out under a title.
 
+use super::clip::clip;
 use super::picture::{Colour, Frame, Picture, Probe, ProbeCurve, Shape, Style};
 use super::scale::{Scale, number};
 
@@ -30,7 +31,7 @@ pub struct Figure {
 }
 
 /// One pair of axes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Panel {
     /// Name and unit of the y axis: ("speed", "steps/s").
     pub y: (String, String),
@@ -42,10 +43,21 @@ pub struct Panel {
     pub bands: Vec<Band>,
     /// Whether the bands' names are written in them.
     pub named: bool,
+    /// Which part of the plane it shows.
+    pub view: View,
+}
+
+/// A part of the plane, from and to; what is `None` holds all curves, and 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct View {
+    /// Along the x axis.
+    pub x: Option<(f64, f64)>,
+    /// Along the y axis.
+    pub y: Option<(f64, f64)>,
 }
 
 /// A line in a panel.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Curve {
     /// For the legend.
     pub name: String,
@@ -57,6 +69,8 @@ pub struct Curve {
     pub filled: bool,
     /// Points to mark with a dot.
     pub dots: Vec<(f64, f64)>,
+    /// Whether the line is broken: for what the others are held against.
+    pub dashed: bool,
 }
 
 /// A stretch of the x axis, shaded.
@@ -74,6 +88,8 @@ pub struct Band {
 
 const WIDTH: f64 = 1200.0;
 const EDGE: f64 = 28.0;
+/// Height of one more row of a legend.
+const LEGEND: f64 = 21.0;
 
 impl Figure {
     /// Lays it out.
@@ -91,11 +107,13 @@ impl Figure {
             let wide = (WIDTH - 2.0 * EDGE) / panels.len().max(1) as f64;
             for (i, panel) in panels.iter().enumerate() {
                 let left = EDGE + wide * i as f64;
+                let width = wide - 66.0 - if i + 1 < panels.len() { 24.0 } else { 8.0 };
+                let above = 40.0 + LEGEND * panel.legend_rows(width).len().saturating_sub(1) as f64;
                 let frame = Frame {
                     left: left + 66.0,
-                    top: top + 40.0,
-                    width: wide - 66.0 - if i + 1 < panels.len() { 24.0 } else { 8.0 },
-                    height: height - 40.0 - 52.0,
+                    top: top + above,
+                    width,
+                    height: height - above - 52.0,
                 };
                 panel.draw(&mut picture, frame);
             }
@@ -116,13 +134,15 @@ impl Panel {
             band.name(picture, frame, &x);
         }
         for curve in &self.curves {
-            curve.draw(picture, frame, &x, &y);
+            for piece in self.pieces(curve, &x, frame) {
+                curve.draw(picture, &piece, &x, &y);
+            }
+            curve.mark(picture, &self.view, &x, &y);
         }
         self.legend(picture, frame);
         let probe = |curve: &Curve| ProbeCurve {
             name: curve.name.clone(),
-            points: thin(&curve.points, &x, frame)
-                .into_iter()
+            points: (self.pieces(curve, &x, frame).into_iter().flatten())
                 .map(|(vx, vy)| [x.at(vx), y.at(vy), vx, vy])
                 .collect(),
         };
@@ -139,17 +159,30 @@ impl Panel {
         let range = |values: &mut dyn Iterator<Item = f64>| {
             values.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
         };
-        let (left, right) = range(&mut points().map(|(x, _)| x));
-        let (low, high) = range(&mut points().map(|(_, y)| y));
-        // Room above for the names of the bands, and so that no line is cut.
-        let high = if high > low { high } else { low + 1.0 };
-        let room = (high - low) * if self.named { 0.16 } else { 0.08 };
-        let low = if low < 0.0 { low - room } else { low };
-        let high = if high > 0.0 { high + room } else { high };
+        let all = || {
+            let (low, high) = range(&mut points().map(|(_, y)| y));
+            // Room above for the names of the bands, and so that no line is cut.
+            let high = if high > low { high } else { low + 1.0 };
+            let room = (high - low) * if self.named { 0.16 } else { 0.08 };
+            let low = if low < 0.0 { low - room } else { low };
+            (low, if high > 0.0 { high + room } else { high })
+        };
+        let across = self.view.x.unwrap_or_else(|| range(&mut points().map(|(x, _)| x)));
+        let up = self.view.y.unwrap_or_else(all);
         (
-            Scale::new((left, right), (frame.left, frame.right())),
-            Scale::new((low, high), (frame.bottom(), frame.top)),
+            Scale::new(across, (frame.left, frame.right())),
+            Scale::new(up, (frame.bottom(), frame.top)),
         )
+    }
+
+    /// What is seen of a curve.
+    fn pieces(&self, curve: &Curve, x: &Scale, frame: Frame) -> Vec<Vec<(f64, f64)>> {
+        const ALL: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+        let points = thin(&curve.points, x, frame);
+        if self.view == View::default() {
+            return vec![points];
+        }
+        clip(&points, self.view.x.unwrap_or(ALL), self.view.y.unwrap_or(ALL))
     }
 
     fn axes(&self, picture: &mut Picture, frame: Frame, x: &Scale, y: &Scale) {
@@ -168,7 +201,7 @@ impl Panel {
             picture.text((at, frame.bottom() + 21.0), label.middle(), text);
         }
         // The line y = 0, which is the x axis unless something is negative.
-        let zero = y.at(0.0).min(frame.bottom());
+        let zero = y.at(0.0).clamp(frame.top, frame.bottom());
         picture.line(vec![(frame.left, zero), (frame.right(), zero)], AXIS, 1.4);
         if zero < frame.bottom() - 1.0 {
             let bottom = frame.bottom();
@@ -179,24 +212,62 @@ impl Panel {
             unit => format!("{name}, {unit}"),
         };
         let heading = Style::new(14.5, INK).bold();
-        picture.text((frame.left - 66.0, frame.top - 15.0), heading, name(&self.y));
+        let more = self.legend_rows(frame.width).len().saturating_sub(1);
+        let over = frame.top - 15.0 - LEGEND * more as f64;
+        picture.text((frame.left - 66.0, over), heading, name(&self.y));
         let below = ((frame.left + frame.right()) / 2.0, frame.bottom() + 42.0);
         picture.text(below, Style::new(13.5, INK).middle(), name(&self.x));
     }
 
-    /// Names of several curves, right of the heading.
+    /// Names of several curves, right of the heading; those that have no room
+    /// there in rows of their own below.
     fn legend(&self, picture: &mut Picture, frame: Frame) {
-        if self.curves.len() < 2 {
-            return;
-        }
-        let (mut right, y) = (frame.right(), frame.top - 15.0);
-        for curve in self.curves.iter().rev().filter(|curve| !curve.points.is_empty()) {
-            picture.text((right, y), Style::new(13.0, INK).end(), &*curve.name);
-            right -= 7.0 * curve.name.chars().count() as f64 + 8.0; // about its width
-            picture.line(vec![(right - 22.0, y - 4.5), (right, y - 4.5)], curve.colour, 3.0);
-            right -= 22.0 + 20.0;
+        let rows = self.legend_rows(frame.width);
+        for (row, above) in rows.iter().zip((0..rows.len()).rev()) {
+            let (mut right, y) = (frame.right(), frame.top - 15.0 - LEGEND * above as f64);
+            for curve in row.iter().rev() {
+                right -= name_width(&curve.name);
+                picture.text((right, y), Style::new(13.0, INK), &*curve.name);
+                right -= 8.0;
+                let line = vec![(right - SAMPLE, y - 4.5), (right, y - 4.5)];
+                picture.shapes.push(Shape::Line {
+                    points: line,
+                    colour: curve.colour,
+                    width: 3.0,
+                    dashed: curve.dashed,
+                });
+                right -= SAMPLE + 20.0;
+            }
         }
     }
+
+    /// The rows of the legend, for a frame so wide.
+    fn legend_rows(&self, width: f64) -> Vec<Vec<&Curve>> {
+        let named: Vec<&Curve> = self.curves.iter().filter(|c| !c.points.is_empty()).collect();
+        if named.len() < 2 {
+            return Vec::new();
+        }
+        let heading = 8.4 * (self.y.0.chars().count() + self.y.1.chars().count() + 2) as f64;
+        let (mut rows, mut left) = (vec![Vec::new()], width + 66.0 - heading);
+        for curve in named {
+            let wide = name_width(&curve.name) + 8.0 + SAMPLE + 20.0;
+            if wide > left {
+                rows.push(Vec::new());
+                left = width;
+            }
+            left -= wide;
+            rows.last_mut().into_iter().for_each(|row| row.push(curve));
+        }
+        rows
+    }
+}
+
+/// Of the line before a name of the legend, in pixels.
+const SAMPLE: f64 = 24.0;
+
+/// About the width of a name in the legend, in pixels.
+fn name_width(name: &str) -> f64 {
+    7.0 * name.chars().count() as f64
 }
 
 impl Band {
@@ -221,23 +292,29 @@ impl Band {
 }
 
 impl Curve {
-    fn draw(&self, picture: &mut Picture, frame: Frame, x: &Scale, y: &Scale) {
-        let pixels = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
-            points.iter().map(|&(vx, vy)| (x.at(vx), y.at(vy))).collect()
-        };
-        let line = pixels(&thin(&self.points, x, frame));
-        if let (true, [first, .., last]) = (self.filled, line.as_slice()) {
+    /// Draws a piece of it.
+    fn draw(&self, picture: &mut Picture, piece: &[(f64, f64)], x: &Scale, y: &Scale) {
+        let points: Vec<_> = piece.iter().map(|&(vx, vy)| (x.at(vx), y.at(vy))).collect();
+        if let (true, [first, .., last]) = (self.filled, points.as_slice()) {
             let zero = y.at(0.0);
             let ends = ((first.0, zero), (last.0, zero));
             let mut points = vec![ends.0];
-            points.extend(&line);
+            points.extend(piece.iter().map(|&(vx, vy)| (x.at(vx), y.at(vy))));
             points.push(ends.1);
             picture.shapes.push(Shape::Area { points, fill: self.colour, opacity: 0.10 });
         }
-        picture.line(line, self.colour, 2.4);
-        let (points, fill) = (pixels(&self.dots), self.colour);
+        let (colour, dashed) = (self.colour, self.dashed);
+        picture.shapes.push(Shape::Line { points, colour, width: 2.4, dashed });
+    }
+
+    /// Draws the dots of it that are in view.
+    fn mark(&self, picture: &mut Picture, view: &View, x: &Scale, y: &Scale) {
+        let holds = |range: Option<(f64, f64)>, v: f64| range.is_none_or(|(a, b)| a <= v && v <= b);
+        let seen = |&&(vx, vy): &&(f64, f64)| holds(view.x, vx) && holds(view.y, vy);
+        let dots = self.dots.iter().filter(seen).map(|&(vx, vy)| (x.at(vx), y.at(vy)));
+        let points: Vec<_> = dots.collect();
         if !points.is_empty() {
-            picture.shapes.push(Shape::Dots { points, fill, radius: 3.4 });
+            picture.shapes.push(Shape::Dots { points, fill: self.colour, radius: 3.4 });
         }
     }
 }

@@ -22,7 +22,7 @@ pub enum Shape {
     /// A filled rectangle.
     Box { x: f64, y: f64, width: f64, height: f64, fill: Colour, opacity: f64 },
     /// A line through points.
-    Line { points: Vec<(f64, f64)>, colour: Colour, width: f64 },
+    Line { points: Vec<(f64, f64)>, colour: Colour, width: f64, dashed: bool },
     /// A filled outline.
     Area { points: Vec<(f64, f64)>, fill: Colour, opacity: f64 },
     /// Filled dots.
@@ -30,6 +30,9 @@ pub enum Shape {
     /// One line of text; y is its base line.
     Text { x: f64, y: f64, size: f64, bold: bool, anchor: Anchor, colour: Colour, text: String },
 }
+
+/// Of a dashed line: so many pixels of ink, so many of none.
+pub const DASH: [f64; 2] = [9.0, 6.0];
 
 /// Shapes in the order in which they are painted.
 #[derive(Clone, Debug)]
@@ -108,7 +111,7 @@ impl Picture {
 
     /// Adds a line through points.
     pub fn line(&mut self, points: Vec<(f64, f64)>, colour: Colour, width: f64) {
-        self.shapes.push(Shape::Line { points, colour, width });
+        self.shapes.push(Shape::Line { points, colour, width, dashed: false });
     }
 
     /// Adds a line of text with its anchor on the base line at `at`.

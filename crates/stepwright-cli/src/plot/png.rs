@@ -1,10 +1,10 @@
 //! A picture as PNG, drawn with our own font: it looks the same everywhere,
 //! and needs nothing from the system.
 
-use tiny_skia::{FillRule, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, Transform};
+use tiny_skia::{FillRule, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
 use ttf_parser::{Face, OutlineBuilder};
 
-use super::picture::{Anchor, Colour, Picture, Shape};
+use super::picture::{Anchor, Colour, DASH, Picture, Shape};
 
 /// Pixels of the PNG for one of the picture: sharp on today's screens.
 const SCALE: f32 = 2.0;
@@ -47,11 +47,12 @@ impl Canvas {
                     self.fill(&PathBuilder::from_rect(rect), *fill, *opacity);
                 }
             }
-            Shape::Line { points, colour, width } => {
+            Shape::Line { points, colour, width, dashed } => {
                 if let Some(path) = through(points, false) {
                     let stroke = Stroke {
                         width: *width as f32,
                         line_join: tiny_skia::LineJoin::Round,
+                        dash: dashed.then(dashes).flatten(),
                         ..Stroke::default()
                     };
                     let at = Transform::from_scale(SCALE, SCALE);
@@ -85,6 +86,10 @@ impl Canvas {
         let at = Transform::from_scale(SCALE, SCALE);
         self.map.fill_path(path, &paint(colour, opacity), FillRule::Winding, at, None);
     }
+}
+
+fn dashes() -> Option<StrokeDash> {
+    StrokeDash::new(DASH.map(|length| length as f32).to_vec(), 0.0)
 }
 
 fn paint([r, g, b]: Colour, opacity: f64) -> Paint<'static> {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::picture::{Anchor, Colour, Picture, Shape};
+use super::picture::{Anchor, Colour, DASH, Picture, Shape};
 
 /// Fonts to try, in their order; the picture does not depend on the widths.
 const FONTS: &str = "'Noto Sans', 'Segoe UI', 'Helvetica Neue', Arial, sans-serif";
@@ -29,10 +29,16 @@ fn one(svg: &mut String, shape: &Shape) -> std::fmt::Result {
             write!(svg, " height=\"{height:.1}\" fill=\"{}\"", hex(*fill))?;
             faded(svg, *opacity)
         }
-        Shape::Line { points, colour, width } => {
+        Shape::Line { points, colour, width, dashed } => {
             svg.push_str("<polyline fill=\"none\" stroke-linejoin=\"round\" points=\"");
             list(svg, points)?;
-            writeln!(svg, "\" stroke=\"{}\" stroke-width=\"{width}\"/>", hex(*colour))
+            write!(svg, "\" stroke=\"{}\" stroke-width=\"{width}\"", hex(*colour))?;
+            if *dashed {
+                let [ink, gap] = DASH;
+                write!(svg, " stroke-dasharray=\"{ink} {gap}\"")?;
+            }
+            svg.push_str("/>\n");
+            Ok(())
         }
         Shape::Area { points, fill, opacity } => {
             svg.push_str("<polygon points=\"");

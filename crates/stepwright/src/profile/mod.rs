@@ -14,11 +14,13 @@
 //! | lists, callbacks, waits | [`series`] | – |
 //! | trapezoid: constant acceleration and deceleration | [`trapezoid`] | yes |
 //! | ramp counted in steps (document 004) | [`ramp_steps`] | yes |
+//! | document 002's: fixed point, general, three transitions | [`austin`] | – |
 //! | S-curve: limited jerk | [`s_curve`] | yes |
 
 mod cursor;
 pub(crate) mod path;
 
+pub mod austin;
 pub mod constant;
 pub mod ramp_steps;
 pub mod s_curve;

@@ -1,0 +1,185 @@
+//! What these laws share: the first delay, and delays in whole ticks.
+
+use super::super::path::{Phase, slope_of};
+use super::super::{Unfit, path::Bounds};
+use crate::fixed::{self, ONE, Q32, Scale, root, share};
+use crate::units::{Accel, Rate, Speed, Ticks};
+
+/// How a ramp begins. Eq 12 takes too much off at n = 1: 0.6 instead of 0.4142
+/// of c₀ are left (Table 1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum C0 {
+    /// c₀ by Eq 7, and nothing done about it: every later delay is too long by
+    /// 1/0.676, so the ramp is one of 0.457 of the acceleration. The law's
+    /// steps are reckoned with that, so it reaches the same top speed.
+    Exact,
+    /// c₀ · 0.676 (Eq 15): starts with a fast step. What the document recommends.
+    #[default]
+    Reduced,
+    /// c₀ by Eq 7 and c₁ = 0.4056·c₀: an almost perfect ramp.
+    FirstStep,
+}
+
+impl C0 {
+    /// The delay before the second pulse, and the count that the formula goes
+    /// on from; with 0.4056 = 0.6 · 0.676 the formula itself makes c₁.
+    pub(super) fn counts(self, exact: Q32) -> (Q32, Q32) {
+        let reduced = share(exact, 676, 1000);
+        match self {
+            C0::Exact => (exact, exact),
+            C0::Reduced => (reduced, reduced),
+            C0::FirstStep => (exact, reduced),
+        }
+    }
+
+    /// The part of the acceleration that the ramp has in truth: 0.676² or 1.
+    pub(super) const fn part(self) -> (u64, u64) {
+        match self {
+            C0::Exact => (28_561, 62_500),
+            C0::Reduced | C0::FirstStep => (1, 1),
+        }
+    }
+}
+
+/// What every law of constant acceleration and a top speed takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Order {
+    pub rate: Rate,
+    pub top: Speed,
+    pub accel: Accel,
+    pub decel: Accel,
+    pub c0: C0,
+}
+
+impl Order {
+    pub const fn new(rate: Rate, top: Speed, accel: Accel) -> Order {
+        Order { rate, top, accel, decel: accel, c0: C0::Reduced }
+    }
+
+    /// The order as `pulses` pulses can have it.
+    ///
+    /// An acceleration with which the very first step would be too fast to
+    /// brake from (J = a/2d steps, Eq 18 with n = 0) is lowered to where it
+    /// isn't.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub fn fitted(mut self, pulses: u32) -> Result<Order, Unfit> {
+        if pulses > 1 << 31 {
+            return Err(Unfit::TooLong);
+        }
+        let most = (2 * u64::from(pulses.max(1)) - 1).saturating_mul(self.decel.millisteps());
+        if let Ok(most) = Accel::from_millisteps(most) {
+            self.accel = self.accel.min(most);
+        }
+        let Order { rate, top, .. } = self;
+        let (a2, d2) = (slope_of(self.accel), slope_of(self.decel));
+        Bounds { rate, start: Speed::ZERO, top, a2, d2 }.check()?;
+        Ok(self)
+    }
+
+    /// c₀ by Eq 7, for an acceleration.
+    pub fn exact(&self, accel: Accel) -> Q32 {
+        let slope = slope_of(accel);
+        Scale::new(self.rate, slope).time(root(slope)) // √(2a) / a
+    }
+
+    /// c_min: the interval at the top speed, at least a tick.
+    pub fn shortest(&self) -> Q32 {
+        fixed::interval(self.rate, self.top).max(ONE)
+    }
+}
+
+/// A law that makes each delay from the one before.
+pub trait Law {
+    /// Goes on to the next delay. `left` delays of the travel are to come, this
+    /// one among them.
+    fn advance(&mut self, left: u32) -> Phase;
+
+    /// The delay, in 2⁻³² ticks.
+    fn count(&self) -> u64;
+
+    /// Goes no further up. Returns the steps that the way down takes, the hold
+    /// after the last pulse among them.
+    fn brake(&mut self) -> u32;
+}
+
+/// The pulses of a travel, as delays in ticks. The first is 0.
+#[derive(Clone, Debug)]
+pub struct Pulses<L> {
+    law: L,
+    /// c₀, until it has been handed out.
+    lead: Option<Q32>,
+    shortest: Q32,
+    /// The pulse at time 0 is still to come.
+    first: bool,
+    /// Delays that are still to come.
+    left: u32,
+    /// The part of a tick that is carried, half a tick ahead.
+    part: u32,
+    phase: Phase,
+}
+
+impl<L: Law> Pulses<L> {
+    pub(super) fn new(law: L, lead: Q32, shortest: Q32, pulses: u32) -> Pulses<L> {
+        Pulses {
+            law,
+            lead: Some(lead),
+            shortest,
+            first: pulses > 0,
+            left: pulses.saturating_sub(1),
+            part: 1 << 31,
+            phase: Phase::Up,
+        }
+    }
+
+    /// The phase of the delay that was handed out last.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Brakes from here: ends as many steps further on as the way down takes,
+    /// or where it would have ended anyway.
+    pub fn brake(&mut self) {
+        // The last step of the way down is the hold after the last pulse.
+        self.left = self.left.min(self.law.brake().saturating_sub(1));
+    }
+
+    /// The delay as formula has it, before it is rounded to ticks.
+    fn count(&mut self) -> Q32 {
+        let count = match self.lead.take() {
+            Some(lead) => lead,
+            None => {
+                self.phase = self.law.advance(self.left);
+                self.law.count()
+            }
+        };
+        count.max(self.shortest)
+    }
+}
+
+impl<L: Law> Iterator for Pulses<L> {
+    type Item = Ticks;
+
+    #[inline]
+    fn next(&mut self) -> Option<Ticks> {
+        if core::mem::take(&mut self.first) {
+            return Some(0);
+        }
+        if self.left == 0 {
+            return None;
+        }
+        let due = self.count().saturating_add(self.part.into());
+        self.left -= 1;
+        self.part = due as u32;
+        Some((due >> 32) as Ticks)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = u64::from(self.left) + u64::from(self.first);
+        let left = usize::try_from(left).unwrap_or(usize::MAX);
+        (left, Some(left))
+    }
+}
+
+impl<L: Law> ExactSizeIterator for Pulses<L> {}

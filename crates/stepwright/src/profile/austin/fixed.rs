@@ -1,0 +1,157 @@
+//! The published listing, delay for delay (document 002, 24.8 fixed point).
+//!
+//! ```text
+//!   c32 −= trunc(2·c32 / (4n + 1))        c = (c32 + 128) >> 8
+//! ```
+//!
+//! c32 is c in 2⁻⁸ ticks, and 4n + 1 a signed number of 16 bits: n = 1, 2 … up;
+//! n = i − m down. Its states:
+//!
+//! ```text
+//!   up    n + 1, until c ≤ c_min (max) or the middle of the travel (down); an
+//!         even travel repeats its middle delay
+//!   max   c_min is held; c32 keeps the delay that it cut short
+//!   down  as many steps as up, from c32
+//!   last  the delay after the last pulse, which nobody waits for: left out
+//! ```
+//!
+//! That is sound for ramps of up to 8191 steps whose changes are at least 2⁻⁸
+//! ticks; beyond, 4n + 1 overflows, or the ramp stalls, and what is emitted is
+//! the [general form](super::general)'s: changes to the nearest 2⁻³² ticks. So it
+//! is where other implementations of it are at fault: c_min above c₀ (all at
+//! c_min), c_min reached within two steps, c₀ beyond 65,535.
+//!
+//! Error against the formula in f64, from truncating: 0.74 ticks at most in the
+//! document's demo (c₀ 50000, c_min 2500), and 11.4 at the end of the longest ramp
+//! that it holds; the way down takes it back to the last delay.
+
+use super::count::Law;
+use super::travel::{Slopes, Travel};
+use crate::fixed::{Q32, share};
+use crate::profile::Phase;
+use crate::units::Ticks;
+
+/// 4n + 1 in 16 bits with a sign.
+const MOST: u32 = 8_191;
+/// From 2⁻³² to 2⁻⁸ ticks.
+const COARSE: u32 = 24;
+
+/// The pulses of the published form. The first delay is 0.
+///
+/// ```
+/// use stepwright::profile::austin::Fixed;
+/// let delays: Vec<u32> = Fixed::new(10, 50_000, 2_500).collect();
+/// assert_eq!(
+///     delays,
+///     [0, 50_000, 30_000, 23_333, 19_744, 17_421, 17_421, 19_744, 23_333, 30_000]
+/// );
+/// ```
+#[derive(Clone, Debug)]
+pub struct Fixed {
+    travel: Travel<Listing>,
+    shortest: Q32,
+    /// The pulse at time 0, then c₀, are still to come.
+    first: bool,
+    lead: bool,
+    /// Delays that are still to come.
+    left: u32,
+    phase: Phase,
+}
+
+impl Fixed {
+    /// `pulses` pulses; `c0` ticks before the second, never less than `c_min`
+    /// (at least 1) ticks.
+    pub fn new(pulses: u32, c0: Ticks, c_min: Ticks) -> Fixed {
+        let shortest = Q32::from(c_min.max(1)) << 32;
+        let listing = Listing { count: (Q32::from(c0) << 32).max(shortest), shortest, n: 0 };
+        Fixed {
+            travel: Travel::new(listing),
+            shortest,
+            first: pulses > 0,
+            lead: true,
+            left: pulses.saturating_sub(1),
+            phase: Phase::Up,
+        }
+    }
+
+    /// The phase of the delay that was handed out last.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Brakes from here, in as many steps as the ramp has taken.
+    pub fn brake(&mut self) {
+        self.left = self.left.min(self.travel.brake().saturating_sub(1));
+    }
+}
+
+impl Iterator for Fixed {
+    type Item = Ticks;
+
+    #[inline]
+    fn next(&mut self) -> Option<Ticks> {
+        if core::mem::take(&mut self.first) {
+            return Some(0);
+        }
+        if self.left == 0 {
+            return None;
+        }
+        if !core::mem::take(&mut self.lead) {
+            self.phase = self.travel.advance(self.left);
+        }
+        self.left -= 1;
+        let count = self.travel.count().max(self.shortest);
+        Some((count.saturating_add(1 << 31) >> 32) as Ticks)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = u64::from(self.left) + u64::from(self.first);
+        let left = usize::try_from(left).unwrap_or(usize::MAX);
+        (left, Some(left))
+    }
+}
+
+impl ExactSizeIterator for Fixed {}
+
+/// Both ramps of the listing.
+#[derive(Clone, Debug)]
+pub struct Listing {
+    count: Q32,
+    shortest: Q32,
+    n: u32,
+}
+
+impl Listing {
+    /// 2c / d at step `n`.
+    #[inline]
+    fn change(&self, n: u32, d: u64) -> Q32 {
+        let coarse = (self.count >> COARSE) * 2 / d;
+        if n > MOST || coarse == 0 { share(self.count, 2, d) } else { coarse << COARSE }
+    }
+}
+
+impl Slopes for Listing {
+    #[inline]
+    fn faster(&mut self, left: u32) -> bool {
+        if self.count <= self.shortest || left <= self.n {
+            return false;
+        }
+        self.n += 1;
+        self.count -= self.change(self.n, 4 * u64::from(self.n) + 1);
+        true
+    }
+
+    #[inline]
+    fn slower(&mut self, j: u32) {
+        let j = j.max(1);
+        self.count = self.count.saturating_add(self.change(j, 4 * u64::from(j) - 1));
+    }
+
+    fn braking(&self) -> u32 {
+        self.n
+    }
+
+    fn count(&self) -> Q32 {
+        self.count
+    }
+}

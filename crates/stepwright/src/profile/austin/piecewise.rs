@@ -1,0 +1,160 @@
+//! Acceleration reduced in stages (document 002, Figure 5).
+//!
+//! ```text
+//!   break b     c ≤ c_min·(1 + 2^(1−b))            b = 1 … B: 2, 1.5, 1.25 … times c_min
+//!   step i      n(i) = n(i−1) + 1
+//!               n(i) = 1.375·(n(i−1) + 1)          if c(i−1) crossed a break
+//!               c(i) = c(i−1) − 2·c(i−1) / (4·n(i) + 1)
+//! ```
+//!
+//! By Eq 17 each break divides the acceleration by 1.375; seven leave a ninth of
+//! it. The way down goes the steps of a ramp with the deceleration back. Several
+//! breaks in one step multiply n once each.
+//!
+//! n is held in 2⁻²⁸ steps. Error against the formulas in f64: each delay below
+//! one tick.
+
+use super::count::{C0, Order, Pulses};
+use super::travel::{Curve, Shadowed, Travel};
+use crate::fixed::{Q32, share, shr};
+use crate::profile::Unfit;
+use crate::units::{Accel, Rate, Speed};
+
+/// Most breaks: the sixteenth lies 2⁻¹⁵ off the top speed.
+pub const MOST_BREAKS: u8 = 16;
+
+/// One step, in the units of n.
+const STEP: u64 = 1 << 28;
+/// Larger n do not matter any more, and this one can be multiplied.
+const LARGEST: u64 = STEP << 33;
+
+/// A travel whose acceleration is reduced in stages near the top speed.
+///
+/// ```
+/// use stepwright::profile::austin::Piecewise;
+/// use stepwright::{Accel, Rate, Speed};
+/// let law = Piecewise::new(Rate::MHZ, Speed::from_steps(400)?, Accel::from_steps(400)?);
+/// assert_eq!(law.delays(2000)?.count(), 2000);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Piecewise {
+    order: Order,
+    breaks: u8,
+}
+
+impl Piecewise {
+    /// From rest to `top`, at `accel` first, and back to rest; 7 breaks, as in
+    /// Figure 5.
+    pub const fn new(rate: Rate, top: Speed, accel: Accel) -> Piecewise {
+        Piecewise { order: Order::new(rate, top, accel), breaks: 7 }
+    }
+
+    /// The same with a deceleration of its own.
+    pub const fn with_decel(mut self, decel: Accel) -> Piecewise {
+        self.order.decel = decel;
+        self
+    }
+
+    /// The same with another way to begin.
+    pub const fn with_c0(mut self, c0: C0) -> Piecewise {
+        self.order.c0 = c0;
+        self
+    }
+
+    /// The same with so many breaks, at most [`MOST_BREAKS`]; 0 is constant
+    /// acceleration.
+    pub const fn with_breaks(mut self, breaks: u8) -> Piecewise {
+        self.breaks = if breaks > MOST_BREAKS { MOST_BREAKS } else { breaks };
+        self
+    }
+
+    /// The delay before each of `pulses` pulses; the first is 0.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub fn delays(&self, pulses: u32) -> Result<Pulses<Travel<Shadowed<Stages>>>, Unfit> {
+        let order = self.order.fitted(pulses)?;
+        let shortest = order.shortest();
+        let from_rest = |accel| {
+            let (lead, count) = order.c0.counts(order.exact(accel));
+            let stages = Stages {
+                count,
+                shortest,
+                n: 0,
+                steps: 0,
+                breaks: self.breaks,
+                crossed: 0,
+                at: [0; MOST_BREAKS as usize],
+            };
+            (lead, stages)
+        };
+        let ((lead, rise), (_, fall)) = (from_rest(order.accel), from_rest(order.decel));
+        let travel = Travel::new(Shadowed::new(rise, fall, shortest));
+        Ok(Pulses::new(travel, lead, shortest, pulses))
+    }
+}
+
+/// A ramp from rest with its breaks.
+#[derive(Clone, Debug)]
+pub struct Stages {
+    count: Q32,
+    shortest: Q32,
+    /// n in 2⁻²⁸ steps.
+    n: u64,
+    steps: u32,
+    breaks: u8,
+    /// Breaks so far, and the steps at which they came: the way back.
+    crossed: u8,
+    at: [u32; MOST_BREAKS as usize],
+}
+
+impl Stages {
+    /// Where break b lies, b = 1 … B.
+    fn threshold(&self, b: u8) -> Q32 {
+        self.shortest.saturating_add(shr(self.shortest, b.saturating_sub(1)))
+    }
+}
+
+/// The divisor 4n ± 1 for n in 2⁻²⁸ steps, and its dividend, in lowest terms.
+pub(super) fn divisor(fine: u64) -> (u64, u64) {
+    let by = (fine.trailing_zeros() as u8).min(28);
+    (2 * shr(STEP, by), shr(fine, by))
+}
+
+impl Curve for Stages {
+    fn up(&mut self) {
+        self.steps = self.steps.saturating_add(1);
+        self.n = (self.n + STEP).min(LARGEST);
+        while self.crossed < self.breaks && self.count <= self.threshold(self.crossed + 1) {
+            if let Some(at) = self.at.get_mut(usize::from(self.crossed)) {
+                *at = self.steps;
+            }
+            self.crossed += 1;
+            self.n = (self.n + self.n / 4 + self.n / 8).min(LARGEST); // 1.375
+        }
+        let (n, d) = divisor(4 * self.n + STEP);
+        self.count -= share(self.count, n, d);
+    }
+
+    fn down(&mut self) -> (u64, u64) {
+        let change = divisor((4 * self.n).saturating_sub(STEP));
+        while let Some(b) = self.crossed.checked_sub(1)
+            && self.at.get(usize::from(b)) == Some(&self.steps)
+        {
+            self.crossed = b;
+            self.n = share(self.n, 8, 11);
+        }
+        self.n = self.n.saturating_sub(STEP).max(STEP);
+        self.steps = self.steps.saturating_sub(1);
+        change
+    }
+
+    fn steps(&self) -> u32 {
+        self.steps
+    }
+
+    fn count(&self) -> Q32 {
+        self.count
+    }
+}

@@ -1,0 +1,154 @@
+//! Up, level, down: where a travel turns, by counts alone.
+//!
+//! A step up is taken while the steps that are left are enough for the way
+//! down from it. What is left over is travelled at the speed reached; for a
+//! short even travel that is the delay which the published listing repeats.
+
+use super::count::Law;
+use crate::fixed::{Q32, share};
+use crate::profile::Phase;
+
+/// A ramp that can be gone up and down.
+pub trait Slopes {
+    /// One step up, if the top speed is not reached and the way down from
+    /// there takes no more than `left` steps; else nothing, and `false`.
+    fn faster(&mut self, left: u32) -> bool;
+
+    /// One step down, the j-th from the end.
+    fn slower(&mut self, j: u32);
+
+    /// Steps down to rest from here, before the way down begins.
+    fn braking(&self) -> u32;
+
+    /// The delay.
+    fn count(&self) -> Q32;
+}
+
+/// A travel over a ramp: up, level, down.
+#[derive(Clone, Debug)]
+pub struct Travel<S> {
+    slopes: S,
+    phase: Phase,
+    /// Steps of the way down, once it is known.
+    brake: u32,
+}
+
+impl<S: Slopes> Travel<S> {
+    pub(super) fn new(slopes: S) -> Travel<S> {
+        Travel { slopes, phase: Phase::Up, brake: 0 }
+    }
+}
+
+impl<S: Slopes> Law for Travel<S> {
+    #[inline]
+    fn advance(&mut self, left: u32) -> Phase {
+        if self.phase == Phase::Up {
+            if self.slopes.faster(left) {
+                return Phase::Up;
+            }
+            self.brake();
+        }
+        if self.phase == Phase::Cruise {
+            if left >= self.brake {
+                return Phase::Cruise;
+            }
+            self.phase = Phase::Down;
+        }
+        self.slopes.slower(self.brake);
+        self.brake = self.brake.saturating_sub(1);
+        Phase::Down
+    }
+
+    fn count(&self) -> u64 {
+        self.slopes.count()
+    }
+
+    fn brake(&mut self) -> u32 {
+        if self.phase == Phase::Up {
+            self.phase = Phase::Cruise;
+            self.brake = self.slopes.braking();
+        }
+        self.brake
+    }
+}
+
+/// A curve that is gone from rest, a step at a time, and back again.
+pub trait Curve: Clone {
+    /// One step up.
+    fn up(&mut self);
+
+    /// One step down: what to add to a delay, as a part (n, d) of it.
+    fn down(&mut self) -> (u64, u64);
+
+    /// Steps from rest.
+    fn steps(&self) -> u32;
+
+    /// The delay.
+    fn count(&self) -> Q32;
+}
+
+/// Two curves without a closed form: the one that is gone up, and the one to go
+/// down, which follows it like a shadow: always at the first of its steps that
+/// is as fast. So the way down from here is known, for two steps a step.
+#[derive(Clone, Debug)]
+pub struct Shadowed<C> {
+    rise: C,
+    fall: C,
+    count: Q32,
+    /// A delay as short as this is the top speed.
+    enough: Q32,
+}
+
+impl<C: Curve> Shadowed<C> {
+    /// `fall` begins at rest, too.
+    pub(super) fn new(rise: C, fall: C, enough: Q32) -> Shadowed<C> {
+        let count = rise.count();
+        let mut both = Shadowed { rise, fall, count, enough };
+        // A first delay may be shorter than the fall's.
+        both.follow(both.count, u32::MAX);
+        both
+    }
+
+    /// Moves the shadow up to a delay; `false`, and no move, beyond `left`.
+    fn follow(&mut self, count: Q32, left: u32) -> bool {
+        let count = count.max(self.enough);
+        let mut fall = self.fall.clone();
+        while fall.count() > count {
+            if fall.steps() >= left {
+                return false;
+            }
+            fall.up();
+        }
+        self.fall = fall;
+        self.fall.steps() <= left
+    }
+}
+
+impl<C: Curve> Slopes for Shadowed<C> {
+    fn faster(&mut self, left: u32) -> bool {
+        if self.count <= self.enough {
+            return false;
+        }
+        let mut rise = self.rise.clone();
+        rise.up();
+        if !self.follow(rise.count(), left) {
+            return false;
+        }
+        self.count = rise.count();
+        self.rise = rise;
+        true
+    }
+
+    fn slower(&mut self, _j: u32) {
+        let (n, d) = self.fall.down();
+        self.count = self.count.saturating_add(share(self.count, n, d));
+    }
+
+    fn braking(&self) -> u32 {
+        self.fall.steps()
+    }
+
+    fn count(&self) -> Q32 {
+        self.count
+    }
+}

@@ -1,0 +1,385 @@
+//! How a wanted interval fits a hardware timer: which prescaler, and how far it counts.
+//!
+//! ```text
+//!   I/O clock   = oscillator / divider                  divider = 2^CLKPS
+//!   virtual top = ⌊I/O clock / steps per second⌋        32 bits
+//!   shift       = the first of the timer's with virtual top / 2^shift < 2^bits
+//!   top         = ⌊virtual top / 2^shift⌋               what the register holds
+//!   interval    = top · 2^shift                         clocks between two steps
+//! ```
+//!
+//! Source: document 000, sections 4 and 6 ("how we fit a 32bit virtual timer in the
+//! 16bit hardware timer"). Its rule shifts by 3, 3, 2 and 2 while the upper 16 bits are
+//! not zero; a shift of a shift rounds down as one shift does, so this is the same.
+//!
+//! **Error.** The interval is never longer than the virtual top, and shorter by less than
+//! 2^shift clocks: by at most one part in 2^(bits − 3), 0.0122 % with 16 bits, since a
+//! prescaler is at most 8 times the one before it. (With 8 bits 3.1 %.) Rates are exact
+//! quotients, rounded to the nearest 10⁻⁹.
+//!
+//! The document loads its register with the top itself, so its chip's interval lasts
+//! top + 1 counts; its arithmetic, and this one, use the top.
+
+use crate::units::{OutOfRange, Speed, Ticks};
+use core::fmt;
+
+/// What makes an AVR's clock, as its fuses choose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Oscillator {
+    /// 16 MHz, as on every Arduino of the document.
+    Crystal,
+    /// The chip's own 8 MHz.
+    Rc,
+    /// The chip's own 128 kHz.
+    Slow,
+}
+
+impl Oscillator {
+    /// In Hz.
+    pub const fn hz(self) -> u32 {
+        match self {
+            Oscillator::Crystal => 16_000_000,
+            Oscillator::Rc => 8_000_000,
+            Oscillator::Slow => 128_000,
+        }
+    }
+
+    /// As the low fuse byte of an ATmega328P or ATmega2560 has it: CKSEL 2 and 3 are the
+    /// chip's own oscillators, the others take a crystal or a clock from outside.
+    pub const fn from_low_fuse(fuse: u8) -> Oscillator {
+        match fuse & 0x0F {
+            2 => Oscillator::Rc,
+            3 => Oscillator::Slow,
+            _ => Oscillator::Crystal,
+        }
+    }
+}
+
+/// The I/O clock, in Hz: what a timer's prescaler divides.
+///
+/// ```
+/// use stepwright::timer::fit::{Oscillator, io_clock};
+/// assert_eq!(io_clock(Oscillator::Crystal.hz(), 1), Ok(16_000_000));
+/// assert_eq!(io_clock(Oscillator::Rc.hz(), 256), Ok(31_250));
+/// assert!(io_clock(16_000_000, 3).is_err());
+/// ```
+///
+/// # Errors
+/// [`OutOfRange`] unless `divider` is a power of two from 1 to 256.
+pub const fn io_clock(oscillator: u32, divider: u16) -> Result<u32, OutOfRange> {
+    if !divider.is_power_of_two() || divider > 256 {
+        let what = "clock divider (CLKPR)";
+        return Err(OutOfRange { what, min: 1, max: 256, unit: "as a power of two" });
+    }
+    Ok(oscillator >> divider.trailing_zeros())
+}
+
+/// The divider that the register CLKPR holds; `None` for a reserved value.
+pub const fn divider_of(clkpr: u8) -> Option<u16> {
+    let select = clkpr & 0x0F;
+    if select <= 8 { Some(1 << select) } else { None }
+}
+
+/// The shortest virtual top of document 000: an interrupt takes its time, so no more than
+/// 25,000 steps/s at 16 MHz.
+pub const MIN_TOP: u32 = 640;
+
+/// A hardware timer as data: its clock, its prescalers, its width.
+///
+/// ```
+/// use stepwright::timer::fit::{Hardware, Misfit};
+/// let timer = Hardware::avr16(16_000_000);
+/// let fit = timer.fit(timer.virtual_top_of(180)?)?;
+/// assert_eq!((fit.top(), fit.prescaler(), fit.interval()), (11_111, 8, 88_888));
+/// assert_eq!(fit.nanosteps(), 180_001_800_018); // 10⁻⁹ steps/s
+/// assert_eq!(timer.fit(0x400_0000), Err(Misfit::TooSlow { max: 0x3FF_FFFF }));
+/// # Ok::<(), Misfit>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hardware {
+    hz: u32,
+    /// log₂ of each prescaler, from the smallest on.
+    shifts: &'static [u8],
+    bits: u8,
+    min_top: u32,
+}
+
+/// log₂ of 1, 8, 64, 256, 1024.
+const AVR: &[u8] = &[0, 3, 6, 8, 10];
+
+impl Hardware {
+    /// A 16-bit timer of an AVR: 1, 3, 4, 5. Prescalers 1, 8, 64, 256, 1024.
+    pub const fn avr16(io_clock: u32) -> Hardware {
+        Hardware { hz: io_clock, shifts: AVR, bits: 16, min_top: MIN_TOP }
+    }
+
+    /// The 8-bit timer 0 of an AVR with the same prescalers.
+    pub const fn avr8(io_clock: u32) -> Hardware {
+        Hardware { bits: 8, ..Hardware::avr16(io_clock) }
+    }
+
+    /// The 8-bit timer 2 of an AVR, which can be divided by 32 and 128 too.
+    pub const fn avr8_timer2(io_clock: u32) -> Hardware {
+        Hardware { bits: 8, shifts: &[0, 3, 5, 6, 7, 8, 10], ..Hardware::avr16(io_clock) }
+    }
+
+    /// A 16-bit capture/compare module, as document 002 uses one, whose counter has
+    /// prescalers 1, 2, 4, 8. `clock` is what the counter is given: 1 MHz there.
+    pub const fn capture16(clock: u32) -> Hardware {
+        Hardware { hz: clock, shifts: &[0, 1, 2, 3], bits: 16, min_top: 1 }
+    }
+
+    /// A 32-bit timer, which needs no prescaler.
+    pub const fn wide32(clock: u32) -> Hardware {
+        Hardware { hz: clock, shifts: &[0], bits: 32, min_top: 1 }
+    }
+
+    /// Any other: log₂ of its prescalers from the smallest on, its width in bits.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] unless there are 1 to 32 bits and prescalers up to 2¹⁶ that rise.
+    pub const fn new(clock: u32, shifts: &'static [u8], bits: u8) -> Result<Hardware, OutOfRange> {
+        if bits == 0 || bits > 32 {
+            return Err(OutOfRange { what: "timer width", min: 1, max: 32, unit: "bits" });
+        }
+        let mut rest = shifts;
+        let mut least = 0;
+        while let [shift, more @ ..] = rest {
+            if *shift < least || *shift > 16 {
+                let what = "prescaler (rising, as a power of two)";
+                return Err(OutOfRange { what, min: 0, max: 16, unit: "bits" });
+            }
+            (least, rest) = (*shift + 1, more);
+        }
+        if shifts.is_empty() {
+            return Err(OutOfRange { what: "prescalers", min: 1, max: 17, unit: "in number" });
+        }
+        Ok(Hardware { hz: clock, shifts, bits, min_top: 1 })
+    }
+
+    /// The same with another shortest interval, in clocks: what the step interrupt takes.
+    /// At least 1.
+    pub const fn with_min_top(self, min_top: u32) -> Hardware {
+        Hardware { min_top: if min_top == 0 { 1 } else { min_top }, ..self }
+    }
+
+    /// Its clock, in Hz.
+    pub const fn hz(&self) -> u32 {
+        self.hz
+    }
+
+    /// Its width.
+    pub const fn bits(&self) -> u8 {
+        self.bits
+    }
+
+    /// log₂ of its prescalers.
+    pub const fn shifts(&self) -> &'static [u8] {
+        self.shifts
+    }
+
+    /// The shortest virtual top.
+    pub const fn min_top(&self) -> u32 {
+        self.min_top
+    }
+
+    /// The longest virtual top: 0x3FFFFFF on an AVR's timer of 16 bits.
+    pub const fn max_top(&self) -> u32 {
+        let span = self.span() - 1;
+        if span > u32::MAX as u64 { u32::MAX } else { span as u32 }
+    }
+
+    /// Clocks after which the counter comes round at its largest prescaler: 2²⁶ on an
+    /// AVR's timer of 16 bits.
+    pub const fn span(&self) -> u64 {
+        let largest = match self.shifts.last() {
+            Some(shift) => *shift,
+            None => 0,
+        };
+        1u64 << (self.bits + largest)
+    }
+
+    /// The lowest rate as document 000 reckons it, one step each time that the counter
+    /// comes round, in 10⁻⁹ steps/s: 0.238418579 at 16 MHz.
+    pub const fn slowest_nanosteps(&self) -> u64 {
+        per_second(self.hz, self.span())
+    }
+
+    /// The rate of the shortest virtual top, in 10⁻⁹ steps/s.
+    pub const fn fastest_nanosteps(&self) -> u64 {
+        per_second(self.hz, self.min_top as u64)
+    }
+
+    /// The virtual top of a rate in whole steps per second, rounded down.
+    ///
+    /// # Errors
+    /// [`Misfit`] for one that the timer can't make; 0 steps/s is [`Misfit::TooSlow`].
+    pub const fn virtual_top_of(&self, steps_per_second: u32) -> Result<u32, Misfit> {
+        match self.hz.checked_div(steps_per_second) {
+            Some(top) => self.check(top),
+            None => Err(Misfit::TooSlow { max: self.max_top() }),
+        }
+    }
+
+    /// The same of a speed in thousandths of a step per second.
+    ///
+    /// # Errors
+    /// As [`virtual_top_of`](Hardware::virtual_top_of).
+    pub const fn virtual_top_of_speed(&self, speed: Speed) -> Result<u32, Misfit> {
+        match (self.hz as u64 * 1000).checked_div(speed.millisteps() as u64) {
+            Some(top) if top <= u32::MAX as u64 => self.check(top as u32),
+            _ => Err(Misfit::TooSlow { max: self.max_top() }),
+        }
+    }
+
+    /// Whether the timer can make a virtual top; if so, that top.
+    ///
+    /// # Errors
+    /// [`Misfit`] says what it can.
+    pub const fn check(&self, virtual_top: u32) -> Result<u32, Misfit> {
+        if virtual_top < self.min_top {
+            Err(Misfit::TooFast { min: self.min_top })
+        } else if virtual_top > self.max_top() {
+            Err(Misfit::TooSlow { max: self.max_top() })
+        } else {
+            Ok(virtual_top)
+        }
+    }
+
+    /// Fits a virtual top: the smallest prescaler with which the counter's bits hold it.
+    ///
+    /// # Errors
+    /// [`Misfit`] for one that the timer can't make.
+    pub const fn fit(&self, virtual_top: u32) -> Result<Fitted, Misfit> {
+        match self.check(virtual_top) {
+            Ok(wanted) => {
+                let mut rest = self.shifts;
+                while let [shift, more @ ..] = rest {
+                    let top = wanted >> *shift;
+                    if self.bits >= 32 || top >> self.bits == 0 {
+                        return Ok(Fitted { hz: self.hz, wanted, top, shift: *shift });
+                    }
+                    rest = more;
+                }
+                Err(Misfit::TooSlow { max: self.max_top() })
+            }
+            Err(misfit) => Err(misfit),
+        }
+    }
+}
+
+/// A virtual top that has been fitted to a timer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fitted {
+    hz: u32,
+    wanted: u32,
+    top: u32,
+    shift: u8,
+}
+
+impl Fitted {
+    /// What the compare register counts to.
+    pub const fn top(&self) -> u32 {
+        self.top
+    }
+
+    /// The prescaler: 1, 8, 64 …
+    pub const fn prescaler(&self) -> u32 {
+        1 << self.shift
+    }
+
+    /// Its log₂.
+    pub const fn shift(&self) -> u8 {
+        self.shift
+    }
+
+    /// The virtual top that was asked for.
+    pub const fn virtual_top(&self) -> u32 {
+        self.wanted
+    }
+
+    /// Clocks between two steps in truth: at most the virtual top.
+    pub const fn interval(&self) -> Ticks {
+        self.top << self.shift
+    }
+
+    /// The rate in truth, in 10⁻⁹ steps/s, to the nearest.
+    pub const fn nanosteps(&self) -> u64 {
+        per_second(self.hz, self.interval() as u64)
+    }
+
+    /// The speed of a motor of so many steps a turn in truth, in 10⁻⁹ turns per minute.
+    /// 0 steps a turn are taken for 1.
+    pub const fn nanorpm(&self, steps_per_turn: u32) -> u64 {
+        let steps = if steps_per_turn == 0 { 1 } else { steps_per_turn } as u128;
+        let down = self.interval() as u128 * steps;
+        saturated((self.hz as u128 * (60 * NANO as u128) + down / 2) / down)
+    }
+
+    /// How far the rate in truth lies above (below: negative) another, in parts of 10⁹ of
+    /// that: 180.0018 above 180 steps/s is 10,000. Rates are in 10⁻⁹ steps/s; above 0
+    /// steps/s there is no such part, and the answer is 0.
+    pub const fn deviation_ppb(&self, wanted_nanosteps: u64) -> i64 {
+        deviation_ppb(self.nanosteps(), wanted_nanosteps)
+    }
+}
+
+const NANO: u64 = 1_000_000_000;
+
+/// Clocks per second in steps of so many clocks, in 10⁻⁹ steps/s, to the nearest.
+const fn per_second(hz: u32, interval: u64) -> u64 {
+    let interval = if interval == 0 { 1 } else { interval };
+    (hz as u64 * NANO + interval / 2) / interval
+}
+
+/// (real − wanted) / wanted in 10⁻⁹, to the nearest; 0 for a `wanted` of 0.
+pub const fn deviation_ppb(real: u64, wanted: u64) -> i64 {
+    if wanted == 0 {
+        return 0;
+    }
+    let difference = real.abs_diff(wanted) as u128 * NANO as u128;
+    let parts = (difference + wanted as u128 / 2) / wanted as u128;
+    let parts = if parts > i64::MAX as u128 { i64::MAX } else { parts as i64 };
+    if real < wanted { -parts } else { parts }
+}
+
+const fn saturated(value: u128) -> u64 {
+    if value > u64::MAX as u128 { u64::MAX } else { value as u64 }
+}
+
+/// Why a timer can't make an interval.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Misfit {
+    /// The virtual top is longer than the timer counts at its largest prescaler:
+    /// `TIMER_DIV_ERROR` of document 000. Standing still is too.
+    TooSlow {
+        /// The longest virtual top.
+        max: u32,
+    },
+    /// The virtual top is shorter than the step interrupt takes.
+    TooFast {
+        /// The shortest virtual top.
+        min: u32,
+    },
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Misfit::TooSlow { max } => write!(
+                f,
+                "too slow for this timer: the virtual top may be {max} at most; raise the speed, \
+                 or use a slower clock"
+            ),
+            Misfit::TooFast { min } => write!(
+                f,
+                "too fast for this timer: the virtual top must be {min} at least; lower the speed"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Misfit {}
+
+#[cfg(test)]
+mod tests;

@@ -3,6 +3,7 @@
 //! Real-time motion for stepper motors.
 
 pub mod compress;
+pub mod cycle;
 pub mod direct;
 pub mod drive;
 pub mod engine;

@@ -12,12 +12,12 @@
 //! | `eeprom` | bytes that outlive the power |
 //! | `panel` | all of these, as the device wants them |
 //! | `memory` | copying and filling, in few bytes |
-//! | `interrupt` | how a handler is declared, and what a simulator leaves out |
+//! | `interrupt` | vectors by name, and what a simulator leaves out |
 //!
 //! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
 //! the interrupt.
 #![no_std]
-#![feature(abi_avr_interrupt, asm_experimental_arch)]
+#![feature(asm_experimental_arch)]
 
 #[cfg(feature = "uno")]
 pub use avr_device::atmega328p as chip;
@@ -31,8 +31,7 @@ pub mod board;
 pub mod clock;
 pub mod direct;
 pub mod eeprom;
-#[doc(hidden)]
-pub mod interrupt;
+mod interrupt;
 mod memory;
 pub mod panel;
 mod panic;

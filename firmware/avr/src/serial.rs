@@ -7,8 +7,6 @@
 use core::cell::UnsafeCell;
 use core::mem::offset_of;
 
-use avr_device::interrupt;
-
 use crate::chip::USART0;
 
 /// What the receiver puts in place of a byte that it lost or that came
@@ -80,17 +78,16 @@ impl Serial {
 
     /// Sends a byte; forgets it if there is no room.
     pub fn send(&mut self, byte: u8) {
-        // The handler has stopped its interrupts if it took the last byte: they
-        // may not begin anew before it has another, so both happen at once.
-        interrupt::free(|_| {
-            if TO_SEND.put(byte) {
-                set_control(SENDING);
-            }
-        });
+        // The handler stops its interrupts when it has taken the last byte, and may
+        // have taken this one when they begin anew: then it finds none, and stops
+        // them again.
+        if TO_SEND.put(byte) {
+            set_control(SENDING);
+        }
     }
 }
 
-/// Writes `UCSR0B`, with interrupts off.
+/// Writes `UCSR0B`: one instruction.
 fn set_control(bits: u8) {
     // SAFETY: both handlers and the line expect these bits, and no others.
     unsafe { USART0::steal().ucsr0b().write(|w| w.bits(bits)) };
@@ -168,6 +165,9 @@ macro_rules! serial_interrupts {
             "push r29",
             "push r31",
             "lds  r30, {queue} + {taken}",
+            "lds  r31, {queue} + {put}",
+            "cp   r30, r31",
+            "breq 6f", // there is none
             "inc  r30",
             "sts  {queue} + {taken}, r30",
             "dec  r30",

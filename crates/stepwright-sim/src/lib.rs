@@ -23,6 +23,7 @@ mod clock;
 mod description;
 mod edge;
 mod panel;
+pub mod timed;
 pub mod vcd;
 
 pub use board::{AXES, Queues, VirtualBoard};

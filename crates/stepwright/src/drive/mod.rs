@@ -1,9 +1,29 @@
 //! How a step reaches the motor: pins.
+//!
+//! | driver | type | what it writes |
+//! | --- | --- | --- |
+//! | step and direction | [`StepDir`], [`PortDrive`] | a pulse |
+//! | motor shield (L298) | [`Coils`], pins by [`Shield`] | two direction lines |
+//! | unipolar (ULN2003 and its like) | [`Coils`], pins by [`Arduino::same_port`] | four phases |
+//! | bridges with an input a line | [`Coils`] or [`CoilPins`] | four inputs, half steps |
+//! | L6219 | [`CoilPins`] or [`Coils`] | two phases, four currents |
+//!
+//! What the windings get in each step is a table: [`sequence`].
 
+mod arduino;
+mod coil_pins;
+mod coils;
 mod port;
+pub mod sequence;
+mod shield;
 mod step_dir;
 
+pub use arduino::{Arduino, BoardPin, PinFault, PortPin};
+pub use coil_pins::CoilPins;
+pub use coils::Coils;
 pub use port::{Port, PortDrive};
+pub use sequence::{BadSequence, Sequence};
+pub use shield::Shield;
 pub use step_dir::{Pins, StepDir};
 
 /// A set of axes: bit 0 is the first.

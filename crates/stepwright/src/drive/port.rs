@@ -8,6 +8,14 @@ pub trait Port {
     fn set(&mut self, mask: u8);
     /// Sets the pins in `mask` low, and leaves the others alone.
     fn clear(&mut self, mask: u8);
+    /// Sets the pins in `mask` to their bits of `levels`, and leaves the others alone. A
+    /// chip that can do so in one write should: what was high and falls, falls at once
+    /// with what rises.
+    #[inline(always)]
+    fn write(&mut self, mask: u8, levels: u8) {
+        self.clear(mask & !levels);
+        self.set(mask & levels);
+    }
 }
 
 /// Step/direction drivers whose STEP pins lie side by side on one port.

@@ -1,0 +1,217 @@
+//! The timed driver over simulated time: document 000's system without an Arduino.
+//!
+//! Driver, interrupt's half and drive are the core's own; simulated are the timer, the
+//! caller's milliseconds and the pins.
+//!
+//! ```
+//! use stepwright::drive::sequence::SHIELD;
+//! use stepwright::timed::{Code, Control, Model, SetSpeed};
+//! use stepwright::timer::fit::Hardware;
+//! use stepwright_sim::timed::TimedBoard;
+//!
+//! let mut board = TimedBoard::new(Hardware::avr16(16_000_000), Model::Ideal, SHIELD, 0);
+//! let order = SetSpeed { limit: 4, ..SetSpeed::fixed(Control::DRV_EN, 32_000) };
+//! assert_eq!(board.set_speed(&order), Code::FINE);
+//! board.run_for_millis(100);
+//! assert_eq!(board.steps(), [32_000, 64_000, 96_000, 128_000]);
+//! assert!(!board.is_moving());
+//! ```
+
+use stepwright::drive::{Coils, Port, Sequence};
+use stepwright::timed::{Call, Code, Driver, Dump, Hold, Model, Pace, SetSpeed, Status};
+use stepwright::timer::fit::Hardware;
+
+/// All lines of the motor at once, from some time on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// Clocks of the timer since the board was switched on.
+    pub time: u64,
+    /// A bit a line, the first one in bit 0.
+    pub levels: u8,
+    /// Whether the drivers' enables are high.
+    pub enabled: bool,
+}
+
+/// A board with one motor and the timed driver.
+#[derive(Debug)]
+pub struct TimedBoard {
+    driver: Driver,
+    motion: Motion,
+    /// What the caller's clock shows when the board is switched on.
+    millis: u32,
+}
+
+/// What the interrupt owns.
+#[derive(Debug)]
+struct Motion {
+    pace: Pace,
+    now: u64,
+    due: Option<u64>,
+    coils: Coils<Lines>,
+    enabled: bool,
+    steps: Vec<u64>,
+    changes: Vec<Change>,
+}
+
+/// Simulated pins.
+#[derive(Debug, Default)]
+struct Lines(u8);
+
+impl Port for Lines {
+    fn set(&mut self, mask: u8) {
+        self.0 |= mask;
+    }
+    fn clear(&mut self, mask: u8) {
+        self.0 &= !mask;
+    }
+}
+
+impl Motion {
+    /// Takes the pins down if they have changed.
+    fn note(&mut self) {
+        let (time, levels, enabled) = (self.now, self.coils.port().0, self.enabled);
+        let last = self.changes.last().map(|change| (change.levels, change.enabled));
+        if last != Some((levels, enabled)) {
+            self.changes.push(Change { time, levels, enabled });
+        }
+    }
+
+    /// The step interrupt.
+    fn interrupt(&mut self, time: u64) {
+        self.now = time;
+        if self.pace.is_step() {
+            self.coils.step();
+            self.steps.push(time);
+        }
+        self.due = self.pace.advance().map(|interval| time + u64::from(interval));
+        self.note();
+    }
+}
+
+impl Hold for Motion {
+    fn with<R>(&mut self, look: impl FnOnce(&mut Pace) -> R) -> R {
+        look(&mut self.pace)
+    }
+
+    fn begin(&mut self, pace: Pace, forward: bool) {
+        self.due = Some(self.now + u64::from(pace.interval()));
+        self.pace = pace;
+        self.coils.set_forward(forward);
+        self.coils.on();
+        self.enabled = true;
+        self.note();
+    }
+
+    fn stop(&mut self) {
+        self.due = None;
+        self.coils.off();
+        self.enabled = false;
+        self.note();
+    }
+}
+
+impl TimedBoard {
+    /// Switches a board on: its timer, when a new top takes effect, what its motor's lines
+    /// get, and what the caller's milliseconds begin with.
+    pub fn new(hardware: Hardware, model: Model, sequence: Sequence, millis: u32) -> TimedBoard {
+        let mut coils = Coils::new(Lines::default(), sequence, 0xFF);
+        coils.off();
+        let mut motion = Motion {
+            pace: Pace::idle(),
+            now: 0,
+            due: None,
+            coils,
+            enabled: false,
+            steps: Vec::new(),
+            changes: Vec::new(),
+        };
+        motion.note();
+        TimedBoard { driver: Driver::new(hardware, model), motion, millis }
+    }
+
+    /// Clocks since it was switched on.
+    pub fn now(&self) -> u64 {
+        self.motion.now
+    }
+
+    /// The caller's clock.
+    pub fn millis(&self) -> u32 {
+        let passed = u128::from(self.now()) * 1000 / u128::from(self.hz());
+        self.millis.wrapping_add(passed as u32)
+    }
+
+    fn hz(&self) -> u32 {
+        self.driver.hardware().hz()
+    }
+
+    /// Clocks of so many milliseconds.
+    pub fn clocks(&self, millis: f64) -> u64 {
+        (millis * f64::from(self.hz()) / 1e3).round() as u64
+    }
+
+    /// `motorSetSpeed`, now.
+    pub fn set_speed(&mut self, order: &SetSpeed) -> Code {
+        let millis = self.millis();
+        self.driver.set_speed(&mut self.motion, order, millis)
+    }
+
+    /// `motorTimerUpdateCheck`, now.
+    pub fn update_check(&mut self, call: impl FnMut(Call)) {
+        let millis = self.millis();
+        self.driver.update_check(&mut self.motion, millis, call);
+    }
+
+    /// `motorReadStatus`.
+    pub fn status(&mut self) -> Status {
+        self.driver.status(&mut self.motion)
+    }
+
+    /// The debug dump, now.
+    pub fn dump(&mut self) -> Dump {
+        let phase = self.motion.coils.phase();
+        self.driver.dump(&mut self.motion, phase)
+    }
+
+    /// Lets time pass until `clock`, with what is due then.
+    pub fn run_until(&mut self, clock: u64) {
+        while let Some(due) = self.motion.due.filter(|due| *due <= clock) {
+            self.motion.interrupt(due);
+        }
+        self.motion.now = self.motion.now.max(clock);
+    }
+
+    /// Lets so many milliseconds pass.
+    pub fn run_for_millis(&mut self, millis: u32) {
+        self.run_until(self.now() + self.clocks(millis.into()));
+    }
+
+    /// When the next event is due, if the motor moves.
+    pub fn due(&self) -> Option<u64> {
+        self.motion.due
+    }
+
+    /// Whether the motor moves.
+    pub fn is_moving(&self) -> bool {
+        self.motion.pace.is_moving()
+    }
+
+    /// The times of all steps so far.
+    pub fn steps(&self) -> &[u64] {
+        &self.motion.steps
+    }
+
+    /// What the pins did so far; they change as one.
+    pub fn changes(&self) -> &[Change] {
+        &self.motion.changes
+    }
+
+    /// The row of the motor's table that it is at.
+    pub fn phase(&self) -> u8 {
+        self.motion.coils.phase()
+    }
+
+    /// Says at which row the motor is, before it moves: at power-up.
+    pub fn restore(&mut self, phase: u8) {
+        self.motion.coils.restore(phase);
+    }
+}

@@ -1,0 +1,197 @@
+//! Document 000's three validation cases on the virtual board, number for number.
+//!
+//! The logs of cases 1 and 2 are in `published/`: the dumps of the main loop, without what
+//! can't be checked (the pattern, the host's times) and with torn numbers mended.
+
+use stepwright::drive::sequence::SHIELD;
+use stepwright::timed::{Call, Code, Control, Dump, Model, SetSpeed, Status};
+use stepwright::timer::fit::Hardware;
+use stepwright_sim::timed::TimedBoard;
+
+const UNO: Hardware = Hardware::avr16(16_000_000);
+/// `millis()` at the call: the log's first T.
+const CALL: u32 = 1_009;
+/// The main loop's dumps: from the call to the first, and from one to the next.
+const FIRST_DUMP: f64 = 166.9;
+const EVERY: f64 = 1_001.0;
+
+const VARIABLE: Control = Control::DRV_EN.and(Control::SPEED_VARIABLE).and(Control::VARIABLE_PWR);
+
+const CASE_1: SetSpeed = SetSpeed {
+    control: VARIABLE.and(Control::IRQ_TIMING),
+    top: 15_000,
+    limit: 8_900,
+    modification: 64,
+    update_ms: 1_000,
+    mod_counts: 19,
+};
+const CASE_2: SetSpeed = SetSpeed {
+    control: VARIABLE.and(Control::IRQ_TIMING).and(Control::FASTER),
+    top: 4_800_000,
+    limit: 0,
+    modification: 2_385_000,
+    update_ms: 1_000,
+    mod_counts: 11,
+};
+const CASE_3: SetSpeed =
+    SetSpeed { control: VARIABLE.and(Control::FASTER), limit: 10_000, ..CASE_2 };
+
+fn board(model: Model) -> TimedBoard {
+    TimedBoard::new(UNO, model, SHIELD, CALL)
+}
+
+/// The rows of a published log.
+fn log(csv: &str) -> Vec<[u32; 5]> {
+    let row = |line: &str| {
+        let mut numbers = line.split(',').map(|number| number.parse().unwrap());
+        std::array::from_fn(|_| numbers.next().unwrap())
+    };
+    csv.lines().skip(1).map(row).collect()
+}
+
+/// Dumps at the log's times.
+fn dumps(board: &mut TimedBoard, count: usize) -> Vec<Dump> {
+    let begin = board.now();
+    (0..count)
+        .map(|k| {
+            board.run_until(begin + board.clocks(FIRST_DUMP + EVERY * k as f64));
+            board.dump()
+        })
+        .collect()
+}
+
+fn rows(dumps: &[Dump]) -> Vec<[u32; 5]> {
+    let row = |d: &Dump| [d.top, d.modification, d.steps_left, d.time, d.counts.into()];
+    dumps.iter().map(row).collect()
+}
+
+#[test]
+fn case_1_slower() {
+    let log = log(include_str!("published/case1.csv"));
+    let mut board = board(Model::Latched);
+    assert_eq!(board.set_speed(&CASE_1), Code::FINE);
+    let dumps = dumps(&mut board, log.len());
+    let [rows, wanted] = [rows(&dumps), log].map(|rows| {
+        let exact = |row: &[u32; 5]| [row[0], row[1], row[3], row[4]];
+        (rows.iter().map(exact).collect::<Vec<_>>(), rows.iter().map(|r| r[2]).collect::<Vec<_>>())
+    });
+    assert_eq!(rows.0, wanted.0);
+    let off: Vec<_> = rows.1.iter().zip(&wanted.1).map(|(a, b)| a.abs_diff(*b)).collect();
+    assert!(off.iter().all(|off| *off <= 1), "steps left: off by {off:?}");
+    for dump in &dumps {
+        assert_eq!((dump.control.bits(), dump.status, dump.update_ms), (0xF0, Status::NONE, 1000));
+        assert_eq!(dump.end, 0);
+    }
+
+    // The end: 7 updates are never made, and after the stop all is 0 but the time.
+    board.run_for_millis(1_500);
+    assert!(!board.is_moving());
+    assert_eq!(board.steps().len(), 8_900);
+    assert_eq!(board.status(), Status::REACHED);
+    assert_eq!(board.set_speed(&SetSpeed::STOP), Code::FINE);
+    assert_eq!(board.dump(), Dump { time: 13_009, ..Dump::default() });
+    assert_eq!(board.status(), Status::NONE);
+}
+
+/// The twelve updates of case 1: 15000 + 64·(2^k − 1).
+#[test]
+fn case_1s_updates() {
+    let mut board = board(Model::Ideal);
+    board.set_speed(&CASE_1);
+    for k in 0..=12 {
+        board.run_until(board.clocks(1_000.0 * f64::from(k) + 100.0));
+        assert_eq!(board.dump().top, 15_000 + 64 * ((1 << k) - 1));
+    }
+}
+
+/// A new top that took effect at once would give other counts than the log: this is what
+/// tells the models apart.
+#[test]
+fn case_1_at_once_is_three_steps_off() {
+    let mut board = board(Model::Ideal);
+    board.set_speed(&CASE_1);
+    let left: Vec<_> = dumps(&mut board, 13).iter().map(|dump| dump.steps_left).collect();
+    assert_eq!(left[10..], [323, 140, 39]);
+}
+
+#[test]
+fn case_2_faster() {
+    let log = log(include_str!("published/case2.csv"));
+    for model in [Model::Latched, Model::Ideal] {
+        let mut board = board(model);
+        assert_eq!(board.set_speed(&CASE_2), Code::FINE);
+        let dumps = dumps(&mut board, log.len());
+        assert_eq!(rows(&dumps), log, "{model:?}");
+        for dump in &dumps {
+            assert_eq!((dump.control.bits(), dump.status), (0xF2, Status::NONE));
+        }
+        // The log ends before the eleventh; then the speed is fixed.
+        board.run_for_millis(1_000);
+        let dump = board.dump();
+        assert_eq!((dump.top, dump.modification, dump.counts), (32_332, 1_164, 0));
+        assert_eq!(dump.status, Status::SPIN_FIXED);
+    }
+}
+
+/// Every update of case 2, and that the first comes at 1200 ms: with the fourth step of 300
+/// ms, since the interrupt looks only when it steps.
+#[test]
+fn case_2s_updates() {
+    let mut board = board(Model::Ideal);
+    board.set_speed(&CASE_2);
+    let mut seen = Vec::new();
+    while seen.len() < 11 {
+        let due = board.due().unwrap();
+        let before = board.dump().top;
+        board.run_until(due);
+        let dump = board.dump();
+        if dump.top != before {
+            seen.push((dump.top, dump.modification));
+            if seen.len() == 1 {
+                assert_eq!(board.now(), board.clocks(1_200.0));
+            }
+        }
+    }
+    let wanted = [
+        (2_415_000, 1_192_500),
+        (1_222_500, 596_250),
+        (626_250, 298_125),
+        (328_125, 149_062),
+        (179_063, 74_531),
+        (104_532, 37_265),
+        (67_267, 18_632),
+        (48_635, 9_316),
+        (39_319, 4_658),
+        (34_661, 2_329),
+        (32_332, 1_164),
+    ];
+    assert_eq!(seen, wanted);
+}
+
+#[test]
+fn case_3_polled_with_a_callback() {
+    for model in [Model::Ideal, Model::Latched] {
+        let mut board = board(model);
+        assert_eq!(board.set_speed(&CASE_3), Code::FINE);
+        assert_eq!(board.dump().control.bits(), 0xE2);
+        let (mut calls, mut counts, mut after) = (Vec::new(), 0u32, 0u32);
+        let mut last = board.millis();
+        // The main loop: a millisecond a turn.
+        for _ in 0..60_000 {
+            board.run_for_millis(1);
+            counts += 1;
+            if board.millis() - last >= 50 {
+                last = board.millis();
+                board.update_check(|call| calls.push((call, counts)));
+            }
+            after += u32::from(!calls.is_empty());
+        }
+        assert_eq!(calls.len(), 1, "{model:?}: {calls:?}");
+        assert_eq!(calls[0].0, Call::Reached);
+        assert!(after > 1_000 && counts == 60_000, "the main loop runs on");
+        assert_eq!(board.steps().len(), 10_000);
+        let status = board.status();
+        assert_eq!(status, Status::REACHED.and(Status::REACH_CALLED));
+        assert_eq!(board.dump().top, 32_332);
+    }
+}

@@ -1,0 +1,258 @@
+//! What a motor's windings get in each step: tables.
+//!
+//! A line is an input of the driver: bit 0 is the first one named. Rows are steps, and a
+//! motor that turns forward goes through them downward, then begins again.
+//!
+//! ```text
+//!        B+
+//!     3  │  2        full step: two windings on   1 2 3 4 …  (documents 000 and 002)
+//!   A− ──┼── A+      wave:      one winding on
+//!     0  │  1        half:      both in turn
+//!        B−
+//! ```
+//!
+//! Sources: document 000, sections 1 and 2 (bipolar `--`, `+-`, `++`, `-+`; unipolar 1001,
+//! 1100, 0110, 0011, where 1 does not conduct); document 002, the L6219 (two phase inputs
+//! in Gray order 00, 01, 11, 10, and currents of 0, 33, 67 and 100 %).
+
+use core::fmt;
+
+/// Rows of the longest table: quarter steps.
+pub(super) const ROWS: usize = 16;
+
+/// The levels of up to 8 lines in each of up to 16 steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sequence {
+    rows: [u8; ROWS],
+    len: u8,
+    lines: u8,
+    /// The levels while no current is to flow.
+    off: u8,
+}
+
+const fn rows(some: &[u8]) -> [u8; ROWS] {
+    let mut rows = [0; ROWS];
+    let (mut rest, mut at) = (some, 0);
+    while let [row, more @ ..] = rest {
+        if at < ROWS {
+            rows[at] = *row;
+        }
+        (rest, at) = (more, at + 1);
+    }
+    rows
+}
+
+/// The motor shield's bridges: DIR A is line 0, DIR B line 1; each inverted for the
+/// bridge's other input, so that current always flows until the enables fall.
+pub const SHIELD: Sequence = Sequence::plain(2, &[0b00, 0b01, 0b11, 0b10]);
+
+/// A bridge's four inputs on a line each: In1, In2 (winding A), In3, In4 (winding B). With
+/// both inputs low a winding is off.
+pub const BRIDGE_FULL: Sequence = Sequence::plain(4, &[0b1010, 0b1001, 0b0101, 0b0110]);
+/// One winding at a time.
+pub const BRIDGE_WAVE: Sequence = Sequence::plain(4, &[0b1000, 0b0001, 0b0100, 0b0010]);
+/// Half steps.
+pub const BRIDGE_HALF: Sequence =
+    Sequence::plain(4, &[0b1010, 0b1000, 0b1001, 0b0001, 0b0101, 0b0100, 0b0110, 0b0010]);
+
+/// A Darlington driver (ULN2003, 2004, 2803) of phases A to D, lines 0 to 3; a high line
+/// conducts. In the document's 1001, 1100, 0110, 0011 the digits are A to D, and a 1 does
+/// not conduct.
+pub const UNIPOLAR_FULL: Sequence = Sequence::plain(4, &[0b0110, 0b1100, 0b1001, 0b0011]);
+/// One phase at a time.
+pub const UNIPOLAR_WAVE: Sequence = Sequence::plain(4, &[0b0100, 0b1000, 0b0001, 0b0010]);
+/// Half steps.
+pub const UNIPOLAR_HALF: Sequence =
+    Sequence::plain(4, &[0b0110, 0b0100, 0b1100, 0b1000, 0b1001, 0b0001, 0b0011, 0b0010]);
+
+/// The L6219's lines: PHASE1, PHASE2, I01, I11, I02, I12. Both of a winding's I low: 100 %
+/// of the set current; I0 high 67 %, I1 high 33 %, both 0.
+const fn l6219(phases: u8, one: Current, two: Current) -> u8 {
+    phases | (one as u8) << 2 | (two as u8) << 4
+}
+
+/// What I0 (bit 0) and I1 (bit 1) of a winding say.
+#[derive(Clone, Copy)]
+enum Current {
+    Full = 0b00,
+    TwoThirds = 0b01,
+    Third = 0b10,
+    None = 0b11,
+}
+use Current::{Full, None as Zero, Third, TwoThirds};
+
+const L6219_OFF: u8 = l6219(0, Zero, Zero);
+
+/// The L6219 in full steps: both windings at 100 %.
+pub const L6219_FULL: Sequence = Sequence::with_off(
+    6,
+    &[
+        l6219(0b00, Full, Full),
+        l6219(0b01, Full, Full),
+        l6219(0b11, Full, Full),
+        l6219(0b10, Full, Full),
+    ],
+    L6219_OFF,
+);
+
+/// In half steps: one winding at 100 %, or both at 67 %, so that the torque is even
+/// (94.8 % between the whole ones).
+pub const L6219_HALF: Sequence = Sequence::with_off(
+    6,
+    &[
+        l6219(0b00, TwoThirds, TwoThirds),
+        l6219(0b00, Zero, Full),
+        l6219(0b01, TwoThirds, TwoThirds),
+        l6219(0b01, Full, Zero),
+        l6219(0b11, TwoThirds, TwoThirds),
+        l6219(0b11, Zero, Full),
+        l6219(0b10, TwoThirds, TwoThirds),
+        l6219(0b10, Full, Zero),
+    ],
+    L6219_OFF,
+);
+
+/// In quarter steps: 100 and 33 % in between, 105.4 % of the torque.
+pub const L6219_QUARTER: Sequence = Sequence::with_off(
+    6,
+    &[
+        l6219(0b00, TwoThirds, TwoThirds),
+        l6219(0b00, Third, Full),
+        l6219(0b00, Zero, Full),
+        l6219(0b01, Third, Full),
+        l6219(0b01, TwoThirds, TwoThirds),
+        l6219(0b01, Full, Third),
+        l6219(0b01, Full, Zero),
+        l6219(0b11, Full, Third),
+        l6219(0b11, TwoThirds, TwoThirds),
+        l6219(0b11, Third, Full),
+        l6219(0b11, Zero, Full),
+        l6219(0b10, Third, Full),
+        l6219(0b10, TwoThirds, TwoThirds),
+        l6219(0b10, Full, Third),
+        l6219(0b10, Full, Zero),
+        l6219(0b00, Full, Third),
+    ],
+    L6219_OFF,
+);
+
+impl Sequence {
+    const fn plain(lines: u8, levels: &[u8]) -> Sequence {
+        Sequence::with_off(lines, levels, 0)
+    }
+
+    const fn with_off(lines: u8, levels: &[u8], off: u8) -> Sequence {
+        Sequence { rows: rows(levels), len: levels.len() as u8, lines, off }
+    }
+
+    /// A table of one's own, such as document 000's `MOTOR_PATTERN0` … 3 on port bits:
+    /// `mask` is its `MOTOR_OUTPUTS`.
+    ///
+    /// ```
+    /// use stepwright::drive::Sequence;
+    /// let four = [0b0011_0000, 0b0110_0000, 0b1100_0000, 0b1001_0000];
+    /// assert!(Sequence::new(&four, 0b1111_0000).is_ok());
+    /// assert!(Sequence::new(&four, 0b0111_0000).is_err()); // a pattern beyond the outputs
+    /// ```
+    ///
+    /// # Errors
+    /// [`BadSequence`] unless it has 2, 4, 8 or 16 rows within `mask`.
+    pub const fn new(levels: &[u8], mask: u8) -> Result<Sequence, BadSequence> {
+        let len = levels.len();
+        if len < 2 || len > ROWS || !len.is_power_of_two() {
+            return Err(BadSequence::Length);
+        }
+        let mut rest = levels;
+        while let [row, more @ ..] = rest {
+            if *row & !mask != 0 {
+                return Err(BadSequence::Outside);
+            }
+            rest = more;
+        }
+        let lines = 8 - mask.leading_zeros() as u8;
+        Ok(Sequence { rows: rows(levels), len: len as u8, lines, off: 0 })
+    }
+
+    /// The same lines with every level turned round: for a driver that conducts while low.
+    pub const fn inverted(self) -> Sequence {
+        let all = self.all();
+        let mut rows = self.rows;
+        let mut at = 0;
+        while at < ROWS {
+            rows[at] ^= all;
+            at += 1;
+        }
+        Sequence { rows, off: self.off ^ all, ..self }
+    }
+
+    /// The same on other bits: line i goes to bit `bits[i]`; a line without one is
+    /// dropped.
+    pub fn on_bits(&self, bits: &[u8]) -> Sequence {
+        let moved = |levels: u8| {
+            let lines = bits.iter().enumerate().take(self.lines.into());
+            let high = lines.filter(|(line, _)| levels >> line & 1 != 0);
+            high.fold(0, |all, (_, bit)| all | 1u8.checked_shl((*bit).into()).unwrap_or(0))
+        };
+        Sequence { rows: self.rows.map(moved), len: self.len, lines: 8, off: moved(self.off) }
+    }
+
+    /// Steps until it repeats.
+    #[allow(clippy::len_without_is_empty, reason = "it never is")]
+    pub const fn len(&self) -> u8 {
+        self.len
+    }
+
+    /// Lines that it needs.
+    pub const fn lines(&self) -> u8 {
+        self.lines
+    }
+
+    /// All of its lines.
+    const fn all(&self) -> u8 {
+        if self.lines >= 8 { 0xFF } else { (1 << self.lines) - 1 }
+    }
+
+    /// The levels in step `phase`, which goes round.
+    #[inline(always)]
+    pub const fn levels(&self, phase: u8) -> u8 {
+        // The mask keeps the index within the table.
+        self.rows[(phase & (self.len - 1) & (ROWS as u8 - 1)) as usize]
+    }
+
+    /// The levels while no current is to flow.
+    pub const fn off(&self) -> u8 {
+        self.off
+    }
+
+    /// The step after (before: not `forward`) this one.
+    #[inline(always)]
+    pub const fn after(&self, phase: u8, forward: bool) -> u8 {
+        let step = if forward { 1 } else { u8::MAX };
+        phase.wrapping_add(step) & (self.len - 1)
+    }
+}
+
+/// Why a table is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BadSequence {
+    /// It has not 2, 4, 8 or 16 rows.
+    Length,
+    /// A row has a bit that is no output.
+    Outside,
+}
+
+impl fmt::Display for BadSequence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            BadSequence::Length => "a sequence has 2, 4, 8 or 16 steps; give as many patterns",
+            BadSequence::Outside => {
+                "a pattern has a bit that is no output; add the bit to the outputs, or clear it"
+            }
+        })
+    }
+}
+
+impl core::error::Error for BadSequence {}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,228 @@
+//! What is asked of the timed driver, and what it answers.
+
+use crate::timer::fit::{Fitted, Misfit};
+use core::fmt;
+use core::ops::BitOr;
+
+/// The control byte: document 000's bits, together by `|`.
+///
+/// The logs print 0xF0 for `DRV_EN | SPEED_VARIABLE | VARIABLE_PWR | IRQ_TIMING` and 0xF2
+/// with `FASTER`; which of the upper four bits is which, and the three lower ones but for
+/// `FASTER`, the document does not say, and is ours.
+///
+/// ```
+/// use stepwright::timed::Control;
+/// let control = Control::DRV_EN | Control::SPEED_VARIABLE | Control::FASTER;
+/// assert!(control.has(Control::FASTER) && !control.has(Control::IRQ_TIMING));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Control(u8);
+
+impl Control {
+    /// No bit: the outputs are off.
+    pub const OFF: Control = Control(0);
+    /// Plays the motor's pattern backwards.
+    pub const DIRECTION: Control = Control(0x01);
+    /// Each update takes the modification from the virtual top: faster.
+    pub const FASTER: Control = Control(0x02);
+    /// Each update adds it; the default, so no bit.
+    pub const SLOWER: Control = Control(0);
+    /// The limit is in milliseconds from the call, not in steps.
+    pub const ENDPOINT_MILLIS: Control = Control(0x04);
+    /// Updates are clocked inside the step interrupt; without it by the caller's
+    /// [`update_check`](super::Driver::update_check).
+    pub const IRQ_TIMING: Control = Control(0x10);
+    /// The modification doubles (slower) or halves (faster) with each update.
+    pub const VARIABLE_PWR: Control = Control(0x20);
+    /// The speed changes; without it the modification's arguments mean nothing.
+    pub const SPEED_VARIABLE: Control = Control(0x40);
+    /// The drivers are on; without it they are off and nothing else means anything.
+    pub const DRV_EN: Control = Control(0x80);
+
+    /// The byte.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// From a byte; all have a meaning but bit 3, which is dropped.
+    pub const fn from_bits(bits: u8) -> Control {
+        Control(bits & 0xF7)
+    }
+
+    /// Whether all bits of `other` are set.
+    pub const fn has(self, other: Control) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// Both together, where `|` can't be: in constants.
+    pub const fn and(self, other: Control) -> Control {
+        Control(self.0 | other.0)
+    }
+}
+
+impl BitOr for Control {
+    type Output = Control;
+    fn bitor(self, other: Control) -> Control {
+        self.and(other)
+    }
+}
+
+/// The arguments of `motorSetSpeed`, in its order.
+///
+/// ```
+/// use stepwright::timed::{Control, SetSpeed};
+/// // 250 steps/s at 16 MHz, and a stop after 20,000 steps.
+/// let order = SetSpeed { limit: 20_000, ..SetSpeed::fixed(Control::DRV_EN, 64_000) };
+/// assert_eq!(SetSpeed::STOP.top, 0);
+/// # let _ = order;
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SetSpeed {
+    /// What the rest means.
+    pub control: Control,
+    /// The virtual top: clocks between two steps. 0 stops.
+    pub top: u32,
+    /// Steps, or milliseconds with [`Control::ENDPOINT_MILLIS`]; 0: endless.
+    pub limit: u32,
+    /// By how much an update changes the virtual top.
+    pub modification: u32,
+    /// Milliseconds from update to update.
+    pub update_ms: u16,
+    /// Updates at most.
+    pub mod_counts: u16,
+}
+
+impl SetSpeed {
+    /// No arguments: the motor stops and the outputs are off.
+    pub const STOP: SetSpeed = SetSpeed::fixed(Control::OFF, 0);
+
+    /// A fixed speed without an end.
+    pub const fn fixed(control: Control, top: u32) -> SetSpeed {
+        SetSpeed { control, top, limit: 0, modification: 0, update_ms: 0, mod_counts: 0 }
+    }
+}
+
+/// What became of a [`SetSpeed`]: 0 fine, above 0 a warning, below 0 an error.
+///
+/// The document leaves the codes open; these are ours. After an error nothing has
+/// changed but the status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Code(i8);
+
+impl Code {
+    /// As asked.
+    pub const FINE: Code = Code(0);
+    /// A variable speed without a modification, an interval or a count of updates: it
+    /// stays as it is.
+    pub const WARN_NO_UPDATES: Code = Code(1);
+    /// The updates lead out of the valid range before they are all made, unless the end
+    /// comes first: there the driver faults and keeps the last valid speed.
+    pub const WARN_RANGE: Code = Code(2);
+    /// The virtual top is shorter than the step interrupt takes (640).
+    pub const TOO_FAST: Code = Code(-1);
+    /// It does not fit the timer (above 0x3FFFFFF): `TIMER_DIV_ERROR`.
+    pub const TOO_SLOW: Code = Code(-2);
+    /// `update_ms` is beyond 2³² clocks of this timer.
+    pub const UPDATE_TOO_LONG: Code = Code(-3);
+
+    /// The number.
+    pub const fn get(self) -> i8 {
+        self.0
+    }
+
+    /// Whether it was refused.
+    pub const fn is_error(self) -> bool {
+        self.0 < 0
+    }
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match *self {
+            Code::FINE => "fine",
+            Code::WARN_NO_UPDATES => {
+                "the speed stays as it is: give a modification, an interval and a count of updates"
+            }
+            Code::WARN_RANGE => {
+                "the updates lead out of the valid range; from there on the speed stays as it is, \
+                 unless the end comes first: give fewer updates or a smaller modification"
+            }
+            Code::TOO_FAST => "too fast: the virtual top must be 640 at least; lower the speed",
+            Code::TOO_SLOW => {
+                "too slow for this timer: the virtual top may be 67108863 at most; raise the speed"
+            }
+            _ => "the interval between updates is too long for this clock; give a shorter one",
+        })
+    }
+}
+
+/// The status byte: document 000's bits. Their values are ours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Status(u8);
+
+impl Status {
+    /// Moving at a variable speed, or at rest.
+    pub const NONE: Status = Status(0);
+    /// A top out of bounds: refused, or an update that was not made.
+    pub const FAULT: Status = Status(0x01);
+    /// The fault callback was called: once per set-speed call.
+    pub const FAULT_CALLED: Status = Status(0x02);
+    /// The virtual top does not fit the timer.
+    pub const TIMER_DIV_ERROR: Status = Status(0x04);
+    /// The callback was called for that.
+    pub const TIMER_DIV_CALLED: Status = Status(0x08);
+    /// The end was reached; the motor no longer spins.
+    pub const REACHED: Status = Status(0x10);
+    /// The callback for that was called.
+    pub const REACH_CALLED: Status = Status(0x20);
+    /// The motor spins at a fixed speed.
+    pub const SPIN_FIXED: Status = Status(0x40);
+
+    /// The byte.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Whether all bits of `other` are set.
+    pub const fn has(self, other: Status) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// With the bits of `other`.
+    pub const fn and(self, other: Status) -> Status {
+        Status(self.0 | other.0)
+    }
+
+    /// Without the bits of `other`.
+    pub const fn without(self, other: Status) -> Status {
+        Status(self.0 & !other.0)
+    }
+
+    /// Takes down what came of an update after which `counts` are left, and says whether
+    /// there is to be another.
+    pub(super) fn note(&mut self, updated: &Result<Fitted, Misfit>, counts: u16) -> bool {
+        match updated {
+            Ok(_) if counts > 0 => return true,
+            Ok(_) => {}
+            Err(misfit) => *self = self.and(Status::of(*misfit)),
+        }
+        *self = self.and(Status::SPIN_FIXED);
+        false
+    }
+
+    pub(super) const fn of(misfit: Misfit) -> Status {
+        match misfit {
+            Misfit::TooFast { .. } => Status::FAULT,
+            Misfit::TooSlow { .. } => Status::FAULT.and(Status::TIMER_DIV_ERROR),
+        }
+    }
+}
+
+/// What a callback is called for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Call {
+    /// The motor has reached its end: `motorCallBackPositionReached`.
+    Reached,
+    /// A fault: `motorCallBackFault`.
+    Fault,
+}

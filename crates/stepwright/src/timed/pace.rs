@@ -1,0 +1,289 @@
+//! The interrupt's half: when the next step is due.
+//!
+//! ```text
+//!            update ▼
+//!   ────┬───────────┬───────────┬──────────────┬─── steps
+//!       │ old       │ new       │ new          │      ideal
+//!       │ old       │ old TOP16 · new prescaler│ new  latched
+//! ```
+//!
+//! The present interval is never touched once it has begun, so that a shortened top can't
+//! be missed: what an update wants is put down in two numbers, the next interval and the
+//! one after, which the interrupt takes over. (Document 000, third consideration of
+//! section 4.)
+
+use super::order::{Control, Status};
+use super::ramp::Ramp;
+use crate::timer::fit::{Fitted, Hardware};
+use crate::units::Ticks;
+
+/// When a new top takes effect.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Model {
+    /// At once: with the interval that begins at the step where the update is made.
+    #[default]
+    Ideal,
+    /// As a timer in fast PWM does it, whose prescaler changes at once and its compare
+    /// register when the counter comes round: the one step after an update lasts the old
+    /// 16-bit top at the new prescaler.
+    Latched,
+}
+
+impl Model {
+    /// The interval that begins at the next step, and those after it.
+    #[inline]
+    pub(super) fn intervals(self, old_top: u32, new: &Fitted) -> (Ticks, Ticks) {
+        let interval = new.interval();
+        match self {
+            Model::Ideal => (interval, interval),
+            Model::Latched => (old_top.wrapping_shl(new.shift().into()), interval),
+        }
+    }
+}
+
+/// What the step interrupt has of a motion. Between its calls of
+/// [`advance`](Pace::advance) the foreground reads and changes it.
+#[derive(Clone, Debug)]
+pub struct Pace {
+    /// The interval under way.
+    now: Ticks,
+    /// The two to come, which an update puts down.
+    next: Ticks,
+    after: Ticks,
+    /// Steps still to come; 0 is endless.
+    steps_left: u32,
+    moving: bool,
+    /// The event that is due is the end of the milliseconds, and no step.
+    ends: bool,
+    pub(super) status: Status,
+    /// Clocks from the next event to the end by milliseconds, if there is one.
+    millis: Option<u64>,
+    /// The updates are this half's: `IRQ_TIMING`.
+    pub(super) clocked: Option<Clocked>,
+}
+
+/// Updates inside the step interrupt. It needs no clock for them: it knows how long each
+/// interval is.
+#[derive(Clone, Debug)]
+pub(super) struct Clocked {
+    hardware: Hardware,
+    model: Model,
+    pub ramp: Ramp,
+    /// Clocks since the last update was due, and to the next one.
+    since: u32,
+    due: u32,
+    period: Period,
+    update_ms: u16,
+    /// The document's T: when the last update was due.
+    pub time: u32,
+    /// Whether more updates are to come.
+    live: bool,
+    /// The top in the compare register.
+    top: u32,
+}
+
+/// Milliseconds in clocks, when there is no whole number of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Period {
+    whole: u32,
+    /// Thousandths of a clock beyond, and what they have added up to.
+    part: u16,
+    sum: u16,
+}
+
+impl Period {
+    /// `None` beyond 2³² clocks.
+    pub fn of(millis: u16, hz: u32) -> Option<Period> {
+        let millis = u32::from(millis);
+        let part = millis * (hz % 1000); // below 2²⁶
+        let whole = millis.checked_mul(hz / 1000)?.checked_add(part / 1000)?;
+        // Twice as long still fits, so that what is late can be told from what is not.
+        // 999: what is due within a clock is due at its end.
+        (whole < 1 << 31).then_some(Period { whole, part: (part % 1000) as u16, sum: 999 })
+    }
+
+    /// The next one.
+    fn next(&mut self) -> u32 {
+        self.sum = self.sum.wrapping_add(self.part);
+        if self.sum >= 1000 {
+            self.sum = self.sum.wrapping_sub(1000);
+            return self.whole.wrapping_add(1);
+        }
+        self.whole
+    }
+}
+
+/// Clocks of so many milliseconds: less than 2⁶³.
+pub(super) fn clocks_of(millis: u32, hz: u32) -> u64 {
+    let (whole, part) = (hz / 1000, hz % 1000);
+    // By seconds and the rest, so that the product with `part` needs no division by 1000
+    // in 64 bits.
+    let rest = (millis / 1000) * part + (millis % 1000) * part / 1000;
+    u64::from(millis) * u64::from(whole) + u64::from(rest)
+}
+
+impl Clocked {
+    /// An update is due.
+    fn update(&mut self, status: &mut Status) -> Option<Fitted> {
+        self.since = self.since.wrapping_sub(self.due);
+        self.due = self.period.next();
+        self.time = self.time.wrapping_add(self.update_ms.into());
+        let updated = self.ramp.update(&self.hardware);
+        self.live = status.note(&updated, self.ramp.counts);
+        if let Ok(fitted) = &updated {
+            self.top = fitted.top();
+        }
+        updated.ok()
+    }
+}
+
+/// How a motion begins.
+pub(super) struct Begin {
+    pub hardware: Hardware,
+    pub model: Model,
+    pub ramp: Ramp,
+    pub fitted: Fitted,
+    /// From update to update, if there are any.
+    pub period: Option<Period>,
+    pub update_ms: u16,
+    /// Steps; 0 is endless.
+    pub steps: u32,
+    /// Clocks to the end by milliseconds.
+    pub millis: Option<u64>,
+    /// The caller's milliseconds.
+    pub now: u32,
+}
+
+impl Pace {
+    /// At rest.
+    pub const fn idle() -> Pace {
+        Pace {
+            now: 0,
+            next: 0,
+            after: 0,
+            steps_left: 0,
+            moving: false,
+            ends: false,
+            status: Status::NONE,
+            millis: None,
+            clocked: None,
+        }
+    }
+
+    /// A motion whose first step comes an interval from its beginning.
+    pub(super) fn new(with: Begin) -> Pace {
+        let interval = with.fitted.interval();
+        let clocked = with.ramp.control.has(Control::IRQ_TIMING).then(|| {
+            let mut period = with.period.unwrap_or_default();
+            Clocked {
+                hardware: with.hardware,
+                model: with.model,
+                ramp: with.ramp,
+                since: interval,
+                due: period.next(),
+                period,
+                update_ms: with.update_ms,
+                time: with.now,
+                live: with.period.is_some(),
+                top: with.fitted.top(),
+            }
+        });
+        let mut pace = Pace {
+            now: interval,
+            next: interval,
+            after: interval,
+            steps_left: with.steps,
+            moving: true,
+            ends: false,
+            status: if with.period.is_some() { Status::NONE } else { Status::SPIN_FIXED },
+            millis: with.millis,
+            clocked,
+        };
+        pace.spend();
+        pace
+    }
+
+    /// Whether it moves.
+    pub const fn is_moving(&self) -> bool {
+        self.moving
+    }
+
+    /// Steps still to come; 0 if it is endless or at rest.
+    pub const fn steps_left(&self) -> u32 {
+        self.steps_left
+    }
+
+    /// Clocks from the last event, or from the beginning, to the next.
+    pub const fn interval(&self) -> Ticks {
+        self.now
+    }
+
+    /// Whether the event that is due now is a step. Then it is to be made before anything
+    /// else, so that edges are even. It is none when the milliseconds have passed.
+    #[inline(always)]
+    pub const fn is_step(&self) -> bool {
+        self.moving && !self.ends
+    }
+
+    /// The event that was due has happened: clocks to the next one, `None` if it was the
+    /// last.
+    #[inline]
+    pub fn advance(&mut self) -> Option<Ticks> {
+        if !self.moving {
+            return None;
+        }
+        let last = match self.steps_left {
+            0 => self.ends,
+            left => {
+                self.steps_left = left.wrapping_sub(1);
+                left == 1
+            }
+        };
+        if last {
+            self.reach();
+            return None;
+        }
+        (self.now, self.next) = (self.next, self.after);
+        if let Some(clocked) = &mut self.clocked
+            && clocked.live
+        {
+            if clocked.since >= clocked.due {
+                let (model, old) = (clocked.model, clocked.top);
+                if let Some(fitted) = clocked.update(&mut self.status) {
+                    (self.now, self.next) = model.intervals(old, &fitted);
+                    self.after = self.next;
+                }
+            }
+            // Saturating: where 2³² clocks are less than an update's interval and a step's.
+            clocked.since = clocked.since.saturating_add(self.now);
+        }
+        if self.millis.is_some() {
+            self.spend();
+        }
+        Some(self.now)
+    }
+
+    /// The interval under way ends before the milliseconds do, or is cut short with them.
+    fn spend(&mut self) {
+        if let Some(left) = &mut self.millis {
+            if u64::from(self.now) >= *left {
+                self.now = *left as Ticks;
+                self.ends = true;
+            }
+            *left = left.wrapping_sub(self.now.into());
+        }
+    }
+
+    #[cold]
+    fn reach(&mut self) {
+        self.moving = false;
+        self.steps_left = 0;
+        self.status = self.status.without(Status::SPIN_FIXED).and(Status::REACHED);
+    }
+
+    /// What the foreground's update wants: two numbers, for the next event to take over.
+    #[inline]
+    pub(super) fn put_down(&mut self, (next, after): (Ticks, Ticks)) {
+        (self.next, self.after) = (next, after);
+    }
+}

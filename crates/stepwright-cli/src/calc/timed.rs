@@ -143,12 +143,18 @@ impl Args {
         let (start, end) = (self.top(&self.from, hardware)?, self.top(&self.to, hardware)?);
         let (faster, way, updates) = (end < start, start.abs_diff(end), self.updates);
         let found = modification(way, updates, self.doubling, faster);
+        if way == 0 && self.modification.is_none() {
+            let (from, to) = (&self.from, &self.to);
+            return Err(Failure::new(format!("{from} and {to} are the same virtual top, {start}"))
+                .hint("give another TO, or a --modification"));
+        }
         if found == 0 && self.modification.is_none() {
-            let hint = if self.doubling && !faster { "at most 25, about" } else { "fewer" };
+            // Slower and doubling, the sum of n modifications is 2^n − 1 of the first.
+            let most = if self.doubling { (u64::from(way) + 1).ilog2() } else { way };
             return Err(Failure::new(format!(
-                "{updates} updates are too many for a change of {way} clocks: each would be 0"
+                "{updates} updates are too many for a change of {way} clocks: less than one each"
             ))
-            .hint(format!("give {hint} --updates")));
+            .hint(format!("give at most {most} --updates")));
         }
         let modification = self.modification.unwrap_or(found);
         Ok((Change { start, faster, doubling: self.doubling, modification, updates }, end))
@@ -276,6 +282,7 @@ impl Args {
 mod tests {
     use super::*;
     use clap::Parser;
+    use stepwright::timed::{Control, Driver, Hold, Model, Pace, SetSpeed, Status};
 
     #[derive(Parser)]
     struct Line {
@@ -398,6 +405,61 @@ mod tests {
         assert_eq!([&rates[16], &rpm[16]], ["0.2441406", "0.07324219"]);
     }
 
+    /// A host has no interrupt to hold off.
+    struct Here(Pace);
+
+    impl Hold for Here {
+        fn with<R>(&mut self, look: impl FnOnce(&mut Pace) -> R) -> R {
+            look(&mut self.0)
+        }
+        fn begin(&mut self, pace: Pace, _forward: bool) {
+            self.0 = pace;
+        }
+        fn stop(&mut self) {}
+    }
+
+    /// The table is what the core's driver does, to the clock.
+    #[test]
+    fn the_driver_does_as_the_table_says() {
+        let hardware = Hardware::avr16(16_000_000);
+        for line in [
+            "6 800 --updates 29",
+            "1rpm 500 --updates 11 --doubling",
+            "500 1rpm --updates 13 --doubling",
+            "15000 33570000 --tops --updates 25 --doubling --modification 64",
+            "2000 700 --tops --updates 9 --modification 300",
+            "9000 700 --tops --updates 40 --doubling",
+        ] {
+            let (change, _) = args(line).change(&hardware).unwrap();
+            let bit = |set, bit| if set { bit } else { Control::OFF };
+            let order = SetSpeed {
+                modification: change.modification,
+                update_ms: 1,
+                mod_counts: change.updates,
+                ..SetSpeed::fixed(
+                    Control::DRV_EN
+                        | Control::SPEED_VARIABLE
+                        | bit(change.faster, Control::FASTER)
+                        | bit(change.doubling, Control::VARIABLE_PWR),
+                    change.start,
+                )
+            };
+            let mut here = Here(Pace::idle());
+            let mut driver = Driver::new(hardware, Model::Ideal);
+            assert!(!driver.set_speed(&mut here, &order, 0).is_error());
+            let mut tops = vec![change.start];
+            for ms in 1..=change.updates.into() {
+                driver.update_check(&mut here, ms, |_| {});
+                if driver.status(&mut here).has(Status::FAULT) {
+                    break;
+                }
+                tops.push(driver.dump(&mut here, 0).top);
+            }
+            let table: Vec<u32> = change.states(hardware).map(|state| state.top).collect();
+            assert_eq!(table, tops, "{line}");
+        }
+    }
+
     /// What would leave the timer's range is not made.
     #[test]
     fn a_fault_keeps_the_speed() {
@@ -408,6 +470,16 @@ mod tests {
         assert_eq!(column(&args(line).sheet().unwrap(), "top").last().unwrap(), "800");
     }
 
+    /// The most updates that are named are the most there are.
+    #[test]
+    fn too_many_updates() {
+        for (way, doubling) in [(10, false), (1000, true), (1023, true), (1022, true)] {
+            let most = if doubling { u32::ilog2(way + 1) } else { way } as u16;
+            assert!(modification(way, most, doubling, false) > 0, "{way}");
+            assert_eq!(modification(way, most + 1, doubling, false), 0, "{way}");
+        }
+    }
+
     #[test]
     fn what_makes_no_sense_is_refused() {
         for line in [
@@ -416,6 +488,7 @@ mod tests {
             "6 7 --updates 65535 --doubling --tops",
             "1000 1010 --tops --updates 11",
             "1000 2000 --tops --updates 11 --doubling",
+            "800 800 --updates 11",
             "x 2000 --updates 11",
         ] {
             assert!(args(line).sheet().is_err(), "{line}");

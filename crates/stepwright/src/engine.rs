@@ -157,7 +157,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                 self.drive.begin(steps);
                 edge = self.timer.now();
             }
-            for axis in 0..N as u8 {
+            for axis in 0..N {
                 if due & 1 != 0 {
                     self.advance(axis, edge);
                 }
@@ -212,16 +212,16 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     }
 
     /// The event of an axis whose time has come.
-    fn advance(&mut self, axis: u8, now: T::Count) {
-        let at = usize::from(axis);
-        let (Some(track), Some(feed)) = (self.tracks.get_mut(at), self.feeds.get_mut(at)) else {
+    fn advance(&mut self, axis: usize, now: T::Count) {
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
             return;
         };
         match track.event {
             Event::Step => {
                 let play = feed.playing(&mut track.own).stride();
                 if play.left.count_down() {
-                    return self.finish(axis.into(), now);
+                    return self.finish(axis, now);
                 }
                 play.grow();
                 let half = play.half();
@@ -237,14 +237,14 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             }
             Event::Turn => {
                 let forward = track.turn();
-                self.drive.direction(axis, forward);
+                self.drive.direction(axis as u8, forward);
                 // The set-up time counts from now. A turn that came late keeps
                 // its schedule if that leaves enough, so that axes which begin
                 // together stay together; if not, at rest a slip costs nothing.
                 let due = track.due;
                 self.load(axis, now);
                 let setup = self.timing.setup as i32;
-                let Some(track) = self.tracks.get_mut(usize::from(axis)) else { return };
+                let Some(track) = self.tracks.get_mut(axis) else { return };
                 let behind = now.since(T::Count::of(due));
                 let kept = (0..SLACK).contains(&behind)
                     && (track.event != Event::Step || track.wake().since(now) > setup);
@@ -273,15 +273,15 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         let play = feed.playing(&mut track.own).stride();
         let half = play.half();
         let next = T::Count::of(T::Count::later(track.due, play.interval));
-        self.load_and_judge(axis as u8, next, half, edge);
+        self.load_and_judge(axis, next, half, edge);
     }
 
     /// Loads, and judges the step at `edge` by the next deadline; by `next`
     /// and `half`, if that is not a step in a near run.
-    fn load_and_judge(&mut self, axis: u8, next: T::Count, half: i32, edge: T::Count) {
+    fn load_and_judge(&mut self, axis: usize, next: T::Count, half: i32, edge: T::Count) {
         self.load(axis, edge);
-        let at = usize::from(axis);
-        let (Some(track), Some(feed)) = (self.tracks.get_mut(at), self.feeds.get_mut(at)) else {
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
             return;
         };
         if track.event == Event::Step {
@@ -296,9 +296,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// The last step of a run has been made: what comes next? False if the
     /// feed is late.
     #[inline(never)]
-    fn load(&mut self, axis: u8, now: T::Count) -> bool {
-        let at = usize::from(axis);
-        let (Some(track), Some(feed)) = (self.tracks.get_mut(at), self.feeds.get_mut(at)) else {
+    fn load(&mut self, axis: usize, now: T::Count) -> bool {
+        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        else {
             return true;
         };
         if track.far.count == 0 {
@@ -344,8 +344,8 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// from now. An axis that is moving already is left alone.
     pub fn start(&mut self, axes: Axes) {
         let now = self.timer.now();
-        for axis in 0..N as u8 {
-            let Some(track) = self.tracks.get_mut(usize::from(axis)) else { break };
+        for axis in 0..N {
+            let Some(track) = self.tracks.get_mut(axis) else { break };
             if axes >> axis & 1 != 0 && track.event == Event::Idle {
                 track.due = fine_of(now);
                 track.push = 0;

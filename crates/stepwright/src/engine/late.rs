@@ -17,12 +17,12 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// A step was made at `edge`, and the next deadline, or what would be it,
     /// is `next`: counts it if less than half an interval is left between.
     #[inline(always)]
-    pub(super) fn judge(&mut self, axis: u8, next: T::Count, half: i32, edge: T::Count) {
+    pub(super) fn judge(&mut self, axis: usize, next: T::Count, half: i32, edge: T::Count) {
         let left = next.since(edge);
         if left < half {
             self.fell_behind(axis, left);
         }
-        let Some(track) = self.tracks.get_mut(usize::from(axis)) else { return };
+        let Some(track) = self.tracks.get_mut(axis) else { return };
         if !T::SHORT {
             // The next one comes at its deadline or the minimum interval after
             // this one, whichever is later.
@@ -34,9 +34,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 
     #[cold]
     #[inline(never)]
-    fn fell_behind(&mut self, axis: u8, left: i32) {
+    fn fell_behind(&mut self, axis: usize, left: i32) {
         self.late = self.late.saturating_add(1);
-        let Some(track) = self.tracks.get_mut(usize::from(axis)) else { return };
+        let Some(track) = self.tracks.get_mut(axis) else { return };
         let far = if T::SHORT { FAR_BEHIND } else { T::Count::HOP as i32 };
         if left < -far && track.event == Event::Step {
             // Too far behind: the schedule slips.

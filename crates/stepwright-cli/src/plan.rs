@@ -5,6 +5,7 @@
 //! | [`law`] | what a ramp law tells the outputs |
 //! | `trapezoid`, `ramp` | one law each: its options and its plan |
 //! | [`path`] | what the laws of constant acceleration share |
+//! | `s_curve`, [`bends`] | the law of limited jerk, and its ideal |
 //! | [`ideal`], [`real`] | the profile that delays are measured against |
 //! | [`survey`] | one walk over the pulses: duration, error, phases, samples |
 //! | [`runs`] | what a board gets |
@@ -13,6 +14,7 @@
 //!
 //! Another law is another file beside `trapezoid`, and a line in [`Law`].
 
+mod bends;
 mod csv;
 mod figure;
 mod ideal;
@@ -22,6 +24,7 @@ mod path;
 mod ramp;
 mod real;
 mod runs;
+mod s_curve;
 mod survey;
 mod text;
 mod trapezoid;
@@ -30,7 +33,7 @@ use std::io::{self, BufWriter, Write};
 
 use clap::{Subcommand, ValueEnum};
 use stepwright::profile::Fit;
-use stepwright::{Accel, Rate, Speed};
+use stepwright::{Accel, Jerk, Rate, Speed};
 
 use crate::failure::{Failure, unless_closed};
 use crate::plot::PlotFile;
@@ -53,6 +56,7 @@ pub struct Args {
 enum Law {
     Trapezoid(trapezoid::Args),
     Ramp(ramp::Args),
+    SCurve(s_curve::Args),
 }
 
 /// How far.
@@ -117,11 +121,13 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let common = match &args.law {
         Law::Trapezoid(args) => args.common(),
         Law::Ramp(args) => args.common(),
+        Law::SCurve(args) => args.common(),
     };
     let (rate, geometry) = (common.timer_hz, common.geometry.geometry()?);
     let plan = match &args.law {
         Law::Trapezoid(args) => args.plan(rate, &geometry)?,
         Law::Ramp(args) => args.plan(rate, &geometry)?,
+        Law::SCurve(args) => args.plan(rate, &geometry)?,
     };
     let fit = common.runs.then(|| {
         let ticks = u64::from(rate.hz()) * u64::from(common.max_error_us) / 1_000_000;
@@ -173,5 +179,12 @@ impl Value {
         let value = held.value.millisteps() as f64 / 1000.0;
         let (shown, given) = (held.to_string(), held.given.clone());
         Value { name, shown, given, held: value, unit: "steps/s²" }
+    }
+
+    /// A jerk as held.
+    fn jerk(name: &'static str, held: &Held<Jerk>) -> Value {
+        let value = held.value.millisteps() as f64 / 1000.0;
+        let (shown, given) = (held.to_string(), held.given.clone());
+        Value { name, shown, given, held: value, unit: "steps/s³" }
     }
 }

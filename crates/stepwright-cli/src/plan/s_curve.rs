@@ -2,14 +2,15 @@
 
 use stepwright::profile::{Curve, Fit, SCurve, Tracer};
 use stepwright::run::Steps as Single;
-use stepwright::{Geometry, Rate, Run, Ticks};
+use stepwright::{Geometry, Jerk, Rate, Run, Speed, Ticks};
 
 use super::bends::{Bends, Order};
-use super::law::{Law, Plan, Span, Value};
+use super::law::{Closeness, Law, Plan, Span, Value};
+use super::limits::{Asked, Limits};
 use super::real::Real;
-use super::{Common, Steps, check_peak};
+use super::{Common, Planned};
 use crate::failure::Failure;
-use crate::quantity::{AccelArg, JerkArg, SpeedArg};
+use crate::quantity::{JerkArg, SpeedArg};
 
 /// Acceleration and deceleration that come and go smoothly: a limited jerk
 ///
@@ -33,16 +34,7 @@ Examples:
       --timer-hz 16000000 --runs")]
 pub struct Args {
     #[command(flatten)]
-    steps: Steps,
-    /// Acceleration: 2000, 12.566rad/s2, 300rpm/s … (a bare number is steps/s²)
-    #[arg(long, value_name = "ACCEL", allow_hyphen_values = true)]
-    accel: AccelArg,
-    /// Deceleration, if it differs
-    #[arg(long, value_name = "ACCEL", allow_hyphen_values = true)]
-    decel: Option<AccelArg>,
-    /// Top speed: 1000, 120rpm, 10rad/s … (a bare number is steps/s)
-    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
-    top_speed: SpeedArg,
+    limits: Limits,
     /// How fast both change: 80000, 200rad/s3, 60rpm/s2 … (a bare number is steps/s³)
     #[arg(long, value_name = "JERK", allow_hyphen_values = true)]
     jerk: JerkArg,
@@ -53,65 +45,39 @@ pub struct Args {
     common: Common,
 }
 
-impl Args {
-    /// What every law takes.
-    pub fn common(&self) -> &Common {
+impl Planned for Args {
+    fn common(&self) -> &Common {
         &self.common
     }
 
-    /// The travel, and what was understood.
-    pub fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
+    fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
         let start = self.start_speed.resolve(geometry, "--start-speed")?;
-        let top = self.top_speed.resolve(geometry, "--top-speed")?;
-        let accel = self.accel.resolve(geometry, "--accel")?;
-        let decel = self.decel.as_ref().map(|d| d.resolve(geometry, "--decel")).transpose()?;
+        let asked = self.limits.held(rate, geometry)?;
         let jerk = self.jerk.resolve(geometry, "--jerk")?;
-        let slower = decel.as_ref().map_or(accel.value, |d| d.value);
-
-        let order = Order {
-            rate,
-            start: start.value,
-            top: top.value,
-            accel: accel.value,
-            decel: slower,
-            jerk: jerk.value,
-            pulses: self.steps.get(),
-        };
-        let law = CurveLaw::new(&order)?;
-        check_peak(&law, rate)?;
-
-        Ok(Plan {
-            name: "s-curve",
-            rate,
-            steps_per_turn: geometry.steps_per_turn(),
-            note: super::no_ramp(start.value, top.value),
-            values: vec![
-                Value::speed("start speed", &start),
-                Value::speed("top speed", &top),
-                Value::accel("acceleration", &accel),
-                Value::accel("deceleration", decel.as_ref().unwrap_or(&accel)),
-                Value::jerk("jerk", &jerk),
-            ],
-            law: Box::new(law),
-        })
+        let mut values = asked.values();
+        values.insert(0, Value::speed("start speed", &start));
+        values.push(Value::jerk("jerk", &jerk));
+        let law = law(&asked, start.value, jerk.value)?;
+        let plan = Plan::new("s-curve", asked.rate, geometry, values, law)?;
+        Ok(Plan { note: super::no_ramp(start.value, asked.top.value), ..plan })
     }
+}
+
+/// The law for these limits.
+pub fn law(asked: &Asked, start: Speed, jerk: Jerk) -> Result<Box<dyn Law>, Failure> {
+    let Asked { rate, steps, ref accel, ref decel, ref top } = *asked;
+    let (accel, decel, top) = (accel.value, decel.value, top.value);
+    let law = SCurve::new(rate, start, top, accel, jerk).with_decel(decel);
+    let ideal = Bends::new(&Order { rate, start, top, accel, decel, jerk, pulses: steps });
+    let start = f64::from(start.min(top).millisteps()) / 1000.0;
+    Ok(Box::new(CurveLaw { curve: law.curve(steps)?, ideal, start }))
 }
 
 /// A curve beside its ideal.
-pub struct CurveLaw {
+struct CurveLaw {
     curve: Curve,
     ideal: Bends,
     start: f64,
-}
-
-impl CurveLaw {
-    /// The core's curve, to be measured against one of the same values.
-    pub fn new(order: &Order) -> Result<CurveLaw, Failure> {
-        let Order { rate, start, top, accel, decel, jerk, pulses } = *order;
-        let law = SCurve::new(rate, start, top, accel, jerk).with_decel(decel);
-        let start = f64::from(start.min(top).millisteps()) / 1000.0;
-        Ok(CurveLaw { curve: law.curve(pulses)?, ideal: Bends::new(order), start })
-    }
 }
 
 impl Law for CurveLaw {
@@ -136,8 +102,8 @@ impl Law for CurveLaw {
         self.curve.phases().map(|(phase, pulses)| Span { phase, pulses }).collect()
     }
 
-    fn runs(&self, fit: Fit) -> Box<dyn Iterator<Item = Run> + '_> {
-        Box::new(Tracer::new(self.curve, fit))
+    fn runs(&self, fit: Closeness) -> Box<dyn Iterator<Item = Run> + '_> {
+        Box::new(Tracer::new(self.curve, fit.fit()))
     }
 
     fn ends(&self) -> f64 {

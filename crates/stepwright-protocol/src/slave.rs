@@ -230,7 +230,12 @@ impl<const AXES: usize> Slave<AXES> {
             }
             b'S' | b'T' | b'R' | b's' | b't' | b'a' | b'd' => {
                 if !idle {
-                    return Err(Refusal::Busy);
+                    // An open order speaks of axes at rest.
+                    if self.order != Open::No || !matches!(letter, b't' | b'a' | b'd') {
+                        return Err(Refusal::Busy);
+                    }
+                    may_change(machine, said)?;
+                    machine.change(busy & self.selected, Manner::change(said))?;
                 }
                 if letter == b'S' || letter == b'T' {
                     // In tens, and else the same as s and t.
@@ -254,6 +259,13 @@ impl<const AXES: usize> Slave<AXES> {
                 }
                 self.stage(said);
                 go = alone;
+            }
+            b'@' => {
+                let axes = self.selected & all(self.count(machine));
+                if busy & axes != axes {
+                    return Err(Refusal::NoTravel);
+                }
+                machine.change(axes, Manner::change(said))?;
             }
             b'E' => match self.order {
                 Open::No => return Err(Refusal::Closed),
@@ -416,6 +428,18 @@ impl<const AXES: usize> Slave<AXES> {
 /// The first `axes` bits, at least one.
 fn all(axes: u8) -> u8 {
     u8::MAX.wrapping_shr(u32::from(MAX_AXES.wrapping_sub(axes)))
+}
+
+/// Whether the settings of the board allow what t, a or d says.
+fn may_change<M: Machine>(machine: &mut M, said: &Said) -> Result<(), Refusal> {
+    let (limit, refusal) = match said.letter {
+        b't' => (Setting::MaxSpeed, Refusal::TooFast),
+        _ => (Setting::MaxAccel, Refusal::Ramp),
+    };
+    match machine.settings() {
+        Some(settings) if said.number > settings.get(limit) => Err(refusal),
+        _ => Ok(()),
+    }
 }
 
 /// The machine's settings, if it has any.

@@ -17,6 +17,7 @@
 
 mod board;
 mod completions;
+mod cycle;
 mod failure;
 mod figures;
 mod interrupt;
@@ -66,6 +67,7 @@ enum Command {
     Ports(order::ports::Args),
     Board(board::Args),
     Plan(Box<plan::Args>),
+    Cycle(cycle::Args),
     Figures(figures::Args),
     Completions(completions::Args),
 }
@@ -84,6 +86,7 @@ fn main() -> ExitCode {
         Command::Ports(args) => order::ports::run(args),
         Command::Board(args) => board::run(args),
         Command::Plan(args) => plan::run(*args),
+        Command::Cycle(args) => cycle::run(args),
         Command::Figures(args) => figures::run(args),
         Command::Completions(args) => completions::run(args),
     };

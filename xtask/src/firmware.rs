@@ -57,6 +57,8 @@ pub enum Board {
 pub enum Program {
     /// The controller.
     Slave,
+    /// A small one whose law runs in the step interrupt.
+    Direct,
     /// The other end of the wire.
     Master,
 }
@@ -65,6 +67,7 @@ impl Program {
     const fn name(self) -> &'static str {
         match self {
             Program::Slave => "slave",
+            Program::Direct => "direct",
             Program::Master => "master",
         }
     }

@@ -16,6 +16,7 @@
 //! | [`talk`] | a line and its answer, whatever happens to them on their way |
 
 mod board;
+mod calc;
 mod completions;
 mod cycle;
 mod failure;
@@ -69,6 +70,7 @@ enum Command {
     Plan(Box<plan::Args>),
     Cycle(cycle::Args),
     Figures(figures::Args),
+    Calc(Box<calc::Args>),
     Completions(completions::Args),
 }
 
@@ -88,6 +90,7 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::run(*args),
         Command::Cycle(args) => cycle::run(args),
         Command::Figures(args) => figures::run(args),
+        Command::Calc(args) => calc::run(*args),
         Command::Completions(args) => completions::run(args),
     };
     match result {

@@ -4,7 +4,8 @@
 //! | --- | --- |
 //! | `board` | which chip it is, its pins, what its steps cost |
 //! | `timer` | the step timer |
-//! | `step` | the step interrupt, and the foreground's way to hold it off |
+//! | `step` | the step interrupt that plays queues, and the foreground's way to hold it off |
+//! | `direct` | likewise, with the law in the interrupt |
 //! | `serial` | the serial line, USART0 |
 //! | `clock` | milliseconds, without an interrupt |
 //! | `watchdog` | a reset when the main loop hangs |
@@ -13,7 +14,8 @@
 //! | `memory` | copying and filling, in few bytes |
 //! | `interrupt` | how a handler is declared, and what a simulator leaves out |
 //!
-//! `bin/slave.rs` is the controller.
+//! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
+//! the interrupt.
 #![no_std]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
 
@@ -27,6 +29,7 @@ compile_error!("the ATmega328P has no timer of 16 bits but timer 1");
 
 pub mod board;
 pub mod clock;
+pub mod direct;
 pub mod eeprom;
 #[doc(hidden)]
 pub mod interrupt;

@@ -29,6 +29,8 @@ pub fn load(name: &str) -> Result<Image> {
         Some(board) => (board, " --bench"),
         None => (name, ""),
     };
+    // One chore builds all programs of a board.
+    let board = board.split('-').next().unwrap_or(board);
     Image::read(&path(name)).with_context(|| {
         format!(
             "build it with `cargo xtask firmware {board}{bench}`; \

@@ -39,6 +39,20 @@ fn speeds_in_every_unit() {
     }
 }
 
+/// What is reckoned with is what is held, but for rounding to a thousandth.
+#[test]
+fn speeds_are_reckoned_as_they_are_held() {
+    for typed in ["400", "120rpm", "2rev/s", "7.5deg/s", "3000mm/min", "10rad/s", "100rpm", "0"] {
+        let arg: SpeedArg = typed.parse().unwrap();
+        let held = arg.resolve(&motor(), "--top-speed").unwrap();
+        let steps = arg.steps(&motor(), "--top-speed").unwrap() * 1000.0;
+        let slack = if held.exact { 1e-9 } else { 0.5 };
+        assert!((steps - f64::from(held.value.millisteps())).abs() <= slack, "{typed}: {steps}");
+    }
+    let arg: SpeedArg = "5mm/s".parse().unwrap();
+    assert!(arg.steps(&Geometry::new(200).unwrap(), "--top-speed").is_err());
+}
+
 #[test]
 fn accelerations_in_every_unit() {
     for (typed, held) in [
@@ -56,6 +70,43 @@ fn accelerations_in_every_unit() {
     ] {
         assert_eq!(accel(typed), held);
     }
+}
+
+#[test]
+fn jerks_in_every_unit() {
+    let jerk = |text: &str| {
+        text.parse::<JerkArg>().unwrap().resolve(&motor(), "--jerk").unwrap().to_string()
+    };
+    for (typed, held) in [
+        ("4000", "4000 steps/s³"),
+        ("4000steps/s3", "4000 steps/s³"),
+        ("4000 steps/s³", "4000 steps/s³"),
+        ("4000steps/s^3", "4000 steps/s³"),
+        ("4000steps/s/s/s", "4000 steps/s³"),
+        ("120rpm/s2", "120rpm/s2 → 400 steps/s³"),
+        ("120rpm/s/s", "120rpm/s/s → 400 steps/s³"),
+        ("2rev/s3", "2rev/s3 → 400 steps/s³"),
+        ("360deg/s3", "360deg/s3 → 200 steps/s³"),
+        ("200mm/s3", "200mm/s3 → 1000 steps/s³"),
+        ("12.566rad/s3", "12.566rad/s3 ≈ 399.988 steps/s³"),
+        ("1000000000000000", "1000000000000000 steps/s³"),
+    ] {
+        assert_eq!(jerk(typed), held);
+    }
+    for (typed, word) in [
+        ("5rpm/s", "'rpm/s' is a unit of acceleration; for a jerk use steps/s3"),
+        ("5mm/s", "is a unit of speed; for a jerk use"),
+        ("5x", "no unit of a jerk"),
+        ("-5", "without a sign"),
+    ] {
+        let error = typed.parse::<JerkArg>().unwrap_err();
+        assert!(error.contains(word), "{typed}: {error}");
+    }
+    for typed in ["0", "0.0004", "1000000000000001"] {
+        assert!(typed.parse::<JerkArg>().unwrap().resolve(&motor(), "--jerk").is_err());
+    }
+    let error = "5rad/s3".parse::<AccelArg>().unwrap_err();
+    assert!(error.contains("'rad/s3' is a unit of jerk"), "{error}");
 }
 
 #[test]

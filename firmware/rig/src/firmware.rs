@@ -11,7 +11,7 @@ use crate::elf::Image;
 /// The folder with `uno.elf`, `uno-bench.elf`, `mega.elf` and so on.
 pub const FOLDER: &str = "STEPWRIGHT_FIRMWARE";
 
-/// The file of a firmware: `uno`, `uno-bench`, `mega`.
+/// The file of a firmware: `uno`, `uno-bench`, `mega`, `uno-case1`.
 pub fn path(name: &str) -> PathBuf {
     let folder = env::var_os(FOLDER).map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/firmware")),
@@ -25,10 +25,8 @@ pub fn path(name: &str) -> PathBuf {
 /// # Errors
 /// It is not there, with what builds it.
 pub fn load(name: &str) -> Result<Image> {
-    let (board, bench) = match name.strip_suffix("-bench") {
-        Some(board) => (board, " --bench"),
-        None => (name, ""),
-    };
+    let board = name.split('-').next().unwrap_or(name);
+    let bench = if name.ends_with("-bench") { " --bench" } else { "" };
     Image::read(&path(name)).with_context(|| {
         format!(
             "build it with `cargo xtask firmware {board}{bench}`; \

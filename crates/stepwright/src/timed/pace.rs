@@ -59,23 +59,23 @@ pub struct Pace {
     /// Clocks from the next event to the end by milliseconds, if there is one.
     millis: Option<u64>,
     /// The updates are this half's: `IRQ_TIMING`.
-    pub(super) clocked: Option<Clocked>,
+    clocked: Option<Clocked>,
 }
 
 /// Updates inside the step interrupt. It needs no clock for them: it knows how long each
 /// interval is.
 #[derive(Clone, Debug)]
-pub(super) struct Clocked {
+struct Clocked {
     hardware: Hardware,
     model: Model,
-    pub ramp: Ramp,
+    ramp: Ramp,
     /// Clocks since the last update was due, and to the next one.
     since: u32,
     due: u32,
     period: Period,
     update_ms: u16,
     /// The document's T: when the last update was due.
-    pub time: u32,
+    time: u32,
     /// Whether more updates are to come.
     live: bool,
     /// The top in the compare register.
@@ -211,6 +211,24 @@ impl Pace {
     /// Steps still to come; 0 if it is endless or at rest.
     pub const fn steps_left(&self) -> u32 {
         self.steps_left
+    }
+
+    /// The speed and its updates, if they are this half's.
+    #[inline(always)]
+    pub(super) const fn ramp(&self) -> Option<&Ramp> {
+        match &self.clocked {
+            Some(clocked) => Some(&clocked.ramp),
+            None => None,
+        }
+    }
+
+    /// When the last update was due, likewise.
+    #[inline(always)]
+    pub(super) const fn time(&self) -> Option<u32> {
+        match &self.clocked {
+            Some(clocked) => Some(clocked.time),
+            None => None,
+        }
     }
 
     /// Clocks from the last event, or from the beginning, to the next.

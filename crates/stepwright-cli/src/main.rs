@@ -16,6 +16,7 @@
 //! | [`talk`] | a line and its answer, whatever happens to them on their way |
 
 mod board;
+mod calc;
 mod completions;
 mod failure;
 mod figures;
@@ -67,6 +68,7 @@ enum Command {
     Board(board::Args),
     Plan(Box<plan::Args>),
     Figures(figures::Args),
+    Calc(Box<calc::Args>),
     Completions(completions::Args),
 }
 
@@ -85,6 +87,7 @@ fn main() -> ExitCode {
         Command::Board(args) => board::run(args),
         Command::Plan(args) => plan::run(*args),
         Command::Figures(args) => figures::run(args),
+        Command::Calc(args) => calc::run(*args),
         Command::Completions(args) => completions::run(args),
     };
     match result {

@@ -35,6 +35,11 @@ pub struct GeometryArgs {
 }
 
 impl GeometryArgs {
+    /// Of a motor that moves nothing along a line.
+    pub fn of(steps_per_rev: u32) -> GeometryArgs {
+        GeometryArgs { steps_per_rev, mm_per_rev: None }
+    }
+
     /// What the core makes of them.
     pub fn geometry(&self) -> Result<Geometry, Failure> {
         let geometry = Geometry::new(self.steps_per_rev)?;
@@ -89,6 +94,11 @@ impl Quantity {
         Ok(Quantity { text: text.to_owned(), number, unit })
     }
 
+    fn no_millimetres(&self, name: &str) -> Failure {
+        Failure::usage(format!("{name} {}: millimetres need the distance of one turn", self.text))
+            .hint("add --mm-per-rev, for example --mm-per-rev 40 for a GT2 belt on 20 teeth")
+    }
+
     /// In thousandths of a step; `name` is the option, for the message.
     fn resolve<T>(
         &self,
@@ -98,11 +108,7 @@ impl Quantity {
         core: impl FnOnce(u64) -> Result<T, Failure>,
     ) -> Result<Held<T>, Failure> {
         let Some(milli) = self.unit.millisteps(self.number, geometry) else {
-            return Err(Failure::usage(format!(
-                "{name} {}: millimetres need the distance of one turn",
-                self.text
-            ))
-            .hint("add --mm-per-rev, for example --mm-per-rev 40 for a GT2 belt on 20 teeth"));
+            return Err(self.no_millimetres(name));
         };
         let bare = self.unit == Unit { length: Length::Step, per_minute: false };
         Ok(Held {
@@ -153,6 +159,19 @@ impl FromStr for SpeedArg {
 }
 
 impl SpeedArg {
+    /// In steps per second, not rounded, for what is not ordered but reckoned
+    /// with; `name` is the option that it came from.
+    pub fn steps(&self, geometry: &Geometry, name: &str) -> Result<f64, Failure> {
+        let Quantity { number, unit, .. } = &self.0;
+        let steps = unit.steps(number.to_f64(), geometry);
+        steps.ok_or_else(|| self.0.no_millimetres(name))
+    }
+
+    /// As it was typed.
+    pub fn given(&self) -> &str {
+        &self.0.text
+    }
+
     /// In steps per second; `name` is the option that it came from.
     pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Held<Speed>, Failure> {
         self.0.resolve(geometry, name, Kind::Speed, |milli| {

@@ -193,7 +193,7 @@ mod tests {
         answer.begin(first, lines);
         let last = number(value::LAST) as u8;
         let set = |value, digits: &mut Decimal| {
-            digits.set(&number(value).unsigned_abs().to_le_bytes());
+            digits.set(&mut number(value).unsigned_abs().to_le_bytes());
             number(value) < 0
         };
         let text = core::iter::from_fn(|| answer.next(last, set)).map(char::from).collect();

@@ -79,7 +79,7 @@ impl Reply {
         core::iter::from_fn(move || {
             answer.next(last, |value, digits| {
                 let number = self.number(value);
-                digits.set(&number.unsigned_abs().to_le_bytes());
+                digits.set(&mut number.unsigned_abs().to_le_bytes());
                 number < 0
             })
         })

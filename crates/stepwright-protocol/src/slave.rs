@@ -183,7 +183,7 @@ impl<const AXES: usize> Slave<AXES> {
                     // It was known when it was asked for.
                     let axis = AxisId::at(self.asked);
                     let steps = machine.position(axis).unwrap_or(0);
-                    digits.set(&steps.unsigned_abs().to_le_bytes());
+                    digits.set(&mut steps.unsigned_abs().to_le_bytes());
                     return steps < 0;
                 }
                 value::MAJOR => VERSION.0.into(),
@@ -198,7 +198,7 @@ impl<const AXES: usize> Slave<AXES> {
                     (None, _) => 0,
                 },
             };
-            digits.set(&number.to_le_bytes());
+            digits.set(&mut number.to_le_bytes());
             false
         })
     }
@@ -399,7 +399,6 @@ impl<const AXES: usize> Slave<AXES> {
     }
 
     /// The axes that are busy: bit 0 is axis 1.
-    #[inline(never)]
     fn busy<M: Machine>(&self, machine: &M) -> u8 {
         let (mut busy, mut bit) = (0, 1u8);
         for index in 0..self.count(machine) {

@@ -56,7 +56,7 @@ impl<L: Pieces> Iterator for Bytes<L> {
             }
             match self.line.piece(self.next_piece)? {
                 Piece::Text(text) => (self.text, self.next_byte) = (text, 0),
-                Piece::Number(value) => self.number.set(&value.to_le_bytes()),
+                Piece::Number(value) => self.number.set(&mut value.to_le_bytes()),
             }
             self.next_piece = self.next_piece.saturating_add(1);
         }
@@ -74,46 +74,91 @@ pub(crate) struct Decimal {
 impl Decimal {
     pub(crate) const NONE: Decimal = Decimal { digits: [0; 20], len: 0 };
 
-    /// Takes the bits of a number, whose lowest byte is the first, from the
-    /// top and doubles a decimal number for each. It needs no division, which
-    /// an 8-bit chip does bit by bit anyway, and costs nothing for leading
-    /// zeros.
+    /// Takes a number of at most 8 bytes, whose lowest one is the first, and
+    /// leaves zeros. Each digit is what a division by ten leaves, from the
+    /// highest byte that is not zero.
     #[inline(never)]
-    pub(crate) fn set(&mut self, bytes: &[u8]) {
-        self.len = 0;
-        for byte in bytes.iter().rev() {
-            let mut byte = *byte;
-            for _ in 0..8u8 {
-                self.double_and_add(byte >> 7);
-                byte <<= 1;
+    pub(crate) fn set(&mut self, mut bytes: &mut [u8]) {
+        let mut len = 0u8;
+        loop {
+            while let [lower @ .., 0] = bytes {
+                bytes = lower;
             }
+            if bytes.is_empty() && len != 0 {
+                break;
+            }
+            let digit = tenth(bytes);
+            if let Some(place) = self.digits.get_mut(usize::from(len)) {
+                *place = digit;
+            }
+            len = len.wrapping_add(1);
         }
-        if self.len == 0 {
-            // Zero is written "0".
-            self.digits[0] = 0;
-            self.len = 1;
-        }
-    }
-
-    fn double_and_add(&mut self, mut carry: u8) {
-        let Some(digits) = self.digits.get_mut(..usize::from(self.len)) else { return };
-        for digit in digits {
-            let double = *digit << 1 | carry;
-            carry = u8::from(double > 9);
-            *digit = if carry == 1 { double.wrapping_sub(10) } else { double };
-        }
-        if carry == 1
-            && let Some(digit) = self.digits.get_mut(usize::from(self.len))
-        {
-            *digit = 1;
-            self.len = self.len.wrapping_add(1);
-        }
+        self.len = len;
     }
 
     pub(crate) fn next(&mut self) -> Option<u8> {
         self.len = self.len.checked_sub(1)?;
         self.digits.get(usize::from(self.len)).map(|digit| digit | b'0')
     }
+}
+
+/// Divides a number, whose lowest byte is the first, by ten, and gives the rest.
+///
+/// Of a rest d and the next byte b: 256 d + b = 10 · 25 d + (6 d + b), where the
+/// last is at most 309.
+#[cfg(not(target_arch = "avr"))]
+fn tenth(bytes: &mut [u8]) -> u8 {
+    bytes.iter_mut().rev().fold(0, |digit, byte| {
+        let rest = u16::from(*byte).wrapping_add(u16::from(digit).wrapping_mul(6));
+        *byte = digit.wrapping_mul(25).wrapping_add((rest / 10) as u8);
+        (rest % 10) as u8
+    })
+}
+
+/// Likewise, in 30 cycles a byte. (A compiled one takes twice the time and saves
+/// all registers.) A fifth of a byte is 205/1024 of it.
+#[cfg(target_arch = "avr")]
+#[allow(unsafe_code)]
+#[inline(always)]
+fn tenth(bytes: &mut [u8]) -> u8 {
+    let mut digit = 0u8;
+    // SAFETY: reads and writes the slice's bytes, from the last to the first;
+    // r0 is nobody's, and r1 is 0 again in the end.
+    unsafe {
+        core::arch::asm!(
+            "rjmp 3f",
+            "2: ld {byte}, -Z",
+            "ldi {factor}, 6",
+            "mul {digit}, {factor}",
+            "ldi {factor}, 25",
+            "add {byte}, r0",
+            "mov {half}, {byte}",
+            "ror {half}",
+            "mul {digit}, {factor}",
+            "mov {digit}, {byte}",
+            "mov {byte}, r0",
+            "ldi {factor}, 205",
+            "mul {half}, {factor}",
+            "lsr r1",
+            "lsr r1",
+            "add {byte}, r1",
+            "st Z, {byte}",
+            "ldi {factor}, 10",
+            "mul r1, {factor}",
+            "sub {digit}, r0",
+            "3: subi {count}, 1",
+            "brcc 2b",
+            "clr r1",
+            byte = out(reg) _,
+            half = out(reg) _,
+            factor = out(reg_upper) _,
+            digit = inout(reg) digit,
+            count = inout(reg_upper) bytes.len() as u8 => _,
+            inout("Z") bytes.as_mut_ptr_range().end => _,
+            options(nostack),
+        );
+    }
+    digit
 }
 
 #[cfg(test)]
@@ -125,7 +170,7 @@ mod tests {
 
     fn written(value: u64) -> String {
         let mut decimal = Decimal::NONE;
-        decimal.set(&value.to_le_bytes());
+        decimal.set(&mut value.to_le_bytes());
         core::iter::from_fn(|| decimal.next()).map(char::from).collect()
     }
 

@@ -31,6 +31,7 @@
 
 mod glimpse;
 mod late;
+mod pause;
 #[cfg(target_arch = "avr")]
 mod short;
 #[cfg(target_arch = "avr")]
@@ -41,6 +42,7 @@ use crate::drive::{Axes, Drive};
 use crate::queue::{Feed, Fetched};
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
+pub use pause::Frozen;
 use track::{Event, Track, fine_of};
 
 /// The times that drivers need, in ticks of the step timer.

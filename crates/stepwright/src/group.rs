@@ -28,6 +28,14 @@ pub trait Control {
     fn is_idle(&self, axis: u8) -> bool {
         self.report(axis).idle
     }
+    /// The position of [`report`](Control::report).
+    fn position(&self, axis: u8) -> i64 {
+        self.report(axis).position
+    }
+    /// The direction of [`report`](Control::report).
+    fn is_forward(&self, axis: u8) -> bool {
+        self.report(axis).forward
+    }
     /// See [`Engine::set_position`].
     fn set_position(&mut self, axis: u8, position: i64);
     /// See [`Engine::set_timing`].
@@ -345,7 +353,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         let motors = self.motors.iter_mut().zip(&mut self.feeds);
         for (axis, (motor, feed)) in motors.enumerate() {
             if axes >> axis & 1 != 0 {
-                motor.abandon(feed, engine.report(axis as u8).forward);
+                motor.abandon(feed, engine.is_forward(axis as u8));
             }
         }
     }
@@ -382,7 +390,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// uncertain, or there is no such axis.
     pub fn position(&self, engine: &impl Control, axis: u8) -> Option<i64> {
         let known = usize::from(axis) < N && self.uncertain >> axis & 1 == 0;
-        known.then(|| engine.report(axis).position)
+        known.then(|| engine.position(axis))
     }
 
     /// Calls the present position 0; it is certain again.

@@ -3,6 +3,7 @@
 //! Real-time motion for stepper motors.
 
 pub mod compress;
+pub mod cycle;
 pub mod direct;
 pub mod drive;
 pub mod engine;
@@ -19,9 +20,10 @@ mod stride;
 pub mod timed;
 pub mod timer;
 pub mod units;
+mod wide;
 
 pub use engine::{Engine, Report, Timing};
 pub use group::{Board, Control, Group};
 pub use order::{Order, Refusal, Travel};
 pub use run::Run;
-pub use units::{Accel, Geometry, OutOfRange, Rate, Speed, Ticks, Turn};
+pub use units::{Accel, Geometry, Jerk, OutOfRange, Rate, Speed, Ticks, Turn};

@@ -10,7 +10,6 @@
 use crate::run::Run;
 use crate::stride::Slot;
 use core::cell::UnsafeCell;
-use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 /// Room for `LEN` runs of 13 bytes (16 on bigger chips); `LEN` is a power of
 /// two, 2 … 128.
@@ -26,11 +25,11 @@ use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 #[repr(C)] // the short way of a chip reads it
 pub struct Queue<const LEN: usize> {
     /// Runs taken since the beginning, modulo 256; written by the consumer.
-    taken: AtomicU8,
+    taken: Shared,
     /// Runs pushed, modulo 256; written by the producer.
-    pushed: AtomicU8,
+    pushed: Shared,
     /// More runs will follow those in the queue; written by the producer.
-    open: AtomicBool,
+    open: Shared,
     slots: [UnsafeCell<Slot>; LEN],
 }
 
@@ -52,9 +51,9 @@ impl<const LEN: usize> Queue<LEN> {
     pub const fn new() -> Queue<LEN> {
         let () = Self::SIZE_IS_A_POWER_OF_TWO;
         Queue {
-            taken: AtomicU8::new(0),
-            pushed: AtomicU8::new(0),
-            open: AtomicBool::new(false),
+            taken: Shared::new(),
+            pushed: Shared::new(),
+            open: Shared::new(),
             slots: [const { UnsafeCell::new(Slot::EMPTY) }; LEN],
         }
     }
@@ -75,16 +74,16 @@ impl<const LEN: usize> Queue<LEN> {
     }
 
     fn len(&self) -> u8 {
-        self.pushed.load(Ordering::Acquire).wrapping_sub(self.taken.load(Ordering::Acquire))
+        self.pushed.get().wrapping_sub(self.taken.get())
     }
 
     /// Runs taken since the beginning, modulo 256.
     pub(crate) fn taken(&self) -> u8 {
-        self.taken.load(Ordering::Relaxed)
+        self.taken.get()
     }
 
     /// Steps that are left of the run at the front, which is being played.
-    pub(crate) fn left_of_first(&self) -> u32 {
+    pub(crate) fn left_of_first(&self) -> u16 {
         // SAFETY: a slot is always there; what is read is plain numbers, which
         // the step interrupt may change while they are.
         unsafe { Slot::left_of(self.slot(self.taken())) }
@@ -92,9 +91,69 @@ impl<const LEN: usize> Queue<LEN> {
 
     /// The slot that a counter stands for.
     fn slot(&self, counter: u8) -> *mut Slot {
-        // LEN is a power of two, so the index is in range.
-        self.slots[usize::from(counter) & (LEN - 1)].get()
+        // LEN is a power of two of at most 128, so the index is in range.
+        let index = counter & (LEN as u8).wrapping_sub(1);
+        UnsafeCell::raw_get(element(&self.slots, index))
     }
+}
+
+/// A byte that one side writes and the other reads; what was written before it
+/// is seen by who reads it.
+#[cfg(not(target_arch = "avr"))]
+struct Shared(core::sync::atomic::AtomicU8);
+
+#[cfg(not(target_arch = "avr"))]
+impl Shared {
+    const fn new() -> Shared {
+        Shared(core::sync::atomic::AtomicU8::new(0))
+    }
+
+    fn get(&self) -> u8 {
+        self.0.load(core::sync::atomic::Ordering::Acquire)
+    }
+
+    fn set(&self, byte: u8) {
+        self.0.store(byte, core::sync::atomic::Ordering::Release);
+    }
+}
+
+/// Likewise on an AVR, where reading or writing a byte is one instruction: the
+/// compiler would hold interrupts off for each.
+#[cfg(target_arch = "avr")]
+struct Shared(UnsafeCell<u8>);
+
+#[cfg(target_arch = "avr")]
+impl Shared {
+    const fn new() -> Shared {
+        Shared(UnsafeCell::new(0))
+    }
+
+    #[inline(always)]
+    fn get(&self) -> u8 {
+        // SAFETY: one instruction; interrupt and foreground are all there is.
+        let byte = unsafe { self.0.get().read_volatile() };
+        core::sync::atomic::compiler_fence(core::sync::atomic::Ordering::Acquire);
+        byte
+    }
+
+    #[inline(always)]
+    fn set(&self, byte: u8) {
+        core::sync::atomic::compiler_fence(core::sync::atomic::Ordering::Release);
+        // SAFETY: as above.
+        unsafe { self.0.get().write_volatile(byte) };
+    }
+}
+
+/// Where an element of an array lies. Where the array has no more than 256 bytes
+/// an 8-bit chip finds it by one product of bytes, in a third of the flash.
+#[inline(always)]
+pub(crate) const fn element<T, const LEN: usize>(array: *const [T; LEN], index: u8) -> *const T {
+    let bytes = if size_of::<[T; LEN]>() <= 256 {
+        index.wrapping_mul(size_of::<T>() as u8) as usize
+    } else {
+        (index as usize).wrapping_mul(size_of::<T>())
+    };
+    array.cast::<T>().wrapping_byte_add(bytes)
 }
 
 impl<const LEN: usize> Default for Queue<LEN> {
@@ -117,10 +176,10 @@ impl<const LEN: usize> Producer<'_, LEN> {
         if self.is_full() {
             return Err(run);
         }
-        let at = self.queue.pushed.load(Ordering::Relaxed);
+        let at = self.queue.pushed.get();
         // SAFETY: the slot is free and only this producer fills slots.
         unsafe { self.queue.slot(at).write(Slot::of(&run)) };
-        self.queue.pushed.store(at.wrapping_add(1), Ordering::Release);
+        self.queue.pushed.set(at.wrapping_add(1));
         Ok(())
     }
 
@@ -141,7 +200,7 @@ impl<const LEN: usize> Producer<'_, LEN> {
 
     /// Says that more runs will follow, or that these are all.
     pub fn set_open(&mut self, open: bool) {
-        self.queue.open.store(open, Ordering::Release);
+        self.queue.open.set(open.into());
     }
 }
 
@@ -211,7 +270,7 @@ pub trait Feed {
     /// Steps that are left of it.
     #[doc(hidden)]
     #[inline]
-    fn left(&self, own: &Slot) -> u32 {
+    fn left(&self, own: &Slot) -> u16 {
         own.left()
     }
 }
@@ -232,8 +291,8 @@ impl<const LEN: usize> Feed for Consumer<'_, LEN> {
 
     fn clear(&mut self) {
         self.held = false;
-        let pushed = self.queue.pushed.load(Ordering::Acquire);
-        self.queue.taken.store(pushed, Ordering::Release);
+        let pushed = self.queue.pushed.get();
+        self.queue.taken.set(pushed);
     }
 
     #[inline]
@@ -241,7 +300,7 @@ impl<const LEN: usize> Feed for Consumer<'_, LEN> {
         self.release();
         // Whether more is to come is read before the length: a producer closes
         // after its last push.
-        let open = self.queue.open.load(Ordering::Acquire);
+        let open = self.queue.open.get() != 0;
         if self.queue.len() == 0 {
             return if open { Fetched::Late } else { Fetched::End };
         }
@@ -260,7 +319,7 @@ impl<const LEN: usize> Feed for Consumer<'_, LEN> {
         unsafe { &mut *self.first() }
     }
 
-    fn left(&self, own: &Slot) -> u32 {
+    fn left(&self, own: &Slot) -> u16 {
         if !self.held {
             return own.left();
         }
@@ -283,15 +342,15 @@ impl<const LEN: usize> Consumer<'static, LEN> {
 impl<const LEN: usize> Consumer<'_, LEN> {
     #[inline(always)]
     fn first(&self) -> *mut Slot {
-        self.queue.slot(self.queue.taken.load(Ordering::Relaxed))
+        self.queue.slot(self.queue.taken.get())
     }
 
     /// Gives the slot back that has been played.
     #[inline]
     fn release(&mut self) {
         if core::mem::take(&mut self.held) {
-            let at = self.queue.taken.load(Ordering::Relaxed);
-            self.queue.taken.store(at.wrapping_add(1), Ordering::Release);
+            let at = self.queue.taken.get();
+            self.queue.taken.set(at.wrapping_add(1));
         }
     }
 }

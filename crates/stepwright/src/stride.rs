@@ -27,7 +27,7 @@ const LOOSE: u32 = 1 << 15;
 /// Groups of at most 2 to so many steps.
 const LONGEST_GROUP: u8 = 5;
 
-/// Steps of a run that are still to come: 1 … 65536.
+/// Steps of a run that are still to come: 1 … 65535.
 ///
 /// `high` · 256 + `low`, where a `low` of 0 means 256: counting down touches
 /// one byte, and looks at the other once in 256 steps.
@@ -44,8 +44,9 @@ impl Left {
         Left { low: count as u8, high: (count.wrapping_sub(1) >> 8) as u8 }
     }
 
-    pub(crate) fn steps(self) -> u32 {
-        (u32::from(self.high) << 8) + if self.low == 0 { 0x100 } else { u32::from(self.low) }
+    pub(crate) fn steps(self) -> u16 {
+        let high = if self.low == 0 { self.high.wrapping_add(1) } else { self.high };
+        u16::from_le_bytes([self.low, high])
     }
 
     /// One step less. True if none is left.
@@ -191,7 +192,7 @@ impl Slot {
     ///
     /// # Safety
     /// `slot` points to a slot.
-    pub(crate) unsafe fn left_of(slot: *const Slot) -> u32 {
+    pub(crate) unsafe fn left_of(slot: *const Slot) -> u16 {
         // SAFETY: the caller's promise; each byte is read on its own, until the
         // high one has stayed while the low one was read.
         unsafe {
@@ -218,12 +219,7 @@ impl Slot {
                     let mean = (sum >> 1) + up;
                     interval = interval.wrapping_add_signed(mean.wrapping_neg());
                 }
-                Run {
-                    ticks: interval >> 16,
-                    part: interval as u16,
-                    count: left.steps() as u16,
-                    add,
-                }
+                Run { ticks: interval >> 16, part: interval as u16, count: left.steps(), add }
             }
         }
     }
@@ -235,7 +231,7 @@ impl Slot {
     }
 
     /// Steps that are left of a stride.
-    pub(crate) fn left(&self) -> u32 {
+    pub(crate) fn left(&self) -> u16 {
         self.0.left.steps()
     }
 
@@ -338,7 +334,7 @@ mod tests {
     fn left_counts_down_to_nothing() {
         for count in [1u16, 2, 255, 256, 257, 512, 65535] {
             let mut left = Left::new(count);
-            for rest in (1..=u32::from(count)).rev() {
+            for rest in (1..=count).rev() {
                 assert_eq!(left.steps(), rest);
                 assert_eq!(left.count_down(), rest == 1);
             }

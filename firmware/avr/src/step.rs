@@ -108,6 +108,14 @@ impl Control for Held {
         // SAFETY: `start` made this `Held`, and the engine is begun.
         unsafe { StepEngine::is_idle(ENGINE.address(), axis) }
     }
+    fn position(&self, axis: u8) -> i64 {
+        // SAFETY: `start` made this `Held`, and the engine is begun.
+        unsafe { StepEngine::position(ENGINE.address(), axis) }
+    }
+    fn is_forward(&self, axis: u8) -> bool {
+        // SAFETY: `start` made this `Held`, and the engine is begun.
+        unsafe { StepEngine::is_forward(ENGINE.address(), axis) }
+    }
     fn set_position(&mut self, axis: u8, position: i64) {
         self.with(|engine| engine.set_position(axis, position));
     }

@@ -200,6 +200,7 @@ impl View<'_> {
                     Phase::Up => [0xec, 0xf7, 0xf0],
                     Phase::Cruise => [0xff, 0xff, 0xff],
                     Phase::Down => [0xfd, 0xf2, 0xe9],
+                    Phase::JerkUp | Phase::JerkDown => [0xf0, 0xf2, 0xf9],
                 },
             });
         }

@@ -69,6 +69,11 @@ impl Decimal {
         Rounded { exact: self.digits == 0, ..rounded }
     }
 
+    /// The nearest binary number, or one beside it.
+    pub fn to_f64(self) -> f64 {
+        self.digits as f64 / self.unit() as f64
+    }
+
     fn unit(self) -> u64 {
         10u64.pow(self.places.into())
     }

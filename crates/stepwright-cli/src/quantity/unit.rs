@@ -115,6 +115,20 @@ impl Unit {
             }
         })
     }
+
+    /// `number` of this unit in steps, for what is not ordered but reckoned with.
+    /// `None` as [`millisteps`](Unit::millisteps).
+    pub fn steps(self, number: f64, geometry: &Geometry) -> Option<f64> {
+        let turn = f64::from(geometry.steps_per_turn());
+        let time = if self.per_minute { 60.0 } else { 1.0 };
+        Some(match self.length {
+            Length::Step => number / time,
+            Length::Turn => number * turn / time,
+            Length::Degree => number * turn / (360.0 * time),
+            Length::Radian => number * turn / (std::f64::consts::TAU * time),
+            Length::Millimetre => number * 1e6 * turn / (f64::from(geometry.nm_per_turn()?) * time),
+        })
+    }
 }
 
 /// Takes `rpm/s` apart: what it counts, and how often it says "per time".

@@ -5,9 +5,9 @@
 //! a run or an event has changed meanwhile: within a run only the count of the
 //! steps that are left changes, and that is read on its own.
 
-use super::track::{Event, Track};
+use super::track::{Event, Track, position};
 use super::{Engine, Report};
-use crate::queue::{Consumer, Queue};
+use crate::queue::{Consumer, Queue, element};
 use crate::timer::StepTimer;
 
 impl<T: StepTimer, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'static, Q>, N> {
@@ -26,29 +26,46 @@ impl<T: StepTimer, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'sta
     /// # Safety
     /// `engine` points to an engine, which only the step interrupt changes.
     pub unsafe fn glimpse(engine: *const Self, axis: u8) -> Report {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let position = Self::position(engine, axis);
+            let forward = Self::is_forward(engine, axis);
+            Report { position, idle: Self::is_idle(engine, axis), forward }
+        }
+    }
+
+    /// The direction of an axis' last or present travel; of the first one's if
+    /// there is no such axis. Looks at one byte.
+    ///
+    /// # Safety
+    /// `engine` points to an engine, which only the step interrupt changes.
+    pub unsafe fn is_forward(engine: *const Self, axis: u8) -> bool {
+        // SAFETY: the caller's promise.
+        unsafe { (&raw const (*Self::track(engine, axis)).forward).read_volatile() }
+    }
+
+    /// The position of an axis; of the first one if there is no such axis.
+    ///
+    /// # Safety
+    /// `engine` points to an engine, which only the step interrupt changes.
+    pub unsafe fn position(engine: *const Self, axis: u8) -> i64 {
         // SAFETY: the caller's promise; every read is of one field, and volatile.
         unsafe {
             let track = Self::track(engine, axis);
-            let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
-            let feeds = (&raw const (*engine).feeds).cast::<Consumer<'static, Q>>();
-            let queue = Consumer::queue_of(feeds.add(axis));
+            let axis = if usize::from(axis) < N { axis } else { 0 };
+            let queue = Consumer::queue_of(element(&raw const (*engine).feeds, axis));
             loop {
                 let before = Stamp::of(track, queue);
                 let loaded = (&raw const (*track).loaded).read_volatile();
                 let forward = (&raw const (*track).forward).read_volatile();
-                let base = (&raw const (*track).base).read_volatile();
                 let playing = match before.event {
                     Event::Step => queue.left_of_first(),
                     Event::Far => 1,
-                    Event::Hop if before.then == Event::Far => 1,
+                    Event::Hop if (&raw const (*track).then).read_volatile() == Event::Far => 1,
                     _ => 0,
                 };
                 if Stamp::of(track, queue) == before {
-                    let left = playing.wrapping_add(before.far.into());
-                    let made = loaded.wrapping_sub(left.into()) as i64;
-                    let made = if forward { made } else { made.wrapping_neg() };
-                    let idle = before.event == Event::Idle;
-                    return Report { position: base.wrapping_add(made), idle, forward };
+                    return position(loaded, forward, playing.wrapping_add(before.far));
                 }
             }
         }
@@ -57,9 +74,9 @@ impl<T: StepTimer, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'sta
     /// # Safety
     /// `engine` points to an engine.
     unsafe fn track(engine: *const Self, axis: u8) -> *const Track<T::Count> {
-        let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
-        // SAFETY: the caller's promise; the index is in range.
-        unsafe { (&raw const (*engine).tracks).cast::<Track<T::Count>>().add(axis) }
+        let axis = if usize::from(axis) < N { axis } else { 0 };
+        // SAFETY: the caller's promise.
+        element(unsafe { &raw const (*engine).tracks }, axis)
     }
 }
 
@@ -68,7 +85,6 @@ impl<T: StepTimer, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'sta
 struct Stamp {
     taken: u8,
     event: Event,
-    then: Event,
     far: u16,
 }
 
@@ -84,7 +100,6 @@ impl Stamp {
             Stamp {
                 taken: queue.taken(),
                 event: (&raw const (*track).event).read_volatile(),
-                then: (&raw const (*track).then).read_volatile(),
                 far: (&raw const (*track).far.count).read_volatile(),
             }
         }

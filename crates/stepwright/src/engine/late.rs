@@ -7,6 +7,7 @@ use super::track::fine_of;
 use crate::drive::Drive;
 use crate::queue::Feed;
 use crate::timer::{Count, StepTimer};
+use crate::units::Ticks;
 
 /// Ticks behind at which the schedule slips on a chip with the short way, which
 /// looks 0x7000 ahead and so not 0x1000 back.
@@ -41,6 +42,15 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             // Too far behind: the schedule slips.
             track.due = T::Count::delayed(track.due, left.unsigned_abs());
         }
+    }
+
+    /// Ticks since the first event that is due and not yet served; 0 if there is
+    /// none. Right up to half the counter.
+    pub fn behind(&mut self) -> Ticks {
+        let now = self.timer.now();
+        let tracks = self.tracks.iter().filter(|track| track.event != Event::Idle);
+        let behind = tracks.map(|track| now.since(track.wake())).max();
+        behind.unwrap_or(0).max(0).unsigned_abs()
     }
 
     /// What is due so long ago that the short way can't tell it from what is

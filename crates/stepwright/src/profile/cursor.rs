@@ -27,6 +27,7 @@
 //! Every run is checked by it; one that fails is halved. Lengths are powers of
 //! two, so that dividing by N is a shift. A whole ramp is a few dozen runs.
 
+use super::Runs;
 use super::path::Path;
 use crate::fixed::{ONE, Q32, portion, root, shl, shr, slope, zeros};
 use crate::run::Run;
@@ -70,7 +71,7 @@ impl Fit {
 
     /// `size`, or the largest below it with which a run of intervals `c` is
     /// not too long.
-    fn shorter(&self, c: Q32, mut size: u8) -> u8 {
+    pub(super) fn shorter(&self, c: Q32, mut size: u8) -> u8 {
         while size > 0 && (c >> 32) > u64::from(self.longest) >> size {
             size -= 1;
         }
@@ -116,7 +117,7 @@ pub struct Cursor {
 }
 
 /// Half a tick ahead, so that deadlines rounded down are rounded to nearest.
-const HALF_TICK: i64 = 1 << 31;
+pub(super) const HALF_TICK: i64 = 1 << 31;
 
 impl Cursor {
     /// Stands on the path's first pulse.
@@ -138,11 +139,6 @@ impl Cursor {
         self.w = self.path.w_at(n);
         self.v = root(self.w);
         self.c = slope(self.path.rate, self.v);
-    }
-
-    /// Steps that are still to be handed out; `u32::MAX` on an endless path.
-    pub(crate) fn steps_left(&self) -> u32 {
-        if self.path.is_endless() { u32::MAX } else { self.path.length().saturating_sub(self.n) }
     }
 
     /// The path.
@@ -170,7 +166,7 @@ impl Cursor {
                 defect >> 2
             };
             let fits = size == 0 || error <= self.fit.error;
-            let Some((run, lag)) = self.fitted(time, c, size).filter(|_| fits) else {
+            let Some((run, lag)) = fitted(time, self.lag, self.c, c, size).filter(|_| fits) else {
                 size -= 1; // a single step always fits
                 continue;
             };
@@ -185,28 +181,6 @@ impl Cursor {
             (self.w, self.v, self.c, self.lag) = (w, v, c, lag);
             return run;
         }
-    }
-
-    /// 2^size steps in `time`, the interval at the end being `c`; with the lag
-    /// that remains. `None` if it can't be held.
-    fn fitted(&self, time: Q32, c: Q32, size: u8) -> Option<(Run, i64)> {
-        if size == 0 {
-            let (run, lag) = single(time, self.lag);
-            return Some((run, lag));
-        }
-        let growth = c.wrapping_sub(self.c) as i64;
-        let add = (growth >> (size + 15)).wrapping_add(1) >> 1;
-        let add = i32::try_from(add).ok()?;
-        let steps = 1i64 << size;
-        let triangle = i64::from(add) * (steps * (steps - 1) / 2);
-        let total = time.checked_add_signed(self.lag)? >> 16;
-        let interval = u64::try_from((total as i64).checked_sub(triangle)? >> size).ok()?;
-        let run = Run::new(interval, add, steps as u16);
-        if interval >> 48 != 0 || run.last_interval() >> 48 != 0 {
-            return None;
-        }
-        let played = run.duration() << 16;
-        Some((run, time.checked_add_signed(self.lag)?.wrapping_sub(played) as i64))
     }
 
     fn n_is_rising(&self) -> bool {
@@ -260,6 +234,12 @@ impl Cursor {
     }
 }
 
+impl Runs for Cursor {
+    fn steps_left(&self) -> u32 {
+        if self.path.is_endless() { u32::MAX } else { self.path.length().saturating_sub(self.n) }
+    }
+}
+
 impl Iterator for Cursor {
     type Item = Run;
 
@@ -292,8 +272,28 @@ impl Iterator for Cursor {
     }
 }
 
+/// 2^size steps in `time` and the `lag` before it, while the interval changes from
+/// `c1` to `c2`; with the lag that remains. `None` if it can't be held.
+pub(super) fn fitted(time: Q32, lag: i64, c1: Q32, c2: Q32, size: u8) -> Option<(Run, i64)> {
+    if size == 0 {
+        return Some(single(time, lag));
+    }
+    let growth = c2.wrapping_sub(c1) as i64;
+    let add = (growth >> (size + 15)).wrapping_add(1) >> 1;
+    let add = i32::try_from(add).ok()?;
+    let steps = 1i64 << size;
+    let triangle = i64::from(add) * (steps * (steps - 1) / 2);
+    let time = time.checked_add_signed(lag)?;
+    let interval = u64::try_from(((time >> 16) as i64).checked_sub(triangle)? >> size).ok()?;
+    let run = Run::new(interval, add, steps as u16);
+    if interval >> 48 != 0 || run.last_interval() >> 48 != 0 {
+        return None;
+    }
+    Some((run, time.wrapping_sub(run.duration() << 16) as i64))
+}
+
 /// One step after `time`, in whole 2⁻¹⁶ ticks; with the lag that remains.
-fn single(time: Q32, lag: i64) -> (Run, i64) {
+pub(super) fn single(time: Q32, lag: i64) -> (Run, i64) {
     let total = time.saturating_add_signed(lag);
     (Run::new(total >> 16, 0, 1), (total & 0xFFFF) as i64)
 }
@@ -312,6 +312,6 @@ fn floor(at: Q32) -> u32 {
 }
 
 /// floor(log₂ n); 0 for 0.
-fn floor_log2(n: u32) -> u8 {
+pub(super) fn floor_log2(n: u32) -> u8 {
     n.checked_ilog2().unwrap_or(0) as u8
 }

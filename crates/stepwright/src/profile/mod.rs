@@ -15,6 +15,7 @@
 //! | trapezoid: constant acceleration and deceleration | [`trapezoid`] | yes |
 //! | ramp counted in steps (document 004) | [`ramp_steps`] | yes |
 //! | document 002's: fixed point, general, three transitions | [`austin`] | – |
+//! | S-curve: limited jerk | [`s_curve`] | yes |
 
 mod cursor;
 pub(crate) mod path;
@@ -22,28 +23,36 @@ pub(crate) mod path;
 pub mod austin;
 pub mod constant;
 pub mod ramp_steps;
+pub mod s_curve;
 pub mod series;
 pub mod trapezoid;
 
 pub use cursor::{Cursor, Fit};
 pub use path::{Path, Phase};
 pub use ramp_steps::{Ramp, RampSteps};
+pub use s_curve::{Curve, SCurve, Tracer};
 pub use series::{Part, Series};
 pub use trapezoid::Trapezoid;
 
-use crate::run::Steps;
+use crate::run::{Run, Steps};
 use core::fmt;
 
-/// The pulses of a [`Path`], as delays in ticks, each within a tick of the
-/// closed form. The first is 0.
+/// Runs of a known number of steps: what [`Delays`] are made of.
+pub trait Runs: Iterator<Item = Run> {
+    /// Steps that are still to be handed out; `u32::MAX` if there is no end.
+    fn steps_left(&self) -> u32;
+}
+
+/// The pulses of a [`Path`] or a [`Curve`], as delays in ticks, each within a
+/// tick of the closed form. The first is 0.
 ///
 /// Plays runs that are fitted to a quarter of a tick, so a step costs two
 /// additions; the closed form is evaluated once a run.
 #[derive(Clone, Debug)]
-pub struct Delays {
+pub struct Delays<R = Cursor> {
     /// The pulse at time 0 is still to come.
     first: bool,
-    steps: Steps<Cursor>,
+    steps: Steps<R>,
 }
 
 impl Delays {
@@ -52,7 +61,13 @@ impl Delays {
     }
 }
 
-impl Iterator for Delays {
+impl Delays<Tracer> {
+    pub(crate) fn of_curve(curve: Curve) -> Delays<Tracer> {
+        Delays { first: curve.pulses() > 0, steps: Steps::new(Tracer::new(curve, Fit::EXACT)) }
+    }
+}
+
+impl<R: Runs> Iterator for Delays<R> {
     type Item = crate::Ticks;
 
     #[inline]
@@ -77,7 +92,7 @@ impl Iterator for Delays {
     }
 }
 
-impl ExactSizeIterator for Delays {}
+impl<R: Runs> ExactSizeIterator for Delays<R> {}
 
 /// Why a law can't be held by this timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -37,15 +37,21 @@ pub enum Phase {
     Cruise,
     /// Towards the end speed.
     Down,
+    /// Of an S-curve: the acceleration grows, upwards or downwards.
+    JerkUp,
+    /// Of an S-curve: the acceleration goes back.
+    JerkDown,
 }
 
 impl Phase {
-    /// `up`, `cruise` or `down`.
+    /// `up`, `cruise`, `down`, `jerk-up` or `jerk-down`.
     pub const fn name(self) -> &'static str {
         match self {
             Phase::Up => "up",
             Phase::Cruise => "cruise",
             Phase::Down => "down",
+            Phase::JerkUp => "jerk-up",
+            Phase::JerkDown => "jerk-down",
         }
     }
 }

@@ -8,14 +8,17 @@
 //! | --- | --- | --- | --- |
 //! | [`Speed`] | `u32` | 0.001 steps/s | 1,000,000 steps/s |
 //! | [`Accel`] | `u64` | 0.001 steps/s² | 100,000,000 steps/s² |
+//! | [`Jerk`] | `u64` | 0.001 steps/s³ | 10¹⁵ steps/s³ |
 //! | [`Rate`] | `u32` | ticks/s of a timer | 200 MHz |
 //!
 //! Revolutions, radians and millimetres become steps through [`Geometry`].
 
 mod geometry;
+mod jerk;
 mod speed;
 
 pub use geometry::{Geometry, Turn};
+pub use jerk::Jerk;
 pub use speed::{Accel, OutOfRange, Speed};
 
 /// A delay or a duration in counts of the step timer.

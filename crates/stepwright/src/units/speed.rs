@@ -142,7 +142,7 @@ impl Accel {
 }
 
 /// Writes thousandths as a decimal without trailing zeros.
-fn thousandths(f: &mut fmt::Formatter<'_>, v: u64) -> fmt::Result {
+pub(super) fn thousandths(f: &mut fmt::Formatter<'_>, v: u64) -> fmt::Result {
     let (whole, part) = (v / 1000, v % 1000);
     if part == 0 {
         write!(f, "{whole}")

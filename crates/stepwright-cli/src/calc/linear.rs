@@ -1,0 +1,248 @@
+//! `calc belt` and `calc screw`: from turns to millimetres (document 003).
+//!
+//! ```text
+//!   travel of a turn = pitch · teeth, or pitch · starts
+//!   step             = travel / (steps of a turn · microsteps)
+//!   linear speed     = travel / (delay · steps of a turn · microsteps)
+//! ```
+
+use super::Output;
+use super::measure::{fraction, micros, microsteps, millimetres};
+use crate::failure::Failure;
+use crate::quantity::{GeometryArgs, SpeedArg};
+use crate::sheet::{Cell, Sheet};
+
+/// A belt: length of a step, linear speed
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  stepwright calc belt --teeth 20                        GT2, steps from 1/1 to 1/32
+  stepwright calc belt --teeth 20 --microsteps 16 --delays 80us
+  stepwright calc belt --teeth 16 --pitch 3mm --speed 200rpm")]
+pub struct BeltArgs {
+    /// Teeth of the pulley
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    teeth: u32,
+    /// From tooth to tooth: 2mm (GT2), 3mm, 0.2in …
+    #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = millimetres)]
+    pitch: f64,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// A screw: length of a step, linear speed
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  stepwright calc screw --pitch 2mm --starts 4           8 mm a turn
+  stepwright calc screw --pitch 5mm --microsteps 8 --delays 180us
+  stepwright calc screw --pitch 1.5mm --speed 300rpm")]
+pub struct ScrewArgs {
+    /// From thread to thread: 2mm, 0.1in …
+    #[arg(long, value_name = "LENGTH", value_parser = millimetres)]
+    pitch: f64,
+    /// Threads side by side: with 4 of 2 mm a turn is 8 mm
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=100))]
+    starts: u32,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// What both take.
+#[derive(clap::Args)]
+struct Common {
+    /// Microsteps of a step, one or several: 1,2,4 or 1/16
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = microsteps)]
+    #[arg(default_value = "1,2,4,8,16,32")]
+    microsteps: Vec<u32>,
+    /// Delay from step to step, one for all or one for each of --microsteps: 80, 1.5ms
+    #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = micros)]
+    delays: Vec<f64>,
+    /// A speed of the motor: 3.3rev/s, 120rpm (a bare number is full steps/s)
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    speed: Option<SpeedArg>,
+    /// Full steps of one turn: 200 for 1.8°
+    #[arg(long, value_name = "N", default_value_t = 200, help_heading = "Motor")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    steps_per_rev: u32,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl BeltArgs {
+    /// How it is printed.
+    pub fn output(&self) -> Output {
+        self.common.output
+    }
+
+    /// The belt.
+    pub fn sheet(&self) -> Result<Sheet, Failure> {
+        let BeltArgs { teeth, pitch, .. } = *self;
+        let what = format!("A belt of {pitch} mm pitch on {teeth} teeth");
+        self.common.sheet(what, pitch * f64::from(teeth))
+    }
+}
+
+impl ScrewArgs {
+    /// How it is printed.
+    pub fn output(&self) -> Output {
+        self.common.output
+    }
+
+    /// The screw.
+    pub fn sheet(&self) -> Result<Sheet, Failure> {
+        let ScrewArgs { pitch, starts, .. } = *self;
+        let threads = if starts == 1 { String::new() } else { format!(", {starts} starts") };
+        let what = format!("A screw of {pitch} mm pitch{threads}");
+        self.common.sheet(what, pitch * f64::from(starts))
+    }
+}
+
+/// Turns per second of a delay in µs.
+pub fn turns(delay: f64, steps_per_turn: f64) -> f64 {
+    1e6 / (delay * steps_per_turn)
+}
+
+/// The delay that belongs to one of several microsteps.
+pub fn paired(delays: &[f64], i: usize, of: usize) -> Result<Option<f64>, Failure> {
+    match delays.len() {
+        0 => Ok(None),
+        1 => Ok(delays.first().copied()),
+        n if n == of => Ok(delays.get(i).copied()),
+        n => Err(Failure::usage(format!("{n} delays for {of} kinds of microsteps"))
+            .hint("give one delay for all of --microsteps, or one for each")),
+    }
+}
+
+impl Common {
+    fn sheet(&self, what: String, travel: f64) -> Result<Sheet, Failure> {
+        let mut sheet = Sheet::new(what);
+        sheet.fact("mm_rev", "travel of a turn", Cell::digits(travel, 9), "mm");
+        if let Some(speed) = &self.speed {
+            let geometry = GeometryArgs::of(self.steps_per_rev).geometry()?;
+            let turns = speed.steps(&geometry, "--speed")? / f64::from(self.steps_per_rev);
+            sheet.fact("turns_s", "speed", Cell::digits(turns, 6), "rev/s");
+            sheet.fact("mm_s", "… linear", Cell::digits(turns * travel, 6), "mm/s");
+        }
+        sheet.columns = vec![
+            ("microsteps", "microsteps"),
+            ("steps_rev", "steps/rev"),
+            ("step_um", "step, µm"),
+            ("step_nm", "nm"),
+        ];
+        if !self.delays.is_empty() {
+            sheet.columns.extend([
+                ("delay_us", "delay, µs"),
+                ("turns_s", "rev/s"),
+                ("rpm", "rpm"),
+                ("mm_s", "mm/s"),
+            ]);
+        }
+        for (i, &micro) in self.microsteps.iter().enumerate() {
+            let steps = f64::from(self.steps_per_rev) * f64::from(micro);
+            let mut row = vec![
+                fraction(micro),
+                Cell::digits(steps, 12),
+                Cell::digits(travel * 1e3 / steps, 9),
+                Cell::digits(travel * 1e6 / steps, 9),
+            ];
+            if let Some(delay) = paired(&self.delays, i, self.microsteps.len())? {
+                let turns = turns(delay, steps);
+                row.extend([
+                    Cell::digits(delay, 9),
+                    Cell::fixed(turns, 3),
+                    Cell::fixed(turns * 60.0, 1),
+                    Cell::fixed(turns * travel, 1),
+                ]);
+            }
+            sheet.rows.push(row);
+        }
+        Ok(sheet)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    enum Line {
+        Belt(BeltArgs),
+        Screw(ScrewArgs),
+    }
+
+    fn sheet(line: &str) -> Result<Sheet, Failure> {
+        match Line::parse_from(format!("calc {line}").split_whitespace()) {
+            Line::Belt(args) => args.sheet(),
+            Line::Screw(args) => args.sheet(),
+        }
+    }
+
+    fn real(cell: &Cell) -> f64 {
+        match cell {
+            Cell::Real(value, _) => *value,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Document 003: 2 mm · 20 teeth = 40 mm, and the step of each kind in nm. (Its
+    /// "300 · 32 = 6400" is 200 · 32.)
+    #[test]
+    fn steps_of_a_gt2_belt() {
+        let sheet = sheet("belt --teeth 20").unwrap();
+        assert_eq!(real(&sheet.facts[0].value), 40.0);
+        let steps: Vec<_> = sheet.rows.iter().map(|row| (real(&row[1]), real(&row[3]))).collect();
+        let want = [
+            (200.0, 200_000.0),
+            (400.0, 100_000.0),
+            (800.0, 50_000.0),
+            (1600.0, 25_000.0),
+            (3200.0, 12_500.0),
+            (6400.0, 6250.0),
+        ];
+        assert_eq!(steps, want);
+        assert_eq!(real(&sheet.rows[5][2]), 6.25);
+    }
+
+    /// Document 003's speeds: it cuts rev/s after a digit, and reckons mm/s with that.
+    #[test]
+    fn speeds_of_a_gt2_belt() {
+        let cases = [
+            (1, 1500, 3.3, 132.0),
+            (1, 1000, 5.0, 200.0),
+            (2, 650, 3.8, 152.0),
+            (4, 330, 3.8, 152.0), // 3.788, rounded this time
+            (8, 180, 3.5, 140.0), // it prints 3.8 and 152 for 1/0.288
+            (16, 80, 3.9, 156.0),
+            (32, 60, 2.6, 104.0),
+            (32, 40, 3.9, 156.0),
+            (32, 30, 5.2, 208.0),
+        ];
+        for (micro, delay, turns, mm) in cases {
+            let line = format!("belt --teeth 20 --microsteps {micro} --delays {delay}us");
+            let row = &sheet(&line).unwrap().rows[0];
+            let tenth = 0.1 + 1e-9;
+            assert!((real(&row[5]) - turns).abs() < tenth, "{line}: {row:?}");
+            assert!((real(&row[7]) - mm).abs() < 40.0 * tenth, "{line}: {row:?}");
+            let cut = format!("belt --teeth 20 --speed {turns}rev/s");
+            let facts = sheet(&cut).unwrap().facts;
+            assert!((real(&facts[2].value) - mm).abs() < 1e-9, "{cut}");
+        }
+    }
+
+    #[test]
+    fn a_screw() {
+        let sheet = sheet("screw --pitch 2mm --starts 4 --speed 300rpm --microsteps 1/8").unwrap();
+        assert_eq!(real(&sheet.facts[0].value), 8.0);
+        assert_eq!(real(&sheet.facts[2].value), 40.0);
+        assert_eq!(real(&sheet.rows[0][3]), 5000.0);
+    }
+
+    #[test]
+    fn delays_go_with_microsteps() {
+        assert!(sheet("belt --teeth 20 --delays 1500,650,330,180,80,40").is_ok());
+        assert!(sheet("belt --teeth 20 --delays 1500,650").is_err());
+    }
+}

@@ -1,0 +1,82 @@
+//! `stepwright calc`: the calculators of documents 000 and 003.
+//!
+//! | module | what |
+//! | --- | --- |
+//! | `timer` | a speed on a hardware timer: virtual top, prescaler, real rate |
+//! | `range` | the lowest and the highest rate of a timer |
+//! | `timed` | a speed that changes with the clock: modification, table, curve |
+//! | `linear` | belts and screws: length of a step, linear speed |
+//! | `delay` | which delays fit a timer's period, how far one can count |
+//! | `driver` | reference voltage, jumpers for microsteps |
+//! | [`clock`] | the options that say which timer it is |
+//! | [`measure`] | numbers with a unit |
+//!
+//! Each makes a [`Sheet`]; fitting a timer is the core's `timer::fit`.
+
+mod clock;
+mod delay;
+mod driver;
+mod linear;
+mod measure;
+mod range;
+mod timed;
+mod timer;
+
+use std::io::{self, Write};
+
+use clap::Subcommand;
+
+use crate::failure::{Failure, unless_closed};
+use crate::sheet::{Format, Sheet};
+
+/// Reckon with timers, delays, belts and drivers
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  stepwright calc timer 180                          a rate on an Arduino's timer
+  stepwright calc timed 1rpm 500 --updates 11 --doubling
+  stepwright calc belt --teeth 20 --delays 1500,650,330,180,80,40
+  stepwright calc delay --period 200us
+  stepwright calc vref 1.7A")]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+/// The calculators.
+#[derive(Subcommand)]
+enum What {
+    Timer(timer::Args),
+    Timed(timed::Args),
+    Range(range::Args),
+    Belt(linear::BeltArgs),
+    Screw(linear::ScrewArgs),
+    Delay(delay::Args),
+    Vref(driver::VrefArgs),
+    Microstep(driver::MicrostepArgs),
+}
+
+/// How the result is printed.
+#[derive(clap::Args, Clone, Copy, Debug)]
+#[command(next_help_heading = "Output")]
+struct Output {
+    /// How to print it
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+}
+
+/// Reckons and prints.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let (sheet, Output { format }): (Sheet, Output) = match args.what {
+        What::Timer(args) => (args.sheet()?, args.output),
+        What::Timed(args) => (args.sheet()?, args.output),
+        What::Range(args) => (args.sheet()?, args.output),
+        What::Belt(args) => (args.sheet()?, args.output()),
+        What::Screw(args) => (args.sheet()?, args.output()),
+        What::Delay(args) => (args.sheet()?, args.output),
+        What::Vref(args) => (args.sheet(), args.output),
+        What::Microstep(args) => (args.sheet()?, args.output),
+    };
+    let mut out = io::stdout().lock();
+    unless_closed(sheet.write(&mut out, format).and_then(|()| out.flush()))
+}

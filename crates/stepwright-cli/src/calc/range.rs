@@ -1,0 +1,134 @@
+//! `calc range`: what rates a timer can make (document 000, section 6).
+
+use super::Output;
+use super::clock::ClockArgs;
+use crate::failure::Failure;
+use crate::quantity::GeometryArgs;
+use crate::sheet::{Cell, Sheet};
+
+/// The lowest and the highest rate of a timer
+///
+/// One step each time that the counter comes round is the lowest; the highest is
+/// what the step interrupt allows, 640 clocks on an AVR.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  stepwright calc range                    timer 1 of an Uno
+  stepwright calc range --timer avr8       timer 0, with 8 bits
+  stepwright calc range --oscillator 8MHz --steps-per-rev 3200")]
+pub struct Args {
+    #[command(flatten)]
+    clock: ClockArgs,
+    #[command(flatten)]
+    geometry: GeometryArgs,
+    #[command(flatten)]
+    pub(super) output: Output,
+}
+
+impl Args {
+    /// All prescalers together, and each.
+    pub fn sheet(&self) -> Result<Sheet, Failure> {
+        let hardware = self.clock.hardware()?;
+        let turn = f64::from(self.geometry.geometry()?.steps_per_turn());
+        let (hz, bits) = (f64::from(hardware.hz()), hardware.bits());
+        let lowest = hardware.slowest_nanosteps() as f64 / 1e9;
+        let highest = hardware.fastest_nanosteps() as f64 / 1e9;
+
+        let title = format!("A timer of {bits} bits at {} Hz", hardware.hz());
+        let mut sheet = Sheet::new(title);
+        sheet.fact("lowest_steps_s", "lowest rate", Cell::digits(lowest, 9), "steps/s");
+        sheet.fact("lowest_rpm", "… speed", Cell::digits(lowest * 60.0 / turn, 9), "rpm");
+        sheet.fact("turn_s", "… one turn takes", Cell::digits(turn / lowest, 9), "s");
+        sheet.fact("max_top", "longest virtual top", hardware.max_top(), "clocks");
+        sheet.fact("highest_steps_s", "highest rate", Cell::digits(highest, 9), "steps/s");
+        sheet.fact("highest_rpm", "… speed", Cell::digits(highest * 60.0 / turn, 9), "rpm");
+        sheet.fact("min_top", "shortest virtual top", hardware.min_top(), "clocks");
+
+        sheet.columns = vec![
+            ("prescaler", "prescaler"),
+            ("lowest_steps_s", "lowest, steps/s"),
+            ("lowest_rpm", "rpm"),
+            ("largest_top_steps_s", "largest top, steps/s"),
+            ("largest_top_rpm", "rpm"),
+            ("highest_steps_s", "highest, steps/s"),
+            ("highest_rpm", "rpm"),
+        ];
+        for &shift in hardware.shifts() {
+            let clocks = |counts: u64| (counts << shift) as f64;
+            let counts = 1u64 << bits;
+            // So that it takes no less than the shortest interval.
+            let least = u64::from(hardware.min_top()).div_ceil(1 << shift);
+            let mut row = vec![Cell::from(1u32 << shift)];
+            for counts in [counts, counts - 1, least] {
+                let rate = hz / clocks(counts);
+                row.extend([Cell::digits(rate, 9), Cell::digits(rate * 60.0 / turn, 7)]);
+            }
+            sheet.rows.push(row);
+        }
+        sheet.notes.push(format!(
+            "lowest: one step each 2^{bits} counts; largest top: the register holds 2^{bits} − 1."
+        ));
+        Ok(sheet)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn sheet(line: &str) -> Sheet {
+        Line::parse_from(format!("calc {line}").split_whitespace()).args.sheet().unwrap()
+    }
+
+    fn real(cell: &Cell) -> f64 {
+        match cell {
+            Cell::Real(value, _) => *value,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn fact(sheet: &Sheet, key: &str) -> f64 {
+        real(&sheet.facts.iter().find(|fact| fact.key == key).expect(key).value)
+    }
+
+    /// Section 6, with 16 bits; "~90 RPM" is 73.2, and "12 RPM" 9.16.
+    #[test]
+    fn an_unos_timer_1() {
+        let sheet = sheet("");
+        assert_eq!(format!("{:.9}", fact(&sheet, "lowest_steps_s")), "0.238418579");
+        assert_eq!(format!("{:.4}", fact(&sheet, "turn_s")), "838.8608");
+        assert_eq!(fact(&sheet, "highest_steps_s"), 25_000.0);
+        let rows = &sheet.rows;
+        assert_eq!((rows.len(), &rows[0][0]), (5, &Cell::Whole(1)));
+        assert_eq!(real(&rows[0][1]), 244.140_625);
+        assert_eq!(format!("{:.1}", real(&rows[0][2])), "73.2");
+        assert_eq!(format!("{:.2}", real(&rows[1][2])), "9.16");
+        assert_eq!(real(&rows[0][5]), 25_000.0);
+    }
+
+    /// Section 6, timer 2: its largest top, 255.
+    #[test]
+    fn timer_2() {
+        let sheet = sheet("--timer avr8-timer2");
+        let last = &sheet.rows[sheet.rows.len() - 1];
+        assert_eq!(format!("{:.5}", real(&last[3])), "61.27451");
+        assert_eq!(format!("{:.5}", real(&last[4])), "18.38235");
+    }
+
+    /// No prescaler makes an interval below the shortest.
+    #[test]
+    fn the_highest_rate_is_kept() {
+        for line in ["", "--timer avr8", "--timer capture16", "--timer wide32"] {
+            let sheet = sheet(line);
+            let highest = fact(&sheet, "highest_steps_s");
+            assert!(sheet.rows.iter().all(|row| real(&row[5]) <= highest), "{line}");
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! `calc timer`: a speed on a hardware timer (document 000, sections 4 and 6).
+
+use stepwright::timer::fit::deviation_ppb;
+
+use super::Output;
+use super::clock::{ClockArgs, misfit, virtual_top};
+use super::measure::whole;
+use crate::failure::Failure;
+use crate::quantity::{GeometryArgs, SpeedArg};
+use crate::sheet::{Cell, Sheet};
+
+/// A speed on a timer: virtual top, prescaler, what it is in truth
+///
+/// The virtual top is the clock over the steps/s, in 32 bits; the smallest
+/// prescaler with which it fits the timer's own bits is taken. As document 000 has
+/// it, a speed is rounded down to whole steps/s first, unless --exact is given.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  stepwright calc timer 180                    steps/s
+  stepwright calc timer 10rpm                  33 steps/s, 9.9 rpm in truth
+  stepwright calc timer 10rpm --exact          33.333 steps/s, 10 rpm
+  stepwright calc timer --top 0xE2345          a virtual top
+  stepwright calc timer 20 --oscillator 8MHz --clkpr 4")]
+pub struct Args {
+    /// How fast: 180, 10rpm, 0.5rev/s … (a bare number is steps/s)
+    #[arg(value_name = "SPEED", allow_hyphen_values = true)]
+    #[arg(required_unless_present = "top", conflicts_with = "top")]
+    speed: Option<SpeedArg>,
+    /// A virtual top instead: 926533, 0xE2345
+    #[arg(long, value_name = "N", value_parser = whole)]
+    top: Option<u32>,
+    /// Leave the speed as it is, not in whole steps/s
+    #[arg(long, conflicts_with = "top")]
+    exact: bool,
+    #[command(flatten)]
+    clock: ClockArgs,
+    #[command(flatten)]
+    geometry: GeometryArgs,
+    #[command(flatten)]
+    pub(super) output: Output,
+}
+
+impl Args {
+    /// Fits it.
+    pub fn sheet(&self) -> Result<Sheet, Failure> {
+        let (hardware, geometry) = (self.clock.hardware()?, self.geometry.geometry()?);
+        let turn = geometry.steps_per_turn();
+        let mut sheet;
+        // In 10⁻⁹ steps/s: what is to be made, and what was asked for.
+        let (wanted, asked, top) = match (&self.speed, self.top) {
+            (Some(speed), _) => {
+                let asked = speed.steps(&geometry, "SPEED")?;
+                // Half a thousand millionth: 54 rpm of 200 steps are 180 steps/s.
+                let whole = if self.exact { asked } else { (asked + 5e-10).floor() };
+                let given = speed.given();
+                if whole == 0.0 && asked > 0.0 {
+                    return Err(Failure::new(format!("{given} is less than one step/s"))
+                        .hint("--exact does not round it down to whole steps/s"));
+                }
+                sheet = Sheet::new(format!("{given} on a timer of {} bits", hardware.bits()));
+                sheet.fact("asked_steps_s", "asked for", Cell::digits(asked, 10), "steps/s");
+                if whole != asked {
+                    let note =
+                        "rounded down to whole steps/s, as document 000 does; --exact does not";
+                    sheet.notes.push(note.into());
+                }
+                if !self.exact {
+                    sheet.fact("wanted_steps_s", "whole", Cell::digits(whole, 10), "steps/s");
+                }
+                (whole, asked, virtual_top(&hardware, whole, given)?)
+            }
+            (None, top) => {
+                let top = top.unwrap_or_default();
+                sheet =
+                    Sheet::new(format!("virtual top {top} on a timer of {} bits", hardware.bits()));
+                let rate = f64::from(hardware.hz()) / f64::from(top);
+                sheet.fact("wanted_steps_s", "wanted", Cell::digits(rate, 10), "steps/s");
+                (rate, rate, top)
+            }
+        };
+        let fit = hardware.fit(top).map_err(|error| misfit(&sheet.title, error))?;
+        let nano = |steps: f64| (steps * 1e9).round() as u64;
+        let percent = |ppb: i64| Cell::fixed(ppb as f64 / 1e7, 6);
+        let seconds = f64::from(fit.interval()) / f64::from(hardware.hz());
+        let (rate, rpm) = (1.0 / seconds, 60.0 / seconds / f64::from(turn));
+
+        sheet.fact("io_clock_hz", "I/O clock", hardware.hz(), "Hz");
+        sheet.fact("virtual_top", "virtual top", top, "clocks");
+        sheet.fact("top", "top", fit.top(), "");
+        sheet.fact("prescaler", "prescaler", fit.prescaler(), "");
+        sheet.fact("interval", "interval", fit.interval(), "clocks");
+        let part = f64::from(fit.interval()) / f64::from(top) * 100.0;
+        sheet.fact("interval_percent", "… of the wanted", Cell::fixed(part, 3), "%");
+        sheet.fact("interval_ms", "… in time", Cell::digits(seconds * 1e3, 8), "ms");
+        sheet.fact("rate_steps_s", "real rate", Cell::digits(rate, 10), "steps/s");
+        let deviation = percent(fit.deviation_ppb(nano(wanted)));
+        sheet.fact("deviation_percent", "… deviation", deviation, "%");
+        sheet.fact("rpm", "real speed", Cell::digits(rpm, 10), "rpm");
+        if self.speed.is_some() {
+            let asked = nano(asked * 60.0 / f64::from(turn));
+            let deviation = percent(deviation_ppb(fit.nanorpm(turn), asked));
+            sheet.fact("rpm_deviation_percent", "… deviation", deviation, "%");
+        }
+        sheet.fact("turns_s", "turns", Cell::digits(rpm / 60.0, 6), "rev/s");
+        sheet.fact("turn_s", "one turn takes", Cell::digits(60.0 / rpm, 8), "s");
+        Ok(sheet)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn sheet(line: &str) -> Result<Sheet, Failure> {
+        Line::parse_from(format!("calc {line}").split_whitespace()).args.sheet()
+    }
+
+    /// A fact as it is shown.
+    fn shown(sheet: &Sheet, key: &str) -> String {
+        let fact = sheet.facts.iter().find(|fact| fact.key == key);
+        match fact.map(|fact| &fact.value) {
+            Some(Cell::Whole(value)) => value.to_string(),
+            Some(Cell::Real(_, text)) => text.clone(),
+            other => panic!("{key}: {other:?}"),
+        }
+    }
+
+    #[track_caller]
+    fn check(line: &str, want: &[(&str, &str)]) {
+        let sheet = sheet(line).unwrap();
+        for (key, value) in want {
+            assert_eq!(shown(&sheet, key), *value, "{line}: {key}");
+        }
+    }
+
+    /// Section 6: the spreadsheet's two examples.
+    #[test]
+    fn the_spreadsheet() {
+        check(
+            "180",
+            &[
+                ("io_clock_hz", "16000000"),
+                ("virtual_top", "88888"),
+                ("top", "11111"),
+                ("prescaler", "8"),
+                ("rate_steps_s", "180.0018"),
+                ("deviation_percent", "0.001000"),
+                ("rpm", "54.00054001"),
+                ("turns_s", "0.900009"),
+            ],
+        );
+        check(
+            "10rpm",
+            &[
+                ("wanted_steps_s", "33"),
+                ("virtual_top", "484848"),
+                ("top", "60606"),
+                ("prescaler", "8"),
+                ("rate_steps_s", "33.000033"),
+                ("deviation_percent", "0.000100"),
+                ("rpm", "9.9000099"),
+                ("rpm_deviation_percent", "-0.999901"),
+                ("turns_s", "0.165"),
+            ],
+        );
+        check("10rpm --exact", &[("virtual_top", "480000"), ("rpm", "10")]);
+    }
+
+    /// Section 4: 0xE2345, printed as 0x12345.
+    #[test]
+    fn a_virtual_top() {
+        check(
+            "--top 0xE2345",
+            &[
+                ("virtual_top", "926533"),
+                ("top", "14477"),
+                ("prescaler", "64"),
+                ("interval", "926528"),
+                ("interval_percent", "99.999"),
+            ],
+        );
+        // Section 7's calls.
+        check("--top 32000", &[("rate_steps_s", "500"), ("rpm", "150")]);
+        check("--top 64000", &[("rate_steps_s", "250"), ("rpm", "75")]);
+    }
+
+    #[test]
+    fn other_clocks_and_timers() {
+        check("20 --oscillator 8MHz --clkpr 4", &[("io_clock_hz", "2000000"), ("top", "12500")]);
+        check(
+            "100 --timer avr8",
+            &[("virtual_top", "160000"), ("top", "156"), ("prescaler", "1024")],
+        );
+        check("400 --timer wide32 --oscillator 80MHz", &[("top", "200000"), ("prescaler", "1")]);
+        check("50mm/s --mm-per-rev 40", &[("wanted_steps_s", "250"), ("virtual_top", "64000")]);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        for line in
+            ["0", "25001", "0.2 --exact", "0.5", "--top 67108864", "--top 639", "1 --clkpr 3"]
+        {
+            assert!(sheet(line).is_err(), "{line}");
+        }
+        assert!(sheet("50mm/s").is_err());
+    }
+}

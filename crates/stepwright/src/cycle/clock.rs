@@ -1,0 +1,160 @@
+//! The two clocks of a cycle, and µs in ticks of the step timer.
+//!
+//! A delay of d µs is d·f/10⁶ ticks. It is held in 2⁻¹⁶ ticks, and what a run
+//! loses by that is carried in 10⁻⁶ of these: no step is further than 1/16 tick
+//! from its time, and nothing gathers.
+
+use crate::run::Run;
+use crate::units::{Rate, Ticks};
+
+/// What places the edges of a cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Clock {
+    /// Every step at its own deadline: any delay, to a tick of the timer.
+    #[default]
+    Deadlines,
+    /// Document 003's fixed tick: steps are rounded down to ticks of `period`
+    /// µs since the start, the rest carried; three passes place a step.
+    ///
+    /// ```text
+    ///   tick     n−2      n−1       n
+    ///   bounds    ╳
+    ///   STEP      ________▔▔▔▔▔▔▔▔▔▔________
+    ///                              step counted
+    /// ```
+    Tick {
+        /// µs, 1 and more.
+        period: u32,
+    },
+}
+
+/// Millionths.
+const MILLION: u64 = 1_000_000;
+
+/// A clock's times in ticks of the timer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Beat {
+    hz: u32,
+    /// The fixed tick in µs; 0: there is none.
+    pub period: u32,
+    /// Waits are dealt out in pieces of at most so many µs, below 2³¹ ticks.
+    pub piece: u32,
+    /// Steps a run may have, so that it stays true to 1/16 tick.
+    pub longest: u16,
+    /// What was lost so far, in 10⁻⁶ of 2⁻¹⁶ ticks.
+    lost: u64,
+}
+
+impl Beat {
+    pub(super) const fn new(clock: Clock, rate: Rate) -> Beat {
+        let hz = rate.hz();
+        Beat {
+            hz,
+            period: match clock {
+                Clock::Deadlines => 0,
+                Clock::Tick { period: 0 } => 1,
+                Clock::Tick { period } => period,
+            },
+            piece: (1 << 31) / (hz / 1_000_000 + 1),
+            longest: match hz % 1_000_000 {
+                0 => u16::MAX,
+                _ => 1 << 12,
+            },
+            lost: 0,
+        }
+    }
+
+    /// A new cycle begins: nothing was lost yet.
+    pub(super) fn reset(&mut self) {
+        self.lost = 0;
+    }
+
+    /// An interval of `us` ≤ [`piece`](Beat::piece), in 2⁻¹⁶ ticks, of which
+    /// `count` ≥ 1 come one after another.
+    fn interval(&mut self, us: u32, count: u16) -> u64 {
+        let fine = u64::from(us) * u64::from(self.hz);
+        let (ticks, rest) = (fine / MILLION, (fine % MILLION) << 16);
+        let count = u64::from(count.max(1));
+        // 20 + 16 bits, and as many again for what is kept.
+        let lost = self.lost.wrapping_add((rest % MILLION).wrapping_mul(count));
+        let share = MILLION.wrapping_mul(count);
+        self.lost = lost % share;
+        (ticks << 16) + rest / MILLION + lost / share
+    }
+
+    /// `count` steps, one every `us` ≤ [`piece`](Beat::piece).
+    pub(super) fn steps(&mut self, us: u32, count: u16) -> Run {
+        Run::new(self.interval(us, count), 0, count)
+    }
+
+    /// A step `us` ≤ [`piece`](Beat::piece) after the last, `gone` ticks of
+    /// which are over.
+    pub(super) fn step(&mut self, us: u32, gone: Ticks) -> Run {
+        Run::new(self.interval(us, 1).saturating_sub(u64::from(gone) << 16), 0, 1)
+    }
+
+    /// `us` ≤ [`piece`](Beat::piece) in whole ticks, the rest kept.
+    pub(super) fn wait(&mut self, us: u32) -> Ticks {
+        let fine = self.interval(us, 1);
+        self.lost = self.lost.wrapping_add((fine & 0xFFFF) * MILLION);
+        Ticks::try_from(fine >> 16).unwrap_or(Ticks::MAX)
+    }
+
+    /// µs in ticks of the timer, rounded down.
+    pub(super) fn ticks(&self, us: u32) -> u64 {
+        u64::from(us) * u64::from(self.hz) / MILLION
+    }
+
+    /// Ticks of the timer, rounded up to µs.
+    pub(super) fn micros(&self, ticks: Ticks) -> u32 {
+        let us = (u64::from(ticks) * MILLION).div_ceil(u64::from(self.hz.max(1)));
+        u32::try_from(us).unwrap_or(u32::MAX)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Any mixture of runs, steps and waits ends within 1/16 tick and one
+        /// of the sum of its delays.
+        #[test]
+        fn nothing_gathers(
+            hz in 100_000u32..200_000_001,
+            parts in prop::collection::vec((0u8..3, 1u32..100_000, 1u16..4_096), 1..60),
+        ) {
+            let rate = Rate::from_hz(hz).unwrap();
+            let mut beat = Beat::new(Clock::Deadlines, rate);
+            let (mut us, mut fine) = (0f64, 0f64);
+            for (kind, delay, count) in parts {
+                let delay = delay.min(beat.piece);
+                match kind {
+                    0 => {
+                        let count = count.min(beat.longest);
+                        us += f64::from(delay) * f64::from(count);
+                        fine += beat.steps(delay, count).duration() as f64;
+                    }
+                    1 => {
+                        us += f64::from(delay);
+                        fine += beat.step(delay, 0).duration() as f64;
+                    }
+                    _ => {
+                        us += f64::from(delay);
+                        fine += f64::from(beat.wait(delay)) * 65_536.0;
+                    }
+                }
+                let off = us * f64::from(hz) / 1e6 - fine / 65_536.0;
+                prop_assert!((-0.001..1.07).contains(&off), "{off} ticks after {us} µs");
+            }
+        }
+    }
+
+    #[test]
+    fn ticks_become_micros_rounded_up() {
+        let beat = Beat::new(Clock::Deadlines, Rate::from_hz(16_000_000).unwrap());
+        assert_eq!((beat.micros(16), beat.micros(17), beat.micros(0)), (1, 2, 0));
+    }
+}

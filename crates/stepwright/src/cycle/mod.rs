@@ -1,0 +1,514 @@
+//! Motor cycles (document 003): several motors at once, each with a program of
+//! its own, from one timer.
+//!
+//! A cycle is prepared motor by motor, started, and runs in the background, to
+//! its end or until it is finished, cancelled by a fault, or paused. Positions
+//! are in 64 bits in the user's own unit; nanometres by custom.
+//!
+//! | document | here |
+//! | --- | --- |
+//! | `init_stepper`, `init_stepper_ends` | [`Motor`] |
+//! | `prepare_steps`, `prepare_whirl` … | [`Cycle::prepare`] with a [`Program`] |
+//! | `calibrate_mode_t` | [`Calibration`] |
+//! | `stepper_start_cycle`, `_finish_`, `_pause_`, `_resume_` | [`start`](Cycle::start), [`finish`](Cycle::finish), [`pause`](Cycle::pause), [`resume`](Cycle::resume) |
+//! | `stepper_cycle_running`, `_paused`, `_error` | [`is_running`](Cycle::is_running), [`is_paused`](Cycle::is_paused), [`error`](Cycle::error) |
+//! | `stepper_cycle_max_time` | [`longest`](Cycle::longest) |
+//! | `stepper_set_error_handle_strategy` | [`Strategies`] |
+//! | `smotor.status`, `.error`, `.current_pos` | [`status`](Cycle::status), [`faults`](Cycle::faults), [`position`](Cycle::position) |
+//! | the timer's period | [`Clock`] |
+//!
+//! **Two clocks, one engine.** By default every step has its own deadline: no
+//! delay need be a multiple of anything, and motors of unrelated speeds don't
+//! disturb each other. [`Clock::Tick`] is the document's fixed tick: the same
+//! engine, deadlines rounded down to it, a step in three passes.
+//!
+//! **Nobody else's step.** A motor that stops, or cancels the cycle, costs no
+//! other one a step that is due at that moment, and moves no edge of theirs.
+//!
+//! **Switches are latched.** They are looked at before every event of any
+//! motor, and whenever [`look`](Cycle::look) is called (from a pin's
+//! interrupt); the position where one closed is kept. A motor that goes towards
+//! a closed switch makes no further step; one that goes away from it does, and
+//! one that waits or has arrived has done nothing wrong.
+//!
+//! The step interrupt asks the programs for runs itself. A run is a leg, or
+//! 65,535 steps of it, so that costs next to nothing where delays stay the
+//! same, and what a callback takes where it gives each one.
+
+mod clock;
+mod motor;
+mod player;
+mod program;
+mod strategy;
+mod surroundings;
+mod wiring;
+
+pub use clock::Clock;
+pub use motor::{Calibration, End, Faults, Motor, Status};
+pub use program::{Leg, NextDelay, Program};
+pub use strategy::{AtEnd, AtSmallDelay, AtTiming, CycleError, Refusal, Strategies};
+pub use surroundings::{Around, Surroundings, Switches, Wires};
+
+use crate::drive::{Axes, Drive};
+use crate::engine::{Engine, Frozen, Timing};
+use crate::group::Board;
+use crate::timer::{Count, StepTimer};
+use crate::units::Ticks;
+use clock::Beat;
+use player::{Player, Verdict};
+use program::Reader;
+use wiring::Wiring;
+
+/// N ≤ 8 motors and their cycle.
+///
+/// Belongs to the step interrupt, which calls
+/// [`on_compare`](Cycle::on_compare), as an [`Engine`] does; the rest is for
+/// the foreground, with that interrupt held off.
+pub struct Cycle<'a, T: StepTimer, D, S, const N: usize> {
+    engine: Engine<T, Wiring<D>, Player<'a>, N>,
+    surroundings: S,
+    strategies: Strategies,
+    board: Board<N>,
+    beat: Beat,
+    state: State<T::Count, N>,
+    error: Option<CycleError>,
+    /// Closed switches when they were last looked at.
+    seen: Switches,
+    /// Where the switches closed: min and max of each motor.
+    triggers: [[Option<i64>; 2]; N],
+    late: u32,
+    longest: Ticks,
+}
+
+enum State<C: Count, const N: usize> {
+    Rest,
+    Running,
+    /// And where the motors stand, in steps.
+    Paused(Frozen<C, N>, [i64; N]),
+}
+
+impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D, S, N> {
+    /// All motors at position 0, facing forward, their drivers off.
+    pub fn new(
+        timer: T,
+        drive: D,
+        mut surroundings: S,
+        motors: [Motor; N],
+        clock: Clock,
+        board: Board<N>,
+    ) -> Self {
+        let beat = Beat::new(clock, board.rate);
+        let wide = beat.period != 0;
+        let (mut inverted, mut bit): (Axes, Axes) = (0, 1);
+        for motor in &motors {
+            inverted |= if motor.inverted { bit } else { 0 };
+            bit = bit.wrapping_shl(1);
+        }
+        // The fixed tick has its own times, all of them ticks.
+        let none = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 0 };
+        let timing = if wide { none } else { board.timing };
+        let players = motors.map(|motor| Player::new(motor, beat, timing.hold));
+        surroundings.enable(0);
+        Cycle {
+            engine: Engine::new(timer, Wiring::new(drive, inverted, wide), players, timing),
+            surroundings,
+            strategies: Strategies::default(),
+            board,
+            beat,
+            state: State::Rest,
+            error: None,
+            seen: Switches::default(),
+            triggers: [[None; 2]; N],
+            late: 0,
+            longest: 0,
+        }
+    }
+
+    /// What to do when something goes wrong, in cycles that start from now on.
+    pub fn set_strategies(&mut self, strategies: Strategies) {
+        self.strategies = strategies;
+    }
+
+    /// Gives a motor something to do in the next cycle.
+    ///
+    /// # Errors
+    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
+    pub fn prepare(
+        &mut self,
+        motor: u8,
+        program: Program<'a>,
+        calibration: Calibration,
+    ) -> Result<(), Refusal> {
+        if self.is_running() {
+            return Err(Refusal::Running);
+        }
+        let steps = self.steps(motor);
+        let player = self.player(motor).ok_or(Refusal::NoMotor)?;
+        player.settle(steps);
+        player.prepare(Reader::of(program), calibration);
+        Ok(())
+    }
+
+    /// Starts all motors that were prepared, together.
+    ///
+    /// # Errors
+    /// [`Refusal`], with what the clock needs; and nothing moves. What was
+    /// prepared stays prepared, unless a first delay was too small.
+    pub fn start(&mut self) -> Result<(), Refusal> {
+        if self.is_running() {
+            return Err(Refusal::Running);
+        }
+        self.check()?;
+        self.error = None;
+        self.late = self.engine.late();
+        let mut axes: Axes = 0;
+        for motor in 0..N as u8 {
+            let (steps, strategies) = (self.steps(motor), self.strategies);
+            let Some(player) = self.player(motor) else { continue };
+            if player.is_ready() {
+                player.begin(steps, strategies);
+                axes |= 1 << motor;
+            } else {
+                player.settle(steps);
+                player.calibration = Calibration::None;
+                player.status = Status::Idle;
+            }
+        }
+        self.state = State::Running;
+        self.engine.start(axes);
+        if let Some(motor) = self.canceller() {
+            // Found in the first part of a program: nothing has moved.
+            self.stop();
+            for player in self.engine.feeds() {
+                player.status = Status::Idle;
+            }
+            let needs = self.player(motor).map_or(0, |player| player.motor.smallest_delay);
+            return Err(Refusal::SmallDelay { motor, needs });
+        }
+        self.surroundings.enable(axes);
+        if self.beat.period != 0 {
+            // What is due at once belongs to tick 0.
+            self.engine.on_compare();
+        }
+        self.after();
+        Ok(())
+    }
+
+    /// What the clock needs, motor by motor.
+    fn check(&mut self) -> Result<(), Refusal> {
+        let (period, timing, board) = (self.beat.period, self.board.timing, self.board);
+        let mut moving = 0usize;
+        for player in self.engine.feeds().iter().filter(|player| player.is_ready()) {
+            moving = moving.saturating_add(player.fastest().is_some().into());
+        }
+        if !self.engine.feeds().iter().any(Player::is_ready) {
+            return Err(Refusal::Nothing);
+        }
+        let cost = board.cost.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX);
+        let cost = u64::from(cost) << FULL;
+        let least = timing.min_interval.max(timing.hold.saturating_add(timing.setup));
+        let least = self.beat.micros(least).max(1);
+        let mut load = 0u64;
+        for (motor, player) in (0u8..).zip(self.engine.feeds()) {
+            let Some(fastest) = player.fastest().filter(|_| player.is_ready()) else { continue };
+            let smallest = player.motor.smallest_delay;
+            if period != 0 {
+                let floor = period.saturating_mul(3);
+                let next = smallest.div_ceil(period).saturating_mul(period);
+                if smallest < floor {
+                    return Err(Refusal::PeriodTooLong { motor, needs: floor });
+                }
+                if next != smallest {
+                    return Err(Refusal::PeriodAliquant { motor, needs: next });
+                }
+                continue;
+            }
+            if fastest < least {
+                return Err(Refusal::TooFast { motor, needs: least });
+            }
+            // Steps of all motors together may take all the time there is.
+            let room = (1u64 << FULL).saturating_sub(load);
+            let needs = cost.checked_div(room).unwrap_or(u64::MAX);
+            load = load.saturating_add(cost / self.beat.ticks(fastest).max(1));
+            if load > 1 << FULL {
+                let needs = self.beat.micros(Ticks::try_from(needs).unwrap_or(Ticks::MAX));
+                return Err(Refusal::TooFast { motor, needs });
+            }
+        }
+        Ok(())
+    }
+
+    /// Holds all motors up where they are. On the fixed tick a pulse that is
+    /// under way ends.
+    ///
+    /// # Errors
+    /// [`Refusal::NotRunning`] if there is nothing to hold up.
+    pub fn pause(&mut self) -> Result<(), Refusal> {
+        if !matches!(self.state, State::Running) {
+            return Err(Refusal::NotRunning);
+        }
+        self.engine.drive().lower(Axes::MAX);
+        let mut steps = [0; N];
+        for (motor, steps) in (0u8..).zip(&mut steps) {
+            *steps = self.engine.report(motor).position;
+        }
+        self.state = State::Paused(self.engine.freeze(), steps);
+        Ok(())
+    }
+
+    /// Goes on: every step comes later by the time of the pause.
+    ///
+    /// # Errors
+    /// [`Refusal::NotRunning`] if the cycle is not paused.
+    pub fn resume(&mut self) -> Result<(), Refusal> {
+        match core::mem::replace(&mut self.state, State::Running) {
+            State::Paused(frozen, _) => {
+                self.engine.thaw(frozen);
+                Ok(())
+            }
+            state => {
+                self.state = state;
+                Err(Refusal::NotRunning)
+            }
+        }
+    }
+
+    /// Ends the cycle between two steps; positions stay known. A cycle that is
+    /// over already is left as it is.
+    pub fn finish(&mut self) {
+        if self.is_running() {
+            self.stop();
+        }
+    }
+
+    /// All programs are over, all pulses end.
+    fn stop(&mut self) {
+        if let State::Paused(frozen, _) = core::mem::replace(&mut self.state, State::Rest) {
+            self.engine.thaw(frozen);
+        }
+        self.state = State::Rest;
+        self.engine.halt(Axes::MAX);
+        self.engine.drive().lower(Axes::MAX);
+        self.surroundings.enable(0);
+        for motor in 0..N as u8 {
+            let steps = self.steps(motor);
+            if let Some(player) = self.player(motor) {
+                player.settle(steps);
+            }
+        }
+    }
+
+    /// The step interrupt.
+    pub fn on_compare(&mut self) {
+        let begun = self.engine.timer().now();
+        if !matches!(self.state, State::Running) {
+            return self.engine.on_compare();
+        }
+        // On the fixed tick the time counts from the tick that it is for.
+        let behind = if self.beat.period == 0 { 0 } else { self.engine.behind() };
+        // Motors that a switch stops are out; what is due for the others is
+        // done, and then the cycle may be over.
+        self.watch();
+        self.engine.on_compare();
+        let took = self.engine.timer().now().since(begun);
+        let took = Ticks::try_from(took).unwrap_or(2 * T::Count::HOP);
+        self.took(took, behind);
+        self.after();
+    }
+
+    /// Looks at the switches now: for the interrupt of their pins, or a
+    /// foreground that polls them.
+    pub fn look(&mut self) {
+        self.watch();
+        if matches!(self.state, State::Running) {
+            self.after();
+        }
+    }
+
+    /// Looks at the switches, latches those that have closed, and stops the
+    /// motors that go towards one.
+    fn watch(&mut self) {
+        let now = self.surroundings.switches();
+        let before = core::mem::replace(&mut self.seen, now);
+        if now == Switches::default() {
+            return;
+        }
+        for motor in 0..N as u8 {
+            for (end, now, before) in
+                [(End::Min, now.min, before.min), (End::Max, now.max, before.max)]
+            {
+                if now >> motor & 1 == 0 {
+                    continue;
+                }
+                if before >> motor & 1 == 0 {
+                    let at = self.position(motor);
+                    let side = self.triggers.get_mut(usize::from(motor));
+                    if let Some(side) = side.and_then(|sides| sides.get_mut(end as usize)) {
+                        *side = at;
+                    }
+                }
+                if matches!(self.state, State::Running) {
+                    self.trip(motor, end);
+                }
+            }
+        }
+    }
+
+    /// A switch is closed: its motor stops, if it goes there.
+    fn trip(&mut self, motor: u8, end: End) {
+        let strategy = self.strategies.hard_end;
+        let Some(player) = self.player(motor) else { return };
+        if player.heading == Some(end == End::Max) {
+            self.engine.halt(1 << motor);
+            self.engine.drive().lower(1 << motor);
+            if let Some(player) = self.player(motor) {
+                player.trip(Faults::hard(end), strategy);
+            }
+        }
+    }
+
+    /// The handler took so long, and came so late.
+    fn took(&mut self, ticks: Ticks, behind: Ticks) {
+        self.longest = self.longest.max(ticks);
+        let period = self.beat.period;
+        let slow = period != 0 && self.beat.micros(ticks.saturating_add(behind)) > period;
+        let late = core::mem::replace(&mut self.late, self.engine.late());
+        if (slow || late != self.late) && self.strategies.timing == AtTiming::Cancel {
+            self.error = Some(CycleError::TimingExceeded);
+            self.stop();
+        }
+    }
+
+    /// Is the cycle cancelled, or over?
+    fn after(&mut self) {
+        if !matches!(self.state, State::Running) {
+            return;
+        }
+        if let Some(motor) = self.canceller() {
+            self.error = Some(CycleError::MotorError { motor });
+            self.stop();
+        } else if (0..N as u8).all(|motor| self.engine.report(motor).idle) {
+            self.stop();
+        }
+    }
+
+    /// The first motor whose fault cancels the cycle.
+    fn canceller(&mut self) -> Option<u8> {
+        let mut motors = (0u8..).zip(self.engine.feeds());
+        motors.find(|(_, player)| player.verdict == Verdict::Cancel).map(|(motor, _)| motor)
+    }
+
+    fn player(&mut self, motor: u8) -> Option<&mut Player<'a>> {
+        self.engine.feeds().get_mut(usize::from(motor))
+    }
+
+    /// Steps of a motor. On the fixed tick one counts when STEP falls.
+    fn steps(&mut self, motor: u8) -> i64 {
+        if let State::Paused(_, steps) = &self.state {
+            return steps.get(usize::from(motor)).copied().unwrap_or(0);
+        }
+        let report = self.engine.report(motor);
+        let raised = self.engine.drive().raised.checked_shr(motor.into()).unwrap_or(0) & 1;
+        let rising = if report.forward { i64::from(raised) } else { -i64::from(raised) };
+        report.position.wrapping_sub(rising)
+    }
+
+    /// Whether a cycle is in progress, paused or not.
+    pub fn is_running(&self) -> bool {
+        !matches!(self.state, State::Rest)
+    }
+
+    /// Whether a cycle is held up.
+    pub fn is_paused(&self) -> bool {
+        matches!(self.state, State::Paused(..))
+    }
+
+    /// Why the last cycle, or this one, was cancelled.
+    pub fn error(&self) -> Option<CycleError> {
+        self.error
+    }
+
+    /// How a motor is doing; idle if there is no such.
+    pub fn status(&mut self, motor: u8) -> Status {
+        self.player(motor).map_or(Status::Idle, |player| player.status)
+    }
+
+    /// What went wrong with a motor in its last cycle.
+    pub fn faults(&mut self, motor: u8) -> Faults {
+        self.player(motor).map_or(Faults::NONE, |player| player.faults)
+    }
+
+    /// The position of a motor in its unit, also on the way; `None` if there is
+    /// no such motor.
+    pub fn position(&mut self, motor: u8) -> Option<i64> {
+        let steps = self.steps(motor);
+        self.player(motor).map(|player| player.position(steps))
+    }
+
+    /// Calls the present position of a motor this.
+    ///
+    /// # Errors
+    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
+    pub fn set_position(&mut self, motor: u8, position: i64) -> Result<(), Refusal> {
+        if self.is_running() {
+            return Err(Refusal::Running);
+        }
+        let steps = self.steps(motor);
+        let player = self.player(motor).ok_or(Refusal::NoMotor)?;
+        player.calibration = Calibration::None;
+        player.set_position(steps, position);
+        Ok(())
+    }
+
+    /// A motor, with its bounds as they are calibrated; `None` if there is no
+    /// such.
+    pub fn motor(&mut self, motor: u8) -> Option<Motor> {
+        let steps = self.steps(motor);
+        let running = self.is_running();
+        let player = self.player(motor)?;
+        let mut known = player.motor;
+        if running && player.calibration == Calibration::BoundsMax && player.has_moved(steps) {
+            known.max = Some(player.position(steps));
+        }
+        Some(known)
+    }
+
+    /// Where a motor was when its switch closed last.
+    pub fn trigger(&self, motor: u8, end: End) -> Option<i64> {
+        *self.triggers.get(usize::from(motor))?.get(end as usize)?
+    }
+
+    /// The longest time that the step interrupt took, in µs, since the beginning
+    /// or since it was forgotten. The hardware's way into it is not in it.
+    pub fn longest(&self) -> u32 {
+        self.beat.micros(self.longest)
+    }
+
+    /// Forgets the longest time.
+    pub fn forget_longest(&mut self) {
+        self.longest = 0;
+    }
+
+    /// Steps that came late, since the beginning.
+    pub fn late(&self) -> u32 {
+        self.engine.late()
+    }
+
+    /// The timer.
+    pub fn timer(&mut self) -> &mut T {
+        self.engine.timer()
+    }
+
+    /// The drive.
+    pub fn drive(&mut self) -> &mut D {
+        &mut self.engine.drive().drive
+    }
+
+    /// What is around.
+    pub fn surroundings(&mut self) -> &mut S {
+        &mut self.surroundings
+    }
+}
+
+/// Bits of a load: 1 << 20 is all the time there is.
+const FULL: u32 = 20;

@@ -1,0 +1,172 @@
+//! What a motor of a cycle is, and how it is doing.
+
+use core::fmt;
+
+/// A motor: how far a step goes, how fast it may, where it ends.
+///
+/// Document 003's `init_stepper` and `init_stepper_ends`. Its pins are the
+/// business of the [`Drive`](crate::drive::Drive) and the
+/// [`Surroundings`](super::Surroundings).
+///
+/// ```
+/// use stepwright::cycle::Motor;
+/// // 7.5 µm a step, at most a step a millisecond, on a bed of 300 mm.
+/// let x = Motor::new(7_500, 1_000).between(0, 300_000_000);
+/// assert_eq!(x.max, Some(300_000_000));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Motor {
+    /// Distance of a step in the user's unit, nanometres by custom
+    /// (`distance_per_step`).
+    pub distance: u32,
+    /// Least time from step to step in µs (`step_delay`), 1 and more; what a
+    /// delay of 0 means.
+    pub smallest_delay: u32,
+    /// Forward is a low DIR (`invert_dir`).
+    pub inverted: bool,
+    /// Least position; `None`: there is none (`INF`).
+    pub min: Option<i64>,
+    /// Greatest position; `None`: there is none (`INF`).
+    pub max: Option<i64>,
+}
+
+impl Motor {
+    /// A motor without ends.
+    pub const fn new(distance: u32, smallest_delay: u32) -> Motor {
+        Motor { distance, smallest_delay, inverted: false, min: None, max: None }
+    }
+
+    /// The same between two bounds.
+    pub const fn between(self, min: i64, max: i64) -> Motor {
+        Motor { min: Some(min), max: Some(max), ..self }
+    }
+
+    /// The same, the other way round.
+    pub const fn inverted(self) -> Motor {
+        Motor { inverted: true, ..self }
+    }
+}
+
+/// One of the two ends of a motor's way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Where positions are least.
+    Min,
+    /// Where they are greatest.
+    Max,
+}
+
+/// What a program does to positions and bounds (`calibrate_mode_t`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Calibration {
+    /// Positions are counted, soft ends hold (`NONE`).
+    #[default]
+    None,
+    /// No soft ends; every step leaves the position at the minimum, 0 if there
+    /// is none (`CALIBRATE_START_MIN_POS`).
+    StartMin,
+    /// No soft ends; positions are counted, and every step sets the maximum
+    /// (`CALIBRATE_BOUNDS_MAX_POS`).
+    BoundsMax,
+}
+
+/// How a motor is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Status {
+    /// It takes no part in a cycle, or its cycle has yet to start.
+    #[default]
+    Idle,
+    /// Its program is being played.
+    Running,
+    /// Its program is over: done, or ended by an error or with the cycle.
+    Finished,
+}
+
+/// What went wrong with a motor: a set of flags, with document 003's numbers.
+///
+/// ```
+/// use stepwright::cycle::Faults;
+/// let faults = Faults::SOFT_END_MIN | Faults::STEP_DELAY_SMALL;
+/// assert!(faults.has(Faults::SOFT_END_MIN));
+/// assert_eq!((faults.bits(), faults.to_string()), (17, "soft-end-min, step-delay-small".into()));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Faults(u8);
+
+impl Faults {
+    /// All is well.
+    pub const NONE: Faults = Faults(0);
+    /// The next step would lead below the minimum.
+    pub const SOFT_END_MIN: Faults = Faults(1);
+    /// The next step would lead beyond the maximum.
+    pub const SOFT_END_MAX: Faults = Faults(2);
+    /// The switch at the minimum is closed, and it was going there.
+    pub const HARD_END_MIN: Faults = Faults(4);
+    /// The switch at the maximum is closed, and it was going there.
+    pub const HARD_END_MAX: Faults = Faults(8);
+    /// A delay below the motor's smallest.
+    pub const STEP_DELAY_SMALL: Faults = Faults(16);
+
+    const NAMES: [(Faults, &'static str); 5] = [
+        (Faults::SOFT_END_MIN, "soft-end-min"),
+        (Faults::SOFT_END_MAX, "soft-end-max"),
+        (Faults::HARD_END_MIN, "hard-end-min"),
+        (Faults::HARD_END_MAX, "hard-end-max"),
+        (Faults::STEP_DELAY_SMALL, "step-delay-small"),
+    ];
+
+    pub(super) const fn soft(forward: bool) -> Faults {
+        if forward { Faults::SOFT_END_MAX } else { Faults::SOFT_END_MIN }
+    }
+
+    pub(super) const fn hard(end: End) -> Faults {
+        match end {
+            End::Min => Faults::HARD_END_MIN,
+            End::Max => Faults::HARD_END_MAX,
+        }
+    }
+
+    /// The flags as document 003 numbers them.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Whether one of `flags` is set.
+    pub const fn has(self, flags: Faults) -> bool {
+        self.0 & flags.0 != 0
+    }
+
+    /// Whether all is well.
+    pub const fn is_none(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl core::ops::BitOr for Faults {
+    type Output = Faults;
+    fn bitor(self, other: Faults) -> Faults {
+        Faults(self.0 | other.0)
+    }
+}
+
+impl core::ops::BitOrAssign for Faults {
+    fn bitor_assign(&mut self, other: Faults) {
+        self.0 |= other.0;
+    }
+}
+
+impl fmt::Display for Faults {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_none() {
+            return f.write_str("none");
+        }
+        let mut first = true;
+        for (flag, name) in Faults::NAMES {
+            if self.has(flag) {
+                f.write_str(if core::mem::take(&mut first) { "" } else { ", " })?;
+                f.write_str(name)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,420 @@
+//! One motor's program as runs for the engine.
+//!
+//! The engine asks for a run when the one before is made; so what is asked for
+//! is known a step ahead, and never a step more.
+//!
+//! ```text
+//!   deadlines    step           hold          delay
+//!                 │╲ next leg?   │ DIR          │ step
+//!                 ├──────────────┴──────────────┤
+//!
+//!   fixed tick    n              m−2      m−1      m
+//!                 │ step, DIR    │ bounds │ rise   │ step
+//!                 ├──────────────┼────────┼────────┤
+//! ```
+//!
+//! Bounds stop a motor where its step would be due (two ticks before that on
+//! the fixed tick), and only if there is a step left to make: one that waits or
+//! ends at a bound is where it belongs.
+
+use super::clock::Beat;
+use super::motor::{Calibration, Faults, Motor, Status};
+use super::program::{Next, Reader};
+use super::strategy::{AtEnd, AtSmallDelay, Strategies};
+use crate::queue::{Feed, Taken};
+use crate::run::Run;
+use crate::units::Ticks;
+
+/// What a motor's fault asks of the cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    /// Nothing.
+    Fine,
+    /// The motor stops; nobody else does.
+    Stop,
+    /// All stop.
+    Cancel,
+}
+
+/// What is asked for next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// The next part of the program.
+    Leg,
+    /// The rest of a wait.
+    Wait,
+    /// Steps of the present leg.
+    Steps,
+    /// The rest of a long delay, then its step.
+    Far,
+    /// On the fixed tick: up to two ticks before the step. May it be made? It
+    /// rises a tick later.
+    Approach,
+    /// It has risen, and falls a tick later.
+    Drop,
+    /// The bound is in the way where the step would be due.
+    Out,
+    /// On the fixed tick: the last step is made, and a tick goes by.
+    Linger,
+    /// Nothing any more.
+    Over,
+}
+
+pub(super) struct Player<'a> {
+    pub motor: Motor,
+    pub calibration: Calibration,
+    pub status: Status,
+    pub faults: Faults,
+    pub verdict: Verdict,
+    pub strategies: Strategies,
+    /// Its next step leads forward or backward; `None`: it makes none now.
+    pub heading: Option<bool>,
+    reader: Reader<'a>,
+    /// It has a program that waits for the start.
+    ready: bool,
+    stage: Stage,
+    beat: Beat,
+    /// From a step to a change of direction, in ticks.
+    hold: Ticks,
+    /// Ticks of the next delay that are over.
+    gone: Ticks,
+    /// Where the last step led.
+    facing: bool,
+    forward: bool,
+    /// Steps of the present leg, and µs before each.
+    left: u32,
+    delay: u32,
+    /// µs of a wait that are still to come.
+    pending: u64,
+    /// Fixed tick: µs that the last step came too early by.
+    over: u32,
+    /// Position in the user's unit when the engine had counted `counted` steps.
+    base: i64,
+    counted: i64,
+    /// Steps from there that have been handed out.
+    planned: i64,
+}
+
+impl<'a> Player<'a> {
+    pub(super) const fn new(motor: Motor, beat: Beat, hold: Ticks) -> Player<'a> {
+        Player {
+            motor,
+            calibration: Calibration::None,
+            status: Status::Idle,
+            faults: Faults::NONE,
+            verdict: Verdict::Fine,
+            strategies: Strategies {
+                hard_end: AtEnd::Cancel,
+                soft_end: AtEnd::Cancel,
+                small_delay: AtSmallDelay::Cancel,
+                timing: super::AtTiming::Cancel,
+            },
+            heading: None,
+            reader: Reader::NONE,
+            ready: false,
+            stage: Stage::Over,
+            beat,
+            hold,
+            gone: 0,
+            facing: true,
+            forward: true,
+            left: 0,
+            delay: 0,
+            pending: 0,
+            over: 0,
+            base: 0,
+            counted: 0,
+            planned: 0,
+        }
+    }
+
+    /// Takes a program for the next cycle. Nothing of the one before is left.
+    pub(super) fn prepare(&mut self, reader: Reader<'a>, calibration: Calibration) {
+        self.reader = reader;
+        self.calibration = calibration;
+        self.ready = true;
+        self.status = Status::Idle;
+        self.faults = Faults::NONE;
+        self.verdict = Verdict::Fine;
+        self.stage = Stage::Over;
+        self.heading = None;
+    }
+
+    /// Has a program that waits for the start.
+    pub(super) fn is_ready(&self) -> bool {
+        self.ready
+    }
+
+    /// The smallest delay that its program may ask for, in µs.
+    pub(super) fn fastest(&self) -> Option<u32> {
+        self.reader.fastest(self.motor.smallest_delay)
+    }
+
+    /// Begins, where the engine has counted `steps`.
+    pub(super) fn begin(&mut self, steps: i64, strategies: Strategies) {
+        self.settle(steps);
+        self.strategies = strategies;
+        (self.ready, self.status, self.stage) = (false, Status::Running, Stage::Leg);
+        (self.left, self.pending, self.gone, self.over) = (0, 0, 0, 0);
+        self.beat.reset();
+    }
+
+    /// Its program is over, wherever it is.
+    pub(super) fn end(&mut self) {
+        if self.status == Status::Running {
+            self.status = Status::Finished;
+        }
+        self.stage = Stage::Over;
+        self.heading = None;
+    }
+
+    /// Reckons positions from here on: the engine has counted `steps`.
+    pub(super) fn settle(&mut self, steps: i64) {
+        self.base = self.position(steps);
+        if self.calibration == Calibration::BoundsMax && steps != self.counted {
+            self.motor.max = Some(self.base);
+        }
+        (self.counted, self.planned) = (steps, 0);
+    }
+
+    /// The position in the user's unit after so many steps.
+    pub(super) fn position(&self, steps: i64) -> i64 {
+        let made = steps.wrapping_sub(self.counted);
+        if self.calibration == Calibration::StartMin && made != 0 {
+            return self.motor.min.unwrap_or(0);
+        }
+        self.base.saturating_add(made.saturating_mul(self.motor.distance.into()))
+    }
+
+    /// Whether it has made steps since it was settled.
+    pub(super) fn has_moved(&self, steps: i64) -> bool {
+        steps != self.counted
+    }
+
+    /// Calls the present position this.
+    pub(super) fn set_position(&mut self, steps: i64, position: i64) {
+        (self.base, self.counted, self.planned) = (position, steps, 0);
+    }
+
+    /// Steps that may be made before a soft end is in the way.
+    fn room(&self) -> u32 {
+        let bound = if self.forward { self.motor.max } else { self.motor.min };
+        let (Some(bound), Calibration::None) = (bound, self.calibration) else { return u32::MAX };
+        let at = self.position(self.counted.wrapping_add(self.planned));
+        // Beyond the bound is no room, not a negative one.
+        let way = match self.forward {
+            true if at < bound => bound.abs_diff(at),
+            false if at > bound => at.abs_diff(bound),
+            _ => return 0,
+        };
+        let steps = way / u64::from(self.motor.distance.max(1));
+        u32::try_from(steps).unwrap_or(u32::MAX)
+    }
+
+    /// `count` steps are handed out.
+    fn plan(&mut self, count: u16) {
+        self.left = self.left.saturating_sub(count.into());
+        let steps = i64::from(count);
+        self.planned = self.planned.wrapping_add(if self.forward { steps } else { -steps });
+    }
+
+    fn fault(&mut self, fault: Faults, verdict: Verdict) -> Taken {
+        self.faults |= fault;
+        self.verdict = verdict;
+        self.end();
+        Taken::End
+    }
+
+    /// It has come to an end: the switch is closed, or the bound is reached.
+    pub(super) fn trip(&mut self, fault: Faults, strategy: AtEnd) -> Taken {
+        self.fault(
+            fault,
+            match strategy {
+                AtEnd::StopMotor => Verdict::Stop,
+                AtEnd::Cancel => Verdict::Cancel,
+            },
+        )
+    }
+
+    /// Reads on until there is something to do. `None` if a delay is too small
+    /// for its strategy.
+    fn read(&mut self) -> Option<Stage> {
+        loop {
+            match self.reader.next() {
+                Next::Steps { count: 0, .. } | Next::Wait(0) => {}
+                Next::Steps { count, delay, forward } => {
+                    let smallest = self.motor.smallest_delay.max(1);
+                    (self.left, self.forward) = (count, forward);
+                    self.delay = if delay == 0 { smallest } else { delay };
+                    if self.delay < smallest {
+                        match self.strategies.small_delay {
+                            AtSmallDelay::Fix => self.delay = smallest,
+                            AtSmallDelay::StopMotor => {
+                                self.fault(Faults::STEP_DELAY_SMALL, Verdict::Stop);
+                                return None;
+                            }
+                            AtSmallDelay::Cancel => {
+                                self.fault(Faults::STEP_DELAY_SMALL, Verdict::Cancel);
+                                return None;
+                            }
+                        }
+                    }
+                    return Some(Stage::Steps);
+                }
+                Next::Wait(us) => {
+                    self.pending = us;
+                    return Some(Stage::Wait);
+                }
+                Next::Over => return Some(Stage::Over),
+            }
+        }
+    }
+
+    /// The change of direction that the present leg begins with, if it does.
+    fn turn(&mut self) -> Option<Taken> {
+        if self.forward == self.facing {
+            return None;
+        }
+        self.facing = self.forward;
+        self.gone = self.hold;
+        Some(Taken::Run(Run::turn(self.hold, self.forward)))
+    }
+
+    /// A wait of `us` µs.
+    fn pass(&mut self, us: u32) -> Taken {
+        let wait = self.beat.wait(us).saturating_sub(core::mem::take(&mut self.gone));
+        Taken::Run(Run::turn(wait, self.facing))
+    }
+
+    /// A piece of the wait that is pending.
+    fn pass_piece(&mut self) -> Taken {
+        let piece = self.pending.min(self.beat.piece.into());
+        self.pending -= piece;
+        self.pass(piece as u32)
+    }
+
+    /// The next run by deadlines.
+    fn by_deadline(&mut self) -> Taken {
+        loop {
+            match self.stage {
+                Stage::Leg => match self.read() {
+                    Some(Stage::Over) | None => {
+                        self.end();
+                        return Taken::End;
+                    }
+                    Some(stage) => self.stage = stage,
+                },
+                Stage::Wait if self.pending > 0 => return self.pass_piece(),
+                Stage::Wait => self.stage = Stage::Leg,
+                Stage::Steps if self.left == 0 => self.stage = Stage::Leg,
+                Stage::Steps => {
+                    if let Some(turn) = self.turn() {
+                        return turn;
+                    }
+                    self.heading = Some(self.forward);
+                    let room = self.room();
+                    if room == 0 || self.gone != 0 || self.delay > self.beat.piece {
+                        self.pending = self.delay.into();
+                        self.stage = Stage::Far;
+                        continue;
+                    }
+                    let count = self.left.min(room).min(self.beat.longest.into()) as u16;
+                    self.plan(count);
+                    return Taken::Run(self.beat.steps(self.delay, count));
+                }
+                Stage::Far => {
+                    self.heading = Some(self.forward);
+                    if self.pending > self.beat.piece.into() {
+                        return self.pass_piece();
+                    }
+                    let us = self.pending as u32;
+                    if self.room() == 0 {
+                        self.stage = Stage::Out;
+                        return self.pass(us);
+                    }
+                    self.stage = Stage::Steps;
+                    self.plan(1);
+                    let gone = core::mem::take(&mut self.gone);
+                    return Taken::Run(self.beat.step(us, gone));
+                }
+                Stage::Out => {
+                    return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
+                }
+                _ => return Taken::End,
+            }
+        }
+    }
+
+    /// Ticks from the last step to one `us` µs later, in µs; the rest is kept.
+    fn ticked(&mut self, us: u64) -> u64 {
+        let period = u64::from(self.beat.period.max(1));
+        let us = us.saturating_add(self.over.into());
+        self.over = (us % period) as u32;
+        us - us % period
+    }
+
+    /// The next run on the fixed tick.
+    fn by_tick(&mut self) -> Taken {
+        let period = self.beat.period;
+        loop {
+            match self.stage {
+                Stage::Leg => match self.read() {
+                    None => return Taken::End,
+                    Some(Stage::Over) => {
+                        self.end();
+                        self.stage = Stage::Linger;
+                    }
+                    Some(Stage::Wait) => {
+                        self.pending = self.ticked(self.pending);
+                        self.stage = Stage::Wait;
+                    }
+                    Some(stage) => self.stage = stage,
+                },
+                Stage::Wait if self.pending > 0 => return self.pass_piece(),
+                Stage::Wait => self.stage = Stage::Leg,
+                Stage::Steps if self.left == 0 => self.stage = Stage::Leg,
+                Stage::Steps => {
+                    if let Some(turn) = self.turn() {
+                        return turn;
+                    }
+                    let way = self.ticked(self.delay.into());
+                    self.pending = way.saturating_sub(2 * u64::from(period));
+                    self.stage = Stage::Approach;
+                }
+                Stage::Approach if self.pending > 0 => {
+                    self.heading = Some(self.forward);
+                    return self.pass_piece();
+                }
+                Stage::Approach => {
+                    if self.room() == 0 {
+                        return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
+                    }
+                    self.heading = Some(self.forward);
+                    self.stage = Stage::Drop;
+                    self.plan(1);
+                    return Taken::Run(self.beat.steps(period, 1));
+                }
+                Stage::Drop => {
+                    self.stage = Stage::Steps;
+                    return self.pass(period);
+                }
+                Stage::Linger => {
+                    self.stage = Stage::Over;
+                    return self.pass(period);
+                }
+                _ => return Taken::End,
+            }
+        }
+    }
+}
+
+impl Feed for Player<'_> {
+    fn take(&mut self) -> Taken {
+        self.heading = None;
+        if self.beat.period == 0 { self.by_deadline() } else { self.by_tick() }
+    }
+
+    fn clear(&mut self) {
+        self.end();
+    }
+}

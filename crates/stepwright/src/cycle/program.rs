@@ -1,0 +1,172 @@
+//! What a motor does in a cycle: document 003's `prepare_…` functions.
+//!
+//! | document | here |
+//! | --- | --- |
+//! | `prepare_steps` | [`Program::Steps`] |
+//! | `prepare_whirl` | [`Program::Whirl`] |
+//! | `prepare_simple_buffered_steps` | [`Program::List`] |
+//! | `prepare_buffered_steps` | [`Program::Series`] |
+//! | `prepare_dynamic_steps` | [`Program::Dynamic`] |
+//! | `prepare_dynamic_whirl` | [`Program::DynamicWhirl`] |
+//!
+//! A count's sign is its direction, as in the README of the document; a delay
+//! is in µs, and 0 means the motor's smallest.
+
+/// A callback that gives the delay before each next step, in µs.
+///
+/// It is called from the step interrupt, once for each step, with the number of
+/// steps that were asked for before: 0, 1, 2 …; after the step before, and at
+/// the start for the first one. MUST NOT block.
+pub type NextDelay<'a> = &'a mut (dyn FnMut(u32) -> u32 + Send);
+
+/// What a motor does in a cycle.
+pub enum Program<'a> {
+    /// `count` steps, one every `delay`.
+    Steps {
+        /// How many; backward if negative.
+        count: i32,
+        /// µs from step to step.
+        delay: u32,
+    },
+    /// Steps without end.
+    Whirl {
+        /// Which way.
+        forward: bool,
+        /// µs from step to step.
+        delay: u32,
+    },
+    /// A list of delays, each of them for `each` steps.
+    List {
+        /// µs from step to step.
+        delays: &'a [u32],
+        /// Steps for each delay.
+        each: u32,
+        /// Which way.
+        forward: bool,
+    },
+    /// Legs one after another.
+    Series(&'a [Leg]),
+    /// `count` steps, whose delays a callback gives.
+    Dynamic {
+        /// How many; backward if negative.
+        count: i32,
+        /// Gives the delay before each step.
+        next: NextDelay<'a>,
+    },
+    /// Steps without end, whose delays a callback gives.
+    DynamicWhirl {
+        /// Which way.
+        forward: bool,
+        /// Gives the delay before each step.
+        next: NextDelay<'a>,
+    },
+}
+
+/// A part of a [`Program::Series`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leg {
+    /// `count` steps, one every `delay`.
+    Steps {
+        /// How many; backward if negative.
+        count: i32,
+        /// µs from step to step.
+        delay: u32,
+    },
+    /// No step for `count` times `delay` (direction 0 of the document).
+    Wait {
+        /// How many times.
+        count: u32,
+        /// µs.
+        delay: u32,
+    },
+}
+
+/// What comes next in a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Next {
+    /// So many steps with one delay as it is given, forward or backward.
+    Steps { count: u32, delay: u32, forward: bool },
+    /// So many µs without a step.
+    Wait(u64),
+    /// No more.
+    Over,
+}
+
+/// A program and how far it has been read.
+pub(super) struct Reader<'a> {
+    program: Program<'a>,
+    /// Legs or delays read.
+    at: usize,
+    /// Steps asked for.
+    asked: u32,
+}
+
+/// Steps of an endless program that are handed out at once.
+const MANY: u32 = u32::MAX;
+
+impl<'a> Reader<'a> {
+    pub(super) const NONE: Reader<'a> = Reader::of(Program::Series(&[]));
+
+    pub(super) const fn of(program: Program<'a>) -> Reader<'a> {
+        Reader { program, at: 0, asked: 0 }
+    }
+
+    /// The next part. Everything about it is in the answer: nothing of one
+    /// program or part can leak into another.
+    pub(super) fn next(&mut self) -> Next {
+        let at = self.at;
+        self.at = at.saturating_add(1);
+        match &mut self.program {
+            Program::Steps { count, delay } if at == 0 => steps(*count, *delay),
+            Program::Whirl { forward, delay } => {
+                Next::Steps { count: MANY, delay: *delay, forward: *forward }
+            }
+            Program::List { delays, each, forward } => match delays.get(at) {
+                Some(&delay) => Next::Steps { count: *each, delay, forward: *forward },
+                None => Next::Over,
+            },
+            Program::Series(legs) => match legs.get(at) {
+                Some(&Leg::Steps { count, delay }) => steps(count, delay),
+                Some(&Leg::Wait { count, delay }) => {
+                    Next::Wait(u64::from(count) * u64::from(delay))
+                }
+                None => Next::Over,
+            },
+            Program::Dynamic { count, next } if self.asked < count.unsigned_abs() => {
+                let delay = next(self.asked);
+                self.asked = self.asked.wrapping_add(1);
+                Next::Steps { count: 1, delay, forward: *count >= 0 }
+            }
+            Program::DynamicWhirl { forward, next } => {
+                let delay = next(self.asked);
+                self.asked = self.asked.wrapping_add(1);
+                Next::Steps { count: 1, delay, forward: *forward }
+            }
+            Program::Steps { .. } | Program::Dynamic { .. } => Next::Over,
+        }
+    }
+
+    /// The smallest delay that it may ask for, as far as can be known; `None`
+    /// for one that makes no step.
+    pub(super) fn fastest(&self, smallest: u32) -> Option<u32> {
+        let held = |delay: u32| delay.max(smallest);
+        match &self.program {
+            Program::Steps { count: 0, .. } | Program::Dynamic { count: 0, .. } => None,
+            Program::Steps { delay, .. } | Program::Whirl { delay, .. } => Some(held(*delay)),
+            Program::List { each: 0, .. } => None,
+            Program::List { delays, .. } => delays.iter().copied().map(held).min(),
+            Program::Series(legs) => legs
+                .iter()
+                .filter_map(|leg| match *leg {
+                    Leg::Steps { count: 0, .. } | Leg::Wait { .. } => None,
+                    Leg::Steps { delay, .. } => Some(held(delay)),
+                })
+                .min(),
+            Program::Dynamic { .. } | Program::DynamicWhirl { .. } => Some(smallest),
+        }
+    }
+}
+
+fn steps(count: i32, delay: u32) -> Next {
+    Next::Steps { count: count.unsigned_abs(), delay, forward: count >= 0 }
+}

@@ -1,0 +1,71 @@
+//! What is around the motors of a cycle: limit switches and enable pins.
+
+use crate::drive::Axes;
+use embedded_hal::digital::{InputPin, OutputPin};
+
+/// The switches that are closed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Switches {
+    /// At the minimum.
+    pub min: Axes,
+    /// At the maximum.
+    pub max: Axes,
+}
+
+/// Limit switches and enable pins, as far as there are any.
+///
+/// Both are called from the step interrupt and MUST NOT block.
+pub trait Surroundings {
+    /// The switches that are closed now. An axis without one: open.
+    fn switches(&mut self) -> Switches {
+        Switches::default()
+    }
+
+    /// The drivers of these axes are wanted, those of others are not.
+    fn enable(&mut self, axes: Axes) {
+        let _ = axes;
+    }
+}
+
+/// Nothing around: no switch, and drivers that are always on.
+impl Surroundings for () {}
+
+/// The pins around one motor, each of which may be absent (`NO_PIN`).
+#[derive(Debug)]
+pub struct Around<E, L> {
+    /// Low turns the driver on, as on most of them.
+    pub enable: Option<E>,
+    /// Low is closed: a switch to ground, pulled up.
+    pub min: Option<L>,
+    /// Low is closed.
+    pub max: Option<L>,
+}
+
+/// The pins around N motors, over `embedded-hal`.
+///
+/// A pin that reports an error counts as open: an interrupt has nobody to tell.
+#[derive(Debug)]
+pub struct Wires<E, L, const N: usize>(pub [Around<E, L>; N]);
+
+impl<E: OutputPin, L: InputPin, const N: usize> Surroundings for Wires<E, L, N> {
+    fn switches(&mut self) -> Switches {
+        let closed = |pin: &mut Option<L>| {
+            pin.as_mut().is_some_and(|pin| pin.is_low().unwrap_or(false)).into()
+        };
+        let mut switches = Switches::default();
+        for (axis, around) in self.0.iter_mut().enumerate().take(8) {
+            let (min, max): (Axes, Axes) = (closed(&mut around.min), closed(&mut around.max));
+            switches.min |= min << axis;
+            switches.max |= max << axis;
+        }
+        switches
+    }
+
+    fn enable(&mut self, axes: Axes) {
+        for (axis, around) in self.0.iter_mut().enumerate().take(8) {
+            if let Some(pin) = &mut around.enable {
+                let _ = pin.set_state((axes >> axis & 1 == 0).into());
+            }
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Between the engine and the drive: which way round a motor turns, and the
+//! wide pulse of the fixed tick.
+
+use crate::drive::{Axes, Drive};
+
+/// A drive, with the motors' directions and the pass that ends a pulse.
+///
+/// On the fixed tick a pulse lasts from one tick to the next. The engine's
+/// event at its end is a turn, if only to the same side: that drops STEP.
+pub(super) struct Wiring<D> {
+    pub drive: D,
+    /// Axes whose forward is the other way round.
+    pub inverted: Axes,
+    /// Pulses last until the next turn.
+    pub wide: bool,
+    /// Axes whose STEP is high, if pulses are wide.
+    pub raised: Axes,
+    /// Axes that were told where to turn, and those of them that face forward.
+    told: Axes,
+    facing: Axes,
+}
+
+impl<D: Drive> Wiring<D> {
+    pub(super) const fn new(drive: D, inverted: Axes, wide: bool) -> Wiring<D> {
+        Wiring { drive, inverted, wide, raised: 0, told: 0, facing: 0 }
+    }
+
+    /// Ends the wide pulses of these axes.
+    pub(super) fn lower(&mut self, axes: Axes) {
+        let axes = axes & self.raised;
+        if axes != 0 {
+            self.raised &= !axes;
+            self.drive.end(axes);
+        }
+    }
+}
+
+impl<D: Drive> Drive for Wiring<D> {
+    #[inline]
+    fn begin(&mut self, axes: Axes) {
+        self.drive.begin(axes);
+        if self.wide {
+            self.raised |= axes;
+        }
+    }
+
+    #[inline]
+    fn end(&mut self, axes: Axes) {
+        if !self.wide {
+            self.drive.end(axes);
+        }
+    }
+
+    fn direction(&mut self, axis: u8, forward: bool) {
+        let bit = 1u8.checked_shl(axis.into()).unwrap_or(0);
+        self.lower(bit);
+        if self.told & bit == 0 || forward != (self.facing & bit != 0) {
+            self.told |= bit;
+            self.facing = if forward { self.facing | bit } else { self.facing & !bit };
+            self.drive.direction(axis, forward != (self.inverted & bit != 0));
+        }
+    }
+}

@@ -1,0 +1,345 @@
+//! From any state of motion to rest at a distance: which jerk when.
+//!
+//! A motion has a speed v and an acceleration a. Two manners of going on are
+//! as fast as the limits allow: to *drive* towards the top speed, and to
+//! *stop*. The way to a target is to drive for a time x, then to stop:
+//!
+//! ```text
+//!   jerk    +J  0  −J  0     −J  0  +J         v ▲       ____________
+//!          └───────────┘    └─────────┘          │     ╱│   cruise   │╲
+//!           drive                stop            │    ╱ │            │ ╲
+//!                      x ▲                       └───╱──┴────────────┴──╲──► t
+//! ```
+//!
+//! How far that leads, D(x), never rests as x grows, so the x that leads to the
+//! target is searched for between two that lead short of it and beyond. A target
+//! that even an immediate stop, D(0), would pass is reached by driving the other
+//! way: the same, mirrored. (This is the time-optimal solution of a third-order
+//! system wherever the acceleration may be passed through freely; see
+//! Berscheid, Kröger: *Jerk-limited Real-time Trajectory Generation with
+//! Arbitrary Target States*, 2021, for all the cases that a closed form would
+//! have to tell apart.)
+//!
+//! To reach a speed u from a state, with ½a|a|/J gained anyway while a returns
+//! to 0, and g what then lacks:
+//!
+//! ```text
+//!   peak² = J·g + max(a, 0)²      if above the limit: held there for the rest
+//! ```
+//!
+//! **Through zero**: braking obeys the deceleration, speeding up the acceleration,
+//! and at the moment between them the acceleration is within both, as the jerk
+//! lets it not leap.
+
+use crate::wide::Wide;
+
+/// What bounds a motion, in steps and seconds; nothing is 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Limits {
+    pub top: Wide,
+    /// Acceleration while the speed grows and while it rests.
+    pub up: Wide,
+    pub down: Wide,
+    pub jerk: Wide,
+    /// Speed that the motion ends at: at most that which it begins with.
+    pub end: Wide,
+}
+
+/// A speed and an acceleration, signed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Motion {
+    pub v: Wide,
+    pub a: Wide,
+}
+
+impl Motion {
+    pub(super) const fn steady(v: Wide) -> Motion {
+        Motion { v, a: Wide::ZERO }
+    }
+
+    fn flipped(self, minus: bool) -> Motion {
+        Motion { v: self.v.flipped(minus), a: self.a.flipped(minus) }
+    }
+
+    /// `time` later, at a constant jerk.
+    fn after(self, jerk: Wide, time: Wide) -> Motion {
+        let change = jerk * time;
+        Motion { v: self.v + (self.a + change.scaled(-1)) * time, a: self.a + change }
+    }
+}
+
+/// A time of constant jerk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stage {
+    pub from: Motion,
+    pub to: Motion,
+    pub jerk: Wide,
+    pub time: Wide,
+}
+
+impl Stage {
+    const NONE: Stage = Stage {
+        from: Motion::steady(Wide::ZERO),
+        to: Motion::steady(Wide::ZERO),
+        jerk: Wide::ZERO,
+        time: Wide::ZERO,
+    };
+
+    /// How far it leads. Reckoned from its slower end, where the least is lost.
+    pub(super) fn way(&self) -> Wide {
+        let (m, back) = match self.from.v.abs() <= self.to.v.abs() {
+            true => (self.from, false),
+            false => (self.to, true),
+        };
+        way(m.v, m.a.flipped(back), self.jerk, self.time)
+    }
+
+    fn flipped(self, minus: bool) -> Stage {
+        Stage {
+            from: self.from.flipped(minus),
+            to: self.to.flipped(minus),
+            jerk: self.jerk.flipped(minus),
+            time: self.time,
+        }
+    }
+
+    /// Its two parts, before and after `at`, where the motion is `there`.
+    fn cut(self, at: Wide, there: Motion, rest: Wide) -> [Stage; 2] {
+        [Stage { to: there, time: at, ..self }, Stage { from: there, time: rest, ..self }]
+    }
+
+    /// Parts in which neither the acceleration nor the speed changes its sign.
+    pub(super) fn parts(self) -> Stages<4> {
+        let mut parts = Stages::EMPTY;
+        for part in self.at_no_acceleration() {
+            for part in part.at_rest() {
+                parts.push(part);
+            }
+        }
+        parts
+    }
+
+    /// Divided where the acceleration passes 0.
+    fn at_no_acceleration(self) -> [Stage; 2] {
+        let (a, b) = (self.from.a, self.to.a);
+        if !opposite(a, b) {
+            return [self, Stage::NONE];
+        }
+        let at = a.abs() / self.jerk.abs();
+        let there = Motion::steady(self.from.v + (a * at).scaled(-1));
+        self.cut(at, there, b.abs() / self.jerk.abs())
+    }
+
+    /// Divided where the speed passes 0; the acceleration does not.
+    fn at_rest(self) -> [Stage; 2] {
+        let (Motion { v, a }, Motion { v: u, a: b }) = (self.from, self.to);
+        if !opposite(v, u) {
+            return [self, Stage::NONE];
+        }
+        // a at v = 0: a² − 2jv, and the time as a quotient without a difference.
+        let sign = if a.is_zero() { b } else { a };
+        let there = (a.squared() - (self.jerk * v).scaled(1)).sqrt().flipped(sign.is_minus());
+        let half = |v: Wide, a: Wide| (v.scaled(1) / (a + there)).abs();
+        self.cut(half(v, a), Motion { v: Wide::ZERO, a: there }, half(u, b))
+    }
+}
+
+/// v·t + a·t²/2 + j·t³/6.
+pub(super) fn way(v: Wide, a: Wide, j: Wide, t: Wide) -> Wide {
+    (v + (a + j * t * Wide::THIRD) * t.scaled(-1)) * t
+}
+
+fn opposite(a: Wide, b: Wide) -> bool {
+    !a.is_zero() && !b.is_zero() && a.is_minus() != b.is_minus()
+}
+
+/// Up to N stages, one after the other; none of them takes no time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stages<const N: usize> {
+    all: [Stage; N],
+    len: usize,
+}
+
+impl<const N: usize> Stages<N> {
+    const EMPTY: Stages<N> = Stages { all: [Stage::NONE; N], len: 0 };
+
+    fn push(&mut self, stage: Stage) {
+        if !stage.time.is_plus() {
+            return;
+        }
+        if let Some(slot) = self.all.get_mut(self.len) {
+            *slot = stage;
+            self.len += 1;
+        }
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = Stage> {
+        self.all.iter().take(self.len).copied()
+    }
+}
+
+impl<const N: usize> IntoIterator for Stages<N> {
+    type Item = Stage;
+    type IntoIter = core::iter::Take<core::array::IntoIter<Stage, N>>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.all.into_iter().take(self.len)
+    }
+}
+
+/// A drive is 7 stages at most, a stop 3, with a cruise between them.
+pub(super) type Course = Stages<11>;
+
+impl Limits {
+    /// From `motion` to the speed `to` without acceleration, which on the way is at
+    /// most `up` or `down`. One that is more is brought back first.
+    fn reach(&self, motion: Motion, to: Wide, up: Wide, down: Wide) -> [Stage; 3] {
+        let jerk = self.jerk;
+        // The speed that is gained anyway while the acceleration goes back to 0.
+        let anyway = (motion.a * motion.a.abs() / jerk).scaled(-1);
+        let gain = to - motion.v - anyway;
+        let minus = gain.is_minus();
+        let (gain, most) = (gain.abs(), if minus { down } else { up });
+        let (from, to) = (motion.flipped(minus), to.flipped(minus));
+        let present = if from.a.is_plus() { from.a.squared() } else { Wide::ZERO };
+        let mut peak = (jerk * gain + present).sqrt();
+        let mut hold = Wide::ZERO;
+        if peak > most {
+            // Not below 0 when the acceleration is too large already.
+            let ramps = (most.squared() - present) / jerk;
+            hold = if ramps.is_minus() { gain / most } else { (gain - ramps) / most };
+            peak = most;
+        }
+        let first = peak - from.a;
+        let last = Motion { v: to - (peak.squared() / jerk).scaled(-1), a: peak };
+        let held = Motion { v: last.v - peak * hold, a: peak };
+        let end = Motion::steady(to);
+        [
+            Stage {
+                from,
+                to: held,
+                jerk: jerk.flipped(first.is_minus()),
+                time: first.abs() / jerk,
+            },
+            Stage { from: held, to: last, jerk: Wide::ZERO, time: hold },
+            Stage { from: last, to: end, jerk: -jerk, time: peak / jerk },
+        ]
+        .map(|stage| stage.flipped(minus))
+    }
+
+    /// To the end speed, as fast as allowed.
+    fn stop(&self, motion: Motion) -> [Stage; 3] {
+        self.reach(motion, self.end, self.down, self.down)
+    }
+
+    /// How far a stop leads.
+    fn stopping(&self, motion: Motion) -> Wide {
+        self.stop(motion).iter().fold(Wide::ZERO, |sum, stage| sum + stage.way())
+    }
+
+    /// To the top speed, as fast as allowed.
+    fn drive(&self, motion: Motion) -> Stages<7> {
+        let mut drive = Stages::EMPTY;
+        let mut at = motion;
+        let back = (motion.a * motion.a.abs() / self.jerk).scaled(-1);
+        if motion.v.is_minus() || (motion.v + back).is_minus() {
+            // Backwards still, or so before long: first to rest, by what
+            // decelerates. There the acceleration must be one that the other side
+            // may have, and that can be done with by the top speed.
+            let rest = self.up.min(self.down).squared().scaled(-1) / self.jerk;
+            let stages = self.reach(motion, rest.min(self.top), self.down, self.down);
+            'rest: for stage in stages {
+                for part in stage.at_no_acceleration() {
+                    let rests = part.from.v.is_minus() && !part.to.v.is_minus();
+                    let part = if rests { part.at_rest()[0] } else { part };
+                    drive.push(part);
+                    at = if part.time.is_plus() { part.to } else { at };
+                    if rests {
+                        break 'rest;
+                    }
+                }
+            }
+        }
+        for stage in self.reach(at, self.top, self.up, self.down) {
+            drive.push(stage);
+        }
+        drive
+    }
+
+    /// The stages from `motion` to the end speed, `way` steps away.
+    pub(super) fn course(&self, motion: Motion, way: Wide) -> Course {
+        let minus = self.stopping(motion) > way;
+        let (motion, way) = (motion.flipped(minus), way.flipped(minus));
+        let mut course = Stages::EMPTY;
+        let mut gone = Wide::ZERO;
+        let mut at = motion;
+        let mut far = false;
+        for stage in self.drive(motion).iter() {
+            let left = way - gone;
+            let end = stage.way();
+            if end + self.stopping(stage.to) >= left {
+                let part = self.part(stage, left);
+                course.push(part);
+                (at, far) = (part.to, true);
+                break;
+            }
+            course.push(stage);
+            gone = gone + end;
+            at = stage.to;
+        }
+        if !far {
+            let time = (way - gone - self.stopping(at)) / self.top;
+            course.push(Stage { from: at, to: at, jerk: Wide::ZERO, time });
+        }
+        for stage in self.stop(at) {
+            course.push(stage);
+        }
+        for stage in &mut course.all {
+            *stage = stage.flipped(minus);
+        }
+        course
+    }
+
+    /// How much of `stage`, followed by a stop, leads `left` steps on: a search by
+    /// secants (Illinois), which halves the interval where they are slow.
+    fn part(&self, stage: Stage, left: Wide) -> Stage {
+        let until = |time| Stage { to: stage.from.after(stage.jerk, time), time, ..stage };
+        let beyond = |part: &Stage| part.way() + self.stopping(part.to) - left;
+        let (mut low, mut high) = (Wide::ZERO, stage.time);
+        let (mut short, mut over) = (beyond(&until(low)), beyond(&stage));
+        if !over.is_plus() {
+            return stage;
+        }
+        let mut width = high;
+        let mut last = None;
+        for round in 0..200 {
+            let apart = high - low;
+            if apart <= high.scaled(-63) || !short.is_minus() {
+                break;
+            }
+            let mut x = low + apart * (short / (short - over));
+            if round % 3 == 2 {
+                if apart > width.scaled(-3) {
+                    x = low + apart.scaled(-1);
+                }
+                width = apart;
+            }
+            if x <= low || x >= high {
+                x = low + apart.scaled(-1);
+            }
+            let off = beyond(&until(x));
+            let side = off.is_minus();
+            // An end that stays twice weighs half.
+            let again = last == Some(side);
+            if side {
+                (low, short) = (x, off);
+                over = if again { over.scaled(-1) } else { over };
+            } else {
+                (high, over) = (x, off);
+                short = if again { short.scaled(-1) } else { short };
+            }
+            last = Some(side);
+        }
+        until(low)
+    }
+}

@@ -1,0 +1,408 @@
+//! A curve: pieces of constant jerk, in closed form.
+//!
+//! Within a piece neither speed nor acceleration changes its sign, and it is
+//! seen **from its slower end**, with time and way counted from there:
+//!
+//! ```text
+//!   σ(τ) = v·τ + a·τ²/2 + j·τ³/6       v ≥ 0, a + j·τ ≥ 0: σ rises ever faster
+//! ```
+//!
+//! So σ is convex: Newton's method from the right comes down to τ(σ) without
+//! overshooting, and as σ′·τ ≥ σ, τ is relatively as good as σ, however near to
+//! rest. Pieces before the fastest moment have their places and times from the
+//! beginning, those after it from the end, so that both ends are exact.
+//!
+//! A pulse is due whenever the curve reaches a whole step that is not the one
+//! it reached last. Where it turns back between two steps, the step on which
+//! it stands is not repeated:
+//!
+//! ```text
+//!   11 ┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈
+//!            _____
+//!   10 ┈┈┈▲╱┈┈┈┈┈╲┈┈┈┈┈┈┈┈┈     ▲ a pulse forward   ▼ a pulse back
+//!        ╱        ╲
+//!    9 ┈▲┈┈┈┈┈┈┈┈┈┈▼┈┈┈┈┈┈┈
+//! ```
+
+use super::course::{Course, Limits, Motion, Stage, way};
+use crate::profile::{Phase, Unfit};
+use crate::units::Rate;
+use crate::wide::Wide;
+
+/// Most pieces of a curve: 11 stages, 5 of them divided.
+const PIECES: usize = 16;
+/// Most legs: a curve turns back three times at most.
+const LEGS: usize = 4;
+
+/// A time of constant jerk, in steps and seconds, seen from its slower end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Piece {
+    /// When and where its slower end is.
+    at: Wide,
+    place: Wide,
+    /// Speed and acceleration there, and jerk, forwards in its direction.
+    v: Wide,
+    a: Wide,
+    pub(super) jerk: Wide,
+    /// How long and how far to its faster end.
+    time: Wide,
+    way: Wide,
+    /// Whether the slower end comes first.
+    pub(super) speeds_up: bool,
+    backward: bool,
+    phase: Phase,
+    /// The first pulse after its begin (of the first piece: there), and the last
+    /// one before its end or there.
+    pub(super) first: u32,
+    pub(super) last: u32,
+}
+
+/// A part of the way in one direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Leg {
+    /// The pulse that was made last before it, and the step of that.
+    first: u32,
+    from: i64,
+    /// Its last pulse.
+    last: u32,
+    /// When it begins, in seconds.
+    pub(super) begin: Wide,
+    pub(super) backward: bool,
+}
+
+impl Leg {
+    /// The step of a pulse of this leg.
+    fn place_of(&self, n: u32) -> i64 {
+        let steps = i64::from(n.saturating_sub(self.first));
+        if self.backward { self.from - steps } else { self.from + steps }
+    }
+}
+
+/// What a pulse meets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    /// When, in seconds.
+    pub time: Wide,
+    /// Speed and acceleration in the direction of motion.
+    pub v: Wide,
+    pub a: Wide,
+    /// Time from the piece's slower end.
+    pub tau: Wide,
+}
+
+/// A motion along one axis in closed form, within limits of speed, acceleration
+/// and jerk, whose pulses lie a step apart; it may turn back on its way.
+///
+/// Made by a law: [`SCurve::curve`](super::SCurve::curve).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Curve {
+    rate: Rate,
+    pieces: [Piece; PIECES],
+    piece_count: u8,
+    legs: [Leg; LEGS],
+    leg_count: u8,
+    pulses: u32,
+    /// The highest speed.
+    peak: Wide,
+}
+
+const NO_PIECE: Piece = Piece {
+    at: Wide::ZERO,
+    place: Wide::ZERO,
+    v: Wide::ZERO,
+    a: Wide::ZERO,
+    jerk: Wide::ZERO,
+    time: Wide::ZERO,
+    way: Wide::ZERO,
+    speeds_up: true,
+    backward: false,
+    phase: Phase::Cruise,
+    first: 0,
+    last: 0,
+};
+
+const NO_LEG: Leg = Leg { first: 0, from: 0, last: 0, begin: Wide::ZERO, backward: false };
+
+impl Piece {
+    fn new(stage: Stage) -> Piece {
+        let backward = (stage.from.v + stage.to.v).is_minus();
+        let speeds_up = stage.from.v.abs() <= stage.to.v.abs();
+        let slow = if speeds_up { stage.from } else { stage.to };
+        let (v, a) = (slow.v.flipped(backward), slow.a.flipped(backward == speeds_up));
+        let (jerk, time) = (stage.jerk.flipped(backward), stage.time);
+        let phase = match (jerk.is_zero(), jerk.is_minus() == speeds_up) {
+            (true, _) if a.is_zero() => Phase::Cruise,
+            (true, _) if speeds_up => Phase::Up,
+            (true, _) => Phase::Down,
+            (false, false) => Phase::JerkUp,
+            (false, true) => Phase::JerkDown,
+        };
+        let way = way(v, a, jerk, time);
+        Piece { v, a, jerk, time, way, speeds_up, backward, phase, ..NO_PIECE }
+    }
+
+    /// Place and time of its end.
+    fn end(&self) -> (Wide, Wide) {
+        match self.speeds_up {
+            true => (self.place + self.way.flipped(self.backward), self.at + self.time),
+            false => (self.place, self.at),
+        }
+    }
+
+    /// When it begins.
+    fn begin(&self) -> Wide {
+        if self.speeds_up { self.at } else { self.at - self.time }
+    }
+
+    /// How long it takes from the slower end over `way`; a guess is a help.
+    fn time_of(&self, sigma: Wide, guess: Option<Wide>) -> Wide {
+        if !sigma.is_plus() {
+            return Wide::ZERO;
+        }
+        // Each term alone would take longer than all together.
+        let mut tau = self.time.min(sigma / self.v);
+        if let Some(guess) = guess {
+            tau = tau.min(guess);
+        } else if self.jerk.is_minus() {
+            // The jerk takes a third of what the acceleration gives, at most.
+            tau = tau.min((Wide::whole(3) * sigma / self.a).sqrt());
+        } else {
+            tau = tau.min((sigma.scaled(1) / self.a).sqrt());
+            tau = tau.min((Wide::whole(6) * sigma / self.jerk).above_cube_root());
+        }
+        for _ in 0..40 {
+            let change = self.jerk * tau;
+            let v = self.v + (self.a + change.scaled(-1)) * tau;
+            let off = way(self.v, self.a, self.jerk, tau) - sigma;
+            let step = off / v;
+            tau = (tau - step).min(self.time);
+            if step.abs() <= tau.scaled(-34) {
+                break;
+            }
+        }
+        if tau.is_minus() { Wide::ZERO } else { tau }
+    }
+
+    /// What happens at `place`.
+    fn moment(&self, place: Wide, guess: Option<Wide>) -> Moment {
+        let sigma = (place - self.place).flipped(self.backward == self.speeds_up);
+        let tau = self.time_of(sigma, guess);
+        let change = self.jerk * tau;
+        let v = self.v + (self.a + change.scaled(-1)) * tau;
+        let a = self.a + change;
+        if self.speeds_up {
+            Moment { time: self.at + tau, v, a, tau }
+        } else {
+            Moment { time: self.at - tau, v, a: -a, tau }
+        }
+    }
+}
+
+impl Curve {
+    /// From `motion` to the limits' end speed, `distance` steps away.
+    pub(super) fn new(
+        rate: Rate,
+        limits: &Limits,
+        motion: Motion,
+        distance: i64,
+    ) -> Result<Curve, Unfit> {
+        let mut curve = Curve {
+            rate,
+            pieces: [NO_PIECE; PIECES],
+            legs: [NO_LEG; LEGS],
+            piece_count: 0,
+            leg_count: 0,
+            pulses: 1,
+            peak: motion.v.abs(),
+        };
+        curve.lay(&limits.course(motion, Wide::signed(distance)), motion.v, distance)?;
+        curve.number(distance)?;
+        curve.check()?;
+        Ok(curve)
+    }
+
+    /// Divides the course into pieces and gives them their places and times.
+    fn lay(&mut self, course: &Course, v: Wide, distance: i64) -> Result<(), Unfit> {
+        let (mut place, mut time) = (Wide::ZERO, Wide::ZERO);
+        // Where it is fastest: the number of the piece behind it, and the speed.
+        let mut fastest = (0, v);
+        for part in course.iter().flat_map(|stage| stage.parts()) {
+            let mut piece = Piece::new(part);
+            if part.from.v.abs() > fastest.1.abs() {
+                fastest = (self.piece_count, part.from.v);
+            }
+            let end = (place + piece.way.flipped(piece.backward), time + piece.time);
+            (piece.place, piece.at) = if piece.speeds_up { (place, time) } else { end };
+            (place, time) = end;
+            let slot = self.pieces.get_mut(usize::from(self.piece_count));
+            *slot.ok_or(Unfit::TooLong)? = piece; // not met: there are enough
+            self.piece_count += 1;
+            if part.to.v.abs() > fastest.1.abs() {
+                fastest = (self.piece_count, part.to.v);
+            }
+        }
+        // What rounding left over is gone at the highest speed.
+        let rest = Wide::signed(distance) - place;
+        let more = if rest.is_zero() { rest } else { rest / fastest.1 };
+        self.peak = fastest.1.abs();
+        let pieces = self.pieces.iter_mut().take(self.piece_count.into());
+        for piece in pieces.skip(fastest.0.into()) {
+            (piece.place, piece.at) = (piece.place + rest, piece.at + more);
+        }
+        Ok(())
+    }
+
+    /// Finds the legs, and which pulses belong to which piece.
+    fn number(&mut self, distance: i64) -> Result<(), Unfit> {
+        let count = usize::from(self.piece_count);
+        let mut leg = Leg { backward: self.pieces[0].backward, ..NO_LEG };
+        for (n, piece) in self.pieces.iter_mut().take(count).enumerate() {
+            if piece.backward != leg.backward {
+                self.leg_count = push(&mut self.legs, self.leg_count, leg);
+                leg = Leg {
+                    first: leg.last,
+                    from: leg.place_of(leg.last),
+                    begin: piece.begin(),
+                    backward: piece.backward,
+                    ..leg
+                };
+            }
+            let end = match piece.end().0 {
+                _ if n + 1 == count => distance,
+                end if leg.backward => end.ceil(),
+                end => end.floor(),
+            };
+            let steps = if leg.backward { leg.from - end } else { end - leg.from };
+            let last = u32::try_from(i64::from(leg.first).saturating_add(steps.max(0)));
+            let last = last.ok().filter(|&last| last < 1 << 31).ok_or(Unfit::TooLong)?;
+            piece.first = if n == 0 { 0 } else { leg.last + 1 };
+            piece.last = last.max(leg.last);
+            leg.last = piece.last;
+        }
+        self.leg_count = push(&mut self.legs, self.leg_count, leg);
+        self.pulses = leg.last + 1;
+        // The last pulse is the last piece's, even where what that has left to go
+        // is less than a place so far out can tell.
+        let last = leg.last;
+        for piece in self.pieces.iter_mut().take(count.saturating_sub(1)) {
+            piece.last = piece.last.min(last.saturating_sub(1));
+        }
+        if let Some(piece) = self.pieces.get_mut(count.saturating_sub(1)) {
+            piece.first = piece.first.min(last);
+        }
+        Ok(())
+    }
+
+    /// No interval may exceed 2³¹ ticks. The longest are where the speed is
+    /// least, and that is where pieces meet.
+    fn check(&self) -> Result<(), Unfit> {
+        if self.length() == 0 {
+            return Ok(());
+        }
+        let meetings = self.pieces.iter().take(self.piece_count.into()).map(|piece| piece.last);
+        for n in meetings.chain([0]) {
+            let n = n.min(self.length() - 1);
+            if self.due(n + 1).saturating_sub(self.due(n)) >> 63 != 0 {
+                return Err(Unfit::TooSlow);
+            }
+        }
+        Ok(())
+    }
+
+    /// Pulses in this curve, that on which it begins included: 0 … 2³¹.
+    pub const fn pulses(&self) -> u32 {
+        self.pulses
+    }
+
+    /// With no pulse at all, if there is none to make.
+    pub(super) fn of(mut self, pulses: u32) -> Curve {
+        self.pulses = self.pulses.min(pulses);
+        self
+    }
+
+    /// Steps from the first pulse to the last.
+    pub(super) const fn length(&self) -> u32 {
+        self.pulses.saturating_sub(1)
+    }
+
+    pub(super) const fn rate(&self) -> Rate {
+        self.rate
+    }
+
+    /// The leg in which pulse n is made.
+    pub(super) fn leg_of(&self, n: u32) -> &Leg {
+        let mut legs = self.legs.iter().take(self.leg_count.into());
+        legs.find(|leg| n <= leg.last && n > leg.first).unwrap_or(&self.legs[0])
+    }
+
+    /// The piece in which pulse n is made.
+    pub(super) fn piece_of(&self, n: u32) -> &Piece {
+        let mut pieces = self.pieces.iter().take(self.piece_count.into());
+        pieces.find(|piece| n <= piece.last).unwrap_or(&NO_PIECE)
+    }
+
+    /// What pulse n meets; a guess of its time in its piece is a help.
+    pub(super) fn moment(&self, n: u32, guess: Option<Wide>) -> Moment {
+        self.piece_of(n).moment(Wide::signed(self.leg_of(n).place_of(n)), guess)
+    }
+
+    /// Seconds in 2⁻³² ticks.
+    pub(super) fn ticks(&self, time: Wide) -> u128 {
+        (time * Wide::whole(self.rate.hz().into())).to_q32()
+    }
+
+    /// When pulse n comes, in 2⁻³² ticks.
+    fn due(&self, n: u32) -> u128 {
+        self.ticks(self.moment(n, None).time)
+    }
+
+    /// When pulse `n` comes, in ticks after pulse 0, to the nearest tick; `n`
+    /// beyond the end counts as the end.
+    pub fn time_of(&self, n: u32) -> u64 {
+        let due = self.due(n.min(self.length())).saturating_add(1 << 31);
+        u64::try_from(due >> 32).unwrap_or(u64::MAX)
+    }
+
+    /// Steps from the first pulse to pulse `n`, negative if it lies behind it;
+    /// `n` beyond the end counts as the end.
+    pub fn place_of(&self, n: u32) -> i64 {
+        let n = n.min(self.length());
+        self.leg_of(n).place_of(n)
+    }
+
+    /// The highest speed on this curve, in thousandths of a step per second,
+    /// rounded up.
+    pub fn peak(&self) -> u32 {
+        if self.pulses < 2 {
+            return 0;
+        }
+        let v = self.peak * Wide::whole(1000);
+        // What is a whole number but for rounding is one.
+        let v = v - v.scaled(-50);
+        u32::try_from(v.ceil()).unwrap_or(u32::MAX)
+    }
+
+    /// The phase of pulse n: of the interval that leads to it, by its middle;
+    /// for pulse 0 that of the first interval.
+    pub fn phase_of(&self, n: u32) -> Phase {
+        let n = n.clamp(1, self.length().max(1));
+        let leg = self.leg_of(n);
+        let middle =
+            Wide::signed(leg.place_of(n)) - Wide::whole(1).scaled(-1).flipped(leg.backward);
+        let mut pieces = self.pieces.iter().take(self.piece_count.into());
+        let piece = pieces.find(|piece| {
+            piece.last + 1 >= n && (middle - piece.end().0).is_minus() != leg.backward
+        });
+        piece.unwrap_or(self.piece_of(n)).phase
+    }
+}
+
+fn push(legs: &mut [Leg; LEGS], count: u8, leg: Leg) -> u8 {
+    match legs.get_mut(usize::from(count)) {
+        Some(slot) => {
+            *slot = leg;
+            count + 1
+        }
+        None => count, // not met: there are enough
+    }
+}

@@ -1,0 +1,277 @@
+//! Random cycles: whatever ends, pauses, cancels and callbacks do, the edges
+//! add up to the reported position, and nobody moves another's.
+
+#[path = "common/rig.rs"]
+mod rig;
+
+use proptest::prelude::*;
+use rig::{PULSE, Rig, What};
+use stepwright::cycle::{
+    AtEnd, AtSmallDelay, AtTiming, Calibration, Clock, Leg, Motor, Program, Strategies,
+};
+
+/// A program that owns what it is made of.
+#[derive(Clone, Debug)]
+enum Plan {
+    Nothing,
+    Steps(i32, u32),
+    Whirl(bool, u32),
+    List(Vec<u32>, u32, bool),
+    Series(Vec<Leg>),
+    /// A callback: count, seed; without end if none.
+    Dynamic(Option<i32>, u32),
+}
+
+/// Delays around the smallest of 600 µs; some too small, some 0.
+fn delay() -> impl Strategy<Value = u32> {
+    prop_oneof![6 => 600u32..2_500, 1 => Just(0u32), 1 => 1u32..600, 1 => 2_500u32..40_000]
+}
+
+fn count() -> impl Strategy<Value = i32> {
+    -40i32..40
+}
+
+fn plan() -> impl Strategy<Value = Plan> {
+    let leg = prop_oneof![
+        3 => (count(), delay()).prop_map(|(count, delay)| Leg::Steps { count, delay }),
+        1 => (0u32..4, delay()).prop_map(|(count, delay)| Leg::Wait { count, delay }),
+    ];
+    prop_oneof![
+        Just(Plan::Nothing),
+        (count(), delay()).prop_map(|(count, delay)| Plan::Steps(count, delay)),
+        (any::<bool>(), delay()).prop_map(|(forward, delay)| Plan::Whirl(forward, delay)),
+        (prop::collection::vec(delay(), 0..12), 0u32..5, any::<bool>())
+            .prop_map(|(delays, each, forward)| Plan::List(delays, each, forward)),
+        prop::collection::vec(leg, 0..8).prop_map(Plan::Series),
+        (prop::option::of(count()), any::<u32>())
+            .prop_map(|(count, seed)| Plan::Dynamic(count, seed)),
+    ]
+}
+
+fn motor() -> impl Strategy<Value = Motor> {
+    let bound = || prop::option::of(-30i64..30);
+    (prop_oneof![Just(1u32), 2u32..9], any::<bool>(), bound(), bound()).prop_map(
+        |(distance, inverted, min, max)| {
+            let scaled = |bound: Option<i64>| bound.map(|b| b * i64::from(distance));
+            Motor { inverted, min: scaled(min), max: scaled(max), ..Motor::new(distance, 600) }
+        },
+    )
+}
+
+fn strategies() -> impl Strategy<Value = Strategies> {
+    let end = || prop_oneof![Just(AtEnd::StopMotor), Just(AtEnd::Cancel)];
+    let small = prop_oneof![
+        2 => Just(AtSmallDelay::Fix),
+        1 => Just(AtSmallDelay::StopMotor),
+        1 => Just(AtSmallDelay::Cancel)
+    ];
+    (end(), end(), small).prop_map(|(hard_end, soft_end, small_delay)| Strategies {
+        hard_end,
+        soft_end,
+        small_delay,
+        timing: AtTiming::Cancel,
+    })
+}
+
+/// What happens from outside.
+#[derive(Clone, Copy, Debug)]
+enum Act {
+    Pause,
+    Resume,
+    Finish,
+    Close(u8, u8),
+    Look,
+}
+
+fn act() -> impl Strategy<Value = Act> {
+    prop_oneof![
+        4 => Just(Act::Pause),
+        4 => Just(Act::Resume),
+        1 => Just(Act::Finish),
+        2 => (any::<u8>(), any::<u8>()).prop_map(|(min, max)| Act::Close(min & 5, max & 3)),
+        3 => Just(Act::Close(0, 0)),
+        2 => Just(Act::Look),
+    ]
+}
+
+#[derive(Clone, Debug)]
+struct Round {
+    plans: [(Plan, u8); 3],
+    strategies: Strategies,
+    /// µs from the act before, and what it is.
+    acts: Vec<(u32, Act)>,
+}
+
+fn round() -> impl Strategy<Value = Round> {
+    let calibrated = || (plan(), prop_oneof![4 => Just(0u8), 1 => Just(1u8), 1 => Just(2u8)]);
+    (
+        [calibrated(), calibrated(), calibrated()],
+        strategies(),
+        prop::collection::vec((0u32..20_000, act()), 0..8),
+    )
+        .prop_map(|(plans, strategies, acts)| Round { plans, strategies, acts })
+}
+
+fn calibration(kind: u8) -> Calibration {
+    match kind {
+        0 => Calibration::None,
+        1 => Calibration::StartMin,
+        _ => Calibration::BoundsMax,
+    }
+}
+
+/// A callback of its own for each dynamic plan.
+fn callback(seed: u32) -> impl FnMut(u32) -> u32 + Send {
+    move |step| match seed.rotate_left(step) % 23 {
+        0 => 100,
+        1 => 0,
+        n => 600 + 97 * n,
+    }
+}
+
+fn clock() -> impl Strategy<Value = Clock> {
+    prop_oneof![
+        Just(Clock::Deadlines),
+        Just(Clock::Tick { period: 200 }),
+        Just(Clock::Tick { period: 100 })
+    ]
+}
+
+/// Plays the rounds; afterwards each motor's edges and positions agree.
+fn play(motors: [Motor; 3], clock: Clock, rounds: &[Round]) {
+    let mut calls: Vec<_> = rounds
+        .iter()
+        .map(|round| {
+            round.plans.each_ref().map(|(plan, _)| match plan {
+                Plan::Dynamic(_, seed) => callback(*seed),
+                _ => callback(0),
+            })
+        })
+        .collect();
+    let mut rig = Rig::new(motors, clock);
+    // Positions in steps by the edges, from where positions were last set.
+    for (round, calls) in rounds.iter().zip(&mut calls) {
+        rig.cycle.set_strategies(round.strategies);
+        let before = [0, 1, 2].map(|m| (rig.position(m), edges_of(&rig, m, &motors)));
+        for ((motor, (plan, kind)), next) in (0u8..).zip(&round.plans).zip(calls) {
+            let program = match plan {
+                Plan::Nothing => continue,
+                Plan::Steps(count, delay) => Program::Steps { count: *count, delay: *delay },
+                Plan::Whirl(forward, delay) => Program::Whirl { forward: *forward, delay: *delay },
+                Plan::List(delays, each, forward) => {
+                    Program::List { delays, each: *each, forward: *forward }
+                }
+                Plan::Series(legs) => Program::Series(legs),
+                Plan::Dynamic(Some(count), _) => Program::Dynamic { count: *count, next },
+                Plan::Dynamic(None, _) => Program::DynamicWhirl { forward: true, next },
+            };
+            rig.cycle.prepare(motor, program, calibration(*kind)).unwrap();
+        }
+        rig.begun = rig.time.now.get();
+        let started = rig.cycle.start();
+        let mut at = 0;
+        for (us, act) in &round.acts {
+            at += u64::from(*us);
+            rig.until(at);
+            match act {
+                Act::Pause => _ = rig.cycle.pause(),
+                Act::Resume => _ = rig.cycle.resume(),
+                Act::Finish => rig.cycle.finish(),
+                Act::Close(min, max) => rig.close(*min, *max),
+                Act::Look => rig.cycle.look(),
+            }
+        }
+        _ = rig.cycle.resume();
+        rig.close(0, 0);
+        rig.until(at + 100_000);
+        rig.cycle.finish();
+        for motor in 0..3u8 {
+            let (position, edges) = before[usize::from(motor)];
+            let moved = edges_of(&rig, motor, &motors) - edges;
+            let settings = motors[usize::from(motor)];
+            let (plan, kind) = &round.plans[usize::from(motor)];
+            if started.is_err() {
+                assert_eq!(moved, 0, "a refused cycle moved");
+            }
+            let wanted = match (calibration(*kind), plan) {
+                (Calibration::StartMin, plan) if moved != 0 || rig.position(motor) != position => {
+                    assert!(!matches!(plan, Plan::Nothing));
+                    settings.min.unwrap_or(0)
+                }
+                _ => position + moved * i64::from(settings.distance),
+            };
+            assert_eq!(rig.position(motor), wanted, "motor {motor}, {clock:?}");
+        }
+    }
+    assert_eq!(rig.cycle.late(), 0);
+}
+
+/// Steps by the edges alone, in the motor's own direction.
+fn edges_of(rig: &Rig<3>, motor: u8, motors: &[Motor; 3]) -> i64 {
+    let settings = motors[usize::from(motor)];
+    let (mut forward, mut steps, mut high) = (true, 0, false);
+    for &(time, _, what) in rig.log.borrow().iter().filter(|e| e.1 == motor) {
+        match what {
+            What::Dir(level) => forward = level != settings.inverted,
+            What::Rise => {
+                assert!(!std::mem::replace(&mut high, true), "a pulse within a pulse at {time}");
+                steps += if forward { 1 } else { -1 };
+            }
+            What::Fall => high = false,
+            What::Enable(_) => {}
+        }
+    }
+    assert!(!high, "STEP is left high");
+    steps
+}
+
+fn cases() -> u32 {
+    std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(300)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
+
+    #[test]
+    fn edges_add_up_to_the_position(
+        motors in [motor(), motor(), motor()],
+        clock in clock(),
+        rounds in prop::collection::vec(round(), 1..4),
+    ) {
+        play(motors, clock, &rounds);
+    }
+
+    /// Beside a motor that stops somewhere, or beside one that goes on: the same
+    /// edges.
+    #[test]
+    fn nobody_moves_anothers_edges(
+        clock in clock(),
+        counts in [count(), count()],
+        delays in [600u32..3_000, 600u32..3_000, 600u32..3_000],
+        bound in 0i64..50,
+    ) {
+        let run = |bound: i64| {
+            let m = Motor::new(1, 600);
+            let mut rig = Rig::new([m, m.between(-bound, bound), m], clock);
+            rig.cycle.set_strategies(Strategies { soft_end: AtEnd::StopMotor, ..Strategies::default() });
+            let [a, c] = counts;
+            for (motor, (count, delay)) in (0..).zip([a, 1_000, c].into_iter().zip(delays)) {
+                let delay = if clock == Clock::Deadlines { delay } else { delay / 600 * 600 };
+                rig.cycle.prepare(motor, Program::Steps { count, delay }, Calibration::None).unwrap();
+            }
+            rig.start();
+            rig.until(120_000);
+            [rig.edges(0), rig.edges(2)]
+        };
+        let (whole, stopped) = (run(i64::MAX), run(bound));
+        for (whole, stopped) in whole.iter().zip(&stopped) {
+            prop_assert_eq!(whole.len(), stopped.len());
+            for (a, b) in whole.iter().zip(stopped) {
+                prop_assert_eq!(a.1, b.1);
+                // By deadlines an edge may wait for the end of another's pulse.
+                let slack = if clock == Clock::Deadlines { PULSE } else { 0 };
+                prop_assert!(a.0.abs_diff(b.0) <= slack, "{:?} {:?}", a, b);
+            }
+        }
+    }
+}

@@ -17,6 +17,8 @@
 //! assert!(!board.is_moving());
 //! ```
 
+pub mod published;
+
 use stepwright::drive::{Coils, Port, Sequence};
 use stepwright::timed::{Call, Code, Driver, Dump, Hold, Model, Pace, SetSpeed, Status};
 use stepwright::timer::fit::Hardware;

@@ -57,6 +57,8 @@ pub enum Board {
 pub enum Program {
     /// The controller.
     Slave,
+    /// A small one whose law runs in the step interrupt.
+    Direct,
     /// The other end of the wire.
     Master,
     /// Document 000's first validation case: the timed driver, slower.
@@ -73,6 +75,7 @@ impl Program {
     const fn name(self) -> &'static str {
         match self {
             Program::Slave => "slave",
+            Program::Direct => "direct",
             Program::Master => "master",
             Program::Case1 => "case1",
             Program::Case2 => "case2",
@@ -84,7 +87,7 @@ impl Program {
     /// Whether there is such a program for a board. The examples have their own timers.
     pub fn fits(self, build: Build) -> bool {
         match self {
-            Program::Slave | Program::Master => true,
+            Program::Slave | Program::Direct | Program::Master => true,
             Program::Case1 | Program::Case2 | Program::Case3 => build.timer == 1,
             Program::Shields => build.timer == 1 && build.board == Board::Mega,
         }

@@ -3,8 +3,11 @@
 //! | module | what |
 //! | --- | --- |
 //! | [`law`] | what a ramp law tells the outputs |
-//! | `trapezoid`, `ramp` | one law each: its options and its plan |
-//! | [`path`] | what the laws of constant acceleration share |
+//! | `trapezoid`, `ramp`, `austin` … | one law each: its options and its plan |
+//! | [`limits`] | the options that most of them share |
+//! | [`path`] | laws in closed form: constant acceleration |
+//! | [`counted`], [`formula`] | laws from delay to delay: document 002's |
+//! | [`compare`] | several laws over one another |
 //! | [`ideal`], [`real`] | the profile that delays are measured against |
 //! | [`survey`] | one walk over the pulses: duration, error, phases, samples |
 //! | [`runs`] | what a board gets |
@@ -13,12 +16,21 @@
 //!
 //! Another law is another file beside `trapezoid`, and a line in [`Law`].
 
+mod austin;
+mod austin_fixed;
+mod compare;
+mod counted;
 mod csv;
 mod figure;
+mod formula;
 mod ideal;
 mod json;
 mod law;
+mod limits;
+mod linear_factor;
 mod path;
+mod piecewise;
+mod power;
 mod ramp;
 mod real;
 mod runs;
@@ -29,13 +41,12 @@ mod trapezoid;
 use std::io::{self, BufWriter, Write};
 
 use clap::{Subcommand, ValueEnum};
-use stepwright::profile::Fit;
-use stepwright::{Accel, Rate, Speed};
+use stepwright::{Accel, Geometry, Rate, Speed};
 
 use crate::failure::{Failure, unless_closed};
 use crate::plot::PlotFile;
 use crate::quantity::{GeometryArgs, Held};
-use law::Value;
+use law::{Closeness, Plan, Value};
 use survey::Survey;
 
 /// Plan a travel: its duration, every delay, a plot
@@ -53,6 +64,37 @@ pub struct Args {
 enum Law {
     Trapezoid(trapezoid::Args),
     Ramp(ramp::Args),
+    Austin(austin::Args),
+    AustinFixed(austin_fixed::Args),
+    LinearFactor(linear_factor::Args),
+    Power(power::Args),
+    Piecewise(piecewise::Args),
+    Compare(compare::Args),
+}
+
+impl Law {
+    /// The one that was chosen, or the comparison of several.
+    fn chosen(&self) -> Result<&dyn Planned, &compare::Args> {
+        Ok(match self {
+            Law::Trapezoid(args) => args,
+            Law::Ramp(args) => args,
+            Law::Austin(args) => args,
+            Law::AustinFixed(args) => args,
+            Law::LinearFactor(args) => args,
+            Law::Power(args) => args,
+            Law::Piecewise(args) => args,
+            Law::Compare(args) => return Err(args),
+        })
+    }
+}
+
+/// A law's options.
+trait Planned {
+    /// What every law takes.
+    fn common(&self) -> &Common;
+
+    /// The travel, and what was understood.
+    fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure>;
 }
 
 /// How far.
@@ -86,6 +128,13 @@ struct Common {
     #[arg(long, value_name = "US", default_value_t = 1, requires = "runs")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=10_000), help_heading = "Output")]
     max_error_us: u32,
+    #[command(flatten)]
+    machine: Machine,
+}
+
+/// What carries a plan out.
+#[derive(clap::Args)]
+struct Machine {
     /// Ticks per second of the step timer, 100000 to 200000000
     #[arg(long, value_name = "HZ", default_value = "1000000", value_parser = rate)]
     #[arg(help_heading = "Motor")]
@@ -114,18 +163,17 @@ fn rate(text: &str) -> Result<Rate, String> {
 
 /// Plans, prints, and draws if asked to.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let common = match &args.law {
-        Law::Trapezoid(args) => args.common(),
-        Law::Ramp(args) => args.common(),
+    let chosen = match args.law.chosen() {
+        Ok(chosen) => chosen,
+        Err(several) => return compare::run(several),
     };
-    let (rate, geometry) = (common.timer_hz, common.geometry.geometry()?);
-    let plan = match &args.law {
-        Law::Trapezoid(args) => args.plan(rate, &geometry)?,
-        Law::Ramp(args) => args.plan(rate, &geometry)?,
-    };
+    let common = chosen.common();
+    let (rate, geometry) = (common.machine.timer_hz, common.machine.geometry.geometry()?);
+    let plan = chosen.plan(rate, &geometry)?;
     let fit = common.runs.then(|| {
         let ticks = u64::from(rate.hz()) * u64::from(common.max_error_us) / 1_000_000;
-        Fit::within(ticks as u32, rate.hz() / 125) // as Fit::board, which has 1 µs
+        let error = (ticks as u32).max(1);
+        Closeness { error, longest: rate.hz() / 125 } // as Fit::board, which has 1 µs
     });
     // Only a list of delays needs no walk beforehand.
     let bare = common.format == Format::Csv && common.plot.is_empty();
@@ -141,16 +189,6 @@ pub fn run(args: Args) -> Result<(), Failure> {
         (Format::Json, Some(survey)) => json::write(&mut out, &plan, survey, fit),
     };
     unless_closed(written.and_then(|()| out.flush()))
-}
-
-/// No timer can make two pulses in one tick.
-fn check_peak(law: &dyn law::Law, rate: Rate) -> Result<(), Failure> {
-    if law.peak() <= f64::from(rate.hz()) {
-        return Ok(());
-    }
-    let (peak, hz) = (law.peak(), rate.hz());
-    Err(Failure::new(format!("{peak:.0} steps/s are more than one step a tick at {hz} Hz"))
-        .hint("lower --top-speed or raise --timer-hz"))
 }
 
 /// What is said of a travel that starts at its top speed or above.

@@ -74,8 +74,9 @@ impl Cell {
 
     /// With so many digits in all, at the most.
     pub fn digits(value: f64, digits: usize) -> Cell {
-        let whole = if value == 0.0 { 1 } else { value.abs().log10().floor() as i32 + 1 };
-        let decimals = (digits as i32 - whole).clamp(0, 12) as usize;
+        // As floats, since log10 of 0 has no end.
+        let whole = value.abs().log10().floor() + 1.0;
+        let decimals = (digits as f64 - whole).clamp(0.0, 12.0) as usize;
         let mut shown = format!("{value:.decimals$}");
         if shown.contains('.') {
             shown.truncate(shown.trim_end_matches('0').trim_end_matches('.').len());
@@ -316,5 +317,6 @@ mod tests {
         assert_eq!(shown(0.238_418_579, 9), "0.238418579");
         assert_eq!(shown(16_000.0, 3), "16000");
         assert_eq!(shown(0.0, 3), "0");
+        assert_eq!(shown(f64::INFINITY, 3), "inf");
     }
 }

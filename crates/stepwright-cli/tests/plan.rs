@@ -211,3 +211,94 @@ fn shells_get_their_completions() {
         assert!(stdout(&format!("completions {shell}")).contains("trapezoid"), "{shell}");
     }
 }
+
+/// Document 002's laws: the core's delays against the command's own formulas, in
+/// f64, for any order.
+mod document_002 {
+    use super::*;
+
+    fn law() -> impl Strategy<Value = String> {
+        let c0 = prop_oneof![Just("exact"), Just("0.676"), Just("c1")];
+        let law = prop_oneof![
+            Just("austin".to_owned()),
+            (0u32..=90).prop_map(|knee| format!("linear-factor --knee 0.{knee:02}")),
+            (2u8..=9).prop_map(|p| format!("power --power {p}")),
+            (0u8..=16).prop_map(|breaks| format!("piecewise --breaks {breaks}")),
+        ];
+        prop_oneof![
+            8 => (law, c0).prop_map(|(law, c0)| format!("{law} --c0 {c0}")),
+            1 => Just("austin --divisor 2n".to_owned()),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(cases()))]
+
+        #[test]
+        fn laws(
+            law in law(),
+            steps in 0u32..3_000,
+            top in 1u32..9_000,
+            accel in 50u32..90_000,
+            decel in 50u32..90_000,
+            hz in 1_000_000u32..20_000_000,
+        ) {
+            let json = stdout(&format!(
+                "plan {law} --steps {steps} --top-speed {top} --accel {accel} --decel {decel} \
+                 --timer-hz {hz} --format json"
+            ));
+            let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+            let number = |name: &str| value[name].as_f64().unwrap();
+            prop_assert!(number("largest_error_ticks") <= 1.0, "{json}");
+            prop_assert!(number("peak_speed") <= f64::from(top) * (1.0 + 1e-12));
+            let phases = value["phases"].as_array().unwrap();
+            let pulses = phases.iter().map(|phase| phase["steps"].as_u64().unwrap()).sum::<u64>();
+            prop_assert_eq!(pulses, u64::from(steps));
+            prop_assert_eq!(value["rows"].as_array().unwrap().len(), steps as usize);
+        }
+
+        #[test]
+        fn runs(law in law(), steps in 2u32..2_000, micros in 1u32..50) {
+            let line = format!("plan {law} --steps {steps} --top-speed 3000 --accel 9000");
+            let json = stdout(&format!("{line} --format json --runs --max-error-us {micros}"));
+            let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+            let off = value["runs_error_ticks"].as_f64().unwrap();
+            prop_assert!(off <= f64::from(micros) + 1.0, "{off}");
+            let runs = value["runs"].as_array().unwrap();
+            let count = runs.iter().map(|run| run["count"].as_u64().unwrap()).sum::<u64>();
+            prop_assert_eq!(count, u64::from(steps) - 1);
+        }
+    }
+
+    #[test]
+    fn the_published_form() {
+        let csv = stdout("plan austin-fixed --steps 10 --c0 50000 --c-min 2500 --format csv");
+        let delays: Vec<_> = rows(&csv).iter().map(|row| row.1).collect();
+        let published = [0, 50_000, 30_000, 23_333, 19_744, 17_421, 17_421, 19_744, 23_333, 30_000];
+        assert_eq!(delays, published);
+    }
+
+    /// Laws beside themselves: what must come out.
+    #[test]
+    fn comparisons() {
+        let line = "plan compare trapezoid austin linear-factor power piecewise --steps 2000 \
+                    --accel 2000 --top-speed 1000 --c0 c1 --format json";
+        let value: serde_json::Value = serde_json::from_str(&stdout(line)).unwrap();
+        let cell = |row: usize, name: &str| value["rows"][row][name].as_f64().unwrap();
+        // The reference against itself: √(2/a) … 1000 steps/s, 0.5 s up and down.
+        assert_eq!((cell(0, "largest_error_percent"), cell(0, "time_lost_s")), (0.0, 0.0));
+        assert!((cell(0, "duration_s") - (1.0 + 1_499.0 / 1_000.0)).abs() < 2e-6);
+        assert!((cell(0, "peak_acceleration") - 2_000.0).abs() < 0.01);
+        // c1 makes an almost perfect ramp: Table 1, and 0.4056 for 0.4142.
+        assert!((cell(1, "largest_error_percent") + 2.08).abs() < 0.5);
+        assert!(cell(1, "rms_error_percent") < 0.1);
+        // A linear factor takes time, and spares jerk.
+        assert!(cell(2, "time_lost_s") > 0.05);
+        assert!(cell(2, "peak_jerk") < 0.1 * cell(0, "peak_jerk"));
+        for row in 1..5 {
+            // From c₀ to 0.4056 of it is a little more than a.
+            assert!(cell(row, "peak_acceleration") <= 2_090.0);
+            assert!(cell(row, "peak_speed") <= 1_000.0);
+        }
+    }
+}

@@ -89,7 +89,7 @@ impl From<stepwright::Refusal> for Refusal {
             Core::TooFast { .. } => Refusal::TooFast,
             Core::Unfit(Unfit::TooSlow | Unfit::Standstill) => Refusal::TooSlow,
             Core::Unfit(Unfit::TooLong) => Refusal::Travel,
-            Core::Unfit(Unfit::NoRamp) => Refusal::Ramp,
+            Core::Unfit(Unfit::NoRamp | Unfit::Uneven) => Refusal::Ramp,
         }
     }
 }

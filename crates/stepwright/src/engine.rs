@@ -29,7 +29,8 @@
 //! fixed addresses, and calls the engine for the rest; it leaves what the
 //! engine would have left. `engine/short.rs` has the costs.
 
-mod glimpse;
+#[doc(hidden)]
+pub mod glimpse;
 mod late;
 mod pause;
 #[cfg(target_arch = "avr")]
@@ -414,6 +415,11 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// The times that drivers need.
     pub fn timing(&self) -> Timing {
         self.timing
+    }
+
+    /// What feeds an axis, if there is one.
+    pub fn feed(&mut self, axis: u8) -> Option<&mut F> {
+        self.feeds.get_mut(usize::from(axis))
     }
 
     /// The timer.

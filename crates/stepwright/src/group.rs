@@ -104,6 +104,37 @@ impl<const N: usize> Board<N> {
         let max = shared.split().0.min(alone.split().0).min(Speed::MAX.millisteps());
         Speed::from_millisteps(max).unwrap_or(Speed::MAX)
     }
+
+    /// Can the board step what will move then? `peaks` are the highest speeds of
+    /// the axes in 0.001 steps/s; only those of `ordered` are judged.
+    pub(crate) fn check(
+        &self,
+        peaks: &[u32; N],
+        moving: Axes,
+        ordered: Axes,
+    ) -> Result<(), Refusal> {
+        for axis in 0..N {
+            let (mut others, mut this, mut count) = (Num::ZERO, 0, 0);
+            for (other, &peak) in peaks.iter().enumerate() {
+                if moving >> other & 1 == 0 || peak == 0 {
+                    continue;
+                }
+                count += 1;
+                if other == axis {
+                    this = peak;
+                } else {
+                    others = others.plus(&Num::from(peak));
+                }
+            }
+            if ordered >> axis & 1 != 0 && this > 0 {
+                let max = self.max_beside(others, count);
+                if this > max.millisteps() {
+                    return Err(Refusal::TooFast { max });
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 /// N motors: orders go in, runs come out, positions are known or known to be
@@ -257,27 +288,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                 moving |= 1 << axis;
             }
         }
-        for axis in 0..N {
-            let (mut others, mut this, mut count) = (Num::ZERO, 0, 0);
-            for (other, &peak) in self.peaks.iter().enumerate() {
-                if moving >> other & 1 == 0 || peak == 0 {
-                    continue;
-                }
-                count += 1;
-                if other == axis {
-                    this = peak;
-                } else {
-                    others = others.plus(&Num::from(peak));
-                }
-            }
-            if self.prepared >> axis & 1 != 0 && this > 0 {
-                let max = self.board.max_beside(others, count);
-                if this > max.millisteps() {
-                    return Err(Refusal::TooFast { max });
-                }
-            }
-        }
-        Ok(())
+        self.board.check(&self.peaks, moving, self.prepared)
     }
 
     fn begin(&mut self, wait: Ticks) {

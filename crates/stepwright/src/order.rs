@@ -101,6 +101,7 @@ impl Refusal {
             Refusal::Unfit(Unfit::TooLong) => "too-long",
             Refusal::Unfit(Unfit::Standstill) => "standstill",
             Refusal::Unfit(Unfit::NoRamp) => "no-ramp",
+            Refusal::Unfit(Unfit::Uneven) => "uneven",
         }
     }
 }

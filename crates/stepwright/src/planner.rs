@@ -164,7 +164,7 @@ pub(crate) enum Planned {
 
 /// 2a in 10⁻⁶ (steps/s)² per step, at least that of [`Accel::MIN`].
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-fn slope(order: &Order, ramp: &Ramp) -> Num {
+pub(crate) fn slope(order: &Order, ramp: &Ramp) -> Num {
     const LEAST: Num = Num::small(2000 * Accel::MIN.millisteps() as u16);
     let slope = match ramp {
         Ramp::Steps(steps) => {

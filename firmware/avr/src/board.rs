@@ -66,6 +66,15 @@ pub const CLOCK: u32 = 16_000_000;
 
 /// The chip's own times and a driver's usual ones.
 pub const fn description() -> Board<AXES> {
+    with(COST, MIN_INTERVAL)
+}
+
+/// Likewise, where the law runs in the interrupt.
+pub const fn direct() -> Board<AXES> {
+    with(DIRECT_COST, DIRECT_MIN_INTERVAL)
+}
+
+const fn with(cost: [u32; AXES], min_interval: u32) -> Board<AXES> {
     let rate = match Rate::from_hz(CLOCK) {
         Ok(rate) => rate,
         Err(_) => Rate::MHZ,
@@ -76,9 +85,9 @@ pub const fn description() -> Board<AXES> {
             pulse: rate.nanos(2_000),
             setup: rate.nanos(1_000),
             hold: rate.nanos(1_000),
-            min_interval: MIN_INTERVAL,
+            min_interval,
         },
-        cost: COST,
+        cost,
         fit: Fit::board(rate),
         horizon: rate.micros(16_000),
         lead: rate.micros(250),
@@ -89,13 +98,21 @@ pub const fn description() -> Board<AXES> {
 /// late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`).
 #[cfg(not(feature = "bench"))]
 const COST: [u32; AXES] = [175, 207, 345];
+#[cfg(not(feature = "bench"))]
+const DIRECT_COST: [u32; AXES] = [400, 2_600, 3_200];
 /// What a step may take is what the bench looks for: nothing is refused.
 #[cfg(feature = "bench")]
 const COST: [u32; AXES] = [MIN_INTERVAL; AXES];
+#[cfg(feature = "bench")]
+const DIRECT_COST: [u32; AXES] = [MIN_INTERVAL; AXES];
 
 /// Cycles between two steps of an axis.
 #[cfg(not(feature = "bench"))]
 const MIN_INTERVAL: u32 = COST[0];
+#[cfg(not(feature = "bench"))]
+const DIRECT_MIN_INTERVAL: u32 = 150;
 /// A pulse and as long a pause.
 #[cfg(feature = "bench")]
 const MIN_INTERVAL: u32 = 64;
+#[cfg(feature = "bench")]
+const DIRECT_MIN_INTERVAL: u32 = 64;

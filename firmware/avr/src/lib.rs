@@ -4,7 +4,8 @@
 //! | --- | --- |
 //! | `board` | which chip it is, its pins, what its steps cost |
 //! | `timer` | the step timer |
-//! | `step` | the step interrupt, and the foreground's way to hold it off |
+//! | `step` | the step interrupt that plays queues, and the foreground's way to hold it off |
+//! | `direct` | likewise, with the law in the interrupt |
 //! | `serial` | the serial line, USART0 |
 //! | `clock` | milliseconds, without an interrupt |
 //! | `watchdog` | a reset when the main loop hangs |
@@ -15,8 +16,9 @@
 //! | `console` | its serial line and clock, without interrupts |
 //! | `interrupt` | how a handler is declared, and what a simulator leaves out |
 //!
-//! `bin/slave.rs` is the controller; `bin/case1.rs` to `case3.rs` are document 000's
-//! examples, `bin/shields.rs` drives two shields at once.
+//! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
+//! the interrupt. `bin/case1.rs` to `case3.rs` are document 000's examples,
+//! `bin/shields.rs` drives two shields at once.
 #![no_std]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
 
@@ -31,6 +33,7 @@ compile_error!("the ATmega328P has no timer of 16 bits but timer 1");
 pub mod board;
 pub mod clock;
 pub mod console;
+pub mod direct;
 pub mod eeprom;
 #[doc(hidden)]
 pub mod interrupt;

@@ -46,9 +46,12 @@ pub static ENGINE: Slot<StepEngine> = Slot::new(Engine::off(
 ));
 
 /// Registers, which are no more than a right.
-const unsafe fn token<T>() -> T {
+///
+/// # Safety
+/// The caller has the right, or nothing is done with them before somebody has.
+pub(crate) const unsafe fn token<T>() -> T {
     const { assert!(size_of::<T>() == 0) };
-    // SAFETY: of a value without bytes none is missing; the caller has the right.
+    // SAFETY: of a value without bytes none is missing; the caller's promise.
     unsafe { MaybeUninit::uninit().assume_init() }
 }
 

@@ -79,44 +79,54 @@ timer!(TC4, tcnt4, ocr4a, tccr4a, tccr4b, cs4, timsk4, ocie4a);
 timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a);
 
 /// Puts the step interrupt into a program that has an engine: one that has none
-/// does without its flash.
+/// does without its flash. `queued` plays `step.rs`'s engine, `direct` that of
+/// `direct.rs`.
 #[macro_export]
 macro_rules! step_interrupt {
-    () => {
+    ($way:ident) => {
         #[cfg(feature = "uno")]
-        $crate::step_interrupt!("__vector_11", 0x84, 0x88, (0x0B, 2) (0x0B, 3) (0x0B, 4));
+        $crate::step_interrupt!($way "__vector_11", 0x84, 0x88, 0x16, (0x0B, 2) (0x0B, 3) (0x0B, 4));
         #[cfg(all(
             feature = "mega",
             not(any(feature = "timer3", feature = "timer4", feature = "timer5"))
         ))]
-        $crate::step_interrupt!("__vector_17", 0x84, 0x88, (0x0E, 4) (0x0E, 5) (0x14, 5));
+        $crate::step_interrupt!($way "__vector_17", 0x84, 0x88, 0x16, (0x0E, 4) (0x0E, 5) (0x14, 5));
         #[cfg(feature = "timer3")]
-        $crate::step_interrupt!("__vector_32", 0x94, 0x98, (0x0E, 4) (0x0E, 5) (0x14, 5));
+        $crate::step_interrupt!($way "__vector_32", 0x94, 0x98, 0x18, (0x0E, 4) (0x0E, 5) (0x14, 5));
         #[cfg(feature = "timer4")]
-        $crate::step_interrupt!("__vector_42", 0xA4, 0xA8, (0x0E, 4) (0x0E, 5) (0x14, 5));
+        $crate::step_interrupt!($way "__vector_42", 0xA4, 0xA8, 0x19, (0x0E, 4) (0x0E, 5) (0x14, 5));
         #[cfg(feature = "timer5")]
-        $crate::step_interrupt!("__vector_47", 0x124, 0x128, (0x0E, 4) (0x0E, 5) (0x14, 5));
+        $crate::step_interrupt!($way "__vector_47", 0x124, 0x128, 0x1A, (0x0E, 4) (0x0E, 5) (0x14, 5));
     };
-    // The vector; the addresses of counter and compare register; the ports of
-    // the STEP pins, and their bits.
-    ($vector:literal, $count:literal, $compare:literal, $($step:tt)*) => {
+    // The vector; the addresses of counter, compare register and flags; the
+    // ports of the STEP pins, and their bits.
+    ($way:ident $vector:literal, $($place:tt)*) => {
         #[cfg(not(feature = "bench"))]
-        stepwright::short_way! {
-            vector: $vector,
-            engine: $crate::step::ENGINE as $crate::step::StepEngine,
-            queues: $crate::step::QUEUES,
-            long_way: $crate::step::long_way,
-            timer: $count, compare: $compare,
-            steps: $($step)*,
-        }
+        $crate::step_interrupt!($way ($vector) $($place)*);
         // The 4 cycles of an interrupt's entry: see `interrupt.rs`.
         #[cfg(feature = "bench")]
+        $crate::step_interrupt!($way ($vector + "rjmp .+0\nrjmp .+0") $($place)*);
+    };
+    (
+        queued ($($vector:tt)*) $count:literal, $compare:literal, $flags:literal, $($step:tt)*
+    ) => {
         stepwright::short_way! {
-            vector: $vector + "rjmp .+0\nrjmp .+0",
+            vector: $($vector)*,
             engine: $crate::step::ENGINE as $crate::step::StepEngine,
             queues: $crate::step::QUEUES,
             long_way: $crate::step::long_way,
-            timer: $count, compare: $compare,
+            timer: $count, compare: $compare, flags: $flags,
+            steps: $($step)*,
+        }
+    };
+    (
+        direct ($($vector:tt)*) $count:literal, $compare:literal, $flags:literal, $($step:tt)*
+    ) => {
+        stepwright::direct_way! {
+            vector: $($vector)*,
+            engine: $crate::direct::ENGINE as $crate::direct::DirectEngine,
+            long_way: $crate::direct::long_way,
+            timer: $count, compare: $compare, flags: $flags,
             steps: $($step)*,
         }
     };

@@ -32,14 +32,50 @@ use crate::firmware;
 
 pub use table::{Row, Table};
 
+/// Who computes the intervals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// The foreground, ahead.
+    Queued,
+    /// The step interrupt.
+    Direct,
+}
+
+impl Way {
+    const fn name(self) -> &'static str {
+        match self {
+            Way::Queued => "queued",
+            Way::Direct => "direct",
+        }
+    }
+}
+
+/// A firmware.
+#[derive(Clone, Debug)]
+struct Builds {
+    /// For measurements of time.
+    bench: Image,
+    /// As it is flashed.
+    plain: Image,
+}
+
 /// The firmwares of one board.
 #[derive(Clone, Debug)]
 struct Subject {
     board: Board,
-    bench: Image,
-    plain: Image,
+    queued: Builds,
+    direct: Builds,
     /// Rates of an earlier run, to begin the search with.
     known: Table,
+}
+
+impl Subject {
+    fn builds(&self, way: Way) -> &Builds {
+        match way {
+            Way::Queued => &self.queued,
+            Way::Direct => &self.direct,
+        }
+    }
 }
 
 /// One measurement, and the rows that come of it.
@@ -57,6 +93,7 @@ const MEASURES: &[Measure] = &[
     (rates::three, &["rate_ramps", "late_steps"]),
     (rates::two, &["rate_ramps"]),
     (rates::constant, &["rate_constant"]),
+    (rates::direct, &["rate_ramps", "direct"]),
 ];
 
 /// Measures everything, or `only` what a row of that name takes.
@@ -68,9 +105,12 @@ pub fn measure(board: Board, known: Table, only: Option<&str>) -> Result<Table> 
     let wanted = |measure: &&Measure| only.is_none_or(|name| measure.1.contains(&name));
     let measures: Vec<_> = MEASURES.iter().filter(wanted).collect();
     ensure!(!measures.is_empty(), "there is no row {}", only.unwrap_or_default());
-    let bench = firmware::load(&format!("{board}-bench"))?;
-    let plain = firmware::load(board.name())?;
-    let subject = Subject { board, bench, plain, known };
+    let builds = |name: &str| {
+        let bench = firmware::load(&format!("{name}-bench"))?;
+        anyhow::Ok(Builds { bench, plain: firmware::load(name)? })
+    };
+    let (queued, direct) = (builds(board.name())?, builds(&format!("{board}-direct"))?);
+    let subject = Subject { board, queued, direct, known };
     let next = Mutex::new(measures.into_iter());
     let rows = Mutex::new(Vec::new());
     let workers = std::thread::available_parallelism().map_or(1, usize::from);

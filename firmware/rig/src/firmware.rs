@@ -25,8 +25,12 @@ pub fn path(name: &str) -> PathBuf {
 /// # Errors
 /// It is not there, with what builds it.
 pub fn load(name: &str) -> Result<Image> {
-    let board = name.split('-').next().unwrap_or(name);
-    let bench = if name.ends_with("-bench") { " --bench" } else { "" };
+    let (board, bench) = match name.strip_suffix("-bench") {
+        Some(board) => (board, " --bench"),
+        None => (name, ""),
+    };
+    // One chore builds all programs of a board.
+    let board = board.split('-').next().unwrap_or(board);
     Image::read(&path(name)).with_context(|| {
         format!(
             "build it with `cargo xtask firmware {board}{bench}`; \

@@ -40,6 +40,11 @@ impl ClockArgs {
     /// The timer.
     pub fn hardware(&self) -> Result<Hardware, Failure> {
         let hz = io_clock(self.oscillator, self.clkpr)?;
+        if hz == 0 {
+            let (oscillator, clkpr) = (self.oscillator, self.clkpr);
+            return Err(Failure::new(format!("{oscillator} Hz / {clkpr} is less than 1 Hz"))
+                .hint("raise --oscillator or lower --clkpr"));
+        }
         Ok(match self.timer {
             Kind::Avr16 => Hardware::avr16(hz),
             Kind::Avr8 => Hardware::avr8(hz),

@@ -79,7 +79,7 @@ impl BeltArgs {
     /// The belt.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
         let BeltArgs { teeth, pitch, .. } = *self;
-        let what = format!("A belt of {pitch} mm pitch on {teeth} teeth");
+        let what = format!("A belt of {pitch} mm pitch on a pulley of {teeth}");
         self.common.sheet(what, pitch * f64::from(teeth))
     }
 }

@@ -12,7 +12,7 @@
 
 mod dual;
 mod factor;
-mod law;
+pub mod law;
 mod piecewise;
 mod power;
 mod printed;

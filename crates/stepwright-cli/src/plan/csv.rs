@@ -2,13 +2,11 @@
 
 use std::io::{self, Write};
 
-use stepwright::profile::Fit;
-
-use super::law::Plan;
+use super::law::{Closeness, Plan};
 use super::runs;
 
 /// Every step, or every run.
-pub fn write(out: &mut impl Write, plan: &Plan, fit: Option<Fit>) -> io::Result<()> {
+pub fn write(out: &mut impl Write, plan: &Plan, fit: Option<Closeness>) -> io::Result<()> {
     match fit {
         None => steps(out, plan),
         Some(fit) => list(out, plan, fit),
@@ -24,7 +22,7 @@ fn steps(out: &mut impl Write, plan: &Plan) -> io::Result<()> {
     Ok(())
 }
 
-fn list(out: &mut impl Write, plan: &Plan, fit: Fit) -> io::Result<()> {
+fn list(out: &mut impl Write, plan: &Plan, fit: Closeness) -> io::Result<()> {
     writeln!(out, "run,step,interval,add,count,time")?;
     for line in runs::lines(plan, fit) {
         let runs::Line { number, step, interval, add, count, end } = line;

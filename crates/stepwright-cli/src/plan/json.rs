@@ -4,9 +4,8 @@
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
-use stepwright::profile::Fit;
 
-use super::law::{self, Plan, Row};
+use super::law::{self, Closeness, Plan, Row};
 use super::runs::{self, Line};
 use super::survey::{Part, Survey, Worst};
 
@@ -18,7 +17,7 @@ pub fn write(
     out: &mut impl Write,
     plan: &Plan,
     survey: &Survey,
-    fit: Option<Fit>,
+    fit: Option<Closeness>,
 ) -> io::Result<()> {
     writeln!(out, "{{")?;
     members(out, summary(plan, survey))?;

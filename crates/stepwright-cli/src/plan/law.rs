@@ -1,13 +1,14 @@
 //! What a ramp law tells the outputs, and a plan made of it.
 //!
 //! A law is one file beside this one: its options (`Args`) and a
-//! `plan(&self, …) -> Result<Plan, Failure>`. What it answers here is all that
+//! [`Planned`](super::Planned). What it answers here is all that
 //! the summary, the tables, the runs and the plots need.
 
 use stepwright::profile::{Fit, Phase};
-use stepwright::{Rate, Run, Ticks};
+use stepwright::{Geometry, Rate, Run, Ticks};
 
 use super::real::Real;
+use crate::failure::Failure;
 
 /// A travel of so many pulses, as a law makes it.
 pub trait Law {
@@ -32,7 +33,7 @@ pub trait Law {
     fn spans(&self) -> Vec<Span>;
 
     /// What a board would get.
-    fn runs(&self, fit: Fit) -> Box<dyn Iterator<Item = Run> + '_>;
+    fn runs(&self, fit: Closeness) -> Box<dyn Iterator<Item = Run> + '_>;
 
     /// Speed at the first and the last pulse, in steps/s.
     fn ends(&self) -> f64;
@@ -40,8 +41,35 @@ pub trait Law {
     /// The highest speed, in steps/s.
     fn peak(&self) -> f64;
 
+    /// Why it stays below the top speed, if it does.
+    fn short(&self) -> &'static str {
+        "the travel is too short"
+    }
+
+    /// Whether the formula has one more delay, which is left out: the motor
+    /// would be at rest a step behind the last pulse, not on it.
+    fn holds(&self) -> bool {
+        false
+    }
+
     /// Steps that braking takes.
     fn braking(&self) -> u32;
+}
+
+/// How closely runs follow a law.
+#[derive(Clone, Copy, Debug)]
+pub struct Closeness {
+    /// Largest error of a step, in ticks, at least 1.
+    pub error: Ticks,
+    /// Longest run of a law in closed form, in ticks.
+    pub longest: Ticks,
+}
+
+impl Closeness {
+    /// For a path.
+    pub fn fit(self) -> Fit {
+        Fit::within(self.error, self.longest)
+    }
 }
 
 /// A phase, and how many pulses belong to it.
@@ -85,6 +113,26 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// A plan without a note.
+    ///
+    /// # Errors
+    /// No timer can make two pulses in one tick.
+    pub fn new(
+        name: &'static str,
+        rate: Rate,
+        geometry: &Geometry,
+        values: Vec<Value>,
+        law: Box<dyn Law>,
+    ) -> Result<Plan, Failure> {
+        let (peak, hz) = (law.peak(), rate.hz());
+        if peak > f64::from(hz) {
+            let many = format!("{peak:.0} steps/s are more than one step a tick at {hz} Hz");
+            return Err(Failure::new(many).hint("lower --top-speed or raise --timer-hz"));
+        }
+        let steps_per_turn = geometry.steps_per_turn();
+        Ok(Plan { name, rate, steps_per_turn, values, note: None, law })
+    }
+
     /// All pulses, one by one.
     pub fn rows(&self) -> Rows<'_> {
         Rows {

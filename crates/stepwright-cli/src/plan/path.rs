@@ -5,7 +5,7 @@ use stepwright::profile::{Cursor, Delays, Fit, Path, Phase};
 use stepwright::{Rate, Run, Speed, Ticks};
 
 use super::ideal::Ideal;
-use super::law::{Law, Span};
+use super::law::{Closeness, Law, Span};
 use super::real::Real;
 
 /// A path beside its ideal.
@@ -62,8 +62,8 @@ impl Law for PathLaw {
             .collect()
     }
 
-    fn runs(&self, fit: Fit) -> Box<dyn Iterator<Item = Run> + '_> {
-        Box::new(Cursor::new(self.path, fit))
+    fn runs(&self, fit: Closeness) -> Box<dyn Iterator<Item = Run> + '_> {
+        Box::new(Cursor::new(self.path, fit.fit()))
     }
 
     fn ends(&self) -> f64 {

@@ -5,7 +5,7 @@ use stepwright::{Geometry, Rate};
 
 use super::law::{Plan, Value};
 use super::path::PathLaw;
-use super::{Common, Steps, check_peak};
+use super::{Common, Planned, Steps};
 use crate::failure::Failure;
 use crate::quantity::SpeedArg;
 
@@ -38,14 +38,12 @@ pub struct Args {
     common: Common,
 }
 
-impl Args {
-    /// What every law takes.
-    pub fn common(&self) -> &Common {
+impl Planned for Args {
+    fn common(&self) -> &Common {
         &self.common
     }
 
-    /// The travel, and what was understood.
-    pub fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
+    fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
         let start = self.start_speed.resolve(geometry, "--start-speed")?;
         let top = self.top_speed.resolve(geometry, "--top-speed")?;
 
@@ -53,21 +51,13 @@ impl Args {
         let (path, delays) = (law.path(self.steps.get())?, law.delays(self.steps.get())?);
         let (slope, _) = path.slopes();
         let law = PathLaw::new(path, delays, rate, start.value, top.value);
-        check_peak(&law, rate)?;
-
         let note = super::no_ramp(start.value, top.value);
         let mut values = vec![Value::speed("start speed", &start), Value::speed("top speed", &top)];
         if note.is_none() {
             values.push(ramp(self.ramp, slope, start.value.millisteps(), top.value.millisteps()));
         }
-        Ok(Plan {
-            name: "ramp",
-            rate,
-            steps_per_turn: geometry.steps_per_turn(),
-            note,
-            values,
-            law: Box::new(law),
-        })
+        let plan = Plan::new("ramp", rate, geometry, values, Box::new(law))?;
+        Ok(Plan { note, ..plan })
     }
 }
 

@@ -74,6 +74,12 @@ impl From<u32> for Real {
     }
 }
 
+impl From<f64> for Real {
+    fn from(x: f64) -> Real {
+        Real { high: x, low: 0.0 }
+    }
+}
+
 impl Add for Real {
     type Output = Real;
     fn add(self, other: Real) -> Real {

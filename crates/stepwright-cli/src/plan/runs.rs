@@ -1,9 +1,8 @@
 //! What a board gets: the travel as runs, and how far they are off.
 
 use stepwright::Run;
-use stepwright::profile::Fit;
 
-use super::law::Plan;
+use super::law::{Closeness, Plan};
 use super::survey::{Player, Worst};
 
 /// A run in the list.
@@ -29,7 +28,7 @@ fn ticks(fine: u64) -> f64 {
 }
 
 /// The runs of a plan, one by one.
-pub fn lines(plan: &Plan, fit: Fit) -> impl Iterator<Item = Line> + '_ {
+pub fn lines(plan: &Plan, fit: Closeness) -> impl Iterator<Item = Line> + '_ {
     let (mut step, mut end) = (2u32, 0u64);
     plan.law.runs(fit).zip(1..).map(move |(run, number)| {
         end += run.duration();
@@ -58,7 +57,7 @@ pub struct Total {
 }
 
 /// Plays the runs as the engine does, and measures the steps.
-pub fn total(plan: &Plan, fit: Fit) -> Total {
+pub fn total(plan: &Plan, fit: Closeness) -> Total {
     let mut player = Player::new(plan.law.as_ref());
     let runs = plan.law.runs(fit).map(|run| player.run(run)).count() as u64;
     Total { runs, bytes: runs * size_of::<Run>() as u64, worst: player.worst }

@@ -3,9 +3,7 @@
 use std::fmt::Display;
 use std::io::{self, Write};
 
-use stepwright::profile::Fit;
-
-use super::law::Plan;
+use super::law::{Closeness, Plan};
 use super::runs;
 use super::survey::{Survey, Worst};
 use crate::plot::time_unit;
@@ -18,7 +16,7 @@ pub fn summary(
     out: &mut impl Write,
     plan: &Plan,
     survey: &Survey,
-    fit: Option<Fit>,
+    fit: Option<Closeness>,
 ) -> io::Result<()> {
     let law = plan.law.as_ref();
     let (steps, hz) = (law.pulses(), plan.rate.hz());
@@ -34,7 +32,7 @@ pub fn summary(
     let duration = lasting(seconds, 6);
     field(out, "duration", format_args!("{duration} ({} ticks)", survey.duration))?;
     let short = match plan.short_of() {
-        Some(top) => format!(", short of {}: the travel is too short", trimmed(top, 3)),
+        Some(top) => format!(", short of {}: {}", trimmed(top, 3), law.short()),
         None => String::new(),
     };
     field(out, "peak speed", peak(plan) + &short)?;
@@ -117,7 +115,7 @@ pub fn table(
     out: &mut impl Write,
     plan: &Plan,
     survey: &Survey,
-    fit: Option<Fit>,
+    fit: Option<Closeness>,
 ) -> io::Result<()> {
     if let Some(fit) = fit {
         header(out)?;

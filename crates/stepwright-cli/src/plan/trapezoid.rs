@@ -1,13 +1,14 @@
 //! `plan trapezoid`: constant acceleration, top speed, constant deceleration.
 
 use stepwright::profile::Trapezoid;
-use stepwright::{Geometry, Rate};
+use stepwright::{Geometry, Rate, Speed};
 
-use super::law::{Plan, Value};
+use super::law::{Law, Plan, Value};
+use super::limits::{Asked, Limits};
 use super::path::PathLaw;
-use super::{Common, Steps, check_peak};
+use super::{Common, Planned};
 use crate::failure::Failure;
-use crate::quantity::{AccelArg, SpeedArg};
+use crate::quantity::SpeedArg;
 
 /// Constant acceleration to a top speed, and constant deceleration
 ///
@@ -29,16 +30,7 @@ Examples:
       --accel 500mm/s2 --decel 250mm/s2 --top-speed 50mm/s")]
 pub struct Args {
     #[command(flatten)]
-    steps: Steps,
-    /// Acceleration: 2000, 12.566rad/s2, 300rpm/s … (a bare number is steps/s²)
-    #[arg(long, value_name = "ACCEL", allow_hyphen_values = true)]
-    accel: AccelArg,
-    /// Deceleration, if it differs
-    #[arg(long, value_name = "ACCEL", allow_hyphen_values = true)]
-    decel: Option<AccelArg>,
-    /// Top speed: 1000, 120rpm, 10rad/s … (a bare number is steps/s)
-    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
-    top_speed: SpeedArg,
+    limits: Limits,
     /// Speed that the motor jumps to and stops from
     #[arg(long, value_name = "SPEED", default_value = "0", allow_hyphen_values = true)]
     start_speed: SpeedArg,
@@ -46,37 +38,26 @@ pub struct Args {
     common: Common,
 }
 
-impl Args {
-    /// What every law takes.
-    pub fn common(&self) -> &Common {
+impl Planned for Args {
+    fn common(&self) -> &Common {
         &self.common
     }
 
-    /// The travel, and what was understood.
-    pub fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
+    fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
         let start = self.start_speed.resolve(geometry, "--start-speed")?;
-        let top = self.top_speed.resolve(geometry, "--top-speed")?;
-        let accel = self.accel.resolve(geometry, "--accel")?;
-        let decel = self.decel.as_ref().map(|d| d.resolve(geometry, "--decel")).transpose()?;
-        let slower = decel.as_ref().map_or(accel.value, |d| d.value);
-
-        let law = Trapezoid::new(rate, start.value, top.value, accel.value).with_decel(slower);
-        let (path, delays) = (law.path(self.steps.get())?, law.delays(self.steps.get())?);
-        let law = PathLaw::new(path, delays, rate, start.value, top.value);
-        check_peak(&law, rate)?;
-
-        Ok(Plan {
-            name: "trapezoid",
-            rate,
-            steps_per_turn: geometry.steps_per_turn(),
-            note: super::no_ramp(start.value, top.value),
-            values: vec![
-                Value::speed("start speed", &start),
-                Value::speed("top speed", &top),
-                Value::accel("acceleration", &accel),
-                Value::accel("deceleration", decel.as_ref().unwrap_or(&accel)),
-            ],
-            law: Box::new(law),
-        })
+        let asked = self.limits.held(rate, geometry)?;
+        let mut values = asked.values();
+        values.insert(0, Value::speed("start speed", &start));
+        let law = law(&asked, start.value)?;
+        let plan = Plan::new("trapezoid", asked.rate, geometry, values, law)?;
+        Ok(Plan { note: super::no_ramp(start.value, asked.top.value), ..plan })
     }
+}
+
+/// The law for these limits.
+pub fn law(asked: &Asked, start: Speed) -> Result<Box<dyn Law>, Failure> {
+    let Asked { rate, steps, ref accel, ref decel, ref top } = *asked;
+    let law = Trapezoid::new(rate, start, top.value, accel.value).with_decel(decel.value);
+    let (path, delays) = (law.path(steps)?, law.delays(steps)?);
+    Ok(Box::new(PathLaw::new(path, delays, rate, start, top.value)))
 }

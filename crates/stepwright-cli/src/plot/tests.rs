@@ -71,3 +71,80 @@ fn nothing_at_all_is_a_picture_too() {
     let svg = svg::render(&plot.figure().picture());
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
+
+/// Curves of one panel, each with a name.
+fn panel(names: &[&str], view: View) -> Figure {
+    let curve = |name: &&str| Curve {
+        name: (*name).into(),
+        points: (0..=100).map(|i| (f64::from(i), f64::from(i))).collect(),
+        dots: vec![(10.0, 10.0), (50.0, 50.0)],
+        ..Curve::default()
+    };
+    let y = ("Speed".to_owned(), "rpm".to_owned());
+    let curves = names.iter().map(curve).collect();
+    let panel = Panel { y, curves, view, ..Panel::default() };
+    Figure { title: String::new(), notes: Vec::new(), rows: vec![(400.0, vec![panel])] }
+}
+
+/// Where the lines of curves lie, which are wider than those of axes.
+fn drawn(figure: &Figure) -> Vec<(f64, f64)> {
+    let shapes = figure.picture().shapes;
+    let lines = shapes.into_iter().filter_map(|shape| match shape {
+        picture::Shape::Line { points, width: 2.4, .. } => Some(points),
+        picture::Shape::Dots { points, .. } => Some(points),
+        _ => None,
+    });
+    lines.flatten().collect()
+}
+
+#[test]
+fn a_view_cuts_what_lies_outside() {
+    let view = View { x: Some((20.0, 60.0)), y: Some((30.0, 90.0)) };
+    let figure = panel(&["one"], view);
+    let frame = figure.picture().probes[0].frame;
+    let points = drawn(&figure);
+    // From (30, 30) to (60, 60), and one of the dots.
+    let within = |(x, y): &(f64, f64)| {
+        (frame.left - 1e-9..=frame.right() + 1e-9).contains(x)
+            && (frame.top - 1e-9..=frame.bottom() + 1e-9).contains(y)
+    };
+    assert!(points.len() == 32 && points.iter().all(within), "{points:?}");
+    assert_eq!(points[0], (frame.left + frame.width / 4.0, frame.bottom()));
+    // Without a view, everything: 101 points and both dots.
+    assert_eq!(drawn(&panel(&["one"], View::default())).len(), 103);
+}
+
+#[test]
+fn a_legend_that_is_too_long_takes_more_rows() {
+    let top = |names: &[&str]| panel(names, View::default()).picture().probes[0].frame.top;
+    let long = "a name that is as long as some of them are";
+    let (one, two) = (top(&["a", "b"]), top(&[long; 4]));
+    assert_eq!(two - one, 21.0);
+    // No two names of it lie over one another, and none beyond the edges.
+    let shapes = panel(&[long; 4], View::default()).picture().shapes;
+    let names = shapes.into_iter().filter_map(|shape| match shape {
+        picture::Shape::Text { x, y, text, .. } if text == long => Some((x, y)),
+        _ => None,
+    });
+    let names: Vec<_> = names.collect();
+    assert_eq!(names.len(), 4);
+    for (i, a) in names.iter().enumerate() {
+        assert!(a.0 > 0.0 && a.1 > 0.0);
+        assert!(names[..i].iter().all(|b| a.1 != b.1 || (a.0 - b.0).abs() > 200.0), "{names:?}");
+    }
+}
+
+#[test]
+fn dashes_are_dashes() {
+    let mut figure = panel(&["one"], View::default());
+    let svg = |figure: &Figure| svg::render(&figure.picture());
+    assert!(!svg(&figure).contains("stroke-dasharray"));
+    figure.rows[0].1[0].curves[0].dashed = true;
+    assert!(svg(&figure).contains("stroke-dasharray"));
+}
+
+#[test]
+fn several_files_have_names_of_their_own() {
+    let file: PlotFile = "dir/figure.png".parse().unwrap();
+    assert_eq!(file.numbered("8").path, PathBuf::from("dir/figure-8.png"));
+}

@@ -39,6 +39,20 @@ fn speeds_in_every_unit() {
     }
 }
 
+/// What is reckoned with is what is held, but for rounding to a thousandth.
+#[test]
+fn speeds_are_reckoned_as_they_are_held() {
+    for typed in ["400", "120rpm", "2rev/s", "7.5deg/s", "3000mm/min", "10rad/s", "100rpm", "0"] {
+        let arg: SpeedArg = typed.parse().unwrap();
+        let held = arg.resolve(&motor(), "--top-speed").unwrap();
+        let steps = arg.steps(&motor(), "--top-speed").unwrap() * 1000.0;
+        let slack = if held.exact { 1e-9 } else { 0.5 };
+        assert!((steps - f64::from(held.value.millisteps())).abs() <= slack, "{typed}: {steps}");
+    }
+    let arg: SpeedArg = "5mm/s".parse().unwrap();
+    assert!(arg.steps(&Geometry::new(200).unwrap(), "--top-speed").is_err());
+}
+
 #[test]
 fn accelerations_in_every_unit() {
     for (typed, held) in [

@@ -7,10 +7,50 @@
 
 use super::track::{Event, Track, position};
 use super::{Engine, Report};
-use crate::queue::{Consumer, Queue, element};
-use crate::timer::StepTimer;
+use crate::direct::Direct;
+use crate::queue::{Consumer, Feed, element};
+use crate::timer::{Count, StepTimer};
 
-impl<T: StepTimer, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'static, Q>, N> {
+/// A feed that the foreground may look at while the step interrupt takes from it.
+#[doc(hidden)]
+pub trait Seen: Feed {
+    /// Changes when another run is taken; or 0, if a run is a single step.
+    ///
+    /// # Safety
+    /// `feed` points to a feed.
+    unsafe fn stamp(feed: *const Self) -> u8;
+
+    /// Steps that are left of the run that is played.
+    ///
+    /// # Safety
+    /// `feed` points to a feed.
+    unsafe fn left_now(feed: *const Self) -> u16;
+}
+
+impl<const Q: usize> Seen for Consumer<'static, Q> {
+    unsafe fn stamp(feed: *const Self) -> u8 {
+        // SAFETY: the caller's promise.
+        unsafe { Consumer::queue_of(feed) }.taken()
+    }
+
+    unsafe fn left_now(feed: *const Self) -> u16 {
+        // SAFETY: the caller's promise.
+        unsafe { Consumer::queue_of(feed) }.left_of_first()
+    }
+}
+
+/// Each run is a step: what was loaded tells them apart.
+impl Seen for Direct {
+    unsafe fn stamp(_: *const Self) -> u8 {
+        0
+    }
+
+    unsafe fn left_now(_: *const Self) -> u16 {
+        1
+    }
+}
+
+impl<T: StepTimer, D, F: Seen, const N: usize> Engine<T, D, F, N> {
     /// Whether no travel of an axis is in progress; of the first one if there is
     /// no such axis. Looks at one byte.
     ///
@@ -53,18 +93,18 @@ impl<T: StepTimer, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'sta
         unsafe {
             let track = Self::track(engine, axis);
             let axis = if usize::from(axis) < N { axis } else { 0 };
-            let queue = Consumer::queue_of(element(&raw const (*engine).feeds, axis));
+            let feed = element(&raw const (*engine).feeds, axis);
             loop {
-                let before = Stamp::of(track, queue);
+                let before = Stamp::of(track, feed);
                 let loaded = (&raw const (*track).loaded).read_volatile();
                 let forward = (&raw const (*track).forward).read_volatile();
                 let playing = match before.event {
-                    Event::Step => queue.left_of_first(),
+                    Event::Step => F::left_now(feed),
                     Event::Far => 1,
                     Event::Hop if (&raw const (*track).then).read_volatile() == Event::Far => 1,
                     _ => 0,
                 };
-                if Stamp::of(track, queue) == before {
+                if Stamp::of(track, feed) == before {
                     return position(loaded, forward, playing.wrapping_add(before.far));
                 }
             }
@@ -84,21 +124,20 @@ impl<T: StepTimer, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'sta
 #[derive(PartialEq, Eq)]
 struct Stamp {
     taken: u8,
+    loaded: u8,
     event: Event,
     far: u16,
 }
 
 impl Stamp {
     /// # Safety
-    /// `track` points to a track.
-    unsafe fn of<C: crate::timer::Count, const Q: usize>(
-        track: *const Track<C>,
-        queue: &Queue<Q>,
-    ) -> Stamp {
+    /// `track` points to a track, `feed` to its feed.
+    unsafe fn of<C: Count, F: Seen>(track: *const Track<C>, feed: *const F) -> Stamp {
         // SAFETY: the caller's promise.
         unsafe {
             Stamp {
-                taken: queue.taken(),
+                taken: F::stamp(feed),
+                loaded: (&raw const (*track).loaded).cast::<u8>().read_volatile(),
                 event: (&raw const (*track).event).read_volatile(),
                 far: (&raw const (*track).far.count).read_volatile(),
             }

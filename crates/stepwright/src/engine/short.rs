@@ -62,7 +62,7 @@ use super::Engine;
 use super::late::FAR_BEHIND;
 use super::track::Track;
 use crate::drive::Drive;
-use crate::queue::{Consumer, Queue};
+use crate::queue::{Consumer, Feed, Queue};
 use crate::stride::{LOOK, Slot};
 use crate::timer::StepTimer;
 use core::mem::{offset_of, size_of};
@@ -70,47 +70,34 @@ use core::mem::{offset_of, size_of};
 /// In `ended`: an axis is too far behind.
 const BEHIND: u8 = 0x80;
 
-/// Where things lie, for [`short_way!`](crate::short_way).
-impl<T, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'static, Q>, N>
+/// Where things lie, for [`short_way!`](crate::short_way) and
+/// [`direct_way!`](crate::direct_way).
+impl<T, D, F, const N: usize> Engine<T, D, F, N>
 where
     T: StepTimer<Count = u16>,
     D: Drive,
+    F: Feed,
 {
     #[doc(hidden)]
     pub const TRACKS: usize = offset_of!(Self, tracks);
     #[doc(hidden)]
     pub const TRACK: usize = size_of::<Track<u16>>();
     #[doc(hidden)]
-    pub const RARE: usize = offset_of!(Self, rare);
+    pub const OWN: usize = offset_of!(Track<u16>, own);
+    /// Where the feeds lie.
+    pub(crate) const FEEDS_AT: usize = offset_of!(Self, feeds);
     #[doc(hidden)]
     pub const ENDED: usize = offset_of!(Self, ended);
-    #[doc(hidden)]
-    pub const PACE: usize = offset_of!(Self, pace);
     #[doc(hidden)]
     pub const LATE: usize = offset_of!(Self, late);
     #[doc(hidden)]
     pub const FAR_BEHIND: i32 = FAR_BEHIND >> 8;
     #[doc(hidden)]
     pub const AXES: usize = N;
-    #[doc(hidden)]
-    pub const QUEUE: usize = size_of::<Queue<Q>>();
-    #[doc(hidden)]
-    pub const SLOTS: usize = Q * size_of::<Slot>();
-    /// Cycles by which the look after a step is later when the interval grew.
-    #[doc(hidden)]
-    pub const GROWN: usize = 27;
-    /// … when the step was the last of its run.
-    #[doc(hidden)]
-    pub const RELOADED: usize = 48;
-    /// Cycles from the look at the timer before the edges of several axes to
-    /// where it would be after one of them.
-    #[doc(hidden)]
-    pub const EDGES: i16 = 28 + LOOK;
 
     const LAYOUT: () = {
         assert!(offset_of!(Track<u16>, at) == 4 && offset_of!(Track<u16>, loaded) == 6);
-        assert!(size_of::<Slot>() == 13 && Queue::<Q>::SLOTS_AT == 3);
-        assert!(N <= 3 && Q * 13 < 256);
+        assert!(size_of::<Slot>() == 13 && N <= 3);
     };
 
     /// The long way, from the short one: what that could not do. If a run has
@@ -133,6 +120,35 @@ where
         }
         self.on_compare();
     }
+}
+
+/// … and for those who play a queue.
+impl<T, D, const N: usize, const Q: usize> Engine<T, D, Consumer<'static, Q>, N>
+where
+    T: StepTimer<Count = u16>,
+    D: Drive,
+{
+    #[doc(hidden)]
+    pub const RARE: usize = offset_of!(Self, rare);
+    #[doc(hidden)]
+    pub const PACE: usize = offset_of!(Self, pace);
+    #[doc(hidden)]
+    pub const QUEUE: usize = {
+        assert!(Queue::<Q>::SLOTS_AT == 3 && Q * 13 < 256);
+        size_of::<Queue<Q>>()
+    };
+    #[doc(hidden)]
+    pub const SLOTS: usize = Q * size_of::<Slot>();
+    /// Cycles by which the look after a step is later when the interval grew.
+    #[doc(hidden)]
+    pub const GROWN: usize = 27;
+    /// … when the step was the last of its run.
+    #[doc(hidden)]
+    pub const RELOADED: usize = 48;
+    /// Cycles from the look at the timer before the edges of several axes to
+    /// where it would be after one of them.
+    #[doc(hidden)]
+    pub const EDGES: i16 = 28 + LOOK;
 }
 
 /// Makes the step interrupt's handler: the short way in front of an [`Engine`].
@@ -158,7 +174,8 @@ where
 ///     engine: ENGINE as Motion,
 ///     queues: QUEUES,
 ///     long_way: long_way,
-///     timer: 0x84, compare: 0x88,     // addresses of TCNT1L and OCR1AL
+///     // addresses of TCNT1L and OCR1AL, I/O address of TIFR1, where bit 1 is OCF1A
+///     timer: 0x84, compare: 0x88, flags: 0x16,
 ///     // I/O addresses and bits of the STEP pins (three, the last repeated)
 ///     steps: (0x0B, 2) (0x0B, 3) (0x0B, 4),
 /// }
@@ -174,7 +191,7 @@ macro_rules! short_way {
         engine: $engine:path as $Engine:ty,
         queues: $queues:path,
         long_way: $long:path,
-        timer: $timer:expr, compare: $compare:expr,
+        timer: $timer:expr, compare: $compare:expr, flags: $flags:expr,
         steps: ($port0:expr, $bit0:expr) ($port1:expr, $bit1:expr) ($port2:expr, $bit2:expr) $(,)?
     ) => {
         core::arch::global_asm!(
@@ -202,6 +219,7 @@ macro_rules! short_way {
             edges = const <$Engine>::EDGES,
             tcnt = const $timer,
             ocr = const $compare,
+            tifr = const $flags,
             port0 = const $port0, bit0 = const $bit0,
             port1 = const $port1, bit1 = const $bit1,
             port2 = const $port2, bit2 = const $bit2,

@@ -194,6 +194,7 @@ macro_rules! short_way_text {
 .Lsw_not_late\i:
     rjmp .Lsw_leave
 .Lsw_passed\i: ; the next deadline has come meanwhile
+    sbi {tifr}, 1 ; it may have come to match: served here, not again
     sw_room
     brlt .Lsw_slowly\i
     rjmp .Lsw_serve\i

@@ -106,6 +106,8 @@ pub enum Unfit {
     Standstill,
     /// The ramp has no steps.
     NoRamp,
+    /// The ramps up and down differ, and the law takes its ramp back.
+    Uneven,
 }
 
 impl fmt::Display for Unfit {
@@ -118,6 +120,7 @@ impl fmt::Display for Unfit {
             Unfit::TooLong => "too many steps: at most 2147483647 in a travel",
             Unfit::Standstill => "the top speed is 0: give a speed above 0",
             Unfit::NoRamp => "the ramp has no steps: give 1 or more",
+            Unfit::Uneven => "this law brakes as it speeds up: give both ramps alike",
         })
     }
 }

@@ -28,7 +28,7 @@ static DEVICE: Slot<Controller> = Slot::new(Device::off(
     board::AXES as u8,
 ));
 
-stepwright_avr::step_interrupt!();
+stepwright_avr::step_interrupt!(queued);
 
 #[avr_device::entry]
 fn main() -> ! {

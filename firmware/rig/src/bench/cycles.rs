@@ -2,23 +2,29 @@
 
 use anyhow::{Context, Error, Result, ensure};
 
-use super::Subject;
 use super::job::{Axis, Job, median};
 use super::table::Row;
+use super::{Subject, Way};
 use crate::taps::Visit;
 
 /// One axis so slow that each step has an interrupt of its own.
 pub(super) fn isolated(subject: &Subject) -> Result<Vec<Row>> {
-    let constant = visits(subject, Axis::constant(2_000, 6_000))?;
+    let mut rows = isolated_by(subject, Way::Queued)?;
+    rows.extend(isolated_by(subject, Way::Direct)?);
+    Ok(rows)
+}
+
+fn isolated_by(subject: &Subject, way: Way) -> Result<Vec<Row>> {
+    let constant = visits(subject, way, Axis::constant(2_000, 6_000))?;
     // The ramps fill the whole travel.
-    let ramp = visits(subject, Axis::ramps(4_000, 2_600, 6_000))?;
+    let ramp = visits(subject, way, Axis::ramps(4_000, 2_600, 6_000))?;
     let cycles = |visits: &[Visit]| -> Vec<u64> {
         // Without the beginning, which waits for hold and set-up.
         visits.iter().skip(100).map(|visit| visit.exit - visit.entry).collect()
     };
     let (mut constant, mut ramp) = (cycles(&constant), cycles(&ramp));
     let longest = constant.iter().chain(&ramp).max().copied().context("no steps")?;
-    let row = |name: &str, value: u64| Row::queued(name, 1, value as f64, "cycles");
+    let row = |name: &str, value: u64| Row::of(way, name, 1, value as f64, "cycles");
     Ok(vec![
         row("isolated", median(&mut constant).context("no steps")?),
         row("isolated_ramp", median(&mut ramp).context("no steps")?),
@@ -26,8 +32,8 @@ pub(super) fn isolated(subject: &Subject) -> Result<Vec<Row>> {
     ])
 }
 
-fn visits(subject: &Subject, axis: Axis) -> Result<Vec<Visit>> {
-    let outcome = Job::new(&[axis], false).keeping_visits().run(subject, |_| {})?;
+fn visits(subject: &Subject, way: Way, axis: Axis) -> Result<Vec<Visit>> {
+    let outcome = Job::new(&[axis], false).by(way).keeping_visits().run(subject, |_| {})?;
     let mut outcome = outcome.map_err(Error::msg)?;
     let last = outcome.steps[0].last().context("no steps")?.time;
     let mut visits = outcome.chip.take_visits();
@@ -66,7 +72,7 @@ pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
 /// Where a method of the main loop is.
 fn function(subject: &Subject, name: &str) -> Result<u32> {
     let parts = ["5Slave", name];
-    let found = subject.bench.functions(&parts).next();
+    let found = subject.queued.bench.functions(&parts).next();
     Ok(found.with_context(|| format!("the bench build has no function Slave::{name}"))?.address)
 }
 
@@ -81,9 +87,10 @@ fn order_burst(subject: &Subject, job: &Job) -> Result<u64> {
 
 /// Bytes of the ordinary build.
 pub(super) fn sizes(subject: &Subject) -> Result<Vec<Row>> {
-    let flash = subject.plain.flash.len() as f64;
-    Ok(vec![
-        Row::queued("flash", 3, flash, "bytes"),
-        Row::queued("ram", 3, subject.plain.ram.into(), "bytes"),
-    ])
+    let sizes = |way| {
+        let plain = &subject.builds(way).plain;
+        [("flash", plain.flash.len() as f64), ("ram", plain.ram.into())]
+            .map(|(name, bytes)| Row::of(way, name, 3, bytes, "bytes"))
+    };
+    Ok([Way::Queued, Way::Direct].into_iter().flat_map(sizes).collect())
 }

@@ -4,9 +4,10 @@ use std::result;
 
 use anyhow::{Context, Result, ensure};
 use stepwright::profile::{Path, Ramp};
-use stepwright::{Accel, Order, Rate, Speed, Travel};
+use stepwright::queue::{Feed, Taken};
+use stepwright::{Accel, Order, Rate, Speed, Travel, direct};
 
-use super::Subject;
+use super::{Subject, Way};
 use crate::board::HZ;
 use crate::chip::Chip;
 use crate::edges::{Step, steps_of};
@@ -32,23 +33,69 @@ impl Axis {
         Axis { start: speed, top: speed, accel: 40_000, steps }
     }
 
-    /// Its motion in closed form.
-    pub(super) fn path(&self) -> Result<Path> {
+    /// When its pulses should come.
+    pub(super) fn ideal(&self, way: Way) -> Result<Ideal> {
+        let order = self.order()?;
+        let rate = Rate::from_hz(HZ as u32)?;
+        Ok(match way {
+            Way::Queued => Ideal::Path(order.path(rate)?),
+            Way::Direct => Ideal::Times(times(direct::Ramp::of(rate, &order)?)),
+        })
+    }
+
+    fn order(&self) -> Result<Order> {
         let accel = Ramp::Accel(Accel::from_steps(self.accel)?);
-        let order = Order {
+        Ok(Order {
             start: Speed::from_steps(self.start)?,
             top: Speed::from_steps(self.top)?,
             up: accel,
             down: accel,
             travel: Travel::By(i32::try_from(self.steps)?),
-        };
-        Ok(order.path(Rate::from_hz(HZ as u32)?)?)
+        })
     }
+}
+
+/// When pulses should come, in cycles after the first.
+pub(super) enum Ideal {
+    /// In closed form.
+    Path(Path),
+    /// One by one.
+    Times(Vec<u64>),
+}
+
+impl Ideal {
+    /// Of pulse `n`, from 0.
+    pub(super) fn time_of(&self, n: u32) -> u64 {
+        match self {
+            Ideal::Path(path) => path.time_of(n),
+            Ideal::Times(times) => {
+                let last = times.last().copied().unwrap_or(0);
+                times.get(n as usize).copied().unwrap_or(last)
+            }
+        }
+    }
+}
+
+/// The pulses of the law that the interrupt computes.
+fn times(ramp: direct::Ramp) -> Vec<u64> {
+    let mut feed = direct::Direct::IDLE;
+    feed.begin(true, 0, 1, ramp);
+    let mut time = 0;
+    let mut times = Vec::new();
+    while let Taken::Run(run) = feed.take() {
+        if run.count() == 1 {
+            time += run.interval();
+            times.push(time >> 16);
+        }
+    }
+    let first = times.first().copied().unwrap_or(0);
+    times.iter().map(|time| time - first).collect()
 }
 
 /// What a travel is and how it is watched.
 #[derive(Clone, Debug)]
 pub(super) struct Job {
+    pub way: Way,
     pub axes: Vec<Axis>,
     /// The host asks for position and state without a pause.
     pub traffic: bool,
@@ -69,7 +116,11 @@ const BOOT: u64 = HZ / 10;
 
 impl Job {
     pub(super) fn new(axes: &[Axis], traffic: bool) -> Job {
-        Job { axes: axes.to_vec(), traffic, visits: false }
+        Job { way: Way::Queued, axes: axes.to_vec(), traffic, visits: false }
+    }
+
+    pub(super) fn by(self, way: Way) -> Job {
+        Job { way, ..self }
     }
 
     pub(super) fn keeping_visits(self) -> Job {
@@ -97,7 +148,7 @@ impl Job {
         if self.traffic {
             chip.poll(&["V1", "F"]);
         }
-        let mut progress = Progress::new(&self.axes, chip.now())?;
+        let mut progress = Progress::new(self.way, &self.axes, chip.now())?;
         while !progress.is_complete() {
             chip.run_for(HZ / 200);
             if let Some(fault) = progress.fault(&chip) {
@@ -125,7 +176,7 @@ impl Job {
 
     /// A chip that knows the travel, and lacks only the `E`.
     pub(super) fn told(&self, subject: &Subject) -> Result<Chip> {
-        let mut chip = Chip::new(subject.board, &subject.bench);
+        let mut chip = Chip::new(subject.board, &subject.builds(self.way).bench);
         chip.run_for(BOOT);
         chip.ask("");
         let mut say = |line: &str| -> Result<()> {
@@ -153,7 +204,7 @@ impl Job {
 
 /// How far the axes have come.
 struct Progress {
-    axes: Vec<(Path, u32)>,
+    axes: Vec<(Ideal, u32)>,
     /// The first step's cycle, or the beginning, and the steps so far.
     made: Vec<(u64, u32)>,
     /// Edges that have been looked at.
@@ -161,9 +212,9 @@ struct Progress {
 }
 
 impl Progress {
-    fn new(axes: &[Axis], now: u64) -> Result<Progress> {
+    fn new(way: Way, axes: &[Axis], now: u64) -> Result<Progress> {
         let paths: Result<Vec<_>> =
-            axes.iter().map(|axis| Ok((axis.path()?, axis.steps))).collect();
+            axes.iter().map(|axis| Ok((axis.ideal(way)?, axis.steps))).collect();
         Ok(Progress { axes: paths?, made: vec![(now, 0); axes.len()], seen: 0 })
     }
 
@@ -182,7 +233,7 @@ impl Progress {
             }
         }
         self.seen = chip.edges().len();
-        let behind = |((path, steps), (first, count)): (&(Path, u32), &(u64, u32))| {
+        let behind = |((path, steps), (first, count)): (&(Ideal, u32), &(u64, u32))| {
             count < steps && chip.now() > first + path.time_of(*count) + HZ / 100
         };
         let axis = self.axes.iter().zip(&self.made).position(behind)?;
@@ -192,7 +243,7 @@ impl Progress {
 
 /// How far each step lies from its time, in cycles, up to a constant: the
 /// board's way from the order to the first step.
-pub(super) fn offsets(steps: &[Step], path: &Path) -> Vec<i64> {
+pub(super) fn offsets(steps: &[Step], path: &Ideal) -> Vec<i64> {
     let Some(first) = steps.first() else { return Vec::new() };
     let off =
         |(n, step): (usize, &Step)| (step.time - first.time) as i64 - path.time_of(n as u32) as i64;

@@ -7,9 +7,9 @@ use std::result;
 
 use anyhow::{Error, Result};
 
-use super::Subject;
 use super::job::{Axis, Job, Outcome, offsets};
 use super::table::Row;
+use super::{Subject, Way};
 
 /// Steps/s² of all ramps.
 const ACCEL: u32 = 40_000;
@@ -21,32 +21,40 @@ const GRID: f64 = 1.0025;
 const FIT: i64 = 32;
 
 pub(super) fn one(subject: &Subject) -> Result<Vec<Row>> {
-    let rate = highest(subject, "rate_ramps", 1)?;
+    let rate = highest(subject, Way::Queued, "rate_ramps", 1)?;
     Ok(vec![Row::queued("rate_ramps", 1, rate.into(), "steps/s")])
 }
 
 pub(super) fn two(subject: &Subject) -> Result<Vec<Row>> {
-    let rate = highest(subject, "rate_ramps", 2)?;
+    let rate = highest(subject, Way::Queued, "rate_ramps", 2)?;
     Ok(vec![Row::queued("rate_ramps", 2, rate.into(), "steps/s")])
 }
 
 pub(super) fn three(subject: &Subject) -> Result<Vec<Row>> {
-    let rate = highest(subject, "rate_ramps", 3)?;
+    let rate = highest(subject, Way::Queued, "rate_ramps", 3)?;
     let mut rows = vec![Row::queued("rate_ramps", 3, rate.into(), "steps/s")];
     if rate > 0 {
-        let outcome = play(subject, &ramps(3, rate))?.map_err(Error::msg)?;
+        let outcome = play(subject, Way::Queued, &ramps(3, rate))?.map_err(Error::msg)?;
         rows.push(Row::queued("late_steps", 3, outcome.late.into(), "steps"));
     }
     Ok(rows)
 }
 
 pub(super) fn constant(subject: &Subject) -> Result<Vec<Row>> {
-    let three = highest(subject, "rate_constant", 3)?;
-    let one = highest(subject, "rate_constant", 1)?;
+    let three = highest(subject, Way::Queued, "rate_constant", 3)?;
+    let one = highest(subject, Way::Queued, "rate_constant", 1)?;
     Ok(vec![
         Row::queued("rate_constant", 3, three.into(), "steps/s"),
         Row::queued("rate_constant", 1, one.into(), "steps/s"),
     ])
+}
+
+pub(super) fn direct(subject: &Subject) -> Result<Vec<Row>> {
+    let rate = |axes| -> Result<Row> {
+        let rate = highest(subject, Way::Direct, "rate_ramps", axes)?;
+        Ok(Row::of(Way::Direct, "rate_ramps", axes, rate.into(), "steps/s"))
+    };
+    (1..=3).map(rate).collect()
 }
 
 /// Rates that differ a little, the lowest first.
@@ -66,14 +74,14 @@ fn constants(axes: u8, rate: u32) -> Vec<Axis> {
     spread(axes, rate).map(|speed| Axis::constant(speed, STEPS)).collect()
 }
 
-fn play(subject: &Subject, axes: &[Axis]) -> Result<result::Result<Outcome, String>> {
-    Job::new(axes, true).run(subject, |_| {})
+fn play(subject: &Subject, way: Way, axes: &[Axis]) -> Result<result::Result<Outcome, String>> {
+    Job::new(axes, true).by(way).run(subject, |_| {})
 }
 
 /// Why some step does not come within half its interval of its time; `None` if
 /// all do.
-fn fault(subject: &Subject, axes: &[Axis]) -> Result<Option<String>> {
-    let outcome = match play(subject, axes)? {
+fn fault(subject: &Subject, way: Way, axes: &[Axis]) -> Result<Option<String>> {
+    let outcome = match play(subject, way, axes)? {
         Ok(outcome) => outcome,
         Err(fault) => return Ok(Some(fault)),
     };
@@ -83,7 +91,7 @@ fn fault(subject: &Subject, axes: &[Axis]) -> Result<Option<String>> {
     // The step that is latest by its interval: how far over its half, and which.
     let (mut over, mut latest) = (i64::MIN, String::new());
     for ((number, axis), steps) in (1..).zip(axes).zip(&outcome.steps) {
-        let path = axis.path()?;
+        let path = axis.ideal(way)?;
         if steps.len() != axis.steps as usize {
             return Ok(Some(format!("{} steps of {}", steps.len(), axis.steps)));
         }
@@ -105,19 +113,19 @@ fn fault(subject: &Subject, axes: &[Axis]) -> Result<Option<String>> {
 
 /// The highest rate on the grid that is kept while the next one is not; 0 if
 /// not even 1000 steps/s are.
-fn highest(subject: &Subject, name: &str, axes: u8) -> Result<u32> {
+fn highest(subject: &Subject, way: Way, name: &str, axes: u8) -> Result<u32> {
     let rate = |k: i32| (1000.0 * GRID.powi(k)).round() as u32;
     let kept = |k: i32| {
         let axes = match name {
             "rate_constant" => constants(axes, rate(k)),
             _ => ramps(axes, rate(k)),
         };
-        let fault = fault(subject, &axes)?;
+        let fault = fault(subject, way, &axes)?;
         let verdict = fault.as_deref().unwrap_or("kept");
-        eprintln!("{name} of {} at {} steps/s: {verdict}", axes.len(), rate(k));
+        eprintln!("{}: {name} of {} at {} steps/s: {verdict}", way.name(), axes.len(), rate(k));
         anyhow::Ok(fault.is_none())
     };
-    let hint = subject.known.get(name, axes, "queued").unwrap_or(20_000.0);
+    let hint = subject.known.get(name, axes, way.name()).unwrap_or(20_000.0);
     let hint = ((hint.max(1001.0) / 1000.0).ln() / GRID.ln()).round() as i32;
     // Strides that double, away from the hint, until it changes; then halves.
     let (mut low, mut high, mut stride) = (hint, hint + 1, 1);

@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
+use super::Way;
 use super::bounds::{BOUNDS, Bound, open};
 
 /// One figure.
@@ -24,8 +25,12 @@ pub struct Row {
 }
 
 impl Row {
-    pub(crate) fn queued(name: &str, axes: u8, value: f64, unit: &str) -> Row {
-        let (name, feed, unit) = (name.into(), "queued".into(), unit.into());
+    pub(super) fn queued(name: &str, axes: u8, value: f64, unit: &str) -> Row {
+        Row::of(Way::Queued, name, axes, value, unit)
+    }
+
+    pub(super) fn of(way: Way, name: &str, axes: u8, value: f64, unit: &str) -> Row {
+        let (name, feed, unit) = (name.into(), way.name().into(), unit.into());
         // Three significant digits behind what is compared: a file to read.
         let value = (value * 1e4).round() / 1e4;
         Row { name, axes, feed, value, unit }

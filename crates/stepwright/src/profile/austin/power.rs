@@ -13,7 +13,8 @@
 //! For p = 2 that takes 512·n_t steps: a travel of ordinary length falls short
 //! of the top speed. With n_t below some ten steps every p may.
 //!
-//! Error against the formulas in f64: each delay below one tick.
+//! Error against the formulas in f64: each delay below one tick, each pulse's time
+//! below one tick or 2⁻³⁰ of the time that has passed.
 
 use super::count::{C0, Order, Pulses};
 use super::travel::{Curve, Shadowed, Travel};

@@ -1,0 +1,193 @@
+//! Document 002's laws in f64: what the core's delays are measured against.
+//!
+//! A travel is N steps up from c₀, some at the speed reached, and J − 1 down,
+//! the J-th being the hold after the last pulse. One of [`Ramps`] makes a delay
+//! from the one before, by the equations of [`figures::law`](crate::figures::law); times are added
+//! up in 104 bits.
+
+use std::cell::RefCell;
+
+use super::real::Real;
+
+/// Both ramps of a law.
+pub trait Ramps {
+    /// From rest one step up.
+    fn faster(&self, at: &mut At);
+
+    /// The delay after `c` on the way down, j steps before the end.
+    fn slower(&self, c: f64, j: u32) -> f64;
+}
+
+/// A place on a ramp from rest.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct At {
+    /// Steps from rest.
+    pub i: u32,
+    /// The delay.
+    pub c: f64,
+    /// n, where it is another number.
+    pub n: f64,
+    /// Breaks so far.
+    pub crossed: usize,
+}
+
+/// Where a travel turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Turns {
+    /// N.
+    pub up: u32,
+    /// J.
+    pub down: u32,
+    /// Whether the ramp ended by itself, not because the travel is too short.
+    pub complete: bool,
+}
+
+/// A travel by document 002's equations.
+pub struct Formula {
+    pulses: u32,
+    ramps: Box<dyn Ramps>,
+    /// c₀ as emitted, and as the ramp goes on from it.
+    first: (f64, f64),
+    /// c_min.
+    least: f64,
+    /// Delays up, level and down, and the unclamped delay that is held.
+    up: u32,
+    level: u32,
+    down: u32,
+    held: f64,
+    complete: bool,
+    cursor: RefCell<Cursor>,
+}
+
+/// The last pulse asked for.
+#[derive(Clone, Copy)]
+struct Cursor {
+    pulse: u32,
+    at: At,
+    time: Real,
+}
+
+impl Formula {
+    /// `pulses` pulses: c₀ as emitted and as the ramp goes on from it; no delay
+    /// is shorter than `least`.
+    pub fn new(
+        ramps: Box<dyn Ramps>,
+        pulses: u32,
+        first: (f64, f64),
+        least: f64,
+        turns: Turns,
+    ) -> Formula {
+        let delays = pulses.saturating_sub(1);
+        let down = turns.down.saturating_sub(1).min(delays);
+        let up = (turns.up + 1).min(delays - down);
+        let begin = Cursor { pulse: 0, at: At { c: first.1, ..At::default() }, time: Real::ZERO };
+        let mut at = begin.at;
+        (1..up).for_each(|_| ramps.faster(&mut at));
+        Formula {
+            pulses,
+            ramps,
+            first,
+            least,
+            up,
+            level: delays - down - up,
+            down,
+            held: at.c,
+            complete: turns.complete,
+            cursor: RefCell::new(begin),
+        }
+    }
+
+    /// Pulses in all.
+    pub fn pulses(&self) -> u32 {
+        self.pulses
+    }
+
+    /// Delays up, level, down.
+    pub fn parts(&self) -> (u32, u32, u32) {
+        (self.up, self.level, self.down)
+    }
+
+    /// Whether the ramp was long enough for all it wanted.
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// The shortest delay.
+    pub fn shortest(&self) -> f64 {
+        let held = if self.up + self.level > 1 { self.held } else { self.first.0 };
+        held.max(self.least)
+    }
+
+    /// When pulse `n` comes, in ticks after the first. Quick when asked in order.
+    pub fn time(&self, n: u32) -> Real {
+        let mut cursor = self.cursor.borrow_mut();
+        if n < cursor.pulse {
+            let at = At { c: self.first.1, ..At::default() };
+            *cursor = Cursor { pulse: 0, at, time: Real::ZERO };
+        }
+        while cursor.pulse < n {
+            self.step(&mut cursor, n);
+        }
+        cursor.time
+    }
+
+    /// To the next pulse, or at once through what is held, but not beyond `n`.
+    fn step(&self, cursor: &mut Cursor, n: u32) {
+        let Cursor { pulse, at, time } = cursor;
+        let level = self.up + self.level;
+        if *pulse < level && *pulse >= self.up {
+            let held = Real::from(self.held.max(self.least));
+            let steps = n.min(level) - *pulse;
+            *time = *time + held * Real::from(steps);
+            *pulse += steps;
+            return;
+        }
+        let c = if *pulse == 0 {
+            self.first.0
+        } else if *pulse < self.up {
+            self.ramps.faster(at);
+            at.c
+        } else {
+            at.c = self.ramps.slower(at.c, self.down + 1 - (*pulse - level));
+            at.c
+        };
+        *time = *time + Real::from(c.max(self.least));
+        *pulse += 1;
+    }
+}
+
+/// Turns for a law without a closed form: the way down is a ramp of its own,
+/// followed at the first of its steps that is as fast. Delays of `enough` and
+/// less are the top speed.
+pub fn shadow(
+    pulses: u32,
+    enough: f64,
+    mut rise: At,
+    mut fall: At,
+    faster: impl Fn(&mut At),
+    mut follow: impl FnMut(&mut At),
+) -> Turns {
+    let mut to = |fall: &mut At, c: f64, left: u64| {
+        let mut next = *fall;
+        while next.c > c.max(enough) {
+            if u64::from(next.i) >= left {
+                return false;
+            }
+            follow(&mut next);
+        }
+        *fall = next;
+        u64::from(next.i) <= left
+    };
+    to(&mut fall, rise.c, u64::MAX);
+    let turns = |rise: &At, fall: &At, complete| Turns { up: rise.i, down: fall.i, complete };
+    while rise.c > enough {
+        let mut next = rise;
+        faster(&mut next);
+        let left = u64::from(pulses).checked_sub(u64::from(next.i) + 1);
+        if !left.is_some_and(|left| to(&mut fall, next.c, left)) {
+            return turns(&rise, &fall, false);
+        }
+        rise = next;
+    }
+    turns(&rise, &fall, true)
+}

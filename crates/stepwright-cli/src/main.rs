@@ -29,6 +29,7 @@ mod quantity;
 mod say;
 mod sheet;
 mod talk;
+mod timed;
 
 use std::process::ExitCode;
 
@@ -67,6 +68,7 @@ enum Command {
     Ports(order::ports::Args),
     Board(board::Args),
     Plan(Box<plan::Args>),
+    Timed(Box<timed::Args>),
     Figures(figures::Args),
     Calc(Box<calc::Args>),
     Completions(completions::Args),
@@ -86,6 +88,7 @@ fn main() -> ExitCode {
         Command::Ports(args) => order::ports::run(args),
         Command::Board(args) => board::run(args),
         Command::Plan(args) => plan::run(*args),
+        Command::Timed(args) => timed::run(*args),
         Command::Figures(args) => figures::run(args),
         Command::Calc(args) => calc::run(*args),
         Command::Completions(args) => completions::run(args),

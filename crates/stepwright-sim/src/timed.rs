@@ -50,6 +50,8 @@ struct Motion {
     now: u64,
     due: Option<u64>,
     coils: Coils<Lines>,
+    /// The current goes off after the last step.
+    rests: bool,
     enabled: bool,
     steps: Vec<u64>,
     changes: Vec<Change>,
@@ -85,7 +87,12 @@ impl Motion {
             self.coils.step();
             self.steps.push(time);
         }
-        self.due = self.pace.advance().map(|interval| time + u64::from(interval));
+        let rest = Some(self.pace.interval()).filter(|_| self.rests && self.pace.is_moving());
+        if !self.pace.is_moving() {
+            // An interval after the last step.
+            self.coils.off();
+        }
+        self.due = self.pace.advance().or(rest).map(|interval| time + u64::from(interval));
         self.note();
     }
 }
@@ -123,6 +130,7 @@ impl TimedBoard {
             now: 0,
             due: None,
             coils,
+            rests: sequence.rests(),
             enabled: false,
             steps: Vec::new(),
             changes: Vec::new(),

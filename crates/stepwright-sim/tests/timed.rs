@@ -2,8 +2,8 @@
 //!
 //! The logs are in `stepwright_sim::timed::published`.
 
-use stepwright::drive::sequence::SHIELD;
-use stepwright::timed::{Call, Code, Dump, Model, SetSpeed, Status};
+use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
+use stepwright::timed::{Call, Code, Control, Dump, Model, SetSpeed, Status};
 use stepwright::timer::fit::Hardware;
 use stepwright_sim::timed::TimedBoard;
 use stepwright_sim::timed::published::{self, CALL_MS, DUMP_EVERY_MS, FIRST_DUMP_MS};
@@ -162,4 +162,23 @@ fn case_3_polled_with_a_callback() {
         assert_eq!(status, Status::REACHED.and(Status::REACH_CALLED));
         assert_eq!(board.dump().top, 32_332);
     }
+}
+
+/// Document 002: current on at the start, off after the last step. The phase survives.
+#[test]
+fn an_l6219_rests_after_its_last_step() {
+    let mut board = TimedBoard::new(UNO, Model::Ideal, L6219_QUARTER, 0);
+    board.restore(5);
+    let order = SetSpeed { limit: 3, ..SetSpeed::fixed(Control::DRV_EN, 32_000) };
+    board.set_speed(&order);
+    board.run_for_millis(50);
+    let changes: Vec<_> =
+        board.changes().iter().map(|change| (change.time, change.levels)).collect();
+    let off = L6219_QUARTER.off();
+    let row = |n: u8| L6219_QUARTER.levels(5 + n);
+    let times = [0, 0, 32_000, 64_000, 96_000, 128_000];
+    let levels = [off, row(0), row(1), row(2), row(3), off];
+    assert_eq!(changes, times.into_iter().zip(levels).collect::<Vec<_>>());
+    assert_eq!(board.steps().len(), 3);
+    assert_eq!(board.phase(), 8);
 }

@@ -116,7 +116,7 @@ fn case_1_prints_the_published_log() {
     let early = visits.iter().filter(|visit| visit.exit < 9_000 * MILLIS).map(long).max();
     let longest = visits.iter().map(long).max();
     println!("step interrupt: {plain} cycles, {early:?} with an update, {longest:?} at most");
-    assert!(plain <= 360 && early <= Some(1_000) && longest <= Some(1_400));
+    assert!(plain <= 360 && early <= Some(1_300) && longest <= Some(1_400));
     let lines = lines(&mut chip);
     assert_eq!(lines[..3], ["IRQ Timer 1 Enabled", "Ioclk 16000000 Hz", ">>>motorSetSpeed"]);
     let name = if board() == Board::Uno { "Arduino Uno" } else { "Arduino Mega" };
@@ -202,7 +202,7 @@ fn case_3_calls_back_once_and_its_main_loop_runs_on() {
 const REACHED: &str = "Motor position reached / rotation stopped";
 
 /// What the other timer's interrupt may hold an edge up for.
-const BESIDE: u64 = 700;
+const BESIDE: u64 = 1_500;
 
 #[test]
 fn two_shields_on_two_timers() {
@@ -213,7 +213,7 @@ fn two_shields_on_two_timers() {
     let mut chip = Chip::new(Board::Mega, &image);
     // D12, D13; D9, D8.
     chip.watch_pins(&[Pin('B', 6), Pin('B', 7), Pin('H', 6), Pin('H', 5), Pin('E', 5)]);
-    chip.run_for(8_000 * MILLIS);
+    chip.run_for(12_000 * MILLIS);
     let lower = SetSpeed { limit: 3_000, update_ms: 200, mod_counts: 10, ..CASE_1 };
     let upper = SetSpeed {
         control: Control::DRV_EN

@@ -18,6 +18,7 @@
 mod board;
 mod calc;
 mod completions;
+mod cycle;
 mod failure;
 mod figures;
 mod interrupt;
@@ -69,6 +70,7 @@ enum Command {
     Board(board::Args),
     Plan(Box<plan::Args>),
     Timed(Box<timed::Args>),
+    Cycle(cycle::Args),
     Figures(figures::Args),
     Calc(Box<calc::Args>),
     Completions(completions::Args),
@@ -89,6 +91,7 @@ fn main() -> ExitCode {
         Command::Board(args) => board::run(args),
         Command::Plan(args) => plan::run(*args),
         Command::Timed(args) => timed::run(*args),
+        Command::Cycle(args) => cycle::run(args),
         Command::Figures(args) => figures::run(args),
         Command::Calc(args) => calc::run(*args),
         Command::Completions(args) => completions::run(args),

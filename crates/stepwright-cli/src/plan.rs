@@ -6,6 +6,7 @@
 //! | `trapezoid`, `ramp`, `austin` … | one law each: its options and its plan |
 //! | [`limits`] | the options that most of them share |
 //! | [`path`] | laws in closed form: constant acceleration |
+//! | `s_curve`, [`bends`] | the law of limited jerk, and its ideal |
 //! | [`counted`], [`formula`] | laws from delay to delay: document 002's |
 //! | [`compare`] | several laws over one another |
 //! | [`ideal`], [`real`] | the profile that delays are measured against |
@@ -18,6 +19,7 @@
 
 mod austin;
 mod austin_fixed;
+mod bends;
 mod compare;
 mod counted;
 mod csv;
@@ -34,6 +36,7 @@ mod power;
 mod ramp;
 mod real;
 mod runs;
+mod s_curve;
 mod survey;
 mod text;
 mod trapezoid;
@@ -41,7 +44,7 @@ mod trapezoid;
 use std::io::{self, BufWriter, Write};
 
 use clap::{Subcommand, ValueEnum};
-use stepwright::{Accel, Geometry, Rate, Speed};
+use stepwright::{Accel, Geometry, Jerk, Rate, Speed};
 
 use crate::failure::{Failure, unless_closed};
 use crate::plot::PlotFile;
@@ -64,6 +67,7 @@ pub struct Args {
 enum Law {
     Trapezoid(trapezoid::Args),
     Ramp(ramp::Args),
+    SCurve(s_curve::Args),
     Austin(austin::Args),
     AustinFixed(austin_fixed::Args),
     LinearFactor(linear_factor::Args),
@@ -78,6 +82,7 @@ impl Law {
         Ok(match self {
             Law::Trapezoid(args) => args,
             Law::Ramp(args) => args,
+            Law::SCurve(args) => args,
             Law::Austin(args) => args,
             Law::AustinFixed(args) => args,
             Law::LinearFactor(args) => args,
@@ -211,5 +216,12 @@ impl Value {
         let value = held.value.millisteps() as f64 / 1000.0;
         let (shown, given) = (held.to_string(), held.given.clone());
         Value { name, shown, given, held: value, unit: "steps/s²" }
+    }
+
+    /// A jerk as held.
+    fn jerk(name: &'static str, held: &Held<Jerk>) -> Value {
+        let value = held.value.millisteps() as f64 / 1000.0;
+        let (shown, given) = (held.to_string(), held.given.clone());
+        Value { name, shown, given, held: value, unit: "steps/s³" }
     }
 }

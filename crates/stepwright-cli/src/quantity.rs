@@ -1,9 +1,9 @@
-//! Speeds and accelerations as a person types them.
+//! Speeds, accelerations and jerks as a person types them.
 //!
 //! `120rpm`, `10rad/s`, `12.566 rad/s²`, `50mm/s`; a bare number counts steps.
 //! Two moments, because the second needs other options of the command line:
 //!
-//! 1. [`SpeedArg`] and [`AccelArg`] read the text while clap parses: a number
+//! 1. [`SpeedArg`], [`AccelArg`] and [`JerkArg`] read the text while clap parses: a number
 //!    without rounding, and a unit.
 //! 2. [`SpeedArg::resolve`] turns it into what the core holds, by the motor's
 //!    [`Geometry`] ([`GeometryArgs`]), rounding **once**, and keeps the text, so
@@ -15,7 +15,7 @@ mod unit;
 use std::fmt::{self, Display};
 use std::str::FromStr;
 
-use stepwright::{Accel, Geometry, Speed};
+use stepwright::{Accel, Geometry, Jerk, Speed};
 
 use crate::failure::Failure;
 use decimal::Decimal;
@@ -235,6 +235,37 @@ impl AccelArg {
                 .hint(
                     "an acceleration is 0.001 to 100000000 steps/s²; for none at all, \
                        set --start-speed to the top speed",
+                )
+            })
+        })
+    }
+}
+
+/// A jerk without a sign, as typed: for clap's `#[arg]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JerkArg(Quantity);
+
+impl FromStr for JerkArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<JerkArg, String> {
+        Quantity::parse(text, Kind::Jerk).map(JerkArg)
+    }
+}
+
+impl JerkArg {
+    /// In steps per second cubed; `name` is the option that it came from.
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Held<Jerk>, Failure> {
+        self.0.resolve(geometry, name, Kind::Jerk, |milli| {
+            Jerk::from_millisteps(milli).map_err(|_| {
+                Failure::new(if milli == 0 {
+                    format!("{name} {} is less than 0.001 steps/s³", self.0.text)
+                } else {
+                    format!("{name} {} is more than 1000000000000000 steps/s³", self.0.text)
+                })
+                .hint(
+                    "a jerk is 0.001 to 10^15 steps/s³; for none at all, use \
+                     stepwright plan trapezoid",
                 )
             })
         })

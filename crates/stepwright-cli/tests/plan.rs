@@ -121,6 +121,69 @@ proptest! {
         check(&csv, steps, hz, (start, top), (accel, accel));
     }
 
+    /// Every pulse within a tick of the command's own ideal, which is held to a
+    /// third one by its duration and its phases.
+    #[test]
+    fn s_curves(
+        steps in 0u32..2_000,
+        start in 0u32..500,
+        top in 1u32..9_000,
+        accel in 50u32..90_000,
+        decel in 50u32..90_000,
+        jerk in 100u64..10_000_000,
+        hz in 1_000_000u32..20_000_000,
+    ) {
+        let line = format!(
+            "plan s-curve --steps {steps} --start-speed {start} --top-speed {top} --accel {accel} \
+             --decel {decel} --jerk {jerk} --timer-hz {hz}"
+        );
+        let value: serde_json::Value =
+            serde_json::from_str(&stdout(&format!("{line} --format json"))).unwrap();
+        prop_assert!(value["largest_error_ticks"].as_f64().unwrap() <= 1.0);
+
+        let (start, mut peak, j) = (f64::from(start.min(top)), f64::from(top), jerk as f64);
+        let length = f64::from(steps.max(1) - 1);
+        // Time and way of both ramps.
+        let ramps = |peak: f64| {
+            let time = |a: f64| {
+                let gain = peak - start;
+                if gain > a * a / j { gain / a + a / j } else { 2.0 * (gain / j).sqrt() }
+            };
+            let time = time(accel.into()) + time(decel.into());
+            (time, time * (start + peak) / 2.0)
+        };
+        if ramps(peak).1 > length {
+            let (mut low, mut high) = (start, peak);
+            for _ in 0..200 {
+                let middle = (low + high) / 2.0;
+                *(if ramps(middle).1 < length { &mut low } else { &mut high }) = middle;
+            }
+            peak = low;
+        }
+        let (time, way) = ramps(peak);
+        let cruise = if length > way { (length - way) / peak } else { 0.0 };
+        let ticks = (time + cruise) * f64::from(hz);
+        let got = value["duration_ticks"].as_f64().unwrap();
+        prop_assert!((got - ticks).abs() <= 1.0 + ticks * 1e-12, "{got}, not {ticks}");
+        if steps > 1 {
+            let shown = value["peak_speed"].as_f64().unwrap();
+            prop_assert!((shown - peak).abs() <= peak * 1e-9, "{shown}, not {peak}");
+        }
+
+        let phases = value["phases"].as_array().unwrap();
+        let sum: u64 = phases.iter().map(|phase| phase["steps"].as_u64().unwrap()).sum();
+        prop_assert_eq!(sum, u64::from(steps));
+        let order = ["jerk-up", "up", "jerk-down", "cruise", "jerk-up", "down", "jerk-down"];
+        let mut place = 0;
+        for phase in phases {
+            let name = phase["phase"].as_str().unwrap();
+            place += order[place..].iter().position(|known| *known == name).expect(name) + 1;
+        }
+        let rows = rows(&stdout(&format!("{line} --format csv")));
+        prop_assert_eq!(rows.len(), steps as usize);
+        prop_assert_eq!(rows.last().map_or(0, |row| row.2), got as u64);
+    }
+
     /// Runs add up to the same steps and, within their bound, the same times.
     #[test]
     fn runs(

@@ -8,17 +8,18 @@
 use std::io::{self, BufWriter, Write};
 
 use clap::builder::PossibleValuesParser;
-use stepwright::Speed;
+use stepwright::{Jerk, Speed};
 
 use super::law::{Law, Value};
 use super::limits::{Asked, Begin, Limits};
 use super::linear_factor::{self, Knee};
 use super::piecewise::{self, Breaks};
 use super::power::{self, Power};
-use super::{Machine, austin, trapezoid};
+use super::{Machine, austin, s_curve, trapezoid};
 use crate::failure::{Failure, unless_closed};
 use crate::figures::law::Motor;
 use crate::plot::{Curve, Figure, PALETTE, Panel, PlotFile, View, number, time_unit};
+use crate::quantity::JerkArg;
 use crate::sheet::{Cell, Format, Sheet};
 
 /// Laws over one another: how long, how fast, how smooth
@@ -32,6 +33,9 @@ use crate::sheet::{Cell, Format, Sheet};
 Examples:
   The transitions of document 002 beside constant acceleration:
     stepwright plan compare trapezoid austin linear-factor power piecewise \\
+      --steps 1000 --accel 2000 --top-speed 1000 --plot laws.png
+  What a limited jerk costs, and what the transitions approximate:
+    stepwright plan compare trapezoid linear-factor s-curve --jerk 20000 \
       --steps 1000 --accel 2000 --top-speed 1000 --plot laws.png
   One transition, in numbers:
     stepwright plan compare trapezoid linear-factor --knee 0.5 \\
@@ -51,6 +55,9 @@ pub struct Args {
     power: Power,
     #[command(flatten)]
     breaks: Breaks,
+    /// How fast the acceleration of s-curve changes: 80000, 200rad/s3 … (steps/s³)
+    #[arg(long, value_name = "JERK", allow_hyphen_values = true)]
+    jerk: Option<JerkArg>,
     /// How to print it
     #[arg(long, value_enum, default_value_t = Format::Table, help_heading = "Output")]
     format: Format,
@@ -65,13 +72,25 @@ pub struct Args {
 type Make = fn(&Asked, &Args) -> Result<Box<dyn Law>, Failure>;
 
 /// The laws that can be compared: another one is another line.
-const LAWS: [(&str, Make); 5] = [
+const LAWS: [(&str, Make); 6] = [
     ("trapezoid", |asked, _| trapezoid::law(asked, Speed::ZERO)),
+    ("s-curve", |asked, args| s_curve::law(asked, Speed::ZERO, args.jerk()?)),
     ("austin", |asked, args| austin::law(asked, args.begin.c0, austin::Divide::FourN)),
     ("linear-factor", |asked, args| linear_factor::law(asked, args.begin.c0, args.knee)),
     ("power", |asked, args| power::law(asked, args.begin.c0, args.power)),
     ("piecewise", |asked, args| piecewise::law(asked, args.begin.c0, args.breaks)),
 ];
+
+impl Args {
+    fn jerk(&self) -> Result<Jerk, Failure> {
+        let Some(jerk) = &self.jerk else {
+            return Err(Failure::usage("s-curve needs a jerk").hint(
+                "give --jerk, for example twenty times the acceleration: it is there in 50 ms",
+            ));
+        };
+        Ok(jerk.resolve(&self.machine.geometry.geometry()?, "--jerk")?.value)
+    }
+}
 
 /// Every delay is looked at.
 const MOST: u32 = 1_000_000;

@@ -53,7 +53,8 @@ fn notes(plan: &Plan, survey: &Survey) -> Vec<String> {
         v.name == "deceleration"
             && plan.values.iter().any(|w| w.name == "acceleration" && w.shown == v.shown)
     };
-    let values = plan.values.iter().filter(|v| !twice(v));
+    // A start speed of 0 is what everybody expects.
+    let values = plan.values.iter().filter(|v| !twice(v) && v.held != 0.0);
     let values: Vec<_> = values.map(|v| format!("{} {}", v.name, v.shown)).collect();
     let mut notes = vec![
         values.join(GAP),

@@ -40,11 +40,11 @@ pub fn summary(
     field(out, "largest error", error(plan, &survey.worst))?;
 
     if steps > 0 {
-        writeln!(out, "\n  {:<8}{:>12}{:>20}", "phase", "steps", "time")?;
+        writeln!(out, "\n  {:<10}{:>10}{:>20}", "phase", "steps", "time")?;
     }
     for part in &survey.parts {
         let seconds = plan.seconds(part.ticks as f64);
-        writeln!(out, "  {:<8}{:>12}{seconds:>18.6} s", part.phase.name(), part.pulses)?;
+        writeln!(out, "  {:<10}{:>10}{seconds:>18.6} s", part.phase.name(), part.pulses)?;
     }
     let Some(fit) = fit else { return Ok(()) };
 

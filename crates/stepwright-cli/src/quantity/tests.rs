@@ -73,6 +73,43 @@ fn accelerations_in_every_unit() {
 }
 
 #[test]
+fn jerks_in_every_unit() {
+    let jerk = |text: &str| {
+        text.parse::<JerkArg>().unwrap().resolve(&motor(), "--jerk").unwrap().to_string()
+    };
+    for (typed, held) in [
+        ("4000", "4000 steps/s³"),
+        ("4000steps/s3", "4000 steps/s³"),
+        ("4000 steps/s³", "4000 steps/s³"),
+        ("4000steps/s^3", "4000 steps/s³"),
+        ("4000steps/s/s/s", "4000 steps/s³"),
+        ("120rpm/s2", "120rpm/s2 → 400 steps/s³"),
+        ("120rpm/s/s", "120rpm/s/s → 400 steps/s³"),
+        ("2rev/s3", "2rev/s3 → 400 steps/s³"),
+        ("360deg/s3", "360deg/s3 → 200 steps/s³"),
+        ("200mm/s3", "200mm/s3 → 1000 steps/s³"),
+        ("12.566rad/s3", "12.566rad/s3 ≈ 399.988 steps/s³"),
+        ("1000000000000000", "1000000000000000 steps/s³"),
+    ] {
+        assert_eq!(jerk(typed), held);
+    }
+    for (typed, word) in [
+        ("5rpm/s", "'rpm/s' is a unit of acceleration; for a jerk use steps/s3"),
+        ("5mm/s", "is a unit of speed; for a jerk use"),
+        ("5x", "no unit of a jerk"),
+        ("-5", "without a sign"),
+    ] {
+        let error = typed.parse::<JerkArg>().unwrap_err();
+        assert!(error.contains(word), "{typed}: {error}");
+    }
+    for typed in ["0", "0.0004", "1000000000000001"] {
+        assert!(typed.parse::<JerkArg>().unwrap().resolve(&motor(), "--jerk").is_err());
+    }
+    let error = "5rad/s3".parse::<AccelArg>().unwrap_err();
+    assert!(error.contains("'rad/s3' is a unit of jerk"), "{error}");
+}
+
+#[test]
 fn what_is_wrong_is_said() {
     for (typed, word) in [
         ("", "begins with a number"),

@@ -1,4 +1,4 @@
-//! The units that a speed or an acceleration may be typed in.
+//! The units that a speed, an acceleration or a jerk may be typed in.
 
 use super::decimal::{Decimal, Rounded};
 use stepwright::Geometry;
@@ -26,7 +26,8 @@ const LENGTHS: &[(&str, Length)] = &[
     ("mm", Length::Millimetre),
 ];
 
-/// A length per second or per minute, and for an acceleration per second again.
+/// A length per second or per minute, for an acceleration per second again, and
+/// for a jerk once more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
     /// What is counted.
@@ -35,19 +36,21 @@ pub struct Unit {
     pub per_minute: bool,
 }
 
-/// Speeds have one "per time", accelerations two.
+/// Speeds have one "per time", accelerations two, jerks three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Speed,
     Accel,
+    Jerk,
 }
 
 impl Kind {
-    /// `/s` or `/s²`.
+    /// `/s`, `/s²` or `/s³`.
     pub fn per(self) -> &'static str {
         match self {
             Kind::Speed => "/s",
             Kind::Accel => "/s²",
+            Kind::Jerk => "/s³",
         }
     }
 
@@ -55,6 +58,7 @@ impl Kind {
         match self {
             Kind::Speed => "a speed",
             Kind::Accel => "an acceleration",
+            Kind::Jerk => "a jerk",
         }
     }
 
@@ -63,6 +67,7 @@ impl Kind {
         match self {
             Kind::Speed => "steps/s, rpm, rev/s, deg/s, rad/s or mm/s",
             Kind::Accel => "steps/s2, rpm/s, rev/s2, deg/s2, rad/s2 or mm/s2",
+            Kind::Jerk => "steps/s3, rpm/s2, rev/s3, deg/s3, rad/s3 or mm/s3",
         }
     }
 
@@ -70,6 +75,7 @@ impl Kind {
         match self {
             Kind::Speed => "steps/s",
             Kind::Accel => "steps/s²",
+            Kind::Jerk => "steps/s³",
         }
     }
 }
@@ -88,12 +94,14 @@ impl Unit {
         };
         match split(text) {
             Some((unit, found)) if found == kind => Ok(unit),
-            Some((_, Kind::Speed)) => Err(format!(
+            Some((_, Kind::Speed)) if kind == Kind::Accel => Err(format!(
                 "'{text}' is a unit of speed; an acceleration is per second once more: '{}'",
                 if text.ends_with("/s") { format!("{text}2") } else { format!("{text}/s") }
             )),
-            Some((_, Kind::Accel)) => Err(format!(
-                "'{text}' is a unit of acceleration; for a speed use {}",
+            Some((_, found)) => Err(format!(
+                "'{text}' is a unit of {}; for {} use {}",
+                found.name().trim_start_matches("an ").trim_start_matches("a "),
+                kind.name(),
                 kind.choice()
             )),
             None => Err(wrong()),
@@ -147,6 +155,8 @@ fn split(text: &str) -> Option<(Unit, Kind)> {
         "/min" => (true, Kind::Speed),
         "/s2" | "/s²" | "/s^2" | "/s/s" => (false, Kind::Accel),
         "/min/s" => (true, Kind::Accel),
+        "/s3" | "/s³" | "/s^3" | "/s/s/s" | "/s2/s" | "/s²/s" => (false, Kind::Jerk),
+        "/min/s2" | "/min/s²" | "/min/s^2" | "/min/s/s" => (true, Kind::Jerk),
         _ => return None,
     };
     Some((Unit { length, per_minute }, kind))

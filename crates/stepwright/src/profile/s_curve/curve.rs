@@ -55,6 +55,8 @@ pub(super) struct Piece {
     /// one before its end or there.
     pub(super) first: u32,
     pub(super) last: u32,
+    /// The last one whose interval has its middle before its end.
+    middle: u32,
 }
 
 /// A part of the way in one direction.
@@ -119,6 +121,7 @@ const NO_PIECE: Piece = Piece {
     phase: Phase::Cruise,
     first: 0,
     last: 0,
+    middle: 0,
 };
 
 const NO_LEG: Leg = Leg { first: 0, from: 0, last: 0, begin: Wide::ZERO, backward: false };
@@ -267,16 +270,18 @@ impl Curve {
                     ..leg
                 };
             }
-            let end = match piece.end().0 {
-                _ if n + 1 == count => distance,
-                end if leg.backward => end.ceil(),
-                end => end.floor(),
+            let way = (piece.end().0 - Wide::signed(leg.from)).flipped(leg.backward);
+            let steps = match n + 1 == count {
+                true if leg.backward => leg.from - distance,
+                true => distance - leg.from,
+                false => way.floor(),
             };
-            let steps = if leg.backward { leg.from - end } else { end - leg.from };
             let last = u32::try_from(i64::from(leg.first).saturating_add(steps.max(0)));
             let last = last.ok().filter(|&last| last < 1 << 31).ok_or(Unfit::TooLong)?;
+            let middle = (way + Wide::whole(1).scaled(-1)).floor().max(0);
             piece.first = if n == 0 { 0 } else { leg.last + 1 };
             piece.last = last.max(leg.last);
+            piece.middle = leg.first.saturating_add(u32::try_from(middle).unwrap_or(u32::MAX));
             leg.last = piece.last;
         }
         self.leg_count = push(&mut self.legs, self.leg_count, leg);
@@ -288,7 +293,17 @@ impl Curve {
             piece.last = piece.last.min(last.saturating_sub(1));
         }
         if let Some(piece) = self.pieces.get_mut(count.saturating_sub(1)) {
-            piece.first = piece.first.min(last);
+            (piece.first, piece.middle) = (piece.first.min(last), last);
+        }
+        // A middle behind the turn is the next leg's.
+        let mut next = (leg.backward, last.saturating_add(1));
+        let mut most = last;
+        for piece in self.pieces.iter_mut().take(count).rev() {
+            if piece.backward != next.0 {
+                most = next.1.saturating_sub(1);
+            }
+            piece.middle = piece.middle.min(most);
+            next = (piece.backward, piece.first);
         }
         Ok(())
     }
@@ -386,14 +401,39 @@ impl Curve {
     /// for pulse 0 that of the first interval.
     pub fn phase_of(&self, n: u32) -> Phase {
         let n = n.clamp(1, self.length().max(1));
-        let leg = self.leg_of(n);
-        let middle =
-            Wide::signed(leg.place_of(n)) - Wide::whole(1).scaled(-1).flipped(leg.backward);
         let mut pieces = self.pieces.iter().take(self.piece_count.into());
-        let piece = pieces.find(|piece| {
-            piece.last + 1 >= n && (middle - piece.end().0).is_minus() != leg.backward
+        pieces.find(|piece| n <= piece.middle).unwrap_or(&NO_PIECE).phase
+    }
+
+    /// The phases in their order, and how many pulses belong to each; phases
+    /// without a pulse are left out.
+    pub fn phases(&self) -> impl Iterator<Item = (Phase, u32)> {
+        let mut gone = 0;
+        let pulses = self.pulses;
+        let pieces = self.pieces.iter().take(self.piece_count.into());
+        let alone = (self.piece_count == 0 && pulses > 0).then_some((Phase::Cruise, pulses));
+        let phases = pieces.filter_map(move |piece| {
+            // The first pulse has no interval: it belongs to the next one's.
+            let end = match piece.middle {
+                0 if self.length() > 0 => 0,
+                middle => middle.saturating_add(1).min(pulses),
+            };
+            let count = end.saturating_sub(gone);
+            gone = gone.max(end);
+            (count > 0).then_some((piece.phase, count))
         });
-        piece.unwrap_or(self.piece_of(n)).phase
+        phases.chain(alone)
+    }
+
+    /// Steps from where the speed begins to fall for the last time to the end,
+    /// rounded up.
+    pub fn braking_steps(&self) -> u32 {
+        let pieces = self.pieces.iter().take(self.piece_count.into());
+        let fall = pieces.rev().take_while(|piece| !piece.speeds_up).last();
+        let Some(fall) = fall.filter(|_| self.length() > 0) else { return 0 };
+        let begin = fall.place - fall.way.flipped(fall.backward);
+        let end = Wide::signed(self.leg_of(self.length()).place_of(self.length()));
+        u32::try_from((end - begin).abs().ceil()).unwrap_or(u32::MAX)
     }
 }
 

@@ -1,4 +1,28 @@
-//! Interrupt handlers: assembly that is put at a vector by its name.
+//! Interrupt handlers: in Rust, or assembly that is put at a vector by its name.
+
+/// Declares a handler in Rust: its vector's name on the Uno, on the Mega, and
+/// what it does.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! handler {
+    ($uno:ident, $mega:ident, $body:expr) => {
+        // Not public, and so in need of no documentation.
+        const _: () = {
+            #[cfg(feature = "uno")]
+            #[avr_device::interrupt(atmega328p)]
+            fn $uno() {
+                $crate::interrupt::entry();
+                $body
+            }
+            #[cfg(feature = "mega")]
+            #[avr_device::interrupt(atmega2560)]
+            fn $mega() {
+                $crate::interrupt::entry();
+                $body
+            }
+        };
+    };
+}
 
 /// The vector of a byte that came, and that of the sender's room.
 #[doc(hidden)]
@@ -47,4 +71,11 @@ macro_rules! entry {
     () => {
         "rjmp .+0\nrjmp .+0"
     };
+}
+
+/// [`entry!`](crate::entry) for handlers in Rust.
+#[inline(always)]
+pub fn entry() {
+    // SAFETY: it does nothing to a register or to memory.
+    unsafe { core::arch::asm!(entry!(), options(nomem, nostack, preserves_flags)) };
 }

@@ -93,7 +93,7 @@ fn check_axis(edges: &[Edge], axis: u8, needs: Needs) -> Result<(), String> {
                 long_enough("a hold", rise, now, needs.hold)?;
                 turn = Some(now);
             }
-            // What no driver has a need of.
+            // Enables and switches have no such needs.
             (Pin::Enable | Pin::Min | Pin::Max, _) => {}
         }
     }

@@ -228,11 +228,11 @@ impl Silicon {
         unsafe { (*self.uart).io.irq.add(ffi::UART_IRQ_OUTPUT as usize) }
     }
 
-    /// Timer 1.
-    pub(crate) fn timer(&self) -> *mut ffi::avr_timer_t {
+    /// A timer by its number's digit.
+    pub(crate) fn timer(&self, number: u8) -> *mut ffi::avr_timer_t {
         // SAFETY: `find` gives live ones.
-        find(self.avr, c"timer", |timer: *mut ffi::avr_timer_t| unsafe {
-            (*timer).name as u8 == b'1'
+        find(self.avr, c"timer", move |timer: *mut ffi::avr_timer_t| unsafe {
+            (*timer).name as u8 == number
         })
     }
 

@@ -10,7 +10,7 @@ use std::os::raw::c_void;
 use simavr_ffi as ffi;
 use stepwright_sim::{Edge, Pin as Role};
 
-use crate::board::{AXES, Board};
+use crate::board::{AXES, Board, StepTimer};
 use crate::eeprom::Eeprom;
 use crate::silicon::{Silicon, opaque};
 
@@ -72,7 +72,7 @@ pub(crate) struct Taps {
 
 impl Taps {
     /// Listens to `silicon`, which must stay where it is.
-    pub(crate) fn new(board: Board, silicon: &Silicon) -> Taps {
+    pub(crate) fn new(board: Board, step_timer: StepTimer, silicon: &Silicon) -> Taps {
         let avr = silicon.avr;
         let mut heard = Box::new(Heard {
             avr,
@@ -89,7 +89,7 @@ impl Taps {
             reti: board.reti(),
             eeprom: Eeprom::default(),
             silicon,
-            timer: silicon.timer(),
+            timer: silicon.timer(step_timer.number),
         });
         let mut wires = vec![(board.enable(), Wire::Enable), (board.led(), Wire::Led)];
         for axis in 0..AXES {
@@ -111,7 +111,7 @@ impl Taps {
             let running = ffi::AVR_INT_IRQ_RUNNING as usize;
             let any = &raw mut (*table).irq[running];
             ffi::avr_irq_register_notify(any, Some(on_interrupt), param);
-            let step = ffi::avr_get_interrupt_irq(avr, board.step_vector());
+            let step = ffi::avr_get_interrupt_irq(avr, step_timer.vector);
             assert!(!step.is_null(), "no step interrupt");
             ffi::avr_irq_register_notify(step.add(running), Some(on_step_interrupt), param);
             // TIMSK0 … TIMSK5.
@@ -119,7 +119,8 @@ impl Taps {
                 ffi::avr_register_io_write(avr, register, Some(on_timer_mask), param);
             }
             ffi::avr_register_io_write(avr, EECR, Some(on_eeprom), param);
-            ffi::avr_register_io_write(avr, OCR1AL, Some(on_compare_value), param);
+            let compare = step_timer.compare;
+            ffi::avr_register_io_write(avr, compare, Some(on_compare_value), param);
         }
         Taps { heard, taps }
     }
@@ -225,10 +226,7 @@ unsafe extern "C" fn on_timer_mask(
     }
 }
 
-/// The low byte of timer 1's compare register A, which is written last; the
-/// same on both chips.
-const OCR1AL: u16 = 0x88;
-/// Timer 1 has 16 bits.
+/// The step timer has 16 bits.
 const TURN: u64 = 1 << 16;
 
 /// simavr misses a match that comes within an instruction of the counter's

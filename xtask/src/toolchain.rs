@@ -27,12 +27,27 @@ pub struct Chip {
     pub flags: &'static str,
 }
 
+/// For all AVRs, behind `-C target-cpu`. LLVM's passes over machine code keep
+/// constants and addresses in registers for later; on this chip that costs more
+/// pushes and moves than it saves loads. Without them the Uno's firmware is 370
+/// bytes smaller.
+macro_rules! avr {
+    ($chip:literal) => {
+        concat!(
+            "-C target-cpu=",
+            $chip,
+            " -C link-arg=-mrelax",
+            " -C llvm-args=-disable-machine-licm",
+            " -C llvm-args=-disable-machine-cse",
+            " -C llvm-args=-join-splitedges",
+        )
+    };
+}
+
 /// Arduino Uno and Nano: 8 bits, 16 MHz, 32 KiB flash, 2 KiB RAM.
-pub const ATMEGA328P: Chip =
-    Chip { triple: "avr-none", flags: "-C target-cpu=atmega328p -C link-arg=-mrelax" };
+pub const ATMEGA328P: Chip = Chip { triple: "avr-none", flags: avr!("atmega328p") };
 /// Arduino Mega: the same with 256 KiB flash, 8 KiB RAM, more timers.
-pub const ATMEGA2560: Chip =
-    Chip { triple: "avr-none", flags: "-C target-cpu=atmega2560 -C link-arg=-mrelax" };
+pub const ATMEGA2560: Chip = Chip { triple: "avr-none", flags: avr!("atmega2560") };
 /// RP2040 and its like: 32 bits, no division instruction, no atomic swaps.
 pub const CORTEX_M0: Chip = Chip { triple: "thumbv6m-none-eabi", flags: "" };
 

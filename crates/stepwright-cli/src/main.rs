@@ -18,6 +18,7 @@
 mod board;
 mod calc;
 mod completions;
+mod cycle;
 mod failure;
 mod figures;
 mod interrupt;
@@ -67,6 +68,7 @@ enum Command {
     Ports(order::ports::Args),
     Board(board::Args),
     Plan(Box<plan::Args>),
+    Cycle(cycle::Args),
     Figures(figures::Args),
     Calc(Box<calc::Args>),
     Completions(completions::Args),
@@ -86,6 +88,7 @@ fn main() -> ExitCode {
         Command::Ports(args) => order::ports::run(args),
         Command::Board(args) => board::run(args),
         Command::Plan(args) => plan::run(*args),
+        Command::Cycle(args) => cycle::run(args),
         Command::Figures(args) => figures::run(args),
         Command::Calc(args) => calc::run(*args),
         Command::Completions(args) => completions::run(args),

@@ -28,7 +28,8 @@ use crate::failure::Failure;
 use crate::say;
 
 pub use figure::{Band, Curve, Figure, PALETTE, Panel, View};
-pub use scale::{number, time_unit};
+pub use picture::{Frame, Picture, Shape, Style};
+pub use scale::{Scale, number, time_unit};
 
 /// A file for a plot, whose name says the format: for clap's `#[arg]`.
 #[derive(Clone, Debug)]
@@ -88,12 +89,16 @@ impl PlotFile {
 
     /// Draws into the file, and says so on standard error.
     pub fn save(&self, figure: &Figure) -> Result<(), Failure> {
-        let picture = figure.picture();
+        self.save_picture(&figure.title, &figure.picture())
+    }
+
+    /// The same for a picture that is no figure.
+    pub fn save_picture(&self, title: &str, picture: &Picture) -> Result<(), Failure> {
         let bytes = match self.format {
-            Format::Svg => svg::render(&picture).into_bytes(),
-            Format::Html => html::page(&figure.title, &picture).into_bytes(),
+            Format::Svg => svg::render(picture).into_bytes(),
+            Format::Html => html::page(title, picture).into_bytes(),
             Format::Png => {
-                png::render(&picture).map_err(|error| Failure::file("draw", &self.path, &error))?
+                png::render(picture).map_err(|error| Failure::file("draw", &self.path, &error))?
             }
         };
         fs::write(&self.path, bytes).map_err(|error| Failure::file("write", &self.path, &error))?;

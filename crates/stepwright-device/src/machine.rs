@@ -1,6 +1,6 @@
 //! The slave's machine: the motors, and the duties that go with them.
 
-use stepwright::{Control, Order, Travel};
+use stepwright::{Change, Control, Order, Travel};
 use stepwright_protocol::{AxisId, Controller, Machine, Refusal, Setting, Settings};
 
 use crate::duties::Duties;
@@ -44,6 +44,21 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
 
     fn brake(&mut self, axis: AxisId) {
         self.controller.brake(axis);
+    }
+
+    fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
+        if let Change::Target(steps) = change {
+            let blocked = self.duties.blocked(self.panel);
+            let mut bit = 1;
+            for axis in 0..N as u8 {
+                let forward = self.controller.group.leads_forward(axis, steps);
+                if axes & bit & blocked.on(forward) != 0 {
+                    return Err(Refusal::Fault);
+                }
+                bit <<= 1;
+            }
+        }
+        self.controller.change(axes, change)
     }
 
     fn kill(&mut self) {

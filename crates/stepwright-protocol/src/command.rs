@@ -15,7 +15,7 @@ use crate::text::{Bytes, Piece, Pieces};
 
 /// A line of the master, understood. Every value is inside its range.
 ///
-/// The first twelve are document 004's, the rest Stepwright's extensions.
+/// `PO` to `V` but `@` are document 004's, the rest Stepwright's extensions.
 ///
 /// ```
 /// use stepwright_protocol::{BadLine, Command, Distance};
@@ -39,6 +39,9 @@ pub enum Command {
     Go(Distance),
     /// `g+`, `g-`: travel until stopped.
     Run(Direction),
+    /// `@+<n>`, `@-<n>`: the travel in progress ends n steps from where it
+    /// began.
+    Retarget(Distance),
     /// `E`: carry the order out.
     Execute,
     /// `F`: ready or busy?
@@ -99,10 +102,9 @@ impl Command {
             b'S' => Command::StartTens(Whole::clamped(number)),
             b'T' => Command::TopTens(Whole::clamped(number)),
             b'R' => Command::Ramp(Whole::clamped(number)),
-            b'G' => {
-                let steps = number as i32;
-                let steps = if backward { steps.wrapping_neg() } else { steps };
-                Command::Go(Distance::new(steps).ok_or(BadLine::Range)?)
+            b'G' | b'@' => {
+                let steps = Distance::new(said.steps()).ok_or(BadLine::Range)?;
+                if letter == b'@' { Command::Retarget(steps) } else { Command::Go(steps) }
             }
             b'g' if backward => Command::Run(Direction::Backward),
             b'g' => Command::Run(Direction::Forward),
@@ -141,6 +143,10 @@ impl Command {
             Command::Ramp(n) => (text!("R"), Some(n.get())),
             Command::Go(n) => {
                 let letters = if n.get() < 0 { text!("G-") } else { text!("G+") };
+                (letters, Some(n.get().unsigned_abs()))
+            }
+            Command::Retarget(n) => {
+                let letters = if n.get() < 0 { text!("@-") } else { text!("@+") };
                 (letters, Some(n.get().unsigned_abs()))
             }
             Command::Run(Direction::Forward) => (text!("g+"), None),
@@ -289,7 +295,8 @@ pub(crate) mod tests {
             1 => whole().prop_map(Top),
             1 => whole().prop_map(Accel),
             1 => whole().prop_map(Decel),
-            2 => distance.prop_map(Go),
+            2 => distance.clone().prop_map(Go),
+            2 => distance.prop_map(Retarget),
             1 => axis().prop_map(Zero),
             1 => axis().prop_map(Position),
             1 => axis().prop_map(|a| Select(Selection::One(a))),
@@ -320,13 +327,14 @@ pub(crate) mod tests {
         /// Whatever is read is the same line again, up to leading zeros, the
         /// sign of zero and P0.
         #[test]
-        fn what_is_read_was_written(line in "[PSTRGgEFZKIVAstad?!O0-9+-]{0,6}") {
+        fn what_is_read_was_written(line in "[PSTRG@gEFZKIVAstad?!O0-9+-]{0,6}") {
             if let Ok(command) = Command::parse(line.as_bytes()) {
                 let plain = |text: &str| {
                     let head = text.trim_end_matches(|c: char| c.is_ascii_digit());
                     let tail = text[head.len()..].trim_start_matches('0');
                     let tail = if head.len() < text.len() && tail.is_empty() { "0" } else { tail };
-                    (head.to_string() + tail).replace("P0", "PO").replace("G-0", "G+0")
+                    let plain = (head.to_string() + tail).replace("P0", "PO");
+                    plain.replace("G-0", "G+0").replace("@-0", "@+0")
                 };
                 prop_assert_eq!(plain(&line), plain(&command.to_string()));
             }
@@ -349,6 +357,7 @@ pub(crate) mod tests {
             (b"R0200", Command::Ramp(tens(200))),
             (b"G-2147483647", Command::Go(Distance::new(-i32::MAX).unwrap())),
             (b"G-0", Command::Go(Distance::new(0).unwrap())),
+            (b"@-12", Command::Retarget(Distance::new(-12).unwrap())),
             (b"g-", Command::Run(Direction::Backward)),
             (b"I1", Command::Zero(AxisId::FIRST)),
             (b"V01", Command::Position(AxisId::FIRST)),
@@ -373,6 +382,9 @@ pub(crate) mod tests {
             b"G5",
             b"G+",
             b"G+-5",
+            b"@5",
+            b"@+",
+            b"@",
             b"g",
             b"g+1",
             b"E1",
@@ -409,6 +421,7 @@ pub(crate) mod tests {
             b"d4294967296",
             b"G+2147483648",
             b"G-2147483648",
+            b"@+2147483648",
             b"I0",
             b"V9",
             b"A9",

@@ -1,6 +1,6 @@
 //! The slave's machine: a group of motors and the engine that moves them.
 
-use stepwright::{Control, Group, Order, Ticks};
+use stepwright::{Change, Control, Group, Order, Ticks};
 
 use crate::{AxisId, Machine, Refusal};
 
@@ -50,6 +50,10 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Controller<'_, '_, 
         self.group.brake(axis.index() as u8);
     }
 
+    fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
+        Ok(self.group.change(self.engine, axes, change)?)
+    }
+
     fn kill(&mut self) {
         self.group.kill(self.engine);
     }
@@ -85,9 +89,10 @@ impl From<stepwright::Refusal> for Refusal {
         use stepwright::{Refusal as Core, profile::Unfit};
         match refusal {
             Core::Busy => Refusal::Busy,
+            Core::Resting => Refusal::NoTravel,
             Core::NoAxis => Refusal::Axis,
             Core::TooFast { .. } => Refusal::TooFast,
-            Core::Unfit(Unfit::TooSlow | Unfit::Standstill) => Refusal::TooSlow,
+            Core::Unfit(Unfit::TooSlow | Unfit::Standstill | Unfit::BelowStart) => Refusal::TooSlow,
             Core::Unfit(Unfit::TooLong) => Refusal::Travel,
             Core::Unfit(Unfit::NoRamp | Unfit::Uneven) => Refusal::Ramp,
         }

@@ -39,6 +39,8 @@
 //!        | "t" 1…1000000        top speed, in steps/s
 //!        | "a" 1…100000000      the ramp up is an acceleration, in steps/s²
 //!        | "d" 1…100000000      the ramp down is a deceleration, in steps/s²
+//!        | "@" sign 0…2³¹−1     the travel in progress ends so many steps from
+//!                               where it began
 //!        | "?"                  one line about the board
 //!        | "!"                  late, refused and last begin anew
 //!        | "$"                  all settings
@@ -123,7 +125,15 @@
 //! | `PO` or `P0`? | both |
 //! | speeds of 0, ramps of 0, numbers out of range | E: a clear refusal rather than the document's "no checking" |
 //! | `G5`, `G+`, `G+-5`, `S 5`, `po`, an empty line, 25 bytes, binary | E at the CR, and the next line starts clean |
-//! | what is taken while busy? | F, V, Z, K, A, `?`, `!`, `$`, `$` and a name; no setting is changed while any axis is busy; every other line that addresses a busy axis is answered E |
+//! | what is taken while busy? | F, V, Z, K, A, `@`, t, a, d, `?`, `!`, `$`, `$` and a name; no setting is changed while any axis is busy; every other line that addresses a busy axis is answered E |
+//! | t, a, d while busy | they take effect at once, on the travel in progress as on later ones; E in an open order, which speaks of axes at rest; S, T, R and s are answered E: a travel keeps its start speed, and a ramp counted in steps can't begin on the way |
+//! | t below the start speed while busy | E: the travel ends at its start speed |
+//! | t while the ramps are counted in steps | the travel in progress keeps its acceleration; the next has R steps again |
+//! | `@` from where? | from where the travel in progress began: `@+n` on the way is what `G+n` would have been, and what `g` was endless before ends there |
+//! | `@` behind, or nearer than the ramp down is long | Y: it brakes to rest, turns and comes back; busy all the while |
+//! | `@` after Z | travels on, to there |
+//! | `@` at rest, `@` beyond 2³¹ steps of a g | E, as `no-travel` and as `travel`; a travel that has just ended is at rest, so G is the line then |
+//! | `@`, t, a, d with A0 | all or none: E if any of the axes can't. `@` wants all of them to travel; of t, a and d those that rest keep the number for later |
 //! | `PO` while busy | E if the *selected* axis is busy (with A0: any), so `A2`, `PO`, `A2` … starts axis 2 while axis 1 runs |
 //! | S, T, R … outside PO | taken when the axis is idle: they set, they don't move; they are kept from order to order and begin as S5 T100 R200 |
 //! | R, a and d | R sets both ramps, a and d replace their own half, a later R both |

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::flash::{Text, text};
-use stepwright::Order;
+use stepwright::{Change, Order};
 
 use crate::{AxisId, Settings};
 
@@ -56,6 +56,17 @@ pub trait Machine {
     /// Ramps the axis down from wherever it is on its way; its position stays
     /// known. An axis that is already ramping down goes on doing so.
     fn brake(&mut self, axis: AxisId);
+
+    /// Changes the travels that these axes are on, all or none; bit 0 is axis 1.
+    /// The slave names only axes that are busy.
+    ///
+    /// # Errors
+    /// The reason why not, and all of them go on as they were. A machine that
+    /// can't change a travel answers [`Refusal::Busy`].
+    fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
+        let _ = (axes, change);
+        Err(Refusal::Busy)
+    }
 
     /// Stops every axis at once. Those that were busy are idle when this
     /// returns, and their position is unknown; the others keep theirs.
@@ -111,7 +122,7 @@ pub enum Refusal {
     Busy,
     /// `no-po`: G or E without a PO before it.
     Closed,
-    /// `no-travel`: E without a G or g before it.
+    /// `no-travel`: E without a G or g before it; @ for an axis at rest.
     NoTravel,
     /// `killed`: E of an order into which a K came.
     Killed,
@@ -119,7 +130,8 @@ pub enum Refusal {
     Uncertain,
     /// `too-fast`: the steps would follow closer than the board can make them.
     TooFast,
-    /// `too-slow`: a delay would be longer than the board can wait.
+    /// `too-slow`: a delay would be longer than the board can wait; t on the way
+    /// is below the start speed.
     TooSlow,
     /// `ramp`: the ramp is steeper or longer than the board can compute.
     Ramp,
@@ -193,11 +205,14 @@ impl fmt::Display for Refusal {
             Refusal::Axis => "the board has no such axis",
             Refusal::Busy => "the axis is still travelling: wait, or stop it with Z",
             Refusal::Closed => "no order is open: begin it with PO",
-            Refusal::NoTravel => "the order has no travel: send G or g before E",
+            Refusal::NoTravel => "there is no travel: send G or g before E, and @ on the way",
             Refusal::Killed => "K abandoned the order: begin again with PO",
             Refusal::Uncertain => "the position is not known: go to a known place and send I",
             Refusal::TooFast => "faster than the board can step: lower the top speed",
-            Refusal::TooSlow => "slower than the board can wait: raise the speeds",
+            Refusal::TooSlow => {
+                "slower than the board can wait, or on the way than the start speed: \
+                 raise the speeds"
+            }
             Refusal::Ramp => "the board can't compute such a ramp: change its length or slope",
             Refusal::Travel => "the board can't count that far: shorten the travel",
             Refusal::Setting => "the board has no such setting: `$` lists them",

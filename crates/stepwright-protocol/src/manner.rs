@@ -1,9 +1,10 @@
 //! How to travel: what S, T, R, s, t, a and d have said of an order.
 
-use stepwright::{Accel, OutOfRange, Speed};
+use stepwright::{Accel, Change, OutOfRange, Speed};
 
 use crate::number::{Whole, WholeAccel};
 use crate::order::{Order, Ramp, Travel};
+use crate::said::Said;
 use crate::{Refusal, Setting, Settings};
 
 /// All of an order but where to, in the numbers of the line. Each is inside
@@ -52,6 +53,17 @@ impl Manner {
             }
         };
         *place = number;
+    }
+
+    /// What a line changes of a travel in progress: @, t, a or d.
+    pub(crate) fn change(said: &Said) -> Change {
+        let number = said.number;
+        match said.letter {
+            b'@' => Change::Target(said.steps()),
+            b't' => Change::Top(speed(number)),
+            b'a' => Change::Accel(Accel::clamped(number)),
+            _ => Change::Decel(Accel::clamped(number)),
+        }
     }
 
     /// The order for the core.

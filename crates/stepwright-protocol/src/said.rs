@@ -46,11 +46,11 @@ impl Said {
             b's' | b't' => TopSpeed::LARGEST.get(),
             b'a' | b'd' => WholeAccel::LARGEST.get(),
             b'I' | b'V' | b'A' => MAX_AXES as u32,
-            b'G' => i32::MAX as u32,
+            b'G' | b'@' => i32::MAX as u32,
             b'E' | b'F' | b'Z' | b'K' | b'?' | b'!' | b'P' | b'g' => 0,
             _ => return Err(Refusal::Line),
         };
-        if matches!(letter, b'G' | b'g' | b'P') {
+        if matches!(letter, b'G' | b'g' | b'P' | b'@') {
             let Some((&sign, digits)) = rest.split_first() else { return Err(Refusal::Line) };
             let (one, other) = if letter == b'P' { (b'O', b'0') } else { (b'+', b'-') };
             if sign != one && sign != other {
@@ -61,7 +61,7 @@ impl Said {
         }
         if largest != 0 {
             number::read(rest, &mut self.number)?;
-            let zero = matches!(letter, b's' | b'A' | b'G');
+            let zero = matches!(letter, b's' | b'A' | b'G' | b'@');
             if self.number > largest || (self.number == 0 && !zero) {
                 return Err(Refusal::Range);
             }
@@ -70,6 +70,12 @@ impl Said {
         }
         self.letter = letter;
         Ok(())
+    }
+
+    /// The distance that it names.
+    pub(crate) fn steps(&self) -> i32 {
+        let steps = self.number as i32;
+        if self.backward { steps.wrapping_neg() } else { steps }
     }
 
     /// What stands behind a `$`: `name=number`, `name` alone, `reset` or

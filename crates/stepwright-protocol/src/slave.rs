@@ -213,9 +213,12 @@ impl<const AXES: usize> Slave<AXES> {
     /// Does what a line says, and tells which line of the text answers it.
     fn obey<M: Machine>(&mut self, said: &Said, machine: &mut M) -> Result<u8, Refusal> {
         let Said { mut letter, mut number, .. } = *said;
+        let mut go = false;
         let busy = self.busy(machine);
         // Are all the selected axes idle?
         let idle = busy & self.selected == 0;
+        // Does g start at once, or is it part of an order?
+        let alone = self.order == Open::No;
         match letter {
             b'P' => {
                 if !idle {
@@ -227,7 +230,12 @@ impl<const AXES: usize> Slave<AXES> {
             }
             b'S' | b'T' | b'R' | b's' | b't' | b'a' | b'd' => {
                 if !idle {
-                    return Err(Refusal::Busy);
+                    // An open order speaks of axes at rest.
+                    if self.order != Open::No || !matches!(letter, b't' | b'a' | b'd') {
+                        return Err(Refusal::Busy);
+                    }
+                    may_change(machine, said)?;
+                    machine.change(busy & self.selected, Manner::change(said))?;
                 }
                 if letter == b'S' || letter == b'T' {
                     // In tens, and else the same as s and t.
@@ -243,7 +251,6 @@ impl<const AXES: usize> Slave<AXES> {
                 }
             }
             b'G' | b'g' => {
-                let alone = self.order == Open::No;
                 if alone && letter == b'G' {
                     return Err(Refusal::Closed);
                 }
@@ -251,15 +258,20 @@ impl<const AXES: usize> Slave<AXES> {
                     return Err(Refusal::Busy);
                 }
                 self.stage(said);
-                // g is part of an open order, else it starts at once.
-                if alone {
-                    let started = self.start(machine);
-                    // Whatever came of it, outside an order nothing stays staged.
-                    self.forget_travels();
-                    started?;
-                }
+                go = alone;
             }
-            b'E' => self.execute(machine)?,
+            b'@' => {
+                let axes = self.selected & all(self.count(machine));
+                if busy & axes != axes {
+                    return Err(Refusal::NoTravel);
+                }
+                machine.change(axes, Manner::change(said))?;
+            }
+            b'E' => match self.order {
+                Open::No => return Err(Refusal::Closed),
+                Open::Spoiled(first) => return Err(first),
+                Open::Yes => go = true,
+            },
             b'F' => {
                 return Ok(if idle { line::READY } else { line::BUSY });
             }
@@ -327,20 +339,16 @@ impl<const AXES: usize> Slave<AXES> {
                 return Ok(line::SETTINGS.wrapping_add(index));
             }
         }
-        Ok(line::YES)
-    }
-
-    /// E: starts what is staged.
-    fn execute<M: Machine>(&mut self, machine: &mut M) -> Result<(), Refusal> {
-        match self.order {
-            Open::No => return Err(Refusal::Closed),
-            Open::Spoiled(first) => return Err(first),
-            Open::Yes => {}
+        if go {
+            let started = self.start(machine);
+            // Outside an order nothing stays staged, whatever came of it.
+            if alone || started.is_ok() {
+                self.forget_travels();
+                self.order = Open::No;
+            }
+            started?;
         }
-        self.start(machine)?;
-        self.forget_travels();
-        self.order = Open::No;
-        Ok(())
+        Ok(line::YES)
     }
 
     /// Starts all that is staged, or nothing.
@@ -420,6 +428,18 @@ impl<const AXES: usize> Slave<AXES> {
 /// The first `axes` bits, at least one.
 fn all(axes: u8) -> u8 {
     u8::MAX.wrapping_shr(u32::from(MAX_AXES.wrapping_sub(axes)))
+}
+
+/// Whether the settings of the board allow what t, a or d says.
+fn may_change<M: Machine>(machine: &mut M, said: &Said) -> Result<(), Refusal> {
+    let (limit, refusal) = match said.letter {
+        b't' => (Setting::MaxSpeed, Refusal::TooFast),
+        _ => (Setting::MaxAccel, Refusal::Ramp),
+    };
+    match machine.settings() {
+        Some(settings) if said.number > settings.get(limit) => Err(refusal),
+        _ => Ok(()),
+    }
 }
 
 /// The machine's settings, if it has any.

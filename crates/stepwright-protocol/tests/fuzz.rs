@@ -13,11 +13,11 @@ mod judge;
 mod noise;
 
 use common::{Bench, Random, text, words};
-use judge::{AXES, Entry, should_answer, should_start};
+use judge::{AXES, Entry, should_answer, should_change, should_start};
 use stepwright_protocol::{Refusal, Slave};
 
-/// Plays one case; the lines that were answered and the starts.
-fn play(seed: u64) -> (usize, usize) {
+/// Plays one case; the lines that were answered, the starts and the changes.
+fn play(seed: u64) -> (usize, usize, usize) {
     let mut random = Random(seed);
     let bytes = noise::input(&mut random);
     let (mut slave, mut bench) = (Slave::<AXES>::new(), Bench::new(AXES));
@@ -27,7 +27,7 @@ fn play(seed: u64) -> (usize, usize) {
         let refuses = ends && random.one_in(12);
         bench.refuse = refuses.then_some(Refusal::TooFast);
         let mut entry = Entry::before(&bench);
-        let asked = bench.asked.len();
+        let (asked, changes) = (bench.asked.len(), bench.changes.len());
         let answers = slave.hear(byte, &mut bench);
         let said = |log: &[Entry]| {
             let said: Vec<_> = log.iter().map(|e| format!("{:?} {}", e.line, e.answer)).collect();
@@ -36,6 +36,7 @@ fn play(seed: u64) -> (usize, usize) {
         assert_eq!(answers, ends, "one answer at each CR\n{}", said(&log));
         if !answers {
             assert_eq!(bench.asked.len(), asked, "a start without a CR\n{}", said(&log));
+            assert_eq!(bench.changes.len(), changes, "a change without a CR\n{}", said(&log));
             if byte != b'\n' {
                 line.push(byte);
             }
@@ -51,10 +52,12 @@ fn play(seed: u64) -> (usize, usize) {
                 orders.collect::<Vec<_>>().join("; ")
             })
             .collect();
+        entry.changed = bench.changes[changes..].to_vec();
         line.clear();
         log.push(entry);
         let last = log.last().unwrap();
         assert_eq!(last.asked, Vec::from_iter(should_start(&log)), "starts\n{}", said(&log));
+        assert_eq!(last.changed, Vec::from_iter(should_change(&log)), "changes\n{}", said(&log));
         assert_eq!(judge::comparable(&last.answer), should_answer(&log), "{}", said(&log));
         let moving = bench.axes.iter().any(|axis| axis.running.is_some());
         assert!(last.line != "K" || !moving, "K left an axis running\n{}", said(&log));
@@ -65,7 +68,8 @@ fn play(seed: u64) -> (usize, usize) {
             bench.press(random.below(AXES));
         }
     }
-    (log.len(), log.iter().map(|entry| entry.asked.len()).sum())
+    let starts = log.iter().map(|entry| entry.asked.len()).sum();
+    (log.len(), starts, log.iter().map(|entry| entry.changed.len()).sum())
 }
 
 #[test]
@@ -78,13 +82,15 @@ fn noise_moves_nothing_by_mistake() {
         None => 300_000,
     };
     let cases = set("STEPWRIGHT_FUZZ_CASES").unwrap_or(default);
-    let (mut lines, mut starts) = (0, 0);
+    let (mut lines, mut starts, mut changes) = (0, 0, 0);
     for case in 0..cases {
-        let (l, s) = play(seed.unwrap_or(0).wrapping_add(case));
+        let (l, s, c) = play(seed.unwrap_or(0).wrapping_add(case));
         lines += l;
         starts += s;
+        changes += c;
     }
-    println!("{cases} cases, {lines} lines, {starts} starts");
-    // A fuzz in which nothing ever starts would prove nothing.
-    assert!(cases < 1000 || starts > cases as usize / 10, "only {starts} starts");
+    println!("{cases} cases, {lines} lines, {starts} starts, {changes} changes");
+    // A fuzz in which nothing ever starts or changes would prove nothing.
+    let least = if cases < 1000 { 0 } else { cases as usize / 10 };
+    assert!(starts >= least && changes >= least, "only {starts} starts, {changes} changes");
 }

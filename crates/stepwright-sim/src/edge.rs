@@ -7,6 +7,12 @@ pub enum Pin {
     Step,
     /// High for forward.
     Direction,
+    /// Low turns the driver on.
+    Enable,
+    /// The switch at the minimum: high while it is closed.
+    Min,
+    /// The switch at the maximum: high while it is closed.
+    Max,
 }
 
 /// A pin changes at a time.
@@ -14,7 +20,7 @@ pub enum Pin {
 pub struct Edge {
     /// Ticks of the step timer since the board was switched on.
     pub time: u64,
-    /// 0 … 2.
+    /// 0 …, 7 at most.
     pub axis: u8,
     /// Which of its pins.
     pub pin: Pin,

@@ -20,6 +20,7 @@
 
 mod board;
 mod clock;
+mod cycle;
 mod description;
 mod edge;
 mod panel;
@@ -28,6 +29,7 @@ pub mod vcd;
 
 pub use board::{AXES, Queues, VirtualBoard};
 pub use clock::SimTimer;
+pub use cycle::{CycleBoard, Stand};
 pub use description::Description;
 pub use edge::{Edge, Pin, Recorder};
 pub use panel::{EMPTY, Eeprom};

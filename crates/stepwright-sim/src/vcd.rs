@@ -7,7 +7,6 @@ use std::io::{self, Write};
 
 use stepwright::Rate;
 
-use crate::AXES;
 use crate::edge::{Edge, Pin, Recorder};
 
 /// Writes edges as they come.
@@ -25,29 +24,56 @@ pub struct VcdWriter<W> {
 /// Picoseconds in a second.
 const PICO: u128 = 1_000_000_000_000;
 
-const NAMES: [[char; 2]; AXES] = [['a', 'b'], ['c', 'd'], ['e', 'f']];
+/// What a pin of an axis is called, and its letter in the dump. Those of STEP and
+/// DIR run from a on, the rest from A on.
+const fn name_of(axis: u8, pin: Pin) -> (&'static str, char) {
+    let (name, letter) = match pin {
+        Pin::Step => ("step", b'a' + 2 * axis),
+        Pin::Direction => ("dir", b'b' + 2 * axis),
+        Pin::Enable => ("enable", b'A' + 3 * axis),
+        Pin::Min => ("min", b'B' + 3 * axis),
+        Pin::Max => ("max", b'C' + 3 * axis),
+    };
+    (name, letter as char)
+}
+
+/// Axes that a dump may have.
+const MOST: u8 = 8;
+
+/// The pins that a board without switches moves.
+const MOTION: &[Pin] = &[Pin::Step, Pin::Direction];
 
 impl<W: Write> VcdWriter<W> {
     /// Begins a dump of the pins of `axes` axes of a board whose timer runs at
     /// `rate`; all pins are unknown until their first edge, STEP low.
     pub fn new(out: W, rate: Rate, axes: u8) -> VcdWriter<W> {
+        VcdWriter::of(out, rate, axes, MOTION)
+    }
+
+    /// The same with these pins of each axis; 8 axes at most.
+    pub fn of(out: W, rate: Rate, axes: u8, pins: &[Pin]) -> VcdWriter<W> {
         let mut vcd = VcdWriter { out, hz: rate.hz().into(), time: None, error: None };
-        vcd.error = vcd.header(axes).err();
+        vcd.error = vcd.header(axes.min(MOST), pins).err();
         vcd
     }
 
-    fn header(&mut self, axes: u8) -> io::Result<()> {
+    fn header(&mut self, axes: u8, pins: &[Pin]) -> io::Result<()> {
         let out = &mut self.out;
         writeln!(out, "$version stepwright {} $end", env!("CARGO_PKG_VERSION"))?;
         writeln!(out, "$timescale 1 ps $end")?;
         writeln!(out, "$scope module board $end")?;
-        for (axis, [step, direction]) in NAMES.iter().enumerate().take(axes.into()) {
-            writeln!(out, "$var wire 1 {step} step{} $end", axis + 1)?;
-            writeln!(out, "$var wire 1 {direction} dir{} $end", axis + 1)?;
+        for axis in 0..axes {
+            for &pin in pins {
+                let (name, letter) = name_of(axis, pin);
+                writeln!(out, "$var wire 1 {letter} {name}{} $end", axis + 1)?;
+            }
         }
         writeln!(out, "$upscope $end\n$enddefinitions $end\n$dumpvars")?;
-        for [step, direction] in NAMES.iter().take(axes.into()) {
-            writeln!(out, "0{step}\nx{direction}")?;
+        for axis in 0..axes {
+            for &pin in pins {
+                let unknown = matches!(pin, Pin::Direction | Pin::Enable);
+                writeln!(out, "{}{}", if unknown { 'x' } else { '0' }, name_of(axis, pin).1)?;
+            }
         }
         writeln!(out, "$end")
     }
@@ -58,9 +84,11 @@ impl<W: Write> VcdWriter<W> {
             let ps = u128::from(edge.time) * PICO / u128::from(self.hz);
             writeln!(self.out, "#{ps}")?;
         }
-        let Some([step, direction]) = NAMES.get(usize::from(edge.axis)) else { return Ok(()) };
-        let name = if edge.pin == Pin::Step { step } else { direction };
-        writeln!(self.out, "{}{name}", u8::from(edge.level))
+        if edge.axis >= MOST {
+            return Ok(());
+        }
+        let (_, letter) = name_of(edge.axis, edge.pin);
+        writeln!(self.out, "{}{letter}", u8::from(edge.level))
     }
 
     /// Ends the dump at `time` ticks.

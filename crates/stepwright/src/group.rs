@@ -4,7 +4,7 @@ use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Report, Timing};
 use crate::motor::{Horizon, Motor, Progress, Wait};
 use crate::num::Num;
-use crate::order::{Order, Refusal, Travel};
+use crate::order::{Change, Order, Refusal, Travel};
 use crate::planner::{Clock, Work};
 use crate::profile::Fit;
 use crate::queue::{Feed, Producer};
@@ -113,22 +113,17 @@ impl<const N: usize> Board<N> {
         moving: Axes,
         ordered: Axes,
     ) -> Result<(), Refusal> {
-        for axis in 0..N {
-            let (mut others, mut this, mut count) = (Num::ZERO, 0, 0);
-            for (other, &peak) in peaks.iter().enumerate() {
-                if moving >> other & 1 == 0 || peak == 0 {
-                    continue;
-                }
+        let (mut all, mut count) = (Num::ZERO, 0);
+        for (axis, &peak) in peaks.iter().enumerate() {
+            if moving >> axis & 1 != 0 && peak != 0 {
+                all = all.plus(&Num::from(peak));
                 count += 1;
-                if other == axis {
-                    this = peak;
-                } else {
-                    others = others.plus(&Num::from(peak));
-                }
             }
-            if ordered >> axis & 1 != 0 && this > 0 {
-                let max = self.max_beside(others, count);
-                if this > max.millisteps() {
+        }
+        for (axis, &peak) in peaks.iter().enumerate() {
+            if ordered >> axis & 1 != 0 && peak != 0 {
+                let max = self.max_beside(all.minus(&Num::from(peak)), count);
+                if peak > max.millisteps() {
                     return Err(Refusal::TooFast { max });
                 }
             }
@@ -149,8 +144,6 @@ pub struct Group<'q, const N: usize, const Q: usize> {
     horizon: Horizon,
     /// The run that is being planned, of the axis whose turn it is.
     work: Work,
-    /// Peak speed of each moving axis, in 0.001 steps/s.
-    peaks: [u32; N],
     /// Axes whose travel an order has laid out, while it is looked at.
     prepared: Axes,
     /// Axes whose travel waits until all of them have their queues filled.
@@ -173,7 +166,6 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             horizon: Horizon::new(board.horizon),
             board,
             work: Work::NONE,
-            peaks: [0; N],
             prepared: 0,
             starting: 0,
             uncertain: 0,
@@ -245,11 +237,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         if self.is_busy(engine, axis) {
             return Err(Refusal::Busy);
         }
-        let (Some(motor), Some(peak)) = (self.motors.get_mut(index), self.peaks.get_mut(index))
-        else {
-            return Err(Refusal::NoAxis);
-        };
-        *peak = motor.prepare(&self.clock, order)?;
+        let Some(motor) = self.motors.get_mut(index) else { return Err(Refusal::NoAxis) };
+        motor.prepare(&self.clock, order)?;
         if order.travel == Travel::By(0) {
             motor.forget();
         } else {
@@ -263,8 +252,15 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// # Errors
     /// [`Refusal`], and nothing moves; then [`cancel`](Group::cancel) it.
     pub fn commit(&mut self, engine: &mut impl Control, wait: Ticks) -> Result<(), Refusal> {
-        self.check(engine)?;
-        self.begin(wait);
+        self.check(engine, self.prepared)?;
+        let timing = self.board.timing;
+        let wait = timing.hold.saturating_add(wait);
+        for axis in 0..N as u8 {
+            if self.prepared >> axis & 1 != 0 {
+                self.begin(axis, wait);
+            }
+        }
+        self.prepared = 0;
         Ok(())
     }
 
@@ -279,31 +275,86 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.prepared = 0;
     }
 
-    /// Can the board step what will move then?
+    /// Changes the travels that these axes are on, all or none: another target,
+    /// or another limit from here on.
+    ///
+    /// Takes hold after what is planned already, which lasts for the board's
+    /// [`horizon`](Board::horizon) and one run at most, or one step. A travel
+    /// that has to turn brakes to rest and goes back by itself; its axis is busy
+    /// all the while.
+    ///
+    /// ```no_run
+    /// # use stepwright::{Change, Control, Group, Refusal};
+    /// # fn f(group: &mut Group<3, 8>, engine: &mut impl Control) -> Result<(), Refusal> {
+    /// // Axis 1 is to end 500 steps from where its travel began.
+    /// group.change(engine, 0b001, Change::Target(500))
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`Refusal`], and all goes on as it was.
+    pub fn change(
+        &mut self,
+        engine: &mut impl Control,
+        axes: Axes,
+        change: Change,
+    ) -> Result<(), Refusal> {
+        let before = self.motors;
+        let result = self.change_each(engine, axes, &change);
+        match result {
+            Ok(()) => self.work.drop(),
+            Err(_) => self.motors = before,
+        }
+        result
+    }
+
+    /// Changes one axis after the other; after an error some of them.
+    fn change_each(
+        &mut self,
+        engine: &mut impl Control,
+        axes: Axes,
+        change: &Change,
+    ) -> Result<(), Refusal> {
+        let mut left = axes;
+        for axis in 0..N as u8 {
+            if left & 1 != 0 {
+                if !self.is_busy(engine, axis) {
+                    return Err(Refusal::Resting);
+                }
+                if let Some(motor) = self.motors.get_mut(usize::from(axis)) {
+                    motor.change(&self.clock, change)?;
+                }
+            }
+            left >>= 1;
+        }
+        if left != 0 {
+            return Err(Refusal::NoAxis);
+        }
+        self.check(engine, axes)
+    }
+
+    /// Can the board step what will move then, as far as it is about `axes`?
     #[inline(never)]
-    fn check(&mut self, engine: &mut impl Control) -> Result<(), Refusal> {
-        let mut moving: Axes = self.prepared;
+    fn check(&mut self, engine: &mut impl Control, axes: Axes) -> Result<(), Refusal> {
+        let mut moving: Axes = axes;
         for axis in 0..N as u8 {
             if self.is_busy(engine, axis) {
                 moving |= 1 << axis;
             }
         }
-        self.board.check(&self.peaks, moving, self.prepared)
+        let peaks = self.motors.each_ref().map(Motor::peak);
+        self.board.check(&peaks, moving, axes)
     }
 
-    fn begin(&mut self, wait: Ticks) {
-        let timing = self.board.timing;
-        let wait = Wait {
-            hold: timing.hold.saturating_add(wait),
-            lead: timing.setup.saturating_add(self.board.lead),
-        };
-        let motors = self.motors.iter_mut().zip(&mut self.feeds);
-        for (axis, (motor, feed)) in motors.enumerate() {
-            if self.prepared >> axis & 1 != 0 {
-                motor.begin(feed, wait, &self.horizon);
-            }
+    /// Queues the beginning of what an axis has laid out; `hold` before a turn.
+    #[inline(never)]
+    fn begin(&mut self, axis: u8, hold: Ticks) {
+        let lead = self.board.timing.setup.saturating_add(self.board.lead);
+        let index = usize::from(axis);
+        if let (Some(motor), Some(feed)) = (self.motors.get_mut(index), self.feeds.get_mut(index)) {
+            motor.begin(feed, Wait { hold, lead }, &self.horizon);
+            self.starting |= 1 << axis;
         }
-        self.starting |= core::mem::take(&mut self.prepared);
     }
 
     /// Does one piece of planning: at most one run of one axis. Call it again
@@ -322,6 +373,12 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             }
             self.turn = if usize::from(axis) + 1 < N { axis + 1 } else { 0 };
             if progress == Progress::Done {
+                return true;
+            }
+            if progress == Progress::Turn && self.starting >> axis & 1 == 0 && engine.is_idle(axis)
+            {
+                motor.turn();
+                self.begin(axis, self.board.timing.hold);
                 return true;
             }
         }
@@ -369,8 +426,22 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Whether the last or present travel of an axis leads forward; false if
-    /// there is no such axis.
+    /// Where the part of a travel that is planned leads to, in steps from where
+    /// the travel began: a change takes hold there. `None` if that is more than
+    /// 2³¹ steps away, or there is no such axis.
+    pub fn planned(&self, axis: u8) -> Option<i32> {
+        self.motors.get(usize::from(axis)).and_then(Motor::planned)
+    }
+
+    /// Whether a target so many steps from where the travel of an axis began lies
+    /// forward of where that is [`planned`](Group::planned) to; false if there is
+    /// no such axis.
+    pub fn leads_forward(&self, axis: u8, target: i32) -> bool {
+        self.motors.get(usize::from(axis)).is_some_and(|motor| motor.leads_forward(target))
+    }
+
+    /// Whether the last or present travel of an axis leads forward, as far as
+    /// it is planned; false if there is no such axis.
     pub fn is_forward(&self, axis: u8) -> bool {
         self.motors.get(usize::from(axis)).is_some_and(Motor::is_forward)
     }

@@ -24,6 +24,6 @@ mod wide;
 
 pub use engine::{Engine, Report, Timing};
 pub use group::{Board, Control, Group};
-pub use order::{Order, Refusal, Travel};
+pub use order::{Change, Order, Refusal, Travel};
 pub use run::Run;
 pub use units::{Accel, Geometry, Jerk, OutOfRange, Rate, Speed, Ticks, Turn};

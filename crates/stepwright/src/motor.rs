@@ -1,7 +1,8 @@
 //! One axis, seen from the foreground: plans runs ahead of the interrupt.
 
-use crate::order::{Order, Refusal};
+use crate::order::{Change, Order, Refusal, Travel};
 use crate::planner::{Clock, Planned, Planner, Work};
+use crate::profile::Unfit;
 use crate::queue::Producer;
 use crate::run::Run;
 use crate::units::Ticks;
@@ -11,17 +12,42 @@ use crate::units::Ticks;
 /// Plans until the queue is full, or what is queued lasts for the board's
 /// horizon: so a change of mind is obeyed after that time and one run (at most
 /// 8 ms by default), or one step if that takes longer.
+///
+/// A travel that has to turn is two *legs*, each from rest to rest in one
+/// direction. The second is laid out once the first has been stepped to its end.
+#[derive(Clone, Copy)]
+#[repr(C)] // in this order, as `Planner` is
 pub(crate) struct Motor<const Q: usize> {
-    planner: Planner,
-    /// A travel is laid out, and not yet planned to its end.
-    planning: bool,
-    /// Direction of what is queued last, and of the prepared travel.
+    /// How far the planning is.
+    leg: Leg,
+    /// Direction of what is queued last.
     forward: bool,
-    next_forward: bool,
+    /// The travel is too long for `left` to be counted on.
+    beyond: bool,
+    pushed: u8,
+    /// Where the travel is to end, in steps from where it began. Of an endless
+    /// one this is its first pulse.
+    target: i32,
+    /// Steps from the last pulse handed out to there, + in the direction of what
+    /// is queued last.
+    left: i32,
+    /// The highest speed from the last order or change on, in 0.001 steps/s.
+    peak: u32,
     /// Durations of the last Q runs pushed, by push number, in the units of
     /// [`Horizon`].
     spans: [u8; Q],
-    pushed: u8,
+    planner: Planner,
+}
+
+/// How far the planning of a travel is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Leg {
+    /// Planned to its end.
+    Done,
+    /// A leg is laid out, and not yet planned to its end.
+    Open,
+    /// Another one is to come, once the axis rests.
+    Next,
 }
 
 /// How far ahead to plan.
@@ -43,30 +69,93 @@ impl Horizon {
 impl<const Q: usize> Motor<Q> {
     pub(crate) const IDLE: Self = Motor {
         planner: Planner::IDLE,
-        planning: false,
+        leg: Leg::Done,
         forward: true,
-        next_forward: true,
+        target: 0,
+        left: 0,
+        peak: 0,
+        beyond: false,
         spans: [0; Q],
         pushed: 0,
     };
 
-    /// Lays out a travel of at least one pulse, and gives its highest speed
-    /// in 0.001 steps/s. It waits for [`begin`](Motor::begin); the motor must be idle.
+    /// Lays out a travel of at least one pulse. It waits for [`begin`](Motor::begin); the motor must be idle.
     ///
     /// # Errors
     /// [`Refusal::Unfit`] if the timer can't hold it.
-    pub(crate) fn prepare(&mut self, clock: &Clock, order: &Order) -> Result<u32, Refusal> {
+    pub(crate) fn prepare(&mut self, clock: &Clock, order: &Order) -> Result<(), Refusal> {
         self.planner.lay_out(clock, order)?;
-        self.planning = true;
-        self.next_forward = order.travel.forward();
-        Ok(self.planner.peak())
+        self.leg = Leg::Open;
+        self.beyond = false;
+        self.target = match order.travel {
+            Travel::By(steps) => steps,
+            Travel::Endless(true) => 1,
+            Travel::Endless(false) => -1,
+        };
+        self.left = self.along(self.target);
+        self.peak = self.planner.peak();
+        Ok(())
+    }
+
+    /// The highest speed of the travel, in 0.001 steps/s: since it was ordered,
+    /// or changed.
+    pub(crate) fn peak(&self) -> u32 {
+        self.peak
+    }
+
+    /// Changes what is left of a travel in progress.
+    ///
+    /// # Errors
+    /// [`Refusal::Unfit`] if the timer can't hold it, or the target is too far
+    /// off to be counted to. Then the motor is half changed: put it back.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn change(&mut self, clock: &Clock, change: &Change) -> Result<(), Refusal> {
+        // What is planned to its end rests there first.
+        let open = self.leg == Leg::Open && self.planner.steps_left() != 0;
+        self.planner.limit(clock, change)?;
+        if let Change::Target(steps) = *change {
+            self.left = self.left.wrapping_add(self.along(steps.wrapping_sub(self.target)));
+            self.target = steps;
+        }
+        let mut left = self.left;
+        let mut beyond = self.beyond;
+        self.peak = 0;
+        if open {
+            self.planner.resume(left);
+            self.peak = self.planner.peak();
+            if self.planner.is_endless() {
+                return Ok(());
+            }
+            // What this leg leaves can only lie behind.
+            let steps = self.planner.steps_left() as i32;
+            left = left.wrapping_sub(steps);
+            beyond |= left > 0 || steps < 0;
+        }
+        if beyond {
+            return Err(Unfit::TooLong.into());
+        }
+        if left != 0 {
+            let mut next = self.planner;
+            next.lay_out_again(left.unsigned_abs());
+            self.peak = self.peak.max(next.peak());
+        }
+        if self.leg != Leg::Open {
+            self.leg = self.next();
+        }
+        Ok(())
+    }
+
+    /// So many steps forward are so many in the direction of what is queued last.
+    fn along(&self, steps: i32) -> i32 {
+        if self.forward { steps } else { steps.wrapping_neg() }
     }
 
     /// Queues the beginning of the prepared travel: the change of direction
     /// if there is one, then the first pulse `hold + lead` ticks after the
     /// start. The queue must be empty.
     pub(crate) fn begin(&mut self, feed: &mut Producer<'_, Q>, wait: Wait, horizon: &Horizon) {
-        let forward = self.next_forward;
+        let forward = self.forward == (self.left > 0);
+        self.left = self.left.wrapping_abs().wrapping_sub(1);
         feed.set_open(true);
         let mut lead = wait.lead;
         // A long wait is a turn too, if only to the same side: so the first step
@@ -83,9 +172,15 @@ impl<const Q: usize> Motor<Q> {
         self.push(feed, Run::new(first, 0, 1), lead, horizon);
     }
 
+    /// Lays out the next leg, from rest; [`begin`](Motor::begin) it then.
+    pub(crate) fn turn(&mut self) {
+        self.planner.lay_out_again(self.left.unsigned_abs());
+        self.leg = Leg::Open;
+    }
+
     /// Forgets a prepared travel that was not begun.
     pub(crate) fn forget(&mut self) {
-        self.planning = false;
+        self.leg = Leg::Done;
     }
 
     /// Appends a run that lasts for so many ticks.
@@ -117,13 +212,23 @@ impl<const Q: usize> Motor<Q> {
         work: &mut Work,
         horizon: &Horizon,
     ) -> Progress {
-        if !self.planning || feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units)
-        {
+        match self.leg {
+            Leg::Done => return Progress::Nothing,
+            Leg::Next => return Progress::Turn,
+            Leg::Open => {}
+        }
+        if feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units) {
             return Progress::Nothing;
         }
         let mut run = Run::steady(0, 0);
         match self.planner.next(clock, work, &mut run) {
-            Planned::Run(ticks) => self.push(feed, run, ticks, horizon),
+            Planned::Run(ticks) => {
+                self.left = self.left.wrapping_sub(run.count().into());
+                // Close to the end of what a number holds; an endless travel may go on.
+                let [.., high] = self.left.to_le_bytes();
+                self.beyond |= high == 0x80;
+                self.push(feed, run, ticks, horizon);
+            }
             Planned::Again => return Progress::Midway,
             Planned::End => self.finish(feed),
         }
@@ -131,19 +236,47 @@ impl<const Q: usize> Motor<Q> {
     }
 
     fn finish(&mut self, feed: &mut Producer<'_, Q>) {
-        self.planning = false;
+        self.leg = self.next();
         feed.set_open(false);
     }
 
-    /// Brakes from the end of what is queued.
+    /// What comes after the end of a leg.
+    fn next(&self) -> Leg {
+        if self.left == 0 { Leg::Done } else { Leg::Next }
+    }
+
+    /// Brakes from the end of what is queued, and stays there.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn brake(&mut self) {
-        self.planner.brake();
+        let mut left = 0;
+        if self.leg == Leg::Open {
+            self.planner.brake();
+            left = self.planner.steps_left() as i32;
+        } else {
+            self.leg = Leg::Done;
+        }
+        self.target = self.target.wrapping_add(self.along(left.wrapping_sub(self.left)));
+        self.left = left;
     }
 
     /// Forgets the travel; the engine has been halted.
     pub(crate) fn abandon(&mut self, feed: &mut Producer<'_, Q>, forward: bool) {
+        self.left = 0;
         self.finish(feed);
         self.forward = forward;
+    }
+
+    /// Where the last pulse handed out led to, in steps from where the travel
+    /// began; `None` if that is too far to be counted.
+    pub(crate) fn planned(&self) -> Option<i32> {
+        (!self.beyond).then_some(self.target.wrapping_sub(self.along(self.left)))
+    }
+
+    /// Whether a target, in steps from where the travel began, lies forward of
+    /// what is planned.
+    pub(crate) fn leads_forward(&self, target: i32) -> bool {
+        let left = self.left.wrapping_add(self.along(target.wrapping_sub(self.target)));
+        self.forward == (left >= 0)
     }
 
     /// Whether its travel leads forward.
@@ -153,12 +286,12 @@ impl<const Q: usize> Motor<Q> {
 
     /// Whether it goes on until it is stopped.
     pub(crate) fn is_endless(&self) -> bool {
-        self.planning && self.planner.is_endless()
+        self.leg == Leg::Open && self.planner.is_endless()
     }
 
     /// Whether there is still something to plan.
     pub(crate) fn planning(&self) -> bool {
-        self.planning
+        self.leg != Leg::Done
     }
 }
 
@@ -169,6 +302,8 @@ pub(crate) enum Progress {
     Nothing,
     /// A run is half planned: it is this motor's turn again.
     Midway,
+    /// Once the axis rests, it is to go on to its target.
+    Turn,
     /// A run is planned, or the travel to its end.
     Done,
 }

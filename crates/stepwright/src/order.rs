@@ -1,7 +1,7 @@
 //! What a user orders, and why it may be refused.
 
 use crate::profile::{Path, Ramp, RampSteps, Unfit};
-use crate::units::{Rate, Speed};
+use crate::units::{Accel, Rate, Speed};
 use core::fmt;
 
 /// How far to travel.
@@ -73,11 +73,32 @@ impl Order {
     }
 }
 
-/// Why an order was refused. Nothing has moved.
+/// What can be changed of a travel in progress.
+///
+/// It holds for this travel only; the next order says its own. The motion goes
+/// on from the speed it has, keeps the limits, and ends on its target exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It ends so many steps from where it began. A target that can't be
+    /// reached without overshooting, or that lies behind, is come back to: the
+    /// axis brakes to rest and travels back. An endless travel ends here.
+    Target(i32),
+    /// Another top speed; not below the start speed, which the travel ends with.
+    Top(Speed),
+    /// The acceleration from here on.
+    Accel(Accel),
+    /// The deceleration from here on; a lower one may overshoot the target
+    /// and come back.
+    Decel(Accel),
+}
+
+/// Why an order was refused. Nothing has moved, or goes on as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The axis is still moving.
     Busy,
+    /// The axis is at rest: there is no travel to change.
+    Resting,
     /// There is no such axis.
     NoAxis,
     /// Faster than this board can step with so many axes moving; at most
@@ -95,9 +116,10 @@ impl Refusal {
     pub const fn name(self) -> &'static str {
         match self {
             Refusal::Busy => "busy",
+            Refusal::Resting => "no-travel",
             Refusal::NoAxis => "no-axis",
             Refusal::TooFast { .. } => "too-fast",
-            Refusal::Unfit(Unfit::TooSlow) => "too-slow",
+            Refusal::Unfit(Unfit::TooSlow | Unfit::BelowStart) => "too-slow",
             Refusal::Unfit(Unfit::TooLong) => "too-long",
             Refusal::Unfit(Unfit::Standstill) => "standstill",
             Refusal::Unfit(Unfit::NoRamp) => "no-ramp",
@@ -116,6 +138,7 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Refusal::Busy => f.write_str("the axis is still moving; wait, or stop it first"),
+            Refusal::Resting => f.write_str("the axis is at rest: there is no travel to change"),
             Refusal::NoAxis => f.write_str("there is no such axis"),
             Refusal::TooFast { max } => {
                 write!(f, "too fast for this board: at most {max} steps/s for this axis now")

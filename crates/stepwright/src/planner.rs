@@ -10,6 +10,17 @@
 //!   w_from, w_end      ╱                                     ╲     w = w_end + d2·(left)
 //! ```
 //!
+//! It can be laid out anew from any pulse, at the speed v there, with L steps to
+//! go and other limits. Above the new top speed the rise is an *ease*, which
+//! falls to it; where the top speed is out of reach the rise meets the fall at
+//!
+//! ```text
+//!   x = d2·(L − s) / (a2 + d2)           s = (v² − w_end) / d2, the way to rest
+//! ```
+//!
+//! (document 002, Eq 19, where v is the start speed and s is 0.) A target
+//! nearer than s can't be reached: then it brakes to rest.
+//!
 //! Constant acceleration makes the time between two pulses a matter of their
 //! mean speed alone, with no difference of large numbers in it:
 //!
@@ -36,7 +47,7 @@
 //! laid out and begun in 10,192.
 
 use crate::num::Num;
-use crate::order::{Order, Travel};
+use crate::order::{Change, Order, Travel};
 use crate::profile::{Fit, Ramp, Unfit};
 use crate::run::Run;
 use crate::units::{Accel, Rate, Speed, Ticks};
@@ -84,17 +95,19 @@ impl Clock {
 }
 
 /// Plans the runs of one travel, one at a time.
+///
+/// The order of the fields is for an AVR, which reaches 63 bytes from a pointer
+/// with one instruction: numbers, of which only the address is needed, come last.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub(crate) struct Planner {
-    /// Speed² at the first pulse and at the last.
-    w_from: Num,
-    w_end: Num,
-    /// Slopes of the rise and the fall: 2a and 2d.
-    a2: Num,
-    d2: Num,
-    /// Speed at the last pulse handed out, and between rise and fall.
-    v: Num,
-    v_top: Num,
+    endless: bool,
+    /// The rise is an ease: it falls, to the top speed.
+    ease: bool,
+    /// Run length to try next, as a power of two.
+    size: u8,
+    /// What the runs handed out lack, in 2⁻¹⁶ ticks.
+    carry: u16,
     /// Steps of the rise handed out.
     risen: u32,
     /// Whole steps left of rise, level (with its corners) and fall.
@@ -105,11 +118,17 @@ pub(crate) struct Planner {
     /// in the last.
     rise_part: u32,
     fall_part: u32,
-    endless: bool,
-    /// What the runs handed out lack, in 2⁻¹⁶ ticks.
-    carry: u16,
-    /// Run length to try next, as a power of two.
-    size: u8,
+    /// Speed at the last pulse handed out, the highest allowed, and that
+    /// between rise and fall.
+    v: Num,
+    top: Num,
+    v_top: Num,
+    /// Speed² where the rise began, or where an ease ends; and at the last pulse.
+    w_from: Num,
+    w_end: Num,
+    /// Slopes of the rise and the fall: 2a and 2d.
+    a2: Num,
+    d2: Num,
 }
 
 /// A run that is half planned: one for all axes, which take turns.
@@ -173,9 +192,15 @@ pub(crate) fn slope(order: &Order, ramp: &Ramp) -> Num {
             // To the nearest 10⁻⁶, as the law holds it.
             rise.over(&Num::from(u32::from(*steps))).rounded()
         }
-        Ramp::Accel(a) => Num::from_wide(a.millisteps()).times(&Num::small(2000)),
+        Ramp::Accel(a) => slope_of(*a),
     };
     if slope.at_least(&LEAST) { slope } else { LEAST }
+}
+
+/// [`slope`] of an acceleration.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn slope_of(a: Accel) -> Num {
+    Num::from_wide(a.millisteps()).times(&Num::small(2000))
 }
 
 /// Speed² of a speed, in 10⁻⁶ (steps/s)².
@@ -192,6 +217,7 @@ impl Planner {
         a2: Num::UNSET,
         d2: Num::UNSET,
         v: Num::UNSET,
+        top: Num::UNSET,
         v_top: Num::UNSET,
         risen: 0,
         rise: 0,
@@ -200,6 +226,7 @@ impl Planner {
         rise_part: 0,
         fall_part: 0,
         endless: false,
+        ease: false,
         carry: 0,
         size: 0,
     };
@@ -215,54 +242,96 @@ impl Planner {
         if order.top == Speed::ZERO {
             return Err(Unfit::Standstill);
         }
-        (self.risen, self.rise, self.level, self.fall) = (0, 0, 0, 0);
-        (self.rise_part, self.fall_part) = (0, 0);
-        (self.endless, self.carry, self.size) = (false, 0, 0);
+        self.size = 0;
         self.a2 = slope(order, &order.up);
         self.d2 = slope(order, &order.down);
-        self.v_top = Num::from(order.top.millisteps());
-        self.v = Num::from(order.start.min(order.top).millisteps());
-        self.w_from = self.v.times(&self.v);
-        self.w_end = self.w_from;
+        self.top = Num::from(order.top.millisteps());
+        self.w_end = square(order.start.min(order.top));
         self.check(clock)?;
-        match order.travel {
-            Travel::By(steps) => self.divide(steps.unsigned_abs().saturating_sub(1)),
-            Travel::Endless(_) => {
-                self.endless = true;
-                self.level = u32::MAX;
-                (self.rise, self.rise_part) = self.steps_to_top(&self.w_from, &self.a2).split();
+        self.endless = matches!(order.travel, Travel::Endless(_));
+        let pulses = match order.travel {
+            Travel::By(steps) => steps.unsigned_abs(),
+            Travel::Endless(_) => 0,
+        };
+        self.lay_out_again(pulses);
+        Ok(())
+    }
+
+    /// Lays out another travel from rest, within the limits of the last: so
+    /// many pulses, the first of which is not part of the runs.
+    pub(crate) fn lay_out_again(&mut self, pulses: u32) {
+        self.carry = 0;
+        self.v = self.w_end.root();
+        self.divide(pulses.saturating_sub(1));
+    }
+
+    /// Has another limit from now on: [`resume`](Planner::resume) keeps to it.
+    ///
+    /// # Errors
+    /// [`Unfit::BelowStart`], or another if the timer can't hold what comes of it.
+    pub(crate) fn limit(&mut self, clock: &Clock, change: &Change) -> Result<(), Unfit> {
+        match change {
+            Change::Target(_) => self.endless = false,
+            Change::Accel(a) | Change::Decel(a) => {
+                let up = matches!(change, Change::Accel(_));
+                *(if up { &mut self.a2 } else { &mut self.d2 }) = slope_of(*a);
+            }
+            Change::Top(top) => {
+                self.top = Num::from(top.millisteps());
+                if self.top.is_zero() || !square(*top).at_least(&self.w_end) {
+                    return Err(Unfit::BelowStart);
+                }
             }
         }
-        Ok(())
+        self.check(clock)
+    }
+
+    /// Lays the travel out anew from the last pulse handed out: so many steps
+    /// to its target, less than 0 if that lies behind. It brakes where it would
+    /// overshoot.
+    pub(crate) fn resume(&mut self, left: i32) {
+        let far = left >= 0 && Num::from(left as u32).at_least(&self.way_to_rest());
+        if far || self.endless {
+            self.divide(left as u32);
+        } else {
+            self.brake();
+        }
     }
 
     /// No interval may exceed 2³¹ ticks, the one across the peak included.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn check(&self, clock: &Clock) -> Result<(), Unfit> {
-        let mut slowest = clock.interval(&self.v);
-        if self.v.is_zero() {
+        let mut slowest = clock.interval(&self.w_end.root());
+        if self.w_end.is_zero() {
             // From rest: the first step alone takes √(2/a), the last √(2/d).
             slowest = clock.twice.over(&self.a2.root());
             slowest = slowest.plus(&clock.twice.over(&self.d2.root()));
-            slowest = slowest.plus(&clock.interval(&self.v_top));
+            slowest = slowest.plus(&clock.interval(&self.top));
         }
         if slowest.is_below(31) { Ok(()) } else { Err(Unfit::TooSlow) }
     }
 
-    /// Steps between speed² `w` and the top speed.
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn steps_to_top(&self, w: &Num, slope: &Num) -> Num {
-        self.v_top.times(&self.v_top).minus(w).over(slope)
-    }
-
-    /// Divides `steps` into rise, level and fall.
+    /// Divides `steps` from the last pulse handed out into rise or ease, level
+    /// and fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn divide(&mut self, steps: u32) {
-        let rise = self.steps_to_top(&self.w_from, &self.a2);
-        let fall = self.steps_to_top(&self.w_end, &self.d2);
+        let w = self.v.times(&self.v);
+        let w_top = self.top.times(&self.top);
+        self.v_top = self.top;
+        self.ease = !self.top.at_least(&self.v);
+        let (high, low, slope) =
+            if self.ease { (&w, &w_top, &self.d2) } else { (&w_top, &w, &self.a2) };
+        let rise = high.minus(low).over(slope);
+        self.w_from = *low;
+        self.risen = 0;
+        (self.rise, self.rise_part) = rise.split();
+        (self.fall, self.fall_part, self.level) = (0, 0, u32::MAX);
+        if self.endless {
+            return;
+        }
+        let fall = w_top.minus(&self.w_end).over(&self.d2);
         let length = Num::from(steps);
         if length.at_least(&rise.plus(&fall)) {
-            (self.rise, self.rise_part) = rise.split();
             (self.fall, self.fall_part) = fall.split();
             self.level = steps.saturating_sub(self.rise).saturating_sub(self.fall);
         } else {
@@ -270,57 +339,64 @@ impl Planner {
         }
     }
 
-    /// The top speed is out of reach: the rise meets the fall at
-    /// d2·L / (a2 + d2) (document 002, Eq 19).
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    /// The top speed is out of reach: the rise meets the fall.
     fn meet(&mut self, length: &Num, steps: u32) {
-        let rise = self.d2.over(&self.a2.plus(&self.d2)).times(length);
+        let spare = length.minus(&self.way_to_rest());
+        let rise = self.d2.over(&self.a2.plus(&self.d2)).times(&spare);
+        self.w_from = self.v.times(&self.v);
         self.v_top = self.a2.times(&rise).plus(&self.w_from).root();
+        self.ease = false;
         let (whole, part) = rise.split();
         self.rise = whole.min(steps);
         self.fall = steps.wrapping_sub(self.rise);
+        (self.level, self.rise_part) = (0, 0);
         if part != 0 && self.fall != 0 {
             (self.level, self.fall) = (1, self.fall.wrapping_sub(1));
             (self.rise_part, self.fall_part) = (part, 0u32.wrapping_sub(part));
         }
     }
 
+    /// Steps from the last pulse handed out to rest, along the deceleration.
+    ///
+    /// A part in 2²⁸ of v² is left out: what has begun to fall to its target is
+    /// still able to reach it, whatever the rounding says.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn way_to_rest(&self) -> Num {
+        let w = self.v.times(&self.v);
+        w.minus(&w.scaled(-28)).minus(&self.w_end).over(&self.d2)
+    }
+
     /// Brakes from the last pulse handed out, in as few steps as the ramp
     /// allows: on at the same speed for the part of a step that is left over,
     /// then the fall.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn brake(&mut self) {
-        if self.rise == 0 && self.level == 0 {
-            return; // braking already
-        }
-        let w = self.v.times(&self.v);
-        let (whole, part) = w.minus(&self.w_end).over(&self.d2).split();
-        let steps = if part == 0 { whole } else { whole.saturating_add(1) };
-        if !self.endless && steps >= self.steps_left() {
-            return; // the travel's own end is as near
-        }
         (self.rise, self.rise_part) = (0, 0);
-        (self.level, self.fall) = (steps.wrapping_sub(whole), whole);
-        self.fall_part = part;
+        (self.fall, self.fall_part) = self.way_to_rest().split();
+        self.level = u32::from(self.fall_part != 0);
         self.v_top = self.v;
         self.endless = false;
     }
 
     /// The highest speed from here on, in 0.001 steps/s, rounded up; 0 if
     /// nothing is left.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn peak(&self) -> u32 {
         if self.steps_left() == 0 {
             return 0;
         }
-        let (whole, part) = self.v_top.split();
+        let peak = if self.v_top.at_least(&self.v) { &self.v_top } else { &self.v };
+        let (whole, part) = peak.split();
         whole.saturating_add(u32::from(part != 0))
     }
 
     /// Steps that are still to be handed out; `u32::MAX` on an endless travel.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn steps_left(&self) -> u32 {
         if self.endless {
             u32::MAX
         } else {
-            self.rise.saturating_add(self.level).saturating_add(self.fall)
+            self.rise.wrapping_add(self.level).wrapping_add(self.fall)
         }
     }
 
@@ -347,10 +423,12 @@ impl Planner {
         }
     }
 
-    /// A ramp run: 2^size steps from v to the speed there.
+    /// A ramp run: 2^size steps from v to the speed there, of the first ramp
+    /// (rise or ease) or of the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn ramp(&mut self, clock: &Clock, work: &mut Work, run: &mut Run, up: bool) -> Planned {
-        let room = if up { self.rise } else { self.fall };
+    fn ramp(&mut self, clock: &Clock, work: &mut Work, run: &mut Run, first: bool) -> Planned {
+        let up = first && !self.ease;
+        let room = if first { self.rise } else { self.fall };
         if work.stage == Stage::Begin {
             // What is too long already is not even tried.
             let longest = clock.longest.roughly(&self.v).scaled(1);
@@ -363,7 +441,7 @@ impl Planner {
         let steps = share(room, full);
         match work.stage {
             Stage::Begin => {
-                work.pending = self.speed_after(steps, up);
+                work.pending = self.speed_after(steps, first);
                 work.stage = Stage::Half;
                 return Planned::Again;
             }
@@ -401,7 +479,7 @@ impl Planner {
                 size
             };
         }
-        if up {
+        if first {
             self.rise = self.rise.wrapping_sub(steps);
             self.risen = self.risen.wrapping_add(steps);
         } else {
@@ -420,17 +498,16 @@ impl Planner {
         self.fitted(run, &mean, if up { add.wrapping_neg() } else { add }, steps as u16)
     }
 
-    /// The speed so many steps further up the rise or down the fall.
+    /// The speed so many steps further on the first ramp or down the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn speed_after(&self, steps: u32, up: bool) -> Num {
-        let w = if up {
-            let n = self.risen.wrapping_add(steps);
-            self.a2.times(&Num::from(n)).plus(&self.w_from)
-        } else {
-            let left = self.fall.wrapping_sub(steps);
-            self.d2.times(&Num::from(left)).plus(&self.w_end)
+    fn speed_after(&self, steps: u32, first: bool) -> Num {
+        let (slope, w, n, part) = match (first, self.ease) {
+            (true, false) => (&self.a2, &self.w_from, self.risen.wrapping_add(steps), 0),
+            // What falls is reckoned from its end: nothing is subtracted.
+            (true, true) => (&self.d2, &self.w_from, self.rise.wrapping_sub(steps), self.rise_part),
+            _ => (&self.d2, &self.w_end, self.fall.wrapping_sub(steps), 0),
         };
-        w.root()
+        slope.times(&Num::from(n).plus(&Num::part(part))).plus(w).root()
     }
 
     /// So many steps with this mean interval, growing by `add`, an even number.
@@ -458,7 +535,6 @@ impl Planner {
     }
 
     /// A level run.
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn cruise(&mut self, clock: &Clock, work: &mut Work, run: &mut Run) -> Planned {
         if work.stage == Stage::Begin {
             work.mean = clock.interval(&self.v_top);

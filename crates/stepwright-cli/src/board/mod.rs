@@ -5,7 +5,7 @@ pub mod pace;
 #[cfg(unix)]
 mod pty;
 pub mod recording;
-mod speeds;
+pub mod speeds;
 mod stdio;
 
 use std::path::PathBuf;

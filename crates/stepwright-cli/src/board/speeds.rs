@@ -5,7 +5,7 @@
 //! there are too many, every second one goes.
 
 use stepwright::Rate;
-use stepwright_sim::{AXES, Edge, Pin};
+use stepwright_sim::{Edge, Pin};
 
 use crate::plot::Series;
 
@@ -15,6 +15,9 @@ const MARKS: usize = 4096;
 /// A pause is so many times longer than the interval before it. A ramp that
 /// begins or ends at rest never grows an interval by more than 2.5 times.
 const PAUSE: u64 = 5;
+
+/// Axes that a board may have.
+const AXES: usize = 8;
 
 /// The speeds of a board's axes.
 pub struct Speeds {
@@ -61,7 +64,7 @@ impl Speeds {
                 axis.backward = !edge.level;
             }
             Pin::Step if edge.level => axis.step(edge.time),
-            Pin::Step => {}
+            _ => {}
         }
     }
 

@@ -19,6 +19,8 @@ pub struct Entry {
     pub position: [Option<i64>; AXES],
     /// The starts that the machine was asked for, in words.
     pub asked: Vec<String>,
+    /// The changes of travels in progress that it was asked for, in words.
+    pub changed: Vec<String>,
     /// Did the machine refuse them?
     pub refused: bool,
 }
@@ -34,6 +36,7 @@ impl Entry {
                 (!bench.axes[n].uncertain).then_some(bench.axes[n].position)
             }),
             asked: Vec::new(),
+            changed: Vec::new(),
             refused: false,
         }
     }
@@ -249,13 +252,38 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
     (!orders.is_empty()).then(|| orders.join("; "))
 }
 
+/// What the last line of the log should have changed of travels in progress,
+/// in words.
+pub fn should_change(log: &[Entry]) -> Option<String> {
+    let (entry, before) = log.split_last()?;
+    let line = entry.line.as_str();
+    let mut axes = selected(before);
+    let what = if let Some(steps) = line.strip_prefix('@').and_then(signed) {
+        if axes.iter().any(|axis| !entry.busy[*axis]) {
+            return None;
+        }
+        format!("@{steps:+}")
+    } else {
+        let (letter, n) = setting(line).filter(|(letter, _)| "tad".contains(*letter))?;
+        axes.retain(|axis| entry.busy[*axis]);
+        let limit = board_setting_now(before, usize::from(letter != 't'));
+        let allowed = n <= limit.split_once('=').unwrap().1.parse().unwrap();
+        if axes.is_empty() || open(before).is_some() || !allowed {
+            return None;
+        }
+        format!("{letter}{n}")
+    };
+    let named: Vec<_> = axes.iter().map(|axis| (axis + 1).to_string()).collect();
+    Some(format!("change {}: {what}", named.join(" ")))
+}
+
 /// The answer that the last line of the log should have got.
 pub fn should_answer(log: &[Entry]) -> String {
     let (entry, before) = log.split_last().unwrap();
     let line = entry.line.as_str();
     let yes = |yes: bool| if yes { "Y" } else { "E" }.to_string();
     let idle = || selected(before).iter().all(|axis| !entry.busy[*axis]);
-    if should_start(log).is_some() {
+    if should_start(log).is_some() || should_change(log).is_some() {
         return yes(!entry.refused);
     }
     match line {

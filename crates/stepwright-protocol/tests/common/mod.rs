@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use stepwright::profile::Ramp;
-use stepwright::{Order, Speed, Travel};
+use stepwright::{Change, Order, Speed, Travel};
 use stepwright_protocol::{AxisId, Command, Machine, Refusal, Reply, Setting, Settings, Slave};
 
 /// One axis of the bench.
@@ -29,6 +29,8 @@ pub struct Bench {
     prepared: Vec<(AxisId, Order)>,
     /// Every start that was asked for, also a refused one.
     pub asked: Vec<Vec<(AxisId, Order)>>,
+    /// Every change that was asked for on the way, in words, also a refused one.
+    pub changes: Vec<String>,
     /// What it was told since the last look, in words.
     pub log: String,
 }
@@ -113,6 +115,32 @@ impl Machine for Bench {
         self.note(&format!("brake {}", axis.number()));
     }
 
+    fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
+        let all = (0..self.axes.len()).filter(|n| axes >> n & 1 != 0);
+        let named: Vec<String> = all.clone().map(|n| (n + 1).to_string()).collect();
+        let text = format!("change {}: {}", named.join(" "), change_in_words(change));
+        self.changes.push(text.clone());
+        assert_eq!(all.clone().count() as u32, axes.count_ones(), "an axis that is not there");
+        assert!(
+            axes != 0 && all.clone().all(|n| self.axes[n].running.is_some()),
+            "at rest: {text}"
+        );
+        if let Some(refusal) = self.refuse.take() {
+            return Err(refusal);
+        }
+        self.note(&text);
+        for axis in all {
+            let order = self.axes[axis].running.as_mut().unwrap();
+            match change {
+                Change::Target(steps) => order.travel = Travel::By(steps),
+                Change::Top(top) => order.top = top,
+                Change::Accel(a) => order.up = Ramp::Accel(a),
+                Change::Decel(d) => order.down = Ramp::Accel(d),
+            }
+        }
+        Ok(())
+    }
+
     fn kill(&mut self) {
         self.note("kill");
         for axis in &mut self.axes {
@@ -176,6 +204,16 @@ pub fn words(order: &Order) -> String {
         Travel::Endless(false) => write!(text, " backward"),
     };
     text
+}
+
+/// A change in words: `t500`, `@-20`.
+pub fn change_in_words(change: Change) -> String {
+    match change {
+        Change::Target(steps) => format!("@{steps:+}"),
+        Change::Top(top) => format!("t{top}"),
+        Change::Accel(a) => format!("a{a}"),
+        Change::Decel(d) => format!("d{d}"),
+    }
 }
 
 /// Plays a table against a board of three axes, from power-up.

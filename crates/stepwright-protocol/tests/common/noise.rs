@@ -27,9 +27,9 @@ fn any_line(random: &mut Random) -> String {
         2 | 3 => {
             pick(random, &["S", "T", "R", "s", "t", "a", "d", "A", "V", "I"]) + &number(random)
         }
-        4 => pick(random, &["G+", "G-", "G"]) + &number(random),
-        5 | 6 => pick(random, &["PO", "E", "A2", "A0", "G+5", "T20", "a7"]),
-        _ => pick(random, &["F", "V1", "Z", "g+", "G-9", "PO", "E", "S3", "R10"]),
+        4 => pick(random, &["G+", "G-", "G", "@+", "@-", "@"]) + &number(random),
+        5 | 6 => pick(random, &["PO", "E", "A2", "A0", "G+5", "T20", "a7", "t300"]),
+        _ => pick(random, &["F", "V1", "Z", "g+", "G-9", "PO", "E", "S3", "R10", "@-3"]),
     }
 }
 
@@ -55,8 +55,22 @@ fn sane(random: &mut Random) -> Vec<u8> {
         lines.push("E".into());
         for _ in 0..random.below(4) {
             lines.push(
-                ["F", "V1", "Z", "K", "I1", "?", "A0", "$max-accel=9999", "$"][random.below(9)]
-                    .into(),
+                [
+                    "F",
+                    "V1",
+                    "Z",
+                    "K",
+                    "I1",
+                    "?",
+                    "A0",
+                    "$max-accel=9999",
+                    "$",
+                    "@+70",
+                    "t40",
+                    "a9000",
+                    "d10000",
+                ][random.below(13)]
+                .into(),
             );
         }
     }
@@ -102,7 +116,7 @@ pub fn input(random: &mut Random) -> Vec<u8> {
     match random.below(8) {
         0 => (0..random.below(200)).map(|_| random.byte()).collect(),
         1 => {
-            let letters = b"PO0STRGgEFZKIVAstad?!$+-123456789\r\r\r\r\r\n";
+            let letters = b"PO0STRG@gEFZKIVAstad?!$+-123456789\r\r\r\r\r\n";
             (0..random.below(200)).map(|_| letters[random.below(letters.len())]).collect()
         }
         2 | 3 => {

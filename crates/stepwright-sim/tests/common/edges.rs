@@ -14,7 +14,7 @@ pub fn steps_of(edges: &[Edge], axis: u8) -> Vec<(u64, i64)> {
                 position += if forward { 1 } else { -1 };
                 steps.push((edge.time, position));
             }
-            Pin::Step => {}
+            _ => {}
         }
     }
     steps
@@ -48,6 +48,7 @@ pub fn check_timing(edges: &[Edge], pulse: u64, setup: u64, hold: u64, min: u64)
                     }
                     turn = Some(t);
                 }
+                _ => {}
             }
         }
         assert!(!high, "axis {axis} is left high");

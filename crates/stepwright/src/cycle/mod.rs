@@ -45,7 +45,7 @@ mod wiring;
 
 pub use clock::Clock;
 pub use motor::{Calibration, End, Faults, Motor, Status};
-pub use program::{Leg, NextDelay, Program};
+pub use program::{Leg, NextDelay, Pace, Paces, Program};
 pub use strategy::{AtEnd, AtSmallDelay, AtTiming, CycleError, Refusal, Strategies};
 pub use surroundings::{Around, Surroundings, Switches, Wires};
 
@@ -213,6 +213,9 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
             let Some(fastest) = player.fastest().filter(|_| player.is_ready()) else { continue };
             let smallest = player.motor.smallest_delay;
             if period != 0 {
+                if player.is_paced() {
+                    return Err(Refusal::NeedsDeadlines { motor });
+                }
                 let floor = period.saturating_mul(3);
                 let next = smallest.div_ceil(period).saturating_mul(period);
                 if smallest < floor {

@@ -19,7 +19,7 @@
 
 use super::clock::Beat;
 use super::motor::{Calibration, Faults, Motor, Status};
-use super::program::{Next, Reader};
+use super::program::{Next, Pace, Reader};
 use super::strategy::{AtEnd, AtSmallDelay, Strategies};
 use crate::queue::{Feed, Taken};
 use crate::run::Run;
@@ -47,6 +47,8 @@ enum Stage {
     Steps,
     /// The rest of a long delay, then its step.
     Far,
+    /// A step of its own, in ticks.
+    Pace,
     /// On the fixed tick: up to two ticks before the step. May it be made? It
     /// rises a tick later.
     Approach,
@@ -86,6 +88,8 @@ pub(super) struct Player<'a> {
     delay: u32,
     /// µs of a wait that are still to come.
     pending: u64,
+    /// Ticks to the next step that has its own.
+    pace: Ticks,
     /// Fixed tick: µs that the last step came too early by.
     over: u32,
     /// Position in the user's unit when the engine had counted `counted` steps.
@@ -121,6 +125,7 @@ impl<'a> Player<'a> {
             left: 0,
             delay: 0,
             pending: 0,
+            pace: 0,
             over: 0,
             base: 0,
             counted: 0,
@@ -143,6 +148,11 @@ impl<'a> Player<'a> {
     /// Has a program that waits for the start.
     pub(super) fn is_ready(&self) -> bool {
         self.ready
+    }
+
+    /// Whether its steps are counted in ticks of the timer.
+    pub(super) fn is_paced(&self) -> bool {
+        self.reader.is_paced()
     }
 
     /// The smallest delay that its program may ask for, in µs.
@@ -247,19 +257,19 @@ impl<'a> Player<'a> {
                     (self.left, self.forward) = (count, forward);
                     self.delay = if delay == 0 { smallest } else { delay };
                     if self.delay < smallest {
-                        match self.strategies.small_delay {
-                            AtSmallDelay::Fix => self.delay = smallest,
-                            AtSmallDelay::StopMotor => {
-                                self.fault(Faults::STEP_DELAY_SMALL, Verdict::Stop);
-                                return None;
-                            }
-                            AtSmallDelay::Cancel => {
-                                self.fault(Faults::STEP_DELAY_SMALL, Verdict::Cancel);
-                                return None;
-                            }
-                        }
+                        self.too_small()?;
+                        self.delay = smallest;
                     }
                     return Some(Stage::Steps);
+                }
+                Next::Pace(Pace { ticks, forward }) => {
+                    (self.left, self.forward, self.pace) = (1, forward, ticks);
+                    if u64::from(ticks) < self.beat.ticks(self.motor.smallest_delay) {
+                        self.too_small()?;
+                        let smallest = self.beat.ticks(self.motor.smallest_delay);
+                        self.pace = Ticks::try_from(smallest).unwrap_or(Ticks::MAX);
+                    }
+                    return Some(Stage::Pace);
                 }
                 Next::Wait(us) => {
                     self.pending = us;
@@ -268,6 +278,17 @@ impl<'a> Player<'a> {
                 Next::Over => return Some(Stage::Over),
             }
         }
+    }
+
+    /// A delay is too small. `None` if that ends the program.
+    fn too_small(&mut self) -> Option<()> {
+        let verdict = match self.strategies.small_delay {
+            AtSmallDelay::Fix => return Some(()),
+            AtSmallDelay::StopMotor => Verdict::Stop,
+            AtSmallDelay::Cancel => Verdict::Cancel,
+        };
+        self.fault(Faults::STEP_DELAY_SMALL, verdict);
+        None
     }
 
     /// The change of direction that the present leg begins with, if it does.
@@ -336,6 +357,20 @@ impl<'a> Player<'a> {
                     self.plan(1);
                     let gone = core::mem::take(&mut self.gone);
                     return Taken::Run(self.beat.step(us, gone));
+                }
+                Stage::Pace => {
+                    if let Some(turn) = self.turn() {
+                        return turn;
+                    }
+                    self.heading = Some(self.forward);
+                    let ticks = self.pace.saturating_sub(core::mem::take(&mut self.gone));
+                    if self.room() == 0 {
+                        self.stage = Stage::Out;
+                        return Taken::Run(Run::turn(ticks, self.facing));
+                    }
+                    self.stage = Stage::Leg;
+                    self.plan(1);
+                    return Taken::Run(Run::steady(ticks, 1));
                 }
                 Stage::Out => {
                     return self.trip(Faults::soft(self.forward), self.strategies.soft_end);

@@ -9,8 +9,11 @@
 //! | `prepare_dynamic_steps` | [`Program::Dynamic`] |
 //! | `prepare_dynamic_whirl` | [`Program::DynamicWhirl`] |
 //!
+//! [`Program::Paced`] has no counterpart: it plays what is planned elsewhere.
 //! A count's sign is its direction, as in the README of the document; a delay
 //! is in µs, and 0 means the motor's smallest.
+
+use crate::units::Ticks;
 
 /// A callback that gives the delay before each next step, in µs.
 ///
@@ -60,7 +63,24 @@ pub enum Program<'a> {
         /// Gives the delay before each step.
         next: NextDelay<'a>,
     },
+    /// Steps to a tick of the timer, either way: any law, a line, a curve. By
+    /// deadlines only.
+    Paced(Paces<'a>),
 }
+
+/// One step of a [`Program::Paced`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pace {
+    /// Ticks of the timer from the step before, or from the start.
+    pub ticks: Ticks,
+    /// Which way.
+    pub forward: bool,
+}
+
+/// Steps one after another, each asked for when the one before has been made.
+///
+/// Asked from the step interrupt: MUST NOT block.
+pub type Paces<'a> = &'a mut (dyn Iterator<Item = Pace> + Send);
 
 /// A part of a [`Program::Series`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +108,8 @@ pub(super) enum Next {
     Steps { count: u32, delay: u32, forward: bool },
     /// So many µs without a step.
     Wait(u64),
+    /// A step of its own.
+    Pace(Pace),
     /// No more.
     Over,
 }
@@ -142,8 +164,14 @@ impl<'a> Reader<'a> {
                 self.asked = self.asked.wrapping_add(1);
                 Next::Steps { count: 1, delay, forward: *forward }
             }
+            Program::Paced(paces) => paces.next().map_or(Next::Over, Next::Pace),
             Program::Steps { .. } | Program::Dynamic { .. } => Next::Over,
         }
+    }
+
+    /// Whether its steps are counted in ticks of the timer.
+    pub(super) fn is_paced(&self) -> bool {
+        matches!(self.program, Program::Paced(_))
     }
 
     /// The smallest delay that it may ask for, as far as can be known; `None`
@@ -162,7 +190,9 @@ impl<'a> Reader<'a> {
                     Leg::Steps { delay, .. } => Some(held(delay)),
                 })
                 .min(),
-            Program::Dynamic { .. } | Program::DynamicWhirl { .. } => Some(smallest),
+            Program::Dynamic { .. } | Program::DynamicWhirl { .. } | Program::Paced(_) => {
+                Some(smallest)
+            }
         }
     }
 }

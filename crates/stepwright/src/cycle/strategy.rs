@@ -100,6 +100,12 @@ pub enum Refusal {
         /// The next smallest delay on this clock, in µs.
         needs: u32,
     },
+    /// The motor's steps are planned to a tick of the timer: not for the fixed
+    /// tick.
+    NeedsDeadlines {
+        /// Which motor.
+        motor: u8,
+    },
     /// The first delay of a motor is below its smallest, and the strategy is to
     /// cancel.
     SmallDelay {
@@ -134,6 +140,11 @@ impl fmt::Display for Refusal {
                 f,
                 "the smallest delay of motor {} is no multiple of the fixed tick: the next one \
                  is {needs} µs",
+                u16::from(motor) + 1
+            ),
+            Refusal::NeedsDeadlines { motor } => write!(
+                f,
+                "what motor {} does needs deadlines: no fixed tick places its steps",
                 u16::from(motor) + 1
             ),
             Refusal::SmallDelay { motor, needs } => write!(

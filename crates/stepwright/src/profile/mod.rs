@@ -106,6 +106,9 @@ pub enum Unfit {
     Standstill,
     /// The ramp has no steps.
     NoRamp,
+    /// A travel in progress would go on more slowly than at the start speed,
+    /// which it ends with.
+    BelowStart,
     /// The ramps up and down differ, and the law takes its ramp back.
     Uneven,
 }
@@ -120,6 +123,10 @@ impl fmt::Display for Unfit {
             Unfit::TooLong => "too many steps: at most 2147483647 in a travel",
             Unfit::Standstill => "the top speed is 0: give a speed above 0",
             Unfit::NoRamp => "the ramp has no steps: give 1 or more",
+            Unfit::BelowStart => {
+                "below the start speed, at which this travel ends: give that or more, \
+                 or stop and begin anew"
+            }
             Unfit::Uneven => "this law brakes as it speeds up: give both ramps alike",
         })
     }

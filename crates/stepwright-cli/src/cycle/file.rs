@@ -1,0 +1,208 @@
+//! A cycle file, as serde reads it.
+//!
+//! Whatever can be wrong with one value is a [`Spanned`], so that the error
+//! points at its line.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use stepwright::cycle::{AtEnd, AtSmallDelay, AtTiming, Calibration, Strategies};
+use toml::Spanned;
+
+/// The whole file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct File {
+    /// What positions are counted in.
+    #[serde(default = "nanometres")]
+    pub unit: String,
+    #[serde(default)]
+    pub clock: Clock,
+    #[serde(default)]
+    pub strategies: Handling,
+    #[serde(rename = "motor")]
+    pub motors: Vec<Spanned<Motor>>,
+    #[serde(rename = "cycle")]
+    pub cycles: Vec<Spanned<Cycle>>,
+}
+
+fn nanometres() -> String {
+    "nm".to_owned()
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Clock {
+    /// The fixed tick; without it every step has its own deadline.
+    pub tick_us: Option<Spanned<u32>>,
+    pub timer_hz: Option<Spanned<u32>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Handling {
+    #[serde(default)]
+    hard_end: End,
+    #[serde(default)]
+    soft_end: End,
+    #[serde(default)]
+    small_delay: Small,
+    #[serde(default)]
+    timing: Timing,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum End {
+    StopMotor,
+    #[default]
+    Cancel,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Small {
+    Fix,
+    StopMotor,
+    #[default]
+    Cancel,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Timing {
+    Ignore,
+    #[default]
+    Cancel,
+}
+
+impl Handling {
+    pub fn strategies(&self) -> Strategies {
+        let end = |end| match end {
+            End::StopMotor => AtEnd::StopMotor,
+            End::Cancel => AtEnd::Cancel,
+        };
+        Strategies {
+            hard_end: end(self.hard_end),
+            soft_end: end(self.soft_end),
+            small_delay: match self.small_delay {
+                Small::Fix => AtSmallDelay::Fix,
+                Small::StopMotor => AtSmallDelay::StopMotor,
+                Small::Cancel => AtSmallDelay::Cancel,
+            },
+            timing: match self.timing {
+                Timing::Ignore => AtTiming::Ignore,
+                Timing::Cancel => AtTiming::Cancel,
+            },
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Motor {
+    pub name: Spanned<String>,
+    /// Distance of a step in the unit.
+    pub step: Spanned<u32>,
+    pub smallest_delay_us: Spanned<u32>,
+    #[serde(default)]
+    pub inverted: bool,
+    pub min: Option<i64>,
+    pub max: Option<Spanned<i64>>,
+    /// Where it is when it is switched on.
+    #[serde(default)]
+    pub position: i64,
+    /// Where the virtual switches stand: from here on they are closed.
+    pub switch_min: Option<i64>,
+    pub switch_max: Option<i64>,
+}
+
+/// One cycle: what each motor does.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Cycle {
+    #[serde(default, rename = "move")]
+    pub moves: BTreeMap<Spanned<String>, Spanned<Move>>,
+    /// Seconds after its start.
+    pub pause_s: Option<Spanned<f64>>,
+    pub resume_s: Option<Spanned<f64>>,
+    pub finish_s: Option<Spanned<f64>>,
+    /// Seconds to stand still after it.
+    pub rest_s: Option<Spanned<f64>>,
+}
+
+/// What a motor does.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Move {
+    pub steps: Option<i32>,
+    pub whirl: Option<Way>,
+    pub series: Option<Vec<Leg>>,
+    pub delays_us: Option<Vec<u32>>,
+    pub each: Option<u32>,
+    pub direction: Option<Way>,
+    pub delay_us: Option<u32>,
+    /// The delays of a callback.
+    pub ramp_us: Option<Ramp>,
+    #[serde(default)]
+    calibrate: Calibrate,
+}
+
+impl Move {
+    pub fn calibration(&self) -> Calibration {
+        match self.calibrate {
+            Calibrate::None => Calibration::None,
+            Calibrate::StartMin => Calibration::StartMin,
+            Calibrate::BoundsMax => Calibration::BoundsMax,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Way {
+    Forward,
+    Backward,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Calibrate {
+    #[default]
+    None,
+    StartMin,
+    BoundsMax,
+}
+
+/// A leg of a series: steps, or a wait.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Leg {
+    pub steps: Option<i32>,
+    /// So many delays without a step.
+    pub wait: Option<Spanned<u32>>,
+    #[serde(default)]
+    pub delay_us: u32,
+}
+
+/// Delays that go from one value to another and stay there.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Ramp {
+    pub from: u32,
+    pub to: u32,
+    /// By so much from step to step.
+    pub by: u32,
+}
+
+impl Ramp {
+    /// The delay before a step.
+    pub fn delay(self, step: u32) -> u32 {
+        let way = self.by.saturating_mul(step);
+        if self.from < self.to {
+            self.from.saturating_add(way).min(self.to)
+        } else {
+            self.from.saturating_sub(way).max(self.to)
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! `stepwright cycle`: motor cycles from a file (document 003).
+//!
+//! | module | what |
+//! | --- | --- |
+//! | `text` | the file, and the line of a mistake |
+//! | `file` | what may stand in it |
+//! | `plan` | the same, checked |
+//! | `play` | on the virtual board |
+//! | `taken` | what is written down of it: csv, vcd, plots |
+//! | `path` | the way of two motors, drawn |
+
+mod file;
+mod path;
+mod plan;
+mod play;
+mod taken;
+mod text;
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+use crate::failure::Failure;
+use crate::plot::PlotFile;
+use crate::{interrupt, say};
+use play::Session;
+use taken::{Taken, Wanted};
+use text::Text;
+
+/// Play motor cycles from a file, on a virtual board
+///
+/// The file says what motors there are, what each does in each cycle, and what
+/// to do when one comes to an end. Positions are printed each second while
+/// motors move, and every ten while none does.
+#[derive(clap::Args)]
+#[command(after_help = "\
+A file:
+  [[motor]]
+  name = \"X\"
+  step = 7500                 # nm a step leads, or any unit of yours
+  smallest-delay-us = 1000
+
+  [[cycle]]
+  move.X = { steps = 20000 }
+
+In place of `steps`: whirl = \"forward\"; delays-us = [..] with each and
+direction; series = [{ steps = 4, delay-us = 900 }, { wait = 2, delay-us = 500 }].
+Cycles are simulated as fast as the machine can. docs/cycles.md has all of it.
+
+Exit status: 0 all went as it should; 1 a cycle was refused or cancelled; 2 the
+command line makes no sense.
+
+Examples:
+  stepwright cycle examples/cycles/readme.toml
+  stepwright cycle examples/cycles/triangle.toml --xy triangle.svg
+  stepwright cycle examples/cycles/series.toml --format csv --vcd edges.vcd")]
+pub struct Args {
+    /// The file; - is standard input
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// How to print it
+    #[arg(long, value_enum, default_value_t = Format::List, help_heading = "Output")]
+    format: Format,
+    /// Draw the speeds over time (.svg, .png or .html)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    plot: Option<PlotFile>,
+    /// Record every edge of the pins, for GTKWave or PulseView
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    vcd: Option<PathBuf>,
+    /// Draw the way of two motors (.svg, .png or .html)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    xy: Option<PlotFile>,
+    /// Which two motors --xy draws; the first two if it is not given
+    #[arg(long, value_name = "X,Y", requires = "xy", value_delimiter = ',', num_args = 2)]
+    #[arg(help_heading = "Output")]
+    xy_motors: Vec<String>,
+    /// Simulated seconds after which a cycle is finished that has not ended
+    #[arg(long, value_name = "S", default_value_t = 3600)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    limit: u32,
+}
+
+/// How cycles are printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// Positions each second, as document 003 prints them
+    List,
+    /// Every event: time_us,motor,event,value,position
+    Csv,
+    /// What became of each motor and cycle
+    Json,
+}
+
+/// Reads, plays, and draws if asked to.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let text = Text::read(&args.file)?;
+    let mut plan = plan::read(&text)?;
+    let pair = pair(&args, &plan)?;
+    for file in args.plot.iter().chain(&args.xy) {
+        file.check()?;
+    }
+    let inverted = plan.motors.iter().enumerate().map(|(n, m)| u8::from(m.inverted) << n).sum();
+    let wanted = Wanted {
+        inverted,
+        vcd: args.vcd.as_deref(),
+        speeds: args.plot.is_some(),
+        events: args.format == Format::Csv || args.xy.is_some(),
+    };
+    let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
+    interrupt::listen()?;
+    let mut stages = std::mem::take(&mut plan.stages);
+    let mut session = Session::new(&plan, &text, taken, args.format, pair, args.limit);
+    let played = session.play(&mut stages);
+    // What was recorded of cycles that went wrong is worth a look too.
+    let title = format!("{}: motor cycles", args.file.display());
+    let seconds = session.seconds();
+    let finished = session.taken(|taken| taken.finish(seconds));
+    if let Some(file) = &args.plot {
+        session.taken(|taken| taken.plot(file, &title, &plan))?;
+    }
+    if let (Some(file), Some(way)) = (&args.xy, session.way()) {
+        let title =
+            format!("{}: the way of {} and {}", args.file.display(), way.names.0, way.names.1);
+        file.save_picture(&title, &path::picture(&title, way))?;
+    }
+    if args.format == Format::Json {
+        say::result(session.json());
+    }
+    played.and(finished)
+}
+
+/// The two motors whose way is drawn.
+fn pair(args: &Args, plan: &plan::Plan) -> Result<Option<(u8, u8)>, Failure> {
+    if args.xy.is_none() {
+        return Ok(None);
+    }
+    let find = |name: &String| {
+        plan.names.iter().position(|known| known == name).ok_or_else(|| {
+            Failure::new(format!("there is no motor {name:?} in this file"))
+                .hint(format!("it has {}", plan.names.join(", ")))
+        })
+    };
+    match args.xy_motors.as_slice() {
+        [x, y] => Ok(Some((find(x)? as u8, find(y)? as u8))),
+        _ if plan.names.len() < 2 => {
+            Err(Failure::new("--xy draws the way of two motors, and this file has one"))
+        }
+        _ => Ok(Some((0, 1))),
+    }
+}

@@ -1,0 +1,105 @@
+//! The way of two motors on paper, both axes to the same scale.
+
+use crate::plot::{Frame, PALETTE, Picture, Scale, Shape, Style, number};
+
+/// Where two motors have been.
+pub struct Way {
+    pub names: (String, String),
+    unit: String,
+    points: Vec<(i64, i64)>,
+}
+
+impl Way {
+    pub fn new(names: (String, String), unit: String) -> Way {
+        Way { names, unit, points: Vec::new() }
+    }
+
+    /// On to here. Of a straight line only the ends are kept.
+    pub fn go(&mut self, x: i64, y: i64) {
+        if self.points.last() == Some(&(x, y)) {
+            return;
+        }
+        if let [.., a, b] = self.points.as_slice() {
+            let way = |a: &(i64, i64), b: &(i64, i64)| {
+                (i128::from(b.0) - i128::from(a.0), i128::from(b.1) - i128::from(a.1))
+            };
+            let (before, after) = (way(a, b), way(b, &(x, y)));
+            let straight = before.0.checked_mul(after.1) == before.1.checked_mul(after.0);
+            let onward =
+                before.0.signum() == after.0.signum() && before.1.signum() == after.1.signum();
+            if straight && onward {
+                self.points.pop();
+            }
+        }
+        self.points.push((x, y));
+    }
+}
+
+const INK: [u8; 3] = [0x1f, 0x29, 0x37];
+const SOFT: [u8; 3] = [0x6b, 0x72, 0x80];
+const GRID: [u8; 3] = [0xe2, 0xe6, 0xec];
+
+/// The longer side of the paper, in pixels.
+const SIDE: f64 = 860.0;
+
+/// A unit in which numbers stay short, and how many of the file's it is.
+fn shown_in(unit: &str, largest: f64) -> (String, f64) {
+    match unit {
+        "nm" if largest >= 1e6 => ("mm".to_owned(), 1e6),
+        "nm" if largest >= 1e3 => ("µm".to_owned(), 1e3),
+        _ => (unit.to_owned(), 1.0),
+    }
+}
+
+/// Draws it.
+pub fn picture(title: &str, way: &Way) -> Picture {
+    let largest = way.points.iter().map(|p| p.0.abs().max(p.1.abs())).max().unwrap_or(0);
+    let (unit, per) = shown_in(&way.unit, largest as f64);
+    let points: Vec<_> =
+        way.points.iter().map(|&(x, y)| (x as f64 / per, y as f64 / per)).collect();
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+        if low > high { (0.0, 0.0) } else { (low, high) }
+    };
+    let (x, y) = (range(&mut points.iter().map(|p| p.0)), range(&mut points.iter().map(|p| p.1)));
+    let span = (x.1 - x.0).max(y.1 - y.0);
+    let span = if span > 0.0 { span } else { 1.0 };
+    // Some air around it, and a strip for a way that is a straight line.
+    let side = |(low, high): (f64, f64)| {
+        let half = (high - low).max(span * 0.1) / 2.0 + span * 0.06;
+        ((low + high) / 2.0 - half, (low + high) / 2.0 + half)
+    };
+    let (x, y) = (side(x), side(y));
+    let pixel = SIDE / (x.1 - x.0).max(y.1 - y.0);
+    let (width, height) = ((x.1 - x.0) * pixel, (y.1 - y.0) * pixel);
+    let frame = Frame { left: 110.0, top: 104.0, width, height };
+    let x = Scale::new(x, (frame.left, frame.right()));
+    let y = Scale::new(y, (frame.bottom(), frame.top));
+    let mut picture = Picture::new((frame.right() + 40.0).max(640.0), frame.bottom() + 66.0);
+    picture.text((28.0, 46.0), Style::new(21.0, INK).bold(), title);
+    let label = Style::new(13.0, SOFT);
+    let (values, decimals) = x.ticks((width / 75.0) as usize);
+    for value in values {
+        let at = x.at(value);
+        picture.line(vec![(at, frame.top), (at, frame.bottom())], GRID, 1.0);
+        picture.text((at, frame.bottom() + 20.0), label.middle(), number(value, decimals));
+    }
+    let (values, decimals) = y.ticks((height / 75.0) as usize);
+    for value in values {
+        let at = y.at(value);
+        picture.line(vec![(frame.left, at), (frame.right(), at)], GRID, 1.0);
+        picture.text((frame.left - 9.0, at + 4.5), label.end(), number(value, decimals));
+    }
+    let heading = Style::new(14.5, INK).bold();
+    picture.text((28.0, frame.top - 16.0), heading, format!("{}, {unit}", way.names.1));
+    let below = ((frame.left + frame.right()) / 2.0, frame.bottom() + 46.0);
+    picture.text(below, heading.middle(), format!("{}, {unit}", way.names.0));
+    let line: Vec<_> = points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
+    let ends = [line.first().copied(), line.last().copied()];
+    picture.line(line, PALETTE[0], 2.0);
+    // A larger dot where it begins, a smaller one where it ends.
+    for ((end, fill), radius) in ends.into_iter().flatten().zip(PALETTE).zip([6.0, 4.0]) {
+        picture.shapes.push(Shape::Dots { points: vec![end], fill, radius });
+    }
+    picture
+}

@@ -1,0 +1,258 @@
+//! What a cycle file says, checked: nothing that is left can be wrong but at
+//! the start of a cycle.
+
+use stepwright::cycle::{Calibration, Clock, Leg, Motor, NextDelay, Program, Strategies};
+use stepwright::{OutOfRange, Rate};
+use stepwright_sim::Stand;
+use toml::Spanned;
+
+use super::file::{self, File, Ramp, Way};
+use super::text::Text;
+use crate::failure::Failure;
+
+/// Motors that a cycle may have.
+pub const MOST: usize = 8;
+
+/// All that is to be done.
+pub struct Plan {
+    pub unit: String,
+    pub rate: Rate,
+    pub clock: Clock,
+    pub strategies: Strategies,
+    pub names: Vec<String>,
+    pub motors: [Motor; MOST],
+    pub stands: [Stand; MOST],
+    pub positions: [i64; MOST],
+    pub stages: Vec<Stage>,
+}
+
+/// A cycle, and where it stands in the file.
+pub struct Stage {
+    pub at: std::ops::Range<usize>,
+    pub moves: Vec<Move>,
+    /// µs after the start, in order.
+    pub acts: Vec<(u64, Act)>,
+    /// µs to stand still afterwards.
+    pub rest: u64,
+}
+
+/// What is done to a cycle while it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    Pause,
+    Resume,
+    Finish,
+}
+
+/// What one motor does.
+pub struct Move {
+    pub motor: u8,
+    pub at: std::ops::Range<usize>,
+    pub calibration: Calibration,
+    does: Does,
+}
+
+enum Does {
+    Steps(i32, u32),
+    Whirl(bool, u32),
+    List(Vec<u32>, u32, bool),
+    Series(Vec<Leg>),
+    Dynamic(Option<i32>, bool, Box<dyn FnMut(u32) -> u32 + Send>),
+}
+
+impl Move {
+    /// For the cycle.
+    pub fn program(&mut self) -> Program<'_> {
+        match &mut self.does {
+            &mut Does::Steps(count, delay) => Program::Steps { count, delay },
+            &mut Does::Whirl(forward, delay) => Program::Whirl { forward, delay },
+            Does::List(delays, each, forward) => {
+                Program::List { delays, each: *each, forward: *forward }
+            }
+            Does::Series(legs) => Program::Series(legs),
+            Does::Dynamic(count, forward, next) => {
+                let next: NextDelay<'_> = &mut **next;
+                match *count {
+                    Some(count) => Program::Dynamic { count, next },
+                    None => Program::DynamicWhirl { forward: *forward, next },
+                }
+            }
+        }
+    }
+}
+
+/// Reads and checks a file.
+pub fn read(text: &Text) -> Result<Plan, Failure> {
+    let file: File = toml::from_str(&text.text)
+        .map_err(|error| text.blame(error.span().unwrap_or(0..0), error.message()))?;
+    let range = |span, error: OutOfRange| text.blame(span, error);
+    let mut rate = Rate::from_hz(16_000_000)?;
+    if let Some(hz) = &file.clock.timer_hz {
+        rate = Rate::from_hz(*hz.get_ref()).map_err(|error| range(hz.span(), error))?;
+    }
+    let clock = match &file.clock.tick_us {
+        Some(period) if !(1..=1_000_000).contains(period.get_ref()) => {
+            return Err(text.blame(period.span(), "a fixed tick takes 1 to 1000000 µs"));
+        }
+        Some(period) => Clock::Tick { period: *period.get_ref() },
+        None => Clock::Deadlines,
+    };
+    let mut plan = Plan {
+        strategies: file.strategies.strategies(),
+        unit: file.unit,
+        rate,
+        clock,
+        names: Vec::new(),
+        motors: [Motor::new(1, 1); MOST],
+        stands: [Stand::default(); MOST],
+        positions: [0; MOST],
+        stages: Vec::new(),
+    };
+    for motor in &file.motors {
+        plan.add(text, motor)?;
+    }
+    for cycle in file.cycles {
+        let stage = plan.stage(text, cycle)?;
+        plan.stages.push(stage);
+    }
+    Ok(plan)
+}
+
+impl Plan {
+    fn add(&mut self, text: &Text, motor: &Spanned<file::Motor>) -> Result<(), Failure> {
+        let n = self.names.len();
+        let at = motor.span();
+        let motor = motor.get_ref();
+        let (name, step) = (motor.name.get_ref(), *motor.step.get_ref());
+        if n >= MOST {
+            return Err(text.blame(at, format_args!("at most {MOST} motors share a timer")));
+        }
+        if name.is_empty() || self.names.contains(name) {
+            let what = format_args!("every motor needs a name of its own, and {name:?} is none");
+            return Err(text.blame(motor.name.span(), what));
+        }
+        if step == 0 {
+            return Err(text.blame(motor.step.span(), "a step leads somewhere: 1 or more"));
+        }
+        let smallest = *motor.smallest_delay_us.get_ref();
+        if smallest == 0 {
+            let what = "a step takes some time: a smallest delay of 1 µs or more";
+            return Err(text.blame(motor.smallest_delay_us.span(), what));
+        }
+        let max = motor.max.as_ref();
+        if let (Some(min), Some(max)) = (motor.min, max)
+            && min > *max.get_ref()
+        {
+            return Err(text.blame(max.span(), format_args!("below the minimum of {min}")));
+        }
+        let max = max.map(|max| *max.get_ref());
+        let settings =
+            Motor { inverted: motor.inverted, min: motor.min, max, ..Motor::new(step, smallest) };
+        // Switches stand where a position is reached: in whole steps.
+        let from = |at: i64| i128::from(at) - i128::from(motor.position);
+        let step = i128::from(step);
+        let fit = |steps: i128| steps.clamp(i64::MIN.into(), i64::MAX.into()) as i64;
+        self.stands[n] = Stand {
+            min: motor.switch_min.map(|at| fit(from(at).div_euclid(step))),
+            max: motor.switch_max.map(|at| fit(-(-from(at)).div_euclid(step))),
+        };
+        self.motors[n] = settings;
+        self.positions[n] = motor.position;
+        self.names.push(name.clone());
+        Ok(())
+    }
+
+    fn stage(&self, text: &Text, cycle: Spanned<file::Cycle>) -> Result<Stage, Failure> {
+        let at = cycle.span();
+        let cycle = cycle.into_inner();
+        let mut stage = Stage { at: at.clone(), moves: Vec::new(), acts: Vec::new(), rest: 0 };
+        for (name, given) in cycle.moves {
+            let Some(motor) = self.names.iter().position(|known| known == name.get_ref()) else {
+                let known = self.names.join(", ");
+                let what = format_args!(
+                    "there is no motor {:?} in this file, but {known}",
+                    name.get_ref()
+                );
+                return Err(text.blame(name.span(), what));
+            };
+            let at = given.span();
+            let given = given.into_inner();
+            let does = does(&given).map_err(|what| text.blame(at.clone(), what))?;
+            let calibration = given.calibration();
+            stage.moves.push(Move { motor: motor as u8, at, calibration, does });
+        }
+        if stage.moves.is_empty() {
+            return Err(text.blame(at, "a cycle in which nothing moves: say what with `move.NAME`"));
+        }
+        let micros = |seconds: &Option<Spanned<f64>>| match seconds {
+            None => Ok(None),
+            Some(s) if (0.0..=1e6).contains(s.get_ref()) => {
+                Ok(Some((s.get_ref() * 1e6).round() as u64))
+            }
+            Some(s) => Err(text.blame(s.span(), "0 to 1000000 seconds")),
+        };
+        let (pause, resume) = (micros(&cycle.pause_s)?, micros(&cycle.resume_s)?);
+        match (pause, resume) {
+            (None, Some(_)) => {
+                return Err(text.blame(at, "resume-s without pause-s"));
+            }
+            (Some(pause), Some(resume)) if resume < pause => {
+                let span = cycle.resume_s.map_or(at, |s| s.span());
+                return Err(text.blame(span, "it can't be resumed before it is paused"));
+            }
+            _ => {}
+        }
+        let finish = micros(&cycle.finish_s)?;
+        if let (Some(_), None, None) = (pause, resume, finish) {
+            return Err(text.blame(at, "paused for ever: give resume-s or finish-s as well"));
+        }
+        let acts = [(pause, Act::Pause), (resume, Act::Resume), (finish, Act::Finish)];
+        stage.acts = acts.into_iter().filter_map(|(at, act)| Some((at?, act))).collect();
+        stage.acts.sort_by_key(|(at, _)| *at);
+        stage.rest = micros(&cycle.rest_s)?.unwrap_or(0);
+        Ok(stage)
+    }
+}
+
+/// What a motor is told, or what is wrong with it.
+fn does(given: &file::Move) -> Result<Does, String> {
+    let ways = [
+        given.steps.is_some(),
+        given.whirl.is_some(),
+        given.series.is_some(),
+        given.delays_us.is_some(),
+    ];
+    if ways.iter().filter(|given| **given).count() != 1 {
+        return Err("say one of steps, whirl, series and delays-us".into());
+    }
+    let only = |what: &str, given: bool| match given {
+        true => Err(format!("{what} does not belong here")),
+        false => Ok(()),
+    };
+    only("each", given.each.is_some() && given.delays_us.is_none())?;
+    only("direction", given.direction.is_some() && given.delays_us.is_none())?;
+    let simple = given.steps.is_some() || given.whirl.is_some();
+    only("delay-us", given.delay_us.is_some() && (!simple || given.ramp_us.is_some()))?;
+    only("ramp-us", given.ramp_us.is_some() && !simple)?;
+    let delay = given.delay_us.unwrap_or(0);
+    let forward = |way: Option<Way>| way != Some(Way::Backward);
+    if let Some(ramp) = given.ramp_us {
+        let next: Box<dyn FnMut(u32) -> u32 + Send> = Box::new(move |step| Ramp::delay(ramp, step));
+        return Ok(Does::Dynamic(given.steps, forward(given.whirl), next));
+    }
+    if let Some(steps) = given.steps {
+        return Ok(Does::Steps(steps, delay));
+    }
+    if let Some(way) = given.whirl {
+        return Ok(Does::Whirl(way == Way::Forward, delay));
+    }
+    if let Some(delays) = &given.delays_us {
+        return Ok(Does::List(delays.clone(), given.each.unwrap_or(1), forward(given.direction)));
+    }
+    let legs = given.series.iter().flatten().map(|leg| match (leg.steps, &leg.wait) {
+        (Some(count), None) => Ok(Leg::Steps { count, delay: leg.delay_us }),
+        (None, Some(count)) => Ok(Leg::Wait { count: *count.get_ref(), delay: leg.delay_us }),
+        _ => Err("a leg of a series has either steps or wait".to_owned()),
+    });
+    Ok(Does::Series(legs.collect::<Result<_, _>>()?))
+}

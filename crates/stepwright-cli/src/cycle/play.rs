@@ -1,0 +1,391 @@
+//! Cycles on the virtual board, and the lines that are printed of them.
+
+use serde_json::json;
+use stepwright::cycle::{CycleError, Faults, Refusal, Status};
+use stepwright_sim::{CycleBoard, Edge, Pin};
+
+use super::Format;
+use super::path::Way;
+use super::plan::{Act, MOST, Plan, Stage};
+use super::taken::Taken;
+use super::text::Text;
+use crate::failure::Failure;
+use crate::{interrupt, say};
+
+/// The motors of a file, cycle after cycle.
+pub struct Session<'p> {
+    plan: &'p Plan,
+    text: &'p Text,
+    board: CycleBoard<'p, Taken, MOST>,
+    format: Format,
+    way: Option<((u8, u8), Way)>,
+    limit: u64,
+    /// When positions were last printed, and which.
+    looked: u64,
+    shown: Option<Vec<i64>>,
+    /// Faults that have been told.
+    faults: [Faults; MOST],
+    /// What became of each cycle.
+    cycles: Vec<serde_json::Value>,
+}
+
+impl<'p> Session<'p> {
+    pub fn new(
+        plan: &'p Plan,
+        text: &'p Text,
+        taken: Taken,
+        format: Format,
+        pair: Option<(u8, u8)>,
+        limit: u32,
+    ) -> Session<'p> {
+        let mut board = CycleBoard::new(plan.motors, plan.stands, plan.clock, plan.rate, taken);
+        board.cycle().set_strategies(plan.strategies);
+        for (motor, position) in (0..).zip(plan.positions) {
+            // No cycle is running yet.
+            _ = board.cycle().set_position(motor, position);
+        }
+        let way = pair.map(|(x, y)| {
+            let name = |motor: u8| plan.names[usize::from(motor)].clone();
+            let mut way = Way::new((name(x), name(y)), plan.unit.clone());
+            let at = |motor: u8| plan.positions[usize::from(motor)];
+            way.go(at(x), at(y));
+            ((x, y), way)
+        });
+        let limit = u64::from(limit) * 1_000_000;
+        let (looked, shown, faults) = (0, None, [Faults::NONE; MOST]);
+        let cycles = Vec::new();
+        Session { plan, text, board, format, way, limit, looked, shown, faults, cycles }
+    }
+
+    /// Ticks of so many µs.
+    fn ticks(&self, us: u64) -> u64 {
+        (u128::from(us) * u128::from(self.plan.rate.hz()) / 1_000_000) as u64
+    }
+
+    /// Since the board was switched on.
+    pub fn seconds(&self) -> f64 {
+        self.board.now() as f64 / f64::from(self.plan.rate.hz())
+    }
+
+    /// The recordings.
+    pub fn taken<T>(&mut self, look: impl FnOnce(&mut Taken) -> T) -> T {
+        self.board.with_recorder(look)
+    }
+
+    /// The way of two motors.
+    pub fn way(&self) -> Option<&Way> {
+        self.way.as_ref().map(|(_, way)| way)
+    }
+
+    fn positions(&mut self) -> Vec<i64> {
+        let motors = 0..self.plan.names.len() as u8;
+        let cycle = self.board.cycle();
+        motors.map(|motor| cycle.position(motor).unwrap_or(0)).collect()
+    }
+
+    /// Plays all cycles.
+    pub fn play(&mut self, stages: &'p mut [Stage]) -> Result<(), Failure> {
+        if self.format == Format::Csv {
+            say::result("time_us,motor,event,value,position");
+        }
+        self.events();
+        self.look();
+        let mut result = Ok(());
+        for (n, stage) in stages.iter_mut().enumerate() {
+            result = self.stage(n + 1, stage);
+            if result.is_err() {
+                break;
+            }
+        }
+        let positions = self.positions();
+        if self.shown.as_ref() != Some(&positions) {
+            self.look();
+        }
+        result
+    }
+
+    fn stage(&mut self, number: usize, stage: &'p mut Stage) -> Result<(), Failure> {
+        let Stage { at, moves, acts, rest } = stage;
+        let refused = |refusal: Refusal| match refusal {
+            Refusal::PeriodTooLong { motor, .. }
+            | Refusal::PeriodAliquant { motor, .. }
+            | Refusal::SmallDelay { motor, .. }
+            | Refusal::TooFast { motor, .. } => Some(motor),
+            _ => None,
+        };
+        let spans: Vec<_> = moves.iter().map(|m| (m.motor, m.at.clone())).collect();
+        for part in moves {
+            let (motor, calibration) = (part.motor, part.calibration);
+            let prepared = self.board.cycle().prepare(motor, part.program(), calibration);
+            prepared.map_err(|refusal| self.text.blame(at.clone(), refusal))?;
+        }
+        if let Err(refusal) = self.board.cycle().start() {
+            let span = spans.iter().find(|(motor, _)| Some(*motor) == refused(refusal));
+            let span = span.map_or_else(|| at.clone(), |(_, span)| span.clone());
+            return Err(self.text.blame(span, refusal));
+        }
+        let begun = self.board.now();
+        self.row("start");
+        self.events();
+        for (us, act) in acts.iter() {
+            self.go_to_rest(begun + self.ticks(*us))?;
+            if !self.board.cycle().is_running() {
+                break;
+            }
+            // An act on a cycle that runs is never refused.
+            match act {
+                Act::Pause => _ = self.board.cycle().pause(),
+                Act::Resume => _ = self.board.cycle().resume(),
+                Act::Finish => self.board.cycle().finish(),
+            }
+            let name = match act {
+                Act::Pause => "pause",
+                Act::Resume => "resume",
+                Act::Finish => "finish",
+            };
+            self.row(name);
+            self.events();
+        }
+        let limit = begun + self.ticks(self.limit);
+        self.go_to_rest(limit)?;
+        let over = self.board.cycle().is_running();
+        if over {
+            self.board.cycle().finish();
+        }
+        self.report(number, begun);
+        if over {
+            let what = format!("cycle {number} has not ended after {} s", self.limit / 1_000_000);
+            return Err(self
+                .text
+                .blame(at.clone(), what)
+                .hint("give finish-s, or a longer --limit"));
+        }
+        match self.board.cycle().error() {
+            Some(error) => Err(self.cancelled(number, begun, error, &spans, at.clone())),
+            None => self.go(self.board.now() + self.ticks(*rest)),
+        }
+    }
+
+    /// Why a cycle was cancelled.
+    fn cancelled(
+        &mut self,
+        number: usize,
+        begun: u64,
+        error: CycleError,
+        spans: &[(u8, std::ops::Range<usize>)],
+        at: std::ops::Range<usize>,
+    ) -> Failure {
+        let after = self.time_from(begun);
+        match error {
+            CycleError::MotorError { motor } => {
+                let faults = self.board.cycle().faults(motor);
+                let name = self.plan.names.get(usize::from(motor)).map_or("", String::as_str);
+                let span = spans.iter().find(|(known, _)| *known == motor);
+                let span = span.map_or(at, |(_, span)| span.clone());
+                let what =
+                    format!("cycle {number} was cancelled after {after} s: {name}: {faults}");
+                let end = match faults.has(Faults::HARD_END_MIN | Faults::HARD_END_MAX) {
+                    true => "hard-end",
+                    false if faults.has(Faults::STEP_DELAY_SMALL) => "small-delay",
+                    false => "soft-end",
+                };
+                self.text.blame(span, what).hint(format!(
+                    "with {end} = \"stop-motor\" under [strategies] the others go on"
+                ))
+            }
+            error => {
+                let what = format!("cycle {number} was cancelled after {after} s: {error}");
+                self.text.blame(at, what)
+            }
+        }
+    }
+
+    /// What became of a cycle, for csv, json and standard error.
+    fn report(&mut self, number: usize, begun: u64) {
+        let error = self.board.cycle().error();
+        let word = if error.is_some() { "cancelled" } else { "end" };
+        for motor in 0..self.plan.names.len() as u8 {
+            let faults = self.board.cycle().faults(motor);
+            if !faults.is_none() && self.board.cycle().status(motor) == Status::Finished {
+                let name = &self.plan.names[usize::from(motor)];
+                if error.is_none() {
+                    say::note(format_args!("cycle {number}: {name} stopped: {faults}"));
+                }
+            }
+        }
+        self.row(word);
+        let (late, longest) = (self.board.cycle().late(), self.board.cycle().longest());
+        let seconds = self.time_from(begun);
+        let cycle = json!({
+            "seconds": (self.board.now() - begun) as f64 / f64::from(self.plan.rate.hz()),
+            "error": error.map(|error| error.to_string()),
+        });
+        self.cycles.push(cycle);
+        if error.is_none() && self.format == Format::List {
+            say::note(format_args!(
+                "cycle {number}: {seconds} s, {late} steps late, the handler took {longest} µs at most"
+            ));
+        }
+    }
+
+    /// Seconds since a time, to a thousandth.
+    fn time_from(&self, begun: u64) -> String {
+        let seconds = (self.board.now() - begun) as f64 / f64::from(self.plan.rate.hz());
+        format!("{seconds:.3}")
+    }
+
+    /// Lets time pass until `time`.
+    fn go(&mut self, time: u64) -> Result<(), Failure> {
+        self.pass(time, false)
+    }
+
+    /// Lets time pass until the cycle is over, or until `limit`.
+    fn go_to_rest(&mut self, limit: u64) -> Result<(), Failure> {
+        self.pass(limit, true)
+    }
+
+    fn pass(&mut self, time: u64, to_rest: bool) -> Result<(), Failure> {
+        let second = u64::from(self.plan.rate.hz());
+        let mut due = self.looked + second;
+        while self.board.now() < time {
+            if to_rest && !self.board.cycle().is_running() {
+                break;
+            }
+            if interrupt::presses() > 0 {
+                return Err(Failure::interrupted("interrupted"));
+            }
+            due = due.max(self.looked + second);
+            let limit = due.min(time);
+            // Some events at a time, so that Ctrl-C is heard.
+            let mut events = 0;
+            let mut more = true;
+            while more && events < 10_000 {
+                more = self.board.pass(limit);
+                events += 1;
+                self.events();
+                if to_rest && !self.board.cycle().is_running() {
+                    break;
+                }
+            }
+            if more {
+                continue;
+            }
+            self.board.run_until(limit);
+            if limit == due {
+                let cycle = self.board.cycle();
+                let moving = cycle.is_running() && !cycle.is_paused();
+                if moving || due - self.looked >= 10 * second {
+                    self.look();
+                }
+                due += second;
+            }
+        }
+        Ok(())
+    }
+
+    /// Prints the positions.
+    fn look(&mut self) {
+        let positions = self.positions();
+        self.looked = self.board.now();
+        if self.format == Format::List {
+            let each = self.plan.names.iter().zip(&positions);
+            let each: Vec<_> = each.map(|(name, at)| format!("{name}.pos={at}")).collect();
+            say::result(each.join(", "));
+        }
+        self.shown = Some(positions);
+    }
+
+    /// What the pins have done since the last call.
+    fn events(&mut self) {
+        if self.format != Format::Csv && self.way.is_none() {
+            return;
+        }
+        let edges = self.board.with_recorder(Taken::fetch);
+        if let Some(((x, y), way)) = &mut self.way {
+            let cycle = self.board.cycle();
+            way.go(cycle.position(*x).unwrap_or(0), cycle.position(*y).unwrap_or(0));
+        }
+        if self.format == Format::Csv {
+            edges.iter().for_each(|edge| self.edge(edge));
+            for (motor, name) in (0u8..).zip(&self.plan.names) {
+                let faults = self.board.cycle().faults(motor);
+                let told = &mut self.faults[usize::from(motor)];
+                if std::mem::replace(told, faults) != faults && !faults.is_none() {
+                    let (time, faults) = (self.micros(self.board.now()), faults.to_string());
+                    let position = self.board.cycle().position(motor).unwrap_or(0);
+                    let faults = faults.replace(", ", " ");
+                    say::result(format_args!("{time},{name},fault,{faults},{position}"));
+                }
+            }
+        }
+    }
+
+    fn edge(&mut self, edge: &Edge) {
+        let Some(name) = self.plan.names.get(usize::from(edge.axis)) else { return };
+        let (event, value) = match edge.pin {
+            Pin::Step => ("step", edge.level),
+            Pin::Direction => ("dir", edge.level),
+            // Low turns a driver on.
+            Pin::Enable => ("enable", !edge.level),
+            Pin::Min => ("switch-min", edge.level),
+            Pin::Max => ("switch-max", edge.level),
+        };
+        let position = self.board.cycle().position(edge.axis).unwrap_or(0);
+        let time = self.micros(edge.time);
+        say::result(format_args!("{time},{name},{event},{},{position}", u8::from(value)));
+    }
+
+    /// A line of csv about the cycle.
+    fn row(&mut self, value: &str) {
+        if self.format == Format::Csv {
+            self.events();
+            let time = self.micros(self.board.now());
+            say::result(format_args!("{time},,cycle,{value},"));
+        }
+    }
+
+    /// A time in µs, as exact as the timer is.
+    fn micros(&self, ticks: u64) -> String {
+        let hz = u128::from(self.plan.rate.hz());
+        let nanos = (u128::from(ticks) * 1_000_000_000 + hz / 2) / hz;
+        match (nanos / 1000, nanos % 1000) {
+            (us, 0) => us.to_string(),
+            (us, part) => format!("{us}.{part:03}").trim_end_matches('0').to_owned(),
+        }
+    }
+
+    /// What became of all of it.
+    pub fn json(&mut self) -> String {
+        let positions = self.positions();
+        let motors: Vec<_> = (0u8..)
+            .zip(&self.plan.names)
+            .zip(&positions)
+            .map(|((motor, name), position)| {
+                let cycle = self.board.cycle();
+                let status = match cycle.status(motor) {
+                    Status::Idle => "idle",
+                    Status::Running => "running",
+                    Status::Finished => "finished",
+                };
+                let known = cycle.motor(motor);
+                json!({
+                    "name": name,
+                    "position": position,
+                    "status": status,
+                    "faults": cycle.faults(motor).bits(),
+                    "min": known.and_then(|m| m.min),
+                    "max": known.and_then(|m| m.max),
+                })
+            })
+            .collect();
+        let all = json!({
+            "unit": self.plan.unit,
+            "seconds": self.seconds(),
+            "late": self.board.cycle().late(),
+            "longest_us": self.board.cycle().longest(),
+            "cycles": self.cycles,
+            "motors": motors,
+        });
+        format!("{all:#}")
+    }
+}

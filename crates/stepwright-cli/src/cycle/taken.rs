@@ -1,0 +1,102 @@
+//! What is written down while cycles play.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use stepwright::Rate;
+use stepwright_sim::vcd::VcdWriter;
+use stepwright_sim::{Edge, Pin, Recorder};
+
+use super::plan::Plan;
+use crate::board::speeds::Speeds;
+use crate::failure::Failure;
+use crate::plot::{PlotFile, SpeedPlot};
+use crate::say;
+
+/// What is asked for.
+pub struct Wanted<'a> {
+    pub inverted: u8,
+    pub vcd: Option<&'a Path>,
+    pub speeds: bool,
+    pub events: bool,
+}
+
+/// What has been written down.
+pub struct Taken {
+    rate: Rate,
+    vcd: Option<(PathBuf, VcdWriter<BufWriter<File>>)>,
+    speeds: Option<Speeds>,
+    /// Motors whose forward is a low DIR.
+    inverted: u8,
+    /// Edges since they were last fetched.
+    events: Option<Vec<Edge>>,
+}
+
+const PINS: [Pin; 5] = [Pin::Step, Pin::Direction, Pin::Enable, Pin::Min, Pin::Max];
+
+impl Taken {
+    /// Begins what is wanted of this many motors.
+    pub fn begin(rate: Rate, motors: u8, wanted: &Wanted) -> Result<Taken, Failure> {
+        let vcd = match wanted.vcd {
+            Some(path) => {
+                let file = File::create(path).map_err(|e| Failure::file("write", path, &e))?;
+                let writer = VcdWriter::of(BufWriter::new(file), rate, motors, &PINS);
+                Some((path.to_owned(), writer))
+            }
+            None => None,
+        };
+        let speeds = wanted.speeds.then(|| Speeds::new(rate));
+        let (inverted, events) = (wanted.inverted, wanted.events.then(Vec::new));
+        Ok(Taken { rate, vcd, speeds, inverted, events })
+    }
+
+    /// The edges since the last call.
+    pub fn fetch(&mut self) -> Vec<Edge> {
+        self.events.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Ends the dump.
+    pub fn finish(&mut self, seconds: f64) -> Result<(), Failure> {
+        if let Some((path, writer)) = self.vcd.take() {
+            let time = (seconds * f64::from(self.rate.hz())).round() as u64;
+            writer.finish(time).map_err(|error| Failure::file("write", &path, &error))?;
+            say::note(format_args!("edges written to {}", path.display()));
+        }
+        Ok(())
+    }
+
+    /// Draws the speeds.
+    pub fn plot(&self, file: &PlotFile, title: &str, plan: &Plan) -> Result<(), Failure> {
+        let Some(speeds) = &self.speeds else { return Ok(()) };
+        let mut series = speeds.series();
+        for series in &mut series {
+            // `axis 1` has a name here.
+            let number = series.name.rsplit(' ').next().and_then(|n| n.parse::<usize>().ok());
+            if let Some(name) = number.and_then(|n| plan.names.get(n - 1)) {
+                series.name.clone_from(name);
+            }
+        }
+        if series.is_empty() {
+            say::note("nothing has moved: there is nothing to plot");
+            return Ok(());
+        }
+        let notes = vec!["Between two steps: one step over the time between them.".to_owned()];
+        SpeedPlot { title: title.to_owned(), notes, series }.save(file)
+    }
+}
+
+impl Recorder for Taken {
+    fn edge(&mut self, edge: Edge) {
+        if let Some((_, writer)) = &mut self.vcd {
+            writer.edge(edge);
+        }
+        if let Some(speeds) = &mut self.speeds {
+            let turned = edge.pin == Pin::Direction && self.inverted >> edge.axis & 1 != 0;
+            speeds.edge(Edge { level: edge.level != turned, ..edge });
+        }
+        if let Some(events) = &mut self.events {
+            events.push(edge);
+        }
+    }
+}

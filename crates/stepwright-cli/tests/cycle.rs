@@ -1,0 +1,146 @@
+//! `stepwright cycle`: the examples, and files with a mistake.
+
+mod common;
+
+use common::{Scratch, stepwright};
+
+fn example(name: &str) -> String {
+    format!("{}/../../examples/cycles/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The positions of a line of the list.
+fn positions(line: &str) -> Vec<i64> {
+    line.split(", ").map(|part| part.split_once(".pos=").unwrap().1.parse().unwrap()).collect()
+}
+
+/// Document 003's listing: 21 lines, X by 999 to 1001 steps a line, the last
+/// exact.
+#[test]
+fn the_example_of_the_readme_prints_its_lines() {
+    let ended = stepwright(&["cycle", &example("readme")]);
+    ended.assert(0, "X.pos=150000000, Y.pos=75000000, Z.pos=7500000");
+    let lines: Vec<_> = ended.stdout.lines().map(positions).collect();
+    assert_eq!(lines.len(), 21);
+    for pair in lines.windows(2) {
+        let steps = (pair[1][0] - pair[0][0]) / 7_500;
+        assert!((999..=1_001).contains(&steps), "{pair:?}");
+    }
+}
+
+/// Every second while motors move, every ten while none does.
+#[test]
+fn a_triangle_ends_where_it_began() {
+    let svg = Scratch::new("cycle-triangle.svg");
+    let ended = stepwright(&["cycle", &example("triangle"), "--xy", svg.path()]);
+    ended.assert(0, "X.pos=0, Y.pos=0, Z.pos=0");
+    let lines: Vec<_> = ended.stdout.lines().map(positions).collect();
+    // 0 to 53 s, and two of the 25 s that it stands still.
+    assert_eq!(lines.len(), 54 + 2);
+    assert_eq!(lines[20], [150_000_000, 49_995_000, 19_995_000]);
+    let svg = std::fs::read_to_string(svg.path()).unwrap();
+    assert!(svg.starts_with("<svg") && svg.contains("X, mm"));
+}
+
+#[test]
+fn calibrations_find_the_switches() {
+    let ended = stepwright(&["cycle", &example("calibrate"), "--format", "json"]);
+    assert_eq!(ended.code(), Some(0));
+    let all: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let motor = &all["motors"][0];
+    assert_eq!((&motor["min"], &motor["max"]), (&0.into(), &207_500_000.into()));
+    assert_eq!((&motor["position"], &motor["faults"]), (&207_500_000.into(), &8.into()));
+}
+
+/// A row for each event, in the order of time; the steps add up.
+#[test]
+fn csv_has_a_row_for_each_event() {
+    let ended = stepwright(&["cycle", &example("series"), "--format", "csv"]);
+    assert_eq!(ended.code(), Some(0));
+    let mut lines = ended.stdout.lines();
+    assert_eq!(lines.next(), Some("time_us,motor,event,value,position"));
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    let mut last = 0.0;
+    for row in &rows {
+        assert_eq!(row.len(), 5, "{row:?}");
+        let time: f64 = row[0].parse().unwrap();
+        assert!(time >= last, "{row:?}");
+        last = time;
+    }
+    let steps = |motor: &str| {
+        let (mut forward, mut at) = (true, 0i64);
+        for row in rows.iter().filter(|row| row[1] == motor) {
+            match (row[2], row[3]) {
+                ("dir", level) => forward = level == "1",
+                ("step", "1") => at += if forward { 1 } else { -1 },
+                ("step", "0") => assert_eq!(row[4].parse(), Ok(at), "{row:?}"),
+                _ => {}
+            }
+        }
+        at
+    };
+    assert_eq!(["list", "series", "callback", "bounded"].map(steps), [700, 0, 800, 300]);
+    let has =
+        |motor, event, value| rows.iter().any(|r| (r[1], r[2], r[3]) == (motor, event, value));
+    assert!(has("bounded", "fault", "soft-end-max") && has("", "cycle", "pause"));
+    assert!(
+        rows.iter().all(|row| !(705_000.0..900_000.0).contains(&row[0].parse::<f64>().unwrap()))
+    );
+}
+
+#[test]
+fn plots_and_dumps_are_written() {
+    let (png, vcd) = (Scratch::new("cycle-speed.png"), Scratch::new("cycle-edges.vcd"));
+    let series = example("series");
+    let ended = stepwright(&["cycle", &series, "--plot", png.path(), "--vcd", vcd.path()]);
+    assert_eq!(ended.code(), Some(0));
+    assert!(std::fs::read(png.path()).unwrap().starts_with(b"\x89PNG"));
+    let vcd = std::fs::read_to_string(vcd.path()).unwrap();
+    assert_eq!(vcd.lines().filter(|line| *line == "1a").count(), 700);
+    assert!(vcd.contains("$var wire 1 B min1 $end"));
+}
+
+/// What is wrong, the line, and the place in it.
+#[test]
+fn mistakes_are_shown_where_they_are() {
+    let scratch = Scratch::new("cycle-mistakes.toml");
+    let file = scratch.path();
+    let good = std::fs::read_to_string(example("readme")).unwrap();
+    let wrong = |from: &str, to: &str, place: &str, what: &str| {
+        assert!(good.contains(from), "{from}");
+        std::fs::write(file, good.replacen(from, to, 1)).unwrap();
+        let ended = stepwright(&["cycle", file]);
+        assert_eq!(ended.code(), Some(1), "{to}");
+        let message = format!("error: {file}:{place}: ");
+        assert!(ended.stderr.contains(&message), "{to}: {}", ended.stderr);
+        assert!(ended.stderr.contains(what), "{to}: {}", ended.stderr);
+        assert!(ended.stderr.lines().any(|line| line.trim() == "|" || line.contains('^')));
+    };
+    wrong("step = 7500", "step = 75oo", "7:8", "string values must be quoted");
+    wrong("step = 7500", "step = 0", "7:8", "a step leads somewhere");
+    wrong("step = 7500", "stop = 7500", "7:1", "unknown field `stop`");
+    wrong("delay-us = 1000\n", "delay-us = 0\n", "8:21", "a step takes some time");
+    wrong("max = 300_000_000", "max = -1", "10:7", "below the minimum of 0");
+    wrong("name = \"Y\"", "name = \"X\"", "13:8", "a name of its own");
+    wrong("move.X", "move.Q", "29:6", "there is no motor \"Q\"");
+    wrong("{ steps = 20_000,", "{ whirl = \"up\",", "29:20", "`forward` or `backward`");
+    wrong("steps = 20_000", "each = 2, steps = 20_000", "29:10", "each does not belong here");
+    wrong("delay-us = 1_000 }", "delay-us = 10 }", "29:10", "below its smallest");
+    wrong("{ steps = 20_000", "{ steps = -5", "29:10", "cancelled after 0.001 s: X: soft-end-min");
+    wrong("[[cycle]]", "[[cycle]]\nresume-s = 1", "28:1", "resume-s without pause-s");
+    wrong("[[cycle]]", "[clock]\ntick-us = 700\n[[cycle]]", "31:10", "at least 2100 µs");
+}
+
+#[test]
+fn what_never_ends_is_finished() {
+    let scratch = Scratch::new("cycle-endless.toml");
+    let file = scratch.path();
+    let text = "[[motor]]\nname = \"X\"\nstep = 1\nsmallest-delay-us = 500\n\n[[cycle]]\n\
+                move.X = { whirl = \"forward\" }\n";
+    std::fs::write(file, text).unwrap();
+    let ended = stepwright(&["cycle", file, "--limit", "3"]);
+    assert_eq!((ended.code(), ended.last_line()), (Some(1), "X.pos=6000"));
+    ended.assert_error("cycle 1 has not ended after 3 s");
+    std::fs::write(file, format!("{text}finish-s = 1.5\n")).unwrap();
+    let ended = stepwright(&["cycle", file]);
+    assert_eq!((ended.code(), ended.last_line()), (Some(0), "X.pos=3000"));
+}

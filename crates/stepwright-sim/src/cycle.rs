@@ -1,0 +1,231 @@
+//! Motor cycles on simulated pins: switches that close where they stand,
+//! drivers that are on or off.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use stepwright::cycle::{Clock, Cycle, Motor, Surroundings, Switches};
+use stepwright::drive::{Axes, Drive};
+use stepwright::{Board, Rate, Ticks};
+
+use crate::clock::{Now, SimTimer};
+use crate::description::Description;
+use crate::edge::{Edge, Pin, Recorder};
+
+/// Where the switches of a motor stand: steps of its shaft from where it was
+/// switched on, in the motor's own direction. `None`: there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stand {
+    /// Closed here and below.
+    pub min: Option<i64>,
+    /// Closed here and above.
+    pub max: Option<i64>,
+}
+
+/// What the motors do, and who writes it down.
+struct Shafts<R, const N: usize> {
+    now: Now,
+    recorder: R,
+    inverted: Axes,
+    /// Levels of DIR.
+    forward: [bool; N],
+    at: [i64; N],
+    stands: [Stand; N],
+    closed: Switches,
+    enabled: Option<Axes>,
+}
+
+impl<R: Recorder, const N: usize> Shafts<R, N> {
+    fn say(&mut self, axis: u8, pin: Pin, level: bool) {
+        self.recorder.edge(Edge { time: self.now.get(), axis, pin, level });
+    }
+
+    /// What the switches of an axis say now.
+    fn look(&mut self, axis: u8) {
+        let n = usize::from(axis);
+        let (Some(at), Some(stand)) = (self.at.get(n), self.stands.get(n)) else { return };
+        let bit = 1 << axis;
+        let min = stand.min.is_some_and(|min| *at <= min);
+        let max = stand.max.is_some_and(|max| *at >= max);
+        if min != (self.closed.min & bit != 0) {
+            self.closed.min ^= bit;
+            self.say(axis, Pin::Min, min);
+        }
+        if max != (self.closed.max & bit != 0) {
+            self.closed.max ^= bit;
+            self.say(axis, Pin::Max, max);
+        }
+    }
+}
+
+/// Both sides of the cycle: its drive and its surroundings.
+struct Shared<R, const N: usize>(Rc<RefCell<Shafts<R, N>>>);
+
+impl<R: Recorder, const N: usize> Drive for Shared<R, N> {
+    fn begin(&mut self, axes: Axes) {
+        let mut shafts = self.0.borrow_mut();
+        for axis in (0..N as u8).filter(|axis| axes >> axis & 1 != 0) {
+            shafts.say(axis, Pin::Step, true);
+            let n = usize::from(axis);
+            let forward = shafts.forward[n] != (shafts.inverted >> axis & 1 != 0);
+            shafts.at[n] += if forward { 1 } else { -1 };
+            shafts.look(axis);
+        }
+    }
+
+    fn end(&mut self, axes: Axes) {
+        let mut shafts = self.0.borrow_mut();
+        for axis in (0..N as u8).filter(|axis| axes >> axis & 1 != 0) {
+            shafts.say(axis, Pin::Step, false);
+        }
+    }
+
+    fn direction(&mut self, axis: u8, forward: bool) {
+        let mut shafts = self.0.borrow_mut();
+        if let Some(known) = shafts.forward.get_mut(usize::from(axis)) {
+            *known = forward;
+            shafts.say(axis, Pin::Direction, forward);
+        }
+    }
+}
+
+impl<R: Recorder, const N: usize> Surroundings for Shared<R, N> {
+    fn switches(&mut self) -> Switches {
+        self.0.borrow().closed
+    }
+
+    fn enable(&mut self, axes: Axes) {
+        let mut shafts = self.0.borrow_mut();
+        let before = shafts.enabled.replace(axes);
+        for axis in 0..N as u8 {
+            let on = axes >> axis & 1 != 0;
+            if before.is_none_or(|before| on != (before >> axis & 1 != 0)) {
+                // Low turns a driver on.
+                shafts.say(axis, Pin::Enable, !on);
+            }
+        }
+    }
+}
+
+/// A board as quick as an Uno, for any number of motors: each beyond the third
+/// takes as much as that one does.
+fn board<const N: usize>(rate: Rate) -> Board<N> {
+    let [one, two, three] = Description::uno().board.cost;
+    // At 16 MHz, as measured.
+    let scaled = |ticks: Ticks| rate.nanos(ticks * 125 / 2);
+    let cost = std::array::from_fn(|n| match n {
+        0 => scaled(one),
+        1 => scaled(two),
+        _ => scaled(three + (three - two) * (n as Ticks - 2)),
+    });
+    let uno = Description::at(rate, [one, two, three].map(scaled)).board;
+    let Board { timing, fit, horizon, lead, .. } = uno;
+    Board { rate, timing, cost, fit, horizon, lead }
+}
+
+/// N motors and their cycle over simulated time, with a 32-bit timer.
+///
+/// ```
+/// use stepwright::cycle::{Calibration, Clock, Motor, Program};
+/// use stepwright::Rate;
+/// use stepwright_sim::{CycleBoard, Edge, Stand};
+/// let mut board: CycleBoard<Vec<Edge>, 1> = CycleBoard::new(
+///     [Motor::new(7_500, 1_000)],
+///     [Stand::default()],
+///     Clock::Tick { period: 200 },
+///     Rate::from_hz(16_000_000)?,
+///     Vec::new(),
+/// );
+/// board.cycle().prepare(0, Program::Steps { count: 3, delay: 0 }, Calibration::None)?;
+/// board.cycle().start()?;
+/// board.run_to_rest();
+/// assert_eq!(board.cycle().position(0), Some(22_500));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct CycleBoard<'a, R: Recorder, const N: usize> {
+    now: Now,
+    shafts: Rc<RefCell<Shafts<R, N>>>,
+    cycle: BoardCycle<'a, R, N>,
+}
+
+type BoardCycle<'a, R, const N: usize> = Cycle<'a, SimTimer<u32>, Shared<R, N>, Shared<R, N>, N>;
+
+impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
+    /// Switches a board on whose timer runs at `rate`; its edges go to `recorder`.
+    /// A step takes it as long as an Uno.
+    pub fn new(
+        motors: [Motor; N],
+        stands: [Stand; N],
+        clock: Clock,
+        rate: Rate,
+        recorder: R,
+    ) -> Self {
+        let board = board(rate);
+        let now = Now::default();
+        let bit = |axis: usize| 1 << axis;
+        let inverted = (0..N).filter(|n| motors[*n].inverted).map(bit).fold(0, |a, b| a | b);
+        let shafts = Rc::new(RefCell::new(Shafts {
+            now: now.clone(),
+            recorder,
+            inverted,
+            forward: [true; N],
+            at: [0; N],
+            stands,
+            closed: Switches::default(),
+            enabled: None,
+        }));
+        let (pins, world) = (Shared(shafts.clone()), Shared(shafts.clone()));
+        let timer = SimTimer::new(now.clone());
+        let cycle = Cycle::new(timer, pins, world, motors, clock, board);
+        for axis in 0..N as u8 {
+            shafts.borrow_mut().look(axis);
+        }
+        CycleBoard { now, shafts, cycle }
+    }
+
+    /// The present, in ticks since the board was switched on.
+    pub fn now(&self) -> u64 {
+        self.now.get()
+    }
+
+    /// The motors.
+    pub fn cycle(&mut self) -> &mut Cycle<'a, SimTimer<u32>, impl Drive, impl Surroundings, N> {
+        &mut self.cycle
+    }
+
+    /// Lets time pass until `time`; what is due at `time` has happened then.
+    pub fn run_until(&mut self, time: u64) {
+        while self.pass(time) {}
+        self.now.set(time.max(self.now.get()));
+    }
+
+    /// Lets time pass until the cycle is over. Without end, if it has none.
+    pub fn run_to_rest(&mut self) {
+        while self.cycle.is_running() && !self.cycle.is_paused() {
+            self.pass(u64::MAX);
+        }
+    }
+
+    /// On to the next event, at which several motors may step. False if it lies
+    /// beyond `limit`.
+    pub fn pass(&mut self, limit: u64) -> bool {
+        let wake = self.cycle.timer().wake();
+        if wake > limit {
+            return false;
+        }
+        // Time may have passed it by during a pulse.
+        self.now.set(wake.max(self.now.get()));
+        let before = self.shafts.borrow().closed;
+        self.cycle.on_compare();
+        if self.shafts.borrow().closed != before {
+            // The interrupt of their pins.
+            self.cycle.look();
+        }
+        true
+    }
+
+    /// The recorder.
+    pub fn with_recorder<T>(&mut self, look: impl FnOnce(&mut R) -> T) -> T {
+        look(&mut self.shafts.borrow_mut().recorder)
+    }
+}

@@ -1,0 +1,267 @@
+//! The independent curve of a travel whose mind is changed on the way: legs
+//! from rest to rest, and each cut where a change took hold.
+//!
+//! In f64 on the line of document 004, from the physics alone: constant
+//! accelerations between speeds. It shares no formula with the planner.
+
+use stepwright::Change;
+
+/// Speeds in steps/s, accelerations in steps/s².
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    pub start: f64,
+    pub top: f64,
+    pub a: f64,
+    pub d: f64,
+}
+
+/// A stretch in one direction: a first ramp up or down, a level, a fall.
+#[derive(Clone, Copy, Debug)]
+pub struct Leg {
+    /// Speed at its pulse 0, on the level, and at the end.
+    v0: f64,
+    v_top: f64,
+    v_end: f64,
+    d: f64,
+    /// Steps from pulse 0 to where the level begins and ends, and to rest.
+    level: f64,
+    fall: f64,
+    pub steps: f64,
+}
+
+/// What a hair of rounding may decide either way: a part of the way to rest.
+const HAIR: f64 = 1e-8;
+
+impl Leg {
+    /// The way to rest from this speed.
+    fn way(v: f64, limits: &Limits) -> f64 {
+        ((v * v - limits.start * limits.start) / (2.0 * limits.d)).max(0.0)
+    }
+
+    /// How much of it a hair is.
+    fn hair(v: f64, limits: &Limits) -> f64 {
+        HAIR * v * v / (2.0 * limits.d)
+    }
+
+    /// The shortest stop at a pulse, from this speed.
+    pub fn brake(v: f64, limits: &Limits) -> Leg {
+        let way = Leg::way(v, limits);
+        let steps = (way - Leg::hair(v, limits)).max(0.0).ceil();
+        let fall = (steps - way).max(0.0);
+        Leg { v0: v, v_top: v, v_end: limits.start.min(v), d: limits.d, level: 0.0, fall, steps }
+    }
+
+    /// The quickest way over so many steps, infinitely many too, from this speed
+    /// to rest; a stop where they are not enough.
+    pub fn over(v: f64, steps: f64, limits: &Limits) -> Leg {
+        let &Limits { start, top, a, d } = limits;
+        if steps < Leg::way(v, limits) - Leg::hair(v, limits) {
+            return Leg::brake(v, limits);
+        }
+        let mut leg = Leg { v0: v, v_top: top, v_end: start, d, level: 0.0, fall: 0.0, steps };
+        leg.level =
+            if v > top { (v * v - top * top) / (2.0 * d) } else { (top * top - v * v) / (2.0 * a) };
+        leg.fall = steps - ((top * top - start * start) / (2.0 * d)).max(0.0);
+        if leg.level > leg.fall {
+            // v² + 2ax = start² + 2d(steps − x)
+            let x = (2.0 * d * steps + start * start - v * v) / (2.0 * (a + d));
+            let x = x.max(0.0);
+            (leg.level, leg.fall, leg.v_top) = (x, x, (v * v + 2.0 * a * x).sqrt());
+        }
+        leg
+    }
+
+    /// Speed at pulse s.
+    pub fn speed(&self, s: f64) -> f64 {
+        if s < self.level {
+            let part = s / self.level;
+            (self.v0 * self.v0 * (1.0 - part) + self.v_top * self.v_top * part).sqrt()
+        } else if s <= self.fall {
+            self.v_top
+        } else {
+            (self.v_end * self.v_end + 2.0 * self.d * (self.steps - s)).sqrt()
+        }
+    }
+
+    /// Seconds from pulse 0 to pulse s: each stretch at its mean speed.
+    pub fn time(&self, s: f64) -> f64 {
+        let mean =
+            |steps: f64, v: f64, w: f64| if steps > 0.0 { 2.0 * steps / (v + w) } else { 0.0 };
+        let (first, level) = (s.min(self.level), s.min(self.fall) - self.level);
+        mean(first, self.v0, self.speed(first))
+            + mean(level, self.v_top, self.v_top)
+            + mean(s - self.fall.max(0.0), self.v_top.min(self.speed(self.fall)), self.speed(s))
+    }
+}
+
+/// When something was said, by what had been planned: where to, in steps from
+/// the travel's origin, and whether forward.
+#[derive(Clone, Copy, Debug)]
+pub struct Said {
+    pub planned: i32,
+    pub forward: bool,
+    /// `None`: a soft stop.
+    pub change: Option<Change>,
+}
+
+/// Follows the pulses of one travel, of which it knows all that was said.
+pub struct Follower<'a> {
+    /// Time and position of each pulse, in ticks and steps from the origin.
+    pulses: &'a [(u64, i64)],
+    hz: f64,
+    limits: Limits,
+    /// `None`: on and on.
+    target: Option<i64>,
+    leg: Leg,
+    forward: bool,
+    /// The pulse that is pulse 0 of the leg, by number and by position.
+    first: usize,
+    place: i64,
+    /// When the leg's pulse 0 should come, and how long ago its time was taken
+    /// from a pulse.
+    time: f64,
+    since: f64,
+    slack: f64,
+    worst: f64,
+}
+
+/// Ticks from the last pulse before a turn to the first one after.
+pub struct Gap {
+    pub least: f64,
+    pub most: f64,
+}
+
+impl<'a> Follower<'a> {
+    /// Begins with the first leg, from rest.
+    pub fn new(
+        pulses: &'a [(u64, i64)],
+        hz: f64,
+        limits: Limits,
+        target: Option<i64>,
+        forward: bool,
+        slack: f64,
+    ) -> Self {
+        let place = if forward { 1 } else { -1 };
+        let limits = Limits { start: limits.start.min(limits.top), ..limits };
+        let left = target.map_or(f64::INFINITY, |t| (t - place).abs() as f64);
+        let leg = Leg::over(limits.start, left, &limits);
+        assert_eq!(pulses[0].1, place, "the first pulse");
+        let time = pulses[0].0 as f64;
+        Follower {
+            pulses,
+            hz,
+            limits,
+            target,
+            leg,
+            forward,
+            first: 0,
+            place,
+            time,
+            since: 0.0,
+            slack,
+            worst: 0.0,
+        }
+    }
+
+    fn sign(&self) -> i64 {
+        if self.forward { 1 } else { -1 }
+    }
+
+    /// Compares the leg's pulses up to this one with the edges.
+    fn check(&mut self, upto: usize) {
+        for s in 0..=upto {
+            let Some(&(time, position)) = self.pulses.get(self.first + s) else {
+                panic!("pulse {s} of {upto} is missing: {:?} from {}", self.leg, self.place);
+            };
+            assert_eq!(
+                position,
+                self.place + self.sign() * s as i64,
+                "pulse {s} of {:?}",
+                self.leg
+            );
+            let passed = self.leg.time(s as f64) * self.hz;
+            let off = (time as f64 - self.time - passed).abs();
+            let allowed = self.slack + (self.since + passed) * 2f64.powi(-28);
+            assert!(
+                off <= allowed,
+                "pulse {s} is {off} ticks off (since {}): {:?}",
+                self.since,
+                self.leg
+            );
+            self.worst = self.worst.max(off);
+        }
+    }
+
+    /// The present leg has come to its end, short of the target or beyond it:
+    /// the next one begins, from rest.
+    fn turn(&mut self, gap: &Gap) {
+        let steps = self.leg.steps as usize;
+        self.check(steps);
+        let end = self.first + steps;
+        self.place += self.sign() * steps as i64;
+        let target = self.target.expect("an endless leg ended");
+        assert_ne!(target, self.place, "a pulse beyond the target");
+        let way = (target - self.place).abs() as f64;
+        let (last, next) = (self.pulses[end].0 as f64, self.pulses[end + 1].0 as f64);
+        assert!(next - last >= gap.least, "a turn in {} ticks", next - last);
+        assert!(next - last <= gap.most, "a turn takes {} ticks", next - last);
+        self.forward = target > self.place;
+        self.place += self.sign();
+        (self.first, self.time, self.since) = (end + 1, next, 0.0);
+        self.leg = Leg::over(self.limits.start, way - 1.0, &self.limits);
+    }
+
+    /// Whether this is what was planned while the present leg was.
+    fn covers(&self, said: &Said) -> bool {
+        let s = (i64::from(said.planned) - self.place) * self.sign();
+        said.forward == self.forward && (0..).contains(&s) && s as f64 <= self.leg.steps
+    }
+
+    /// Goes on to where this was said, and does it.
+    pub fn hear(&mut self, said: &Said, gap: &Gap) {
+        while !self.covers(said) {
+            self.turn(gap);
+        }
+        let s = ((i64::from(said.planned) - self.place) * self.sign()) as usize;
+        match said.change {
+            None => {}
+            Some(Change::Target(target)) => self.target = Some(target.into()),
+            Some(Change::Top(top)) => self.limits.top = f64::from(top.millisteps()) / 1e3,
+            Some(Change::Accel(a)) => self.limits.a = a.millisteps() as f64 / 1e3,
+            Some(Change::Decel(d)) => self.limits.d = d.millisteps() as f64 / 1e3,
+        }
+        if s as f64 == self.leg.steps {
+            // Planned to its end: what comes now comes after it.
+            if said.change.is_none() {
+                self.target = Some(said.planned.into());
+            }
+            return;
+        }
+        self.check(s);
+        let v = self.leg.speed(s as f64);
+        let passed = self.leg.time(s as f64) * self.hz;
+        self.time += passed;
+        self.since += passed;
+        self.first += s;
+        self.place = said.planned.into();
+        let left = self.target.map_or(f64::INFINITY, |t| ((t - self.place) * self.sign()) as f64);
+        self.leg = Leg::over(v, left, &self.limits);
+        if said.change.is_none() {
+            self.leg = Leg::brake(v, &self.limits);
+            self.target = Some(self.place + self.sign() * self.leg.steps as i64);
+        }
+    }
+
+    /// All has been said: follows to the end. The largest deviation, in ticks.
+    pub fn finish(mut self, gap: &Gap) -> f64 {
+        let target = self.target.expect("it never ends");
+        while self.place + self.sign() * self.leg.steps as i64 != target {
+            self.turn(gap);
+        }
+        self.check(self.leg.steps as usize);
+        let end = self.first + self.leg.steps as usize + 1;
+        assert_eq!(self.pulses.len(), end, "pulses beyond the end");
+        assert_eq!(self.pulses.last().unwrap().1, target);
+        self.worst
+    }
+}

@@ -1,8 +1,8 @@
 //! The end of the longest travel, 2³¹ − 1 steps.
 //!
 //! At 1000 steps/s it takes 25 days. So its middle is left out: in the chip's
-//! RAM the steps that are still to be planned are set down, and the axis's own
-//! count of what it has made up, by the same number. Before and after that the
+//! RAM the steps that are still to be planned are set down, in the planner and
+//! in its motor, and the axis's count of what it has made up, by the same number. Before and after that the
 //! binary is on its own, and each step is looked at.
 
 mod common;
@@ -35,10 +35,14 @@ fn leave_out(chip: &mut Chip, sign: char, left: u64) -> u64 {
     assert!((400..600).contains(&made), "{made} steps");
 
     let planned = made - RAMP..made + AHEAD - RAMP;
-    let (place, level) =
-        only(chip, image.variable("5slave6DEVICE"), 4, LEVEL - planned.end..LEVEL - planned.start);
+    let device = image.variable("5slave6DEVICE");
+    let (place, level) = only(chip, device, 4, LEVEL - planned.end..LEVEL - planned.start);
     let skipped = level - left;
     poke(chip, place, 4, left);
+    // The motor counts the fall too: `Motor::left`.
+    let whole = level + RAMP;
+    let (place, _) = only(chip, device, 4, whole..whole + 1);
+    poke(chip, place, 4, left + RAMP);
     let (place, count) =
         only(chip, image.variable("4step6ENGINE"), 8, ORIGIN + made..ORIGIN + made + AHEAD);
     poke(chip, place, 8, count + skipped);

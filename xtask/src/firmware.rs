@@ -31,7 +31,7 @@ impl Firmware {
         setup::ensure(NEEDS)?;
         let timer = self.timer.parse()?;
         let build = Build { board: self.board, timer, bench: self.bench };
-        for program in Program::value_variants() {
+        for program in Program::value_variants().iter().filter(|program| program.fits(build)) {
             build.make(ws, *program)?.print();
         }
         Ok(())
@@ -61,6 +61,14 @@ pub enum Program {
     Direct,
     /// The other end of the wire.
     Master,
+    /// Document 000's first validation case: the timed driver, slower.
+    Case1,
+    /// Its second: faster.
+    Case2,
+    /// Its third: polled, with a callback.
+    Case3,
+    /// Two motor shields on two timers of a Mega.
+    Shields,
 }
 
 impl Program {
@@ -69,8 +77,25 @@ impl Program {
             Program::Slave => "slave",
             Program::Direct => "direct",
             Program::Master => "master",
+            Program::Case1 => "case1",
+            Program::Case2 => "case2",
+            Program::Case3 => "case3",
+            Program::Shields => "shields",
         }
     }
+
+    /// Whether there is such a program for a board. The examples have their own timers.
+    pub fn fits(self, build: Build) -> bool {
+        match self {
+            Program::Slave | Program::Direct | Program::Master => true,
+            Program::Case1 | Program::Case2 | Program::Case3 => build.timer == 1,
+            Program::Shields => build.timer == 1 && build.board == Board::Mega,
+        }
+    }
+
+    /// The timed driver's examples.
+    pub const EXAMPLES: [Program; 4] =
+        [Program::Case1, Program::Case2, Program::Case3, Program::Shields];
 }
 
 impl Board {

@@ -41,6 +41,9 @@ pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
     build.make(ws, Program::Direct)?;
     if !bench {
         build.make(ws, Program::Master)?;
+        for program in Program::EXAMPLES.into_iter().filter(|program| program.fits(build)) {
+            build.make(ws, program)?;
+        }
     }
     Ok(())
 }

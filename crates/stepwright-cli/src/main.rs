@@ -30,6 +30,7 @@ mod quantity;
 mod say;
 mod sheet;
 mod talk;
+mod timed;
 
 use std::process::ExitCode;
 
@@ -68,6 +69,7 @@ enum Command {
     Ports(order::ports::Args),
     Board(board::Args),
     Plan(Box<plan::Args>),
+    Timed(Box<timed::Args>),
     Cycle(cycle::Args),
     Figures(figures::Args),
     Calc(Box<calc::Args>),
@@ -88,6 +90,7 @@ fn main() -> ExitCode {
         Command::Ports(args) => order::ports::run(args),
         Command::Board(args) => board::run(args),
         Command::Plan(args) => plan::run(*args),
+        Command::Timed(args) => timed::run(*args),
         Command::Cycle(args) => cycle::run(args),
         Command::Figures(args) => figures::run(args),
         Command::Calc(args) => calc::run(*args),

@@ -144,3 +144,59 @@ fn what_never_ends_is_finished() {
     let ended = stepwright(&["cycle", file]);
     assert_eq!((ended.code(), ended.last_line()), (Some(0), "X.pos=3000"));
 }
+
+/// Homing, lines and arcs: where they lead, and that a pause brakes on the way.
+#[test]
+fn a_drawing_ends_where_it_should() {
+    let drawing = example("drawing");
+    let ended = stepwright(&["cycle", &drawing, "--format", "csv"]);
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let rows: Vec<Vec<&str>> =
+        ended.stdout.lines().skip(1).map(|l| l.split(',').collect()).collect();
+    let last = |motor: &str| {
+        let row = rows.iter().rev().find(|row| row[1] == motor && row[2] == "step");
+        row.unwrap()[4].parse::<i64>().unwrap()
+    };
+    assert_eq!((last("X"), last("Y")), (25_000_000, 10_000_000));
+    // The circle stands still from the end of its braking until it is resumed.
+    let time = |row: &Vec<&str>| row[0].parse::<f64>().unwrap();
+    let begun = rows.iter().filter(|row| row[3] == "start").map(time).next_back().unwrap();
+    let still = begun + 960_000.0..begun + 1_190_000.0;
+    assert!(rows.iter().all(|row| !still.contains(&time(row))));
+    // Within a step of the true circle, as long as it is drawn.
+    let (mut x, mut y) = (25_000_000.0f64, 10_000_000.0f64);
+    for row in rows.iter().filter(|row| time(row) > begun && row[2] == "step" && row[3] == "1") {
+        let at = row[4].parse().unwrap();
+        if row[1] == "X" {
+            x = at
+        } else {
+            y = at
+        }
+        let radius = (x - 25e6).hypot(y - 25e6);
+        assert!((radius - 15e6).abs() <= 12_500.0, "{radius} at {row:?}");
+    }
+}
+
+#[test]
+fn mistakes_in_a_path_are_shown_too() {
+    let scratch = Scratch::new("cycle-path-mistakes.toml");
+    let good = std::fs::read_to_string(example("drawing")).unwrap();
+    let wrong = |from: &str, to: &str, what: &str| {
+        assert!(good.contains(from), "{from}");
+        std::fs::write(scratch.path(), good.replacen(from, to, 1)).unwrap();
+        let ended = stepwright(&["cycle", scratch.path()]);
+        assert_eq!(ended.code(), Some(1), "{to}");
+        assert!(ended.stderr.contains(what), "{to}: {}", ended.stderr);
+    };
+    wrong("to = { X = 10_000_000, Y = 0 }", "to = {}", "the path leads nowhere");
+    wrong("speed = 60_000_000", "speed = 0", "the speed along the path must be above 0");
+    wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"X\"]", "an arc takes two motors");
+    wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"Q\"]", "there is no motor \"Q\"");
+    wrong("reach = 10_000", "reach = 100", "the switch was not found");
+    wrong("[[cycle]]\nline", "[[cycle]]\nmove.X = { steps = 1 }\nline", "a cycle has either moves");
+    wrong("[[motor]]", "[clock]\ntick-us = 10\n[[motor]]", "no fixed tick places its steps");
+    wrong("pause-s = 0.8\nresume-s = 1.2", "pause-s = 0.8", "paused for ever");
+    // 60 mm/s are 4800 steps/s.
+    let slow = "smallest-delay-us = 500\nposition = 12_000_000";
+    wrong("smallest-delay-us = 50\nposition = 12_000_000", slow, "Y: step-delay-small");
+}

@@ -17,6 +17,8 @@
 //! assert!(!board.is_moving());
 //! ```
 
+pub mod published;
+
 use stepwright::drive::{Coils, Port, Sequence};
 use stepwright::timed::{Call, Code, Driver, Dump, Hold, Model, Pace, SetSpeed, Status};
 use stepwright::timer::fit::Hardware;
@@ -48,6 +50,8 @@ struct Motion {
     now: u64,
     due: Option<u64>,
     coils: Coils<Lines>,
+    /// The current goes off after the last step.
+    rests: bool,
     enabled: bool,
     steps: Vec<u64>,
     changes: Vec<Change>,
@@ -83,7 +87,12 @@ impl Motion {
             self.coils.step();
             self.steps.push(time);
         }
-        self.due = self.pace.advance().map(|interval| time + u64::from(interval));
+        let rest = Some(self.pace.interval()).filter(|_| self.rests && self.pace.is_moving());
+        if !self.pace.is_moving() {
+            // An interval after the last step.
+            self.coils.off();
+        }
+        self.due = self.pace.advance().or(rest).map(|interval| time + u64::from(interval));
         self.note();
     }
 }
@@ -121,6 +130,7 @@ impl TimedBoard {
             now: 0,
             due: None,
             coils,
+            rests: sequence.rests(),
             enabled: false,
             steps: Vec::new(),
             changes: Vec::new(),

@@ -1,52 +1,20 @@
 //! Document 000's three validation cases on the virtual board, number for number.
 //!
-//! The logs of cases 1 and 2 are in `published/`: the dumps of the main loop, without what
-//! can't be checked (the pattern, the host's times) and with torn numbers mended.
+//! The logs are in `stepwright_sim::timed::published`.
 
-use stepwright::drive::sequence::SHIELD;
+use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
 use stepwright::timed::{Call, Code, Control, Dump, Model, SetSpeed, Status};
 use stepwright::timer::fit::Hardware;
 use stepwright_sim::timed::TimedBoard;
+use stepwright_sim::timed::published::{self, CALL_MS, DUMP_EVERY_MS, FIRST_DUMP_MS};
 
 const UNO: Hardware = Hardware::avr16(16_000_000);
-/// `millis()` at the call: the log's first T.
-const CALL: u32 = 1_009;
-/// The main loop's dumps: from the call to the first, and from one to the next.
-const FIRST_DUMP: f64 = 166.9;
-const EVERY: f64 = 1_001.0;
-
-const VARIABLE: Control = Control::DRV_EN.and(Control::SPEED_VARIABLE).and(Control::VARIABLE_PWR);
-
-const CASE_1: SetSpeed = SetSpeed {
-    control: VARIABLE.and(Control::IRQ_TIMING),
-    top: 15_000,
-    limit: 8_900,
-    modification: 64,
-    update_ms: 1_000,
-    mod_counts: 19,
-};
-const CASE_2: SetSpeed = SetSpeed {
-    control: VARIABLE.and(Control::IRQ_TIMING).and(Control::FASTER),
-    top: 4_800_000,
-    limit: 0,
-    modification: 2_385_000,
-    update_ms: 1_000,
-    mod_counts: 11,
-};
-const CASE_3: SetSpeed =
-    SetSpeed { control: VARIABLE.and(Control::FASTER), limit: 10_000, ..CASE_2 };
+const CASE_1: SetSpeed = published::CASE_1.order;
+const CASE_2: SetSpeed = published::CASE_2.order;
+const CASE_3: SetSpeed = published::CASE_3.order;
 
 fn board(model: Model) -> TimedBoard {
-    TimedBoard::new(UNO, model, SHIELD, CALL)
-}
-
-/// The rows of a published log.
-fn log(csv: &str) -> Vec<[u32; 5]> {
-    let row = |line: &str| {
-        let mut numbers = line.split(',').map(|number| number.parse().unwrap());
-        std::array::from_fn(|_| numbers.next().unwrap())
-    };
-    csv.lines().skip(1).map(row).collect()
+    TimedBoard::new(UNO, model, SHIELD, CALL_MS)
 }
 
 /// Dumps at the log's times.
@@ -54,7 +22,7 @@ fn dumps(board: &mut TimedBoard, count: usize) -> Vec<Dump> {
     let begin = board.now();
     (0..count)
         .map(|k| {
-            board.run_until(begin + board.clocks(FIRST_DUMP + EVERY * k as f64));
+            board.run_until(begin + board.clocks(FIRST_DUMP_MS + DUMP_EVERY_MS * k as f64));
             board.dump()
         })
         .collect()
@@ -67,7 +35,7 @@ fn rows(dumps: &[Dump]) -> Vec<[u32; 5]> {
 
 #[test]
 fn case_1_slower() {
-    let log = log(include_str!("published/case1.csv"));
+    let log = published::CASE_1.log.to_vec();
     let mut board = board(Model::Latched);
     assert_eq!(board.set_speed(&CASE_1), Code::FINE);
     let dumps = dumps(&mut board, log.len());
@@ -116,7 +84,7 @@ fn case_1_at_once_is_three_steps_off() {
 
 #[test]
 fn case_2_faster() {
-    let log = log(include_str!("published/case2.csv"));
+    let log = published::CASE_2.log.to_vec();
     for model in [Model::Latched, Model::Ideal] {
         let mut board = board(model);
         assert_eq!(board.set_speed(&CASE_2), Code::FINE);
@@ -194,4 +162,23 @@ fn case_3_polled_with_a_callback() {
         assert_eq!(status, Status::REACHED.and(Status::REACH_CALLED));
         assert_eq!(board.dump().top, 32_332);
     }
+}
+
+/// Document 002: current on at the start, off after the last step. The phase survives.
+#[test]
+fn an_l6219_rests_after_its_last_step() {
+    let mut board = TimedBoard::new(UNO, Model::Ideal, L6219_QUARTER, 0);
+    board.restore(5);
+    let order = SetSpeed { limit: 3, ..SetSpeed::fixed(Control::DRV_EN, 32_000) };
+    board.set_speed(&order);
+    board.run_for_millis(50);
+    let changes: Vec<_> =
+        board.changes().iter().map(|change| (change.time, change.levels)).collect();
+    let off = L6219_QUARTER.off();
+    let row = |n: u8| L6219_QUARTER.levels(5 + n);
+    let times = [0, 0, 32_000, 64_000, 96_000, 128_000];
+    let levels = [off, row(0), row(1), row(2), row(3), off];
+    assert_eq!(changes, times.into_iter().zip(levels).collect::<Vec<_>>());
+    assert_eq!(board.steps().len(), 3);
+    assert_eq!(board.phase(), 8);
 }

@@ -117,10 +117,13 @@ fn general(order: Order, divisor: Divisor) -> Vec<f64> {
     all
 }
 
-/// A curve as (delay, divisor that led to it) from rest, endless.
+/// A curve as (delay, divisor that led to it) from rest, endless. `lean` is 1, or
+/// a last place beside it: where two delays are as good as equal, either answer
+/// is right.
 fn shadowed(
     order: Order,
     enough: f64,
+    lean: f64,
     curve: impl Fn(u64) -> Box<dyn Iterator<Item = (f64, f64)>>,
 ) -> Vec<f64> {
     let order = order.fitted();
@@ -129,7 +132,7 @@ fn shadowed(
     let mut j = 0;
     let mut follow = |c: f64, left: usize| -> Option<usize> {
         let mut k = j;
-        while down.get(k).map_or(f64::INFINITY, |s| s.0) > c.max(enough) {
+        while down.get(k).map_or(f64::INFINITY, |s| s.0) > c.max(enough) * lean {
             if k >= left {
                 return None;
             }
@@ -147,7 +150,7 @@ fn shadowed(
     };
     let mut braking = follow(up[0], usize::MAX).unwrap();
     let mut next = rise.next();
-    while up[up.len() - 1] > enough {
+    while up[up.len() - 1] > enough * lean {
         let c = next.unwrap().0;
         let Some(left) = (order.pulses as usize).checked_sub(up.len() + 1) else { break };
         let Some(j) = follow(c, left) else { break };
@@ -167,9 +170,9 @@ fn shadowed(
 }
 
 /// Eq 20, 21.
-fn power(order: Order, p: i32) -> Vec<f64> {
+fn power(order: Order, p: i32, lean: f64) -> Vec<f64> {
     let enough = order.c_min() * (1.0 + 1.0 / 1024.0);
-    shadowed(order, enough, |accel| {
+    shadowed(order, enough, lean, |accel| {
         let n_t = (order.v() * order.v() / (2.0 * order.real_accel(accel))).max(1.0);
         let k = 4.0 / n_t.powi(p - 1);
         let first = (order.c0(accel).1, 0.0);
@@ -183,9 +186,9 @@ fn power(order: Order, p: i32) -> Vec<f64> {
 }
 
 /// Figure 5's rule.
-fn piecewise(order: Order, breaks: usize) -> Vec<f64> {
+fn piecewise(order: Order, breaks: usize, lean: f64) -> Vec<f64> {
     let c_min = order.c_min();
-    shadowed(order, c_min, |accel| {
+    shadowed(order, c_min, lean, |accel| {
         // (c)₀ = 3·c_min, (c)ⱼ = ((c)ⱼ₋₁ + c_min)/2
         let mut levels = Vec::new();
         let mut level = 3.0 * c_min;
@@ -196,7 +199,7 @@ fn piecewise(order: Order, breaks: usize) -> Vec<f64> {
         let (mut n, mut crossed) = (0.0, 0);
         Box::new(std::iter::successors(Some((order.c0(accel).1, 0.0)), move |&(c, _)| {
             n += 1.0;
-            while crossed < levels.len() && c <= levels[crossed] {
+            while crossed < levels.len() && c <= levels[crossed] * lean {
                 n *= 1.375;
                 crossed += 1;
             }
@@ -278,6 +281,18 @@ fn check(got: Result<Vec<u32>, Unfit>, want: &[f64], pulses: u32) -> Result<(), 
     Ok(())
 }
 
+/// The same for a law that compares its delays.
+fn check_any(
+    got: Result<Vec<u32>, Unfit>,
+    want: impl Fn(f64) -> Vec<f64>,
+    pulses: u32,
+) -> Result<(), TestCaseError> {
+    let lean = [1.0, 1.0 - 1e-10, 1.0 + 1e-10];
+    let mut tried = lean.map(|lean| check(got.clone(), &want(lean), pulses)).into_iter();
+    let first = tried.next().unwrap();
+    if first.is_ok() || tried.any(|other| other.is_ok()) { Ok(()) } else { first }
+}
+
 /// Numbers spread evenly over the orders of magnitude.
 fn spread(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low.ln()..high.ln()).prop_map(f64::exp)
@@ -321,7 +336,7 @@ proptest! {
             .with_decel(order.accels().1)
             .with_c0(order.c0);
         let got = law.delays(order.pulses).map(Iterator::collect);
-        check(got, &power(order, p.into()), order.pulses)?;
+        check_any(got, |lean| power(order, p.into(), lean), order.pulses)?;
     }
 
     #[test]
@@ -331,7 +346,7 @@ proptest! {
             .with_c0(order.c0)
             .with_breaks(breaks);
         let got = law.delays(order.pulses).map(Iterator::collect);
-        check(got, &piecewise(order, breaks.into()), order.pulses)?;
+        check_any(got, |lean| piecewise(order, breaks.into(), lean), order.pulses)?;
     }
 
     #[test]

@@ -12,10 +12,13 @@
 //! | `eeprom` | bytes that outlive the power |
 //! | `panel` | all of these, as the device wants them |
 //! | `memory` | copying and filling, in few bytes |
+//! | `timed` | document 000's timed driver: a shield's motor on a timer |
+//! | `console` | its serial line and clock, without interrupts |
 //! | `interrupt` | how a handler is declared, and what a simulator leaves out |
 //!
 //! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
-//! the interrupt.
+//! the interrupt. `bin/case1.rs` to `case3.rs` are document 000's examples,
+//! `bin/shields.rs` drives two shields at once.
 #![no_std]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
 
@@ -29,6 +32,7 @@ compile_error!("the ATmega328P has no timer of 16 bits but timer 1");
 
 pub mod board;
 pub mod clock;
+pub mod console;
 pub mod direct;
 pub mod eeprom;
 #[doc(hidden)]
@@ -39,5 +43,6 @@ mod panic;
 pub mod serial;
 pub mod slot;
 pub mod step;
+pub mod timed;
 pub mod timer;
 pub mod watchdog;

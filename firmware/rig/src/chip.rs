@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use stepwright_sim::Edge;
 
-use crate::board::{Board, HZ};
+use crate::board::{Board, HZ, Pin};
 use crate::elf::Image;
 use crate::line::Line;
 use crate::silicon::Silicon;
@@ -255,6 +255,16 @@ impl Chip {
     /// Every change of the LED on D13.
     pub fn led_changes(&self) -> &[(u64, bool)] {
         &self.taps.heard.led
+    }
+
+    /// Takes down the levels of these pins from now on: they are low until they rise.
+    pub fn watch_pins(&mut self, pins: &[Pin]) {
+        self.taps.watch(&self.silicon, pins);
+    }
+
+    /// Every change of a watched pin: its cycle, which pin, its level.
+    pub fn watched_changes(&self) -> &[(u64, u8, bool)] {
+        &self.taps.heard.watched
     }
 
     /// Closes the limit switch of an axis to ground, or opens it.

@@ -11,7 +11,7 @@ use crate::elf::Image;
 /// The folder with `uno.elf`, `uno-bench.elf`, `mega.elf` and so on.
 pub const FOLDER: &str = "STEPWRIGHT_FIRMWARE";
 
-/// The file of a firmware: `uno`, `uno-bench`, `mega`.
+/// The file of a firmware: `uno`, `uno-bench`, `mega`, `uno-case1`.
 pub fn path(name: &str) -> PathBuf {
     let folder = env::var_os(FOLDER).map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/firmware")),

@@ -10,7 +10,7 @@ use std::os::raw::c_void;
 use simavr_ffi as ffi;
 use stepwright_sim::{Edge, Pin as Role};
 
-use crate::board::{AXES, Board, StepTimer};
+use crate::board::{AXES, Board, Pin, StepTimer};
 use crate::eeprom::Eeprom;
 use crate::silicon::{Silicon, opaque};
 
@@ -35,6 +35,8 @@ pub(crate) struct Heard {
     pub enable: Vec<(u64, bool)>,
     /// Levels of the LED.
     pub led: Vec<(u64, bool)>,
+    /// Levels of the pins that are watched: cycle, which, level.
+    pub watched: Vec<(u64, u8, bool)>,
     /// Bytes from USART0 with the cycle at which they are complete.
     pub said: VecDeque<(u64, u8)>,
     /// Stays in the step interrupt, if asked for.
@@ -47,6 +49,10 @@ pub(crate) struct Heard {
     reti: u64,
     pub eeprom: Eeprom,
     silicon: *const Silicon,
+}
+
+/// A timer of 16 bits whose compare matches are reckoned here as well.
+struct Match {
     timer: *mut ffi::avr_timer_t,
 }
 
@@ -62,12 +68,18 @@ enum Wire {
     Drive(u8, Role),
     Enable,
     Led,
+    /// A pin that a test watches: its place among them.
+    Watched(u8),
 }
 
 /// Keeps what simavr holds pointers to.
 pub(crate) struct Taps {
     pub heard: Box<Heard>,
     taps: Box<[Tap]>,
+    /// Those of the pins that a test watches.
+    watched: Vec<Box<[Tap]>>,
+    /// The mended timers.
+    _matches: Box<[Match]>,
 }
 
 impl Taps {
@@ -80,6 +92,7 @@ impl Taps {
             edges: Vec::new(),
             enable: Vec::new(),
             led: Vec::new(),
+            watched: Vec::new(),
             said: VecDeque::new(),
             visits: Vec::new(),
             keep_visits: false,
@@ -89,7 +102,6 @@ impl Taps {
             reti: board.reti(),
             eeprom: Eeprom::default(),
             silicon,
-            timer: silicon.timer(step_timer.number),
         });
         let mut wires = vec![(board.enable(), Wire::Enable), (board.led(), Wire::Led)];
         for axis in 0..AXES {
@@ -119,15 +131,35 @@ impl Taps {
                 ffi::avr_register_io_write(avr, register, Some(on_timer_mask), param);
             }
             ffi::avr_register_io_write(avr, EECR, Some(on_eeprom), param);
-            let compare = step_timer.compare;
-            ffi::avr_register_io_write(avr, compare, Some(on_compare_value), param);
         }
-        Taps { heard, taps }
+        let timers = board.timers();
+        let mut matches: Box<[Match]> =
+            timers.iter().map(|timer| Match { timer: silicon.timer(timer.number) }).collect();
+        for (timer, matched) in timers.iter().zip(&mut matches) {
+            // SAFETY: as above, of the boxed timers.
+            unsafe {
+                let param = opaque(matched);
+                ffi::avr_register_io_write(avr, timer.compare, Some(on_compare_value), param);
+            }
+        }
+        Taps { heard, taps, watched: Vec::new(), _matches: matches }
+    }
+
+    /// Takes down the levels of these pins from now on.
+    pub(crate) fn watch(&mut self, silicon: &Silicon, pins: &[Pin]) {
+        let all = &raw mut *self.heard;
+        let tap = |which| Tap { heard: all, wire: Wire::Watched(which), level: false };
+        let mut taps: Box<[Tap]> = (0..pins.len() as u8).map(tap).collect();
+        for (pin, tap) in pins.iter().zip(&mut taps) {
+            // SAFETY: the boxed taps do not move and live as long as the chip.
+            unsafe { ffi::avr_irq_register_notify(silicon.pin(*pin), Some(on_pin), opaque(tap)) }
+        }
+        self.watched.push(taps);
     }
 
     /// After a reset every pin is an input: what was high has fallen.
     pub(crate) fn release(&mut self) {
-        for tap in &mut self.taps {
+        for tap in self.taps.iter_mut().chain(self.watched.iter_mut().flatten()) {
             if std::mem::take(&mut tap.level) {
                 let time = self.heard.base;
                 self.heard.note(tap.wire, time, false);
@@ -148,6 +180,7 @@ impl Heard {
             Wire::Drive(axis, pin) => self.edges.push(Edge { time, axis, pin, level }),
             Wire::Enable => self.enable.push((time, level)),
             Wire::Led => self.led.push((time, level)),
+            Wire::Watched(which) => self.watched.push((time, which, level)),
         }
     }
 }
@@ -226,7 +259,7 @@ unsafe extern "C" fn on_timer_mask(
     }
 }
 
-/// The step timer has 16 bits.
+/// The timers have 16 bits.
 const TURN: u64 = 1 << 16;
 
 /// simavr misses a match that comes within an instruction of the counter's
@@ -241,7 +274,7 @@ unsafe extern "C" fn on_compare_value(
     unsafe {
         let low = (*avr).data.add(usize::from(register));
         let value = u64::from(u16::from_le_bytes([*low, *low.add(1)]));
-        let count = (*avr).cycle.wrapping_sub((*(*param.cast::<Heard>()).timer).tov_base);
+        let count = (*avr).cycle.wrapping_sub((*(*param.cast::<Match>()).timer).tov_base);
         // The flag goes up one cycle after the counter has the value.
         let ahead = (value + 1).wrapping_sub(count) % TURN;
         let ahead = if ahead == 0 { TURN } else { ahead };
@@ -256,7 +289,7 @@ unsafe extern "C" fn on_match(
 ) -> ffi::avr_cycle_count_t {
     // SAFETY: as in `on_pin`; raising twice in a cycle is raising once.
     unsafe {
-        let timer = (*param.cast::<Heard>()).timer;
+        let timer = (*param.cast::<Match>()).timer;
         ffi::avr_raise_interrupt(avr, &raw mut (*timer).comp[0].interrupt);
     }
     when + TURN

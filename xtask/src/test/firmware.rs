@@ -1,6 +1,7 @@
 //! The firmwares build, and what is true of their code is looked up there.
 
 use anyhow::{Result, bail, ensure};
+use clap::ValueEnum;
 
 use crate::firmware::{Board, Build, Built, Program};
 use crate::listing::{Instruction, Listing, symbols};
@@ -22,8 +23,8 @@ const STEP_2560: &str = "__vector_17";
 pub fn run(ws: &Workspace) -> Result<()> {
     let mut complaints = Vec::new();
     for board in [Board::Uno, Board::Nano, Board::Mega] {
-        for program in [Program::Slave, Program::Direct, Program::Master] {
-            let build = Build { board, timer: 1, bench: false };
+        let build = Build { board, timer: 1, bench: false };
+        for program in Program::value_variants().iter().copied().filter(|one| one.fits(build)) {
             match build.make(ws, program) {
                 Ok(built) => {
                     for complaint in look(board, program, &built)? {

@@ -22,6 +22,8 @@ mod range;
 mod timed;
 mod timer;
 
+pub use clock::{ClockArgs, misfit};
+
 use std::io::{self, Write};
 
 use clap::Subcommand;

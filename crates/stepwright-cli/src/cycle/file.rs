@@ -123,12 +123,62 @@ pub struct Motor {
 pub struct Cycle {
     #[serde(default, rename = "move")]
     pub moves: BTreeMap<Spanned<String>, Spanned<Move>>,
+    pub line: Option<Spanned<Line>>,
+    pub arc: Option<Spanned<Arc>>,
+    pub home: Option<Spanned<Home>>,
     /// Seconds after its start.
     pub pause_s: Option<Spanned<f64>>,
     pub resume_s: Option<Spanned<f64>>,
     pub finish_s: Option<Spanned<f64>>,
     /// Seconds to stand still after it.
     pub rest_s: Option<Spanned<f64>>,
+}
+
+/// Straight to a position.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Line {
+    pub to: BTreeMap<Spanned<String>, i64>,
+    /// Units a second along the path.
+    pub speed: f64,
+    /// Units a second, each second.
+    pub accel: f64,
+    pub decel: Option<f64>,
+}
+
+/// Around a centre, which is a position.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Arc {
+    pub motors: [Spanned<String>; 2],
+    pub centre: [i64; 2],
+    pub degrees: f64,
+    /// Units a second along the path.
+    pub speed: f64,
+    /// Units a second, each second.
+    pub accel: f64,
+    pub decel: Option<f64>,
+}
+
+/// To a switch.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Home {
+    pub motor: Spanned<String>,
+    pub end: Side,
+    pub reach: u32,
+    pub back_off: u32,
+    #[serde(default)]
+    pub fast_us: u32,
+    #[serde(default)]
+    pub slow_us: u32,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Side {
+    Min,
+    Max,
 }
 
 /// What a motor does.

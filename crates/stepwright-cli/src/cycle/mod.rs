@@ -71,7 +71,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     xy: Option<PlotFile>,
     /// Which two motors --xy draws; the first two if it is not given
-    #[arg(long, value_name = "X,Y", requires = "xy", value_delimiter = ',', num_args = 2)]
+    #[arg(long, value_name = "X,Y", requires = "xy", value_delimiter = ',')]
     #[arg(help_heading = "Output")]
     xy_motors: Vec<String>,
     /// Simulated seconds after which a cycle is finished that has not ended
@@ -142,6 +142,7 @@ fn pair(args: &Args, plan: &plan::Plan) -> Result<Option<(u8, u8)>, Failure> {
     };
     match args.xy_motors.as_slice() {
         [x, y] => Ok(Some((find(x)? as u8, find(y)? as u8))),
+        [_, ..] => Err(Failure::usage("--xy-motors takes two names, like X,Y")),
         _ if plan.names.len() < 2 => {
             Err(Failure::new("--xy draws the way of two motors, and this file has one"))
         }

@@ -1,8 +1,13 @@
 //! What a cycle file says, checked: nothing that is left can be wrong but at
 //! the start of a cycle.
 
-use stepwright::cycle::{Calibration, Clock, Leg, Motor, NextDelay, Program, Strategies};
+use std::ops::Range;
+
+use stepwright::cycle::{
+    Calibration, Clock, End, Homing, Leg, Motor, NextDelay, Program, Strategies,
+};
 use stepwright::{OutOfRange, Rate};
+use stepwright_path::{Pace, Steps};
 use stepwright_sim::Stand;
 use toml::Spanned;
 
@@ -28,12 +33,25 @@ pub struct Plan {
 
 /// A cycle, and where it stands in the file.
 pub struct Stage {
-    pub at: std::ops::Range<usize>,
+    pub at: Range<usize>,
+    pub task: Task,
     pub moves: Vec<Move>,
     /// µs after the start, in order.
     pub acts: Vec<(u64, Act)>,
     /// µs to stand still afterwards.
     pub rest: u64,
+}
+
+/// What a cycle is, beside moves that are known before it starts.
+pub enum Task {
+    /// Nothing but these.
+    Moves,
+    /// Motors, and the positions that they go to.
+    Line(Vec<(u8, i64)>, Pace),
+    /// Two motors around a centre, by radians.
+    Arc([u8; 2], [i64; 2], f64, Pace),
+    /// To a switch.
+    Home(Homing),
 }
 
 /// What is done to a cycle while it runs.
@@ -47,7 +65,7 @@ pub enum Act {
 /// What one motor does.
 pub struct Move {
     pub motor: u8,
-    pub at: std::ops::Range<usize>,
+    pub at: Range<usize>,
     pub calibration: Calibration,
     does: Does,
 }
@@ -58,9 +76,15 @@ enum Does {
     List(Vec<u32>, u32, bool),
     Series(Vec<Leg>),
     Dynamic(Option<i32>, bool, Box<dyn FnMut(u32) -> u32 + Send>),
+    Paced(Steps),
 }
 
 impl Move {
+    /// Steps along a path.
+    pub fn paced(motor: u8, at: Range<usize>, steps: Steps) -> Move {
+        Move { motor, at, calibration: Calibration::None, does: Does::Paced(steps) }
+    }
+
     /// For the cycle.
     pub fn program(&mut self) -> Program<'_> {
         match &mut self.does {
@@ -70,6 +94,7 @@ impl Move {
                 Program::List { delays, each: *each, forward: *forward }
             }
             Does::Series(legs) => Program::Series(legs),
+            Does::Paced(steps) => Program::Paced(steps),
             Does::Dynamic(count, forward, next) => {
                 let next: NextDelay<'_> = &mut **next;
                 match *count {
@@ -80,6 +105,9 @@ impl Move {
         }
     }
 }
+
+/// What is wrong with a cycle of several kinds.
+const ONE: &str = "a cycle has either moves, or a line, or an arc, or a home";
 
 /// Reads and checks a file.
 pub fn read(text: &Text) -> Result<Plan, Failure> {
@@ -162,27 +190,78 @@ impl Plan {
         Ok(())
     }
 
+    /// The motor of a name.
+    fn motor(&self, text: &Text, name: &Spanned<String>) -> Result<u8, Failure> {
+        let found = self.names.iter().position(|known| known == name.get_ref());
+        found.map(|motor| motor as u8).ok_or_else(|| {
+            let (name, span, known) = (name.get_ref(), name.span(), self.names.join(", "));
+            text.blame(span, format_args!("there is no motor {name:?} in this file, but {known}"))
+        })
+    }
+
+    /// A line, an arc or a home, if it is one.
+    fn task(&self, text: &Text, cycle: &file::Cycle) -> Result<Task, Failure> {
+        let pace = |speed, accel, decel: Option<f64>| {
+            let decel = decel.unwrap_or(accel);
+            Pace { speed, accel, decel }
+        };
+        match (&cycle.line, &cycle.arc, &cycle.home) {
+            (None, None, None) => Ok(Task::Moves),
+            (Some(line), None, None) => {
+                let line = line.get_ref();
+                let to = line.to.iter().map(|(name, to)| Ok((self.motor(text, name)?, *to)));
+                let to = to.collect::<Result<_, Failure>>()?;
+                Ok(Task::Line(to, pace(line.speed, line.accel, line.decel)))
+            }
+            (None, Some(given), None) => {
+                let arc = given.get_ref();
+                let [x, y] = &arc.motors;
+                let motors = [self.motor(text, x)?, self.motor(text, y)?];
+                if motors[0] == motors[1] {
+                    return Err(text.blame(y.span(), "an arc takes two motors"));
+                }
+                if !arc.degrees.is_finite() {
+                    return Err(text.blame(given.span(), "an arc of so many degrees has no end"));
+                }
+                let pace = pace(arc.speed, arc.accel, arc.decel);
+                Ok(Task::Arc(motors, arc.centre, arc.degrees.to_radians(), pace))
+            }
+            (None, None, Some(home)) => {
+                let home = home.get_ref();
+                let motor = self.motor(text, &home.motor)?;
+                let end = if home.end == file::Side::Min { End::Min } else { End::Max };
+                let homing = Homing::new(motor, end, home.reach, home.back_off);
+                Ok(Task::Home(homing.delays(home.fast_us, home.slow_us)))
+            }
+            (_, arc, home) => {
+                let span = home.as_ref().map(Spanned::span);
+                let span = span.or_else(|| arc.as_ref().map(Spanned::span)).unwrap_or(0..0);
+                Err(text.blame(span, ONE))
+            }
+        }
+    }
+
     fn stage(&self, text: &Text, cycle: Spanned<file::Cycle>) -> Result<Stage, Failure> {
         let at = cycle.span();
         let cycle = cycle.into_inner();
-        let mut stage = Stage { at: at.clone(), moves: Vec::new(), acts: Vec::new(), rest: 0 };
+        let task = self.task(text, &cycle)?;
+        let mut stage =
+            Stage { at: at.clone(), task, moves: Vec::new(), acts: Vec::new(), rest: 0 };
         for (name, given) in cycle.moves {
-            let Some(motor) = self.names.iter().position(|known| known == name.get_ref()) else {
-                let known = self.names.join(", ");
-                let what = format_args!(
-                    "there is no motor {:?} in this file, but {known}",
-                    name.get_ref()
-                );
-                return Err(text.blame(name.span(), what));
-            };
+            let motor = self.motor(text, &name)?;
             let at = given.span();
             let given = given.into_inner();
             let does = does(&given).map_err(|what| text.blame(at.clone(), what))?;
             let calibration = given.calibration();
-            stage.moves.push(Move { motor: motor as u8, at, calibration, does });
+            stage.moves.push(Move { motor, at, calibration, does });
         }
-        if stage.moves.is_empty() {
-            return Err(text.blame(at, "a cycle in which nothing moves: say what with `move.NAME`"));
+        match (&stage.task, stage.moves.is_empty()) {
+            (Task::Moves, true) => {
+                let what = "a cycle in which nothing moves: say what with `move.NAME`";
+                return Err(text.blame(at, what));
+            }
+            (Task::Moves, false) | (_, true) => {}
+            _ => return Err(text.blame(at, ONE)),
         }
         let micros = |seconds: &Option<Spanned<f64>>| match seconds {
             None => Ok(None),
@@ -203,6 +282,9 @@ impl Plan {
             _ => {}
         }
         let finish = micros(&cycle.finish_s)?;
+        if matches!(stage.task, Task::Home(_)) && (pause.is_some() || finish.is_some()) {
+            return Err(text.blame(at, "homing is not paused or finished"));
+        }
         if let (Some(_), None, None) = (pause, resume, finish) {
             return Err(text.blame(at, "paused for ever: give resume-s or finish-s as well"));
         }

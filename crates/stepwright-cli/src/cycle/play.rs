@@ -1,12 +1,15 @@
 //! Cycles on the virtual board, and the lines that are printed of them.
 
+use std::ops::Range;
+
 use serde_json::json;
-use stepwright::cycle::{CycleError, Faults, Refusal, Status};
+use stepwright::cycle::{CycleError, Faults, Homing, Refusal, Status};
+use stepwright_path::{Arc, Held, Line, Steps, Unplannable};
 use stepwright_sim::{CycleBoard, Edge, Pin};
 
 use super::Format;
 use super::path::Way;
-use super::plan::{Act, MOST, Plan, Stage};
+use super::plan::{Act, MOST, Move, Plan, Stage, Task};
 use super::taken::Taken;
 use super::text::Text;
 use crate::failure::Failure;
@@ -105,11 +108,18 @@ impl<'p> Session<'p> {
     }
 
     fn stage(&mut self, number: usize, stage: &'p mut Stage) -> Result<(), Failure> {
-        let Stage { at, moves, acts, rest } = stage;
+        let Stage { at, task, moves, acts, rest } = stage;
+        let rest = *rest;
+        if let Task::Home(homing) = task {
+            self.home(number, *homing, at.clone())?;
+            return self.go(self.board.now() + self.ticks(rest));
+        }
+        self.along(task, acts, moves, at.clone())?;
         let refused = |refusal: Refusal| match refusal {
             Refusal::PeriodTooLong { motor, .. }
             | Refusal::PeriodAliquant { motor, .. }
             | Refusal::SmallDelay { motor, .. }
+            | Refusal::NeedsDeadlines { motor }
             | Refusal::TooFast { motor, .. } => Some(motor),
             _ => None,
         };
@@ -162,8 +172,85 @@ impl<'p> Session<'p> {
         }
         match self.board.cycle().error() {
             Some(error) => Err(self.cancelled(number, begun, error, &spans, at.clone())),
-            None => self.go(self.board.now() + self.ticks(*rest)),
+            None => self.go(self.board.now() + self.ticks(rest)),
         }
+    }
+
+    /// Plans a line or an arc from where the motors stand. Its holds brake along
+    /// the path, so the cycle itself is not paused.
+    fn along(
+        &mut self,
+        task: &Task,
+        acts: &mut Vec<(u64, Act)>,
+        moves: &mut Vec<Move>,
+        at: Range<usize>,
+    ) -> Result<(), Failure> {
+        let positions = self.positions();
+        let here = |motor: u8| positions.get(usize::from(motor)).copied().unwrap_or(0);
+        let distance = |motor: u8| self.plan.motors[usize::from(motor)].distance;
+        // Time for DIR to be set, and no less than any smallest delay.
+        let least = self.plan.motors.iter().map(|motor| motor.smallest_delay).max();
+        let lead = self.plan.rate.micros(least.unwrap_or(0).max(100));
+        let wrong = |what: Unplannable| self.text.blame(at.clone(), what);
+        let (motors, steps): (Vec<u8>, Vec<Steps>) = match task {
+            Task::Moves | Task::Home(_) => return Ok(()),
+            Task::Line(to, pace) => {
+                let mut line = Line { steps: [0; MOST], step: [1.0; MOST] };
+                for &(motor, to) in to {
+                    let n = usize::from(motor);
+                    let way = i128::from(to) - i128::from(here(motor));
+                    let step = i128::from(distance(motor));
+                    // To the nearest step.
+                    let count = (2 * way + step).div_euclid(2 * step);
+                    line.steps[n] =
+                        i32::try_from(count).map_err(|_| wrong(Unplannable::TooLong))?;
+                    line.step[n] = f64::from(distance(motor));
+                }
+                let steps = Steps::line(&line, *pace, self.plan.rate, lead).map_err(wrong)?;
+                let all = (0u8..).zip(steps).filter(|(n, _)| line.steps[usize::from(*n)] != 0);
+                all.unzip()
+            }
+            Task::Arc(motors, centre, sweep, pace) => {
+                let from = |n: usize| centre[n] as f64 - here(motors[n]) as f64;
+                let step = motors.map(|motor| f64::from(distance(motor)));
+                let arc = Arc { centre: [from(0), from(1)], sweep: *sweep, step };
+                let steps = Steps::arc(&arc, *pace, self.plan.rate, lead).map_err(wrong)?;
+                motors.iter().copied().zip(steps).unzip()
+            }
+        };
+        if let Some(law) = steps.first().map(Steps::law) {
+            hold(&law, acts);
+        }
+        // They are in the law now.
+        acts.clear();
+        let all = motors.into_iter().zip(steps);
+        moves.extend(all.map(|(motor, steps)| Move::paced(motor, at.clone(), steps)));
+        Ok(())
+    }
+
+    /// Homes a motor.
+    fn home(&mut self, number: usize, mut homing: Homing, at: Range<usize>) -> Result<(), Failure> {
+        let begun = self.board.now();
+        let limit = begun + self.ticks(self.limit);
+        self.row("start");
+        loop {
+            let done = homing.poll(self.board.cycle()).map_err(|error| {
+                self.text.blame(at.clone(), format_args!("cycle {number}: {error}"))
+            })?;
+            if done {
+                break;
+            }
+            self.go_to_rest(limit)?;
+            self.board.cycle().finish();
+        }
+        self.row("end");
+        let seconds = (self.board.now() - begun) as f64 / f64::from(self.plan.rate.hz());
+        self.cycles.push(json!({ "seconds": seconds, "error": null }));
+        if self.format == Format::List {
+            let name = &self.plan.names[usize::from(homing.motor)];
+            say::note(format_args!("cycle {number}: {name} is home after {seconds:.3} s"));
+        }
+        Ok(())
     }
 
     /// Why a cycle was cancelled.
@@ -172,8 +259,8 @@ impl<'p> Session<'p> {
         number: usize,
         begun: u64,
         error: CycleError,
-        spans: &[(u8, std::ops::Range<usize>)],
-        at: std::ops::Range<usize>,
+        spans: &[(u8, Range<usize>)],
+        at: Range<usize>,
     ) -> Failure {
         let after = self.time_from(begun);
         match error {
@@ -387,5 +474,17 @@ impl<'p> Session<'p> {
             "motors": motors,
         });
         format!("{all:#}")
+    }
+}
+
+/// What a pause, its end and a finish are to a path: it brakes, and goes on.
+fn hold(law: &Held, acts: &[(u64, Act)]) {
+    let when =
+        |wanted: Act| acts.iter().find(|(_, act)| *act == wanted).map(|(us, _)| *us as f64 / 1e6);
+    if let Some(pause) = when(Act::Pause) {
+        law.hold(pause, when(Act::Resume));
+    }
+    if let Some(finish) = when(Act::Finish) {
+        law.hold(finish, None);
     }
 }

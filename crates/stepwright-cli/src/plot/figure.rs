@@ -45,6 +45,9 @@ pub struct Panel {
     pub named: bool,
     /// Which part of the plane it shows.
     pub view: View,
+    /// Names that stand at the y axis instead of numbers, from the top down: each has the
+    /// height 1, and the lowest begins at 0. For signals.
+    pub lanes: Vec<String>,
 }
 
 /// A part of the plane, from and to; what is `None` holds all curves, and 0.
@@ -187,8 +190,12 @@ impl Panel {
 
     fn axes(&self, picture: &mut Picture, frame: Frame, x: &Scale, y: &Scale) {
         let label = Style::new(13.0, SOFT);
+        for (name, above) in self.lanes.iter().rev().zip(0u32..) {
+            let at = y.at(f64::from(above) + 0.35);
+            picture.text((frame.left - 9.0, at + 4.5), label.end(), name.clone());
+        }
         let (values, decimals) = y.ticks((frame.height / 56.0) as usize);
-        for value in values {
+        for value in values.into_iter().filter(|_| self.lanes.is_empty()) {
             let at = y.at(value);
             picture.line(vec![(frame.left, at), (frame.right(), at)], GRID, 1.0);
             picture.text((frame.left - 9.0, at + 4.5), label.end(), number(value, decimals));
@@ -244,6 +251,9 @@ impl Panel {
     /// The rows of the legend, for a frame so wide.
     fn legend_rows(&self, width: f64) -> Vec<Vec<&Curve>> {
         let named: Vec<&Curve> = self.curves.iter().filter(|c| !c.points.is_empty()).collect();
+        if !self.lanes.is_empty() {
+            return Vec::new();
+        }
         if named.len() < 2 {
             return Vec::new();
         }

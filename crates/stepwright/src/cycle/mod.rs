@@ -36,6 +36,7 @@
 //! same, and what a callback takes where it gives each one.
 
 mod clock;
+mod homing;
 mod motor;
 mod player;
 mod program;
@@ -44,6 +45,7 @@ mod surroundings;
 mod wiring;
 
 pub use clock::Clock;
+pub use homing::{Homing, HomingError};
 pub use motor::{Calibration, End, Faults, Motor, Status};
 pub use program::{Leg, NextDelay, Pace, Paces, Program};
 pub use strategy::{AtEnd, AtSmallDelay, AtTiming, CycleError, Refusal, Strategies};
@@ -479,6 +481,13 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
     /// Where a motor was when its switch closed last.
     pub fn trigger(&self, motor: u8, end: End) -> Option<i64> {
         *self.triggers.get(usize::from(motor))?.get(end as usize)?
+    }
+
+    /// Whether a motor's switch is closed now; false if there is none.
+    pub fn is_closed(&mut self, motor: u8, end: End) -> bool {
+        let now = self.surroundings.switches();
+        let side = if end == End::Min { now.min } else { now.max };
+        side.checked_shr(motor.into()).unwrap_or(0) & 1 != 0
     }
 
     /// The longest time that the step interrupt took, in µs, since the beginning

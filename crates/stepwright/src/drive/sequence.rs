@@ -28,6 +28,8 @@ pub struct Sequence {
     lines: u8,
     /// The levels while no current is to flow.
     off: u8,
+    /// Whether the current goes off after the last step.
+    rests: bool,
 }
 
 const fn rows(some: &[u8]) -> [u8; ROWS] {
@@ -142,7 +144,7 @@ impl Sequence {
     }
 
     const fn with_off(lines: u8, levels: &[u8], off: u8) -> Sequence {
-        Sequence { rows: rows(levels), len: levels.len() as u8, lines, off }
+        Sequence { rows: rows(levels), len: levels.len() as u8, lines, off, rests: off != 0 }
     }
 
     /// A table of one's own, such as document 000's `MOTOR_PATTERN0` … 3 on port bits:
@@ -170,7 +172,7 @@ impl Sequence {
             rest = more;
         }
         let lines = 8 - mask.leading_zeros() as u8;
-        Ok(Sequence { rows: rows(levels), len: len as u8, lines, off: 0 })
+        Ok(Sequence { rows: rows(levels), len: len as u8, lines, off: 0, rests: false })
     }
 
     /// The same lines with every level turned round: for a driver that conducts while low.
@@ -193,7 +195,8 @@ impl Sequence {
             let high = lines.filter(|(line, _)| levels >> line & 1 != 0);
             high.fold(0, |all, (_, bit)| all | 1u8.checked_shl((*bit).into()).unwrap_or(0))
         };
-        Sequence { rows: self.rows.map(moved), len: self.len, lines: 8, off: moved(self.off) }
+        let (rows, off) = (self.rows.map(moved), moved(self.off));
+        Sequence { rows, off, lines: 8, ..*self }
     }
 
     /// Steps until it repeats.
@@ -222,6 +225,12 @@ impl Sequence {
     /// The levels while no current is to flow.
     pub const fn off(&self) -> u8 {
         self.off
+    }
+
+    /// Whether the current is to go off an interval after the last step, as document 002 has
+    /// it for the L6219. The others hold the motor until they are switched off.
+    pub const fn rests(&self) -> bool {
+        self.rests
     }
 
     /// The step after (before: not `forward`) this one.

@@ -30,7 +30,7 @@ pub mod trapezoid;
 pub use cursor::{Cursor, Fit};
 pub use path::{Path, Phase};
 pub use ramp_steps::{Ramp, RampSteps};
-pub use s_curve::{Curve, SCurve, Tracer};
+pub use s_curve::{Curve, SCurve, State, Tracer};
 pub use series::{Part, Series};
 pub use trapezoid::Trapezoid;
 

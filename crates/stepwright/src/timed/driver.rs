@@ -217,7 +217,7 @@ impl Driver {
 
     /// The document's T.
     fn t(&self, hold: &mut impl Hold) -> u32 {
-        hold.with(|pace| pace.clocked.as_ref().map(|clocked| clocked.time)).unwrap_or(self.time)
+        hold.with(|pace| pace.time().unwrap_or(self.time))
     }
 
     /// The fields of the document's debug dump. `pattern` is the motor's: 0 to 3.
@@ -226,18 +226,20 @@ impl Driver {
     /// cycles only: a value that changes meanwhile may be newer than one before it, as in
     /// the document.
     pub fn dump(&self, hold: &mut impl Hold, pattern: u8) -> Dump {
-        let ramp = hold.with(|pace| pace.clocked.as_ref().map(|clocked| clocked.ramp));
-        let ramp = ramp.unwrap_or(self.ramp);
+        let ramp = self.ramp;
+        let top = hold.with(|pace| pace.ramp().unwrap_or(&ramp).top);
+        let modification = hold.with(|pace| pace.ramp().unwrap_or(&ramp).modification);
+        let counts = hold.with(|pace| pace.ramp().unwrap_or(&ramp).counts);
         Dump {
             control: self.order.control,
-            top: ramp.top,
-            modification: ramp.modification,
+            top,
+            modification,
             steps_left: hold.with(|pace| pace.steps_left()),
             time: self.t(hold),
             status: self.status(hold),
             update_ms: self.order.update_ms,
             end: self.end,
-            counts: ramp.counts,
+            counts,
             pattern: if self.order == SetSpeed::STOP { 0 } else { pattern },
         }
     }

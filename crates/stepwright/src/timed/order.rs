@@ -122,7 +122,7 @@ impl Code {
     pub const TOO_FAST: Code = Code(-1);
     /// It does not fit the timer (above 0x3FFFFFF): `TIMER_DIV_ERROR`.
     pub const TOO_SLOW: Code = Code(-2);
-    /// `update_ms` is beyond 2³² clocks of this timer.
+    /// `update_ms` is beyond 2³¹ clocks of this timer.
     pub const UPDATE_TOO_LONG: Code = Code(-3);
 
     /// The number.

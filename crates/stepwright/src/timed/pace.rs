@@ -45,39 +45,39 @@ impl Model {
 /// [`advance`](Pace::advance) the foreground reads and changes it.
 #[derive(Clone, Debug)]
 pub struct Pace {
-    /// The interval under way.
+    /// The interval under way: as long as the speed is, it stays.
     now: Ticks,
-    /// The two to come, which an update puts down.
-    next: Ticks,
-    after: Ticks,
     /// Steps still to come; 0 is endless.
     steps_left: u32,
     moving: bool,
     /// The event that is due is the end of the milliseconds, and no step.
     ends: bool,
+    /// The next event takes `next` over, or there are milliseconds to be spent.
+    rare: bool,
+    /// Updates are to come in here, under `IRQ_TIMING`.
+    live: bool,
+    /// Clocks from the next event to the next update: due then if it is not above 0.
+    wait: i32,
     pub(super) status: Status,
+    /// The two intervals to come, which an update puts down, if there are any.
+    change: Option<(Ticks, Ticks)>,
     /// Clocks from the next event to the end by milliseconds, if there is one.
     millis: Option<u64>,
-    /// The updates are this half's: `IRQ_TIMING`.
-    pub(super) clocked: Option<Clocked>,
+    /// The updates' numbers, if they are this half's.
+    clocked: Option<Clocked>,
 }
 
 /// Updates inside the step interrupt. It needs no clock for them: it knows how long each
 /// interval is.
 #[derive(Clone, Debug)]
-pub(super) struct Clocked {
+struct Clocked {
     hardware: Hardware,
     model: Model,
-    pub ramp: Ramp,
-    /// Clocks since the last update was due, and to the next one.
-    since: u32,
-    due: u32,
+    ramp: Ramp,
     period: Period,
     update_ms: u16,
     /// The document's T: when the last update was due.
-    pub time: u32,
-    /// Whether more updates are to come.
-    live: bool,
+    time: u32,
     /// The top in the compare register.
     top: u32,
 }
@@ -97,19 +97,18 @@ impl Period {
         let millis = u32::from(millis);
         let part = millis * (hz % 1000); // below 2²⁶
         let whole = millis.checked_mul(hz / 1000)?.checked_add(part / 1000)?;
-        // Twice as long still fits, so that what is late can be told from what is not.
         // 999: what is due within a clock is due at its end.
-        (whole < 1 << 31).then_some(Period { whole, part: (part % 1000) as u16, sum: 999 })
+        (whole < i32::MAX as u32).then_some(Period { whole, part: (part % 1000) as u16, sum: 999 })
     }
 
     /// The next one.
-    fn next(&mut self) -> u32 {
+    fn next(&mut self) -> i32 {
         self.sum = self.sum.wrapping_add(self.part);
         if self.sum >= 1000 {
             self.sum = self.sum.wrapping_sub(1000);
-            return self.whole.wrapping_add(1);
+            return self.whole.wrapping_add(1) as i32;
         }
-        self.whole
+        self.whole as i32
     }
 }
 
@@ -120,21 +119,6 @@ pub(super) fn clocks_of(millis: u32, hz: u32) -> u64 {
     // in 64 bits.
     let rest = (millis / 1000) * part + (millis % 1000) * part / 1000;
     u64::from(millis) * u64::from(whole) + u64::from(rest)
-}
-
-impl Clocked {
-    /// An update is due.
-    fn update(&mut self, status: &mut Status) -> Option<Fitted> {
-        self.since = self.since.wrapping_sub(self.due);
-        self.due = self.period.next();
-        self.time = self.time.wrapping_add(self.update_ms.into());
-        let updated = self.ramp.update(&self.hardware);
-        self.live = status.note(&updated, self.ramp.counts);
-        if let Ok(fitted) = &updated {
-            self.top = fitted.top();
-        }
-        updated.ok()
-    }
 }
 
 /// How a motion begins.
@@ -159,12 +143,14 @@ impl Pace {
     pub const fn idle() -> Pace {
         Pace {
             now: 0,
-            next: 0,
-            after: 0,
             steps_left: 0,
             moving: false,
             ends: false,
+            rare: false,
+            live: false,
+            wait: 0,
             status: Status::NONE,
+            change: None,
             millis: None,
             clocked: None,
         }
@@ -173,32 +159,32 @@ impl Pace {
     /// A motion whose first step comes an interval from its beginning.
     pub(super) fn new(with: Begin) -> Pace {
         let interval = with.fitted.interval();
-        let clocked = with.ramp.control.has(Control::IRQ_TIMING).then(|| {
-            let mut period = with.period.unwrap_or_default();
-            Clocked {
-                hardware: with.hardware,
-                model: with.model,
-                ramp: with.ramp,
-                since: interval,
-                due: period.next(),
-                period,
-                update_ms: with.update_ms,
-                time: with.now,
-                live: with.period.is_some(),
-                top: with.fitted.top(),
-            }
-        });
+        let mut period = with.period.unwrap_or_default();
+        let clocked = with.ramp.control.has(Control::IRQ_TIMING);
         let mut pace = Pace {
             now: interval,
-            next: interval,
-            after: interval,
             steps_left: with.steps,
             moving: true,
             ends: false,
+            rare: with.millis.is_some(),
+            live: clocked && with.period.is_some(),
+            wait: period.next().saturating_sub_unsigned(interval),
             status: if with.period.is_some() { Status::NONE } else { Status::SPIN_FIXED },
+            change: None,
             millis: with.millis,
-            clocked,
+            clocked: None,
         };
+        if clocked {
+            pace.clocked = Some(Clocked {
+                hardware: with.hardware,
+                model: with.model,
+                ramp: with.ramp,
+                period,
+                update_ms: with.update_ms,
+                time: with.now,
+                top: with.fitted.top(),
+            });
+        }
         pace.spend();
         pace
     }
@@ -211,6 +197,24 @@ impl Pace {
     /// Steps still to come; 0 if it is endless or at rest.
     pub const fn steps_left(&self) -> u32 {
         self.steps_left
+    }
+
+    /// The speed and its updates, if they are this half's.
+    #[inline(always)]
+    pub(super) const fn ramp(&self) -> Option<&Ramp> {
+        match &self.clocked {
+            Some(clocked) => Some(&clocked.ramp),
+            None => None,
+        }
+    }
+
+    /// When the last update was due, likewise.
+    #[inline(always)]
+    pub(super) const fn time(&self) -> Option<u32> {
+        match &self.clocked {
+            Some(clocked) => Some(clocked.time),
+            None => None,
+        }
     }
 
     /// Clocks from the last event, or from the beginning, to the next.
@@ -227,40 +231,66 @@ impl Pace {
 
     /// The event that was due has happened: clocks to the next one, `None` if it was the
     /// last.
-    #[inline]
+    ///
+    /// At an unchanged speed this is two subtractions.
+    #[inline(always)]
     pub fn advance(&mut self) -> Option<Ticks> {
         if !self.moving {
             return None;
         }
-        let last = match self.steps_left {
-            0 => self.ends,
-            left => {
-                self.steps_left = left.wrapping_sub(1);
-                left == 1
+        if self.steps_left != 0 {
+            self.steps_left = self.steps_left.wrapping_sub(1);
+            if self.steps_left == 0 {
+                self.reach();
+                return None;
             }
-        };
-        if last {
+        }
+        if (self.live && self.wait <= 0) || self.rare {
+            return self.change();
+        }
+        self.wait = self.wait.wrapping_sub(self.now as i32);
+        Some(self.now)
+    }
+
+    /// The rest of `advance`, when the interval to come is another one.
+    #[cold]
+    #[inline(never)]
+    fn change(&mut self) -> Option<Ticks> {
+        if self.ends {
             self.reach();
             return None;
         }
-        (self.now, self.next) = (self.next, self.after);
-        if let Some(clocked) = &mut self.clocked
-            && clocked.live
-        {
-            if clocked.since >= clocked.due {
-                let (model, old) = (clocked.model, clocked.top);
-                if let Some(fitted) = clocked.update(&mut self.status) {
-                    (self.now, self.next) = model.intervals(old, &fitted);
-                    self.after = self.next;
-                }
-            }
-            // Saturating: where 2³² clocks are less than an update's interval and a step's.
-            clocked.since = clocked.since.saturating_add(self.now);
+        // The register takes over what was put down for it …
+        if let Some((next, after)) = self.change {
+            self.now = next;
+            self.change = (next != after).then_some((after, after));
         }
+        // … unless the update at this step wants something else at once.
+        if self.live && self.wait <= 0 {
+            self.update();
+        }
+        // Saturating: where 2³¹ clocks are less than an update's interval and a step's.
+        self.wait = self.wait.saturating_sub_unsigned(self.now);
         if self.millis.is_some() {
             self.spend();
         }
+        self.rare = self.change.is_some() || self.millis.is_some();
         Some(self.now)
+    }
+
+    /// An update is due.
+    fn update(&mut self) {
+        let Some(clocked) = &mut self.clocked else { return };
+        self.wait = self.wait.saturating_add(clocked.period.next());
+        clocked.time = clocked.time.wrapping_add(clocked.update_ms.into());
+        let updated = clocked.ramp.update(&clocked.hardware);
+        self.live = self.status.note(&updated, clocked.ramp.counts);
+        if let Ok(fitted) = &updated {
+            let (now, after) = clocked.model.intervals(clocked.top, fitted);
+            clocked.top = fitted.top();
+            self.now = now;
+            self.change = (now != after).then_some((after, after));
+        }
     }
 
     /// The interval under way ends before the milliseconds do, or is cut short with them.
@@ -275,6 +305,7 @@ impl Pace {
     }
 
     #[cold]
+    #[inline(never)]
     fn reach(&mut self) {
         self.moving = false;
         self.steps_left = 0;
@@ -284,6 +315,7 @@ impl Pace {
     /// What the foreground's update wants: two numbers, for the next event to take over.
     #[inline]
     pub(super) fn put_down(&mut self, (next, after): (Ticks, Ticks)) {
-        (self.next, self.after) = (next, after);
+        self.change = Some((next, after));
+        self.rare = true;
     }
 }

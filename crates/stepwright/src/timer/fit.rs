@@ -102,36 +102,52 @@ pub struct Hardware {
     shifts: &'static [u8],
     bits: u8,
     min_top: u32,
+    /// Reckoned beforehand, as a chip fits in its step interrupt: the largest count, and the
+    /// largest virtual top.
+    full: u32,
+    max_top: u32,
 }
 
 /// log₂ of 1, 8, 64, 256, 1024.
 const AVR: &[u8] = &[0, 3, 6, 8, 10];
 
 impl Hardware {
+    const fn make(hz: u32, shifts: &'static [u8], bits: u8, min_top: u32) -> Hardware {
+        let full = if bits >= 32 { u32::MAX } else { (1 << bits) - 1 };
+        let largest = match shifts.last() {
+            Some(shift) => *shift,
+            None => 0,
+        };
+        let span = 1u64 << (bits + largest);
+        let most = i32::MAX as u32;
+        let max_top = if span > most as u64 { most } else { span as u32 - 1 };
+        Hardware { hz, shifts, bits, min_top, full, max_top }
+    }
+
     /// A 16-bit timer of an AVR: 1, 3, 4, 5. Prescalers 1, 8, 64, 256, 1024.
     pub const fn avr16(io_clock: u32) -> Hardware {
-        Hardware { hz: io_clock, shifts: AVR, bits: 16, min_top: MIN_TOP }
+        Hardware::make(io_clock, AVR, 16, MIN_TOP)
     }
 
     /// The 8-bit timer 0 of an AVR with the same prescalers.
     pub const fn avr8(io_clock: u32) -> Hardware {
-        Hardware { bits: 8, ..Hardware::avr16(io_clock) }
+        Hardware::make(io_clock, AVR, 8, MIN_TOP)
     }
 
     /// The 8-bit timer 2 of an AVR, which can be divided by 32 and 128 too.
     pub const fn avr8_timer2(io_clock: u32) -> Hardware {
-        Hardware { bits: 8, shifts: &[0, 3, 5, 6, 7, 8, 10], ..Hardware::avr16(io_clock) }
+        Hardware::make(io_clock, &[0, 3, 5, 6, 7, 8, 10], 8, MIN_TOP)
     }
 
     /// A 16-bit capture/compare module, as document 002 uses one, whose counter has
     /// prescalers 1, 2, 4, 8. `clock` is what the counter is given: 1 MHz there.
     pub const fn capture16(clock: u32) -> Hardware {
-        Hardware { hz: clock, shifts: &[0, 1, 2, 3], bits: 16, min_top: 1 }
+        Hardware::make(clock, &[0, 1, 2, 3], 16, 1)
     }
 
-    /// A 32-bit timer, which needs no prescaler.
+    /// A 32-bit timer, which needs no prescaler: intervals up to 2³¹ − 1 clocks.
     pub const fn wide32(clock: u32) -> Hardware {
-        Hardware { hz: clock, shifts: &[0], bits: 32, min_top: 1 }
+        Hardware::make(clock, &[0], 32, 1)
     }
 
     /// Any other: log₂ of its prescalers from the smallest on, its width in bits.
@@ -154,7 +170,7 @@ impl Hardware {
         if shifts.is_empty() {
             return Err(OutOfRange { what: "prescalers", min: 1, max: 17, unit: "in number" });
         }
-        Ok(Hardware { hz: clock, shifts, bits, min_top: 1 })
+        Ok(Hardware::make(clock, shifts, bits, 1))
     }
 
     /// The same with another shortest interval, in clocks: what the step interrupt takes.
@@ -183,10 +199,10 @@ impl Hardware {
         self.min_top
     }
 
-    /// The longest virtual top: 0x3FFFFFF on an AVR's timer of 16 bits.
+    /// The longest virtual top: 0x3FFFFFF on an AVR's timer of 16 bits, and never more than
+    /// 2³¹ − 1, as the engine has it.
     pub const fn max_top(&self) -> u32 {
-        let span = self.span() - 1;
-        if span > u32::MAX as u64 { u32::MAX } else { span as u32 }
+        self.max_top
     }
 
     /// Clocks after which the counter comes round at its largest prescaler: 2²⁶ on an
@@ -253,11 +269,14 @@ impl Hardware {
     pub const fn fit(&self, virtual_top: u32) -> Result<Fitted, Misfit> {
         match self.check(virtual_top) {
             Ok(wanted) => {
-                let mut rest = self.shifts;
+                // Each prescaler shifts what the one before it has left, as in the
+                // document: a small chip shifts bit by bit.
+                let (mut top, mut by, mut rest) = (wanted, 0, self.shifts);
                 while let [shift, more @ ..] = rest {
-                    let top = wanted >> *shift;
-                    if self.bits >= 32 || top >> self.bits == 0 {
-                        return Ok(Fitted { hz: self.hz, wanted, top, shift: *shift });
+                    top >>= *shift - by;
+                    by = *shift;
+                    if top <= self.full {
+                        return Ok(Fitted { hz: self.hz, wanted, top, shift: by });
                     }
                     rest = more;
                 }

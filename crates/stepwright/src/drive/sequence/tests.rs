@@ -119,6 +119,7 @@ fn tables_move_to_any_bits() {
         let row = UNIPOLAR_FULL.levels(phase);
         assert_eq!(bits(moved.levels(phase)), [row & 1, row >> 1 & 1, row >> 2 & 1, row >> 3]);
     }
+    assert!(L6219_HALF.on_bits(&[0, 1, 2, 3, 4, 5]).rests() && !moved.rests());
     assert_eq!(SHIELD.inverted().levels(0), 0b11);
     assert_eq!(L6219_FULL.on_bits(&[0, 1, 2, 3, 4, 5]).off(), L6219_OFF);
     assert_eq!(SHIELD.on_bits(&[9, 200]).levels(2), 0); // no such bits

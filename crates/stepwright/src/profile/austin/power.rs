@@ -93,32 +93,50 @@ pub struct Knee {
     power: u8,
 }
 
-impl Knee {
-    /// r^(p−1) in 2⁻³², saturating.
-    fn term(&self) -> Q32 {
-        let (high, low) = multiply(self.part, self.n.into()); // 2⁻⁶³
-        let r = shl(high, 33) | low >> 31;
-        let mut term = r;
-        for _ in 2..self.power {
-            let (high, low) = multiply(term, r);
-            if high >> 32 != 0 {
-                return u64::MAX;
-            }
-            term = high << 32 | low >> 32;
+/// A number as 64 bits, the highest set, times a power of two.
+#[derive(Clone, Copy)]
+struct Wide(u64, i32);
+
+impl Wide {
+    /// (high, low) · 2^power.
+    fn new((high, low): (u64, u64), power: i32) -> Wide {
+        match zeros(high) {
+            0 => Wide(high, power + 64),
+            64 => Wide(shl(low, zeros(low)), power - i32::from(zeros(low))),
+            by => Wide(shl(high, by) | shr(low, 64 - by), power + 64 - i32::from(by)),
         }
-        term
     }
 
-    /// 2 / (4n ± 1 + 4n·r^(p−1)) as a fraction of two integers.
+    fn times(self, other: Wide) -> Wide {
+        Wide::new(multiply(self.0, other.0), self.1 + other.1)
+    }
+
+    /// In 2^−bits, for what fits.
+    fn fixed(self, bits: i32) -> u64 {
+        match -(self.1 + bits) {
+            by @ 0..=63 => shr(self.0, by as u8),
+            _ => 0,
+        }
+    }
+}
+
+impl Knee {
+    /// 4n·r^(p−1).
+    fn term(&self) -> Wide {
+        let r = Wide::new(multiply(self.part, self.n.into()), -63);
+        (1..self.power).fold(Wide::new((0, 4 * u64::from(self.n)), 0), |term, _| term.times(r))
+    }
+
+    /// 2 / (4n ± 1 + 4n·r^(p−1)) as a fraction of two integers, with as many
+    /// bits behind the point as its divisor leaves of 63.
     fn change(&self, odd: i64) -> (u64, u64) {
-        let fours = 4 * u64::from(self.n);
-        let (high, low) = multiply(fours, self.term()); // 2⁻³²
-        let plain = fours.wrapping_add_signed(odd);
-        let (low, carry) = low.overflowing_add(plain << 32);
-        let high = high + (plain >> 32) + u64::from(carry); // < 2³⁴
-        let by = 64 - zeros(high);
-        let d = if by == 0 { low } else { shl(high, 64 - by) | shr(low, by) };
-        (shr(2 << 32, by), d)
+        let plain = (4 * u64::from(self.n)).wrapping_add_signed(odd);
+        let term = self.term();
+        let bits = (i32::from(zeros(plain)) - 2).min(-2 - term.1);
+        if bits < 0 {
+            return (0, 1); // beyond 2⁶¹: less than a last place of c
+        }
+        (shl(2, bits as u8), shl(plain, bits as u8) + term.fixed(bits))
     }
 }
 

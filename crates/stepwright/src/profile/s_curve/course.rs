@@ -195,9 +195,8 @@ impl Limits {
     /// most `up` or `down`. One that is more is brought back first.
     fn reach(&self, motion: Motion, to: Wide, up: Wide, down: Wide) -> [Stage; 3] {
         let jerk = self.jerk;
-        // The speed that is gained anyway while the acceleration goes back to 0.
-        let anyway = (motion.a * motion.a.abs() / jerk).scaled(-1);
-        let gain = to - motion.v - anyway;
+        // What lacks to the speed that will be there anyway.
+        let gain = to - self.at_no_acceleration(motion);
         let minus = gain.is_minus();
         let (gain, most) = (gain.abs(), if minus { down } else { up });
         let (from, to) = (motion.flipped(minus), to.flipped(minus));
@@ -232,43 +231,58 @@ impl Limits {
         self.reach(motion, self.end, self.down, self.down)
     }
 
+    /// The speed that is there when the acceleration has been brought back to 0.
+    pub(super) fn at_no_acceleration(&self, motion: Motion) -> Wide {
+        motion.v + (motion.a * motion.a.abs() / self.jerk).scaled(-1)
+    }
+
     /// How far a stop leads.
-    fn stopping(&self, motion: Motion) -> Wide {
+    pub(super) fn stopping(&self, motion: Motion) -> Wide {
         self.stop(motion).iter().fold(Wide::ZERO, |sum, stage| sum + stage.way())
     }
 
     /// To the top speed, as fast as allowed.
     fn drive(&self, motion: Motion) -> Stages<7> {
-        let mut drive = Stages::EMPTY;
-        let mut at = motion;
-        let back = (motion.a * motion.a.abs() / self.jerk).scaled(-1);
-        if motion.v.is_minus() || (motion.v + back).is_minus() {
-            // Backwards still, or so before long: first to rest, by what
-            // decelerates. There the acceleration must be one that the other side
-            // may have, and that can be done with by the top speed.
-            let rest = self.up.min(self.down).squared().scaled(-1) / self.jerk;
-            let stages = self.reach(motion, rest.min(self.top), self.down, self.down);
-            'rest: for stage in stages {
-                for part in stage.at_no_acceleration() {
-                    let rests = part.from.v.is_minus() && !part.to.v.is_minus();
-                    let part = if rests { part.at_rest()[0] } else { part };
-                    drive.push(part);
-                    at = if part.time.is_plus() { part.to } else { at };
-                    if rests {
-                        break 'rest;
-                    }
-                }
-            }
-        }
+        let (mut drive, at) = match self.turn(motion) {
+            Some((stages, at)) => (stages, at),
+            None => (Stages::EMPTY, motion),
+        };
         for stage in self.reach(at, self.top, self.up, self.down) {
             drive.push(stage);
         }
         drive
     }
 
+    /// Of a motion that goes backwards, or would before long: the stages to rest,
+    /// and with which acceleration it goes on from there. One that both sides of
+    /// rest may have, and that can be done with by the top speed.
+    fn turn(&self, motion: Motion) -> Option<(Stages<7>, Motion)> {
+        if !motion.v.is_minus() && !self.at_no_acceleration(motion).is_minus() {
+            return None;
+        }
+        let least = self.up.min(self.down).squared().scaled(-1) / self.jerk;
+        let mut turn = Stages::EMPTY;
+        for stage in self.reach(motion, least.min(self.top), self.down, self.down) {
+            for part in stage.at_no_acceleration() {
+                if part.from.v.is_plus() || !part.to.v.is_plus() {
+                    turn.push(part);
+                } else if part.from.v.is_zero() {
+                    return Some((turn, part.from));
+                } else {
+                    let [back, _] = part.at_rest();
+                    turn.push(back);
+                    return Some((turn, back.to));
+                }
+            }
+        }
+        None // but for rounding it does not go backwards
+    }
+
     /// The stages from `motion` to the end speed, `way` steps away.
     pub(super) fn course(&self, motion: Motion, way: Wide) -> Course {
-        let minus = self.stopping(motion) > way;
+        // A stop that is a rounding too long leads there: nothing is to be undone.
+        let over = self.stopping(motion) - way;
+        let minus = over > way.abs().max(Wide::whole(1)).scaled(-50);
         let (motion, way) = (motion.flipped(minus), way.flipped(minus));
         let mut course = Stages::EMPTY;
         let mut gone = Wide::ZERO;

@@ -24,6 +24,7 @@
 //!    9 ┈▲┈┈┈┈┈┈┈┈┈┈▼┈┈┈┈┈┈┈
 //! ```
 
+use super::State;
 use super::course::{Course, Limits, Motion, Stage, way};
 use crate::profile::{Phase, Unfit};
 use crate::units::Rate;
@@ -77,6 +78,11 @@ impl Leg {
     fn place_of(&self, n: u32) -> i64 {
         let steps = i64::from(n.saturating_sub(self.first));
         if self.backward { self.from - steps } else { self.from + steps }
+    }
+
+    /// What a moment on this leg is, with its sign.
+    pub(super) fn motion(&self, moment: &Moment) -> Motion {
+        Motion { v: moment.v.flipped(self.backward), a: moment.a.flipped(self.backward) }
     }
 }
 
@@ -259,8 +265,17 @@ impl Curve {
     fn number(&mut self, distance: i64) -> Result<(), Unfit> {
         let count = usize::from(self.piece_count);
         let mut leg = Leg { backward: self.pieces[0].backward, ..NO_LEG };
+        let mut before: Option<&mut Piece> = None;
         for (n, piece) in self.pieces.iter_mut().take(count).enumerate() {
             if piece.backward != leg.backward {
+                // A turn on a step: rounding must not put it before.
+                if let Some(piece) = before {
+                    let way = (piece.end().0 - Wide::signed(leg.from)).flipped(leg.backward);
+                    let steps = (way + Wide::whole(1).scaled(-30)).floor().max(0);
+                    let last = leg.first.saturating_add(u32::try_from(steps).unwrap_or(0));
+                    leg.last = leg.last.max(last);
+                    piece.last = leg.last;
+                }
                 self.leg_count = push(&mut self.legs, self.leg_count, leg);
                 leg = Leg {
                     first: leg.last,
@@ -283,14 +298,18 @@ impl Curve {
             piece.last = last.max(leg.last);
             piece.middle = leg.first.saturating_add(u32::try_from(middle).unwrap_or(u32::MAX));
             leg.last = piece.last;
+            before = Some(piece);
         }
         self.leg_count = push(&mut self.legs, self.leg_count, leg);
         self.pulses = leg.last + 1;
         // The last pulse is the last piece's, even where what that has left to go
-        // is less than a place so far out can tell.
+        // is less than a place so far out can tell. (Not where the curve only
+        // comes back to a step that it has made.)
         let last = leg.last;
-        for piece in self.pieces.iter_mut().take(count.saturating_sub(1)) {
-            piece.last = piece.last.min(last.saturating_sub(1));
+        if last > leg.first {
+            for piece in self.pieces.iter_mut().take(count.saturating_sub(1)) {
+                piece.last = piece.last.min(last.saturating_sub(1));
+            }
         }
         if let Some(piece) = self.pieces.get_mut(count.saturating_sub(1)) {
             (piece.first, piece.middle) = (piece.first.min(last), last);
@@ -383,6 +402,13 @@ impl Curve {
     pub fn place_of(&self, n: u32) -> i64 {
         let n = n.min(self.length());
         self.leg_of(n).place_of(n)
+    }
+
+    /// Speed and acceleration at pulse `n`, as they go into another curve; `n`
+    /// beyond the end counts as the end.
+    pub fn state_at(&self, n: u32) -> State {
+        let n = n.min(self.length());
+        State(self.leg_of(n).motion(&self.moment(n, None)))
     }
 
     /// The highest speed on this curve, in thousandths of a step per second,

@@ -19,6 +19,11 @@
 //! s = 0 … m − 1 of it, the first at time 0. As the jerk grows, it becomes the
 //! [trapezoid](super::trapezoid).
 //!
+//! **Changing one's mind**: [`SCurve::from_state`] is a new motion from the speed and
+//! acceleration of any moment, under new limits, to another target, nearer,
+//! further or behind; [`SCurve::stop`] a soft stop. [`Tracer::change`] goes over to
+//! it without losing a part of a tick.
+//!
 //! **Error** of every pulse: below one tick, or 2⁻⁴⁰ of the elapsed time if that
 //! is larger (0.94 ticks by construction). **Cost**: planning a curve takes a PC some 50 µs, a run 2 µs, a step
 //! of a profile two additions. In 128-bit integers: for hosts.
@@ -27,13 +32,16 @@
 //! | --- | --- |
 //! | `course` | which jerk when: from any state to rest at a target |
 //! | `curve` | the same in closed form: when is pulse n? |
+//! | `state` | a new motion from any moment |
 //! | `tracer` | runs of it |
 
 mod course;
 mod curve;
+mod state;
 mod tracer;
 
 pub use curve::Curve;
+pub use state::State;
 pub use tracer::Tracer;
 
 use super::{Delays, Unfit};

@@ -19,6 +19,7 @@
 //! A run stays within a piece; a step across the meeting of two is a run of its
 //! own. Where the curve turns back, a [turn](Run::turns) comes at that moment.
 
+use super::State;
 use super::curve::{Curve, Moment};
 use crate::profile::cursor::{HALF_TICK, fitted, floor_log2, single};
 use crate::profile::{Fit, Runs};
@@ -38,8 +39,9 @@ pub struct Tracer {
     n: u32,
     time: u128,
     here: Moment,
-    /// The direction of the last run.
+    /// The direction of the last run, and whether that was a turn.
     backward: bool,
+    turned: bool,
     /// How far the runs handed out are behind the curve, in 2⁻³² ticks.
     lag: i64,
     /// Run length to try next, as a power of two.
@@ -58,7 +60,32 @@ impl Tracer {
         let here = curve.moment(n, None);
         let backward = curve.leg_of(n).backward;
         let time = curve.ticks(here.time);
-        Tracer { curve, fit, n, time, here, backward, lag: HALF_TICK, size: 0 }
+        Tracer { curve, fit, n, time, here, backward, turned: false, lag: HALF_TICK, size: 0 }
+    }
+
+    /// The last pulse handed out.
+    pub fn pulse(&self) -> u32 {
+        self.n
+    }
+
+    /// Speed and acceleration at the last pulse handed out: what another curve is to
+    /// begin with. None between a turn and the step behind it.
+    pub fn state(&self) -> Option<State> {
+        let leg = self.curve.leg_of(self.n);
+        (!self.turned).then(|| State(leg.motion(&self.here)))
+    }
+
+    /// Goes over to another curve at the last pulse handed out; it is to begin with
+    /// this tracer's [`state`](Self::state). Parts of a tick are carried over, so
+    /// that changes don't add up to an error. Does nothing between a turn and the
+    /// step behind it.
+    pub fn change(&mut self, curve: Curve) {
+        if self.turned {
+            return;
+        }
+        (self.curve, self.n, self.size) = (curve, 0, 0);
+        self.here = curve.moment(0, None);
+        self.time = curve.ticks(self.here.time);
     }
 
     /// The curve.
@@ -150,7 +177,7 @@ impl Iterator for Tracer {
         }
         let leg = self.curve.leg_of(self.n + 1);
         if leg.backward != self.backward {
-            self.backward = leg.backward;
+            (self.backward, self.turned) = (leg.backward, true);
             // The next step is counted from the turn.
             let turn = self.curve.ticks(leg.begin).max(self.time);
             let wait = u64::try_from(turn - self.time).unwrap_or(u64::MAX);
@@ -158,6 +185,7 @@ impl Iterator for Tracer {
             self.time += u128::from(wait) << 32;
             return Some(Run::turn(u32::try_from(wait).unwrap_or(u32::MAX), !self.backward));
         }
+        self.turned = false;
         let piece = self.curve.piece_of(self.n + 1);
         if self.n < piece.first {
             return Some(self.across());

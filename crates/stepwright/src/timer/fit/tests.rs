@@ -72,7 +72,9 @@ fn what_does_not_fit_says_what_does() {
     assert_eq!(UNO.virtual_top_of(0), Err(Misfit::TooSlow { max: 0x3FF_FFFF }));
     assert_eq!(UNO.virtual_top_of_speed(Speed::ZERO), Err(Misfit::TooSlow { max: 0x3FF_FFFF }));
     assert!(UNO.virtual_top_of(25_001).unwrap_err().to_string().contains("640"));
-    assert_eq!(Hardware::wide32(84_000_000).fit(u32::MAX).unwrap().interval(), u32::MAX);
+    let wide = Hardware::wide32(84_000_000);
+    assert_eq!(wide.fit(0x7FFF_FFFF).unwrap().interval(), 0x7FFF_FFFF);
+    assert_eq!(wide.fit(0x8000_0000), Err(Misfit::TooSlow { max: 0x7FFF_FFFF }));
     assert!(Hardware::new(1, &[], 16).is_err());
     assert!(Hardware::new(1, &[3, 3], 16).is_err());
     assert!(Hardware::new(1, &[0, 17], 16).is_err());

@@ -1,0 +1,241 @@
+//! What happens: the order on the virtual board, from the call on.
+
+use std::str::FromStr;
+
+use stepwright::timed::{Call, Code, Control, Dump, Model, Status};
+use stepwright::timer::fit::{Fitted, Hardware};
+use stepwright_sim::timed::{Change, TimedBoard};
+
+use super::order::Order;
+use super::wiring::Wiring;
+use crate::failure::Failure;
+
+/// Steps that are kept at most.
+const MOST: usize = 20_000_000;
+
+/// When to print the debug dump, in ms after the call.
+#[derive(Clone, Debug)]
+pub enum Moments {
+    /// These.
+    Each(Vec<f64>),
+    /// The first, and from one to the next.
+    Every(f64, f64),
+}
+
+impl FromStr for Moments {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Moments, String> {
+        let number = |text: &str| match text.trim().parse::<f64>() {
+            Ok(ms) if (0.0..=1e8).contains(&ms) => Ok(ms),
+            _ => Err(format!("{text:?} is no time in ms")),
+        };
+        if let Some((first, every)) = text.split_once('+') {
+            return match (number(first)?, number(every)?) {
+                (_, every) if every < 1.0 => Err("a ms at least from one to the next".into()),
+                (first, every) => Ok(Moments::Every(first, every)),
+            };
+        }
+        let mut each = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
+        each.sort_by(f64::total_cmp);
+        Ok(Moments::Each(each))
+    }
+}
+
+impl Moments {
+    fn at(&self, n: usize) -> Option<f64> {
+        match self {
+            Moments::Each(each) => each.get(n).copied(),
+            Moments::Every(first, every) => Some(first + every * n as f64),
+        }
+    }
+}
+
+/// What is to be played.
+pub struct Play<'a> {
+    pub hardware: Hardware,
+    pub latched: bool,
+    pub order: &'a Order,
+    pub wiring: &'a Wiring,
+    pub for_ms: Option<u32>,
+    pub log: Option<&'a Moments>,
+}
+
+/// An order's course.
+pub struct Course<'a> {
+    pub hardware: Hardware,
+    pub latched: bool,
+    pub order: &'a Order,
+    pub code: Code,
+    pub updates: Vec<Update>,
+    pub dumps: Vec<Logged>,
+    /// The callbacks, with their ms after the call.
+    pub calls: Vec<(f64, Call)>,
+    pub status: Status,
+    /// The clock of each step.
+    pub steps: Vec<u64>,
+    pub changes: Vec<Change>,
+    /// The phase before the first step.
+    pub phase: u8,
+    pub rows: u8,
+    /// When it was watched last, in clocks, and whether it moved still.
+    pub end: u64,
+    pub moving: bool,
+}
+
+/// The speed from some time on: the first is the call's.
+pub struct Update {
+    pub clock: u64,
+    /// Steps made by then.
+    pub steps: usize,
+    pub top: u32,
+    pub modification: u32,
+    pub fitted: Fitted,
+}
+
+/// A dump and its ms after the call.
+pub struct Logged {
+    pub ms: f64,
+    pub dump: Dump,
+}
+
+impl<'a> Course<'a> {
+    /// Plays an order.
+    pub fn play(play: &Play<'a>) -> Result<Course<'a>, Failure> {
+        let Play { hardware, latched, order, wiring, .. } = *play;
+        let model = if latched { Model::Latched } else { Model::Ideal };
+        let mut board = TimedBoard::new(hardware, model, wiring.sequence, order.call_ms());
+        board.restore(wiring.phase);
+        let code = board.set_speed(&order.set_speed);
+        if code.is_error() {
+            let text = code.to_string();
+            let (what, todo) = text.split_once("; ").unwrap_or((&text, "see --help"));
+            return Err(Failure::new(what).hint(todo));
+        }
+        let mut course = Course {
+            hardware,
+            latched,
+            order,
+            code,
+            updates: Vec::new(),
+            dumps: Vec::new(),
+            calls: Vec::new(),
+            status: Status::NONE,
+            steps: Vec::new(),
+            changes: Vec::new(),
+            phase: wiring.phase,
+            rows: wiring.sequence.len(),
+            end: 0,
+            moving: true,
+        };
+        course.look(&mut board);
+        course.watch(&mut board, play)?;
+        course.status = board.status();
+        course.moving = board.is_moving();
+        course.end = board.now();
+        course.steps = board.steps().to_vec();
+        course.changes = board.changes().to_vec();
+        Ok(course)
+    }
+
+    /// Lets it run: to each event, check and dump in the order of time.
+    fn watch(&mut self, board: &mut TimedBoard, play: &Play) -> Result<(), Failure> {
+        let set_speed = &self.order.set_speed;
+        let variable = set_speed.control.has(Control::SPEED_VARIABLE);
+        let updates = if variable { u32::from(set_speed.mod_counts) } else { 0 };
+        let endless = set_speed.limit == 0;
+        let watched = 2_000 + updates.saturating_mul(set_speed.update_ms.into());
+        let until = match play.for_ms {
+            Some(ms) => board.clocks(ms.into()),
+            None if endless => board.clocks(watched.into()),
+            None => u64::MAX,
+        };
+        let mut check = self.order.poll_ms.map(|ms| (ms, ms));
+        let mut logged = 0;
+        loop {
+            let dump = play.log.and_then(|log| log.at(logged)).map(|ms| (board.clocks(ms), ms));
+            let polled = check.map(|(at, _)| board.clocks(at.into()));
+            let event = board.due();
+            // Once it is at rest a last check may call back; each dump that is asked for by
+            // itself is given.
+            let asked = matches!(play.log, Some(Moments::Each(_)));
+            let called = self.calls.iter().any(|(_, call)| *call == Call::Reached);
+            let waits = polled.is_some() && !called;
+            let quiet = event.is_none() && !waits && play.for_ms.is_none();
+            let times = [
+                event,
+                polled.filter(|_| !quiet),
+                dump.map(|(at, _)| at).filter(|_| !quiet || asked),
+            ];
+            let Some(next) = times.into_iter().flatten().min().filter(|at| *at <= until) else {
+                break;
+            };
+            board.run_until(next);
+            if polled == Some(next) {
+                let ms = self.ms(next);
+                let calls = &mut self.calls;
+                board.update_check(|call| calls.push((ms, call)));
+                check = check.map(|(at, every)| (at.saturating_add(every), every));
+            }
+            self.look(board);
+            if let Some((_, ms)) = dump.filter(|(at, _)| *at == next) {
+                self.dumps.push(Logged { ms, dump: board.dump() });
+                logged += 1;
+            }
+            if board.steps().len() > MOST {
+                return Err(Failure::new(format!("more than {MOST} steps"))
+                    .hint("watch it for a shorter time: --for-ms 10000"));
+            }
+        }
+        if until != u64::MAX {
+            board.run_until(until);
+        }
+        Ok(())
+    }
+
+    /// Takes an update down.
+    fn look(&mut self, board: &mut TimedBoard) {
+        let dump = board.dump();
+        if self.updates.last().is_some_and(|last| last.top == dump.top) {
+            return;
+        }
+        if let Ok(fitted) = self.hardware.fit(dump.top) {
+            let Dump { top, modification, .. } = dump;
+            let (clock, steps) = (board.now(), board.steps().len());
+            self.updates.push(Update { clock, steps, top, modification, fitted });
+        }
+    }
+
+    /// Milliseconds of so many clocks.
+    pub fn ms(&self, clock: u64) -> f64 {
+        clock as f64 * 1e3 / f64::from(self.hardware.hz())
+    }
+
+    /// Turns per minute of a speed.
+    pub fn rpm(&self, speed: f64) -> f64 {
+        speed * 60.0 / f64::from(self.order.steps_per_turn)
+    }
+
+    /// Number, clock, delay, speed and phase of each step.
+    pub fn rows(&self) -> impl Iterator<Item = Row> + '_ {
+        let hz = f64::from(self.hardware.hz());
+        let forward = !self.order.set_speed.control.has(Control::DIRECTION);
+        let mut before = 0;
+        self.steps.iter().zip(1u64..).map(move |(&clock, step)| {
+            let delay = clock - std::mem::replace(&mut before, clock);
+            let turned = (step % u64::from(self.rows)) as u8;
+            let back = self.rows - turned;
+            let phase = (self.phase + if forward { turned } else { back }) % self.rows;
+            Row { step, clock, delay, speed: hz / delay as f64, phase }
+        })
+    }
+}
+
+/// A step.
+pub struct Row {
+    pub step: u64,
+    pub clock: u64,
+    pub delay: u64,
+    pub speed: f64,
+    pub phase: u8,
+}

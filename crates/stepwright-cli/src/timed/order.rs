@@ -1,0 +1,135 @@
+//! The options as an order of the driver.
+
+use stepwright::timed::{Control, SetSpeed};
+use stepwright::timer::fit::Hardware;
+use stepwright_sim::timed::published;
+
+use crate::calc::misfit;
+use crate::failure::Failure;
+use crate::quantity::{GeometryArgs, SpeedArg};
+
+/// What is asked of the driver.
+#[derive(clap::Args)]
+pub struct OrderArgs {
+    /// Clocks between two steps at first: the virtual top
+    #[arg(long, value_name = "CLOCKS", conflicts_with_all = ["speed", "case"])]
+    #[arg(required_unless_present_any = ["speed", "case"])]
+    top: Option<u32>,
+    /// Speed at first: 250, 75rpm … (a bare number is steps/s)
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true, conflicts_with = "case")]
+    speed: Option<SpeedArg>,
+    /// A validation case of the document, 1 to 3, instead of an order of one's own
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=3))]
+    #[arg(conflicts_with_all = ["steps", "millis", "faster", "slower", "double"])]
+    case: Option<u8>,
+    /// Stop after so many steps
+    #[arg(long, value_name = "N", conflicts_with = "millis")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    steps: Option<u32>,
+    /// Stop after so many milliseconds
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..))]
+    millis: Option<u32>,
+    /// Take so many clocks from the virtual top with each update
+    #[arg(long, value_name = "CLOCKS", conflicts_with = "slower", requires = "updates")]
+    faster: Option<u32>,
+    /// Add so many clocks to it
+    #[arg(long, value_name = "CLOCKS", requires = "updates")]
+    slower: Option<u32>,
+    /// Halve (faster) or double (slower) these clocks with each update
+    #[arg(long)]
+    double: bool,
+    /// Milliseconds from update to update
+    #[arg(long, value_name = "MS", default_value_t = 1000, conflicts_with = "case")]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..))]
+    every_ms: u16,
+    /// So many updates at most
+    #[arg(long, value_name = "N", conflicts_with = "case")]
+    updates: Option<u16>,
+    /// Have the main program check for updates every so many ms, instead of the step
+    /// interrupt; then it is called back
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+    poll_ms: Option<u32>,
+    /// Play the motor's pattern backwards
+    #[arg(long, conflicts_with = "case")]
+    reverse: bool,
+    #[command(flatten)]
+    geometry: GeometryArgs,
+}
+
+/// An order, and how it is watched.
+pub struct Order {
+    pub set_speed: SetSpeed,
+    /// How often the main program checks.
+    pub poll_ms: Option<u32>,
+    pub case: Option<u8>,
+    pub steps_per_turn: u32,
+}
+
+impl Order {
+    /// What the caller's clock shows at the call.
+    pub fn call_ms(&self) -> u32 {
+        if self.case.is_some() { published::CALL_MS } else { 0 }
+    }
+
+    /// The published log of a case.
+    pub fn log(&self) -> &'static [published::Row] {
+        match self.case {
+            Some(1) => published::CASE_1.log,
+            Some(2) => published::CASE_2.log,
+            _ => &[],
+        }
+    }
+}
+
+impl OrderArgs {
+    /// What the core makes of them.
+    pub fn order(&self, hardware: &Hardware) -> Result<Order, Failure> {
+        let geometry = self.geometry.geometry()?;
+        let steps_per_turn = geometry.steps_per_turn();
+        if let Some(case) = self.case {
+            let (published, poll_ms) = match case {
+                1 => (published::CASE_1, self.poll_ms),
+                2 => (published::CASE_2, self.poll_ms),
+                _ => (published::CASE_3, self.poll_ms.or(Some(published::POLL_MS))),
+            };
+            let mut set_speed = published.order;
+            if poll_ms.is_some() && case != 3 {
+                let bits = set_speed.control.bits() & !Control::IRQ_TIMING.bits();
+                set_speed.control = Control::from_bits(bits);
+            }
+            return Ok(Order { set_speed, poll_ms, case: Some(case), steps_per_turn });
+        }
+        let top = match (&self.speed, self.top) {
+            (Some(speed), _) => {
+                let held = speed.resolve(&geometry, "--speed")?;
+                let top = hardware.virtual_top_of_speed(held.value);
+                top.map_err(|error| misfit(&format!("--speed {held}"), error))?
+            }
+            (None, Some(top)) => {
+                hardware.check(top).map_err(|error| misfit(&format!("--top {top}"), error))?
+            }
+            (None, None) => return Err(Failure::usage("give --top, --speed or --case")),
+        };
+        let mut control = Control::DRV_EN;
+        let mut set = |bit, on| {
+            if on {
+                control = control | bit;
+            }
+        };
+        set(Control::DIRECTION, self.reverse);
+        set(Control::ENDPOINT_MILLIS, self.millis.is_some());
+        set(Control::IRQ_TIMING, self.poll_ms.is_none());
+        set(Control::SPEED_VARIABLE, self.faster.or(self.slower).is_some());
+        set(Control::FASTER, self.faster.is_some());
+        set(Control::VARIABLE_PWR, self.double);
+        let set_speed = SetSpeed {
+            control,
+            top,
+            limit: self.steps.or(self.millis).unwrap_or(0),
+            modification: self.faster.or(self.slower).unwrap_or(0),
+            update_ms: self.every_ms,
+            mod_counts: self.updates.unwrap_or(0),
+        };
+        Ok(Order { set_speed, poll_ms: self.poll_ms, case: None, steps_per_turn })
+    }
+}

@@ -1,0 +1,235 @@
+//! `--drive`: which pins a motor's driver is on, and what they get.
+
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use stepwright::drive::sequence::*;
+use stepwright::drive::{Arduino, BoardPin, Sequence, Shield};
+
+use crate::failure::Failure;
+
+/// How the motor is wired.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Drive")]
+pub struct WiringArgs {
+    /// What drives the motor: shield, lower-shield, second-shield; unipolar:PINS,
+    /// unipolar-wave:PINS, unipolar-half:PINS (four pins of one port: D4,D39,D40,D41);
+    /// bridge, bridge-wave, bridge-half; l6219, l6219-half, l6219-quarter; or
+    /// pattern:ROW,ROW,…/OUTPUTS, port bits in binary
+    #[arg(long, value_name = "DRIVE")]
+    drive: Option<DriveArg>,
+    /// The Arduino whose pins these are
+    #[arg(long, value_enum, default_value_t = BoardArg::Uno)]
+    board: BoardArg,
+    /// The row of the motor's pattern that it is restored to beforehand
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    phase: u8,
+}
+
+/// A board with document 000's pins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum BoardArg {
+    /// Arduino Uno
+    Uno,
+    /// Arduino Mega
+    Mega,
+}
+
+#[derive(Clone, Debug)]
+enum DriveArg {
+    Shield(&'static str, Shield),
+    Unipolar(Sequence, [BoardPin; 4]),
+    Lines(&'static str, Sequence, &'static [&'static str]),
+    Pattern(Sequence, u8),
+}
+
+const BRIDGE: &[&str] = &["In1", "In2", "In3", "In4"];
+const L6219: &[&str] = &["PHASE1", "PHASE2", "I01", "I11", "I02", "I12"];
+
+impl FromStr for DriveArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<DriveArg, String> {
+        let (name, rest) = text.split_once(':').map_or((text, None), |(n, r)| (n, Some(r)));
+        let unipolar = |sequence| {
+            let pins = rest.ok_or("name four pins, like unipolar:D8,D9,D10,D11")?;
+            Ok(DriveArg::Unipolar(sequence, four_pins(pins)?))
+        };
+        let drive = match name {
+            "unipolar" => return unipolar(UNIPOLAR_FULL),
+            "unipolar-wave" => return unipolar(UNIPOLAR_WAVE),
+            "unipolar-half" => return unipolar(UNIPOLAR_HALF),
+            "pattern" => return pattern(rest.unwrap_or("")),
+            "shield" => DriveArg::Shield("motor shield", Shield::FIRST),
+            "lower-shield" => DriveArg::Shield("lower of two motor shields", Shield::LOWER),
+            "second-shield" => DriveArg::Shield("second motor shield", Shield::SECOND),
+            "bridge" => DriveArg::Lines("bridges, full steps", BRIDGE_FULL, BRIDGE),
+            "bridge-wave" => DriveArg::Lines("bridges, one winding on", BRIDGE_WAVE, BRIDGE),
+            "bridge-half" => DriveArg::Lines("bridges, half steps", BRIDGE_HALF, BRIDGE),
+            "l6219" => DriveArg::Lines("L6219, full steps", L6219_FULL, L6219),
+            "l6219-half" => DriveArg::Lines("L6219, half steps", L6219_HALF, L6219),
+            "l6219-quarter" => DriveArg::Lines("L6219, quarter steps", L6219_QUARTER, L6219),
+            _ => {
+                return Err("there is shield, lower-shield, second-shield, unipolar[-wave|-half]:\
+                            PINS, bridge[-wave|-half], l6219[-half|-quarter], pattern:ROWS/OUTPUTS"
+                    .into());
+            }
+        };
+        if rest.is_some() {
+            return Err(format!("{name} takes no pins"));
+        }
+        Ok(drive)
+    }
+}
+
+/// `D4,D39,D40,D41`
+fn four_pins(text: &str) -> Result<[BoardPin; 4], String> {
+    let pin = |text: &str| {
+        let text = text.trim();
+        let number = |digits: &str| digits.parse().map_err(|_| format!("{text} is no pin"));
+        match text.strip_prefix(['A', 'a']) {
+            Some(digits) => number(digits).map(BoardPin::A),
+            None => number(text.strip_prefix(['D', 'd']).unwrap_or(text)).map(BoardPin::D),
+        }
+    };
+    let pins = text.split(',').map(pin).collect::<Result<Vec<_>, _>>()?;
+    pins.try_into().map_err(|pins: Vec<_>| format!("four pins are needed, not {}", pins.len()))
+}
+
+/// `00110000,01100000,11000000,10010000/11110000`
+fn pattern(text: &str) -> Result<DriveArg, String> {
+    let bits = |text: &str| {
+        let digits = text.trim().replace('_', "");
+        let digits = digits.strip_prefix(['B', 'b']).unwrap_or(&digits);
+        u8::from_str_radix(digits, 2).map_err(|_| format!("{text:?} is no byte in binary"))
+    };
+    let (rows, outputs) = text.split_once('/').map_or((text, None), |(r, o)| (r, Some(o)));
+    let rows = rows.split(',').map(bits).collect::<Result<Vec<_>, _>>()?;
+    let mask = match outputs {
+        Some(outputs) => bits(outputs)?,
+        None => rows.iter().fold(0, |all, row| all | row),
+    };
+    let sequence = Sequence::new(&rows, mask).map_err(|error| error.to_string())?;
+    Ok(DriveArg::Pattern(sequence, mask))
+}
+
+/// What the virtual board's motor is on.
+pub struct Wiring {
+    /// How it is called, if it was named.
+    pub name: Option<String>,
+    pub sequence: Sequence,
+    pub phase: u8,
+    pub signals: Vec<Signal>,
+}
+
+/// A pin to be shown.
+pub struct Signal {
+    pub name: String,
+    pub what: What,
+}
+
+/// Where its level comes from.
+#[derive(Clone, Copy)]
+pub enum What {
+    /// A bit of the lines.
+    Line(u8),
+    /// High while the drivers are on.
+    Enable,
+    /// Always low: a brake.
+    Low,
+}
+
+impl WiringArgs {
+    /// What the core makes of them.
+    pub fn wiring(&self) -> Result<Wiring, Failure> {
+        let board = match self.board {
+            BoardArg::Uno => Arduino::Uno,
+            BoardArg::Mega => Arduino::Mega,
+        };
+        let refused = |error: stepwright::drive::PinFault| {
+            // The core says "what is wrong; what to do".
+            let text = error.to_string();
+            match text.split_once("; ") {
+                Some((wrong, todo)) => Failure::new(wrong).hint(todo),
+                None => Failure::new(text).hint("is --board right?"),
+            }
+        };
+        let signal = |name: String, what| Signal { name, what };
+        let (name, sequence, signals) = match &self.drive {
+            None => (None, SHIELD, Vec::new()),
+            Some(DriveArg::Shield(name, shield)) => {
+                let (port, ..) = shield.coils(board).map_err(refused)?;
+                let [a, b] = shield.direction;
+                let mut signals = vec![
+                    signal(a.to_string(), What::Line(0)),
+                    signal(b.to_string(), What::Line(1)),
+                ];
+                for pin in shield.enable {
+                    signals.push(signal(format!("{pin} en"), What::Enable));
+                }
+                for pin in shield.brake.into_iter().flatten() {
+                    signals.push(signal(format!("{pin} br"), What::Low));
+                }
+                (Some(format!("{name}, directions on port {port}")), SHIELD, signals)
+            }
+            Some(DriveArg::Unipolar(sequence, pins)) => {
+                let (port, bits) = board.same_port(*pins).map_err(refused)?;
+                let names = pins.iter().zip(bits);
+                let signals = names.map(|(pin, bit)| signal(pin.to_string(), What::Line(bit)));
+                let name = format!("unipolar driver on port {port}");
+                (Some(name), sequence.on_bits(&bits), signals.collect())
+            }
+            Some(DriveArg::Lines(name, sequence, lines)) => {
+                let named = (0..).zip(*lines);
+                let signals = named.map(|(bit, line)| signal((*line).into(), What::Line(bit)));
+                (Some((*name).to_owned()), *sequence, signals.collect())
+            }
+            Some(DriveArg::Pattern(sequence, mask)) => {
+                let bits = (0..8).rev().filter(|bit| mask >> bit & 1 != 0);
+                let signals = bits.map(|bit| signal(format!("bit {bit}"), What::Line(bit)));
+                (Some("a pattern of one's own".to_owned()), *sequence, signals.collect())
+            }
+        };
+        if self.phase >= sequence.len() {
+            let last = sequence.len() - 1;
+            return Err(Failure::new(format!("--phase {}: there is none", self.phase))
+                .hint(format!("this drive has phases 0 to {last}")));
+        }
+        Ok(Wiring { name, sequence, phase: self.phase, signals })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drives_are_read() {
+        for good in [
+            "shield",
+            "second-shield",
+            "unipolar:D4,D39,D40,D41",
+            "unipolar-half: 8, d9,D10,11",
+            "unipolar-wave:A0,A1,A2,A3",
+            "bridge-half",
+            "l6219-quarter",
+            "pattern:B00110000,01100000,1100_0000,10010000/11110000",
+        ] {
+            assert!(good.parse::<DriveArg>().is_ok(), "{good}");
+        }
+        for bad in [
+            "",
+            "servo",
+            "unipolar",
+            "unipolar:D4",
+            "unipolar:D4,D5,D6,X",
+            "shield:D4",
+            "pattern:",
+            "pattern:1,2",
+            "pattern:1,10,100",
+            "pattern:0001,0010,0100,1000/0111",
+        ] {
+            assert!(bad.parse::<DriveArg>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Where along the path each axis steps.
+//!
+//! **Lines.** Axis i of a line makes n steps; they lie evenly spaced along it,
+//! the first of every axis at its beginning and the last at its end:
+//!
+//! ```text
+//!   X  │    │    │    │    │    │    │
+//!   Y  │        │        │        │  │   (n − 1 equal parts)
+//!      begin                         end
+//! ```
+//!
+//! That is the axis' own profile, scaled by its share of the path: no
+//! Bresenham, no unevenness.
+//!
+//! **Arcs.** An axis steps where the circle crosses the middle between two of
+//! its positions, which is found in closed form, so both are always at the
+//! nearest position to the circle. A crossing that is taken back at once, where
+//! the circle only touches the middle, is left out.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::law::Unplannable;
+
+/// A step: how far along the path, and which way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Units from the beginning.
+    pub at: f64,
+    /// Forward.
+    pub forward: bool,
+}
+
+/// The marks of one axis, from the beginning to the end.
+#[derive(Clone, Debug)]
+pub struct Marks(Kind);
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Even { next: u32, count: u32, length: f64, forward: bool },
+    Round(Round),
+}
+
+/// One axis of an arc: its position in steps is c + r·cos φ, where φ runs from
+/// `from` on by `sweep`.
+#[derive(Clone, Debug)]
+struct Round {
+    c: f64,
+    r: f64,
+    from: f64,
+    sweep: f64,
+    /// Units of path in a radian.
+    radius: f64,
+    /// Radians that lie behind.
+    gone: f64,
+    /// Positions that lie behind.
+    at: i64,
+}
+
+/// A straight line of N axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line<const N: usize> {
+    /// Steps of each.
+    pub steps: [i32; N],
+    /// Units a step leads, of each.
+    pub step: [f64; N],
+}
+
+impl<const N: usize> Line<N> {
+    /// Its length.
+    pub fn length(&self) -> f64 {
+        let ways = self.steps.iter().zip(&self.step).map(|(n, d)| f64::from(*n) * d);
+        ways.map(|way| way * way).sum::<f64>().sqrt()
+    }
+
+    /// Where each axis steps.
+    ///
+    /// # Errors
+    /// [`Unplannable`] if no axis has anything to do, or a step leads nowhere.
+    pub fn marks(&self) -> Result<[Marks; N], Unplannable> {
+        if self.step.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
+            return Err(Unplannable::Step);
+        }
+        let length = self.length();
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(Unplannable::Length);
+        }
+        Ok(self.steps.map(|steps| {
+            let (count, forward) = (steps.unsigned_abs(), steps > 0);
+            Marks(Kind::Even { next: 0, count, length, forward })
+        }))
+    }
+}
+
+/// An arc of two axes, from where they stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arc {
+    /// The centre, in units from where they stand.
+    pub centre: [f64; 2],
+    /// Radians: positive from the first axis towards the second. 2π is a whole
+    /// circle, and there may be several.
+    pub sweep: f64,
+    /// Units a step leads, of each.
+    pub step: [f64; 2],
+}
+
+impl Arc {
+    /// Its radius.
+    pub fn radius(&self) -> f64 {
+        self.centre[0].hypot(self.centre[1])
+    }
+
+    /// Its length.
+    pub fn length(&self) -> f64 {
+        self.radius() * self.sweep.abs()
+    }
+
+    /// Where both axes step.
+    ///
+    /// # Errors
+    /// [`Unplannable`] if it leads nowhere, is smaller than a step, or makes more
+    /// steps than can be counted.
+    pub fn marks(&self) -> Result<[Marks; 2], Unplannable> {
+        if self.step.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
+            return Err(Unplannable::Step);
+        }
+        let (radius, length) = (self.radius(), self.length());
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(Unplannable::Length);
+        }
+        if self.step.iter().any(|d| radius < *d) {
+            return Err(Unplannable::Radius);
+        }
+        if self.step.iter().any(|d| length / d > f64::from(i32::MAX)) {
+            return Err(Unplannable::TooLong);
+        }
+        let start = (-self.centre[1]).atan2(-self.centre[0]);
+        let axis = |n: usize, from: f64| {
+            let (c, r) = (self.centre[n] / self.step[n], radius / self.step[n]);
+            Marks(Kind::Round(Round { c, r, from, sweep: self.sweep, radius, gone: 0.0, at: 0 }))
+        };
+        // sin φ = cos(φ − π/2).
+        Ok([axis(0, start), axis(1, start - FRAC_PI_2)])
+    }
+}
+
+/// Beyond the middle between two positions by so many steps, or it counts as
+/// touched only.
+const TOUCH: f64 = 0.25;
+
+impl Round {
+    /// The next crossing of a middle.
+    fn next(&mut self) -> Option<Mark> {
+        let back = self.sweep < 0.0;
+        loop {
+            // Turned so that the angle grows: cos is even.
+            let angle = if back { -self.from } else { self.from } + self.gone;
+            let turn = angle.rem_euclid(TAU);
+            // Falling from 0 to π, rising from there to 2π.
+            let rising = turn >= std::f64::consts::PI;
+            let extreme = if rising { self.c + self.r } else { self.c - self.r };
+            let middle = self.at as f64 + if rising { 0.5 } else { -0.5 };
+            let way = if rising { extreme - middle } else { middle - extreme };
+            let cos = (middle - self.c) / self.r;
+            let half = if rising {
+                TAU - cos.clamp(-1.0, 1.0).acos()
+            } else {
+                cos.clamp(-1.0, 1.0).acos()
+            };
+            if way > TOUCH && half - turn > -1e-9 {
+                let gone = self.gone + (half - turn).max(0.0);
+                if gone > self.sweep.abs() {
+                    return None;
+                }
+                self.gone = gone;
+                self.at += if rising { 1 } else { -1 };
+                return Some(Mark { at: gone * self.radius, forward: rising });
+            }
+            // Nothing more on this side: on to the extreme.
+            let end = if rising { TAU } else { std::f64::consts::PI };
+            self.gone += (end - turn).max(1e-12);
+            if self.gone > self.sweep.abs() {
+                return None;
+            }
+        }
+    }
+}
+
+impl Iterator for Marks {
+    type Item = Mark;
+
+    fn next(&mut self) -> Option<Mark> {
+        match &mut self.0 {
+            Kind::Even { next, count, length, forward } => {
+                if next >= count {
+                    return None;
+                }
+                let (n, parts) = (*next, count.saturating_sub(1).max(1));
+                // The last one exactly, whatever is rounded on the way.
+                let at =
+                    if n == parts { *length } else { *length * f64::from(n) / f64::from(parts) };
+                *next += 1;
+                Some(Mark { at, forward: *forward })
+            }
+            Kind::Round(round) => round.next(),
+        }
+    }
+}

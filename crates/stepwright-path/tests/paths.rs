@@ -1,0 +1,193 @@
+//! Lines and circles, judged from their steps alone.
+
+use std::f64::consts::TAU;
+
+use proptest::prelude::*;
+use stepwright::Rate;
+use stepwright_path::{Arc, Line, Pace, Steps};
+
+const LEAD: u32 = 10_000;
+
+/// Times in seconds after the lead, and the position after each step.
+fn played(steps: Steps, rate: Rate) -> Vec<(f64, i64)> {
+    let (mut ticks, mut at) = (0u64, 0i64);
+    steps
+        .map(|pace| {
+            ticks += u64::from(pace.ticks);
+            at += if pace.forward { 1 } else { -1 };
+            ((ticks as f64 - f64::from(LEAD)) / f64::from(rate.hz()), at)
+        })
+        .collect()
+}
+
+fn rate(hz: u32) -> Rate {
+    Rate::from_hz(hz).unwrap()
+}
+
+/// The place at a time under a trapezoid, by adding up small times: a way of its
+/// own.
+fn place(length: f64, pace: Pace, t: f64) -> f64 {
+    let (v, a, d) = (pace.speed, pace.accel, pace.decel);
+    let peak = v.min((2.0 * length * a * d / (a + d)).sqrt());
+    let (up, down) = (peak / a, peak / d);
+    let level = (length - peak * up / 2.0 - peak * down / 2.0) / peak;
+    let end = up + level + down;
+    if t < up {
+        a * t * t / 2.0
+    } else if t < up + level {
+        peak * up / 2.0 + peak * (t - up)
+    } else {
+        length - d * (end - t).max(0.0).powi(2) / 2.0
+    }
+}
+
+proptest! {
+    /// All axes begin and end together, and each is evenly spaced along the way.
+    #[test]
+    fn lines_are_straight_and_even(
+        steps in prop::array::uniform3(-3_000i32..3_000),
+        step in prop::array::uniform3(0.5f64..3.0),
+        speed in 50.0f64..5_000.0,
+        accel in 100.0f64..50_000.0,
+        decel in 100.0f64..50_000.0,
+        hz in 1_000_000u32..100_000_000,
+    ) {
+        prop_assume!(steps.iter().any(|n| *n != 0));
+        let line = Line { steps, step };
+        let pace = Pace { speed, accel, decel };
+        let all = Steps::line(&line, pace, rate(hz), LEAD).unwrap();
+        let tick = 1.0 / f64::from(hz);
+        let all = all.map(|steps| played(steps, rate(hz)));
+        let last = all.iter().filter_map(|axis| axis.last()).map(|s| s.0).fold(0.0, f64::max);
+        for (axis, wanted) in all.iter().zip(steps) {
+            prop_assert_eq!(axis.len() as u32, wanted.unsigned_abs());
+            let Some(&(_, at)) = axis.last() else { continue };
+            prop_assert_eq!(at, i64::from(wanted));
+            prop_assert!(axis[0].0.abs() <= tick);
+            if axis.len() > 1 {
+                prop_assert!((axis[axis.len() - 1].0 - last).abs() <= tick);
+            }
+            for (n, (t, _)) in axis.iter().enumerate() {
+                let part = n as f64 / (axis.len() as f64 - 1.0).max(1.0);
+                let off = place(line.length(), pace, *t) - part * line.length();
+                // Half a tick of way, and rounding near rest.
+                prop_assert!(off.abs() <= speed * tick + 1e-6 * line.length(), "{n}: {off}");
+            }
+        }
+    }
+
+    /// A circle stays within a step of the true one, and its speed along the
+    /// path, by the steps, within 1 % over 32 of them.
+    #[test]
+    fn circles_are_round_and_even(
+        radius in 100.0f64..3_000.0,
+        begin in 0.0f64..TAU,
+        turns in prop_oneof![Just(1.0f64), Just(-1.0), -2.5f64..-0.2, 0.2f64..2.5],
+        step in prop::array::uniform2(0.5f64..1.0),
+        speed in 200.0f64..4_000.0,
+    ) {
+        let centre = [-radius * begin.cos(), -radius * begin.sin()];
+        let arc = Arc { centre, sweep: turns * TAU, step };
+        let pace = Pace::new(speed, 20_000.0);
+        let hz = rate(16_000_000);
+        let [x, y] = Steps::arc(&arc, pace, hz, LEAD).unwrap();
+        let axes = [played(x, hz), played(y, hz)];
+        // Where the path is at the end of the steps.
+        let end = begin + arc.sweep;
+        let wanted = [radius * end.cos() + centre[0], radius * end.sin() + centre[1]];
+        for (axis, (wanted, step)) in axes.iter().zip(wanted.into_iter().zip(step)) {
+            let at = axis.last().map_or(0, |s| s.1) as f64;
+            prop_assert!((at - wanted / step).abs() <= 0.76, "{at} {}", wanted / step);
+        }
+        let mut events: Vec<(f64, usize, i64)> = Vec::new();
+        for (n, axis) in axes.iter().enumerate() {
+            events.extend(axis.iter().map(|&(t, at)| (t, n, at)));
+        }
+        events.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut at = [0i64; 2];
+        for &(t, n, to) in &events {
+            at[n] = to;
+            let p = [at[0] as f64 * step[0] - centre[0], at[1] as f64 * step[1] - centre[1]];
+            let off = (p[0].hypot(p[1]) - radius).abs();
+            prop_assert!(off <= step[0].max(step[1]), "{off} from the circle at {t}");
+        }
+        // Where an axis steps it is in the middle between two positions: that,
+        // and which way round, is the place on the circle.
+        for (n, axis) in axes.iter().enumerate() {
+            let places: Vec<(f64, f64)> = angles(axis, n, centre, radius, step[n], begin, turns);
+            let ramp = speed / pace.accel;
+            let last = places.last().map_or(0.0, |p| p.0);
+            let cruise: Vec<_> = places
+                .iter()
+                .filter(|p| p.0 > ramp + 1e-3 && p.0 < last - ramp - 2.0 * radius / speed * 0.2)
+                .collect();
+            for pair in cruise.windows(33) {
+                let way = (pair[32].1 - pair[0].1).abs() * radius;
+                let v = way / (pair[32].0 - pair[0].0);
+                prop_assert!((v / speed - 1.0).abs() <= 0.01, "{v}, not {speed}");
+            }
+        }
+    }
+}
+
+/// The time and the angle, unwound, of each step of one axis.
+fn angles(
+    axis: &[(f64, i64)],
+    n: usize,
+    centre: [f64; 2],
+    radius: f64,
+    step: f64,
+    begin: f64,
+    turns: f64,
+) -> Vec<(f64, f64)> {
+    let mut at = 0i64;
+    let mut places = Vec::new();
+    let mut last = begin;
+    for &(t, to) in axis {
+        let forward = to > at;
+        let middle = (at + to) as f64 / 2.0 * step - centre[n];
+        at = to;
+        let part = (middle / radius).clamp(-1.0, 1.0).acos();
+        let base = if n == 0 { 0.0 } else { TAU / 4.0 };
+        // Of the two angles with this cosine the one where it goes this way, and
+        // of all its turns the next one.
+        let next = [part, -part]
+            .into_iter()
+            .filter(|angle| (-angle.sin() * turns > 0.0) == forward)
+            .map(|angle| {
+                let way = (angle + base - last) * turns.signum();
+                last + (way + 1e-9).rem_euclid(TAU) * turns.signum()
+            })
+            .min_by(|a, b| (a - last).abs().total_cmp(&(b - last).abs()))
+            .unwrap();
+        last = next;
+        places.push((t, next));
+    }
+    places
+}
+
+/// A hold on the way: braked and gone on along the line, nothing lost.
+#[test]
+fn a_hold_loses_no_step() {
+    let line = Line { steps: [2_000, -700], step: [1.0, 1.0] };
+    let pace = Pace::new(1_000.0, 4_000.0);
+    let free = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
+    let held = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
+    held[0].law().hold(1.0, Some(3.0));
+    let (free, held) = (free.map(|s| played(s, Rate::MHZ)), held.map(|s| played(s, Rate::MHZ)));
+    for (free, held) in free.iter().zip(&held) {
+        assert_eq!(free.len(), held.len());
+        for (a, b) in free.iter().zip(held) {
+            assert_eq!(a.1, b.1);
+            // As it was until the hold; at rest between; later after it.
+            assert!(a.0 > 1.0 || (a.0 - b.0).abs() < 2e-6);
+            assert!(!(1.26..3.0).contains(&b.0));
+        }
+    }
+    assert!((held[0].last().unwrap().0 - held[1].last().unwrap().0).abs() < 2e-6);
+    // Without a going-on the rest is not made.
+    let [x, _] = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
+    x.law().hold(1.0, None);
+    let x = played(x, Rate::MHZ);
+    assert!(x.len() < 1_200 && x.last().unwrap().0 < 1.26);
+}

@@ -1,0 +1,127 @@
+//! A serial line that is only written to, and the milliseconds, without an interrupt: so
+//! that nothing comes between a step and its edge.
+//!
+//! Sending waits for the line and looks at the clock meanwhile.
+
+use stepwright::timed::{Code, Dump, Field};
+
+use crate::chip::{TC2, USART0};
+use crate::clock::Clock;
+
+/// 16 MHz / 8 / 115200 − 1.
+const DIVISOR: u16 = 16;
+
+/// The line and the clock.
+pub struct Console {
+    usart: USART0,
+    clock: Clock,
+    millis: u32,
+}
+
+impl Console {
+    /// 115200 baud, and the clock at 0.
+    pub fn start(usart: USART0, timer: TC2) -> Console {
+        usart.ucsr0a().write(|w| w.u2x0().set_bit());
+        usart.ubrr0().write(|w| w.set(DIVISOR));
+        usart.ucsr0c().write(|w| w.ucsz0().chr8());
+        usart.ucsr0b().write(|w| w.txen0().set_bit());
+        Console { usart, clock: Clock::start(timer), millis: 0 }
+    }
+
+    /// Milliseconds since the start. To be asked at least every 16.
+    pub fn millis(&mut self) -> u32 {
+        if self.clock.ticked() {
+            self.millis = self.millis.wrapping_add(1);
+        }
+        self.millis
+    }
+
+    /// Waits until the clock shows `millis`.
+    pub fn wait_until(&mut self, millis: u32) {
+        while (self.millis().wrapping_sub(millis) as i32) < 0 {}
+    }
+
+    fn byte(&mut self, byte: u8) {
+        while self.usart.ucsr0a().read().udre0().bit_is_clear() {
+            self.millis();
+        }
+        // SAFETY: a byte to be sent touches no memory.
+        self.usart.udr0().write(|w| unsafe { w.bits(byte) });
+    }
+
+    /// Sends a text.
+    pub fn text(&mut self, text: &str) {
+        text.bytes().for_each(|byte| self.byte(byte));
+    }
+
+    /// Sends a text as a line.
+    pub fn line(&mut self, text: &str) {
+        self.text(text);
+        self.text("\r\n");
+    }
+
+    /// Sends a number in decimal digits.
+    pub fn number(&mut self, number: u32) {
+        let mut rest = number;
+        let mut begun = false;
+        // Without a division, which a small chip lacks.
+        for unit in [
+            1_000_000_000,
+            100_000_000,
+            10_000_000,
+            1_000_000,
+            100_000,
+            10_000,
+            1_000,
+            100,
+            10,
+            1u32,
+        ] {
+            let mut digit = b'0';
+            while rest >= unit {
+                rest = rest.wrapping_sub(unit);
+                digit = digit.wrapping_add(1);
+            }
+            begun |= digit != b'0' || unit == 1;
+            if begun {
+                self.byte(digit);
+            }
+        }
+    }
+
+    /// Two hexadecimal digits.
+    fn hex(&mut self, byte: u8) {
+        for digit in [byte >> 4, byte & 0x0F] {
+            self.byte(if digit < 10 { b'0' + digit } else { b'A' - 10 + digit });
+        }
+    }
+
+    /// The document's debug dump.
+    pub fn dump(&mut self, dump: &Dump) {
+        for (name, field) in dump.fields() {
+            self.text(name);
+            self.text(": ");
+            match field {
+                Field::Hex(byte) => {
+                    self.text("0x");
+                    self.hex(byte);
+                }
+                Field::Number(number) => self.number(number),
+            }
+            self.line("");
+        }
+    }
+
+    /// What the document prints of a `motorSetSpeed`.
+    pub fn set_speed(&mut self, dump: &Dump, code: Code) {
+        self.line(">>>motorSetSpeed");
+        self.line(if cfg!(feature = "mega") { "Arduino Mega" } else { "Arduino Uno" });
+        self.dump(dump);
+        self.text("Exit Code: ");
+        if code.is_error() {
+            self.text("-");
+        }
+        self.hex(code.get().unsigned_abs());
+        self.line("");
+    }
+}

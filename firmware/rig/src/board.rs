@@ -105,12 +105,17 @@ impl Board {
         }
     }
 
-    /// The timer that `image` steps by: the one whose interrupt it handles.
-    /// Timer 1 where it handles none, as the master does.
-    pub fn step_timer(self, image: &Image) -> StepTimer {
-        let timers = self.timers();
+    /// The timers whose interrupt `image` handles; timer 1 where it handles none,
+    /// as the master does.
+    pub(crate) fn timers_of(self, image: &Image) -> Vec<StepTimer> {
         let handled = |timer: &&StepTimer| image.defines(&format!("__vector_{}", timer.vector));
-        *timers.iter().find(handled).unwrap_or(&timers[0])
+        let timers: Vec<_> = self.timers().iter().filter(handled).copied().collect();
+        if timers.is_empty() { vec![self.timers()[0]] } else { timers }
+    }
+
+    /// The timer that `image` steps by: the first of those.
+    pub fn step_timer(self, image: &Image) -> StepTimer {
+        self.timers_of(image)[0]
     }
 
     /// Cycles that the chip takes for RETI: one more where an address has

@@ -84,7 +84,7 @@ pub(crate) struct Taps {
 
 impl Taps {
     /// Listens to `silicon`, which must stay where it is.
-    pub(crate) fn new(board: Board, step_timer: StepTimer, silicon: &Silicon) -> Taps {
+    pub(crate) fn new(board: Board, timers: &[StepTimer], silicon: &Silicon) -> Taps {
         let avr = silicon.avr;
         let mut heard = Box::new(Heard {
             avr,
@@ -123,7 +123,7 @@ impl Taps {
             let running = ffi::AVR_INT_IRQ_RUNNING as usize;
             let any = &raw mut (*table).irq[running];
             ffi::avr_irq_register_notify(any, Some(on_interrupt), param);
-            let step = ffi::avr_get_interrupt_irq(avr, step_timer.vector);
+            let step = ffi::avr_get_interrupt_irq(avr, timers[0].vector);
             assert!(!step.is_null(), "no step interrupt");
             ffi::avr_irq_register_notify(step.add(running), Some(on_step_interrupt), param);
             // TIMSK0 … TIMSK5.
@@ -132,7 +132,7 @@ impl Taps {
             }
             ffi::avr_register_io_write(avr, EECR, Some(on_eeprom), param);
         }
-        let timers = board.timers();
+        // The firmware's own: simavr lets only a few registers be watched.
         let mut matches: Box<[Match]> =
             timers.iter().map(|timer| Match { timer: silicon.timer(timer.number) }).collect();
         for (timer, matched) in timers.iter().zip(&mut matches) {

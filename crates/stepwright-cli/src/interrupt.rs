@@ -7,6 +7,7 @@ use std::process;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::failure::Failure;
+use crate::order::keys;
 
 static PRESSES: AtomicUsize = AtomicUsize::new(0);
 
@@ -20,6 +21,7 @@ const ENOUGH: usize = 4;
 pub fn listen() -> Result<(), Failure> {
     ctrlc::set_handler(|| {
         if PRESSES.fetch_add(1, Ordering::Relaxed) + 1 >= ENOUGH {
+            keys::restore();
             process::exit(STATUS.into());
         }
     })

@@ -59,6 +59,7 @@ struct Cli {
 enum Command {
     Move(order::travel::Args),
     Run(order::run::Args),
+    Retarget(order::retarget::Args),
     Stop(order::halt::StopArgs),
     Kill(order::halt::KillArgs),
     Status(order::look::StatusArgs),
@@ -80,6 +81,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Move(args) => order::travel::run(args),
         Command::Run(args) => order::run::run(args),
+        Command::Retarget(args) => order::retarget::run(args),
         Command::Stop(args) => order::halt::stop(args),
         Command::Kill(args) => order::halt::kill(args),
         Command::Status(args) => order::look::status(args),

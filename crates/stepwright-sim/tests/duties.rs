@@ -174,6 +174,31 @@ fn towards_a_closed_switch_nothing_moves_and_away_from_it_everything_does() {
     assert_eq!(board.position(1), Some(stopped - 15));
 }
 
+/// On the way too: a target towards a closed switch is refused, and one that
+/// is turned for is given up where its switch closes.
+#[test]
+fn a_change_of_mind_heeds_the_switches() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    say(&mut board, SWITCHED);
+    board.set_switch(1, false);
+    assert_eq!(say(&mut board, "A2 PO A2 G-900 E"), "Y Y Y Y Y");
+    wait(&mut board, 500);
+    assert_eq!(say(&mut board, "A2 @+50"), "Y E");
+    assert_eq!(last(&mut board), "fault");
+    assert_eq!(say(&mut board, "@-1000"), "Y");
+    // While it brakes it moves away from the switch, which may close again.
+    board.set_switch(1, true);
+    assert_eq!(say(&mut board, "@+50"), "Y");
+    board.set_switch(1, false);
+    let before = board.position(1).unwrap();
+    board.run_to_rest();
+    let rested = board.position(1).unwrap();
+    assert!(before - 250 < rested && rested < before - 20, "{before} {rested}");
+    let turned = steps(&mut board, 1) as i64;
+    assert!(turned <= -rested + 2, "{turned} steps to {rested}");
+}
+
 #[test]
 fn a_switch_may_lie_at_the_other_end_and_read_high() {
     let mut queues = Queues::default();

@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use stepwright_protocol::{AxisId, Command, Info, Refusal, Reply, Selection, Travel};
 
+use super::keys::{Act, Hand};
 use super::motion::Motion;
 use crate::failure::Failure;
 use crate::interrupt;
@@ -115,7 +116,7 @@ fn has_begun(
 }
 
 /// What a look at the motor shows.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Sight {
     /// Where it is; `None` if uncertain.
     pub position: Option<i64>,
@@ -123,21 +124,32 @@ pub struct Sight {
     pub time: Duration,
     /// Whether it is being braked.
     pub braking: bool,
+    /// What a key has come to, for the user.
+    pub told: Option<String>,
 }
 
-/// Watches an axis until it rests. Ctrl-C, or the time `until`, brakes it.
+/// Watches an axis until it rests, with a hand on it. Ctrl-C, or the time
+/// `until`, brakes it.
 /// Where it rests, or `None` if that is uncertain; and whether it was braked.
 pub fn watch(
     talk: &mut Talk,
     axis: AxisId,
     until: Option<Duration>,
+    hand: &mut Hand,
     mut see: impl FnMut(Sight),
 ) -> Result<Sight, Trouble> {
     let one = Selection::One(axis);
     let mut braking = false;
     loop {
         let time = talk.now();
-        if !braking && (interrupt::presses() > 0 || until.is_some_and(|until| time >= until)) {
+        let mut told = None;
+        let mut stop = interrupt::presses() > 0 || until.is_some_and(|until| time >= until);
+        match hand.act(talk, one)? {
+            Some(Act::Stop) => stop = true,
+            Some(Act::Told(text)) => told = Some(text),
+            None => {}
+        }
+        if !braking && stop {
             brake(talk, one)?;
             braking = true;
         }
@@ -145,8 +157,8 @@ pub fn watch(
         // move on in between.
         let busy = talk.is_busy(one)?;
         let position = if busy { talk.position(axis)? } else { talk.rest_position(axis)? };
-        let sight = Sight { position, time: talk.now(), braking };
-        see(sight);
+        let sight = Sight { position, time: talk.now(), braking, told };
+        see(sight.clone());
         if !busy {
             return Ok(sight);
         }

@@ -73,7 +73,8 @@ pub struct State {
 }
 
 impl State {
-    fn word(&self) -> &'static str {
+    /// What it is doing: `busy`.
+    pub fn word(&self) -> &'static str {
         match (self.position, self.busy) {
             (None, _) => "uncertain",
             (_, true) => "busy",

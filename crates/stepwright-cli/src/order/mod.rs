@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`travel`] | `move` |
 //! | [`run`] | `run` |
+//! | [`retarget`] | `retarget` |
 //! | [`halt`] | `stop`, `kill` |
 //! | [`look`] | `status`, `position`, `zero` |
 //! | [`send`] | `send` |
@@ -11,16 +12,19 @@
 //! | [`ports`] | `ports` |
 //!
 //! They share [`target`] (which board), [`motion`] (which speeds), [`drive`]
-//! (start, watch, stop) and [`progress`] (what the user sees meanwhile).
+//! (start, watch, stop), [`progress`] (what the user sees meanwhile) and [`keys`]
+//! (what the user presses meanwhile).
 
 mod drive;
 pub mod halt;
+pub mod keys;
 pub mod look;
 mod motion;
 #[cfg(test)]
 mod noise;
 pub mod ports;
 mod progress;
+pub mod retarget;
 pub mod run;
 pub mod send;
 pub mod settings;

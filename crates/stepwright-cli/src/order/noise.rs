@@ -11,6 +11,7 @@ use stepwright_protocol::{AxisId, Distance, Travel};
 use stepwright_sim::Description;
 
 use super::drive::{self, End, Ended};
+use super::keys::Hand;
 use super::motion::{Motion, RampArgs};
 use crate::board::bench::{Bench, Width};
 use crate::board::recording::Recording;
@@ -69,7 +70,7 @@ fn say(talk: &mut Talk, axis: AxisId) -> Result<i64, String> {
     talk.meet().map_err(|trouble| trouble.to_string())?;
     let from = talk.rest_position(axis).map_err(|trouble| trouble.to_string())?;
     drive::begin(talk, axis, &motion, &lines, from).map_err(|not| format!("{not:?}"))?;
-    let watched = drive::watch(talk, axis, None, |_| ());
+    let watched = drive::watch(talk, axis, None, &mut Hand::off(), |_| ());
     match drive::conclude(talk, axis, watched) {
         Ended { end: End::Rests(at), .. } => Ok(at),
         Ended { failure, .. } => Err(format!("{failure:?}")),

@@ -10,6 +10,7 @@ use stepwright::profile::Path;
 use stepwright_protocol::{Distance, Travel};
 
 use super::drive::Sight;
+use super::keys;
 use super::motion::{Motion, seconds};
 use crate::{interrupt, say};
 
@@ -30,8 +31,8 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Of a motion that begins at `from`.
-    pub fn new(motion: &Motion, from: i64) -> Progress {
+    /// Of a motion that begins at `from`, and says which keys there are.
+    pub fn new(motion: &Motion, from: i64, keys: bool) -> Progress {
         let steps = match motion.order.travel {
             Travel::By(distance) => Some(distance),
             Travel::Endless(_) => None,
@@ -39,7 +40,11 @@ impl Progress {
         let bar = io::stderr().is_terminal().then(|| bar(steps));
         let path = motion.path().filter(|path| !path.is_endless());
         let sights = VecDeque::new();
-        Progress { bar, path, from, sights, told: Instant::now(), braking: false }
+        let progress = Progress { bar, path, from, sights, told: Instant::now(), braking: false };
+        if keys {
+            progress.note(keys::HELP);
+        }
+        progress
     }
 
     /// Tells a look at the motor.
@@ -51,6 +56,11 @@ impl Progress {
             } else {
                 "braking"
             });
+        }
+        if let Some(text) = &sight.told {
+            self.note(text);
+            // It is another motion now.
+            self.path = None;
         }
         let Some(position) = sight.position else { return };
         let speed = self.speed(sight.time, position);

@@ -6,6 +6,7 @@ use serde_json::json;
 use stepwright_protocol::{AxisId, Direction, Selection, Travel};
 
 use super::drive::{self, End, NotBegun};
+use super::keys::Hand;
 use super::motion::{Motion, RampArgs, listed};
 use super::progress::Progress;
 use super::target::{self, Format, PortArgs, VirtualArgs};
@@ -21,7 +22,8 @@ use crate::{interrupt, say};
 On a real board this returns as soon as the motor runs; `stepwright stop` brakes
 it. With --for, and on the virtual board, it stays: after that time, or at
 Ctrl-C, it brakes, says `position N ready`, and ends with status 0. A second
-Ctrl-C stops dead: `position uncertain`, status 130.
+Ctrl-C stops dead: `position uncertain`, status 130. While it stays, keys change
+the speed on a terminal: + faster and - slower, by a tenth; s brakes.
 
 Examples:
   stepwright run 200
@@ -99,8 +101,11 @@ fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> 
                 say::note("running; Ctrl-C brakes");
             }
             let until = args.time.map(|time| talk.now() + time);
-            let mut progress = Progress::new(motion, from);
-            let watched = drive::watch(talk, args.axis, until, |sight| progress.see(sight));
+            let mut hand = Hand::on(talk, &motion.order);
+            let mut progress = Progress::new(motion, from, hand.listens());
+            let watched =
+                drive::watch(talk, args.axis, until, &mut hand, |sight| progress.see(sight));
+            drop(hand);
             progress.end();
             watched
         }

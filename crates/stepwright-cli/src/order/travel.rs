@@ -4,6 +4,7 @@ use serde_json::json;
 use stepwright_protocol::{AxisId, Distance, Travel};
 
 use super::drive::{self, End, Ended, NotBegun};
+use super::keys::Hand;
 use super::motion::{MOTION, Motion, RampArgs, listed};
 use super::progress::Progress;
 use super::target::{self, Format, PortArgs, VirtualArgs};
@@ -24,11 +25,13 @@ Without --port a virtual board moves: the real engine with simulated pins, in
 real time.
 
 Ctrl-C brakes along the ramp, and the position stays known; a second Ctrl-C
-stops dead, and the position is lost.
+stops dead, and the position is lost. On a terminal keys change a motor on its way:
++ faster and - slower, by a tenth of its top speed, s brakes. `retarget` does so
+from elsewhere.
 
 The last line       Status
   position N ready     0    it went all the way
-  position N stopped  130   braked by Ctrl-C, at rest at N
+  position N stopped  130   braked by Ctrl-C or s, at rest at N
                         1   stopped by something else, at rest at N
   position uncertain  130   killed by Ctrl-C
                         1   the board was lost, or killed by something else
@@ -63,7 +66,7 @@ pub struct Args {
 }
 
 /// Reads a number of steps.
-fn distance(text: &str) -> Result<Distance, String> {
+pub fn distance(text: &str) -> Result<Distance, String> {
     let steps = text.parse().ok().and_then(Distance::new);
     steps.ok_or_else(|| "a whole number of steps, -2147483647 to 2147483647".to_owned())
 }
@@ -95,8 +98,11 @@ fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failur
     let begun = talk.now();
     let ended = match drive::begin(talk, args.axis, motion, &lines, Some(from)) {
         Ok(()) => {
-            let mut progress = Progress::new(motion, from);
-            let watched = drive::watch(talk, args.axis, None, |sight| progress.see(sight));
+            let mut hand = Hand::on(talk, &motion.order);
+            let mut progress = Progress::new(motion, from, hand.listens());
+            let watched =
+                drive::watch(talk, args.axis, None, &mut hand, |sight| progress.see(sight));
+            drop(hand);
             progress.end();
             drive::conclude(talk, args.axis, watched)
         }

@@ -1,0 +1,158 @@
+//! `stepwright retarget`: another mind for a motor on its way.
+
+use serde_json::json;
+use stepwright::Speed;
+use stepwright_protocol::{
+    AxisId, Command, Distance, Refusal, Reply, Selection, TopSpeed, WholeAccel,
+};
+
+use super::look::{self, State};
+use super::motion::{MOTION, listed};
+use super::target::{self, Format, PortArgs};
+use super::travel::distance;
+use crate::failure::Failure;
+use crate::link::serial::Share;
+use crate::quantity::{AccelArg, GeometryArgs, SpeedArg};
+use crate::say;
+use crate::talk::{Talk, Trouble};
+
+/// Change the travel that an axis is on: its target, its speed, its ramps
+///
+/// The motor goes on from the speed it has and keeps the new limits. A target
+/// that is too near to stop at, or that lies behind, is come back to.
+#[derive(clap::Args)]
+#[command(after_help = "\
+STEPS counts from where the travel began: `retarget 500` has a `move 4000` end
+where `move 500` would have. A travel without end gets one. What is planned
+already, some 16 to 24 ms, is done first.
+
+What the board refuses is said, with status 1; what was taken before it holds.
+
+Examples:
+  stepwright run 200 --port /dev/ttyUSB0
+  stepwright retarget --top-speed 400 --port /dev/ttyUSB0
+  stepwright retarget 5000 --decel 2000 --port /dev/ttyUSB0
+  stepwright retarget -5000 --port /dev/ttyUSB0")]
+#[command(group(clap::ArgGroup::new("what").required(true).multiple(true)))]
+pub struct Args {
+    /// Where it is to end, in steps from where the travel began
+    #[arg(allow_negative_numbers = true, value_parser = distance, group = "what")]
+    steps: Option<Distance>,
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Speed between the ramps
+    #[arg(long, value_name = "SPEED", group = "what", help_heading = MOTION)]
+    top_speed: Option<SpeedArg>,
+    /// Acceleration, also in place of a ramp that was counted in steps
+    #[arg(long, value_name = "ACCEL", group = "what", help_heading = MOTION)]
+    accel: Option<AccelArg>,
+    /// Deceleration, likewise
+    #[arg(long, value_name = "ACCEL", group = "what", help_heading = MOTION)]
+    decel: Option<AccelArg>,
+    #[command(flatten)]
+    geometry: GeometryArgs,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Which axis of the board: 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
+    #[arg(help_heading = "Board")]
+    axis: AxisId,
+}
+
+impl Args {
+    /// The lines that say it: the ramps before the speed and the target, which
+    /// are to be reached by them.
+    fn lines(&self) -> Result<Vec<Command>, Failure> {
+        let geometry = self.geometry.geometry()?;
+        let mut lines = Vec::new();
+        let slope = |arg: &Option<AccelArg>, name| -> Result<Option<WholeAccel>, Failure> {
+            let Some(arg) = arg else { return Ok(None) };
+            let thousandths = arg.resolve(&geometry, name)?.value.millisteps();
+            whole(thousandths).and_then(WholeAccel::new).map(Some).ok_or_else(too_small)
+        };
+        lines.extend(slope(&self.accel, "--accel")?.map(Command::Accel));
+        lines.extend(slope(&self.decel, "--decel")?.map(Command::Decel));
+        if let Some(top) = &self.top_speed {
+            let top: Speed = top.resolve(&geometry, "--top-speed")?.value;
+            let top = whole(top.millisteps().into()).and_then(TopSpeed::new);
+            lines.push(Command::Top(top.ok_or_else(too_small)?));
+        }
+        lines.extend(self.steps.map(Command::Retarget));
+        Ok(lines)
+    }
+}
+
+/// Thousandths as the line carries them.
+fn whole(thousandths: u64) -> Option<u32> {
+    u32::try_from(thousandths.saturating_add(500) / 1000).ok()
+}
+
+fn too_small() -> Failure {
+    Failure::new("less than 1 step/s or 1 step/s²").hint("the line carries whole steps: 1 or more")
+}
+
+/// Changes the travel, and says where the axis is.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let lines = args.lines()?;
+    let mut talk = args.port.meet("retarget", Share::Alone)?;
+    target::has_axis(&talk, args.axis)?;
+    let told = tell(&mut talk, args.axis, &lines).map_err(target::trouble(&mut talk))?;
+    let states = look::states(&mut talk, Some(args.axis)).map_err(target::trouble(&mut talk))?;
+    let name = talk.link().name();
+    if let Some((line, why)) = told {
+        return Err(refused(&name, args.axis, line, why));
+    }
+    for state in &states {
+        show(&args, &name, &lines, state);
+    }
+    look::all_known(&name, &states)
+}
+
+/// Says the lines, each harmless twice; the one that was refused, and why.
+fn tell(
+    talk: &mut Talk,
+    axis: AxisId,
+    lines: &[Command],
+) -> Result<Option<(Command, Option<Refusal>)>, Trouble> {
+    let one = Selection::One(axis);
+    for &line in lines {
+        // At rest the board would keep them for later.
+        if !talk.is_busy(one)? {
+            return Ok(Some((line, Some(Refusal::NoTravel))));
+        }
+        if talk.ask_of(one, line)? != Reply::Yes {
+            return Ok(Some((line, talk.why()?)));
+        }
+    }
+    Ok(None)
+}
+
+fn refused(name: &str, axis: AxisId, line: Command, why: Option<Refusal>) -> Failure {
+    match why {
+        Some(Refusal::NoTravel) => {
+            let axis = axis.number();
+            Failure::new(format!("{name}: axis {axis} is at rest, there is no travel to change"))
+                .hint("`stepwright move` and `stepwright run` begin one")
+        }
+        Some(why) => Failure::new(format!("{name} refused {line}: {why}")),
+        None => Failure::new(format!("{name} refused {line}"))
+            .hint("a board that knows only document 004 can't change a travel in progress"),
+    }
+}
+
+fn show(args: &Args, name: &str, lines: &[Command], state: &State) {
+    match args.format {
+        Format::Json => say::result(json!({
+            "axis": args.axis.number(),
+            "position": state.position,
+            "state": state.word(),
+            "board": name,
+            "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        })),
+        Format::Text => {
+            say::result(format_args!("axis {} on {name}: {}", args.axis.number(), listed(lines)));
+            say::result(state.line());
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! A change of mind on the way, on the real binary: against the virtual board,
+//! edge by edge.
+//!
+//! When a change takes hold depends on what was planned when its line came. A
+//! chip takes its time for a line and for planning, the virtual board none; so
+//! the virtual one is told at some moment near that of the chip, and at one of
+//! them every edge must be the chip's. Legs are compared from their first step
+//! on: what begins after a turn begins when the foreground comes by.
+
+mod common;
+
+use common::{LATENCY, chip, rest, say, steps};
+use stepwright_rig::Chip;
+use stepwright_rig::edges::Step;
+use stepwright_sim::{Description, Edge, Pin, Queues, VirtualBoard};
+
+/// Steps of axis 1 of a virtual Uno, which is told `order` at once and `change`
+/// so many cycles after its first step.
+fn virtual_steps(order: &str, change: &str, after: u64) -> Vec<Step> {
+    let mut queues = Queues::default();
+    let mut board: VirtualBoard<u16, Vec<Edge>> =
+        VirtualBoard::new(&mut queues, Description::uno(), Vec::new());
+    let tell = |board: &mut VirtualBoard<u16, Vec<Edge>>, lines: &str| {
+        for line in lines.split_whitespace() {
+            line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
+        }
+    };
+    tell(&mut board, order);
+    while board.recorder().iter().all(|edge| !edge.is_step()) {
+        board.run_until(board.now() + 1_000);
+    }
+    let first = board.recorder().iter().find(|edge| edge.is_step()).map_or(0, |edge| edge.time);
+    board.run_until(first + after);
+    tell(&mut board, change);
+    assert!(board.take_answers().chunks(2).all(|answer| answer == b"Y\r"), "{change}");
+    board.run_to_rest();
+    let (mut forward, mut position, mut steps) = (true, 0, Vec::new());
+    for edge in board.recorder().iter().filter(|edge| edge.axis == 0) {
+        match edge.pin {
+            Pin::Direction => forward = edge.level,
+            Pin::Step if edge.level => {
+                position += if forward { 1 } else { -1 };
+                steps.push(Step { time: edge.time, position });
+            }
+            Pin::Step => {}
+        }
+    }
+    steps
+}
+
+/// How far apart the same steps are, at most, in cycles; each leg from its
+/// first step on. `None` if they are not the same.
+fn apart(real: &[Step], ideal: &[Step]) -> Option<i64> {
+    let same = |(a, b): (&Step, &Step)| a.position == b.position;
+    if real.len() != ideal.len() || !real.iter().zip(ideal).all(same) {
+        return None;
+    }
+    let (mut first, mut worst) = (0, 0);
+    for n in 1..real.len() {
+        let turned = n > 1 && real[n].position == real[n - 2].position;
+        if turned {
+            first = n;
+        }
+        let passed = |steps: &[Step]| (steps[n].time - steps[first].time) as i64;
+        worst = worst.max((passed(real) - passed(ideal)).abs());
+    }
+    Some(worst)
+}
+
+/// Gives the order, and so many cycles later the change. The last position.
+#[track_caller]
+fn changed(order: &str, wait: u64, change: &str) -> (Chip, i64) {
+    let mut chip = chip();
+    say(&mut chip, order);
+    chip.run_for(wait);
+    say(&mut chip, change);
+    let told = chip.now();
+    rest(&mut chip);
+    let real = steps(&chip, 0);
+    let told = told - real[0].time;
+    // The line was heard before its answer was: at 115,200 baud some 90 µs a
+    // byte. And the virtual board is fed as often as it looks.
+    let tries = (0..160).map(|n| (told + 40_000).saturating_sub(n * 2_000));
+    let best = tries.filter_map(|at| apart(&real, &virtual_steps(order, change, at))).min();
+    let best = best.expect("no moment makes the virtual board do the same");
+    assert!(best <= LATENCY, "{order} {change}: {best} cycles apart");
+    let end = real.last().unwrap().position;
+    chip.expect("V1", &end.to_string());
+    assert!(chip.ask("?").unwrap().contains(" late=0 "));
+    (chip, end)
+}
+
+const ORDER: &str = "PO s0 t4000 a10000 d10000 G+4000 E";
+
+#[test]
+fn a_target_further_on() {
+    for wait in [1_000_000, 6_000_000, 17_000_000] {
+        assert_eq!(changed(ORDER, wait, "@+5000").1, 5_000);
+    }
+}
+
+#[test]
+fn a_target_nearer() {
+    assert_eq!(changed(ORDER, 6_000_000, "@+2500").1, 2_500);
+}
+
+#[test]
+fn a_target_behind_through_rest() {
+    for wait in [1_000_000, 8_000_000] {
+        assert_eq!(changed(ORDER, wait, "@-300").1, -300);
+    }
+    // Too near to stop in time: beyond it, and back.
+    let (chip, end) = changed(ORDER, 8_000_000, "@+1500");
+    assert_eq!(end, 1_500);
+    let most = steps(&chip, 0).iter().map(|step| step.position).max().unwrap();
+    assert!(most > 2_000, "{most}");
+}
+
+#[test]
+fn another_speed_and_ramp() {
+    assert_eq!(changed(ORDER, 7_000_000, "t1500").1, 4_000);
+    assert_eq!(changed(ORDER, 7_000_000, "t9000").1, 4_000);
+    assert_eq!(changed(ORDER, 3_000_000, "a3000").1, 4_000);
+    assert_eq!(changed(ORDER, 7_000_000, "d5000").1, 4_000);
+}
+
+#[test]
+fn an_endless_travel_gets_a_target() {
+    assert_eq!(changed("s0 t3000 a8000 d8000 g-", 9_000_000, "@-2500").1, -2_500);
+}
+
+#[test]
+fn what_can_not_be_is_refused_with_its_reason_and_nothing_changes() {
+    let mut chip = chip();
+    chip.expect("@+5", "E");
+    assert!(chip.ask("?").unwrap().contains("last=no-travel"));
+    say(&mut chip, "$max-speed=5000 PO s100 t4000 a10000 d10000 G+4000 E");
+    chip.run_for(6_000_000);
+    chip.expect("t5001", "E");
+    assert!(chip.ask("?").unwrap().contains("last=too-fast"));
+    chip.expect("t99", "E");
+    assert!(chip.ask("?").unwrap().contains("last=too-slow"));
+    chip.expect("S20", "E");
+    rest(&mut chip);
+    let path = common::path_of_accel(100, 4_000, 10_000, 4_000);
+    common::follows(&steps(&chip, 0), &path, common::FIT + LATENCY);
+}

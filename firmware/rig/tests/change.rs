@@ -42,7 +42,7 @@ fn virtual_steps(order: &str, change: &str, after: u64) -> Vec<Step> {
                 position += if forward { 1 } else { -1 };
                 steps.push(Step { time: edge.time, position });
             }
-            Pin::Step => {}
+            _ => {}
         }
     }
     steps

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::elf::Image;
+
 /// Axes of a CNC shield.
 pub const AXES: usize = 3;
 
@@ -12,6 +14,17 @@ pub const HZ: u64 = 16_000_000;
 /// A pin of a chip: port B … L and bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pin(pub char, pub u8);
+
+/// A timer of 16 bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepTimer {
+    /// As in its name.
+    pub number: u8,
+    /// The interrupt of its compare match A.
+    pub vector: u8,
+    /// The low byte of its compare register A, which is written last.
+    pub compare: u16,
+}
 
 /// A board with its chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -79,12 +92,30 @@ impl Board {
         }
     }
 
-    /// The step interrupt: the compare match A of timer 1.
-    pub fn step_vector(self) -> u8 {
+    /// The timers of 16 bits: any of them can be the step timer.
+    pub fn timers(self) -> &'static [StepTimer] {
         match self {
-            Board::Uno => 11,
-            Board::Mega => 17,
+            Board::Uno => &[StepTimer { number: 1, vector: 11, compare: 0x88 }],
+            Board::Mega => &[
+                StepTimer { number: 1, vector: 17, compare: 0x88 },
+                StepTimer { number: 3, vector: 32, compare: 0x98 },
+                StepTimer { number: 4, vector: 42, compare: 0xA8 },
+                StepTimer { number: 5, vector: 47, compare: 0x128 },
+            ],
         }
+    }
+
+    /// The timers whose interrupt `image` handles; timer 1 where it handles none,
+    /// as the master does.
+    pub(crate) fn timers_of(self, image: &Image) -> Vec<StepTimer> {
+        let handled = |timer: &&StepTimer| image.defines(&format!("__vector_{}", timer.vector));
+        let timers: Vec<_> = self.timers().iter().filter(handled).copied().collect();
+        if timers.is_empty() { vec![self.timers()[0]] } else { timers }
+    }
+
+    /// The timer that `image` steps by: the first of those.
+    pub fn step_timer(self, image: &Image) -> StepTimer {
+        self.timers_of(image)[0]
     }
 
     /// Cycles that the chip takes for RETI: one more where an address has

@@ -46,7 +46,7 @@ impl Chip {
     /// Switches a board on, with `image` in its flash and an empty EEPROM.
     pub fn new(board: Board, image: &Image) -> Chip {
         let silicon = Box::new(Silicon::new(board, image));
-        let taps = Taps::new(board, &silicon);
+        let taps = Taps::new(board, &board.timers_of(image), &silicon);
         Chip {
             silicon,
             taps,
@@ -331,6 +331,34 @@ impl Chip {
     /// A byte of RAM or a register.
     pub fn byte(&self, address: u16) -> u8 {
         self.silicon.byte(address)
+    }
+
+    /// Sets a byte of RAM, or one of the registers r0 to r31.
+    ///
+    /// # Panics
+    /// It is a register of the hardware, or there is no such byte.
+    pub fn set_byte(&mut self, address: u16, byte: u8) {
+        self.silicon.set_byte(address, byte);
+    }
+
+    /// Puts other code into the flash from `address` on, and returns what was
+    /// there.
+    ///
+    /// # Panics
+    /// The flash ends before.
+    pub fn set_code(&mut self, address: u32, code: &[u8]) -> Vec<u8> {
+        self.silicon.set_code(address, code)
+    }
+
+    /// Calls the function at `address` on a chip that has just been switched on,
+    /// and whose program is not to run: arguments and results are in its
+    /// registers, bytes 0 to 31. False if it does not come back, with the stack
+    /// as it was, within `limit` cycles.
+    pub fn call(&mut self, address: u32, limit: u64) -> bool {
+        let sp = self.silicon.sp();
+        self.silicon.enter(address);
+        // It returns to where the chip begins.
+        self.run_to(limit, |chip| chip.pc() == 0) && self.silicon.sp() == sp
     }
 
     /// The address of the next instruction, in bytes.

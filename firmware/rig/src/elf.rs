@@ -3,6 +3,7 @@
 //! 32 bits, little endian, AVR. RAM is at 0x800000 and the EEPROM at 0x810000
 //! in the addresses of the AVR linker; below that is flash.
 
+use std::ops::Range;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
@@ -21,6 +22,9 @@ pub struct Symbol {
     pub address: u32,
     /// In bytes; 0 if unknown.
     pub size: u32,
+    /// Whether it stands for a definition that is missing: so do the vectors
+    /// that nobody handles.
+    pub weak: bool,
 }
 
 /// A firmware as it lies in flash.
@@ -76,6 +80,40 @@ impl Image {
             symbol.address < DATA && parts.iter().all(|part| symbol.name.contains(part))
         })
     }
+
+    /// Whether it has a definition of its own of `name`.
+    pub fn defines(&self, name: &str) -> bool {
+        self.symbols.iter().any(|symbol| symbol.name == name && !symbol.weak)
+    }
+
+    /// The one function whose name ends so: address and size in bytes.
+    ///
+    /// # Panics
+    /// There is none, or more than one: for tests.
+    #[track_caller]
+    pub fn function(&self, end: &str) -> (u32, u32) {
+        self.only(end, 0..DATA)
+    }
+
+    /// The one static whose name ends so: address in the data space, and size.
+    ///
+    /// # Panics
+    /// As [`function`](Image::function).
+    #[track_caller]
+    pub fn variable(&self, end: &str) -> (u16, u16) {
+        let (address, size) = self.only(end, DATA..EEPROM);
+        ((address - DATA) as u16, size as u16)
+    }
+
+    #[track_caller]
+    fn only(&self, end: &str, memory: Range<u32>) -> (u32, u32) {
+        let named = |symbol: &&Symbol| {
+            symbol.name.ends_with(end) && memory.contains(&symbol.address) && !symbol.weak
+        };
+        let found: Vec<_> = self.symbols.iter().filter(named).collect();
+        assert_eq!(found.len(), 1, "symbols that end with {end}: {found:?}");
+        (found[0].address, found[0].size)
+    }
 }
 
 struct File<'a>(&'a [u8]);
@@ -113,7 +151,8 @@ impl File<'_> {
                 for entry in (offset..offset + length).step_by(16) {
                     let name = self.name(names + self.word(entry)?);
                     let (address, size) = (self.word(entry + 4)?, self.word(entry + 8)?);
-                    symbols.push(Symbol { name, address, size });
+                    let weak = self.bytes(entry + 12, 1)?[0] >> 4 == 2;
+                    symbols.push(Symbol { name, address, size, weak });
                 }
             }
         }

@@ -25,15 +25,19 @@ pub fn path(name: &str) -> PathBuf {
 /// # Errors
 /// It is not there, with what builds it.
 pub fn load(name: &str) -> Result<Image> {
-    let (board, bench) = match name.strip_suffix("-bench") {
-        Some(board) => (board, " --bench"),
+    let (rest, bench) = match name.strip_suffix("-bench") {
+        Some(rest) => (rest, " --bench"),
         None => (name, ""),
+    };
+    let (board, timer) = match rest.split_once("-timer") {
+        Some((board, number)) => (board, format!(" --timer {number}")),
+        None => (rest, String::new()),
     };
     // One chore builds all programs of a board.
     let board = board.split('-').next().unwrap_or(board);
     Image::read(&path(name)).with_context(|| {
         format!(
-            "build it with `cargo xtask firmware {board}{bench}`; \
+            "build it with `cargo xtask firmware {board}{timer}{bench}`; \
              {FOLDER} names the folder if it is not target/firmware"
         )
     })

@@ -90,6 +90,48 @@ impl Silicon {
         unsafe { *(*self.avr).data.add(usize::from(address.min((*self.avr).ramend))) }
     }
 
+    /// Sets a byte of RAM, or one of the registers r0 to r31.
+    pub(crate) fn set_byte(&mut self, address: u16, byte: u8) {
+        // SAFETY: no register that the hardware looks at, and below the end.
+        unsafe {
+            let avr = &*self.avr;
+            assert!(
+                address < 32 || (avr.ioend + 1..=avr.ramend).contains(&address),
+                "{address:#x} is a register of the hardware"
+            );
+            *avr.data.add(usize::from(address)) = byte;
+        }
+    }
+
+    /// Puts other code into the flash from `address` on, and returns what was
+    /// there.
+    pub(crate) fn set_code(&mut self, address: u32, code: &[u8]) -> Vec<u8> {
+        // SAFETY: `flash` has `flashend` + 1 bytes.
+        unsafe {
+            let end = address as usize + code.len();
+            assert!(end <= (*self.avr).flashend as usize + 1, "beyond the end of the flash");
+            let flash = std::slice::from_raw_parts_mut((*self.avr).flash, end);
+            let before = flash[address as usize..].to_vec();
+            flash[address as usize..].copy_from_slice(code);
+            before
+        }
+    }
+
+    /// The next instruction is the one at `address`; its RET leads to address 0.
+    pub(crate) fn enter(&mut self, address: u32) {
+        // SAFETY: `avr` is alive, and no instruction runs.
+        unsafe {
+            (*self.avr).pc = address;
+            let sp = self.sp() - (*self.avr).address_size as u16;
+            for place in sp + 1..=self.sp() {
+                self.set_byte(place, 0);
+            }
+            let [low, high] = sp.to_le_bytes();
+            *(*self.avr).data.add(0x5D) = low;
+            *(*self.avr).data.add(0x5E) = high;
+        }
+    }
+
     /// Executes one instruction and what the hardware does meanwhile.
     #[inline(always)]
     pub(crate) fn step(&mut self) {
@@ -228,11 +270,11 @@ impl Silicon {
         unsafe { (*self.uart).io.irq.add(ffi::UART_IRQ_OUTPUT as usize) }
     }
 
-    /// A timer by its number's digit.
+    /// The timer of a number.
     pub(crate) fn timer(&self, number: u8) -> *mut ffi::avr_timer_t {
         // SAFETY: `find` gives live ones.
-        find(self.avr, c"timer", move |timer: *mut ffi::avr_timer_t| unsafe {
-            (*timer).name as u8 == number
+        find(self.avr, c"timer", |timer: *mut ffi::avr_timer_t| unsafe {
+            (*timer).name as u8 == b'0' + number
         })
     }
 

@@ -10,7 +10,7 @@ use std::os::raw::c_void;
 use simavr_ffi as ffi;
 use stepwright_sim::{Edge, Pin as Role};
 
-use crate::board::{AXES, Board, Pin};
+use crate::board::{AXES, Board, Pin, StepTimer};
 use crate::eeprom::Eeprom;
 use crate::silicon::{Silicon, opaque};
 
@@ -86,7 +86,7 @@ pub(crate) struct Taps {
 
 impl Taps {
     /// Listens to `silicon`, which must stay where it is.
-    pub(crate) fn new(board: Board, silicon: &Silicon) -> Taps {
+    pub(crate) fn new(board: Board, timers: &[StepTimer], silicon: &Silicon) -> Taps {
         let avr = silicon.avr;
         let mut heard = Box::new(Heard {
             avr,
@@ -126,7 +126,7 @@ impl Taps {
             let running = ffi::AVR_INT_IRQ_RUNNING as usize;
             let any = &raw mut (*table).irq[running];
             ffi::avr_irq_register_notify(any, Some(on_interrupt), param);
-            let step = ffi::avr_get_interrupt_irq(avr, board.step_vector());
+            let step = ffi::avr_get_interrupt_irq(avr, timers[0].vector);
             assert!(!step.is_null(), "no step interrupt");
             ffi::avr_irq_register_notify(step.add(running), Some(on_step_interrupt), param);
             // TIMSK0 … TIMSK5.
@@ -135,17 +135,14 @@ impl Taps {
             }
             ffi::avr_register_io_write(avr, EECR, Some(on_eeprom), param);
         }
-        let timers: &[(u8, u16)] = match board {
-            Board::Uno => &[(b'1', OCR1AL)],
-            Board::Mega => &[(b'1', OCR1AL), (b'3', OCR3AL)],
-        };
+        // The firmware's own: simavr lets only a few registers be watched.
         let mut matches: Box<[Match]> =
-            timers.iter().map(|(name, _)| Match { timer: silicon.timer(*name) }).collect();
-        for ((_, register), timer) in timers.iter().zip(&mut matches) {
+            timers.iter().map(|timer| Match { timer: silicon.timer(timer.number) }).collect();
+        for (timer, matched) in timers.iter().zip(&mut matches) {
             // SAFETY: as above, of the boxed timers.
             unsafe {
-                let param = opaque(timer);
-                ffi::avr_register_io_write(avr, *register, Some(on_compare_value), param);
+                let param = opaque(matched);
+                ffi::avr_register_io_write(avr, timer.compare, Some(on_compare_value), param);
             }
         }
         Taps { heard, taps, watched: Vec::new(), _matches: matches }
@@ -268,11 +265,7 @@ unsafe extern "C" fn on_timer_mask(
     }
 }
 
-/// The low byte of a timer's compare register A, which is written last; timer 1's is the
-/// same on both chips.
-const OCR1AL: u16 = 0x88;
-const OCR3AL: u16 = 0x98;
-/// They have 16 bits.
+/// The timers have 16 bits.
 const TURN: u64 = 1 << 16;
 
 /// simavr misses a match that comes within an instruction of the counter's

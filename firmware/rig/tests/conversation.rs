@@ -31,7 +31,7 @@ fn the_travel_order_of_the_document() {
 }
 
 #[test]
-fn while_busy_only_f_v_z_k_are_taken() {
+fn while_busy_no_line_of_an_order_is_taken() {
     talk(
         &mut chip(),
         "g+      Y
@@ -39,7 +39,6 @@ fn while_busy_only_f_v_z_k_are_taken() {
          S5      E
          T5      E
          R5      E
-         a5      E
          G+5     E
          g-      E
          E       E

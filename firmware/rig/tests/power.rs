@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{board, chip, rest, say, steps, talk, wake};
-use stepwright_rig::{Chip, firmware};
+use common::{board, chip, image, rest, say, steps, talk, wake};
+use stepwright_rig::Chip;
 
 #[test]
 fn a_reset_stops_everything_and_the_board_starts_afresh() {
@@ -47,7 +47,7 @@ fn kept() -> Vec<u8> {
 #[test]
 fn settings_outlast_the_power() {
     let eeprom = kept();
-    let mut chip = Chip::new(board(), &firmware::built(board()));
+    let mut chip = Chip::new(board(), &image());
     chip.set_eeprom(0, &eeprom);
     wake(&mut chip);
     chip.expect("$pulse-us", "pulse-us=5");
@@ -68,7 +68,7 @@ fn settings_outlast_the_power() {
 
 #[test]
 fn a_power_loss_at_any_byte_leaves_the_old_settings_or_the_new_ones() {
-    let (eeprom, image) = (kept(), firmware::built(board()));
+    let (eeprom, image) = (kept(), image());
     // A byte takes 54,400 cycles: every one of them is hit more than once.
     let (mut old, mut new) = (0, 0);
     for cut in (0..).map(|n| 1_000 + n * 23_456) {

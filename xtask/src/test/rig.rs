@@ -3,15 +3,25 @@
 
 use anyhow::Result;
 
-use crate::firmware::Board;
+use crate::firmware::{Board, Build, Program};
 use crate::workspace::{Workspace, run};
 use crate::{bench, rig};
 
-/// The same tests on both chips.
+/// The same tests on both chips, and some of them on the Mega's other timers.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     for board in [Board::Uno, Board::Mega] {
         rig::firmware(ws, board, false)?;
         run(rig::cargo(ws, "test").arg("--release").env("STEPWRIGHT_BOARD", board.name()))?;
+    }
+    // Another step timer is other registers and another vector, and all else is
+    // the same: what looks at every edge, and the line, tell.
+    for timer in [3, 4, 5] {
+        let build = Build { board: Board::Mega, timer, bench: false };
+        build.make(ws, Program::Slave)?;
+        let mut cargo = rig::cargo(ws, "test");
+        cargo.args(["--release", "--test", "virtual_board", "--test", "conversation"]);
+        cargo.env("STEPWRIGHT_BOARD", Board::Mega.name());
+        run(cargo.env("STEPWRIGHT_TIMER", timer.to_string()))?;
     }
     // It is a workspace of its own: nothing else looks at its style.
     run(rig::cargo(ws, "clippy").args(["--release", "--all-targets", "--", "-D", "warnings"]))?;

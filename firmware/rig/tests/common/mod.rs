@@ -7,7 +7,7 @@ use std::time::Duration;
 use stepwright::profile::{Path, Ramp};
 use stepwright::{Accel, Order, Rate, Speed, Travel};
 use stepwright_rig::edges::{Needs, Step, check, steps_of};
-use stepwright_rig::{Board, Chip, firmware};
+use stepwright_rig::{Board, Chip, Image, firmware};
 
 /// The board under test: `STEPWRIGHT_BOARD`, or the Uno.
 pub fn board() -> Board {
@@ -15,10 +15,21 @@ pub fn board() -> Board {
     name.parse().expect("STEPWRIGHT_BOARD")
 }
 
+/// Its firmware; with `STEPWRIGHT_TIMER`, the one on another step timer.
+pub fn image() -> Image {
+    let timer = std::env::var("STEPWRIGHT_TIMER").unwrap_or_else(|_| "1".into());
+    let name = match &*timer {
+        "1" => board().to_string(),
+        timer => format!("{}-timer{timer}", board()),
+    };
+    let image = firmware::load(&name).unwrap_or_else(|error| panic!("{error:#}"));
+    assert_eq!(board().step_timer(&image).number.to_string(), timer, "the timer of {name}");
+    image
+}
+
 /// A board that has just been switched on and listens.
 pub fn chip() -> Chip {
-    let board = board();
-    let mut chip = Chip::new(board, &firmware::built(board));
+    let mut chip = Chip::new(board(), &image());
     wake(&mut chip);
     chip
 }

@@ -1,0 +1,146 @@
+//! The end of the longest travel, 2³¹ − 1 steps.
+//!
+//! At 1000 steps/s it takes 25 days. So its middle is left out: in the chip's
+//! RAM the steps that are still to be planned are set down, in the planner and
+//! in its motor, and the axis's count of what it has made up, by the same number. Before and after that the
+//! binary is on its own, and each step is looked at.
+
+mod common;
+
+use common::{FIT, LATENCY, chip, follows, image, path_of_accel, rest, say, steps, talk};
+use stepwright_rig::Chip;
+
+/// The longest travel.
+const LONGEST: u64 = (1 << 31) - 1;
+/// Steps of the rise from 0 to 1000 steps/s at 2500 steps/s², and of the fall.
+const RAMP: u64 = 200;
+/// From the first pulse on: one interval fewer than there are pulses.
+const LEVEL: u64 = LONGEST - 1 - 2 * RAMP;
+/// An axis's count at position 0, in its direction: `engine/track.rs`.
+const ORIGIN: u64 = 1 << 39;
+/// More than is planned ahead at 1000 steps/s: 16 ms and a run of 8 ms.
+const AHEAD: u64 = 30;
+
+/// Begins it, in the direction `sign`, and leaves all but `left` of its level
+/// out, from the middle of the level on. Returns how many steps that are.
+#[track_caller]
+fn leave_out(chip: &mut Chip, sign: char, left: u64) -> u64 {
+    say(chip, &format!("PO s0 t1000 a2500 d2500 G{sign}2147483647 E"));
+    chip.run_for(16_000_000 * 7 / 10);
+    // Not while it plans, or a step is made.
+    let image = image();
+    let (plan, _) = image.function("5Slave4plan");
+    assert!(chip.run_to(16_000_000, |chip| chip.pc() == plan), "it never plans");
+    let made = steps(chip, 0).len() as u64;
+    assert!((400..600).contains(&made), "{made} steps");
+
+    let planned = made - RAMP..made + AHEAD - RAMP;
+    let device = image.variable("5slave6DEVICE");
+    let (place, level) = only(chip, device, 4, LEVEL - planned.end..LEVEL - planned.start);
+    let skipped = level - left;
+    poke(chip, place, 4, left);
+    // The motor counts the fall too: `Motor::left`.
+    let whole = level + RAMP;
+    let (place, _) = only(chip, device, 4, whole..whole + 1);
+    poke(chip, place, 4, left + RAMP);
+    let (place, count) =
+        only(chip, image.variable("4step6ENGINE"), 8, ORIGIN + made..ORIGIN + made + AHEAD);
+    poke(chip, place, 8, count + skipped);
+    skipped
+}
+
+/// The one number of so many bytes in a static that lies in `range`: its place
+/// and itself.
+#[track_caller]
+fn only(
+    chip: &Chip,
+    (begin, size): (u16, u16),
+    bytes: u16,
+    range: std::ops::Range<u64>,
+) -> (u16, u64) {
+    let number = |place: u16| {
+        (0..bytes).rev().fold(0, |number, n| number << 8 | u64::from(chip.byte(place + n)))
+    };
+    let places = begin..=begin + size - bytes;
+    let found: Vec<_> =
+        places.map(|place| (place, number(place))).filter(|(_, n)| range.contains(n)).collect();
+    assert_eq!(found.len(), 1, "{found:?}");
+    found[0]
+}
+
+fn poke(chip: &mut Chip, place: u16, bytes: u16, number: u64) {
+    for n in 0..bytes {
+        chip.set_byte(place + n, (number >> (8 * n)) as u8);
+    }
+}
+
+#[test]
+fn it_ends_exactly_and_counts_beyond() {
+    for (sign, one) in [('+', 1), ('-', -1i64)] {
+        let mut chip = chip();
+        let skipped = leave_out(&mut chip, sign, 1_500);
+        assert!(chip.run_to_silence(4_000_000, 16_000_000 * 10));
+        let made = LONGEST - skipped;
+        // As a travel of so many steps.
+        let path = path_of_accel(0, 1_000, 2_500, made as u32);
+        follows(&steps(&chip, 0), &path, FIT + LATENCY);
+        assert_eq!(steps(&chip, 0).last().unwrap().position, one * made as i64);
+        rest(&mut chip);
+        let end = one * LONGEST as i64;
+        chip.expect("V1", &end.to_string());
+        assert!(chip.ask("?").unwrap().contains(" late=0 "));
+        // Further on, and back.
+        say(&mut chip, &format!("PO G{sign}5 E"));
+        rest(&mut chip);
+        chip.expect("V1", &(end + one * 5).to_string());
+        say(&mut chip, &format!("PO G{}12 E", if sign == '+' { '-' } else { '+' }));
+        rest(&mut chip);
+        chip.expect("V1", &(end - one * 7).to_string());
+    }
+}
+
+#[test]
+fn the_position_on_its_way_to_the_end_is_the_edges() {
+    let mut chip = chip();
+    let skipped = leave_out(&mut chip, '+', 700);
+    let here = |chip: &Chip| skipped + steps(chip, 0).len() as u64;
+    for _ in 0..25 {
+        chip.run_for(640_000);
+        let before = here(&chip);
+        let said: u64 = chip.ask("V1").unwrap().parse().unwrap();
+        assert!((before..=here(&chip)).contains(&said), "{said} is not from {before} on");
+    }
+    rest(&mut chip);
+    chip.expect("V1", "2147483647");
+}
+
+#[test]
+fn it_brakes_near_its_end() {
+    // So near that braking saves but few of the steps.
+    for left in [400, 100, 10] {
+        let mut chip = chip();
+        let skipped = leave_out(&mut chip, '+', left);
+        say(&mut chip, "Z");
+        let before = steps(&chip, 0).len() as u64;
+        rest(&mut chip);
+        let steps = steps(&chip, 0);
+        let after = steps.len() as u64 - before;
+        assert!((RAMP..=RAMP + AHEAD).contains(&after), "{after} steps to rest");
+        let position = skipped + steps.len() as u64;
+        assert!(position < LONGEST, "{left}: it has not braked");
+        chip.expect("V1", &position.to_string());
+        // The last interval is that of the ramp: √(2/2500) s.
+        let last = steps[steps.len() - 1].time - steps[steps.len() - 2].time;
+        assert!(last.abs_diff(452_548) < (FIT + LATENCY) as u64, "{last} cycles");
+        assert!(chip.ask("?").unwrap().contains(" late=0 "));
+    }
+}
+
+#[test]
+fn where_it_brakes_anyhow_it_goes_to_its_end() {
+    let mut chip = chip();
+    leave_out(&mut chip, '-', 50);
+    chip.run_for(16_000_000 / 4);
+    talk(&mut chip, "F B\nZ Y\n*rest\nV1 -2147483647");
+    assert!(chip.ask("?").unwrap().contains(" late=0 "));
+}

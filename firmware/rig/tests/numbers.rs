@@ -1,0 +1,187 @@
+//! The planner's numbers on the chip, which are assembly, against the Rust that
+//! they are to be: bit for bit.
+//!
+//! The routines are called one by one in the firmware's own flash, without its
+//! program. What the Rust does is compiled from its own file, whose tests come
+//! along: it is private to the core.
+
+mod common;
+#[allow(dead_code, clippy::all)]
+#[path = "../../../crates/stepwright/src/num/mod.rs"]
+mod num;
+
+use std::cell::RefCell;
+
+use common::{board, image};
+use num::Num;
+use proptest::prelude::*;
+use stepwright_rig::{Chip, Image};
+
+/// Places in RAM for a result and for two operands. The firmware does not run:
+/// it is all free.
+const OUT: u16 = 0x200;
+const A: u16 = 0x210;
+const B: u16 = 0x220;
+
+/// What C's convention has a function leave as it was, besides r1, which is 0.
+const KEPT: [u8; 18] = [2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29];
+
+/// The routines in a chip's flash.
+struct Routines {
+    chip: RefCell<Chip>,
+    image: Image,
+}
+
+impl Routines {
+    fn new() -> Routines {
+        let image = image();
+        Routines { chip: RefCell::new(Chip::new(board(), &image)), image }
+    }
+
+    /// Calls one with 16-bit arguments, in r25–r24, r23–r22 and so on; r25–r18
+    /// then.
+    fn call(&self, name: &str, arguments: &[u16]) -> u64 {
+        let chip = &mut *self.chip.borrow_mut();
+        for &register in &KEPT {
+            chip.set_byte(register.into(), 0x5A ^ register);
+        }
+        for register in [0, 18, 19, 20, 21, 26, 27, 30, 31] {
+            chip.set_byte(register, 0xC3);
+        }
+        chip.set_byte(1, 0);
+        for (argument, register) in arguments.iter().zip([24, 22, 20, 18]) {
+            let [low, high] = argument.to_le_bytes();
+            chip.set_byte(register, low);
+            chip.set_byte(register + 1, high);
+        }
+        let (address, _) = self.image.function(&format!("stepwright_{name}"));
+        assert!(chip.call(address, 2_000), "{name} does not come back");
+        for &register in &KEPT {
+            assert_eq!(chip.byte(register.into()), 0x5A ^ register, "{name} changes r{register}");
+        }
+        assert_eq!(chip.byte(1), 0, "{name} changes r1");
+        (18..=25).rev().fold(0, |all, register| all << 8 | u64::from(chip.byte(register)))
+    }
+
+    fn put(&self, place: u16, number: Num) {
+        for (n, byte) in (0..).zip(bytes(number)) {
+            self.chip.borrow_mut().set_byte(place + n, byte);
+        }
+    }
+
+    fn get(&self, place: u16) -> [u8; 6] {
+        [0, 1, 2, 3, 4, 5].map(|n| self.chip.borrow().byte(place + n))
+    }
+
+    /// What has two operands, also where the result takes the place of one.
+    fn of_two(&self, name: &str, a: Num, b: Num) -> [u8; 6] {
+        let [result, in_a, in_b] = [OUT, A, B].map(|out| {
+            self.put(A, a);
+            self.put(B, b);
+            self.call(name, &[out, A, B]);
+            self.get(out)
+        });
+        assert_eq!((result, result), (in_a, in_b), "{name} writes before it has read");
+        result
+    }
+
+    fn root(&self, a: Num) -> [u8; 6] {
+        self.put(A, a);
+        self.call("root", &[OUT, A]);
+        self.get(OUT)
+    }
+
+    /// m is in r23–r20, e in r19–r18.
+    fn new_number(&self, m: u32, e: i16) -> [u8; 6] {
+        self.call("new", &[OUT, (m >> 16) as u16, m as u16, e as u16]);
+        self.get(OUT)
+    }
+
+    fn split(&self, a: Num) -> (u32, u32) {
+        self.put(A, a);
+        let both = self.call("split", &[A]);
+        ((both >> 32) as u32, both as u32)
+    }
+
+    fn at_least(&self, a: Num, b: Num) -> u8 {
+        self.put(A, a);
+        self.put(B, b);
+        (self.call("at_least", &[A, B]) >> 48) as u8
+    }
+}
+
+/// A number as the chip has it.
+fn bytes(number: Num) -> [u8; 6] {
+    // SAFETY: six bytes without a gap, in an order that `repr(C)` fixes; on a
+    // host with the lower byte first they are the chip's.
+    unsafe { std::mem::transmute(number) }
+}
+
+/// Numbers as they occur, and those at which something turns.
+fn number() -> impl Strategy<Value = Num> {
+    let mantissa = prop_oneof![
+        4 => any::<u32>(),
+        1 => any::<u8>().prop_map(u32::from),
+        1 => (0u32..32).prop_map(|bits| u32::MAX << bits),
+        1 => (0u32..32).prop_map(|bit| 1 << bit),
+    ];
+    let exponent = prop_oneof![4 => -70i16..40, 1 => -300i16..300];
+    prop_oneof![
+        30 => (mantissa, exponent).prop_map(|(m, e)| Num::new(m, e)),
+        1 => Just(Num::ZERO),
+        1 => Just(Num::UNSET),
+        // By 0: the largest there is.
+        1 => Just(Num::ONE.over(&Num::ZERO)),
+    ]
+}
+
+/// Two of them, mostly near each other, where sums and differences have the
+/// most to do.
+fn pair() -> impl Strategy<Value = (Num, Num)> {
+    prop_oneof![
+        (number(), number()),
+        (number(), any::<u32>(), -34i16..34)
+            .prop_map(|(a, m, by)| (a, a.scaled(by).times(&Num::part(m | 1 << 31)))),
+        (number(), -2i16..2).prop_map(|(a, by)| (a, a.scaled(by))),
+    ]
+}
+
+fn cases() -> ProptestConfig {
+    ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(3_000) }
+}
+
+#[test]
+fn each_of_two_operands_is_the_rusts() {
+    let chip = Routines::new();
+    proptest!(cases(), |((a, b) in pair())| {
+        prop_assert_eq!(chip.of_two("times", a, b), bytes(a.times(&b)), "times");
+        prop_assert_eq!(chip.of_two("roughly", a, b), bytes(a.roughly(&b)), "roughly");
+        prop_assert_eq!(chip.of_two("over", a, b), bytes(a.over(&b)), "over");
+        prop_assert_eq!(chip.of_two("plus", a, b), bytes(a.plus(&b)), "plus");
+        prop_assert_eq!(chip.of_two("minus", a, b), bytes(a.minus(&b)), "minus");
+        prop_assert_eq!(chip.at_least(a, b), u8::from(a.at_least(&b)), "at_least");
+    });
+}
+
+#[test]
+fn each_of_one_operand_is_the_rusts() {
+    let chip = Routines::new();
+    proptest!(cases(), |(a in number())| {
+        prop_assert_eq!(chip.root(a), bytes(a.root()), "root");
+        prop_assert_eq!(chip.split(a), a.split(), "split");
+    });
+    // Whole parts of one bit to 32, and beyond.
+    proptest!(cases(), |(m: u32, e in -40i16..4)| {
+        let a = Num::new(m, e);
+        prop_assert_eq!(chip.split(a), a.split(), "split");
+    });
+}
+
+#[test]
+fn making_one_is_the_rusts() {
+    let chip = Routines::new();
+    proptest!(cases(), |(m: u32, down in 0u32..32, e: i16)| {
+        prop_assert_eq!(chip.new_number(m >> down, e), bytes(Num::new(m >> down, e)));
+    });
+    assert_eq!(chip.new_number(0, 7), bytes(Num::ZERO));
+}

@@ -20,7 +20,7 @@ impl Description {
     /// An Arduino Uno: 16 MHz, 16 bits, three axes; the costs are those of
     /// its firmware.
     pub fn uno() -> Description {
-        Description::at(Rate::from_hz(16_000_000).unwrap_or(Rate::MHZ), [175, 207, 345])
+        Description::at(Rate::from_hz(16_000_000).unwrap_or(Rate::MHZ), [140, 213, 251])
     }
 
     /// A board with a timer of `rate` and `cost` ticks per step while 1, 2 or

@@ -11,6 +11,9 @@
 //! and agree at its end; where the mean has a half, it is rounded up in one run
 //! and down in another, so that nothing gathers.
 //!
+//! A run so short that it would deviate as little with its mean interval alone is
+//! played with that.
+//!
 //! ```text
 //!   interval ▔▔▔▔╲          each step    ▔▔▔▔▔▔▏         each fourth
 //!                 ╲▁▁▁▁                        ▕▁▁▁▁▁▁▁
@@ -76,7 +79,7 @@ pub(crate) struct Stride {
     pub(crate) add: i32,
     pub(crate) left: Left,
     /// Steps of a group less 1; 255 for no growth. The interval grows when no
-    /// bit of it is set in `left`.
+    /// bit of it is set in `left`. (Then `add` only tells what the run was.)
     pub(crate) group: u8,
     /// Half the run's shorter interval in ticks, less [`LOOK`], little end
     /// first; the high byte is never [`FAR`].
@@ -96,10 +99,10 @@ impl Stride {
         }
         let mut interval = (run.ticks << 16) | Ticks::from(run.part);
         let mut add = run.add;
-        let group = if add == 0 || run.count == 1 { 255 } else { group(run) };
         let mut room = (first.min(last) as i16 >> 1) - LOOK;
-        if group != 255 {
-            let sum = add.wrapping_mul(i32::from(group));
+        let group = if add == 0 || is_short(run) { 255 } else { group(run) };
+        if add != 0 {
+            let sum = add.wrapping_mul(span(group, run.count.into()));
             let mut mean = sum >> 1;
             if sum & 1 != 0 {
                 // As often up as down; the last bit of `room` remembers.
@@ -108,7 +111,9 @@ impl Stride {
                 room = room & !1 | up as i16;
             }
             interval = interval.wrapping_add_signed(mean);
-            add = add.wrapping_mul(i32::from(group) + 1);
+            if group != 255 {
+                add = add.wrapping_mul(i32::from(group) + 1);
+            }
         }
         Some(Stride { interval, add, left: Left::new(run.count), group, room: room.to_le_bytes() })
     }
@@ -154,6 +159,23 @@ fn group(run: &Run) -> u8 {
         bits += 1;
     }
     (1u8 << bits) - 1
+}
+
+/// Whether the run at its mean interval deviates little enough. Its steps are
+/// then fewer than 256.
+fn is_short(run: &Run) -> bool {
+    let count = u32::from(run.count);
+    count == 1
+        || count < 256 && run.add.unsigned_abs() <= LOOSE && {
+            // 16 bits by 16.
+            let square = (run.count).wrapping_mul(run.count);
+            u32::from(square).saturating_mul(run.add.unsigned_abs()) <= LOOSE
+        }
+}
+
+/// Steps less 1 that an interval stands for, of `count` in the run.
+fn span(group: u8, count: u32) -> i32 {
+    if group == 255 { count.wrapping_sub(1) as i32 } else { group.into() }
 }
 
 /// How a run waits in a queue: a stride, or a run that is none in its place.
@@ -214,11 +236,11 @@ impl Slot {
             Entry::Near(Stride { mut interval, mut add, left, group, room }) => {
                 if group != 255 {
                     add >>= group.count_ones();
-                    let sum = add.wrapping_mul(i32::from(group));
-                    let up = if sum & 1 != 0 { i32::from(room[0] & 1) } else { 0 };
-                    let mean = (sum >> 1) + up;
-                    interval = interval.wrapping_add_signed(mean.wrapping_neg());
                 }
+                let sum = add.wrapping_mul(span(group, u32::from(left.steps())));
+                let up = if sum & 1 != 0 { i32::from(room[0] & 1) } else { 0 };
+                let mean = (sum >> 1) + up;
+                interval = interval.wrapping_add_signed(mean.wrapping_neg());
                 Run { ticks: interval >> 16, part: interval as u16, count: left.steps(), add }
             }
         }

@@ -154,7 +154,10 @@ pub trait StepTimer {
     /// The counter now.
     fn now(&mut self) -> Self::Count;
 
-    /// Sets the compare register.
+    /// Sets the compare register. An interrupt that waits because the time before
+    /// came to match is forgotten: it belongs to no event any more. (One that
+    /// matches meanwhile may be forgotten too, so whoever calls this looks at the
+    /// timer afterwards.)
     fn wake_at(&mut self, at: Self::Count);
 
     /// Whether the chip has a short way (`short_way!`), which is told what it may do

@@ -97,9 +97,9 @@ const fn with(cost: [u32; AXES], min_interval: u32) -> Board<AXES> {
 /// Cycles a step takes while 1, 2, 3 axes move: the rates that are kept without a
 /// late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`).
 #[cfg(not(feature = "bench"))]
-const COST: [u32; AXES] = [175, 207, 345];
+const COST: [u32; AXES] = [140, 213, 251];
 #[cfg(not(feature = "bench"))]
-const DIRECT_COST: [u32; AXES] = [400, 2_600, 3_200];
+const DIRECT_COST: [u32; AXES] = [320, 2_000, 3_200];
 /// What a step may take is what the bench looks for: nothing is refused.
 #[cfg(feature = "bench")]
 const COST: [u32; AXES] = [MIN_INTERVAL; AXES];

@@ -1,10 +1,7 @@
-//! Interrupt handlers.
+//! Interrupt handlers: in Rust, or assembly that is put at a vector by its name.
 
-/// Declares a handler: its vector's name on the Uno, on the Mega, and what it
-/// does.
-///
-/// simavr enters a handler in no time; the chip takes 4 cycles. The feature
-/// `bench` spends them here, so that measured figures are the chip's.
+/// Declares a handler in Rust: its vector's name on the Uno, on the Mega, and
+/// what it does.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! handler {
@@ -26,12 +23,59 @@ macro_rules! handler {
         };
     };
 }
-/// The 4 cycles of an interrupt's entry, for a simulator that leaves them out.
+
+/// The vector of a byte that came, and that of the sender's room.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! vector {
+    (received) => {
+        $crate::either!("__vector_18", "__vector_25")
+    };
+    (has_room) => {
+        $crate::either!("__vector_19", "__vector_26")
+    };
+}
+
+/// The one on the Uno, or the other on the Mega.
+#[cfg(feature = "uno")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! either {
+    ($uno:literal, $mega:literal) => {
+        $uno
+    };
+}
+#[cfg(feature = "mega")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! either {
+    ($uno:literal, $mega:literal) => {
+        $mega
+    };
+}
+
+/// The 4 cycles of a handler's entry. simavr enters it in no time; the feature
+/// `bench` spends them here, so that measured figures are the chip's.
+#[cfg(not(feature = "bench"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! entry {
+    () => {
+        ""
+    };
+}
+#[cfg(feature = "bench")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! entry {
+    () => {
+        "rjmp .+0\nrjmp .+0"
+    };
+}
+
+/// [`entry!`](crate::entry) for handlers in Rust.
 #[inline(always)]
 pub fn entry() {
-    #[cfg(feature = "bench")]
-    // SAFETY: jumps to the next instruction, twice, 2 cycles each.
-    unsafe {
-        core::arch::asm!("rjmp .+0", "rjmp .+0", options(nomem, nostack, preserves_flags))
-    };
+    // SAFETY: it does nothing to a register or to memory.
+    unsafe { core::arch::asm!(entry!(), options(nomem, nostack, preserves_flags)) };
 }

@@ -14,13 +14,13 @@
 //! | `memory` | copying and filling, in few bytes |
 //! | `timed` | document 000's timed driver: a shield's motor on a timer |
 //! | `console` | its serial line and clock, without interrupts |
-//! | `interrupt` | how a handler is declared, and what a simulator leaves out |
+//! | `interrupt` | how handlers are declared, and what a simulator leaves out |
 //!
 //! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
 //! the interrupt. `bin/case1.rs` to `case3.rs` are document 000's examples,
 //! `bin/shields.rs` drives two shields at once.
 #![no_std]
-#![feature(abi_avr_interrupt, asm_experimental_arch)]
+#![feature(asm_experimental_arch)]
 
 #[cfg(feature = "uno")]
 pub use avr_device::atmega328p as chip;

@@ -14,7 +14,7 @@ use stepwright::timer::StepTimer;
 macro_rules! timer {
     (
         $tc:ident, $count:ident, $compare:ident, $mode:ident, $prescaler:ident, $select:ident,
-        $mask:ident, $enable:ident
+        $mask:ident, $enable:ident, $flags:ident, $matched:ident
     ) => {
         use crate::chip::$tc as Registers;
 
@@ -49,6 +49,10 @@ macro_rules! timer {
             #[inline(always)]
             fn wake_at(&mut self, at: u16) {
                 self.0.$compare().write(|w| w.set(at));
+                // A match of the time before is none of this one: its interrupt
+                // would step too soon. One of this time may be lost with it; who
+                // calls looks at the timer afterwards.
+                self.0.$flags().write(|w| w.$matched().set_bit());
             }
 
             #[inline(always)]
@@ -70,13 +74,13 @@ const LINGER: u32 = 64;
 pub struct Timer(Registers);
 
 #[cfg(not(any(feature = "timer3", feature = "timer4", feature = "timer5")))]
-timer!(TC1, tcnt1, ocr1a, tccr1a, tccr1b, cs1, timsk1, ocie1a);
+timer!(TC1, tcnt1, ocr1a, tccr1a, tccr1b, cs1, timsk1, ocie1a, tifr1, ocf1a);
 #[cfg(feature = "timer3")]
-timer!(TC3, tcnt3, ocr3a, tccr3a, tccr3b, cs3, timsk3, ocie3a);
+timer!(TC3, tcnt3, ocr3a, tccr3a, tccr3b, cs3, timsk3, ocie3a, tifr3, ocf3a);
 #[cfg(feature = "timer4")]
-timer!(TC4, tcnt4, ocr4a, tccr4a, tccr4b, cs4, timsk4, ocie4a);
+timer!(TC4, tcnt4, ocr4a, tccr4a, tccr4b, cs4, timsk4, ocie4a, tifr4, ocf4a);
 #[cfg(feature = "timer5")]
-timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a);
+timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a, tifr5, ocf5a);
 
 /// Puts the step interrupt into a program that has an engine: one that has none
 /// does without its flash. `queued` plays `step.rs`'s engine, `direct` that of

@@ -89,9 +89,9 @@ const MEASURES: &[Measure] = &[
     (cycles::three_axes, &["planning_burst", "order_burst", "interrupts_off", "stack"]),
     (accuracy::with_traffic, &["edge_error_median", "edge_error_99", "edge_error_worst"]),
     (behind::rows, &["back_to_back_constant", "back_to_back_ramp"]),
-    (rates::one, &["rate_ramps"]),
-    (rates::three, &["rate_ramps", "late_steps"]),
-    (rates::two, &["rate_ramps"]),
+    (rates::one, &["rate_ramps", "one"]),
+    (rates::three, &["rate_ramps", "late_steps", "three"]),
+    (rates::two, &["rate_ramps", "two"]),
     (rates::constant, &["rate_constant"]),
     (rates::direct, &["rate_ramps", "direct"]),
 ];

@@ -295,6 +295,7 @@ impl Chip {
     fn restarted(&mut self, before: u64) {
         self.taps.heard.base += before;
         self.taps.release();
+        self.taps.heard.running = false;
         self.off_since = Some(self.now());
         self.resets += 1;
         if let Some(watch) = &mut self.watch {

@@ -44,6 +44,8 @@ pub(crate) struct Heard {
     pub keep_visits: bool,
     /// Cycles in all interrupts together.
     pub inside: u64,
+    /// Whether one runs now.
+    pub running: bool,
     entry: u64,
     step_entry: u64,
     reti: u64,
@@ -97,6 +99,7 @@ impl Taps {
             visits: Vec::new(),
             keep_visits: false,
             inside: 0,
+            running: false,
             entry: 0,
             step_entry: 0,
             reti: board.reti(),
@@ -211,14 +214,17 @@ unsafe extern "C" fn on_byte(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_v
     }
 }
 
-/// `value` is the vector that runs now, or 0.
+/// `value` is the vector that runs now, or 0. One may come in between another,
+/// which is told of again when that goes on.
 unsafe extern "C" fn on_interrupt(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
     // SAFETY: as in `on_pin`.
     let heard = unsafe { &mut *param.cast::<Heard>() };
-    if value != 0 {
-        heard.entry = heard.now();
-    } else {
+    if value == 0 {
         heard.inside += heard.now() + heard.reti - heard.entry;
+        heard.running = false;
+    } else if !heard.running {
+        heard.entry = heard.now();
+        heard.running = true;
     }
 }
 

@@ -120,3 +120,19 @@ fn the_position_on_the_way_is_the_edges() {
     }
     rest(&mut chip);
 }
+
+/// A compare that came to match while the order was begun belongs to no step of
+/// it: whenever the order comes, its first step waits for its time.
+#[test]
+fn no_first_step_is_early_in_any_phase_of_the_timer() {
+    let mut chip = chip();
+    say(&mut chip, "PO S20 T20 R1 G+3 E");
+    rest(&mut chip);
+    for phase in 0..100 {
+        chip.take_edges();
+        chip.run_for(phase * 331);
+        say(&mut chip, "PO G+3 E");
+        rest(&mut chip);
+        follows(&steps(&chip, 0), &path_of_steps(200, 200, 1, 3), FIT + LATENCY);
+    }
+}

@@ -35,6 +35,7 @@ static SLAVE: Slot<Slave<AXES>> = Slot::new(Slave::blank());
 static MOTORS: Slot<Motors<AXES>> = Slot::new(Motors::new(board::direct()));
 
 stepwright_avr::step_interrupt!(direct);
+stepwright_avr::serial_interrupts!();
 
 #[avr_device::entry]
 fn main() -> ! {

@@ -14,6 +14,7 @@
 //! The button begins the programme anew.
 #![no_std]
 #![no_main]
+#![feature(asm_experimental_arch)]
 
 use stepwright::Speed;
 use stepwright_avr::chip::{self, PORTB};
@@ -60,6 +61,8 @@ struct Board {
     #[cfg(feature = "mega")]
     button: chip::PORTE,
 }
+
+stepwright_avr::serial_interrupts!();
 
 #[avr_device::entry]
 fn main() -> ! {

@@ -29,6 +29,7 @@ static DEVICE: Slot<Controller> = Slot::new(Device::off(
 ));
 
 stepwright_avr::step_interrupt!(queued);
+stepwright_avr::serial_interrupts!();
 
 #[avr_device::entry]
 fn main() -> ! {

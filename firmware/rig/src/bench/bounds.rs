@@ -28,10 +28,8 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
 pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
     ("back_to_back_constant", 1, "queued", "a step that is behind waits for the minimum interval"),
     ("back_to_back_ramp", 1, "queued", "a step that is behind waits for the minimum interval"),
-    ("rate_ramps", 1, "queued", "two interrupts of the serial line in a row make a step late"),
     ("rate_ramps", 2, "queued", "the long way of one axis holds the others up; planning"),
     ("rate_ramps", 3, "queued", "the long way of one axis holds the others up; planning"),
-    ("rate_ramps", 1, "direct", "the firmware has no way yet to order it: not measured"),
     ("rate_constant", 3, "queued", "where one axis ends, the long way holds the others up"),
     ("planning_burst", 3, "queued", "a piece of planning is too long by a fifth or more"),
     ("flash", 3, "queued", "what the compiler makes of wide numbers"),

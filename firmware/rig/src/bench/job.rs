@@ -157,7 +157,9 @@ impl Job {
         }
         chip.poll(&[]);
         chip.run_for(HZ / 50);
-        let health = chip.ask("?").context("the board has fallen silent")?;
+        let Some(health) = chip.ask("?") else {
+            return Ok(Err("the board has fallen silent".into()));
+        };
         let late = health.split("late=").nth(1).and_then(|rest| rest.split(' ').next());
         let late = late.and_then(|late| late.parse().ok()).context("no late= in its answer")?;
         let steps = (0..self.axes.len()).map(|n| steps_of(chip.edges(), n as u8)).collect();

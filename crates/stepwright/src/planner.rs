@@ -46,11 +46,14 @@
 //! 2,900, the slave's way to it included; an order of three travels is heard,
 //! laid out and begun in 6,388.
 
+mod share;
+
 use crate::num::Num;
 use crate::order::{Change, Order, Travel};
 use crate::profile::{Fit, Ramp, Unfit};
 use crate::run::Run;
 use crate::units::{Accel, Rate, Speed, Ticks};
+use share::share;
 
 /// What all axes share: the timer's rate and how closely to follow a law, as
 /// the formulas want them.
@@ -595,30 +598,6 @@ impl Planner {
                 self.fitted(run, &time, 0, 1)
             }
         }
-    }
-}
-
-/// Steps of the next run, where `full` would be its length and `room` is left
-/// of its piece. The last two share what is left: short runs would come faster
-/// than a chip can plan them. What is no multiple of 32 comes last, in a run of
-/// its own: such a run grows step by step (`stride.rs`), or is too short to.
-fn share(room: u32, full: u32) -> u32 {
-    const WHOLE: u32 = 32;
-    let steps = if room <= full {
-        room
-    } else if room / 2 < full {
-        room - room / 2
-    } else {
-        return full;
-    };
-    if steps <= WHOLE {
-        steps
-    } else if steps == room {
-        steps & !(WHOLE - 1)
-    } else {
-        // No more than `full`, which is a multiple of 32 here: more than 32 are
-        // half of what is less than twice that.
-        steps.wrapping_add(WHOLE - 1) & !(WHOLE - 1)
     }
 }
 

@@ -35,14 +35,14 @@ fn start(board: &mut VirtualBoard<'_, u16, Vec<Edge>>, tops: &[u32]) -> Result<(
 #[test]
 fn what_the_board_cannot_step_is_refused_and_nothing_moves() {
     for (tops, fits) in [
-        (&[91_428][..], true),
-        (&[91_429], false),
-        (&[38_647, 38_647], true),
-        (&[38_648, 38_647], false),
-        (&[15_458, 15_458, 15_458], true),
-        (&[15_459, 15_459, 15_459], false),
-        (&[45_000, 1_000, 300], true),
-        (&[45_000, 1_000, 400], false),
+        (&[114_285][..], true),
+        (&[114_286], false),
+        (&[37_559, 37_558], true),
+        (&[37_559, 37_559], false),
+        (&[21_248, 21_248, 21_248], true),
+        (&[21_249, 21_249, 21_249], false),
+        (&[45_000, 1_000, 17_745], true),
+        (&[45_000, 1_000, 17_746], false),
     ] {
         let mut queues = Queues::default();
         let mut board = board(&mut queues);
@@ -63,8 +63,8 @@ fn a_refusal_says_how_fast_it_may_be_now() {
     let mut board = board(&mut queues);
     start(&mut board, &[60_000]).unwrap();
     let refused = start(&mut board, &[0, 30_000]).unwrap_err();
-    assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(17_294_685).unwrap() });
-    start(&mut board, &[0, 17_294]).unwrap();
+    assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(15_117_370).unwrap() });
+    start(&mut board, &[0, 15_117]).unwrap();
     assert_eq!(start(&mut board, &[500]), Err(Refusal::Busy));
     let controller = board.controller();
     assert_eq!(controller.group.refusals(), (2, Some(Refusal::Busy)));
@@ -74,7 +74,7 @@ fn a_refusal_says_how_fast_it_may_be_now() {
         board.controller().group.brake(axis);
     }
     board.run_to_rest();
-    start(&mut board, &[0, 91_000]).unwrap();
+    start(&mut board, &[0, 114_000]).unwrap();
 }
 
 #[test]

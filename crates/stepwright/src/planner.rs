@@ -46,11 +46,14 @@
 //! 2,900, the slave's way to it included; an order of three travels is heard,
 //! laid out and begun in 6,388.
 
+mod share;
+
 use crate::num::Num;
 use crate::order::{Change, Order, Travel};
 use crate::profile::{Fit, Ramp, Unfit};
 use crate::run::Run;
 use crate::units::{Accel, Rate, Speed, Ticks};
+use share::share;
 
 /// What all axes share: the timer's rate and how closely to follow a law, as
 /// the formulas want them.
@@ -598,69 +601,5 @@ impl Planner {
     }
 }
 
-/// Steps of the next run, where `full` would be its length and `room` is left
-/// of its piece. The last two share what is left: short runs would come faster
-/// than a chip can plan them. What is no multiple of 32 comes last, in a run of
-/// its own: such a run grows step by step (`stride.rs`), or is too short to.
-fn share(room: u32, full: u32) -> u32 {
-    const WHOLE: u32 = 32;
-    let steps = if room <= full {
-        room
-    } else if room / 2 < full {
-        room - room / 2
-    } else {
-        return full;
-    };
-    if steps <= WHOLE {
-        steps
-    } else if steps == room {
-        steps & !(WHOLE - 1)
-    } else {
-        // No more than `full`, which is a multiple of 32 here: more than 32 are
-        // half of what is less than twice that.
-        steps.wrapping_add(WHOLE - 1) & !(WHOLE - 1)
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    extern crate std;
-    use super::*;
-
-    /// A long ramp ends when the closed form says: no run loses a part of a
-    /// tick for good.
-    #[test]
-    fn rounding_does_not_add_up() {
-        for (hz, top, accel) in [
-            (380_632, 19_543_030, 50_000),
-            (16_000_000, 12_692_480, 50_000),
-            (200_000_000, 900_000_000, 90_000_000),
-        ] {
-            let rate = Rate::from_hz(hz).unwrap();
-            let clock = Clock::new(rate, &Fit::EXACT.lasting(rate.micros(8_000)));
-            let ramp = Ramp::Accel(Accel::from_millisteps(accel).unwrap());
-            let top = Speed::from_millisteps(top).unwrap();
-            let order = Order {
-                start: Speed::ZERO,
-                top,
-                up: ramp,
-                down: ramp,
-                travel: Travel::Endless(true),
-            };
-            let mut planner = Planner::IDLE;
-            planner.lay_out(&clock, &order).unwrap();
-            let steps = planner.rise;
-            let (mut work, mut run) = (Work::NONE, Run::steady(0, 0));
-            let mut time = 0u64;
-            while planner.rise > 0 {
-                if let Planned::Run(_) = planner.next(&clock, &mut work, &mut run) {
-                    time += run.duration();
-                }
-            }
-            let (a, n) = (accel as f64 / 1e3, f64::from(steps));
-            let want = (2.0 * n / a).sqrt() * f64::from(hz);
-            let off = time as f64 / 65536.0 - want;
-            assert!(off.abs() <= want * 2f64.powi(-29) + 0.5, "{off} of {want}");
-        }
-    }
-}
+mod tests;

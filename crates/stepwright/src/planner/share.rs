@@ -1,0 +1,25 @@
+//! How long the next run of a piece is.
+
+/// Steps of the next run, where `full` would be its length and `room` is left
+/// of its piece. The last two share what is left: short runs would come faster
+/// than a chip can plan them. What is no multiple of 32 comes last, in a run of
+/// its own: such a run grows step by step (`stride.rs`), or is too short to.
+pub(super) fn share(room: u32, full: u32) -> u32 {
+    const WHOLE: u32 = 32;
+    let steps = if room <= full {
+        room
+    } else if room / 2 < full {
+        room - room / 2
+    } else {
+        return full;
+    };
+    if steps <= WHOLE {
+        steps
+    } else if steps == room {
+        steps & !(WHOLE - 1)
+    } else {
+        // No more than `full`, which is a multiple of 32 here: more than 32 are
+        // half of what is less than twice that.
+        steps.wrapping_add(WHOLE - 1) & !(WHOLE - 1)
+    }
+}

@@ -47,7 +47,7 @@ pub enum Slope {
 /// let mut ramp = Ramp::new(Rate::MHZ, a(400), C0::Reduced)?;
 /// let up: Vec<u32> = ramp.by_ref().take(101).collect();
 /// ramp.set(Slope::Level);
-/// assert_eq!(ramp.next(), Some(3_535));
+/// assert_eq!(ramp.next(), Some(3_545)); // c99, as before
 /// ramp.set(Slope::Down(a(800)));
 /// assert_eq!(ramp.by_ref().count(), 49); // half of the way up
 /// assert_eq!(up[1], 47_800);

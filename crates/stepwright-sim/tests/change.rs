@@ -14,7 +14,7 @@ use std::cell::Cell;
 use edges::{check_timing, steps_of};
 use legs::{Follower, Gap, Limits, Said};
 use proptest::prelude::*;
-use proptest::test_runner::TestRunner;
+use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
 use stepwright::profile::{Fit, Ramp};
 use stepwright::timer::Count;
 use stepwright::{Accel, Change, Order, Rate, Refusal, Speed, Travel};
@@ -196,14 +196,17 @@ fn tell<C: Count>(description: Description, story: &Story, slack: f64) -> usize 
 fn tell_all<S: Strategy>(stories: S, tell: impl Fn(S::Value) -> usize) {
     let cases = std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok());
     let config = ProptestConfig::with_cases(cases.unwrap_or(7_000));
-    let (cases, taken) = (config.cases, Cell::new(0));
-    let told = TestRunner::new(ProptestConfig { failure_persistence: None, ..config }).run(
-        &stories,
-        |story| {
-            taken.set(taken.get() + tell(story));
-            Ok(())
-        },
-    );
+    let config = ProptestConfig { failure_persistence: None, ..config };
+    // The same stories each time; who names a number of cases gets others.
+    let mut runner = match cases {
+        None => TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha)),
+        Some(_) => TestRunner::new(config),
+    };
+    let (cases, taken) = (cases.unwrap_or(7_000), Cell::new(0));
+    let told = runner.run(&stories, |story| {
+        taken.set(taken.get() + tell(story));
+        Ok(())
+    });
     if let Err(failure) = told {
         panic!("{failure}");
     }

@@ -48,8 +48,6 @@ pub struct Motors<const N: usize> {
     board: Board<N>,
     /// Highest speed of each axis's travel, in 0.001 steps/s.
     peaks: [u32; N],
-    /// The way that the axes travel.
-    forward: Axes,
     /// Laid out, and not yet started.
     prepared: Axes,
     endless: Axes,
@@ -59,7 +57,7 @@ pub struct Motors<const N: usize> {
 impl<const N: usize> Motors<N> {
     /// All motors at rest at position 0.
     pub const fn new(board: Board<N>) -> Motors<N> {
-        Motors { board, peaks: [0; N], forward: 0, prepared: 0, endless: 0, uncertain: 0 }
+        Motors { board, peaks: [0; N], prepared: 0, endless: 0, uncertain: 0 }
     }
 
     /// The board.
@@ -91,13 +89,12 @@ impl<const N: usize> Motors<N> {
         // Whether a short travel reaches it is not asked.
         *peak = order.top.millisteps();
         let bit = 1u8 << (axis & 7);
-        let forward = order.travel.forward();
-        set(&mut self.forward, bit, forward);
-        set(&mut self.endless, bit, matches!(order.travel, Travel::Endless(_)));
+        let endless = matches!(order.travel, Travel::Endless(_));
+        self.endless = if endless { self.endless | bit } else { self.endless & !bit };
         self.prepared |= bit;
         let timing = self.board.timing;
         let lead = timing.setup.saturating_add(self.board.lead);
-        engine.begin(axis, forward, timing.hold, lead, ramp);
+        engine.begin(axis, order.travel.forward(), timing.hold, lead, ramp);
         Ok(())
     }
 
@@ -178,9 +175,4 @@ impl<const N: usize> Motors<N> {
     pub fn uncertain(&self) -> Axes {
         self.uncertain
     }
-}
-
-/// Sets a bit of a mask, or clears it.
-fn set(mask: &mut Axes, bit: Axes, to: bool) {
-    *mask = if to { *mask | bit } else { *mask & !bit };
 }

@@ -253,7 +253,7 @@ mod tests {
     }
 
     /// Every length: the right number of delays, none below the shortest, and
-    /// the way down mirrors the way up within a part of a thousand.
+    /// the way down mirrors the way up within two parts of a thousand.
     #[test]
     fn ramps_end_exactly() {
         for pulses in (2..400).chain([1_000, 4_001, 100_000]) {

@@ -179,7 +179,9 @@ pub use command::{BadLine, Command};
 pub use controller::Controller;
 pub use machine::{Machine, Refusal};
 pub use master::{Master, Waiting};
-pub use number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel};
+pub use number::{
+    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel, WholeJerk,
+};
 pub use order::{Order, Ramp, Travel};
 pub use reply::{Info, Reply, VERSION};
 pub use script::Script;

@@ -1,8 +1,8 @@
 //! How to travel: what S, T, R, s, t, a and d have said of an order.
 
-use stepwright::{Accel, Change, OutOfRange, Speed};
+use stepwright::{Accel, Change, Jerk, OutOfRange, Speed};
 
-use crate::number::{Whole, WholeAccel};
+use crate::number::{Whole, WholeAccel, WholeJerk};
 use crate::order::{Order, Ramp, Travel};
 use crate::said::Said;
 use crate::{Refusal, Setting, Settings};
@@ -19,6 +19,8 @@ pub(crate) struct Manner {
     pub(crate) accel: u32,
     /// The ramp down, likewise.
     pub(crate) decel: u32,
+    /// How fast the acceleration changes, in steps/s³; 0: at once.
+    pub(crate) jerk: u32,
     /// Both ramps in steps, except where an acceleration stands in their place.
     pub(crate) ramp: u16,
 }
@@ -35,7 +37,8 @@ impl Manner {
     }
 
     /// All 0, which is no manner.
-    pub(crate) const BLANK: Manner = Manner { start: 0, top: 0, accel: 0, decel: 0, ramp: 0 };
+    pub(crate) const BLANK: Manner =
+        Manner { start: 0, top: 0, accel: 0, decel: 0, jerk: 0, ramp: 0 };
 
     /// Does what a line of this letter says, S and T apart: s and t of ten
     /// times the number are the same.
@@ -45,6 +48,7 @@ impl Manner {
             b't' => &mut self.top,
             b'a' => &mut self.accel,
             b'd' => &mut self.decel,
+            b'j' => &mut self.jerk,
             _ => {
                 // R takes both ramps back from a and d.
                 (self.accel, self.decel) = (0, 0);
@@ -71,7 +75,8 @@ impl Manner {
         use stepwright::profile::Ramp;
         let steps = Ramp::Steps(self.ramp);
         let (start, top) = (speed(self.start), speed(self.top));
-        let mut order = stepwright::Order { start, top, up: steps, down: steps, travel };
+        let jerk = jerk(self.jerk);
+        let mut order = stepwright::Order { start, top, up: steps, down: steps, jerk, travel };
         if self.accel != 0 {
             order.up = Ramp::Accel(Accel::clamped(self.accel));
         }
@@ -92,6 +97,7 @@ impl Manner {
             top: speed(self.top),
             up: ramp(self.accel),
             down: ramp(self.decel),
+            jerk: jerk(self.jerk),
             travel,
         }
     }
@@ -150,6 +156,13 @@ impl Manner {
             ramp: steps.map_or(Manner::INITIAL.ramp, |steps| steps.get() as u16),
             accel,
             decel,
+            jerk: match order.jerk {
+                Some(jerk) => {
+                    let largest = WholeJerk::LARGEST.get();
+                    whole(jerk.millisteps(), (1, largest), "jerk", "steps/s³")?
+                }
+                None => 0,
+            },
         })
     }
 }
@@ -158,6 +171,11 @@ impl Manner {
 #[inline(never)]
 fn speed(steps: u32) -> Speed {
     Speed::from_millisteps(steps.wrapping_mul(1000)).unwrap_or(Speed::MAX)
+}
+
+/// A jerk of a manner, if there is one.
+fn jerk(steps: u32) -> Option<Jerk> {
+    Jerk::from_steps(steps.into()).ok()
 }
 
 /// a · b, to be compared: how often 2048 goes into it, and the rest. Neither a
@@ -222,7 +240,7 @@ mod tests {
     }
 
     fn manner(start: u32, top: u32, ramp: u16) -> Manner {
-        Manner { start, top, ramp, accel: 0, decel: 0 }
+        Manner { start, top, ramp, ..Manner::BLANK }
     }
 
     fn with(setting: Setting, number: u32) -> Settings {

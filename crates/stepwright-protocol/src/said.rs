@@ -1,7 +1,7 @@
 //! A line taken apart: its letter, and what stands behind it.
 
 use crate::answer::setting_named;
-use crate::number::{self, RampSteps, TopSpeed, WholeAccel};
+use crate::number::{self, RampSteps, TopSpeed, WholeAccel, WholeJerk};
 use crate::setting::Setting;
 use crate::{MAX_AXES, Refusal};
 
@@ -45,6 +45,7 @@ impl Said {
             b'S' | b'T' | b'R' => RampSteps::LARGEST.get(),
             b's' | b't' => TopSpeed::LARGEST.get(),
             b'a' | b'd' => WholeAccel::LARGEST.get(),
+            b'j' => WholeJerk::LARGEST.get(),
             b'I' | b'V' | b'A' => MAX_AXES as u32,
             b'G' | b'@' => i32::MAX as u32,
             b'E' | b'F' | b'Z' | b'K' | b'?' | b'!' | b'P' | b'g' => 0,
@@ -61,7 +62,7 @@ impl Said {
         }
         if largest != 0 {
             number::read(rest, &mut self.number)?;
-            let zero = matches!(letter, b's' | b'A' | b'G' | b'@');
+            let zero = matches!(letter, b's' | b'j' | b'A' | b'G' | b'@');
             if self.number > largest || (self.number == 0 && !zero) {
                 return Err(Refusal::Range);
             }

@@ -29,6 +29,7 @@ use crate::order::{Order, Travel};
 ///     top: Speed::from_steps(1000).unwrap(),
 ///     up: Ramp::Steps(RampSteps::new(200).unwrap()),
 ///     down: Ramp::Steps(RampSteps::new(200).unwrap()),
+///     jerk: None,
 ///     travel: Travel::By(Distance::new(4000).unwrap()),
 /// };
 /// let lines = |axis| {
@@ -57,6 +58,7 @@ enum Next {
     Ramp,
     Accel,
     Decel,
+    Jerk,
     Travel,
     End,
 }
@@ -114,7 +116,12 @@ impl Iterator for Script<'_> {
                     (by_steps.then_some(line), Next::Accel)
                 }
                 Next::Accel => (slope(manner.accel).map(Command::Accel), Next::Decel),
-                Next::Decel => (slope(manner.decel).map(Command::Decel), Next::Travel),
+                Next::Decel => (slope(manner.decel).map(Command::Decel), Next::Jerk),
+                Next::Jerk => {
+                    // PO has taken back what another master said.
+                    let line = Command::Jerk(Whole::clamped(manner.jerk));
+                    ((manner.jerk != 0).then_some(line), Next::Travel)
+                }
                 Next::Travel | Next::End => {
                     self.orders = rest;
                     self.selected = axis;
@@ -230,6 +237,7 @@ mod tests {
                     Command::Ramp(n) => manner.set(b'R', n.get()),
                     Command::Accel(n) => manner.set(b'a', n.get()),
                     Command::Decel(n) => manner.set(b'd', n.get()),
+                    Command::Jerk(n) => manner.set(b'j', n.get()),
                     _ => {}
                 }
                 if let Command::Go(distance) = command {

@@ -106,6 +106,8 @@ settings! {
         "axes whose switch ends the travel forward; of the others, backward";
     SwitchHigh, "switch-high", "", 0..=7, 0,
         "axes whose closed switch reads high; of the others, low";
+    Law, "law", "", 0..=1, 1,
+        "1: a jerk that an order names bends its ramps (S-curve); 0: it is not heeded";
 }
 
 impl Setting {
@@ -227,7 +229,7 @@ impl Default for Settings {
 
 impl Settings {
     /// How many bytes they are.
-    pub const SIZE: usize = 26;
+    pub const SIZE: usize = 27;
 
     /// All 0, which some may not be: to be overwritten by
     /// [`load`](Settings::load) or [`reset`](Settings::reset).
@@ -303,7 +305,7 @@ impl Settings {
     }
 
     /// The version of the bytes' meaning.
-    pub const LAYOUT: u8 = 1;
+    pub const LAYOUT: u8 = 2;
 
     /// The settings that were stored as these bytes; `None` if a value is
     /// outside its range.

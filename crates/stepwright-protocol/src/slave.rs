@@ -225,10 +225,14 @@ impl<const AXES: usize> Slave<AXES> {
                     return Err(Refusal::Busy);
                 }
                 self.forget_travels();
+                for axis in &mut self.axes {
+                    // Document 004's masters know no jerk.
+                    axis.manner.jerk = 0;
+                }
                 self.order = Open::Yes;
                 self.selected = FIRST;
             }
-            b'S' | b'T' | b'R' | b's' | b't' | b'a' | b'd' => {
+            b'S' | b'T' | b'R' | b's' | b't' | b'a' | b'd' | b'j' => {
                 if !idle {
                     // An open order speaks of axes at rest.
                     if self.order != Open::No || !matches!(letter, b't' | b'a' | b'd') {
@@ -361,12 +365,18 @@ impl<const AXES: usize> Slave<AXES> {
             if axis.staged == 0 {
                 continue;
             }
+            let mut order = axis.manner.order(axis.travel());
             result = match machine.settings() {
-                Some(settings) => axis.manner.check(settings),
+                Some(settings) => {
+                    if settings.byte(Setting::Law) == 0 {
+                        order.jerk = None;
+                    }
+                    axis.manner.check(settings)
+                }
                 None => Ok(()),
             };
             if result.is_ok() {
-                result = machine.prepare(AxisId::at(index), &axis.manner.order(axis.travel()));
+                result = machine.prepare(AxisId::at(index), &order);
             }
             if result.is_err() {
                 break;

@@ -1,7 +1,7 @@
 //! What a user orders, and why it may be refused.
 
 use crate::profile::{Path, Ramp, RampSteps, Unfit};
-use crate::units::{Accel, Rate, Speed};
+use crate::units::{Accel, Jerk, Rate, Speed};
 use core::fmt;
 
 /// How far to travel.
@@ -32,6 +32,7 @@ impl Travel {
 ///     top: Speed::from_steps(1000)?,
 ///     up: Ramp::Steps(200),
 ///     down: Ramp::Steps(200),
+///     jerk: None,
 ///     travel: Travel::By(-4000),
 /// };
 /// assert!(!order.travel.forward());
@@ -47,6 +48,9 @@ pub struct Order {
     pub up: Ramp,
     /// From top to start speed.
     pub down: Ramp,
+    /// How fast the acceleration comes and goes at both ends of each ramp: an
+    /// S-curve. None: at once.
+    pub jerk: Option<Jerk>,
     /// How far.
     pub travel: Travel,
 }
@@ -55,8 +59,12 @@ impl Order {
     /// The law of this order on a timer.
     ///
     /// # Errors
-    /// [`Unfit::NoRamp`] for a ramp of 0 steps.
+    /// [`Unfit::NoRamp`] for a ramp of 0 steps; [`Unfit::Jerk`] with a limit of jerk,
+    /// which [`SCurve`](crate::profile::SCurve) keeps.
     pub fn law(&self, rate: Rate) -> Result<RampSteps, Unfit> {
+        if self.jerk.is_some() {
+            return Err(Unfit::Jerk);
+        }
         RampSteps::mixed(rate, self.start, self.top, self.up, self.down)
     }
 
@@ -124,6 +132,7 @@ impl Refusal {
             Refusal::Unfit(Unfit::Standstill) => "standstill",
             Refusal::Unfit(Unfit::NoRamp) => "no-ramp",
             Refusal::Unfit(Unfit::Uneven) => "uneven",
+            Refusal::Unfit(Unfit::Jerk) => "jerk",
         }
     }
 }

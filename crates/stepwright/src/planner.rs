@@ -46,56 +46,19 @@
 //! 2,900, the slave's way to it included; an order of three travels is heard,
 //! laid out and begun in 6,388.
 
+mod bent;
+mod clock;
+mod curve;
 mod share;
 
 use crate::num::Num;
 use crate::order::{Change, Order, Travel};
-use crate::profile::{Fit, Ramp, Unfit};
+use crate::profile::{Ramp, Unfit};
 use crate::run::Run;
-use crate::units::{Accel, Rate, Speed, Ticks};
+use crate::units::{Accel, Jerk, Speed, Ticks};
+pub(crate) use clock::Clock;
+use curve::Curve;
 use share::share;
-
-/// What all axes share: the timer's rate and how closely to follow a law, as
-/// the formulas want them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Clock {
-    /// 2f, in ticks · 0.001 steps/s.
-    twice: Num,
-    /// Its inverse.
-    inverse: Num,
-    /// Longest run, in ticks; a single step may always take longer.
-    longest: Num,
-    /// Largest error of a step between two ends of runs, in ticks: as a power
-    /// of two, which a number is quickly compared with.
-    bound: i16,
-    /// Longest ramp run and longest level run, as powers of two.
-    ramp_size: u8,
-    level_size: u8,
-}
-
-impl Clock {
-    /// A constant where rate and fit are constants: a chip does not compute it.
-    #[inline(always)]
-    pub(crate) const fn new(rate: Rate, fit: &Fit) -> Clock {
-        // 2000 · rate: twice the rate, and a speed is in thousandths.
-        let (twice, inverse) = Num::and_inverse(2000 * rate.hz() as u64);
-        let (longest, _) = Num::and_inverse(fit.longest as u64);
-        let bits = 63 - (fit.error | 1).leading_zeros() as i16;
-        let (ramp_size, level_size) = (fit.ramp_size, fit.level_size);
-        Clock { twice, inverse, longest, bound: bits - 32, ramp_size, level_size }
-    }
-
-    /// The interval at a speed; beyond everything for 0.
-    fn interval(&self, v: &Num) -> Num {
-        self.twice.over(v).scaled(-1)
-    }
-
-    /// Whether 2^size steps may be one run: not too long, and their spread,
-    /// less than the interval, within 31 bits of 2⁻¹⁶ ticks.
-    fn holds(&self, mean: &Num, size: u8) -> bool {
-        mean.is_below(17) && self.longest.at_least(&mean.scaled(size.into()))
-    }
-}
 
 /// Plans the runs of one travel, one at a time.
 ///
@@ -107,6 +70,10 @@ pub(crate) struct Planner {
     endless: bool,
     /// The rise is an ease: it falls, to the top speed.
     ease: bool,
+    /// The curve is that of the fall.
+    falling: bool,
+    /// To be laid out anew once the level is reached.
+    again: bool,
     /// Run length to try next, as a power of two.
     size: u8,
     /// What the runs handed out lack, in 2⁻¹⁶ ticks.
@@ -132,6 +99,10 @@ pub(crate) struct Planner {
     /// Slopes of the rise and the fall: 2a and 2d.
     a2: Num,
     d2: Num,
+    /// The ramp in progress, where the jerk is limited, and the time from its
+    /// low end to the last pulse handed out.
+    curve: Curve,
+    at: Num,
 }
 
 /// A run that is half planned: one for all axes, which take turns.
@@ -143,13 +114,20 @@ pub(crate) struct Work {
     mean: Num,
     /// δ of a ramp run.
     delta: Num,
+    /// When the run ends, from the low end of its curve.
+    time: Num,
     /// How far its planning is.
     stage: Stage,
 }
 
 impl Work {
-    pub(crate) const NONE: Work =
-        Work { pending: Num::UNSET, mean: Num::UNSET, delta: Num::UNSET, stage: Stage::Begin };
+    pub(crate) const NONE: Work = Work {
+        pending: Num::UNSET,
+        mean: Num::UNSET,
+        delta: Num::UNSET,
+        time: Num::UNSET,
+        stage: Stage::Begin,
+    };
 
     /// Forgets what has been begun: the travel has changed.
     pub(crate) fn drop(&mut self) {
@@ -228,8 +206,12 @@ impl Planner {
         fall: 0,
         rise_part: 0,
         fall_part: 0,
+        curve: Curve::STRAIGHT,
+        at: Num::UNSET,
         endless: false,
         ease: false,
+        falling: false,
+        again: false,
         carry: 0,
         size: 0,
     };
@@ -250,6 +232,7 @@ impl Planner {
         self.d2 = slope(order, &order.down);
         self.top = Num::from(order.top.millisteps());
         self.w_end = square(order.start.min(order.top));
+        self.curve.set_jerk(order.jerk.map_or(0, Jerk::millisteps));
         self.check(clock)?;
         self.endless = matches!(order.travel, Travel::Endless(_));
         let pulses = match order.travel {
@@ -293,6 +276,10 @@ impl Planner {
     /// to its target, less than 0 if that lies behind. It brakes where it would
     /// overshoot.
     pub(crate) fn resume(&mut self, left: i32) {
+        if self.is_bent() {
+            self.go_on(left);
+            return;
+        }
         let far = left >= 0 && Num::from(left as u32).at_least(&self.way_to_rest());
         if far || self.endless {
             self.divide(left as u32);
@@ -310,6 +297,9 @@ impl Planner {
             slowest = clock.twice.over(&self.a2.root());
             slowest = slowest.plus(&clock.twice.over(&self.d2.root()));
             slowest = slowest.plus(&clock.interval(&self.top));
+            if self.is_bent() && !self.curve.starts_within(clock.second_eighth()) {
+                return Err(Unfit::TooSlow);
+            }
         }
         if slowest.is_below(31) { Ok(()) } else { Err(Unfit::TooSlow) }
     }
@@ -318,6 +308,10 @@ impl Planner {
     /// and fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn divide(&mut self, steps: u32) {
+        if self.is_bent() {
+            self.divide_bent(steps);
+            return;
+        }
         let w = self.v.times(&self.v);
         let w_top = self.top.times(&self.top);
         self.v_top = self.top;
@@ -374,11 +368,15 @@ impl Planner {
     /// then the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn brake(&mut self) {
+        self.endless = false;
+        if self.is_bent() {
+            self.go_on(0);
+            return;
+        }
         (self.rise, self.rise_part) = (0, 0);
         (self.fall, self.fall_part) = self.way_to_rest().split();
         self.level = u32::from(self.fall_part != 0);
         self.v_top = self.v;
-        self.endless = false;
     }
 
     /// The highest speed from here on, in 0.001 steps/s, rounded up; 0 if
@@ -388,7 +386,8 @@ impl Planner {
         if self.steps_left() == 0 {
             return 0;
         }
-        let peak = if self.v_top.at_least(&self.v) { &self.v_top } else { &self.v };
+        let top = if self.again { &self.top } else { &self.v_top };
+        let peak = if top.at_least(&self.v) { top } else { &self.v };
         let (whole, part) = peak.split();
         whole.saturating_add(u32::from(part != 0))
     }
@@ -412,6 +411,10 @@ impl Planner {
     pub(crate) fn next(&mut self, clock: &Clock, work: &mut Work, run: &mut Run) -> Planned {
         if self.rise > 0 {
             self.ramp(clock, work, run, true)
+        } else if self.again && self.rise_part == 0 {
+            self.again = false;
+            self.divide(self.level.wrapping_add(self.fall));
+            Planned::Again
         } else if self.level > 0 {
             let last = self.level == 1 && self.fall_part != 0 && !self.endless;
             if self.rise_part != 0 || last {
@@ -443,6 +446,12 @@ impl Planner {
         let full = 1u32 << size;
         let steps = share(room, full);
         match work.stage {
+            _ if self.is_bent() => {
+                if !self.follow(clock, work, steps, first) {
+                    return Planned::Again;
+                }
+                work.stage = Stage::Begin;
+            }
             Stage::Begin => {
                 work.pending = self.speed_after(steps, first);
                 work.stage = Stage::Half;
@@ -461,7 +470,11 @@ impl Planner {
             Stage::Late | Stage::Last => work.stage = Stage::Begin,
         }
         let (mean, delta) = (work.mean, work.delta);
-        let error = delta.roughly(&delta).roughly(&mean).scaled(i16::from(size) - 5);
+        let mut spread = delta.roughly(&delta);
+        if self.is_bent() {
+            spread = spread.plus(&self.jerk_of(clock, work, size));
+        }
+        let error = spread.roughly(&mean).scaled(i16::from(size) - 5);
         if size > 0
             && !(clock.holds(&mean, size) && error.is_below(clock.bound) && delta.is_below(-2))
         {
@@ -488,7 +501,7 @@ impl Planner {
         } else {
             self.fall = self.fall.wrapping_sub(steps);
         }
-        self.v = work.pending;
+        (self.v, self.at) = (work.pending, work.time);
         // An even number: then neither a stride's mean interval nor the spread
         // has a half to lose.
         let mut half = delta.roughly(&mean).scaled(15);
@@ -561,6 +574,9 @@ impl Planner {
     /// The one step that a change of piece divides.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn corner(&mut self, clock: &Clock, work: &mut Work, run: &mut Run, last: bool) -> Planned {
+        if self.is_bent() {
+            return self.bent_corner(clock, work, run, last);
+        }
         let rise = Num::part(self.rise_part);
         let fall = Num::part(if last { self.fall_part } else { 0 });
         match work.stage {

@@ -9,7 +9,7 @@ use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Trave
 
 use crate::board::recording::Heading;
 use crate::failure::Failure;
-use crate::quantity::{AccelArg, GeometryArgs, Held, SpeedArg};
+use crate::quantity::{AccelArg, GeometryArgs, Held, JerkArg, SpeedArg};
 
 /// Above the options that say how to move.
 pub const MOTION: &str =
@@ -32,6 +32,10 @@ pub struct RampArgs {
     /// Deceleration back down, if it differs from the way up
     #[arg(long, value_name = "ACCEL")]
     decel: Option<AccelArg>,
+    /// How fast the acceleration comes and goes, like 400000 or 200rad/s3: an
+    /// S-curve [default: at once]
+    #[arg(long, value_name = "JERK")]
+    jerk: Option<JerkArg>,
     #[command(flatten)]
     geometry: GeometryArgs,
 }
@@ -50,6 +54,7 @@ pub struct Motion {
     /// Where the ramps were given as accelerations.
     accel: Option<String>,
     decel: Option<String>,
+    jerk: Option<String>,
 }
 
 impl RampArgs {
@@ -69,14 +74,17 @@ impl RampArgs {
         let ramp = Ramp::Steps(RampSteps::clamped(self.ramp.unwrap_or(200)));
         let up = accel.as_ref().map_or(ramp, |a| Ramp::Accel(a.value));
         let down = decel.as_ref().map_or(up, |d| Ramp::Accel(d.value));
-        let order = Order { start: start.value, top: top.value, up, down, travel };
+        let jerk = self.jerk.as_ref().map(|j| j.resolve(&geometry, "--jerk")).transpose()?;
+        let bend = jerk.as_ref().map(|j| j.value);
+        let order = Order { start: start.value, top: top.value, up, down, jerk: bend, travel };
         // What the line can't say is, in words: slower than a step a second.
         let order = order.sendable().map_err(|error| {
             Failure::new(format!("{error}")).hint("the line carries whole steps: 1 or more")
         })?;
         let shown = |held: &Held<_>| held.to_string();
         let (accel, decel) = (accel.as_ref().map(shown), decel.as_ref().map(shown));
-        Ok(Motion { axis, order, start, top, accel, decel })
+        let jerk = jerk.as_ref().map(Held::to_string);
+        Ok(Motion { axis, order, start, top, accel, decel, jerk })
     }
 }
 
@@ -116,6 +124,9 @@ impl Motion {
             row("ramp up", self.ramp(self.order.up, self.accel.as_deref()));
             let down = self.decel.as_deref().or(self.accel.as_deref());
             row("ramp down", self.ramp(self.order.down, down));
+            if let Some(jerk) = &self.jerk {
+                row("jerk", jerk.clone());
+            }
         }
         if let Some(path) = self.path().filter(|path| !path.is_endless() && path.pulses() > 1) {
             if path.peak() < self.order.top.millisteps() {

@@ -1,0 +1,261 @@
+//! Travels whose jerk is limited: the planner's ramps are [curves](super::curve).
+//!
+//! From rest to rest they are the fastest within their limits. A change in motion
+//! first ends the ramp in progress as soon as the jerk allows; from the level that
+//! is reached the rest of the travel is laid out anew. What already falls to its
+//! target does so, and goes on from rest.
+
+use super::{Clock, Planned, Planner, Stage, Work};
+use crate::num::Num;
+use crate::run::Run;
+
+impl Planner {
+    /// Whether its jerk is limited.
+    pub(crate) fn is_bent(&self) -> bool {
+        self.curve.is_bent()
+    }
+
+    /// Divides `steps` from here, where the speed is v and level, into rise or
+    /// ease, level and fall.
+    ///
+    /// Where the top speed is out of reach, the highest speed that rise and fall
+    /// leave room for is found by Newton's method, from above, inside bounds.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn divide_bent(&mut self, steps: u32) {
+        let length = Num::from(steps);
+        let end = self.w_end.root();
+        (self.risen, self.falling, self.again) = (0, false, false);
+        self.ease = !self.top.at_least(&self.v);
+        self.v_top = self.top;
+        let (mut least, mut most) = (self.v, self.top);
+        let mut fall = Num::ZERO;
+        for _ in 0..40u8 {
+            if length.is_zero() && !self.endless {
+                // A single step, which is taken.
+                self.v_top = self.v;
+                self.curve.lay(&self.v, &self.v, &self.a2);
+                break;
+            }
+            self.curve.lay(&end, &self.v_top, &self.d2);
+            let mut growth = self.curve.growth();
+            fall = *self.curve.length();
+            if self.ease {
+                self.curve.lay(&self.v_top, &self.v, &self.d2);
+            } else {
+                self.curve.lay(&self.v, &self.v_top, &self.a2);
+            }
+            growth = growth.plus(&self.curve.growth());
+            let both = fall.plus(self.curve.length());
+            if self.endless || length.at_least(&both) {
+                let spare = length.minus(&both);
+                if self.endless || self.v_top == most || !spare.scaled(20).at_least(&length) {
+                    break;
+                }
+                least = self.v_top;
+            } else if self.ease {
+                // No room: it keeps its speed, and then falls.
+                (self.ease, self.v_top) = (false, self.v);
+                most = self.v;
+                continue;
+            } else {
+                most = self.v_top;
+                let over = both.minus(&length).over(&growth);
+                self.v_top = most.minus(&over).minus(&most.scaled(-28));
+                if self.v_top.at_least(&least) {
+                    continue;
+                }
+            }
+            self.v_top = least.plus(&most).scaled(-1);
+        }
+        (self.rise, self.rise_part) = self.curve.length().split();
+        self.rise = self.rise.min(steps);
+        let mut rest = steps.wrapping_sub(self.rise);
+        (self.fall, self.fall_part, self.level) = (0, 0, u32::MAX);
+        if !self.endless {
+            (self.fall, self.fall_part) = fall.split();
+            self.fall = self.fall.min(rest);
+            rest = rest.wrapping_sub(self.fall);
+            self.level = rest;
+        }
+        self.at = if self.ease { *self.curve.whole() } else { Num::ZERO };
+    }
+
+    /// Goes on after a change, or brakes: so many steps to its target.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn go_on(&mut self, left: i32) {
+        if self.falling {
+            return;
+        }
+        if self.rise != 0 || self.rise_part != 0 {
+            self.level_out();
+        } else {
+            self.v_top = self.v;
+        }
+        self.again = true;
+        if self.endless {
+            return;
+        }
+        let mut curve = self.curve;
+        curve.lay(&self.w_end.root(), &self.v_top, &self.d2);
+        // A little less: what was laid out to fit still does, whatever the rounding says.
+        let fall = curve.length();
+        (self.fall, self.fall_part) = fall.minus(&fall.scaled(-28)).split();
+        let ramps = self.rise.saturating_add(self.fall);
+        let (parts, more) = self.rise_part.overflowing_add(self.fall_part);
+        // One step for both parts, or two.
+        let least = u32::from(more).wrapping_add(u32::from(parts != 0));
+        let room = u32::try_from(left).unwrap_or(0).saturating_sub(ramps);
+        self.again = room >= least && room != 0;
+        self.level = room.max(least);
+    }
+
+    /// Ends the rise, or the ease, as soon as the jerk allows.
+    fn level_out(&mut self) {
+        let rest;
+        if self.ease {
+            let left = Num::from(self.rise).plus(&Num::part(self.rise_part));
+            let gone = self.curve.length().minus(&left);
+            self.curve.level_out_below(&mut self.at);
+            self.v_top = *self.curve.low();
+            rest = self.curve.length().minus(&gone);
+        } else {
+            self.curve.level_out(&self.at);
+            self.v_top = *self.curve.high();
+            rest = self.curve.length().minus(&Num::from(self.risen));
+        }
+        (self.rise, self.rise_part) = rest.split();
+    }
+
+    /// Lays the fall's curve.
+    fn lay_fall(&mut self) {
+        self.curve.lay(&self.w_end.root(), &self.v_top, &self.d2);
+        self.at = *self.curve.whole();
+        self.falling = true;
+    }
+
+    /// Where on its curve the pulse so many steps ahead is.
+    fn place_after(&self, steps: u32) -> Num {
+        let (whole, part) = if self.falling {
+            (self.fall.wrapping_sub(steps), 0)
+        } else if self.ease {
+            (self.rise.wrapping_sub(steps), self.rise_part)
+        } else {
+            (self.risen.wrapping_add(steps), 0)
+        };
+        Num::from(whole).plus(&Num::part(part))
+    }
+
+    /// Finds, in a call or several, when the pulse so many steps ahead comes,
+    /// and its speed: `time` and `pending`. Whether it has.
+    fn find(&self, work: &mut Work, steps: u32) -> bool {
+        let x = self.place_after(steps);
+        match work.stage {
+            Stage::Begin => {
+                let up = !self.falling && !self.ease;
+                // A fall begins in its corner.
+                let begins = self.falling && self.level != 0;
+                let t = if begins { self.curve.whole() } else { &self.at };
+                work.time = self.curve.guess(t, &self.v, &Num::from(steps), &x, up);
+                if x.is_zero() {
+                    work.time = Num::ZERO;
+                    work.pending = *self.curve.low();
+                    return true;
+                }
+                work.stage = Stage::Half;
+            }
+            Stage::Half => {
+                let here = self.curve.at(&work.time);
+                (work.pending, work.mean) = (here.v, here.x);
+                work.stage = Stage::Late;
+            }
+            Stage::Late | Stage::Last => {
+                work.stage = Stage::Half;
+                let (v, here) = (work.pending, work.mean);
+                return self.curve.correct(&mut work.time, &v, &here, &x);
+            }
+        }
+        false
+    }
+
+    /// A ramp run's end, mean interval and δ. Whether they are found.
+    pub(super) fn follow(
+        &mut self,
+        clock: &Clock,
+        work: &mut Work,
+        steps: u32,
+        first: bool,
+    ) -> bool {
+        if !first && !self.falling {
+            self.lay_fall();
+        }
+        if !self.find(work, steps) {
+            return false;
+        }
+        let up = work.time.at_least(&self.at);
+        let time = if up { work.time.minus(&self.at) } else { self.at.minus(&work.time) };
+        work.mean = ticks(clock, &time).over(&Num::from(steps));
+        let v = &work.pending;
+        let change = if up { v.minus(&self.v) } else { self.v.minus(v) };
+        work.delta = work.mean.roughly(&clock.inverse).roughly(&change).scaled(1);
+        true
+    }
+
+    /// What the jerk adds to δ² where a run's error is judged: J·Δt²/v, for its
+    /// third. Nothing where the ramp is straight.
+    pub(super) fn jerk_of(&self, clock: &Clock, work: &Work, size: u8) -> Num {
+        if self.curve.is_straight(&self.at) && self.curve.is_straight(&work.time) {
+            return Num::ZERO;
+        }
+        let interval = work.mean.roughly(&clock.inverse).scaled(1);
+        let cube = interval.roughly(&interval).roughly(&interval);
+        cube.roughly(self.curve.half_jerk()).scaled(i16::from(size) << 1)
+    }
+
+    /// The one step that the level's end divides.
+    pub(super) fn bent_corner(
+        &mut self,
+        clock: &Clock,
+        work: &mut Work,
+        run: &mut Run,
+        last: bool,
+    ) -> Planned {
+        if work.stage == Stage::Begin && !self.falling {
+            let rise = Num::part(self.rise_part);
+            let fall = Num::part(if last { self.fall_part } else { 0 });
+            work.delta = Num::ONE.minus(&rise).minus(&fall).over(&self.v_top);
+            if self.rise_part != 0 {
+                let (from, to) =
+                    if self.ease { (&Num::ZERO, &self.at) } else { (&self.at, self.curve.whole()) };
+                work.delta = work.delta.plus(&to.minus(from));
+            }
+            if last {
+                self.lay_fall();
+                // Until the corner is done: what a change can't take back.
+                self.at = work.delta;
+                return Planned::Again;
+            }
+        }
+        if last {
+            if !self.find(work, 0) {
+                return Planned::Again;
+            }
+            work.delta = self.at.plus(&self.curve.tail(&work.time));
+            (self.v, self.at) = (work.pending, work.time);
+            self.fall_part = 0;
+        } else {
+            self.v = self.v_top;
+        }
+        self.rise_part = 0;
+        if !self.endless {
+            self.level = self.level.wrapping_sub(1);
+        }
+        work.stage = Stage::Begin;
+        let time = ticks(clock, &work.delta);
+        self.fitted(run, &time, 0, 1)
+    }
+}
+
+/// A time of 1000 s, in ticks.
+fn ticks(clock: &Clock, time: &Num) -> Num {
+    clock.twice.times(time).scaled(-1)
+}

@@ -92,7 +92,11 @@ fn story() -> impl Strategy<Value = Story> {
     (0u8..3, start, top(), ramp(), ramp(), travel, prop::collection::vec(whim(), 1..14)).prop_map(
         |(axis, start, top, up, down, travel, whims)| {
             let v = |m| Speed::from_millisteps(m).unwrap();
-            Story { axis, order: Order { start: v(start), top: v(top), up, down, jerk: None, travel }, whims }
+            Story {
+                axis,
+                order: Order { start: v(start), top: v(top), up, down, jerk: None, travel },
+                whims,
+            }
         },
     )
 }

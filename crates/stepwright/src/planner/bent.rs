@@ -29,12 +29,10 @@ impl Planner {
         self.v_top = self.top;
         let (mut least, mut most) = (self.v, self.top);
         let mut fall = Num::ZERO;
-        for _ in 0..40u8 {
-            if length.is_zero() && !self.endless {
-                // A single step, which is taken.
-                self.v_top = self.v;
-                self.curve.lay(&self.v, &self.v, &self.a2);
-                break;
+        for left in (0..40u8).rev() {
+            if length.is_zero() && !self.endless || left == 0 {
+                // A single step, which is taken; or, never seen, no speed was found.
+                (self.ease, self.v_top) = (false, least);
             }
             self.curve.lay(&end, &self.v_top, &self.d2);
             let mut growth = self.curve.growth();
@@ -46,12 +44,15 @@ impl Planner {
             }
             growth = growth.plus(&self.curve.growth());
             let both = fall.plus(self.curve.length());
-            if self.endless || length.at_least(&both) {
+            let next;
+            if self.endless || left == 0 || length.at_least(&both) {
                 let spare = length.minus(&both);
-                if self.endless || self.v_top == most || !spare.scaled(20).at_least(&length) {
+                let close = !spare.scaled(20).at_least(&length);
+                if self.endless || left == 0 || self.v_top == most || close {
                     break;
                 }
                 least = self.v_top;
+                next = least.plus(&spare.over(&growth));
             } else if self.ease {
                 // No room: it keeps its speed, and then falls.
                 (self.ease, self.v_top) = (false, self.v);
@@ -59,13 +60,10 @@ impl Planner {
                 continue;
             } else {
                 most = self.v_top;
-                let over = both.minus(&length).over(&growth);
-                self.v_top = most.minus(&over).minus(&most.scaled(-28));
-                if self.v_top.at_least(&least) {
-                    continue;
-                }
+                next = most.minus(&both.minus(&length).over(&growth)).minus(&most.scaled(-28));
             }
-            self.v_top = least.plus(&most).scaled(-1);
+            let inside = !least.at_least(&next) && !next.at_least(&most);
+            self.v_top = if inside { next } else { least.plus(&most).scaled(-1) };
         }
         (self.rise, self.rise_part) = self.curve.length().split();
         self.rise = self.rise.min(steps);

@@ -57,7 +57,7 @@ use crate::order::{Change, Order, Travel};
 use crate::profile::{Fit, Ramp, Unfit};
 use crate::run::Run;
 use crate::units::{Accel, Rate, Speed, Ticks};
-use share::share;
+use share::{share, share_of_ramp};
 
 /// What all axes share: the timer's rate and how closely to follow a law, as
 /// the formulas want them.
@@ -455,7 +455,7 @@ impl Planner {
         }
         let size = self.size.min(clock.ramp_size);
         let full = 1u32 << size;
-        let steps = share(room, full);
+        let steps = share_of_ramp(room, full);
         match work.stage {
             Stage::Begin => {
                 work.pending = self.speed_after(steps, first);

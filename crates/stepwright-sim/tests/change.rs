@@ -285,3 +285,19 @@ fn eases_end_where_they_should() {
     ];
     known(134_345_528, 28_716_739, 2_622_466, 2_212_352, -11, &whims);
 }
+
+/// Five minutes at a slow timer's constant speed, in runs of a step or two: what
+/// each lacks below 2⁻¹⁶ ticks adds up.
+#[test]
+fn short_level_runs_do_not_add_up() {
+    let ramp = |a| Ramp::Accel(Accel::from_millisteps(a).unwrap());
+    let order = Order {
+        start: Speed::ZERO,
+        top: Speed::from_millisteps(144_255).unwrap(),
+        up: ramp(337_429_007),
+        down: ramp(200_000),
+        travel: Travel::By(60_000),
+    };
+    let story = Story { axis: 0, order, whims: Vec::new() };
+    tell::<u32>(exact(Description::at(Rate::from_hz(100_000).unwrap(), [1; 3])), &story, 1.0);
+}

@@ -113,8 +113,8 @@ pub(crate) struct Planner {
     ease: bool,
     /// Run length to try next, as a power of two.
     size: u8,
-    /// What the runs handed out lack, in 2⁻¹⁶ ticks.
-    carry: u16,
+    /// What the runs handed out lack, in 2⁻³² ticks.
+    carry: u32,
     /// Steps of the rise handed out.
     risen: u32,
     /// Whole steps left of rise, level (with its corners) and fall.
@@ -538,11 +538,11 @@ impl Planner {
     fn fitted(&mut self, run: &mut Run, mean: &Num, add: i32, steps: u16) -> Planned {
         let (whole, part) = mean.split();
         let wide = u32::from(steps);
-        // Both are less than the steps of a run: no overflow.
-        let lack = (u32::from(part as u16).wrapping_mul(wide) >> 16) as u16;
+        // Both are less than the steps of a run, in 2⁻¹⁶ ticks: no overflow.
+        let lack = u32::from(part as u16).wrapping_mul(wide);
         let carry = self.carry.saturating_add(lack);
-        let more = carry.checked_div(steps).unwrap_or(0);
-        self.carry = carry.wrapping_sub(more.wrapping_mul(steps));
+        let more = ((carry >> 16) as u16).checked_div(steps).unwrap_or(0);
+        self.carry = carry.wrapping_sub(u32::from(more.wrapping_mul(steps)) << 16);
         // It is less than δ of the interval, and fits: see `holds`.
         let spread = (add >> 1).wrapping_mul(wide.wrapping_sub(1) as i32);
         let first = u64::from(whole) << 16 | u64::from(part >> 16);

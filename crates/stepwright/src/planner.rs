@@ -538,9 +538,10 @@ impl Planner {
     fn fitted(&mut self, run: &mut Run, mean: &Num, add: i32, steps: u16) -> Planned {
         let (whole, part) = mean.split();
         let wide = u32::from(steps);
-        // Both are less than the steps of a run, in 2⁻¹⁶ ticks: no overflow.
+        // Both are less than the steps of a run, 2¹⁵ at most, in 2⁻¹⁶ ticks: no
+        // overflow.
         let lack = u32::from(part as u16).wrapping_mul(wide);
-        let carry = self.carry.saturating_add(lack);
+        let carry = self.carry.wrapping_add(lack);
         let more = ((carry >> 16) as u16).checked_div(steps).unwrap_or(0);
         self.carry = carry.wrapping_sub(u32::from(more.wrapping_mul(steps)) << 16);
         // It is less than δ of the interval, and fits: see `holds`.

@@ -50,56 +50,16 @@
 //! 2,900, the slave's way to it included; an order of three travels is heard,
 //! laid out and begun in 6,388.
 
+mod clock;
 mod share;
 
 use crate::num::Num;
 use crate::order::{Change, Order, Travel};
-use crate::profile::{Fit, Ramp, Unfit};
+use crate::profile::{Ramp, Unfit};
 use crate::run::Run;
-use crate::units::{Accel, Rate, Speed, Ticks};
+use crate::units::{Accel, Speed, Ticks};
+pub(crate) use clock::Clock;
 use share::{share, share_of_ramp};
-
-/// What all axes share: the timer's rate and how closely to follow a law, as
-/// the formulas want them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Clock {
-    /// 2f, in ticks · 0.001 steps/s.
-    twice: Num,
-    /// Its inverse.
-    inverse: Num,
-    /// Longest run, in ticks; a single step may always take longer.
-    longest: Num,
-    /// Largest error of a step between two ends of runs, in ticks: as a power
-    /// of two, which a number is quickly compared with.
-    bound: i16,
-    /// Longest ramp run and longest level run, as powers of two.
-    ramp_size: u8,
-    level_size: u8,
-}
-
-impl Clock {
-    /// A constant where rate and fit are constants: a chip does not compute it.
-    #[inline(always)]
-    pub(crate) const fn new(rate: Rate, fit: &Fit) -> Clock {
-        // 2000 · rate: twice the rate, and a speed is in thousandths.
-        let (twice, inverse) = Num::and_inverse(2000 * rate.hz() as u64);
-        let (longest, _) = Num::and_inverse(fit.longest as u64);
-        let bits = 63 - (fit.error | 1).leading_zeros() as i16;
-        let (ramp_size, level_size) = (fit.ramp_size, fit.level_size);
-        Clock { twice, inverse, longest, bound: bits - 32, ramp_size, level_size }
-    }
-
-    /// The interval at a speed; beyond everything for 0.
-    fn interval(&self, v: &Num) -> Num {
-        self.twice.over(v).scaled(-1)
-    }
-
-    /// Whether 2^size steps may be one run: not too long, and their spread,
-    /// less than the interval, within 31 bits of 2⁻¹⁶ ticks.
-    fn holds(&self, mean: &Num, size: u8) -> bool {
-        mean.is_below(17) && self.longest.at_least(&mean.scaled(size.into()))
-    }
-}
 
 /// Plans the runs of one travel, one at a time.
 ///

@@ -1,5 +1,7 @@
 extern crate std;
 use super::*;
+use crate::profile::Fit;
+use crate::units::Rate;
 
 /// A long ramp ends when the closed form says: no run loses a part of a
 /// tick for good.

@@ -11,8 +11,12 @@
 //! ```
 //!
 //! It can be laid out anew from any pulse, at the speed v there, with L steps to
-//! go and other limits. Above the new top speed the rise is an *ease*, which
-//! falls to it; where the top speed is out of reach the rise meets the fall at
+//! go and other limits. Above the new top speed the rise is an *ease*: a fall to
+//! it in whole steps, at d or a little less. (Its length has 32 bits; were it not
+//! whole, what they leave out would be gone at the low speed, and take long: a
+//! 2³¹st of 1000 steps is 3 ticks at 20 steps/s and 134 MHz.) Where it has no room,
+//! one fall leads to rest. Where the top speed is out of reach, the rise meets the
+//! fall at
 //!
 //! ```text
 //!   x = d2·(L − s) / (a2 + d2)           s = (v² − w_end) / d2, the way to rest
@@ -44,7 +48,7 @@
 //! **Cost** on an ATmega328P, measured in simavr: a run takes a root, a division
 //! and six products, some 7,800 cycles in three calls. The longest call takes
 //! 2,900, the slave's way to it included; an order of three travels is heard,
-//! laid out and begun in 6,388.
+//! laid out and begun in 7,286.
 
 mod bent;
 mod clock;
@@ -58,7 +62,7 @@ use crate::run::Run;
 use crate::units::{Accel, Jerk, Speed, Ticks};
 pub(crate) use clock::Clock;
 use curve::Curve;
-use share::share;
+use share::{share, share_of_ramp};
 
 /// Plans the runs of one travel, one at a time.
 ///
@@ -76,8 +80,8 @@ pub(crate) struct Planner {
     again: bool,
     /// Run length to try next, as a power of two.
     size: u8,
-    /// What the runs handed out lack, in 2⁻¹⁶ ticks.
-    carry: u16,
+    /// What the runs handed out lack, in 2⁻³² ticks.
+    carry: u32,
     /// Steps of the rise handed out.
     risen: u32,
     /// Whole steps left of rise, level (with its corners) and fall.
@@ -96,9 +100,10 @@ pub(crate) struct Planner {
     /// Speed² where the rise began, or where an ease ends; and at the last pulse.
     w_from: Num,
     w_end: Num,
-    /// Slopes of the rise and the fall: 2a and 2d.
+    /// Slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d.
     a2: Num,
     d2: Num,
+    slope: Num,
     /// The ramp in progress, where the jerk is limited, and the time from its
     /// low end to the last pulse handed out.
     curve: Curve,
@@ -197,6 +202,7 @@ impl Planner {
         w_end: Num::UNSET,
         a2: Num::UNSET,
         d2: Num::UNSET,
+        slope: Num::UNSET,
         v: Num::UNSET,
         top: Num::UNSET,
         v_top: Num::UNSET,
@@ -280,7 +286,7 @@ impl Planner {
             self.go_on(left);
             return;
         }
-        let far = left >= 0 && Num::from(left as u32).at_least(&self.way_to_rest());
+        let far = left >= 0 && Num::from(left as u32).at_least(&self.way_to(&self.w_end));
         if far || self.endless {
             self.divide(left as u32);
         } else {
@@ -316,11 +322,17 @@ impl Planner {
         let w_top = self.top.times(&self.top);
         self.v_top = self.top;
         self.ease = !self.top.at_least(&self.v);
-        let (high, low, slope) =
-            if self.ease { (&w, &w_top, &self.d2) } else { (&w_top, &w, &self.a2) };
-        let rise = high.minus(low).over(slope);
-        self.w_from = *low;
         self.risen = 0;
+        let rise = if self.ease {
+            let (whole, part) = self.way_to(&w_top).split();
+            let rise = Num::from(whole.saturating_add(u32::from(part != 0)));
+            self.slope = w.minus(&w_top).over(&rise);
+            self.w_from = w_top;
+            rise
+        } else {
+            self.w_from = w;
+            w_top.minus(&w).over(&self.a2)
+        };
         (self.rise, self.rise_part) = rise.split();
         (self.fall, self.fall_part, self.level) = (0, 0, u32::MAX);
         if self.endless {
@@ -331,6 +343,9 @@ impl Planner {
         if length.at_least(&rise.plus(&fall)) {
             (self.fall, self.fall_part) = fall.split();
             self.level = steps.saturating_sub(self.rise).saturating_sub(self.fall);
+        } else if self.ease {
+            self.brake();
+            self.level = steps.saturating_sub(self.fall);
         } else {
             self.meet(&length, steps);
         }
@@ -338,11 +353,9 @@ impl Planner {
 
     /// The top speed is out of reach: the rise meets the fall.
     fn meet(&mut self, length: &Num, steps: u32) {
-        let spare = length.minus(&self.way_to_rest());
+        let spare = length.minus(&self.way_to(&self.w_end));
         let rise = self.d2.over(&self.a2.plus(&self.d2)).times(&spare);
-        self.w_from = self.v.times(&self.v);
         self.v_top = self.a2.times(&rise).plus(&self.w_from).root();
-        self.ease = false;
         let (whole, part) = rise.split();
         self.rise = whole.min(steps);
         self.fall = steps.wrapping_sub(self.rise);
@@ -353,14 +366,15 @@ impl Planner {
         }
     }
 
-    /// Steps from the last pulse handed out to rest, along the deceleration.
+    /// Steps from the last pulse handed out to a lower speed², along the
+    /// deceleration.
     ///
     /// A part in 2²⁸ of v² is left out: what has begun to fall to its target is
     /// still able to reach it, whatever the rounding says.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn way_to_rest(&self) -> Num {
+    fn way_to(&self, end: &Num) -> Num {
         let w = self.v.times(&self.v);
-        w.minus(&w.scaled(-28)).minus(&self.w_end).over(&self.d2)
+        w.minus(&w.scaled(-28)).minus(end).over(&self.d2)
     }
 
     /// Brakes from the last pulse handed out, in as few steps as the ramp
@@ -374,7 +388,7 @@ impl Planner {
             return;
         }
         (self.rise, self.rise_part) = (0, 0);
-        (self.fall, self.fall_part) = self.way_to_rest().split();
+        (self.fall, self.fall_part) = self.way_to(&self.w_end).split();
         self.level = u32::from(self.fall_part != 0);
         self.v_top = self.v;
     }
@@ -444,7 +458,7 @@ impl Planner {
         }
         let size = self.size.min(clock.ramp_size);
         let full = 1u32 << size;
-        let steps = share(room, full);
+        let steps = share_of_ramp(room, full);
         match work.stage {
             _ if self.is_bent() => {
                 if !self.follow(clock, work, steps, first) {
@@ -517,13 +531,13 @@ impl Planner {
     /// The speed so many steps further on the first ramp or down the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn speed_after(&self, steps: u32, first: bool) -> Num {
-        let (slope, w, n, part) = match (first, self.ease) {
-            (true, false) => (&self.a2, &self.w_from, self.risen.wrapping_add(steps), 0),
+        let (slope, w, n) = match (first, self.ease) {
+            (true, false) => (&self.a2, &self.w_from, self.risen.wrapping_add(steps)),
             // What falls is reckoned from its end: nothing is subtracted.
-            (true, true) => (&self.d2, &self.w_from, self.rise.wrapping_sub(steps), self.rise_part),
-            _ => (&self.d2, &self.w_end, self.fall.wrapping_sub(steps), 0),
+            (true, true) => (&self.slope, &self.w_from, self.rise.wrapping_sub(steps)),
+            _ => (&self.d2, &self.w_end, self.fall.wrapping_sub(steps)),
         };
-        slope.times(&Num::from(n).plus(&Num::part(part))).plus(w).root()
+        slope.times(&Num::from(n)).plus(w).root()
     }
 
     /// So many steps with this mean interval, growing by `add`, an even number.
@@ -537,11 +551,12 @@ impl Planner {
     fn fitted(&mut self, run: &mut Run, mean: &Num, add: i32, steps: u16) -> Planned {
         let (whole, part) = mean.split();
         let wide = u32::from(steps);
-        // Both are less than the steps of a run: no overflow.
-        let lack = (u32::from(part as u16).wrapping_mul(wide) >> 16) as u16;
-        let carry = self.carry.saturating_add(lack);
-        let more = carry.checked_div(steps).unwrap_or(0);
-        self.carry = carry.wrapping_sub(more.wrapping_mul(steps));
+        // Both are less than the steps of a run, 2¹⁵ at most, in 2⁻¹⁶ ticks: no
+        // overflow.
+        let lack = u32::from(part as u16).wrapping_mul(wide);
+        let carry = self.carry.wrapping_add(lack);
+        let more = ((carry >> 16) as u16).checked_div(steps).unwrap_or(0);
+        self.carry = carry.wrapping_sub(u32::from(more.wrapping_mul(steps)) << 16);
         // It is less than δ of the interval, and fits: see `holds`.
         let spread = (add >> 1).wrapping_mul(wide.wrapping_sub(1) as i32);
         let first = u64::from(whole) << 16 | u64::from(part >> 16);

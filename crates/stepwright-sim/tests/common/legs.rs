@@ -13,6 +13,8 @@ pub struct Limits {
     pub top: f64,
     pub a: f64,
     pub d: f64,
+    /// One of [`HAIRS`].
+    pub hair: f64,
 }
 
 /// A stretch in one direction: a first ramp up or down, a level, a fall.
@@ -29,8 +31,10 @@ pub struct Leg {
     pub steps: f64,
 }
 
-/// What a hair of rounding may decide either way: a part of the way to rest.
-const HAIR: f64 = 1e-8;
+/// How much longer than the room there is a fall may be, as a part of it, and
+/// still be said to fit. Rounding decides between these two: a story is followed
+/// with the one and, if that fails, with the other.
+pub const HAIRS: [f64; 2] = [1.0 / (1u64 << 31) as f64, 1.0 / (1 << 26) as f64];
 
 impl Leg {
     /// The way to rest from this speed.
@@ -40,7 +44,7 @@ impl Leg {
 
     /// How much of it a hair is.
     fn hair(v: f64, limits: &Limits) -> f64 {
-        HAIR * v * v / (2.0 * limits.d)
+        limits.hair * v * v / (2.0 * limits.d)
     }
 
     /// The shortest stop at a pulse, from this speed.
@@ -54,14 +58,23 @@ impl Leg {
     /// The quickest way over so many steps, infinitely many too, from this speed
     /// to rest; a stop where they are not enough.
     pub fn over(v: f64, steps: f64, limits: &Limits) -> Leg {
-        let &Limits { start, top, a, d } = limits;
+        let &Limits { start, top, a, d, .. } = limits;
         if steps < Leg::way(v, limits) - Leg::hair(v, limits) {
             return Leg::brake(v, limits);
         }
         let mut leg = Leg { v0: v, v_top: top, v_end: start, d, level: 0.0, fall: 0.0, steps };
-        leg.level =
-            if v > top { (v * v - top * top) / (2.0 * d) } else { (top * top - v * v) / (2.0 * a) };
         leg.fall = steps - ((top * top - start * start) / (2.0 * d)).max(0.0);
+        if v > top {
+            // To the new top speed in whole steps; straight to rest if they don't fit.
+            let ease = (v * v - top * top) / (2.0 * d) - Leg::hair(v, limits);
+            leg.level = ease.max(0.0).ceil();
+            if leg.level > leg.fall + Leg::hair(v, limits) {
+                (leg.v_top, leg.level, leg.fall) = (v, 0.0, steps - Leg::way(v, limits));
+                leg.fall = leg.fall.max(0.0);
+            }
+            return leg;
+        }
+        leg.level = (top * top - v * v) / (2.0 * a);
         if leg.level > leg.fall {
             // v² + 2ax = start² + 2d(steps − x)
             let x = (2.0 * d * steps + start * start - v * v) / (2.0 * (a + d));

@@ -4,8 +4,7 @@ use crate::num::Num;
 use crate::profile::Fit;
 use crate::units::Rate;
 
-/// What all axes share: the timer's rate and how closely to follow a law, as
-/// the formulas want them.
+/// The timer's rate and the fit, as the formulas want them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
     /// 2f, in ticks · 0.001 steps/s.

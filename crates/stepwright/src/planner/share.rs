@@ -2,18 +2,24 @@
 
 /// Steps of the next run, where `full` would be its length and `room` is left
 /// of its piece. The last two share what is left: short runs would come faster
-/// than a chip can plan them. What is no multiple of 32 comes last, in a run of
-/// its own: such a run grows step by step (`stride.rs`), or is too short to.
+/// than a chip can plan them.
 pub(super) fn share(room: u32, full: u32) -> u32 {
-    const WHOLE: u32 = 32;
-    let steps = if room <= full {
+    if room <= full {
         room
     } else if room / 2 < full {
         room - room / 2
     } else {
-        return full;
-    };
-    if steps <= WHOLE {
+        full
+    }
+}
+
+/// Likewise of a ramp, where `full` is a power of two. What is no multiple of 32
+/// comes last, in a run of its own: such a run grows step by step (`stride.rs`),
+/// or is too short to.
+pub(super) fn share_of_ramp(room: u32, full: u32) -> u32 {
+    const WHOLE: u32 = 32;
+    let steps = share(room, full);
+    if steps == full || steps <= WHOLE {
         steps
     } else if steps == room {
         steps & !(WHOLE - 1)

@@ -41,6 +41,30 @@ fn rounding_does_not_add_up() {
     }
 }
 
+/// A piece ends in as few runs as it can: a level in two of one length, a ramp
+/// with what is no multiple of 32 by itself.
+#[test]
+fn the_end_of_a_piece_is_shared() {
+    let runs = |share: fn(u32, u32) -> u32, mut room: u32| {
+        let mut runs = std::vec::Vec::new();
+        while room > 0 {
+            let steps = share(room, 256);
+            assert!((1..=256).contains(&steps), "{steps} of {room}");
+            runs.push(steps);
+            room -= steps;
+        }
+        runs
+    };
+    assert_eq!(runs(share, 700), [256, 222, 222]);
+    assert_eq!(runs(share, 255), [255]);
+    assert_eq!(runs(share_of_ramp, 700), [256, 224, 192, 28]);
+    assert_eq!(runs(share_of_ramp, 255), [224, 31]);
+    for room in 0..2000 {
+        runs(share, room);
+        runs(share_of_ramp, room);
+    }
+}
+
 mod bent {
     use super::*;
     use crate::profile::SCurve;

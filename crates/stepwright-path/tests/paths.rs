@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use proptest::prelude::*;
-use stepwright::Rate;
+use stepwright::{Rate, cycle};
 use stepwright_path::{Arc, Line, Pace, Steps};
 
 const LEAD: u32 = 10_000;
@@ -11,13 +11,16 @@ const LEAD: u32 = 10_000;
 /// Times in seconds after the lead, and the position after each step.
 fn played(steps: Steps, rate: Rate) -> Vec<(f64, i64)> {
     let (mut ticks, mut at) = (0u64, 0i64);
-    steps
-        .map(|pace| {
-            ticks += u64::from(pace.ticks);
-            at += if pace.forward { 1 } else { -1 };
-            ((ticks as f64 - f64::from(LEAD)) / f64::from(rate.hz()), at)
-        })
-        .collect()
+    let mut all = Vec::new();
+    for pace in steps {
+        let (cycle::Pace::Step { ticks: more, .. } | cycle::Pace::Wait { ticks: more }) = pace;
+        ticks += u64::from(more);
+        if let cycle::Pace::Step { forward, .. } = pace {
+            at += if forward { 1 } else { -1 };
+            all.push(((ticks as f64 - f64::from(LEAD)) / f64::from(rate.hz()), at));
+        }
+    }
+    all
 }
 
 fn rate(hz: u32) -> Rate {
@@ -54,7 +57,7 @@ proptest! {
     ) {
         prop_assume!(steps.iter().any(|n| *n != 0));
         let line = Line { steps, step };
-        let pace = Pace { speed, accel, decel };
+        let pace = Pace::new(speed, accel).with_decel(decel);
         let all = Steps::line(&line, pace, rate(hz), LEAD).unwrap();
         let tick = 1.0 / f64::from(hz);
         let all = all.map(|steps| played(steps, rate(hz)));
@@ -173,7 +176,8 @@ fn a_hold_loses_no_step() {
     let pace = Pace::new(1_000.0, 4_000.0);
     let free = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
     let held = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
-    held[0].law().hold(1.0, Some(3.0));
+    held[0].law().pause(1.0);
+    held[0].law().resume(3.0);
     let (free, held) = (free.map(|s| played(s, Rate::MHZ)), held.map(|s| played(s, Rate::MHZ)));
     for (free, held) in free.iter().zip(&held) {
         assert_eq!(free.len(), held.len());
@@ -187,7 +191,7 @@ fn a_hold_loses_no_step() {
     assert!((held[0].last().unwrap().0 - held[1].last().unwrap().0).abs() < 2e-6);
     // Without a going-on the rest is not made.
     let [x, _] = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
-    x.law().hold(1.0, None);
+    x.law().finish(1.0);
     let x = played(x, Rate::MHZ);
     assert!(x.len() < 1_200 && x.last().unwrap().0 < 1.26);
 }

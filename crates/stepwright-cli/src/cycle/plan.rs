@@ -202,8 +202,7 @@ impl Plan {
     /// A line, an arc or a home, if it is one.
     fn task(&self, text: &Text, cycle: &file::Cycle) -> Result<Task, Failure> {
         let pace = |speed, accel, decel: Option<f64>| {
-            let decel = decel.unwrap_or(accel);
-            Pace { speed, accel, decel }
+            Pace::new(speed, accel).with_decel(decel.unwrap_or(accel))
         };
         match (&cycle.line, &cycle.arc, &cycle.home) {
             (None, None, None) => Ok(Task::Moves),

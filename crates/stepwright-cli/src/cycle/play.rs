@@ -488,9 +488,12 @@ fn hold(law: &Held, acts: &[(u64, Act)]) {
     let when =
         |wanted: Act| acts.iter().find(|(_, act)| *act == wanted).map(|(us, _)| *us as f64 / 1e6);
     if let Some(pause) = when(Act::Pause) {
-        law.hold(pause, when(Act::Resume));
+        law.pause(pause);
+    }
+    if let Some(resume) = when(Act::Resume) {
+        law.resume(resume);
     }
     if let Some(finish) = when(Act::Finish) {
-        law.hold(finish, None);
+        law.finish(finish);
     }
 }

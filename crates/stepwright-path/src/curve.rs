@@ -50,8 +50,6 @@ struct Even {
     /// The next mark, and the one behind the last.
     next: u32,
     end: u32,
-    /// None comes before it.
-    least: f64,
     forward: bool,
 }
 
@@ -76,25 +74,23 @@ impl Marks {
     fn along(steps: i32, length: f64) -> Marks {
         let (end, forward) = (steps.unsigned_abs(), steps > 0);
         let parts = end.saturating_sub(1).max(1);
-        Marks(Kind::Even(Even {
-            first: 0.0,
-            last: length,
-            parts,
-            next: 0,
-            end,
-            least: 0.0,
-            forward,
-        }))
+        Marks(Kind::Even(Even { first: 0.0, last: length, parts, next: 0, end, forward }))
     }
 
-    /// So many steps up to `last`, of an axis whose last step was at `first`;
-    /// none before `least`.
+    /// So many steps up to `last`, of an axis whose last step was at `first`; none
+    /// before `least`: if the first of them belonged there, it is at `least`, and
+    /// the others evenly spaced from there on.
     pub(crate) fn onward(steps: i64, first: f64, last: f64, least: f64) -> Marks {
         // Between two numbers of 32 bits.
-        let parts = u32::try_from(steps.unsigned_abs()).unwrap_or(u32::MAX);
+        let end = u32::try_from(steps.unsigned_abs()).unwrap_or(u32::MAX);
         let forward = steps > 0;
-        let end = parts.saturating_add(1);
-        Marks(Kind::Even(Even { first, last, parts, next: 1, end, least, forward }))
+        let even = if end > 1 && first + (last - first) / f64::from(end) < least {
+            Even { first: least, last, parts: end - 1, next: 0, end, forward }
+        } else {
+            let end = end.saturating_add(1);
+            Even { first, last, parts: end - 1, next: 1, end, forward }
+        };
+        Marks(Kind::Even(even))
     }
 }
 
@@ -228,7 +224,7 @@ impl Iterator for Even {
     type Item = Mark;
 
     fn next(&mut self) -> Option<Mark> {
-        let Even { first, last, parts, next: n, end, least, forward } = *self;
+        let Even { first, last, parts, next: n, end, forward } = *self;
         if n >= end {
             return None;
         }
@@ -236,7 +232,7 @@ impl Iterator for Even {
         // The last one exactly, whatever is rounded on the way.
         let part = f64::from(n) / f64::from(parts);
         let at = if n == parts { last } else { first + (last - first) * part };
-        Some(Mark { at: at.max(least), forward })
+        Some(Mark { at, forward })
     }
 }
 

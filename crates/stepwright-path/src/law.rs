@@ -106,8 +106,12 @@ impl Law {
     }
 
     /// When a change that is asked for at `at` takes hold.
+    pub(crate) fn moment(&self, at: f64) -> f64 {
+        self.changed.max(at)
+    }
+
     fn change(&mut self, at: f64) -> f64 {
-        self.changed = self.changed.max(at);
+        self.changed = self.moment(at);
         self.changed
     }
 
@@ -276,8 +280,18 @@ impl Law {
         match self.pieces.get(after) {
             Some(piece) => Some(piece.time(s)),
             // No further than rounding beyond the end.
-            None => (s <= self.length && self.is_over(self.last())).then(|| self.last()),
+            None => (s <= self.length && self.arrives()).then(|| self.last()),
         }
+    }
+
+    /// Whether it leads to the end, as far as is known.
+    fn arrives(&self) -> bool {
+        self.pieces.last().is_some_and(|piece| piece.to.s >= self.length * (1.0 - TOUCH))
+    }
+
+    /// Whether the rest of it was given up.
+    pub(crate) fn is_finished(&self) -> bool {
+        self.finished
     }
 
     /// Seconds from its start to rest at its end, pauses included; `None` while

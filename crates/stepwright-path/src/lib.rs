@@ -50,7 +50,7 @@ use stepwright::{Rate, Ticks, cycle};
 
 pub use curve::{Arc, Line, Mark, Marks};
 pub use law::{Law, SCALES};
-pub use pace::{Pace, Unplannable};
+pub use pace::{PACES, Pace, Unplannable};
 use road::Road;
 
 /// Seconds after which an axis looks again whether its next step is still due then.
@@ -206,7 +206,8 @@ impl Iterator for Steps {
 
     fn next(&mut self) -> Option<cycle::Pace> {
         let (hz, lead, gone) = (self.hz, u64::from(self.lead), self.gone);
-        let ticks = |time: f64| ((time * hz).round() as u64 + lead).saturating_sub(gone);
+        let ticks =
+            |time: f64| ((time * hz).round() as u64).saturating_add(lead).saturating_sub(gone);
         let wait = u64::from(self.look);
         let pace = self.path.look(|road| {
             // Beyond the place where it stands there are no steps, for now.

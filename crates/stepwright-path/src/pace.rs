@@ -3,11 +3,11 @@
 /// Why a path can't be planned, or changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unplannable {
-    /// The speed is not above 0, or no number.
+    /// The speed is beyond [`PACES`], or no number.
     Speed,
-    /// The acceleration is not above 0, or no number.
+    /// The acceleration, or the deceleration, is.
     Accel,
-    /// The jerk is not above 0, or no number.
+    /// The jerk is, and not infinite either.
     Jerk,
     /// The path has no length, or an endless one.
     Length,
@@ -28,10 +28,11 @@ pub enum Unplannable {
 impl std::fmt::Display for Unplannable {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Unplannable::Speed => "the speed along the path must be above 0",
-            Unplannable::Accel => "the acceleration along the path must be above 0",
+            Unplannable::Speed => "the speed along the path must be above 0, at most 10^24",
+            Unplannable::Accel => "the acceleration along the path must be above 0, at most 10^24",
             Unplannable::Jerk => {
-                "the jerk along the path must be above 0; leave it out for a trapezoid"
+                "the jerk along the path must be above 0, at most 10^24; without one it is a \
+                 trapezoid"
             }
             Unplannable::Length => "the path leads nowhere: no axis has a step to make",
             Unplannable::Step => "a step must lead somewhere: a distance above 0",
@@ -45,6 +46,9 @@ impl std::fmt::Display for Unplannable {
 }
 
 impl std::error::Error for Unplannable {}
+
+/// Speeds, accelerations and jerks that can be planned with, in any unit.
+pub const PACES: std::ops::RangeInclusive<f64> = 1e-12..=1e24;
 
 /// Speed, accelerations and jerk along a path, in the user's unit and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,10 +82,11 @@ impl Pace {
     /// Whether all of it makes sense.
     ///
     /// # Errors
-    /// [`Unplannable`]: what is not above 0.
+    /// [`Unplannable`]: what is beyond [`PACES`].
     pub fn check(&self) -> Result<(), Unplannable> {
-        let good = |x: f64| x > 0.0 && x.is_finite();
-        match (good(self.speed), good(self.accel) && good(self.decel), self.jerk > 0.0) {
+        let good = |x: f64| PACES.contains(&x);
+        let smooth = self.jerk == f64::INFINITY || good(self.jerk);
+        match (good(self.speed), good(self.accel) && good(self.decel), smooth) {
             (false, _, _) => Err(Unplannable::Speed),
             (_, false, _) => Err(Unplannable::Accel),
             (_, _, false) => Err(Unplannable::Jerk),

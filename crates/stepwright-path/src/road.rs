@@ -189,7 +189,7 @@ impl Road {
         let mut axes = way.iter().zip(&line.steps);
         let on_it = axes.all(|(n, old)| (*n as f64 - *old as f64 * part).abs() <= BESIDE);
         let rolling = self.law.standing(at).is_none();
-        (on_it && rolling && self.law.stop_from(at) <= end).then(|| (end, line.clone()))
+        (on_it && rolling && self.law.stop_from(at) < end).then(|| (end, line.clone()))
     }
 
     /// The path is to end so many steps from where it began: when that takes hold.
@@ -198,7 +198,7 @@ impl Road {
             return Err(Unplannable::Axes);
         }
         let at = self.moment(at);
-        if self.law.is_over(at) {
+        if self.law.is_over(at) || self.law.is_finished() {
             return Err(Unplannable::Over);
         }
         let to: Vec<i64> = to.iter().map(|n| i64::from(*n)).collect();

@@ -124,10 +124,31 @@ fn mistakes_are_shown_where_they_are() {
     wrong("move.X", "move.Q", "29:6", "there is no motor \"Q\"");
     wrong("{ steps = 20_000,", "{ whirl = \"up\",", "29:20", "`forward` or `backward`");
     wrong("steps = 20_000", "each = 2, steps = 20_000", "29:10", "each does not belong here");
-    wrong("delay-us = 1_000 }", "delay-us = 10 }", "29:10", "below its smallest");
+    wrong("delay-us = 1_000 }", "delay-us = 10 }", "29:10", "the first delay of X is below");
+    // A refusal calls the motor by its name in the file, whichever it is.
+    wrong("delay-us = 20_000", "delay-us = 9", "31:10", "the first delay of Z is below its");
     wrong("{ steps = 20_000", "{ steps = -5", "29:10", "cancelled after 0.001 s: X: soft-end-min");
     wrong("[[cycle]]", "[[cycle]]\nresume-s = 1", "28:1", "resume-s without pause-s");
+    wrong("[[cycle]]", "[clock]\ntick-us = 700\n[[cycle]]", "31:10", "for X: a step takes");
     wrong("[[cycle]]", "[clock]\ntick-us = 700\n[[cycle]]", "31:10", "at least 2100 µs");
+    let odd = "[clock]\ntick-us = 300\n[[cycle]]";
+    wrong("[[cycle]]", odd, "31:10", "the smallest delay of X is no multiple of the fixed tick");
+}
+
+/// Two motors at 125,000 steps/s beside a third are more than the board has time for.
+#[test]
+fn a_motor_that_is_too_fast_is_named() {
+    let scratch = Scratch::new("cycle-fast.toml");
+    let file = scratch.path();
+    let motor =
+        |name: &str| format!("[[motor]]\nname = \"{name}\"\nstep = 1\nsmallest-delay-us = 8\n");
+    let text = ["pan", "tilt", "focus"].map(motor).concat();
+    let moves = "[[cycle]]\nmove.pan = { steps = 9, delay-us = 900 }\nmove.tilt.steps = 9\nmove.focus.steps = 9\n";
+    std::fs::write(file, text + moves).unwrap();
+    let ended = stepwright(&["cycle", file]);
+    assert_eq!(ended.code(), Some(1));
+    let message = format!("{file}:15:6: too fast for this board: tilt needs delays of at least ");
+    assert!(ended.stderr.contains(&message), "{}", ended.stderr);
 }
 
 #[test]
@@ -193,8 +214,10 @@ fn mistakes_in_a_path_are_shown_too() {
     wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"X\"]", "an arc takes two motors");
     wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"Q\"]", "there is no motor \"Q\"");
     wrong("reach = 10_000", "reach = 100", "the switch was not found");
+    wrong("motor = \"X\", end", "motor = \"Y\", end", "the switch was not found");
+    wrong("fast-us = 100,", "fast-us = 40,", "the first delay of X is below its smallest");
     wrong("[[cycle]]\nline", "[[cycle]]\nmove.X = { steps = 1 }\nline", "a cycle has either moves");
-    wrong("[[motor]]", "[clock]\ntick-us = 10\n[[motor]]", "no fixed tick places its steps");
+    wrong("[[motor]]", "[clock]\ntick-us = 10\n[[motor]]", "what X does needs deadlines");
     wrong("pause-s = 0.8\nresume-s = 1.2", "pause-s = 0.8", "paused for ever");
     // 60 mm/s are 4800 steps/s.
     let slow = "smallest-delay-us = 500\nposition = 12_000_000";

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use serde_json::json;
-use stepwright::cycle::{CycleError, Faults, Homing, Refusal, Status};
+use stepwright::cycle::{CycleError, Faults, Homing, HomingError, Refusal, Status};
 use stepwright_path::{Arc, Held, Line, Steps, Unplannable};
 use stepwright_sim::{CycleBoard, Edge, Pin};
 
@@ -80,6 +80,11 @@ impl<'p> Session<'p> {
         self.way.as_ref().map(|(_, way)| way)
     }
 
+    /// What the file calls a motor.
+    fn name(&self, motor: u8) -> &'p str {
+        self.plan.names.get(usize::from(motor)).map_or("", String::as_str)
+    }
+
     fn positions(&mut self) -> Vec<i64> {
         let motors = 0..self.plan.names.len() as u8;
         let cycle = self.board.cycle();
@@ -115,24 +120,16 @@ impl<'p> Session<'p> {
             return self.go(self.board.now() + self.ticks(rest));
         }
         self.along(task, acts, moves, at.clone())?;
-        let refused = |refusal: Refusal| match refusal {
-            Refusal::PeriodTooLong { motor, .. }
-            | Refusal::PeriodAliquant { motor, .. }
-            | Refusal::SmallDelay { motor, .. }
-            | Refusal::NeedsDeadlines { motor }
-            | Refusal::TooFast { motor, .. } => Some(motor),
-            _ => None,
-        };
         let spans: Vec<_> = moves.iter().map(|m| (m.motor, m.at.clone())).collect();
         for part in moves {
             let (motor, calibration) = (part.motor, part.calibration);
             let prepared = self.board.cycle().prepare(motor, part.program(), calibration);
-            prepared.map_err(|refusal| self.text.blame(at.clone(), refusal))?;
+            prepared.map_err(|refusal| self.refused(refusal, at.clone()))?;
         }
         if let Err(refusal) = self.board.cycle().start() {
-            let span = spans.iter().find(|(motor, _)| Some(*motor) == refused(refusal));
+            let span = spans.iter().find(|(motor, _)| Some(*motor) == refusal.motor());
             let span = span.map_or_else(|| at.clone(), |(_, span)| span.clone());
-            return Err(self.text.blame(span, refusal));
+            return Err(self.refused(refusal, span));
         }
         let begun = self.board.now();
         self.row("start");
@@ -234,8 +231,9 @@ impl<'p> Session<'p> {
         let limit = begun + self.ticks(self.limit);
         self.row("start");
         loop {
-            let done = homing.poll(self.board.cycle()).map_err(|error| {
-                self.text.blame(at.clone(), format_args!("cycle {number}: {error}"))
+            let done = homing.poll(self.board.cycle()).map_err(|error| match error {
+                HomingError::Refused(refusal) => self.refused(refusal, at.clone()),
+                error => self.text.blame(at.clone(), format_args!("cycle {number}: {error}")),
             })?;
             if done {
                 break;
@@ -253,6 +251,11 @@ impl<'p> Session<'p> {
         Ok(())
     }
 
+    /// Why a cycle did not start: the motor by its name in the file.
+    fn refused(&self, refusal: Refusal, at: Range<usize>) -> Failure {
+        self.text.blame(at, refusal.named(refusal.motor().map_or("", |motor| self.name(motor))))
+    }
+
     /// Why a cycle was cancelled.
     fn cancelled(
         &mut self,
@@ -266,7 +269,7 @@ impl<'p> Session<'p> {
         match error {
             CycleError::MotorError { motor } => {
                 let faults = self.board.cycle().faults(motor);
-                let name = self.plan.names.get(usize::from(motor)).map_or("", String::as_str);
+                let name = self.name(motor);
                 let span = spans.iter().find(|(known, _)| *known == motor);
                 let span = span.map_or(at, |(_, span)| span.clone());
                 let what =
@@ -305,7 +308,10 @@ impl<'p> Session<'p> {
         let seconds = self.time_from(begun);
         let cycle = json!({
             "seconds": (self.board.now() - begun) as f64 / f64::from(self.plan.rate.hz()),
-            "error": error.map(|error| error.to_string()),
+            "error": error.map(|error| match error {
+                CycleError::MotorError { motor } => format!("an error of {}", self.name(motor)),
+                CycleError::TimingExceeded => error.to_string(),
+            }),
         });
         self.cycles.push(cycle);
         if error.is_none() && self.format == Format::List {

@@ -262,13 +262,8 @@ impl Pace {
     /// Whether the next [`advance`](Pace::advance) may lead to another interval than the one
     /// under way; if not, it is a short one.
     #[inline(always)]
-    pub const fn is_changing(&self) -> bool {
+    const fn is_changing(&self) -> bool {
         (self.live && self.wait <= 0) || self.rare
-    }
-
-    /// Whether the interval under way is cut short by the end of the milliseconds.
-    pub const fn is_ending(&self) -> bool {
-        self.ends
     }
 
     /// Whether the event that is due now is a step. Then it is to be made before anything

@@ -1,7 +1,9 @@
 //! A line taken apart: its letter, and what stands behind it.
 
 use crate::answer::setting_named;
-use crate::number::{self, RampSteps, TopSpeed, WholeAccel, WholeJerk};
+#[cfg(feature = "s-curve")]
+use crate::number::WholeJerk;
+use crate::number::{self, RampSteps, TopSpeed, WholeAccel};
 use crate::setting::Setting;
 use crate::{MAX_AXES, Refusal};
 
@@ -45,6 +47,7 @@ impl Said {
             b'S' | b'T' | b'R' => RampSteps::LARGEST.get(),
             b's' | b't' => TopSpeed::LARGEST.get(),
             b'a' | b'd' => WholeAccel::LARGEST.get(),
+            #[cfg(feature = "s-curve")]
             b'j' => WholeJerk::LARGEST.get(),
             b'I' | b'V' | b'A' => MAX_AXES as u32,
             b'G' | b'@' => i32::MAX as u32,

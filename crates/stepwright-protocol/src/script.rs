@@ -214,7 +214,8 @@ mod tests {
         #[test]
         fn a_script_sets_the_whole_order(
             start in 0u32..=1_000_000, top in 1u32..=1_000_000, shift in 0u32..20,
-            ramp in 1u16..=999, accel: Option<u32>, decel: Option<u32>, by: i32,
+            ramp in 1u16..=999, accel: Option<u32>, decel: Option<u32>,
+            jerk in prop_oneof![Just(0), 0..=4_000_000_000u32], by: i32,
         ) {
             let order = Manner {
                 start: start >> shift,
@@ -222,6 +223,7 @@ mod tests {
                 ramp,
                 accel: accel.map_or(0, |a| WholeAccel::clamped(a).get()),
                 decel: decel.map_or(0, |a| WholeAccel::clamped(a).get()),
+                jerk,
             }
             .sent(Travel::By(Distance::new(by.max(-i32::MAX)).unwrap()));
             let orders = [(AxisId::FIRST, order)];

@@ -368,7 +368,7 @@ impl<const AXES: usize> Slave<AXES> {
             let mut order = axis.manner.order(axis.travel());
             result = match machine.settings() {
                 Some(settings) => {
-                    if settings.byte(Setting::Law) == 0 {
+                    if cfg!(feature = "s-curve") && settings.byte(Setting::Law) == 0 {
                         order.jerk = None;
                     }
                     axis.manner.check(settings)

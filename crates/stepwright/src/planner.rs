@@ -50,8 +50,13 @@
 //! 2,900, the slave's way to it included; an order of three travels is heard,
 //! laid out and begun in 7,286.
 
+#[cfg(feature = "s-curve")]
+mod bent;
+#[cfg(not(feature = "s-curve"))]
+#[path = "planner/straight.rs"]
 mod bent;
 mod clock;
+#[cfg(feature = "s-curve")]
 mod curve;
 mod share;
 
@@ -59,9 +64,9 @@ use crate::num::Num;
 use crate::order::{Change, Order, Travel};
 use crate::profile::{Ramp, Unfit};
 use crate::run::Run;
-use crate::units::{Accel, Jerk, Speed, Ticks};
+use crate::units::{Accel, Speed, Ticks};
+use bent::Bent;
 pub(crate) use clock::Clock;
-use curve::Curve;
 use share::{share, share_of_ramp};
 
 /// Plans the runs of one travel, one at a time.
@@ -74,10 +79,6 @@ pub(crate) struct Planner {
     endless: bool,
     /// The rise is an ease: it falls, to the top speed.
     ease: bool,
-    /// The curve is that of the fall.
-    falling: bool,
-    /// To be laid out anew once the level is reached.
-    again: bool,
     /// Run length to try next, as a power of two.
     size: u8,
     /// What the runs handed out lack, in 2⁻³² ticks.
@@ -104,10 +105,8 @@ pub(crate) struct Planner {
     a2: Num,
     d2: Num,
     slope: Num,
-    /// The ramp in progress, where the jerk is limited, and the time from its
-    /// low end to the last pulse handed out.
-    curve: Curve,
-    at: Num,
+    /// What a limited jerk adds.
+    bent: Bent,
 }
 
 /// A run that is half planned: one for all axes, which take turns.
@@ -212,12 +211,9 @@ impl Planner {
         fall: 0,
         rise_part: 0,
         fall_part: 0,
-        curve: Curve::STRAIGHT,
-        at: Num::UNSET,
+        bent: Bent::NONE,
         endless: false,
         ease: false,
-        falling: false,
-        again: false,
         carry: 0,
         size: 0,
     };
@@ -238,7 +234,7 @@ impl Planner {
         self.d2 = slope(order, &order.down);
         self.top = Num::from(order.top.millisteps());
         self.w_end = square(order.start.min(order.top));
-        self.curve.set_jerk(order.jerk.map_or(0, Jerk::millisteps));
+        self.bent.limit(order.jerk)?;
         self.check(clock)?;
         self.endless = matches!(order.travel, Travel::Endless(_));
         let pulses = match order.travel {
@@ -303,7 +299,7 @@ impl Planner {
             slowest = clock.twice.over(&self.a2.root());
             slowest = slowest.plus(&clock.twice.over(&self.d2.root()));
             slowest = slowest.plus(&clock.interval(&self.top));
-            if self.is_bent() && !self.curve.starts_within(clock.second_eighth()) {
+            if !self.bent.can_start(clock) {
                 return Err(Unfit::TooSlow);
             }
         }
@@ -400,7 +396,7 @@ impl Planner {
         if self.steps_left() == 0 {
             return 0;
         }
-        let top = if self.again { &self.top } else { &self.v_top };
+        let top = if self.bent.is_again() { &self.top } else { &self.v_top };
         let peak = if top.at_least(&self.v) { top } else { &self.v };
         let (whole, part) = peak.split();
         whole.saturating_add(u32::from(part != 0))
@@ -425,8 +421,8 @@ impl Planner {
     pub(crate) fn next(&mut self, clock: &Clock, work: &mut Work, run: &mut Run) -> Planned {
         if self.rise > 0 {
             self.ramp(clock, work, run, true)
-        } else if self.again && self.rise_part == 0 {
-            self.again = false;
+        } else if self.bent.is_again() && self.rise_part == 0 {
+            self.bent.lays_out();
             self.divide(self.level.wrapping_add(self.fall));
             Planned::Again
         } else if self.level > 0 {
@@ -515,7 +511,8 @@ impl Planner {
         } else {
             self.fall = self.fall.wrapping_sub(steps);
         }
-        (self.v, self.at) = (work.pending, work.time);
+        self.v = work.pending;
+        self.bent.goes_to(work.time);
         // An even number: then neither a stride's mean interval nor the spread
         // has a half to lose.
         let mut half = delta.roughly(&mean).scaled(15);

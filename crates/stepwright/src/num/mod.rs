@@ -96,12 +96,14 @@ impl Num {
     }
 
     /// A power of two near the cube root, for small exponents.
+    #[cfg(feature = "s-curve")]
     pub(crate) fn near_cube_root(&self) -> Num {
         // A third is 85 / 256.
         Num::power(self.exponent().wrapping_mul(85) >> 8)
     }
 
     /// The largest power of two that it is not below.
+    #[cfg(feature = "s-curve")]
     pub(crate) fn exponent(&self) -> i16 {
         self.e.wrapping_add(31)
     }

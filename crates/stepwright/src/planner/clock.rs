@@ -45,6 +45,7 @@ impl Clock {
     }
 
     /// 2²⁸ ticks or more, in 1000 s, as a power of two.
+    #[cfg(feature = "s-curve")]
     pub(super) fn second_eighth(&self) -> i16 {
         // 2²⁹ / 2f.
         self.inverse.exponent().wrapping_add(29)

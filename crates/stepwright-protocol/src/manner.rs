@@ -2,7 +2,9 @@
 
 use stepwright::{Accel, Change, Jerk, OutOfRange, Speed};
 
-use crate::number::{Whole, WholeAccel, WholeJerk};
+#[cfg(feature = "s-curve")]
+use crate::number::WholeJerk;
+use crate::number::{Whole, WholeAccel};
 use crate::order::{Order, Ramp, Travel};
 use crate::said::Said;
 use crate::{Refusal, Setting, Settings};
@@ -20,6 +22,7 @@ pub(crate) struct Manner {
     /// The ramp down, likewise.
     pub(crate) decel: u32,
     /// How fast the acceleration changes, in steps/s³; 0: at once.
+    #[cfg(feature = "s-curve")]
     pub(crate) jerk: u32,
     /// Both ramps in steps, except where an acceleration stands in their place.
     pub(crate) ramp: u16,
@@ -37,8 +40,15 @@ impl Manner {
     }
 
     /// All 0, which is no manner.
-    pub(crate) const BLANK: Manner =
-        Manner { start: 0, top: 0, accel: 0, decel: 0, jerk: 0, ramp: 0 };
+    pub(crate) const BLANK: Manner = Manner {
+        start: 0,
+        top: 0,
+        accel: 0,
+        decel: 0,
+        #[cfg(feature = "s-curve")]
+        jerk: 0,
+        ramp: 0,
+    };
 
     /// Does what a line of this letter says, S and T apart: s and t of ten
     /// times the number are the same.
@@ -48,6 +58,7 @@ impl Manner {
             b't' => &mut self.top,
             b'a' => &mut self.accel,
             b'd' => &mut self.decel,
+            #[cfg(feature = "s-curve")]
             b'j' => &mut self.jerk,
             _ => {
                 // R takes both ramps back from a and d.
@@ -57,6 +68,14 @@ impl Manner {
             }
         };
         *place = number;
+    }
+
+    /// Its limit of jerk, if it has one.
+    pub(crate) fn jerk(&self) -> Option<Jerk> {
+        #[cfg(feature = "s-curve")]
+        return Jerk::from_steps(self.jerk.into()).ok();
+        #[cfg(not(feature = "s-curve"))]
+        None
     }
 
     /// What a line changes of a travel in progress: @, t, a or d.
@@ -75,7 +94,7 @@ impl Manner {
         use stepwright::profile::Ramp;
         let steps = Ramp::Steps(self.ramp);
         let (start, top) = (speed(self.start), speed(self.top));
-        let jerk = jerk(self.jerk);
+        let jerk = self.jerk();
         let mut order = stepwright::Order { start, top, up: steps, down: steps, jerk, travel };
         if self.accel != 0 {
             order.up = Ramp::Accel(Accel::clamped(self.accel));
@@ -97,7 +116,7 @@ impl Manner {
             top: speed(self.top),
             up: ramp(self.accel),
             down: ramp(self.decel),
-            jerk: jerk(self.jerk),
+            jerk: self.jerk(),
             travel,
         }
     }
@@ -156,6 +175,7 @@ impl Manner {
             ramp: steps.map_or(Manner::INITIAL.ramp, |steps| steps.get() as u16),
             accel,
             decel,
+            #[cfg(feature = "s-curve")]
             jerk: match order.jerk {
                 Some(jerk) => {
                     let largest = WholeJerk::LARGEST.get();
@@ -171,11 +191,6 @@ impl Manner {
 #[inline(never)]
 fn speed(steps: u32) -> Speed {
     Speed::from_millisteps(steps.wrapping_mul(1000)).unwrap_or(Speed::MAX)
-}
-
-/// A jerk of a manner, if there is one.
-fn jerk(steps: u32) -> Option<Jerk> {
-    Jerk::from_steps(steps.into()).ok()
 }
 
 /// a · b, to be compared: how often 2048 goes into it, and the rest. Neither a

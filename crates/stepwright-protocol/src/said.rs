@@ -65,7 +65,8 @@ impl Said {
         }
         if largest != 0 {
             number::read(rest, &mut self.number)?;
-            let zero = matches!(letter, b's' | b'j' | b'A' | b'G' | b'@');
+            let zero = matches!(letter, b's' | b'A' | b'G' | b'@')
+                || cfg!(feature = "s-curve") && letter == b'j';
             if self.number > largest || (self.number == 0 && !zero) {
                 return Err(Refusal::Range);
             }

@@ -119,8 +119,9 @@ impl Iterator for Script<'_> {
                 Next::Decel => (slope(manner.decel).map(Command::Decel), Next::Jerk),
                 Next::Jerk => {
                     // PO has taken back what another master said.
-                    let line = Command::Jerk(Whole::clamped(manner.jerk));
-                    ((manner.jerk != 0).then_some(line), Next::Travel)
+                    let jerk = manner.jerk().map(|jerk| (jerk.millisteps() / 1000) as u32);
+                    let line = jerk.map(|jerk| Command::Jerk(Whole::clamped(jerk)));
+                    (line, Next::Travel)
                 }
                 Next::Travel | Next::End => {
                     self.orders = rest;

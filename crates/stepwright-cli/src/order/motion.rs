@@ -3,10 +3,10 @@
 use std::fmt::Display;
 
 use serde_json::{Value, json};
-use stepwright::profile::Path;
-use stepwright::{Rate, Speed};
+use stepwright::Speed;
 use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Travel};
 
+use super::course::Course;
 use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::quantity::{AccelArg, GeometryArgs, Held, JerkArg, SpeedArg};
@@ -42,7 +42,6 @@ pub struct RampArgs {
 
 /// The timer that durations are reckoned with: the board's own may differ, by
 /// less than anyone can see.
-const CLOCK: Rate = Rate::MHZ;
 
 /// An order, as it was typed and as it is sent.
 pub struct Motion {
@@ -95,20 +94,15 @@ impl Motion {
         Ok(Script::new(&orders)?.collect())
     }
 
-    /// The motion in closed form; `None` where no timer of ours can hold it.
-    pub fn path(&self) -> Option<Path> {
-        stepwright::Order::from(self.order).path(CLOCK).ok()
-    }
-
-    /// Seconds from the first pulse to pulse `n`, counted from 0.
-    pub fn seconds(path: &Path, n: u32) -> f64 {
-        path.time_of(n) as f64 / f64::from(CLOCK.hz())
+    /// The motion in closed form; `None` if it is endless, or no timer of ours can
+    /// hold it.
+    pub fn course(&self) -> Option<Course> {
+        Course::of(&self.order.into())
     }
 
     /// Its duration in seconds; `None` if it is endless.
     pub fn duration(&self) -> Option<f64> {
-        let path = self.path().filter(|path| !path.is_endless())?;
-        Some(Motion::seconds(&path, path.pulses().saturating_sub(1)))
+        self.course().map(|course| course.duration())
     }
 
     /// What was understood, for people.
@@ -128,12 +122,12 @@ impl Motion {
                 row("jerk", jerk.clone());
             }
         }
-        if let Some(path) = self.path().filter(|path| !path.is_endless() && path.pulses() > 1) {
-            if path.peak() < self.order.top.millisteps() {
-                let peak = f64::from(path.peak()) / 1000.0;
+        if let Some(course) = self.course().filter(|course| course.pulses() > 1) {
+            if course.peak() < self.order.top.millisteps() {
+                let peak = f64::from(course.peak()) / 1000.0;
                 row("peak", format!("{peak:.0} steps/s: too short a travel for the top speed"));
             }
-            row("takes", seconds(Motion::seconds(&path, path.pulses() - 1)));
+            row("takes", seconds(course.duration()));
         }
         rows
     }
@@ -180,6 +174,7 @@ impl Motion {
             "top_speed": speed(self.order.top),
             "ramp_up": ramp(self.order.up),
             "ramp_down": ramp(self.order.down),
+            "jerk": self.order.jerk.map(|jerk| jerk.millisteps() as f64 / 1000.0),
             "duration": self.duration(),
         })
     }

@@ -198,6 +198,9 @@ pub fn words(order: &Order) -> String {
             Ramp::Accel(a) => write!(text, " {a}/s2"),
         };
     }
+    if let Some(jerk) = order.jerk {
+        let _ = write!(text, " {jerk}/s3");
+    }
     let _ = match order.travel {
         Travel::By(steps) => write!(text, " {steps:+}"),
         Travel::Endless(true) => write!(text, " forward"),

@@ -96,9 +96,9 @@ impl Program {
         }
     }
 
-    /// The timed driver's examples.
-    pub const EXAMPLES: [Program; 4] =
-        [Program::Case1, Program::Case2, Program::Case3, Program::Shields];
+    /// The examples of the documents.
+    pub const EXAMPLES: [Program; 5] =
+        [Program::Cycle, Program::Case1, Program::Case2, Program::Case3, Program::Shields];
 }
 
 impl Board {

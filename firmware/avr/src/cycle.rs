@@ -3,7 +3,7 @@
 //!
 //! The interrupt reads the programs itself, bounds, switches and callbacks included; so it
 //! is compiled, and takes longer than the one that plays planned runs: `board::cycle` has
-//! the costs. For ramps at high rates there is `group.rs`.
+//! the costs. Ramps at high rates are for the controller, `step.rs`.
 
 use avr_device::interrupt;
 use stepwright::cycle::{
@@ -23,10 +23,12 @@ pub type Motors = Cycle<'static, Compiled, Pins, Around, AXES>;
 
 /// Begun by `start`, before interrupts are enabled; from then on the step interrupt's.
 static MOTORS: Slot<Motors> = Slot::new(Cycle::off(
-    // SAFETY: they take no memory, and nothing is done with them before `start`, whose
-    // caller has the right to them.
+    // SAFETY: it takes no memory, and nothing is done with it before `start`, whose caller
+    // has the right to it.
     unsafe { token() },
+    // SAFETY: as above.
     unsafe { token() },
+    // SAFETY: as above.
     Around { levels: unsafe { token() }, stand: Switches::NONE },
     [Motor::new(1, 1); AXES],
     Clock::Deadlines,

@@ -18,8 +18,8 @@
 //! | `interrupt` | how handlers are declared, and what a simulator leaves out |
 //!
 //! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
-//! the interrupt. `bin/cycle.rs` is document 003's basic example. `bin/case1.rs` to `case3.rs` are document 000's examples,
-//! `bin/shields.rs` drives two shields at once.
+//! the interrupt. `bin/cycle.rs` is document 003's basic example, `bin/case1.rs` to
+//! `case3.rs` are document 000's, `bin/shields.rs` drives two shields at once.
 #![no_std]
 #![feature(asm_experimental_arch)]
 

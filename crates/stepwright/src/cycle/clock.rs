@@ -53,7 +53,7 @@ impl Beat {
         let hz = rate.hz();
         Beat {
             hz,
-            whole: if hz % 1_000_000 == 0 { hz / 1_000_000 } else { 0 },
+            whole: if hz.is_multiple_of(1_000_000) { hz / 1_000_000 } else { 0 },
             period: match clock {
                 Clock::Deadlines => 0,
                 Clock::Tick { period: 0 } => 1,

@@ -159,7 +159,6 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         let player = self.player(motor).ok_or(Refusal::NoMotor)?;
         // What was made until now was made by the steps that it had.
         player.settle(steps);
-        player.calibration = Calibration::None;
         player.motor = what;
         let forward = self.engine.report(motor).forward;
         self.engine.drive().set_inverted(motor, what.inverted, forward);

@@ -33,9 +33,7 @@ impl<D: Drive> Wiring<D> {
             self.drive.end(axes);
         }
     }
-}
 
-impl<D: Drive> Wiring<D> {
     /// Says which way round an axis turns, that faces `forward` now.
     pub(super) fn set_inverted(&mut self, axis: u8, inverted: bool, forward: bool) {
         let bit = 1u8.checked_shl(axis.into()).unwrap_or(0);

@@ -38,7 +38,11 @@ fn main() -> ! {
     let mut moving = true;
     loop {
         let (now, running) = (console.millis(), motors.is_running());
-        let pause = if running { 1_000 } else { if moving { 0 } else { 10_000 } };
+        let pause = match (running, moving) {
+            (true, _) => 1_000,
+            (false, true) => 0,
+            (false, false) => 10_000,
+        };
         if now.wrapping_sub(printed) >= pause {
             (printed, moving) = (now, running);
             print(&mut console, &mut motors);

@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use serde_json::json;
 use stepwright::cycle::{CycleError, Faults, Homing, HomingError, Refusal, Status};
-use stepwright_path::{Arc, Held, Line, Steps, Unplannable};
 use stepwright_sim::{CycleBoard, Edge, Pin};
 
 use super::Format;
+use super::along::along;
 use super::path::Way;
-use super::plan::{Act, MOST, Move, Plan, Stage, Task};
+use super::plan::{Act, MOST, Plan, Stage, Task, Timed};
 use super::taken::Taken;
 use super::text::Text;
 use crate::failure::Failure;
@@ -119,7 +119,8 @@ impl<'p> Session<'p> {
             self.home(number, *homing, at.clone())?;
             return self.go(self.board.now() + self.ticks(rest));
         }
-        self.along(task, acts, moves, at.clone())?;
+        let positions = self.positions();
+        moves.extend(along(self.plan, self.text, &positions, task, acts, at)?);
         let spans: Vec<_> = moves.iter().map(|m| (m.motor, m.at.clone())).collect();
         for part in moves {
             let (motor, calibration) = (part.motor, part.calibration);
@@ -134,21 +135,27 @@ impl<'p> Session<'p> {
         let begun = self.board.now();
         self.row("start");
         self.events();
-        for (us, act) in acts.iter() {
+        for Timed { us, act, .. } in acts.iter() {
             self.go_to_rest(begun + self.ticks(*us))?;
             if !self.board.cycle().is_running() {
                 break;
             }
             // An act on a cycle that runs is never refused.
-            match act {
-                Act::Pause => _ = self.board.cycle().pause(),
-                Act::Resume => _ = self.board.cycle().resume(),
-                Act::Finish => self.board.cycle().finish(),
-            }
             let name = match act {
-                Act::Pause => "pause",
-                Act::Resume => "resume",
-                Act::Finish => "finish",
+                Act::Pause => {
+                    _ = self.board.cycle().pause();
+                    "pause"
+                }
+                Act::Resume => {
+                    _ = self.board.cycle().resume();
+                    "resume"
+                }
+                Act::Finish => {
+                    self.board.cycle().finish();
+                    "finish"
+                }
+                // Of a path, which has it in its law.
+                Act::Feed(_) | Act::To(_) => continue,
             };
             self.row(name);
             self.events();
@@ -171,58 +178,6 @@ impl<'p> Session<'p> {
             Some(error) => Err(self.cancelled(number, begun, error, &spans, at.clone())),
             None => self.go(self.board.now() + self.ticks(rest)),
         }
-    }
-
-    /// Plans a line or an arc from where the motors stand. Its holds brake along
-    /// the path, so the cycle itself is not paused.
-    fn along(
-        &mut self,
-        task: &Task,
-        acts: &mut Vec<(u64, Act)>,
-        moves: &mut Vec<Move>,
-        at: Range<usize>,
-    ) -> Result<(), Failure> {
-        let positions = self.positions();
-        let here = |motor: u8| positions.get(usize::from(motor)).copied().unwrap_or(0);
-        let distance = |motor: u8| self.plan.motors[usize::from(motor)].distance;
-        // Time for DIR to be set, and no less than any smallest delay.
-        let least = self.plan.motors.iter().map(|motor| motor.smallest_delay).max();
-        let lead = self.plan.rate.micros(least.unwrap_or(0).max(100));
-        let wrong = |what: Unplannable| self.text.blame(at.clone(), what);
-        let (motors, steps): (Vec<u8>, Vec<Steps>) = match task {
-            Task::Moves | Task::Home(_) => return Ok(()),
-            Task::Line(to, pace) => {
-                let mut line = Line { steps: [0; MOST], step: [1.0; MOST] };
-                for &(motor, to) in to {
-                    let n = usize::from(motor);
-                    let way = i128::from(to) - i128::from(here(motor));
-                    let step = i128::from(distance(motor));
-                    // To the nearest step.
-                    let count = (2 * way + step).div_euclid(2 * step);
-                    line.steps[n] =
-                        i32::try_from(count).map_err(|_| wrong(Unplannable::TooLong))?;
-                    line.step[n] = f64::from(distance(motor));
-                }
-                let steps = Steps::line(&line, *pace, self.plan.rate, lead).map_err(wrong)?;
-                let all = (0u8..).zip(steps).filter(|(n, _)| line.steps[usize::from(*n)] != 0);
-                all.unzip()
-            }
-            Task::Arc(motors, centre, sweep, pace) => {
-                let from = |n: usize| centre[n] as f64 - here(motors[n]) as f64;
-                let step = motors.map(|motor| f64::from(distance(motor)));
-                let arc = Arc { centre: [from(0), from(1)], sweep: *sweep, step };
-                let steps = Steps::arc(&arc, *pace, self.plan.rate, lead).map_err(wrong)?;
-                motors.iter().copied().zip(steps).unzip()
-            }
-        };
-        if let Some(law) = steps.first().map(Steps::law) {
-            hold(&law, acts);
-        }
-        // They are in the law now.
-        acts.clear();
-        let all = motors.into_iter().zip(steps);
-        moves.extend(all.map(|(motor, steps)| Move::paced(motor, at.clone(), steps)));
-        Ok(())
     }
 
     /// Homes a motor.
@@ -480,17 +435,5 @@ impl<'p> Session<'p> {
             "motors": motors,
         });
         format!("{all:#}")
-    }
-}
-
-/// What a pause, its end and a finish are to a path: it brakes, and goes on.
-fn hold(law: &Held, acts: &[(u64, Act)]) {
-    let when =
-        |wanted: Act| acts.iter().find(|(_, act)| *act == wanted).map(|(us, _)| *us as f64 / 1e6);
-    if let Some(pause) = when(Act::Pause) {
-        law.hold(pause, when(Act::Resume));
-    }
-    if let Some(finish) = when(Act::Finish) {
-        law.hold(finish, None);
     }
 }

@@ -14,10 +14,8 @@ use stepwright::drive::{Port, Sequence, sequence::SHIELD};
 
 use super::port::{Pins, PortB};
 
-/// The port of D9 and D8.
 #[cfg(feature = "uno")]
 use super::port::PortB as PortOfD9;
-/// The port of D3.
 #[cfg(feature = "uno")]
 use super::port::PortD as PortOfD3;
 #[cfg(feature = "mega")]

@@ -67,6 +67,8 @@ pub enum Program {
     Case2,
     /// Its third: polled, with a callback.
     Case3,
+    /// The first in fast PWM, on an Uno.
+    FastPwm,
     /// Two motor shields on two timers of a Mega.
     Shields,
 }
@@ -80,6 +82,7 @@ impl Program {
             Program::Case1 => "case1",
             Program::Case2 => "case2",
             Program::Case3 => "case3",
+            Program::FastPwm => "fast-pwm",
             Program::Shields => "shields",
         }
     }
@@ -89,13 +92,14 @@ impl Program {
         match self {
             Program::Slave | Program::Direct | Program::Master => true,
             Program::Case1 | Program::Case2 | Program::Case3 => build.timer == 1,
+            Program::FastPwm => build.board != Board::Mega,
             Program::Shields => build.timer == 1 && build.board == Board::Mega,
         }
     }
 
     /// The timed driver's examples.
-    pub const EXAMPLES: [Program; 4] =
-        [Program::Case1, Program::Case2, Program::Case3, Program::Shields];
+    pub const EXAMPLES: [Program; 5] =
+        [Program::Case1, Program::Case2, Program::Case3, Program::FastPwm, Program::Shields];
 }
 
 impl Board {

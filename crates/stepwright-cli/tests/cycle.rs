@@ -124,10 +124,31 @@ fn mistakes_are_shown_where_they_are() {
     wrong("move.X", "move.Q", "29:6", "there is no motor \"Q\"");
     wrong("{ steps = 20_000,", "{ whirl = \"up\",", "29:20", "`forward` or `backward`");
     wrong("steps = 20_000", "each = 2, steps = 20_000", "29:10", "each does not belong here");
-    wrong("delay-us = 1_000 }", "delay-us = 10 }", "29:10", "below its smallest");
+    wrong("delay-us = 1_000 }", "delay-us = 10 }", "29:10", "the first delay of X is below");
+    // A refusal calls the motor by its name in the file, whichever it is.
+    wrong("delay-us = 20_000", "delay-us = 9", "31:10", "the first delay of Z is below its");
     wrong("{ steps = 20_000", "{ steps = -5", "29:10", "cancelled after 0.001 s: X: soft-end-min");
     wrong("[[cycle]]", "[[cycle]]\nresume-s = 1", "28:1", "resume-s without pause-s");
+    wrong("[[cycle]]", "[clock]\ntick-us = 700\n[[cycle]]", "31:10", "for X: a step takes");
     wrong("[[cycle]]", "[clock]\ntick-us = 700\n[[cycle]]", "31:10", "at least 2100 µs");
+    let odd = "[clock]\ntick-us = 300\n[[cycle]]";
+    wrong("[[cycle]]", odd, "31:10", "the smallest delay of X is no multiple of the fixed tick");
+}
+
+/// Two motors at 125,000 steps/s beside a third are more than the board has time for.
+#[test]
+fn a_motor_that_is_too_fast_is_named() {
+    let scratch = Scratch::new("cycle-fast.toml");
+    let file = scratch.path();
+    let motor =
+        |name: &str| format!("[[motor]]\nname = \"{name}\"\nstep = 1\nsmallest-delay-us = 8\n");
+    let text = ["pan", "tilt", "focus"].map(motor).concat();
+    let moves = "[[cycle]]\nmove.pan = { steps = 9, delay-us = 900 }\nmove.tilt.steps = 9\nmove.focus.steps = 9\n";
+    std::fs::write(file, text + moves).unwrap();
+    let ended = stepwright(&["cycle", file]);
+    assert_eq!(ended.code(), Some(1));
+    let message = format!("{file}:15:6: too fast for this board: tilt needs delays of at least ");
+    assert!(ended.stderr.contains(&message), "{}", ended.stderr);
 }
 
 #[test]
@@ -193,10 +214,81 @@ fn mistakes_in_a_path_are_shown_too() {
     wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"X\"]", "an arc takes two motors");
     wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"Q\"]", "there is no motor \"Q\"");
     wrong("reach = 10_000", "reach = 100", "the switch was not found");
+    wrong("motor = \"X\", end", "motor = \"Y\", end", "the switch was not found");
+    wrong("fast-us = 100,", "fast-us = 40,", "the first delay of X is below its smallest");
     wrong("[[cycle]]\nline", "[[cycle]]\nmove.X = { steps = 1 }\nline", "a cycle has either moves");
-    wrong("[[motor]]", "[clock]\ntick-us = 10\n[[motor]]", "no fixed tick places its steps");
+    wrong("[[motor]]", "[clock]\ntick-us = 10\n[[motor]]", "what X does needs deadlines");
     wrong("pause-s = 0.8\nresume-s = 1.2", "pause-s = 0.8", "paused for ever");
     // 60 mm/s are 4800 steps/s.
     let slow = "smallest-delay-us = 500\nposition = 12_000_000";
     wrong("smallest-delay-us = 50\nposition = 12_000_000", slow, "Y: step-delay-small");
+}
+
+/// The rows of a csv: time, motor, event, value, position.
+fn rows(text: &str) -> Vec<Vec<&str>> {
+    text.lines().skip(1).map(|line| line.split(',').collect()).collect()
+}
+
+/// Steps/s of a motor around a time, by the rising edges of 50 ms.
+fn speed(rows: &[Vec<&str>], motor: &str, at: f64) -> f64 {
+    let rising = rows.iter().filter(|row| row[1..4] == [motor, "step", "1"]);
+    let times = rising.map(|row| row[0].parse::<f64>().unwrap() / 1e6);
+    times.filter(|time| (time - at).abs() < 0.025).count() as f64 / 0.05
+}
+
+/// A feed, a new end on the line, and one elsewhere: the speeds, by the edges, and
+/// the place where it ends.
+#[test]
+fn a_line_changes_on_the_way() {
+    let ended = stepwright(&["cycle", &example("feed"), "--format", "csv"]);
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let rows = rows(&ended.stdout);
+    // 50 mm/s along (4, 1) are 48.5 mm/s of X; half of that, and a fifth more.
+    let full = 50e6 / 12_500.0 * 4.0 / 17f64.sqrt();
+    for (at, part) in [(0.45, 1.0), (1.0, 0.5), (1.8, 1.2)] {
+        let (x, y) = (speed(&rows, "X", at), speed(&rows, "Y", at));
+        assert!((x - full * part).abs() <= 21.0, "{x} at {at}");
+        assert!((y - full * part / 4.0).abs() <= 21.0, "{y} at {at}");
+    }
+    let last = |motor: &str| {
+        let row = rows.iter().rev().find(|row| row[1] == motor && row[2] == "step");
+        row.unwrap()[4].parse::<i64>().unwrap()
+    };
+    assert_eq!((last("X"), last("Y")), (20_000_000, 50_000_000));
+}
+
+#[test]
+fn mistakes_in_changes_are_shown_at_their_line() {
+    let scratch = Scratch::new("cycle-change-mistakes.toml");
+    let file = scratch.path();
+    let good = std::fs::read_to_string(example("feed")).unwrap();
+    let arc = "arc = { motors = [\"X\", \"Y\"], centre = [20_000_000, 0], degrees = 360, \
+               speed = 50_000_000, accel = 250_000_000 } #";
+    let round = good.replace("line = {", arc);
+    let wrong = |from: &str, to: &str, place: &str, what: &str| {
+        let good = if from.contains("120_") { &round } else { &good };
+        assert!(good.contains(from), "{from}");
+        std::fs::write(file, good.replacen(from, to, 1)).unwrap();
+        let ended = stepwright(&["cycle", file]);
+        assert_eq!(ended.code(), Some(1), "{to}");
+        let message = format!("error: {file}:{place}: {what}");
+        assert!(ended.stderr.contains(&message), "{to}: {}", ended.stderr);
+    };
+    let jerk = "jerk = 2_500_000_000";
+    let no_jerk = "the jerk along the path must be above 0";
+    wrong(jerk, "jerk = 0", "19:99", no_jerk);
+    wrong(jerk, "jerk = -1.5", "19:99", no_jerk);
+    wrong(jerk, "jerk = inf", "19:99", no_jerk);
+    wrong("speed = 50_000_000", "speed = nan", "19:59", "the speed along the path must be");
+    wrong("accel = 250_000_000", "accel = -1", "19:79", "the acceleration along the path");
+    wrong("percent = 50", "percent = 5", "20:33", "a feed is 10 to 200 percent");
+    wrong("percent = 50", "percent = nan", "20:33", "a feed is 10 to 200 percent");
+    wrong("at-s = 0.6", "at-s = -1", "20:18", "0 to 1000000 seconds");
+    wrong("at-s = 1.2", "at-s = 120", "20:39", "the path is over by then");
+    wrong("at-s = 2.2", "at-s = 220", "23:3", "the path is over by then");
+    wrong("{ X = 20_000_000, Y = 50_000_000 }", "{}", "23:22", "a new end: say where");
+    wrong("to = { X = 20_000_000, ", "to = { Z = 1, ", "23:24", "there is no motor \"Z\"");
+    wrong("line = {", "move.X.steps = 1\n#", "21:9", "only a line or an arc has a feed");
+    let both = "the arc is left for a line: say where both";
+    wrong("X = 120_000_000, ", "", "22:22", both);
 }

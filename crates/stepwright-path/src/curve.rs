@@ -10,7 +10,8 @@
 //! ```
 //!
 //! That is the axis' own profile, scaled by its share of the path: no
-//! Bresenham, no unevenness.
+//! Bresenham, no unevenness. Of a line that begins where another was left, the
+//! first steps come one part after its beginning: into n equal parts.
 //!
 //! **Arcs.** An axis steps where the circle crosses the middle between two of
 //! its positions, which is found in closed form, so both are always at the
@@ -19,7 +20,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::law::Unplannable;
+use crate::pace::Unplannable;
 
 /// A step: how far along the path, and which way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,8 +37,20 @@ pub struct Marks(Kind);
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Even { next: u32, count: u32, length: f64, forward: bool },
+    Even(Even),
     Round(Round),
+}
+
+/// One axis of a line: mark n is so many parts of the way from `first` to `last`.
+#[derive(Clone, Debug)]
+struct Even {
+    first: f64,
+    last: f64,
+    parts: u32,
+    /// The next mark, and the one behind the last.
+    next: u32,
+    end: u32,
+    forward: bool,
 }
 
 /// One axis of an arc: its position in steps is c + r·cos φ, where φ runs from
@@ -54,6 +67,31 @@ struct Round {
     gone: f64,
     /// Positions that lie behind.
     at: i64,
+}
+
+impl Marks {
+    /// The steps of an axis of a line of this length, the first at its beginning.
+    fn along(steps: i32, length: f64) -> Marks {
+        let (end, forward) = (steps.unsigned_abs(), steps > 0);
+        let parts = end.saturating_sub(1).max(1);
+        Marks(Kind::Even(Even { first: 0.0, last: length, parts, next: 0, end, forward }))
+    }
+
+    /// So many steps up to `last`, of an axis whose last step was at `first`; none
+    /// before `least`: if the first of them belonged there, it is at `least`, and
+    /// the others evenly spaced from there on.
+    pub(crate) fn onward(steps: i64, first: f64, last: f64, least: f64) -> Marks {
+        // Between two numbers of 32 bits.
+        let end = u32::try_from(steps.unsigned_abs()).unwrap_or(u32::MAX);
+        let forward = steps > 0;
+        let even = if end > 1 && first + (last - first) / f64::from(end) < least {
+            Even { first: least, last, parts: end - 1, next: 0, end, forward }
+        } else {
+            let end = end.saturating_add(1);
+            Even { first, last, parts: end - 1, next: 1, end, forward }
+        };
+        Marks(Kind::Even(even))
+    }
 }
 
 /// A straight line of N axes.
@@ -84,10 +122,7 @@ impl<const N: usize> Line<N> {
         if !(length > 0.0 && length.is_finite()) {
             return Err(Unplannable::Length);
         }
-        Ok(self.steps.map(|steps| {
-            let (count, forward) = (steps.unsigned_abs(), steps > 0);
-            Marks(Kind::Even { next: 0, count, length, forward })
-        }))
+        Ok(self.steps.map(|steps| Marks::along(steps, length)))
     }
 }
 
@@ -185,22 +220,28 @@ impl Round {
     }
 }
 
+impl Iterator for Even {
+    type Item = Mark;
+
+    fn next(&mut self) -> Option<Mark> {
+        let Even { first, last, parts, next: n, end, forward } = *self;
+        if n >= end {
+            return None;
+        }
+        self.next = n + 1;
+        // The last one exactly, whatever is rounded on the way.
+        let part = f64::from(n) / f64::from(parts);
+        let at = if n == parts { last } else { first + (last - first) * part };
+        Some(Mark { at, forward })
+    }
+}
+
 impl Iterator for Marks {
     type Item = Mark;
 
     fn next(&mut self) -> Option<Mark> {
         match &mut self.0 {
-            Kind::Even { next, count, length, forward } => {
-                if next >= count {
-                    return None;
-                }
-                let (n, parts) = (*next, count.saturating_sub(1).max(1));
-                // The last one exactly, whatever is rounded on the way.
-                let at =
-                    if n == parts { *length } else { *length * f64::from(n) / f64::from(parts) };
-                *next += 1;
-                Some(Mark { at, forward: *forward })
-            }
+            Kind::Even(even) => even.next(),
             Kind::Round(round) => round.next(),
         }
     }

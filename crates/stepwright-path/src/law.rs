@@ -1,118 +1,56 @@
-//! How far along the path, when: constant acceleration, a top speed, constant
-//! deceleration, and holds on the way.
+//! How far along the path, when: a ramp, a top speed, a ramp, and what is changed
+//! of them on the way.
 //!
 //! ```text
-//!   v        ╱▔▔▔▔▔▔▔╲                ╱▔▔▔▔╲
-//!          ╱           ╲            ╱        ╲
-//!        ╱               ╲________╱            ╲
-//!   t        hold asked ┊         ┊ resumed
+//!   v        ╱▔▔▔▔▔▔▔╲                ╱▔▔▔╲_____
+//!          ╱           ╲            ╱           ╲
+//!        ╱               ╲________╱              ╲
+//!   t        pause asked ┊         ┊ resumed ┊ slower
 //! ```
 //!
-//! A piece with acceleration a begins at (t₀, s₀) with speed v₀; within it
-//!
-//! ```text
-//!   s(t) = s₀ + v₀·(t − t₀) + a/2·(t − t₀)²
-//!   t(s) = t₀ + 2·(s − s₀) / (v₀ + √(v₀² + 2a·(s − s₀)))
-//! ```
-//!
-//! The second form has no difference of large numbers, and a fall is reckoned from
-//! its end in the same way: a time is good to some 2⁻⁵⁰ of itself.
+//! Each change begins with the speed and the acceleration that there are, so both
+//! stay within the limits, and with a jerk the acceleration does not leap either.
+//! A brake that has begun is gone on with to rest; what is asked for meanwhile
+//! takes hold there. Changes come in the order of their times: one that is asked
+//! for earlier than the last takes hold with it.
 
-/// Why a path can't be planned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unplannable {
-    /// The speed is not above 0, or no number.
-    Speed,
-    /// The acceleration is not above 0, or no number.
-    Accel,
-    /// The path has no length, or an endless one.
-    Length,
-    /// A step of an axis leads nowhere.
-    Step,
-    /// An axis makes more than 2³¹ − 1 steps.
-    TooLong,
-    /// The radius is smaller than a step.
-    Radius,
-}
+use crate::course;
+use crate::pace::{Pace, Unplannable};
+use crate::piece::{Moment, Piece};
 
-impl std::fmt::Display for Unplannable {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Unplannable::Speed => "the speed along the path must be above 0",
-            Unplannable::Accel => "the acceleration along the path must be above 0",
-            Unplannable::Length => "the path leads nowhere: no axis has a step to make",
-            Unplannable::Step => "a step must lead somewhere: a distance above 0",
-            Unplannable::TooLong => "too long: at most 2147483647 steps of an axis",
-            Unplannable::Radius => "the radius is smaller than a step: nothing would move",
-        })
-    }
-}
-
-impl std::error::Error for Unplannable {}
-
-/// Speed and accelerations along a path, in the user's unit and seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
-    /// Unit/s between the ramps.
-    pub speed: f64,
-    /// Unit/s², up.
-    pub accel: f64,
-    /// Unit/s², down.
-    pub decel: f64,
-}
-
-impl Pace {
-    /// The same acceleration up and down.
-    pub fn new(speed: f64, accel: f64) -> Pace {
-        Pace { speed, accel, decel: accel }
-    }
-
-    fn check(self) -> Result<(), Unplannable> {
-        let good = |x: f64| x > 0.0 && x.is_finite();
-        match (good(self.speed), good(self.accel) && good(self.decel)) {
-            (false, _) => Err(Unplannable::Speed),
-            (_, false) => Err(Unplannable::Accel),
-            _ => Ok(()),
-        }
-    }
-}
-
-/// A piece of constant acceleration, from its beginning.
-#[derive(Clone, Copy, Debug)]
-struct Piece {
-    t: f64,
-    s: f64,
-    v: f64,
-    a: f64,
-}
-
-impl Piece {
-    fn at(&self, t: f64) -> (f64, f64) {
-        let dt = t - self.t;
-        (self.s + self.v * dt + self.a / 2.0 * dt * dt, self.v + self.a * dt)
-    }
-
-    /// When it comes by s, reckoned from the slower end, whose speed is exact:
-    /// `next` begins where this ends.
-    fn time(&self, s: f64, next: &Piece) -> f64 {
-        let (from, way) = if self.a < 0.0 { (next, next.s - s) } else { (self, s - self.s) };
-        if way <= 0.0 {
-            return from.t;
-        }
-        let v = (from.v * from.v + 2.0 * self.a.abs() * way).sqrt();
-        let time = 2.0 * way / (from.v + v);
-        if self.a < 0.0 { from.t - time } else { from.t + time }
-    }
-}
+/// The least and the greatest override of the speed.
+pub const SCALES: std::ops::RangeInclusive<f64> = 0.1..=2.0;
 
 /// A motion along a path from rest to rest.
+///
+/// ```
+/// use stepwright_path::{Law, Pace};
+/// let mut law = Law::new(100.0, Pace::new(10.0, 10.0))?;
+/// assert_eq!(law.end(), Some(11.0));
+/// law.scale(2.0, 0.5)?; // from 2 s on at half the speed
+/// assert_eq!((law.speed(2.0), law.speed(2.5), law.speed(3.0)), (10.0, 5.0, 5.0));
+/// # Ok::<(), stepwright_path::Unplannable>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Law {
     pace: Pace,
+    /// The highest speed that the axes allow.
+    most: f64,
+    scale: f64,
     length: f64,
-    /// In order of time; the last stands at the end.
+    /// In order of time; the last ends at rest.
     pieces: Vec<Piece>,
+    /// When and where the last brake that was asked for ends.
+    rest: Option<(f64, f64)>,
+    paused: bool,
+    finished: bool,
+    /// When the last change took hold.
+    changed: f64,
 }
+
+/// A stop that leads no further beyond the end than this part of the path is the
+/// stop at the end.
+const TOUCH: f64 = 1e-11;
 
 impl Law {
     /// Along `length` units.
@@ -124,93 +62,245 @@ impl Law {
         if !(length > 0.0 && length.is_finite()) {
             return Err(Unplannable::Length);
         }
-        let mut law = Law { pace, length, pieces: Vec::new() };
-        law.go(0.0, 0.0);
+        let mut law = Law {
+            pace,
+            most: f64::INFINITY,
+            scale: 1.0,
+            length,
+            pieces: Vec::new(),
+            rest: None,
+            paused: false,
+            finished: false,
+            changed: 0.0,
+        };
+        law.go(Moment::default());
         Ok(law)
     }
 
-    /// From rest at (t, s) to rest at the end.
-    fn go(&mut self, t: f64, s: f64) {
-        let Pace { speed, accel, decel } = self.pace;
-        let way = self.length - s;
-        // Where the ramps meet, if the way is too short for the speed.
-        let peak = (2.0 * way * accel * decel / (accel + decel)).max(0.0).sqrt().min(speed);
-        let (up, down) = (peak * peak / 2.0 / accel, peak * peak / 2.0 / decel);
-        let level = (way - up - down).max(0.0);
-        let t1 = t + peak / accel;
-        let t2 = t1 + if level > 0.0 { level / peak } else { 0.0 };
-        let t3 = t2 + peak / decel;
-        self.pieces.extend([
-            Piece { t, s, v: 0.0, a: accel },
-            Piece { t: t1, s: s + up, v: peak, a: 0.0 },
-            Piece { t: t2, s: self.length - down, v: peak, a: -decel },
-            Piece { t: t3, s: self.length, v: 0.0, a: 0.0 },
-        ]);
+    /// No override leads beyond this speed, nor beyond the ordered one if that is
+    /// more.
+    pub(crate) fn limit(&mut self, most: f64) {
+        self.most = most.max(self.pace.speed);
     }
 
-    /// Brakes from `at` on, stands, and goes on at `until`, or when it has come
-    /// to rest, whichever is later. Without `until` it stands for good, and the
-    /// rest of the path is not made. Nothing before `at` is changed; a path that
-    /// is over by then is left as it is.
-    pub fn hold(&mut self, at: f64, until: Option<f64>) {
-        let at = at.max(0.0);
-        if at >= self.duration() {
+    /// The highest speed now.
+    fn top(&self) -> f64 {
+        (self.pace.speed * self.scale).min(self.most)
+    }
+
+    /// From a moment to rest at the end.
+    fn go(&mut self, from: Moment) {
+        if from.s < self.length || from.v > 0.0 {
+            self.pieces.extend(course::go(from, self.length, self.top(), &self.pace));
+        }
+    }
+
+    /// Nothing from `t` on is decided any more.
+    fn forget(&mut self, t: f64) -> Moment {
+        let at = self.state(t);
+        self.pieces.retain(|piece| piece.from.t < t);
+        if let Some(last) = self.pieces.last_mut().filter(|last| last.to.t > t) {
+            *last = last.until(t);
+        }
+        at
+    }
+
+    /// When a change that is asked for at `at` takes hold.
+    pub(crate) fn moment(&self, at: f64) -> f64 {
+        self.changed.max(at)
+    }
+
+    fn change(&mut self, at: f64) -> f64 {
+        self.changed = self.moment(at);
+        self.changed
+    }
+
+    /// When and where it stands, if it brakes or is paused at `at`.
+    pub(crate) fn standing(&self, at: f64) -> Option<(f64, f64)> {
+        self.rest.filter(|(t, _)| self.paused || at < *t)
+    }
+
+    /// Whether it is over by then.
+    pub(crate) fn is_over(&self, at: f64) -> bool {
+        self.end().is_some_and(|end| at >= end)
+    }
+
+    /// Brakes as soon as can be: when and where it stands.
+    fn brake(&mut self, at: f64) -> (f64, f64) {
+        let stop = course::stop(self.state(at), &self.pace);
+        let there = stop.last().map_or(self.state(at), |piece| piece.to);
+        let rest = if there.s >= self.length * (1.0 - TOUCH) {
+            // No further than the end: the fall there is as steep.
+            (self.last(), self.length)
+        } else {
+            self.forget(at);
+            self.pieces.extend(stop);
+            (there.t, there.s)
+        };
+        self.rest = Some(rest);
+        rest
+    }
+
+    /// Goes on from rest, not before `at`, if it may.
+    fn go_on(&mut self, at: f64) {
+        let Some((t, s)) = self.rest else { return };
+        self.pieces.retain(|piece| piece.from.t < t);
+        if self.paused || self.finished {
             return;
         }
-        let (s, v) = self.state(at);
-        let decel = self.pace.decel;
-        // No further than the end: the fall there is as steep.
-        let stop = (s + v * v / 2.0 / decel).min(self.length);
-        let rest = at + v / decel;
-        self.pieces.retain(|piece| piece.t < at);
-        self.pieces.push(Piece { t: at, s, v, a: -decel });
-        self.pieces.push(Piece { t: rest, s: stop, v: 0.0, a: 0.0 });
-        if let Some(until) = until.filter(|_| stop < self.length) {
-            self.go(until.max(rest), stop);
+        let from = at.max(t);
+        if from > t {
+            self.pieces.push(Piece::still(s, t, from));
+        }
+        self.go(Moment::at_rest(from, s));
+    }
+
+    /// Brakes from `at` on, and stands.
+    pub fn pause(&mut self, at: f64) {
+        let at = self.change(at);
+        if self.paused || self.is_over(at) {
+            return;
+        }
+        if self.standing(at).is_none() {
+            self.brake(at);
+        }
+        self.paused = true;
+        self.go_on(at);
+    }
+
+    /// Goes on at `at`, or when it has come to rest, whichever is later.
+    pub fn resume(&mut self, at: f64) {
+        let at = self.change(at);
+        if std::mem::take(&mut self.paused) {
+            self.go_on(at);
         }
     }
 
-    fn piece(&self, t: f64) -> Option<&Piece> {
-        let after = self.pieces.partition_point(|piece| piece.t <= t);
-        self.pieces.get(after.saturating_sub(1))
+    /// Brakes from `at` on; the rest of the path is not made.
+    pub fn finish(&mut self, at: f64) {
+        let at = self.change(at);
+        if self.is_over(at) {
+            return;
+        }
+        if self.standing(at).is_none() {
+            self.brake(at);
+        }
+        (self.finished, self.paused) = (true, false);
+        self.go_on(at);
+        self.length = self.rest.map_or(self.length, |(_, s)| s);
     }
 
-    fn state(&self, t: f64) -> (f64, f64) {
-        self.piece(t).map_or((0.0, 0.0), |piece| piece.at(t))
+    /// From `at` on the speed is this part of the ordered one, within [`SCALES`]
+    /// and what the axes can follow. Accelerations and jerk stay as they are.
+    ///
+    /// # Errors
+    /// [`Unplannable::Scale`] if it is no number, [`Unplannable::Over`].
+    pub fn scale(&mut self, at: f64, scale: f64) -> Result<(), Unplannable> {
+        if scale.is_nan() {
+            return Err(Unplannable::Scale);
+        }
+        let at = self.change(at);
+        if self.is_over(at) {
+            return Err(Unplannable::Over);
+        }
+        self.scale = scale.clamp(*SCALES.start(), *SCALES.end());
+        self.again(at);
+        Ok(())
+    }
+
+    /// Lays out what is left of the path anew.
+    fn again(&mut self, at: f64) {
+        if self.standing(at).is_some() {
+            self.go_on(at);
+        } else if self.stop_from(at) < self.length * (1.0 - TOUCH) {
+            let from = self.forget(at);
+            self.go(from);
+        }
+        // Otherwise it is falling to its end already.
+    }
+
+    /// How far a stop from `at` on leads.
+    pub(crate) fn stop_from(&self, at: f64) -> f64 {
+        let from = self.state(at);
+        course::stop(from, &self.pace).last().map_or(from.s, |piece| piece.to.s)
+    }
+
+    /// Is to end somewhere else on the same way, no nearer than it can stop.
+    pub(crate) fn stretch(&mut self, at: f64, length: f64, most: f64) {
+        let at = self.change(at);
+        let from = self.forget(at);
+        (self.length, self.most) = (length, most);
+        self.go(from);
+    }
+
+    /// Brakes from `at` on, to take another way from where it stands.
+    pub(crate) fn corner(&mut self, at: f64) -> f64 {
+        let at = self.change(at);
+        match self.standing(at) {
+            Some((_, s)) => s,
+            None => self.brake(at).1,
+        }
+    }
+
+    /// Behind the corner the way leads to `length`.
+    pub(crate) fn lead(&mut self, length: f64, most: f64) {
+        (self.length, self.most) = (length, most);
+        self.go_on(self.changed);
+    }
+
+    fn state(&self, t: f64) -> Moment {
+        let after = self.pieces.partition_point(|piece| piece.from.t <= t);
+        match self.pieces.get(after.saturating_sub(1)) {
+            // Before the first piece, if it has been braked in no time.
+            Some(piece) => piece.at(t.max(piece.from.t)),
+            None => Moment::at_rest(t, self.rest.map_or(0.0, |rest| rest.1)),
+        }
+    }
+
+    /// When the last piece ends.
+    fn last(&self) -> f64 {
+        self.pieces.last().map_or(0.0, |piece| piece.to.t)
     }
 
     /// How far it has come `t` seconds after its start.
     pub fn place(&self, t: f64) -> f64 {
-        self.state(t.max(0.0)).0.clamp(0.0, self.length)
+        self.state(t.max(0.0)).s.clamp(0.0, self.length)
     }
 
     /// How fast it is then.
     pub fn speed(&self, t: f64) -> f64 {
-        self.state(t.max(0.0)).1.max(0.0)
+        let at = self.state(t.max(0.0));
+        if t >= self.last() { 0.0 } else { at.v.max(0.0) }
     }
 
-    /// When it comes by a place; `None` if it never gets there.
+    /// When it comes by a place; `None` if it does not, as far as is known.
     pub fn time(&self, s: f64) -> Option<f64> {
-        // The first piece that ends beyond it.
-        let after = self.pieces.partition_point(|piece| piece.s < s);
-        if after == self.pieces.len() {
+        // The first piece that ends at it, or beyond it.
+        let after = self.pieces.partition_point(|piece| piece.to.s < s);
+        match self.pieces.get(after) {
+            Some(piece) => Some(piece.time(s)),
             // No further than rounding beyond the end.
-            let last = self.pieces.last()?;
-            return (s - last.s <= self.length * 1e-12).then_some(last.t);
-        }
-        let next = self.pieces.get(after)?;
-        match after.checked_sub(1).and_then(|before| self.pieces.get(before)) {
-            Some(piece) => Some(piece.time(s, next)),
-            None => Some(next.t),
+            None => (s <= self.length && self.arrives()).then(|| self.last()),
         }
     }
 
-    /// Seconds from rest to rest, holds included.
-    pub fn duration(&self) -> f64 {
-        self.pieces.last().map_or(0.0, |piece| piece.t)
+    /// Whether it leads to the end, as far as is known.
+    fn arrives(&self) -> bool {
+        self.pieces.last().is_some_and(|piece| piece.to.s >= self.length * (1.0 - TOUCH))
     }
 
-    /// The length of the path.
+    /// Whether the rest of it was given up.
+    pub(crate) fn is_finished(&self) -> bool {
+        self.finished
+    }
+
+    /// Seconds from its start to rest at its end, pauses included; `None` while
+    /// it is paused, and nobody knows.
+    pub fn end(&self) -> Option<f64> {
+        (!self.paused).then(|| self.last())
+    }
+
+    /// The length of the path; of one that was finished, as far as it leads.
     pub fn length(&self) -> f64 {
         self.length
     }
@@ -220,35 +310,85 @@ impl Law {
 mod tests {
     use super::*;
 
+    const PACE: Pace = Pace::new(10.0, 10.0);
+
     #[test]
     fn a_trapezoid_by_hand() {
         // 10 up in 1 s over 5, 10 down over 5, 90 level in 9 s.
-        let law = Law::new(100.0, Pace::new(10.0, 10.0)).unwrap();
-        assert_eq!(law.duration(), 11.0);
+        let law = Law::new(100.0, PACE).unwrap();
+        assert_eq!(law.end(), Some(11.0));
         assert_eq!((law.place(1.0), law.place(5.5), law.time(50.0)), (5.0, 50.0, Some(5.5)));
         // Too short for the speed: 2 s, and 10 at the top.
         let law = Law::new(10.0, Pace::new(100.0, 10.0)).unwrap();
-        assert!((law.duration() - 2.0).abs() < 1e-12 && (law.speed(1.0) - 10.0).abs() < 1e-9);
+        assert!((law.end().unwrap() - 2.0).abs() < 1e-12 && (law.speed(1.0) - 10.0).abs() < 1e-9);
     }
 
     #[test]
-    fn a_hold_brakes_stands_and_goes_on() {
-        let mut law = Law::new(100.0, Pace::new(10.0, 10.0)).unwrap();
-        law.hold(5.5, Some(20.0));
+    fn an_s_curve_by_hand() {
+        // A/J = 0.5 s and Δv/A = 1 s: a ramp takes 1.5 s at a mean of 5.
+        let law = Law::new(100.0, PACE.with_jerk(20.0)).unwrap();
+        assert!((law.end().unwrap() - (1.5 + 8.5 + 1.5)).abs() < 1e-12);
+        assert!((law.place(1.5) - 7.5).abs() < 1e-12 && (law.speed(1.5) - 10.0).abs() < 1e-12);
+        // Half of the jerk's part: J·t³/6.
+        assert!((law.place(0.5) - 20.0 * 0.125 / 6.0).abs() < 1e-12);
+        assert!((law.time(20.0 * 0.125 / 6.0).unwrap() - 0.5).abs() < 1e-12);
+        // Too short for the acceleration: four times ∛(L/2J).
+        let law = Law::new(1.0, PACE.with_jerk(20.0)).unwrap();
+        assert!((law.end().unwrap() - 4.0 * (1.0f64 / 40.0).cbrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_pause_brakes_stands_and_goes_on() {
+        let mut law = Law::new(100.0, PACE).unwrap();
+        law.pause(5.5);
+        assert_eq!((law.end(), law.time(55.1)), (None, None));
+        law.resume(20.0);
         // 50, and 5 of braking.
         assert_eq!((law.place(6.5), law.speed(6.5), law.place(19.0)), (55.0, 0.0, 55.0));
         assert_eq!((law.place(21.0), law.speed(21.0)), (60.0, 10.0));
         assert_eq!(law.time(55.0), Some(6.5));
-        assert!((law.duration() - (20.0 + 5.5)).abs() < 1e-12);
-        let mut law = Law::new(100.0, Pace::new(10.0, 10.0)).unwrap();
-        law.hold(5.5, None);
-        assert_eq!((law.time(54.9).is_some(), law.time(55.1), law.duration()), (true, None, 6.5));
+        assert!((law.end().unwrap() - (20.0 + 5.5)).abs() < 1e-12);
+        let mut law = Law::new(100.0, PACE).unwrap();
+        law.finish(5.5);
+        assert_eq!((law.time(54.9).is_some(), law.time(55.1), law.end()), (true, None, Some(6.5)));
+    }
+
+    #[test]
+    fn what_is_asked_while_it_brakes_takes_hold_at_rest() {
+        let mut law = Law::new(100.0, PACE).unwrap();
+        law.pause(5.5);
+        law.resume(5.6);
+        law.scale(5.7, 0.5).unwrap();
+        assert_eq!((law.place(6.5), law.speed(6.5)), (55.0, 0.0));
+        // 5 in 0.5 s over 1.25, and back: 45 are 9.5 s.
+        assert_eq!((law.speed(8.0), law.end()), (5.0, Some(6.5 + 9.5)));
+    }
+
+    #[test]
+    fn an_override_stays_within_its_limits() {
+        let mut law = Law::new(100.0, PACE).unwrap();
+        law.limit(15.0);
+        law.scale(2.0, 9.0).unwrap();
+        assert_eq!(law.speed(3.0), 15.0);
+        law.scale(3.0, 0.0).unwrap();
+        assert_eq!(law.speed(5.0), 1.0);
+        assert_eq!(law.scale(6.0, f64::NAN), Err(Unplannable::Scale));
+        assert_eq!(law.scale(600.0, 1.0), Err(Unplannable::Over));
+        // In its last fall it goes on to its end.
+        let mut law = Law::new(100.0, PACE).unwrap();
+        for at in [10.1, 10.5, 10.99] {
+            law.scale(at, 0.1).unwrap();
+        }
+        assert_eq!(law.end(), Some(11.0));
     }
 
     #[test]
     fn what_makes_no_sense_is_refused() {
         for (length, speed, accel) in [(0.0, 1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, f64::NAN)] {
             assert!(Law::new(length, Pace::new(speed, accel)).is_err());
+        }
+        for jerk in [0.0, -1.0, f64::NAN] {
+            assert_eq!(Law::new(1.0, PACE.with_jerk(jerk)).unwrap_err(), Unplannable::Jerk);
         }
     }
 }

@@ -3,75 +3,171 @@
 //!
 //! A [`Law`] says when the path is where; a curve ([`Line`], [`Arc`]) says where
 //! on it each axis steps; [`Steps`] joins the two to what a cycle plays
-//! ([`Program::Paced`](stepwright::cycle::Program::Paced)). A hold brakes along
-//! the path and goes on along it: all axes stay on it.
+//! ([`Program::Paced`](stepwright::cycle::Program::Paced)).
+//!
+//! ```
+//! use stepwright::{Rate, cycle};
+//! use stepwright_path::{Line, Pace, Steps};
+//! let line = Line { steps: [300, -100], step: [1.0, 1.0] };
+//! // An S-curve: without the jerk it is a trapezoid.
+//! let pace = Pace::new(500.0, 2_000.0).with_jerk(20_000.0);
+//! let [x, y] = Steps::line(&line, pace, Rate::MHZ, 1_000)?;
+//! let steps = |axis: Steps| axis.filter(|pace| matches!(pace, cycle::Pace::Step { .. })).count();
+//! assert_eq!((steps(x), steps(y)), (300, 100));
+//! # Ok::<(), stepwright_path::Unplannable>(())
+//! ```
+//!
+//! **While it moves** a path may be paused, made faster or slower, ended early, or
+//! led to a new end: [`Held`], which every axis' [`Steps`] share, does it to all of
+//! them at once. What has been handed out stays as it is, which is [`LOOK`] ahead
+//! at most; so all axes stay on the path whatever is asked for, and when.
 //!
 //! ```
 //! use stepwright::Rate;
 //! use stepwright_path::{Line, Pace, Steps};
-//! let line = Line { steps: [300, -100], step: [1.0, 1.0] };
+//! let line = Line { steps: [2_000, 1_000], step: [1.0, 1.0] };
 //! let [x, y] = Steps::line(&line, Pace::new(500.0, 2_000.0), Rate::MHZ, 1_000)?;
-//! let sum = |steps: Steps| steps.map(|pace| u64::from(pace.ticks)).sum::<u64>();
-//! assert_eq!((sum(x.clone()), x.count()), (sum(y.clone()), 300));
+//! let path = x.law();
+//! path.within(&[800.0, 800.0])?; // steps/s that the motors can follow
+//! path.scale(0.5, 1.5)?;         // from 0.5 s on half as fast again
+//! path.pause(1.0);               // brakes along the line
+//! path.resume(2.0);              // and goes on along it
+//! path.retarget(2.5, &[3_000, 1_500])?; // further on the same line: no stop
+//! path.retarget(3.0, &[0, 1_500])?;     // elsewhere: brakes, and straight there
 //! # Ok::<(), stepwright_path::Unplannable>(())
 //! ```
 
+mod course;
 mod curve;
 mod law;
+mod pace;
+mod piece;
+mod road;
 
 use std::sync::{Arc as Shared, Mutex, PoisonError};
 
 use stepwright::{Rate, Ticks, cycle};
 
 pub use curve::{Arc, Line, Mark, Marks};
-pub use law::{Law, Pace, Unplannable};
+pub use law::{Law, SCALES};
+pub use pace::{PACES, Pace, Unplannable};
+use road::Road;
 
-/// A law that several axes follow, and that may be held up while they do.
-#[derive(Clone, Debug)]
-pub struct Held(Shared<Mutex<Law>>);
+/// Seconds after which an axis looks again whether its next step is still due then.
+///
+/// It is handed out up to twice as long ahead, and changes take hold behind that.
+pub const LOOK: f64 = 0.002;
+
+/// A path that several axes follow, and what may be done to it while they do.
+///
+/// Times are in seconds after its start. A change takes hold then, but neither
+/// before the one that was asked for last nor before what an axis has been handed
+/// out already ([`LOOK`]); so 0 means: at once. Every function answers when that is.
+#[derive(Clone)]
+pub struct Held(Shared<Mutex<Road>>);
 
 impl Held {
-    fn look<T>(&self, look: impl FnOnce(&mut Law) -> T) -> T {
+    fn look<T>(&self, look: impl FnOnce(&mut Road) -> T) -> T {
         look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// [`Law::hold`]. Each axis has asked for one step ahead, which stays where it
-    /// was planned.
-    pub fn hold(&self, at: f64, until: Option<f64>) {
-        self.look(|law| law.hold(at, until));
+    /// Steps/s that each axis may make at most: no override and no new end makes it
+    /// faster. (What was ordered at first is not changed.)
+    ///
+    /// # Errors
+    /// [`Unplannable::Axes`] unless there is one for each axis.
+    pub fn within(&self, fastest: &[f64]) -> Result<(), Unplannable> {
+        self.look(|road| road.within(fastest))
     }
 
-    /// [`Law::duration`].
-    pub fn duration(&self) -> f64 {
-        self.look(|law| law.duration())
+    /// Brakes along the path, and stands until it is resumed: [`Law::pause`].
+    pub fn pause(&self, at: f64) -> f64 {
+        self.change(at, |law, at| law.pause(at))
+    }
+
+    /// Goes on along the path: [`Law::resume`].
+    pub fn resume(&self, at: f64) -> f64 {
+        self.change(at, |law, at| law.resume(at))
+    }
+
+    /// Brakes along the path, and the rest of it is not made: [`Law::finish`].
+    pub fn finish(&self, at: f64) -> f64 {
+        self.change(at, |law, at| law.finish(at))
+    }
+
+    fn change(&self, at: f64, change: impl FnOnce(&mut Law, f64)) -> f64 {
+        self.look(|road| {
+            let at = road.moment(at);
+            change(&mut road.law, at);
+            at
+        })
+    }
+
+    /// Another speed along the path, as a part of the ordered one: [`Law::scale`].
+    ///
+    /// # Errors
+    /// [`Unplannable::Scale`] if it is no number, [`Unplannable::Over`].
+    pub fn scale(&self, at: f64, scale: f64) -> Result<f64, Unplannable> {
+        self.look(|road| {
+            let at = road.moment(at);
+            road.law.scale(at, scale)?;
+            Ok(at)
+        })
+    }
+
+    /// A new end: steps of each axis from where the path began.
+    ///
+    /// If it lies on the line that is being made, ahead and no nearer than it can
+    /// stop, the line goes on to it without a stop, each axis evenly spaced from
+    /// its last step on. Otherwise, and on an arc, the path is left: all axes brake
+    /// along it to rest, and a straight line with the same pace leads from there
+    /// to the end. An override stays, a pause too.
+    ///
+    /// # Errors
+    /// [`Unplannable`], and it goes on as it was.
+    pub fn retarget(&self, at: f64, to: &[i32]) -> Result<f64, Unplannable> {
+        self.look(|road| road.retarget(at, to))
+    }
+
+    /// [`Law::end`].
+    pub fn end(&self) -> Option<f64> {
+        self.look(|road| road.law.end())
+    }
+
+    /// The law as it is now.
+    pub fn now(&self) -> Law {
+        self.look(|road| road.law.clone())
+    }
+}
+
+impl std::fmt::Debug for Held {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Held").field(&self.now()).finish()
     }
 }
 
 /// The steps of one axis in ticks of a timer, for
 /// [`Program::Paced`](stepwright::cycle::Program::Paced).
 ///
-/// Each is at the nearest tick to its time; nothing gathers.
-#[derive(Clone, Debug)]
+/// Each is at the nearest tick to its time; nothing gathers. All axes are over when
+/// the path is; one that has no step to make before that waits.
+#[derive(Debug)]
 pub struct Steps {
-    marks: Marks,
-    law: Held,
+    axis: usize,
+    path: Held,
     hz: f64,
     lead: Ticks,
-    /// Ticks from the start to the last step.
+    look: Ticks,
+    /// Ticks from the start to the last step or wait.
     gone: u64,
 }
 
 impl Steps {
-    fn all<const N: usize>(
-        marks: [Marks; N],
-        law: Law,
-        rate: Rate,
-        lead: Ticks,
-    ) -> ([Steps; N], Held) {
-        let law = Held(Shared::new(Mutex::new(law)));
+    fn all<const N: usize>(road: Road, rate: Rate, lead: Ticks) -> [Steps; N] {
+        let path = Held(Shared::new(Mutex::new(road)));
         let hz = f64::from(rate.hz());
-        let steps = marks.map(|marks| Steps { marks, law: law.clone(), hz, lead, gone: 0 });
-        (steps, law)
+        let look = (hz * LOOK).ceil() as Ticks;
+        std::array::from_fn(|axis| Steps { axis, path: path.clone(), hz, lead, look, gone: 0 })
     }
 
     /// Of a line. The first steps come `lead` ticks after the start.
@@ -84,8 +180,9 @@ impl Steps {
         rate: Rate,
         lead: Ticks,
     ) -> Result<[Steps; N], Unplannable> {
-        let marks = line.marks()?;
-        Ok(Steps::all(marks, Law::new(line.length(), pace)?, rate, lead).0)
+        let marks = line.marks()?.to_vec();
+        let law = Law::new(line.length(), pace)?;
+        Ok(Steps::all(Road::new(law, marks, &line.step).of_line(&line.steps), rate, lead))
     }
 
     /// Of an arc; it begins `lead` ticks after the start.
@@ -93,13 +190,14 @@ impl Steps {
     /// # Errors
     /// [`Unplannable`].
     pub fn arc(arc: &Arc, pace: Pace, rate: Rate, lead: Ticks) -> Result<[Steps; 2], Unplannable> {
-        let marks = arc.marks()?;
-        Ok(Steps::all(marks, Law::new(arc.length(), pace)?, rate, lead).0)
+        let marks = arc.marks()?.to_vec();
+        let law = Law::new(arc.length(), pace)?;
+        Ok(Steps::all(Road::new(law, marks, &arc.step), rate, lead))
     }
 
-    /// The law that they follow, with all other axes.
+    /// The path that they follow, with all other axes.
     pub fn law(&self) -> Held {
-        self.law.clone()
+        self.path.clone()
     }
 }
 
@@ -107,12 +205,30 @@ impl Iterator for Steps {
     type Item = cycle::Pace;
 
     fn next(&mut self) -> Option<cycle::Pace> {
-        let mark = self.marks.next()?;
-        // Beyond the place where it stands for good there are no steps.
-        let time = self.law.look(|law| law.time(mark.at))?;
-        let due = (time * self.hz).round() as u64 + u64::from(self.lead);
-        let ticks = Ticks::try_from(due.saturating_sub(self.gone)).unwrap_or(Ticks::MAX);
-        self.gone = self.gone.saturating_add(ticks.into());
-        Some(cycle::Pace { ticks, forward: mark.forward })
+        let (hz, lead, gone) = (self.hz, u64::from(self.lead), self.gone);
+        let ticks =
+            |time: f64| ((time * hz).round() as u64).saturating_add(lead).saturating_sub(gone);
+        let wait = u64::from(self.look);
+        let pace = self.path.look(|road| {
+            // Beyond the place where it stands there are no steps, for now.
+            let mark = road.next(self.axis);
+            let due = mark.and_then(|mark| Some((mark.forward, road.law.time(mark.at)?)));
+            if let Some((forward, time)) = due
+                && ticks(time) <= 2 * wait
+            {
+                road.hand_out(self.axis, time);
+                return Some(cycle::Pace::Step { ticks: ticks(time) as Ticks, forward });
+            }
+            let left = match (due, road.law.end()) {
+                (None, Some(end)) => ticks(end),
+                _ => u64::MAX,
+            };
+            let ticks = left.min(wait) as Ticks;
+            road.wait((gone + u64::from(ticks)).saturating_sub(lead) as f64 / hz);
+            (ticks > 0).then_some(cycle::Pace::Wait { ticks })
+        })?;
+        let (cycle::Pace::Step { ticks, .. } | cycle::Pace::Wait { ticks }) = pace;
+        self.gone += u64::from(ticks);
+        Some(pace)
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use proptest::prelude::*;
-use stepwright::Rate;
+use stepwright::{Rate, cycle};
 use stepwright_path::{Arc, Line, Pace, Steps};
 
 const LEAD: u32 = 10_000;
@@ -11,34 +11,81 @@ const LEAD: u32 = 10_000;
 /// Times in seconds after the lead, and the position after each step.
 fn played(steps: Steps, rate: Rate) -> Vec<(f64, i64)> {
     let (mut ticks, mut at) = (0u64, 0i64);
-    steps
-        .map(|pace| {
-            ticks += u64::from(pace.ticks);
-            at += if pace.forward { 1 } else { -1 };
-            ((ticks as f64 - f64::from(LEAD)) / f64::from(rate.hz()), at)
-        })
-        .collect()
+    let mut all = Vec::new();
+    for pace in steps {
+        let (cycle::Pace::Step { ticks: more, .. } | cycle::Pace::Wait { ticks: more }) = pace;
+        ticks += u64::from(more);
+        if let cycle::Pace::Step { forward, .. } = pace {
+            at += if forward { 1 } else { -1 };
+            all.push(((ticks as f64 - f64::from(LEAD)) / f64::from(rate.hz()), at));
+        }
+    }
+    all
 }
 
 fn rate(hz: u32) -> Rate {
     Rate::from_hz(hz).unwrap()
 }
 
-/// The place at a time under a trapezoid, by adding up small times: a way of its
-/// own.
-fn place(length: f64, pace: Pace, t: f64) -> f64 {
-    let (v, a, d) = (pace.speed, pace.accel, pace.decel);
-    let peak = v.min((2.0 * length * a * d / (a + d)).sqrt());
-    let (up, down) = (peak / a, peak / d);
-    let level = (length - peak * up / 2.0 - peak * down / 2.0) / peak;
-    let end = up + level + down;
-    if t < up {
+/// Time and way from rest to `v`, or back: the acceleration comes and goes by the
+/// jerk. By the textbook's cases.
+fn ramp(v: f64, a: f64, j: f64) -> (f64, f64) {
+    let time = if v * j >= a * a { v / a + a / j } else { 2.0 * (v / j).sqrt() };
+    (time, v * time / 2.0)
+}
+
+/// How far from rest after `t` on the way up to `v`.
+fn risen(v: f64, a: f64, j: f64, t: f64) -> f64 {
+    let (whole, way) = ramp(v, a, j);
+    let bend = if v * j >= a * a { a / j } else { whole / 2.0 };
+    let most = j * bend;
+    if j.is_infinite() {
         a * t * t / 2.0
-    } else if t < up + level {
-        peak * up / 2.0 + peak * (t - up)
+    } else if t <= bend {
+        j * t.powi(3) / 6.0
+    } else if t <= whole - bend {
+        let u = t - bend;
+        j * bend.powi(3) / 6.0 + most * bend / 2.0 * u + most * u * u / 2.0
     } else {
-        length - d * (end - t).max(0.0).powi(2) / 2.0
+        // From its end: the speed there, less what is gained until then.
+        let u = whole - t;
+        way - v * u + j * u.powi(3) / 6.0
     }
+}
+
+/// The place at a time from rest to rest: the highest speed is searched for, and
+/// both ramps are gone from their slow ends. A way of its own.
+fn place(length: f64, pace: Pace) -> impl Fn(f64) -> f64 {
+    let Pace { speed, accel, decel, jerk } = pace;
+    let ramps = |v: f64| (ramp(v, accel, jerk), ramp(v, decel, jerk));
+    let long = |v: f64| ramps(v).0.1 + ramps(v).1.1 > length;
+    let (mut low, mut high) = (0.0, speed);
+    for _ in 0..200 {
+        let middle = (low + high) / 2.0;
+        if long(middle) { high = middle } else { low = middle }
+    }
+    let peak = if long(speed) { low } else { speed };
+    let ((up, rise), (down, fall)) = ramps(peak);
+    let level = ((length - rise - fall) / peak).max(0.0);
+    let end = up + level + down;
+    move |t| {
+        if t < up {
+            risen(peak, accel, jerk, t)
+        } else if t < up + level {
+            rise + peak * (t - up)
+        } else {
+            length - risen(peak, decel, jerk, (end - t).max(0.0))
+        }
+    }
+}
+
+/// None: a trapezoid; or this part of a second for the acceleration to come.
+fn bend() -> impl Strategy<Value = Option<f64>> {
+    prop::option::of(0.002f64..0.5)
+}
+
+fn bent(pace: Pace, bend: Option<f64>) -> Pace {
+    bend.map_or(pace, |bend| pace.with_jerk(pace.accel.max(pace.decel) / bend))
 }
 
 proptest! {
@@ -50,13 +97,15 @@ proptest! {
         speed in 50.0f64..5_000.0,
         accel in 100.0f64..50_000.0,
         decel in 100.0f64..50_000.0,
+        bend in bend(),
         hz in 1_000_000u32..100_000_000,
     ) {
         prop_assume!(steps.iter().any(|n| *n != 0));
         let line = Line { steps, step };
-        let pace = Pace { speed, accel, decel };
+        let pace = bent(Pace::new(speed, accel).with_decel(decel), bend);
         let all = Steps::line(&line, pace, rate(hz), LEAD).unwrap();
         let tick = 1.0 / f64::from(hz);
+        let place = place(line.length(), pace);
         let all = all.map(|steps| played(steps, rate(hz)));
         let last = all.iter().filter_map(|axis| axis.last()).map(|s| s.0).fold(0.0, f64::max);
         for (axis, wanted) in all.iter().zip(steps) {
@@ -69,7 +118,7 @@ proptest! {
             }
             for (n, (t, _)) in axis.iter().enumerate() {
                 let part = n as f64 / (axis.len() as f64 - 1.0).max(1.0);
-                let off = place(line.length(), pace, *t) - part * line.length();
+                let off = place(*t) - part * line.length();
                 // Half a tick of way, and rounding near rest.
                 prop_assert!(off.abs() <= speed * tick + 1e-6 * line.length(), "{n}: {off}");
             }
@@ -85,10 +134,11 @@ proptest! {
         turns in prop_oneof![Just(1.0f64), Just(-1.0), -2.5f64..-0.2, 0.2f64..2.5],
         step in prop::array::uniform2(0.5f64..1.0),
         speed in 200.0f64..4_000.0,
+        bend in bend(),
     ) {
         let centre = [-radius * begin.cos(), -radius * begin.sin()];
         let arc = Arc { centre, sweep: turns * TAU, step };
-        let pace = Pace::new(speed, 20_000.0);
+        let pace = bent(Pace::new(speed, 20_000.0), bend);
         let hz = rate(16_000_000);
         let [x, y] = Steps::arc(&arc, pace, hz, LEAD).unwrap();
         let axes = [played(x, hz), played(y, hz)];
@@ -115,7 +165,7 @@ proptest! {
         // and which way round, is the place on the circle.
         for (n, axis) in axes.iter().enumerate() {
             let places: Vec<(f64, f64)> = angles(axis, n, centre, radius, step[n], begin, turns);
-            let ramp = speed / pace.accel;
+            let (ramp, _) = ramp(speed, pace.accel, pace.jerk);
             let last = places.last().map_or(0.0, |p| p.0);
             let cruise: Vec<_> = places
                 .iter()
@@ -173,7 +223,8 @@ fn a_hold_loses_no_step() {
     let pace = Pace::new(1_000.0, 4_000.0);
     let free = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
     let held = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
-    held[0].law().hold(1.0, Some(3.0));
+    held[0].law().pause(1.0);
+    held[0].law().resume(3.0);
     let (free, held) = (free.map(|s| played(s, Rate::MHZ)), held.map(|s| played(s, Rate::MHZ)));
     for (free, held) in free.iter().zip(&held) {
         assert_eq!(free.len(), held.len());
@@ -187,7 +238,7 @@ fn a_hold_loses_no_step() {
     assert!((held[0].last().unwrap().0 - held[1].last().unwrap().0).abs() < 2e-6);
     // Without a going-on the rest is not made.
     let [x, _] = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
-    x.law().hold(1.0, None);
+    x.law().finish(1.0);
     let x = played(x, Rate::MHZ);
     assert!(x.len() < 1_200 && x.last().unwrap().0 < 1.26);
 }

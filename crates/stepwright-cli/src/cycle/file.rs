@@ -130,20 +130,47 @@ pub struct Cycle {
     pub pause_s: Option<Spanned<f64>>,
     pub resume_s: Option<Spanned<f64>>,
     pub finish_s: Option<Spanned<f64>>,
+    /// What changes on the way.
+    #[serde(default)]
+    pub feed: Vec<Spanned<Feed>>,
+    #[serde(default)]
+    pub retarget: Vec<Spanned<Retarget>>,
     /// Seconds to stand still after it.
     pub rest_s: Option<Spanned<f64>>,
+}
+
+/// Where motors are to go.
+pub type Targets = BTreeMap<Spanned<String>, i64>;
+
+/// Another speed along the path, from some time on.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Feed {
+    pub at_s: Spanned<f64>,
+    /// Of the ordered speed.
+    pub percent: Spanned<f64>,
+}
+
+/// Another end of the path, from some time on.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Retarget {
+    pub at_s: Spanned<f64>,
+    pub to: Spanned<Targets>,
 }
 
 /// Straight to a position.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Line {
-    pub to: BTreeMap<Spanned<String>, i64>,
+    pub to: Targets,
     /// Units a second along the path.
-    pub speed: f64,
+    pub speed: Spanned<f64>,
     /// Units a second, each second.
-    pub accel: f64,
-    pub decel: Option<f64>,
+    pub accel: Spanned<f64>,
+    pub decel: Option<Spanned<f64>>,
+    /// By how much that may change in a second: an S-curve.
+    pub jerk: Option<Spanned<f64>>,
 }
 
 /// Around a centre, which is a position.
@@ -154,10 +181,12 @@ pub struct Arc {
     pub centre: [i64; 2],
     pub degrees: f64,
     /// Units a second along the path.
-    pub speed: f64,
+    pub speed: Spanned<f64>,
     /// Units a second, each second.
-    pub accel: f64,
-    pub decel: Option<f64>,
+    pub accel: Spanned<f64>,
+    pub decel: Option<Spanned<f64>>,
+    /// By how much that may change in a second: an S-curve.
+    pub jerk: Option<Spanned<f64>>,
 }
 
 /// To a switch.

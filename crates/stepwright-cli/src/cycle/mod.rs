@@ -5,10 +5,12 @@
 //! | `text` | the file, and the line of a mistake |
 //! | `file` | what may stand in it |
 //! | `plan` | the same, checked |
+//! | `along` | lines and arcs, from where the motors stand |
 //! | `play` | on the virtual board |
 //! | `taken` | what is written down of it: csv, vcd, plots |
 //! | `path` | the way of two motors, drawn |
 
+mod along;
 mod file;
 mod path;
 mod plan;

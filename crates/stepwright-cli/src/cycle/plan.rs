@@ -7,7 +7,7 @@ use stepwright::cycle::{
     Calibration, Clock, End, Homing, Leg, Motor, NextDelay, Program, Strategies,
 };
 use stepwright::{OutOfRange, Rate};
-use stepwright_path::{Pace, Steps};
+use stepwright_path::{Pace, SCALES, Steps, Unplannable};
 use stepwright_sim::Stand;
 use toml::Spanned;
 
@@ -36,8 +36,8 @@ pub struct Stage {
     pub at: Range<usize>,
     pub task: Task,
     pub moves: Vec<Move>,
-    /// µs after the start, in order.
-    pub acts: Vec<(u64, Act)>,
+    /// In the order of their times.
+    pub acts: Vec<Timed>,
     /// µs to stand still afterwards.
     pub rest: u64,
 }
@@ -54,12 +54,22 @@ pub enum Task {
     Home(Homing),
 }
 
-/// What is done to a cycle while it runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What is done to a cycle while it runs, and where that stands.
+pub struct Timed {
+    /// After its start.
+    pub us: u64,
+    pub at: Range<usize>,
+    pub act: Act,
+}
+
 pub enum Act {
     Pause,
     Resume,
     Finish,
+    /// Of a path: another speed, as a part of the ordered one.
+    Feed(f64),
+    /// Of a path: another end.
+    To(Vec<(u8, i64)>),
 }
 
 /// What one motor does.
@@ -199,19 +209,19 @@ impl Plan {
         })
     }
 
+    /// Motors and where they are to go.
+    fn targets(&self, text: &Text, to: &file::Targets) -> Result<Vec<(u8, i64)>, Failure> {
+        to.iter().map(|(name, to)| Ok((self.motor(text, name)?, *to))).collect()
+    }
+
     /// A line, an arc or a home, if it is one.
     fn task(&self, text: &Text, cycle: &file::Cycle) -> Result<Task, Failure> {
-        let pace = |speed, accel, decel: Option<f64>| {
-            let decel = decel.unwrap_or(accel);
-            Pace { speed, accel, decel }
-        };
         match (&cycle.line, &cycle.arc, &cycle.home) {
             (None, None, None) => Ok(Task::Moves),
             (Some(line), None, None) => {
                 let line = line.get_ref();
-                let to = line.to.iter().map(|(name, to)| Ok((self.motor(text, name)?, *to)));
-                let to = to.collect::<Result<_, Failure>>()?;
-                Ok(Task::Line(to, pace(line.speed, line.accel, line.decel)))
+                let pace = pace(text, &line.speed, &line.accel, &line.decel, &line.jerk)?;
+                Ok(Task::Line(self.targets(text, &line.to)?, pace))
             }
             (None, Some(given), None) => {
                 let arc = given.get_ref();
@@ -223,7 +233,7 @@ impl Plan {
                 if !arc.degrees.is_finite() {
                     return Err(text.blame(given.span(), "an arc of so many degrees has no end"));
                 }
-                let pace = pace(arc.speed, arc.accel, arc.decel);
+                let pace = pace(text, &arc.speed, &arc.accel, &arc.decel, &arc.jerk)?;
                 Ok(Task::Arc(motors, arc.centre, arc.degrees.to_radians(), pace))
             }
             (None, None, Some(home)) => {
@@ -243,11 +253,11 @@ impl Plan {
 
     fn stage(&self, text: &Text, cycle: Spanned<file::Cycle>) -> Result<Stage, Failure> {
         let at = cycle.span();
-        let cycle = cycle.into_inner();
+        let mut cycle = cycle.into_inner();
         let task = self.task(text, &cycle)?;
         let mut stage =
             Stage { at: at.clone(), task, moves: Vec::new(), acts: Vec::new(), rest: 0 };
-        for (name, given) in cycle.moves {
+        for (name, given) in std::mem::take(&mut cycle.moves) {
             let motor = self.motor(text, &name)?;
             let at = given.span();
             let given = given.into_inner();
@@ -265,10 +275,7 @@ impl Plan {
         }
         let micros = |seconds: &Option<Spanned<f64>>| match seconds {
             None => Ok(None),
-            Some(s) if (0.0..=1e6).contains(s.get_ref()) => {
-                Ok(Some((s.get_ref() * 1e6).round() as u64))
-            }
-            Some(s) => Err(text.blame(s.span(), "0 to 1000000 seconds")),
+            Some(s) => micros(text, s).map(Some),
         };
         let (pause, resume) = (micros(&cycle.pause_s)?, micros(&cycle.resume_s)?);
         match (pause, resume) {
@@ -289,11 +296,82 @@ impl Plan {
             return Err(text.blame(at, "paused for ever: give resume-s or finish-s as well"));
         }
         let acts = [(pause, Act::Pause), (resume, Act::Resume), (finish, Act::Finish)];
-        stage.acts = acts.into_iter().filter_map(|(at, act)| Some((at?, act))).collect();
-        stage.acts.sort_by_key(|(at, _)| *at);
+        let timed = |(us, act): (Option<u64>, Act)| Some(Timed { us: us?, at: at.clone(), act });
+        stage.acts = acts.into_iter().filter_map(timed).collect();
+        self.changes(text, &cycle, &mut stage)?;
+        stage.acts.sort_by_key(|act| act.us);
         stage.rest = micros(&cycle.rest_s)?.unwrap_or(0);
         Ok(stage)
     }
+
+    /// What changes on the way along a path.
+    fn changes(&self, text: &Text, cycle: &file::Cycle, stage: &mut Stage) -> Result<(), Failure> {
+        for given in &cycle.feed {
+            let (at, feed) = (given.span(), given.get_ref());
+            let us = micros(text, &feed.at_s)?;
+            let scale = feed.percent.get_ref() / 100.0;
+            if !SCALES.contains(&scale) {
+                let (least, most) = (SCALES.start() * 100.0, SCALES.end() * 100.0);
+                let what = format_args!("a feed is {least} to {most} percent of the ordered speed");
+                return Err(text.blame(feed.percent.span(), what));
+            }
+            stage.acts.push(Timed { us, at, act: Act::Feed(scale) });
+        }
+        for given in &cycle.retarget {
+            let to = &given.get_ref().to;
+            let us = micros(text, &given.get_ref().at_s)?;
+            let targets = self.targets(text, to.get_ref())?;
+            if targets.is_empty() {
+                return Err(text.blame(to.span(), "a new end: say where a motor is to go"));
+            }
+            if let Task::Arc(motors, ..) = &stage.task
+                && !motors.iter().all(|motor| targets.iter().any(|(known, _)| known == motor))
+            {
+                let what = "the arc is left for a line: say where both of its motors are to go";
+                return Err(text.blame(to.span(), what));
+            }
+            stage.acts.push(Timed { us, at: given.span(), act: Act::To(targets) });
+        }
+        let path = matches!(stage.task, Task::Line(..) | Task::Arc(..));
+        let change = |act: &&Timed| matches!(act.act, Act::Feed(_) | Act::To(_));
+        match stage.acts.iter().find(change) {
+            Some(act) if !path => Err(text.blame(
+                act.at.clone(),
+                "only a line or an arc has a feed that can be changed, or a new end",
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A time in µs.
+fn micros(text: &Text, seconds: &Spanned<f64>) -> Result<u64, Failure> {
+    match seconds.get_ref() {
+        s if (0.0..=1e6).contains(s) => Ok((s * 1e6).round() as u64),
+        _ => Err(text.blame(seconds.span(), "0 to 1000000 seconds")),
+    }
+}
+
+/// How fast along a path.
+fn pace(
+    text: &Text,
+    speed: &Spanned<f64>,
+    accel: &Spanned<f64>,
+    decel: &Option<Spanned<f64>>,
+    jerk: &Option<Spanned<f64>>,
+) -> Result<Pace, Failure> {
+    let mut pace = Pace::new(1.0, 1.0);
+    let mut check = |value: &Spanned<f64>, of: fn(&mut Pace) -> &mut f64| {
+        *of(&mut pace) = *value.get_ref();
+        // For ever is what a pace has without a jerk; nobody orders that.
+        let known = value.get_ref().is_finite().then_some(()).ok_or(Unplannable::Jerk);
+        pace.check().and(known).map_err(|error| text.blame(value.span(), error))
+    };
+    check(speed, |pace| &mut pace.speed)?;
+    check(accel, |pace| &mut pace.accel)?;
+    check(decel.as_ref().unwrap_or(accel), |pace| &mut pace.decel)?;
+    jerk.iter().try_for_each(|jerk| check(jerk, |pace| &mut pace.jerk))?;
+    Ok(pace)
 }
 
 /// What a motor is told, or what is wrong with it.

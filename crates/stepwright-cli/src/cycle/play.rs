@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use serde_json::json;
-use stepwright::cycle::{CycleError, Faults, Homing, Refusal, Status};
-use stepwright_path::{Arc, Held, Line, Steps, Unplannable};
+use stepwright::cycle::{CycleError, Faults, Homing, HomingError, Refusal, Status};
 use stepwright_sim::{CycleBoard, Edge, Pin};
 
 use super::Format;
+use super::along::along;
 use super::path::Way;
-use super::plan::{Act, MOST, Move, Plan, Stage, Task};
+use super::plan::{Act, MOST, Plan, Stage, Task, Timed};
 use super::taken::Taken;
 use super::text::Text;
 use crate::failure::Failure;
@@ -80,6 +80,11 @@ impl<'p> Session<'p> {
         self.way.as_ref().map(|(_, way)| way)
     }
 
+    /// What the file calls a motor.
+    fn name(&self, motor: u8) -> &'p str {
+        self.plan.names.get(usize::from(motor)).map_or("", String::as_str)
+    }
+
     fn positions(&mut self) -> Vec<i64> {
         let motors = 0..self.plan.names.len() as u8;
         let cycle = self.board.cycle();
@@ -114,44 +119,43 @@ impl<'p> Session<'p> {
             self.home(number, *homing, at.clone())?;
             return self.go(self.board.now() + self.ticks(rest));
         }
-        self.along(task, acts, moves, at.clone())?;
-        let refused = |refusal: Refusal| match refusal {
-            Refusal::PeriodTooLong { motor, .. }
-            | Refusal::PeriodAliquant { motor, .. }
-            | Refusal::SmallDelay { motor, .. }
-            | Refusal::NeedsDeadlines { motor }
-            | Refusal::TooFast { motor, .. } => Some(motor),
-            _ => None,
-        };
+        let positions = self.positions();
+        moves.extend(along(self.plan, self.text, &positions, task, acts, at)?);
         let spans: Vec<_> = moves.iter().map(|m| (m.motor, m.at.clone())).collect();
         for part in moves {
             let (motor, calibration) = (part.motor, part.calibration);
             let prepared = self.board.cycle().prepare(motor, part.program(), calibration);
-            prepared.map_err(|refusal| self.text.blame(at.clone(), refusal))?;
+            prepared.map_err(|refusal| self.refused(refusal, at.clone()))?;
         }
         if let Err(refusal) = self.board.cycle().start() {
-            let span = spans.iter().find(|(motor, _)| Some(*motor) == refused(refusal));
+            let span = spans.iter().find(|(motor, _)| Some(*motor) == refusal.motor());
             let span = span.map_or_else(|| at.clone(), |(_, span)| span.clone());
-            return Err(self.text.blame(span, refusal));
+            return Err(self.refused(refusal, span));
         }
         let begun = self.board.now();
         self.row("start");
         self.events();
-        for (us, act) in acts.iter() {
+        for Timed { us, act, .. } in acts.iter() {
             self.go_to_rest(begun + self.ticks(*us))?;
             if !self.board.cycle().is_running() {
                 break;
             }
             // An act on a cycle that runs is never refused.
-            match act {
-                Act::Pause => _ = self.board.cycle().pause(),
-                Act::Resume => _ = self.board.cycle().resume(),
-                Act::Finish => self.board.cycle().finish(),
-            }
             let name = match act {
-                Act::Pause => "pause",
-                Act::Resume => "resume",
-                Act::Finish => "finish",
+                Act::Pause => {
+                    _ = self.board.cycle().pause();
+                    "pause"
+                }
+                Act::Resume => {
+                    _ = self.board.cycle().resume();
+                    "resume"
+                }
+                Act::Finish => {
+                    self.board.cycle().finish();
+                    "finish"
+                }
+                // Of a path, which has it in its law.
+                Act::Feed(_) | Act::To(_) => continue,
             };
             self.row(name);
             self.events();
@@ -176,66 +180,15 @@ impl<'p> Session<'p> {
         }
     }
 
-    /// Plans a line or an arc from where the motors stand. Its holds brake along
-    /// the path, so the cycle itself is not paused.
-    fn along(
-        &mut self,
-        task: &Task,
-        acts: &mut Vec<(u64, Act)>,
-        moves: &mut Vec<Move>,
-        at: Range<usize>,
-    ) -> Result<(), Failure> {
-        let positions = self.positions();
-        let here = |motor: u8| positions.get(usize::from(motor)).copied().unwrap_or(0);
-        let distance = |motor: u8| self.plan.motors[usize::from(motor)].distance;
-        // Time for DIR to be set, and no less than any smallest delay.
-        let least = self.plan.motors.iter().map(|motor| motor.smallest_delay).max();
-        let lead = self.plan.rate.micros(least.unwrap_or(0).max(100));
-        let wrong = |what: Unplannable| self.text.blame(at.clone(), what);
-        let (motors, steps): (Vec<u8>, Vec<Steps>) = match task {
-            Task::Moves | Task::Home(_) => return Ok(()),
-            Task::Line(to, pace) => {
-                let mut line = Line { steps: [0; MOST], step: [1.0; MOST] };
-                for &(motor, to) in to {
-                    let n = usize::from(motor);
-                    let way = i128::from(to) - i128::from(here(motor));
-                    let step = i128::from(distance(motor));
-                    // To the nearest step.
-                    let count = (2 * way + step).div_euclid(2 * step);
-                    line.steps[n] =
-                        i32::try_from(count).map_err(|_| wrong(Unplannable::TooLong))?;
-                    line.step[n] = f64::from(distance(motor));
-                }
-                let steps = Steps::line(&line, *pace, self.plan.rate, lead).map_err(wrong)?;
-                let all = (0u8..).zip(steps).filter(|(n, _)| line.steps[usize::from(*n)] != 0);
-                all.unzip()
-            }
-            Task::Arc(motors, centre, sweep, pace) => {
-                let from = |n: usize| centre[n] as f64 - here(motors[n]) as f64;
-                let step = motors.map(|motor| f64::from(distance(motor)));
-                let arc = Arc { centre: [from(0), from(1)], sweep: *sweep, step };
-                let steps = Steps::arc(&arc, *pace, self.plan.rate, lead).map_err(wrong)?;
-                motors.iter().copied().zip(steps).unzip()
-            }
-        };
-        if let Some(law) = steps.first().map(Steps::law) {
-            hold(&law, acts);
-        }
-        // They are in the law now.
-        acts.clear();
-        let all = motors.into_iter().zip(steps);
-        moves.extend(all.map(|(motor, steps)| Move::paced(motor, at.clone(), steps)));
-        Ok(())
-    }
-
     /// Homes a motor.
     fn home(&mut self, number: usize, mut homing: Homing, at: Range<usize>) -> Result<(), Failure> {
         let begun = self.board.now();
         let limit = begun + self.ticks(self.limit);
         self.row("start");
         loop {
-            let done = homing.poll(self.board.cycle()).map_err(|error| {
-                self.text.blame(at.clone(), format_args!("cycle {number}: {error}"))
+            let done = homing.poll(self.board.cycle()).map_err(|error| match error {
+                HomingError::Refused(refusal) => self.refused(refusal, at.clone()),
+                error => self.text.blame(at.clone(), format_args!("cycle {number}: {error}")),
             })?;
             if done {
                 break;
@@ -253,6 +206,11 @@ impl<'p> Session<'p> {
         Ok(())
     }
 
+    /// Why a cycle did not start: the motor by its name in the file.
+    fn refused(&self, refusal: Refusal, at: Range<usize>) -> Failure {
+        self.text.blame(at, refusal.named(refusal.motor().map_or("", |motor| self.name(motor))))
+    }
+
     /// Why a cycle was cancelled.
     fn cancelled(
         &mut self,
@@ -266,7 +224,7 @@ impl<'p> Session<'p> {
         match error {
             CycleError::MotorError { motor } => {
                 let faults = self.board.cycle().faults(motor);
-                let name = self.plan.names.get(usize::from(motor)).map_or("", String::as_str);
+                let name = self.name(motor);
                 let span = spans.iter().find(|(known, _)| *known == motor);
                 let span = span.map_or(at, |(_, span)| span.clone());
                 let what =
@@ -305,7 +263,10 @@ impl<'p> Session<'p> {
         let seconds = self.time_from(begun);
         let cycle = json!({
             "seconds": (self.board.now() - begun) as f64 / f64::from(self.plan.rate.hz()),
-            "error": error.map(|error| error.to_string()),
+            "error": error.map(|error| match error {
+                CycleError::MotorError { motor } => format!("an error of {}", self.name(motor)),
+                CycleError::TimingExceeded => error.to_string(),
+            }),
         });
         self.cycles.push(cycle);
         if error.is_none() && self.format == Format::List {
@@ -474,17 +435,5 @@ impl<'p> Session<'p> {
             "motors": motors,
         });
         format!("{all:#}")
-    }
-}
-
-/// What a pause, its end and a finish are to a path: it brakes, and goes on.
-fn hold(law: &Held, acts: &[(u64, Act)]) {
-    let when =
-        |wanted: Act| acts.iter().find(|(_, act)| *act == wanted).map(|(us, _)| *us as f64 / 1e6);
-    if let Some(pause) = when(Act::Pause) {
-        law.hold(pause, when(Act::Resume));
-    }
-    if let Some(finish) = when(Act::Finish) {
-        law.hold(finish, None);
     }
 }

@@ -49,6 +49,8 @@ enum Stage {
     Far,
     /// A step of its own, in ticks.
     Pace,
+    /// A wait, in ticks.
+    Look,
     /// On the fixed tick: up to two ticks before the step. May it be made? It
     /// rises a tick later.
     Approach,
@@ -88,8 +90,10 @@ pub(super) struct Player<'a> {
     delay: u32,
     /// µs of a wait that are still to come.
     pending: u64,
-    /// Ticks to the next step that has its own.
+    /// Ticks to the next step that has its own, or of a wait.
     pace: Ticks,
+    /// Ticks waited since the last such step.
+    waited: Ticks,
     /// Fixed tick: µs that the last step came too early by.
     over: u32,
     /// Position in the user's unit when the engine had counted `counted` steps.
@@ -126,6 +130,7 @@ impl<'a> Player<'a> {
             delay: 0,
             pending: 0,
             pace: 0,
+            waited: 0,
             over: 0,
             base: 0,
             counted: 0,
@@ -166,6 +171,7 @@ impl<'a> Player<'a> {
         self.strategies = strategies;
         (self.ready, self.status, self.stage) = (false, Status::Running, Stage::Leg);
         (self.left, self.pending, self.gone, self.over) = (0, 0, 0, 0);
+        self.waited = 0;
         self.beat.reset();
     }
 
@@ -262,14 +268,21 @@ impl<'a> Player<'a> {
                     }
                     return Some(Stage::Steps);
                 }
-                Next::Pace(Pace { ticks, forward }) => {
+                Next::Pace(Pace::Step { ticks, forward }) => {
                     (self.left, self.forward, self.pace) = (1, forward, ticks);
-                    if u64::from(ticks) < self.beat.ticks(self.motor.smallest_delay) {
+                    let waited = core::mem::take(&mut self.waited);
+                    let smallest = self.beat.ticks(self.motor.smallest_delay);
+                    if u64::from(ticks) + u64::from(waited) < smallest {
                         self.too_small()?;
-                        let smallest = self.beat.ticks(self.motor.smallest_delay);
-                        self.pace = Ticks::try_from(smallest).unwrap_or(Ticks::MAX);
+                        let smallest = Ticks::try_from(smallest).unwrap_or(Ticks::MAX);
+                        self.pace = smallest.saturating_sub(waited);
                     }
                     return Some(Stage::Pace);
+                }
+                Next::Pace(Pace::Wait { ticks }) => {
+                    self.pace = ticks.max(1);
+                    self.waited = self.waited.saturating_add(self.pace);
+                    return Some(Stage::Look);
                 }
                 Next::Wait(us) => {
                     self.pending = us;
@@ -371,6 +384,10 @@ impl<'a> Player<'a> {
                     self.stage = Stage::Leg;
                     self.plan(1);
                     return Taken::Run(Run::steady(ticks, 1));
+                }
+                Stage::Look => {
+                    self.stage = Stage::Leg;
+                    return Taken::Run(Run::turn(self.pace, self.facing));
                 }
                 Stage::Out => {
                     return self.trip(Faults::soft(self.forward), self.strategies.soft_end);

@@ -68,16 +68,25 @@ pub enum Program<'a> {
     Paced(Paces<'a>),
 }
 
-/// One step of a [`Program::Paced`].
+/// What comes next in a [`Program::Paced`], in ticks of the timer from what came
+/// before, or from the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pace {
-    /// Ticks of the timer from the step before, or from the start.
-    pub ticks: Ticks,
-    /// Which way.
-    pub forward: bool,
+pub enum Pace {
+    /// A step.
+    Step {
+        /// After so many ticks.
+        ticks: Ticks,
+        /// Which way.
+        forward: bool,
+    },
+    /// No step yet: ask again. So what is to come may still change.
+    Wait {
+        /// After so many ticks, 1 and more.
+        ticks: Ticks,
+    },
 }
 
-/// Steps one after another, each asked for when the one before has been made.
+/// Steps and waits one after another, each asked for when the one before is over.
 ///
 /// Asked from the step interrupt: MUST NOT block.
 pub type Paces<'a> = &'a mut (dyn Iterator<Item = Pace> + Send);
@@ -108,7 +117,7 @@ pub(super) enum Next {
     Steps { count: u32, delay: u32, forward: bool },
     /// So many µs without a step.
     Wait(u64),
-    /// A step of its own.
+    /// A step of its own, or a wait.
     Pace(Pace),
     /// No more.
     Over,

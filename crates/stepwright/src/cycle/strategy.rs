@@ -123,40 +123,83 @@ pub enum Refusal {
     },
 }
 
+impl Refusal {
+    /// The motor that was the reason, if one was.
+    pub const fn motor(&self) -> Option<u8> {
+        match *self {
+            Refusal::Running | Refusal::NotRunning | Refusal::Nothing | Refusal::NoMotor => None,
+            Refusal::PeriodTooLong { motor, .. }
+            | Refusal::PeriodAliquant { motor, .. }
+            | Refusal::NeedsDeadlines { motor }
+            | Refusal::SmallDelay { motor, .. }
+            | Refusal::TooFast { motor, .. } => Some(motor),
+        }
+    }
+
+    /// The same in words, with the motor called by a name of yours; without one it
+    /// is "motor 1" and so on.
+    ///
+    /// ```
+    /// use stepwright::cycle::Refusal;
+    /// let refusal = Refusal::SmallDelay { motor: 1, needs: 600 };
+    /// let said = refusal.named("Y").to_string();
+    /// assert_eq!(said, "the first delay of Y is below its smallest: at least 600 µs");
+    /// assert!(refusal.to_string().starts_with("the first delay of motor 2 is"));
+    /// ```
+    pub fn named(self, name: impl fmt::Display) -> impl fmt::Display {
+        Named { refusal: self, name }
+    }
+}
+
+/// A refusal of a motor that has a name.
+struct Named<M> {
+    refusal: Refusal,
+    name: M,
+}
+
+/// A motor without a name: counted from 1.
+struct Number(u8);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "motor {}", u16::from(self.0) + 1)
+    }
+}
+
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
+        Named { refusal: *self, name: Number(self.motor().unwrap_or(0)) }.fmt(f)
+    }
+}
+
+impl<M: fmt::Display> fmt::Display for Named<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = &self.name;
+        match self.refusal {
             Refusal::Running => f.write_str("a cycle is running; wait, or finish it first"),
             Refusal::NotRunning => f.write_str("no cycle is running"),
             Refusal::Nothing => f.write_str("no motor has anything to do: prepare one first"),
             Refusal::NoMotor => f.write_str("there is no such motor"),
-            Refusal::PeriodTooLong { motor, needs } => write!(
+            Refusal::PeriodTooLong { needs, .. } => write!(
                 f,
-                "the fixed tick is too long for motor {}: a step takes three ticks, so its \
-                 smallest delay must be at least {needs} µs",
-                u16::from(motor) + 1
+                "the fixed tick is too long for {name}: a step takes three ticks, so its \
+                 smallest delay must be at least {needs} µs"
             ),
-            Refusal::PeriodAliquant { motor, needs } => write!(
+            Refusal::PeriodAliquant { needs, .. } => write!(
                 f,
-                "the smallest delay of motor {} is no multiple of the fixed tick: the next one \
-                 is {needs} µs",
-                u16::from(motor) + 1
+                "the smallest delay of {name} is no multiple of the fixed tick: the next one \
+                 is {needs} µs"
             ),
-            Refusal::NeedsDeadlines { motor } => write!(
+            Refusal::NeedsDeadlines { .. } => {
+                write!(f, "what {name} does needs deadlines: no fixed tick places its steps")
+            }
+            Refusal::SmallDelay { needs, .. } => {
+                write!(f, "the first delay of {name} is below its smallest: at least {needs} µs")
+            }
+            Refusal::TooFast { needs, .. } => write!(
                 f,
-                "what motor {} does needs deadlines: no fixed tick places its steps",
-                u16::from(motor) + 1
-            ),
-            Refusal::SmallDelay { motor, needs } => write!(
-                f,
-                "the first delay of motor {} is below its smallest: at least {needs} µs",
-                u16::from(motor) + 1
-            ),
-            Refusal::TooFast { motor, needs } => write!(
-                f,
-                "too fast for this board: motor {} needs delays of at least {needs} µs beside \
-                 the others",
-                u16::from(motor) + 1
+                "too fast for this board: {name} needs delays of at least {needs} µs beside the \
+                 others"
             ),
         }
     }

@@ -1,0 +1,108 @@
+//! A line or an arc from where the motors stand, and what changes on its way.
+
+use std::ops::Range;
+
+use stepwright_path::{Arc, Held, Line, Steps, Unplannable};
+
+use super::plan::{Act, MOST, Move, Plan, Task, Timed};
+use super::text::Text;
+use crate::failure::Failure;
+
+/// What each motor does; nothing if it is no path.
+///
+/// What was to happen on the way is in the law then, so nothing is left of
+/// `acts`: a path brakes for a pause and goes on, the cycle itself does not.
+pub fn along(
+    plan: &Plan,
+    text: &Text,
+    positions: &[i64],
+    task: &Task,
+    acts: &mut Vec<Timed>,
+    at: &Range<usize>,
+) -> Result<Vec<Move>, Failure> {
+    let here = |motor: u8| positions.get(usize::from(motor)).copied().unwrap_or(0);
+    let distance = |motor: u8| plan.motors[usize::from(motor)].distance;
+    // Time for DIR to be set, and no less than any smallest delay.
+    let least = plan.motors.iter().map(|motor| motor.smallest_delay).max();
+    let lead = plan.rate.micros(least.unwrap_or(0).max(100));
+    let wrong = |what: Unplannable| text.blame(at.clone(), what);
+    // To the nearest step.
+    let way = |motor: u8, to: i64, at: &Range<usize>| {
+        let way = i128::from(to) - i128::from(here(motor));
+        let step = i128::from(distance(motor));
+        let count = (2 * way + step).div_euclid(2 * step);
+        i32::try_from(count).map_err(|_| text.blame(at.clone(), Unplannable::TooLong))
+    };
+    let (axes, end, steps): (Vec<u8>, Vec<i32>, Vec<Steps>) = match task {
+        Task::Moves | Task::Home(_) => return Ok(Vec::new()),
+        Task::Line(to, pace) => {
+            let mut line = Line { steps: [0; MOST], step: [1.0; MOST] };
+            for motor in 0..plan.names.len() as u8 {
+                line.step[usize::from(motor)] = f64::from(distance(motor));
+            }
+            for &(motor, to) in to {
+                line.steps[usize::from(motor)] = way(motor, to, at)?;
+            }
+            let steps = Steps::line(&line, *pace, plan.rate, lead).map_err(wrong)?;
+            ((0..MOST as u8).collect(), line.steps.to_vec(), steps.into())
+        }
+        Task::Arc(motors, centre, sweep, pace) => {
+            let from = |n: usize| centre[n] as f64 - here(motors[n]) as f64;
+            let step = motors.map(|motor| f64::from(distance(motor)));
+            let arc = Arc { centre: [from(0), from(1)], sweep: *sweep, step };
+            let steps = Steps::arc(&arc, *pace, plan.rate, lead).map_err(wrong)?;
+            // A new end says where both are to go.
+            (motors.to_vec(), vec![0; 2], steps.into())
+        }
+    };
+    let mut path = Changes { end, moving: vec![matches!(task, Task::Arc(..)); axes.len()] };
+    path.note();
+    if let Some(law) = steps.first().map(Steps::law) {
+        let fastest = |motor: &u8| 1e6 / f64::from(plan.motors[usize::from(*motor)].smallest_delay);
+        law.within(&axes.iter().map(fastest).collect::<Vec<_>>()).map_err(wrong)?;
+        let begins = f64::from(lead) / f64::from(plan.rate.hz());
+        for Timed { us, at, act } in std::mem::take(acts) {
+            let seconds = (us as f64 / 1e6 - begins).max(0.0);
+            if let Act::To(to) = &act {
+                for &(motor, to) in to {
+                    let axis = axes.iter().position(|known| *known == motor).ok_or_else(|| {
+                        let names = axes.iter().map(|n| plan.names[usize::from(*n)].as_str());
+                        let names = names.collect::<Vec<_>>().join(" and ");
+                        text.blame(at.clone(), format_args!("this path is one of {names} only"))
+                    })?;
+                    path.end[axis] = way(motor, to, &at)?;
+                }
+                path.note();
+            }
+            change(&law, seconds, &act, &path.end).map_err(|what| text.blame(at, what))?;
+        }
+    }
+    let moves = axes.into_iter().zip(path.moving).zip(steps).filter(|((_, moving), _)| *moving);
+    Ok(moves.map(|((motor, _), steps)| Move::paced(motor, at.clone(), steps)).collect())
+}
+
+/// The end of the path as it is now, and which motors have a part in it.
+struct Changes {
+    end: Vec<i32>,
+    moving: Vec<bool>,
+}
+
+impl Changes {
+    fn note(&mut self) {
+        for (moving, steps) in self.moving.iter_mut().zip(&self.end) {
+            *moving |= *steps != 0;
+        }
+    }
+}
+
+/// What an act is to a path: for a pause it brakes, and then it goes on.
+fn change(law: &Held, seconds: f64, act: &Act, end: &[i32]) -> Result<(), Unplannable> {
+    match act {
+        Act::Pause => _ = law.pause(seconds),
+        Act::Resume => _ = law.resume(seconds),
+        Act::Finish => _ = law.finish(seconds),
+        Act::Feed(scale) => _ = law.scale(seconds, *scale)?,
+        Act::To(_) => _ = law.retarget(seconds, end)?,
+    }
+    Ok(())
+}

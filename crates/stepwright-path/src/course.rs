@@ -1,0 +1,171 @@
+//! From a speed and an acceleration to rest at a distance: which pieces.
+//!
+//! **Trapezoid.** From v below the top speed, the rise and the fall meet at
+//!
+//! ```text
+//!   peak² = (2·a·d·L + d·v²) / (a + d)        or the top speed, if that is less
+//! ```
+//!
+//! from above it, the speed falls to the top first.
+//!
+//! **S-curve.** As in the core's `profile::s_curve`, whose pages have the argument:
+//! drive towards the top speed for a time x, then stop. How far that leads never
+//! falls as x grows, so x is searched for. To change the speed by g beyond what
+//! the present acceleration will gain anyway, a²/2J,
+//!
+//! ```text
+//!   peak² = J·g + max(a, 0)²                  held at the limit for the rest
+//! ```
+//!
+//! A path is never gone backwards, so there is no case of a turn here. What is
+//! lost by rounding is made up for where it is fastest: both ends are exact.
+
+use crate::pace::Pace;
+use crate::piece::{Moment, Piece};
+
+/// Pieces from `from` to rest at `end`, at most at `top`. If a stop leads
+/// further than that, it is a stop.
+pub(crate) fn go(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
+    if pace.jerk.is_finite() {
+        smooth(from, end, top, pace)
+    } else {
+        trapezoid(from, end, top, pace)
+    }
+}
+
+/// Pieces from `from` to rest, as soon as can be.
+pub(crate) fn stop(from: Moment, pace: &Pace) -> Vec<Piece> {
+    if pace.jerk.is_finite() {
+        return join(from, &reach(from, 0.0, pace));
+    }
+    let (v, d) = (from.v, pace.decel);
+    let to = Moment::at_rest(from.t + v / d, from.s + v * v / 2.0 / d);
+    vec![Piece { from: Moment { a: -d, ..from }, to: Moment { a: -d, ..to }, jerk: 0.0 }]
+}
+
+fn trapezoid(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
+    let Pace { accel, decel, .. } = *pace;
+    let Moment { t, s, v, .. } = from;
+    let way = (end - s).max(0.0);
+    let (peak, slope) = if v > top {
+        (top, -decel)
+    } else {
+        let meet = (2.0 * way * accel * decel + v * v * decel) / (accel + decel);
+        (meet.max(0.0).sqrt().min(top).max(v), accel)
+    };
+    let first = (peak * peak - v * v) / 2.0 / slope;
+    let down = peak * peak / 2.0 / decel;
+    let level = (way - first - down).max(0.0);
+    let t1 = t + (peak - v) / slope;
+    let t2 = t1 + level / peak;
+    let ends = [
+        Moment { t, s, v, a: slope },
+        Moment { t: t1, s: (s + first).min(end), v: peak, a: 0.0 },
+        Moment { t: t2, s: (end - down).max(s), v: peak, a: -decel },
+        Moment { t: t2 + peak / decel, s: end, v: 0.0, a: 0.0 },
+    ];
+    let piece = |n: usize| {
+        let to = Moment { a: ends[n].a, ..ends[n + 1] };
+        Piece { from: ends[n], to, jerk: 0.0 }
+    };
+    (0..3).map(piece).filter(|piece| piece.to.t > piece.from.t).collect()
+}
+
+/// A jerk for a time.
+type Push = (f64, f64);
+
+/// To the speed `to` without acceleration.
+fn reach(from: Moment, to: f64, pace: &Pace) -> [Push; 3] {
+    let Pace { accel, decel, jerk, .. } = *pace;
+    let gain = to - (from.v + from.a * from.a.abs() / 2.0 / jerk);
+    let (sign, most) = if gain < 0.0 { (-1.0, decel) } else { (1.0, accel) };
+    let (gain, a) = (gain.abs(), from.a * sign);
+    let present = a.max(0.0).powi(2);
+    let (mut peak, mut hold) = ((jerk * gain + present).sqrt(), 0.0);
+    if peak > most {
+        hold = ((gain - (most * most - present) / jerk) / most).min(gain / most);
+        peak = most;
+    }
+    let first = if peak < a { -jerk } else { jerk };
+    [(sign * first, (peak - a).abs() / jerk), (0.0, hold.max(0.0)), (-sign * jerk, peak / jerk)]
+}
+
+/// Where these lead.
+fn after(from: Moment, pushes: &[Push]) -> Moment {
+    pushes.iter().fold(from, |at, &(jerk, time)| at.after(jerk, time))
+}
+
+/// Where a stop from there leads.
+fn stopped(from: Moment, pace: &Pace) -> f64 {
+    after(from, &reach(from, 0.0, pace)).s
+}
+
+/// One after the other; the last ends at rest.
+fn join(from: Moment, pushes: &[Push]) -> Vec<Piece> {
+    let mut at = from;
+    let mut pieces: Vec<Piece> = Vec::new();
+    for &(jerk, time) in pushes.iter().filter(|push| push.1 > 0.0) {
+        let to = at.after(jerk, time);
+        pieces.push(Piece { from: at, to, jerk });
+        at = to;
+    }
+    if let Some(last) = pieces.last_mut() {
+        // By the law, whatever is rounded.
+        last.to.v = 0.0;
+        last.to.a = 0.0;
+    }
+    pieces
+}
+
+fn smooth(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
+    let mut pushes = Vec::new();
+    let mut at = from;
+    let mut short = stopped(at, pace) < end;
+    if short {
+        for (jerk, time) in reach(from, top, pace) {
+            let there = at.after(jerk, time);
+            if stopped(there, pace) < end {
+                pushes.push((jerk, time));
+                at = there;
+                continue;
+            }
+            let (mut low, mut high) = (0.0, time);
+            for _ in 0..100 {
+                let x = low + (high - low) / 2.0;
+                if stopped(at.after(jerk, x), pace) < end {
+                    low = x;
+                } else {
+                    high = x;
+                }
+            }
+            pushes.push((jerk, low));
+            at = at.after(jerk, low);
+            short = false;
+            break;
+        }
+        if short {
+            let level = (end - stopped(at, pace)) / top;
+            pushes.push((0.0, level));
+            at = at.after(0.0, level);
+        }
+    }
+    pushes.extend(reach(at, 0.0, pace));
+    let mut pieces = join(from, &pushes);
+    let Some(last) = pieces.last() else { return pieces };
+    // What is left over is gone at the highest speed.
+    let rest = end - last.to.s;
+    let speeds = pieces.iter().map(|piece| piece.from.v);
+    let (fastest, v) =
+        speeds.enumerate().fold((0, 0.0), |best, (n, v)| if v > best.1 { (n, v) } else { best });
+    let later = if v > 0.0 { rest / v } else { 0.0 };
+    for piece in pieces.iter_mut().skip(fastest) {
+        for moment in [&mut piece.from, &mut piece.to] {
+            moment.s += rest;
+            moment.t += later;
+        }
+    }
+    if let Some(last) = pieces.last_mut() {
+        last.to.s = end;
+    }
+    pieces
+}

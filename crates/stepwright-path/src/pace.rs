@@ -1,0 +1,96 @@
+//! How fast along a path, and why one can't be planned.
+
+/// Why a path can't be planned, or changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unplannable {
+    /// The speed is beyond [`PACES`], or no number.
+    Speed,
+    /// The acceleration, or the deceleration, is.
+    Accel,
+    /// The jerk is, and not infinite either.
+    Jerk,
+    /// The path has no length, or an endless one.
+    Length,
+    /// A step of an axis leads nowhere.
+    Step,
+    /// An axis makes more than 2³¹ − 1 steps.
+    TooLong,
+    /// The radius is smaller than a step.
+    Radius,
+    /// An override that is no number.
+    Scale,
+    /// A new end for other axes than the path has.
+    Axes,
+    /// The path is over: there is nothing to change.
+    Over,
+}
+
+impl std::fmt::Display for Unplannable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Unplannable::Speed => "the speed along the path must be above 0, at most 10^24",
+            Unplannable::Accel => "the acceleration along the path must be above 0, at most 10^24",
+            Unplannable::Jerk => {
+                "the jerk along the path must be above 0, at most 10^24; without one it is a \
+                 trapezoid"
+            }
+            Unplannable::Length => "the path leads nowhere: no axis has a step to make",
+            Unplannable::Step => "a step must lead somewhere: a distance above 0",
+            Unplannable::TooLong => "too long: at most 2147483647 steps of an axis",
+            Unplannable::Radius => "the radius is smaller than a step: nothing would move",
+            Unplannable::Scale => "an override is a number: 0.1 to 2 of the ordered speed",
+            Unplannable::Axes => "a new end takes a position for each axis of the path",
+            Unplannable::Over => "the path is over by then: order a new one",
+        })
+    }
+}
+
+impl std::error::Error for Unplannable {}
+
+/// Speeds, accelerations and jerks that can be planned with, in any unit.
+pub const PACES: std::ops::RangeInclusive<f64> = 1e-12..=1e24;
+
+/// Speed, accelerations and jerk along a path, in the user's unit and seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Unit/s between the ramps.
+    pub speed: f64,
+    /// Unit/s², up.
+    pub accel: f64,
+    /// Unit/s², down.
+    pub decel: f64,
+    /// Unit/s³, by which the acceleration comes and goes; infinite: at once.
+    pub jerk: f64,
+}
+
+impl Pace {
+    /// A trapezoid: the same acceleration up and down, which comes and goes at once.
+    pub const fn new(speed: f64, accel: f64) -> Pace {
+        Pace { speed, accel, decel: accel, jerk: f64::INFINITY }
+    }
+
+    /// The same with a deceleration of its own.
+    pub const fn with_decel(self, decel: f64) -> Pace {
+        Pace { decel, ..self }
+    }
+
+    /// The same as an S-curve.
+    pub const fn with_jerk(self, jerk: f64) -> Pace {
+        Pace { jerk, ..self }
+    }
+
+    /// Whether all of it makes sense.
+    ///
+    /// # Errors
+    /// [`Unplannable`]: what is beyond [`PACES`].
+    pub fn check(&self) -> Result<(), Unplannable> {
+        let good = |x: f64| PACES.contains(&x);
+        let smooth = self.jerk == f64::INFINITY || good(self.jerk);
+        match (good(self.speed), good(self.accel) && good(self.decel), smooth) {
+            (false, _, _) => Err(Unplannable::Speed),
+            (_, false, _) => Err(Unplannable::Accel),
+            (_, _, false) => Err(Unplannable::Jerk),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! The ways of a path, one after another, and how far each axis has come on them.
+//!
+//! A new end is one of two things:
+//!
+//! ```text
+//!   on the line     ━━━━━━━━━━━━━━━┿━━━━━━━━━━━━━━━▶ new      no stop, no turn
+//!
+//!   anywhere else   ━━━━━━━━━━━┿━━━━┓┄┄┄┄▷ old
+//!                     asked for    rest ╲
+//!                                        ◥ new
+//! ```
+//!
+//! Nothing that an axis has been handed out is taken back; what lies behind the
+//! place where the way is left belongs to the new one.
+
+use crate::curve::{Mark, Marks};
+use crate::law::Law;
+use crate::pace::Unplannable;
+
+/// A straight line, as it was ordered.
+#[derive(Clone)]
+struct Straight {
+    /// Where it begins: along the path, and each axis in steps.
+    begin: f64,
+    from: Vec<i64>,
+    /// Steps of each, and how long that is.
+    steps: Vec<i64>,
+    length: f64,
+}
+
+/// A way of the path: where it is left, and where each axis steps on it.
+struct Way {
+    begin: f64,
+    end: f64,
+    marks: Vec<Marks>,
+    /// Where each axis is before its first step on it, and where along the path
+    /// its last step was.
+    from: Vec<(i64, f64)>,
+    line: Option<Straight>,
+}
+
+/// How far an axis has been handed out.
+#[derive(Clone)]
+struct Cursor {
+    way: usize,
+    marks: Marks,
+    made: usize,
+}
+
+/// All ways of a path and its law.
+pub(crate) struct Road {
+    pub law: Law,
+    ways: Vec<Way>,
+    cursors: Vec<Cursor>,
+    /// Units a step leads, and steps/s at most, of each axis.
+    step: Vec<f64>,
+    fastest: Vec<f64>,
+    /// Seconds up to which some axis has been handed out.
+    asked: f64,
+}
+
+/// Half a step beside a line is on it.
+const BESIDE: f64 = 0.5 + 1e-9;
+
+impl Road {
+    pub fn new(law: Law, marks: Vec<Marks>, step: &[f64]) -> Road {
+        let cursor = |marks: &Marks| Cursor { way: 0, marks: marks.clone(), made: 0 };
+        let cursors = marks.iter().map(cursor).collect();
+        let (end, from) = (f64::INFINITY, vec![(0, 0.0); marks.len()]);
+        let ways = vec![Way { begin: 0.0, end, marks, from, line: None }];
+        let fastest = vec![f64::INFINITY; step.len()];
+        Road { law, ways, cursors, step: step.to_vec(), fastest, asked: 0.0 }
+    }
+
+    /// The same, whose way is a line of so many steps.
+    pub fn of_line(mut self, steps: &[i32]) -> Road {
+        let length = self.law.length();
+        if let Some(way) = self.ways.first_mut() {
+            let (from, steps) = (vec![0; steps.len()], steps.iter().map(|n| i64::from(*n)));
+            way.line = Some(Straight { begin: 0.0, from, steps: steps.collect(), length });
+        }
+        self
+    }
+
+    /// No axis makes more than so many steps/s because of a change.
+    pub fn within(&mut self, fastest: &[f64]) -> Result<(), Unplannable> {
+        if fastest.len() != self.cursors.len() {
+            return Err(Unplannable::Axes);
+        }
+        self.fastest = fastest.to_vec();
+        let line = self.ways.first().and_then(|way| way.line.clone());
+        let most = match line {
+            Some(line) => self.most(&line.steps, line.length),
+            // Somewhere an arc leads along each axis.
+            None => {
+                let each = self.step.iter().zip(&self.fastest).map(|(step, most)| step * most);
+                each.fold(f64::INFINITY, f64::min)
+            }
+        };
+        self.law.limit(most);
+        Ok(())
+    }
+
+    /// When a change that is asked for at `at` takes hold: not before what has
+    /// been handed out.
+    pub fn moment(&self, at: f64) -> f64 {
+        at.max(self.asked)
+    }
+
+    /// The next step of an axis; `None` if there is none, as far as is known.
+    pub fn next(&self, axis: usize) -> Option<Mark> {
+        self.look(axis).map(|(mark, _)| mark)
+    }
+
+    fn look(&self, axis: usize) -> Option<(Mark, Cursor)> {
+        let mut at = self.cursors.get(axis)?.clone();
+        loop {
+            let way = self.ways.get(at.way)?;
+            if let Some(mark) = at.marks.next().filter(|mark| mark.at <= way.end) {
+                at.made += 1;
+                return Some((mark, at));
+            }
+            let marks = self.ways.get(at.way + 1)?.marks.get(axis)?.clone();
+            at = Cursor { way: at.way + 1, marks, made: 0 };
+        }
+    }
+
+    /// Hands the next step of an axis out, which is at `time`.
+    pub fn hand_out(&mut self, axis: usize, time: f64) {
+        if let Some((_, cursor)) = self.look(axis)
+            && let Some(known) = self.cursors.get_mut(axis)
+        {
+            *known = cursor;
+        }
+        self.wait(time);
+    }
+
+    /// Nothing changes up to `time`.
+    pub fn wait(&mut self, time: f64) {
+        self.asked = self.asked.max(time);
+    }
+
+    /// Leaves the last way at `place`: where each axis is then, and where its last
+    /// step was.
+    fn leave(&mut self, place: f64) -> Vec<(i64, f64)> {
+        // A way that nobody is on yet will not be gone.
+        while let [.., last] = self.ways.as_slice() {
+            let number = self.ways.len() - 1;
+            let gone = self.cursors.iter().any(|cursor| cursor.way >= number);
+            if number == 0 || last.begin < place || gone {
+                break;
+            }
+            self.ways.pop();
+        }
+        let number = self.ways.len() - 1;
+        let Some(way) = self.ways.last_mut() else { return Vec::new() };
+        way.end = way.end.min(place);
+        let axes = way.marks.iter().zip(&way.from).zip(&self.cursors);
+        let left = axes.map(|((marks, from), cursor)| {
+            let made = if cursor.way == number { cursor.made } else { 0 };
+            let marks = marks.clone().enumerate();
+            let gone = marks.take_while(|(n, mark)| *n < made || mark.at <= place);
+            gone.fold(*from, |(at, _), (_, mark)| (at + if mark.forward { 1 } else { -1 }, mark.at))
+        });
+        left.collect()
+    }
+
+    /// The length of so many steps of each axis.
+    fn length(&self, steps: &[i64]) -> f64 {
+        let ways = steps.iter().zip(&self.step).map(|(n, d)| *n as f64 * d);
+        ways.map(|way| way * way).sum::<f64>().sqrt()
+    }
+
+    /// The speed along a line at which the first axis is as fast as it may be.
+    fn most(&self, steps: &[i64], length: f64) -> f64 {
+        let axes = steps.iter().zip(&self.fastest).filter(|(n, _)| **n != 0);
+        axes.map(|(n, fastest)| fastest * length / n.unsigned_abs() as f64)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Where the path ends if it goes straight on to `to`, and the line it is on;
+    /// `None` if that takes another way, or a turn.
+    fn straight_on(&self, at: f64, to: &[i64]) -> Option<(f64, Straight)> {
+        let line = self.ways.last()?.line.as_ref()?;
+        let way: Vec<i64> = to.iter().zip(&line.from).map(|(to, from)| to - from).collect();
+        let length = self.length(&way);
+        let end = line.begin + length;
+        let part = length / line.length;
+        let mut axes = way.iter().zip(&line.steps);
+        let on_it = axes.all(|(n, old)| (*n as f64 - *old as f64 * part).abs() <= BESIDE);
+        let rolling = self.law.standing(at).is_none();
+        (on_it && rolling && self.law.stop_from(at) < end).then(|| (end, line.clone()))
+    }
+
+    /// The path is to end so many steps from where it began: when that takes hold.
+    pub fn retarget(&mut self, at: f64, to: &[i32]) -> Result<f64, Unplannable> {
+        if to.len() != self.cursors.len() {
+            return Err(Unplannable::Axes);
+        }
+        let at = self.moment(at);
+        if self.law.is_over(at) || self.law.is_finished() {
+            return Err(Unplannable::Over);
+        }
+        let to: Vec<i64> = to.iter().map(|n| i64::from(*n)).collect();
+        let straight = self.straight_on(at, &to);
+        let place = match straight {
+            Some(_) => self.law.place(at),
+            None => self.law.corner(at),
+        };
+        let from = self.leave(place);
+        let steps = to.iter().zip(&from).map(|(to, (at, _))| to - at).collect::<Vec<_>>();
+        let length = self.length(&steps);
+        let way = match straight {
+            Some((end, line)) => {
+                self.law.stretch(at, end, self.most(&steps, end - place));
+                let axes = steps.iter().zip(&from);
+                let marks = axes.map(|(n, (_, last))| Marks::onward(*n, *last, end, place));
+                let marks = marks.collect();
+                Way { begin: place, end: f64::INFINITY, marks, from, line: Some(line) }
+            }
+            None => {
+                let end = place + length;
+                self.law.lead(end, self.most(&steps, length));
+                let marks = steps.iter().map(|n| Marks::onward(*n, place, end, place)).collect();
+                let begins = from.iter().map(|(at, _)| *at).collect();
+                let line = Straight { begin: place, from: begins, steps, length };
+                let from = from.into_iter().map(|(at, _)| (at, place)).collect();
+                Way { begin: place, end: f64::INFINITY, marks, from, line: Some(line) }
+            }
+        };
+        self.ways.push(way);
+        Ok(at)
+    }
+}

@@ -20,7 +20,7 @@
 pub mod published;
 
 use stepwright::drive::{Coils, Port, Sequence};
-use stepwright::timed::{Call, Code, Driver, Dump, Hold, Model, Pace, SetSpeed, Status};
+use stepwright::timed::{Call, Code, Driver, Dump, Hold, Model, Pace, SetSpeed, Status, Stepper};
 use stepwright::timer::fit::Hardware;
 
 /// All lines of the motor at once, from some time on.
@@ -46,12 +46,9 @@ pub struct TimedBoard {
 /// What the interrupt owns.
 #[derive(Debug)]
 struct Motion {
-    pace: Pace,
+    stepper: Stepper<Lines>,
     now: u64,
     due: Option<u64>,
-    coils: Coils<Lines>,
-    /// The current goes off after the last step.
-    rests: bool,
     enabled: bool,
     steps: Vec<u64>,
     changes: Vec<Change>,
@@ -73,7 +70,7 @@ impl Port for Lines {
 impl Motion {
     /// Takes the pins down if they have changed.
     fn note(&mut self) {
-        let (time, levels, enabled) = (self.now, self.coils.port().0, self.enabled);
+        let (time, levels, enabled) = (self.now, self.stepper.coils().port().0, self.enabled);
         let last = self.changes.last().map(|change| (change.levels, change.enabled));
         if last != Some((levels, enabled)) {
             self.changes.push(Change { time, levels, enabled });
@@ -83,37 +80,29 @@ impl Motion {
     /// The step interrupt.
     fn interrupt(&mut self, time: u64) {
         self.now = time;
-        if self.pace.is_step() {
-            self.coils.step();
+        if self.stepper.pace.is_step() {
             self.steps.push(time);
         }
-        let rest = Some(self.pace.interval()).filter(|_| self.rests && self.pace.is_moving());
-        if !self.pace.is_moving() {
-            // An interval after the last step.
-            self.coils.off();
-        }
-        self.due = self.pace.advance().or(rest).map(|interval| time + u64::from(interval));
+        self.due = self.stepper.event().map(|interval| time + u64::from(interval));
         self.note();
     }
 }
 
 impl Hold for Motion {
     fn with<R>(&mut self, look: impl FnOnce(&mut Pace) -> R) -> R {
-        look(&mut self.pace)
+        look(&mut self.stepper.pace)
     }
 
     fn begin(&mut self, pace: Pace, forward: bool) {
         self.due = Some(self.now + u64::from(pace.interval()));
-        self.pace = pace;
-        self.coils.set_forward(forward);
-        self.coils.on();
+        self.stepper.begin(pace, forward);
         self.enabled = true;
         self.note();
     }
 
     fn stop(&mut self) {
         self.due = None;
-        self.coils.off();
+        self.stepper.stop();
         self.enabled = false;
         self.note();
     }
@@ -126,11 +115,9 @@ impl TimedBoard {
         let mut coils = Coils::new(Lines::default(), sequence, 0xFF);
         coils.off();
         let mut motion = Motion {
-            pace: Pace::idle(),
+            stepper: Stepper::new(coils),
             now: 0,
             due: None,
-            coils,
-            rests: sequence.rests(),
             enabled: false,
             steps: Vec::new(),
             changes: Vec::new(),
@@ -178,7 +165,7 @@ impl TimedBoard {
 
     /// The debug dump, now.
     pub fn dump(&mut self) -> Dump {
-        let phase = self.motion.coils.phase();
+        let phase = self.motion.stepper.phase();
         self.driver.dump(&mut self.motion, phase)
     }
 
@@ -202,7 +189,7 @@ impl TimedBoard {
 
     /// Whether the motor moves.
     pub fn is_moving(&self) -> bool {
-        self.motion.pace.is_moving()
+        self.motion.stepper.pace.is_moving()
     }
 
     /// The times of all steps so far.
@@ -217,11 +204,11 @@ impl TimedBoard {
 
     /// The row of the motor's table that it is at.
     pub fn phase(&self) -> u8 {
-        self.motion.coils.phase()
+        self.motion.stepper.phase()
     }
 
     /// Says at which row the motor is, before it moves: at power-up.
     pub fn restore(&mut self, phase: u8) {
-        self.motion.coils.restore(phase);
+        self.motion.stepper.coils().restore(phase);
     }
 }

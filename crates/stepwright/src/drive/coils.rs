@@ -69,6 +69,11 @@ impl<P: Port> Coils<P> {
         self.phase = phase & self.sequence.len().wrapping_sub(1);
     }
 
+    /// Whether its current is to go off after the last step.
+    pub const fn rests(&self) -> bool {
+        self.sequence.rests()
+    }
+
     /// The port.
     pub fn port(&mut self) -> &mut P {
         &mut self.port

@@ -227,8 +227,20 @@ impl Sequence {
         self.off
     }
 
+    /// The same with the current off an interval after the last step: for a unipolar motor or
+    /// bridges that need not hold. The motor shield's lines can't say so: it has its enables.
+    pub const fn resting(self) -> Sequence {
+        Sequence { rests: true, ..self }
+    }
+
+    /// The same with the current on after the last step, where an L6219 has to hold.
+    pub const fn holding(self) -> Sequence {
+        Sequence { rests: false, ..self }
+    }
+
     /// Whether the current is to go off an interval after the last step, as document 002 has
-    /// it for the L6219. The others hold the motor until they are switched off.
+    /// it for the L6219. The others hold the motor until they are switched off, unless they
+    /// are [`resting`](Sequence::resting).
     pub const fn rests(&self) -> bool {
         self.rests
     }

@@ -182,9 +182,9 @@ impl Driver {
     fn update(&mut self, hold: &mut impl Hold) {
         let updated = self.ramp.update(&self.hardware);
         if let Ok(fitted) = &updated {
-            let intervals = self.model.intervals(self.top, fitted);
+            let change = self.model.change(self.top, fitted);
             self.top = fitted.top();
-            hold.with(|pace| pace.put_down(intervals));
+            hold.with(|pace| pace.put_down(change));
         }
         self.live = hold.with(|pace| pace.status.note(&updated, self.ramp.counts));
     }

@@ -18,6 +18,7 @@
 //! | `order` | control bits, the order, result codes, status bits |
 //! | `ramp` | one update |
 //! | `pace` | the interrupt's half |
+//! | `stepper` | that with a motor's windings: what an interrupt calls |
 //! | `driver` | the foreground's half |
 //! | `dump` | the document's debug dump |
 //! | `profile` | the same as an iterator of delays, and as a feed of the engine |
@@ -35,9 +36,11 @@ mod order;
 mod pace;
 mod profile;
 mod ramp;
+mod stepper;
 
 pub use driver::{Driver, Hold};
 pub use dump::{Dump, Field};
 pub use order::{Call, Code, Control, SetSpeed, Status};
-pub use pace::{Model, Pace};
+pub use pace::{Counts, Model, Pace};
 pub use profile::Timed;
+pub use stepper::Stepper;

@@ -32,12 +32,29 @@ pub enum Model {
 impl Model {
     /// The interval that begins at the next step, and those after it.
     #[inline]
-    pub(super) fn intervals(self, old_top: u32, new: &Fitted) -> (Ticks, Ticks) {
-        let interval = new.interval();
-        match self {
-            Model::Ideal => (interval, interval),
-            Model::Latched => (old_top.wrapping_shl(new.shift().into()), interval),
-        }
+    pub(super) fn change(self, old_top: u32, new: &Fitted) -> Change {
+        let (shift, after) = (new.shift(), new.interval());
+        let next = match self {
+            Model::Ideal => after,
+            Model::Latched => old_top.wrapping_shl(shift.into()),
+        };
+        Change { next, after, shift }
+    }
+}
+
+/// Two intervals that an update puts down, both at one prescaler.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Change {
+    next: Ticks,
+    after: Ticks,
+    /// log₂ of the prescaler.
+    shift: u8,
+}
+
+impl Change {
+    /// What is left of it once its first interval has begun.
+    fn rest(self) -> Option<Change> {
+        (self.next != self.after).then_some(Change { next: self.after, ..self })
     }
 }
 
@@ -47,6 +64,8 @@ impl Model {
 pub struct Pace {
     /// The interval under way: as long as the speed is, it stays.
     now: Ticks,
+    /// log₂ of its prescaler.
+    shift: u8,
     /// Steps still to come; 0 is endless.
     steps_left: u32,
     moving: bool,
@@ -60,7 +79,7 @@ pub struct Pace {
     wait: i32,
     pub(super) status: Status,
     /// The two intervals to come, which an update puts down, if there are any.
-    change: Option<(Ticks, Ticks)>,
+    change: Option<Change>,
     /// Clocks from the next event to the end by milliseconds, if there is one.
     millis: Option<u64>,
     /// The updates' numbers, if they are this half's.
@@ -143,6 +162,7 @@ impl Pace {
     pub const fn idle() -> Pace {
         Pace {
             now: 0,
+            shift: 0,
             steps_left: 0,
             moving: false,
             ends: false,
@@ -163,6 +183,7 @@ impl Pace {
         let clocked = with.ramp.control.has(Control::IRQ_TIMING);
         let mut pace = Pace {
             now: interval,
+            shift: with.fitted.shift(),
             steps_left: with.steps,
             moving: true,
             ends: false,
@@ -222,6 +243,29 @@ impl Pace {
         self.now
     }
 
+    /// The same as a timer of 16 bits counts it: what it counts to, `top`, at a prescaler of
+    /// 2^`shift`. An interval that ends with the milliseconds is rounded down.
+    pub const fn counts(&self) -> Counts {
+        Counts { top: self.now.wrapping_shr(self.shift as u32), shift: self.shift }
+    }
+
+    /// The `top` after this one, as far as it is known: what a compare register that is
+    /// buffered is to hold meanwhile. [`Latched`](Model::Latched), it is that of the interval
+    /// to come unless the foreground puts something down before.
+    pub const fn next_top(&self) -> u32 {
+        match self.change {
+            Some(change) => change.next.wrapping_shr(change.shift as u32),
+            None => self.counts().top,
+        }
+    }
+
+    /// Whether the next [`advance`](Pace::advance) may lead to another interval than the one
+    /// under way; if not, it is a short one.
+    #[inline(always)]
+    const fn is_changing(&self) -> bool {
+        (self.live && self.wait <= 0) || self.rare
+    }
+
     /// Whether the event that is due now is a step. Then it is to be made before anything
     /// else, so that edges are even. It is none when the milliseconds have passed.
     #[inline(always)]
@@ -245,7 +289,7 @@ impl Pace {
                 return None;
             }
         }
-        if (self.live && self.wait <= 0) || self.rare {
+        if self.is_changing() {
             return self.change();
         }
         self.wait = self.wait.wrapping_sub(self.now as i32);
@@ -261,9 +305,8 @@ impl Pace {
             return None;
         }
         // The register takes over what was put down for it …
-        if let Some((next, after)) = self.change {
-            self.now = next;
-            self.change = (next != after).then_some((after, after));
+        if let Some(change) = self.change {
+            self.play(change);
         }
         // … unless the update at this step wants something else at once.
         if self.live && self.wait <= 0 {
@@ -286,11 +329,16 @@ impl Pace {
         let updated = clocked.ramp.update(&clocked.hardware);
         self.live = self.status.note(&updated, clocked.ramp.counts);
         if let Ok(fitted) = &updated {
-            let (now, after) = clocked.model.intervals(clocked.top, fitted);
+            let change = clocked.model.change(clocked.top, fitted);
             clocked.top = fitted.top();
-            self.now = now;
-            self.change = (now != after).then_some((after, after));
+            self.play(change);
         }
+    }
+
+    /// The first interval of a change begins.
+    fn play(&mut self, change: Change) {
+        (self.now, self.shift) = (change.next, change.shift);
+        self.change = change.rest();
     }
 
     /// The interval under way ends before the milliseconds do, or is cut short with them.
@@ -314,8 +362,17 @@ impl Pace {
 
     /// What the foreground's update wants: two numbers, for the next event to take over.
     #[inline]
-    pub(super) fn put_down(&mut self, (next, after): (Ticks, Ticks)) {
-        self.change = Some((next, after));
+    pub(super) fn put_down(&mut self, change: Change) {
+        self.change = Some(change);
         self.rare = true;
     }
+}
+
+/// An interval in a timer's counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counts {
+    /// What it counts to.
+    pub top: u32,
+    /// log₂ of the prescaler.
+    pub shift: u8,
 }

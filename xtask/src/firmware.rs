@@ -69,8 +69,12 @@ pub enum Program {
     Case2,
     /// Its third: polled, with a callback.
     Case3,
+    /// The first in fast PWM, on an Uno.
+    FastPwm,
     /// Two motor shields on two timers of a Mega.
     Shields,
+    /// An L6219 in quarter steps.
+    L6219,
 }
 
 impl Program {
@@ -83,7 +87,9 @@ impl Program {
             Program::Case1 => "case1",
             Program::Case2 => "case2",
             Program::Case3 => "case3",
+            Program::FastPwm => "fast-pwm",
             Program::Shields => "shields",
+            Program::L6219 => "l6219",
         }
     }
 
@@ -91,14 +97,24 @@ impl Program {
     pub fn fits(self, build: Build) -> bool {
         match self {
             Program::Slave | Program::Direct | Program::Master => true,
-            Program::Cycle | Program::Case1 | Program::Case2 | Program::Case3 => build.timer == 1,
+            Program::Cycle | Program::Case1 | Program::Case2 | Program::Case3 | Program::L6219 => {
+                build.timer == 1
+            }
+            Program::FastPwm => build.board != Board::Mega,
             Program::Shields => build.timer == 1 && build.board == Board::Mega,
         }
     }
 
     /// The examples of the documents.
-    pub const EXAMPLES: [Program; 5] =
-        [Program::Cycle, Program::Case1, Program::Case2, Program::Case3, Program::Shields];
+    pub const EXAMPLES: [Program; 7] = [
+        Program::Cycle,
+        Program::Case1,
+        Program::Case2,
+        Program::Case3,
+        Program::FastPwm,
+        Program::Shields,
+        Program::L6219,
+    ];
 }
 
 impl Board {

@@ -13,6 +13,9 @@ use crate::workspace::{Workspace, run};
 /// What building the firmware and the rig takes.
 pub const NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR];
 
+/// What its tests take: one of them is for another simulator.
+pub const TESTS_NEED: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
+
 /// A cargo command for the rig.
 pub fn cargo(ws: &Workspace, verb: &str) -> Command {
     let mut cargo = ws.cargo([verb]);

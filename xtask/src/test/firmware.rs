@@ -19,6 +19,8 @@ const RAM: u32 = 1_229;
 /// The step interrupt's vector on each chip.
 const STEP_328P: &str = "__vector_11";
 const STEP_2560: &str = "__vector_17";
+/// That of the timer's overflow, for fast PWM.
+const OVERFLOW_328P: &str = "__vector_13";
 
 /// Builds all programs for all boards, and looks at them.
 pub fn run(ws: &Workspace) -> Result<()> {
@@ -48,7 +50,11 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
     let listing = Listing::of(&built.elf)?;
     // A motor cycle's asks programs and callbacks, and divides where a bound is near.
     if !matches!(program, Program::Master | Program::Cycle) {
-        let vector = if board == Board::Mega { STEP_2560 } else { STEP_328P };
+        let vector = match (program, board) {
+            (Program::FastPwm, _) => OVERFLOW_328P,
+            (_, Board::Mega) => STEP_2560,
+            _ => STEP_328P,
+        };
         let reached = listing.reached(vector);
         if reached.is_empty() {
             bail!("{}: there is no {vector}", built.elf.display());

@@ -12,8 +12,7 @@ pub fn io_clock_now() -> u32 {
     io_clock(oscillator.hz(), divider_of(clkpr).unwrap_or(1)).unwrap_or(oscillator.hz())
 }
 
-/// The low fuse byte. (simavr has none there and gives the first byte of the program, a
-/// jump, which reads as a crystal.)
+/// The low fuse byte.
 fn low_fuse() -> u8 {
     avr_device::interrupt::free(|_| {
         let fuse: u8;

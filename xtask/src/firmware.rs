@@ -71,6 +71,8 @@ pub enum Program {
     FastPwm,
     /// Two motor shields on two timers of a Mega.
     Shields,
+    /// An L6219 in quarter steps.
+    L6219,
 }
 
 impl Program {
@@ -84,6 +86,7 @@ impl Program {
             Program::Case3 => "case3",
             Program::FastPwm => "fast-pwm",
             Program::Shields => "shields",
+            Program::L6219 => "l6219",
         }
     }
 
@@ -91,15 +94,21 @@ impl Program {
     pub fn fits(self, build: Build) -> bool {
         match self {
             Program::Slave | Program::Direct | Program::Master => true,
-            Program::Case1 | Program::Case2 | Program::Case3 => build.timer == 1,
+            Program::Case1 | Program::Case2 | Program::Case3 | Program::L6219 => build.timer == 1,
             Program::FastPwm => build.board != Board::Mega,
             Program::Shields => build.timer == 1 && build.board == Board::Mega,
         }
     }
 
     /// The timed driver's examples.
-    pub const EXAMPLES: [Program; 5] =
-        [Program::Case1, Program::Case2, Program::Case3, Program::FastPwm, Program::Shields];
+    pub const EXAMPLES: [Program; 6] = [
+        Program::Case1,
+        Program::Case2,
+        Program::Case3,
+        Program::FastPwm,
+        Program::Shields,
+        Program::L6219,
+    ];
 }
 
 impl Board {

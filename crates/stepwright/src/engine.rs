@@ -237,6 +237,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             }
             Event::Turn => {
                 let forward = track.turn();
+                if !T::SHORT {
+                    track.push = 0;
+                }
                 self.drive.direction(axis as u8, forward);
                 // The set-up time counts from now. A turn that came late keeps
                 // its schedule if that leaves enough, so that axes which begin
@@ -313,8 +316,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                     };
                     track.far = run;
                     if run.count == 0 {
-                        if T::Count::of(track.due).since(now) < 0 {
-                            // The hold time counts from the step, were it late.
+                        if T::SHORT && T::Count::of(track.due).since(now) < 0 {
+                            // The hold time counts from the step, were it late;
+                            // elsewhere `judge` sees to that.
                             track.due = fine_of(now);
                         }
                         track.wait(run.interval(), Event::Turn);

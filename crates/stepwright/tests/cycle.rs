@@ -496,3 +496,26 @@ fn the_longest_time_is_known() {
     assert_eq!(rig.cycle.longest(), 0);
     assert_eq!((EXTRA.load(Relaxed), *LAST.lock().unwrap()), (3, 2));
 }
+
+/// A step that had to wait for another motor's pulse is late by that; what comes
+/// after it is not, whether that is a step, a wait or a turn.
+#[test]
+fn a_step_that_waits_for_a_pulse_costs_the_next_ones_nothing() {
+    let motor = Motor::new(1, 100);
+    let step = |count| Leg::Steps { count, delay: 600 };
+    let wait = Leg::Wait { count: 1, delay: 600 };
+    for (legs, rest) in [
+        ([step(1), wait, step(2)], [1_800, 2_400]),
+        ([step(1), step(-1), step(1)], [1_200, 1_800]),
+        ([step(1), step(1), step(1)], [1_200, 1_800]),
+    ] {
+        let mut rig = Rig::new([motor, motor], Clock::Deadlines);
+        // Its pulse begins 1 µs before the first step of the other one.
+        rig.cycle.prepare(0, Program::Steps { count: 1, delay: 599 }, PLAIN).unwrap();
+        rig.cycle.prepare(1, Program::Series(&legs), PLAIN).unwrap();
+        rig.start();
+        rig.run_out();
+        assert_eq!(rig.rises(0), [599 * US]);
+        assert_eq!(rig.rises(1), [599 * US + PULSE, rest[0] * US, rest[1] * US]);
+    }
+}

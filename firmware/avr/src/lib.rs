@@ -18,7 +18,8 @@
 //!
 //! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
 //! the interrupt. `bin/case1.rs` to `case3.rs` are document 000's examples,
-//! `bin/fast_pwm.rs` the first in fast PWM, `bin/shields.rs` drives two shields at once.
+//! `bin/fast_pwm.rs` the first in fast PWM, `bin/shields.rs` drives two shields at
+//! once, `bin/l6219.rs` an L6219.
 #![no_std]
 #![feature(asm_experimental_arch)]
 

@@ -1,7 +1,7 @@
 //! Document 000's examples on the chip: the published logs from its serial line, and its
 //! edges against the virtual board's.
 
-use stepwright::drive::sequence::SHIELD;
+use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
 use stepwright::timed::{Control, Model, SetSpeed};
 use stepwright::timer::fit::Hardware;
 use stepwright_rig::board::Pin;
@@ -286,4 +286,83 @@ fn two_shields_on_two_timers() {
     let lines = lines(&mut chip);
     assert!(lines.iter().any(|line| line == "lower shield: position reached"));
     assert!(lines.iter().any(|line| line == "upper shield: position reached"));
+}
+
+/// What the six lines of the L6219 did: from when on which levels, PHASE1 in bit 0.
+fn levels(changes: &[(u64, u8, bool)]) -> Vec<(u64, u8)> {
+    let mut all: Vec<(u64, u8)> = Vec::new();
+    let mut now = 0;
+    for (time, which, level) in changes {
+        now = if *level { now | 1 << which } else { now & !(1 << which) };
+        match all.last_mut() {
+            Some(last) if last.0 == *time => last.1 = now,
+            _ => all.push((*time, now)),
+        }
+    }
+    all
+}
+
+/// Document 002: the current goes on at the start and off after the last step; the phase
+/// stays, and is restored at power-up.
+#[test]
+fn an_l6219_in_quarter_steps() {
+    let board = board();
+    let image = firmware::load(&format!("{}-l6219", board.name()));
+    let mut chip = Chip::new(board, &image.unwrap_or_else(|error| panic!("{error:#}")));
+    let port = if board == Board::Uno { 'B' } else { 'A' };
+    chip.watch_pins(&[0, 1, 2, 3, 4, 5].map(|bit| Pin(port, bit)));
+    chip.run_for(4_000 * MILLIS);
+    let real = levels(chip.watched_changes());
+    let forward = SetSpeed {
+        control: Control::DRV_EN
+            .and(Control::SPEED_VARIABLE)
+            .and(Control::IRQ_TIMING)
+            .and(Control::FASTER),
+        top: 48_000,
+        limit: 803,
+        modification: 1_000,
+        update_ms: 20,
+        mod_counts: 30,
+    };
+    let back = Control::DRV_EN.and(Control::DIRECTION);
+    let back = SetSpeed { limit: 401, ..SetSpeed::fixed(back, 24_000) };
+    // Without current from the start.
+    assert_eq!(real[0].1, L6219_QUARTER.off());
+    assert_eq!(real.len(), 1 + (803 + 2) + (401 + 2));
+    let mut rest = &real[1..];
+    let mut phase = 0;
+    for order in [forward, back] {
+        let mut ideal =
+            TimedBoard::new(Hardware::avr16(16_000_000), Model::Ideal, L6219_QUARTER, 0);
+        ideal.restore(phase);
+        ideal.set_speed(&order);
+        ideal.run_for_millis(3_000);
+        let wanted: Vec<_> =
+            ideal.changes()[1..].iter().map(|change| (change.time, change.levels)).collect();
+        let (real, after) = rest.split_at(wanted.len());
+        rest = after;
+        let only = |all: &[(u64, u8)]| all.iter().map(|(_, levels)| *levels).collect::<Vec<_>>();
+        assert_eq!(only(real), only(&wanted), "the current on, the steps, the current off");
+        assert_eq!(wanted[wanted.len() - 1].1, L6219_QUARTER.off());
+        let times = |all: &[(u64, u8)]| all[1..].iter().map(|(time, _)| *time).collect::<Vec<_>>();
+        let off = compare(&times(real), &times(&wanted));
+        let on = (real[1].0 - real[0].0).abs_diff(wanted[1].0 - wanted[0].0);
+        println!("L6219: {off} cycles, the current on {on}");
+        assert!(off <= EDGE && on <= 500, "{off} cycles off, the current on {on}");
+        phase = ideal.phase();
+    }
+    assert_eq!(phase, 2, "803 - 401 = 25 · 16 + 2");
+    let said = lines(&mut chip);
+    assert_eq!(said[2..4], ["phase 3".to_owned(), format!("phase {phase}")]);
+
+    // The power comes back: no step is lost.
+    let before = chip.watched_changes().len();
+    chip.power_loss(0xFF);
+    chip.run_for(1_100 * MILLIS);
+    let changes = &chip.watched_changes()[before..];
+    let falls = changes.iter().take_while(|(.., level)| !level).count();
+    let real = levels(&changes[falls..]);
+    assert_eq!(real[0].1, L6219_QUARTER.off());
+    assert_eq!(real[1].1, L6219_QUARTER.levels(phase));
+    assert_eq!(real[2].1, L6219_QUARTER.levels(phase + 1));
 }

@@ -61,14 +61,20 @@ pub enum Program {
     Direct,
     /// The other end of the wire.
     Master,
+    /// Document 003's basic example: a motor cycle.
+    Cycle,
     /// Document 000's first validation case: the timed driver, slower.
     Case1,
     /// Its second: faster.
     Case2,
     /// Its third: polled, with a callback.
     Case3,
+    /// The first in fast PWM, on an Uno.
+    FastPwm,
     /// Two motor shields on two timers of a Mega.
     Shields,
+    /// An L6219 in quarter steps.
+    L6219,
 }
 
 impl Program {
@@ -77,10 +83,13 @@ impl Program {
             Program::Slave => "slave",
             Program::Direct => "direct",
             Program::Master => "master",
+            Program::Cycle => "cycle",
             Program::Case1 => "case1",
             Program::Case2 => "case2",
             Program::Case3 => "case3",
+            Program::FastPwm => "fast-pwm",
             Program::Shields => "shields",
+            Program::L6219 => "l6219",
         }
     }
 
@@ -88,14 +97,24 @@ impl Program {
     pub fn fits(self, build: Build) -> bool {
         match self {
             Program::Slave | Program::Direct | Program::Master => true,
-            Program::Case1 | Program::Case2 | Program::Case3 => build.timer == 1,
+            Program::Cycle | Program::Case1 | Program::Case2 | Program::Case3 | Program::L6219 => {
+                build.timer == 1
+            }
+            Program::FastPwm => build.board != Board::Mega,
             Program::Shields => build.timer == 1 && build.board == Board::Mega,
         }
     }
 
-    /// The timed driver's examples.
-    pub const EXAMPLES: [Program; 4] =
-        [Program::Case1, Program::Case2, Program::Case3, Program::Shields];
+    /// The examples of the documents.
+    pub const EXAMPLES: [Program; 7] = [
+        Program::Cycle,
+        Program::Case1,
+        Program::Case2,
+        Program::Case3,
+        Program::FastPwm,
+        Program::Shields,
+        Program::L6219,
+    ];
 }
 
 impl Board {

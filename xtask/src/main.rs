@@ -12,11 +12,13 @@
 //! | `listing` | a firmware's symbols and instructions |
 //! | `rig` | the firmware on a simulated chip |
 //! | `python` | a Python with pyserial |
+//! | `node` | a Node with avr8js |
 
 mod bench;
 mod firmware;
 mod flash;
 mod listing;
+mod node;
 mod python;
 mod rig;
 mod setup;

@@ -13,6 +13,9 @@ use crate::workspace::{Workspace, run};
 /// What building the firmware and the rig takes.
 pub const NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR];
 
+/// What its tests take: one of them is for another simulator.
+pub const TESTS_NEED: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
+
 /// A cargo command for the rig.
 pub fn cargo(ws: &Workspace, verb: &str) -> Command {
     let mut cargo = ws.cargo([verb]);
@@ -40,6 +43,8 @@ pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
     build.make(ws, Program::Slave)?;
     build.make(ws, Program::Direct)?;
     if !bench {
+        // The bench's rates are tested with the bench's build.
+        Build { bench: true, ..build }.make(ws, Program::Slave)?;
         build.make(ws, Program::Master)?;
         for program in Program::EXAMPLES.into_iter().filter(|program| program.fits(build)) {
             build.make(ws, program)?;

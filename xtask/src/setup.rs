@@ -11,9 +11,9 @@ use std::sync::Once;
 
 use anyhow::{Context, Result, bail};
 
-use crate::python;
 use crate::toolchain::Cross;
 use crate::workspace::{Workspace, output, run, succeeds};
+use crate::{node, python};
 
 /// Find what the chores need, and install what is missing.
 #[derive(clap::Args)]
@@ -24,6 +24,7 @@ impl Setup {
     pub fn run(self, ws: &Workspace) -> Result<()> {
         ensure(ALL)?;
         python::prepare(ws)?;
+        node::prepare(ws)?;
         for need in ALL {
             println!("{:<16}found", need.name);
         }
@@ -93,8 +94,16 @@ pub const PYTHON: &Need = &Need {
     or_else: "",
 };
 
+/// A Node for the second simulator: [`node::prepare`] installs it.
+pub const NODE: &Need = &Need {
+    name: "node 18 and npm",
+    found: node::found,
+    packages: &["nodejs", "npm"],
+    or_else: "",
+};
+
 /// Everything, for `setup`.
-const ALL: &[&Need] = &[CROSS, AVR_GCC, AVRDUDE, SIMAVR, PYTHON];
+const ALL: &[&Need] = &[CROSS, AVR_GCC, AVRDUDE, SIMAVR, PYTHON, NODE];
 
 /// Meets `needs`: looks, and installs only what is missing.
 pub fn ensure(needs: &[&Need]) -> Result<()> {

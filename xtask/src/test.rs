@@ -51,7 +51,7 @@ const STEPS: &[Step] = &[
     Step {
         name: "rig",
         what: "the firmwares do what they should on a simulated chip",
-        needs: crate::rig::NEEDS,
+        needs: crate::rig::TESTS_NEED,
         run: rig::run_tests,
     },
     Step {

@@ -12,7 +12,7 @@ use ramp_maker::MotionProfile;
 use stepwright::compress::Compress;
 use stepwright::direct;
 use stepwright::profile::austin::{
-    Austin, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope,
+    Austin, Divisor, Fixed, LinearFactor, Motion, Piecewise, PowerTerm, Ramp, Slope,
 };
 use stepwright::profile::{Cursor, Fit, RampSteps, Trapezoid, constant};
 use stepwright::{Accel, Rate, Speed};
@@ -104,6 +104,13 @@ fn austin(c: &mut Criterion) {
             let up = sum(ramp.by_ref().take(STEPS as usize / 2));
             ramp.set(Slope::Down(accel));
             up + sum(ramp)
+        });
+    });
+    group.bench_function("motion that changes", |b| {
+        b.iter(|| {
+            let mut motion = Motion::new(rate, top, black_box(accel)).unwrap();
+            motion.retarget(STEPS as i32);
+            sum(motion)
         });
     });
     let law = LinearFactor::new(rate, top, accel);

@@ -328,6 +328,12 @@ impl Chip {
         self.taps.heard.eeprom.written()
     }
 
+    /// Burns the low fuse byte. It is 0 at first, and only tells the firmware what clock it
+    /// has: the cycles go on as before.
+    pub fn set_low_fuse(&mut self, byte: u8) {
+        self.silicon.set_low_fuse(byte);
+    }
+
     /// A byte of RAM or a register.
     pub fn byte(&self, address: u16) -> u8 {
         self.silicon.byte(address)

@@ -23,8 +23,10 @@
 //! | an EEPROM byte is written at once | 3.4 ms | mended: busy for so long, and a power loss in between spoils it |
 //! | the watchdog's 128 kHz are exact | up to a tenth off | left so |
 //! | another time-out of the running watchdog counts from the next `wdr` on | at once | left so: the firmware's main loop begins with one |
+//! | a timer in fast PWM, mode 15, comes round without a flag | it has one | left so: that firmware runs on avr8js ([`avr8js`]) |
 //! | entering an interrupt takes 0 cycles | 4 | firmware built for the bench spends them itself; otherwise edges are up to 4 cycles early |
 
+pub mod avr8js;
 pub mod bench;
 pub mod board;
 pub mod chip;

@@ -103,6 +103,11 @@ impl Silicon {
         }
     }
 
+    pub(crate) fn set_low_fuse(&mut self, byte: u8) {
+        // SAFETY: a live chip, and no instruction runs.
+        unsafe { (*self.avr).fuse[0] = byte }
+    }
+
     /// Puts other code into the flash from `address` on, and returns what was
     /// there.
     pub(crate) fn set_code(&mut self, address: u32, code: &[u8]) -> Vec<u8> {

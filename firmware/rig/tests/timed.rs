@@ -1,11 +1,11 @@
 //! Document 000's examples on the chip: the published logs from its serial line, and its
 //! edges against the virtual board's.
 
-use stepwright::drive::sequence::SHIELD;
+use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
 use stepwright::timed::{Control, Model, SetSpeed};
 use stepwright::timer::fit::Hardware;
 use stepwright_rig::board::Pin;
-use stepwright_rig::{Board, Chip, Visit, firmware};
+use stepwright_rig::{Board, Chip, Visit, avr8js, firmware};
 use stepwright_sim::timed::{TimedBoard, published};
 
 mod common;
@@ -48,10 +48,9 @@ fn example(name: &str) -> Chip {
 }
 
 /// The cycles of the steps that pins `first` and the next one made. A step changes one.
-fn steps(chip: &Chip, first: u8) -> Vec<u64> {
+fn steps(changes: &[(u64, u8, bool)], first: u8) -> Vec<u64> {
     let pins = first..first + 2;
-    let changes = chip.watched_changes().iter();
-    changes.filter(|(_, which, _)| pins.contains(which)).map(|(time, ..)| *time).collect()
+    changes.iter().filter(|(_, which, _)| pins.contains(which)).map(|(time, ..)| *time).collect()
 }
 
 /// How far the chip's steps are off the virtual board's, both from their first.
@@ -64,7 +63,10 @@ fn compare(real: &[u64], ideal: &[u64]) -> u64 {
 
 /// What the chip has said, line by line.
 fn lines(chip: &mut Chip) -> Vec<String> {
-    let text = String::from_utf8(chip.take_said()).expect("no ASCII");
+    split(&String::from_utf8(chip.take_said()).expect("no ASCII"))
+}
+
+fn split(text: &str) -> Vec<String> {
     text.split("\r\n").map(String::from).collect()
 }
 
@@ -102,6 +104,41 @@ fn virtual_board(model: Model, order: &SetSpeed) -> TimedBoard {
     board
 }
 
+/// The published log of case 1, with the call before it and the stop behind it.
+#[track_caller]
+fn case_1s_log(lines: &[String]) {
+    assert_eq!(lines[..3], ["IRQ Timer 1 Enabled", "Ioclk 16000000 Hz", ">>>motorSetSpeed"]);
+    let name = if board() == Board::Uno { "Arduino Uno" } else { "Arduino Mega" };
+    assert_eq!(lines[3], name);
+    assert_eq!(lines[14], "Exit Code: 00");
+    let dumps = dumps(lines);
+    let log = published::CASE_1.log;
+    assert_eq!(dumps.len(), log.len() + 2, "the call, the log, the stop");
+    for (dump, row) in dumps[1..].iter().zip(log) {
+        assert_eq!([dump[1], dump[2], dump[4], dump[8]], [row[0], row[1], row[3], row[4]]);
+        assert!(dump[3].abs_diff(row[2]) <= 1, "{} steps left, {} in the log", dump[3], row[2]);
+        assert_eq!([dump[0], dump[5], dump[6], dump[7]], [0xF0, 0, 1_000, 0]);
+    }
+    assert_eq!(dumps[dumps.len() - 1], [0, 0, 0, 0, 13_009, 0, 0, 0, 0, 0]);
+    assert!(lines.iter().any(|line| line == "Motor halted"));
+}
+
+/// All steps of case 1, the enables around them, and how far the edges are off.
+#[track_caller]
+fn case_1s_edges(changes: &[(u64, u8, bool)]) -> u64 {
+    let real = steps(changes, 0);
+    assert_eq!(real.len(), 8_900);
+    for which in [2, 3] {
+        let enable: Vec<_> = changes.iter().filter(|(_, pin, _)| *pin == which).collect();
+        assert_eq!(enable.len(), 2);
+        assert!(enable[0].2 && enable[0].0 < real[0]);
+        assert!(!enable[1].2 && enable[1].0 > real[8_899]);
+    }
+    let mut ideal = virtual_board(Model::Latched, &CASE_1);
+    ideal.run_for_millis(20_000);
+    compare(&real, ideal.steps())
+}
+
 #[test]
 fn case_1_prints_the_published_log() {
     let mut chip = example("case1");
@@ -117,37 +154,31 @@ fn case_1_prints_the_published_log() {
     let longest = visits.iter().map(long).max();
     println!("step interrupt: {plain} cycles, {early:?} with an update, {longest:?} at most");
     assert!(plain <= 360 && early <= Some(1_300) && longest <= Some(1_400));
-    let lines = lines(&mut chip);
-    assert_eq!(lines[..3], ["IRQ Timer 1 Enabled", "Ioclk 16000000 Hz", ">>>motorSetSpeed"]);
-    let name = if board() == Board::Uno { "Arduino Uno" } else { "Arduino Mega" };
-    assert_eq!(lines[3], name);
-    assert_eq!(lines[14], "Exit Code: 00");
-    let dumps = dumps(&lines);
-    let log = published::CASE_1.log;
-    assert_eq!(dumps.len(), log.len() + 2, "the call, the log, the stop");
-    for (dump, row) in dumps[1..].iter().zip(log) {
-        assert_eq!([dump[1], dump[2], dump[4], dump[8]], [row[0], row[1], row[3], row[4]]);
-        assert!(dump[3].abs_diff(row[2]) <= 1, "{} steps left, {} in the log", dump[3], row[2]);
-        assert_eq!([dump[0], dump[5], dump[6], dump[7]], [0xF0, 0, 1_000, 0]);
-    }
-    assert_eq!(dumps[dumps.len() - 1], [0, 0, 0, 0, 13_009, 0, 0, 0, 0, 0]);
-    assert!(lines.iter().any(|line| line == "Motor halted"));
+    case_1s_log(&lines(&mut chip));
 
-    // All steps, the enables around them, and every edge where it belongs.
-    let real = steps(&chip, 0);
-    assert_eq!(real.len(), 8_900);
-    let mut ideal = virtual_board(Model::Latched, &CASE_1);
-    ideal.run_for_millis(20_000);
-    let off = compare(&real, ideal.steps());
+    let off = case_1s_edges(chip.watched_changes());
     println!("case 1: {off} cycles");
     assert!(off <= EDGE, "{off} cycles off");
-    for which in [2, 3] {
-        let changes: Vec<_> =
-            chip.watched_changes().iter().filter(|(_, pin, _)| *pin == which).collect();
-        assert_eq!(changes.len(), 2);
-        assert!(changes[0].2 && changes[0].0 < real[0]);
-        assert!(!changes[1].2 && changes[1].0 > real[8_899]);
+}
+
+/// The same in fast PWM, mode 15: nobody models its buffered compare register.
+#[test]
+fn case_1_in_fast_pwm() {
+    if board() != Board::Uno {
+        return;
     }
+    let pins = [windings(Board::Uno), enables(Board::Uno)].concat();
+    let run = avr8js::run("uno-fast-pwm", CALL + 15_000, &pins);
+    let run = run.unwrap_or_else(|error| panic!("{error:#}"));
+    case_1s_log(&split(&run.said));
+    let off = case_1s_edges(&run.changes);
+    println!("case 1 in fast PWM: {off} cycles");
+    assert!(off <= EDGE, "{off} cycles off");
+    // The other model's it is not: that has the step after the tenth update end 19 ms sooner.
+    let real = steps(&run.changes, 0);
+    let mut other = virtual_board(Model::Ideal, &CASE_1);
+    other.run_for_millis(20_000);
+    assert!(compare(&real, other.steps()) > 300_000);
 }
 
 #[test]
@@ -161,7 +192,7 @@ fn case_2_prints_the_published_log() {
         assert_eq!([dump[1], dump[2], dump[3], dump[4], dump[8]], *row);
         assert_eq!([dump[0], dump[5], dump[6], dump[7]], [0xF2, 0, 1_000, 0]);
     }
-    let real = steps(&chip, 0);
+    let real = steps(chip.watched_changes(), 0);
     let mut ideal = virtual_board(Model::Latched, &CASE_2);
     while ideal.steps().len() < real.len() {
         ideal.run_until(ideal.due().unwrap());
@@ -187,7 +218,7 @@ fn case_3_calls_back_once_and_its_main_loop_runs_on() {
     let all = [before, after].concat();
     assert!(all.windows(2).all(|pair| pair[1] > pair[0] + 1_000), "{all:?}");
 
-    let real = steps(&chip, 0);
+    let real = steps(chip.watched_changes(), 0);
     assert_eq!(real.len(), 10_000);
     let mut ideal = virtual_board(Model::Latched, &CASE_3);
     while ideal.is_moving() {
@@ -197,6 +228,17 @@ fn case_3_calls_back_once_and_its_main_loop_runs_on() {
     let off = compare(&real, ideal.steps());
     println!("case 3: {off} cycles");
     assert!(off <= EDGE, "{off} cycles off");
+}
+
+/// The fuses choose the oscillator, and the firmware reads them.
+#[test]
+fn the_io_clock_comes_from_the_fuses() {
+    for (low, clock) in [(0xFF, 16_000_000), (0xE2, 8_000_000), (0xE3, 128_000)] {
+        let mut chip = example("case3");
+        chip.set_low_fuse(low);
+        chip.run_for(20 * MILLIS);
+        assert_eq!(lines(&mut chip)[1], format!("Ioclk {clock} Hz"));
+    }
 }
 
 const REACHED: &str = "Motor position reached / rotation stopped";
@@ -228,7 +270,7 @@ fn two_shields_on_two_timers() {
         mod_counts: 24,
     };
     for (first, order, count) in [(0, lower, 3_000), (2, upper, 2_000)] {
-        let real = steps(&chip, first);
+        let real = steps(chip.watched_changes(), first);
         assert_eq!(real.len(), count);
         let mut ideal = virtual_board(Model::Ideal, &order);
         ideal.run_for_millis(20_000);
@@ -239,9 +281,88 @@ fn two_shields_on_two_timers() {
     // The enables are the shields' in common: high until the last has stopped.
     let enable: Vec<_> = chip.watched_changes().iter().filter(|(_, pin, _)| *pin == 4).collect();
     assert_eq!(enable.len(), 2);
-    let last = steps(&chip, 0)[2_999].max(steps(&chip, 2)[1_999]);
+    let last = steps(chip.watched_changes(), 0)[2_999].max(steps(chip.watched_changes(), 2)[1_999]);
     assert!(enable[1].0 > last);
     let lines = lines(&mut chip);
     assert!(lines.iter().any(|line| line == "lower shield: position reached"));
     assert!(lines.iter().any(|line| line == "upper shield: position reached"));
+}
+
+/// What the six lines of the L6219 did: from when on which levels, PHASE1 in bit 0.
+fn levels(changes: &[(u64, u8, bool)]) -> Vec<(u64, u8)> {
+    let mut all: Vec<(u64, u8)> = Vec::new();
+    let mut now = 0;
+    for (time, which, level) in changes {
+        now = if *level { now | 1 << which } else { now & !(1 << which) };
+        match all.last_mut() {
+            Some(last) if last.0 == *time => last.1 = now,
+            _ => all.push((*time, now)),
+        }
+    }
+    all
+}
+
+/// Document 002: the current goes on at the start and off after the last step; the phase
+/// stays, and is restored at power-up.
+#[test]
+fn an_l6219_in_quarter_steps() {
+    let board = board();
+    let image = firmware::load(&format!("{}-l6219", board.name()));
+    let mut chip = Chip::new(board, &image.unwrap_or_else(|error| panic!("{error:#}")));
+    let port = if board == Board::Uno { 'B' } else { 'A' };
+    chip.watch_pins(&[0, 1, 2, 3, 4, 5].map(|bit| Pin(port, bit)));
+    chip.run_for(4_000 * MILLIS);
+    let real = levels(chip.watched_changes());
+    let forward = SetSpeed {
+        control: Control::DRV_EN
+            .and(Control::SPEED_VARIABLE)
+            .and(Control::IRQ_TIMING)
+            .and(Control::FASTER),
+        top: 48_000,
+        limit: 803,
+        modification: 1_000,
+        update_ms: 20,
+        mod_counts: 30,
+    };
+    let back = Control::DRV_EN.and(Control::DIRECTION);
+    let back = SetSpeed { limit: 401, ..SetSpeed::fixed(back, 24_000) };
+    // Without current from the start.
+    assert_eq!(real[0].1, L6219_QUARTER.off());
+    assert_eq!(real.len(), 1 + (803 + 2) + (401 + 2));
+    let mut rest = &real[1..];
+    let mut phase = 0;
+    for order in [forward, back] {
+        let mut ideal =
+            TimedBoard::new(Hardware::avr16(16_000_000), Model::Ideal, L6219_QUARTER, 0);
+        ideal.restore(phase);
+        ideal.set_speed(&order);
+        ideal.run_for_millis(3_000);
+        let wanted: Vec<_> =
+            ideal.changes()[1..].iter().map(|change| (change.time, change.levels)).collect();
+        let (real, after) = rest.split_at(wanted.len());
+        rest = after;
+        let only = |all: &[(u64, u8)]| all.iter().map(|(_, levels)| *levels).collect::<Vec<_>>();
+        assert_eq!(only(real), only(&wanted), "the current on, the steps, the current off");
+        assert_eq!(wanted[wanted.len() - 1].1, L6219_QUARTER.off());
+        let times = |all: &[(u64, u8)]| all[1..].iter().map(|(time, _)| *time).collect::<Vec<_>>();
+        let off = compare(&times(real), &times(&wanted));
+        let on = (real[1].0 - real[0].0).abs_diff(wanted[1].0 - wanted[0].0);
+        println!("L6219: {off} cycles, the current on {on}");
+        assert!(off <= EDGE && on <= 500, "{off} cycles off, the current on {on}");
+        phase = ideal.phase();
+    }
+    assert_eq!(phase, 2, "803 - 401 = 25 · 16 + 2");
+    let said = lines(&mut chip);
+    assert_eq!(said[2..4], ["phase 3".to_owned(), format!("phase {phase}")]);
+
+    // The power comes back: no step is lost.
+    let before = chip.watched_changes().len();
+    chip.power_loss(0xFF);
+    chip.run_for(1_100 * MILLIS);
+    let changes = &chip.watched_changes()[before..];
+    let falls = changes.iter().take_while(|(.., level)| !level).count();
+    let real = levels(&changes[falls..]);
+    assert_eq!(real[0].1, L6219_QUARTER.off());
+    assert_eq!(real[1].1, L6219_QUARTER.levels(phase));
+    assert_eq!(real[2].1, L6219_QUARTER.levels(phase + 1));
 }

@@ -10,14 +10,17 @@ use crate::workspace::Workspace;
 /// What the slave should take of an Uno's flash, in bytes: the rest is for its
 /// user's own ideas. It takes more; `docs/benchmarks.md` says what for.
 const AIM: u32 = 20_480;
-/// What it may take until then: all that the boot loader of a Nano leaves.
+/// What any program may take, and the slave until then: all that the boot loader of a Nano
+/// leaves.
 const FLASH: u32 = 30_720;
-/// What it may take of the RAM, without its stack.
+/// What any may take of the RAM, without its stack.
 const RAM: u32 = 1_229;
 
 /// The step interrupt's vector on each chip.
 const STEP_328P: &str = "__vector_11";
 const STEP_2560: &str = "__vector_17";
+/// That of the timer's overflow, for fast PWM.
+const OVERFLOW_328P: &str = "__vector_13";
 
 /// Builds all programs for all boards, and looks at them.
 pub fn run(ws: &Workspace) -> Result<()> {
@@ -45,8 +48,13 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
     let mut wrong: Vec<String> =
         symbols(&built.elf)?.iter().filter_map(|name| forbidden(name)).collect();
     let listing = Listing::of(&built.elf)?;
-    if program != Program::Master {
-        let vector = if board == Board::Mega { STEP_2560 } else { STEP_328P };
+    // A motor cycle's asks programs and callbacks, and divides where a bound is near.
+    if !matches!(program, Program::Master | Program::Cycle) {
+        let vector = match (program, board) {
+            (Program::FastPwm, _) => OVERFLOW_328P,
+            (_, Board::Mega) => STEP_2560,
+            _ => STEP_328P,
+        };
         let reached = listing.reached(vector);
         if reached.is_empty() {
             bail!("{}: there is no {vector}", built.elf.display());
@@ -63,11 +71,14 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
                 wrong.push(format!("{name} takes arguments from the stack"));
             }
         }
-    } else if program == Program::Slave {
+    } else {
         for (what, used, most) in [("flash", built.flash, FLASH), ("RAM", built.ram, RAM)] {
             if used > most {
                 wrong.push(format!("{used} bytes of {what}, and only {most} are allowed"));
             }
+        }
+        if program != Program::Slave {
+            return Ok(wrong);
         }
         if built.flash <= AIM {
             wrong.push(format!(

@@ -5,13 +5,16 @@ use anyhow::Result;
 
 use crate::firmware::{Board, Build, Program};
 use crate::workspace::{Workspace, run};
-use crate::{bench, rig};
+use crate::{bench, node, rig};
 
 /// The same tests on both chips, and some of them on the Mega's other timers.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
+    node::prepare(ws)?;
     for board in [Board::Uno, Board::Mega] {
         rig::firmware(ws, board, false)?;
-        run(rig::cargo(ws, "test").arg("--release").env("STEPWRIGHT_BOARD", board.name()))?;
+        let mut cargo = rig::cargo(ws, "test");
+        cargo.arg("--release").env("STEPWRIGHT_BOARD", board.name());
+        run(cargo.env("STEPWRIGHT_NODE_MODULES", node::modules(ws)))?;
     }
     // Another step timer is other registers and another vector, and all else is
     // the same: what looks at every edge, and the line, tell.

@@ -171,6 +171,12 @@ mod tests {
                 ("turns_s", "0.165"),
             ],
         );
+        // Sections 1 and 7: 200 steps/rev; the example wants 2 and 120 rpm, and takes 6 and 800
+        // steps/s, which are 1.8 and 240.
+        check("100", &[("rpm", "30")]);
+        check("2rpm", &[("wanted_steps_s", "6"), ("virtual_top", "2666666")]);
+        check("120rpm", &[("wanted_steps_s", "400"), ("rpm", "120")]);
+        check("800", &[("virtual_top", "20000"), ("rpm", "240")]);
         check("10rpm --exact", &[("virtual_top", "480000"), ("rpm", "10")]);
     }
 
@@ -187,6 +193,8 @@ mod tests {
                 ("interval_percent", "99.999"),
             ],
         );
+        // "Steps per second: 17, expected RPM: 5.1", both without their decimals.
+        check("--top 0xE2345", &[("wanted_steps_s", "17.26867796")]);
         // Section 7's calls.
         check("--top 32000", &[("rate_steps_s", "500"), ("rpm", "150")]);
         check("--top 64000", &[("rate_steps_s", "250"), ("rpm", "75")]);

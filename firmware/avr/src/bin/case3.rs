@@ -4,13 +4,9 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
-use motor::Held;
-use stepwright::drive::sequence::SHIELD;
-use stepwright::timed::{Call, Control, Driver, Model, SetSpeed};
-use stepwright::timer::fit::Hardware;
-use stepwright_avr::chip;
-use stepwright_avr::console::Console;
-use stepwright_avr::timed::{self, Timer1};
+use stepwright::timed::{Call, Control, Model, SetSpeed};
+use stepwright_avr::timed::example::{self, CALL};
+use stepwright_avr::timed::shield;
 
 stepwright_avr::timed_motor!(
     /// The shield's motor on timer 1.
@@ -31,24 +27,11 @@ const ORDER: SetSpeed = SetSpeed {
 
 #[avr_device::entry]
 fn main() -> ! {
-    // SAFETY: the only time that anybody takes them, and interrupts are off.
-    let chip = unsafe { chip::Peripherals::steal() };
-    timed::pins();
-    let lines = SHIELD.on_bits(&timed::DIRECTION);
+    shield::pins();
     // SAFETY: called once, with interrupts off.
-    let mut held = unsafe { Held::new(lines, timed::mask_of(timed::DIRECTION), 1) };
-    Timer1::start(chip.TC1);
-    let mut console = Console::start(chip.USART0, chip.TC2);
-    let clock = timed::io_clock_now();
-    let mut driver = Driver::new(Hardware::avr16(clock), Model::Latched);
-    // SAFETY: all that an interrupt touches has been made.
-    unsafe { avr_device::interrupt::enable() };
-    console.line("IRQ Timer 1 Enabled");
-    console.text("Ioclk ");
-    console.number(clock);
-    console.line(" Hz");
-
-    console.wait_until(CALL);
+    let mut held = unsafe { motor::take(shield::lines(shield::DIRECTION), 1) };
+    // SAFETY: likewise, and the motor is made.
+    let (mut console, mut driver) = unsafe { example::start(Model::Latched) };
     driver.set_speed(&mut held, &ORDER, CALL);
     console.line("From now you see increasing counter from main loop");
     let (mut counts, mut previous, mut update) = (0u32, CALL, CALL);
@@ -70,6 +53,3 @@ fn main() -> ! {
         }
     }
 }
-
-/// Milliseconds at the call.
-const CALL: u32 = 1_009;

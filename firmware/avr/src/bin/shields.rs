@@ -5,12 +5,11 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
-use stepwright::drive::sequence::SHIELD;
 use stepwright::timed::{Control, Driver, Model, SetSpeed};
 use stepwright::timer::fit::Hardware;
 use stepwright_avr::chip;
 use stepwright_avr::console::Console;
-use stepwright_avr::timed::{self, Timer1, Timer3};
+use stepwright_avr::timed::{io_clock_now, shield};
 
 stepwright_avr::timed_motor!(
     /// The lower shield's motor.
@@ -51,19 +50,16 @@ const UPPER: SetSpeed = SetSpeed {
 fn main() -> ! {
     // SAFETY: the only time that anybody takes them, and interrupts are off.
     let chip = unsafe { chip::Peripherals::steal() };
-    timed::pins();
-    let (one, two) = (timed::DIRECTION, timed::DIRECTION_2);
+    shield::pins();
     // SAFETY: called once each, with interrupts off.
     let (mut lower, mut upper) = unsafe {
         (
-            lower::Held::new(SHIELD.on_bits(&one), timed::mask_of(one), 1),
-            upper::Held::new(SHIELD.on_bits(&two), timed::mask_of(two), 2),
+            lower::take(shield::lines(shield::DIRECTION), 1),
+            upper::take(shield::lines(shield::DIRECTION_2), 2),
         )
     };
-    Timer1::start(chip.TC1);
-    Timer3::start(chip.TC3);
     let mut console = Console::start(chip.USART0, chip.TC2);
-    let hardware = Hardware::avr16(timed::io_clock_now());
+    let hardware = Hardware::avr16(io_clock_now());
     let mut first = Driver::new(hardware, Model::Ideal);
     let mut second = Driver::new(hardware, Model::Ideal);
     // SAFETY: all that an interrupt touches has been made.

@@ -40,8 +40,11 @@ fn the_manuals_example() {
     assert_eq!(whole_fact(&sheet, "modification"), 91_264);
     assert_eq!(whole_fact(&sheet, "end_top"), 20_010);
     assert_eq!(column(&sheet, "time_s").last().unwrap(), "7.25");
-    // "Real: 1.8 RPM, 240 RPM".
+    // "Real: 1.8 RPM, 240 RPM"; the last update ends 10 clocks before.
     assert_eq!(column(&sheet, "rpm")[0], "1.8");
+    assert_eq!(column(&sheet, "rpm")[29], "239.8801");
+    let there = args("6 800 --updates 1").sheet().unwrap();
+    assert_eq!(column(&there, "rpm")[1], "240");
 }
 
 /// Section 8: 4768000 / (2 − 2^−10), which the manual rounds to 2385000.
@@ -66,13 +69,18 @@ fn case_2() {
     let by =
         [2_385_000, 1_192_500, 596_250, 298_125, 149_062, 74_531, 37_265, 18_632, 9316, 4658, 2329];
     assert_eq!(column(&sheet, "by")[1..], by.map(|by: i64| (-by).to_string()));
-    // Beside the log: 13.08793, 25.5489, 48.7619 and 461.6139 steps/s.
-    let rates = column(&sheet, "rate_steps_s");
-    assert_eq!(
-        [&rates[2], &rates[3], &rates[4], &rates[10]],
-        ["13.08793", "25.5489", "48.7619", "461.6139"]
-    );
-    assert_eq!(column(&sheet, "rpm")[10], "138.4842");
+    // Beside the log, and in section 8 at the start. (The log has the second row's speed at
+    // the start as well.)
+    let (rates, rpm) = (column(&sheet, "rate_steps_s"), column(&sheet, "rpm"));
+    for (k, rate, speed) in [
+        (0, "3.333333", "1"),
+        (2, "13.08793", "3.92638"),
+        (3, "25.5489", "7.664671"),
+        (4, "48.7619", "14.62857"),
+        (10, "461.6139", "138.4842"),
+    ] {
+        assert_eq!([&rates[k], &rpm[k]], [rate, speed], "{k}");
+    }
 }
 
 /// Case 1: 15000 + 64·(2^k − 1).
@@ -86,41 +94,125 @@ fn case_1() {
     }
 }
 
-/// Section 8's two tables: RPM as printed there.
+/// Whether a number would be printed so, with as many decimals.
+fn prints_as(value: f64, printed: &str) -> bool {
+    let decimals = printed.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    format!("{value:.decimals$}") == printed
+}
+
+fn reals(sheet: &Sheet, key: &str) -> Vec<f64> {
+    let i = sheet.columns.iter().position(|(name, _)| *name == key).expect(key);
+    let real = |cell: &Cell| match cell {
+        Cell::Real(value, _) => *value,
+        other => panic!("{key}: {other:?}"),
+    };
+    sheet.rows.iter().map(|row| real(&row[i])).collect()
+}
+
+/// Section 8's first table, every row: 16000000 / top, and 0.3 rpm for each step/s.
 #[test]
-fn the_tables_of_section_8() {
+fn the_linear_table_of_section_8() {
     let sheet = args("1000 51000 --tops --updates 50").sheet().unwrap();
     assert_eq!(whole_fact(&sheet, "modification"), 1000);
-    let (rates, rpm) = (column(&sheet, "rate_steps_s"), column(&sheet, "rpm"));
-    for (timer, rate, speed) in [
-        (1, "16000", "4800"),
-        (3, "5333.333", "1600"),
-        (7, "2285.714", "685.7143"),
-        (9, "1777.778", "533.3333"),
-        (17, "941.1765", "282.3529"),
-        (22, "727.2727", "218.1818"),
-        (29, "551.7241", "165.5172"),
-        (35, "457.1429", "137.1429"),
-        (43, "372.093", "111.6279"),
-        (49, "326.5306", "97.95918"),
-        (51, "313.7255", "94.11765"),
-    ] {
-        assert_eq!([&rates[timer - 1], &rpm[timer - 1]], [rate, speed], "{timer}000");
+    let (tops, rates, rpm) =
+        (column(&sheet, "top"), reals(&sheet, "rate_steps_s"), reals(&sheet, "rpm"));
+    let printed = [
+        ("16000", "4800"),
+        ("8000", "2400"),
+        ("5333.333", "1600"),
+        ("4000", "1200"),
+        ("3200", "960"),
+        ("2666.667", "800"),
+        ("2285.714", "685.7143"),
+        ("2000", "600"),
+        ("1777.778", "533.3333"),
+        ("1600", "480"),
+        ("1454.545", "436.3636"),
+        ("1333.333", "400"),
+        ("1230.769", "369.2308"),
+        ("1142.857", "342.8571"),
+        ("1066.667", "320"),
+        ("1000", "300"),
+        ("941.1765", "282.3529"),
+        ("888.8889", "266.6667"),
+        ("842.1053", "252.6316"),
+        ("800", "240"),
+        ("761.9048", "228.5714"),
+        ("727.2727", "218.1818"),
+        ("695.6522", "208.6957"),
+        ("666.6667", "200"),
+        ("640", "192"),
+        ("615.3846", "184.6154"),
+        ("592.5926", "177.7778"),
+        ("571.4286", "171.4286"),
+        ("551.7241", "165.5172"),
+        ("533.3333", "160"),
+        ("516.129", "154.8387"),
+        ("500", "150"),
+        ("484.8485", "145.4545"),
+        ("470.5882", "141.1765"),
+        ("457.1429", "137.1429"),
+        ("444.4444", "133.3333"),
+        ("432.4324", "129.7297"),
+        ("421.0526", "126.3158"),
+        ("410.2564", "123.0769"),
+        ("400", "120"),
+        ("390.2439", "117.0732"),
+        ("380.9524", "114.2857"),
+        ("372.093", "111.6279"),
+        ("363.6364", "109.0909"),
+        ("355.5556", "106.6667"),
+        ("347.8261", "104.3478"),
+        ("340.4255", "102.1277"),
+        ("333.3333", "100"),
+        ("326.5306", "97.95918"),
+        ("320", "96"),
+        ("313.7255", "94.11765"),
+    ];
+    assert_eq!(tops.len(), printed.len());
+    for (k, (rate, speed)) in printed.into_iter().enumerate() {
+        assert_eq!(tops[k], ((k + 1) * 1000).to_string());
+        assert!(prints_as(rates[k], rate), "{}: {} steps/s, not {rate}", tops[k], rates[k]);
+        assert!(prints_as(rpm[k], speed), "{}: {} rpm, not {speed}", tops[k], rpm[k]);
     }
+}
+
+/// The second one, every row, with a modification that doubles.
+#[test]
+fn the_doubling_table_of_section_8() {
     let sheet = args("1000 65536000 --tops --updates 16 --doubling").sheet().unwrap();
     assert_eq!(whole_fact(&sheet, "modification"), 1000);
-    let (rates, rpm) = (column(&sheet, "rate_steps_s"), column(&sheet, "rpm"));
-    for (k, rate, speed) in [
-        (0, "16000", "4800"),
-        (5, "500", "150"),
-        (7, "125", "37.5"),
-        (11, "7.8125", "2.34375"),
-        (12, "3.90625", "1.171875"),
-    ] {
-        assert_eq!([&rates[k], &rpm[k]], [rate, speed], "{k}");
+    let (tops, by) = (column(&sheet, "top"), column(&sheet, "by"));
+    let (rates, rpm) = (reals(&sheet, "rate_steps_s"), reals(&sheet, "rpm"));
+    let printed = [
+        (1000, "16000", "4800"),
+        (2000, "8000", "2400"),
+        (4000, "4000", "1200"),
+        (8000, "2000", "600"),
+        (16_000, "1000", "300"),
+        (32_000, "500", "150"),
+        (64_000, "250", "75"),
+        (128_000, "125", "37.5"),
+        (256_000, "62.5", "18.75"),
+        (512_000, "31.25", "9.375"),
+        (1_024_000, "15.625", "4.6875"),
+        (2_048_000, "7.8125", "2.34375"),
+        (4_096_000, "3.90625", "1.171875"),
+        (8_192_000, "1.953125", "0.585938"),
+        (16_384_000, "0.976563", "0.292969"),
+        (32_768_000, "0.488281", "0.146484"),
+        (65_536_000, "0.244141", "0.073242"),
+    ];
+    assert_eq!(tops.len(), printed.len());
+    for (k, (top, rate, speed)) in printed.into_iter().enumerate() {
+        assert_eq!(tops[k], top.to_string());
+        // The increment in a row leads to the next.
+        assert!(k == 0 || by[k] == (top / 2).to_string(), "{k}");
+        // Excel rounds a half up: 0.9765625.
+        let up = |value: f64| value * (1.0 + 1e-12);
+        assert!(prints_as(up(rates[k]), rate), "{top}: {} steps/s, not {rate}", rates[k]);
+        assert!(prints_as(up(rpm[k]), speed), "{top}: {} rpm, not {speed}", rpm[k]);
     }
-    // Printed with fewer digits: 0.244141 and 0.073242.
-    assert_eq!([&rates[16], &rpm[16]], ["0.2441406", "0.07324219"]);
 }
 
 /// A host has no interrupt to hold off.
@@ -195,6 +287,16 @@ fn too_many_updates() {
         let most = if doubling { u32::ilog2(way + 1) } else { way } as u16;
         assert!(modification(way, most, doubling, false) > 0, "{way}");
         assert_eq!(modification(way, most + 1, doubling, false), 0, "{way}");
+    }
+}
+
+/// "Maximal ~30, most likely even much less": 30 on a timer of 32 bits, and 25 on an AVR's.
+#[test]
+fn the_most_updates_that_double() {
+    for (tops, timer, most) in [("640 67108863", "avr16", 25), ("640 2147483647", "wide32", 30)] {
+        let line = |n| format!("{tops} --tops --timer {timer} --doubling --updates {n}");
+        assert!(args(&line(most)).sheet().is_ok(), "{timer}");
+        assert!(args(&line(most + 1)).sheet().is_err(), "{timer}");
     }
 }
 

@@ -14,6 +14,7 @@
 //! | the published listing, delay for delay | [`fixed`] | 24.8 fixed point |
 //! | constant acceleration | [`general`] | Eq 7, 12–15, 18, 19 |
 //! | the same, changing its acceleration anywhere | [`ramp`] | Eq 13, 17, 18 |
+//! | the same, changing its mind: target, speeds, ramps | [`motion`] | Eq 13, 16, 18 |
 //! | acceleration reduced in stages | [`piecewise`] | Figure 5 |
 //! | a power of n in the divisor | [`power`] | Eq 20, 21 |
 //! | the change scaled by a linear factor | [`linear`] | Eq 22–25 |
@@ -28,6 +29,7 @@ mod count;
 pub mod fixed;
 pub mod general;
 pub mod linear;
+pub mod motion;
 pub mod piecewise;
 pub mod power;
 pub mod ramp;
@@ -37,6 +39,7 @@ pub use count::{C0, Law, Pulses};
 pub use fixed::Fixed;
 pub use general::{Austin, Divisor};
 pub use linear::LinearFactor;
+pub use motion::Motion;
 pub use piecewise::Piecewise;
 pub use power::PowerTerm;
 pub use ramp::{Ramp, Slope};

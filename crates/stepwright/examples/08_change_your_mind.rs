@@ -1,0 +1,40 @@
+//! A motor that changes its mind on the way, under document 002's law: each delay is
+//! made when it is asked for, so a change holds from the next step on.
+//!
+//! `cargo run -p stepwright --example 08_change_your_mind`
+
+use stepwright::profile::austin::Motion;
+use stepwright::{Accel, Rate, Speed};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // At most 500 steps/s, up and down at 1000 steps/s², timed at 1 MHz.
+    let mut motion = Motion::new(Rate::MHZ, Speed::from_steps(500)?, Accel::from_steps(1000)?)?;
+    motion.retarget(1000);
+    let (mut time, mut furthest) = (0u64, 0);
+    // On a chip: set the direction, wait for the delay, pulse.
+    while let Some(delay) = motion.next() {
+        time += u64::from(delay);
+        let place = motion.position();
+        furthest = furthest.max(place);
+        let said = match (place, motion.is_forward()) {
+            (200, true) => {
+                motion.set_top_speed(Speed::from_steps(1000)?)?;
+                "faster"
+            }
+            (600, true) => {
+                motion.set_decel(Accel::from_steps(2000)?)?;
+                motion.retarget(-100);
+                "back, and behind where it began"
+            }
+            (300, false) => {
+                motion.stop();
+                "a soft stop"
+            }
+            _ => continue,
+        };
+        println!("{:4} ms: at {place}, {} steps/s: {said}", time / 1000, motion.speed());
+    }
+    println!("{:4} ms: at rest at {}, {furthest} at the furthest", time / 1000, motion.position());
+    assert_eq!(motion.position(), motion.target());
+    Ok(())
+}

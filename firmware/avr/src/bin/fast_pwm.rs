@@ -1,0 +1,198 @@
+//! Document 000, case 1, the document's own way: timer 1 in fast PWM, mode 15, comes round
+//! with each step.
+//!
+//! ```text
+//!   OCR1A is written    │ while it counts
+//!   and takes effect    │ when the counter comes round: the hardware buffers it
+//!   the prescaler does  │ at once
+//! ```
+//!
+//! So after an update one step lasts the old top at the new prescaler, which the core calls
+//! `Model::Latched`; here nobody models it, the chip does it.
+//!
+//! OCR1A holds top − 1, as the counter counts from 0 (the document loads top itself, and is a
+//! count slower). And where the prescaler changes, what has been counted until then is put
+//! into counts of the new one: the document lets the counter go on, so that what the update
+//! took at prescaler 1 counts eightfold at 8. A prescaler divides on whatever the timer does,
+//! which would leave a count of the slower one uncertain; so it is begun anew as well, with
+//! timer 0, which shares it and is not used here.
+#![no_std]
+#![no_main]
+#![feature(abi_avr_interrupt)]
+
+use stepwright::drive::{Coils, sequence::SHIELD};
+use stepwright::timed::{Control, Counts, Hold, Pace, SetSpeed, Stepper};
+use stepwright_avr::chip::{TC0, TC1};
+use stepwright_avr::slot::Slot;
+use stepwright_avr::timed::{Pins, PortB, Windings, example, shield};
+
+const ORDER: SetSpeed = SetSpeed {
+    control: Control::SPEED_VARIABLE
+        .and(Control::IRQ_TIMING)
+        .and(Control::VARIABLE_PWR)
+        .and(Control::SLOWER)
+        .and(Control::DRV_EN),
+    top: 15_000,
+    limit: 8_900,
+    modification: 64,
+    update_ms: 1_000,
+    mod_counts: 19,
+};
+
+static MOTOR: Slot<Motor> =
+    Slot::new(Motor { stepper: Stepper::new(Coils::new(PortB, SHIELD, 0)), shift: 0 });
+
+/// The motor, the interrupt's.
+struct Motor {
+    stepper: Stepper<PortB>,
+    /// log₂ of the timer's prescaler.
+    shift: u8,
+}
+
+/// WGM11 and WGM10 in TCCR1A, WGM13 and WGM12 in TCCR1B: mode 15.
+const MODE: (u8, u8) = (0b11, 0b1_1000);
+/// TOIE1 in TIMSK1, TOV1 in TIFR1.
+const OVERFLOW: u8 = 1;
+/// More cycles than it takes to reckon when the prescaler changes.
+const AHEAD: u16 = 256;
+
+/// CS12, CS11 and CS10: the bits of a prescaler.
+const fn select(shift: u8) -> u8 {
+    match shift {
+        0 => 1,
+        3 => 2,
+        6 => 3,
+        8 => 4,
+        _ => 5,
+    }
+}
+
+impl Motor {
+    fn begin(&mut self, timer: &TC1, pace: Pace, forward: bool) {
+        let Counts { top, shift } = pace.counts();
+        self.stepper.begin(pace, forward);
+        self.shift = shift;
+        // SAFETY: bits of a timer whose owner this is; no memory is touched.
+        unsafe {
+            // Stopped, and in the normal mode, where the compare register is not buffered.
+            timer.tccr1b().write(|w| w.bits(0));
+            timer.tccr1a().write(|w| w.bits(0));
+            timer.ocr1a().write(|w| w.set(register(top)));
+            timer.tcnt1().write(|w| w.set(0));
+            timer.tccr1a().write(|w| w.bits(MODE.0));
+            timer.tccr1b().write(|w| w.bits(MODE.1));
+            // And now the buffer.
+            timer.ocr1a().write(|w| w.set(register(top)));
+            timer.tifr1().write(|w| w.bits(OVERFLOW));
+            timer.timsk1().write(|w| w.bits(OVERFLOW));
+            timer.tccr1b().write(|w| w.bits(MODE.1 | select(shift)));
+        }
+    }
+
+    /// The counter has come round.
+    #[inline(always)]
+    fn on_overflow(&mut self, timer: &TC1) {
+        if self.stepper.event().is_none() {
+            stop(timer);
+            return;
+        }
+        let pace = &self.stepper.pace;
+        let shift = pace.counts().shift;
+        if shift != self.shift {
+            change(timer, self.shift, shift);
+            self.shift = shift;
+        }
+        timer.ocr1a().write(|w| w.set(register(pace.next_top())));
+    }
+}
+
+/// The prescaler changes, at the next count that is a whole one at both. From there to the
+/// counter some 20 cycles are lost.
+#[cold]
+#[inline(never)]
+fn change(timer: &TC1, old: u8, new: u8) {
+    let ahead =
+        timer.tcnt1().read().bits().wrapping_add(AHEAD.wrapping_shr(old.into())).wrapping_add(1);
+    let (at, count) = if new > old {
+        let by = new.wrapping_sub(old);
+        let count = ahead.wrapping_shr(by.into()).wrapping_add(1);
+        (count.wrapping_shl(by.into()), count)
+    } else {
+        (ahead, ahead.wrapping_shl(old.wrapping_sub(new).into()))
+    };
+    let clock = MODE.1 | select(new);
+    while (at.wrapping_sub(timer.tcnt1().read().bits()) as i16) > 0 {}
+    // SAFETY: the counter's clock and its prescaler, which nobody else has, touch no memory.
+    unsafe {
+        timer.tccr1b().write(|w| w.bits(clock));
+        TC0::steal().gtccr().write(|w| w.psrsync().set_bit());
+    }
+    timer.tcnt1().write(|w| w.set(count));
+}
+
+/// What the compare register holds for a period of so many counts.
+fn register(top: u32) -> u16 {
+    top.wrapping_sub(1) as u16
+}
+
+/// No more interrupts.
+fn stop(timer: &TC1) {
+    // SAFETY: as above.
+    unsafe { timer.timsk1().write(|w| w.bits(0)) };
+}
+
+stepwright_avr::handler!(TIMER1_OVF, TIMER1_OVF, {
+    // SAFETY: the interrupt that owns them.
+    let (motor, timer) = unsafe { (MOTOR.get(), TC1::steal()) };
+    motor.on_overflow(&timer);
+});
+
+/// The foreground's hold.
+struct Held;
+
+impl Held {
+    #[inline(always)]
+    fn motor<R>(&mut self, look: impl FnOnce(&mut Motor, &TC1) -> R) -> R {
+        avr_device::interrupt::free(|_| {
+            // SAFETY: no interrupt comes.
+            let (motor, timer) = unsafe { (MOTOR.get(), TC1::steal()) };
+            look(motor, &timer)
+        })
+    }
+}
+
+impl Hold for Held {
+    #[inline(always)]
+    fn with<R>(&mut self, look: impl FnOnce(&mut Pace) -> R) -> R {
+        self.motor(|motor, _| look(&mut motor.stepper.pace))
+    }
+    fn begin(&mut self, pace: Pace, forward: bool) {
+        shield::power(1, true);
+        self.motor(|motor, timer| motor.begin(timer, pace, forward));
+    }
+    fn stop(&mut self) {
+        self.motor(|motor, timer| {
+            stop(timer);
+            motor.stepper.stop();
+        });
+        shield::power(1, false);
+    }
+}
+
+impl Windings for Held {
+    fn phase(&mut self) -> u8 {
+        self.motor(|motor, _| motor.stepper.phase())
+    }
+}
+
+#[avr_device::entry]
+fn main() -> ! {
+    shield::pins();
+    let (sequence, mask) = shield::lines(shield::DIRECTION);
+    Held.motor(|motor, _| {
+        motor.stepper.wire(PortB, sequence, mask);
+        motor.stepper.coils().port().drive(mask);
+    });
+    // SAFETY: called once, with interrupts off, and the motor is made.
+    unsafe { example::logged(&mut Held, &ORDER) }
+}

@@ -1,0 +1,63 @@
+//! A timer's counter and compare register A, running freely at the I/O clock.
+
+use crate::chip;
+
+/// A timer of 16 bits.
+pub trait Timer {
+    /// Its registers.
+    ///
+    /// # Safety
+    /// For the interrupt that owns them, or while it can't come.
+    unsafe fn steal() -> Self;
+    /// Lets the counter run.
+    fn start(&mut self);
+    /// The counter.
+    fn now(&mut self) -> u16;
+    /// Sets the compare register.
+    fn wake_at(&mut self, at: u16);
+    /// Forgets a match.
+    fn clear(&mut self);
+    /// Lets a match interrupt, or not.
+    fn enable(&mut self, on: bool);
+}
+
+macro_rules! timer {
+    (
+        $name:ident, $tc:ident, $count:ident, $compare:ident, $prescaler:ident, $select:ident,
+        $mask:ident, $enable:ident, $flags:ident, $flag:ident
+    ) => {
+        /// A timer.
+        pub struct $name(chip::$tc);
+
+        impl Timer for $name {
+            #[inline(always)]
+            unsafe fn steal() -> $name {
+                // SAFETY: the caller's promise.
+                $name(unsafe { chip::$tc::steal() })
+            }
+            fn start(&mut self) {
+                self.0.$prescaler().write(|w| w.$select().direct());
+            }
+            #[inline(always)]
+            fn now(&mut self) -> u16 {
+                self.0.$count().read().bits()
+            }
+            #[inline(always)]
+            fn wake_at(&mut self, at: u16) {
+                self.0.$compare().write(|w| w.set(at));
+            }
+            #[inline(always)]
+            fn clear(&mut self) {
+                self.0.$flags().write(|w| w.$flag().set_bit());
+            }
+            #[inline(always)]
+            fn enable(&mut self, on: bool) {
+                self.0.$mask().write(|w| w.$enable().bit(on));
+            }
+        }
+    };
+}
+
+timer!(Timer1, TC1, tcnt1, ocr1a, tccr1b, cs1, timsk1, ocie1a, tifr1, ocf1a);
+#[cfg(feature = "mega")]
+timer!(Timer3, TC3, tcnt3, ocr3a, tccr3b, cs3, timsk3, ocie3a, tifr3, ocf3a);

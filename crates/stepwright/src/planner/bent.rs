@@ -212,15 +212,10 @@ impl Planner {
                 }
                 work.stage = Stage::Half;
             }
-            Stage::Half => {
+            _ => {
                 let here = self.bent.curve.at(&work.time);
-                (work.pending, work.mean) = (here.v, here.x);
-                work.stage = Stage::Late;
-            }
-            Stage::Late | Stage::Last => {
-                work.stage = Stage::Half;
-                let (v, here) = (work.pending, work.mean);
-                return self.bent.curve.correct(&mut work.time, &v, &here, &x);
+                work.pending = here.v;
+                return self.bent.curve.correct(&mut work.time, &here, &x);
             }
         }
         false

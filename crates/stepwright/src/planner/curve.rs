@@ -160,29 +160,35 @@ impl Curve {
     /// before (on the way up) or after it, at v.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn guess(&self, t: &Num, v: &Num, steps: &Num, x: &Num, up: bool) -> Num {
-        let by = steps.over(v);
         let t = if v.is_zero() {
             // From rest: x = J/6·t³, to a power of two.
             x.over(&self.half_jerk).scaled(1).near_cube_root()
-        } else if up {
-            t.plus(&by)
         } else {
-            t.minus(&by)
+            // At the acceleration here: n/v, and from that the mean speed.
+            let tail = self.tail(t);
+            let mut bent = if t.at_least(&tail) { &tail } else { t };
+            if bent.at_least(&self.bend) {
+                bent = &self.bend;
+            }
+            let change = self.half_jerk.roughly(bent).roughly(&steps.over(v));
+            let mean = if up { v.plus(&change) } else { v.minus(&change) };
+            let by = steps.over(if mean.at_least(&v.scaled(-2)) { &mean } else { v });
+            if up { t.plus(&by) } else { t.minus(&by) }
         };
         if t.at_least(&self.whole) { self.whole } else { t }
     }
 
     /// Brings t nearer to when x is; whether it is there.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn correct(&self, t: &mut Num, v: &Num, here: &Num, x: &Num) -> bool {
-        let behind = x.at_least(here);
-        let off = if behind { x.minus(here) } else { here.minus(x) }.over(v);
+    pub(super) fn correct(&self, t: &mut Num, here: &Moment, x: &Num) -> bool {
+        let behind = x.at_least(&here.x);
+        let off = if behind { x.minus(&here.x) } else { here.x.minus(x) }.over(&here.v);
         *t = if behind { t.plus(&off) } else { t.minus(&off) };
         if t.at_least(&self.whole) {
             *t = self.whole;
         }
-        // What is left is less than off²/t.
-        t.at_least(&off.scaled(16))
+        // What is left is less than off²/t, and 2⁻³⁰ of t.
+        t.at_least(&off.scaled(15))
     }
 
     /// Ends the ramp up as soon as the jerk allows, t after its beginning.

@@ -294,6 +294,11 @@ impl Law {
         self.finished
     }
 
+    #[cfg(test)]
+    pub(crate) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
     /// Seconds from its start to rest at its end, pauses included; `None` while
     /// it is paused, and nobody knows.
     pub fn end(&self) -> Option<f64> {

@@ -232,3 +232,102 @@ impl Road {
         Ok(at)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Line, Pace, SCALES};
+    use proptest::prelude::*;
+
+    #[derive(Clone, Copy, Debug)]
+    enum Act {
+        Scale(f64),
+        Pause,
+        Resume,
+        Finish,
+        On(i32),
+        Elsewhere([i32; 2]),
+    }
+
+    fn act() -> impl Strategy<Value = Act> {
+        prop_oneof![
+            2 => (0.05f64..2.5).prop_map(Act::Scale),
+            1 => Just(Act::Pause),
+            2 => Just(Act::Resume),
+            1 => Just(Act::Finish),
+            3 => (1i32..300).prop_map(Act::On),
+            3 => prop::array::uniform2(-2_000i32..2_000).prop_map(Act::Elsewhere),
+        ]
+    }
+
+    /// One piece begins as the one before it ends, and none is beyond a limit.
+    fn check(law: &Law, pace: &Pace) {
+        let Pace { speed, accel, decel, jerk } = *pace;
+        let most = speed * SCALES.end();
+        let near = |a: f64, b: f64, all: f64| (a - b).abs() <= 1e-7 * all;
+        let (mut at, long) = (None, 1e-7 * law.length() / speed);
+        for piece in law.pieces() {
+            let (from, to) = (piece.from, piece.to);
+            assert!(to.t >= from.t - long && to.s >= from.s - 1e-7, "{piece:?}");
+            for (v, a) in [(from.v, from.a), (to.v, to.a)] {
+                assert!((-1e-6..=most * 1.000_001).contains(&v), "{piece:?}");
+                assert!(a <= accel * 1.000_001 && a >= -decel * 1.000_001, "{piece:?}");
+            }
+            assert!(piece.jerk.abs() <= jerk, "{piece:?}");
+            if let Some((t, s, v, a)) = at.replace((to.t, to.s, to.v, to.a)) {
+                assert!(near(t, from.t, 1.0 + t) && near(s, from.s, 1.0 + s), "{s} {piece:?}");
+                assert!(near(v, from.v, most), "{v} {piece:?}");
+                assert!(jerk.is_infinite() || near(a, from.a, accel + decel), "{a} {piece:?}");
+            }
+        }
+        if let Some((_, s, v, _)) = at
+            && law.end().is_some()
+        {
+            assert!(near(s, law.length(), 1.0 + s) && v == 0.0, "{s}, not {}", law.length());
+        }
+    }
+
+    proptest! {
+        /// Whatever is asked for: speed, acceleration and jerk stay within their
+        /// limits and don't leap, and what is over does not change.
+        #[test]
+        fn no_change_leaps(
+            unit in prop::array::uniform2(-9i32..9),
+            times in 10i32..200,
+            speed in 50.0f64..5_000.0,
+            accel in 200.0f64..20_000.0,
+            decel in 200.0f64..20_000.0,
+            bend in prop::option::of(0.005f64..0.5),
+            acts in prop::collection::vec((0.0f64..0.5, act()), 1..10),
+        ) {
+            prop_assume!(unit != [0, 0]);
+            let line = Line { steps: unit.map(|n| n * times), step: [1.0, 0.7] };
+            let pace = Pace::new(speed, accel).with_decel(decel);
+            let pace = bend.map_or(pace, |bend| pace.with_jerk(accel.max(decel) / bend));
+            let law = Law::new(line.length(), pace).unwrap();
+            let marks = line.marks().unwrap().to_vec();
+            let mut road = Road::new(law, marks, &line.step).of_line(&line.steps);
+            check(&road.law, &pace);
+            let mut now = 0.0;
+            for (later, act) in acts {
+                now += later;
+                let before = road.law.clone();
+                let at = road.moment(now);
+                match act {
+                    Act::Scale(part) => _ = road.law.scale(at, part),
+                    Act::Pause => road.law.pause(at),
+                    Act::Resume => road.law.resume(at),
+                    Act::Finish => road.law.finish(at),
+                    Act::On(times) => _ = road.retarget(now, &unit.map(|n| n * times)),
+                    Act::Elsewhere(to) => _ = road.retarget(now, &to),
+                }
+                check(&road.law, &pace);
+                for n in 0..20 {
+                    let t = at * f64::from(n) / 20.0;
+                    let (was, is) = (before.place(t), road.law.place(t));
+                    prop_assert!((was - is).abs() <= 1e-9 * (1.0 + was), "{was}, now {is} at {t}");
+                }
+            }
+        }
+    }
+}

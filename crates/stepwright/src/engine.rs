@@ -237,6 +237,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             }
             Event::Turn => {
                 let forward = track.turn();
+                if !T::SHORT {
+                    track.push = 0;
+                }
                 self.drive.direction(axis as u8, forward);
                 // The set-up time counts from now. A turn that came late keeps
                 // its schedule if that leaves enough, so that axes which begin
@@ -313,8 +316,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                     };
                     track.far = run;
                     if run.count == 0 {
-                        if T::Count::of(track.due).since(now) < 0 {
-                            // The hold time counts from the step, were it late.
+                        if T::SHORT && T::Count::of(track.due).since(now) < 0 {
+                            // The hold time counts from the step, were it late;
+                            // elsewhere `judge` sees to that.
                             track.due = fine_of(now);
                         }
                         track.wait(run.interval(), Event::Turn);
@@ -352,6 +356,27 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                 self.load(axis, now);
             }
         }
+        self.wake_from_outside(now);
+    }
+
+    /// Whether no travel is in progress.
+    pub(crate) fn rests(&self) -> bool {
+        self.tracks.iter().all(|track| track.event == Event::Idle)
+    }
+
+    /// [`start`](Engine::start) for feeds that take their time: the first intervals count
+    /// from when all have been asked. The axes rest.
+    pub(crate) fn start_when_loaded(&mut self, axes: Axes) {
+        let begun = self.timer.now();
+        self.start(axes);
+        // Modulo the counter, so for any time.
+        let took = self.timer.now().since(begun) as Ticks;
+        for (axis, track) in self.tracks.iter_mut().enumerate() {
+            if axes >> axis & 1 != 0 {
+                track.due = T::Count::delayed(track.due, took);
+            }
+        }
+        let now = self.timer.now();
         self.wake_from_outside(now);
     }
 

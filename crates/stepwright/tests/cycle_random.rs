@@ -7,7 +7,7 @@ mod rig;
 use proptest::prelude::*;
 use rig::{PULSE, Rig, What};
 use stepwright::cycle::{
-    AtEnd, AtSmallDelay, AtTiming, Calibration, Clock, Leg, Motor, Program, Strategies,
+    AtEnd, AtSmallDelay, AtTiming, Calibration, Clock, Leg, Motor, NextDelay, Program, Strategies,
 };
 
 /// A program that owns what it is made of.
@@ -137,6 +137,56 @@ fn clock() -> impl Strategy<Value = Clock> {
     ]
 }
 
+/// A plan for the cycle, if it is one.
+fn program<'a>(plan: &'a Plan, next: NextDelay<'a>) -> Option<Program<'a>> {
+    Some(match plan {
+        Plan::Nothing => return None,
+        Plan::Steps(count, delay) => Program::Steps { count: *count, delay: *delay },
+        Plan::Whirl(forward, delay) => Program::Whirl { forward: *forward, delay: *delay },
+        Plan::List(delays, each, forward) => {
+            Program::List { delays, each: *each, forward: *forward }
+        }
+        Plan::Series(legs) => Program::Series(legs),
+        Plan::Dynamic(Some(count), _) => Program::Dynamic { count: *count, next },
+        Plan::Dynamic(None, _) => Program::DynamicWhirl { forward: true, next },
+    })
+}
+
+/// The same with delays so close to one another that pulses meet.
+fn close(plan: Plan) -> Plan {
+    let near = |delay: u32| if delay < 600 { delay } else { 600 + delay % 5 };
+    let leg = |leg| match leg {
+        Leg::Steps { count, delay } => Leg::Steps { count, delay: near(delay) },
+        Leg::Wait { count, delay } => Leg::Wait { count, delay: near(delay) },
+    };
+    match plan {
+        Plan::Steps(count, delay) => Plan::Steps(count, near(delay)),
+        Plan::Whirl(forward, delay) => Plan::Whirl(forward, near(delay)),
+        Plan::List(delays, each, forward) => {
+            Plan::List(delays.into_iter().map(near).collect(), each, forward)
+        }
+        Plan::Series(legs) => Plan::Series(legs.into_iter().map(leg).collect()),
+        plan => plan,
+    }
+}
+
+/// What ends a motor.
+#[derive(Clone, Copy, Debug)]
+enum Stop {
+    Bound(i64),
+    Switch,
+    /// A delay that is too small, from this step on.
+    TooFast(u32),
+}
+
+fn stop() -> impl Strategy<Value = Stop> {
+    prop_oneof![
+        (0i64..50).prop_map(Stop::Bound),
+        Just(Stop::Switch),
+        (0u32..50).prop_map(Stop::TooFast),
+    ]
+}
+
 /// Plays the rounds; afterwards each motor's edges and positions agree.
 fn play(motors: [Motor; 3], clock: Clock, rounds: &[Round]) {
     let mut calls: Vec<_> = rounds
@@ -154,17 +204,7 @@ fn play(motors: [Motor; 3], clock: Clock, rounds: &[Round]) {
         rig.cycle.set_strategies(round.strategies);
         let before = [0, 1, 2].map(|m| (rig.position(m), edges_of(&rig, m, &motors)));
         for ((motor, (plan, kind)), next) in (0u8..).zip(&round.plans).zip(calls) {
-            let program = match plan {
-                Plan::Nothing => continue,
-                Plan::Steps(count, delay) => Program::Steps { count: *count, delay: *delay },
-                Plan::Whirl(forward, delay) => Program::Whirl { forward: *forward, delay: *delay },
-                Plan::List(delays, each, forward) => {
-                    Program::List { delays, each: *each, forward: *forward }
-                }
-                Plan::Series(legs) => Program::Series(legs),
-                Plan::Dynamic(Some(count), _) => Program::Dynamic { count: *count, next },
-                Plan::Dynamic(None, _) => Program::DynamicWhirl { forward: true, next },
-            };
+            let Some(program) = program(plan, next) else { continue };
             rig.cycle.prepare(motor, program, calibration(*kind)).unwrap();
         }
         rig.begun = rig.time.now.get();
@@ -242,28 +282,61 @@ proptest! {
     }
 
     /// Beside a motor that stops somewhere, or beside one that goes on: the same
-    /// edges.
+    /// edges, whatever the others do, and whatever ends it.
     #[test]
     fn nobody_moves_anothers_edges(
         clock in clock(),
-        counts in [count(), count()],
-        delays in [600u32..3_000, 600u32..3_000, 600u32..3_000],
-        bound in 0i64..50,
+        plans in [plan().prop_map(close), plan().prop_map(close)],
+        delay in 600u32..605,
+        stop in stop(),
+        acts in prop::collection::vec((0u32..30_000, prop_oneof![Just(Act::Pause), Just(Act::Resume)]), 0..6),
     ) {
-        let run = |bound: i64| {
+        let run = |stop: Option<Stop>| {
             let m = Motor::new(1, 600);
-            let mut rig = Rig::new([m, m.between(-bound, bound), m], clock);
-            rig.cycle.set_strategies(Strategies { soft_end: AtEnd::StopMotor, ..Strategies::default() });
-            let [a, c] = counts;
-            for (motor, (count, delay)) in (0..).zip([a, 1_000, c].into_iter().zip(delays)) {
-                let delay = if clock == Clock::Deadlines { delay } else { delay / 600 * 600 };
-                rig.cycle.prepare(motor, Program::Steps { count, delay }, Calibration::None).unwrap();
+            let bounded = match stop {
+                Some(Stop::Bound(bound)) => m.between(-bound, bound),
+                _ => m,
+            };
+            let mut calls = plans.each_ref().map(|plan| match plan {
+                Plan::Dynamic(_, seed) => callback(*seed),
+                _ => callback(0),
+            });
+            let small = move |step| match stop {
+                Some(Stop::TooFast(at)) if step >= at => 100,
+                _ => delay,
+            };
+            let mut middle = small;
+            let mut rig = Rig::new([m, bounded, m], clock);
+            rig.cycle.set_strategies(Strategies {
+                soft_end: AtEnd::StopMotor,
+                hard_end: AtEnd::StopMotor,
+                // The others' small delays would stop them too, alike.
+                small_delay: AtSmallDelay::StopMotor,
+                ..Strategies::default()
+            });
+            for ((motor, plan), next) in [0, 2].into_iter().zip(&plans).zip(&mut calls) {
+                if let Some(program) = program(plan, next) {
+                    rig.cycle.prepare(motor, program, Calibration::None).unwrap();
+                }
             }
+            let whirl = Program::DynamicWhirl { forward: true, next: &mut middle };
+            rig.cycle.prepare(1, whirl, Calibration::None).unwrap();
             rig.start();
-            rig.until(120_000);
+            let mut at = 0;
+            for (us, act) in &acts {
+                at += u64::from(*us);
+                rig.until(at);
+                _ = if matches!(act, Act::Pause) { rig.cycle.pause() } else { rig.cycle.resume() };
+                if let Some(Stop::Switch) = stop {
+                    rig.close(0, 2);
+                }
+            }
+            _ = rig.cycle.resume();
+            rig.until(at + 200_000);
+            rig.cycle.finish();
             [rig.edges(0), rig.edges(2)]
         };
-        let (whole, stopped) = (run(i64::MAX), run(bound));
+        let (whole, stopped) = (run(None), run(Some(stop)));
         for (whole, stopped) in whole.iter().zip(&stopped) {
             prop_assert_eq!(whole.len(), stopped.len());
             for (a, b) in whole.iter().zip(stopped) {

@@ -24,11 +24,16 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         }
         let Some(track) = self.tracks.get_mut(axis) else { return };
         if !T::SHORT {
-            // The next one comes at its deadline or the minimum interval after
-            // this one, whichever is later.
-            let short = self.timing.min_interval as i32 - T::Count::of(track.due).since(edge);
-            track.push =
-                if short > 0 && track.event == Event::Step { short.unsigned_abs() } else { 0 };
+            // The next one comes at its deadline or the minimum interval after this
+            // one, whichever is later; so does a turn, by the hold time. The
+            // schedule stays.
+            let least = match track.event {
+                Event::Step => self.timing.min_interval,
+                Event::Turn => self.timing.hold,
+                _ => 0,
+            };
+            let short = least as i32 - T::Count::of(track.due).since(edge);
+            track.push = if short > 0 && least > 0 { short.unsigned_abs() } else { 0 };
         }
     }
 

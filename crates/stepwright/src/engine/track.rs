@@ -43,7 +43,7 @@ pub(super) struct Track<C: Count> {
     pub far: Run,
     /// What is played, if the feed does not keep it.
     pub own: Slot,
-    /// Ticks to wait beyond `due`, for the minimum interval's sake.
+    /// Ticks to wait beyond `due`, for the sake of the minimum interval or the hold time.
     pub push: Ticks,
     pub forward: bool,
 }

@@ -94,36 +94,75 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
     pub fn new(
         timer: T,
         drive: D,
-        mut surroundings: S,
+        surroundings: S,
+        motors: [Motor; N],
+        clock: Clock,
+        board: Board<N>,
+    ) -> Self {
+        let mut cycle = Cycle::off(timer, drive, surroundings, motors, clock, board);
+        cycle.begin();
+        cycle
+    }
+
+    /// Motors that have yet to [`begin`](Cycle::begin): a constant, for a static one, as a
+    /// small chip has no room for a second one on its way there.
+    pub const fn off(
+        timer: T,
+        drive: D,
+        surroundings: S,
         motors: [Motor; N],
         clock: Clock,
         board: Board<N>,
     ) -> Self {
         let beat = Beat::new(clock, board.rate);
         let wide = beat.period != 0;
-        let (mut inverted, mut bit): (Axes, Axes) = (0, 1);
-        for motor in &motors {
-            inverted |= if motor.inverted { bit } else { 0 };
-            bit = bit.wrapping_shl(1);
-        }
         // The fixed tick has its own times, all of them ticks.
         let none = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 0 };
         let timing = if wide { none } else { board.timing };
-        let players = motors.map(|motor| Player::new(motor, beat, timing.hold));
-        surroundings.enable(0);
+        let mut players = [const { Player::IDLE }; N];
+        let (mut inverted, mut n): (Axes, usize) = (0, 0);
+        while n < N {
+            players[n] = Player::new(motors[n], beat, timing.hold);
+            inverted |= (motors[n].inverted as Axes) << (n & 7);
+            n += 1;
+        }
         Cycle {
-            engine: Engine::new(timer, Wiring::new(drive, inverted, wide), players, timing),
+            engine: Engine::off(timer, Wiring::new(drive, inverted, wide), players, timing),
             surroundings,
-            strategies: Strategies::default(),
+            strategies: Strategies::CANCEL,
             board,
             beat,
             state: State::Rest,
             error: None,
-            seen: Switches::default(),
+            seen: Switches::NONE,
             triggers: [[None; 2]; N],
             late: 0,
             longest: 0,
         }
+    }
+
+    /// Turns the motors to the front and their drivers off, and waits for a cycle.
+    pub fn begin(&mut self) {
+        self.engine.begin();
+        self.surroundings.enable(0);
+    }
+
+    /// Says anew what a motor is. It stays where it is.
+    ///
+    /// # Errors
+    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
+    pub fn set_motor(&mut self, motor: u8, what: Motor) -> Result<(), Refusal> {
+        if self.is_running() {
+            return Err(Refusal::Running);
+        }
+        let steps = self.steps(motor);
+        let player = self.player(motor).ok_or(Refusal::NoMotor)?;
+        // What was made until now was made by the steps that it had.
+        player.settle(steps);
+        player.motor = what;
+        let forward = self.engine.report(motor).forward;
+        self.engine.drive().set_inverted(motor, what.inverted, forward);
+        Ok(())
     }
 
     /// What to do when something goes wrong, in cycles that start from now on.
@@ -177,7 +216,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
             }
         }
         self.state = State::Running;
-        self.engine.start(axes);
+        self.engine.start_when_loaded(axes);
         if let Some(motor) = self.canceller() {
             // Found in the first part of a program: nothing has moved.
             self.stop();
@@ -392,7 +431,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         if let Some(motor) = self.canceller() {
             self.error = Some(CycleError::MotorError { motor });
             self.stop();
-        } else if (0..N as u8).all(|motor| self.engine.report(motor).idle) {
+        } else if self.engine.rests() {
             self.stop();
         }
     }

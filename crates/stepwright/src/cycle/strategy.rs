@@ -36,7 +36,7 @@ pub enum AtTiming {
 
 /// What to do when something goes wrong; by default the cycle is cancelled,
 /// whatever it is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Strategies {
     /// At a closed switch (`hard_end_handle_strategy`).
     pub hard_end: AtEnd,
@@ -46,6 +46,22 @@ pub struct Strategies {
     pub small_delay: AtSmallDelay,
     /// At a late step (`cycle_timing_exceed_handle_strategy`).
     pub timing: AtTiming,
+}
+
+impl Strategies {
+    /// The cycle is cancelled, whatever it is.
+    pub const CANCEL: Strategies = Strategies {
+        hard_end: AtEnd::Cancel,
+        soft_end: AtEnd::Cancel,
+        small_delay: AtSmallDelay::Cancel,
+        timing: AtTiming::Cancel,
+    };
+}
+
+impl Default for Strategies {
+    fn default() -> Strategies {
+        Strategies::CANCEL
+    }
 }
 
 /// Why a cycle ended before its programs were done.

@@ -243,8 +243,8 @@ fn the_io_clock_comes_from_the_fuses() {
 
 const REACHED: &str = "Motor position reached / rotation stopped";
 
-/// What the other timer's interrupt may hold an edge up for.
-const BESIDE: u64 = 1_500;
+/// What the other timer's interrupt may hold an edge up for, on its way in and out.
+const BESIDE: u64 = 250;
 
 #[test]
 fn two_shields_on_two_timers() {

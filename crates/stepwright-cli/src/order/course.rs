@@ -3,13 +3,14 @@
 use stepwright::profile::{Curve, Path};
 use stepwright::{Rate, Travel};
 
-/// The clock that times are told by.
+/// The timer that durations are reckoned with: the board's own may differ, by
+/// less than anyone can see.
 const CLOCK: Rate = Rate::MHZ;
 
 /// A travel that ends, in closed form.
 pub enum Course {
     Straight(Path),
-    Bent(Curve),
+    Bent(Box<Curve>),
 }
 
 impl Course {
@@ -18,7 +19,9 @@ impl Course {
         let Travel::By(steps) = order.travel else { return None };
         match order.s_curve(CLOCK) {
             None => order.path(CLOCK).ok().map(Course::Straight),
-            Some(law) => law.ok()?.curve(steps.unsigned_abs()).ok().map(Course::Bent),
+            Some(law) => {
+                law.ok()?.curve(steps.unsigned_abs()).ok().map(|c| Course::Bent(Box::new(c)))
+            }
         }
     }
 

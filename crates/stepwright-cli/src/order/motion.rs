@@ -40,9 +40,6 @@ pub struct RampArgs {
     geometry: GeometryArgs,
 }
 
-/// The timer that durations are reckoned with: the board's own may differ, by
-/// less than anyone can see.
-
 /// An order, as it was typed and as it is sent.
 pub struct Motion {
     axis: AxisId,
@@ -157,7 +154,11 @@ impl Motion {
                 } else {
                     format!(", sent as {accel}")
                 };
-                format!("{given}{sent} ({steps:.0} steps)")
+                match self.jerk {
+                    // The bends make it longer.
+                    Some(_) => format!("{given}{sent}"),
+                    None => format!("{given}{sent} ({steps:.0} steps)"),
+                }
             }
         }
     }

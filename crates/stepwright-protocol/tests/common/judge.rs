@@ -205,9 +205,10 @@ fn jerk(log: &[Entry], axis: usize) -> String {
     let since = log.iter().rposition(opens).unwrap_or(0);
     let taken = (since..log.len())
         .filter(|&n| log[n].answer == "Y" && selected(&log[..n]).contains(&axis))
-        .filter_map(|n| setting(&log[n].line).filter(|(letter, _)| *letter == 'j'));
-    match taken.last() {
-        Some((_, n)) if n != 0 && board_setting_now(log, 13) == "law=1" => format!(" {n}/s3"),
+        .filter_map(|n| setting(&log[n].line).filter(|(letter, _)| *letter == 'j'))
+        .map(|(_, n)| n);
+    match taken.fold(None, |_, n| Some(n)) {
+        Some(n) if n != 0 && board_setting_now(log, 13) == "law=1" => format!(" {n}/s3"),
         _ => String::new(),
     }
 }

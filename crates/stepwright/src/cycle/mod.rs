@@ -29,12 +29,14 @@
 //! motor, and whenever [`look`](Cycle::look) is called (from a pin's
 //! interrupt); the position where one closed is kept. A motor that goes towards
 //! a closed switch makes no further step; one that goes away from it does, and
-//! one that waits or has arrived has done nothing wrong.
+//! one that waits or has arrived has done nothing wrong. By choice it brakes there
+//! ([`AtHardEnd`]), and counts what it makes beyond.
 //!
 //! The step interrupt asks the programs for runs itself. A run is a leg, or
 //! 65,535 steps of it, so that costs next to nothing where delays stay the
 //! same, and what a callback takes where it gives each one.
 
+mod brake;
 mod clock;
 mod homing;
 mod motor;
@@ -48,7 +50,7 @@ pub use clock::Clock;
 pub use homing::{Homing, HomingError};
 pub use motor::{Calibration, End, Faults, Motor, Status};
 pub use program::{Leg, NextDelay, Pace, Paces, Program};
-pub use strategy::{AtEnd, AtSmallDelay, AtTiming, CycleError, Refusal, Strategies};
+pub use strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, CycleError, Refusal, Strategies};
 pub use surroundings::{Around, Surroundings, Switches, Wires};
 
 use crate::drive::{Axes, Drive};
@@ -205,6 +207,12 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         }
         if !self.engine.feeds().iter().any(Player::is_ready) {
             return Err(Refusal::Nothing);
+        }
+        if self.strategies.hard_end.brakes() {
+            let mut motors = (0u8..).zip(self.engine.feeds().iter());
+            if let Some((motor, _)) = motors.find(|(_, p)| p.is_ready() && p.motor.decel == 0) {
+                return Err(Refusal::NeedsDecel { motor });
+            }
         }
         let cost = board.cost.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX);
         let cost = u64::from(cost) << FULL;
@@ -363,12 +371,50 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
     fn trip(&mut self, motor: u8, end: End) {
         let strategy = self.strategies.hard_end;
         let Some(player) = self.player(motor) else { return };
-        if player.heading == Some(end == End::Max) {
-            self.engine.halt(1 << motor);
-            self.engine.drive().lower(1 << motor);
-            if let Some(player) = self.player(motor) {
-                player.trip(Faults::hard(end), strategy);
-            }
+        if player.heading != Some(end == End::Max) {
+            return;
+        }
+        // One that brakes already does so at its own switch too.
+        let begins = !player.is_braking();
+        player.faults |= Faults::hard(end);
+        let verdict = match strategy {
+            AtHardEnd::StopMotor | AtHardEnd::BrakeMotor => Verdict::Stop,
+            AtHardEnd::Cancel => Verdict::Cancel,
+            AtHardEnd::BrakeAll => Verdict::Brake,
+        };
+        if player.verdict != Verdict::Cancel {
+            player.verdict = verdict;
+        }
+        match strategy {
+            AtHardEnd::BrakeMotor if begins => self.brake(motor),
+            AtHardEnd::BrakeAll if begins => (0..N as u8).for_each(|motor| self.brake(motor)),
+            AtHardEnd::BrakeMotor | AtHardEnd::BrakeAll => {}
+            AtHardEnd::StopMotor | AtHardEnd::Cancel => self.stop_motor(motor),
+        }
+    }
+
+    /// A motor stops between two steps: its program is over.
+    fn stop_motor(&mut self, motor: u8) {
+        self.engine.halt(1 << motor);
+        self.engine.drive().lower(1 << motor);
+        if let Some(player) = self.player(motor) {
+            player.end();
+        }
+    }
+
+    /// A motor brakes, from its next step on; one that is slower than that stops.
+    fn brake(&mut self, motor: u8) {
+        let left = self.engine.loaded(motor);
+        let Some(player) = self.player(motor) else { return };
+        if player.is_braking() || player.status != Status::Running {
+            return;
+        }
+        if !player.brake(left) {
+            return self.stop_motor(motor);
+        }
+        let cut = self.engine.cut(motor);
+        if let Some(player) = self.player(motor) {
+            player.take_back(cut);
         }
     }
 
@@ -393,14 +439,21 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
             self.error = Some(CycleError::MotorError { motor });
             self.stop();
         } else if (0..N as u8).all(|motor| self.engine.report(motor).idle) {
+            let braked = self.first(Verdict::Brake);
+            self.error = braked.map(|motor| CycleError::MotorError { motor });
             self.stop();
         }
     }
 
     /// The first motor whose fault cancels the cycle.
     fn canceller(&mut self) -> Option<u8> {
+        self.first(Verdict::Cancel)
+    }
+
+    /// The first motor with this verdict.
+    fn first(&mut self, verdict: Verdict) -> Option<u8> {
         let mut motors = (0u8..).zip(self.engine.feeds());
-        motors.find(|(_, player)| player.verdict == Verdict::Cancel).map(|(motor, _)| motor)
+        motors.find(|(_, player)| player.verdict == verdict).map(|(motor, _)| motor)
     }
 
     fn player(&mut self, motor: u8) -> Option<&mut Player<'a>> {

@@ -61,6 +61,8 @@ pub enum Program {
     Direct,
     /// The other end of the wire.
     Master,
+    /// Document 003's basic example: a motor cycle.
+    Cycle,
     /// Document 000's first validation case: the timed driver, slower.
     Case1,
     /// Its second: faster.
@@ -81,6 +83,7 @@ impl Program {
             Program::Slave => "slave",
             Program::Direct => "direct",
             Program::Master => "master",
+            Program::Cycle => "cycle",
             Program::Case1 => "case1",
             Program::Case2 => "case2",
             Program::Case3 => "case3",
@@ -94,14 +97,17 @@ impl Program {
     pub fn fits(self, build: Build) -> bool {
         match self {
             Program::Slave | Program::Direct | Program::Master => true,
-            Program::Case1 | Program::Case2 | Program::Case3 | Program::L6219 => build.timer == 1,
+            Program::Cycle | Program::Case1 | Program::Case2 | Program::Case3 | Program::L6219 => {
+                build.timer == 1
+            }
             Program::FastPwm => build.board != Board::Mega,
             Program::Shields => build.timer == 1 && build.board == Board::Mega,
         }
     }
 
-    /// The timed driver's examples.
-    pub const EXAMPLES: [Program; 6] = [
+    /// The examples of the documents.
+    pub const EXAMPLES: [Program; 7] = [
+        Program::Cycle,
         Program::Case1,
         Program::Case2,
         Program::Case3,

@@ -359,6 +359,27 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         self.wake_from_outside(now);
     }
 
+    /// Whether no travel is in progress.
+    pub(crate) fn rests(&self) -> bool {
+        self.tracks.iter().all(|track| track.event == Event::Idle)
+    }
+
+    /// [`start`](Engine::start) for feeds that take their time: the first intervals count
+    /// from when all have been asked. The axes rest.
+    pub(crate) fn start_when_loaded(&mut self, axes: Axes) {
+        let begun = self.timer.now();
+        self.start(axes);
+        // Modulo the counter, so for any time.
+        let took = self.timer.now().since(begun) as Ticks;
+        for (axis, track) in self.tracks.iter_mut().enumerate() {
+            if axes >> axis & 1 != 0 {
+                track.due = T::Count::delayed(track.due, took);
+            }
+        }
+        let now = self.timer.now();
+        self.wake_from_outside(now);
+    }
+
     /// [`wake_for_first`](Engine::wake_for_first) from the foreground, which
     /// can't serve what is due: then the interrupt comes a little later.
     fn wake_from_outside(&mut self, now: T::Count) {

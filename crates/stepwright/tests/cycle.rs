@@ -446,6 +446,57 @@ fn inverted_motors_turn_the_other_way_and_count_the_same() {
     }
 }
 
+#[test]
+fn a_motor_is_described_anew_and_stays_where_it_is() {
+    let other = Motor::new(100, 500).between(0, 30_000).inverted();
+    for clock in BOTH {
+        let mut rig = one(M, clock, steps(3, 0));
+        assert_eq!(rig.cycle.set_motor(0, other), Err(Refusal::Running));
+        rig.run_out();
+        assert_eq!(rig.cycle.set_motor(1, other), Err(Refusal::NoMotor));
+        rig.cycle.set_motor(0, other).unwrap();
+        assert_eq!((rig.position(0), rig.cycle.motor(0)), (22_500, Some(other)));
+        // Its pin turns at once, so that the set-up time is long over at the first step.
+        assert_eq!(rig.log.borrow().last().unwrap().2, What::Dir(false));
+        rig.cycle.set_motor(0, other).unwrap();
+        rig.cycle.prepare(0, steps(5, 0), Calibration::BoundsMax).unwrap();
+        rig.cycle.set_motor(0, Motor { smallest_delay: 600, ..other }).unwrap();
+        let now = rig.time.now.get();
+        rig.run_to(now + 1);
+        rig.start();
+        rig.run_out();
+        assert_eq!(rig.position(0), 23_000, "{clock:?}");
+        assert_eq!(rig.rises(0)[1] - rig.rises(0)[0], 600 * US, "{clock:?}");
+        // What was prepared is still a calibration.
+        assert_eq!(rig.cycle.motor(0).unwrap().max, Some(23_000), "{clock:?}");
+        assert!(rig.edges(0).iter().all(|edge| !matches!(edge.1, What::Dir(_))));
+    }
+}
+
+thread_local! {
+    /// The time, for a callback, which has to be `Send`.
+    static TIME: std::cell::OnceCell<rig::Time> = const { std::cell::OnceCell::new() };
+}
+
+/// A callback that takes longer than a step: no first step is late by it.
+#[test]
+fn what_the_start_takes_counts_for_nobody() {
+    let mut rig = Rig::new([Motor::new(1, 100); 2], Clock::Deadlines);
+    TIME.with(|time| time.set(rig.time.clone()).unwrap_or_default());
+    let mut next = |step: u32| {
+        let now = TIME.with(|time| time.get().unwrap().now.clone());
+        now.set(now.get() + if step == 0 { 40_000 } else { 0 });
+        100
+    };
+    rig.cycle.prepare(0, steps(3, 0), PLAIN).unwrap();
+    rig.cycle.prepare(1, Program::Dynamic { count: 3, next: &mut next }, PLAIN).unwrap();
+    rig.start();
+    rig.run_out();
+    let wanted = [1, 2, 3].map(|n| 40_000 + n * 100 * US);
+    assert_eq!((rig.rises(0), rig.rises(1)), (wanted.to_vec(), wanted.to_vec()));
+    assert_eq!((rig.cycle.late(), rig.cycle.error()), (0, None));
+}
+
 /// The handler of a tick that takes longer than the tick.
 #[test]
 fn a_handler_that_takes_too_long() {

@@ -61,6 +61,13 @@ pub fn set_reverse(axes: Axes) {
 /// Axes of the board.
 pub const AXES: usize = 3;
 
+/// The first axis.
+pub const X: u8 = 0;
+/// The second.
+pub const Y: u8 = 1;
+/// The third.
+pub const Z: u8 = 2;
+
 /// Cycles a second.
 pub const CLOCK: u32 = 16_000_000;
 
@@ -72,6 +79,11 @@ pub const fn description() -> Board<AXES> {
 /// Likewise, where the law runs in the interrupt.
 pub const fn direct() -> Board<AXES> {
     with(DIRECT_COST, DIRECT_MIN_INTERVAL)
+}
+
+/// Likewise, where it plays motor cycles.
+pub const fn cycle() -> Board<AXES> {
+    with(CYCLE_COST, CYCLE_COST[0])
 }
 
 const fn with(cost: [u32; AXES], min_interval: u32) -> Board<AXES> {
@@ -100,11 +112,17 @@ const fn with(cost: [u32; AXES], min_interval: u32) -> Board<AXES> {
 const COST: [u32; AXES] = [140, 213, 251];
 #[cfg(not(feature = "bench"))]
 const DIRECT_COST: [u32; AXES] = [320, 2_000, 3_200];
+/// The longest stay in the step interrupt that makes one step, a look at another motor's
+/// wait included (`firmware/rig/tests/cycle.rs`). Steps that are due together take less.
+#[cfg(not(feature = "bench"))]
+const CYCLE_COST: [u32; AXES] = [1_700; AXES];
 /// What a step may take is what the bench looks for: nothing is refused.
 #[cfg(feature = "bench")]
 const COST: [u32; AXES] = [MIN_INTERVAL; AXES];
 #[cfg(feature = "bench")]
 const DIRECT_COST: [u32; AXES] = [MIN_INTERVAL; AXES];
+#[cfg(feature = "bench")]
+const CYCLE_COST: [u32; AXES] = [MIN_INTERVAL; AXES];
 
 /// Cycles between two steps of an axis.
 #[cfg(not(feature = "bench"))]

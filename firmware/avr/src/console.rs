@@ -30,7 +30,8 @@ impl Console {
 
     /// Milliseconds since the start. To be asked at least every 16.
     pub fn millis(&mut self) -> u32 {
-        if self.clock.ticked() {
+        // It tells of one at a time, and this is asked after some.
+        while self.clock.ticked() {
             self.millis = self.millis.wrapping_add(1);
         }
         self.millis
@@ -87,6 +88,23 @@ impl Console {
                 self.byte(digit);
             }
         }
+    }
+
+    /// Sends a position in decimal digits.
+    pub fn position(&mut self, position: i64) {
+        if position < 0 {
+            self.byte(b'-');
+        }
+        let mut digits = [b'0'; 20];
+        let (mut rest, mut count) = (position.unsigned_abs(), 0);
+        for digit in &mut digits {
+            *digit = b'0' + (rest % 10) as u8;
+            (rest, count) = (rest / 10, count + 1);
+            if rest == 0 {
+                break;
+            }
+        }
+        digits.iter().take(count).rev().for_each(|digit| self.byte(*digit));
     }
 
     /// Two hexadecimal digits.

@@ -6,6 +6,7 @@
 //! | `timer` | the step timer |
 //! | `step` | the step interrupt that plays queues, and the foreground's way to hold it off |
 //! | `direct` | likewise, with the law in the interrupt |
+//! | `cycle` | likewise, with document 003's motor cycles in it |
 //! | `serial` | the serial line, USART0 |
 //! | `clock` | milliseconds, without an interrupt |
 //! | `watchdog` | a reset when the main loop hangs |
@@ -17,9 +18,9 @@
 //! | `interrupt` | how handlers are declared, and what a simulator leaves out |
 //!
 //! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
-//! the interrupt. `bin/case1.rs` to `case3.rs` are document 000's examples,
-//! `bin/fast_pwm.rs` the first in fast PWM, `bin/shields.rs` drives two shields at
-//! once, `bin/l6219.rs` an L6219.
+//! the interrupt. `bin/cycle.rs` is document 003's basic example, `bin/case1.rs` to
+//! `case3.rs` are document 000's, `bin/fast_pwm.rs` the first of these in fast PWM,
+//! `bin/shields.rs` drives two shields at once, `bin/l6219.rs` an L6219.
 #![no_std]
 #![feature(asm_experimental_arch)]
 
@@ -34,6 +35,7 @@ compile_error!("the ATmega328P has no timer of 16 bits but timer 1");
 pub mod board;
 pub mod clock;
 pub mod console;
+pub mod cycle;
 pub mod direct;
 pub mod eeprom;
 #[doc(hidden)]

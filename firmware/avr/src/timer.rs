@@ -73,6 +73,25 @@ const LINGER: u32 = 64;
 /// The step timer. There is one.
 pub struct Timer(Registers);
 
+/// The step timer of an engine that is compiled as a whole, without a short way.
+pub struct Compiled(pub Timer);
+
+impl StepTimer for Compiled {
+    type Count = u16;
+
+    const LINGER: u32 = LINGER;
+
+    #[inline(always)]
+    fn now(&mut self) -> u16 {
+        self.0.now()
+    }
+
+    #[inline(always)]
+    fn wake_at(&mut self, at: u16) {
+        self.0.wake_at(at);
+    }
+}
+
 #[cfg(not(any(feature = "timer3", feature = "timer4", feature = "timer5")))]
 timer!(TC1, tcnt1, ocr1a, tccr1a, tccr1b, cs1, timsk1, ocie1a, tifr1, ocf1a);
 #[cfg(feature = "timer3")]

@@ -10,9 +10,10 @@ use crate::workspace::Workspace;
 /// What the slave should take of an Uno's flash, in bytes: the rest is for its
 /// user's own ideas. It takes more; `docs/benchmarks.md` says what for.
 const AIM: u32 = 20_480;
-/// What it may take until then: all that the boot loader of a Nano leaves.
+/// What any program may take, and the slave until then: all that the boot loader of a Nano
+/// leaves.
 const FLASH: u32 = 30_720;
-/// What it may take of the RAM, without its stack.
+/// What any may take of the RAM, without its stack.
 const RAM: u32 = 1_229;
 
 /// The step interrupt's vector on each chip.
@@ -47,7 +48,8 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
     let mut wrong: Vec<String> =
         symbols(&built.elf)?.iter().filter_map(|name| forbidden(name)).collect();
     let listing = Listing::of(&built.elf)?;
-    if program != Program::Master {
+    // A motor cycle's asks programs and callbacks, and divides where a bound is near.
+    if !matches!(program, Program::Master | Program::Cycle) {
         let vector = match (program, board) {
             (Program::FastPwm, _) => OVERFLOW_328P,
             (_, Board::Mega) => STEP_2560,
@@ -69,11 +71,14 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
                 wrong.push(format!("{name} takes arguments from the stack"));
             }
         }
-    } else if program == Program::Slave {
+    } else {
         for (what, used, most) in [("flash", built.flash, FLASH), ("RAM", built.ram, RAM)] {
             if used > most {
                 wrong.push(format!("{used} bytes of {what}, and only {most} are allowed"));
             }
+        }
+        if program != Program::Slave {
+            return Ok(wrong);
         }
         if built.flash <= AIM {
             wrong.push(format!(

@@ -37,7 +37,16 @@ impl FromStr for Window {
 pub fn draw(course: &Course, wiring: &Wiring, window: Option<Window>) -> Figure {
     let last = course.steps.last().map_or(1.0, |clock| course.ms(*clock));
     let end = if course.moving { course.ms(course.end) } else { last };
-    let across = window.map_or((0.0, end.max(1e-3) * 1.02), |window| (window.from, window.to));
+    let across = match window {
+        Some(window) => (window.from, window.to),
+        None if !wiring.signals.is_empty() && course.steps.len() <= FEW => {
+            // The pins' time: with what happens at the call and after the last step.
+            let change = course.changes.last().map_or(0.0, |change| course.ms(change.time));
+            let end = end.max(change);
+            (end * -0.03, end * 1.05)
+        }
+        None => (0.0, end.max(1e-3) * 1.02),
+    };
     // Seconds from ten seconds on.
     let (unit, scale) = if across.1 >= 10_000.0 { ("s", 1e-3) } else { ("ms", 1.0) };
     let time = ("time from the call".to_owned(), unit.to_owned());
@@ -71,12 +80,8 @@ pub fn draw(course: &Course, wiring: &Wiring, window: Option<Window>) -> Figure 
         let few = few.map_or(end, |clock| course.ms(*clock));
         let shown = match window {
             Some(window) => (window.from, window.to),
-            None if course.steps.len() > FEW => (0.0, few),
-            // With what happens after the last step.
-            None => {
-                let change = course.changes.last().map_or(0.0, |change| course.ms(change.time));
-                (0.0, end.max(change) * 1.06)
-            }
+            None if course.steps.len() > FEW => (few * -0.03, few),
+            None => across,
         };
         let (unit, scale) = if shown.1 >= 10_000.0 { ("s", 1e-3) } else { ("ms", 1.0) };
         let lanes = wiring.signals.len() as f64;
@@ -187,7 +192,7 @@ fn published(course: &Course, scale: f64, value: impl Fn(&[u32; 5]) -> f64) -> O
 
 /// A curve for each pin, the first one on top.
 fn signals(course: &Course, wiring: &Wiring, scale: f64, shown: (f64, f64)) -> Vec<Curve> {
-    let end = shown.1 * scale;
+    let (begin, end) = (shown.0.min(0.0) * scale, shown.1 * scale);
     let lane = |(signal, at): (&super::wiring::Signal, usize)| {
         let base = (wiring.signals.len() - 1 - at) as f64;
         let mut points: Vec<(f64, f64)> = Vec::new();
@@ -199,10 +204,11 @@ fn signals(course: &Course, wiring: &Wiring, scale: f64, shown: (f64, f64)) -> V
             };
             let (time, level) =
                 (course.ms(change.time) * scale, base + if high { 0.7 } else { 0.0 });
-            if let Some((_, before)) = points.last().copied() {
-                points.push((time, before));
+            let before = points.last().map_or(level, |(_, before)| *before);
+            if points.is_empty() {
+                points.push((begin, level));
             }
-            points.push((time, level));
+            points.extend([(time, before), (time, level)]);
         }
         if let Some((_, level)) = points.last().copied() {
             points.push((end, level));

@@ -35,6 +35,9 @@ const MILLION: u64 = 1_000_000;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beat {
     hz: u32,
+    /// Ticks in a µs, if they are whole; 0 if not. Then nothing is ever divided or lost: a
+    /// division of 64 bits takes a small chip longer than a step.
+    whole: u32,
     /// The fixed tick in µs; 0: there is none.
     pub period: u32,
     /// Waits are dealt out in pieces of at most so many µs, below 2³¹ ticks.
@@ -50,6 +53,7 @@ impl Beat {
         let hz = rate.hz();
         Beat {
             hz,
+            whole: if hz.is_multiple_of(1_000_000) { hz / 1_000_000 } else { 0 },
             period: match clock {
                 Clock::Deadlines => 0,
                 Clock::Tick { period: 0 } => 1,
@@ -72,6 +76,10 @@ impl Beat {
     /// An interval of `us` ≤ [`piece`](Beat::piece), in 2⁻¹⁶ ticks, of which
     /// `count` ≥ 1 come one after another.
     fn interval(&mut self, us: u32, count: u16) -> u64 {
+        if self.whole != 0 {
+            // Below 2³¹: `piece` says so.
+            return u64::from(us.wrapping_mul(self.whole)) << 16;
+        }
         let fine = u64::from(us) * u64::from(self.hz);
         let (ticks, rest) = (fine / MILLION, (fine % MILLION) << 16);
         let count = u64::from(count.max(1));
@@ -96,6 +104,9 @@ impl Beat {
     /// `us` ≤ [`piece`](Beat::piece) in whole ticks, the rest kept.
     pub(super) fn wait(&mut self, us: u32) -> Ticks {
         let fine = self.interval(us, 1);
+        if self.whole != 0 {
+            return (fine >> 16) as Ticks;
+        }
         self.lost = self.lost.wrapping_add((fine & 0xFFFF) * MILLION);
         Ticks::try_from(fine >> 16).unwrap_or(Ticks::MAX)
     }
@@ -107,7 +118,10 @@ impl Beat {
 
     /// µs in ticks of the timer, rounded down.
     pub(super) fn ticks(&self, us: u32) -> u64 {
-        u64::from(us) * u64::from(self.hz) / MILLION
+        match self.whole {
+            0 => u64::from(us) * u64::from(self.hz) / MILLION,
+            whole => u64::from(us) * u64::from(whole),
+        }
     }
 
     /// Ticks of the timer, rounded up to µs.

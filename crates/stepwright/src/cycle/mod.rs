@@ -38,6 +38,7 @@
 
 mod brake;
 mod clock;
+mod ends;
 mod homing;
 mod motor;
 mod player;
@@ -58,6 +59,7 @@ use crate::engine::{Engine, Frozen, Timing};
 use crate::group::Board;
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
+use brake::BRAKES;
 use clock::Beat;
 use player::{Player, Verdict};
 use program::Reader;
@@ -96,36 +98,75 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
     pub fn new(
         timer: T,
         drive: D,
-        mut surroundings: S,
+        surroundings: S,
+        motors: [Motor; N],
+        clock: Clock,
+        board: Board<N>,
+    ) -> Self {
+        let mut cycle = Cycle::off(timer, drive, surroundings, motors, clock, board);
+        cycle.begin();
+        cycle
+    }
+
+    /// Motors that have yet to [`begin`](Cycle::begin): a constant, for a static one, as a
+    /// small chip has no room for a second one on its way there.
+    pub const fn off(
+        timer: T,
+        drive: D,
+        surroundings: S,
         motors: [Motor; N],
         clock: Clock,
         board: Board<N>,
     ) -> Self {
         let beat = Beat::new(clock, board.rate);
         let wide = beat.period != 0;
-        let (mut inverted, mut bit): (Axes, Axes) = (0, 1);
-        for motor in &motors {
-            inverted |= if motor.inverted { bit } else { 0 };
-            bit = bit.wrapping_shl(1);
-        }
         // The fixed tick has its own times, all of them ticks.
         let none = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 0 };
         let timing = if wide { none } else { board.timing };
-        let players = motors.map(|motor| Player::new(motor, beat, timing.hold));
-        surroundings.enable(0);
+        let mut players = [const { Player::IDLE }; N];
+        let (mut inverted, mut n): (Axes, usize) = (0, 0);
+        while n < N {
+            players[n] = Player::new(motors[n], beat, timing.hold);
+            inverted |= (motors[n].inverted as Axes) << (n & 7);
+            n += 1;
+        }
         Cycle {
-            engine: Engine::new(timer, Wiring::new(drive, inverted, wide), players, timing),
+            engine: Engine::off(timer, Wiring::new(drive, inverted, wide), players, timing),
             surroundings,
-            strategies: Strategies::default(),
+            strategies: Strategies::CANCEL,
             board,
             beat,
             state: State::Rest,
             error: None,
-            seen: Switches::default(),
+            seen: Switches::NONE,
             triggers: [[None; 2]; N],
             late: 0,
             longest: 0,
         }
+    }
+
+    /// Turns the motors to the front and their drivers off, and waits for a cycle.
+    pub fn begin(&mut self) {
+        self.engine.begin();
+        self.surroundings.enable(0);
+    }
+
+    /// Says anew what a motor is. It stays where it is.
+    ///
+    /// # Errors
+    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
+    pub fn set_motor(&mut self, motor: u8, what: Motor) -> Result<(), Refusal> {
+        if self.is_running() {
+            return Err(Refusal::Running);
+        }
+        let steps = self.steps(motor);
+        let player = self.player(motor).ok_or(Refusal::NoMotor)?;
+        // What was made until now was made by the steps that it had.
+        player.settle(steps);
+        player.motor = what;
+        let forward = self.engine.report(motor).forward;
+        self.engine.drive().set_inverted(motor, what.inverted, forward);
+        Ok(())
     }
 
     /// What to do when something goes wrong, in cycles that start from now on.
@@ -179,7 +220,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
             }
         }
         self.state = State::Running;
-        self.engine.start(axes);
+        self.engine.start_when_loaded(axes);
         if let Some(motor) = self.canceller() {
             // Found in the first part of a program: nothing has moved.
             self.stop();
@@ -209,6 +250,9 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
             return Err(Refusal::Nothing);
         }
         if self.strategies.hard_end.brakes() {
+            if !BRAKES {
+                return Err(Refusal::NoBrakes);
+            }
             let mut motors = (0u8..).zip(self.engine.feeds().iter());
             if let Some((motor, _)) = motors.find(|(_, p)| p.is_ready() && p.motor.decel == 0) {
                 return Err(Refusal::NeedsDecel { motor });
@@ -338,86 +382,6 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         }
     }
 
-    /// Looks at the switches, latches those that have closed, and stops the
-    /// motors that go towards one.
-    fn watch(&mut self) {
-        let now = self.surroundings.switches();
-        let before = core::mem::replace(&mut self.seen, now);
-        if now == Switches::default() {
-            return;
-        }
-        for motor in 0..N as u8 {
-            for (end, now, before) in
-                [(End::Min, now.min, before.min), (End::Max, now.max, before.max)]
-            {
-                if now >> motor & 1 == 0 {
-                    continue;
-                }
-                if before >> motor & 1 == 0 {
-                    let at = self.position(motor);
-                    let side = self.triggers.get_mut(usize::from(motor));
-                    if let Some(side) = side.and_then(|sides| sides.get_mut(end as usize)) {
-                        *side = at;
-                    }
-                }
-                if matches!(self.state, State::Running) {
-                    self.trip(motor, end);
-                }
-            }
-        }
-    }
-
-    /// A switch is closed: its motor stops, if it goes there.
-    fn trip(&mut self, motor: u8, end: End) {
-        let strategy = self.strategies.hard_end;
-        let Some(player) = self.player(motor) else { return };
-        if player.heading != Some(end == End::Max) {
-            return;
-        }
-        // One that brakes already does so at its own switch too.
-        let begins = !player.is_braking();
-        player.faults |= Faults::hard(end);
-        let verdict = match strategy {
-            AtHardEnd::StopMotor | AtHardEnd::BrakeMotor => Verdict::Stop,
-            AtHardEnd::Cancel => Verdict::Cancel,
-            AtHardEnd::BrakeAll => Verdict::Brake,
-        };
-        if player.verdict != Verdict::Cancel {
-            player.verdict = verdict;
-        }
-        match strategy {
-            AtHardEnd::BrakeMotor if begins => self.brake(motor),
-            AtHardEnd::BrakeAll if begins => (0..N as u8).for_each(|motor| self.brake(motor)),
-            AtHardEnd::BrakeMotor | AtHardEnd::BrakeAll => {}
-            AtHardEnd::StopMotor | AtHardEnd::Cancel => self.stop_motor(motor),
-        }
-    }
-
-    /// A motor stops between two steps: its program is over.
-    fn stop_motor(&mut self, motor: u8) {
-        self.engine.halt(1 << motor);
-        self.engine.drive().lower(1 << motor);
-        if let Some(player) = self.player(motor) {
-            player.end();
-        }
-    }
-
-    /// A motor brakes, from its next step on; one that is slower than that stops.
-    fn brake(&mut self, motor: u8) {
-        let left = self.engine.loaded(motor);
-        let Some(player) = self.player(motor) else { return };
-        if player.is_braking() || player.status != Status::Running {
-            return;
-        }
-        if !player.brake(left) {
-            return self.stop_motor(motor);
-        }
-        let cut = self.engine.cut(motor);
-        if let Some(player) = self.player(motor) {
-            player.take_back(cut);
-        }
-    }
-
     /// The handler took so long, and came so late.
     fn took(&mut self, ticks: Ticks, behind: Ticks) {
         self.longest = self.longest.max(ticks);
@@ -438,9 +402,10 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         if let Some(motor) = self.canceller() {
             self.error = Some(CycleError::MotorError { motor });
             self.stop();
-        } else if (0..N as u8).all(|motor| self.engine.report(motor).idle) {
-            let braked = self.first(Verdict::Brake);
-            self.error = braked.map(|motor| CycleError::MotorError { motor });
+        } else if self.engine.rests() {
+            if BRAKES && let Some(motor) = self.first(Verdict::Brake) {
+                self.error = Some(CycleError::MotorError { motor });
+            }
             self.stop();
         }
     }

@@ -17,14 +17,14 @@
 //! the fixed tick), and only if there is a step left to make: one that waits or
 //! ends at a bound is where it belongs.
 
-use super::brake::Brake;
-use super::clock::Beat;
+use super::brake::{BRAKES, Brake};
+use super::clock::{Beat, Clock};
 use super::motor::{Calibration, Faults, Motor, Status};
 use super::program::{Next, Pace, Reader};
-use super::strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, Strategies};
+use super::strategy::{AtSmallDelay, AtSoftEnd, Strategies};
 use crate::queue::{Feed, Taken};
 use crate::run::Run;
-use crate::units::Ticks;
+use crate::units::{Rate, Ticks};
 
 /// What a motor's fault asks of the cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +116,10 @@ pub(super) struct Player<'a> {
 }
 
 impl<'a> Player<'a> {
+    /// Nobody's yet.
+    pub(super) const IDLE: Player<'a> =
+        Player::new(Motor::new(0, 1), Beat::new(Clock::Deadlines, Rate::MHZ), 0);
+
     pub(super) const fn new(motor: Motor, beat: Beat, hold: Ticks) -> Player<'a> {
         Player {
             motor,
@@ -123,12 +127,7 @@ impl<'a> Player<'a> {
             status: Status::Idle,
             faults: Faults::NONE,
             verdict: Verdict::Fine,
-            strategies: Strategies {
-                hard_end: AtHardEnd::Cancel,
-                soft_end: AtSoftEnd::Cancel,
-                small_delay: AtSmallDelay::Cancel,
-                timing: super::AtTiming::Cancel,
-            },
+            strategies: Strategies::CANCEL,
             heading: None,
             reader: Reader::NONE,
             ready: false,
@@ -214,10 +213,16 @@ impl<'a> Player<'a> {
     /// The position in the user's unit after so many steps.
     pub(super) fn position(&self, steps: i64) -> i64 {
         let made = steps.wrapping_sub(self.counted);
+        let distance = i64::from(self.motor.distance);
         if self.calibration == Calibration::StartMin && made != 0 {
             return self.motor.min.unwrap_or(0);
         }
-        self.base.saturating_add(made.saturating_mul(self.motor.distance.into()))
+        let way = match i32::try_from(made) {
+            // 63 bits, and no look whether they are more.
+            Ok(made) => i64::from(made).wrapping_mul(distance),
+            Err(_) => made.saturating_mul(distance),
+        };
+        self.base.saturating_add(way)
     }
 
     /// Whether it has made steps since it was settled.
@@ -230,10 +235,10 @@ impl<'a> Player<'a> {
         (self.base, self.counted, self.planned) = (position, steps, 0);
     }
 
-    /// Steps that may be made before a soft end is in the way.
-    fn room(&self) -> u32 {
+    /// Of `count` steps, how many may be made before a soft end is in the way.
+    fn room(&self, count: u32) -> u32 {
         let bound = if self.forward { self.motor.max } else { self.motor.min };
-        let (Some(bound), Calibration::None) = (bound, self.calibration) else { return u32::MAX };
+        let (Some(bound), Calibration::None) = (bound, self.calibration) else { return count };
         let at = self.position(self.counted.wrapping_add(self.planned));
         // Beyond the bound is no room, not a negative one.
         let way = match self.forward {
@@ -241,8 +246,12 @@ impl<'a> Player<'a> {
             false if at > bound => at.abs_diff(bound),
             _ => return 0,
         };
-        let steps = way / u64::from(self.motor.distance.max(1));
-        u32::try_from(steps).unwrap_or(u32::MAX)
+        let distance = self.motor.distance.max(1);
+        // A product: a small chip takes a hundred times as long for the division.
+        if u64::from(count) * u64::from(distance) <= way {
+            return count;
+        }
+        u32::try_from(way / u64::from(distance)).unwrap_or(count)
     }
 
     /// `count` steps are handed out.
@@ -274,7 +283,7 @@ impl<'a> Player<'a> {
     /// Begins to brake, with `left` steps of its run to make, of which the next one
     /// will be. False if it stands at once.
     pub(super) fn brake(&mut self, left: u16) -> bool {
-        if self.rolling || left < self.handed {
+        if BRAKES && (self.rolling || left < self.handed) {
             self.brake = Brake::new(self.beat.hz(), self.interval(), self.motor.decel);
         }
         self.is_braking()
@@ -282,7 +291,7 @@ impl<'a> Player<'a> {
 
     /// Whether it brakes.
     pub(super) fn is_braking(&self) -> bool {
-        self.brake.is_some()
+        BRAKES && self.brake.is_some()
     }
 
     /// The last `count` steps that were handed out are not made for now.
@@ -343,7 +352,7 @@ impl<'a> Player<'a> {
                     self.pace = ticks.max(1);
                     self.waited = self.waited.saturating_add(self.pace);
                     let interval = u64::from(self.waited) << 16;
-                    if self.brake.is_some_and(|brake| brake.is_over(interval)) {
+                    if BRAKES && self.brake.is_some_and(|brake| brake.is_over(interval)) {
                         return Some(Stage::Over);
                     }
                     return Some(Stage::Look);
@@ -415,13 +424,14 @@ impl<'a> Player<'a> {
                         return turn;
                     }
                     self.heading = Some(self.forward);
-                    let room = self.room();
+                    let most = self.left.min(self.beat.longest.into());
+                    let room = self.room(most);
                     if room == 0 || self.gone != 0 || self.delay > self.beat.piece {
                         self.pending = self.delay.into();
                         self.stage = Stage::Far;
                         continue;
                     }
-                    let count = self.left.min(room).min(self.beat.longest.into()) as u16;
+                    let count = room as u16;
                     self.plan(count);
                     return Taken::Run(self.beat.steps(self.delay, count));
                 }
@@ -431,7 +441,7 @@ impl<'a> Player<'a> {
                         return self.pass_piece();
                     }
                     let us = self.pending as u32;
-                    if self.room() == 0 {
+                    if self.room(1) == 0 {
                         self.stage = Stage::Out;
                         return self.pass(us);
                     }
@@ -446,7 +456,7 @@ impl<'a> Player<'a> {
                     }
                     self.heading = Some(self.forward);
                     let ticks = self.pace.saturating_sub(core::mem::take(&mut self.gone));
-                    if self.room() == 0 {
+                    if self.room(1) == 0 {
                         self.stage = Stage::Out;
                         return Taken::Run(Run::turn(ticks, self.facing));
                     }
@@ -473,7 +483,7 @@ impl<'a> Player<'a> {
             return Taken::End;
         };
         self.heading = Some(self.forward);
-        if self.room() == 0 {
+        if self.room(1) == 0 {
             return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
         }
         let before = match self.stage {
@@ -538,7 +548,7 @@ impl<'a> Player<'a> {
                     return self.pass_piece();
                 }
                 Stage::Approach => {
-                    if self.room() == 0 {
+                    if self.room(1) == 0 {
                         return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
                     }
                     self.heading = Some(self.forward);
@@ -563,7 +573,9 @@ impl<'a> Player<'a> {
 impl Feed for Player<'_> {
     fn take(&mut self) -> Taken {
         self.heading = None;
-        self.rolling |= core::mem::take(&mut self.handed) > 0;
+        if BRAKES {
+            self.rolling |= core::mem::take(&mut self.handed) > 0;
+        }
         if self.beat.period == 0 { self.by_deadline() } else { self.by_tick() }
     }
 

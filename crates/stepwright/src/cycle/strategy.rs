@@ -10,13 +10,14 @@ pub enum AtHardEnd {
     /// It stops at once, and its program is over; the others go on.
     StopMotor,
     /// It brakes by its [deceleration](super::Motor::decel), and its program is
-    /// over when it stands; the others go on.
+    /// over when it stands; the others go on. Not on an AVR:
+    /// [`NoBrakes`](Refusal::NoBrakes).
     BrakeMotor,
     /// All stop at once; all programs are over.
     #[default]
     Cancel,
     /// All brake, each by its own deceleration, and all programs are over when the
-    /// last one stands.
+    /// last one stands. Not on an AVR either.
     BrakeAll,
 }
 
@@ -61,7 +62,7 @@ pub enum AtTiming {
 
 /// What to do when something goes wrong; by default the cycle is cancelled,
 /// whatever it is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Strategies {
     /// At a closed switch (`hard_end_handle_strategy`).
     pub hard_end: AtHardEnd,
@@ -71,6 +72,22 @@ pub struct Strategies {
     pub small_delay: AtSmallDelay,
     /// At a late step (`cycle_timing_exceed_handle_strategy`).
     pub timing: AtTiming,
+}
+
+impl Strategies {
+    /// The cycle is cancelled, whatever it is.
+    pub const CANCEL: Strategies = Strategies {
+        hard_end: AtHardEnd::Cancel,
+        soft_end: AtSoftEnd::Cancel,
+        small_delay: AtSmallDelay::Cancel,
+        timing: AtTiming::Cancel,
+    };
+}
+
+impl Default for Strategies {
+    fn default() -> Strategies {
+        Strategies::CANCEL
+    }
 }
 
 /// Why a cycle ended before its programs were done.
@@ -139,6 +156,8 @@ pub enum Refusal {
         /// Its smallest, in µs.
         needs: u32,
     },
+    /// Motors are to brake at a switch, for which there is no room on an AVR.
+    NoBrakes,
     /// The motor is to brake at its switch, and has no deceleration.
     NeedsDecel {
         /// Which motor.
@@ -157,7 +176,11 @@ impl Refusal {
     /// The motor that was the reason, if one was.
     pub const fn motor(&self) -> Option<u8> {
         match *self {
-            Refusal::Running | Refusal::NotRunning | Refusal::Nothing | Refusal::NoMotor => None,
+            Refusal::Running
+            | Refusal::NotRunning
+            | Refusal::Nothing
+            | Refusal::NoMotor
+            | Refusal::NoBrakes => None,
             Refusal::PeriodTooLong { motor, .. }
             | Refusal::PeriodAliquant { motor, .. }
             | Refusal::NeedsDeadlines { motor }
@@ -224,6 +247,9 @@ impl<M: fmt::Display> fmt::Display for Named<M> {
             Refusal::NeedsDeadlines { .. } => {
                 write!(f, "what {name} does needs deadlines: no fixed tick places its steps")
             }
+            Refusal::NoBrakes => f.write_str(
+                "this board has no room for braking at a switch: stop at once, or cancel",
+            ),
             Refusal::NeedsDecel { .. } => write!(
                 f,
                 "{name} is to brake at its switch and has no deceleration: give it one, or let it \

@@ -12,6 +12,11 @@ pub struct Switches {
     pub max: Axes,
 }
 
+impl Switches {
+    /// None of them.
+    pub const NONE: Switches = Switches { min: 0, max: 0 };
+}
+
 /// Limit switches and enable pins, as far as there are any.
 ///
 /// Both are called from the step interrupt and MUST NOT block.

@@ -33,6 +33,16 @@ impl<D: Drive> Wiring<D> {
             self.drive.end(axes);
         }
     }
+
+    /// Says which way round an axis turns, that faces `forward` now.
+    pub(super) fn set_inverted(&mut self, axis: u8, inverted: bool, forward: bool) {
+        let bit = 1u8.checked_shl(axis.into()).unwrap_or(0);
+        if inverted != (self.inverted & bit != 0) {
+            self.inverted ^= bit;
+            self.told &= !bit;
+            self.direction(axis, forward);
+        }
+    }
 }
 
 impl<D: Drive> Drive for Wiring<D> {

@@ -2,11 +2,19 @@
 //! made when it is asked for, so a change holds from the next step on.
 //!
 //! `cargo run -p stepwright --example 08_change_your_mind`
+//!
+//! With an argument, whichever, it prints a cycle file of its delays instead, which
+//! `stepwright cycle` plays and draws.
 
 use stepwright::profile::austin::Motion;
 use stepwright::{Accel, Rate, Speed};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let cycle = std::env::args().len() > 1;
+    if cycle {
+        println!("[[motor]]\nname = \"motor\"\nstep = 1\nsmallest-delay-us = 500\n");
+        println!("[[cycle]]\nmove.motor = {{ series = [");
+    }
     // At most 500 steps/s, up and down at 1000 steps/s², timed at 1 MHz.
     let mut motion = Motion::new(Rate::MHZ, Speed::from_steps(500)?, Accel::from_steps(1000)?)?;
     motion.retarget(1000);
@@ -15,6 +23,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while let Some(delay) = motion.next() {
         time += u64::from(delay);
         let place = motion.position();
+        if cycle {
+            let step = if motion.is_forward() { 1 } else { -1 };
+            println!("    {{ steps = {step}, delay-us = {delay} }},");
+        }
         furthest = furthest.max(place);
         let said = match (place, motion.is_forward()) {
             (200, true) => {
@@ -32,7 +44,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             _ => continue,
         };
-        println!("{:4} ms: at {place}, {} steps/s: {said}", time / 1000, motion.speed());
+        if !cycle {
+            println!("{:4} ms: at {place}, {} steps/s: {said}", time / 1000, motion.speed());
+        }
+    }
+    if cycle {
+        println!("] }}");
+        return Ok(());
     }
     println!("{:4} ms: at rest at {}, {furthest} at the furthest", time / 1000, motion.position());
     assert_eq!(motion.position(), motion.target());

@@ -288,3 +288,42 @@ fn steps_times_deceleration() {
         assert_eq!(motion.next(), Some(160)); // far from the end
     }
 }
+
+/// Any values that can be said, in any order: no panic, no delay of 0 within a travel, no
+/// step too many.
+#[test]
+fn extremes() {
+    let speeds = [1, 20_000, 1_000_000_000].map(|v| Speed::from_millisteps(v).unwrap());
+    let accels = [1, 5_000, 400_000, 100_000_000_000].map(|a| Accel::from_millisteps(a).unwrap());
+    let (mut held, mut refused) = (0, 0);
+    for hz in [100_000, 1_000_000, 200_000_000] {
+        let rate = Rate::from_hz(hz).unwrap();
+        for (n, top) in speeds.iter().enumerate() {
+            for accel in accels {
+                let Ok(mut motion) = Motion::new(rate, *top, accel) else {
+                    refused += 1;
+                    continue;
+                };
+                held += 1;
+                for (i, target) in [i32::MAX, i32::MIN, 3, 0, -1, i32::MAX].into_iter().enumerate()
+                {
+                    motion.retarget(target);
+                    for decel in accels {
+                        let _ = motion.set_decel(decel);
+                        let first = i == 0 && motion.position() == 0;
+                        let delays = take(&mut motion, 50);
+                        assert!(delays.iter().skip(first.into()).all(|c| *c > 0));
+                        let _ = motion.set_accel(accels[(i + n) % 4]);
+                        let _ = motion.set_top_speed(speeds[(i + n) % 3]);
+                        assert!(motion.speed() <= Speed::MAX);
+                    }
+                }
+                motion.stop();
+                let ahead = motion.target().abs_diff(motion.position());
+                let pulses = motion.by_ref().take(10_000).count() as u64;
+                assert_eq!(pulses, ahead.min(10_000), "{hz} {top} {accel:?}");
+            }
+        }
+    }
+    assert!(held >= 20 && refused >= 4, "{held} {refused}");
+}

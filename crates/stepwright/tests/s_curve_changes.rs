@@ -8,7 +8,6 @@
 //! `rsruckig` says.
 
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use rsruckig::prelude::*;
 use stepwright::profile::{Fit, SCurve, State, Tracer};
 use stepwright::{Accel, Jerk, Rate, Speed};
@@ -439,11 +438,27 @@ fn moment(course: &Course, place: f64, t: f64, passed: Option<(f64, f64)>) -> Po
     at(course, high)
 }
 
-/// The same stories each time; who names a number of cases gets others.
+/// A soft stop that led to a step but for 10⁻¹⁵ of one once drove for that much: what was
+/// left of the acceleration at its end was nothing under its jerk, and four ticks early
+/// under one 3,000 times as gentle.
+#[test]
+fn a_gentle_motion_after_a_stop() {
+    let first = Order { top: 3_230_405, accel: 1_305_406, decel: 1_305_406, jerk: 2_779_057_444 };
+    let gentle = Order { top: 4_999, accel: 100_000, decel: 100_000, jerk: 999_999 };
+    let change = |order, wish, after| Change { order, wish, after };
+    let story = [
+        change(None, Wish::Go(-164), 0.5655806443554819),
+        change(None, Wish::Stop, 1.0),
+        change(None, Wish::Go(1), 0.0),
+        change(Some(gentle), Wish::Go(71), 0.8037453658205556),
+        change(None, Wish::Go(1), 0.0),
+    ];
+    walk(16_000_000, first, &story).unwrap();
+}
+
 fn config() -> ProptestConfig {
     let cases = std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok());
-    let rng_seed = if cases.is_none() { RngSeed::Fixed(2002) } else { RngSeed::Random };
-    ProptestConfig { cases: cases.unwrap_or(4_000), rng_seed, ..ProptestConfig::default() }
+    ProptestConfig::with_cases(cases.unwrap_or(4_000))
 }
 
 proptest! {

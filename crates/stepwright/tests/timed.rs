@@ -3,7 +3,9 @@
 use proptest::prelude::*;
 use stepwright::drive::{Coils, Port, sequence};
 use stepwright::engine::{Engine, Timing};
-use stepwright::timed::{Call, Code, Control, Driver, Hold, Model, Pace, SetSpeed, Status, Timed};
+use stepwright::timed::{
+    Call, Code, Control, Driver, Hold, Model, Pace, SetSpeed, Status, Stepper, Timed,
+};
 use stepwright::timer::StepTimer;
 use stepwright::timer::fit::Hardware;
 
@@ -334,6 +336,37 @@ fn the_engine_plays_it() {
     assert_eq!(engine.late(), 0);
 }
 
+/// A drive rests, or holds, as one wants it: with the current off an interval after the last
+/// step, or on until it is stopped.
+#[test]
+fn a_drive_rests_or_holds() {
+    let order = SetSpeed { limit: 3, ..SetSpeed::fixed(ON, 32_000) };
+    let bridges = sequence::BRIDGE_FULL;
+    for (sequence, rests) in [
+        (bridges, false),
+        (bridges.resting(), true),
+        (bridges.resting().holding(), false),
+        (sequence::L6219_HALF, true),
+        (sequence::L6219_HALF.holding(), false),
+    ] {
+        let (mut driver, mut here) = driver();
+        driver.set_speed(&mut here, &order, 0);
+        let mut stepper = Stepper::new(Coils::new(Pins::default(), sequence, 0xFF));
+        stepper.begin(here.pace, true);
+        let mut intervals = Vec::new();
+        while let Some(interval) = stepper.event() {
+            intervals.push(interval);
+        }
+        assert_eq!(intervals.len(), if rests { 3 } else { 2 });
+        assert!(intervals.iter().all(|interval| *interval == 32_000));
+        let now = if rests { sequence.off() } else { sequence.levels(3) };
+        assert_eq!(stepper.coils().port().0, now);
+        assert_eq!(stepper.phase(), 3);
+        stepper.stop();
+        assert_eq!(stepper.coils().port().0, sequence.off());
+    }
+}
+
 /// The document's rules once more, naively, with time in whole clocks and u128.
 fn oracle(order: &SetSpeed, latched: bool, steps: usize) -> Vec<u128> {
     let has = |bit| order.control.has(bit);
@@ -405,6 +438,38 @@ proptest! {
             .map(|delay| { now += u128::from(delay); now })
             .collect();
         prop_assert_eq!(times, oracle(&order, latched, 300));
+    }
+
+    /// What fast PWM does with the numbers that the interrupt gives it: the counter takes the
+    /// buffer over when it comes round, and the prescaler changes at once.
+    #[test]
+    fn a_buffered_register_plays_the_latched_model(
+        top in 640u32..0x3FF_FFFF, shift in 0u32..20, modification: u32,
+        update_ms in 1u16..3_000, mod_counts in 1u16..40, bits in 0u8..4,
+    ) {
+        let mut control = VARIABLE | Control::IRQ_TIMING;
+        if bits & 1 != 0 { control = control | Control::FASTER; }
+        if bits & 2 != 0 { control = control | Control::VARIABLE_PWR; }
+        let (top, modification) = ((top >> shift).max(640), modification >> (shift + 6).min(31));
+        let order = SetSpeed { control, top, limit: 300, modification, update_ms, mod_counts };
+        let mut here = driver().1;
+        let code = Driver::new(UNO, Model::Latched).set_speed(&mut here, &order, 0);
+        prop_assert!(!code.is_error());
+        let pace = &mut here.pace;
+        let mut register = pace.counts().top;
+        let mut buffer = register;
+        let mut steps = 0;
+        loop {
+            prop_assert!(register <= 0xFFFF);
+            prop_assert_eq!(register << pace.counts().shift, pace.interval());
+            register = buffer;
+            steps += 1;
+            if pace.advance().is_none() {
+                break;
+            }
+            buffer = pace.next_top();
+        }
+        prop_assert_eq!(steps, 300);
     }
 
     /// Nothing panics, and what is accepted keeps to the timer's range.

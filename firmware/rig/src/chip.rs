@@ -328,8 +328,9 @@ impl Chip {
         self.taps.heard.eeprom.written()
     }
 
-    /// Burns the low fuse byte. It is 0 at first, and only tells the firmware what clock it
-    /// has: the cycles go on as before.
+    /// Burns the low fuse byte, before the chip has run. It is 0 at first, and only tells the
+    /// firmware what clock it has: the cycles go on as before. Its bit CKDIV8 sets CLKPR, as
+    /// a reset does.
     pub fn set_low_fuse(&mut self, byte: u8) {
         self.silicon.set_low_fuse(byte);
     }

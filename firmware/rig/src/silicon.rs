@@ -104,8 +104,14 @@ impl Silicon {
     }
 
     pub(crate) fn set_low_fuse(&mut self, byte: u8) {
-        // SAFETY: a live chip, and no instruction runs.
-        unsafe { (*self.avr).fuse[0] = byte }
+        /// CLKPR, and what it divides by as a power of 2 if CKDIV8 is programmed: 0.
+        const CLKPR: usize = 0x61;
+        let divider = if byte & 0x80 == 0 { 3 } else { 0 };
+        // SAFETY: a live chip, and no instruction runs; the register is inside `data`.
+        unsafe {
+            (*self.avr).fuse[0] = byte;
+            *(*self.avr).data.add(CLKPR) = divider;
+        }
     }
 
     /// Puts other code into the flash from `address` on, and returns what was

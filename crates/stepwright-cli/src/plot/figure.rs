@@ -207,8 +207,9 @@ impl Panel {
             let text = number(value, decimals);
             picture.text((at, frame.bottom() + 21.0), label.middle(), text);
         }
-        // The line y = 0, which is the x axis unless something is negative.
-        let zero = y.at(0.0).clamp(frame.top, frame.bottom());
+        // The line y = 0, which is the x axis unless something is negative. Lanes have none.
+        let zero = if self.lanes.is_empty() { y.at(0.0) } else { frame.bottom() };
+        let zero = zero.clamp(frame.top, frame.bottom());
         picture.line(vec![(frame.left, zero), (frame.right(), zero)], AXIS, 1.4);
         if zero < frame.bottom() - 1.0 {
             let bottom = frame.bottom();

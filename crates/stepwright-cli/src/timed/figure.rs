@@ -37,7 +37,16 @@ impl FromStr for Window {
 pub fn draw(course: &Course, wiring: &Wiring, window: Option<Window>) -> Figure {
     let last = course.steps.last().map_or(1.0, |clock| course.ms(*clock));
     let end = if course.moving { course.ms(course.end) } else { last };
-    let across = window.map_or((0.0, end.max(1e-3) * 1.02), |window| (window.from, window.to));
+    let across = match window {
+        Some(window) => (window.from, window.to),
+        None if !wiring.signals.is_empty() && course.steps.len() <= FEW => {
+            // The pins' time: with what happens at the call and after the last step.
+            let change = course.changes.last().map_or(0.0, |change| course.ms(change.time));
+            let end = end.max(change);
+            (end * -0.03, end * 1.05)
+        }
+        None => (0.0, end.max(1e-3) * 1.02),
+    };
     // Seconds from ten seconds on.
     let (unit, scale) = if across.1 >= 10_000.0 { ("s", 1e-3) } else { ("ms", 1.0) };
     let time = ("time from the call".to_owned(), unit.to_owned());
@@ -67,16 +76,12 @@ pub fn draw(course: &Course, wiring: &Wiring, window: Option<Window>) -> Figure 
         ));
     }
     if !wiring.signals.is_empty() {
-        let few = course.steps.get(FEW.min(course.steps.len().saturating_sub(1)));
-        let few = few.map_or(end, |clock| course.ms(*clock));
-        let shown = match window {
-            Some(window) => (window.from, window.to),
-            None if course.steps.len() > FEW => (0.0, few),
-            // With what happens after the last step.
-            None => {
-                let change = course.changes.last().map_or(0.0, |change| course.ms(change.time));
-                (0.0, end.max(change) * 1.06)
+        let shown = match (window, course.steps.get(FEW - 1), course.steps.get(FEW)) {
+            (None, Some(last), Some(next)) => {
+                let few = (course.ms(*last) + course.ms(*next)) / 2.0;
+                (few * -0.03, few)
             }
+            _ => across,
         };
         let (unit, scale) = if shown.1 >= 10_000.0 { ("s", 1e-3) } else { ("ms", 1.0) };
         let lanes = wiring.signals.len() as f64;
@@ -187,7 +192,7 @@ fn published(course: &Course, scale: f64, value: impl Fn(&[u32; 5]) -> f64) -> O
 
 /// A curve for each pin, the first one on top.
 fn signals(course: &Course, wiring: &Wiring, scale: f64, shown: (f64, f64)) -> Vec<Curve> {
-    let end = shown.1 * scale;
+    let (begin, end) = (shown.0.min(0.0) * scale, shown.1 * scale);
     let lane = |(signal, at): (&super::wiring::Signal, usize)| {
         let base = (wiring.signals.len() - 1 - at) as f64;
         let mut points: Vec<(f64, f64)> = Vec::new();
@@ -199,10 +204,11 @@ fn signals(course: &Course, wiring: &Wiring, scale: f64, shown: (f64, f64)) -> V
             };
             let (time, level) =
                 (course.ms(change.time) * scale, base + if high { 0.7 } else { 0.0 });
-            if let Some((_, before)) = points.last().copied() {
-                points.push((time, before));
+            let before = points.last().map_or(level, |(_, before)| *before);
+            if points.is_empty() {
+                points.push((begin, level));
             }
-            points.push((time, level));
+            points.extend([(time, before), (time, level)]);
         }
         if let Some((_, level)) = points.last().copied() {
             points.push((end, level));
@@ -218,4 +224,70 @@ fn signals(course: &Course, wiring: &Wiring, scale: f64, shown: (f64, f64)) -> V
         }
     };
     wiring.signals.iter().zip(0..).map(lane).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Args, course};
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn figure(line: &str) -> Figure {
+        let args = Line::parse_from(format!("timed {line}").split_whitespace()).args;
+        let hardware = args.clock.hardware().unwrap();
+        let order = args.order.order(&hardware).unwrap();
+        let wiring = args.wiring.wiring().unwrap();
+        let play = course::Play {
+            hardware,
+            latched: args.latched,
+            order: &order,
+            wiring: &wiring,
+            for_ms: args.for_ms,
+            log: args.log.as_ref(),
+        };
+        draw(&Course::play(&play).unwrap(), &wiring, args.window)
+    }
+
+    /// Every drive has its pins below the speed, on the same time, and the call is in sight.
+    #[test]
+    fn pins_and_speed_are_on_one_time() {
+        for (drive, lanes) in [
+            ("shield", 6),
+            ("lower-shield", 4),
+            ("second-shield", 4),
+            ("unipolar:D4,D5,D6,D7", 4),
+            ("unipolar-half:D8,D9,D10,D11", 4),
+            ("bridge-half", 4),
+            ("l6219", 6),
+            ("l6219-quarter", 6),
+        ] {
+            let figure = figure(&format!("--speed 100 --steps 10 --drive {drive}"));
+            let [speed, pins] = [0, 1].map(|row| &figure.rows[row].1[0]);
+            assert_eq!(speed.view.x, pins.view.x, "{drive}");
+            let (from, to) = pins.view.x.unwrap();
+            assert!(from < 0.0 && to > 100.0, "{drive}: {from} to {to}");
+            assert_eq!((pins.lanes.len(), pins.curves.len()), (lanes, lanes), "{drive}");
+            for curve in &pins.curves {
+                let (first, last) = (curve.points[0], curve.points[curve.points.len() - 1]);
+                assert_eq!((first.0, last.0), (from, to), "{drive}: {}", curve.name);
+            }
+        }
+    }
+
+    /// Of many steps the first 16 are shown, or what one asks for.
+    #[test]
+    fn of_many_steps_few_are_shown() {
+        let shown = |more: &str| {
+            let figure = figure(&format!("--speed 100 --steps 400 --drive shield {more}"));
+            figure.rows[1].1[0].view.x.unwrap()
+        };
+        assert_eq!(shown("").1, 165.0);
+        assert_eq!(shown("--plot x.svg --window 20..60"), (20.0, 60.0));
+    }
 }

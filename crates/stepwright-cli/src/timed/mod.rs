@@ -35,7 +35,7 @@ use wiring::WiringArgs;
 Examples:
   A fixed 250 steps/s for 100 turns:
     stepwright timed --speed 250 --steps 20000
-  From 2 rpm up, four times a second, 29 updates (the manual's example):
+  From 1.8 rpm up, four times a second, 29 updates (the manual's example):
     stepwright timed --top 2666666 --faster 91264 --every-ms 250 --updates 29
   The document's first validation case, its debug dump at the log's times:
     stepwright timed --case 1 --latched --log 166.9+1001

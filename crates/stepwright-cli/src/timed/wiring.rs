@@ -38,7 +38,7 @@ enum BoardArg {
 #[derive(Clone, Debug)]
 enum DriveArg {
     Shield(&'static str, Shield),
-    Unipolar(Sequence, [BoardPin; 4]),
+    Unipolar(&'static str, Sequence, [BoardPin; 4]),
     Lines(&'static str, Sequence, &'static [&'static str]),
     Pattern(Sequence, u8),
 }
@@ -51,14 +51,14 @@ impl FromStr for DriveArg {
 
     fn from_str(text: &str) -> Result<DriveArg, String> {
         let (name, rest) = text.split_once(':').map_or((text, None), |(n, r)| (n, Some(r)));
-        let unipolar = |sequence| {
+        let unipolar = |steps, sequence| {
             let pins = rest.ok_or("name four pins, like unipolar:D8,D9,D10,D11")?;
-            Ok(DriveArg::Unipolar(sequence, four_pins(pins)?))
+            Ok(DriveArg::Unipolar(steps, sequence, four_pins(pins)?))
         };
         let drive = match name {
-            "unipolar" => return unipolar(UNIPOLAR_FULL),
-            "unipolar-wave" => return unipolar(UNIPOLAR_WAVE),
-            "unipolar-half" => return unipolar(UNIPOLAR_HALF),
+            "unipolar" => return unipolar("full steps", UNIPOLAR_FULL),
+            "unipolar-wave" => return unipolar("one phase on", UNIPOLAR_WAVE),
+            "unipolar-half" => return unipolar("half steps", UNIPOLAR_HALF),
             "pattern" => return pattern(rest.unwrap_or("")),
             "shield" => DriveArg::Shield("motor shield", Shield::FIRST),
             "lower-shield" => DriveArg::Shield("lower of two motor shields", Shield::LOWER),
@@ -172,11 +172,11 @@ impl WiringArgs {
                 }
                 (Some(format!("{name}, directions on port {port}")), SHIELD, signals)
             }
-            Some(DriveArg::Unipolar(sequence, pins)) => {
+            Some(DriveArg::Unipolar(steps, sequence, pins)) => {
                 let (port, bits) = board.same_port(*pins).map_err(refused)?;
                 let names = pins.iter().zip(bits);
                 let signals = names.map(|(pin, bit)| signal(pin.to_string(), What::Line(bit)));
-                let name = format!("unipolar driver on port {port}");
+                let name = format!("unipolar driver on port {port}, {steps}");
                 (Some(name), sequence.on_bits(&bits), signals.collect())
             }
             Some(DriveArg::Lines(name, sequence, lines)) => {

@@ -64,9 +64,22 @@ impl<P: Port> Stepper<P> {
     /// next event is. `None` after the last.
     #[inline(always)]
     pub fn event(&mut self) -> Option<Ticks> {
+        self.edge();
+        self.advance()
+    }
+
+    /// The first half of an event: the step, if it is one. It comes first, so that edges are
+    /// even.
+    #[inline(always)]
+    pub fn edge(&mut self) {
         if self.pace.is_step() {
             self.coils.step();
         }
+    }
+
+    /// The second half, which takes longer: clocks from the event to the next one.
+    #[inline(always)]
+    pub fn advance(&mut self) -> Option<Ticks> {
         match self.pace.advance() {
             None => self.rest(),
             next => next,

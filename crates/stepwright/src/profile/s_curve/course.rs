@@ -280,11 +280,18 @@ impl Limits {
 
     /// The stages from `motion` to the end speed, `way` steps away.
     pub(super) fn course(&self, motion: Motion, way: Wide) -> Course {
-        // A stop that is a rounding too long leads there: nothing is to be undone.
-        let over = self.stopping(motion) - way;
-        let minus = over > way.abs().max(Wide::whole(1)).scaled(-50);
-        let (motion, way) = (motion.flipped(minus), way.flipped(minus));
         let mut course = Stages::EMPTY;
+        let over = self.stopping(motion) - way;
+        if over.abs() <= way.abs().max(Wide::whole(1)).scaled(-50) {
+            // A stop leads there but for rounding. To drive for that little, or to undo
+            // it, would leave an acceleration at the end, small in these limits only.
+            for stage in self.stop(motion) {
+                course.push(stage);
+            }
+            return course;
+        }
+        let minus = over.is_plus();
+        let (motion, way) = (motion.flipped(minus), way.flipped(minus));
         let mut gone = Wide::ZERO;
         let mut at = motion;
         let mut far = false;

@@ -292,3 +292,51 @@ fn mistakes_in_changes_are_shown_at_their_line() {
     let both = "the arc is left for a line: say where both";
     wrong("X = 120_000_000, ", "", "22:22", both);
 }
+
+/// At its switch a motor stops at once, or brakes, alone or all of them; the
+/// positions are those of the edges.
+#[test]
+fn motors_brake_at_a_switch() {
+    let scratch = Scratch::new("cycle-brake.toml");
+    let file = scratch.path();
+    let play = |strategy: &str, decel: &str| {
+        let motor = |name: &str| {
+            format!("[[motor]]\nname = \"{name}\"\nstep = 10\nsmallest-delay-us = 100\n{decel}")
+        };
+        let text = format!(
+            "strategies.hard-end = \"{strategy}\"\n{}switch-max = 10_000\n{}[[cycle]]\n\
+             move.X.steps = 9_000\nmove.Y.steps = 4_000\n",
+            motor("X"),
+            motor("Y"),
+        );
+        std::fs::write(file, text).unwrap();
+        stepwright(&["cycle", file, "--format", "json"])
+    };
+    let result = |strategy: &str| {
+        let ended = play(strategy, "decel = 1_000_000\n");
+        let all: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+        let position = |n: usize| all["motors"][n]["position"].as_i64().unwrap() / 10;
+        (ended.code(), position(0), position(1), all["cycles"][0]["error"].clone())
+    };
+    let (all, none) = ("an error of X".into(), serde_json::Value::Null);
+    // 10,000 steps/s and 100,000 steps/s²: 500 steps.
+    let (code, x, y, error) = result("brake-motor");
+    assert_eq!((code, y, error), (Some(0), 4_000, none.clone()));
+    assert!((1_500..=1_502).contains(&x), "{x}");
+    assert_eq!(result("stop-motor"), (Some(0), 1_000, 4_000, none));
+    let (code, x, y, error) = result("brake-all");
+    assert_eq!((code, error), (Some(1), all));
+    assert!((1_500..=1_502).contains(&x) && (1_500..=1_502).contains(&y), "{x} {y}");
+    let (code, x, y, _) = result("cancel");
+    assert_eq!((code, x, y), (Some(1), 1_000, 1_000));
+    for (decel, line, what) in [
+        ("", 2, "X is to brake at its switch: give it a decel"),
+        ("decel = 1\n", 6, "a deceleration is 1 to 4294967295 steps/s²"),
+        ("decel = nan\n", 6, "a deceleration is 1 to 4294967295 steps/s²"),
+    ] {
+        let ended = play("brake-motor", decel);
+        assert_eq!(ended.code(), Some(1));
+        let place = format!("{file}:{line}:");
+        assert!(ended.stderr.contains(&place) && ended.stderr.contains(what), "{}", ended.stderr);
+    }
+}

@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use stepwright::Rate;
 use stepwright::cycle::{
-    AtEnd, AtSmallDelay, AtTiming, Calibration, Clock, Motor, Program, Strategies,
+    AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Clock, Motor, Program, Strategies,
 };
 use stepwright_path::{Arc, Held, Line, Pace, Steps};
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
@@ -60,24 +60,30 @@ fn act() -> impl Strategy<Value = Act> {
 
 fn motor() -> impl Strategy<Value = (Motor, Stand)> {
     let bound = || prop::option::weighted(0.3, -250i64..250);
-    (1u32..9, any::<bool>(), [bound(), bound(), bound(), bound()]).prop_map(
-        |(distance, inverted, [min, max, below, above])| {
+    (1u32..9, any::<bool>(), [bound(), bound(), bound(), bound()], 500u32..2_000_000).prop_map(
+        |(distance, inverted, [min, max, below, above], decel)| {
             let scaled = |bound: Option<i64>| bound.map(|b| b * i64::from(distance));
             let (min, max) = (scaled(min), scaled(max));
-            let motor = Motor { inverted, min, max, ..Motor::new(distance, SMALLEST) };
+            let motor = Motor { inverted, min, max, decel, ..Motor::new(distance, SMALLEST) };
             (motor, Stand { min: below.map(|n| n - 300), max: above.map(|n| n + 300) })
         },
     )
 }
 
 fn strategies() -> impl Strategy<Value = Strategies> {
-    let end = || prop_oneof![Just(AtEnd::StopMotor), Just(AtEnd::Cancel)];
+    let soft = prop_oneof![Just(AtSoftEnd::StopMotor), Just(AtSoftEnd::Cancel)];
+    let hard = prop_oneof![
+        Just(AtHardEnd::StopMotor),
+        Just(AtHardEnd::BrakeMotor),
+        Just(AtHardEnd::Cancel),
+        Just(AtHardEnd::BrakeAll)
+    ];
     let small = prop_oneof![
         2 => Just(AtSmallDelay::Fix),
         1 => Just(AtSmallDelay::StopMotor),
         1 => Just(AtSmallDelay::Cancel)
     ];
-    (end(), end(), small).prop_map(|(hard_end, soft_end, small_delay)| Strategies {
+    (hard, soft, small).prop_map(|(hard_end, soft_end, small_delay)| Strategies {
         hard_end,
         soft_end,
         small_delay,
@@ -206,24 +212,29 @@ proptest! {
         }
     }
 
-    /// Beside a motor of the path that is stopped by its bound or its switch, or
-    /// beside one that goes on: the same edges of the others.
+    /// Beside a motor of the path that is stopped by its bound, stopped or braked by
+    /// its switch, or beside one that goes on: the same edges of the others.
     #[test]
     fn nobody_moves_anothers_edges(
         path in (way(), pace(), -200i32..200),
         bound in 0i64..60,
-        switch in any::<bool>(),
+        switch in prop::option::of(any::<bool>()),
         acts in prop::collection::vec((0u32..200_000, act()), 0..6),
     ) {
         let free = (Motor::new(1, SMALLEST), Stand::default());
         let (motor, stand) = free;
+        let free = (motor.braking(5_000), stand);
+        let (motor, _) = free;
         let stopped = match switch {
-            false => (motor.between(-bound, bound), stand),
-            true => (motor, Stand { min: Some(-bound - 1), max: Some(bound + 1) }),
+            None => (motor.between(-bound, bound), stand),
+            Some(_) => (motor, Stand { min: Some(-bound - 1), max: Some(bound + 1) }),
         };
         let strategies = Strategies {
-            hard_end: AtEnd::StopMotor,
-            soft_end: AtEnd::StopMotor,
+            hard_end: match switch {
+                Some(true) => AtHardEnd::BrakeMotor,
+                _ => AtHardEnd::StopMotor,
+            },
+            soft_end: AtSoftEnd::StopMotor,
             small_delay: AtSmallDelay::Fix,
             timing: AtTiming::Cancel,
         };

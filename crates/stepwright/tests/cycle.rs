@@ -5,8 +5,8 @@ mod rig;
 
 use rig::{PULSE, Rig, What};
 use stepwright::cycle::{
-    AtEnd, AtSmallDelay, Calibration, Clock, CycleError, End, Faults, Leg, Motor, Program, Refusal,
-    Status, Strategies,
+    AtSmallDelay, AtSoftEnd, Calibration, Clock, CycleError, End, Faults, Leg, Motor, Program,
+    Refusal, Status, Strategies,
 };
 
 /// Ticks of the timer in a µs, and in a fixed tick of 200 µs.
@@ -261,7 +261,7 @@ fn small_delays_by_strategy() {
 #[test]
 fn ends_by_strategy() {
     for clock in BOTH {
-        for (soft_end, others) in [(AtEnd::StopMotor, 100), (AtEnd::Cancel, 10)] {
+        for (soft_end, others) in [(AtSoftEnd::StopMotor, 100), (AtSoftEnd::Cancel, 10)] {
             let mut rig = Rig::new([M.between(0, 75_000), M], clock);
             rig.cycle.set_strategies(Strategies { soft_end, ..Strategies::default() });
             rig.cycle.prepare(0, Program::Whirl { forward: true, delay: 0 }, PLAIN).unwrap();
@@ -271,7 +271,7 @@ fn ends_by_strategy() {
             assert_eq!(rig.cycle.faults(0), Faults::SOFT_END_MAX);
             assert_eq!((rig.position(0), rig.steps_of(0)), (75_000, 10));
             // By deadlines the eleventh step of the other is due with the bound.
-            let due = i64::from(clock == Clock::Deadlines && soft_end == AtEnd::Cancel);
+            let due = i64::from(clock == Clock::Deadlines && soft_end == AtSoftEnd::Cancel);
             assert_eq!(rig.steps_of(1), others + due, "{clock:?}");
         }
     }

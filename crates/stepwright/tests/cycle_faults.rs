@@ -6,8 +6,8 @@ mod rig;
 
 use rig::{PULSE, Rig, What};
 use stepwright::cycle::{
-    AtEnd, AtSmallDelay, Calibration, Clock, Faults, Leg, Motor, Program, Refusal, Status,
-    Strategies,
+    AtHardEnd, AtSmallDelay, AtSoftEnd, Calibration, Clock, Faults, Leg, Motor, Program, Refusal,
+    Status, Strategies,
 };
 
 const FIXED: Clock = Clock::Tick { period: 200 };
@@ -21,8 +21,8 @@ fn steps<'a>(count: i32, delay: u32) -> Program<'a> {
 
 fn stop_motors() -> Strategies {
     Strategies {
-        hard_end: AtEnd::StopMotor,
-        soft_end: AtEnd::StopMotor,
+        hard_end: AtHardEnd::StopMotor,
+        soft_end: AtSoftEnd::StopMotor,
         small_delay: AtSmallDelay::StopMotor,
         ..Strategies::default()
     }

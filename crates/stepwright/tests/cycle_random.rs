@@ -7,7 +7,8 @@ mod rig;
 use proptest::prelude::*;
 use rig::{PULSE, Rig, What};
 use stepwright::cycle::{
-    AtEnd, AtSmallDelay, AtTiming, Calibration, Clock, Leg, Motor, NextDelay, Program, Strategies,
+    AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Clock, Leg, Motor, NextDelay,
+    Program, Strategies,
 };
 
 /// A program that owns what it is made of.
@@ -50,22 +51,33 @@ fn plan() -> impl Strategy<Value = Plan> {
 
 fn motor() -> impl Strategy<Value = Motor> {
     let bound = || prop::option::of(-30i64..30);
-    (prop_oneof![Just(1u32), 2u32..9], any::<bool>(), bound(), bound()).prop_map(
-        |(distance, inverted, min, max)| {
+    (prop_oneof![Just(1u32), 2u32..9], any::<bool>(), bound(), bound(), 10_000u32..2_000_000)
+        .prop_map(|(distance, inverted, min, max, decel)| {
             let scaled = |bound: Option<i64>| bound.map(|b| b * i64::from(distance));
-            Motor { inverted, min: scaled(min), max: scaled(max), ..Motor::new(distance, 600) }
-        },
-    )
+            Motor {
+                inverted,
+                min: scaled(min),
+                max: scaled(max),
+                decel,
+                ..Motor::new(distance, 600)
+            }
+        })
 }
 
 fn strategies() -> impl Strategy<Value = Strategies> {
-    let end = || prop_oneof![Just(AtEnd::StopMotor), Just(AtEnd::Cancel)];
+    let soft = prop_oneof![Just(AtSoftEnd::StopMotor), Just(AtSoftEnd::Cancel)];
+    let hard = prop_oneof![
+        Just(AtHardEnd::StopMotor),
+        Just(AtHardEnd::BrakeMotor),
+        Just(AtHardEnd::Cancel),
+        Just(AtHardEnd::BrakeAll)
+    ];
     let small = prop_oneof![
         2 => Just(AtSmallDelay::Fix),
         1 => Just(AtSmallDelay::StopMotor),
         1 => Just(AtSmallDelay::Cancel)
     ];
-    (end(), end(), small).prop_map(|(hard_end, soft_end, small_delay)| Strategies {
+    (hard, soft, small).prop_map(|(hard_end, soft_end, small_delay)| Strategies {
         hard_end,
         soft_end,
         small_delay,
@@ -174,7 +186,8 @@ fn close(plan: Plan) -> Plan {
 #[derive(Clone, Copy, Debug)]
 enum Stop {
     Bound(i64),
-    Switch,
+    /// At once, or braking.
+    Switch(bool),
     /// A delay that is too small, from this step on.
     TooFast(u32),
 }
@@ -182,7 +195,7 @@ enum Stop {
 fn stop() -> impl Strategy<Value = Stop> {
     prop_oneof![
         (0i64..50).prop_map(Stop::Bound),
-        Just(Stop::Switch),
+        any::<bool>().prop_map(Stop::Switch),
         (0u32..50).prop_map(Stop::TooFast),
     ]
 }
@@ -292,7 +305,7 @@ proptest! {
         acts in prop::collection::vec((0u32..30_000, prop_oneof![Just(Act::Pause), Just(Act::Resume)]), 0..6),
     ) {
         let run = |stop: Option<Stop>| {
-            let m = Motor::new(1, 600);
+            let m = Motor::new(1, 600).braking(20_000);
             let bounded = match stop {
                 Some(Stop::Bound(bound)) => m.between(-bound, bound),
                 _ => m,
@@ -308,8 +321,11 @@ proptest! {
             let mut middle = small;
             let mut rig = Rig::new([m, bounded, m], clock);
             rig.cycle.set_strategies(Strategies {
-                soft_end: AtEnd::StopMotor,
-                hard_end: AtEnd::StopMotor,
+                soft_end: AtSoftEnd::StopMotor,
+                hard_end: match stop {
+                    Some(Stop::Switch(true)) => AtHardEnd::BrakeMotor,
+                    _ => AtHardEnd::StopMotor,
+                },
                 // The others' small delays would stop them too, alike.
                 small_delay: AtSmallDelay::StopMotor,
                 ..Strategies::default()
@@ -327,7 +343,7 @@ proptest! {
                 at += u64::from(*us);
                 rig.until(at);
                 _ = if matches!(act, Act::Pause) { rig.cycle.pause() } else { rig.cycle.resume() };
-                if let Some(Stop::Switch) = stop {
+                if let Some(Stop::Switch(_)) = stop {
                     rig.close(0, 2);
                 }
             }

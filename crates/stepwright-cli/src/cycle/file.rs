@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use stepwright::cycle::{AtEnd, AtSmallDelay, AtTiming, Calibration, Strategies};
+use stepwright::cycle::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Strategies};
 use toml::Spanned;
 
 /// The whole file.
@@ -42,9 +42,9 @@ pub struct Clock {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Handling {
     #[serde(default)]
-    hard_end: End,
+    hard_end: HardEnd,
     #[serde(default)]
-    soft_end: End,
+    soft_end: SoftEnd,
     #[serde(default)]
     small_delay: Small,
     #[serde(default)]
@@ -53,7 +53,17 @@ pub struct Handling {
 
 #[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum End {
+enum HardEnd {
+    StopMotor,
+    BrakeMotor,
+    #[default]
+    Cancel,
+    BrakeAll,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum SoftEnd {
     StopMotor,
     #[default]
     Cancel,
@@ -78,13 +88,17 @@ enum Timing {
 
 impl Handling {
     pub fn strategies(&self) -> Strategies {
-        let end = |end| match end {
-            End::StopMotor => AtEnd::StopMotor,
-            End::Cancel => AtEnd::Cancel,
-        };
         Strategies {
-            hard_end: end(self.hard_end),
-            soft_end: end(self.soft_end),
+            hard_end: match self.hard_end {
+                HardEnd::StopMotor => AtHardEnd::StopMotor,
+                HardEnd::BrakeMotor => AtHardEnd::BrakeMotor,
+                HardEnd::Cancel => AtHardEnd::Cancel,
+                HardEnd::BrakeAll => AtHardEnd::BrakeAll,
+            },
+            soft_end: match self.soft_end {
+                SoftEnd::StopMotor => AtSoftEnd::StopMotor,
+                SoftEnd::Cancel => AtSoftEnd::Cancel,
+            },
             small_delay: match self.small_delay {
                 Small::Fix => AtSmallDelay::Fix,
                 Small::StopMotor => AtSmallDelay::StopMotor,
@@ -105,6 +119,8 @@ pub struct Motor {
     /// Distance of a step in the unit.
     pub step: Spanned<u32>,
     pub smallest_delay_us: Spanned<u32>,
+    /// Units a second, each second, by which it brakes at a switch.
+    pub decel: Option<Spanned<f64>>,
     #[serde(default)]
     pub inverted: bool,
     pub min: Option<i64>,

@@ -184,8 +184,23 @@ impl Plan {
             return Err(text.blame(max.span(), format_args!("below the minimum of {min}")));
         }
         let max = max.map(|max| *max.get_ref());
-        let settings =
-            Motor { inverted: motor.inverted, min: motor.min, max, ..Motor::new(step, smallest) };
+        let decel = match &motor.decel {
+            Some(decel) => {
+                let steps = (decel.get_ref() / f64::from(step)).round();
+                if !(1.0..=f64::from(u32::MAX)).contains(&steps) {
+                    let what = "a deceleration is 1 to 4294967295 steps/s², in units/s²";
+                    return Err(text.blame(decel.span(), what));
+                }
+                steps as u32
+            }
+            None if self.strategies.hard_end.brakes() => {
+                let what = format_args!("{name} is to brake at its switch: give it a decel");
+                return Err(text.blame(at, what));
+            }
+            None => 0,
+        };
+        let (inverted, min) = (motor.inverted, motor.min);
+        let settings = Motor { inverted, min, max, decel, ..Motor::new(step, smallest) };
         // Switches stand where a position is reached: in whole steps.
         let from = |at: i64| i128::from(at) - i128::from(motor.position);
         let step = i128::from(step);

@@ -111,6 +111,11 @@ impl Beat {
         Ticks::try_from(fine >> 16).unwrap_or(Ticks::MAX)
     }
 
+    /// Ticks of the timer in a second.
+    pub(super) fn hz(&self) -> u32 {
+        self.hz
+    }
+
     /// µs in ticks of the timer, rounded down.
     pub(super) fn ticks(&self, us: u32) -> u64 {
         match self.whole {

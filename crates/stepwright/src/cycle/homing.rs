@@ -10,7 +10,9 @@
 //!
 //! Each is a cycle of its own under [`Calibration::StartMin`], so no soft end is
 //! in the way. The motor stops between two steps where the switch closes; what it
-//! loses by stopping dead from the fast approach, the slow one finds again.
+//! loses by stopping dead from the fast approach, the slow one finds again. If it is
+//! to brake there ([`AtHardEnd`](super::AtHardEnd)), the way back must be longer than
+//! that, and the slow approach slow enough to stop at once: the end is where it stands.
 
 use core::fmt;
 

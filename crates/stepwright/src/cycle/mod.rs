@@ -29,13 +29,16 @@
 //! motor, and whenever [`look`](Cycle::look) is called (from a pin's
 //! interrupt); the position where one closed is kept. A motor that goes towards
 //! a closed switch makes no further step; one that goes away from it does, and
-//! one that waits or has arrived has done nothing wrong.
+//! one that waits or has arrived has done nothing wrong. By choice it brakes there
+//! ([`AtHardEnd`]), and counts what it makes beyond.
 //!
 //! The step interrupt asks the programs for runs itself. A run is a leg, or
 //! 65,535 steps of it, so that costs next to nothing where delays stay the
 //! same, and what a callback takes where it gives each one.
 
+mod brake;
 mod clock;
+mod ends;
 mod homing;
 mod motor;
 mod player;
@@ -48,7 +51,7 @@ pub use clock::Clock;
 pub use homing::{Homing, HomingError};
 pub use motor::{Calibration, End, Faults, Motor, Status};
 pub use program::{Leg, NextDelay, Pace, Paces, Program};
-pub use strategy::{AtEnd, AtSmallDelay, AtTiming, CycleError, Refusal, Strategies};
+pub use strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, CycleError, Refusal, Strategies};
 pub use surroundings::{Around, Surroundings, Switches, Wires};
 
 use crate::drive::{Axes, Drive};
@@ -56,6 +59,7 @@ use crate::engine::{Engine, Frozen, Timing};
 use crate::group::Board;
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
+use brake::BRAKES;
 use clock::Beat;
 use player::{Player, Verdict};
 use program::Reader;
@@ -245,6 +249,15 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         if !self.engine.feeds().iter().any(Player::is_ready) {
             return Err(Refusal::Nothing);
         }
+        if self.strategies.hard_end.brakes() {
+            if !BRAKES {
+                return Err(Refusal::NoBrakes);
+            }
+            let mut motors = (0u8..).zip(self.engine.feeds().iter());
+            if let Some((motor, _)) = motors.find(|(_, p)| p.is_ready() && p.motor.decel == 0) {
+                return Err(Refusal::NeedsDecel { motor });
+            }
+        }
         let cost = board.cost.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX);
         let cost = u64::from(cost) << FULL;
         let least = timing.min_interval.max(timing.hold.saturating_add(timing.setup));
@@ -369,54 +382,6 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         }
     }
 
-    /// Looks at the switches, latches those that have closed, and stops the
-    /// motors that go towards one.
-    fn watch(&mut self) {
-        let now = self.surroundings.switches();
-        let before = core::mem::replace(&mut self.seen, now);
-        if now != Switches::NONE {
-            self.closed(now, before);
-        }
-    }
-
-    /// Some switches are closed now, and some were when they were last looked at.
-    #[cold]
-    #[inline(never)]
-    fn closed(&mut self, now: Switches, before: Switches) {
-        for motor in 0..N as u8 {
-            for (end, now, before) in
-                [(End::Min, now.min, before.min), (End::Max, now.max, before.max)]
-            {
-                if now >> motor & 1 == 0 {
-                    continue;
-                }
-                if before >> motor & 1 == 0 {
-                    let at = self.position(motor);
-                    let side = self.triggers.get_mut(usize::from(motor));
-                    if let Some(side) = side.and_then(|sides| sides.get_mut(end as usize)) {
-                        *side = at;
-                    }
-                }
-                if matches!(self.state, State::Running) {
-                    self.trip(motor, end);
-                }
-            }
-        }
-    }
-
-    /// A switch is closed: its motor stops, if it goes there.
-    fn trip(&mut self, motor: u8, end: End) {
-        let strategy = self.strategies.hard_end;
-        let Some(player) = self.player(motor) else { return };
-        if player.heading == Some(end == End::Max) {
-            self.engine.halt(1 << motor);
-            self.engine.drive().lower(1 << motor);
-            if let Some(player) = self.player(motor) {
-                player.trip(Faults::hard(end), strategy);
-            }
-        }
-    }
-
     /// The handler took so long, and came so late.
     fn took(&mut self, ticks: Ticks, behind: Ticks) {
         self.longest = self.longest.max(ticks);
@@ -453,14 +418,22 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
             self.error = Some(CycleError::MotorError { motor });
             self.stop();
         } else if self.engine.rests() {
+            if BRAKES && let Some(motor) = self.first(Verdict::Brake) {
+                self.error = Some(CycleError::MotorError { motor });
+            }
             self.stop();
         }
     }
 
     /// The first motor whose fault cancels the cycle.
     fn canceller(&mut self) -> Option<u8> {
+        self.first(Verdict::Cancel)
+    }
+
+    /// The first motor with this verdict.
+    fn first(&mut self, verdict: Verdict) -> Option<u8> {
         let mut motors = (0u8..).zip(self.engine.feeds());
-        motors.find(|(_, player)| player.verdict == Verdict::Cancel).map(|(motor, _)| motor)
+        motors.find(|(_, player)| player.verdict == verdict).map(|(motor, _)| motor)
     }
 
     fn player(&mut self, motor: u8) -> Option<&mut Player<'a>> {

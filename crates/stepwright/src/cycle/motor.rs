@@ -28,17 +28,25 @@ pub struct Motor {
     pub min: Option<i64>,
     /// Greatest position; `None`: there is none (`INF`).
     pub max: Option<i64>,
+    /// steps/s² by which it brakes at a switch, if that is the
+    /// [strategy](super::AtHardEnd); 0: it can't.
+    pub decel: u32,
 }
 
 impl Motor {
     /// A motor without ends.
     pub const fn new(distance: u32, smallest_delay: u32) -> Motor {
-        Motor { distance, smallest_delay, inverted: false, min: None, max: None }
+        Motor { distance, smallest_delay, inverted: false, min: None, max: None, decel: 0 }
     }
 
     /// The same between two bounds.
     pub const fn between(self, min: i64, max: i64) -> Motor {
         Motor { min: Some(min), max: Some(max), ..self }
+    }
+
+    /// The same, braking by so many steps/s².
+    pub const fn braking(self, decel: u32) -> Motor {
+        Motor { decel, ..self }
     }
 
     /// The same, the other way round.

@@ -17,10 +17,11 @@
 //! the fixed tick), and only if there is a step left to make: one that waits or
 //! ends at a bound is where it belongs.
 
+use super::brake::{BRAKES, Brake};
 use super::clock::{Beat, Clock};
 use super::motor::{Calibration, Faults, Motor, Status};
 use super::program::{Next, Pace, Reader};
-use super::strategy::{AtEnd, AtSmallDelay, Strategies};
+use super::strategy::{AtSmallDelay, AtSoftEnd, Strategies};
 use crate::queue::{Feed, Taken};
 use crate::run::Run;
 use crate::units::{Rate, Ticks};
@@ -34,6 +35,8 @@ pub(super) enum Verdict {
     Stop,
     /// All stop.
     Cancel,
+    /// All brake, and then it is cancelled.
+    Brake,
 }
 
 /// What is asked for next.
@@ -94,8 +97,17 @@ pub(super) struct Player<'a> {
     pending: u64,
     /// Ticks to the next step that has its own, or of a wait.
     pace: Ticks,
-    /// Ticks waited since the last such step.
+    /// Ticks waited since the last such step; before the present one; and all from
+    /// the one to the other.
     waited: Ticks,
+    before: Ticks,
+    own: Ticks,
+    /// Steps of the run that is played, and whether one was made before it, since it
+    /// last stood.
+    handed: u16,
+    rolling: bool,
+    /// It brakes.
+    brake: Option<Brake>,
     /// Fixed tick: µs that the last step came too early by.
     over: u32,
     /// Position in the user's unit when the engine had counted `counted` steps.
@@ -133,6 +145,11 @@ impl<'a> Player<'a> {
             pending: 0,
             pace: 0,
             waited: 0,
+            before: 0,
+            own: 0,
+            handed: 0,
+            rolling: false,
+            brake: None,
             over: 0,
             base: 0,
             counted: 0,
@@ -173,7 +190,8 @@ impl<'a> Player<'a> {
         self.strategies = strategies;
         (self.ready, self.status, self.stage) = (false, Status::Running, Stage::Leg);
         (self.left, self.pending, self.gone, self.over) = (0, 0, 0, 0);
-        (self.free, self.waited) = (0, 0);
+        (self.free, self.waited, self.before, self.handed) = (0, 0, 0, 0);
+        (self.rolling, self.brake) = (false, None);
         self.beat.reset();
     }
 
@@ -254,6 +272,7 @@ impl<'a> Player<'a> {
 
     /// `count` steps are handed out.
     fn plan(&mut self, count: u16) {
+        self.handed = count;
         self.left = self.left.saturating_sub(count.into());
         self.free = self.free.saturating_sub(count.into());
         let steps = i64::from(count);
@@ -268,14 +287,53 @@ impl<'a> Player<'a> {
     }
 
     /// It has come to an end: the switch is closed, or the bound is reached.
-    pub(super) fn trip(&mut self, fault: Faults, strategy: AtEnd) -> Taken {
+    pub(super) fn trip(&mut self, fault: Faults, strategy: AtSoftEnd) -> Taken {
         self.fault(
             fault,
             match strategy {
-                AtEnd::StopMotor => Verdict::Stop,
-                AtEnd::Cancel => Verdict::Cancel,
+                AtSoftEnd::StopMotor => Verdict::Stop,
+                AtSoftEnd::Cancel => Verdict::Cancel,
             },
         )
+    }
+
+    /// Begins to brake, with `left` steps of its run to make, of which the next one
+    /// will be. False if it stands at once.
+    pub(super) fn brake(&mut self, left: u16) -> bool {
+        if BRAKES && (self.rolling || left < self.handed) {
+            self.brake = Brake::new(self.beat.hz(), self.interval(), self.motor.decel);
+        }
+        self.is_braking()
+    }
+
+    /// Whether it brakes.
+    pub(super) fn is_braking(&self) -> bool {
+        BRAKES && self.brake.is_some()
+    }
+
+    /// The last `count` steps that were handed out are not made for now.
+    pub(super) fn take_back(&mut self, count: u16) {
+        self.left = self.left.saturating_add(count.into());
+        let steps = i64::from(count);
+        self.planned = self.planned.wrapping_sub(if self.forward { steps } else { -steps });
+    }
+
+    /// From step to step by its program, in 2⁻¹⁶ ticks.
+    fn interval(&self) -> u64 {
+        let ticks = match self.is_paced() {
+            true => u64::from(self.own),
+            false => self.beat.ticks(self.delay),
+        };
+        ticks.min(1 << 31) << 16
+    }
+
+    /// The interval before the next step of its program, in 2⁻¹⁶ ticks, while it
+    /// brakes; `None` if it makes that no more.
+    fn slower(&mut self) -> Option<u64> {
+        let interval = self.interval();
+        let brake = self.brake.as_mut()?;
+        // Where the program turns it stands.
+        if self.forward == self.facing { brake.next(interval) } else { None }
     }
 
     /// Reads on until there is something to do. `None` if a delay is too small
@@ -297,21 +355,30 @@ impl<'a> Player<'a> {
                 Next::Pace(Pace::Step { ticks, forward }) => {
                     (self.left, self.free, self.forward, self.pace) = (1, 0, forward, ticks);
                     let waited = core::mem::take(&mut self.waited);
+                    self.before = waited;
                     let smallest = self.beat.ticks(self.motor.smallest_delay);
                     if u64::from(ticks) + u64::from(waited) < smallest {
                         self.too_small()?;
                         let smallest = Ticks::try_from(smallest).unwrap_or(Ticks::MAX);
                         self.pace = smallest.saturating_sub(waited);
                     }
+                    self.own = self.pace.saturating_add(waited);
                     return Some(Stage::Pace);
                 }
                 Next::Pace(Pace::Wait { ticks }) => {
                     self.pace = ticks.max(1);
                     self.waited = self.waited.saturating_add(self.pace);
+                    let interval = u64::from(self.waited) << 16;
+                    if BRAKES && self.brake.is_some_and(|brake| brake.is_over(interval)) {
+                        return Some(Stage::Over);
+                    }
                     return Some(Stage::Look);
                 }
+                // Who waits stands: nothing is left to brake.
+                Next::Wait(_) if self.is_braking() => return Some(Stage::Over),
                 Next::Wait(us) => {
                     self.pending = us;
+                    self.rolling = false;
                     return Some(Stage::Wait);
                 }
                 Next::Over => return Some(Stage::Over),
@@ -337,6 +404,7 @@ impl<'a> Player<'a> {
         }
         self.facing = self.forward;
         self.gone = self.hold;
+        self.rolling = false;
         Some(Taken::Run(Run::turn(self.hold, self.forward)))
     }
 
@@ -367,6 +435,7 @@ impl<'a> Player<'a> {
                 Stage::Wait if self.pending > 0 => return self.pass_piece(),
                 Stage::Wait => self.stage = Stage::Leg,
                 Stage::Steps if self.left == 0 => self.stage = Stage::Leg,
+                Stage::Steps | Stage::Pace if self.is_braking() => return self.brake_on(),
                 Stage::Steps => {
                     if let Some(turn) = self.turn() {
                         return turn;
@@ -424,6 +493,27 @@ impl<'a> Player<'a> {
         }
     }
 
+    /// The next step by deadlines while it brakes.
+    fn brake_on(&mut self) -> Taken {
+        let Some(interval) = self.slower() else {
+            self.end();
+            return Taken::End;
+        };
+        self.heading = Some(self.forward);
+        if self.room(1) == 0 {
+            return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
+        }
+        let before = match self.stage {
+            Stage::Pace => self.before,
+            _ => 0,
+        };
+        if self.stage == Stage::Pace {
+            self.stage = Stage::Leg;
+        }
+        self.plan(1);
+        Taken::Run(Run::new(interval.saturating_sub(u64::from(before) << 16), 0, 1))
+    }
+
     /// Ticks from the last step to one `us` µs later, in µs; the rest is kept.
     fn ticked(&mut self, us: u64) -> u64 {
         let period = u64::from(self.beat.period.max(1));
@@ -453,10 +543,20 @@ impl<'a> Player<'a> {
                 Stage::Wait => self.stage = Stage::Leg,
                 Stage::Steps if self.left == 0 => self.stage = Stage::Leg,
                 Stage::Steps => {
+                    let mut delay = self.delay;
+                    if self.is_braking() {
+                        let Some(interval) = self.slower() else {
+                            self.end();
+                            self.stage = Stage::Linger;
+                            continue;
+                        };
+                        let ticks = Ticks::try_from(interval >> 16).unwrap_or(Ticks::MAX);
+                        delay = delay.max(self.beat.micros(ticks));
+                    }
                     if let Some(turn) = self.turn() {
                         return turn;
                     }
-                    let way = self.ticked(self.delay.into());
+                    let way = self.ticked(delay.into());
                     self.pending = way.saturating_sub(2 * u64::from(period));
                     self.stage = Stage::Approach;
                 }
@@ -501,6 +601,9 @@ const fn product(a: u32, b: u32) -> u64 {
 impl Feed for Player<'_> {
     fn take(&mut self) -> Taken {
         self.heading = None;
+        if BRAKES {
+            self.rolling |= core::mem::take(&mut self.handed) > 0;
+        }
         if self.beat.period == 0 { self.by_deadline() } else { self.by_tick() }
     }
 

@@ -2,9 +2,35 @@
 
 use core::fmt;
 
-/// A motor has come to an end.
+/// A motor has come to a switch. It counts every step that it makes, also while
+/// it brakes: its position stays exact. A calibration takes the place where it
+/// stands; [`Cycle::trigger`](super::Cycle::trigger) has that of the switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AtEnd {
+pub enum AtHardEnd {
+    /// It stops at once, and its program is over; the others go on.
+    StopMotor,
+    /// It brakes by its [deceleration](super::Motor::decel), and its program is
+    /// over when it stands; the others go on. Not on an AVR:
+    /// [`NoBrakes`](Refusal::NoBrakes).
+    BrakeMotor,
+    /// All stop at once; all programs are over.
+    #[default]
+    Cancel,
+    /// All brake, each by its own deceleration, and all programs are over when the
+    /// last one stands. Not on an AVR either.
+    BrakeAll,
+}
+
+impl AtHardEnd {
+    /// Whether motors brake.
+    pub const fn brakes(self) -> bool {
+        matches!(self, AtHardEnd::BrakeMotor | AtHardEnd::BrakeAll)
+    }
+}
+
+/// A motor has come to a bound.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AtSoftEnd {
     /// Its program is over; the others go on.
     StopMotor,
     /// All programs are over.
@@ -39,9 +65,9 @@ pub enum AtTiming {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Strategies {
     /// At a closed switch (`hard_end_handle_strategy`).
-    pub hard_end: AtEnd,
+    pub hard_end: AtHardEnd,
     /// At a bound (`soft_end_handle_strategy`).
-    pub soft_end: AtEnd,
+    pub soft_end: AtSoftEnd,
     /// At a delay that is too small (`small_step_delay_handle_strategy`).
     pub small_delay: AtSmallDelay,
     /// At a late step (`cycle_timing_exceed_handle_strategy`).
@@ -51,8 +77,8 @@ pub struct Strategies {
 impl Strategies {
     /// The cycle is cancelled, whatever it is.
     pub const CANCEL: Strategies = Strategies {
-        hard_end: AtEnd::Cancel,
-        soft_end: AtEnd::Cancel,
+        hard_end: AtHardEnd::Cancel,
+        soft_end: AtSoftEnd::Cancel,
         small_delay: AtSmallDelay::Cancel,
         timing: AtTiming::Cancel,
     };
@@ -130,6 +156,13 @@ pub enum Refusal {
         /// Its smallest, in µs.
         needs: u32,
     },
+    /// Motors are to brake at a switch, for which there is no room on an AVR.
+    NoBrakes,
+    /// The motor is to brake at its switch, and has no deceleration.
+    NeedsDecel {
+        /// Which motor.
+        motor: u8,
+    },
     /// Faster than this board can step with so many motors moving.
     TooFast {
         /// Which motor.
@@ -143,10 +176,15 @@ impl Refusal {
     /// The motor that was the reason, if one was.
     pub const fn motor(&self) -> Option<u8> {
         match *self {
-            Refusal::Running | Refusal::NotRunning | Refusal::Nothing | Refusal::NoMotor => None,
+            Refusal::Running
+            | Refusal::NotRunning
+            | Refusal::Nothing
+            | Refusal::NoMotor
+            | Refusal::NoBrakes => None,
             Refusal::PeriodTooLong { motor, .. }
             | Refusal::PeriodAliquant { motor, .. }
             | Refusal::NeedsDeadlines { motor }
+            | Refusal::NeedsDecel { motor }
             | Refusal::SmallDelay { motor, .. }
             | Refusal::TooFast { motor, .. } => Some(motor),
         }
@@ -209,6 +247,14 @@ impl<M: fmt::Display> fmt::Display for Named<M> {
             Refusal::NeedsDeadlines { .. } => {
                 write!(f, "what {name} does needs deadlines: no fixed tick places its steps")
             }
+            Refusal::NoBrakes => f.write_str(
+                "this board has no room for braking at a switch: stop at once, or cancel",
+            ),
+            Refusal::NeedsDecel { .. } => write!(
+                f,
+                "{name} is to brake at its switch and has no deceleration: give it one, or let it \
+                 stop at once"
+            ),
             Refusal::SmallDelay { needs, .. } => {
                 write!(f, "the first delay of {name} is below its smallest: at least {needs} µs")
             }

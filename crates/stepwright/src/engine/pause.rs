@@ -13,6 +13,7 @@ use super::Engine;
 use super::track::Event;
 use crate::drive::Drive;
 use crate::queue::Feed;
+use crate::stride::Left;
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
 
@@ -49,6 +50,33 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             }
         }
         self.wake_from_outside(now);
+    }
+
+    /// Steps that have been loaded for an axis, and not been made.
+    pub(crate) fn loaded(&self, axis: u8) -> u16 {
+        let axis = usize::from(axis);
+        match (self.tracks.get(axis), self.feeds.get(axis)) {
+            (Some(track), Some(feed)) => track.left(feed.left(&track.own)),
+            _ => 0,
+        }
+    }
+
+    /// Of the steps that have been loaded for an axis only the next one is made, at
+    /// its time; then its feed is asked what comes. Answers how many are not made.
+    /// For runs at one interval.
+    pub(crate) fn cut(&mut self, axis: u8) -> u16 {
+        let cut = self.loaded(axis).saturating_sub(1);
+        let axis = usize::from(axis);
+        if let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+            && cut > 0
+        {
+            track.far.count = 0;
+            if track.event == Event::Step {
+                feed.playing(&mut track.own).stride().left = Left::new(1);
+            }
+            track.loaded = track.loaded.wrapping_sub(cut.into());
+        }
+        cut
     }
 
     /// The feeds of the axes.

@@ -88,7 +88,7 @@ impl<C: Count> Track<C> {
     }
 
     /// Steps of what was loaded that are still to be made.
-    fn left(&self, playing: u16) -> u16 {
+    pub fn left(&self, playing: u16) -> u16 {
         let left = match self.event {
             Event::Step => playing,
             Event::Far => 1,

@@ -1,0 +1,106 @@
+//! Switches: latched when they close, and what becomes of a motor that goes there.
+//!
+//! ```text
+//!   switch    ________▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔
+//!   at once   │ │ │ │
+//!   braking   │ │ │ │ ┊ │  │   │     │         each step costs it 2a of v²
+//!                     the step that is under way
+//! ```
+
+use super::brake::BRAKES;
+use super::motor::{End, Faults, Status};
+use super::player::Verdict;
+use super::strategy::AtHardEnd;
+use super::surroundings::{Surroundings, Switches};
+use super::{Cycle, State};
+use crate::drive::Drive;
+use crate::timer::StepTimer;
+
+impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S, N> {
+    /// Looks at the switches, latches those that have closed, and stops the
+    /// motors that go towards one.
+    pub(super) fn watch(&mut self) {
+        let now = self.surroundings.switches();
+        let before = core::mem::replace(&mut self.seen, now);
+        if now != Switches::NONE {
+            self.closed(now, before);
+        }
+    }
+
+    /// Some switches are closed now, and some were when they were last looked at.
+    #[cold]
+    #[inline(never)]
+    fn closed(&mut self, now: Switches, before: Switches) {
+        for motor in 0..N as u8 {
+            for (end, now, before) in
+                [(End::Min, now.min, before.min), (End::Max, now.max, before.max)]
+            {
+                if now >> motor & 1 == 0 {
+                    continue;
+                }
+                if before >> motor & 1 == 0 {
+                    let at = self.position(motor);
+                    let side = self.triggers.get_mut(usize::from(motor));
+                    if let Some(side) = side.and_then(|sides| sides.get_mut(end as usize)) {
+                        *side = at;
+                    }
+                }
+                if matches!(self.state, State::Running) {
+                    self.trip(motor, end);
+                }
+            }
+        }
+    }
+
+    /// A switch is closed: its motor stops, if it goes there.
+    fn trip(&mut self, motor: u8, end: End) {
+        let strategy = self.strategies.hard_end;
+        let Some(player) = self.player(motor) else { return };
+        if player.heading != Some(end == End::Max) {
+            return;
+        }
+        // One that brakes already does so at its own switch too.
+        let begins = !player.is_braking();
+        player.faults |= Faults::hard(end);
+        let verdict = match strategy {
+            AtHardEnd::StopMotor | AtHardEnd::BrakeMotor => Verdict::Stop,
+            AtHardEnd::Cancel => Verdict::Cancel,
+            AtHardEnd::BrakeAll => Verdict::Brake,
+        };
+        if player.verdict != Verdict::Cancel {
+            player.verdict = verdict;
+        }
+        match strategy {
+            _ if !BRAKES => self.stop_motor(motor),
+            AtHardEnd::BrakeMotor | AtHardEnd::BrakeAll if !begins => {}
+            AtHardEnd::BrakeMotor => self.brake(motor),
+            AtHardEnd::BrakeAll => (0..N as u8).for_each(|motor| self.brake(motor)),
+            AtHardEnd::StopMotor | AtHardEnd::Cancel => self.stop_motor(motor),
+        }
+    }
+
+    /// A motor stops between two steps: its program is over.
+    fn stop_motor(&mut self, motor: u8) {
+        self.engine.halt(1 << motor);
+        self.engine.drive().lower(1 << motor);
+        if let Some(player) = self.player(motor) {
+            player.end();
+        }
+    }
+
+    /// A motor brakes, from its next step on; one that is slower than that stops.
+    fn brake(&mut self, motor: u8) {
+        let left = self.engine.loaded(motor);
+        let Some(player) = self.player(motor) else { return };
+        if player.is_braking() || player.status != Status::Running {
+            return;
+        }
+        if !player.brake(left) {
+            return self.stop_motor(motor);
+        }
+        let cut = self.engine.cut(motor);
+        if let Some(player) = self.player(motor) {
+            player.take_back(cut);
+        }
+    }
+}

@@ -115,7 +115,7 @@ const DIRECT_COST: [u32; AXES] = [320, 2_000, 3_200];
 /// The longest stay in the step interrupt that makes one step, a look at another motor's
 /// wait included (`firmware/rig/tests/cycle.rs`). Steps that are due together take less.
 #[cfg(not(feature = "bench"))]
-const CYCLE_COST: [u32; AXES] = [1_700; AXES];
+const CYCLE_COST: [u32; AXES] = [1_600; AXES];
 /// What a step may take is what the bench looks for: nothing is refused.
 #[cfg(feature = "bench")]
 const COST: [u32; AXES] = [MIN_INTERVAL; AXES];

@@ -103,7 +103,7 @@ fn its_edges_are_those_of_the_virtual_board() {
 }
 
 /// `CYCLE_COST` of the firmware: what a step may take.
-const COST: u64 = 1_700;
+const COST: u64 = 1_600;
 
 #[test]
 fn no_step_takes_longer_than_the_board_says() {

@@ -22,9 +22,15 @@ impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S,
     pub(super) fn watch(&mut self) {
         let now = self.surroundings.switches();
         let before = core::mem::replace(&mut self.seen, now);
-        if now == Switches::default() {
-            return;
+        if now != Switches::NONE {
+            self.closed(now, before);
         }
+    }
+
+    /// Some switches are closed now, and some were when they were last looked at.
+    #[cold]
+    #[inline(never)]
+    fn closed(&mut self, now: Switches, before: Switches) {
         for motor in 0..N as u8 {
             for (end, now, before) in
                 [(End::Min, now.min, before.min), (End::Max, now.max, before.max)]

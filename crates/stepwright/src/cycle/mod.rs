@@ -385,10 +385,25 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
     /// The handler took so long, and came so late.
     fn took(&mut self, ticks: Ticks, behind: Ticks) {
         self.longest = self.longest.max(ticks);
-        let period = self.beat.period;
-        let slow = period != 0 && self.beat.micros(ticks.saturating_add(behind)) > period;
-        let late = core::mem::replace(&mut self.late, self.engine.late());
-        if (slow || late != self.late) && self.strategies.timing == AtTiming::Cancel {
+        let slow = self.beat.period != 0 && self.is_slow(ticks.saturating_add(behind));
+        let late = self.engine.late();
+        if slow || late != self.late {
+            self.late = late;
+            self.exceeded();
+        }
+    }
+
+    /// Whether so many ticks are more than a fixed tick.
+    #[inline(never)]
+    fn is_slow(&self, ticks: Ticks) -> bool {
+        self.beat.micros(ticks) > self.beat.period
+    }
+
+    /// The handler took too long, or steps came late.
+    #[cold]
+    #[inline(never)]
+    fn exceeded(&mut self) {
+        if self.strategies.timing == AtTiming::Cancel {
             self.error = Some(CycleError::TimingExceeded);
             self.stop();
         }

@@ -51,6 +51,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 
     /// Ticks since the first event that is due and not yet served; 0 if there is
     /// none. Right up to half the counter.
+    #[inline(never)] // a step interrupt that needs it not is shorter by its registers
     pub fn behind(&mut self) -> Ticks {
         let now = self.timer.now();
         let tracks = self.tracks.iter().filter(|track| track.event != Event::Idle);

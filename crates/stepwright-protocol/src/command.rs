@@ -7,7 +7,7 @@ use crate::axis::{AxisId, Selection};
 use crate::flash::{Text, text};
 use crate::line::CR;
 use crate::number::{
-    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel,
+    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel, WholeJerk,
 };
 use crate::said::{self, Said};
 use crate::setting::{Setting, Value};
@@ -64,6 +64,8 @@ pub enum Command {
     Accel(WholeAccel),
     /// `d<n>`: the ramp down is a deceleration, in steps/s².
     Decel(WholeAccel),
+    /// `j<n>`: how fast the acceleration may change, in steps/s³; 0: at once.
+    Jerk(WholeJerk),
     /// `?`: what are you, and how are you?
     Info,
     /// `!`: forget what was late and what was refused.
@@ -119,6 +121,7 @@ impl Command {
             b't' => Command::Top(Whole::clamped(number)),
             b'a' => Command::Accel(Whole::clamped(number)),
             b'd' => Command::Decel(Whole::clamped(number)),
+            b'j' => Command::Jerk(Whole::clamped(number)),
             b'?' => Command::Info,
             b'!' => Command::Clear,
             b'$' => Command::Settings,
@@ -162,6 +165,7 @@ impl Command {
             Command::Top(n) => (text!("t"), Some(n.get())),
             Command::Accel(n) => (text!("a"), Some(n.get())),
             Command::Decel(n) => (text!("d"), Some(n.get())),
+            Command::Jerk(n) => (text!("j"), Some(n.get())),
             Command::Info => (text!("?"), None),
             Command::Clear => (text!("!"), None),
             Command::Settings | Command::Setting(_) => (text!("$"), None),
@@ -295,6 +299,7 @@ pub(crate) mod tests {
             1 => whole().prop_map(Top),
             1 => whole().prop_map(Accel),
             1 => whole().prop_map(Decel),
+            1 => whole().prop_map(Jerk),
             2 => distance.clone().prop_map(Go),
             2 => distance.prop_map(Retarget),
             1 => axis().prop_map(Zero),
@@ -327,7 +332,7 @@ pub(crate) mod tests {
         /// Whatever is read is the same line again, up to leading zeros, the
         /// sign of zero and P0.
         #[test]
-        fn what_is_read_was_written(line in "[PSTRG@gEFZKIVAstad?!O0-9+-]{0,6}") {
+        fn what_is_read_was_written(line in "[PSTRG@gEFZKIVAstadj?!O0-9+-]{0,6}") {
             if let Ok(command) = Command::parse(line.as_bytes()) {
                 let plain = |text: &str| {
                     let head = text.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -418,6 +423,7 @@ pub(crate) mod tests {
             b"a0",
             b"d0",
             b"a100000001",
+            b"j4000000001",
             b"d4294967296",
             b"G+2147483648",
             b"G-2147483648",
@@ -435,5 +441,6 @@ pub(crate) mod tests {
             assert_eq!(Command::parse(line), Err(BadLine::Setting), "{line:?}");
         }
         assert!(Command::parse(b"s0").is_ok() && Command::parse(b"A0").is_ok());
+        assert!(Command::parse(b"j0").is_ok());
     }
 }

@@ -94,7 +94,7 @@ impl From<stepwright::Refusal> for Refusal {
             Core::TooFast { .. } => Refusal::TooFast,
             Core::Unfit(Unfit::TooSlow | Unfit::Standstill | Unfit::BelowStart) => Refusal::TooSlow,
             Core::Unfit(Unfit::TooLong) => Refusal::Travel,
-            Core::Unfit(Unfit::NoRamp | Unfit::Uneven) => Refusal::Ramp,
+            Core::Unfit(Unfit::NoRamp | Unfit::Uneven | Unfit::Jerk) => Refusal::Ramp,
         }
     }
 }

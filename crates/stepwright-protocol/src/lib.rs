@@ -39,6 +39,8 @@
 //!        | "t" 1…1000000        top speed, in steps/s
 //!        | "a" 1…100000000      the ramp up is an acceleration, in steps/s²
 //!        | "d" 1…100000000      the ramp down is a deceleration, in steps/s²
+//!        | "j" 0…4000000000     the jerk, in steps/s³; 0: none. "PO" takes it back.
+//!                               Not on every board: see the setting `law`
 //!        | "@" sign 0…2³¹−1     the travel in progress ends so many steps from
 //!                               where it began
 //!        | "?"                  one line about the board
@@ -68,7 +70,7 @@
 //! ```text
 //! max-speed=1000000 max-accel=100000000 idle-ms=0 timeout-ms=0 enable-ms=1
 //!    … setup-us=1 hold-us=1 pulse-us=2 reverse=0 enable-high=0 switches=0
-//!    … switch-forward=0 switch-high=0                     (it is one line)
+//!    … switch-forward=0 switch-high=0 law=1               (it is one line)
 //! ```
 //!
 //! # A conversation
@@ -179,7 +181,9 @@ pub use command::{BadLine, Command};
 pub use controller::Controller;
 pub use machine::{Machine, Refusal};
 pub use master::{Master, Waiting};
-pub use number::{Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel};
+pub use number::{
+    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel, WholeJerk,
+};
 pub use order::{Order, Ramp, Travel};
 pub use reply::{Info, Reply, VERSION};
 pub use script::Script;

@@ -1,7 +1,9 @@
 //! How to travel: what S, T, R, s, t, a and d have said of an order.
 
-use stepwright::{Accel, Change, OutOfRange, Speed};
+use stepwright::{Accel, Change, Jerk, OutOfRange, Speed};
 
+#[cfg(feature = "s-curve")]
+use crate::number::WholeJerk;
 use crate::number::{Whole, WholeAccel};
 use crate::order::{Order, Ramp, Travel};
 use crate::said::Said;
@@ -19,6 +21,9 @@ pub(crate) struct Manner {
     pub(crate) accel: u32,
     /// The ramp down, likewise.
     pub(crate) decel: u32,
+    /// How fast the acceleration changes, in steps/s³; 0: at once.
+    #[cfg(feature = "s-curve")]
+    pub(crate) jerk: u32,
     /// Both ramps in steps, except where an acceleration stands in their place.
     pub(crate) ramp: u16,
 }
@@ -35,7 +40,15 @@ impl Manner {
     }
 
     /// All 0, which is no manner.
-    pub(crate) const BLANK: Manner = Manner { start: 0, top: 0, accel: 0, decel: 0, ramp: 0 };
+    pub(crate) const BLANK: Manner = Manner {
+        start: 0,
+        top: 0,
+        accel: 0,
+        decel: 0,
+        #[cfg(feature = "s-curve")]
+        jerk: 0,
+        ramp: 0,
+    };
 
     /// Does what a line of this letter says, S and T apart: s and t of ten
     /// times the number are the same.
@@ -45,6 +58,8 @@ impl Manner {
             b't' => &mut self.top,
             b'a' => &mut self.accel,
             b'd' => &mut self.decel,
+            #[cfg(feature = "s-curve")]
+            b'j' => &mut self.jerk,
             _ => {
                 // R takes both ramps back from a and d.
                 (self.accel, self.decel) = (0, 0);
@@ -53,6 +68,14 @@ impl Manner {
             }
         };
         *place = number;
+    }
+
+    /// Its limit of jerk, if it has one.
+    pub(crate) fn jerk(&self) -> Option<Jerk> {
+        #[cfg(feature = "s-curve")]
+        return Jerk::from_steps(self.jerk.into()).ok();
+        #[cfg(not(feature = "s-curve"))]
+        None
     }
 
     /// What a line changes of a travel in progress: @, t, a or d.
@@ -71,7 +94,8 @@ impl Manner {
         use stepwright::profile::Ramp;
         let steps = Ramp::Steps(self.ramp);
         let (start, top) = (speed(self.start), speed(self.top));
-        let mut order = stepwright::Order { start, top, up: steps, down: steps, travel };
+        let jerk = self.jerk();
+        let mut order = stepwright::Order { start, top, up: steps, down: steps, jerk, travel };
         if self.accel != 0 {
             order.up = Ramp::Accel(Accel::clamped(self.accel));
         }
@@ -92,6 +116,7 @@ impl Manner {
             top: speed(self.top),
             up: ramp(self.accel),
             down: ramp(self.decel),
+            jerk: self.jerk(),
             travel,
         }
     }
@@ -150,6 +175,14 @@ impl Manner {
             ramp: steps.map_or(Manner::INITIAL.ramp, |steps| steps.get() as u16),
             accel,
             decel,
+            #[cfg(feature = "s-curve")]
+            jerk: match order.jerk {
+                Some(jerk) => {
+                    let largest = WholeJerk::LARGEST.get();
+                    whole(jerk.millisteps(), (1, largest), "jerk", "steps/s³")?
+                }
+                None => 0,
+            },
         })
     }
 }
@@ -222,7 +255,7 @@ mod tests {
     }
 
     fn manner(start: u32, top: u32, ramp: u16) -> Manner {
-        Manner { start, top, ramp, accel: 0, decel: 0 }
+        Manner { start, top, ramp, ..Manner::BLANK }
     }
 
     fn with(setting: Setting, number: u32) -> Settings {

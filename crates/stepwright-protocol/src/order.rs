@@ -1,6 +1,6 @@
 //! An order for one axis: how to travel, and where to.
 
-use stepwright::{Accel, OutOfRange, Speed};
+use stepwright::{Accel, Jerk, OutOfRange, Speed};
 
 use crate::manner::Manner;
 use crate::number::{Direction, Distance, RampSteps};
@@ -21,6 +21,9 @@ pub struct Order {
     pub up: Ramp,
     /// From the top speed down to the start speed.
     pub down: Ramp,
+    /// How fast the acceleration comes and goes: 1 … 4,000,000,000 steps/s³. None:
+    /// at once.
+    pub jerk: Option<Jerk>,
     /// How far.
     pub travel: Travel,
 }
@@ -56,6 +59,7 @@ impl From<Order> for stepwright::Order {
             top: order.top,
             up: ramp(order.up),
             down: ramp(order.down),
+            jerk: order.jerk,
             travel: match order.travel {
                 Travel::By(distance) => stepwright::Travel::By(distance.get()),
                 Travel::Endless(direction) => {

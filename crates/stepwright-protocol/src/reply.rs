@@ -56,7 +56,7 @@ pub struct Info {
 
 impl Reply {
     /// The longest answer this version gives, without its CR, in bytes.
-    pub const LONGEST: usize = 190;
+    pub const LONGEST: usize = 196;
 
     /// The line to send, its CR included.
     pub fn bytes(self) -> impl Iterator<Item = u8> + Clone {
@@ -282,7 +282,7 @@ pub(crate) mod tests {
         let line: Vec<u8> = Reply::Settings(Settings::new()).bytes().collect();
         let all = "max-speed=1000000 max-accel=100000000 idle-ms=0 timeout-ms=0 enable-ms=1 \
                    setup-us=1 hold-us=1 pulse-us=2 reverse=0 enable-high=0 switches=0 \
-                   switch-forward=0 switch-high=0\r";
+                   switch-forward=0 switch-high=0 law=1\r";
         assert_eq!(core::str::from_utf8(&line), Ok(all));
         let later = all.trim().replace("idle", "new=9 idle");
         assert_eq!(Reply::parse(later.as_bytes()), Some(Reply::Settings(Settings::new())));

@@ -1,6 +1,8 @@
 //! A line taken apart: its letter, and what stands behind it.
 
 use crate::answer::setting_named;
+#[cfg(feature = "s-curve")]
+use crate::number::WholeJerk;
 use crate::number::{self, RampSteps, TopSpeed, WholeAccel};
 use crate::setting::Setting;
 use crate::{MAX_AXES, Refusal};
@@ -45,6 +47,8 @@ impl Said {
             b'S' | b'T' | b'R' => RampSteps::LARGEST.get(),
             b's' | b't' => TopSpeed::LARGEST.get(),
             b'a' | b'd' => WholeAccel::LARGEST.get(),
+            #[cfg(feature = "s-curve")]
+            b'j' => WholeJerk::LARGEST.get(),
             b'I' | b'V' | b'A' => MAX_AXES as u32,
             b'G' | b'@' => i32::MAX as u32,
             b'E' | b'F' | b'Z' | b'K' | b'?' | b'!' | b'P' | b'g' => 0,
@@ -61,7 +65,8 @@ impl Said {
         }
         if largest != 0 {
             number::read(rest, &mut self.number)?;
-            let zero = matches!(letter, b's' | b'A' | b'G' | b'@');
+            let zero = matches!(letter, b's' | b'A' | b'G' | b'@')
+                || cfg!(feature = "s-curve") && letter == b'j';
             if self.number > largest || (self.number == 0 && !zero) {
                 return Err(Refusal::Range);
             }

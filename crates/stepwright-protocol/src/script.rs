@@ -29,6 +29,7 @@ use crate::order::{Order, Travel};
 ///     top: Speed::from_steps(1000).unwrap(),
 ///     up: Ramp::Steps(RampSteps::new(200).unwrap()),
 ///     down: Ramp::Steps(RampSteps::new(200).unwrap()),
+///     jerk: None,
 ///     travel: Travel::By(Distance::new(4000).unwrap()),
 /// };
 /// let lines = |axis| {
@@ -57,6 +58,7 @@ enum Next {
     Ramp,
     Accel,
     Decel,
+    Jerk,
     Travel,
     End,
 }
@@ -114,7 +116,13 @@ impl Iterator for Script<'_> {
                     (by_steps.then_some(line), Next::Accel)
                 }
                 Next::Accel => (slope(manner.accel).map(Command::Accel), Next::Decel),
-                Next::Decel => (slope(manner.decel).map(Command::Decel), Next::Travel),
+                Next::Decel => (slope(manner.decel).map(Command::Decel), Next::Jerk),
+                Next::Jerk => {
+                    // PO has taken back what another master said.
+                    let jerk = manner.jerk().map(|jerk| (jerk.millisteps() / 1000) as u32);
+                    let line = jerk.map(|jerk| Command::Jerk(Whole::clamped(jerk)));
+                    (line, Next::Travel)
+                }
                 Next::Travel | Next::End => {
                     self.orders = rest;
                     self.selected = axis;
@@ -207,7 +215,8 @@ mod tests {
         #[test]
         fn a_script_sets_the_whole_order(
             start in 0u32..=1_000_000, top in 1u32..=1_000_000, shift in 0u32..20,
-            ramp in 1u16..=999, accel: Option<u32>, decel: Option<u32>, by: i32,
+            ramp in 1u16..=999, accel: Option<u32>, decel: Option<u32>,
+            jerk in prop_oneof![Just(0), 0..=4_000_000_000u32], by: i32,
         ) {
             let order = Manner {
                 start: start >> shift,
@@ -215,6 +224,7 @@ mod tests {
                 ramp,
                 accel: accel.map_or(0, |a| WholeAccel::clamped(a).get()),
                 decel: decel.map_or(0, |a| WholeAccel::clamped(a).get()),
+                jerk,
             }
             .sent(Travel::By(Distance::new(by.max(-i32::MAX)).unwrap()));
             let orders = [(AxisId::FIRST, order)];
@@ -230,6 +240,7 @@ mod tests {
                     Command::Ramp(n) => manner.set(b'R', n.get()),
                     Command::Accel(n) => manner.set(b'a', n.get()),
                     Command::Decel(n) => manner.set(b'd', n.get()),
+                    Command::Jerk(n) => manner.set(b'j', n.get()),
                     _ => {}
                 }
                 if let Command::Go(distance) = command {

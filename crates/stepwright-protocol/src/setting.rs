@@ -7,7 +7,7 @@ use crate::said::{self, Said};
 
 /// Makes [`Setting`] of the table.
 macro_rules! settings {
-    ($($setting:ident, $name:literal, $unit:literal, $min:literal ..= $max:literal, $default:literal, $help:literal;)*) => {
+    ($($setting:ident, $name:literal, $unit:literal, $min:literal ..= $max:expr, $default:expr, $help:literal;)*) => {
         /// One setting of a board.
         ///
         /// ```
@@ -77,6 +77,9 @@ macro_rules! settings {
     };
 }
 
+/// The largest `law`: whether this build knows S-curves.
+const CURVES: u32 = cfg!(feature = "s-curve") as u32;
+
 // Numbers of four bytes first, then of two, then of one: `Settings` counts on
 // it. Sets of axes are the sum of 1 for X, 2 for Y, 4 for Z.
 settings! {
@@ -106,6 +109,8 @@ settings! {
         "axes whose switch ends the travel forward; of the others, backward";
     SwitchHigh, "switch-high", "", 0..=7, 0,
         "axes whose closed switch reads high; of the others, low";
+    Law, "law", "", 0..=CURVES, CURVES,
+        "1: a jerk that an order names bends its ramps (S-curve); 0: it is not heeded";
 }
 
 impl Setting {
@@ -227,7 +232,7 @@ impl Default for Settings {
 
 impl Settings {
     /// How many bytes they are.
-    pub const SIZE: usize = 26;
+    pub const SIZE: usize = 27;
 
     /// All 0, which some may not be: to be overwritten by
     /// [`load`](Settings::load) or [`reset`](Settings::reset).
@@ -303,7 +308,7 @@ impl Settings {
     }
 
     /// The version of the bytes' meaning.
-    pub const LAYOUT: u8 = 1;
+    pub const LAYOUT: u8 = 2;
 
     /// The settings that were stored as these bytes; `None` if a value is
     /// outside its range.

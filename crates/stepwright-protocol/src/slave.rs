@@ -225,30 +225,13 @@ impl<const AXES: usize> Slave<AXES> {
                     return Err(Refusal::Busy);
                 }
                 self.forget_travels();
+                // Document 004's masters know no jerk.
+                #[cfg(feature = "s-curve")]
+                for axis in &mut self.axes {
+                    axis.manner.jerk = 0;
+                }
                 self.order = Open::Yes;
                 self.selected = FIRST;
-            }
-            b'S' | b'T' | b'R' | b's' | b't' | b'a' | b'd' => {
-                if !idle {
-                    // An open order speaks of axes at rest.
-                    if self.order != Open::No || !matches!(letter, b't' | b'a' | b'd') {
-                        return Err(Refusal::Busy);
-                    }
-                    may_change(machine, said)?;
-                    machine.change(busy & self.selected, Manner::change(said))?;
-                }
-                if letter == b'S' || letter == b'T' {
-                    // In tens, and else the same as s and t.
-                    number = number.wrapping_mul(10);
-                    letter |= b's' ^ b'S';
-                }
-                let mut selected = self.selected;
-                for axis in &mut self.axes {
-                    if selected & 1 != 0 {
-                        axis.manner.set(letter, number);
-                    }
-                    selected >>= 1;
-                }
             }
             b'G' | b'g' => {
                 if alone && letter == b'G' {
@@ -333,10 +316,33 @@ impl<const AXES: usize> Slave<AXES> {
                     machine.set_up();
                 }
             }
-            _ => {
+            b'$' | said::ONE => {
                 settings(machine)?;
                 let index = if letter == said::ONE { said.setting as u8 } else { 0 };
                 return Ok(line::SETTINGS.wrapping_add(index));
+            }
+            // What is left says how to travel: S, T, R, s, t, a, d or j.
+            _ => {
+                if !idle {
+                    // An open order speaks of axes at rest.
+                    if self.order != Open::No || !matches!(letter, b't' | b'a' | b'd') {
+                        return Err(Refusal::Busy);
+                    }
+                    may_change(machine, said)?;
+                    machine.change(busy & self.selected, Manner::change(said))?;
+                }
+                if letter == b'S' || letter == b'T' {
+                    // In tens, and else the same as s and t.
+                    number = number.wrapping_mul(10);
+                    letter |= b's' ^ b'S';
+                }
+                let mut selected = self.selected;
+                for axis in &mut self.axes {
+                    if selected & 1 != 0 {
+                        axis.manner.set(letter, number);
+                    }
+                    selected >>= 1;
+                }
             }
         }
         if go {
@@ -361,12 +367,18 @@ impl<const AXES: usize> Slave<AXES> {
             if axis.staged == 0 {
                 continue;
             }
+            let mut order = axis.manner.order(axis.travel());
             result = match machine.settings() {
-                Some(settings) => axis.manner.check(settings),
+                Some(settings) => {
+                    if cfg!(feature = "s-curve") && settings.byte(Setting::Law) == 0 {
+                        order.jerk = None;
+                    }
+                    axis.manner.check(settings)
+                }
                 None => Ok(()),
             };
             if result.is_ok() {
-                result = machine.prepare(AxisId::at(index), &axis.manner.order(axis.travel()));
+                result = machine.prepare(AxisId::at(index), &order);
             }
             if result.is_err() {
                 break;

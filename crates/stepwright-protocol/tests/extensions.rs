@@ -294,6 +294,27 @@ fn an_empty_line_is_answered_but_no_news() {
     );
 }
 
+// ---- Jerk ----
+
+#[test]
+fn a_jerk_bends_the_ramps_of_its_order() {
+    talk(
+        "j400000        Y
+         g+             Y  -> start 1 50-1000 R200 R200 400000/s3 forward
+         j1             E
+         Z              Y  -> brake 1
+         *arrive 1
+         PO             Y
+         G+5            Y
+         E              Y  -> start 1 50-1000 R200 R200 +5
+         *arrive 1
+         j4000000001    E
+         j4000000000    Y
+         $law=0         Y  -> law=0
+         g-             Y  -> start 1 50-1000 R200 R200 backward",
+    );
+}
+
 // ---- Settings ----
 
 #[test]
@@ -304,7 +325,7 @@ fn settings_are_asked_and_set() {
          $pulse-us=15  Y
          $pulse-us     pulse-us=15
          $idle-ms=0060000 Y -> idle-ms=60000
-         $             max-speed=1000000 max-accel=100000000 idle-ms=60000 timeout-ms=0 enable-ms=1 setup-us=1 hold-us=1 pulse-us=15 reverse=0 enable-high=0 switches=0 switch-forward=0 switch-high=0
+         $             max-speed=1000000 max-accel=100000000 idle-ms=60000 timeout-ms=0 enable-ms=1 setup-us=1 hold-us=1 pulse-us=15 reverse=0 enable-high=0 switches=0 switch-forward=0 switch-high=0 law=1
          $reset        Y  -> idle-ms=0; pulse-us=2
          $reset        Y
          $idle-ms      idle-ms=0",

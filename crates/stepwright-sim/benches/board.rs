@@ -32,6 +32,7 @@ fn play(top: u32, axes: usize) -> u64 {
         top: Speed::from_steps(top).unwrap(),
         up: Ramp::Accel(Accel::from_steps(40_000).unwrap()),
         down: Ramp::Accel(Accel::from_steps(40_000).unwrap()),
+        jerk: None,
         travel: Travel::By(STEPS),
     };
     let orders = (0..axes as u8).map(|axis| (axis, order));

@@ -16,6 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         top: Speed::from_steps(4000)?,
         up: Ramp::Accel(Accel::from_steps(10_000)?),
         down: Ramp::Accel(Accel::from_steps(20_000)?),
+        jerk: None,
         travel: Travel::By(-4000),
     };
     let controller = board.controller();

@@ -14,6 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         top: Speed::from_steps(1000)?,
         up: Ramp::Steps(200),
         down: Ramp::Steps(200),
+        jerk: None,
         travel: Travel::Endless(true),
     };
     let millisecond = 16_000;

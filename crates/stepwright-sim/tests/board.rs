@@ -14,6 +14,7 @@ fn order(top: u32, travel: Travel) -> Order {
         top: Speed::from_steps(top).unwrap(),
         up: Ramp::Accel(Accel::from_steps(40_000).unwrap()),
         down: Ramp::Accel(Accel::from_steps(40_000).unwrap()),
+        jerk: None,
         travel,
     }
 }

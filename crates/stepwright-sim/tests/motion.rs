@@ -57,7 +57,7 @@ fn job() -> impl Strategy<Value = Job> {
     )
         .prop_map(|(axis, start, top, up, down, travel, brake, pause)| {
             let v = |m| Speed::from_millisteps(m).unwrap();
-            let order = Order { start: v(start), top: v(top), up, down, travel };
+            let order = Order { start: v(start), top: v(top), up, down, jerk: None, travel };
             // What never ends by itself must be stopped.
             let brake = match travel {
                 Travel::Endless(_) => brake.or(Some(300)),

@@ -20,6 +20,7 @@ fn pulses(steps: i32, accel: u32, top: u32) -> Vec<u64> {
         top: Speed::from_steps(top).unwrap(),
         up: ramp,
         down: ramp,
+        jerk: None,
         travel: Travel::By(steps),
     };
     let controller = board.controller();

@@ -126,10 +126,11 @@ impl<const Q: usize> Motor<Q> {
             if self.planner.is_endless() {
                 return Ok(());
             }
-            // What this leg leaves can only lie behind.
+            // What this leg leaves can only lie behind; or a curve's fall has begun,
+            // and ends before what is left.
             let steps = self.planner.steps_left() as i32;
             left = left.wrapping_sub(steps);
-            beyond |= left > 0 || steps < 0;
+            beyond |= steps < 0 || left > 0 && !self.planner.is_bent();
         }
         if beyond {
             return Err(Unfit::TooLong.into());

@@ -1,7 +1,7 @@
 //! What a user orders, and why it may be refused.
 
-use crate::profile::{Path, Ramp, RampSteps, Unfit};
-use crate::units::{Accel, Rate, Speed};
+use crate::profile::{Path, Ramp, RampSteps, SCurve, Unfit};
+use crate::units::{Accel, Jerk, Rate, Speed};
 use core::fmt;
 
 /// How far to travel.
@@ -32,6 +32,7 @@ impl Travel {
 ///     top: Speed::from_steps(1000)?,
 ///     up: Ramp::Steps(200),
 ///     down: Ramp::Steps(200),
+///     jerk: None,
 ///     travel: Travel::By(-4000),
 /// };
 /// assert!(!order.travel.forward());
@@ -47,6 +48,9 @@ pub struct Order {
     pub up: Ramp,
     /// From top to start speed.
     pub down: Ramp,
+    /// How fast the acceleration comes and goes at both ends of each ramp: an
+    /// S-curve. None: at once.
+    pub jerk: Option<Jerk>,
     /// How far.
     pub travel: Travel,
 }
@@ -55,9 +59,37 @@ impl Order {
     /// The law of this order on a timer.
     ///
     /// # Errors
-    /// [`Unfit::NoRamp`] for a ramp of 0 steps.
+    /// [`Unfit::NoRamp`] for a ramp of 0 steps; [`Unfit::Jerk`] with a limit of jerk,
+    /// which [`SCurve`](crate::profile::SCurve) keeps.
     pub fn law(&self, rate: Rate) -> Result<RampSteps, Unfit> {
+        if self.jerk.is_some() {
+            return Err(Unfit::Jerk);
+        }
         RampSteps::mixed(rate, self.start, self.top, self.up, self.down)
+    }
+
+    /// The law of an order with a limit of jerk; `None` without. A ramp in steps stands
+    /// for the acceleration that it takes without its bends.
+    ///
+    /// # Errors
+    /// [`Unfit::NoRamp`] for a ramp of 0 steps.
+    pub fn s_curve(&self, rate: Rate) -> Option<Result<SCurve, Unfit>> {
+        let jerk = self.jerk?;
+        let squared = |v: Speed| u64::from(v.millisteps()).pow(2);
+        let rise = squared(self.top).saturating_sub(squared(self.start));
+        let accel = |ramp| match ramp {
+            Ramp::Accel(accel) => Ok(accel),
+            Ramp::Steps(0) => Err(Unfit::NoRamp),
+            // 10⁻⁶ (steps/s)² a step, to 10⁻³ steps/s².
+            Ramp::Steps(steps) => {
+                let by = 2000 * u64::from(steps);
+                let accel = (rise.saturating_add(by / 2)).checked_div(by).unwrap_or(0);
+                let least = Accel::MIN.millisteps();
+                Ok(Accel::from_millisteps(accel.max(least)).unwrap_or(Accel::MAX))
+            }
+        };
+        let law = |up, down| SCurve::new(rate, self.start, self.top, up, jerk).with_decel(down);
+        Some(accel(self.up).and_then(|up| Ok(law(up, accel(self.down)?))))
     }
 
     /// Its motion in closed form.
@@ -124,6 +156,7 @@ impl Refusal {
             Refusal::Unfit(Unfit::Standstill) => "standstill",
             Refusal::Unfit(Unfit::NoRamp) => "no-ramp",
             Refusal::Unfit(Unfit::Uneven) => "uneven",
+            Refusal::Unfit(Unfit::Jerk) => "jerk",
         }
     }
 }

@@ -50,7 +50,14 @@
 //! 2,900, the slave's way to it included; an order of three travels is heard,
 //! laid out and begun in 7,286.
 
+#[cfg(feature = "s-curve")]
+mod bent;
+#[cfg(not(feature = "s-curve"))]
+#[path = "planner/straight.rs"]
+mod bent;
 mod clock;
+#[cfg(feature = "s-curve")]
+mod curve;
 mod share;
 
 use crate::num::Num;
@@ -58,6 +65,7 @@ use crate::order::{Change, Order, Travel};
 use crate::profile::{Ramp, Unfit};
 use crate::run::Run;
 use crate::units::{Accel, Speed, Ticks};
+use bent::Bent;
 pub(crate) use clock::Clock;
 use share::{share, share_of_ramp};
 
@@ -97,6 +105,8 @@ pub(crate) struct Planner {
     a2: Num,
     d2: Num,
     slope: Num,
+    /// What a limited jerk adds.
+    bent: Bent,
 }
 
 /// A run that is half planned: one for all axes, which take turns.
@@ -108,13 +118,20 @@ pub(crate) struct Work {
     mean: Num,
     /// δ of a ramp run.
     delta: Num,
+    /// When the run ends, from the low end of its curve.
+    time: Num,
     /// How far its planning is.
     stage: Stage,
 }
 
 impl Work {
-    pub(crate) const NONE: Work =
-        Work { pending: Num::UNSET, mean: Num::UNSET, delta: Num::UNSET, stage: Stage::Begin };
+    pub(crate) const NONE: Work = Work {
+        pending: Num::UNSET,
+        mean: Num::UNSET,
+        delta: Num::UNSET,
+        time: Num::UNSET,
+        stage: Stage::Begin,
+    };
 
     /// Forgets what has been begun: the travel has changed.
     pub(crate) fn drop(&mut self) {
@@ -194,6 +211,7 @@ impl Planner {
         fall: 0,
         rise_part: 0,
         fall_part: 0,
+        bent: Bent::NONE,
         endless: false,
         ease: false,
         carry: 0,
@@ -216,6 +234,7 @@ impl Planner {
         self.d2 = slope(order, &order.down);
         self.top = Num::from(order.top.millisteps());
         self.w_end = square(order.start.min(order.top));
+        self.bent.limit(order.jerk)?;
         self.check(clock)?;
         self.endless = matches!(order.travel, Travel::Endless(_));
         let pulses = match order.travel {
@@ -259,6 +278,10 @@ impl Planner {
     /// to its target, less than 0 if that lies behind. It brakes where it would
     /// overshoot.
     pub(crate) fn resume(&mut self, left: i32) {
+        if self.is_bent() {
+            self.go_on(left);
+            return;
+        }
         let far = left >= 0 && Num::from(left as u32).at_least(&self.way_to(&self.w_end));
         if far || self.endless {
             self.divide(left as u32);
@@ -276,6 +299,9 @@ impl Planner {
             slowest = clock.twice.over(&self.a2.root());
             slowest = slowest.plus(&clock.twice.over(&self.d2.root()));
             slowest = slowest.plus(&clock.interval(&self.top));
+            if !self.bent.can_start(clock) {
+                return Err(Unfit::TooSlow);
+            }
         }
         if slowest.is_below(31) { Ok(()) } else { Err(Unfit::TooSlow) }
     }
@@ -284,6 +310,10 @@ impl Planner {
     /// and fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn divide(&mut self, steps: u32) {
+        if self.is_bent() {
+            self.divide_bent(steps);
+            return;
+        }
         let w = self.v.times(&self.v);
         let w_top = self.top.times(&self.top);
         self.v_top = self.top;
@@ -348,11 +378,15 @@ impl Planner {
     /// then the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn brake(&mut self) {
+        self.endless = false;
+        if self.is_bent() {
+            self.go_on(0);
+            return;
+        }
         (self.rise, self.rise_part) = (0, 0);
         (self.fall, self.fall_part) = self.way_to(&self.w_end).split();
         self.level = u32::from(self.fall_part != 0);
         self.v_top = self.v;
-        self.endless = false;
     }
 
     /// The highest speed from here on, in 0.001 steps/s, rounded up; 0 if
@@ -362,7 +396,8 @@ impl Planner {
         if self.steps_left() == 0 {
             return 0;
         }
-        let peak = if self.v_top.at_least(&self.v) { &self.v_top } else { &self.v };
+        let top = if self.bent.is_again() { &self.top } else { &self.v_top };
+        let peak = if top.at_least(&self.v) { top } else { &self.v };
         let (whole, part) = peak.split();
         whole.saturating_add(u32::from(part != 0))
     }
@@ -386,6 +421,10 @@ impl Planner {
     pub(crate) fn next(&mut self, clock: &Clock, work: &mut Work, run: &mut Run) -> Planned {
         if self.rise > 0 {
             self.ramp(clock, work, run, true)
+        } else if self.bent.is_again() && self.rise_part == 0 {
+            self.bent.lays_out();
+            self.divide(self.level.wrapping_add(self.fall));
+            Planned::Again
         } else if self.level > 0 {
             let last = self.level == 1 && self.fall_part != 0 && !self.endless;
             if self.rise_part != 0 || last {
@@ -417,6 +456,12 @@ impl Planner {
         let full = 1u32 << size;
         let steps = share_of_ramp(room, full);
         match work.stage {
+            _ if self.is_bent() => {
+                if !self.follow(clock, work, steps, first) {
+                    return Planned::Again;
+                }
+                work.stage = Stage::Begin;
+            }
             Stage::Begin => {
                 work.pending = self.speed_after(steps, first);
                 work.stage = Stage::Half;
@@ -435,7 +480,11 @@ impl Planner {
             Stage::Late | Stage::Last => work.stage = Stage::Begin,
         }
         let (mean, delta) = (work.mean, work.delta);
-        let error = delta.roughly(&delta).roughly(&mean).scaled(i16::from(size) - 5);
+        let mut spread = delta.roughly(&delta);
+        if self.is_bent() {
+            spread = spread.plus(&self.jerk_of(clock, work, size));
+        }
+        let error = spread.roughly(&mean).scaled(i16::from(size) - 5);
         if size > 0
             && !(clock.holds(&mean, size) && error.is_below(clock.bound) && delta.is_below(-2))
         {
@@ -463,6 +512,7 @@ impl Planner {
             self.fall = self.fall.wrapping_sub(steps);
         }
         self.v = work.pending;
+        self.bent.goes_to(work.time);
         // An even number: then neither a stride's mean interval nor the spread
         // has a half to lose.
         let mut half = delta.roughly(&mean).scaled(15);
@@ -536,6 +586,9 @@ impl Planner {
     /// The one step that a change of piece divides.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn corner(&mut self, clock: &Clock, work: &mut Work, run: &mut Run, last: bool) -> Planned {
+        if self.is_bent() {
+            return self.bent_corner(clock, work, run, last);
+        }
         let rise = Num::part(self.rise_part);
         let fall = Num::part(if last { self.fall_part } else { 0 });
         match work.stage {

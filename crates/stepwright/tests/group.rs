@@ -36,7 +36,7 @@ const UNO: Board<2> = {
 fn order(top: u32, accel: u32) -> Order {
     let ramp = Ramp::Accel(Accel::from_steps(accel).unwrap());
     let top = Speed::from_steps(top).unwrap();
-    Order { start: Speed::ZERO, top, up: ramp, down: ramp, travel: Travel::By(3_000) }
+    Order { start: Speed::ZERO, top, up: ramp, down: ramp, jerk: None, travel: Travel::By(3_000) }
 }
 
 /// The runs of axis 1, while something is done to axis 0 after so many pieces.

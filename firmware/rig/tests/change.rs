@@ -145,3 +145,34 @@ fn what_can_not_be_is_refused_with_its_reason_and_nothing_changes() {
     let path = common::path_of_accel(100, 4_000, 10_000, 4_000);
     common::follows(&steps(&chip, 0), &path, common::FIT + LATENCY);
 }
+
+// ---- S-curves ----
+
+const CURVE: &str = "PO s0 t4000 a20000 d20000 j200000 G+4000 E";
+
+/// An Uno has no room for S-curves, and says so.
+fn has_curves() -> bool {
+    if common::board() == stepwright_rig::Board::Mega {
+        return true;
+    }
+    let mut chip = chip();
+    chip.expect("j200000", "E");
+    assert!(chip.ask("?").unwrap().contains("last=line"));
+    chip.expect("$law", "law=0");
+    chip.expect("$law=1", "E");
+    false
+}
+
+#[test]
+fn an_s_curve_and_changes_on_it() {
+    if !has_curves() {
+        return;
+    }
+    assert_eq!(changed(CURVE, 10_000_000, "@+6000").1, 6_000);
+    assert_eq!(changed(CURVE, 2_000_000, "t1500").1, 4_000);
+    assert_eq!(changed(CURVE, 8_000_000, "t1500").1, 4_000);
+    assert_eq!(changed(CURVE, 3_000_000, "a3000").1, 4_000);
+    assert_eq!(changed(CURVE, 6_000_000, "@-300").1, -300);
+    let end = changed("s0 t3000 a20000 d9000 j300000 g-", 9_000_000, "Z").1;
+    assert!((-3_000..-500).contains(&end), "{end}");
+}

@@ -29,6 +29,7 @@ fn law(start: u32, top: u32, accel: u32, count: i32) -> Law {
         top: Speed::from_steps(top).unwrap(),
         up: ramp,
         down: ramp,
+        jerk: None,
         travel: Travel::By(count),
     };
     Law::of(common::rate(), &order).unwrap()

@@ -15,6 +15,7 @@
 //! (start, watch, stop), [`progress`] (what the user sees meanwhile) and [`keys`]
 //! (what the user presses meanwhile).
 
+mod course;
 mod drive;
 pub mod halt;
 pub mod keys;

@@ -3,13 +3,13 @@
 use std::fmt::Display;
 
 use serde_json::{Value, json};
-use stepwright::profile::Path;
-use stepwright::{Rate, Speed};
+use stepwright::Speed;
 use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Travel};
 
+use super::course::Course;
 use crate::board::recording::Heading;
 use crate::failure::Failure;
-use crate::quantity::{AccelArg, GeometryArgs, Held, SpeedArg};
+use crate::quantity::{AccelArg, GeometryArgs, Held, JerkArg, SpeedArg};
 
 /// Above the options that say how to move.
 pub const MOTION: &str =
@@ -32,13 +32,13 @@ pub struct RampArgs {
     /// Deceleration back down, if it differs from the way up
     #[arg(long, value_name = "ACCEL")]
     decel: Option<AccelArg>,
+    /// How fast the acceleration comes and goes, like 400000 or 200rad/s3: an
+    /// S-curve [default: at once]
+    #[arg(long, value_name = "JERK")]
+    jerk: Option<JerkArg>,
     #[command(flatten)]
     geometry: GeometryArgs,
 }
-
-/// The timer that durations are reckoned with: the board's own may differ, by
-/// less than anyone can see.
-const CLOCK: Rate = Rate::MHZ;
 
 /// An order, as it was typed and as it is sent.
 pub struct Motion {
@@ -50,6 +50,7 @@ pub struct Motion {
     /// Where the ramps were given as accelerations.
     accel: Option<String>,
     decel: Option<String>,
+    jerk: Option<String>,
 }
 
 impl RampArgs {
@@ -69,14 +70,17 @@ impl RampArgs {
         let ramp = Ramp::Steps(RampSteps::clamped(self.ramp.unwrap_or(200)));
         let up = accel.as_ref().map_or(ramp, |a| Ramp::Accel(a.value));
         let down = decel.as_ref().map_or(up, |d| Ramp::Accel(d.value));
-        let order = Order { start: start.value, top: top.value, up, down, travel };
+        let jerk = self.jerk.as_ref().map(|j| j.resolve(&geometry, "--jerk")).transpose()?;
+        let bend = jerk.as_ref().map(|j| j.value);
+        let order = Order { start: start.value, top: top.value, up, down, jerk: bend, travel };
         // What the line can't say is, in words: slower than a step a second.
         let order = order.sendable().map_err(|error| {
             Failure::new(format!("{error}")).hint("the line carries whole steps: 1 or more")
         })?;
         let shown = |held: &Held<_>| held.to_string();
         let (accel, decel) = (accel.as_ref().map(shown), decel.as_ref().map(shown));
-        Ok(Motion { axis, order, start, top, accel, decel })
+        let jerk = jerk.as_ref().map(Held::to_string);
+        Ok(Motion { axis, order, start, top, accel, decel, jerk })
     }
 }
 
@@ -87,20 +91,15 @@ impl Motion {
         Ok(Script::new(&orders)?.collect())
     }
 
-    /// The motion in closed form; `None` where no timer of ours can hold it.
-    pub fn path(&self) -> Option<Path> {
-        stepwright::Order::from(self.order).path(CLOCK).ok()
-    }
-
-    /// Seconds from the first pulse to pulse `n`, counted from 0.
-    pub fn seconds(path: &Path, n: u32) -> f64 {
-        path.time_of(n) as f64 / f64::from(CLOCK.hz())
+    /// The motion in closed form; `None` if it is endless, or no timer of ours can
+    /// hold it.
+    pub fn course(&self) -> Option<Course> {
+        Course::of(&self.order.into())
     }
 
     /// Its duration in seconds; `None` if it is endless.
     pub fn duration(&self) -> Option<f64> {
-        let path = self.path().filter(|path| !path.is_endless())?;
-        Some(Motion::seconds(&path, path.pulses().saturating_sub(1)))
+        self.course().map(|course| course.duration())
     }
 
     /// What was understood, for people.
@@ -116,13 +115,16 @@ impl Motion {
             row("ramp up", self.ramp(self.order.up, self.accel.as_deref()));
             let down = self.decel.as_deref().or(self.accel.as_deref());
             row("ramp down", self.ramp(self.order.down, down));
+            if let Some(jerk) = &self.jerk {
+                row("jerk", jerk.clone());
+            }
         }
-        if let Some(path) = self.path().filter(|path| !path.is_endless() && path.pulses() > 1) {
-            if path.peak() < self.order.top.millisteps() {
-                let peak = f64::from(path.peak()) / 1000.0;
+        if let Some(course) = self.course().filter(|course| course.pulses() > 1) {
+            if course.peak() < self.order.top.millisteps() {
+                let peak = f64::from(course.peak()) / 1000.0;
                 row("peak", format!("{peak:.0} steps/s: too short a travel for the top speed"));
             }
-            row("takes", seconds(Motion::seconds(&path, path.pulses() - 1)));
+            row("takes", seconds(course.duration()));
         }
         rows
     }
@@ -152,7 +154,11 @@ impl Motion {
                 } else {
                     format!(", sent as {accel}")
                 };
-                format!("{given}{sent} ({steps:.0} steps)")
+                match self.jerk {
+                    // The bends make it longer.
+                    Some(_) => format!("{given}{sent}"),
+                    None => format!("{given}{sent} ({steps:.0} steps)"),
+                }
             }
         }
     }
@@ -169,6 +175,7 @@ impl Motion {
             "top_speed": speed(self.order.top),
             "ramp_up": ramp(self.order.up),
             "ramp_down": ramp(self.order.down),
+            "jerk": self.order.jerk.map(|jerk| jerk.millisteps() as f64 / 1000.0),
             "duration": self.duration(),
         })
     }

@@ -6,9 +6,10 @@ use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use stepwright::profile::Path;
+
 use stepwright_protocol::{Distance, Travel};
 
+use super::course::Course;
 use super::drive::Sight;
 use super::keys;
 use super::motion::{Motion, seconds};
@@ -23,7 +24,7 @@ const LINES: Duration = Duration::from_secs(1);
 /// A moving motor, told to the user.
 pub struct Progress {
     bar: Option<ProgressBar>,
-    path: Option<Path>,
+    course: Option<Course>,
     from: i64,
     sights: VecDeque<(Duration, i64)>,
     told: Instant,
@@ -38,9 +39,9 @@ impl Progress {
             Travel::Endless(_) => None,
         };
         let bar = io::stderr().is_terminal().then(|| bar(steps));
-        let path = motion.path().filter(|path| !path.is_endless());
+        let course = motion.course();
         let sights = VecDeque::new();
-        let progress = Progress { bar, path, from, sights, told: Instant::now(), braking: false };
+        let progress = Progress { bar, course, from, sights, told: Instant::now(), braking: false };
         if keys {
             progress.note(keys::HELP);
         }
@@ -60,7 +61,7 @@ impl Progress {
         if let Some(text) = &sight.told {
             self.note(text);
             // It is another motion now.
-            self.path = None;
+            self.course = None;
         }
         let Some(position) = sight.position else { return };
         let speed = self.speed(sight.time, position);
@@ -105,10 +106,10 @@ impl Progress {
 
     /// Seconds until the end, by the law of the motion.
     fn left(&self, done: u64) -> Option<f64> {
-        let path = self.path.as_ref()?;
-        let last = path.pulses().checked_sub(1)?;
+        let course = self.course.as_ref()?;
+        let last = course.pulses().checked_sub(1)?;
         let pulse = u32::try_from(done.saturating_sub(1)).unwrap_or(last).min(last);
-        Some(Motion::seconds(path, last) - Motion::seconds(path, pulse))
+        Some(course.seconds(last) - course.seconds(pulse))
     }
 
     /// Clears the line away.

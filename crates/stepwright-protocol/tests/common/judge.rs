@@ -81,13 +81,14 @@ fn setting(line: &str) -> Option<(char, u64)> {
         's' => (0, 1_000_000),
         't' => (1, 1_000_000),
         'a' | 'd' => (1, 100_000_000),
+        'j' => (0, 4_000_000_000),
         _ => return None,
     };
     Some((letter, number(&line[1..], from, to)?))
 }
 
 /// The settings of a board, their ranges and their defaults.
-const BOARD: [(&str, u64, u64, u64); 13] = [
+const BOARD: [(&str, u64, u64, u64); 14] = [
     ("max-speed", 1, 1_000_000, 1_000_000),
     ("max-accel", 1, 100_000_000, 100_000_000),
     ("idle-ms", 0, 3_600_000, 0),
@@ -101,6 +102,7 @@ const BOARD: [(&str, u64, u64, u64); 13] = [
     ("switches", 0, 7, 0),
     ("switch-forward", 0, 7, 0),
     ("switch-high", 0, 7, 0),
+    ("law", 0, 1, 1),
 ];
 
 /// A line that sets one of them: which one and to what.
@@ -197,6 +199,20 @@ fn settings(log: &[Entry], axis: usize) -> String {
     format!("{}-{} {} {}", speed("Ss", 50), speed("Tt", 1000), ramp('a'), ramp('d'))
 }
 
+/// The jerk of an axis at the end of this log, in words: an order forgets it, and so
+/// does a board without the law.
+fn jerk(log: &[Entry], axis: usize) -> String {
+    let since = log.iter().rposition(opens).unwrap_or(0);
+    let taken = (since..log.len())
+        .filter(|&n| log[n].answer == "Y" && selected(&log[..n]).contains(&axis))
+        .filter_map(|n| setting(&log[n].line).filter(|(letter, _)| *letter == 'j'))
+        .map(|(_, n)| n);
+    match taken.fold(None, |_, n| Some(n)) {
+        Some(n) if n != 0 && board_setting_now(log, 13) == "law=1" => format!(" {n}/s3"),
+        _ => String::new(),
+    }
+}
+
 /// Whether the board's settings allow these settings of an axis, in words.
 fn allowed(log: &[Entry], words: &str) -> bool {
     let limit = |which| board_setting_now(log, which).split_once('=').unwrap().1.parse().unwrap();
@@ -247,7 +263,7 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
         if !allowed(before, &settings) {
             return None;
         }
-        orders.push(format!("{} {settings} {travel}", axis + 1));
+        orders.push(format!("{} {settings}{} {travel}", axis + 1, jerk(before, axis)));
     }
     (!orders.is_empty()).then(|| orders.join("; "))
 }

@@ -55,7 +55,7 @@ impl Bench {
     pub fn press(&mut self, index: usize) {
         let travel = Travel::Endless(true);
         let (up, down) = (Ramp::Steps(999), Ramp::Steps(999));
-        let order = Order { start: Speed::ZERO, top: Speed::MAX, up, down, travel };
+        let order = Order { start: Speed::ZERO, top: Speed::MAX, up, down, jerk: None, travel };
         self.axes[index].running.get_or_insert(order);
     }
 
@@ -197,6 +197,9 @@ pub fn words(order: &Order) -> String {
             Ramp::Steps(n) => write!(text, " R{n}"),
             Ramp::Accel(a) => write!(text, " {a}/s2"),
         };
+    }
+    if let Some(jerk) = order.jerk {
+        let _ = write!(text, " {jerk}/s3");
     }
     let _ = match order.travel {
         Travel::By(steps) => write!(text, " {steps:+}"),

@@ -13,7 +13,17 @@ fn any_line(random: &mut Random) -> String {
     let name = |random: &mut Random| {
         pick(
             random,
-            &["pulse-us", "idle-ms", "max-speed", "max-accel", "switch-high", "reset", "pulse", ""],
+            &[
+                "pulse-us",
+                "idle-ms",
+                "max-speed",
+                "max-accel",
+                "switch-high",
+                "law",
+                "reset",
+                "pulse",
+                "",
+            ],
         )
     };
     match random.below(11) {
@@ -25,10 +35,13 @@ fn any_line(random: &mut Random) -> String {
         0 => pick(random, &["PO", "P0", "E", "F", "Z", "K", "?", "!", ""]),
         1 => pick(random, &["g+", "g-", "A0", "A1", "A2", "A3", "A4", "V1", "V2", "I1", "I3"]),
         2 | 3 => {
-            pick(random, &["S", "T", "R", "s", "t", "a", "d", "A", "V", "I"]) + &number(random)
+            pick(random, &["S", "T", "R", "s", "t", "a", "d", "j", "A", "V", "I"]) + &number(random)
         }
         4 => pick(random, &["G+", "G-", "G", "@+", "@-", "@"]) + &number(random),
-        5 | 6 => pick(random, &["PO", "E", "A2", "A0", "G+5", "T20", "a7", "t300"]),
+        5 | 6 => pick(
+            random,
+            &["PO", "E", "A2", "A0", "G+5", "T20", "a7", "t300", "j90", "j0", "$law=0"],
+        ),
         _ => pick(random, &["F", "V1", "Z", "g+", "G-9", "PO", "E", "S3", "R10", "@-3"]),
     }
 }
@@ -42,7 +55,7 @@ fn sane(random: &mut Random) -> Vec<u8> {
             if random.one_in(3) {
                 lines.push(format!("A{}", random.below(AXES + 1)));
             }
-            for letter in ["S", "T", "R", "s", "t", "a", "d"] {
+            for letter in ["S", "T", "R", "s", "t", "a", "d", "j"] {
                 if random.one_in(3) {
                     lines.push(format!("{letter}{}", 1 + random.below(999)));
                 }

@@ -95,6 +95,19 @@ impl Num {
         Num::new(x, -32)
     }
 
+    /// A power of two near the cube root, for small exponents.
+    #[cfg(feature = "s-curve")]
+    pub(crate) fn near_cube_root(&self) -> Num {
+        // A third is 85 / 256.
+        Num::power(self.exponent().wrapping_mul(85) >> 8)
+    }
+
+    /// The largest power of two that it is not below.
+    #[cfg(feature = "s-curve")]
+    pub(crate) fn exponent(&self) -> i16 {
+        self.e.wrapping_add(31)
+    }
+
     /// Whether it is less than 2^e.
     #[inline(always)]
     pub(crate) const fn is_below(&self, e: i16) -> bool {

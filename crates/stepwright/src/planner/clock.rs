@@ -43,4 +43,11 @@ impl Clock {
     pub(super) fn holds(&self, mean: &Num, size: u8) -> bool {
         mean.is_below(17) && self.longest.at_least(&mean.scaled(size.into()))
     }
+
+    /// 2²⁸ ticks or more, in 1000 s, as a power of two.
+    #[cfg(feature = "s-curve")]
+    pub(super) fn second_eighth(&self) -> i16 {
+        // 2²⁹ / 2f.
+        self.inverse.exponent().wrapping_add(29)
+    }
 }

@@ -16,8 +16,14 @@ fn rounding_does_not_add_up() {
         let clock = Clock::new(rate, &Fit::EXACT.lasting(rate.micros(8_000)));
         let ramp = Ramp::Accel(Accel::from_millisteps(accel).unwrap());
         let top = Speed::from_millisteps(top).unwrap();
-        let order =
-            Order { start: Speed::ZERO, top, up: ramp, down: ramp, travel: Travel::Endless(true) };
+        let order = Order {
+            start: Speed::ZERO,
+            top,
+            up: ramp,
+            down: ramp,
+            jerk: None,
+            travel: Travel::Endless(true),
+        };
         let mut planner = Planner::IDLE;
         planner.lay_out(&clock, &order).unwrap();
         let steps = planner.rise;
@@ -56,5 +62,73 @@ fn the_end_of_a_piece_is_shared() {
     for room in 0..2000 {
         runs(share, room);
         runs(share_of_ramp, room);
+    }
+}
+
+mod bent {
+    use super::*;
+    use crate::profile::SCurve;
+    use crate::units::Jerk;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    /// Times of the pulses of a travel, in ticks; the first is 0.
+    fn times(rate: Rate, order: &Order) -> Result<Vec<f64>, Unfit> {
+        let clock = Clock::new(rate, &Fit::EXACT.lasting(rate.micros(8_000)));
+        let mut planner = Planner::IDLE;
+        planner.lay_out(&clock, order)?;
+        let (mut work, mut run) = (Work::NONE, Run::steady(0, 0));
+        let mut times = std::vec![0.0];
+        let (mut calls, mut time) = (0u32, 0u64);
+        loop {
+            calls += 1;
+            assert!(calls < 10_000_000, "it never ends");
+            match planner.next(&clock, &mut work, &mut run) {
+                Planned::Run(_) => {
+                    let mut interval = run.interval();
+                    for _ in 0..run.count() {
+                        time += interval;
+                        times.push(time as f64 / 65536.0);
+                        interval = interval.wrapping_add_signed(run.add().into());
+                    }
+                }
+                Planned::Again => {}
+                Planned::End => return Ok(times),
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(3000))]
+
+        /// From rest to rest it is the closed form of 128 bits.
+        #[test]
+        fn pulses_keep_the_curve(
+            hz in prop_oneof![Just(1_000_000u32), Just(16_000_000)],
+            start in prop_oneof![Just(0u32), 1u32..500_000],
+            top in 1_000u32..20_000_000,
+            up in 100_000u64..100_000_000, down in 100_000u64..100_000_000,
+            jerk in 0u32..20, fine in 1_000u64..2_000,
+            pulses in prop_oneof![1i32..20, 20i32..5_000],
+        ) {
+            let rate = Rate::from_hz(hz).unwrap();
+            let jerk = Jerk::from_millisteps((fine * 1_000) << jerk).unwrap();
+            let (up, down) = (Accel::from_millisteps(up).unwrap(), Accel::from_millisteps(down).unwrap());
+            let (start, top) = (Speed::from_millisteps(start).unwrap(), Speed::from_millisteps(top).unwrap());
+            let order = Order {
+                start, top, up: Ramp::Accel(up), down: Ramp::Accel(down), jerk: Some(jerk),
+                travel: Travel::By(pulses),
+            };
+            let law = SCurve::new(rate, start, top, up, jerk).with_decel(down);
+            let Ok(delays) = law.delays(pulses as u32) else { return Ok(()) };
+            let Ok(times) = times(rate, &order) else { return Ok(()) };
+            prop_assert_eq!(times.len(), pulses as usize);
+            let mut want = 0.0;
+            for (n, (delay, time)) in delays.zip(&times).enumerate() {
+                want += f64::from(delay);
+                let off = time - want;
+                prop_assert!(off.abs() <= 2.0 + want * 2f64.powi(-26), "pulse {}: {} off of {}", n, off, want);
+            }
+        }
     }
 }

@@ -111,6 +111,8 @@ pub enum Unfit {
     BelowStart,
     /// The ramps up and down differ, and the law takes its ramp back.
     Uneven,
+    /// The order limits the jerk, and the law does not.
+    Jerk,
 }
 
 impl fmt::Display for Unfit {
@@ -127,6 +129,7 @@ impl fmt::Display for Unfit {
                 "below the start speed, at which this travel ends: give that or more, \
                  or stop and begin anew"
             }
+            Unfit::Jerk => "this law knows no limit of jerk: take the S-curve",
             Unfit::Uneven => "this law brakes as it speeds up: give both ramps alike",
         })
     }

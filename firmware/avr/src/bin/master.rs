@@ -238,6 +238,7 @@ fn order(way: i64) -> Option<Order> {
         top: Speed::from_steps(TOP).ok()?,
         up: ramp,
         down: ramp,
+        jerk: None,
         travel: Travel::By(Distance::new(i32::try_from(way).ok()?)?),
     })
 }

@@ -50,6 +50,7 @@ impl Axis {
             top: Speed::from_steps(self.top)?,
             up: accel,
             down: accel,
+            jerk: None,
             travel: Travel::By(i32::try_from(self.steps)?),
         })
     }

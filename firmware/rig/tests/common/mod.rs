@@ -113,6 +113,7 @@ fn path(start: u32, top: u32, ramp: Ramp, steps: u32) -> Path {
         top: Speed::from_steps(top).unwrap(),
         up: ramp,
         down: ramp,
+        jerk: None,
         travel: Travel::By(steps as i32),
     };
     order.path(rate()).unwrap()

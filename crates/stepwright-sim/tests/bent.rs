@@ -1,0 +1,99 @@
+//! Random changes of mind on the way, with a limited jerk: every pulse within two
+//! ticks of an independent curve that keeps the limits; no target that can be reached
+//! is overshot; every one is met.
+//!
+//! `STEPWRIGHT_CASES` sets the number of stories in each test.
+
+#[path = "common/bends.rs"]
+mod bends;
+#[path = "common/edges.rs"]
+mod edges;
+#[expect(dead_code)] // what trapezoids are followed by
+#[path = "common/legs.rs"]
+mod legs;
+#[path = "common/story.rs"]
+mod story;
+
+use bends::{Follower, Limits};
+use proptest::prelude::*;
+use stepwright::profile::Ramp;
+use stepwright::timer::Count;
+use stepwright::units::Jerk;
+use stepwright::{Order, Rate, Speed};
+use stepwright_sim::Description;
+use story::{Story, exact, play, spread, story, tell_all};
+
+/// Of each test: 15,000 changes.
+const STORIES: u32 = 3_000;
+
+fn limits(order: &Order) -> Limits {
+    let slope = |ramp: Ramp| match ramp {
+        Ramp::Accel(a) => a.millisteps() as f64 / 1e3,
+        Ramp::Steps(_) => unreachable!(),
+    };
+    let v = |v: Speed| f64::from(v.millisteps()) / 1e3;
+    let (a, d) = (slope(order.up), slope(order.down));
+    let jerk = order.jerk.unwrap().millisteps() as f64 / 1e3;
+    Limits { start: v(order.start), top: v(order.top), a, d, jerk }
+}
+
+/// Lets a story happen, and follows it by the edges. How many changes were
+/// taken.
+fn tell<C: Count>(description: Description, story: &Story, slack: f64) -> usize {
+    let Some(told) = play::<C>(description, story) else { return 0 };
+    let (target, forward) = story.target();
+    let limits = limits(&story.order);
+    let mut ways = vec![Follower::new(&told.pulses, told.hz, limits, target, forward, slack)];
+    let mut wrong = String::new();
+    for said in &told.said {
+        let mut next: Vec<Follower> = Vec::new();
+        for way in ways {
+            match way.hear(said, &told.gap) {
+                Ok(more) => {
+                    for way in more {
+                        if !next.iter().any(|other| other.is_like(&way)) {
+                            next.push(way);
+                        }
+                    }
+                }
+                Err(why) => wrong = why,
+            }
+        }
+        ways = next;
+        assert!(!ways.is_empty() && ways.len() < 1000, "{} ways: {wrong}", ways.len());
+    }
+    let ended = ways.into_iter().map(|way| way.finish(&told.gap));
+    let (good, bad): (Vec<_>, Vec<_>) = ended.partition(Result::is_ok);
+    assert!(!good.is_empty(), "{bad:?}");
+    told.said.len()
+}
+
+/// Stories with a jerk of a hundredth to a hundred of what comes with the
+/// acceleration in a tenth of a second.
+fn bent() -> impl Strategy<Value = Story> {
+    (story(), spread(1, 10_000)).prop_map(|(mut story, part)| {
+        let Ramp::Accel(a) = story.order.up else { unreachable!() };
+        let jerk = (a.millisteps() / 10 * u64::from(part)).max(1_000);
+        story.order.jerk = Some(Jerk::from_millisteps(jerk).unwrap());
+        story
+    })
+}
+
+#[test]
+fn pulses_keep_the_curve_on_an_uno() {
+    tell_all(STORIES, bent(), |story| tell::<u16>(exact(Description::uno()), &story, 2.0));
+}
+
+#[test]
+fn pulses_keep_the_stated_error() {
+    tell_all(STORIES, bent(), |story| tell::<u16>(Description::uno(), &story, 18.0));
+}
+
+#[test]
+fn pulses_keep_the_curve_on_32_bits() {
+    tell_all(STORIES, (spread(100_000, 200_000_000), bent()), |(hz, story)| {
+        let rate = Rate::from_hz(hz).unwrap();
+        let cost = [(hz / 200_000).max(1); 3];
+        tell::<u32>(exact(Description::at(rate, cost)), &story, 2.0)
+    });
+}

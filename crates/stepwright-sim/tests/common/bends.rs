@@ -1,0 +1,380 @@
+//! The independent curve of a travel with a limited jerk, whose mind is changed on
+//! the way: pieces of constant jerk, in f64, from the physics alone. It shares no
+//! formula with the planner: ramps are laid out by their durations, top speeds out
+//! of reach and the times of pulses are found by halving intervals.
+//!
+//! A change first lets the acceleration go, at the jerk; from the next pulse on the
+//! level the rest is the quickest way. What already falls to its end does so.
+//!
+//! Where rounding, or how far a half-planned run was, decides between two ways, both
+//! are followed; one must be the pulses'.
+
+use super::legs::{Gap, Said};
+use stepwright::Change;
+
+/// Speeds in steps/s, accelerations in steps/s², the jerk in steps/s³.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    pub start: f64,
+    pub top: f64,
+    pub a: f64,
+    pub d: f64,
+    pub jerk: f64,
+}
+
+/// So long with this acceleration at first, changing at this jerk.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    time: f64,
+    a: f64,
+    jerk: f64,
+}
+
+/// Where it is, how fast, and how that changes.
+#[derive(Clone, Copy, Debug)]
+struct State {
+    x: f64,
+    v: f64,
+    a: f64,
+}
+
+impl State {
+    fn after(self, piece: &Piece, t: f64) -> State {
+        let Piece { a, jerk, .. } = *piece;
+        State {
+            x: self.x + t * (self.v + t * (a / 2.0 + t * jerk / 6.0)),
+            v: self.v + t * (a + t * jerk / 2.0),
+            a: a + t * jerk,
+        }
+    }
+}
+
+/// A stretch in one direction, from a pulse on.
+#[derive(Clone, Debug)]
+struct Leg {
+    v: f64,
+    pieces: Vec<Piece>,
+    /// Where the last fall begins.
+    fall: f64,
+    steps: f64,
+}
+
+/// From one speed to another, within this acceleration.
+fn ramp(from: f64, to: f64, a: f64, jerk: f64) -> Vec<Piece> {
+    let change = (to - from).abs();
+    if change == 0.0 {
+        return Vec::new();
+    }
+    let bend = (a / jerk).min((change / jerk).sqrt());
+    let (peak, sign) = (jerk * bend, (to - from).signum());
+    let straight = (change / peak - bend).max(0.0);
+    vec![
+        Piece { time: bend, a: 0.0, jerk: sign * jerk },
+        Piece { time: straight, a: sign * peak, jerk: 0.0 },
+        Piece { time: bend, a: sign * peak, jerk: -sign * jerk },
+    ]
+}
+
+/// How far these pieces lead.
+fn way(v: f64, pieces: &[Piece]) -> f64 {
+    let begin = State { x: 0.0, v, a: 0.0 };
+    pieces.iter().fold(begin, |state, piece| state.after(piece, piece.time)).x
+}
+
+/// So far on the level.
+fn wait(way: f64, v: f64) -> Piece {
+    // An endless one is longer than any test.
+    let time = if way > 0.0 { (way / v).min(1e9) } else { 0.0 };
+    Piece { time, a: 0.0, jerk: 0.0 }
+}
+
+fn fall(v: f64, limits: &Limits) -> Vec<Piece> {
+    ramp(v, limits.start.min(v), limits.d, limits.jerk)
+}
+
+impl Leg {
+    /// The quickest way over so many steps (infinitely many too) to rest, from a level.
+    fn over(v: f64, steps: f64, limits: &Limits) -> Leg {
+        let first = |top: f64| ramp(v, top, if top > v { limits.a } else { limits.d }, limits.jerk);
+        let both = |top: f64| way(v, &first(top)) + way(top, &fall(top, limits));
+        let hair = steps * 2f64.powi(-30);
+        let mut top = limits.top;
+        if both(top) > steps + hair {
+            let (mut least, mut most) = (v, if top > v { top } else { v });
+            for _ in 0..100 {
+                let middle = (least + most) / 2.0;
+                if both(middle) > steps { most = middle } else { least = middle }
+            }
+            top = least;
+        }
+        Leg { v, pieces: Vec::new(), fall: 0.0, steps }.joined(first(top), top, limits)
+    }
+
+    /// These pieces, which lead to a level at `top`, then the level, then the fall.
+    fn joined(mut self, pieces: Vec<Piece>, top: f64, limits: &Limits) -> Leg {
+        let fall = fall(top, limits);
+        self.pieces.extend(pieces);
+        self.fall = self.steps - way(top, &fall);
+        let level = self.fall - way(self.v, &self.pieces);
+        self.pieces.push(wait(level, top));
+        self.pieces.extend(fall);
+        self
+    }
+
+    /// Seconds that its ramps last: their times are reckoned from their ends.
+    fn ramps(&self) -> f64 {
+        let bent = |piece: &&Piece| piece.a != 0.0 || piece.jerk != 0.0;
+        self.pieces.iter().filter(bent).map(|piece| piece.time).sum()
+    }
+
+    /// Seconds from pulse 0 to pulse s, and the state there.
+    fn at(&self, s: f64) -> (f64, State) {
+        let (mut time, mut state) = (0.0, State { x: 0.0, v: self.v, a: 0.0 });
+        state.a = self.pieces.first().map_or(0.0, |piece| piece.a);
+        if s == 0.0 {
+            return (time, state);
+        }
+        for piece in &self.pieces {
+            let end = state.after(piece, piece.time);
+            // The last pulse comes when all is over: near rest a rounding of place is
+            // an age.
+            if end.x >= s && s < self.steps {
+                // Newton's way, halving where that leads out of bounds.
+                let (mut least, mut most, mut t) = (0.0, piece.time, piece.time);
+                for _ in 0..200 {
+                    let here = state.after(piece, t);
+                    if here.x < s {
+                        least = t
+                    } else {
+                        most = t
+                    }
+                    let next = t - (here.x - s) / here.v;
+                    let inside = next > least && next < most;
+                    let next = if inside { next } else { (least + most) / 2.0 };
+                    if next == t {
+                        break;
+                    }
+                    t = next;
+                }
+                return (time + t, State { x: s, ..state.after(piece, t) });
+            }
+            (time, state) = (time + piece.time, end);
+        }
+        (time, state)
+    }
+}
+
+/// Follows the pulses of one travel, of which it knows all that was said.
+#[derive(Clone)]
+pub struct Follower<'a> {
+    /// Time and position of each pulse, in ticks and steps from the origin.
+    pulses: &'a [(u64, i64)],
+    hz: f64,
+    limits: Limits,
+    /// `None`: on and on.
+    target: Option<i64>,
+    leg: Leg,
+    forward: bool,
+    /// The pulse that is pulse 0 of the leg, by number and by position.
+    first: usize,
+    place: i64,
+    /// When the leg's pulse 0 should come, and how long ago its time was taken
+    /// from a pulse.
+    time: f64,
+    since: f64,
+    slack: f64,
+}
+
+type Follows<T> = Result<T, String>;
+
+impl<'a> Follower<'a> {
+    /// Begins with the first leg, from rest.
+    pub fn new(
+        pulses: &'a [(u64, i64)],
+        hz: f64,
+        limits: Limits,
+        target: Option<i64>,
+        forward: bool,
+        slack: f64,
+    ) -> Self {
+        let place = if forward { 1 } else { -1 };
+        let limits = Limits { start: limits.start.min(limits.top), ..limits };
+        let left = target.map_or(f64::INFINITY, |t| (t - place).abs() as f64);
+        let leg = Leg::over(limits.start, left, &limits);
+        assert_eq!(pulses[0].1, place, "the first pulse");
+        let time = pulses[0].0 as f64;
+        Follower {
+            pulses,
+            hz,
+            limits,
+            target,
+            leg,
+            forward,
+            first: 0,
+            place,
+            time,
+            since: 0.0,
+            slack,
+        }
+    }
+
+    fn sign(&self) -> i64 {
+        if self.forward { 1 } else { -1 }
+    }
+
+    /// Compares the leg's pulses up to this one with the edges.
+    fn check(&self, upto: usize) -> Follows<()> {
+        for s in 0..=upto {
+            let Some(&(time, position)) = self.pulses.get(self.first + s) else {
+                return Err(format!("pulse {s} of {upto} is missing: {:?}", self.leg));
+            };
+            if position != self.place + self.sign() * s as i64 {
+                return Err(format!("pulse {s} is at {position}: {:?}", self.leg));
+            }
+            let passed = self.leg.at(s as f64).0 * self.hz;
+            let off = time as f64 - self.time - passed;
+            let age = self.since + passed.max(self.leg.ramps() * self.hz);
+            if off.abs() > self.slack + age * 2f64.powi(-26) {
+                return Err(format!("pulse {s} is {off} ticks off: {:?}", self.leg));
+            }
+        }
+        Ok(())
+    }
+
+    /// The present leg has come to its end, short of the target or beyond it:
+    /// the next one begins, from rest.
+    fn turn(&mut self, gap: &Gap) -> Follows<()> {
+        let steps = self.leg.steps as usize;
+        self.check(steps)?;
+        let end = self.first + steps;
+        self.place += self.sign() * steps as i64;
+        let target = self.target.ok_or("an endless leg ended")?;
+        let (last, Some(next)) = (self.pulses[end].0 as f64, self.pulses.get(end + 1)) else {
+            return Err("no leg follows".into());
+        };
+        let next = next.0 as f64;
+        if target == self.place || next - last < gap.least || next - last > gap.most {
+            return Err(format!(
+                "a turn in {} ticks, from {} to {target}",
+                next - last,
+                self.place
+            ));
+        }
+        self.forward = target > self.place;
+        let way = (target - self.place).abs() as f64;
+        self.place += self.sign();
+        (self.first, self.time, self.since) = (end + 1, next, 0.0);
+        self.leg = Leg::over(self.limits.start, way - 1.0, &self.limits);
+        Ok(())
+    }
+
+    /// Whether this is what was planned while the present leg was.
+    fn covers(&self, said: &Said) -> bool {
+        let s = (i64::from(said.planned) - self.place) * self.sign();
+        said.forward == self.forward && (0..).contains(&s) && s as f64 <= self.leg.steps
+    }
+
+    /// Goes on to where this was said, and does it, in every way that it may have been
+    /// taken.
+    pub fn hear(mut self, said: &Said, gap: &Gap) -> Follows<Vec<Self>> {
+        while !self.covers(said) {
+            self.turn(gap)?;
+        }
+        let s = (i64::from(said.planned) - self.place) * self.sign();
+        match said.change {
+            None => {}
+            Some(Change::Target(target)) => self.target = Some(target.into()),
+            Some(Change::Top(top)) => self.limits.top = f64::from(top.millisteps()) / 1e3,
+            Some(Change::Accel(a)) => self.limits.a = a.millisteps() as f64 / 1e3,
+            Some(Change::Decel(d)) => self.limits.d = d.millisteps() as f64 / 1e3,
+        }
+        let s = s as f64;
+        let mut ways = Vec::new();
+        let near = 1e-6 * (1.0 + self.leg.fall.abs());
+        if s == self.leg.steps || s + 1.0 > self.leg.fall - near {
+            // It falls already, or may.
+            let mut way = self.clone();
+            if said.change.is_none() {
+                way.target = Some(self.place + self.sign() * self.leg.steps as i64);
+            }
+            ways.push(way);
+        }
+        if s < self.leg.steps && s <= self.leg.fall + near {
+            self.check(s as usize)?;
+            self.turn_over(s, said.change.is_none(), &mut ways);
+        }
+        Ok(ways)
+    }
+
+    /// Whether they are the same from here on.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let state = |way: &Self| (way.first, way.place, way.target, way.leg.pieces.len());
+        let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-9 * a.abs();
+        let mut pieces = self.leg.pieces.iter().zip(&other.leg.pieces);
+        state(self) == state(other)
+            && self.leg.steps == other.leg.steps
+            && near(self.time, other.time)
+            && pieces.all(|(a, b)| near(a.time, b.time))
+    }
+
+    /// At pulse s the acceleration goes, and all is laid out anew.
+    fn turn_over(mut self, s: f64, stop: bool, ways: &mut Vec<Self>) {
+        let (passed, state) = self.leg.at(s);
+        self.time += passed * self.hz;
+        self.since += passed * self.hz;
+        self.first += s as usize;
+        self.place += self.sign() * s as i64;
+        let time = state.a.abs() / self.limits.jerk;
+        let go = Piece { time, a: state.a, jerk: -state.a.signum() * self.limits.jerk };
+        let level = State { x: 0.0, ..state }.after(&go, time);
+        let short = way(level.v, &fall(level.v, &self.limits));
+        let left = self.target.map_or(f64::INFINITY, |t| ((t - self.place) * self.sign()) as f64);
+        let left = if stop { 0.0 } else { left };
+        let begun = Leg { v: state.v, pieces: vec![go], fall: 0.0, steps: 0.0 };
+        let mut add = |leg: Leg| {
+            let mut way = Follower { leg, ..self.clone() };
+            if stop {
+                way.target = Some(self.place + self.sign() * way.leg.steps as i64);
+            }
+            ways.push(way);
+        };
+        let near = |x: f64| {
+            let by = 1e-9 + x * 2f64.powi(-27);
+            [x - by, x + by].map(|x| x.ceil().max(0.0))
+        };
+        let mut seen = Vec::new();
+        for least in near(level.x + short) {
+            for pulse in near(level.x) {
+                let end = if left <= least { (least, 0.0) } else { (left, pulse) };
+                if seen.contains(&end) {
+                    continue;
+                }
+                seen.push(end);
+                let mut leg = Leg { steps: end.0, ..begun.clone() };
+                if left <= least {
+                    add(leg.joined(Vec::new(), level.v, &self.limits));
+                    continue;
+                }
+                let rest = Leg::over(level.v, left - pulse, &self.limits);
+                leg.pieces.push(wait(pulse - level.x, level.v));
+                leg.pieces.extend(rest.pieces);
+                leg.fall = pulse + rest.fall;
+                add(leg);
+            }
+        }
+    }
+
+    /// All has been said: follows to the end.
+    pub fn finish(mut self, gap: &Gap) -> Follows<()> {
+        let target = self.target.ok_or("it never ends")?;
+        while self.place + self.sign() * self.leg.steps as i64 != target {
+            self.turn(gap)?;
+        }
+        self.check(self.leg.steps as usize)?;
+        let end = self.first + self.leg.steps as usize + 1;
+        if self.pulses.len() != end {
+            return Err(format!("{} pulses beyond the end", self.pulses.len() - end));
+        }
+        Ok(())
+    }
+}

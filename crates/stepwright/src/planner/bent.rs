@@ -1,0 +1,308 @@
+//! Travels whose jerk is limited: the planner's ramps are [curves](super::curve).
+//!
+//! From rest to rest they are the fastest within their limits. A change in motion
+//! first ends the ramp in progress as soon as the jerk allows; from the level that
+//! is reached the rest of the travel is laid out anew. What already falls to its
+//! target does so, and goes on from rest.
+
+use super::curve::Curve;
+use super::{Clock, Planned, Planner, Stage, Work};
+use crate::num::Num;
+use crate::profile::Unfit;
+use crate::run::Run;
+use crate::units::Jerk;
+
+/// What a limited jerk adds to a planner.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(super) struct Bent {
+    /// The ramp in progress.
+    curve: Curve,
+    /// The time from its low end to the last pulse handed out.
+    at: Num,
+    /// The curve is that of the fall.
+    falling: bool,
+    /// To be laid out anew once the level is reached.
+    again: bool,
+}
+
+impl Bent {
+    /// No limit. All zeros.
+    pub(super) const NONE: Bent =
+        Bent { curve: Curve::STRAIGHT, at: Num::UNSET, falling: false, again: false };
+
+    /// Sets the limit, or takes it away.
+    #[expect(clippy::unnecessary_wraps)] // a planner of trapezoids refuses
+    pub(super) fn limit(&mut self, jerk: Option<Jerk>) -> Result<(), Unfit> {
+        self.curve.set_jerk(jerk.map_or(0, Jerk::millisteps));
+        Ok(())
+    }
+
+    /// Whether the first step from rest is no longer than an interval may be.
+    pub(super) fn can_start(&self, clock: &Clock) -> bool {
+        !self.curve.is_bent() || self.curve.starts_within(clock.second_eighth())
+    }
+
+    /// Whether all is to be laid out anew once the level is reached.
+    pub(super) fn is_again(&self) -> bool {
+        self.again
+    }
+
+    /// It is laid out anew now.
+    pub(super) fn lays_out(&mut self) {
+        self.again = false;
+    }
+
+    /// A run has been handed out, that ends there.
+    pub(super) fn goes_to(&mut self, time: Num) {
+        self.at = time;
+    }
+}
+
+impl Planner {
+    /// Whether its jerk is limited.
+    pub(crate) fn is_bent(&self) -> bool {
+        self.bent.curve.is_bent()
+    }
+
+    /// Divides `steps` from here, where the speed is v and level, into rise or
+    /// ease, level and fall.
+    ///
+    /// Where the top speed is out of reach, the highest speed that rise and fall
+    /// leave room for is found by Newton's method, from above, inside bounds.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn divide_bent(&mut self, steps: u32) {
+        let length = Num::from(steps);
+        let end = self.w_end.root();
+        (self.risen, self.bent.falling, self.bent.again) = (0, false, false);
+        self.ease = !self.top.at_least(&self.v);
+        self.v_top = self.top;
+        let (mut least, mut most) = (self.v, self.top);
+        let mut fall = Num::ZERO;
+        for left in (0..40u8).rev() {
+            if length.is_zero() && !self.endless || left == 0 {
+                // A single step, which is taken; or, never seen, no speed was found.
+                (self.ease, self.v_top) = (false, least);
+            }
+            self.bent.curve.lay(&end, &self.v_top, &self.d2);
+            let mut growth = self.bent.curve.growth();
+            fall = *self.bent.curve.length();
+            if self.ease {
+                self.bent.curve.lay(&self.v_top, &self.v, &self.d2);
+            } else {
+                self.bent.curve.lay(&self.v, &self.v_top, &self.a2);
+            }
+            growth = growth.plus(&self.bent.curve.growth());
+            let both = fall.plus(self.bent.curve.length());
+            let next;
+            if self.endless || left == 0 || length.at_least(&both) {
+                let spare = length.minus(&both);
+                let close = !spare.scaled(20).at_least(&length);
+                if self.endless || left == 0 || self.v_top == most || close {
+                    break;
+                }
+                least = self.v_top;
+                next = least.plus(&spare.over(&growth));
+            } else if self.ease {
+                // No room: it keeps its speed, and then falls.
+                (self.ease, self.v_top) = (false, self.v);
+                most = self.v;
+                continue;
+            } else {
+                most = self.v_top;
+                next = most.minus(&both.minus(&length).over(&growth)).minus(&most.scaled(-28));
+            }
+            let inside = !least.at_least(&next) && !next.at_least(&most);
+            self.v_top = if inside { next } else { least.plus(&most).scaled(-1) };
+        }
+        (self.rise, self.rise_part) = self.bent.curve.length().split();
+        (self.fall, self.fall_part, self.level) = (0, 0, u32::MAX);
+        if !self.endless {
+            self.rise = self.rise.min(steps);
+            let mut rest = steps.wrapping_sub(self.rise);
+            (self.fall, self.fall_part) = fall.split();
+            self.fall = self.fall.min(rest);
+            rest = rest.wrapping_sub(self.fall);
+            self.level = rest;
+        }
+        self.bent.at = if self.ease { *self.bent.curve.whole() } else { Num::ZERO };
+    }
+
+    /// Goes on after a change, or brakes: so many steps to its target.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn go_on(&mut self, left: i32) {
+        if self.bent.falling {
+            return;
+        }
+        if self.rise != 0 || self.rise_part != 0 {
+            self.level_out();
+        } else {
+            self.v_top = self.v;
+        }
+        self.bent.again = true;
+        if self.endless {
+            return;
+        }
+        let mut curve = self.bent.curve;
+        curve.lay(&self.w_end.root(), &self.v_top, &self.d2);
+        // A little less: what was laid out to fit still does, whatever the rounding says.
+        let fall = curve.length();
+        (self.fall, self.fall_part) = fall.minus(&fall.scaled(-28)).split();
+        let ramps = self.rise.saturating_add(self.fall);
+        let (parts, more) = self.rise_part.overflowing_add(self.fall_part);
+        // One step for both parts, or two.
+        let least = u32::from(more).wrapping_add(u32::from(parts != 0));
+        let room = u32::try_from(left).unwrap_or(0).saturating_sub(ramps);
+        // A whole step of level more, or it falls from where it is.
+        self.bent.again = room > least;
+        self.level = room.max(least);
+    }
+
+    /// Ends the rise, or the ease, as soon as the jerk allows.
+    fn level_out(&mut self) {
+        let rest;
+        if self.ease {
+            let left = Num::from(self.rise).plus(&Num::part(self.rise_part));
+            let gone = self.bent.curve.length().minus(&left);
+            self.bent.curve.level_out_below(&mut self.bent.at);
+            self.v_top = *self.bent.curve.low();
+            rest = self.bent.curve.length().minus(&gone);
+        } else {
+            self.bent.curve.level_out(&self.bent.at);
+            self.v_top = *self.bent.curve.high();
+            rest = self.bent.curve.length().minus(&Num::from(self.risen));
+        }
+        (self.rise, self.rise_part) = rest.split();
+    }
+
+    /// Lays the fall's curve.
+    fn lay_fall(&mut self) {
+        self.bent.curve.lay(&self.w_end.root(), &self.v_top, &self.d2);
+        self.bent.at = *self.bent.curve.whole();
+        self.bent.falling = true;
+    }
+
+    /// Where on its curve the pulse so many steps ahead is.
+    fn place_after(&self, steps: u32) -> Num {
+        let (whole, part) = if self.bent.falling {
+            (self.fall.wrapping_sub(steps), 0)
+        } else if self.ease {
+            (self.rise.wrapping_sub(steps), self.rise_part)
+        } else {
+            (self.risen.wrapping_add(steps), 0)
+        };
+        Num::from(whole).plus(&Num::part(part))
+    }
+
+    /// Finds, in a call or several, when the pulse so many steps ahead comes,
+    /// and its speed: `time` and `pending`. Whether it has.
+    fn find(&self, work: &mut Work, steps: u32) -> bool {
+        let x = self.place_after(steps);
+        match work.stage {
+            Stage::Begin => {
+                let up = !self.bent.falling && !self.ease;
+                // A fall begins in its corner.
+                let begins = self.bent.falling && self.level != 0;
+                let t = if begins { self.bent.curve.whole() } else { &self.bent.at };
+                work.time = self.bent.curve.guess(t, &self.v, &Num::from(steps), &x, up);
+                if x.is_zero() {
+                    work.time = Num::ZERO;
+                    work.pending = *self.bent.curve.low();
+                    return true;
+                }
+                work.stage = Stage::Half;
+            }
+            _ => {
+                let here = self.bent.curve.at(&work.time);
+                work.pending = here.v;
+                return self.bent.curve.correct(&mut work.time, &here, &x);
+            }
+        }
+        false
+    }
+
+    /// A ramp run's end, mean interval and δ. Whether they are found.
+    pub(super) fn follow(
+        &mut self,
+        clock: &Clock,
+        work: &mut Work,
+        steps: u32,
+        first: bool,
+    ) -> bool {
+        if !first && !self.bent.falling {
+            self.lay_fall();
+        }
+        if !self.find(work, steps) {
+            return false;
+        }
+        let up = work.time.at_least(&self.bent.at);
+        let time = if up { work.time.minus(&self.bent.at) } else { self.bent.at.minus(&work.time) };
+        work.mean = ticks(clock, &time).over(&Num::from(steps));
+        let v = &work.pending;
+        let change = if up { v.minus(&self.v) } else { self.v.minus(v) };
+        work.delta = work.mean.roughly(&clock.inverse).roughly(&change).scaled(1);
+        true
+    }
+
+    /// What the jerk adds to δ² where a run's error is judged: J·Δt²/v, for its
+    /// third. Nothing where the ramp is straight.
+    pub(super) fn jerk_of(&self, clock: &Clock, work: &Work, size: u8) -> Num {
+        if self.bent.curve.is_straight(&self.bent.at) && self.bent.curve.is_straight(&work.time) {
+            return Num::ZERO;
+        }
+        let interval = work.mean.roughly(&clock.inverse).scaled(1);
+        let cube = interval.roughly(&interval).roughly(&interval);
+        cube.roughly(self.bent.curve.half_jerk()).scaled(i16::from(size) << 1)
+    }
+
+    /// The one step that the level's end divides.
+    pub(super) fn bent_corner(
+        &mut self,
+        clock: &Clock,
+        work: &mut Work,
+        run: &mut Run,
+        last: bool,
+    ) -> Planned {
+        if work.stage == Stage::Begin && !self.bent.falling {
+            let rise = Num::part(self.rise_part);
+            let fall = Num::part(if last { self.fall_part } else { 0 });
+            work.delta = Num::ONE.minus(&rise).minus(&fall).over(&self.v_top);
+            if self.rise_part != 0 {
+                let (from, to) = if self.ease {
+                    (&Num::ZERO, &self.bent.at)
+                } else {
+                    (&self.bent.at, self.bent.curve.whole())
+                };
+                work.delta = work.delta.plus(&to.minus(from));
+            }
+            if last {
+                self.lay_fall();
+                // Until the corner is done: what a change can't take back.
+                self.bent.at = work.delta;
+                return Planned::Again;
+            }
+        }
+        if last {
+            if !self.find(work, 0) {
+                return Planned::Again;
+            }
+            work.delta = self.bent.at.plus(&self.bent.curve.tail(&work.time));
+            (self.v, self.bent.at) = (work.pending, work.time);
+            self.fall_part = 0;
+        } else {
+            self.v = self.v_top;
+        }
+        self.rise_part = 0;
+        if !self.endless {
+            self.level = self.level.wrapping_sub(1);
+        }
+        work.stage = Stage::Begin;
+        let time = ticks(clock, &work.delta);
+        self.fitted(run, &time, 0, 1)
+    }
+}
+
+/// A time of 1000 s, in ticks.
+fn ticks(clock: &Clock, time: &Num) -> Num {
+    clock.twice.times(time).scaled(-1)
+}

@@ -9,6 +9,7 @@ pub mod drive;
 pub mod engine;
 mod fixed;
 mod group;
+mod line;
 mod motor;
 mod num;
 mod order;

@@ -75,21 +75,29 @@ impl Order {
     /// [`Unfit::NoRamp`] for a ramp of 0 steps.
     pub fn s_curve(&self, rate: Rate) -> Option<Result<SCurve, Unfit>> {
         let jerk = self.jerk?;
+        let law = |up, down| SCurve::new(rate, self.start, self.top, up, jerk).with_decel(down);
+        let both = self.accel(self.up).and_then(|up| Ok((up, self.accel(self.down)?)));
+        Some(both.map(|(up, down)| law(up, down)))
+    }
+
+    /// The acceleration of one of its ramps, to 0.001 steps/s².
+    ///
+    /// # Errors
+    /// [`Unfit::NoRamp`] for a ramp of 0 steps.
+    pub fn accel(&self, ramp: Ramp) -> Result<Accel, Unfit> {
         let squared = |v: Speed| u64::from(v.millisteps()).pow(2);
-        let rise = squared(self.top).saturating_sub(squared(self.start));
-        let accel = |ramp| match ramp {
+        match ramp {
             Ramp::Accel(accel) => Ok(accel),
             Ramp::Steps(0) => Err(Unfit::NoRamp),
             // 10⁻⁶ (steps/s)² a step, to 10⁻³ steps/s².
             Ramp::Steps(steps) => {
+                let rise = squared(self.top).saturating_sub(squared(self.start));
                 let by = 2000 * u64::from(steps);
-                let accel = (rise.saturating_add(by / 2)).checked_div(by).unwrap_or(0);
+                let accel = rise.saturating_add(by / 2).checked_div(by).unwrap_or(0);
                 let least = Accel::MIN.millisteps();
                 Ok(Accel::from_millisteps(accel.max(least)).unwrap_or(Accel::MAX))
             }
-        };
-        let law = |up, down| SCurve::new(rate, self.start, self.top, up, jerk).with_decel(down);
-        Some(accel(self.up).and_then(|up| Ok(law(up, accel(self.down)?))))
+        }
     }
 
     /// Its motion in closed form.

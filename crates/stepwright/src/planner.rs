@@ -59,15 +59,18 @@ mod clock;
 #[cfg(feature = "s-curve")]
 mod curve;
 mod share;
+mod work;
 
 use crate::num::Num;
 use crate::order::{Change, Order, Travel};
 use crate::profile::{Ramp, Unfit};
 use crate::run::Run;
-use crate::units::{Accel, Speed, Ticks};
+use crate::units::{Accel, Speed};
 use bent::Bent;
 pub(crate) use clock::Clock;
 use share::{share, share_of_ramp};
+use work::Stage;
+pub(crate) use work::{Planned, Work};
 
 /// Plans the runs of one travel, one at a time.
 ///
@@ -107,63 +110,6 @@ pub(crate) struct Planner {
     slope: Num,
     /// What a limited jerk adds.
     bent: Bent,
-}
-
-/// A run that is half planned: one for all axes, which take turns.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Work {
-    /// The speed at the end of a ramp run, or the time of a corner so far.
-    pending: Num,
-    /// The mean interval of a run, or the speed at the end of a corner.
-    mean: Num,
-    /// δ of a ramp run.
-    delta: Num,
-    /// When the run ends, from the low end of its curve.
-    time: Num,
-    /// How far its planning is.
-    stage: Stage,
-}
-
-impl Work {
-    pub(crate) const NONE: Work = Work {
-        pending: Num::UNSET,
-        mean: Num::UNSET,
-        delta: Num::UNSET,
-        time: Num::UNSET,
-        stage: Stage::Begin,
-    };
-
-    /// Forgets what has been begun: the travel has changed.
-    pub(crate) fn drop(&mut self) {
-        self.stage = Stage::Begin;
-    }
-}
-
-/// How far the planning of a run is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stage {
-    /// Not begun.
-    Begin,
-    /// The speed at the end of a ramp run is known; the interval of the level;
-    /// of a corner the time of its rise.
-    Half,
-    /// The mean interval of a ramp run is known; of a corner the time of its
-    /// rise and level.
-    Late,
-    /// The speed at the end of a corner is known.
-    Last,
-}
-
-/// What [`Planner::next`] has done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Planned {
-    /// A run, which lasts for so many ticks.
-    Run(Ticks),
-    /// Nothing yet: ask again. A run is made in three steps or more, so that
-    /// no call takes a chip long.
-    Again,
-    /// The travel is planned to its end.
-    End,
 }
 
 /// 2a in 10⁻⁶ (steps/s)² per step, at least that of [`Accel::MIN`].

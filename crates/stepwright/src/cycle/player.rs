@@ -17,6 +17,8 @@
 //! the fixed tick), and only if there is a step left to make: one that waits or
 //! ends at a bound is where it belongs.
 
+mod by_tick;
+
 use super::brake::{BRAKES, Brake};
 use super::clock::{Beat, Clock};
 use super::motor::{Calibration, Faults, Motor, Status};
@@ -512,78 +514,6 @@ impl<'a> Player<'a> {
         }
         self.plan(1);
         Taken::Run(Run::new(interval.saturating_sub(u64::from(before) << 16), 0, 1))
-    }
-
-    /// Ticks from the last step to one `us` µs later, in µs; the rest is kept.
-    fn ticked(&mut self, us: u64) -> u64 {
-        let period = u64::from(self.beat.period.max(1));
-        let us = us.saturating_add(self.over.into());
-        self.over = (us % period) as u32;
-        us - us % period
-    }
-
-    /// The next run on the fixed tick.
-    fn by_tick(&mut self) -> Taken {
-        let period = self.beat.period;
-        loop {
-            match self.stage {
-                Stage::Leg => match self.read() {
-                    None => return Taken::End,
-                    Some(Stage::Over) => {
-                        self.end();
-                        self.stage = Stage::Linger;
-                    }
-                    Some(Stage::Wait) => {
-                        self.pending = self.ticked(self.pending);
-                        self.stage = Stage::Wait;
-                    }
-                    Some(stage) => self.stage = stage,
-                },
-                Stage::Wait if self.pending > 0 => return self.pass_piece(),
-                Stage::Wait => self.stage = Stage::Leg,
-                Stage::Steps if self.left == 0 => self.stage = Stage::Leg,
-                Stage::Steps => {
-                    let mut delay = self.delay;
-                    if self.is_braking() {
-                        let Some(interval) = self.slower() else {
-                            self.end();
-                            self.stage = Stage::Linger;
-                            continue;
-                        };
-                        let ticks = Ticks::try_from(interval >> 16).unwrap_or(Ticks::MAX);
-                        delay = delay.max(self.beat.micros(ticks));
-                    }
-                    if let Some(turn) = self.turn() {
-                        return turn;
-                    }
-                    let way = self.ticked(delay.into());
-                    self.pending = way.saturating_sub(2 * u64::from(period));
-                    self.stage = Stage::Approach;
-                }
-                Stage::Approach if self.pending > 0 => {
-                    self.heading = Some(self.forward);
-                    return self.pass_piece();
-                }
-                Stage::Approach => {
-                    if self.room(1) == 0 {
-                        return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
-                    }
-                    self.heading = Some(self.forward);
-                    self.stage = Stage::Drop;
-                    self.plan(1);
-                    return Taken::Run(self.beat.steps(period, 1));
-                }
-                Stage::Drop => {
-                    self.stage = Stage::Steps;
-                    return self.pass(period);
-                }
-                Stage::Linger => {
-                    self.stage = Stage::Over;
-                    return self.pass(period);
-                }
-                _ => return Taken::End,
-            }
-        }
     }
 }
 

@@ -58,6 +58,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Move(order::travel::Args),
+    Line(order::line::Args),
     Run(order::run::Args),
     Retarget(order::retarget::Args),
     Stop(order::halt::StopArgs),
@@ -80,6 +81,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Move(args) => order::travel::run(args),
+        Command::Line(args) => order::line::run(args),
         Command::Run(args) => order::run::run(args),
         Command::Retarget(args) => order::retarget::run(args),
         Command::Stop(args) => order::halt::stop(args),

@@ -48,6 +48,24 @@ fn twice_kills_a_move_and_the_position_is_lost() {
 }
 
 #[test]
+fn once_brakes_a_line_and_twice_kills_it() {
+    let running = moving(&["line", "1000000", "-500000"]);
+    running.signal(Signal::INT);
+    let ended = running.end();
+    let places = ended.last_line().strip_prefix("position ").unwrap().strip_suffix(" stopped");
+    let places: Vec<i64> = places.unwrap().split(' ').map(|at| at.parse().unwrap()).collect();
+    // Near the line: each brakes from the end of what is planned for it, up to 16 ms on.
+    assert!(places[0] > 200 && (places[0] + 2 * places[1]).abs() <= 40, "{ended:?}");
+    assert_eq!(ended.code(), Some(130), "{ended:?}");
+
+    let mut running = moving(&[&["line", "1000000", "-500000"], &SLOW_BRAKE[..]].concat());
+    running.signal(Signal::INT);
+    running.wait_err("braking");
+    running.signal(Signal::INT);
+    running.end().assert(130, "position uncertain");
+}
+
+#[test]
 fn a_request_to_end_brakes_too() {
     for signal in [Signal::TERM, Signal::HUP] {
         let running = moving(&["move", "-1000000"]);

@@ -24,6 +24,50 @@ position 4000 ready
 }
 
 #[test]
+fn a_line_shows_what_each_axis_does_and_ends_where_it_was_ordered() {
+    let ended = stepwright(&[
+        "line",
+        "4001",
+        "-2001",
+        "0",
+        "--fast",
+        "--start-speed",
+        "0",
+        "--accel",
+        "8000",
+    ]);
+    assert_eq!(
+        ended.stdout,
+        "\
+line of +4001 -2001 +0 steps on the virtual board
+  start speed 0 steps/s
+  top speed   1000 steps/s
+  ramp up     8000 steps/s² (62 steps)
+  ramp down   8000 steps/s² (62 steps)
+  takes       4.125 s
+  lines       PO s0 T100 a8000 d8000 G+4001 A2 s0 T50 a4000 d4000 G-2001 E
+position 4001 -2001 0 ready
+"
+    );
+    assert_eq!((ended.code(), ended.stderr.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn lines_that_can_not_be_are_refused_and_shares_that_are_rounded_said() {
+    stepwright(&["line", "1", "2", "3", "--fast"]).assert(0, "position 1 2 3 ready");
+    stepwright(&["line", "0", "--fast"]).assert(0, "position 0 ready");
+    stepwright(&["line", "9", "9", "--top-speed", "5", "--fast"]).assert(0, "position 9 9 ready");
+    let rounded = stepwright(&["line", "2000", "5", "--fast"]);
+    rounded.assert(0, "position 2000 5 ready");
+    assert!(rounded.stderr.contains("the axes end up to"), "{rounded:?}");
+    let slow = stepwright(&["line", "100000", "10", "--top-speed", "900", "--fast"]);
+    assert_eq!(slow.code(), Some(1));
+    assert!(slow.stderr.contains("axis 2: its share of the"), "{slow:?}");
+    assert_eq!(stepwright(&["line", "1", "2", "3", "4", "--fast"]).code(), Some(1));
+    assert_eq!(stepwright(&["line", "--fast"]).code(), Some(2));
+}
+
+#[test]
 fn backward_far_and_nowhere() {
     stepwright(&["move", "-4000", "--fast"]).assert(0, "position -4000 ready");
     stepwright(&["move", "--fast", "--", "-4000"]).assert(0, "position -4000 ready");

@@ -45,9 +45,12 @@ impl Order {
         let furthest = way.iter().map(|steps| steps.unsigned_abs()).max().unwrap_or(0);
         let moving = (0..).zip(way).filter(|(_, steps)| *steps != 0);
         Ok(moving.map(move |(axis, steps)| {
-            let share = Share::of(steps.unsigned_abs(), furthest);
-            let ramp = |accel| Ramp::Accel(share.accel(accel));
             let travel = Travel::By(steps);
+            let share = Share::of(steps.unsigned_abs(), furthest);
+            if share.part == share.whole {
+                return (axis, Order { travel, ..order });
+            }
+            let ramp = |accel| Ramp::Accel(share.accel(accel));
             let (start, top) = (share.speed(order.start, 0), share.speed(order.top, 1));
             let jerk = order.jerk.map(|jerk| share.jerk(jerk));
             (axis, Order { start, top, up: ramp(up), down: ramp(down), jerk, travel })

@@ -59,8 +59,7 @@ proptest! {
             }
             // What half a thousandth does to a speed, twice to an acceleration.
             let slow = f64::from(order.top.millisteps()) / 1e3;
-            let Ramp::Accel(a) = order.up else { unreachable!() };
-            let weak = a.millisteps() as f64 / 1e3;
+            let weak = order.accel(order.up).unwrap().millisteps() as f64 / 1e3;
             let rounding = end * (1e-3 / slow + 1e-3 / weak) + 1e-6;
             prop_assert!((own[own.len() - 1] - end).abs() <= rounding, "{} {end}", own[own.len() - 1]);
             // Between which of the furthest's pulses each comes.

@@ -19,6 +19,7 @@ mod course;
 mod drive;
 pub mod halt;
 pub mod keys;
+pub mod line;
 pub mod look;
 mod motion;
 #[cfg(test)]

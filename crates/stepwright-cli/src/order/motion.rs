@@ -85,6 +85,11 @@ impl RampArgs {
 }
 
 impl Motion {
+    /// The axis that moves.
+    pub fn axis(&self) -> AxisId {
+        self.axis
+    }
+
     /// The lines that order it.
     pub fn lines(&self) -> Result<Vec<Command>, Failure> {
         let orders = [(self.axis, self.order)];

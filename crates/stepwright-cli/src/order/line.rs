@@ -1,0 +1,264 @@
+//! `stepwright line`: several axes along a straight line, together.
+
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use stepwright::Accel;
+use stepwright_protocol::{AxisId, Command, Distance, Order, Ramp, Script, Selection, Travel};
+
+use super::course::Course;
+use super::drive::{self, NotBegun};
+use super::motion::{MOTION, Motion, RampArgs, listed, seconds};
+use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::travel::{distance, start_position};
+use crate::failure::Failure;
+use crate::quantity::SpeedArg;
+use crate::talk::{Played, Talk, Trouble};
+use crate::{interrupt, say};
+
+/// Between two lines about where the axes are.
+const LINES: Duration = Duration::from_secs(1);
+
+/// The most axes that a board has.
+const AXES: usize = 8;
+
+/// Move several axes along a straight line: all begin together and end together
+///
+/// The speeds and ramps are those of the axis that goes furthest; the others have their
+/// share of them. The last line on standard output says where the axes are: `position
+/// 2000 -500 ready` when all stand where they were ordered to, and only then the exit
+/// status is 0.
+#[derive(clap::Args)]
+#[command(after_help = "\
+The first number is for axis 1, the second for axis 2, and so on; 0 leaves one where
+it is. The serial line carries whole steps/s: an axis whose share of the top speed is
+small ends a little before or after the others, and what that comes to is said.
+
+Ctrl-C brakes every axis, each along its own ramp, close to the line; a
+second Ctrl-C stops dead, and the positions are lost.
+
+Examples:
+  stepwright line 2000 -500
+  stepwright line 20000 6666 2666 --top-speed 15000 --accel 40000 --fast
+  stepwright line 2000 0 500 --port /dev/ttyUSB0 --format json")]
+pub struct Args {
+    /// How many steps for each axis; a negative number moves backward
+    #[arg(required = true, num_args = 1..=AXES, allow_negative_numbers = true)]
+    #[arg(value_parser = distance)]
+    steps: Vec<Distance>,
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Speed between the ramps, of the axis that goes furthest
+    #[arg(long, value_name = "SPEED", default_value = "1000", help_heading = MOTION)]
+    top_speed: SpeedArg,
+    #[command(flatten)]
+    ramps: RampArgs,
+    #[command(flatten)]
+    port: PortArgs,
+    #[command(flatten)]
+    virt: VirtualArgs,
+}
+
+/// Moves, and says where to.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let axes: Vec<AxisId> = AxisId::first(args.steps.len() as u8).collect();
+    let ways = || axes.iter().copied().zip(args.steps.iter().copied());
+    let furthest = ways().max_by_key(|(axis, way)| (way.get().unsigned_abs(), !axis.number()));
+    let Some((lead, way)) = furthest else { return Ok(()) };
+    let motion = args.ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
+    let orders = shares(&motion, &args.steps)?;
+    interrupt::listen()?;
+    let title = format!("A line of {} steps", numbers(ways().map(|(_, way)| way.get().into())));
+    let mut talk = args.port.or_virtual(&args.virt, "line", motion.heading(title))?;
+    let result = go(&mut talk, &args, &axes, &motion, &orders);
+    let finished = target::finish(&mut talk);
+    result.and(finished)
+}
+
+/// What each axis is ordered, as the line can say it.
+fn shares(motion: &Motion, steps: &[Distance]) -> Result<Vec<(AxisId, Order)>, Failure> {
+    let mut ways = [0; AXES];
+    for (way, steps) in ways.iter_mut().zip(steps) {
+        *way = steps.get();
+    }
+    let whole = stepwright::Order::from(motion.order);
+    let orders = whole.along(ways).map_err(|why| Failure::new(why.to_string()))?;
+    orders
+        .filter_map(|(axis, order)| {
+            let (axis, way) = (AxisId::numbered(axis + 1)?, *steps.get(usize::from(axis))?);
+            if axis == motion.axis() {
+                return Some((axis, motion.order));
+            }
+            let ramp = |ramp| match order.accel(ramp) {
+                // No ramp: its slope doesn't matter, but has to be said.
+                _ if order.top <= order.start => Some(Ramp::Accel(Accel::clamped(1))),
+                slope => slope.ok().map(Ramp::Accel),
+            };
+            let (up, down) = (ramp(order.up)?, ramp(order.down)?);
+            let travel = Travel::By(way);
+            Some((
+                axis,
+                Order { start: order.start, top: order.top, up, down, jerk: order.jerk, travel },
+            ))
+        })
+        .map(|(axis, order)| {
+            let order = order.sendable().map_err(|error| {
+                let what = format!("axis {}: its share of the {error}", axis.number());
+                Failure::new(what).hint("the line carries whole steps: 1 or more. Go faster")
+            })?;
+            Ok((axis, order))
+        })
+        .collect()
+}
+
+fn go(
+    talk: &mut Talk,
+    args: &Args,
+    axes: &[AxisId],
+    motion: &Motion,
+    orders: &[(AxisId, Order)],
+) -> Result<(), Failure> {
+    if let Some(last) = axes.last() {
+        target::has_axis(talk, *last)?;
+    }
+    let lines: Vec<Command> = Script::new(orders)?.collect();
+    let apart = apart(orders);
+    if args.format == Format::Text {
+        let ways = numbers(args.steps.iter().map(|way| way.get().into()));
+        say::result(format_args!("line of {ways} steps on {}", talk.link().name()));
+        motion.show().iter().for_each(say::result);
+        say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
+    }
+    if apart > 0.000_5 {
+        say::note(format_args!("the axes end up to {} apart", seconds(apart)));
+    }
+    let mut from = Vec::new();
+    for axis in axes {
+        from.push(start_position(talk, *axis)?);
+    }
+    let begun = talk.now();
+    begin(talk, &lines)?;
+    let watched = watch(talk, axes);
+    let took = talk.now().saturating_sub(begun).as_secs_f64();
+    let (braked, at) = match watched {
+        Ok(watched) => watched,
+        Err(trouble) => {
+            if args.format == Format::Text {
+                say::result("position uncertain");
+            }
+            return Err(lost(talk, &trouble));
+        }
+    };
+    let targets: Vec<i64> = from
+        .iter()
+        .zip(&args.steps)
+        .map(|(from, way)| from.saturating_add(way.get().into()))
+        .collect();
+    let known: Option<Vec<i64>> = at.iter().copied().collect();
+    let state = match &known {
+        Some(at) if *at == targets => "ready",
+        Some(_) => "stopped",
+        None => "uncertain",
+    };
+    match args.format {
+        Format::Json => say::result(json!({
+            "from": from,
+            "steps": args.steps.iter().map(|way| way.get()).collect::<Vec<_>>(),
+            "target": targets,
+            "position": at,
+            "state": state,
+            "seconds": took,
+            "apart": apart,
+            "board": talk.link().name(),
+            "motion": motion.json(),
+            "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        })),
+        Format::Text => match &known {
+            Some(at) => {
+                let at: Vec<_> = at.iter().map(i64::to_string).collect();
+                say::result(format_args!("position {} {state}", at.join(" ")));
+            }
+            None => say::result("position uncertain"),
+        },
+    }
+    match state {
+        "ready" => Ok(()),
+        "stopped" if braked => Err(Failure::interrupted("braked before the end of the line")
+            .hint("the positions are known")),
+        "stopped" => Err(Failure::new("the axes don't rest where they were ordered to")
+            .hint("did another master, a switch or a reset stop them, or noise change a digit?")),
+        _ => Err(Failure::new("a position is uncertain: something has killed the motion")
+            .hint("if it stands at a known place, or to go and find one: `stepwright zero`")),
+    }
+}
+
+/// Starts all, or nothing.
+fn begin(talk: &mut Talk, lines: &[Command]) -> Result<(), Failure> {
+    let not = match talk.select(Selection::All).and_then(|()| talk.play(lines.iter().copied())) {
+        Ok(Played::Accepted) => return Ok(()),
+        Ok(Played::Refused(line)) => match talk.why() {
+            Ok(why) => NotBegun::Refused(line, why),
+            Err(trouble) => NotBegun::Trouble { trouble, moving: false },
+        },
+        Ok(Played::Unanswered(line)) => {
+            let moving = line == Command::Execute;
+            NotBegun::Trouble { trouble: Trouble::Silent, moving }
+        }
+        Err(trouble) => NotBegun::Trouble { trouble, moving: true },
+    };
+    Err(drive::not_begun(talk, not))
+}
+
+/// Waits until all rest; whether they were braked, and where each is, if that is known.
+fn watch(talk: &mut Talk, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64>>), Trouble> {
+    let (mut braked, mut told) = (false, Instant::now());
+    while talk.is_busy(Selection::All)? {
+        if !braked && interrupt::presses() > 0 {
+            drive::brake(talk, Selection::All)?;
+            braked = true;
+            say::note("braking; Ctrl-C again kills");
+        }
+        if told.elapsed() >= LINES {
+            told = Instant::now();
+            let at = axes.iter().map(|axis| talk.position(*axis)).collect::<Result<Vec<_>, _>>()?;
+            let at: Vec<_> = at.into_iter().flatten().map(|at| at.to_string()).collect();
+            say::note(format_args!("position {}", at.join(" ")));
+        }
+        talk.pause(drive::POLL)?;
+    }
+    let at = axes.iter().map(|axis| talk.rest_position(*axis)).collect::<Result<_, _>>()?;
+    Ok((braked, at))
+}
+
+/// The failure of a watch: after a second Ctrl-C everything is killed here.
+fn lost(talk: &mut Talk, trouble: &Trouble) -> Failure {
+    let look =
+        "the motors may still be moving: look at them, and switch off their power if they are";
+    if let Trouble::Killed = trouble {
+        return match talk.kill() {
+            Ok(true) => Failure::interrupted("killed: the motors may have lost steps")
+                .hint("if one stands at a known place, or to go and find one: `stepwright zero`"),
+            _ => Failure::interrupted("the board did not confirm K").hint(look),
+        };
+    }
+    Failure::new(format!("{}: {trouble}", talk.link().name())).hint(look)
+}
+
+/// Seconds between the first axis' end and the last's.
+fn apart(orders: &[(AxisId, Order)]) -> f64 {
+    let ends: Vec<f64> = orders
+        .iter()
+        .filter_map(|(_, order)| Course::of(&(*order).into()))
+        .filter(|course| course.pulses() > 1)
+        .map(|course| course.duration())
+        .collect();
+    let most = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
+    (most - least).max(0.0)
+}
+
+/// Numbers with their signs.
+fn numbers(all: impl Iterator<Item = i64>) -> String {
+    all.map(|n| format!("{n:+}")).collect::<Vec<_>>().join(" ")
+}

@@ -30,8 +30,9 @@ const ACCEL: u32 = 40_000;
 /// are late.
 const TWO_TOGETHER: u32 = 35_000;
 
-/// Likewise one motor: some phases of the traffic leave a late step at 118,000.
-const ALONE: u32 = 114_000;
+/// Likewise one motor: some phases of the traffic, which every build moves, leave late
+/// steps at 114,000.
+const ALONE: u32 = 110_000;
 
 /// What the bench found, in steps/s each, of 2 and of 3 motors.
 fn rates() -> [u32; 2] {

@@ -205,6 +205,8 @@ fn begin(talk: &mut Talk, lines: &[Command]) -> Result<(), Failure> {
             let moving = line == Command::Execute;
             NotBegun::Trouble { trouble: Trouble::Silent, moving }
         }
+        // What may have begun by then is killed as well.
+        Err(Trouble::Killed) => return Err(lost(talk, &Trouble::Killed)),
         Err(trouble) => NotBegun::Trouble { trouble, moving: true },
     };
     Err(drive::not_begun(talk, not))

@@ -19,9 +19,9 @@ use proptest::prelude::*;
 use stepwright::profile::Ramp;
 use stepwright::timer::Count;
 use stepwright::units::Jerk;
-use stepwright::{Order, Rate, Speed};
+use stepwright::{Accel, Order, Rate, Speed, Travel};
 use stepwright_sim::Description;
-use story::{Story, exact, play, spread, story, tell_all};
+use story::{Story, What, Whim, exact, play, spread, story, tell_all};
 
 /// Of each test: 15,000 changes.
 const STORIES: u32 = 3_000;
@@ -96,4 +96,28 @@ fn pulses_keep_the_curve_on_32_bits() {
         let cost = [(hz / 200_000).max(1); 3];
         tell::<u32>(exact(Description::at(rate, cost)), &story, 2.0)
     });
+}
+
+/// A bend of just one step: whether the way to rest takes three steps or four is a
+/// matter of the last bits.
+#[test]
+fn a_way_to_rest_in_doubt() {
+    let a = |a| Ramp::Accel(Accel::from_millisteps(a).unwrap());
+    let order = Order {
+        start: Speed::from_millisteps(638_056).unwrap(),
+        top: Speed::from_millisteps(295_443).unwrap(),
+        up: a(278_483),
+        down: a(200_000),
+        jerk: Some(Jerk::from_millisteps(27_848).unwrap()),
+        travel: Travel::By(-156),
+    };
+    let whims = [
+        Whim { after: 10, what: What::Again },
+        Whim { after: 0, what: What::Top(685_912) },
+        Whim { after: 9608, what: What::Near(-1) },
+        Whim { after: 0, what: What::Near(-1) },
+    ];
+    let story = Story { axis: 0, order, whims: whims.into() };
+    tell::<u16>(exact(Description::uno()), &story, 2.0);
+    tell::<u16>(Description::uno(), &story, 18.0);
 }

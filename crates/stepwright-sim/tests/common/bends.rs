@@ -57,6 +57,8 @@ struct Leg {
     /// Where the last fall begins.
     fall: f64,
     steps: f64,
+    /// Seconds that its pieces last too long: steps in doubt that it doesn't have.
+    excess: f64,
 }
 
 /// From one speed to another, within this acceleration.
@@ -92,6 +94,19 @@ fn fall(v: f64, limits: &Limits) -> Vec<Piece> {
     ramp(v, limits.start.min(v), limits.d, limits.jerk)
 }
 
+/// The highest acceleration of these pieces.
+fn peak(pieces: &[Piece]) -> f64 {
+    pieces.iter().map(|piece| piece.a.abs()).fold(0.0, f64::max)
+}
+
+/// Steps that a bend may be longer or shorter by where speeds near v are told to
+/// 2⁻²⁸: dv/a in time, where a comes or goes, and never more than a bend of dv lasts.
+/// What it does to the pulses' times can't be seen; that it may cost a step can.
+fn doubt(v: f64, a: f64, jerk: f64) -> f64 {
+    let dv = v * 2f64.powi(-28);
+    v * (dv / a).min((2.0 * dv / jerk).sqrt())
+}
+
 impl Leg {
     /// The quickest way over so many steps (infinitely many too) to rest, from a level.
     fn over(v: f64, steps: f64, limits: &Limits) -> Leg {
@@ -107,7 +122,7 @@ impl Leg {
             }
             top = least;
         }
-        Leg { v, pieces: Vec::new(), fall: 0.0, steps }.joined(first(top), top, limits)
+        Leg { v, pieces: Vec::new(), fall: 0.0, steps, excess: 0.0 }.joined(first(top), top, limits)
     }
 
     /// These pieces, which lead to a level at `top`, then the level, then the fall.
@@ -116,6 +131,7 @@ impl Leg {
         self.pieces.extend(pieces);
         self.fall = self.steps - way(top, &fall);
         let level = self.fall - way(self.v, &self.pieces);
+        self.excess = (-level / top).max(0.0);
         self.pieces.push(wait(level, top));
         self.pieces.extend(fall);
         self
@@ -231,10 +247,15 @@ impl<'a> Follower<'a> {
             if position != self.place + self.sign() * s as i64 {
                 return Err(format!("pulse {s} is at {position}: {:?}", self.leg));
             }
-            let passed = self.leg.at(s as f64).0 * self.hz;
+            let (passed, state) = self.leg.at(s as f64);
+            let passed = passed * self.hz;
             let off = time as f64 - self.time - passed;
             let age = self.since + passed.max(self.leg.ramps() * self.hz);
-            if off.abs() > self.slack + age * 2f64.powi(-26) {
+            // Where a long ease has ended, what rounding left of its steps is gone at the
+            // low speed.
+            let left = if s as f64 <= self.leg.fall { s as f64 * 2f64.powi(-29) } else { 0.0 };
+            let slack = self.slack + (self.leg.excess + left / state.v.max(1e-3)) * self.hz;
+            if off.abs() > slack + age * 2f64.powi(-26) {
                 return Err(format!("pulse {s} is {off} ticks off: {:?}", self.leg));
             }
         }
@@ -290,7 +311,9 @@ impl<'a> Follower<'a> {
         }
         let s = s as f64;
         let mut ways = Vec::new();
-        let near = 1e-6 * (1.0 + self.leg.fall.abs());
+        let top = self.leg.at(self.leg.fall.max(0.0)).1.v;
+        let last = &self.leg.pieces[self.leg.pieces.len().saturating_sub(3)..];
+        let near = 1e-6 * (1.0 + self.leg.fall.abs()) + doubt(top, peak(last), self.limits.jerk);
         if s == self.leg.steps || s + 1.0 > self.leg.fall - near {
             // It falls already, or may.
             let mut way = self.clone();
@@ -327,10 +350,14 @@ impl<'a> Follower<'a> {
         let time = state.a.abs() / self.limits.jerk;
         let go = Piece { time, a: state.a, jerk: -state.a.signum() * self.limits.jerk };
         let level = State { x: 0.0, ..state }.after(&go, time);
-        let short = way(level.v, &fall(level.v, &self.limits));
+        let last = fall(level.v, &self.limits);
+        let short = way(level.v, &last);
+        let jerk = self.limits.jerk;
+        let doubt_here = doubt(state.v, state.a.abs(), jerk);
+        let doubt_short = doubt_here + doubt(level.v, peak(&last), jerk);
         let left = self.target.map_or(f64::INFINITY, |t| ((t - self.place) * self.sign()) as f64);
         let left = if stop { 0.0 } else { left };
-        let begun = Leg { v: state.v, pieces: vec![go], fall: 0.0, steps: 0.0 };
+        let begun = Leg { v: state.v, pieces: vec![go], fall: 0.0, steps: 0.0, excess: 0.0 };
         let mut add = |leg: Leg| {
             let mut way = Follower { leg, ..self.clone() };
             if stop {
@@ -338,27 +365,30 @@ impl<'a> Follower<'a> {
             }
             ways.push(way);
         };
-        let near = |x: f64| {
-            let by = 1e-9 + x * 2f64.powi(-27);
-            [x - by, x + by].map(|x| x.ceil().max(0.0))
+        // The whole steps that may come of a way in doubt.
+        let near = |x: f64, doubt: f64| {
+            let by = 1e-9 + x * 2f64.powi(-27) + doubt;
+            let [least, most] = [x - by, x + by].map(|x| x.ceil().max(0.0) as u32);
+            (least..=most).map(f64::from)
         };
         let mut seen = Vec::new();
-        for least in near(level.x + short) {
-            for pulse in near(level.x) {
-                let end = if left <= least { (least, 0.0) } else { (left, pulse) };
-                if seen.contains(&end) {
+        for least in near(level.x + short, doubt_short) {
+            for pulse in near(level.x, doubt_here) {
+                let brakes = left <= least;
+                let end = if brakes { (least, 0.0) } else { (left, pulse) };
+                if seen.contains(&(brakes, end)) {
                     continue;
                 }
-                seen.push(end);
+                seen.push((brakes, end));
                 let mut leg = Leg { steps: end.0, ..begun.clone() };
-                if left <= least {
+                if brakes {
                     add(leg.joined(Vec::new(), level.v, &self.limits));
                     continue;
                 }
                 let rest = Leg::over(level.v, left - pulse, &self.limits);
                 leg.pieces.push(wait(pulse - level.x, level.v));
                 leg.pieces.extend(rest.pieces);
-                leg.fall = pulse + rest.fall;
+                (leg.fall, leg.excess) = (pulse + rest.fall, rest.excess);
                 add(leg);
             }
         }

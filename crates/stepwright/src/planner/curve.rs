@@ -20,7 +20,8 @@
 //! t ← t − (x(t) − x) / v(t), each step of which doubles the digits that are right.
 //!
 //! **Error.** Time and steps are reckoned from an end of the ramp: 2⁻²⁹ of the
-//! ramp's time. **Cost** on an ATmega328P: see `planner`.
+//! ramp's time; and where it eases down to a level, 2⁻²⁹ of its steps, which are
+//! gone at the low speed. **Cost** on an ATmega328P: see `planner`.
 
 use crate::num::Num;
 
@@ -62,6 +63,12 @@ impl Curve {
     pub(super) fn set_jerk(&mut self, jerk: u64) {
         // J/2 in 0.001 steps/s per (1000 s)²: 500,000 J.
         self.half_jerk = Num::from_wide(jerk).times(&Num::small(62_500)).scaled(3);
+    }
+
+    /// Has a jerk so large that the shortest bend lasts less than 10⁻¹⁵ s.
+    pub(super) fn set_no_bends(&mut self) {
+        // The largest acceleration is 2⁵⁰ of these units or less.
+        self.half_jerk = Num::power(110);
     }
 
     /// Whether the jerk is limited.

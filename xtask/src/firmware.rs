@@ -59,6 +59,8 @@ pub enum Program {
     Slave,
     /// A small one whose law runs in the step interrupt.
     Direct,
+    /// One with S-curves for the Uno, without settings and switches.
+    Curves,
     /// The other end of the wire.
     Master,
     /// Document 003's basic example: a motor cycle.
@@ -82,6 +84,7 @@ impl Program {
         match self {
             Program::Slave => "slave",
             Program::Direct => "direct",
+            Program::Curves => "curves",
             Program::Master => "master",
             Program::Cycle => "cycle",
             Program::Case1 => "case1",
@@ -100,6 +103,8 @@ impl Program {
             Program::Cycle | Program::Case1 | Program::Case2 | Program::Case3 | Program::L6219 => {
                 build.timer == 1
             }
+            // A Nano's boot loader leaves too little, and the Mega's controller has them.
+            Program::Curves => build.timer == 1 && build.board == Board::Uno,
             Program::FastPwm => build.board != Board::Mega,
             Program::Shields => build.timer == 1 && build.board == Board::Mega,
         }
@@ -160,6 +165,10 @@ impl Build {
     /// Builds a program and copies it to `target/firmware`, where it is named
     /// after its board: `uno.elf`, `uno-master.hex`, `mega-timer3-bench.elf`.
     pub fn make(self, ws: &Workspace, program: Program) -> Result<Built> {
+        if !program.fits(self) {
+            let (program, board) = (program.name(), self.board.name());
+            bail!("the program {program} is not for a {board} on timer {}", self.timer);
+        }
         let (chip, feature) = self.board.chip();
         let mut features = String::from(feature);
         let mut name = String::from(self.board.name());
@@ -177,6 +186,9 @@ impl Build {
         if self.bench {
             features += ",bench";
             name += "-bench";
+        }
+        if program == Program::Curves {
+            features += ",s-curve";
         }
 
         let cross =

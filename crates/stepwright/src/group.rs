@@ -91,18 +91,19 @@ pub struct Board<const N: usize> {
 impl<const N: usize> Board<N> {
     /// The highest speed of an axis that moves alone.
     pub fn max_speed(&self) -> Speed {
-        self.max_beside(Num::ZERO, 1)
+        self.max_beside(&Num::ZERO, 1)
     }
 
     /// The highest speed beside other axes, which make `others` thousandths of
     /// a step per second together, `moving` axes in all.
-    fn max_beside(&self, others: Num, moving: usize) -> Speed {
-        let cost = self.cost.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX);
+    fn max_beside(&self, others: &Num, moving: u8) -> Speed {
+        let cost = self.cost.get(usize::from(moving.saturating_sub(1))).copied();
+        let cost = cost.unwrap_or(Ticks::MAX);
         let capacity = Num::from(self.rate.hz()).times(&Num::from(1000));
-        let shared = capacity.over(&Num::from(cost.max(1))).minus(&others);
+        let shared = capacity.over(&Num::from(cost.max(1))).minus(others);
         let alone = capacity.over(&Num::from(self.timing.min_interval.max(1)));
-        let max = shared.split().0.min(alone.split().0).min(Speed::MAX.millisteps());
-        Speed::from_millisteps(max).unwrap_or(Speed::MAX)
+        let max = if shared.at_least(&alone) { &alone } else { &shared };
+        Speed::from_millisteps(max.split().0).unwrap_or(Speed::MAX)
     }
 
     /// Can the board step what will move then? `peaks` are the highest speeds of
@@ -113,20 +114,24 @@ impl<const N: usize> Board<N> {
         moving: Axes,
         ordered: Axes,
     ) -> Result<(), Refusal> {
-        let (mut all, mut count) = (Num::ZERO, 0);
-        for (axis, &peak) in peaks.iter().enumerate() {
-            if moving >> axis & 1 != 0 && peak != 0 {
+        let (mut all, mut count) = (Num::ZERO, 0u8);
+        let mut bit = 1;
+        for &peak in peaks {
+            if moving & bit != 0 && peak != 0 {
                 all = all.plus(&Num::from(peak));
                 count += 1;
             }
+            bit <<= 1;
         }
-        for (axis, &peak) in peaks.iter().enumerate() {
-            if ordered >> axis & 1 != 0 && peak != 0 {
-                let max = self.max_beside(all.minus(&Num::from(peak)), count);
+        bit = 1;
+        for &peak in peaks {
+            if ordered & bit != 0 && peak != 0 {
+                let max = self.max_beside(&all.minus(&Num::from(peak)), count);
                 if peak > max.millisteps() {
                     return Err(Refusal::TooFast { max });
                 }
             }
+            bit <<= 1;
         }
         Ok(())
     }
@@ -252,7 +257,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// # Errors
     /// [`Refusal`], and nothing moves; then [`cancel`](Group::cancel) it.
     pub fn commit(&mut self, engine: &mut impl Control, wait: Ticks) -> Result<(), Refusal> {
-        self.check(engine, self.prepared)?;
+        let peaks = self.peaks();
+        self.check(engine, self.prepared, &peaks)?;
         let timing = self.board.timing;
         let wait = timing.hold.saturating_add(wait);
         for axis in 0..N as u8 {
@@ -299,51 +305,60 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         axes: Axes,
         change: Change,
     ) -> Result<(), Refusal> {
-        let before = self.motors;
-        let result = self.change_each(engine, axes, &change);
-        match result {
-            Ok(()) => self.work.drop(),
-            Err(_) => self.motors = before,
+        let resting = axes & !self.moving(engine);
+        if resting != 0 {
+            return Err(if resting >> N == 0 { Refusal::Resting } else { Refusal::NoAxis });
         }
-        result
+        // Each is tried first, alone: a chip has no room for copies of them all.
+        let mut peaks = self.peaks();
+        let mut trial = true;
+        loop {
+            let mut left = axes;
+            for (motor, peak) in self.motors.iter_mut().zip(&mut peaks) {
+                if left & 1 != 0 {
+                    let mut copy = *motor;
+                    let motor = if trial { &mut copy } else { motor };
+                    motor.change(&self.clock, &change, peak, trial)?;
+                }
+                left >>= 1;
+            }
+            if !trial {
+                self.work.drop();
+                return Ok(());
+            }
+            self.check(engine, axes, &peaks)?;
+            trial = false;
+        }
     }
 
-    /// Changes one axis after the other; after an error some of them.
-    fn change_each(
-        &mut self,
-        engine: &mut impl Control,
-        axes: Axes,
-        change: &Change,
-    ) -> Result<(), Refusal> {
-        let mut left = axes;
+    /// The axes that move, or are about to.
+    #[inline(never)]
+    fn moving(&self, engine: &impl Control) -> Axes {
+        let (mut moving, mut bit) = (0, 1);
         for axis in 0..N as u8 {
-            if left & 1 != 0 {
-                if !self.is_busy(engine, axis) {
-                    return Err(Refusal::Resting);
-                }
-                if let Some(motor) = self.motors.get_mut(usize::from(axis)) {
-                    motor.change(&self.clock, change)?;
-                }
+            if self.is_busy(engine, axis) {
+                moving |= bit;
             }
-            left >>= 1;
+            bit <<= 1;
         }
-        if left != 0 {
-            return Err(Refusal::NoAxis);
-        }
-        self.check(engine, axes)
+        moving
+    }
+
+    /// The highest speed of each axis.
+    fn peaks(&self) -> [u32; N] {
+        self.motors.each_ref().map(Motor::peak)
     }
 
     /// Can the board step what will move then, as far as it is about `axes`?
     #[inline(never)]
-    fn check(&mut self, engine: &mut impl Control, axes: Axes) -> Result<(), Refusal> {
-        let mut moving: Axes = axes;
-        for axis in 0..N as u8 {
-            if self.is_busy(engine, axis) {
-                moving |= 1 << axis;
-            }
-        }
-        let peaks = self.motors.each_ref().map(Motor::peak);
-        self.board.check(&peaks, moving, axes)
+    fn check(
+        &mut self,
+        engine: &mut impl Control,
+        axes: Axes,
+        peaks: &[u32; N],
+    ) -> Result<(), Refusal> {
+        let moving = axes | self.moving(engine);
+        self.board.check(peaks, moving, axes)
     }
 
     /// Queues the beginning of what an axis has laid out; `hold` before a turn.

@@ -1,6 +1,6 @@
 //! One axis, seen from the foreground: plans runs ahead of the interrupt.
 
-use crate::order::{Change, Order, Refusal, Travel};
+use crate::order::{Change, Order, Travel};
 use crate::planner::{Clock, Planned, Planner, Work};
 use crate::profile::Unfit;
 use crate::queue::Producer;
@@ -82,8 +82,8 @@ impl<const Q: usize> Motor<Q> {
     /// Lays out a travel of at least one pulse. It waits for [`begin`](Motor::begin); the motor must be idle.
     ///
     /// # Errors
-    /// [`Refusal::Unfit`] if the timer can't hold it.
-    pub(crate) fn prepare(&mut self, clock: &Clock, order: &Order) -> Result<(), Refusal> {
+    /// [`Unfit`] if the timer can't hold it.
+    pub(crate) fn prepare(&mut self, clock: &Clock, order: &Order) -> Result<(), Unfit> {
         self.planner.lay_out(clock, order)?;
         self.leg = Leg::Open;
         self.beyond = false;
@@ -103,13 +103,21 @@ impl<const Q: usize> Motor<Q> {
         self.peak
     }
 
-    /// Changes what is left of a travel in progress.
+    /// Changes what is left of a travel in progress. A trial tells the highest speed,
+    /// for which it looks at the next leg too, and leaves the motor fit for nothing: put
+    /// it back. Else its highest speed is what the trial has told.
     ///
     /// # Errors
-    /// [`Refusal::Unfit`] if the timer can't hold it, or the target is too far
-    /// off to be counted to. Then the motor is half changed: put it back.
+    /// [`Unfit`] if the timer can't hold it, or the target is too far off to be
+    /// counted to. Then the motor is half changed.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn change(&mut self, clock: &Clock, change: &Change) -> Result<(), Refusal> {
+    pub(crate) fn change(
+        &mut self,
+        clock: &Clock,
+        change: &Change,
+        peak: &mut u32,
+        trial: bool,
+    ) -> Result<(), Unfit> {
         // What is planned to its end rests there first.
         let open = self.leg == Leg::Open && self.planner.steps_left() != 0;
         self.planner.limit(clock, change)?;
@@ -119,10 +127,11 @@ impl<const Q: usize> Motor<Q> {
         }
         let mut left = self.left;
         let mut beyond = self.beyond;
-        self.peak = 0;
+        self.peak = *peak;
+        *peak = 0;
         if open {
             self.planner.resume(left);
-            self.peak = self.planner.peak();
+            *peak = self.planner.peak();
             if self.planner.is_endless() {
                 return Ok(());
             }
@@ -133,12 +142,11 @@ impl<const Q: usize> Motor<Q> {
             beyond |= steps < 0 || left > 0 && !self.planner.is_bent();
         }
         if beyond {
-            return Err(Unfit::TooLong.into());
+            return Err(Unfit::TooLong);
         }
-        if left != 0 {
-            let mut next = self.planner;
-            next.lay_out_again(left.unsigned_abs());
-            self.peak = self.peak.max(next.peak());
+        if trial && left != 0 {
+            self.planner.lay_out_again(left.unsigned_abs());
+            *peak = (*peak).max(self.planner.peak());
         }
         if self.leg != Leg::Open {
             self.leg = self.next();

@@ -10,8 +10,8 @@
 mod common;
 
 use common::{LATENCY, chip, rest, say, steps};
-use stepwright_rig::Chip;
 use stepwright_rig::edges::Step;
+use stepwright_rig::{Board, Chip};
 use stepwright_sim::{Description, Edge, Pin, Queues, VirtualBoard};
 
 /// Steps of axis 1 of a virtual Uno, which is told `order` at once and `change`
@@ -70,7 +70,11 @@ fn apart(real: &[Step], ideal: &[Step]) -> Option<i64> {
 /// Gives the order, and so many cycles later the change. The last position.
 #[track_caller]
 fn changed(order: &str, wait: u64, change: &str) -> (Chip, i64) {
-    let mut chip = chip();
+    changed_on(chip(), order, wait, change)
+}
+
+#[track_caller]
+fn changed_on(mut chip: Chip, order: &str, wait: u64, change: &str) -> (Chip, i64) {
     say(&mut chip, order);
     chip.run_for(wait);
     say(&mut chip, change);
@@ -150,29 +154,99 @@ fn what_can_not_be_is_refused_with_its_reason_and_nothing_changes() {
 
 const CURVE: &str = "PO s0 t4000 a20000 d20000 j200000 G+4000 E";
 
-/// An Uno has no room for S-curves, and says so.
-fn has_curves() -> bool {
-    if common::board() == stepwright_rig::Board::Mega {
-        return true;
+/// A board with S-curves: any Mega, and an Uno whose program is `curves`.
+fn curved() -> Chip {
+    match common::board() {
+        Board::Mega => chip(),
+        Board::Uno => common::program("curves"),
+    }
+}
+
+#[test]
+fn an_s_curve_and_changes_on_it() {
+    let changed = |order, wait, change| changed_on(curved(), order, wait, change).1;
+    assert_eq!(changed(CURVE, 10_000_000, "@+6000"), 6_000);
+    assert_eq!(changed(CURVE, 2_000_000, "t1500"), 4_000);
+    assert_eq!(changed(CURVE, 8_000_000, "t1500"), 4_000);
+    assert_eq!(changed(CURVE, 3_000_000, "a3000"), 4_000);
+    assert_eq!(changed(CURVE, 6_000_000, "@-300"), -300);
+    let end = changed("s0 t3000 a20000 d9000 j300000 g-", 9_000_000, "Z");
+    assert!((-3_000..-500).contains(&end), "{end}");
+}
+
+/// What the Uno's controller has no room for it refuses.
+#[test]
+fn an_uno_says_that_it_has_no_s_curves() {
+    if common::board() != Board::Uno {
+        return;
     }
     let mut chip = chip();
     chip.expect("j200000", "E");
     assert!(chip.ask("?").unwrap().contains("last=line"));
     chip.expect("$law", "law=0");
     chip.expect("$law=1", "E");
-    false
+}
+
+// ---- the Uno's program with S-curves, and nothing else ----
+
+#[test]
+fn without_a_jerk_its_ramps_are_straight() {
+    if common::board() != Board::Uno {
+        return;
+    }
+    for (start, top, accel, steps) in
+        [(0, 4_000, 10_000, 4_000), (100, 2_000, 3_000, 500), (50, 10_000, 100_000, 5_000)]
+    {
+        let mut chip = common::program("curves");
+        say(&mut chip, &format!("PO s{start} t{top} a{accel} d{accel} G+{steps} E"));
+        rest(&mut chip);
+        let path = common::path_of_accel(start, top, accel, steps);
+        common::follows(&common::steps(&chip, 0), &path, common::FIT + LATENCY);
+        assert!(chip.ask("?").unwrap().contains(" late=0 "));
+    }
+    // A change takes hold at the next whole step.
+    let mut chip = common::program("curves");
+    say(&mut chip, ORDER);
+    chip.run_for(6_000_000);
+    say(&mut chip, "@+6000 t3000");
+    rest(&mut chip);
+    assert_eq!(common::steps(&chip, 0).last().unwrap().position, 6_000);
 }
 
 #[test]
-fn an_s_curve_and_changes_on_it() {
-    if !has_curves() {
+fn it_has_no_settings_and_says_so() {
+    if common::board() != Board::Uno {
         return;
     }
-    assert_eq!(changed(CURVE, 10_000_000, "@+6000").1, 6_000);
-    assert_eq!(changed(CURVE, 2_000_000, "t1500").1, 4_000);
-    assert_eq!(changed(CURVE, 8_000_000, "t1500").1, 4_000);
-    assert_eq!(changed(CURVE, 3_000_000, "a3000").1, 4_000);
-    assert_eq!(changed(CURVE, 6_000_000, "@-300").1, -300);
-    let end = changed("s0 t3000 a20000 d9000 j300000 g-", 9_000_000, "Z").1;
-    assert!((-3_000..-500).contains(&end), "{end}");
+    let mut chip = common::program("curves");
+    common::talk(
+        &mut chip,
+        "$law E
+         $ E
+         j200000 Y
+         ? stepwright*last=setting uncertain=0",
+    );
+}
+
+/// With bends of 50 ms and all axes at once, what is said of it in the README.
+#[test]
+fn its_planner_keeps_up() {
+    if common::board() != Board::Uno {
+        return;
+    }
+    for (axes, top, accel) in [(1, 50_000, 40_000), (2, 1_000, 10_000), (2, 30_000, 10_000)] {
+        let mut chip = common::program("curves");
+        let (jerk, way) = (20 * accel, top * top / accel + top);
+        say(&mut chip, "PO");
+        for axis in 1..=axes {
+            say(&mut chip, &format!("A{axis} s0 t{top} a{accel} d{accel} j{jerk} G+{way}"));
+        }
+        say(&mut chip, "E");
+        rest(&mut chip);
+        let said = chip.ask("?").unwrap();
+        assert!(said.contains(" late=0 "), "{axes} axes to {top} steps/s: {said}");
+        for axis in 0..axes {
+            assert_eq!(steps(&chip, axis).last().unwrap().position, i64::from(way));
+        }
+    }
 }

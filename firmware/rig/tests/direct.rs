@@ -4,21 +4,16 @@
 
 mod common;
 
-use common::{BESIDE, LATENCY, board, rest, say, steps, talk, wake};
+use common::{BESIDE, LATENCY, rest, say, steps, talk};
 use stepwright::direct::{Direct, Ramp as Law};
 use stepwright::profile::Ramp;
 use stepwright::queue::{Feed, Taken};
 use stepwright::{Accel, Order, Speed, Travel};
+use stepwright_rig::Chip;
 use stepwright_rig::edges::Step;
-use stepwright_rig::{Chip, firmware};
 
 fn chip() -> Chip {
-    let board = board();
-    let image =
-        firmware::load(&format!("{board}-direct")).unwrap_or_else(|error| panic!("{error:#}"));
-    let mut chip = Chip::new(board, &image);
-    wake(&mut chip);
-    chip
+    common::program("direct")
 }
 
 /// The law of an order in steps/s and steps/s².

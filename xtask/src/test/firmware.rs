@@ -15,6 +15,9 @@ const AIM: u32 = 20_480;
 const FLASH: u32 = 30_720;
 /// What any may take of the RAM, without its stack.
 const RAM: u32 = 1_229;
+/// And `curves`, which is for an Uno alone: all that its boot loader leaves, and a stack of
+/// 700 bytes.
+const CURVES: (u32, u32) = (32_256, 1_348);
 
 /// The step interrupt's vector on each chip.
 const STEP_328P: &str = "__vector_11";
@@ -72,7 +75,8 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
             }
         }
     } else {
-        for (what, used, most) in [("flash", built.flash, FLASH), ("RAM", built.ram, RAM)] {
+        let (flash, ram) = if program == Program::Curves { CURVES } else { (FLASH, RAM) };
+        for (what, used, most) in [("flash", built.flash, flash), ("RAM", built.ram, ram)] {
             if used > most {
                 wrong.push(format!("{used} bytes of {what}, and only {most} are allowed"));
             }

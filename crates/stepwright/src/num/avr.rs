@@ -21,13 +21,13 @@ use super::Num;
 use core::arch::asm;
 
 unsafe extern "C" {
-    fn stepwright_times(out: *mut Num, a: *const Num, b: *const Num);
-    fn stepwright_roughly(out: *mut Num, a: *const Num, b: *const Num);
-    fn stepwright_over(out: *mut Num, a: *const Num, b: *const Num);
-    fn stepwright_plus(out: *mut Num, a: *const Num, b: *const Num);
-    fn stepwright_minus(out: *mut Num, a: *const Num, b: *const Num);
-    fn stepwright_root(out: *mut Num, a: *const Num);
-    fn stepwright_new(out: *mut Num, m: u32, e: i16);
+    fn stepwright_times(a: *const Num, b: *const Num) -> Num;
+    fn stepwright_roughly(a: *const Num, b: *const Num) -> Num;
+    fn stepwright_over(a: *const Num, b: *const Num) -> Num;
+    fn stepwright_plus(a: *const Num, b: *const Num) -> Num;
+    fn stepwright_minus(a: *const Num, b: *const Num) -> Num;
+    fn stepwright_root(a: *const Num) -> Num;
+    fn stepwright_new(m: u32, e: i16) -> Num;
     fn stepwright_split(a: *const Num) -> u64;
     fn stepwright_at_least(a: *const Num, b: *const Num) -> u8;
 }
@@ -37,13 +37,9 @@ macro_rules! operations {
     ($($name:ident = $routine:ident),*) => { $(
         #[inline(always)]
         pub(crate) fn $name(&self, other: &Num) -> Num {
-            let mut out = core::mem::MaybeUninit::uninit();
             // SAFETY: the routine reads two numbers, writes one, and keeps to
             // C's convention; it reads before it writes.
-            unsafe {
-                $routine(out.as_mut_ptr(), self, other);
-                out.assume_init()
-            }
+            unsafe { $routine(self, other) }
         }
     )* };
 }
@@ -60,22 +56,14 @@ impl Num {
 
     #[inline(always)]
     pub(crate) fn new(m: u32, e: i16) -> Num {
-        let mut out = core::mem::MaybeUninit::uninit();
         // SAFETY: the routine writes a number.
-        unsafe {
-            stepwright_new(out.as_mut_ptr(), m, e);
-            out.assume_init()
-        }
+        unsafe { stepwright_new(m, e) }
     }
 
     #[inline(always)]
     pub(crate) fn root(&self) -> Num {
-        let mut out = core::mem::MaybeUninit::uninit();
         // SAFETY: the routine reads a number and writes one.
-        unsafe {
-            stepwright_root(out.as_mut_ptr(), self);
-            out.assume_init()
-        }
+        unsafe { stepwright_root(self) }
     }
 
     #[inline(always)]

@@ -108,6 +108,21 @@ impl Num {
         self.e.wrapping_add(31)
     }
 
+    /// Becomes this number: out of line, for a copy is 24 bytes on an AVR.
+    #[cfg(feature = "s-curve")]
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn set(&mut self, to: &Num) {
+        *self = *to;
+    }
+
+    /// Becomes a number if that is between two others; else their mean.
+    #[cfg(feature = "s-curve")]
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn set_between(&mut self, least: &Num, to: &Num, most: &Num) {
+        let inside = !least.at_least(to) && !to.at_least(most);
+        *self = if inside { *to } else { least.plus(most).scaled(-1) };
+    }
+
     /// Whether it is less than 2^e.
     #[inline(always)]
     pub(crate) const fn is_below(&self, e: i16) -> bool {

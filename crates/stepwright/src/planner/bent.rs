@@ -34,7 +34,10 @@ impl Bent {
     /// Sets the limit, or takes it away.
     #[expect(clippy::unnecessary_wraps)] // a planner of trapezoids refuses
     pub(super) fn limit(&mut self, jerk: Option<Jerk>) -> Result<(), Unfit> {
-        self.curve.set_jerk(jerk.map_or(0, Jerk::millisteps));
+        match jerk {
+            None if !cfg!(feature = "trapezoid") => self.curve.set_no_bends(),
+            jerk => self.curve.set_jerk(jerk.map_or(0, Jerk::millisteps)),
+        }
         Ok(())
     }
 
@@ -60,9 +63,10 @@ impl Bent {
 }
 
 impl Planner {
-    /// Whether its jerk is limited.
+    /// Whether its ramps are curves: its jerk is limited, or there is nothing else.
+    #[inline(always)]
     pub(crate) fn is_bent(&self) -> bool {
-        self.bent.curve.is_bent()
+        !cfg!(feature = "trapezoid") || self.bent.curve.is_bent()
     }
 
     /// Divides `steps` from here, where the speed is v and level, into rise or
@@ -76,56 +80,58 @@ impl Planner {
         let end = self.w_end.root();
         (self.risen, self.bent.falling, self.bent.again) = (0, false, false);
         self.ease = !self.top.at_least(&self.v);
-        self.v_top = self.top;
-        let (mut least, mut most) = (self.v, self.top);
-        let mut fall = Num::ZERO;
+        self.v_top.set(&self.top);
+        let (mut least, mut most) = (Num::UNSET, Num::UNSET);
+        least.set(&self.v);
+        most.set(&self.top);
         for left in (0..40u8).rev() {
             if length.is_zero() && !self.endless || left == 0 {
                 // A single step, which is taken; or, never seen, no speed was found.
-                (self.ease, self.v_top) = (false, least);
+                self.ease = false;
+                self.v_top.set(&least);
             }
             self.bent.curve.lay(&end, &self.v_top, &self.d2);
-            let mut growth = self.bent.curve.growth();
-            fall = *self.bent.curve.length();
+            let growth = self.bent.curve.growth();
+            let mut both = Num::UNSET;
+            both.set(self.bent.curve.length());
+            (self.fall, self.fall_part) = both.split();
             if self.ease {
                 self.bent.curve.lay(&self.v_top, &self.v, &self.d2);
             } else {
                 self.bent.curve.lay(&self.v, &self.v_top, &self.a2);
             }
-            growth = growth.plus(&self.bent.curve.growth());
-            let both = fall.plus(self.bent.curve.length());
-            let next;
+            let growth = growth.plus(&self.bent.curve.growth());
+            let both = both.plus(self.bent.curve.length());
             if self.endless || left == 0 || length.at_least(&both) {
                 let spare = length.minus(&both);
-                let close = !spare.scaled(20).at_least(&length);
+                let close = !spare.scaled(25).at_least(&length);
                 if self.endless || left == 0 || self.v_top == most || close {
                     break;
                 }
-                least = self.v_top;
-                next = least.plus(&spare.over(&growth));
+                least.set(&self.v_top);
+                let next = least.plus(&spare.over(&growth));
+                self.v_top.set_between(&least, &next, &most);
             } else if self.ease {
                 // No room: it keeps its speed, and then falls.
-                (self.ease, self.v_top) = (false, self.v);
-                most = self.v;
-                continue;
+                self.ease = false;
+                self.v_top.set(&self.v);
+                most.set(&self.v);
             } else {
-                most = self.v_top;
-                next = most.minus(&both.minus(&length).over(&growth)).minus(&most.scaled(-28));
+                most.set(&self.v_top);
+                let next = most.minus(&both.minus(&length).over(&growth)).minus(&most.scaled(-28));
+                self.v_top.set_between(&least, &next, &most);
             }
-            let inside = !least.at_least(&next) && !next.at_least(&most);
-            self.v_top = if inside { next } else { least.plus(&most).scaled(-1) };
         }
         (self.rise, self.rise_part) = self.bent.curve.length().split();
-        (self.fall, self.fall_part, self.level) = (0, 0, u32::MAX);
-        if !self.endless {
+        if self.endless {
+            (self.fall, self.fall_part, self.level) = (0, 0, u32::MAX);
+        } else {
             self.rise = self.rise.min(steps);
-            let mut rest = steps.wrapping_sub(self.rise);
-            (self.fall, self.fall_part) = fall.split();
+            let rest = steps.wrapping_sub(self.rise);
             self.fall = self.fall.min(rest);
-            rest = rest.wrapping_sub(self.fall);
-            self.level = rest;
+            self.level = rest.wrapping_sub(self.fall);
         }
-        self.bent.at = if self.ease { *self.bent.curve.whole() } else { Num::ZERO };
+        self.bent.at.set(if self.ease { self.bent.curve.whole() } else { &Num::ZERO });
     }
 
     /// Goes on after a change, or brakes: so many steps to its target.

@@ -34,6 +34,16 @@ pub fn chip() -> Chip {
     chip
 }
 
+/// A board that has just been switched on, with another program in it.
+pub fn program(name: &str) -> Chip {
+    let board = board();
+    let image =
+        firmware::load(&format!("{board}-{name}")).unwrap_or_else(|error| panic!("{error:#}"));
+    let mut chip = Chip::new(board, &image);
+    wake(&mut chip);
+    chip
+}
+
 /// Waits until a board answers after a reset.
 #[track_caller]
 pub fn wake(chip: &mut Chip) {

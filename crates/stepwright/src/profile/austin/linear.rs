@@ -124,7 +124,8 @@ impl LinearFactor {
 
     /// n₁ and n₂ of a ramp to the top speed.
     fn transition(&self, accel: Accel) -> (u32, u32) {
-        let (w, slope) = (self.order.top.squared(), slope_of(accel));
+        // At least 2000; the compiler can't know.
+        let (w, slope) = (self.order.top.squared(), slope_of(accel).max(1));
         // The ramp has p/q of its acceleration in truth.
         let (p, q) = self.order.c0.part();
         let knee = u64::from(self.knee);

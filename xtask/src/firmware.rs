@@ -77,6 +77,14 @@ pub enum Program {
     Shields,
     /// An L6219 in quarter steps.
     L6219,
+    /// What a step of a law costs an Uno: closed form, listing, law in the interrupt.
+    LawsClosed,
+    /// Likewise: general form, c/2n, a ramp that changes.
+    LawsGeneral,
+    /// Likewise: power term.
+    LawsPower,
+    /// Likewise: linear factor, piecewise.
+    LawsSmooth,
 }
 
 impl Program {
@@ -93,6 +101,10 @@ impl Program {
             Program::FastPwm => "fast-pwm",
             Program::Shields => "shields",
             Program::L6219 => "l6219",
+            Program::LawsClosed => "laws-closed",
+            Program::LawsGeneral => "laws-general",
+            Program::LawsPower => "laws-power",
+            Program::LawsSmooth => "laws-smooth",
         }
     }
 
@@ -104,11 +116,19 @@ impl Program {
                 build.timer == 1
             }
             // A Nano's boot loader leaves too little, and the Mega's controller has them.
-            Program::Curves => build.timer == 1 && build.board == Board::Uno,
+            Program::Curves
+            | Program::LawsClosed
+            | Program::LawsGeneral
+            | Program::LawsPower
+            | Program::LawsSmooth => build.timer == 1 && build.board == Board::Uno,
             Program::FastPwm => build.board != Board::Mega,
             Program::Shields => build.timer == 1 && build.board == Board::Mega,
         }
     }
+
+    /// What measures the laws.
+    pub const LAWS: [Program; 4] =
+        [Program::LawsClosed, Program::LawsGeneral, Program::LawsPower, Program::LawsSmooth];
 
     /// The examples of the documents.
     pub const EXAMPLES: [Program; 7] = [

@@ -46,7 +46,7 @@ pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
         // The bench's rates are tested with the bench's build.
         Build { bench: true, ..build }.make(ws, Program::Slave)?;
         build.make(ws, Program::Master)?;
-        let others = Program::EXAMPLES.into_iter().chain([Program::Curves]);
+        let others = Program::EXAMPLES.into_iter().chain([Program::Curves]).chain(Program::LAWS);
         for program in others.filter(|program| program.fits(build)) {
             build.make(ws, program)?;
         }

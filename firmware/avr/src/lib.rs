@@ -15,12 +15,14 @@
 //! | `memory` | copying and filling, in few bytes |
 //! | `timed` | document 000's timed driver: a shield's motor on a timer |
 //! | `console` | its serial line and clock, without interrupts |
+//! | `law` | what a step of a law costs |
 //! | `interrupt` | how handlers are declared, and what a simulator leaves out |
 //!
 //! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
 //! the interrupt. `bin/cycle.rs` is document 003's basic example, `bin/case1.rs` to
 //! `case3.rs` are document 000's, `bin/fast_pwm.rs` the first of these in fast PWM,
-//! `bin/shields.rs` drives two shields at once, `bin/l6219.rs` an L6219.
+//! `bin/shields.rs` drives two shields at once, `bin/l6219.rs` an L6219. `bin/curves.rs` is
+//! the controller with S-curves on an Uno, and `bin/laws_*.rs` measure the laws.
 #![no_std]
 #![feature(asm_experimental_arch)]
 
@@ -40,6 +42,7 @@ pub mod direct;
 pub mod eeprom;
 #[doc(hidden)]
 pub mod interrupt;
+pub mod law;
 mod memory;
 pub mod panel;
 mod panic;

@@ -15,9 +15,8 @@ const AIM: u32 = 20_480;
 const FLASH: u32 = 30_720;
 /// What any may take of the RAM, without its stack.
 const RAM: u32 = 1_229;
-/// And `curves`, which is for an Uno alone: all that its boot loader leaves, and a stack of
-/// 700 bytes.
-const CURVES: (u32, u32) = (32_256, 1_348);
+/// And what is for an Uno alone: all that its boot loader leaves, and a stack of 700 bytes.
+const ALONE: (u32, u32) = (32_256, 1_348);
 
 /// The step interrupt's vector on each chip.
 const STEP_328P: &str = "__vector_11";
@@ -52,7 +51,7 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
         symbols(&built.elf)?.iter().filter_map(|name| forbidden(name)).collect();
     let listing = Listing::of(&built.elf)?;
     // A motor cycle's asks programs and callbacks, and divides where a bound is near.
-    if !matches!(program, Program::Master | Program::Cycle) {
+    if !matches!(program, Program::Master | Program::Cycle) && !Program::LAWS.contains(&program) {
         let vector = match (program, board) {
             (Program::FastPwm, _) => OVERFLOW_328P,
             (_, Board::Mega) => STEP_2560,
@@ -75,7 +74,11 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
             }
         }
     } else {
-        let (flash, ram) = if program == Program::Curves { CURVES } else { (FLASH, RAM) };
+        let (flash, ram) = if program.fits(Build { board: Board::Nano, timer: 1, bench: false }) {
+            (FLASH, RAM)
+        } else {
+            ALONE
+        };
         for (what, used, most) in [("flash", built.flash, flash), ("RAM", built.ram, ram)] {
             if used > most {
                 wrong.push(format!("{used} bytes of {what}, and only {most} are allowed"));

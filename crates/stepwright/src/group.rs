@@ -307,7 +307,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     ) -> Result<(), Refusal> {
         let resting = axes & !self.moving(engine);
         if resting != 0 {
-            return Err(if resting >> N == 0 { Refusal::Resting } else { Refusal::NoAxis });
+            return Err(if resting & !Self::ALL == 0 { Refusal::Resting } else { Refusal::NoAxis });
         }
         // Each is tried first, alone: a chip has no room for copies of them all.
         let mut peaks = self.peaks();
@@ -330,6 +330,9 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             trial = false;
         }
     }
+
+    /// All axes.
+    const ALL: Axes = if N < 8 { (1 << N) - 1 } else { Axes::MAX };
 
     /// The axes that move, or are about to.
     #[inline(never)]

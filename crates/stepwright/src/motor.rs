@@ -104,8 +104,8 @@ impl<const Q: usize> Motor<Q> {
     }
 
     /// Changes what is left of a travel in progress. A trial tells the highest speed,
-    /// for which it looks at the next leg too, and leaves the motor fit for nothing: put
-    /// it back. Else its highest speed is what the trial has told.
+    /// for which it lays out the next leg too: it is for a copy. Else the highest speed is
+    /// what the trial has told.
     ///
     /// # Errors
     /// [`Unfit`] if the timer can't hold it, or the target is too far off to be

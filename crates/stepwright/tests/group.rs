@@ -2,7 +2,9 @@
 
 use stepwright::profile::{Fit, Ramp};
 use stepwright::queue::{Feed, Queue, Taken};
-use stepwright::{Accel, Board, Control, Group, Order, Rate, Report, Run, Speed, Timing, Travel};
+use stepwright::{
+    Accel, Board, Change, Control, Group, Order, Rate, Refusal, Report, Run, Speed, Timing, Travel,
+};
 
 /// An engine that takes no part.
 struct Silent;
@@ -78,4 +80,25 @@ fn what_happens_to_one_axis_leaves_the_other_as_it_is() {
         let halt = |group: &mut Group<2, 8>| group.halt(&mut Silent, 1);
         assert_eq!(runs(Some(piece), halt), alone, "halted at {piece}");
     }
+}
+
+/// A group of eight, whose axes fill the set of axes: none is beyond.
+#[test]
+fn a_change_is_for_axes_that_move() {
+    let mut queues = [const { Queue::<8>::new() }; 8];
+    let feeds = queues.each_mut().map(|queue| queue.split().0);
+    let Board { rate, timing, fit, horizon, lead, .. } = UNO;
+    let board = Board { rate, timing, cost: [133; 8], fit, horizon, lead };
+    let mut eight = Group::new(feeds, board);
+    eight.start(&mut Silent, [(7, order(4_000, 9_000))]).unwrap();
+    let further = Change::Target(4_000);
+    assert_eq!(eight.change(&mut Silent, 1 << 7, further), Ok(()));
+    assert_eq!(eight.change(&mut Silent, 1 << 7 | 1, further), Err(Refusal::Resting));
+
+    let mut queues = [const { Queue::<8>::new() }; 2];
+    let mut two = Group::new(queues.each_mut().map(|queue| queue.split().0), UNO);
+    two.start(&mut Silent, [(1, order(4_000, 9_000))]).unwrap();
+    assert_eq!(two.change(&mut Silent, 0b10, further), Ok(()));
+    assert_eq!(two.change(&mut Silent, 0b01, further), Err(Refusal::Resting));
+    assert_eq!(two.change(&mut Silent, 0b110, further), Err(Refusal::NoAxis));
 }

@@ -253,7 +253,7 @@ impl<'a> Follower<'a> {
             let age = self.since + passed.max(self.leg.ramps() * self.hz);
             // Where a long ease has ended, what rounding left of its steps is gone at the
             // low speed.
-            let left = if s as f64 <= self.leg.fall { s as f64 * 2f64.powi(-29) } else { 0.0 };
+            let left = if s as f64 <= self.leg.fall { s as f64 * 2f64.powi(-28) } else { 0.0 };
             let slack = self.slack + (self.leg.excess + left / state.v.max(1e-3)) * self.hz;
             if off.abs() > slack + age * 2f64.powi(-26) {
                 return Err(format!("pulse {s} is {off} ticks off: {:?}", self.leg));

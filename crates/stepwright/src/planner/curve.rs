@@ -20,7 +20,7 @@
 //! t ← t − (x(t) − x) / v(t), each step of which doubles the digits that are right.
 //!
 //! **Error.** Time and steps are reckoned from an end of the ramp: 2⁻²⁹ of the
-//! ramp's time; and where it eases down to a level, 2⁻²⁹ of its steps, which are
+//! ramp's time; and where it eases down to a level, 2⁻²⁸ of its steps, which are
 //! gone at the low speed. **Cost** on an ATmega328P: see `planner`.
 
 use crate::num::Num;

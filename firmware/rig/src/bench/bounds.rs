@@ -26,7 +26,6 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
 /// only by worsening, or by meeting their bound: then they leave this list.
 /// `docs/benchmarks.md` says more.
 pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
-    ("rate_ramps", 1, "queued", "some phases of the traffic leave a few late steps"),
     ("back_to_back_constant", 1, "queued", "a step that is behind waits for the minimum interval"),
     ("back_to_back_ramp", 1, "queued", "a step that is behind waits for the minimum interval"),
     ("rate_ramps", 2, "queued", "the long way of one axis holds the others up; planning"),

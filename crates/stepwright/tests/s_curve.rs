@@ -229,6 +229,15 @@ fn optimum(top: f64, accel: f64, decel: f64, jerk: Option<f64>, length: f64) -> 
     trajectory.get_duration()
 }
 
+/// A bend whose gain no speed of 64 bits can tell: its ramps were of any length, and the
+/// pulse between them 55 ticks late.
+#[test]
+fn a_bend_too_gentle_to_tell() {
+    let (start, top) = (409_133_349, 412_269_665);
+    let order = Order { hz: 175_562_924, start, top, accel: 100, decel: 100, jerk: 100, pulses: 3 };
+    every_pulse(order.law().curve(3).unwrap(), &order.ideal(), 1).unwrap();
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases()))]
 
@@ -260,6 +269,21 @@ proptest! {
                 check("run from n", m, off.max(0.0), 0.0)?;
             }
         }
+    }
+
+    /// Fast, and bent so gently over so few steps that a speed can hardly tell.
+    #[test]
+    fn what_gains_next_to_nothing_keeps_the_ideal(
+        hz in 1_000_000u32..200_000_000,
+        start in 1_000_000u32..1_000_000_000,
+        accel in 100u64..10_000_000,
+        jerk in 100u64..10_000_000,
+        pulses in 2u32..200,
+    ) {
+        let top = start.saturating_add(start / 100).min(1_000_000_000);
+        let order = Order { hz, start, top, accel, decel: accel, jerk, pulses };
+        let Ok(curve) = order.law().curve(order.pulses) else { return Ok(()) };
+        every_pulse(curve, &order.ideal(), 1)?;
     }
 
     #[test]

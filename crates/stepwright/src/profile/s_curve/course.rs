@@ -281,6 +281,15 @@ impl Limits {
     /// The stages from `motion` to the end speed, `way` steps away.
     pub(super) fn course(&self, motion: Motion, way: Wide) -> Course {
         let mut course = Stages::EMPTY;
+        if motion.a.is_zero() && motion.v == self.end && motion.v.is_plus() && way.is_plus() {
+            // What the jerk can gain on the way may be too little for 64 bits of a speed to
+            // tell: then its ramps would be of any length, and it keeps its speed.
+            let time = way / motion.v;
+            if self.jerk * time.squared() <= motion.v.scaled(-46) {
+                course.push(Stage { from: motion, to: motion, jerk: Wide::ZERO, time });
+                return course;
+            }
+        }
         let over = self.stopping(motion) - way;
         if over.abs() <= way.abs().max(Wide::whole(1)).scaled(-50) {
             // A stop leads there but for rounding. To drive for that little, or to undo

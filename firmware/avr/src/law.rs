@@ -5,8 +5,8 @@
 //! D13 (PB5) while a law is at work; `LAW_SUMS` has what the delays of each add up to.
 //!
 //! The laws are in four programs, for an Uno holds no more: 64 bits are long on 8. (The
-//! motion that changes reckons in 128, and doesn't fit at all.) On a Mega
-//! they would be wrong: rustc 1.96 finds arguments on its stack a byte too low.
+//! motion that changes reckons in 128, and doesn't fit at all.) On a Mega they would be
+//! wrong: rustc 1.96 finds arguments on its stack a byte too low.
 
 use core::hint::black_box;
 
@@ -84,4 +84,23 @@ impl Trial {
         // SAFETY: any value is one.
         self.pins.portb().write(|w| unsafe { w.bits(levels) });
     }
+}
+
+/// A program that measures laws: what it does with its [`Trial`]; `?` where a law can't be
+/// laid out.
+#[macro_export]
+macro_rules! measured_laws {
+    ($trial:ident => $laws:block) => {
+        #[avr_device::entry]
+        fn main() -> ! {
+            // SAFETY: called once.
+            let _ = unsafe { $crate::law::Trial::begin() }.and_then(laws);
+            loop {}
+        }
+
+        fn laws(mut $trial: $crate::law::Trial) -> Option<()> {
+            $laws
+            Some(())
+        }
+    };
 }

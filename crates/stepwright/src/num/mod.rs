@@ -108,13 +108,6 @@ impl Num {
         self.e.wrapping_add(31)
     }
 
-    /// Becomes this number: out of line, for a copy is 24 bytes on an AVR.
-    #[cfg(feature = "s-curve")]
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn set(&mut self, to: &Num) {
-        *self = *to;
-    }
-
     /// Becomes a number if that is between two others; else their mean.
     #[cfg(feature = "s-curve")]
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]

@@ -80,44 +80,41 @@ impl Planner {
         let end = self.w_end.root();
         (self.risen, self.bent.falling, self.bent.again) = (0, false, false);
         self.ease = !self.top.at_least(&self.v);
-        self.v_top.set(&self.top);
-        let (mut least, mut most) = (Num::UNSET, Num::UNSET);
-        least.set(&self.v);
-        most.set(&self.top);
+        self.v_top = self.top;
+        let (mut least, mut most) = (self.v, self.top);
         for left in (0..40u8).rev() {
             if length.is_zero() && !self.endless || left == 0 {
                 // A single step, which is taken; or, never seen, no speed was found.
                 self.ease = false;
-                self.v_top.set(&least);
+                self.v_top = least;
             }
             self.bent.curve.lay(&end, &self.v_top, &self.d2);
             let growth = self.bent.curve.growth();
-            let mut both = Num::UNSET;
-            both.set(self.bent.curve.length());
-            (self.fall, self.fall_part) = both.split();
+            let fall = *self.bent.curve.length();
+            (self.fall, self.fall_part) = fall.split();
             if self.ease {
                 self.bent.curve.lay(&self.v_top, &self.v, &self.d2);
             } else {
                 self.bent.curve.lay(&self.v, &self.v_top, &self.a2);
             }
             let growth = growth.plus(&self.bent.curve.growth());
-            let both = both.plus(self.bent.curve.length());
+            let both = fall.plus(self.bent.curve.length());
             if self.endless || left == 0 || length.at_least(&both) {
                 let spare = length.minus(&both);
                 let close = !spare.scaled(25).at_least(&length);
                 if self.endless || left == 0 || self.v_top == most || close {
                     break;
                 }
-                least.set(&self.v_top);
+                least = self.v_top;
                 let next = least.plus(&spare.over(&growth));
                 self.v_top.set_between(&least, &next, &most);
             } else if self.ease {
                 // No room: it keeps its speed, and then falls.
                 self.ease = false;
-                self.v_top.set(&self.v);
-                most.set(&self.v);
+                self.v_top = self.v;
+                most = self.v;
             } else {
-                most.set(&self.v_top);
+                most = self.v_top;
                 let next = most.minus(&both.minus(&length).over(&growth)).minus(&most.scaled(-28));
                 self.v_top.set_between(&least, &next, &most);
             }
@@ -131,7 +128,7 @@ impl Planner {
             self.fall = self.fall.min(rest);
             self.level = rest.wrapping_sub(self.fall);
         }
-        self.bent.at.set(if self.ease { self.bent.curve.whole() } else { &Num::ZERO });
+        self.bent.at = if self.ease { *self.bent.curve.whole() } else { Num::ZERO };
     }
 
     /// Goes on after a change, or brakes: so many steps to its target.

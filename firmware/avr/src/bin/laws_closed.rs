@@ -1,4 +1,5 @@
-//! What a step of a law costs: the trapezoid in closed form, the published listing, the law in the interrupt. See `stepwright_avr::law`.
+//! What a step of a law costs: the trapezoid in closed form, the published listing, the law
+//! in the interrupt. See `stepwright_avr::law`.
 #![no_std]
 #![no_main]
 
@@ -6,21 +7,11 @@ use stepwright::Speed;
 use stepwright::direct::Ramp;
 use stepwright::profile::Trapezoid;
 use stepwright::profile::austin::Fixed;
-use stepwright_avr::law::{LISTED, STEPS, Trial};
+use stepwright_avr::law::{LISTED, STEPS};
 
-#[avr_device::entry]
-fn main() -> ! {
-    let _ = laws();
-    loop {}
-}
-
-/// `None` if one can't be laid out.
-fn laws() -> Option<()> {
-    // SAFETY: called once.
-    let mut trial = unsafe { Trial::begin() }?;
-    let (rate, top, accel) = (trial.rate, trial.top, trial.accel);
-    trial.run(Trapezoid::new(rate, Speed::ZERO, top, accel).delays(STEPS).ok()?);
+stepwright_avr::measured_laws!(trial => {
+    let law = Trapezoid::new(trial.rate, Speed::ZERO, trial.top, trial.accel);
+    trial.run(law.delays(STEPS).ok()?);
     trial.run(Fixed::new(STEPS, LISTED.0, LISTED.1));
     trial.run(Ramp::new(STEPS, LISTED.0, LISTED.1));
-    Some(())
-}
+});

@@ -3,20 +3,11 @@
 #![no_main]
 
 use stepwright::profile::austin::PowerTerm;
-use stepwright_avr::law::{STEPS, Trial};
+use stepwright_avr::law::STEPS;
 
-#[avr_device::entry]
-fn main() -> ! {
-    let _ = laws();
-    loop {}
-}
-
-/// `None` if one can't be laid out.
-fn laws() -> Option<()> {
-    // SAFETY: called once.
-    let mut trial = unsafe { Trial::begin() }?;
-    let (rate, top, accel) = (trial.rate, trial.top, trial.accel);
-    trial.run(PowerTerm::new(rate, top, accel, 2).delays(STEPS).ok()?);
-    trial.run(PowerTerm::new(rate, top, accel, 4).delays(STEPS).ok()?);
-    Some(())
-}
+stepwright_avr::measured_laws!(trial => {
+    for p in [2, 4] {
+        let law = PowerTerm::new(trial.rate, trial.top, trial.accel, p);
+        trial.run(law.delays(STEPS).ok()?);
+    }
+});

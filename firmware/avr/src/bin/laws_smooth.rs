@@ -3,20 +3,11 @@
 #![no_main]
 
 use stepwright::profile::austin::{LinearFactor, Piecewise};
-use stepwright_avr::law::{STEPS, Trial};
+use stepwright_avr::law::STEPS;
 
-#[avr_device::entry]
-fn main() -> ! {
-    let _ = laws();
-    loop {}
-}
-
-/// `None` if one can't be laid out.
-fn laws() -> Option<()> {
-    // SAFETY: called once.
-    let mut trial = unsafe { Trial::begin() }?;
-    let (rate, top, accel) = (trial.rate, trial.top, trial.accel);
-    trial.run(LinearFactor::new(rate, top, accel).delays(STEPS).ok()?);
-    trial.run(Piecewise::new(rate, top, accel).delays(STEPS).ok()?);
-    Some(())
-}
+stepwright_avr::measured_laws!(trial => {
+    let factor = LinearFactor::new(trial.rate, trial.top, trial.accel);
+    trial.run(factor.delays(STEPS).ok()?);
+    let pieces = Piecewise::new(trial.rate, trial.top, trial.accel);
+    trial.run(pieces.delays(STEPS).ok()?);
+});

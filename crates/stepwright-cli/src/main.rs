@@ -7,6 +7,7 @@
 //! | module | what |
 //! | --- | --- |
 //! | [`failure`] | errors, hints and the exit status |
+//! | [`files`] | text files, within a bound and as a whole |
 //! | [`interrupt`] | Ctrl-C |
 //! | [`link`] | the bytes to a board, real or virtual, and back |
 //! | [`plot`] | figures as .svg, .png and .html |
@@ -21,6 +22,7 @@ mod completions;
 mod cycle;
 mod failure;
 mod figures;
+mod files;
 mod interrupt;
 mod link;
 mod order;

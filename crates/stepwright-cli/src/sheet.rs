@@ -3,6 +3,7 @@
 //! `figures` and `calc` make sheets. A number stands in the text with the digits
 //! that a reader wants, and in CSV and JSON with all that it has.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{self, Write};
 
@@ -96,9 +97,7 @@ impl Cell {
     fn csv(&self) -> String {
         match self {
             Cell::Real(value, _) => value.to_string(),
-            Cell::Text(text) if text.contains([',', '"', '\n']) => {
-                format!("\"{}\"", text.replace('"', "\"\""))
-            }
+            Cell::Text(text) => quoted(text).into_owned(),
             cell => cell.shown(),
         }
     }
@@ -114,6 +113,15 @@ impl Cell {
 
     fn is_number(&self) -> bool {
         matches!(self, Cell::Whole(_) | Cell::Real(..))
+    }
+}
+
+/// A text as a field of CSV (RFC 4180): in quotes where it would not be one field.
+pub fn quoted(text: &str) -> Cow<'_, str> {
+    if text.contains([',', '"', '\n', '\r']) {
+        Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")))
+    } else {
+        Cow::Borrowed(text)
     }
 }
 

@@ -1,24 +1,25 @@
 //! Where along the path each axis steps.
 //!
-//! **Lines.** Axis i of a line makes n steps; they lie evenly spaced along it,
-//! the first of every axis at its beginning and the last at its end:
+//! **Lines.** Axis i of a line makes n steps, which divide it into n equal parts:
+//! the first comes one part after its beginning, and the last at its end.
 //!
 //! ```text
-//!   X  │    │    │    │    │    │    │
-//!   Y  │        │        │        │  │   (n − 1 equal parts)
+//!   X  ┊    │    │    │    │    │    │
+//!   Y  ┊       │       │       │     │   (n equal parts)
 //!      begin                         end
 //! ```
 //!
 //! That is the axis' own profile, scaled by its share of the path: no
-//! Bresenham, no unevenness. Of a line that begins where another was left, the
-//! first steps come one part after its beginning: into n equal parts.
+//! Bresenham, no unevenness. The path begins at rest, and so does each axis: its
+//! first step comes after the first interval of its own ramp, also where another
+//! path has ended a moment before.
 //!
 //! **Arcs.** An axis steps where the circle crosses the middle between two of
 //! its positions, which is found in closed form, so both are always at the
 //! nearest position to the circle. A crossing that is taken back at once, where
 //! the circle only touches the middle, is left out.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::pace::Unplannable;
 
@@ -70,11 +71,19 @@ struct Round {
 }
 
 impl Marks {
-    /// The steps of an axis of a line of this length, the first at its beginning.
+    /// The steps of an axis of a line of this length, the last at its end.
     fn along(steps: i32, length: f64) -> Marks {
-        let (end, forward) = (steps.unsigned_abs(), steps > 0);
-        let parts = end.saturating_sub(1).max(1);
-        Marks(Kind::Even(Even { first: 0.0, last: length, parts, next: 0, end, forward }))
+        Marks::onward(steps.into(), 0.0, length, 0.0)
+    }
+
+    /// The least way along the path from one step to the next; of an arc it may be a
+    /// little more. Infinite without steps.
+    pub(crate) fn closest(&self) -> f64 {
+        match &self.0 {
+            Kind::Even(even) if even.next >= even.end => f64::INFINITY,
+            Kind::Even(even) => (even.last - even.first) / f64::from(even.parts),
+            Kind::Round(round) => round.radius / round.r / round.steepest(),
+        }
     }
 
     /// So many steps up to `last`, of an axis whose last step was at `first`; none
@@ -183,6 +192,14 @@ impl Arc {
 const TOUCH: f64 = 0.25;
 
 impl Round {
+    /// The greatest part of the speed along the arc that its axis has: |sin φ|, at an
+    /// end of the arc, or 1 where it comes by a quarter of a turn.
+    fn steepest(&self) -> f64 {
+        let (from, to) = (self.from, self.from + self.sweep);
+        let quarter = |angle: f64| ((angle - FRAC_PI_2) / PI).floor();
+        if quarter(from) != quarter(to) { 1.0 } else { from.sin().abs().max(to.sin().abs()) }
+    }
+
     /// The next crossing of a middle.
     fn next(&mut self) -> Option<Mark> {
         let back = self.sweep < 0.0;
@@ -191,7 +208,7 @@ impl Round {
             let angle = if back { -self.from } else { self.from } + self.gone;
             let turn = angle.rem_euclid(TAU);
             // Falling from 0 to π, rising from there to 2π.
-            let rising = turn >= std::f64::consts::PI;
+            let rising = turn >= PI;
             let extreme = if rising { self.c + self.r } else { self.c - self.r };
             let middle = self.at as f64 + if rising { 0.5 } else { -0.5 };
             let way = if rising { extreme - middle } else { middle - extreme };
@@ -211,7 +228,7 @@ impl Round {
                 return Some(Mark { at: gone * self.radius, forward: rising });
             }
             // Nothing more on this side: on to the extreme.
-            let end = if rising { TAU } else { std::f64::consts::PI };
+            let end = if rising { TAU } else { PI };
             self.gone += (end - turn).max(1e-12);
             if self.gone > self.sweep.abs() {
                 return None;

@@ -77,10 +77,9 @@ impl Law {
         Ok(law)
     }
 
-    /// No override leads beyond this speed, nor beyond the ordered one if that is
-    /// more.
+    /// No override leads beyond this speed.
     pub(crate) fn limit(&mut self, most: f64) {
-        self.most = most.max(self.pace.speed);
+        self.most = most;
     }
 
     /// The highest speed now.
@@ -271,6 +270,12 @@ impl Law {
     pub fn speed(&self, t: f64) -> f64 {
         let at = self.state(t.max(0.0));
         if t >= self.last() { 0.0 } else { at.v.max(0.0) }
+    }
+
+    /// The highest speed that it comes to, as far as is known.
+    pub fn peak(&self) -> f64 {
+        // Where the speed has its maximum a piece ends: its acceleration is 0 there.
+        self.pieces.iter().map(|piece| piece.from.v.max(piece.to.v)).fold(0.0, f64::max)
     }
 
     /// When it comes by a place; `None` if it does not, as far as is known.

@@ -72,10 +72,12 @@ impl Held {
     }
 
     /// Steps/s that each axis may make at most: no override and no new end makes it
-    /// faster. (What was ordered at first is not changed.)
+    /// faster. For a path that has not been changed yet.
     ///
     /// # Errors
-    /// [`Unplannable::Axes`] unless there is one for each axis.
+    /// [`Unplannable::Axes`] unless there is one for each axis;
+    /// [`Unplannable::TooFast`] if the ordered path comes to a speed at which one can't
+    /// follow.
     pub fn within(&self, fastest: &[f64]) -> Result<(), Unplannable> {
         self.look(|road| road.within(fastest))
     }
@@ -160,6 +162,8 @@ pub struct Steps {
     look: Ticks,
     /// Ticks from the start to the last step or wait.
     gone: u64,
+    /// Ticks from the start to the last step.
+    last: Option<u64>,
 }
 
 impl Steps {
@@ -167,10 +171,19 @@ impl Steps {
         let path = Held(Shared::new(Mutex::new(road)));
         let hz = f64::from(rate.hz());
         let look = (hz * LOOK).ceil() as Ticks;
-        std::array::from_fn(|axis| Steps { axis, path: path.clone(), hz, lead, look, gone: 0 })
+        std::array::from_fn(|axis| Steps {
+            axis,
+            path: path.clone(),
+            hz,
+            lead,
+            look,
+            gone: 0,
+            last: None,
+        })
     }
 
-    /// Of a line. The first steps come `lead` ticks after the start.
+    /// Of a line. It begins `lead` ticks after the start, from rest: the first step of
+    /// each axis comes after the first interval of its own ramp.
     ///
     /// # Errors
     /// [`Unplannable`].
@@ -185,14 +198,25 @@ impl Steps {
         Ok(Steps::all(Road::new(law, marks, &line.step).of_line(&line.steps), rate, lead))
     }
 
-    /// Of an arc; it begins `lead` ticks after the start.
+    /// Of an arc. It begins `lead` ticks after the start, or a little later: no first
+    /// step comes before the time that the ramp takes over a step.
     ///
     /// # Errors
     /// [`Unplannable`].
     pub fn arc(arc: &Arc, pace: Pace, rate: Rate, lead: Ticks) -> Result<[Steps; 2], Unplannable> {
         let marks = arc.marks()?.to_vec();
         let law = Law::new(arc.length(), pace)?;
+        // The first crossing of a middle is half a step away at least.
+        let over = |way: f64| law.time(way.min(law.length())).unwrap_or(0.0);
+        let rest = arc.step.map(|step| over(step) - over(step / 2.0));
+        let rest = (rest[0].max(rest[1]) * f64::from(rate.hz())).ceil() as Ticks;
+        let lead = lead.saturating_add(rest);
         Ok(Steps::all(Road::new(law, marks, &arc.step), rate, lead))
+    }
+
+    /// Ticks from the start to the beginning of the path.
+    pub fn lead(&self) -> Ticks {
+        self.lead
     }
 
     /// The path that they follow, with all other axes.
@@ -208,7 +232,7 @@ impl Iterator for Steps {
         let (hz, lead, gone) = (self.hz, u64::from(self.lead), self.gone);
         let ticks =
             |time: f64| ((time * hz).round() as u64).saturating_add(lead).saturating_sub(gone);
-        let wait = u64::from(self.look);
+        let (wait, last) = (u64::from(self.look), self.last);
         let pace = self.path.look(|road| {
             // Beyond the place where it stands there are no steps, for now.
             let mark = road.next(self.axis);
@@ -216,8 +240,13 @@ impl Iterator for Steps {
             if let Some((forward, time)) = due
                 && ticks(time) <= 2 * wait
             {
+                // To the nearest tick may be a tick too soon after the last step.
+                let least = (hz / road.fastest(self.axis)).round() as u64;
+                let early = last.is_some_and(|last| gone + ticks(time) + 1 == last + least);
+                let ticks = ticks(time) + u64::from(early);
                 road.hand_out(self.axis, time);
-                return Some(cycle::Pace::Step { ticks: ticks(time) as Ticks, forward });
+                self.last = Some(gone + ticks);
+                return Some(cycle::Pace::Step { ticks: ticks as Ticks, forward });
             }
             let left = match (due, road.law.end()) {
                 (None, Some(end)) => ticks(end),

@@ -1,7 +1,7 @@
 //! How fast along a path, and why one can't be planned.
 
 /// Why a path can't be planned, or changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unplannable {
     /// The speed is beyond [`PACES`], or no number.
     Speed,
@@ -23,11 +23,21 @@ pub enum Unplannable {
     Axes,
     /// The path is over: there is nothing to change.
     Over,
+    /// An axis can't follow.
+    TooFast {
+        /// Which one, counted from 0.
+        axis: usize,
+        /// The highest speed along the path that it, and every other, can follow.
+        most: f64,
+    },
 }
 
 impl std::fmt::Display for Unplannable {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
+            Unplannable::TooFast { axis, most } => {
+                return write!(f, "too fast for axis {axis}: at most {most} along this path");
+            }
             Unplannable::Speed => "the speed along the path must be above 0, at most 10^24",
             Unplannable::Accel => "the acceleration along the path must be above 0, at most 10^24",
             Unplannable::Jerk => {

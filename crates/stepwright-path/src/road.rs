@@ -59,6 +59,9 @@ pub(crate) struct Road {
     asked: f64,
 }
 
+/// A speed that is the highest but for rounding is not above it.
+const ROUNDED: f64 = 1.0 + 1e-9;
+
 /// Half a step beside a line is on it.
 const BESIDE: f64 = 0.5 + 1e-9;
 
@@ -82,23 +85,27 @@ impl Road {
         self
     }
 
-    /// No axis makes more than so many steps/s because of a change.
+    /// No axis makes more than so many steps/s, as ordered or because of a change.
     pub fn within(&mut self, fastest: &[f64]) -> Result<(), Unplannable> {
         if fastest.len() != self.cursors.len() {
             return Err(Unplannable::Axes);
         }
+        let marks = self.ways.first().map_or(&[][..], |way| way.marks.as_slice());
+        let each = marks.iter().zip(fastest).map(|(marks, fastest)| marks.closest() * fastest);
+        // The slowest axis decides.
+        let slowest = each.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        let (axis, most) = slowest.unwrap_or((0, f64::INFINITY));
+        if self.law.peak() > most * ROUNDED {
+            return Err(Unplannable::TooFast { axis, most });
+        }
         self.fastest = fastest.to_vec();
-        let line = self.ways.first().and_then(|way| way.line.clone());
-        let most = match line {
-            Some(line) => self.most(&line.steps, line.length),
-            // Somewhere an arc leads along each axis.
-            None => {
-                let each = self.step.iter().zip(&self.fastest).map(|(step, most)| step * most);
-                each.fold(f64::INFINITY, f64::min)
-            }
-        };
         self.law.limit(most);
         Ok(())
+    }
+
+    /// Steps/s that an axis makes at most.
+    pub fn fastest(&self, axis: usize) -> f64 {
+        self.fastest.get(axis).copied().unwrap_or(f64::INFINITY)
     }
 
     /// When a change that is asked for at `at` takes hold: not before what has

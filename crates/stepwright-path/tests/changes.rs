@@ -270,8 +270,8 @@ proptest! {
             }
             prop_assert!((times[times.len() - 1] - over).abs() <= 2.0 * TICK);
             // Each step is so far along the line.
-            let part = line.length() / (times.len() - 1) as f64;
-            let places: Vec<_> = times.iter().zip(0..).map(|(t, n)| (*t, f64::from(n) * part)).collect();
+            let part = line.length() / times.len() as f64;
+            let places: Vec<_> = times.iter().zip(1..).map(|(t, n)| (*t, f64::from(n) * part)).collect();
             for pair in places.windows(2) {
                 let most = envelope.within(pair[0].0, pair[1].0);
                 let (v, slack) = difference(pair, most);

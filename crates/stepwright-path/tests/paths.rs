@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use proptest::prelude::*;
 use stepwright::{Rate, cycle};
-use stepwright_path::{Arc, Line, Pace, Steps};
+use stepwright_path::{Arc, Line, Pace, Steps, Unplannable};
 
 const LEAD: u32 = 10_000;
 
@@ -89,7 +89,8 @@ fn bent(pace: Pace, bend: Option<f64>) -> Pace {
 }
 
 proptest! {
-    /// All axes begin and end together, and each is evenly spaced along the way.
+    /// All axes begin from rest and end together, and each is evenly spaced along the
+    /// way: its first interval, from the beginning of the path, is that of its own ramp.
     #[test]
     fn lines_are_straight_and_even(
         steps in prop::array::uniform3(-3_000i32..3_000),
@@ -112,12 +113,9 @@ proptest! {
             prop_assert_eq!(axis.len() as u32, wanted.unsigned_abs());
             let Some(&(_, at)) = axis.last() else { continue };
             prop_assert_eq!(at, i64::from(wanted));
-            prop_assert!(axis[0].0.abs() <= tick);
-            if axis.len() > 1 {
-                prop_assert!((axis[axis.len() - 1].0 - last).abs() <= tick);
-            }
+            prop_assert!((axis[axis.len() - 1].0 - last).abs() <= tick);
             for (n, (t, _)) in axis.iter().enumerate() {
-                let part = n as f64 / (axis.len() as f64 - 1.0).max(1.0);
+                let part = (n as f64 + 1.0) / axis.len() as f64;
                 let off = place(*t) - part * line.length();
                 // Half a tick of way, and rounding near rest.
                 prop_assert!(off.abs() <= speed * tick + 1e-6 * line.length(), "{n}: {off}");
@@ -241,4 +239,132 @@ fn a_hold_loses_no_step() {
     x.law().finish(1.0);
     let x = played(x, Rate::MHZ);
     assert!(x.len() < 1_200 && x.last().unwrap().0 < 1.26);
+}
+
+/// Seconds from the start to the first step, or to the end without one.
+fn first(steps: Steps, rate: Rate) -> f64 {
+    let mut ticks = 0u64;
+    for pace in steps {
+        let (cycle::Pace::Step { ticks: more, .. } | cycle::Pace::Wait { ticks: more }) = pace;
+        ticks += u64::from(more);
+        if matches!(pace, cycle::Pace::Step { .. }) {
+            break;
+        }
+    }
+    ticks as f64 / f64::from(rate.hz())
+}
+
+/// However soon a path begins behind another one: the motors stand, and the first step
+/// comes no sooner than from rest. 10,000 steps/s²: √(2/10,000) s.
+#[test]
+fn a_path_begins_with_the_first_interval_of_its_ramp() {
+    let pace = Pace::new(2_000.0, 10_000.0);
+    let rest = |way: f64| (2.0 * way / 10_000.0).sqrt() - 1e-6;
+    let line = Line { steps: [400, -3], step: [1.0; 2] };
+    let [x, y] = Steps::line(&line, pace, Rate::MHZ, 0).unwrap();
+    assert!(first(x, Rate::MHZ) >= rest(1.0));
+    // Y is slower by its share: a third of the way is a step.
+    assert!(first(y, Rate::MHZ) >= 0.1);
+    for centre in [[0.0, 90.0], [90.0, 0.0], [60.0, -60.0], [-0.7, 0.8]] {
+        for sweep in [TAU, -1.0] {
+            let arc = Arc { centre, sweep, step: [1.0, 0.5] };
+            let axes = Steps::arc(&arc, pace, Rate::MHZ, 0).unwrap();
+            for (steps, step) in axes.into_iter().zip(arc.step) {
+                let (first, least) = (first(steps, Rate::MHZ), rest(step));
+                assert!(first >= least, "{centre:?} {sweep}: {first}, not {least}");
+            }
+        }
+    }
+}
+
+/// A path that is refused for its speed, and the same with the speed that would do.
+fn refused<const N: usize>(
+    steps: impl Fn(f64) -> [Steps; N],
+    fastest: [f64; N],
+    slowest: usize,
+) -> f64 {
+    let most = match steps(1e5)[0].law().within(&fastest) {
+        Err(Unplannable::TooFast { axis, most }) if axis == slowest => most,
+        other => panic!("{other:?}"),
+    };
+    assert!(steps(most * 1.001)[0].law().within(&fastest).is_err());
+    let axes = steps(most);
+    let path = axes[0].law();
+    assert_eq!(path.within(&fastest), Ok(()));
+    // Nor does an override make it faster.
+    path.scale(0.3, 2.0).unwrap();
+    assert!((path.now().peak() - most).abs() <= most * 1e-9);
+    for (steps, fastest) in axes.into_iter().zip(fastest) {
+        let times: Vec<f64> = played(steps, Rate::MHZ).iter().map(|step| step.0).collect();
+        let closest = times.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        // Not even by a tick's rounding.
+        assert!(closest * 1e6 >= (1e6 / fastest).floor() - 1e-3, "{closest} of {fastest}");
+    }
+    most
+}
+
+/// The slowest axis decides, not the fastest.
+#[test]
+fn a_path_is_as_fast_as_its_slowest_axis() {
+    // X has 0.6 of the speed along it, Y 0.8; Z is as slow as it likes.
+    let line = Line { steps: [3_000, 4_000, 0], step: [1.0; 3] };
+    let steps = |speed| Steps::line(&line, Pace::new(speed, 1e4), Rate::MHZ, 1_000).unwrap();
+    for (fastest, slowest, most) in
+        [([625.0, 4_000.0, 1.0], 0, 625.0 / 0.6), ([8_000.0, 800.0, 1.0], 1, 1_000.0)]
+    {
+        let found = refused(steps, fastest, slowest);
+        assert!((found - most).abs() <= 1e-6, "{found}, not {most}");
+    }
+    // A line that comes to no such speed is not refused for the one that was ordered.
+    let short = Line { steps: [3, 4, 0], step: [1.0; 3] };
+    let [x, ..] = Steps::line(&short, Pace::new(1e6, 1e4), Rate::MHZ, 1_000).unwrap();
+    assert_eq!(x.law().within(&[625.0; 3]), Ok(()));
+
+    // Round a quarter and more each axis has all of the speed for a moment; on 30° from
+    // the X axis on, X has half of it.
+    let round = |sweep: f64| {
+        let arc = Arc { centre: [-500.0, 0.0], sweep, step: [1.0, 0.5] };
+        move |speed| Steps::arc(&arc, Pace::new(speed, 1e4), Rate::MHZ, 1_000).unwrap()
+    };
+    let sixth = TAU / 12.0;
+    for (sweep, fastest, slowest, most) in [
+        (TAU, [800.0, 8_000.0], 0, 800.0),
+        (-TAU, [8_000.0, 800.0], 1, 400.0),
+        (sixth, [800.0, 8_000.0], 0, 1_600.0),
+        (sixth, [8_000.0, 800.0], 1, 400.0),
+    ] {
+        let found = refused(round(sweep), fastest, slowest);
+        assert!((found - most).abs() <= 1e-6 * most, "{sweep}: {found}, not {most}");
+    }
+}
+
+/// At the highest speed that an axis can follow no interval is a tick too short, however
+/// the times fall between ticks.
+#[test]
+fn rounding_makes_no_step_too_soon() {
+    for n in 0..200 {
+        // On the level step k comes k·400 + v/2a µs after the beginning: at half a tick.
+        let accel = 2_500.0 / 2.0 / ((10_000.5 + f64::from(n)) / 1e6);
+        let line = Line { steps: [700], step: [1.0] };
+        let [x] = Steps::line(&line, Pace::new(2_500.0, accel), Rate::MHZ, 1_000).unwrap();
+        x.law().within(&[2_500.0]).unwrap();
+        let times: Vec<_> = played(x, Rate::MHZ).iter().map(|s| (s.0 * 1e6).round()).collect();
+        let early = times.windows(2).find(|pair| pair[1] - pair[0] < 400.0);
+        assert_eq!(early, None, "{accel}");
+    }
+}
+
+/// A new end in another direction has its own slowest axis.
+#[test]
+fn a_new_end_is_as_fast_as_its_slowest_axis() {
+    let line = Line { steps: [4_000, 0], step: [1.0; 2] };
+    let [x, y] = Steps::line(&line, Pace::new(1_000.0, 1e4), Rate::MHZ, 1_000).unwrap();
+    let path = x.law();
+    path.within(&[1_000.0, 250.0]).unwrap();
+    let at = path.retarget(1.0, &[3_000, 1_000]).unwrap();
+    drop((x, y));
+    // 950 steps by then and 50 of braking: from there it is (2, 1), of which Y is 1/√5.
+    let most = 250.0 * 5f64.sqrt();
+    let speed = path.now().speed(at + 1.0);
+    assert!((speed - most).abs() <= 1e-6, "{speed}, not {most}");
 }

@@ -43,6 +43,9 @@ pub fn along(
             for &(motor, to) in to {
                 line.steps[usize::from(motor)] = way(motor, to, at)?;
             }
+            if line.steps == [0; MOST] {
+                return nothing(text, acts);
+            }
             let steps = Steps::line(&line, *pace, plan.rate, lead).map_err(wrong)?;
             ((0..MOST as u8).collect(), line.steps.to_vec(), steps.into())
         }
@@ -50,6 +53,9 @@ pub fn along(
             let from = |n: usize| centre[n] as f64 - here(motors[n]) as f64;
             let step = motors.map(|motor| f64::from(distance(motor)));
             let arc = Arc { centre: [from(0), from(1)], sweep: *sweep, step };
+            if arc.sweep == 0.0 && arc.radius() > 0.0 {
+                return nothing(text, acts);
+            }
             let steps = Steps::arc(&arc, *pace, plan.rate, lead).map_err(wrong)?;
             // A new end says where both are to go.
             (motors.to_vec(), vec![0; 2], steps.into())
@@ -57,10 +63,24 @@ pub fn along(
     };
     let mut path = Changes { end, moving: vec![matches!(task, Task::Arc(..)); axes.len()] };
     path.note();
-    if let Some(law) = steps.first().map(Steps::law) {
-        let fastest = |motor: &u8| 1e6 / f64::from(plan.motors[usize::from(*motor)].smallest_delay);
-        law.within(&axes.iter().map(fastest).collect::<Vec<_>>()).map_err(wrong)?;
-        let begins = f64::from(lead) / f64::from(plan.rate.hz());
+    if let Some((law, lead)) = steps.first().map(|steps| (steps.law(), steps.lead())) {
+        let hz = f64::from(plan.rate.hz());
+        let smallest = |motor: u8| plan.motors[usize::from(motor)].smallest_delay;
+        let fastest = |motor: &u8| hz / f64::from(plan.rate.micros(smallest(*motor)));
+        let within = law.within(&axes.iter().map(fastest).collect::<Vec<_>>());
+        within.map_err(|what| match what {
+            Unplannable::TooFast { axis, most } => {
+                let (name, delay) = (&plan.names[usize::from(axes[axis])], smallest(axes[axis]));
+                let (peak, most) = (digits(law.now().peak(), f64::round), digits(most, f64::floor));
+                let what = format!("too fast for {name}, whose smallest delay is {delay} µs");
+                let unit = &plan.unit;
+                text.blame(at.clone(), what).hint(format!(
+                    "it comes to {peak} {unit}/s; the largest speed that would do is {most}"
+                ))
+            }
+            what => wrong(what),
+        })?;
+        let begins = f64::from(lead) / hz;
         for Timed { us, at, act } in std::mem::take(acts) {
             let seconds = (us as f64 / 1e6 - begins).max(0.0);
             if let Act::To(to) = &act {
@@ -79,6 +99,20 @@ pub fn along(
     }
     let moves = axes.into_iter().zip(path.moving).zip(steps).filter(|((_, moving), _)| *moving);
     Ok(moves.map(|((motor, _), steps)| Move::paced(motor, at.clone(), steps)).collect())
+}
+
+/// A path of no length: nobody moves, and there is nothing to change.
+fn nothing(text: &Text, acts: &mut Vec<Timed>) -> Result<Vec<Move>, Failure> {
+    match acts.drain(..).find(|act| matches!(act.act, Act::Feed(_) | Act::To(_))) {
+        Some(act) => Err(text.blame(act.at, Unplannable::Over)),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// A speed with nine digits, or all that are before the point.
+fn digits(speed: f64, round: fn(f64) -> f64) -> f64 {
+    let behind = 10f64.powf((8.0 - speed.log10().floor()).clamp(0.0, 12.0));
+    round(speed * behind) / behind
 }
 
 /// The end of the path as it is now, and which motors have a part in it.

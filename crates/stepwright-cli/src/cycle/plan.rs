@@ -169,6 +169,11 @@ impl Plan {
             let what = format_args!("every motor needs a name of its own, and {name:?} is none");
             return Err(text.blame(motor.name.span(), what));
         }
+        if name.chars().any(char::is_control) {
+            return Err(
+                text.blame(motor.name.span(), "a name of one line, without control characters")
+            );
+        }
         if step == 0 {
             return Err(text.blame(motor.step.span(), "a step leads somewhere: 1 or more"));
         }
@@ -234,7 +239,10 @@ impl Plan {
         match (&cycle.line, &cycle.arc, &cycle.home) {
             (None, None, None) => Ok(Task::Moves),
             (Some(line), None, None) => {
-                let line = line.get_ref();
+                let (at, line) = (line.span(), line.get_ref());
+                if line.to.is_empty() {
+                    return Err(text.blame(at, "a line: say where a motor is to go"));
+                }
                 let pace = pace(text, &line.speed, &line.accel, &line.decel, &line.jerk)?;
                 Ok(Task::Line(self.targets(text, &line.to)?, pace))
             }

@@ -13,6 +13,7 @@ use super::plan::{Act, MOST, Plan, Stage, Task, Timed};
 use super::taken::Taken;
 use super::text::Text;
 use crate::failure::Failure;
+use crate::sheet::quoted;
 use crate::{interrupt, say};
 
 /// The motors of a file, cycle after cycle.
@@ -121,6 +122,9 @@ impl<'p> Session<'p> {
         }
         let positions = self.positions();
         moves.extend(along(self.plan, self.text, &positions, task, acts, at)?);
+        if moves.is_empty() {
+            return self.nothing(number, rest);
+        }
         let spans: Vec<_> = moves.iter().map(|m| (m.motor, m.at.clone())).collect();
         for part in moves {
             let (motor, calibration) = (part.motor, part.calibration);
@@ -178,6 +182,17 @@ impl<'p> Session<'p> {
             Some(error) => Err(self.cancelled(number, begun, error, &spans, at.clone())),
             None => self.go(self.board.now() + self.ticks(rest)),
         }
+    }
+
+    /// A line of no length: the motors stand at its end already.
+    fn nothing(&mut self, number: usize, rest: u64) -> Result<(), Failure> {
+        self.row("start");
+        self.row("end");
+        self.cycles.push(json!({ "seconds": 0.0, "error": null }));
+        if self.format == Format::List {
+            say::note(format_args!("cycle {number}: the motors stand at the end of it already"));
+        }
+        self.go(self.board.now() + self.ticks(rest))
     }
 
     /// Homes a motor.
@@ -362,6 +377,7 @@ impl<'p> Session<'p> {
                     let (time, faults) = (self.micros(self.board.now()), faults.to_string());
                     let position = self.board.cycle().position(motor).unwrap_or(0);
                     let faults = faults.replace(", ", " ");
+                    let name = quoted(name);
                     say::result(format_args!("{time},{name},fault,{faults},{position}"));
                 }
             }
@@ -379,7 +395,7 @@ impl<'p> Session<'p> {
             Pin::Max => ("switch-max", edge.level),
         };
         let position = self.board.cycle().position(edge.axis).unwrap_or(0);
-        let time = self.micros(edge.time);
+        let (time, name) = (self.micros(edge.time), quoted(name));
         say::result(format_args!("{time},{name},{event},{},{position}", u8::from(value)));
     }
 

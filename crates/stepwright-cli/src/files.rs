@@ -1,0 +1,70 @@
+//! Text files: read within a bound, and replaced as a whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use crate::failure::Failure;
+
+/// Reads a file of at most `most` bytes.
+pub fn read(path: &Path, most: usize) -> Result<String, Failure> {
+    let file = File::open(path).map_err(|error| Failure::file("read", path, &error))?;
+    read_from(file, path, most)
+}
+
+/// Reads what comes, at most `most` bytes, and no more of what never ends.
+pub fn read_from(from: impl Read, path: &Path, most: usize) -> Result<String, Failure> {
+    let mut bytes = Vec::new();
+    let limit = most as u64 + 1;
+    from.take(limit)
+        .read_to_end(&mut bytes)
+        .map_err(|error| Failure::file("read", path, &error))?;
+    if bytes.len() > most {
+        let what = format!("can't read {}: it has more than {most} bytes", path.display());
+        return Err(Failure::new(what).hint("is it the file that you mean?"));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
+        let what = format!("can't read {}: line {line} is not text in UTF-8", path.display());
+        Failure::new(what).hint("is it the file that you mean?")
+    })
+}
+
+/// Writes a file so that it is there whole, the old one or the new one, whatever happens
+/// meanwhile: beside it first, then renamed. It keeps its permissions; a link stays one.
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    replace_file(path, bytes).map_err(|error| Failure::file("write", path, &error))
+}
+
+fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let before = fs::metadata(&target).ok();
+    if before.as_ref().is_some_and(|before| !before.is_file()) {
+        // A terminal, a pipe: there is nothing to be kept.
+        return fs::write(path, bytes);
+    }
+    let folder = match target.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".stepwright-");
+    // As a new file is made; with those of the old one below.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut new = builder.tempfile_in(folder)?;
+    new.write_all(bytes)?;
+    if let Some(before) = before {
+        if before.permissions().readonly() {
+            return Err(io::ErrorKind::PermissionDenied.into());
+        }
+        new.as_file().set_permissions(before.permissions())?;
+    }
+    new.as_file().sync_all()?;
+    new.persist(&target)?;
+    // The name is in the folder.
+    #[cfg(unix)]
+    File::open(folder)?.sync_all()?;
+    Ok(())
+}

@@ -81,6 +81,51 @@ fn a_file_takes_settings_from_board_to_board() {
     assert_eq!(numbers(&saved), numbers(&std::fs::read_to_string(&file.0).unwrap()));
 }
 
+/// The old file is whole until the new one is, which takes its name: who holds the old
+/// one, here by a second name, finds it unchanged.
+#[test]
+fn a_file_is_replaced_as_a_whole() {
+    use std::fs::{self, Permissions};
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let board = Board::start();
+    let folder = Scratch::new("save");
+    fs::create_dir(&folder.0).unwrap();
+    let at = |name: &str| folder.0.join(name);
+    let save = |name: &str| board.settings(&["save", at(name).to_str().unwrap()]);
+    let mode = |name: &str| fs::metadata(at(name)).unwrap().permissions().mode() & 0o777;
+    fs::write(at("mill.toml"), "old\n").unwrap();
+    fs::set_permissions(at("mill.toml"), Permissions::from_mode(0o640)).unwrap();
+    fs::hard_link(at("mill.toml"), at("held")).unwrap();
+    symlink("mill.toml", at("link.toml")).unwrap();
+    assert_eq!(save("link.toml").code(), Some(0));
+    assert_eq!(fs::read_to_string(at("held")).unwrap(), "old\n");
+    assert!(fs::read_to_string(at("mill.toml")).unwrap().contains("\npulse-us = 2\n"));
+    assert!(at("link.toml").is_symlink());
+    assert_eq!(mode("mill.toml"), 0o640);
+    // One that is protected stays, and nothing is left beside it.
+    fs::set_permissions(at("held"), Permissions::from_mode(0o444)).unwrap();
+    save("held").assert_error("can't write");
+    assert_eq!(fs::read_to_string(at("held")).unwrap(), "old\n");
+    // A new one is as any program would make it.
+    assert_eq!(save("new.toml").code(), Some(0));
+    fs::write(at("plain"), "").unwrap();
+    assert_eq!(mode("new.toml"), mode("plain"));
+    assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 5);
+    assert_eq!(board.settings(&["save", "/dev/null"]).code(), Some(0));
+    board.settings(&["save", "/dev/full"]).assert_error("can't write /dev/full");
+    assert!(
+        fs::metadata("/dev/null").unwrap().file_type()
+            != fs::metadata(at("plain")).unwrap().file_type()
+    );
+    fs::remove_dir_all(&folder.0).unwrap();
+}
+
+#[test]
+fn a_file_of_settings_has_a_bound() {
+    let board = Board::start();
+    board.settings(&["load", "/dev/zero"]).assert_error("it has more than 100000 bytes");
+}
+
 #[test]
 fn a_file_with_bad_lines_sets_nothing() {
     let board = Board::start();

@@ -11,9 +11,14 @@ use stepwright_protocol::{Command, Reply, Setting, Settings, Value};
 
 use super::target::{self, Format, PortArgs};
 use crate::failure::{Failure, unless_closed};
+use crate::files;
 use crate::link::serial::Share;
 use crate::say;
 use crate::talk::Talk;
+
+/// A file of settings has so many bytes at most; one with all of them and what they mean
+/// has some two thousand.
+const MOST: usize = 100_000;
 
 /// Look at the settings of a board, and change them
 #[derive(clap::Args)]
@@ -107,7 +112,8 @@ struct LoadArgs {
 /// Write all settings to a file
 #[derive(clap::Args)]
 #[command(after_help = "\
-The file is TOML, with the meaning, the unit and the range of every setting.
+The file is TOML, with the meaning, the unit and the range of every setting. A file
+that is there already is replaced as a whole, and keeps its permissions.
 
 Examples:
   stepwright settings save --port /dev/ttyUSB0 mill.toml
@@ -168,8 +174,7 @@ fn reset(args: &ResetArgs) -> Result<(), Failure> {
 
 fn load(args: &LoadArgs) -> Result<(), Failure> {
     let path = &args.file;
-    let text =
-        std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
+    let text = files::read(path, MOST)?;
     let values = file::read(&text).map_err(|wrong| {
         Failure::new(format!("{}: {}", path.display(), wrong.join("\n       ")))
             .hint("nothing was set; `stepwright settings save` writes a file that is right")
@@ -187,7 +192,7 @@ fn save(args: &SaveArgs) -> Result<(), Failure> {
         use std::io::Write;
         return unless_closed(std::io::stdout().write_all(text.as_bytes()));
     }
-    std::fs::write(&args.file, text).map_err(|error| Failure::file("write", &args.file, &error))
+    files::replace(&args.file, text.as_bytes())
 }
 
 /// Meets a board that has settings.

@@ -207,8 +207,10 @@ impl Build {
             features += ",bench";
             name += "-bench";
         }
-        if program == Program::Curves {
-            features += ",s-curve";
+        match program {
+            Program::Curves => features += ",s-curve",
+            Program::Slave if self.board == Board::Mega => features += ",full",
+            _ => {}
         }
 
         let cross =

@@ -7,21 +7,32 @@
 //! or keep 190 bytes for it. `core::fmt` is not used; on an AVR it alone would
 //! fill several kilobytes of flash.
 
+use crate::can;
 use crate::flash::{Text, flash};
 use crate::machine::REASONS;
 use crate::setting::{NAMES, Setting};
 use crate::text::Decimal;
 
 /// Every answer, and then the words that `last=` can have.
-const LINES: [&str; 4] = [
-    "Y\nE\nR\nB\n#\nstepwright #.# axes=# max=# late=# refused=# last=# uncertain=#\n",
+const LINES: [&[u8]; 5] = [
+    b"Y\nE\nR\nB\n#\nstepwright #.# axes=# max=# late=# refused=# last=# uncertain=#\n",
+    can::LINE,
     NAMES,
     // No answer, but looked for among the names.
-    "reset=#\n",
-    REASONS,
+    b"reset=#\n",
+    REASONS.as_bytes(),
 ];
-const LENGTH: usize = LINES[0].len() + LINES[1].len() + LINES[2].len() + LINES[3].len();
+const LENGTH: usize = length();
 const TEXT: Text = flash!(LENGTH, joined());
+
+const fn length() -> usize {
+    let (mut length, mut line) = (0, 0);
+    while line < LINES.len() {
+        length += LINES[line].len();
+        line += 1;
+    }
+    length
+}
 
 const fn joined() -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
@@ -29,7 +40,7 @@ const fn joined() -> [u8; LENGTH] {
     while line < LINES.len() {
         let mut at = 0;
         while at < LINES[line].len() {
-            bytes[to] = LINES[line].as_bytes()[at];
+            bytes[to] = LINES[line][at];
             to += 1;
             at += 1;
         }
@@ -45,9 +56,10 @@ pub(crate) mod line {
     pub(crate) const READY: u8 = 2;
     pub(crate) const BUSY: u8 = 3;
     pub(crate) const POSITION: u8 = 4;
+    /// With the line behind it, `can=`.
     pub(crate) const INFO: u8 = 5;
     /// The first setting.
-    pub(crate) const SETTINGS: u8 = 6;
+    pub(crate) const SETTINGS: u8 = 7;
     /// `none`; the reasons follow.
     pub(crate) const REASONS: u8 = SETTINGS + super::RESET + 1;
 }

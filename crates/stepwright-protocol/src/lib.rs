@@ -40,7 +40,7 @@
 //!        | "a" 1…100000000      the ramp up is an acceleration, in steps/s²
 //!        | "d" 1…100000000      the ramp down is a deceleration, in steps/s²
 //!        | "j" 0…4000000000     the jerk, in steps/s³; 0: none. "PO" takes it back.
-//!                               Not on every board: see the setting `law`
+//!                               Not on every board: see `can`
 //!        | "@" sign 0…2³¹−1     the travel in progress ends so many steps from
 //!                               where it began
 //!        | "?"                  one line about the board
@@ -57,15 +57,18 @@
 //!
 //! ```text
 //! stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0
+//!    … can=jerk,safety                                    (it is one line)
 //! ```
 //!
 //! the protocol's version; how many axes; the fastest the board can step one,
 //! in steps/s; steps that came late; lines that were refused; the reason of
 //! the last, one of the names of [`Refusal`]; and which positions are not
-//! known, as the sum of 1 for axis 1, 2 for axis 2, 4 for axis 3, and so on.
+//! known, as the sum of 1 for axis 1, 2 for axis 2, 4 for axis 3, and so on;
+//! and which [`Ability`]s the board has, or `none`. A board that says nothing of
+//! `can` was built before there was the word.
 //!
-//! The answer to `$` is all [`Setting`]s with their numbers, and that to `$`
-//! and a name is the one:
+//! The answer to `$` is all [`Setting`]s of the board with their numbers, and
+//! that to `$` and a name is the one:
 //!
 //! ```text
 //! max-speed=1000000 max-accel=100000000 idle-ms=0 timeout-ms=0 enable-ms=1
@@ -141,8 +144,7 @@
 //! | R, a and d | R sets both ramps, a and d replace their own half, a later R both |
 //! | G outside PO | E |
 //! | g outside PO | starts at once; inside it waits for E |
-//! | E without G or g, or refused by the machine | E, and the order stays open: mend it and send E again |
-//! | another line refused inside PO, noise too | spoils the order: its E is answered E, until the next PO. Otherwise a mistyped top speed would start with the old one |
+//! | any line refused inside PO: noise, a number out of range, E without G or g, E that the machine refuses | spoils the order: its E is answered E, until the next PO. One rule for all lines: after an E the slave's order is not the one that the master means, and PO is where both begin again. Otherwise a mistyped top speed would start with the old one, and a G that comes late would start after its E was refused. What accepted lines set is kept |
 //! | K inside PO | spoils it as well: a g still on its way must not start a motor after an emergency stop |
 //! | Z inside PO | brakes what runs; the order stays |
 //! | PO inside PO | starts afresh: what was to travel is forgotten, what was set is kept |
@@ -160,6 +162,7 @@
 
 mod answer;
 mod axis;
+mod can;
 mod command;
 mod controller;
 mod flash;
@@ -177,6 +180,7 @@ mod slave;
 mod text;
 
 pub use axis::{AxisId, MAX_AXES, Selection};
+pub use can::{Abilities, Ability};
 pub use command::{BadLine, Command};
 pub use controller::Controller;
 pub use machine::{Machine, Refusal};
@@ -187,6 +191,7 @@ pub use number::{
 pub use order::{Order, Ramp, Travel};
 pub use reply::{Info, Reply, VERSION};
 pub use script::Script;
+pub use setting::Listed;
 pub use setting::{Setting, Settings, Value};
 pub use slave::Slave;
 pub use text::Bytes;

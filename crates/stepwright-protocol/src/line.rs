@@ -6,7 +6,7 @@ use crate::BadLine;
 pub(crate) const CR: u8 = b'\r';
 const LF: u8 = b'\n';
 
-/// Collects up to `N` bytes (at most 255) and hands them out at the CR.
+/// Collects up to `N` bytes (at most 65,535) and hands them out at the CR.
 ///
 /// LF is skipped wherever it stands. A longer line is remembered as such,
 /// not kept, and everything begins anew after its CR, so a stream that starts
@@ -14,13 +14,13 @@ const LF: u8 = b'\n';
 #[derive(Clone, Debug)]
 pub(crate) struct Collector<const N: usize> {
     bytes: [u8; N],
-    len: u8,
+    len: u16,
     bad: Option<BadLine>,
 }
 
 impl<const N: usize> Collector<N> {
     pub(crate) const fn new() -> Collector<N> {
-        const { assert!(N <= u8::MAX as usize) };
+        const { assert!(N <= u16::MAX as usize) };
         Collector { bytes: [0; N], len: 0, bad: None }
     }
 

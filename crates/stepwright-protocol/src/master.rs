@@ -9,7 +9,7 @@ use crate::text::Bytes;
 
 /// The longest answer a master takes in, in bytes: with room for a field or
 /// two that a later version may add to [`Reply::LONGEST`].
-const LONGEST: usize = 224;
+const LONGEST: usize = Reply::LONGEST + Reply::LONGEST / 7;
 
 /// Says one line at a time and knows which answers belong to it.
 ///
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
     use crate::command::tests::any_command;
     use crate::reply::tests::any_reply;
-    use crate::{Setting, Settings, Value};
+    use crate::{Listed, Setting, Settings, Value};
     use proptest::prelude::*;
     use std::vec::Vec;
 
@@ -188,7 +188,7 @@ mod tests {
         assert_eq!(ask(b"$pulse-us=3", b"Y\r"), [Reply::Yes]);
         let three = Reply::Setting(Value::new(Setting::Pulse, 3).unwrap());
         assert_eq!(ask(b"$pulse-us", b"Y\rpulse-us=3\r"), [three]);
-        let all = Reply::Settings(Settings::new());
+        let all = Reply::Settings(Listed::all(Settings::new()));
         assert_eq!(ask(b"$", &all.bytes().collect::<Vec<u8>>()), [all]);
         assert!(matches!(
             ask(b"?", b"stepwright 0.1 axes=1 max=1 late=0 refused=0 last=none uncertain=0\r")[..],

@@ -128,6 +128,12 @@ pub(crate) fn read(text: &[u8], number: &mut u32) -> Result<(), Refusal> {
     }
 }
 
+/// Splits at the first `at`.
+pub(crate) fn halves(text: &[u8], at: u8) -> Option<(&[u8], &[u8])> {
+    let mut halves = text.splitn(2, |byte| *byte == at);
+    Some((halves.next()?, halves.next()?))
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;

@@ -2,8 +2,11 @@
 
 use crate::Refusal;
 use crate::answer::{Answer, line, value};
+use crate::can::Abilities;
+use crate::line::CR;
 use crate::number::digits;
-use crate::setting::{Setting, Settings, Value};
+use crate::number::halves;
+use crate::setting::{self, Listed, Setting, Value};
 
 /// The protocol's version, which the answer to `?` begins with: 0.1.
 pub const VERSION: (u8, u8) = (0, 1);
@@ -32,7 +35,7 @@ pub enum Reply {
     /// To `$` and a name.
     Setting(Value),
     /// To `$`.
-    Settings(Settings),
+    Settings(Listed),
 }
 
 /// What the slave tells about itself.
@@ -52,13 +55,17 @@ pub struct Info {
     pub last: Option<Refusal>,
     /// Axes whose position is not known: bit 0 is axis 1. Decimal on the line.
     pub uncertain: u8,
+    /// What it can do; `None` if it does not say: it was built before the word
+    /// `can`.
+    pub can: Option<Abilities>,
 }
 
 impl Reply {
-    /// The longest answer this version gives, without its CR, in bytes.
-    pub const LONGEST: usize = 196;
+    /// The longest answer this version gives, to `$`, without its CR, in bytes.
+    pub const LONGEST: usize = setting::LONGEST_LIST;
 
-    /// The line to send, its CR included.
+    /// The line to send, its CR included. That to `$` has all settings of this
+    /// build, whichever were [`Listed`].
     pub fn bytes(self) -> impl Iterator<Item = u8> + Clone {
         let mut answer = Answer::NONE;
         let settings = line::SETTINGS;
@@ -72,17 +79,23 @@ impl Reply {
             Reply::Setting(value) => answer.begin(settings + value.setting() as u8, 1),
             Reply::Settings(_) => answer.begin(settings, Setting::COUNT as u8),
         }
+        let can = match self {
+            Reply::Info(info) => info.can,
+            _ => None,
+        };
         let last = match self {
             Reply::Info(Info { last: Some(last), .. }) => last as u8 + 1,
             _ => 0,
         };
-        core::iter::from_fn(move || {
+        let said = core::iter::from_fn(move || {
             answer.next(last, |value, digits| {
                 let number = self.number(value);
                 digits.set(&mut number.unsigned_abs().to_le_bytes());
                 number < 0
             })
-        })
+        });
+        let can = can.into_iter().flat_map(|can| core::iter::once(b' ').chain(can.line()));
+        said.filter(|byte| *byte != CR).chain(can).chain(core::iter::once(CR))
     }
 
     /// The number that stands in its line for a `#`.
@@ -90,7 +103,9 @@ impl Reply {
         let info = match self {
             Reply::Position(steps) => return *steps,
             Reply::Setting(value) => return value.number().into(),
-            Reply::Settings(settings) => return settings.number(value - value::SETTINGS).into(),
+            Reply::Settings(listed) => {
+                return listed.settings.number(value - value::SETTINGS).into();
+            }
             Reply::Info(info) => info,
             _ => return 0,
         };
@@ -109,8 +124,9 @@ impl Reply {
     ///
     /// It reads what later versions may say: a position with a plus sign, and
     /// in the answer to `?` further words, fields in another order and reasons
-    /// that have no name here. The seven fields of [`Info`] must be there, and
-    /// every [`Setting`] in the answer to `$`.
+    /// that have no name here. The fields of [`Info`] must be there but for `can`,
+    /// and every [`Setting`] that [is everywhere](Setting::is_everywhere) in the
+    /// answer to `$`.
     pub fn parse(line: &[u8]) -> Option<Reply> {
         match line {
             b"Y" => Some(Reply::Yes),
@@ -119,24 +135,10 @@ impl Reply {
             b"B" => Some(Reply::Busy),
             [b'0'..=b'9' | b'-' | b'+', ..] => position(line).map(Reply::Position),
             _ if line.starts_with(b"stepwright") => Info::parse(line).map(Reply::Info),
-            _ if line.contains(&b' ') => settings(line).map(Reply::Settings),
+            _ if line.contains(&b' ') => Listed::parse(line).map(Reply::Settings),
             _ => Value::parse(line).ok()?.1.map(Reply::Setting),
         }
     }
-}
-
-/// Reads the answer to `$`: every setting must be there. Settings that a later
-/// version may have are skipped.
-fn settings(line: &[u8]) -> Option<Settings> {
-    let mut settings = Settings::new();
-    let mut missing = u32::MAX.checked_shr(32 - Setting::COUNT as u32)?;
-    for word in line.split(|byte| *byte == b' ') {
-        let (name, _) = halves(word, b'=')?;
-        let Some(setting) = Setting::named(name) else { continue };
-        settings.set(Value::parse(word).ok()?.1?);
-        missing &= !1u32.wrapping_shl(setting as u32);
-    }
-    (missing == 0).then_some(settings)
 }
 
 /// Reads a signed number. Counted downwards, so that −2⁶³ needs no exception.
@@ -169,7 +171,7 @@ impl Info {
         let (major, minor) = halves(words.next()?, b'.')?;
         let version = (small(major)?, small(minor)?);
         let (mut axes, mut max, mut late) = (None, None, None);
-        let (mut refused, mut last, mut uncertain) = (None, None, None);
+        let (mut refused, mut last, mut uncertain, mut can) = (None, None, None, None);
         for word in words {
             let Some((key, value)) = halves(word, b'=') else { continue };
             match key {
@@ -180,6 +182,7 @@ impl Info {
                 b"last" if value == b"none" => last = Some(None),
                 b"last" => last = Some(Some(Refusal::named(value))),
                 b"uncertain" => uncertain = Some(small(value)?),
+                b"can" => can = Some(Abilities::parse(value)),
                 _ => {}
             }
         }
@@ -191,6 +194,7 @@ impl Info {
             refused: refused?,
             last: last?,
             uncertain: uncertain?,
+            can,
         })
     }
 }
@@ -199,16 +203,12 @@ fn small(text: &[u8]) -> Option<u8> {
     digits(text).ok()?.try_into().ok()
 }
 
-/// Splits at the first `at`.
-fn halves(text: &[u8], at: u8) -> Option<(&[u8], &[u8])> {
-    let mut halves = text.splitn(2, |byte| *byte == at);
-    Some((halves.next()?, halves.next()?))
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     extern crate std;
     use super::*;
+    use crate::can::tests::any_abilities;
+    use crate::setting::Settings;
     use crate::setting::tests::{any_settings, any_value};
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -221,12 +221,14 @@ pub(crate) mod tests {
         refused: 0,
         last: None,
         uncertain: 0,
+        can: Some(Abilities::OWN),
     };
 
     fn info() -> impl Strategy<Value = Info> {
         let last = proptest::option::of(proptest::sample::select(&Refusal::ALL[..]));
-        (any::<((u8, u8), u8, u32, u32, u32, u8)>(), last).prop_map(
-            |((version, axes, max, late, refused, uncertain), last)| Info {
+        let can = proptest::option::of(any_abilities());
+        (any::<((u8, u8), u8, u32, u32, u32, u8)>(), last, can).prop_map(
+            |((version, axes, max, late, refused, uncertain), last, can)| Info {
                 version,
                 axes,
                 max,
@@ -234,6 +236,7 @@ pub(crate) mod tests {
                 refused,
                 last,
                 uncertain,
+                can,
             },
         )
     }
@@ -245,7 +248,7 @@ pub(crate) mod tests {
             (any::<i64>(), 0u32..64).prop_map(|(n, bits)| Reply::Position(n >> bits)),
             info().prop_map(Reply::Info),
             any_value().prop_map(Reply::Setting),
-            any_settings().prop_map(Reply::Settings),
+            any_settings().prop_map(|settings| Reply::Settings(Listed::all(settings))),
         ]
     }
 
@@ -273,19 +276,27 @@ pub(crate) mod tests {
         let line: Vec<u8> = Reply::Info(INFO).bytes().collect();
         assert_eq!(
             core::str::from_utf8(&line),
-            Ok("stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0\r")
+            Ok("stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 \
+                can=jerk,safety\r")
         );
+        // A board from before the word, and one without any ability.
+        let old = Info { can: None, ..INFO };
+        let line = b"stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0";
+        assert_eq!(Reply::parse(line), Some(Reply::Info(old)));
+        let uno = Reply::Info(Info { can: Some(Abilities::NONE), ..INFO });
+        assert_eq!(Reply::parse(&[line, &b" can=none"[..]].concat()), Some(uno));
     }
 
     #[test]
     fn the_answers_to_a_dollar() {
-        let line: Vec<u8> = Reply::Settings(Settings::new()).bytes().collect();
+        let defaults = Listed::all(Settings::new());
+        let line: Vec<u8> = Reply::Settings(defaults).bytes().collect();
         let all = "max-speed=1000000 max-accel=100000000 idle-ms=0 timeout-ms=0 enable-ms=1 \
                    setup-us=1 hold-us=1 pulse-us=2 reverse=0 enable-high=0 switches=0 \
                    switch-forward=0 switch-high=0 law=1\r";
         assert_eq!(core::str::from_utf8(&line), Ok(all));
         let later = all.trim().replace("idle", "new=9 idle");
-        assert_eq!(Reply::parse(later.as_bytes()), Some(Reply::Settings(Settings::new())));
+        assert_eq!(Reply::parse(later.as_bytes()), Some(Reply::Settings(defaults)));
         let missing = all.trim().replace(" pulse-us=2", "");
         assert_eq!(Reply::parse(missing.as_bytes()), None);
         let damaged = all.trim().replace("pulse-us=2", "pulse-us=2x");
@@ -295,22 +306,23 @@ pub(crate) mod tests {
     #[test]
     fn the_longest_answer_is_known() {
         let last = Refusal::ALL.into_iter().max_by_key(|r| r.name().len());
+        let can = Some(Abilities::OWN);
         let (n, b) = (u32::MAX, u8::MAX);
         let most =
-            Info { version: (b, b), axes: b, max: n, late: n, refused: n, last, uncertain: b };
+            Info { version: (b, b), axes: b, max: n, late: n, refused: n, last, uncertain: b, can };
         assert!(Reply::Info(most).bytes().count() < Reply::LONGEST);
         let mut most = Settings::new();
         for setting in Setting::ALL {
             most.set(Value::new(setting, *setting.range().end()).unwrap());
         }
-        assert_eq!(Reply::Settings(most).bytes().count(), Reply::LONGEST + 1);
+        assert_eq!(Reply::Settings(Listed::all(most)).bytes().count(), Reply::LONGEST + 1);
         assert!(Reply::Position(i64::MIN).bytes().count() < Reply::LONGEST);
     }
 
     #[test]
     fn a_later_version_is_understood() {
         let line = b"stepwright 12.34 hello max=120000 axes=3 last=asleep late=0 new=x=y refused=0 uncertain=0";
-        let later = Info { version: (12, 34), last: Some(Refusal::Other), ..INFO };
+        let later = Info { version: (12, 34), last: Some(Refusal::Other), can: None, ..INFO };
         assert_eq!(Reply::parse(line), Some(Reply::Info(later)));
         assert_eq!(Reply::parse(b"+12"), Some(Reply::Position(12)));
     }

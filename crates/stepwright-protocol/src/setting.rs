@@ -2,12 +2,13 @@
 
 use crate::BadLine;
 use crate::answer::setting_named;
-use crate::flash::{Text, flash, text};
+use crate::flash::{Text, flash};
+use crate::number::halves;
 use crate::said::{self, Said};
 
 /// Makes [`Setting`] of the table.
 macro_rules! settings {
-    ($($setting:ident, $name:literal, $unit:literal, $min:literal ..= $max:expr, $default:expr, $help:literal;)*) => {
+    ($($([$feature:literal])? $setting:ident, $name:literal, $unit:literal, $min:literal ..= $max:expr, $default:expr, $help:literal;)*) => {
         /// One setting of a board.
         ///
         /// ```
@@ -19,69 +20,77 @@ macro_rules! settings {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
         pub enum Setting {
-            $(#[doc = concat!("`", $name, "`: ", $help)] $setting,)*
+            $($(#[cfg(feature = $feature)])? #[doc = concat!("`", $name, "`: ", $help)] $setting,)*
         }
 
         impl Setting {
             /// Every setting, in the order of the line that `$` answers.
-            pub const ALL: [Setting; Setting::COUNT] = [$(Setting::$setting),*];
+            pub const ALL: [Setting; Setting::COUNT] =
+                [$($(#[cfg(feature = $feature)])? Setting::$setting),*];
 
             /// How many there are.
-            pub const COUNT: usize = [$($name),*].len();
+            pub const COUNT: usize =
+                [$($(#[cfg(feature = $feature)])? Setting::$setting),*].len();
 
             /// Setting `index` of [`Setting::ALL`], which a chip would keep in
             /// RAM; this is code.
             pub(crate) fn numbered(index: u8) -> Option<Setting> {
-                $(if index == Setting::$setting as u8 { return Some(Setting::$setting) })*
+                $($(#[cfg(feature = $feature)])? {
+                    if index == Setting::$setting as u8 {
+                        return Some(Setting::$setting);
+                    }
+                })*
                 None
             }
 
             /// Its name, the same everywhere: on the line, in the command, in
             /// files.
             pub const fn name(self) -> &'static str {
-                match self { $(Setting::$setting => $name),* }
+                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $name,)* }
             }
 
-            pub(crate) fn text(self) -> Text {
-                text!(concat!($($name, "\0"),*)).word(self as u8)
+            /// Whether every board has it, also one without room for what a
+            /// feature adds.
+            pub const fn is_everywhere(self) -> bool {
+                match self {
+                    $($(#[cfg(feature = $feature)])? Setting::$setting => {
+                        let features: &[&str] = &[$($feature)?];
+                        features.is_empty()
+                    })*
+                }
             }
 
             /// The unit of its number; empty for a switch or a set of axes.
             pub const fn unit(self) -> &'static str {
-                match self { $(Setting::$setting => $unit),* }
+                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $unit,)* }
             }
 
             /// What it does, in a line.
             pub const fn help(self) -> &'static str {
-                match self { $(Setting::$setting => $help),* }
+                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $help,)* }
             }
 
             /// The smallest value: 0 or 1.
             const fn min(self) -> u32 {
-                match self { $(Setting::$setting => $min),* }
+                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $min,)* }
             }
 
             /// The largest value.
             const fn max(self) -> u32 {
-                match self { $(Setting::$setting => $max),* }
+                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $max,)* }
             }
 
             /// What a board has that nobody has set up.
             pub const fn default(self) -> u32 {
-                match self { $(Setting::$setting => $default),* }
+                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $default,)* }
             }
         }
 
-        /// The lines of the settings, a `#` for each number.
-        pub(crate) const NAMES: &str = concat!($($name, "=#\n"),*);
     };
 }
 
-/// The largest `law`: whether this build knows S-curves.
-const CURVES: u32 = cfg!(feature = "s-curve") as u32;
-
-// Numbers of four bytes first, then of two, then of one: `Settings` counts on
-// it. Sets of axes are the sum of 1 for X, 2 for Y, 4 for Z.
+// Numbers of four bytes first, then of two, then of one: `place` counts on it.
+// A row that begins with a feature is known only to boards with it. Sets of axes are the sum of 1 for X, 2 for Y, 4 for Z.
 settings! {
     MaxSpeed, "max-speed", "steps/s", 1..=1_000_000, 1_000_000,
         "an order with a higher top speed is refused";
@@ -109,11 +118,47 @@ settings! {
         "axes whose switch ends the travel forward; of the others, backward";
     SwitchHigh, "switch-high", "", 0..=7, 0,
         "axes whose closed switch reads high; of the others, low";
-    Law, "law", "", 0..=CURVES, CURVES,
+    ["s-curve"] Law, "law", "", 0..=1, 1,
         "1: a jerk that an order names bends its ramps (S-curve); 0: it is not heeded";
 }
 
+/// The lines of the settings, a `#` for each number.
+pub(crate) const NAMES: &[u8] = &names::<NAMES_LENGTH>(b"=#\n");
+const NAMES_LENGTH: usize = names_length(3);
+
+const fn names_length(behind: usize) -> usize {
+    let (mut length, mut n) = (0, 0);
+    while n < Setting::COUNT {
+        length += Setting::ALL[n].name().len() + behind;
+        n += 1;
+    }
+    length
+}
+
+/// All names, each with these bytes behind it.
+const fn names<const LENGTH: usize>(behind: &[u8]) -> [u8; LENGTH] {
+    let mut bytes = [0; LENGTH];
+    let (mut to, mut n) = (0, 0);
+    while n < Setting::COUNT {
+        let name = Setting::ALL[n].name().as_bytes();
+        let mut at = 0;
+        while at < name.len() + behind.len() {
+            bytes[to] = if at < name.len() { name[at] } else { behind[at - name.len()] };
+            to += 1;
+            at += 1;
+        }
+        n += 1;
+    }
+    bytes
+}
+
 impl Setting {
+    /// Its name, which takes no RAM.
+    pub(crate) fn text(self) -> Text {
+        const LENGTH: usize = names_length(1);
+        flash!(LENGTH, names(b"\0")).word(self as u8)
+    }
+
     /// The values it can have.
     pub const fn range(self) -> core::ops::RangeInclusive<u32> {
         self.min()..=self.max()
@@ -156,11 +201,31 @@ const fn packed(largest: bool) -> [u8; Settings::SIZE] {
 
 /// Where a setting is among the bytes, and how many are its own.
 const fn place(index: u8) -> (u8, u8) {
-    match index {
-        0..3 => (index.wrapping_mul(4), 4),
-        3..7 => (index.wrapping_mul(2).wrapping_add(6), 2),
-        _ => (index.wrapping_add(13), 1),
+    if index < LONG {
+        (index.wrapping_mul(4), 4)
+    } else if index < SHORT {
+        (index.wrapping_mul(2).wrapping_add(2 * LONG), 2)
+    } else {
+        (index.wrapping_add(2 * LONG + SHORT), 1)
     }
+}
+
+/// The settings below this one take four bytes each.
+const LONG: u8 = longer_than(u16::MAX as u32);
+/// Those below this one take at least two.
+const SHORT: u8 = longer_than(u8::MAX as u32);
+
+/// How many settings have larger values than this; they stand first.
+const fn longer_than(largest: u32) -> u8 {
+    let (mut count, mut n) = (0, 0);
+    while n < Setting::COUNT {
+        if Setting::ALL[n].max() > largest {
+            assert!(count == n, "long numbers first");
+            count += 1;
+        }
+        n += 1;
+    }
+    count as u8
 }
 
 /// A setting and a value inside its range.
@@ -216,6 +281,62 @@ fn number_at(byte: impl Fn(u8) -> u8, index: u8) -> u32 {
     number
 }
 
+/// How long the list of all settings can be, each with its largest value, in
+/// bytes.
+pub(crate) const LONGEST_LIST: usize = {
+    // `=` and a space behind each name, but none behind the last.
+    let (mut length, mut n) = (names_length(2) - 1, 0);
+    while n < Setting::COUNT {
+        length += 1 + match Setting::ALL[n].max().checked_ilog10() {
+            Some(digits) => digits as usize,
+            None => 0,
+        };
+        n += 1;
+    }
+    length
+};
+
+/// The settings that a board has listed: one with a small chip has not all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Listed {
+    pub(crate) settings: Settings,
+    /// A bit for each of [`Setting::ALL`].
+    present: u32,
+}
+
+impl Listed {
+    /// A board that has all of them.
+    pub fn all(settings: Settings) -> Listed {
+        const { assert!(Setting::COUNT <= 32) };
+        Listed { settings, present: u32::MAX >> (32 - Setting::COUNT as u32) }
+    }
+
+    /// The value of a setting; `None` if the board does not have it.
+    pub fn get(&self, setting: Setting) -> Option<Value> {
+        let present = self.present >> (setting as u32) & 1 != 0;
+        present.then(|| self.settings.value(setting))
+    }
+
+    /// Those that there are, in the order of [`Setting::ALL`].
+    pub fn values(&self) -> impl Iterator<Item = Value> {
+        Setting::ALL.into_iter().filter_map(|setting| self.get(setting))
+    }
+
+    /// Reads the answer to `$`. Settings that a later version may have are
+    /// skipped.
+    pub(crate) fn parse(line: &[u8]) -> Option<Listed> {
+        let mut listed = Listed { settings: Settings::new(), present: 0 };
+        for word in line.split(|byte| *byte == b' ') {
+            let (name, _) = halves(word, b'=')?;
+            let Some(setting) = Setting::named(name) else { continue };
+            listed.settings.set(Value::parse(word).ok()?.1?);
+            listed.present |= 1u32.wrapping_shl(setting as u32);
+        }
+        let mut everywhere = Setting::ALL.into_iter().filter(|setting| setting.is_everywhere());
+        everywhere.all(|setting| listed.get(setting).is_some()).then_some(listed)
+    }
+}
+
 /// All settings of a board, each inside its range.
 ///
 /// Held as the bytes that a board stores, [`Settings::SIZE`] of them.
@@ -232,7 +353,7 @@ impl Default for Settings {
 
 impl Settings {
     /// How many bytes they are.
-    pub const SIZE: usize = 27;
+    pub const SIZE: usize = 2 * LONG as usize + SHORT as usize + Setting::COUNT;
 
     /// All 0, which some may not be: to be overwritten by
     /// [`load`](Settings::load) or [`reset`](Settings::reset).
@@ -308,7 +429,7 @@ impl Settings {
     }
 
     /// The version of the bytes' meaning.
-    pub const LAYOUT: u8 = 2;
+    pub const LAYOUT: u8 = 3;
 
     /// The settings that were stored as these bytes; `None` if a value is
     /// outside its range.

@@ -151,15 +151,16 @@ impl<const AXES: usize> Slave<AXES> {
                     }
                     self.last = Some(refusal);
                 }
-                // E itself leaves the order as it was, to be mended.
-                if said.letter != b'E' {
-                    self.spoil(refusal);
-                }
+                self.spoil(refusal);
                 line::NO
             }
         };
-        let all = said.letter == b'$' && first == line::SETTINGS;
-        self.answer.begin(first, if all { Setting::COUNT as u8 } else { 1 });
+        let lines = match first {
+            line::INFO => 2,
+            line::SETTINGS if said.letter == b'$' => Setting::COUNT as u8,
+            _ => 1,
+        };
+        self.answer.begin(first, lines);
         true
     }
 
@@ -367,10 +368,12 @@ impl<const AXES: usize> Slave<AXES> {
             if axis.staged == 0 {
                 continue;
             }
+            #[cfg_attr(not(feature = "s-curve"), expect(unused_mut))]
             let mut order = axis.manner.order(axis.travel());
             result = match machine.settings() {
                 Some(settings) => {
-                    if cfg!(feature = "s-curve") && settings.byte(Setting::Law) == 0 {
+                    #[cfg(feature = "s-curve")]
+                    if settings.byte(Setting::Law) == 0 {
                         order.jerk = None;
                     }
                     axis.manner.check(settings)

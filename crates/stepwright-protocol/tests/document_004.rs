@@ -132,14 +132,17 @@ fn settings_persist_and_may_come_before_po() {
 }
 
 #[test]
-fn an_e_without_a_travel_leaves_the_order_open() {
+fn an_e_without_a_travel_spoils_the_order_too() {
     talk(
         "E       E
          G+5     E
          PO      Y
-         E       E
          T50     Y
          E       E
+         G+5     Y
+         E       E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=4 last=no-travel uncertain=0
+         PO      Y
          G+5     Y
          E       Y  -> start 1 50-500 R200 R200 +5
          *arrive 1
@@ -172,7 +175,6 @@ fn a_refused_line_spoils_the_order() {
          E       E
          PO      Y
          T100    Y
-         E       E
          G+4000  Y
          E       Y  -> start 1 50-1000 R200 R200 +4000",
     );
@@ -222,22 +224,25 @@ fn po_starts_afresh_and_k_abandons() {
         "PO      Y
          G+5     Y
          PO      Y
-         E       E
          G+6     Y
          K       Y  -> kill
          E       E
-         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=2 last=killed uncertain=0
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=killed uncertain=0
          g+      Y
          E       E
          PO      Y
+         G+5     Y
+         PO      Y
          E       E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=3 last=no-travel uncertain=0
+         PO      Y
          g+      Y
          E       Y  -> start 1 50-1000 R200 R200 forward",
     );
 }
 
 #[test]
-fn a_machine_may_refuse_and_the_order_be_mended() {
+fn an_order_that_the_machine_refuses_begins_again() {
     talk(
         "PO      Y
          t900000 Y
@@ -247,6 +252,10 @@ fn a_machine_may_refuse_and_the_order_be_mended() {
          F       R
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=too-fast uncertain=0
          T100    Y
+         E       E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=2 last=too-fast uncertain=0
+         PO      Y
+         G+5     Y
          E       Y  -> start 1 50-1000 R200 R200 +5
          *arrive 1
          *refuse fault
@@ -254,7 +263,7 @@ fn a_machine_may_refuse_and_the_order_be_mended() {
          F       R
          PO      Y
          E       E
-         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=3 last=no-travel uncertain=0",
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=4 last=no-travel uncertain=0",
     );
 }
 
@@ -267,6 +276,9 @@ fn an_axis_that_set_off_by_itself_is_not_started() {
          E       E
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=busy uncertain=0
          *arrive 1
+         E       E
+         PO      Y
+         G+5     Y
          E       Y  -> start 1 50-1000 R200 R200 +5",
     );
 }

@@ -286,6 +286,13 @@ fn a_question_clears_nothing_and_a_bang_does() {
 }
 
 #[test]
+fn a_board_says_what_it_can_do() {
+    talk(
+        "? stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 can=jerk,safety",
+    );
+}
+
+#[test]
 fn an_empty_line_is_answered_but_no_news() {
     talk(
         "\"\"    E

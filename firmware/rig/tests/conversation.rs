@@ -46,7 +46,7 @@ fn while_busy_no_line_of_an_order_is_taken() {
          F       B
          V1      *
          A1      Y
-         ?       stepwright * last=busy uncertain=0
+         ?       stepwright * last=busy uncertain=0*
          !       Y
          Z       Y
          Z       Y
@@ -84,7 +84,7 @@ fn a_kill_loses_the_position_and_stops_at_once() {
     let seen = chip.edges().len();
     talk(&mut chip, "F R\nV1 E\nV2 0\n*wait 100");
     assert_eq!(chip.edges().len(), seen, "it stepped on");
-    talk(&mut chip, "? stepwright *uncertain=1\nI1 Y\nV1 0");
+    talk(&mut chip, "? stepwright *uncertain=1*\nI1 Y\nV1 0");
 }
 
 #[test]
@@ -111,14 +111,14 @@ fn what_cannot_be_is_refused_and_nothing_moves() {
          T1000   E
          G+4000  Y
          E       E
-         ?       stepwright * last=range uncertain=0
+         ?       stepwright * last=range uncertain=0*
          PO      Y
          t1000000 Y
          a100000000 Y
          d100000000 Y
          G+50000 Y
          E       E
-         ?       stepwright * last=too-fast uncertain=0
+         ?       stepwright * last=too-fast uncertain=0*
          G+-5    E
          V9      E
          12345678901234567 E
@@ -138,7 +138,7 @@ fn one_step_beyond_the_limit_is_refused_and_the_limit_is_not() {
     let max: u32 = max.parse().unwrap();
     say(&mut chip, &format!("PO s{max} t{} G+2000", max + 1));
     chip.expect("E", "E");
-    talk(&mut chip, "? stepwright * last=too-fast uncertain=0");
+    talk(&mut chip, "? stepwright * last=too-fast uncertain=0*");
     say(&mut chip, &format!("t{max} E"));
     rest(&mut chip);
     chip.expect("V1", "2000");

@@ -142,8 +142,8 @@ fn three_axes_each_on_its_own_ramp() {
 #[test]
 fn what_it_cannot_do_it_refuses() {
     let mut chip = chip();
-    talk(&mut chip, "PO Y\ns0 Y\nt1000 Y\na1000 Y\nd2000 Y\nG+100 Y\nE E\n? *ramp uncertain=0");
-    talk(&mut chip, "PO Y\nd1000 Y\nt60000 Y\nG+100 Y\nE E\n? *too-fast uncertain=0");
+    talk(&mut chip, "PO Y\ns0 Y\nt1000 Y\na1000 Y\nd2000 Y\nG+100 Y\nE E\n? *ramp uncertain=0*");
+    talk(&mut chip, "PO Y\nd1000 Y\nt60000 Y\nG+100 Y\nE E\n? *too-fast uncertain=0*");
     talk(&mut chip, "$ E\nF R\nV1 0\nPO Y\nt30000 Y\nG+10000 Y\nE Y\nF B");
     talk(&mut chip, "K Y\nF R\nV1 E\nI1 Y\nV1 0");
     assert!(steps(&chip, 0).len() < 10_000);

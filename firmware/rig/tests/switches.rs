@@ -27,7 +27,7 @@ fn a_pressed_switch_stops_its_axis_and_travel_towards_it_is_refused() {
     chip.expect("V2", "700");
     let stopped = chip.ask("V1");
     assert!(stopped.as_deref() == Some(&count.to_string()) || stopped.as_deref() == Some("E"));
-    talk(&mut chip, "A1 Y\nI1 Y\nPO Y\nG+5 Y\nE E\n? stepwright * uncertain=0");
+    talk(&mut chip, "A1 Y\nI1 Y\nPO Y\nG+5 Y\nE E\n? stepwright * uncertain=0*");
     // Away from it is fine, pressed or not.
     talk(&mut chip, "PO Y\nG-5 Y\nE Y\n*rest\nV1 -5");
     chip.press(0, false);

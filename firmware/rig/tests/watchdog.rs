@@ -71,14 +71,14 @@ fn a_loop_that_hangs_is_reset_and_the_position_is_uncertain() {
          V1      E
          V2      E
          V3      E
-         ?       stepwright * uncertain=7
+         ?       stepwright * uncertain=7*
          *wait   100",
     );
     assert_eq!(steps(&chip, 0).len(), made.len(), "it goes on after the reset");
     talk(&mut chip, "A1 Y\nI1 Y\nV1 0\nV2 E\nA2 Y\nV1 0\nV2 E");
     say(&mut chip, "A0 I1 I2 I3 A1 PO T100 G-70 E");
     rest(&mut chip);
-    talk(&mut chip, "V1 -70\nV2 0\nV3 0\n? stepwright * uncertain=0");
+    talk(&mut chip, "V1 -70\nV2 0\nV3 0\n? stepwright * uncertain=0*");
 }
 
 #[test]

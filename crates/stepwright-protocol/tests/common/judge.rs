@@ -236,7 +236,7 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
         ("E", Some(po)) => {
             for n in po + 1..before.len() {
                 let Entry { line, answer, .. } = &before[n];
-                if line == "K" || (answer == "E" && line != "E") {
+                if line == "K" || answer == "E" {
                     return None; // spoiled
                 }
                 if let Some(travel) = travel(line) {
@@ -328,5 +328,8 @@ fn should_tell(log: &[Entry], now: &Entry) -> String {
     let since = log.iter().rposition(|entry| entry.line == "!").map_or(0, |n| n + 1);
     let refused = log[since..].iter().filter(|e| e.answer == "E" && !e.line.is_empty()).count();
     let uncertain: u8 = (0..AXES).map(|n| u8::from(now.position[n].is_none()) << n).sum();
-    format!("stepwright 0.1 axes={AXES} max=120000 late=0 refused={refused} uncertain={uncertain}")
+    format!(
+        "stepwright 0.1 axes={AXES} max=120000 late=0 refused={refused} uncertain={uncertain} \
+         can=jerk,safety"
+    )
 }

@@ -238,11 +238,25 @@ pub fn talk(table: &str) {
             "*late" => bench.late = answer.parse().unwrap(),
             _ => {
                 let line = line.replace("\"\"", "").replace("\\n", "\n").replace("\\0", "\0");
-                assert_eq!(say(&mut slave, &mut bench, line.as_bytes()), answer, "row {n}: {row}");
+                let mut said = say(&mut slave, &mut bench, line.as_bytes());
+                if line == "?" {
+                    said = without_defaults(&said, answer);
+                }
+                assert_eq!(said, answer, "row {n}: {row}");
             }
         }
         assert_eq!(std::mem::take(&mut bench.log), told.trim(), "row {n}: {row}");
     }
+}
+
+/// The answer to `?` without the words that hardly ever change, but for those
+/// that are expected by name.
+fn without_defaults(said: &str, expected: &str) -> String {
+    let words = said.split(' ').filter(|word| {
+        let (name, _) = word.split_once('=').unwrap_or((word, ""));
+        *word != "can=jerk,safety" || expected.contains(&format!(" {name}="))
+    });
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// Sends a line and its CR; the one answer, without its CR.

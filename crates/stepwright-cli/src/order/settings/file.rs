@@ -2,18 +2,18 @@
 
 use std::fmt::Write;
 
-use stepwright_protocol::{Setting, Settings, Value};
+use stepwright_protocol::{Listed, Value};
 
 use super::words;
 
 /// A file of these settings, with what each of them means.
-pub fn write(settings: &Settings, board: &str) -> String {
+pub fn write(listed: &Listed, board: &str) -> String {
     let mut text = format!(
         "# Settings of {board}.\n# `stepwright settings load FILE` gives them to a board. \
          What a file leaves out stays as it is.\n"
     );
-    for setting in Setting::ALL {
-        let number = settings.get(setting);
+    for value in listed.values() {
+        let (setting, number) = (value.setting(), value.number());
         let _ = write!(text, "\n# {}\n{} = {number}\n", words::about(setting), setting.name());
     }
     text
@@ -61,6 +61,7 @@ fn read_line(line: &str) -> Result<Value, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stepwright_protocol::{Setting, Settings};
 
     #[test]
     fn what_is_written_is_read_back() {
@@ -68,7 +69,7 @@ mod tests {
         for setting in Setting::ALL {
             settings.set(Value::new(setting, *setting.range().end()).unwrap());
         }
-        let text = write(&settings, "a board");
+        let text = write(&Listed::all(settings), "a board");
         assert!(text.contains("(1 to 20 µs, default 2)\npulse-us = 20\n"), "{text}");
         let mut back = Settings::new();
         for value in read(&text).unwrap() {

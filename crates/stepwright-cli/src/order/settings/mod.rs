@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use serde_json::{Map, json};
-use stepwright_protocol::{Command, Reply, Setting, Settings, Value};
+use stepwright_protocol::{Command, Listed, Reply, Setting, Settings, Value};
 
 use super::target::{self, Format, PortArgs};
 use crate::failure::{Failure, unless_closed};
@@ -138,17 +138,28 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 fn get(args: &GetArgs) -> Result<(), Failure> {
     let (_, settings) = meet(&args.port, "settings get")?;
-    let asked = |setting: &Setting| args.name.is_none_or(|name| name == *setting);
-    let asked: Vec<_> = Setting::ALL.into_iter().filter(asked).collect();
+    if let Some(setting) = args.name {
+        there(&settings, setting)?;
+    }
+    let asked = |value: &Value| args.name.is_none_or(|name| name == value.setting());
+    let asked: Vec<_> = settings.values().filter(asked).collect();
     if args.format == Format::Json {
-        let pair = |setting: &Setting| (setting.name().to_owned(), json!(settings.get(*setting)));
+        let pair = |value: &Value| (value.setting().name().to_owned(), json!(value.number()));
         say::result(json!(asked.iter().map(pair).collect::<Map<_, _>>()));
-    } else if let Some(setting) = args.name {
-        say::result(settings.get(setting));
+    } else if args.name.is_some() {
+        asked.iter().for_each(|value| say::result(value.number()));
     } else {
-        asked.iter().for_each(|setting| say::result(row(settings.value(*setting))));
+        asked.iter().for_each(|value| say::result(row(*value)));
     }
     Ok(())
+}
+
+/// The value of a setting, or that the board does not have it.
+fn there(settings: &Listed, setting: Setting) -> Result<Value, Failure> {
+    settings.get(setting).ok_or_else(|| {
+        Failure::new(format!("this board has no setting {}", setting.name()))
+            .hint("`stepwright settings get` lists those that it has")
+    })
 }
 
 /// A setting as a row of a table.
@@ -196,7 +207,7 @@ fn save(args: &SaveArgs) -> Result<(), Failure> {
 }
 
 /// Meets a board that has settings.
-fn meet(port: &PortArgs, order: &str) -> Result<(Talk, Settings), Failure> {
+fn meet(port: &PortArgs, order: &str) -> Result<(Talk, Listed), Failure> {
     let mut talk = port.meet(order, Share::Alone)?;
     // A line may be damaged on its way, and is answered E then.
     for _ in 0..3 {
@@ -211,8 +222,11 @@ fn meet(port: &PortArgs, order: &str) -> Result<(Talk, Settings), Failure> {
 }
 
 /// Sets those that have another value; how many.
-fn change(talk: &mut Talk, settings: Settings, values: &[Value]) -> Result<usize, Failure> {
-    let mut now = settings;
+fn change(talk: &mut Talk, settings: Listed, values: &[Value]) -> Result<usize, Failure> {
+    let mut now = Settings::new();
+    for value in values {
+        now.set(there(&settings, value.setting())?);
+    }
     let mut changed = 0;
     for value in values {
         if now.set(*value) {

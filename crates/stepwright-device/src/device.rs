@@ -40,10 +40,12 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
     }
 
     /// Reads the settings, has everything follow them, and leaves the drivers
-    /// off until the first travel.
+    /// off until the first travel. The positions are 0, or unknown: see [`Reset`].
     pub fn begin(&mut self, engine: &mut impl Control, panel: &mut impl Panel) {
         self.slave.begin();
-        self.duties.begin(panel);
+        if self.duties.begin(panel) {
+            self.group.doubt();
+        }
         self.duties.apply(&mut self.group, engine, panel);
     }
 

@@ -5,6 +5,7 @@ use stepwright::{Control, Group, Ticks};
 use stepwright_protocol::{Setting, Settings};
 
 use crate::panel::Panel;
+use crate::reset::Mark;
 use crate::store::Store;
 
 /// Where closed switches lie.
@@ -53,9 +54,13 @@ impl Duties {
     };
 
     /// As at power-up: the settings are those of the memory, the drivers off.
-    pub(crate) fn begin(&mut self, panel: &mut impl Panel) {
+    /// True if the position is unknown.
+    pub(crate) fn begin(&mut self, panel: &mut impl Panel) -> bool {
         self.store.find(panel, &mut self.settings);
         self.hear(panel);
+        let doubts = panel.reset().doubts(panel.mark());
+        panel.set_mark(if doubts { Mark::MOVED } else { Mark::NONE });
+        doubts
     }
 
     /// A set of axes among the settings.
@@ -128,6 +133,7 @@ impl Duties {
     /// A travel begins.
     pub(crate) fn enable(&mut self, panel: &mut impl Panel) {
         self.moved_at = panel.millis();
+        panel.set_mark(Mark::MOVING);
         if !self.enabled {
             self.enabled = true;
             self.settling = self.delay();
@@ -188,6 +194,9 @@ impl Duties {
         let now = panel.millis();
         if busy {
             self.moved_at = now;
+        } else if self.enabled {
+            // There has been a travel.
+            panel.set_mark(Mark::MOVED);
         }
         let (setting, since) =
             if busy { (Setting::Timeout, self.heard_at) } else { (Setting::Idle, self.moved_at) };

@@ -16,15 +16,18 @@
 //! ```
 //!
 //! It does no I/O. A board lends it a [`Panel`]: four methods for pins and
-//! time, and three for the bytes of its EEPROM. So the virtual board and a
+//! time, three for the bytes of its EEPROM, and three for what it knows of its
+//! last reset. So the virtual board and a
 //! chip have the same duties, from the same code.
 
 mod device;
 mod duties;
 mod machine;
 mod panel;
+mod reset;
 mod store;
 
 pub use device::Device;
 pub use panel::{Memory, Panel};
+pub use reset::{Mark, Reset};
 pub use store::Store;

@@ -3,6 +3,8 @@
 use stepwright::Ticks;
 use stepwright::drive::Axes;
 
+use crate::reset::{Mark, Reset};
+
 /// Bytes that outlast a loss of power: an EEPROM.
 ///
 /// A byte whose writing is cut off by a loss of power may hold anything
@@ -37,6 +39,16 @@ pub trait Panel: Memory {
 
     /// Sets the level of the pin that enables the drivers.
     fn set_enable(&mut self, high: bool);
+
+    /// Why the board has begun. Asked once.
+    fn reset(&mut self) -> Reset;
+
+    /// The mark that was set last, also before a reset; anything when RAM has lost
+    /// it, as it does without power.
+    fn mark(&self) -> Mark;
+
+    /// Sets the mark. A reset MUST find the old one or this one, or none.
+    fn set_mark(&mut self, mark: Mark);
 
     /// These axes turn the other way round from now on: forward is a low DIR.
     /// It MUST set the DIR pins anew as well. Called only while all axes rest.

@@ -369,6 +369,7 @@ impl Settings {
     }
 
     /// Gives every setting its default again; true if one had another value.
+    #[inline(never)]
     pub fn reset(&mut self) -> bool {
         let mut changed = false;
         for (place, at) in self.bytes.iter_mut().zip(0..) {

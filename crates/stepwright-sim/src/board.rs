@@ -7,13 +7,13 @@ use stepwright::drive::{Axes, Drive};
 use stepwright::queue::{Consumer, Queue};
 use stepwright::timer::Count;
 use stepwright::{Engine, Group};
-use stepwright_device::Device;
+use stepwright_device::{Device, Mark, Reset};
 use stepwright_protocol::{Controller, Settings};
 
 use crate::clock::{Now, SimTimer};
 use crate::description::Description;
 use crate::edge::{Edge, Pin, Recorder};
-use crate::panel::{EMPTY, Eeprom, SimPanel};
+use crate::panel::{EMPTY, Eeprom, Remains, SimPanel};
 
 /// Axes of a virtual board, of which a description may connect fewer.
 pub const AXES: usize = 3;
@@ -110,6 +110,19 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         recorder: R,
         eeprom: Eeprom,
     ) -> Self {
+        let remains = Remains { eeprom, mark: Mark::NONE };
+        VirtualBoard::restarted(queues, description, recorder, Reset::Power, remains)
+    }
+
+    /// A board after a reset, of which another has left these
+    /// [`remains`](VirtualBoard::remains). Like a new one it begins at tick 0.
+    pub fn restarted(
+        queues: &'q mut Queues,
+        description: Description,
+        recorder: R,
+        reset: Reset,
+        remains: Remains,
+    ) -> Self {
         let (now, reverse) = (Now::default(), Rc::new(Cell::new(0)));
         let pins = Pins {
             now: now.clone(),
@@ -122,7 +135,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         let board = description.board;
         let timer = SimTimer::new(now.clone());
         let mut engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing);
-        let mut panel = SimPanel::new(now.clone(), board.rate, reverse, eeprom);
+        let mut panel = SimPanel::new(now.clone(), board.rate, reverse, reset, remains);
         let axes = description.axes.clamp(1, AXES as u8);
         let group = Group::new([x.0, y.0, z.0], board);
         let device = Device::new(group, axes, &mut engine, &mut panel);
@@ -241,7 +254,12 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// What its EEPROM holds now.
     pub fn eeprom(&self) -> Eeprom {
-        self.panel.eeprom
+        self.panel.remains.eeprom
+    }
+
+    /// What a reset that comes now leaves of it, besides its wiring.
+    pub fn remains(&self) -> Remains {
+        self.panel.remains
     }
 
     /// Whether settings are still on their way to the EEPROM.

@@ -32,4 +32,5 @@ pub use clock::SimTimer;
 pub use cycle::{CycleBoard, Stand};
 pub use description::Description;
 pub use edge::{Edge, Pin, Recorder};
-pub use panel::{EMPTY, Eeprom};
+pub use panel::{EMPTY, Eeprom, Remains};
+pub use stepwright_device::{Mark, Reset};

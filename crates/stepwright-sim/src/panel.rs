@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use stepwright::drive::Axes;
 use stepwright::{Rate, Ticks};
-use stepwright_device::{Memory, Panel, Store};
+use stepwright_device::{Mark, Memory, Panel, Reset, Store};
 
 use crate::clock::Now;
 
@@ -15,6 +15,15 @@ pub type Eeprom = [u8; Store::SIZE as usize];
 
 /// An EEPROM that nobody has written to.
 pub const EMPTY: Eeprom = [0xFF; Store::SIZE as usize];
+
+/// What of a board outlasts a reset.
+#[derive(Clone, Copy, Debug)]
+pub struct Remains {
+    /// Outlasts a loss of power too.
+    pub eeprom: Eeprom,
+    /// In RAM: a loss of power spoils it, unless it is short.
+    pub mark: Mark,
+}
 
 /// Time that the writing of a byte takes, in µs, as on an AVR.
 const WRITE: u32 = 3400;
@@ -29,24 +38,32 @@ pub(crate) struct SimPanel {
     pub(crate) enable: bool,
     /// Axes that turn the other way round; the drive looks here too.
     reverse: Rc<Cell<Axes>>,
-    pub(crate) eeprom: Eeprom,
+    reset: Reset,
+    pub(crate) remains: Remains,
     /// When the byte that is being written is done.
     written: u64,
 }
 
 impl SimPanel {
-    pub(crate) fn new(now: Now, rate: Rate, reverse: Rc<Cell<Axes>>, eeprom: Eeprom) -> SimPanel {
-        SimPanel { now, rate, switches: Axes::MAX, enable: true, reverse, eeprom, written: 0 }
+    pub(crate) fn new(
+        now: Now,
+        rate: Rate,
+        reverse: Rc<Cell<Axes>>,
+        reset: Reset,
+        remains: Remains,
+    ) -> SimPanel {
+        let (switches, enable) = (Axes::MAX, true);
+        SimPanel { now, rate, switches, enable, reverse, reset, remains, written: 0 }
     }
 }
 
 impl Memory for SimPanel {
     fn read(&mut self, address: u16) -> u8 {
-        self.eeprom.get(usize::from(address)).copied().unwrap_or(0xFF)
+        self.remains.eeprom.get(usize::from(address)).copied().unwrap_or(0xFF)
     }
 
     fn start_write(&mut self, address: u16, byte: u8) {
-        if let Some(place) = self.eeprom.get_mut(usize::from(address)) {
+        if let Some(place) = self.remains.eeprom.get_mut(usize::from(address)) {
             *place = byte;
         }
         self.written = self.now.get() + u64::from(self.rate.micros(WRITE));
@@ -72,6 +89,18 @@ impl Panel for SimPanel {
 
     fn set_enable(&mut self, high: bool) {
         self.enable = high;
+    }
+
+    fn reset(&mut self) -> Reset {
+        self.reset
+    }
+
+    fn mark(&self) -> Mark {
+        self.remains.mark
+    }
+
+    fn set_mark(&mut self, mark: Mark) {
+        self.remains.mark = mark;
     }
 
     fn set_reverse(&mut self, axes: Axes) {

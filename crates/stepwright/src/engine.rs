@@ -117,7 +117,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             tracks: [Track::IDLE; N],
             rare: T::Count::ZERO.0,
             ended: 0,
-            pace: 0,
+            pace: pace(timing),
             timing,
             late: 0,
         }
@@ -128,7 +128,6 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         for axis in 0..N as u8 {
             self.drive.direction(axis, true);
         }
-        self.pace = pace(self.timing);
         let now = self.timer.now();
         for track in &mut self.tracks {
             track.due = fine_of(now);
@@ -463,10 +462,11 @@ const PULSE: Ticks = 45;
 
 /// Three cycles each, beyond the short way's own time from step to step when
 /// it is late.
-fn pace(timing: Timing) -> u8 {
+const fn pace(timing: Timing) -> u8 {
     // A third, by multiplication: exact up to here, and without the 1.1 KB that
     // a routine for division takes.
-    let rest = timing.min_interval.saturating_sub(118).min(762);
+    let rest = timing.min_interval.saturating_sub(118);
+    let rest = if rest < 762 { rest } else { 762 };
     (rest.wrapping_mul(21_846) >> 16) as u8 + 1
 }
 

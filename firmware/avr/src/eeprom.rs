@@ -1,9 +1,16 @@
 //! Bytes that outlive the power: 1 KiB on the Uno, 4 KiB on the Mega.
 
+use core::arch::asm;
+
 use avr_device::interrupt;
 use stepwright_device::Memory;
 
 use crate::chip::EEPROM;
+
+/// The control register among the I/O registers, and two of its bits.
+const EECR: u8 = 0x1F;
+const EEMPE: u8 = 2;
+const EEPE: u8 = 1;
 
 /// The chip's EEPROM. A byte takes 3.4 ms to write, and lasts 100,000 writes.
 ///
@@ -34,9 +41,18 @@ impl Memory for Eeprom {
         self.0.eear().write(|w| w.set(address));
         self.0.eedr().write(|w| w.set(byte));
         interrupt::free(|_| {
-            // The second write must come within 4 cycles of the first.
-            self.0.eecr().write(|w| w.eempe().set_bit());
-            self.0.eecr().write(|w| w.eempe().set_bit().eepe().set_bit());
+            // SAFETY: the register is ours. EEPE must follow EEMPE within 4 cycles,
+            // whatever the compiler does: it takes 2.
+            unsafe {
+                asm!(
+                    "sbi {eecr}, {eempe}",
+                    "sbi {eecr}, {eepe}",
+                    eecr = const EECR,
+                    eempe = const EEMPE,
+                    eepe = const EEPE,
+                    options(nostack, preserves_flags),
+                );
+            }
         });
     }
 }

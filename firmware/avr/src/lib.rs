@@ -10,6 +10,7 @@
 //! | `serial` | the serial line, USART0 |
 //! | `clock` | milliseconds, without an interrupt |
 //! | `watchdog` | a reset when the main loop hangs |
+//! | `reset` | what the last reset was, and what RAM kept through it |
 //! | `eeprom` | bytes that outlive the power |
 //! | `panel` | all of these, as the device wants them |
 //! | `memory` | copying and filling, in few bytes |
@@ -46,6 +47,7 @@ pub mod law;
 mod memory;
 pub mod panel;
 mod panic;
+pub mod reset;
 pub mod serial;
 pub mod slot;
 pub mod step;

@@ -2,11 +2,12 @@
 
 use stepwright::Ticks;
 use stepwright::drive::Axes;
-use stepwright_device::{Memory, Panel};
+use stepwright_device::{Mark, Memory, Panel, Reset};
 
 use crate::board::{CLOCK, Levels, set_reverse};
 use crate::clock::Clock;
 use crate::eeprom::Eeprom;
+use crate::reset;
 
 /// Enable, switches, EEPROM and the time.
 pub struct AvrPanel {
@@ -59,6 +60,18 @@ impl Panel for AvrPanel {
 
     fn set_enable(&mut self, high: bool) {
         self.levels.set_enable(high);
+    }
+
+    fn reset(&mut self) -> Reset {
+        reset::reason()
+    }
+
+    fn mark(&self) -> Mark {
+        reset::mark()
+    }
+
+    fn set_mark(&mut self, mark: Mark) {
+        reset::set_mark(mark);
     }
 
     fn set_reverse(&mut self, axes: Axes) {

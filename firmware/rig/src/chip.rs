@@ -7,7 +7,7 @@ use stepwright_sim::Edge;
 use crate::board::{Board, HZ, Pin};
 use crate::elf::Image;
 use crate::line::Line;
-use crate::silicon::Silicon;
+use crate::silicon::{Cause, Silicon};
 use crate::taps::{Taps, Visit};
 
 /// Cycles that a test waits for an answer, unless it says otherwise: 50 ms.
@@ -274,9 +274,20 @@ impl Chip {
 
     /// Somebody presses RESET: RAM and EEPROM stay.
     pub fn reset(&mut self) {
+        self.reset_by(Cause::Button);
+    }
+
+    /// A reset for a reason: RAM and EEPROM stay.
+    pub fn reset_by(&mut self, cause: Cause) {
         let before = self.silicon.cycle();
-        self.silicon.reset();
+        self.silicon.reset(cause);
         self.restarted(before);
+    }
+
+    /// Takes the reason of the reset away, before the program has run: many boot
+    /// loaders do.
+    pub fn clear_cause(&mut self) {
+        self.silicon.clear_cause();
     }
 
     /// The power goes and comes back: only flash and EEPROM stay. A byte that

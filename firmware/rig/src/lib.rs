@@ -44,4 +44,5 @@ pub use board::Board;
 pub use chip::Chip;
 pub use elf::Image;
 pub use pair::Pair;
+pub use silicon::Cause;
 pub use taps::Visit;

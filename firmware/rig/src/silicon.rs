@@ -18,6 +18,19 @@ const PAINT: u8 = 0xA5;
 const UCSR0A: usize = 0xC0;
 const UBRR0: usize = 0xC4;
 
+/// Why a chip is reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// Its supply was gone, for so short a time that RAM has kept everything.
+    Power,
+    /// RESET was low: the button, or the host's DTR.
+    Button,
+    /// Its supply was too low.
+    BrownOut,
+    /// The watchdog. Not by itself: a program that hangs shows that.
+    Watchdog,
+}
+
 /// simavr's name of a request.
 const fn request(name: [u8; 4]) -> u32 {
     u32::from_be_bytes(name)
@@ -182,28 +195,39 @@ impl Silicon {
         unsafe { (*self.avr).sreg[7] != 0 }
     }
 
-    /// A reset from outside: RAM and EEPROM stay.
-    pub(crate) fn reset(&mut self) {
+    /// A reset for a reason: RAM and EEPROM stay.
+    pub(crate) fn reset(&mut self, cause: Cause) {
         // SAFETY: `avr` is alive, and no callback runs.
         unsafe {
-            ffi::avr_reset(self.avr);
             let flags = (*self.avr).reset_flags;
-            set(self.avr, flags.extrf, true);
+            let (own, others) = match cause {
+                Cause::Power => (flags.porf, [flags.extrf, flags.borf, flags.wdrf]),
+                // They stay until the program clears them.
+                Cause::Button => (flags.extrf, [flags.extrf; 3]),
+                Cause::BrownOut => (flags.borf, [flags.borf; 3]),
+                Cause::Watchdog => (flags.wdrf, [flags.wdrf; 3]),
+            };
+            others.into_iter().for_each(|flag| set(self.avr, flag, false));
+            set(self.avr, own, true);
+            ffi::avr_reset(self.avr);
+        }
+    }
+
+    /// Takes the reason of the reset away, as a boot loader does before the program.
+    pub(crate) fn clear_cause(&mut self) {
+        // SAFETY: as above.
+        unsafe {
+            let flags = (*self.avr).reset_flags;
+            [flags.porf, flags.extrf, flags.borf, flags.wdrf]
+                .into_iter()
+                .for_each(|flag| set(self.avr, flag, false));
         }
     }
 
     /// The power goes and comes: only flash and EEPROM stay.
     pub(crate) fn power_cycle(&mut self) {
         self.paint();
-        // SAFETY: as in `reset`.
-        unsafe {
-            let flags = (*self.avr).reset_flags;
-            for flag in [flags.extrf, flags.borf, flags.wdrf] {
-                set(self.avr, flag, false);
-            }
-            set(self.avr, flags.porf, true);
-            ffi::avr_reset(self.avr);
-        }
+        self.reset(Cause::Power);
     }
 
     /// Cycles of a byte on the line, as the firmware has set up USART0.

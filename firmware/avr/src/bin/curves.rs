@@ -10,7 +10,8 @@ use stepwright_avr::board::{self, AXES};
 use stepwright_avr::serial::{Received, Serial};
 use stepwright_avr::step::{Held, RUNS};
 use stepwright_avr::timer::Timer;
-use stepwright_avr::{chip, slot::Slot, step, watchdog};
+use stepwright_avr::{chip, reset, slot::Slot, step, watchdog};
+use stepwright_device::Mark;
 use stepwright_protocol::{Controller, Slave};
 
 /// All that the main loop works with.
@@ -56,7 +57,7 @@ fn main() -> ! {
 unsafe fn start() -> Board {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
-    let bitten = watchdog::start(&chip.CPU, &chip.WDT);
+    watchdog::start(&chip.WDT);
     #[cfg(feature = "uno")]
     let (pins, mut levels) = board::pins(chip.PORTD, chip.PORTB);
     #[cfg(feature = "mega")]
@@ -68,7 +69,7 @@ unsafe fn start() -> Board {
         serial: Serial::start(chip.USART0),
     };
     slave().begin();
-    if bitten {
+    if reset::doubts() {
         group().doubt();
     }
     board
@@ -109,6 +110,11 @@ impl Board {
             match received {
                 Received::Byte(byte) => {
                     if slave().hear(byte, &mut self.machine()) {
+                        // Never taken back: this board's RAM has to be cold for a
+                        // power-up to be one of a known position.
+                        if group().any_busy(&self.engine) {
+                            reset::set_mark(Mark::MOVING);
+                        }
                         return;
                     }
                 }

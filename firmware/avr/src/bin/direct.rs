@@ -14,7 +14,8 @@ use stepwright_avr::board::{self, AXES};
 use stepwright_avr::direct::Held;
 use stepwright_avr::serial::{Received, Serial};
 use stepwright_avr::timer::Timer;
-use stepwright_avr::{chip, direct, slot::Slot, watchdog};
+use stepwright_avr::{chip, direct, reset, slot::Slot, watchdog};
+use stepwright_device::Mark;
 use stepwright_protocol::{AxisId, Machine, Refusal, Slave};
 
 /// All that the main loop works with.
@@ -67,7 +68,7 @@ fn main() -> ! {
 unsafe fn start() -> Board {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
-    let bitten = watchdog::start(&chip.CPU, &chip.WDT);
+    watchdog::start(&chip.WDT);
     #[cfg(feature = "uno")]
     let (pins, mut levels) = board::pins(chip.PORTD, chip.PORTB);
     #[cfg(feature = "mega")]
@@ -85,7 +86,7 @@ unsafe fn start() -> Board {
         serial: Serial::start(chip.USART0),
     };
     board.slave.begin();
-    if bitten {
+    if reset::doubts() {
         board.joined.motors.doubt();
     }
     board
@@ -132,6 +133,9 @@ impl Machine for Joined {
     }
 
     fn commit(&mut self) -> Result<(), Refusal> {
+        // Never taken back: RAM has to be cold for a power-up to be one of a known
+        // position.
+        reset::set_mark(Mark::MOVING);
         Ok(self.motors.commit(&mut self.engine)?)
     }
 

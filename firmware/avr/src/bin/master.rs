@@ -252,7 +252,7 @@ const LAMP: u8 = 1 << 7;
 impl Board {
     /// Sets lamp and button up, and all the rest.
     fn new(chip: chip::Peripherals) -> Board {
-        watchdog::start(&chip.CPU, &chip.WDT);
+        watchdog::start(&chip.WDT);
         // SAFETY: a level or direction of pins touches no memory.
         chip.PORTB.ddrb().write(|w| unsafe { w.bits(LAMP) });
         #[cfg(feature = "uno")]

@@ -59,7 +59,7 @@ fn main() -> ! {
 unsafe fn start() -> Slave {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
-    let bitten = watchdog::start(&chip.CPU, &chip.WDT);
+    watchdog::start(&chip.WDT);
     #[cfg(feature = "uno")]
     let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
     #[cfg(feature = "mega")]
@@ -74,9 +74,6 @@ unsafe fn start() -> Slave {
         ),
         serial: Serial::start(chip.USART0),
     };
-    if bitten {
-        device().controller(&mut slave.engine).group.doubt();
-    }
     device().begin(&mut slave.engine, &mut slave.panel);
     slave
 }

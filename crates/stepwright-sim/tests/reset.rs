@@ -1,0 +1,75 @@
+//! A board after a reset: where it stands is known if it is still true.
+
+use stepwright_sim::{Description, Edge, Mark, Queues, Remains, Reset, VirtualBoard};
+
+type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
+
+/// Ticks of a millisecond.
+const MS: u64 = 16_000;
+
+fn say(board: &mut Board<'_>, lines: &str) -> String {
+    for line in lines.split_whitespace() {
+        line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
+    }
+    String::from_utf8(board.take_answers()).unwrap().replace('\r', " ").trim_end().to_owned()
+}
+
+/// What is left of a board so many ms after these lines.
+fn after(lines: &str, ms: u64) -> Remains {
+    let mut queues = Queues::default();
+    let mut board: Board<'_> = VirtualBoard::new(&mut queues, Description::uno(), Vec::new());
+    say(&mut board, lines);
+    board.run_until(ms * MS);
+    board.remains()
+}
+
+/// What a board says of its first axis after a reset, and of all that are unknown.
+fn found(reset: Reset, remains: Remains) -> (String, bool) {
+    let mut queues = Queues::default();
+    let mut board: Board<'_> =
+        VirtualBoard::restarted(&mut queues, Description::uno(), Vec::new(), reset, remains);
+    let known = say(&mut board, "?").ends_with("uncertain=0");
+    assert_eq!(board.position(0).is_some(), known);
+    let position = say(&mut board, "V1");
+    assert_eq!(say(&mut board, "I1 V1"), "Y 0");
+    (position, known)
+}
+
+const STILL: (&str, u64) = ("? V1 $", 50);
+const MOVED: (&str, u64) = ("PO T100 G+20 E", 2_000);
+const MOVING: (&str, u64) = ("PO T100 G+2000 E", 900);
+
+#[test]
+fn the_table_of_resets_holds() {
+    use Reset::*;
+    let rows: [(Reset, [bool; 3]); 3] =
+        [(Power, [true, true, false]), (Watchdog, [false; 3]), (Other, [true, false, false])];
+    for (reset, known) in rows {
+        for ((lines, ms), known) in [STILL, MOVED, MOVING].into_iter().zip(known) {
+            let what = if known { ("0".to_owned(), true) } else { ("E".to_owned(), false) };
+            assert_eq!(found(reset, after(lines, ms)), what, "{reset:?} after {lines}");
+        }
+        let faded = Remains { mark: Mark(0xFFFF), ..after(MOVED.0, MOVED.1) };
+        assert_eq!(found(reset, faded).1, reset != Watchdog, "{reset:?}, no mark");
+    }
+}
+
+/// From the order on, and until the last step has been made: a board is marked
+/// before it steps and not unmarked while it does.
+#[test]
+fn the_mark_is_there_whenever_a_step_is_made() {
+    let mut queues = Queues::default();
+    let mut board: Board<'_> = VirtualBoard::new(&mut queues, Description::uno(), Vec::new());
+    assert_eq!(board.remains().mark, Mark::NONE);
+    for order in ["PO T999 S999 G+30 E", "@+90", "PO G-3 E", "g+", "K"] {
+        say(&mut board, order);
+        for _ in 0..3_000 {
+            let before = board.recorder().len();
+            let marked = board.remains().mark == Mark::MOVING;
+            board.run_until(board.now() + 100);
+            assert!(marked || board.recorder().len() == before, "{order}");
+        }
+    }
+    assert!(!board.is_busy());
+    assert_eq!(board.remains().mark, Mark::MOVED);
+}

@@ -1,0 +1,51 @@
+//! What the last reset was, and the mark that RAM keeps through it.
+//!
+//! The mark lies behind all other statics: boot loaders use the two ends of RAM.
+
+use core::mem::MaybeUninit;
+
+use stepwright_device::{Mark, Reset};
+
+use crate::chip::CPU;
+use crate::slot::Slot;
+
+/// Not cleared by the start-up code.
+#[unsafe(link_section = ".noinit")]
+static MARK: Slot<MaybeUninit<u16>> = Slot::new(MaybeUninit::uninit());
+
+/// Why the chip has begun. Once: the next call says [`Reset::Other`].
+pub fn reason() -> Reset {
+    // SAFETY: a register of the chip's own, that only this function touches.
+    let register = unsafe { CPU::steal() };
+    let flags = register.mcusr().read();
+    register.mcusr().reset();
+    // At power-up the supply may rise slowly enough for others too.
+    if flags.porf().bit_is_set() {
+        Reset::Power
+    } else if flags.wdrf().bit_is_set() {
+        Reset::Watchdog
+    } else {
+        Reset::Other
+    }
+}
+
+/// The mark in RAM, or what is in its place.
+pub fn mark() -> Mark {
+    // SAFETY: two bytes that only the foreground reads and writes. They may hold
+    // anything, which is read as a volatile number.
+    Mark(unsafe { MARK.address().cast::<u16>().read_volatile() })
+}
+
+/// Sets the mark.
+pub fn set_mark(mark: Mark) {
+    // SAFETY: as above; the static's memory may be written.
+    unsafe { MARK.address().cast::<u16>().cast_mut().write_volatile(mark.0) };
+}
+
+/// Whether the position is unknown, where no [`Device`](stepwright_device::Device)
+/// asks. Sets the first mark.
+pub fn doubts() -> bool {
+    let doubts = reason().doubts(mark());
+    set_mark(if doubts { Mark::MOVED } else { Mark::NONE });
+    doubts
+}

@@ -77,13 +77,11 @@ impl Duties {
         panel: &mut impl Panel,
     ) {
         let board = group.board_mut();
-        let pulse = self.ticks(panel, Setting::Pulse);
-        board.timing.pulse = pulse;
-        board.timing.setup = self.ticks(panel, Setting::Setup);
-        board.timing.hold = self.ticks(panel, Setting::Hold);
-        // A pause as long as the pulse, and what the board can do.
-        let cost = board.cost.first().copied().unwrap_or(0);
-        board.timing.min_interval = cost.max(pulse.wrapping_mul(2));
+        board.set_drivers(
+            self.ticks(panel, Setting::Pulse),
+            self.ticks(panel, Setting::Setup),
+            self.ticks(panel, Setting::Hold),
+        );
         engine.set_timing(board.timing);
         panel.set_reverse(self.axes(Setting::Reverse));
         self.set_enable(panel);

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use stepwright::cycle::{Clock, Cycle, Motor, Surroundings, Switches};
 use stepwright::drive::{Axes, Drive};
-use stepwright::{Board, Rate, Ticks};
+use stepwright::{Board, Cost, Rate, Ticks};
 
 use crate::clock::{Now, SimTimer};
 use crate::description::Description;
@@ -110,7 +110,7 @@ impl<R: Recorder, const N: usize> Surroundings for Shared<R, N> {
 /// A board as quick as an Uno, for any number of motors: each beyond the third
 /// takes as much as that one does.
 fn board<const N: usize>(rate: Rate) -> Board<N> {
-    let [one, two, three] = Description::uno().board.cost;
+    let [one, two, three] = Description::uno().board.cost.ticks;
     // At 16 MHz, as measured.
     let scaled = |ticks: Ticks| rate.nanos(ticks * 125 / 2);
     let cost = std::array::from_fn(|n| match n {
@@ -118,9 +118,9 @@ fn board<const N: usize>(rate: Rate) -> Board<N> {
         1 => scaled(two),
         _ => scaled(three + (three - two) * (n as Ticks - 2)),
     });
-    let uno = Description::at(rate, [one, two, three].map(scaled)).board;
+    let uno = Description::quick(rate, [one, two, three].map(scaled)).board;
     let Board { timing, fit, horizon, lead, .. } = uno;
-    Board { rate, timing, cost, fit, horizon, lead }
+    Board { rate, timing, cost: Cost::any_pulse(cost), fit, horizon, lead }
 }
 
 /// N motors and their cycle over simulated time, with a 32-bit timer.

@@ -1,7 +1,8 @@
 //! What kind of board is simulated.
 
+use stepwright::engine::SHORT_PULSE;
 use stepwright::profile::Fit;
-use stepwright::{Board, Rate, Ticks, Timing};
+use stepwright::{Board, Cost, Rate, Ticks, Timing};
 
 use crate::AXES;
 
@@ -20,31 +21,36 @@ impl Description {
     /// An Arduino Uno: 16 MHz, 16 bits, three axes; the costs are those of
     /// its firmware.
     pub fn uno() -> Description {
-        Description::at(Rate::from_hz(16_000_000).unwrap_or(Rate::MHZ), [140, 213, 251])
+        let cost =
+            Cost { ticks: [140, 213, 251], pulse: SHORT_PULSE, longer: [1_250, 1_700, 4_400] };
+        Description::at(Rate::from_hz(16_000_000).unwrap_or(Rate::MHZ), cost)
     }
 
-    /// A board with a timer of `rate` and `cost` ticks per step while 1, 2 or
-    /// 3 axes move; pulses and direction times as the Uno's.
-    pub fn at(rate: Rate, cost: [Ticks; AXES]) -> Description {
-        let pulse = rate.nanos(2_000);
-        let timing = Timing {
-            pulse,
-            setup: rate.nanos(1_000),
-            hold: rate.nanos(1_000),
-            min_interval: cost[0].max(2 * pulse),
+    /// A board with a timer of `rate` and such a cost of a step; pulses and direction
+    /// times as the Uno's.
+    pub fn at(rate: Rate, cost: Cost<AXES>) -> Description {
+        let (pulse, setup, hold) = (rate.nanos(2_000), rate.nanos(1_000), rate.nanos(1_000));
+        let mut board = Board {
+            rate,
+            timing: Timing { pulse, setup, hold, min_interval: 0 },
+            cost,
+            fit: Fit::board(rate),
+            horizon: rate.micros(16_000),
+            lead: rate.micros(250),
         };
-        Description {
-            axes: AXES as u8,
-            board: Board {
-                rate,
-                timing,
-                cost,
-                fit: Fit::board(rate),
-                horizon: rate.micros(16_000),
-                lead: rate.micros(250),
-            },
-            baud: 115_200,
-        }
+        board.set_drivers(pulse, setup, hold);
+        Description { axes: AXES as u8, board, baud: 115_200 }
+    }
+
+    /// [`at`](Description::at) for a board on which a step costs nothing but its pulse:
+    /// so many ticks while 1, 2 or 3 axes move, and more with pulses of 3 to 20 µs.
+    pub fn quick(rate: Rate, ticks: [Ticks; AXES]) -> Description {
+        // A step waits for the pulses of the other axes, for half its interval at most:
+        // 2 of 3 axes take 4/3 of a pulse, and another sixth is between their deadlines.
+        let [one, two, three] = ticks;
+        let (longest, beside) = (rate.micros(20), rate.micros(30));
+        let longer = [one.max(longest), two.max(beside), three.max(beside)];
+        Description::at(rate, Cost { ticks, pulse: rate.nanos(2_000), longer })
     }
 
     /// Ticks that a byte takes on the serial line.

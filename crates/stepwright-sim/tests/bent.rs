@@ -94,7 +94,7 @@ fn pulses_keep_the_curve_on_32_bits() {
     tell_all(STORIES, (spread(100_000, 200_000_000), bent()), |(hz, story)| {
         let rate = Rate::from_hz(hz).unwrap();
         let cost = [(hz / 200_000).max(1); 3];
-        tell::<u32>(exact(Description::at(rate, cost)), &story, 1.0)
+        tell::<u32>(exact(Description::quick(rate, cost)), &story, 1.0)
     });
 }
 

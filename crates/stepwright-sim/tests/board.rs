@@ -176,7 +176,7 @@ fn the_width_of_the_timer_does_not_matter() {
     fn edges<C: stepwright::timer::Count>(rate: Rate) -> Vec<Edge> {
         let mut queues = Queues::default();
         let mut board: VirtualBoard<C, Vec<Edge>> =
-            VirtualBoard::new(&mut queues, Description::at(rate, [133; 3]), Vec::new());
+            VirtualBoard::new(&mut queues, Description::quick(rate, [133; 3]), Vec::new());
         let slow = Order { top: Speed::from_steps(700).unwrap(), ..order(1, Travel::By(-900)) };
         let controller = board.controller();
         let orders = [(0, order(30_000, Travel::By(5_000))), (1, slow)];

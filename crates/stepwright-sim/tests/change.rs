@@ -68,7 +68,7 @@ fn pulses_keep_the_curve_on_32_bits() {
     tell_all(STORIES, (spread(100_000, 200_000_000), story()), |(hz, story)| {
         let rate = Rate::from_hz(hz).unwrap();
         let cost = [(hz / 200_000).max(1); 3];
-        tell::<u32>(exact(Description::at(rate, cost)), &story, 1.0)
+        tell::<u32>(exact(Description::quick(rate, cost)), &story, 1.0)
     });
 }
 
@@ -85,7 +85,7 @@ fn known(hz: u32, up: u64, down: u64, top: u32, travel: i32, whims: &[(u32, What
     };
     let whims = whims.iter().map(|&(after, what)| Whim { after, what }).collect();
     let story = Story { axis: 0, order, whims };
-    let description = Description::at(Rate::from_hz(hz).unwrap(), [hz / 200_000; 3]);
+    let description = Description::quick(Rate::from_hz(hz).unwrap(), [hz / 200_000; 3]);
     assert!(tell::<u32>(exact(description), &story, 1.0) >= 4);
 }
 
@@ -127,5 +127,5 @@ fn short_level_runs_do_not_add_up() {
         travel: Travel::By(60_000),
     };
     let story = Story { axis: 0, order, whims: Vec::new() };
-    tell::<u32>(exact(Description::at(Rate::from_hz(100_000).unwrap(), [1; 3])), &story, 1.0);
+    tell::<u32>(exact(Description::quick(Rate::from_hz(100_000).unwrap(), [1; 3])), &story, 1.0);
 }

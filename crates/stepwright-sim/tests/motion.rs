@@ -206,6 +206,6 @@ proptest! {
     ) {
         let rate = Rate::from_hz(hz).unwrap();
         let cost = [(hz / 200_000).max(1); 3];
-        play::<u32>(exact(Description::at(rate, cost)), &jobs, 1.0);
+        play::<u32>(exact(Description::quick(rate, cost)), &jobs, 1.0);
     }
 }

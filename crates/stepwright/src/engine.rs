@@ -205,7 +205,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         self.timer.wake_at(next);
         if T::SHORT {
             self.rare = rare;
-            self.timer.arm(if self.timing.pulse > PULSE { 0 } else { flags.byte() });
+            self.timer.arm(if self.timing.pulse > SHORT_PULSE { 0 } else { flags.byte() });
         }
         next
     }
@@ -457,8 +457,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     }
 }
 
-/// The short way's pulse is so long or longer.
-const PULSE: Ticks = 45;
+/// The short way's pulse is so long or longer: for a longer one every step goes through
+/// the engine, at ten times the cost.
+pub const SHORT_PULSE: Ticks = 45;
 
 /// Three cycles each, beyond the short way's own time from step to step when
 /// it is late.

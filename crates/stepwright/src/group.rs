@@ -1,15 +1,14 @@
 //! N motors on one engine: what a user holds.
 
+use crate::board::Board;
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Report, Timing};
 use crate::motor::{Horizon, Motor, Progress, Wait};
-use crate::num::Num;
 use crate::order::{Change, Order, Refusal, Travel};
 use crate::planner::{Clock, Work};
-use crate::profile::Fit;
 use crate::queue::{Feed, Producer};
 use crate::timer::StepTimer;
-use crate::units::{Rate, Speed, Ticks};
+use crate::units::Ticks;
 
 /// The few things that the foreground asks of the engine.
 ///
@@ -67,73 +66,6 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Control for Engine<T, D, F
     }
     fn clear_late(&mut self) {
         Engine::clear_late(self);
-    }
-}
-
-/// What a board is: its timer, its drivers' times, and what a step costs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Board<const N: usize> {
-    /// The step timer's rate.
-    pub rate: Rate,
-    /// The drivers' times.
-    pub timing: Timing,
-    /// Ticks per step while 1, 2 … N axes move: an order is refused when the
-    /// steps of all moving axes would take more than all the time.
-    pub cost: [Ticks; N],
-    /// How closely runs follow their law.
-    pub fit: Fit,
-    /// How far ahead to plan, in ticks.
-    pub horizon: Ticks,
-    /// From the start of a travel to its first pulse, beyond hold and set-up.
-    pub lead: Ticks,
-}
-
-impl<const N: usize> Board<N> {
-    /// The highest speed of an axis that moves alone.
-    pub fn max_speed(&self) -> Speed {
-        self.max_beside(&Num::ZERO, 1)
-    }
-
-    /// The highest speed beside other axes, which make `others` thousandths of
-    /// a step per second together, `moving` axes in all.
-    fn max_beside(&self, others: &Num, moving: u8) -> Speed {
-        let cost = self.cost.get(usize::from(moving.saturating_sub(1))).copied();
-        let cost = cost.unwrap_or(Ticks::MAX);
-        let capacity = Num::from(self.rate.hz()).times(&Num::from(1000));
-        let shared = capacity.over(&Num::from(cost.max(1))).minus(others);
-        let alone = capacity.over(&Num::from(self.timing.min_interval.max(1)));
-        let max = if shared.at_least(&alone) { &alone } else { &shared };
-        Speed::from_millisteps(max.split().0).unwrap_or(Speed::MAX)
-    }
-
-    /// Can the board step what will move then? `peaks` are the highest speeds of
-    /// the axes in 0.001 steps/s; only those of `ordered` are judged.
-    pub(crate) fn check(
-        &self,
-        peaks: &[u32; N],
-        moving: Axes,
-        ordered: Axes,
-    ) -> Result<(), Refusal> {
-        let (mut all, mut count) = (Num::ZERO, 0u8);
-        let mut bit = 1;
-        for &peak in peaks {
-            if moving & bit != 0 && peak != 0 {
-                all = all.plus(&Num::from(peak));
-                count += 1;
-            }
-            bit <<= 1;
-        }
-        bit = 1;
-        for &peak in peaks {
-            if ordered & bit != 0 && peak != 0 {
-                let max = self.max_beside(&all.minus(&Num::from(peak)), count);
-                if peak > max.millisteps() {
-                    return Err(Refusal::TooFast { max });
-                }
-            }
-            bit <<= 1;
-        }
-        Ok(())
     }
 }
 

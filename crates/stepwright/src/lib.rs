@@ -2,6 +2,7 @@
 #![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
 //! Real-time motion for stepper motors.
 
+mod board;
 pub mod compress;
 pub mod cycle;
 pub mod direct;
@@ -23,8 +24,9 @@ pub mod timer;
 pub mod units;
 mod wide;
 
+pub use board::{Board, Cost};
 pub use engine::{Engine, Report, Timing};
-pub use group::{Board, Control, Group};
+pub use group::{Control, Group};
 pub use order::{Change, Order, Refusal, Travel};
 pub use run::Run;
 pub use units::{Accel, Geometry, Jerk, OutOfRange, Rate, Speed, Ticks, Turn};

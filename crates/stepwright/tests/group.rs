@@ -3,7 +3,8 @@
 use stepwright::profile::{Fit, Ramp};
 use stepwright::queue::{Feed, Queue, Taken};
 use stepwright::{
-    Accel, Board, Change, Control, Group, Order, Rate, Refusal, Report, Run, Speed, Timing, Travel,
+    Accel, Board, Change, Control, Cost, Group, Order, Rate, Refusal, Report, Run, Speed, Timing,
+    Travel,
 };
 
 /// An engine that takes no part.
@@ -28,7 +29,7 @@ const UNO: Board<2> = {
     Board {
         rate,
         timing: Timing { pulse: 32, setup: 16, hold: 16, min_interval: 133 },
-        cost: [133; 2],
+        cost: Cost::any_pulse([133; 2]),
         fit: Fit::board(rate),
         horizon: 256_000,
         lead: 4_000,
@@ -88,7 +89,7 @@ fn a_change_is_for_axes_that_move() {
     let mut queues = [const { Queue::<8>::new() }; 8];
     let feeds = queues.each_mut().map(|queue| queue.split().0);
     let Board { rate, timing, fit, horizon, lead, .. } = UNO;
-    let board = Board { rate, timing, cost: [133; 8], fit, horizon, lead };
+    let board = Board { rate, timing, cost: Cost::any_pulse([133; 8]), fit, horizon, lead };
     let mut eight = Group::new(feeds, board);
     eight.start(&mut Silent, [(7, order(4_000, 9_000))]).unwrap();
     let further = Change::Target(4_000);

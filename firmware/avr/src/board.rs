@@ -15,7 +15,8 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 use stepwright::drive::Axes;
 use stepwright::profile::Fit;
-use stepwright::{Board, Rate, Timing};
+use stepwright::engine::SHORT_PULSE;
+use stepwright::{Board, Cost, Rate, Timing};
 
 /// Writes all pins of a port's register.
 macro_rules! write {
@@ -73,20 +74,20 @@ pub const CLOCK: u32 = 16_000_000;
 
 /// The chip's own times and a driver's usual ones.
 pub const fn description() -> Board<AXES> {
-    with(COST, MIN_INTERVAL)
+    with(Cost { ticks: COST, pulse: SHORT_PULSE, longer: LONGER }, MIN_INTERVAL)
 }
 
 /// Likewise, where the law runs in the interrupt.
 pub const fn direct() -> Board<AXES> {
-    with(DIRECT_COST, DIRECT_MIN_INTERVAL)
+    with(Cost::any_pulse(DIRECT_COST), DIRECT_MIN_INTERVAL)
 }
 
 /// Likewise, where it plays motor cycles.
 pub const fn cycle() -> Board<AXES> {
-    with(CYCLE_COST, CYCLE_COST[0])
+    with(Cost::any_pulse(CYCLE_COST), CYCLE_COST[0])
 }
 
-const fn with(cost: [u32; AXES], min_interval: u32) -> Board<AXES> {
+const fn with(cost: Cost<AXES>, min_interval: u32) -> Board<AXES> {
     let rate = match Rate::from_hz(CLOCK) {
         Ok(rate) => rate,
         Err(_) => Rate::MHZ,
@@ -110,6 +111,11 @@ const fn with(cost: [u32; AXES], min_interval: u32) -> Board<AXES> {
 /// late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`).
 #[cfg(not(feature = "bench"))]
 const COST: [u32; AXES] = [140, 213, 251];
+/// Likewise with pulses that the short way through the step interrupt can't make: those
+/// of 3 to 20 µs that `firmware/rig/tests/pulse.rs` keeps, and a tenth. The engine
+/// works while it holds a pulse, so its width does not matter.
+#[cfg(not(feature = "bench"))]
+const LONGER: [u32; AXES] = [1_250, 1_700, 4_400];
 #[cfg(not(feature = "bench"))]
 const DIRECT_COST: [u32; AXES] = [320, 2_000, 3_200];
 /// The longest stay in the step interrupt that makes one step, a look at another motor's
@@ -119,6 +125,8 @@ const CYCLE_COST: [u32; AXES] = [1_600; AXES];
 /// What a step may take is what the bench looks for: nothing is refused.
 #[cfg(feature = "bench")]
 const COST: [u32; AXES] = [MIN_INTERVAL; AXES];
+#[cfg(feature = "bench")]
+const LONGER: [u32; AXES] = [MIN_INTERVAL; AXES];
 #[cfg(feature = "bench")]
 const DIRECT_COST: [u32; AXES] = [MIN_INTERVAL; AXES];
 #[cfg(feature = "bench")]

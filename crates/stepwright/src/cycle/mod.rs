@@ -54,9 +54,9 @@ pub use program::{Leg, NextDelay, Pace, Paces, Program};
 pub use strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, CycleError, Refusal, Strategies};
 pub use surroundings::{Around, Surroundings, Switches, Wires};
 
+use crate::board::Board;
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Frozen, Timing};
-use crate::group::Board;
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
 use brake::BRAKES;
@@ -258,7 +258,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
                 return Err(Refusal::NeedsDecel { motor });
             }
         }
-        let cost = board.cost.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX);
+        let cost = board.step(moving);
         let cost = u64::from(cost) << FULL;
         let least = timing.min_interval.max(timing.hold.saturating_add(timing.setup));
         let least = self.beat.micros(least).max(1);

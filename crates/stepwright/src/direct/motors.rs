@@ -6,9 +6,10 @@
 
 use super::feed::Direct;
 use super::ramp::Ramp;
+use crate::board::Board;
 use crate::drive::{Axes, Drive};
 use crate::engine::Engine;
-use crate::group::{Board, Control};
+use crate::group::Control;
 use crate::order::{Order, Refusal, Travel};
 use crate::timer::StepTimer;
 use crate::units::Ticks;

@@ -8,7 +8,7 @@ use stepwright::cycle::{Clock, Cycle, Motor, Surroundings, Switches};
 use stepwright::drive::{Axes, Drive};
 use stepwright::profile::Fit;
 use stepwright::timer::StepTimer;
-use stepwright::{Board, Rate, Timing};
+use stepwright::{Board, Cost, Rate, Timing};
 
 /// What happened on a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,7 +114,7 @@ impl<const N: usize> Rig<'_, N> {
         let board = Board {
             rate,
             timing: Timing { pulse: PULSE as u32, setup: 16, hold: 16, min_interval: 133 },
-            cost: [133; N],
+            cost: Cost::any_pulse([133; N]),
             fit: Fit::board(rate),
             horizon: 256_000,
             lead: 4_000,

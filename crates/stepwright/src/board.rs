@@ -1,0 +1,115 @@
+//! What a board is, and whether it can do what is ordered.
+
+use crate::drive::Axes;
+use crate::engine::Timing;
+use crate::num::Num;
+use crate::order::Refusal;
+use crate::profile::Fit;
+use crate::units::{Rate, Speed, Ticks};
+
+/// What a step costs, in ticks, while 1, 2 … N axes move.
+///
+/// Measured: the highest rates without a late step. What holds STEP high longer than the
+/// board's own way from edge to edge takes its time from the other axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cost<const N: usize> {
+    /// With pulses of at most [`pulse`](Cost::pulse).
+    pub ticks: [Ticks; N],
+    /// The longest pulse for which these hold.
+    pub pulse: Ticks,
+    /// With longer ones, up to the longest that can be set.
+    pub longer: [Ticks; N],
+}
+
+impl<const N: usize> Cost<N> {
+    /// A step costs so much whatever its pulse, which is held by hardware.
+    pub const fn any_pulse(ticks: [Ticks; N]) -> Cost<N> {
+        Cost { ticks, pulse: Ticks::MAX, longer: ticks }
+    }
+
+    /// The same in other ticks.
+    pub fn map(&self, mut to: impl FnMut(Ticks) -> Ticks) -> Cost<N> {
+        let Cost { ticks, pulse, longer } = *self;
+        Cost { ticks: ticks.map(&mut to), pulse: to(pulse), longer: longer.map(to) }
+    }
+}
+
+/// What a board is: its timer, its drivers' times, and what a step costs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Board<const N: usize> {
+    /// The step timer's rate.
+    pub rate: Rate,
+    /// The drivers' times.
+    pub timing: Timing,
+    /// What a step costs: an order is refused when the steps of all moving axes
+    /// would take more than all the time.
+    pub cost: Cost<N>,
+    /// How closely runs follow their law.
+    pub fit: Fit,
+    /// How far ahead to plan, in ticks.
+    pub horizon: Ticks,
+    /// From the start of a travel to its first pulse, beyond hold and set-up.
+    pub lead: Ticks,
+}
+
+impl<const N: usize> Board<N> {
+    /// The highest speed of an axis that moves alone.
+    pub fn max_speed(&self) -> Speed {
+        self.max_beside(&Num::ZERO, 1)
+    }
+
+    /// Ticks per step while so many axes move, with the present pulse.
+    pub(crate) fn step(&self, moving: usize) -> Ticks {
+        let Cost { ticks, pulse, longer } = &self.cost;
+        let ticks = if self.timing.pulse > *pulse { longer } else { ticks };
+        ticks.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX)
+    }
+
+    /// Has other drivers' times. Two steps of an axis keep a pulse and as long a pause
+    /// apart, and what the board can do.
+    pub fn set_drivers(&mut self, pulse: Ticks, setup: Ticks, hold: Ticks) {
+        self.timing = Timing { pulse, setup, hold, min_interval: 0 };
+        self.timing.min_interval = self.step(1).max(pulse.saturating_mul(2));
+    }
+
+    /// The highest speed beside other axes, which make `others` thousandths of
+    /// a step per second together, `moving` axes in all.
+    fn max_beside(&self, others: &Num, moving: u8) -> Speed {
+        let cost = self.step(moving.into());
+        let capacity = Num::from(self.rate.hz()).times(&Num::from(1000));
+        let shared = capacity.over(&Num::from(cost.max(1))).minus(others);
+        let alone = capacity.over(&Num::from(self.timing.min_interval.max(1)));
+        let max = if shared.at_least(&alone) { &alone } else { &shared };
+        Speed::from_millisteps(max.split().0).unwrap_or(Speed::MAX)
+    }
+
+    /// Can the board step what will move then? `peaks` are the highest speeds of
+    /// the axes in 0.001 steps/s; only those of `ordered` are judged.
+    pub(crate) fn check(
+        &self,
+        peaks: &[u32; N],
+        moving: Axes,
+        ordered: Axes,
+    ) -> Result<(), Refusal> {
+        let (mut all, mut count) = (Num::ZERO, 0u8);
+        let mut bit = 1;
+        for &peak in peaks {
+            if moving & bit != 0 && peak != 0 {
+                all = all.plus(&Num::from(peak));
+                count += 1;
+            }
+            bit <<= 1;
+        }
+        bit = 1;
+        for &peak in peaks {
+            if ordered & bit != 0 && peak != 0 {
+                let max = self.max_beside(&all.minus(&Num::from(peak)), count);
+                if peak > max.millisteps() {
+                    return Err(Refusal::TooFast { max });
+                }
+            }
+            bit <<= 1;
+        }
+        Ok(())
+    }
+}

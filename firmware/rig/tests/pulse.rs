@@ -1,0 +1,100 @@
+//! Pulses of every width at the highest rates that are admitted.
+//!
+//! How long a step takes depends on its pulse: the board's description says so,
+//! and what it admits it keeps.
+
+mod common;
+
+use common::{MINUTE, board, chip, say};
+use stepwright_rig::Chip;
+use stepwright_rig::edges::{Needs, check, position_of};
+
+/// The widest and the narrowest pulse that can be set, in µs, and those on both sides
+/// of what the assembly does itself.
+const WIDTHS: [u64; 5] = [1, 2, 3, 5, 20];
+/// Steps/s² of all ramps.
+const ACCEL: u32 = 40_000;
+/// Steps at the top speed.
+const LEVEL: u32 = 3_000;
+/// The highest that can be ordered.
+const FASTEST: u32 = 200_000;
+
+/// A chip whose pulses are so wide, and whose `max-speed` is no limit.
+fn with_pulse(micros: u64) -> Chip {
+    let mut chip = chip();
+    say(&mut chip, &format!("$max-speed={FASTEST} $pulse-us={micros}"));
+    chip
+}
+
+/// Orders ramps to these speeds, the first axis's first: whether they are admitted.
+fn order(chip: &mut Chip, speeds: &[u32]) -> bool {
+    say(chip, "PO");
+    for (n, &top) in speeds.iter().enumerate() {
+        let steps = length(top);
+        say(chip, &format!("A{} s0 t{top} a{ACCEL} d{ACCEL} G+{steps}", n + 1));
+    }
+    match chip.ask("E").as_deref() {
+        Some("Y") => true,
+        Some("E") => {
+            let health = chip.ask("?").unwrap();
+            assert!(health.contains("too-fast"), "{health}");
+            false
+        }
+        other => panic!("E was answered {other:?}"),
+    }
+}
+
+fn length(top: u32) -> u32 {
+    (u64::from(top) * u64::from(top) / u64::from(ACCEL)) as u32 + LEVEL
+}
+
+/// Speeds that differ by 0.3 %, so that the steps meet in every phase.
+fn speeds(axes: u32, top: u32) -> Vec<u32> {
+    (0..axes).map(|n| top - top * 3 * n / 1000).collect()
+}
+
+/// The highest rate that is admitted for so many axes at once: everything above it
+/// is refused.
+fn highest(micros: u64, axes: u32) -> u32 {
+    let (mut low, mut high) = (500, FASTEST);
+    while high - low > 1 {
+        let middle = (low + high) / 2;
+        // A fresh one: what is admitted moves.
+        let mut chip = with_pulse(micros);
+        if order(&mut chip, &speeds(axes, middle)) { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// Plays it while the line asks without a pause. Late steps, as the board counts them.
+fn late(micros: u64, speeds: &[u32]) -> u32 {
+    let mut chip = with_pulse(micros);
+    assert!(order(&mut chip, speeds), "{speeds:?} are not admitted");
+    chip.poll(&["V1", "F"]);
+    // All of its time but for the end of the last fall.
+    let time = |&top: &u32| f64::from(length(top)) / f64::from(top) + f64::from(top) / 40e3;
+    let longest = speeds.iter().map(time).fold(0.0, f64::max);
+    chip.run_for((longest * 16e6) as u64);
+    chip.poll(&[]);
+    chip.run_for(1_000_000);
+    assert!(chip.run_to_rest(MINUTE));
+    check(chip.edges(), Needs { pulse: 16 * micros, ..Needs::DEFAULT }).unwrap();
+    for (n, &top) in speeds.iter().enumerate() {
+        assert_eq!(position_of(chip.edges(), n as u8), i64::from(length(top)));
+    }
+    assert_eq!(chip.lost(), 0, "bytes");
+    let health = chip.ask("?").unwrap();
+    let late = health.split(" late=").nth(1).unwrap().split(' ').next().unwrap();
+    late.parse().unwrap()
+}
+
+#[test]
+fn no_step_is_late_at_the_highest_rate_admitted() {
+    for micros in WIDTHS {
+        for axes in 1..=3 {
+            let speeds = speeds(axes, highest(micros, axes));
+            let late = late(micros, &speeds);
+            assert_eq!(late, 0, "{} with {micros} µs at {speeds:?} steps/s", board());
+        }
+    }
+}

@@ -20,28 +20,30 @@ pub struct Device<'q, const N: usize, const Q: usize> {
 }
 
 impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
-    /// As at power-up: [`off`](Device::off), and then
-    /// [`begin`](Device::begin).
+    /// As at power-up. `axes` of the N are connected.
     pub fn new(
         group: Group<'q, N, Q>,
         axes: u8,
         engine: &mut impl Control,
         panel: &mut impl Panel,
     ) -> Self {
-        let mut device = Device::off(group, axes);
-        device.begin(engine, panel);
+        let mut device = Device::blank(group);
+        device.begin(axes, engine, panel);
         device
     }
 
-    /// A device that has yet to begin. `axes` of the N are connected.
+    /// A device that has yet to [`begin`](Device::begin): zeros but for its group, so that
+    /// a static one takes no flash.
     #[inline(always)]
-    pub const fn off(group: Group<'q, N, Q>, axes: u8) -> Self {
-        Device { slave: Slave::blank(), group, duties: Duties::OFF, axes }
+    pub const fn blank(group: Group<'q, N, Q>) -> Self {
+        Device { slave: Slave::blank(), group, duties: Duties::OFF, axes: 0 }
     }
 
     /// Reads the settings, has everything follow them, and leaves the drivers
-    /// off until the first travel. The positions are 0, or unknown: see [`Reset`].
-    pub fn begin(&mut self, engine: &mut impl Control, panel: &mut impl Panel) {
+    /// off until the first travel. The positions are 0, or unknown: see [`Reset`]. `axes`
+    /// of the N are connected.
+    pub fn begin(&mut self, axes: u8, engine: &mut impl Control, panel: &mut impl Panel) {
+        self.axes = axes;
         self.slave.begin();
         if self.duties.begin(panel) {
             self.group.doubt();
@@ -109,6 +111,11 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
     /// The motors.
     pub fn group(&self) -> &Group<'q, N, Q> {
         &self.group
+    }
+
+    /// The motors, to power them up: see [`Group::power_up`].
+    pub fn group_mut(&mut self) -> &mut Group<'q, N, Q> {
+        &mut self.group
     }
 
     /// The motors and the engine, for orders that need no line. They pass the

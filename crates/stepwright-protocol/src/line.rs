@@ -24,6 +24,16 @@ impl<const N: usize> Collector<N> {
         Collector { bytes: [0; N], len: 0, bad: None }
     }
 
+    /// All zeros, which [`begin`](Collector::begin) makes a new one.
+    pub(crate) const fn blank() -> Collector<N> {
+        Collector { bad: Some(BadLine::Empty), ..Collector::new() }
+    }
+
+    /// Nothing has come yet.
+    pub(crate) fn begin(&mut self) {
+        self.bad = None;
+    }
+
     /// Takes a byte. At a CR: the line without it, or what is wrong with it.
     pub(crate) fn push(&mut self, byte: u8) -> Option<Result<&[u8], BadLine>> {
         match byte {

@@ -85,18 +85,18 @@ impl<const AXES: usize> Slave<AXES> {
         slave
     }
 
-    /// A slave that has yet to [`begin`](Slave::begin), nearly all zeros: so
-    /// that a static one takes no flash.
+    /// A slave that has yet to [`begin`](Slave::begin), all zeros: so that a static
+    /// one takes no flash.
     pub const fn blank() -> Slave<AXES> {
         const { assert!(AXES >= 1 && AXES <= MAX_AXES as usize) };
         let axis = Axis { manner: Manner::BLANK, staged: 0, backward: false, steps: 0 };
         Slave {
-            line: Collector::new(),
+            line: Collector::blank(),
             axes: [axis; AXES],
-            selected: FIRST,
-            order: Open::No,
+            selected: 0,
+            order: Open::Spoiled(Refusal::Line),
             refused: 0,
-            last: None,
+            last: Some(Refusal::Line),
             answer: Answer::NONE,
             asked: 0,
         }
@@ -105,6 +105,8 @@ impl<const AXES: usize> Slave<AXES> {
     /// As at power-up: S5 T100 R200. Once, before anything else.
     #[inline(never)]
     pub fn begin(&mut self) {
+        self.line.begin();
+        (self.selected, self.order, self.last) = (FIRST, Open::No, None);
         for axis in &mut self.axes {
             axis.manner.begin();
         }

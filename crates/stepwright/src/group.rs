@@ -9,6 +9,7 @@ use crate::planner::{Clock, Work};
 use crate::queue::{Feed, Producer};
 use crate::timer::StepTimer;
 use crate::units::Ticks;
+use core::mem::MaybeUninit;
 
 /// The few things that the foreground asks of the engine.
 ///
@@ -69,6 +70,23 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Control for Engine<T, D, F
     }
 }
 
+/// A board, and what planning makes of it: constants, for a chip that has them in flash.
+#[derive(Clone, Copy, Debug)]
+pub struct Given<const N: usize> {
+    board: Board<N>,
+    clock: Clock,
+    horizon: Horizon,
+}
+
+impl<const N: usize> Given<N> {
+    /// Of a board.
+    #[inline(always)]
+    pub const fn new(board: Board<N>) -> Given<N> {
+        let clock = Clock::new(board.rate, &board.fit);
+        Given { clock, horizon: Horizon::new(board.horizon), board }
+    }
+}
+
 /// N motors: orders go in, runs come out, positions are known or known to be
 /// unknown.
 ///
@@ -76,9 +94,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Control for Engine<T, D, F
 pub struct Group<'q, const N: usize, const Q: usize> {
     feeds: [Producer<'q, Q>; N],
     motors: [Motor<Q>; N],
-    board: Board<N>,
-    clock: Clock,
-    horizon: Horizon,
+    given: Given<N>,
     /// The run that is being planned, of the axis whose turn it is.
     work: Work,
     /// Axes whose travel an order has laid out, while it is looked at.
@@ -99,9 +115,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         Group {
             feeds,
             motors: [const { Motor::IDLE }; N],
-            clock: Clock::new(board.rate, &board.fit),
-            horizon: Horizon::new(board.horizon),
-            board,
+            given: Given::new(board),
             work: Work::NONE,
             prepared: 0,
             starting: 0,
@@ -112,15 +126,36 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
+    /// A group that has yet to [`power_up`](Group::power_up): zeros, so that a static one takes
+    /// no flash.
+    ///
+    /// # Safety
+    /// Nothing is asked of it before that.
+    pub const unsafe fn blank() -> Self {
+        // SAFETY: numbers, and enums that begin at 0. What is not yet a queue is a raw
+        // pointer, and the caller lets nobody follow it.
+        unsafe { MaybeUninit::zeroed().assume_init() }
+    }
+
+    /// Makes a [blank](Group::blank) one what [`new`](Group::new) makes. `fill` writes
+    /// what is given.
+    #[inline(always)]
+    pub fn power_up(&mut self, feeds: [Producer<'q, Q>; N], fill: impl FnOnce(&mut Given<N>)) {
+        self.feeds = feeds;
+        fill(&mut self.given);
+        self.motors.iter_mut().for_each(Motor::face_forward);
+        self.last = None;
+    }
+
     /// The board.
     pub fn board(&self) -> &Board<N> {
-        &self.board
+        &self.given.board
     }
 
     /// The board, to be changed: holds for travels that begin from now on. New
     /// drivers' times belong into the engine too, see [`Control::set_timing`].
     pub fn board_mut(&mut self) -> &mut Board<N> {
-        &mut self.board
+        &mut self.given.board
     }
 
     /// Starts the ordered axes together, all or none. They move once their
@@ -175,7 +210,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             return Err(Refusal::Busy);
         }
         let Some(motor) = self.motors.get_mut(index) else { return Err(Refusal::NoAxis) };
-        motor.prepare(&self.clock, order)?;
+        motor.prepare(&self.given.clock, order)?;
         if order.travel == Travel::By(0) {
             motor.forget();
         } else {
@@ -191,7 +226,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn commit(&mut self, engine: &mut impl Control, wait: Ticks) -> Result<(), Refusal> {
         let peaks = self.peaks();
         self.check(engine, self.prepared, &peaks)?;
-        let timing = self.board.timing;
+        let timing = self.given.board.timing;
         let wait = timing.hold.saturating_add(wait);
         for axis in 0..N as u8 {
             if self.prepared >> axis & 1 != 0 {
@@ -250,7 +285,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                 if left & 1 != 0 {
                     let mut copy = *motor;
                     let motor = if trial { &mut copy } else { motor };
-                    motor.change(&self.clock, &change, peak, trial)?;
+                    motor.change(&self.given.clock, &change, peak, trial)?;
                 }
                 left >>= 1;
             }
@@ -293,16 +328,16 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         peaks: &[u32; N],
     ) -> Result<(), Refusal> {
         let moving = axes | self.moving(engine);
-        self.board.check(peaks, moving, axes)
+        self.given.board.check(peaks, moving, axes)
     }
 
     /// Queues the beginning of what an axis has laid out; `hold` before a turn.
     #[inline(never)]
     fn begin(&mut self, axis: u8, hold: Ticks) {
-        let lead = self.board.timing.setup.saturating_add(self.board.lead);
+        let lead = self.given.board.timing.setup.saturating_add(self.given.board.lead);
         let index = usize::from(axis);
         if let (Some(motor), Some(feed)) = (self.motors.get_mut(index), self.feeds.get_mut(index)) {
-            motor.begin(feed, Wait { hold, lead }, &self.horizon);
+            motor.begin(feed, Wait { hold, lead }, &self.given.horizon);
             self.starting |= 1 << axis;
         }
     }
@@ -317,7 +352,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             else {
                 break;
             };
-            let progress = motor.plan(feed, &self.clock, &mut self.work, &self.horizon);
+            let progress = motor.plan(feed, &self.given.clock, &mut self.work, &self.given.horizon);
             if progress == Progress::Midway {
                 return true;
             }
@@ -328,7 +363,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             if progress == Progress::Turn && self.starting >> axis & 1 == 0 && engine.is_idle(axis)
             {
                 motor.turn();
-                self.begin(axis, self.board.timing.hold);
+                self.begin(axis, self.given.board.timing.hold);
                 return true;
             }
         }

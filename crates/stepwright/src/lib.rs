@@ -26,7 +26,7 @@ mod wide;
 
 pub use board::{Board, Cost};
 pub use engine::{Engine, Report, Timing};
-pub use group::{Control, Group};
+pub use group::{Control, Given, Group};
 pub use order::{Change, Order, Refusal, Travel};
 pub use run::Run;
 pub use units::{Accel, Geometry, Jerk, OutOfRange, Rate, Speed, Ticks, Turn};

@@ -79,6 +79,11 @@ impl<const Q: usize> Motor<Q> {
         pushed: 0,
     };
 
+    /// Makes one of zeros [`IDLE`](Motor::IDLE).
+    pub(crate) fn face_forward(&mut self) {
+        self.forward = true;
+    }
+
     /// Lays out a travel of at least one pulse. It waits for [`begin`](Motor::begin); the motor must be idle.
     ///
     /// # Errors

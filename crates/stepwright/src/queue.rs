@@ -10,6 +10,7 @@
 use crate::run::Run;
 use crate::stride::Slot;
 use core::cell::UnsafeCell;
+use core::marker::PhantomData;
 
 /// Room for `LEN` runs of 13 bytes (16 on bigger chips); `LEN` is a power of
 /// two, 2 … 128.
@@ -61,7 +62,7 @@ impl<const LEN: usize> Queue<LEN> {
     /// The two ends, for foreground and interrupt.
     pub fn split(&mut self) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
         let queue: &Queue<LEN> = self;
-        (Producer { queue }, Consumer { queue, held: false })
+        (Producer::of(queue), Consumer { queue, held: false })
     }
 
     /// [`split`](Queue::split) of a queue that is shared already: a static.
@@ -70,7 +71,7 @@ impl<const LEN: usize> Queue<LEN> {
     /// To be called once for a queue, or each end used once.
     #[allow(unsafe_code)]
     pub const unsafe fn ends(&self) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
-        (Producer { queue: self }, Consumer { queue: self, held: false })
+        (Producer::of(self), Consumer { queue: self, held: false })
     }
 
     fn len(&self) -> u8 {
@@ -164,10 +165,27 @@ impl<const LEN: usize> Default for Queue<LEN> {
 
 /// The foreground's end of a [`Queue`].
 pub struct Producer<'q, const LEN: usize> {
-    queue: &'q Queue<LEN>,
+    /// Null in a [`Group::blank`](crate::Group::blank).
+    queue: *const Queue<LEN>,
+    borrowed: PhantomData<&'q Queue<LEN>>,
 }
 
-impl<const LEN: usize> Producer<'_, LEN> {
+// SAFETY: it stands for a `&Queue`, which is `Send` and `Sync`.
+unsafe impl<const LEN: usize> Send for Producer<'_, LEN> {}
+// SAFETY: likewise.
+unsafe impl<const LEN: usize> Sync for Producer<'_, LEN> {}
+
+impl<'q, const LEN: usize> Producer<'q, LEN> {
+    const fn of(queue: &'q Queue<LEN>) -> Self {
+        Producer { queue, borrowed: PhantomData }
+    }
+
+    #[inline(always)]
+    fn queue(&self) -> &'q Queue<LEN> {
+        // SAFETY: it was made of such a reference.
+        unsafe { &*self.queue }
+    }
+
     /// Appends a run.
     ///
     /// # Errors
@@ -176,31 +194,31 @@ impl<const LEN: usize> Producer<'_, LEN> {
         if self.is_full() {
             return Err(run);
         }
-        let at = self.queue.pushed.get();
+        let at = self.queue().pushed.get();
         // SAFETY: the slot is free and only this producer fills slots.
-        unsafe { self.queue.slot(at).write(Slot::of(&run)) };
-        self.queue.pushed.set(at.wrapping_add(1));
+        unsafe { self.queue().slot(at).write(Slot::of(&run)) };
+        self.queue().pushed.set(at.wrapping_add(1));
         Ok(())
     }
 
     /// Whether there is no room.
     pub fn is_full(&self) -> bool {
-        usize::from(self.queue.len()) >= LEN
+        usize::from(self.queue().len()) >= LEN
     }
 
     /// Runs that the interrupt has not taken yet.
     pub fn len(&self) -> u8 {
-        self.queue.len()
+        self.queue().len()
     }
 
     /// Whether the interrupt has taken every run.
     pub fn is_empty(&self) -> bool {
-        self.queue.len() == 0
+        self.queue().len() == 0
     }
 
     /// Says that more runs will follow, or that these are all.
     pub fn set_open(&mut self, open: bool) {
-        self.queue.open.set(open.into());
+        self.queue().open.set(open.into());
     }
 }
 

@@ -3,8 +3,8 @@
 use stepwright::profile::{Fit, Ramp};
 use stepwright::queue::{Feed, Queue, Taken};
 use stepwright::{
-    Accel, Board, Change, Control, Cost, Group, Order, Rate, Refusal, Report, Run, Speed, Timing,
-    Travel,
+    Accel, Board, Change, Control, Cost, Given, Group, Order, Rate, Refusal, Report, Run, Speed,
+    Timing, Travel,
 };
 
 /// An engine that takes no part.
@@ -81,6 +81,37 @@ fn what_happens_to_one_axis_leaves_the_other_as_it_is() {
         let halt = |group: &mut Group<2, 8>| group.halt(&mut Silent, 1);
         assert_eq!(runs(Some(piece), halt), alone, "halted at {piece}");
     }
+}
+
+/// A static group of zeros that is powered up plans what a new one does.
+#[test]
+fn a_blank_group_is_a_new_one_once_it_is_powered_up() {
+    let runs = |power_up: bool| {
+        let mut queues = [const { Queue::<8>::new() }; 2];
+        let [x, y] = &mut queues;
+        let ((x, mut x_end), (y, _)) = (x.split(), y.split());
+        let mut group = if power_up {
+            // SAFETY: it is powered up next.
+            let mut group = unsafe { Group::blank() };
+            group.power_up([x, y], |given| *given = Given::new(UNO));
+            group
+        } else {
+            Group::new([x, y], UNO)
+        };
+        assert!(group.is_forward(0) && group.is_forward(1) && group.refusals() == (0, None));
+        assert_eq!(group.start(&mut Silent, [(0, order(4_000, 9_000))]), Ok(()));
+        let too_fast = group.start(&mut Silent, [(1, order(200_000, 50_000_000))]);
+        let mut runs = Vec::new();
+        while group.poll(&mut Silent) {
+            while let Taken::Run(run) = x_end.take() {
+                runs.push(run);
+            }
+        }
+        (too_fast, runs)
+    };
+    let new = runs(false);
+    assert!(new.1.len() > 10 && matches!(new.0, Err(Refusal::TooFast { .. })));
+    assert_eq!(runs(true), new);
 }
 
 /// A group of eight, whose axes fill the set of axes: none is beyond.

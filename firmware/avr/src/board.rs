@@ -14,8 +14,8 @@
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use stepwright::drive::Axes;
-use stepwright::profile::Fit;
 use stepwright::engine::SHORT_PULSE;
+use stepwright::profile::Fit;
 use stepwright::{Board, Cost, Rate, Timing};
 
 /// Writes all pins of a port's register.

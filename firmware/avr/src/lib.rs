@@ -42,6 +42,7 @@ pub mod cycle;
 pub mod direct;
 pub mod eeprom;
 #[doc(hidden)]
+pub mod in_flash;
 pub mod interrupt;
 pub mod law;
 mod memory;

@@ -3,7 +3,8 @@
 #![no_main]
 #![feature(asm_experimental_arch)]
 
-use stepwright::Group;
+use stepwright::{Given, Group};
+use stepwright_avr::in_flash::InFlash;
 use stepwright_avr::panel::AvrPanel;
 use stepwright_avr::serial::{Received, Serial};
 use stepwright_avr::step::{Held, RUNS};
@@ -20,13 +21,15 @@ struct Slave {
 
 type Controller = Device<'static, { board::AXES }, RUNS>;
 
-/// Its memory is filled when the chip starts: code that does it would be longer,
-/// and there is no room for a second one on the stack.
-static DEVICE: Slot<Controller> = Slot::new(Device::off(
-    // SAFETY: nobody else asks for them.
-    Group::new(unsafe { step::feeds() }, board::description()),
-    board::AXES as u8,
-));
+/// All zeros, which take no flash; `start` does the rest, as there is no room for a
+/// second one on the stack.
+static DEVICE: Slot<Controller> =
+    // SAFETY: `start` powers the group up before anything else.
+    Slot::new(Device::blank(unsafe { Group::blank() }));
+
+/// Its board.
+#[unsafe(link_section = ".progmem.data")]
+static BOARD: InFlash<Given<{ board::AXES }>> = InFlash::new(Given::new(board::description()));
 
 stepwright_avr::step_interrupt!(queued);
 stepwright_avr::serial_interrupts!();
@@ -74,7 +77,11 @@ unsafe fn start() -> Slave {
         ),
         serial: Serial::start(chip.USART0),
     };
-    device().begin(&mut slave.engine, &mut slave.panel);
+    // SAFETY: nobody else asks for them.
+    let feeds = unsafe { step::feeds() };
+    // SAFETY: it is in flash.
+    device().group_mut().power_up(feeds, |given| unsafe { BOARD.load(given) });
+    device().begin(board::AXES as u8, &mut slave.engine, &mut slave.panel);
     slave
 }
 

@@ -20,7 +20,7 @@ use crate::{interrupt, say};
 /// | 0 | done |
 /// | 1 | refused, or it failed |
 /// | 2 | the command line makes no sense |
-/// | 130 | Ctrl-C ended it before it was done |
+/// | 130 | Ctrl-C or another signal ended it before it was done |
 #[derive(Debug)]
 pub struct Failure {
     message: String,
@@ -39,7 +39,7 @@ impl Failure {
         Failure { status: 2, ..Failure::new(message) }
     }
 
-    /// Ctrl-C ended it before it was done: status 130, as shells have it.
+    /// Ctrl-C or another signal ended it before it was done: status 130, as shells have it.
     pub fn interrupted(message: impl Into<String>) -> Failure {
         Failure::new(message).status(interrupt::STATUS)
     }

@@ -1,34 +1,130 @@
-//! Ctrl-C: the first press asks for an orderly end, the second for a hard one.
+//! Ctrl-C, and every other request to end: a motor is braked, not left running.
 //!
-//! A request to end from elsewhere (SIGTERM, a terminal that is closed) counts
-//! as a press: a motor is braked, not left running.
+//! | signal | what comes of it |
+//! | --- | --- |
+//! | INT (Ctrl-C), once | an orderly end: the motor brakes along its ramp |
+//! | INT, twice | a hard end: the motor is killed |
+//! | HUP (a terminal is closed), TERM, QUIT, USR1, ALRM and all others that end a process | an orderly end, however often they come |
+//! | TSTP (Ctrl-Z) | while a motor is held: an orderly end, too; a process that is stopped could not brake it |
+//! | STOP, TTOU | the process stops; the board goes on with its order, and so does the command when it is continued |
+//!
+//! Under `nohup` a closed terminal ends nothing. Signals of a fault in the process itself
+//! (SEGV, ABRT …) are left alone.
 
 use std::process;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::failure::Failure;
 use crate::order::keys;
 
 static PRESSES: AtomicUsize = AtomicUsize::new(0);
+static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Exit status of what Ctrl-C ended, as shells have it: 128 + SIGINT.
 pub const STATUS: u8 = 130;
 
-/// Whoever presses so often is not being heard: the process ends as it is.
+/// Ctrl-C so often has no effect on a line that is stuck: the process ends as it is.
 const ENOUGH: usize = 4;
 
-/// Begins to count. From now on Ctrl-C alone no longer ends the process.
-pub fn listen() -> Result<(), Failure> {
-    ctrlc::set_handler(|| {
-        if PRESSES.fetch_add(1, Ordering::Relaxed) + 1 >= ENOUGH {
-            keys::restore();
-            process::exit(STATUS.into());
-        }
-    })
-    .map_err(|error| Failure::new(format!("can't listen for Ctrl-C: {error}")))
+/// What a command does while it listens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum While {
+    /// It holds a motor that moves.
+    Holding,
+    /// Nothing that could not wait: Ctrl-Z stops it.
+    Waiting,
+}
+
+/// Begins to listen. From now on no signal ends the process before it has come to an
+/// orderly end.
+pub fn listen(meanwhile: While) -> Result<(), Failure> {
+    signals::listen(meanwhile)
+        .map_err(|error| Failure::new(format!("can't listen for signals: {error}")))
+}
+
+/// Whether an orderly end was asked for.
+pub fn asked() -> bool {
+    ASKED.load(Ordering::Relaxed)
 }
 
 /// How often Ctrl-C was pressed.
 pub fn presses() -> usize {
     PRESSES.load(Ordering::Relaxed)
+}
+
+/// What the user is told while a motor brakes.
+pub fn braking() -> &'static str {
+    match (asked(), presses()) {
+        (false, _) => "braking",
+        (true, 0) => "braking; Ctrl-C twice kills",
+        _ => "braking; Ctrl-C again kills",
+    }
+}
+
+/// A signal has come; whether it is Ctrl-C.
+fn come(press: bool) {
+    ASKED.store(true, Ordering::Relaxed);
+    if press && PRESSES.fetch_add(1, Ordering::Relaxed) + 1 >= ENOUGH {
+        keys::restore();
+        process::exit(STATUS.into());
+    }
+}
+
+#[cfg(unix)]
+mod signals {
+    use std::thread;
+    use std::{fs, io};
+
+    use signal_hook::consts::signal::*;
+    use signal_hook::iterator::Signals;
+
+    use super::While;
+
+    /// All that end a process by default, but KILL, which can't be caught, and those of a
+    /// fault in it. (A closed pipe is none of them: writing to it is an error.)
+    const ENDING: [i32; 11] = [
+        SIGHUP, SIGINT, SIGQUIT, SIGALRM, SIGTERM, SIGUSR1, SIGUSR2, SIGPROF, SIGVTALRM, SIGXCPU,
+        SIGXFSZ,
+    ];
+
+    /// What Linux has besides: a poll, a failure of the power, a coprocessor's, and the
+    /// ones that are free for any use.
+    fn others() -> Vec<i32> {
+        if !cfg!(target_os = "linux") {
+            return Vec::new();
+        }
+        use rustix::process::Signal;
+        let named = [Signal::IO, Signal::POWER, Signal::STKFLT];
+        named.iter().map(|signal| signal.as_raw()).chain(34..=64).collect()
+    }
+
+    pub fn listen(meanwhile: While) -> io::Result<()> {
+        let mut heard = [&ENDING[..], &others()].concat();
+        if meanwhile == While::Holding {
+            heard.push(SIGTSTP);
+        }
+        if without_terminal() {
+            heard.retain(|signal| *signal != SIGHUP);
+        }
+        let mut signals = Signals::new(heard)?;
+        thread::spawn(move || signals.forever().for_each(|signal| super::come(signal == SIGINT)));
+        Ok(())
+    }
+
+    /// Whether HUP is ignored, as under `nohup`. Only Linux says so.
+    fn without_terminal() -> bool {
+        let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        let ignored = ignored.and_then(|set| u64::from_str_radix(set.trim(), 16).ok());
+        ignored.unwrap_or(0) >> (SIGHUP - 1) & 1 != 0
+    }
+}
+
+#[cfg(not(unix))]
+mod signals {
+    use super::While;
+
+    pub fn listen(_: While) -> Result<(), ctrlc::Error> {
+        ctrlc::set_handler(|| super::come(true))
+    }
 }

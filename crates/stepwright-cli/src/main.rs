@@ -8,7 +8,7 @@
 //! | --- | --- |
 //! | [`failure`] | errors, hints and the exit status |
 //! | [`files`] | text files, within a bound and as a whole |
-//! | [`interrupt`] | Ctrl-C |
+//! | [`interrupt`] | Ctrl-C and other signals |
 //! | [`link`] | the bytes to a board, real or virtual, and back |
 //! | [`plot`] | figures as .svg, .png and .html |
 //! | [`quantity`] | speeds and accelerations with their units |
@@ -51,7 +51,7 @@ Then with a board:
   stepwright move 4000 --port PATH
 
 Exit status: 0 done; 1 refused, or it failed; 2 the command line makes no sense;
-130 ended by Ctrl-C before it was done. Errors begin with `error: `.")]
+130 ended by Ctrl-C or another signal before it was done. Errors begin with `error: `.")]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -33,6 +33,9 @@ const TRIES: usize = 3;
 /// Between two words to a board that another program is talking to.
 const URGE: Duration = Duration::from_millis(100);
 
+/// The first Ctrl-C brakes, the second kills.
+const BRAKED_FIRST: usize = 2;
+
 /// How soon a press of Ctrl-C is noticed while waiting.
 const SLICE: Duration = Duration::from_millis(20);
 
@@ -87,7 +90,7 @@ pub struct Talk {
 impl Talk {
     /// A conversation that has yet to begin.
     pub fn new(link: Box<dyn Link>) -> Talk {
-        Talk { link, master: Master::new(), info: None, selected: None, kill_at: 2 }
+        Talk { link, master: Master::new(), info: None, selected: None, kill_at: BRAKED_FIRST }
     }
 
     /// Gets in step with the board, and asks what it is.
@@ -98,10 +101,11 @@ impl Talk {
         let asked = self.once(Command::Status)?;
         if !matches!(asked, Some(Reply::Ready | Reply::Busy)) {
             while !self.step()? {
-                // Nothing moves by us yet, so the first Ctrl-C is enough.
-                if interrupt::presses() > 0 && self.kill_at != usize::MAX {
+                // Nothing moves by us yet, so the first request is enough.
+                if self.kill_at == BRAKED_FIRST && interrupt::asked() {
                     return Err(Trouble::Killed);
                 }
+                self.heed()?;
                 if self.link.now() >= end {
                     return Err(Trouble::Silent);
                 }

@@ -1,4 +1,4 @@
-//! Ctrl-C: once brakes, twice kills.
+//! Ctrl-C: once brakes, twice kills. (Other signals: `signals.rs`.)
 #![cfg(unix)]
 
 mod common;
@@ -63,16 +63,6 @@ fn once_brakes_a_line_and_twice_kills_it() {
     running.wait_err("braking");
     running.signal(Signal::INT);
     running.end().assert(130, "position uncertain");
-}
-
-#[test]
-fn a_request_to_end_brakes_too() {
-    for signal in [Signal::TERM, Signal::HUP] {
-        let running = moving(&["move", "-1000000"]);
-        running.signal(signal);
-        let ended = running.end();
-        assert!(position(ended.last_line(), "stopped") < -200, "{ended:?}");
-    }
 }
 
 #[test]

@@ -14,8 +14,9 @@ use stepwright::Rate;
 use stepwright_sim::Description;
 
 use crate::failure::Failure;
+use crate::interrupt::{self, While};
 use crate::plot::PlotFile;
-use crate::{interrupt, say};
+use crate::say;
 use bench::{Bench, Width};
 use pace::Paced;
 use recording::{Heading, Recording};
@@ -101,7 +102,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let heading = Heading { title: "The virtual board".to_owned(), notes: Vec::new() };
     let plot = args.plot.as_ref().map(|file| (file, heading));
     let recording = Recording::begin(&description, args.vcd.as_deref(), plot)?;
-    interrupt::listen()?;
+    interrupt::listen(While::Waiting)?;
     let mut board = Paced::new(Bench::new(description, width, recording), args.fast);
     let served = if args.way.stdio { stdio::serve(&mut board) } else { serve_pty(&mut board) };
     board.bench.report().iter().for_each(say::note);

@@ -45,7 +45,7 @@ pub fn serve(board: &mut Paced) -> Result<(), Failure> {
         pty.path.display()
     ));
     let mut waiting: Vec<u8> = Vec::new();
-    while interrupt::presses() == 0 {
+    while !interrupt::asked() {
         let hurry = board.is_fast() && board.bench.is_busy();
         let seen = pty.wait(!waiting.is_empty(), hurry).map_err(failed)?;
         board.catch_up();

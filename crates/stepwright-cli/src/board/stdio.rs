@@ -28,7 +28,7 @@ pub fn serve(board: &mut Paced) -> Result<(), Failure> {
     let mut answers = Answers::new();
     let mut last = b'\r';
     loop {
-        if interrupt::presses() > 0 {
+        if interrupt::asked() {
             return Ok(());
         }
         match input.recv_timeout(SLICE) {
@@ -73,7 +73,7 @@ fn rest(board: &mut Paced) -> Result<(), Failure> {
         say::note("at the end of the input a motor runs without end: braking it");
         board.bench.brake();
     }
-    while board.bench.is_busy() && interrupt::presses() == 0 {
+    while board.bench.is_busy() && !interrupt::asked() {
         board.pass(SLICE);
     }
     if endless {

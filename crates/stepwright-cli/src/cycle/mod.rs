@@ -23,8 +23,9 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use crate::failure::Failure;
+use crate::interrupt::{self, While};
 use crate::plot::PlotFile;
-use crate::{interrupt, say};
+use crate::say;
 use play::Session;
 use taken::{Taken, Wanted};
 use text::Text;
@@ -109,7 +110,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         events: args.format == Format::Csv || args.xy.is_some(),
     };
     let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
-    interrupt::listen()?;
+    interrupt::listen(While::Waiting)?;
     let mut stages = std::mem::take(&mut plan.stages);
     let mut session = Session::new(&plan, &text, taken, args.format, pair, args.limit);
     let played = session.play(&mut stages);

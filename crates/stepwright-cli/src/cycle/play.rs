@@ -314,7 +314,7 @@ impl<'p> Session<'p> {
             if to_rest && !self.board.cycle().is_running() {
                 break;
             }
-            if interrupt::presses() > 0 {
+            if interrupt::asked() {
                 return Err(Failure::interrupted("interrupted"));
             }
             due = due.max(self.looked + second);

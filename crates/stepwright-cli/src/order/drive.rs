@@ -143,7 +143,7 @@ pub fn watch(
     loop {
         let time = talk.now();
         let mut told = None;
-        let mut stop = interrupt::presses() > 0 || until.is_some_and(|until| time >= until);
+        let mut stop = interrupt::asked() || until.is_some_and(|until| time >= until);
         match hand.act(talk, one)? {
             Some(Act::Stop) => stop = true,
             Some(Act::Told(text)) => told = Some(text),
@@ -235,7 +235,7 @@ fn adrift(talk: &mut Talk, what: &str, todo: &str) -> Failure {
     let name = talk.link().name();
     let look = format!("{todo}; then `stepwright status --port {name}`");
     let failure = Failure::new(format!("{name}: {what}")).hint(look);
-    if interrupt::presses() > 0 { failure.status(interrupt::STATUS) } else { failure }
+    if interrupt::asked() { failure.status(interrupt::STATUS) } else { failure }
 }
 
 /// Kills everything; the position if it is still known.

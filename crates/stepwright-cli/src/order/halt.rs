@@ -9,9 +9,10 @@ use super::drive;
 use super::look::{self, State};
 use super::target::{self, Format, PortArgs};
 use crate::failure::Failure;
+use crate::interrupt::{self, While};
 use crate::link::serial::Share;
+use crate::say;
 use crate::talk::{Talk, Trouble};
-use crate::{interrupt, say};
 
 /// Brake: ramp down, and keep the position
 #[derive(clap::Args)]
@@ -54,7 +55,7 @@ const CONFIRM: Duration = Duration::from_secs(5);
 
 /// Brakes, and waits until everything rests.
 pub fn stop(args: StopArgs) -> Result<(), Failure> {
-    interrupt::listen()?;
+    interrupt::listen(While::Waiting)?;
     let mut talk = args.port.open("stop", Share::Anyhow)?;
     talk.kill_at_once();
     let met = talk.urge(Command::Brake, None).and_then(|()| talk.meet());
@@ -87,7 +88,7 @@ fn brake_to_rest(talk: &mut Talk, only: Option<AxisId>) -> Result<Vec<State>, Tr
 
 /// Kills, without asking first who is there.
 pub fn kill(args: KillArgs) -> Result<(), Failure> {
-    interrupt::listen()?;
+    interrupt::listen(While::Waiting)?;
     let mut talk = args.port.open("kill", Share::Anyhow)?;
     kill_now(&mut talk, args.format)
 }

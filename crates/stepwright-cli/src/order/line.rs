@@ -12,9 +12,10 @@ use super::motion::{MOTION, Motion, RampArgs, listed, seconds};
 use super::target::{self, Format, PortArgs, VirtualArgs};
 use super::travel::{distance, start_position};
 use crate::failure::Failure;
+use crate::interrupt::{self, While};
 use crate::quantity::SpeedArg;
+use crate::say;
 use crate::talk::{Played, Talk, Trouble};
-use crate::{interrupt, say};
 
 /// Between two lines about where the axes are.
 const LINES: Duration = Duration::from_secs(1);
@@ -68,7 +69,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let Some((lead, way)) = furthest else { return Ok(()) };
     let motion = args.ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
     let orders = shares(&motion, &args.steps)?;
-    interrupt::listen()?;
+    interrupt::listen(While::Holding)?;
     let title = format!("A line of {} steps", numbers(ways().map(|(_, way)| way.get().into())));
     let mut talk = args.port.or_virtual(&args.virt, "line", motion.heading(title))?;
     let result = go(&mut talk, &args, &axes, &motion, &orders);
@@ -216,10 +217,10 @@ fn begin(talk: &mut Talk, lines: &[Command]) -> Result<(), Failure> {
 fn watch(talk: &mut Talk, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64>>), Trouble> {
     let (mut braked, mut told) = (false, Instant::now());
     while talk.is_busy(Selection::All)? {
-        if !braked && interrupt::presses() > 0 {
+        if !braked && interrupt::asked() {
             drive::brake(talk, Selection::All)?;
             braked = true;
-            say::note("braking; Ctrl-C again kills");
+            say::note(interrupt::braking());
         }
         if told.elapsed() >= LINES {
             told = Instant::now();

@@ -52,11 +52,7 @@ impl Progress {
     pub fn see(&mut self, sight: Sight) {
         if sight.braking && !self.braking {
             self.braking = true;
-            self.note(if interrupt::presses() > 0 {
-                "braking; Ctrl-C again kills"
-            } else {
-                "braking"
-            });
+            self.note(interrupt::braking());
         }
         if let Some(text) = &sight.told {
             self.note(text);

@@ -12,9 +12,10 @@ use super::progress::Progress;
 use super::target::{self, Format, PortArgs, VirtualArgs};
 use super::travel::{last_line, start_position};
 use crate::failure::Failure;
+use crate::interrupt::{self, While};
 use crate::quantity::SignedSpeedArg;
+use crate::say;
 use crate::talk::{Talk, Trouble};
-use crate::{interrupt, say};
 
 /// Run an axis at a speed until it is stopped
 #[derive(clap::Args)]
@@ -74,7 +75,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let direction = if forward { Direction::Forward } else { Direction::Backward };
     let travel = Travel::Endless(direction);
     let motion = args.ramps.motion(args.axis, &args.speed.speed, "the speed", travel)?;
-    interrupt::listen()?;
+    interrupt::listen(While::Holding)?;
     let title = format!("Axis {} until it is stopped", args.axis.number());
     let mut talk = args.port.or_virtual(&args.virt, "run", motion.heading(title))?;
     let result = run_on(&mut talk, &args, &motion);
@@ -95,7 +96,7 @@ fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> 
     }
     let from = start_position(talk, args.axis)?;
     let watched = match drive::begin(talk, args.axis, motion, &lines, Some(from)) {
-        Ok(()) if leave => return left_alone(talk, args),
+        Ok(()) if leave && !interrupt::asked() => return left_alone(talk, args),
         Ok(()) => {
             if args.time.is_none() {
                 say::note("running; Ctrl-C brakes");

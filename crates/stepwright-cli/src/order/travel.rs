@@ -9,9 +9,10 @@ use super::motion::{MOTION, Motion, RampArgs, listed};
 use super::progress::Progress;
 use super::target::{self, Format, PortArgs, VirtualArgs};
 use crate::failure::Failure;
+use crate::interrupt::{self, While};
 use crate::quantity::SpeedArg;
+use crate::say;
 use crate::talk::{Talk, Trouble};
-use crate::{interrupt, say};
 
 /// Move an axis by so many steps, on a virtual board or a real one
 ///
@@ -25,13 +26,14 @@ Without --port a virtual board moves: the real engine with simulated pins, in
 real time.
 
 Ctrl-C brakes along the ramp, and the position stays known; a second Ctrl-C
-stops dead, and the position is lost. On a terminal keys change a motor on its way:
+stops dead, and the position is lost. Every other signal that would end the command,
+a closed terminal's too, brakes, and so does Ctrl-Z. On a terminal keys change a motor on its way:
 + faster and - slower, by a tenth of its top speed, s brakes. `retarget` does so
 from elsewhere.
 
 The last line       Status
   position N ready     0    it went all the way
-  position N stopped  130   braked by Ctrl-C or s, at rest at N
+  position N stopped  130   braked by Ctrl-C, another signal or s, at rest at N
                         1   stopped by something else, at rest at N
   position uncertain  130   killed by Ctrl-C
                         1   the board was lost, or killed by something else
@@ -75,7 +77,7 @@ pub fn distance(text: &str) -> Result<Distance, String> {
 pub fn run(args: Args) -> Result<(), Failure> {
     let travel = Travel::By(args.steps);
     let motion = args.ramps.motion(args.axis, &args.top_speed, "--top-speed", travel)?;
-    interrupt::listen()?;
+    interrupt::listen(While::Holding)?;
     let title = format!("Axis {} by {:+} steps", args.axis.number(), args.steps.get());
     let mut talk = args.port.or_virtual(&args.virt, "move", motion.heading(title))?;
     let result = travel_on(&mut talk, &args, &motion);
@@ -168,7 +170,7 @@ pub fn last_line(state: &str, position: Option<i64>) -> String {
 
 /// Where the axis stands before it moves.
 pub fn start_position(talk: &mut Talk, axis: AxisId) -> Result<i64, Failure> {
-    if interrupt::presses() > 0 {
+    if interrupt::asked() {
         return Err(Failure::interrupted("interrupted before anything moved"));
     }
     let position = match talk.rest_position(axis) {

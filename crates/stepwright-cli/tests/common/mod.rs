@@ -186,8 +186,11 @@ impl Drop for Scratch {
 /// A pseudo-terminal of our own: the end to hold, and the path of the other.
 #[cfg(unix)]
 pub fn pty() -> (std::fs::File, String) {
+    use rustix::io::{FdFlags, fcntl_setfd};
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    // Ours alone: who starts meanwhile would keep the terminal open.
+    fcntl_setfd(&master, FdFlags::CLOEXEC).unwrap();
     grantpt(&master).unwrap();
     unlockpt(&master).unwrap();
     let path = ptsname(&master, Vec::new()).unwrap().into_string().unwrap();

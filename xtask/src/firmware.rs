@@ -8,9 +8,9 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 
-use crate::setup;
 use crate::toolchain::{ATMEGA328P, ATMEGA2560, Chip, Cross};
 use crate::workspace::{Workspace, output, run};
+use crate::{check, setup};
 
 /// Build the firmware of a board, as .elf and .hex.
 #[derive(clap::Args)]
@@ -85,6 +85,12 @@ pub enum Program {
     LawsPower,
     /// Likewise: linear factor, piecewise.
     LawsSmooth,
+    /// For tests: what the compiler makes of wide numbers.
+    #[value(skip)]
+    Arithmetic,
+    /// For tests: a function with arguments on its stack, which is refused for a Mega.
+    #[value(skip)]
+    Stacked,
 }
 
 impl Program {
@@ -105,6 +111,8 @@ impl Program {
             Program::LawsGeneral => "laws-general",
             Program::LawsPower => "laws-power",
             Program::LawsSmooth => "laws-smooth",
+            Program::Arithmetic => "arithmetic",
+            Program::Stacked => "stacked",
         }
     }
 
@@ -112,9 +120,13 @@ impl Program {
     pub fn fits(self, build: Build) -> bool {
         match self {
             Program::Slave | Program::Direct | Program::Master => true,
-            Program::Cycle | Program::Case1 | Program::Case2 | Program::Case3 | Program::L6219 => {
-                build.timer == 1
-            }
+            Program::Cycle
+            | Program::Case1
+            | Program::Case2
+            | Program::Case3
+            | Program::L6219
+            | Program::Arithmetic
+            | Program::Stacked => build.timer == 1,
             // A Nano's boot loader leaves too little, and the Mega's controller has them.
             Program::Curves
             | Program::LawsClosed
@@ -221,12 +233,14 @@ impl Build {
         cargo.current_dir(ws.root.join("firmware/avr"));
         cargo.args(["--release", "--features", &features, "--bin", program.name()]);
         run(&mut cargo)?;
+        let from = built.join(chip.triple).join("release").join(program.name());
+        let from = from.with_extension("elf");
+        check::refuse(&from)?;
 
         let folder = ws.target.join("firmware");
         fs::create_dir_all(&folder)?;
         let elf = folder.join(&name).with_extension("elf");
-        let from = built.join(chip.triple).join("release").join(program.name());
-        fs::copy(from.with_extension("elf"), &elf).context("copying the .elf")?;
+        fs::copy(from, &elf).context("copying the .elf")?;
         let hex = elf.with_extension("hex");
         let convert = ["-O", "ihex", "-R", ".eeprom"];
         run(Command::new("avr-objcopy").args(convert).arg(&elf).arg(&hex))?;

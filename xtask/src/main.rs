@@ -15,6 +15,7 @@
 //! | `node` | a Node with avr8js |
 
 mod bench;
+mod check;
 mod firmware;
 mod flash;
 mod listing;
@@ -42,6 +43,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Chore {
     Bench(bench::Bench),
+    Check(check::Check),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
     Setup(setup::Setup),
@@ -54,6 +56,7 @@ fn main() -> Result<()> {
     let ws = Workspace::load()?;
     match chore {
         Chore::Bench(bench) => bench.run(&ws),
+        Chore::Check(check) => check.run(),
         Chore::Firmware(firmware) => firmware.run(&ws),
         Chore::Flash(flash) => flash.run(&ws),
         Chore::Setup(setup) => setup.run(&ws),

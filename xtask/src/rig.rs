@@ -42,10 +42,13 @@ pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
     let build = Build { board, timer: 1, bench };
     build.make(ws, Program::Slave)?;
     build.make(ws, Program::Direct)?;
-    if !bench {
+    if bench {
+        build.make(ws, Program::Cycle)?;
+    } else {
         // The bench's rates are tested with the bench's build.
         Build { bench: true, ..build }.make(ws, Program::Slave)?;
         build.make(ws, Program::Master)?;
+        build.make(ws, Program::Arithmetic)?;
         let others = Program::EXAMPLES.into_iter().chain([Program::Curves]).chain(Program::LAWS);
         for program in others.filter(|program| program.fits(build)) {
             build.make(ws, program)?;

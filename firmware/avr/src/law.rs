@@ -6,7 +6,7 @@
 //!
 //! The laws are in four programs, for an Uno holds no more: 64 bits are long on 8. (The
 //! motion that changes reckons in 128, and doesn't fit at all.) On a Mega they would be
-//! wrong: rustc 1.96 finds arguments on its stack a byte too low.
+//! wrong, and are refused: see `xtask/src/check.rs`.
 
 use core::hint::black_box;
 

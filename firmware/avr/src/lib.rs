@@ -24,6 +24,7 @@
 //! `case3.rs` are document 000's, `bin/fast_pwm.rs` the first of these in fast PWM,
 //! `bin/shields.rs` drives two shields at once, `bin/l6219.rs` an L6219. `bin/curves.rs` is
 //! the controller with S-curves on an Uno, and `bin/laws_*.rs` measure the laws.
+//! `bin/arithmetic.rs` and `bin/stacked.rs` are for tests of the compiler.
 #![no_std]
 #![feature(asm_experimental_arch)]
 

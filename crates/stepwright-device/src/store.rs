@@ -3,15 +3,21 @@
 //! Two copies take turns:
 //!
 //! ```text
-//!   address   0       1         2 … 27    28, 29   (+ 32 for the other copy)
-//!             mark    sequence  settings  CRC-16 of sequence and settings
+//!   address   0       1         2 …       then                     then
+//!             mark    sequence  settings  CRC-16 of the last two   end mark
 //! ```
 //!
-//! The older copy is written over: first its mark is taken away, then the
-//! bytes are written, then the mark is set again. So at every moment, also in
-//! the middle of a byte, the newer copy is whole, and the older one does not
-//! count before it is whole too. The sequence number, which wraps, says which
-//! is newer. The CRC finds what decays later.
+//! The older copy is written over: first its end mark is taken away, then its mark,
+//! then the bytes are written, then the end mark is set again, and then the mark. It
+//! counts only with both. So at every moment, also in the middle of a byte, the newer
+//! copy is whole, and the older one does not count before it is whole too. The
+//! sequence number, which wraps, says which is newer. The CRC finds what decays later.
+//!
+//! A byte whose writing is cut off may hold anything afterwards, a mark too. One mark
+//! would not do: if the power goes while it is set, the copy may be lost though all
+//! else is whole; and if it goes again while that mark is taken away for the next
+//! settings, it may be set after all, and what was lost is back. Of two, one at least
+//! is surely not set while the other is in doubt over bytes that don't count.
 
 use stepwright_protocol::Settings;
 
@@ -23,26 +29,27 @@ const MARK: u8 = 0x50 | Settings::LAYOUT;
 const NO_MARK: u8 = 0xFF;
 
 /// From the mark of one copy to that of the other.
-const APART: u8 = 32;
+const APART: u8 = 64;
 
 /// Where in a copy the parts are.
 const SEQUENCE: u8 = 1;
 const VALUES: u8 = 2;
 const CRC: u8 = VALUES + Settings::SIZE as u8;
-const LENGTH: u8 = CRC + 2;
+const END: u8 = CRC + 2;
+/// Behind them all comes the mark.
+const LAST: u8 = END + 1;
 
 /// No step of the writing: all is written.
 const DONE: u8 = 0;
-/// The first, which takes the mark away. The next write one byte each, and the
-/// last, behind them, sets the mark.
+/// The first, which takes the end mark away, and the second, which takes the mark. The
+/// next write one byte each, the end mark among them; the last sets the mark.
 const FIRST: u8 = 1;
+const SECOND: u8 = 2;
 
 /// Writes settings in the background, a byte at a time.
 #[derive(Clone, Debug)]
 pub struct Store {
-    /// The copy to be written next, 0 or 1.
-    copy: u8,
-    /// The sequence number that it gets.
+    /// The sequence number that the next copy gets. Even ones are the first copy.
     sequence: u8,
     /// The next step of the writing.
     step: u8,
@@ -55,7 +62,7 @@ impl Store {
     pub const SIZE: u16 = 2 * APART as u16;
 
     /// A store that has found nothing yet.
-    pub(crate) const NEW: Store = Store { copy: 0, sequence: 0, step: DONE, crc: 0 };
+    pub(crate) const NEW: Store = Store { sequence: 0, step: DONE, crc: 0 };
 
     /// Finds the newest settings; the defaults where there are none.
     pub fn load(memory: &mut impl Memory) -> (Store, Settings) {
@@ -66,23 +73,22 @@ impl Store {
 
     /// [`load`](Store::load), in place.
     pub(crate) fn find(&mut self, memory: &mut impl Memory, settings: &mut Settings) {
-        let (mut copy, mut newest) = (0, check(memory, 0));
+        let mut newest = check(memory, 0);
         if let Some(second) = check(memory, 1)
             && newest.is_none_or(|first| is_newer(second, first))
         {
-            (copy, newest) = (1, Some(second));
+            newest = Some(second);
         }
         let Some(sequence) = newest else {
             settings.reset();
             return;
         };
-        let mut address = place(copy, VALUES);
+        let mut address = place(sequence, VALUES);
         settings.load(|| {
             let byte = memory.read(address);
             address = address.wrapping_add(1);
             byte
         });
-        self.copy = copy ^ 1;
         self.sequence = sequence.wrapping_add(1);
     }
 
@@ -90,6 +96,7 @@ impl Store {
     /// if that is going on already.
     pub fn save(&mut self) {
         self.step = FIRST;
+        self.crc = u16::MAX;
     }
 
     /// Whether something is still to be written.
@@ -105,53 +112,52 @@ impl Store {
         }
         let step = self.step;
         self.step = step.wrapping_add(1);
+        let sequence = self.sequence;
         let [low, high] = self.crc.to_le_bytes();
-        let mut at = step.wrapping_sub(FIRST);
+        let mut at = step.wrapping_sub(SECOND);
         let byte = match at {
-            0 => {
-                self.crc = u16::MAX;
+            u8::MAX => {
+                at = END;
                 NO_MARK
             }
-            SEQUENCE => self.sequence,
+            0 => NO_MARK,
+            SEQUENCE => sequence,
             VALUES..CRC => {
                 let value = settings.bytes().get(usize::from(at.wrapping_sub(VALUES)));
                 value.copied().unwrap_or(0)
             }
-            CRC => low,
-            LENGTH => {
+            CRC => high,
+            END => MARK,
+            LAST => {
                 at = 0;
+                self.sequence = sequence.wrapping_add(1);
+                self.step = DONE;
                 MARK
             }
-            _ => high,
+            _ => low,
         };
         if (SEQUENCE..CRC).contains(&at) {
             self.crc = crc(self.crc, byte);
         }
-        let address = place(self.copy, at);
-        if byte == MARK && at == 0 {
-            self.copy ^= 1;
-            self.sequence = self.sequence.wrapping_add(1);
-            self.step = DONE;
-        }
+        let address = place(sequence, at);
         if memory.read(address) != byte {
             memory.start_write(address, byte);
         }
     }
 }
 
-/// The address of a byte of a copy.
-fn place(copy: u8, at: u8) -> u16 {
-    u16::from((copy & 1).wrapping_mul(APART).wrapping_add(at))
+/// The address of a byte of the copy with this sequence number.
+fn place(sequence: u8, at: u8) -> u16 {
+    u16::from((sequence & 1).wrapping_mul(APART).wrapping_add(at))
 }
 
 /// The sequence number of a copy, if it is whole.
 #[inline(never)]
 fn check(memory: &mut impl Memory, copy: u8) -> Option<u8> {
-    let sum = (SEQUENCE..CRC).fold(u16::MAX, |sum, at| crc(sum, memory.read(place(copy, at))));
-    let [low, high] = sum.to_le_bytes();
-    let whole = memory.read(place(copy, 0)) == MARK
-        && memory.read(place(copy, CRC)) == low
-        && memory.read(place(copy, CRC + 1)) == high;
+    // The sum of bytes and their sum, its high byte first, is 0.
+    let sum = (SEQUENCE..END).fold(u16::MAX, |sum, at| crc(sum, memory.read(place(copy, at))));
+    let whole =
+        sum == 0 && memory.read(place(copy, 0)) == MARK && memory.read(place(copy, END)) == MARK;
     whole.then(|| memory.read(place(copy, SEQUENCE)))
 }
 
@@ -189,6 +195,6 @@ mod tests {
 
     #[test]
     fn a_copy_fits_its_place() {
-        const { assert!(LENGTH <= APART) };
+        const { assert!(END < APART) };
     }
 }

@@ -172,3 +172,62 @@ fn one_that_only_talks_nonsense() {
     assert_eq!(ended.code(), Some(1), "{ended:?}");
     ended.assert_error("no answer from");
 }
+
+/// A board that answers everything as an Uno's controller does: without S-curves, or one
+/// with them whose `law` is 0, or one that is too old to say. The lines that it was told.
+fn told(
+    can: &'static str,
+    law: &'static str,
+) -> (String, std::sync::Arc<std::sync::Mutex<Vec<String>>>) {
+    let lines = std::sync::Arc::new(std::sync::Mutex::new(Vec::new()));
+    let kept = lines.clone();
+    let path = play(move |line| {
+        kept.lock().unwrap().push(line.to_owned());
+        Some(match line {
+            "?" => format!(
+                "stepwright 0.1 axes=3 max=114285 late=0 refused=0 last=none uncertain=0{can}"
+            ),
+            "F" => "R".to_owned(),
+            "V1" | "V2" | "V3" => "0".to_owned(),
+            "$law" => law.to_owned(),
+            _ if line.starts_with('j') && !can.contains("jerk") => "E".to_owned(),
+            _ => "Y".to_owned(),
+        })
+    });
+    (path, lines)
+}
+
+/// A jerk that would not be kept is refused before the order is given, with one hint.
+#[test]
+fn a_jerk_is_asked_only_of_a_board_that_bends_by_it() {
+    let orders: [&[&str]; 3] = [&["move", "400"], &["run", "300"], &["line", "400", "-50"]];
+    for words in orders {
+        for (can, law, error, hint) in [
+            (" can=none", "E", "has no S-curves, which --jerk asks for", "--program curves"),
+            (" can=safety", "law=0", "has no S-curves, which --jerk asks for", "leave --jerk out"),
+            (" can=jerk", "law=0", "is 0: it would ignore --jerk", "settings set law=1 --port"),
+        ] {
+            let (path, lines) = told(can, law);
+            let ended = order(&path, &[words, &["--jerk", "40000"]].concat());
+            assert_eq!(ended.code(), Some(1), "{ended:?}");
+            ended.assert_error(error);
+            assert_eq!(ended.stderr.matches("hint: ").count(), 1, "{ended:?}");
+            assert!(ended.stderr.contains(hint), "{ended:?}");
+            // Neither a plan that would not be kept, nor a line of an order.
+            assert_eq!(ended.stdout, "", "{ended:?}");
+            let order_lines = ["PO", "E", "g+"];
+            let said = lines.lock().unwrap().clone();
+            assert!(!said.iter().any(|line| order_lines.contains(&line.as_str())), "{said:?}");
+        }
+    }
+    // One that bends is told: with the setting, or without any settings.
+    for law in ["law=1", "E"] {
+        let (path, lines) = told(" can=jerk", law);
+        order(&path, &["move", "0", "--jerk", "40000"]).assert(0, "position 0 ready");
+        assert!(lines.lock().unwrap().iter().any(|line| line == "j40000"));
+    }
+    // And without a jerk nobody is asked for it.
+    let (path, lines) = told(" can=none", "E");
+    order(&path, &["move", "0"]).assert(0, "position 0 ready");
+    assert!(!lines.lock().unwrap().iter().any(|line| line.starts_with('$')));
+}

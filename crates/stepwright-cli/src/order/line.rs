@@ -6,6 +6,7 @@ use serde_json::json;
 use stepwright::Accel;
 use stepwright_protocol::{AxisId, Command, Distance, Order, Ramp, Script, Selection, Travel};
 
+use super::able;
 use super::course::Course;
 use super::drive::{self, NotBegun};
 use super::motion::{MOTION, Motion, RampArgs, listed, seconds};
@@ -123,6 +124,7 @@ fn go(
     if let Some(last) = axes.last() {
         target::has_axis(talk, *last)?;
     }
+    able::to_bend(talk, &motion.order)?;
     let lines: Vec<Command> = Script::new(orders)?.collect();
     let apart = apart(orders);
     if args.format == Format::Text {

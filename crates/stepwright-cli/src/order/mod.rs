@@ -11,10 +11,11 @@
 //! | [`settings`] | `settings` |
 //! | [`ports`] | `ports` |
 //!
-//! They share [`target`] (which board), [`motion`] (which speeds), [`drive`]
+//! They share [`target`] (which board), [`able`] (what it can do), [`motion`] (which speeds), [`drive`]
 //! (start, watch, stop), [`progress`] (what the user sees meanwhile) and [`keys`]
 //! (what the user presses meanwhile).
 
+mod able;
 mod course;
 mod drive;
 pub mod halt;

@@ -5,6 +5,7 @@ use std::time::Duration;
 use serde_json::json;
 use stepwright_protocol::{AxisId, Direction, Selection, Travel};
 
+use super::able;
 use super::drive::{self, End, NotBegun};
 use super::keys::Hand;
 use super::motion::{Motion, RampArgs, listed};
@@ -85,6 +86,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> {
     target::has_axis(talk, args.axis)?;
+    able::to_bend(talk, &motion.order)?;
     let lines = motion.lines()?;
     let leave = args.port.port.is_some() && args.time.is_none();
     if args.format == Format::Text {

@@ -3,6 +3,7 @@
 use serde_json::json;
 use stepwright_protocol::{AxisId, Distance, Travel};
 
+use super::able;
 use super::drive::{self, End, Ended, NotBegun};
 use super::keys::Hand;
 use super::motion::{MOTION, Motion, RampArgs, listed};
@@ -88,6 +89,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> {
     target::has_axis(talk, args.axis)?;
+    able::to_bend(talk, &motion.order)?;
     let lines = motion.lines()?;
     if args.format == Format::Text {
         let (axis, steps, name) = (args.axis.number(), args.steps.get(), talk.link().name());

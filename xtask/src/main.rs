@@ -24,6 +24,7 @@ mod python;
 mod rig;
 mod setup;
 mod sim;
+mod stress;
 mod test;
 mod toolchain;
 mod workspace;
@@ -48,6 +49,7 @@ enum Chore {
     Flash(flash::Flash),
     Setup(setup::Setup),
     Sim(sim::Sim),
+    Stress(stress::Stress),
     Test(test::Test),
 }
 
@@ -61,6 +63,7 @@ fn main() -> Result<()> {
         Chore::Flash(flash) => flash.run(&ws),
         Chore::Setup(setup) => setup.run(&ws),
         Chore::Sim(sim) => sim.run(&ws),
+        Chore::Stress(stress) => stress.run(&ws),
         Chore::Test(test) => test.run(&ws),
     }
 }

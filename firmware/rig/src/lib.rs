@@ -38,6 +38,7 @@ mod line;
 pub mod pair;
 pub mod pty;
 mod silicon;
+pub mod stress;
 mod taps;
 
 pub use board::Board;

@@ -1,0 +1,547 @@
+//! The judge: bytes and edges in, in order of time; the first broken rule out.
+
+use stepwright_sim::Edge;
+
+use crate::fault::{Fault, Rule, Rules};
+use crate::grammar::{self, Line};
+use crate::reason::{Reason, Reasons};
+use crate::settings::{self, Settings};
+use crate::slave::{Expect, Slave};
+use crate::story::{Board, Reset};
+use crate::track::{Goal, Known, Measure, Track};
+
+/// A line that waits for its answer.
+#[derive(Clone, Debug)]
+struct Asked {
+    line: Result<Line, Reasons>,
+    text: String,
+    empty: bool,
+    expect: Expect,
+    /// Least and most of the axis whose position was asked for, so far.
+    positions: (i64, i64),
+}
+
+/// Follows a conversation and knows what is allowed.
+pub struct Judge {
+    board: Board,
+    measure: Measure,
+    pub(crate) tracks: Vec<Track>,
+    pub(crate) slave: Slave,
+    pub(crate) settings: Settings,
+    bytes: Vec<u8>,
+    asked: Option<Asked>,
+    /// When the last line was complete, and the silence since then was obeyed.
+    heard: u64,
+    silent: Silence,
+    /// Levels of the switches' pins.
+    switches: [bool; 8],
+    enabled: Option<bool>,
+    /// Settings that may be found after a loss of power, and when the last was made.
+    stored: (Vec<Settings>, u64),
+    /// The power came on: what the settings are is to be learned.
+    unsure: bool,
+    /// A travel has begun since the power came on.
+    pub(crate) moved: Known,
+    /// The last order was then.
+    pub(crate) ordered: Option<u64>,
+    /// A fault of speed that a late step would explain.
+    uneven: Option<Fault>,
+    /// Several axes moved at once, or one on a steep ramp.
+    pub(crate) hard: bool,
+    /// Late steps that were counted, and may be.
+    pub late: u64,
+    /// Lines that were answered.
+    pub lines: u64,
+}
+
+/// Settings are kept after so many µs: two copies of 40 bytes, twice.
+const KEPT: u32 = 600_000;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Silence {
+    No,
+    Perhaps,
+    Obeyed,
+}
+
+impl Judge {
+    /// At power-up.
+    pub fn new(board: &Board, rules: Rules) -> Judge {
+        let settings = Settings::new(board.jerk);
+        let mut judge = Judge {
+            board: *board,
+            measure: Measure {
+                hz: f64::from(board.hz),
+                jitter: 0.0,
+                fit: f64::from(board.hz) * board.fit,
+                pulse: 0,
+                setup: 0,
+                hold: 0,
+                slack: board.slack,
+                switch: board.ticks(2000),
+                rules,
+            },
+            tracks: (0..board.axes).map(Track::new).collect(),
+            slave: Slave::new(board.axes.into()),
+            settings,
+            bytes: Vec::new(),
+            asked: None,
+            heard: 0,
+            silent: Silence::No,
+            switches: [true; 8],
+            enabled: None,
+            stored: (vec![Settings::new(board.jerk)], 0),
+            unsure: false,
+            moved: Known::No,
+            ordered: None,
+            uneven: None,
+            hard: false,
+            late: 0,
+            lines: 0,
+        };
+        judge.set_up(0);
+        judge
+    }
+
+    /// How the board is measured.
+    pub fn measure(&self) -> &Measure {
+        &self.measure
+    }
+
+    /// Settings have changed.
+    pub(crate) fn set_up(&mut self, now: u64) {
+        let ticks = |name| self.board.ticks(self.settings.get(name));
+        let measure = &mut self.measure;
+        measure.pulse = ticks(settings::PULSE);
+        measure.setup = ticks(settings::SETUP);
+        measure.hold = ticks(settings::HOLD);
+        for (axis, track) in self.tracks.iter_mut().enumerate() {
+            track.reverse = self.settings.has(settings::REVERSE, axis);
+        }
+        self.look_at_switches(now);
+    }
+
+    fn look_at_switches(&mut self, now: u64) {
+        for (axis, track) in self.tracks.iter_mut().enumerate() {
+            let forward = self.settings.has(settings::SWITCH_FORWARD, axis);
+            let closed = self.settings.has(settings::SWITCHES, axis)
+                && self.switches[axis] == self.settings.has(settings::SWITCH_HIGH, axis);
+            for (side, since) in track.closed.iter_mut().enumerate() {
+                match (closed && forward == (side == 1), &since) {
+                    (true, None) => *since = Some(now),
+                    (false, Some(_)) => *since = None,
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// Time has come to `now`: what follows from that alone.
+    fn advance(&mut self, now: u64) -> Result<(), Fault> {
+        self.hear_silence(now);
+        for track in &mut self.tracks {
+            for (side, since) in track.closed.into_iter().enumerate() {
+                // It may be halted from the first moment on.
+                let ahead =
+                    if side == 1 { track.most > track.count } else { track.least < track.count };
+                if since.is_some() && ahead {
+                    track.open();
+                }
+                if since.is_some_and(|since| now > since + self.measure.switch) {
+                    let edge = if side == 1 { &mut track.most } else { &mut track.least };
+                    *edge = track.count;
+                }
+            }
+            track.due(now, &self.measure)?;
+        }
+        Ok(())
+    }
+
+    /// Moving axes brake when no line came for so long.
+    fn hear_silence(&mut self, now: u64) {
+        let timeout = u64::from(self.settings.get(settings::TIMEOUT)) * 1000;
+        if timeout == 0 || self.silent == Silence::Obeyed {
+            return;
+        }
+        let from = self.heard + self.board.ticks_wide(timeout.saturating_sub(1000));
+        let until = self.heard + self.board.ticks_wide(timeout + 3000);
+        if now >= from && self.silent == Silence::No {
+            self.silent = Silence::Perhaps;
+        }
+        if self.silent == Silence::Perhaps && now >= until {
+            // A line that came before might have been in time, or not: see `answer`.
+            for track in &mut self.tracks {
+                match track.busy(until, &self.measure) {
+                    Known::Yes => track.brake(until, &self.measure),
+                    _ => track.open(),
+                }
+            }
+            self.silent = Silence::Obeyed;
+        }
+    }
+
+    /// An edge on a pin.
+    ///
+    /// # Errors
+    /// The rule that it breaks.
+    pub fn edge(&mut self, edge: Edge) -> Result<(), Fault> {
+        self.advance(edge.time)?;
+        let moving = self.tracks.iter().filter(|track| track.goal != Goal::Rest).count();
+        self.measure.jitter = self.board.jitter(self.measure.pulse, moving);
+        let Some(track) = self.tracks.get_mut(usize::from(edge.axis)) else {
+            // DIR of an axis that is not connected is set at power-up.
+            let what = || format!("there is no axis {}", edge.axis + 1);
+            return if edge.is_step() { self.broken(Rule::Order, edge.time, what) } else { Ok(()) };
+        };
+        let judged = track.edge(edge, &self.measure);
+        let at = track.count - track.zero;
+        if let Some(asked) = &mut self.asked
+            && let Ok(Line::Position(axis)) = asked.line
+            && axis == edge.axis + 1
+        {
+            asked.positions = (asked.positions.0.min(at), asked.positions.1.max(at));
+        }
+        self.hard |= moving > 1;
+        self.explain(judged)
+    }
+
+    /// A fault of speed waits until the board has said whether a step was late.
+    fn explain(&mut self, judged: Result<(), Fault>) -> Result<(), Fault> {
+        match judged {
+            Err(fault) if self.board.late && fault.rule.is_of_speed() => {
+                self.uneven.get_or_insert(fault);
+                Ok(())
+            }
+            judged => judged,
+        }
+    }
+
+    fn broken(&self, rule: Rule, now: u64, what: impl FnOnce() -> String) -> Result<(), Fault> {
+        self.measure.rules.broken(rule, now, what)
+    }
+
+    /// A byte is complete on the line. True if it asks for an answer.
+    ///
+    /// # Errors
+    /// A rule that time has broken meanwhile.
+    pub fn byte(&mut self, byte: u8, now: u64) -> Result<bool, Fault> {
+        match byte {
+            b'\n' => {}
+            b'\r' => {
+                self.advance(now)?;
+                let bytes = std::mem::take(&mut self.bytes);
+                let line = grammar::read(&bytes, self.board.jerk);
+                let positions = match line {
+                    Ok(Line::Position(axis)) => {
+                        self.tracks.get(usize::from(axis) - 1).map(|t| t.count - t.zero)
+                    }
+                    _ => None,
+                };
+                self.asked = Some(Asked {
+                    expect: Expect::default(),
+                    empty: bytes.is_empty(),
+                    text: bytes.escape_ascii().to_string(),
+                    positions: positions.map_or((0, 0), |at| (at, at)),
+                    line,
+                });
+                return Ok(true);
+            }
+            _ => self.bytes.push(byte),
+        }
+        Ok(false)
+    }
+
+    /// The answer to the last line, without its CR, which began at `now`; `None` if none
+    /// came. `enabled` is the level of the drivers' enable before the line.
+    ///
+    /// # Errors
+    /// The rule that it breaks.
+    pub fn answer(&mut self, answer: Option<&[u8]>, now: u64, enabled: bool) -> Result<(), Fault> {
+        self.advance(now)?;
+        let Some(mut asked) = self.asked.take() else {
+            return self.broken(Rule::Answer, now, || "an answer that nobody asked for".into());
+        };
+        if self.silent == Silence::Perhaps {
+            self.tracks.iter_mut().for_each(Track::open);
+        }
+        self.enabled = Some(enabled);
+        self.lines += 1;
+        let Some(answer) = answer else {
+            return self.broken(Rule::Answer, now, || format!("{:?} is not answered", asked.text));
+        };
+        let answer = std::str::from_utf8(answer).unwrap_or("(binary)").to_owned();
+        asked.expect = match asked.line {
+            Ok(line) => self.expect(line, now),
+            Err(why) => Expect::no(why),
+        };
+        let result = match (asked.line, answer.as_str()) {
+            (_, "E") => self.refused(&asked, now),
+            (Ok(line), _) => self.accepted(line, &answer, &asked, now),
+            (Err(_), _) => self.wrong(&asked, &answer, now),
+        };
+        (self.heard, self.silent) = (now, Silence::No);
+        result
+    }
+
+    fn wrong(&self, asked: &Asked, answer: &str, now: u64) -> Result<(), Fault> {
+        self.broken(Rule::Answer, now, || {
+            format!("{:?} is answered {answer:?}; {:?}", asked.text, asked.expect)
+        })
+    }
+
+    /// The answer was E.
+    fn refused(&mut self, asked: &Asked, now: u64) -> Result<(), Fault> {
+        if asked.expect.no.is_empty() {
+            return self.wrong(asked, "E", now);
+        }
+        self.slave.refused(asked.line.ok(), asked.expect.no, asked.empty);
+        if let Ok(Line::Position(axis)) = asked.line
+            && let Some(track) = self.tracks.get_mut(usize::from(axis) - 1)
+        {
+            track.known = Known::No;
+        }
+        Ok(())
+    }
+
+    /// The answer was another one.
+    fn accepted(&mut self, line: Line, answer: &str, asked: &Asked, now: u64) -> Result<(), Fault> {
+        if !asked.expect.yes {
+            return self.wrong(asked, answer, now);
+        }
+        match line {
+            Line::Status => return self.told(answer, asked, now),
+            Line::Position(axis) => return self.stands(axis, answer, asked, now),
+            Line::Info => return self.described(answer, now),
+            Line::All | Line::Get(_) => return self.listed(line, answer, asked, now),
+            _ if answer != "Y" => return self.wrong(asked, answer, now),
+            _ => {}
+        }
+        self.obey(line, now)
+    }
+
+    /// The answer to F.
+    fn told(&mut self, answer: &str, asked: &Asked, now: u64) -> Result<(), Fault> {
+        let busy = self.busy(self.slave.selected, now);
+        match answer {
+            "R" if busy != Known::Yes => self.settle(self.slave.selected, now),
+            "B" if busy != Known::No => Ok(()),
+            "R" => {
+                let goals: Vec<_> = self.tracks.iter().map(|t| (t.count, t.goal)).collect();
+                self.broken(Rule::Count, now, || format!("R before the end: {goals:?}"))
+            }
+            "B" => {
+                let goals: Vec<_> = self.tracks.iter().map(|t| (t.count, t.goal)).collect();
+                self.broken(Rule::Stop, now, || format!("B after the end: {goals:?}"))
+            }
+            _ => self.wrong(asked, answer, now),
+        }
+    }
+
+    /// Whether any of these axes is busy.
+    pub(crate) fn busy(&self, axes: u8, now: u64) -> Known {
+        let chosen = self.tracks.iter().filter(|track| axes >> track.axis & 1 != 0);
+        chosen.fold(Known::No, |sum, track| sum.or(track.busy(now, &self.measure)))
+    }
+
+    /// The board says that these axes rest.
+    pub(crate) fn settle(&mut self, axes: u8, now: u64) -> Result<(), Fault> {
+        let measure = self.measure;
+        let chosen = self.tracks.iter_mut().filter(|track| axes >> track.axis & 1 != 0);
+        let rested = chosen.map(|track| track.rest(now, &measure)).fold(Ok(()), Result::and);
+        self.explain(rested)
+    }
+
+    /// The answer to V.
+    fn stands(&mut self, axis: u8, answer: &str, asked: &Asked, now: u64) -> Result<(), Fault> {
+        let (least, most) = asked.positions;
+        let Some(track) = self.tracks.get_mut(usize::from(axis) - 1) else {
+            return self.wrong(asked, answer, now);
+        };
+        track.known = Known::Yes;
+        match answer.parse::<i64>() {
+            Ok(at) if (least..=most).contains(&at) && at.to_string() == answer => Ok(()),
+            _ => self.broken(Rule::Position, now, || {
+                format!("V{axis} is {answer}, by the edges {least} … {most}")
+            }),
+        }
+    }
+
+    /// The answer to `?`.
+    fn described(&mut self, answer: &str, now: u64) -> Result<(), Fault> {
+        let word = |name: &str| {
+            answer.split(' ').find_map(|word| word.strip_prefix(name)?.strip_prefix('='))
+        };
+        let number = |name: &str| word(name).and_then(|word| word.parse::<u64>().ok());
+        match number("late") {
+            Some(0) => self.uneven.take().map_or(Ok(()), Err)?,
+            Some(late) if self.board.late && self.hard => (self.late, self.uneven) = (late, None),
+            _ => self.broken(Rule::Late, now, || format!("late steps: {answer}"))?,
+        }
+        let last = match self.slave.last {
+            None => word("last") == Some("none"),
+            Some(why) => word("last").is_some_and(|word| why.has(word)),
+        };
+        let fits = answer.starts_with("stepwright ")
+            && number("axes") == Some(self.tracks.len() as u64)
+            && number("refused") == Some(self.slave.refusals)
+            && number("max")
+                .is_some_and(|max| max > 0 && max <= self.settings.get(settings::MAX_SPEED).into())
+            && last;
+        if !fits {
+            let (refused, last) = (self.slave.refusals, self.slave.last);
+            self.broken(Rule::Answer, now, || {
+                format!("? is {answer:?}; refused should be {refused}, last {last:?}")
+            })?;
+        }
+        let uncertain = number("uncertain").unwrap_or(u64::MAX);
+        for track in &mut self.tracks {
+            let known = uncertain >> track.axis & 1 == 0;
+            if track.known == if known { Known::No } else { Known::Yes } {
+                return self
+                    .broken(Rule::Position, now, || format!("the positions known: {answer}"));
+            }
+            track.known = if known { Known::Yes } else { Known::No };
+        }
+        Ok(())
+    }
+
+    /// Settings are kept in the background, a byte in 3.4 ms: for a while the old ones may be
+    /// found as well.
+    pub(crate) fn store(&mut self, now: u64) {
+        let (stored, since) = &mut self.stored;
+        if now > *since + self.board.ticks(KEPT) {
+            stored.drain(..stored.len().saturating_sub(1));
+        }
+        *since = now;
+        stored.push(self.settings.clone());
+    }
+
+    /// The settings after a loss of power.
+    fn learn(&mut self, answer: &str, now: u64) {
+        if now > self.stored.1 + self.board.ticks(KEPT) {
+            let old = self.stored.0.len().saturating_sub(1);
+            self.stored.0.drain(..old);
+        }
+        let jerk = self.board.jerk;
+        let told = |settings: &Settings| {
+            let has = |name: settings::Name| {
+                let want = format!("{}={}", name.word(), settings.get(name));
+                answer.split(' ').any(|word| word == want)
+            };
+            settings::Name::all(jerk).all(has)
+        };
+        if let Some(at) = self.stored.0.iter().position(told) {
+            self.settings = self.stored.0.swap_remove(at);
+            self.stored = (vec![self.settings.clone()], 0);
+            self.set_up(now);
+        }
+        self.unsure = false;
+    }
+
+    /// Late steps are forgotten, and what they would explain.
+    pub(crate) fn forget_late(&mut self) {
+        self.uneven = None;
+    }
+
+    /// The answer to `$` and `$name`.
+    fn listed(&mut self, line: Line, answer: &str, asked: &Asked, now: u64) -> Result<(), Fault> {
+        if self.unsure {
+            self.learn(answer, now);
+        }
+        let has = |name: settings::Name| {
+            let want = format!("{}={}", name.word(), self.settings.get(name));
+            answer.split(' ').any(|word| word == want)
+        };
+        let fits = match line {
+            Line::Get(name) => has(name) && !answer.contains(' '),
+            _ => settings::Name::all(self.board.jerk).all(has),
+        };
+        if fits { Ok(()) } else { self.wrong(asked, answer, now) }
+    }
+
+    /// A switch's pin changes.
+    ///
+    /// # Errors
+    /// A rule that time has broken meanwhile.
+    pub fn switch(&mut self, axis: u8, high: bool, now: u64) -> Result<(), Fault> {
+        self.advance(now)?;
+        if let Some(level) = self.switches.get_mut(usize::from(axis)) {
+            *level = high;
+        }
+        self.look_at_switches(now);
+        Ok(())
+    }
+
+    /// Whether a switch may have just changed: for an order that it would refuse.
+    pub(crate) fn blocked(&self, axis: usize, forward: bool, now: u64) -> Known {
+        match self.tracks.get(axis).and_then(|track| track.closed[usize::from(forward)]) {
+            None => Known::No,
+            Some(since) if now <= since + self.measure.switch => Known::Maybe,
+            Some(_) => Known::Yes,
+        }
+    }
+
+    /// The board has begun again.
+    ///
+    /// # Errors
+    /// A rule that time has broken meanwhile.
+    pub fn reset(&mut self, reset: Reset, now: u64) -> Result<(), Fault> {
+        self.advance(now)?;
+        let lost = match reset {
+            Reset::Power => Known::No,
+            Reset::Blink => self.busy(u8::MAX, now).or(self.stirring(now)),
+            Reset::Button => self.moved,
+            Reset::Watchdog => Known::Yes,
+        };
+        // What was in doubt before may stay so.
+        let doubt =
+            reset != Reset::Power && self.tracks.iter().any(|track| track.known != Known::Yes);
+        let lost = if doubt { lost.or(Known::Maybe) } else { lost };
+        match reset {
+            Reset::Power => self.moved = Known::No,
+            Reset::Watchdog => self.moved = self.moved.or(Known::Maybe),
+            Reset::Blink | Reset::Button => {}
+        }
+        self.ordered = None;
+        self.slave = Slave::new(self.tracks.len());
+        let known = lost.not();
+        self.tracks.iter_mut().for_each(|track| track.reset(known));
+        self.bytes.clear();
+        (self.asked, self.heard, self.silent) = (None, now, Silence::No);
+        self.unsure = true;
+        self.set_up(now);
+        Ok(())
+    }
+
+    /// A board may say for some milliseconds after a travel that it moves.
+    fn stirring(&self, now: u64) -> Known {
+        let last = self.tracks.iter().filter_map(Track::last).max();
+        let recent = |since: u64| now < since.saturating_add(self.board.ticks(3000));
+        let stirs = last.is_some_and(recent) || self.ordered.is_some_and(recent);
+        if stirs { Known::Maybe } else { Known::No }
+    }
+
+    /// The power came on, and nobody has asked for the settings since.
+    pub fn is_unsure(&self) -> bool {
+        self.unsure
+    }
+
+    /// Ticks from an order to its first step that the drivers take.
+    pub(crate) fn drivers(&mut self, now: u64) -> (u64, u64) {
+        let on = self.enabled == Some(self.settings.get(settings::ENABLE_HIGH) != 0);
+        let delay = self.board.ticks(1000 * self.settings.get(settings::ENABLE));
+        let latest = self.tracks.iter().map(|track| track.not_before).max().unwrap_or(0);
+        let from = if on { latest } else { now + delay };
+        (from, delay + self.board.ticks(2000))
+    }
+
+    /// The board.
+    pub(crate) fn board(&self) -> &Board {
+        &self.board
+    }
+
+    /// An open refusal, where motion alone decides.
+    pub(crate) fn reason(&self, when: bool, reason: Reason) -> Reasons {
+        if when { reason.into() } else { Reasons::NONE }
+    }
+}

@@ -1,0 +1,34 @@
+//! Random conversations with a board, judged from outside.
+//!
+//! A *story* is a board and what happens to it: lines, noise on them, silences,
+//! switches, losses of power. It is made from a seed ([`make`]), played on the virtual
+//! board or on any other [`Bench`], and judged by bytes and edges alone:
+//!
+//! ```text
+//!   seed ─► story ─► player ─► bytes, switches, power ─► board
+//!                       │                                  │
+//!                     judge ◄──── answers, edges with time ┘
+//!           grammar, settings, limits: all its own
+//! ```
+//!
+//! The judge has a parser of its own ([`grammar`]), its own table of the settings, and
+//! bounds for every motion from first principles ([`limits`]). It uses neither the
+//! protocol's crate nor a planner: a mistake in those can't hide in it.
+
+pub mod fault;
+pub mod grammar;
+pub mod judge;
+pub mod limits;
+pub mod make;
+pub mod play;
+pub mod reason;
+pub mod run;
+pub mod settings;
+pub mod shrink;
+mod slave;
+pub mod story;
+pub mod track;
+
+pub use fault::{Fault, Rule, Rules};
+pub use play::{Bench, Player, Sum, simulate};
+pub use story::{Act, Board, Reset, Story};

@@ -1,0 +1,190 @@
+//! What an axis may do within its limits, in floating point and from first principles.
+//!
+//! Nothing here plans. These are bounds that every motion with a bounded
+//! acceleration keeps, whoever planned it:
+//!
+//! ```text
+//!   mean speeds of neighbouring intervals   v₂ − v₁ ≤ a · (Δ₁ + Δ₂) / 2
+//!   the first interval of a travel          v ≤ vs + a · Δ / 2
+//!   the way to rest                         s ≤ v·lag + (v² − vs²) / 2d + v·tj
+//! ```
+//!
+//! where `lag` is the time for which a board has planned ahead, and `tj` what a limit
+//! of jerk adds.
+
+/// Planned ahead at most: 16 ms, one run of 8 ms, and a visit of the planner, in s.
+const AHEAD: f64 = 0.026;
+
+/// The limits of a travel, in steps and seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Start/stop speed; not above `top`.
+    pub start: f64,
+    /// Top speed.
+    pub top: f64,
+    /// Acceleration; infinite where top and start speed leave nothing to ramp.
+    pub up: f64,
+    /// Deceleration, likewise.
+    pub down: f64,
+    /// Jerk; infinite without a limit.
+    pub jerk: f64,
+}
+
+/// How far and how long an axis may go on until it rests.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    /// Steps.
+    pub steps: f64,
+    /// Seconds.
+    pub time: f64,
+}
+
+impl Limits {
+    /// Those of an order: accelerations of 0 stand for ramps of `ramp` steps.
+    pub fn new(start: u32, top: u32, ramp: u32, up: u32, down: u32, jerk: u32) -> Limits {
+        let (vs, vt) = (f64::from(start.min(top)), f64::from(top));
+        let counted =
+            if vt > vs { (vt * vt - vs * vs) / 2.0 / f64::from(ramp) } else { f64::INFINITY };
+        let slope = |own: u32| if own == 0 { counted } else { f64::from(own) };
+        let jerk = if jerk == 0 { f64::INFINITY } else { f64::from(jerk) };
+        Limits { start: vs, top: vt, up: slope(up), down: slope(down), jerk }
+    }
+
+    /// The time of the first step from rest, in s: at most.
+    pub fn first(&self) -> f64 {
+        from_rest(self.start, self.up, self.jerk)
+    }
+
+    /// The time of the last step before rest, in s: at most.
+    pub fn last(&self) -> f64 {
+        from_rest(self.start, self.down, self.jerk)
+    }
+
+    /// Seconds after which a change has taken hold, at the speed `v`.
+    pub fn lag(&self, v: f64) -> f64 {
+        AHEAD + 3.0 / v.max(1e-9)
+    }
+
+    /// What the limit of jerk adds to a change of speed, in s.
+    fn bend(&self, v: f64) -> f64 {
+        let bend = |a: f64| (a / self.jerk).min((v / self.jerk).sqrt());
+        if self.jerk.is_finite() { 2.0 * (bend(self.up) + bend(self.down)) } else { 0.0 }
+    }
+
+    /// The way to rest from the speed `v`, for an axis that learns of it now and may
+    /// still be accelerating.
+    pub fn way(&self, v: f64) -> Way {
+        let lag = self.lag(v);
+        let bend = self.bend(self.top.max(v));
+        let fastest = (v + self.up * (lag + bend)).min(self.top.max(v));
+        let (mut fall, mut time) = (0.0, 0.0);
+        if fastest > self.start && self.down.is_finite() {
+            fall = (fastest * fastest - self.start * self.start) / 2.0 / self.down;
+            time = (fastest - self.start) / self.down;
+        }
+        Way {
+            steps: fastest * (lag + bend) + fall * 1.001 + 3.0,
+            time: lag + bend + time * 1.001 + 3.0 * self.last(),
+        }
+    }
+
+    /// Seconds after which a travel of so many steps has ended, at most.
+    pub fn duration(&self, steps: f64) -> f64 {
+        let ramp = |a: f64| if a.is_finite() { (self.top - self.start) / a } else { 0.0 };
+        // A travel too short for its top speed takes no longer than one with it.
+        let ramps = ramp(self.up) + ramp(self.down);
+        let peaks = 2.0 * (steps / self.up).sqrt() + 2.0 * (steps / self.down).sqrt();
+        let cruise = steps / self.top + ramps;
+        let slow = steps / self.start.max(1e-9);
+        cruise.max(peaks).min(slow.max(steps / self.top)) * 1.01
+            + self.bend(self.top) * 2.0
+            + 2.0 * (self.first() + self.last())
+            + AHEAD
+    }
+
+    /// The highest speed of a travel of so many steps, in steps/s: at least.
+    pub fn peak(&self, steps: f64) -> f64 {
+        let room = (steps - 1.0).max(0.0);
+        if room == 0.0 {
+            // One step has no speed.
+            return 0.0;
+        }
+        if self.jerk.is_finite() {
+            // Bends take some of it, how much is not known here.
+            return self.start;
+        }
+        if !self.up.is_finite() || !self.down.is_finite() || room.is_infinite() {
+            return self.top;
+        }
+        let squared =
+            self.start * self.start + 2.0 * self.up * self.down * room / (self.up + self.down);
+        squared.sqrt().min(self.top)
+    }
+
+    /// The loosest of two sets of limits, for a time in which either holds.
+    pub fn or(&self, other: &Limits) -> Limits {
+        Limits {
+            start: self.start.max(other.start),
+            top: self.top.max(other.top),
+            up: self.up.max(other.up),
+            down: self.down.max(other.down),
+            jerk: self.jerk.max(other.jerk),
+        }
+    }
+
+    /// The slowest: those that end last.
+    pub fn slower(&self, other: &Limits) -> Limits {
+        let (top, up) = (self.top.min(other.top), self.up.min(other.up));
+        Limits { top, up, ..self.lazier(other) }
+    }
+
+    /// The laziest: those that stop last.
+    pub fn lazier(&self, other: &Limits) -> Limits {
+        Limits {
+            start: self.start.min(other.start),
+            top: self.top.max(other.top),
+            up: self.up.max(other.up),
+            down: self.down.min(other.down),
+            jerk: self.jerk.min(other.jerk),
+        }
+    }
+}
+
+/// The time of one step from rest, with any of the limits: the least of what each
+/// would take, plus what the jerk adds.
+fn from_rest(start: f64, slope: f64, jerk: f64) -> f64 {
+    if slope.is_infinite() {
+        return 1.0 / start;
+    }
+    let by_slope = (2.0 / slope).sqrt() + (6.0 / jerk).cbrt();
+    by_slope.min(1.0 / start)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constant_acceleration_is_just_within() {
+        // From 100 steps/s at 1000 steps/s²: the time of step n in closed form.
+        let limits = Limits::new(100, 5000, 1, 1000, 1000, 0);
+        let time = |n: f64| ((1e4 + 2e3 * n).sqrt() - 100.0) / 1e3;
+        assert!(time(1.0) <= limits.first());
+        for n in 1..50 {
+            let (t0, t1, t2) =
+                (time(f64::from(n) - 1.0), time(f64::from(n)), time(f64::from(n) + 1.0));
+            let (d1, d2) = (t1 - t0, t2 - t1);
+            assert!(1.0 / d2 - 1.0 / d1 <= 1000.0 * (d1 + d2) / 2.0 + 1e-6);
+        }
+        assert!((limits.peak(2402.0) - 1552.76).abs() < 0.1);
+        assert!(limits.way(1000.0).steps > 495.0 && limits.way(1000.0).steps < 700.0);
+    }
+
+    #[test]
+    fn ramps_in_steps_become_slopes() {
+        let limits = Limits::new(50, 1000, 200, 0, 4000, 0);
+        assert!((limits.up - 2493.75).abs() < 1e-9 && limits.down == 4000.0);
+        assert!(Limits::new(1000, 50, 200, 0, 0, 0).up.is_infinite());
+        assert_eq!(Limits::new(1000, 50, 200, 0, 0, 0).start, 50.0);
+    }
+}

@@ -1,0 +1,332 @@
+//! Plays a story on a board, of which it sees the outside only.
+
+use std::collections::VecDeque;
+use stepwright::Rate;
+use stepwright::timer::Count;
+
+use stepwright_sim::{
+    Description, EMPTY, Edge, Mark, Queues, Recorder, Remains, Reset as Cause, VirtualBoard,
+};
+
+use crate::fault::{Fault, Rule, Rules};
+use crate::judge::Judge;
+use crate::story::{Act, Board, Reset, Story};
+use crate::track::Goal;
+
+/// A board from outside: its line, its pins, its clock.
+pub trait Bench {
+    /// Ticks since it was first switched on.
+    fn now(&self) -> u64;
+    /// Lets time pass until then.
+    fn pass(&mut self, until: u64);
+    /// Sends a byte; when this returns it is complete on the line.
+    fn send(&mut self, byte: u8);
+    /// The next byte that it has said, and when that began.
+    fn heard(&mut self) -> Option<(u64, u8)>;
+    /// Takes the edges since the last call, in order of time.
+    fn edges(&mut self, into: &mut Vec<Edge>);
+    /// The level of the drivers' enable pin.
+    fn enabled(&self) -> bool;
+    /// Sets the level of a switch's pin.
+    fn switch(&mut self, axis: u8, high: bool);
+    /// Ticks in which every line is answered.
+    fn patience(&self) -> u64;
+}
+
+/// What a story came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sum {
+    /// Stories.
+    pub stories: u64,
+    /// Bytes that the line damaged.
+    pub noise: u64,
+    /// Lines answered.
+    pub lines: u64,
+    /// Steps on all pins.
+    pub steps: u64,
+    /// Stories with a late step that was counted, where there may be some.
+    pub late: u64,
+    /// Simulated time, in µs.
+    pub micros: u64,
+}
+
+impl Sum {
+    /// Both together.
+    pub fn plus(self, other: Sum) -> Sum {
+        Sum {
+            stories: self.stories + other.stories,
+            noise: self.noise + other.noise,
+            lines: self.lines + other.lines,
+            steps: self.steps + other.steps,
+            late: self.late + other.late,
+            micros: self.micros + other.micros,
+        }
+    }
+}
+
+/// A story as it is played.
+pub struct Player<'s> {
+    story: &'s Story,
+    judge: Judge,
+    at: usize,
+    edges: Vec<Edge>,
+}
+
+/// How long a story waits for its end, in µs.
+const LONGEST: u64 = 2_000_000;
+
+impl<'s> Player<'s> {
+    /// At the beginning.
+    pub fn new(story: &'s Story, rules: Rules) -> Player<'s> {
+        Player { story, judge: Judge::new(&story.board, rules), at: 0, edges: Vec::new() }
+    }
+
+    /// Plays on to the next reset, which is for the caller to make, or to the end.
+    ///
+    /// # Errors
+    /// The first broken rule.
+    pub fn play(&mut self, bench: &mut impl Bench) -> Result<Option<Reset>, Fault> {
+        if self.judge.is_unsure() {
+            self.ask(bench, "$")?;
+        }
+        while let Some(act) = self.story.acts.get(self.at) {
+            self.at += 1;
+            match act {
+                Act::Send(bytes) => {
+                    bytes.iter().try_for_each(|&byte| self.send(bench, byte).map(drop))?;
+                }
+                Act::Wait(micros) => self.wait(bench, (*micros).into())?,
+                Act::Rest => self.rest(bench, LONGEST)?,
+                Act::Switch(axis, high) => {
+                    self.judge.switch(*axis, *high, bench.now())?;
+                    bench.switch(*axis, *high);
+                }
+                Act::Reset(reset) => {
+                    self.look(bench, u64::MAX)?;
+                    self.judge.reset(*reset, bench.now())?;
+                    self.edges.clear();
+                    return Ok(Some(*reset));
+                }
+            }
+        }
+        self.end(bench)?;
+        Ok(None)
+    }
+
+    /// The sum so far.
+    pub fn sum(&self, bench: &impl Bench) -> Sum {
+        Sum {
+            stories: 1,
+            noise: self.story.noise.into(),
+            lines: self.judge.lines,
+            steps: self.judge.tracks.iter().map(|track| track.steps).sum(),
+            late: (self.judge.late > 0).into(),
+            micros: (bench.now() as u128 * 1_000_000 / u128::from(self.story.board.hz)) as u64,
+        }
+    }
+
+    fn wait(&mut self, bench: &mut impl Bench, micros: u64) -> Result<(), Fault> {
+        bench.pass(bench.now() + self.story.board.ticks_wide(micros));
+        self.look(bench, u64::MAX)
+    }
+
+    /// Judges the edges up to a time.
+    fn look(&mut self, bench: &mut impl Bench, until: u64) -> Result<(), Fault> {
+        bench.edges(&mut self.edges);
+        let count = self.edges.partition_point(|edge| edge.time <= until);
+        self.edges.drain(..count).try_for_each(|edge| self.judge.edge(edge))
+    }
+
+    /// Sends a byte and waits for the answer if there is to be one.
+    fn send(&mut self, bench: &mut impl Bench, byte: u8) -> Result<Vec<u8>, Fault> {
+        let mut answer = Vec::new();
+        let enabled = bench.enabled();
+        bench.send(byte);
+        let sent = bench.now();
+        self.look(bench, sent)?;
+        if byte != b'\r'
+            && let Some((now, byte)) = bench.heard()
+        {
+            let what = || format!("the board says {:?} unasked", char::from(byte));
+            self.judge.measure().rules.broken(Rule::Answer, now, what)?;
+        }
+        if !self.judge.byte(byte, sent)? {
+            return Ok(answer);
+        }
+        let mut begun = None;
+        loop {
+            while let Some((at, byte)) = bench.heard() {
+                begun = begun.or(Some(at));
+                answer.push(byte);
+            }
+            if answer.last() == Some(&b'\r') || bench.now() > sent + bench.patience() {
+                break;
+            }
+            bench.pass(bench.now() + self.story.board.ticks(50));
+        }
+        let whole = answer.pop() == Some(b'\r') && !answer.contains(&b'\r');
+        let begun = begun.unwrap_or(bench.now());
+        self.look(bench, begun)?;
+        self.judge.answer(whole.then_some(&answer), begun, enabled)?;
+        Ok(answer)
+    }
+
+    fn ask(&mut self, bench: &mut impl Bench, line: &str) -> Result<Vec<u8>, Fault> {
+        let mut answer = Vec::new();
+        for byte in line.bytes().chain([b'\r']) {
+            answer = self.send(bench, byte)?;
+        }
+        Ok(answer)
+    }
+
+    /// F until R, or for so many µs.
+    fn rest(&mut self, bench: &mut impl Bench, most: u64) -> Result<(), Fault> {
+        let (mut waited, mut wait) = (0, 500);
+        while waited < most && self.ask(bench, "F")? != b"R" {
+            self.wait(bench, wait)?;
+            waited += wait;
+            wait = (wait * 3 / 2).min(50_000);
+        }
+        Ok(())
+    }
+
+    /// Everything brakes, and is looked at.
+    fn end(&mut self, bench: &mut impl Bench) -> Result<(), Fault> {
+        for line in ["", "A0", "Z"] {
+            self.ask(bench, line)?;
+        }
+        let late = bench.now() + self.story.board.ticks_wide(LONGEST);
+        let far = |goal: Goal| matches!(goal, Goal::Stop(by) if by > late);
+        if !self.judge.tracks.iter().any(|track| far(track.goal)) {
+            self.rest(bench, LONGEST)?;
+        }
+        if self.judge.tracks.iter().any(|track| track.goal != Goal::Rest) {
+            self.ask(bench, "K")?;
+        }
+        self.wait(bench, 3000)?;
+        for axis in 1..=self.story.board.axes {
+            self.ask(bench, &format!("V{axis}"))?;
+        }
+        for line in ["?", "$"] {
+            self.ask(bench, line)?;
+        }
+        self.look(bench, u64::MAX)
+    }
+}
+
+/// Plays a story on the virtual board.
+///
+/// # Errors
+/// The first broken rule.
+pub fn simulate(story: &Story, rules: Rules) -> Result<Sum, Fault> {
+    if story.board.wide {
+        simulate_on::<u32>(story, rules)
+    } else {
+        simulate_on::<u16>(story, rules)
+    }
+}
+
+fn simulate_on<C: Count>(story: &Story, rules: Rules) -> Result<Sum, Fault> {
+    let mut player = Player::new(story, rules);
+    let (mut base, mut switches) = (0, [true; 3]);
+    let mut remains = Remains { eeprom: EMPTY, mark: Mark::NONE };
+    let mut why = Reset::Power;
+    loop {
+        let mut queues = Queues::default();
+        let board = Simulated::<C>::begin(&mut queues, &story.board, why, remains);
+        let mut bench = Simulated {
+            board,
+            base,
+            byte: story.board.byte.into(),
+            switches,
+            said: VecDeque::new(),
+        };
+        (0..).zip(switches).for_each(|(axis, high)| bench.board.set_switch(axis, high));
+        let Some(reset) = player.play(&mut bench)? else { return Ok(player.sum(&bench)) };
+        (why, base, switches, remains) =
+            (reset, bench.now(), bench.switches, bench.board.remains());
+        if reset == Reset::Power {
+            remains.mark = Mark::NONE;
+        }
+    }
+}
+
+/// Edges since the power came on.
+#[derive(Default)]
+struct Taken(Vec<Edge>);
+
+impl Recorder for Taken {
+    fn edge(&mut self, edge: Edge) {
+        self.0.push(edge);
+    }
+}
+
+/// The virtual board from outside.
+struct Simulated<'q, C: Count> {
+    board: VirtualBoard<'q, C, Taken>,
+    base: u64,
+    byte: u64,
+    switches: [bool; 3],
+    said: VecDeque<(u64, u8)>,
+}
+
+impl<'q, C: Count> Simulated<'q, C> {
+    fn begin(
+        queues: &'q mut Queues,
+        board: &Board,
+        reset: Reset,
+        remains: Remains,
+    ) -> VirtualBoard<'q, C, Taken> {
+        let rate = Rate::from_hz(board.hz).unwrap_or(Rate::MHZ);
+        let description = Description { axes: board.axes, ..Description::at(rate, board.cost) };
+        let reset = match reset {
+            Reset::Power | Reset::Blink => Cause::Power,
+            Reset::Button => Cause::Other,
+            Reset::Watchdog => Cause::Watchdog,
+        };
+        VirtualBoard::restarted(queues, description, Taken::default(), reset, remains)
+    }
+}
+
+impl<C: Count> Bench for Simulated<'_, C> {
+    fn now(&self) -> u64 {
+        self.base + self.board.now()
+    }
+
+    fn pass(&mut self, until: u64) {
+        self.board.run_until(until - self.base);
+    }
+
+    fn send(&mut self, byte: u8) {
+        self.board.run_until(self.board.now() + self.byte);
+        self.board.receive(byte);
+        let now = self.now();
+        self.said.extend(self.board.take_answers().into_iter().map(|byte| (now, byte)));
+    }
+
+    fn heard(&mut self) -> Option<(u64, u8)> {
+        self.said.pop_front()
+    }
+
+    fn edges(&mut self, into: &mut Vec<Edge>) {
+        let base = self.base;
+        into.extend(
+            self.board.recorder().0.drain(..).map(|edge| Edge { time: base + edge.time, ..edge }),
+        );
+    }
+
+    fn enabled(&self) -> bool {
+        self.board.enable_level()
+    }
+
+    fn switch(&mut self, axis: u8, high: bool) {
+        self.board.set_switch(axis, high);
+        if let Some(level) = self.switches.get_mut(usize::from(axis)) {
+            *level = high;
+        }
+    }
+
+    fn patience(&self) -> u64 {
+        0
+    }
+}

@@ -1,0 +1,499 @@
+//! What the documents say of each line: whether it is accepted, and what follows.
+
+use crate::fault::Fault;
+use crate::grammar::Line;
+use crate::judge::Judge;
+use crate::limits::Limits;
+use crate::reason::{Reason, Reasons};
+use crate::settings::{self, Settings};
+use crate::track::{Goal, Known};
+
+/// The answers that are right.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Expect {
+    /// Y, or what was asked for.
+    pub yes: bool,
+    /// E, for one of these reasons.
+    pub no: Reasons,
+}
+
+impl Expect {
+    /// E.
+    pub fn no(why: impl Into<Reasons>) -> Expect {
+        Expect { yes: false, no: why.into() }
+    }
+
+    const YES: Expect = Expect { yes: true, no: Reasons::NONE };
+
+    /// E while it is busy.
+    fn idle(busy: Known) -> Expect {
+        Expect::unless(busy, Reason::Busy)
+    }
+
+    fn unless(bad: Known, why: Reason) -> Expect {
+        match bad {
+            Known::No => Expect::YES,
+            Known::Maybe => Expect { yes: true, no: why.into() },
+            Known::Yes => Expect::no(why),
+        }
+    }
+
+    /// Both have to hold.
+    fn and(self, other: Expect) -> Expect {
+        Expect { yes: self.yes && other.yes, no: self.no | other.no }
+    }
+}
+
+/// What an axis was told of its manner.
+#[derive(Clone, Copy, Debug)]
+struct Manner {
+    start: u32,
+    top: u32,
+    ramp: u32,
+    up: u32,
+    down: u32,
+    jerk: u32,
+    /// The travel of the order that is open.
+    staged: Option<Staged>,
+    /// The limits of the travel in progress, which a change begins from.
+    travel: Limits,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Staged {
+    By(i64),
+    Endless(bool),
+}
+
+impl Staged {
+    fn forward(self) -> bool {
+        match self {
+            Staged::By(steps) => steps >= 0,
+            Staged::Endless(forward) => forward,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Open {
+    No,
+    Yes,
+    Spoiled(Reasons),
+}
+
+/// What the lines so far have made of the slave.
+#[derive(Clone, Debug)]
+pub struct Slave {
+    axes: Vec<Manner>,
+    /// Bit 0 is axis 1; all bits for A0.
+    pub selected: u8,
+    order: Open,
+    /// Lines answered E.
+    pub refusals: u64,
+    /// Why the last of them was.
+    pub last: Option<Reasons>,
+}
+
+impl Slave {
+    /// As at power-up.
+    pub fn new(axes: usize) -> Slave {
+        let (start, top, ramp) = (50, 1000, 200);
+        let travel = Limits::new(start, top, ramp, 0, 0, 0);
+        let manner = Manner { start, top, ramp, up: 0, down: 0, jerk: 0, staged: None, travel };
+        Slave { axes: vec![manner; axes], selected: 1, order: Open::No, refusals: 0, last: None }
+    }
+
+    /// A line was answered E.
+    pub fn refused(&mut self, line: Option<Line>, why: Reasons, empty: bool) {
+        if !empty {
+            self.refusals += 1;
+            self.last = Some(why);
+        }
+        match (line, self.order) {
+            (Some(Line::Run(_)), Open::No) => self.forget(),
+            (_, Open::Yes) => self.order = Open::Spoiled(why),
+            _ => {}
+        }
+    }
+
+    fn forget(&mut self) {
+        self.axes.iter_mut().for_each(|axis| axis.staged = None);
+    }
+
+    fn chosen(&mut self) -> impl Iterator<Item = &mut Manner> {
+        let selected = self.selected;
+        self.axes
+            .iter_mut()
+            .enumerate()
+            .filter(move |(n, _)| selected >> n & 1 != 0)
+            .map(|(_, axis)| axis)
+    }
+}
+
+impl Manner {
+    fn limits(&self, settings: &Settings) -> Limits {
+        let jerk = if settings.get(settings::LAW) == 0 { 0 } else { self.jerk };
+        Limits::new(self.start, self.top, self.ramp, self.up, self.down, jerk)
+    }
+
+    /// What the settings allow, exactly.
+    fn allowed(&self, settings: &Settings) -> Expect {
+        let most = u64::from(settings.get(settings::MAX_ACCEL));
+        let (vs, vt) = (u64::from(self.start), u64::from(self.top));
+        let counted = (self.up == 0 || self.down == 0) && vt > vs && most < 100_000_000;
+        let steep = u64::from(self.up.max(self.down)) > most
+            || counted && vt * vt - vs * vs > 2 * u64::from(self.ramp) * most;
+        let fast =
+            if self.top > settings.get(settings::MAX_SPEED) { Known::Yes } else { Known::No };
+        let steep = if steep { Known::Yes } else { Known::No };
+        Expect::unless(fast, Reason::TooFast).and(Expect::unless(steep, Reason::Ramp))
+    }
+}
+
+/// A small chip plans runs no faster than steps follow on ramps steeper than this, in
+/// steps/s².
+const STEEP: f64 = 100_000.0;
+
+impl Judge {
+    /// The answers to a line that are right now.
+    pub(crate) fn expect(&self, line: Line, now: u64) -> Expect {
+        let slave = &self.slave;
+        let busy = self.busy(slave.selected, now);
+        let axis = |axis: u8| {
+            let there = usize::from(axis) <= self.tracks.len();
+            Expect::unless(if there { Known::No } else { Known::Yes }, Reason::Axis)
+        };
+        match line {
+            Line::Program => Expect::idle(busy),
+            Line::Manner(letter, number) => match letter {
+                b't' | b'a' | b'd' if busy != Known::No && slave.order == Open::No => {
+                    self.change(letter, number, now)
+                }
+                _ => Expect::idle(busy),
+            },
+            Line::Go(_) if slave.order == Open::No => Expect::no(Reason::NoPo),
+            Line::Go(_) => Expect::idle(busy),
+            Line::Run(forward) => match slave.order {
+                Open::No => {
+                    let travels = (0..self.tracks.len()).map(|n| {
+                        (slave.selected >> n & 1 != 0).then_some(Staged::Endless(forward))
+                    });
+                    let start = self.start(travels.collect(), now);
+                    match busy {
+                        Known::Yes => Expect::idle(busy),
+                        _ => Expect::idle(busy).and(start),
+                    }
+                }
+                _ => Expect::idle(busy),
+            },
+            Line::Retarget(steps) => self.retarget(steps, now),
+            Line::Execute => match slave.order {
+                Open::No => Expect::no(Reason::NoPo),
+                Open::Spoiled(why) => Expect::no(why),
+                Open::Yes => self.start(slave.axes.iter().map(|axis| axis.staged).collect(), now),
+            },
+            Line::Zero(n) if usize::from(n) <= self.tracks.len() => {
+                Expect::idle(self.busy(1 << (n - 1), now))
+            }
+            Line::Position(n) => match self.tracks.get(usize::from(n) - 1) {
+                Some(track) => Expect::unless(track.known.not(), Reason::Uncertain),
+                None => axis(n),
+            },
+            Line::Zero(n) | Line::Select(n) => axis(n),
+            Line::Set(..) | Line::Reset => Expect::idle(self.busy(u8::MAX, now)),
+            Line::Status
+            | Line::Brake
+            | Line::Kill
+            | Line::Info
+            | Line::Clear
+            | Line::All
+            | Line::Get(_) => Expect::YES,
+        }
+    }
+
+    /// Whether these travels may begin.
+    fn start(&self, travels: Vec<Option<Staged>>, now: u64) -> Expect {
+        if travels.iter().all(Option::is_none) {
+            return Expect::no(Reason::NoTravel);
+        }
+        let mut expect = Expect::YES;
+        let mut fresh = Vec::new();
+        for (n, travel) in travels.into_iter().enumerate() {
+            let Some(travel) = travel else { continue };
+            let manner = &self.slave.axes[n];
+            let limits = manner.limits(&self.settings);
+            expect = expect.and(Expect::idle(self.tracks[n].busy(now, self.measure())));
+            expect = expect.and(manner.allowed(&self.settings));
+            expect = expect.and(self.slow(&limits));
+            if travel != Staged::By(0) {
+                expect = expect
+                    .and(Expect::unless(self.blocked(n, travel.forward(), now), Reason::Fault));
+                let steps = match travel {
+                    Staged::By(steps) => steps.abs() as f64,
+                    Staged::Endless(_) => f64::INFINITY,
+                };
+                let most = Limits { jerk: f64::INFINITY, ..limits }.peak(steps);
+                if most > 0.0 {
+                    fresh.push((n, limits.peak(steps), most));
+                }
+            }
+        }
+        expect.and(self.fast(&fresh, now))
+    }
+
+    /// No interval may exceed 2³¹ ticks.
+    fn slow(&self, limits: &Limits) -> Expect {
+        let hz = f64::from(self.board().hz);
+        let mut slowest = 1.0 / limits.start;
+        if limits.start == 0.0 {
+            slowest = (2.0 / limits.up).sqrt() + (2.0 / limits.down).sqrt() + 1.0 / limits.top;
+        }
+        let most = 2f64.powi(31) / hz;
+        let bent = limits.start == 0.0 && (6.0 / limits.jerk).cbrt() * 4.0 > most / 8.0;
+        let slow = match slowest {
+            s if s > most * 1.001 => Known::Yes,
+            s if s > most * 0.999 || bent => Known::Maybe,
+            _ => Known::No,
+        };
+        Expect::unless(slow, Reason::TooSlow)
+    }
+
+    /// Whether the board can step so fast: these axes beside those that move.
+    fn fast(&self, fresh: &[(usize, f64, f64)], now: u64) -> Expect {
+        let (mut least, mut most) = (0.0, 0.0);
+        let (mut few, mut many) = (0, 0);
+        for (n, track) in self.tracks.iter().enumerate() {
+            if let Some((_, low, high)) = fresh.iter().find(|(axis, ..)| *axis == n) {
+                (least, most, few, many) = (least + low, most + high, few + 1, many + 1);
+            } else if track.busy(now, self.measure()) != Known::No {
+                (most, many) =
+                    (most + self.slave.axes[n].travel.top.max(track.limits.top), many + 1);
+            }
+        }
+        if few == 0 {
+            return Expect::YES;
+        }
+        let alone =
+            |peak: fn(&(usize, f64, f64)) -> f64| fresh.iter().map(peak).fold(0.0, f64::max);
+        let low = self.board().load(least, alone(|fresh| fresh.1), few);
+        let pulse = f64::from(self.settings.get(settings::PULSE)) / 1e6;
+        let high = self.board().load_with(most, alone(|fresh| fresh.2), many, pulse);
+        let fast = if low > 1.002 {
+            Known::Yes
+        } else if high > 0.998 {
+            Known::Maybe
+        } else {
+            Known::No
+        };
+        Expect::unless(fast, Reason::TooFast)
+    }
+
+    /// t, a or d on the way.
+    fn change(&self, letter: u8, number: u32, now: u64) -> Expect {
+        let (limit, why) = match letter {
+            b't' => (settings::MAX_SPEED, Reason::TooFast),
+            _ => (settings::MAX_ACCEL, Reason::Ramp),
+        };
+        let mut expect = Expect::YES;
+        let mut faster = Vec::new();
+        for (n, track) in
+            self.tracks.iter().enumerate().filter(|(n, _)| self.slave.selected >> n & 1 != 0)
+        {
+            let busy = track.busy(now, self.measure());
+            if busy == Known::No {
+                continue;
+            }
+            let limits = changed(track.limits, letter, number);
+            let below = letter == b't' && f64::from(number) < track.limits.start;
+            let over = number > self.settings.get(limit);
+            let bad = |bad: bool| match (bad, busy) {
+                (false, _) => Known::No,
+                (true, Known::Yes) => Known::Yes,
+                _ => Known::Maybe,
+            };
+            expect = expect.and(Expect::unless(bad(below), Reason::TooSlow));
+            expect = expect.and(Expect::unless(bad(over), why));
+            let slow = self.slow(&limits);
+            expect.no = expect.no | slow.no;
+            let far =
+                matches!(track.goal, Goal::End(end, _) if (end - track.origin).abs() > 1 << 30);
+            expect.no = expect.no | self.reason(far, Reason::Travel);
+            faster.push((n, limits.top, limits.top));
+        }
+        // Short ways may not reach the top speed: it may be refused, and need not be.
+        expect.no = expect.no | self.fast(&faster, now).no;
+        expect
+    }
+
+    /// `@` on the way.
+    fn retarget(&self, steps: i64, now: u64) -> Expect {
+        let mut expect = Expect::YES;
+        let mut faster = Vec::new();
+        for (n, track) in
+            self.tracks.iter().enumerate().filter(|(n, _)| self.slave.selected >> n & 1 != 0)
+        {
+            let rests = track.busy(now, self.measure()).not();
+            expect = expect.and(Expect::unless(rests, Reason::NoTravel));
+            for forward in [false, true] {
+                let blocked = self.blocked(n, forward, now) != Known::No;
+                expect.no = expect.no | self.reason(blocked, Reason::Fault);
+            }
+            let far = steps.abs() > 1 << 30 || (track.count - track.origin).abs() > 1 << 30;
+            expect.no = expect.no | self.reason(far, Reason::Travel);
+            faster.push((n, track.limits.top, track.limits.top));
+        }
+        expect.no = expect.no | self.fast(&faster, now).no;
+        expect
+    }
+
+    /// A line was answered Y.
+    pub(crate) fn obey(&mut self, line: Line, now: u64) -> Result<(), Fault> {
+        let selected = self.slave.selected;
+        let measure = *self.measure();
+        match line {
+            Line::Program => {
+                self.settle(selected, now)?;
+                let slave = &mut self.slave;
+                slave.forget();
+                slave.axes.iter_mut().for_each(|axis| axis.jerk = 0);
+                (slave.order, slave.selected) = (Open::Yes, 1);
+            }
+            Line::Manner(letter, number) => self.manner(letter, number, now)?,
+            Line::Go(steps) => {
+                self.settle(selected, now)?;
+                self.slave.chosen().for_each(|axis| axis.staged = Some(Staged::By(steps)));
+            }
+            Line::Run(forward) => {
+                self.settle(selected, now)?;
+                self.slave.chosen().for_each(|axis| axis.staged = Some(Staged::Endless(forward)));
+                if self.slave.order == Open::No {
+                    self.go(now)?;
+                }
+            }
+            Line::Execute => self.go(now)?,
+            Line::Retarget(steps) => {
+                for track in self.tracks.iter_mut().filter(|track| selected >> track.axis & 1 != 0)
+                {
+                    track.retarget(now, steps, &measure);
+                }
+            }
+            Line::Brake => {
+                for track in self.tracks.iter_mut().filter(|track| selected >> track.axis & 1 != 0)
+                {
+                    track.brake(now, &measure);
+                }
+            }
+            Line::Kill => {
+                for track in &mut self.tracks {
+                    match track.busy(now, &measure) {
+                        Known::No => {}
+                        Known::Yes => track.known = Known::No,
+                        Known::Maybe if track.known == Known::Yes => track.known = Known::Maybe,
+                        Known::Maybe => {}
+                    }
+                    track.halt();
+                }
+                if self.slave.order == Open::Yes {
+                    self.slave.order = Open::Spoiled(Reason::Killed.into());
+                }
+            }
+            Line::Zero(n) => {
+                self.settle(1 << (n - 1), now)?;
+                let track = &mut self.tracks[usize::from(n) - 1];
+                (track.zero, track.known) = (track.count, Known::Yes);
+            }
+            Line::Select(n) => self.slave.selected = if n == 0 { u8::MAX } else { 1 << (n - 1) },
+            Line::Clear => {
+                (self.slave.refusals, self.slave.last) = (0, None);
+                self.forget_late();
+            }
+            Line::Set(name, number) => {
+                self.settle(u8::MAX, now)?;
+                self.settings.set(name, number);
+                self.store(now);
+                self.set_up(now);
+            }
+            Line::Reset => {
+                self.settle(u8::MAX, now)?;
+                self.settings = Settings::new(self.board().jerk);
+                self.store(now);
+                self.set_up(now);
+            }
+            Line::Status | Line::Position(_) | Line::Info | Line::All | Line::Get(_) => {}
+        }
+        Ok(())
+    }
+
+    /// What S, T, R, s, t, a, d or j says.
+    fn manner(&mut self, letter: u8, number: u32, now: u64) -> Result<(), Fault> {
+        let selected = self.slave.selected;
+        let measure = *self.measure();
+        if matches!(letter, b't' | b'a' | b'd') && self.slave.order == Open::No {
+            for track in self.tracks.iter_mut().filter(|track| selected >> track.axis & 1 != 0) {
+                if track.busy(now, &measure) != Known::No {
+                    let limits = changed(track.limits, letter, number);
+                    self.hard |= limits.up.max(limits.down) > STEEP;
+                    track.limit(now, limits, &measure);
+                }
+            }
+        } else {
+            self.settle(selected, now)?;
+        }
+        for axis in self.slave.chosen() {
+            match letter {
+                b'S' => axis.start = number * 10,
+                b'T' => axis.top = number * 10,
+                b's' => axis.start = number,
+                b't' => axis.top = number,
+                b'a' => axis.up = number,
+                b'd' => axis.down = number,
+                b'j' => axis.jerk = number,
+                _ => (axis.ramp, axis.up, axis.down) = (number, 0, 0),
+            }
+        }
+        Ok(())
+    }
+
+    /// All that is staged begins.
+    fn go(&mut self, now: u64) -> Result<(), Fault> {
+        let measure = *self.measure();
+        let staged: Vec<_> = self.slave.axes.iter().map(|axis| axis.staged).collect();
+        let moves = |travel: &Option<Staged>| travel.is_some_and(|travel| travel != Staged::By(0));
+        let (not_before, wait) = if staged.iter().any(moves) { self.drivers(now) } else { (0, 0) };
+        self.ordered = Some(now);
+        self.moved =
+            if staged.iter().any(moves) { Known::Yes } else { self.moved.or(Known::Maybe) };
+        for (n, travel) in staged.iter().enumerate() {
+            let Some(travel) = *travel else { continue };
+            self.settle(1 << n, now)?;
+            let limits = self.slave.axes[n].limits(&self.settings);
+            self.slave.axes[n].travel = limits;
+            let steps = match travel {
+                Staged::By(0) => continue,
+                Staged::By(steps) => Some(steps),
+                Staged::Endless(_) => None,
+            };
+            let dwell =
+                ((limits.first() + self.tracks[n].limits.last()) * measure.hz).min(1e18) as u64;
+            let track = &mut self.tracks[n];
+            self.hard |= limits.up.max(limits.down) > STEEP && limits.top > limits.start;
+            track.limits = limits;
+            track.not_before = not_before;
+            let wait = wait + dwell + measure.setup + 2 * measure.hold;
+            track.begin(now, steps, travel.forward(), wait, &measure);
+        }
+        self.slave.forget();
+        self.slave.order = Open::No;
+        Ok(())
+    }
+}
+
+/// Limits after t, a or d.
+fn changed(limits: Limits, letter: u8, number: u32) -> Limits {
+    let number = f64::from(number);
+    match letter {
+        b't' => Limits { top: number, ..limits },
+        b'a' => Limits { up: number, ..limits },
+        _ => Limits { down: number, ..limits },
+    }
+}

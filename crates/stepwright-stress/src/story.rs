@@ -1,0 +1,264 @@
+//! A story: a board and what happens to it, as a text that can be kept and replayed.
+//!
+//! ```text
+//! board hz=16000000 bits=16 axes=3 cost=140,213,251 byte=1389
+//! > PO                 a line, its CR behind it; \x07 for a byte that is no letter
+//! >> G+4               bytes without a CR
+//! wait 1500            so many microseconds
+//! rest                 F, again and again, until the answer is R
+//! switch 2 low         the level of the pin of a limit switch
+//! reset power          a loss of power; or blink (a short one), button, watchdog
+//! ```
+
+use std::fmt;
+use std::str::FromStr;
+
+/// A board, as far as the outside knows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Board {
+    /// Ticks per second of its step timer.
+    pub hz: u32,
+    /// The counter has 32 bits, and else 16.
+    pub wide: bool,
+    /// Axes that are connected.
+    pub axes: u8,
+    /// Ticks of a step while 1, 2 or 3 axes move.
+    pub cost: [u32; 3],
+    /// Ticks of a byte on the line; 0: it takes no time.
+    pub byte: u32,
+    /// It knows `j`.
+    pub jerk: bool,
+    /// Edges may come so many ticks beside their time, and beside other axes.
+    pub jitter: (f64, f64),
+    /// An interval of a run may be so many seconds beside its law.
+    pub fit: f64,
+    /// Steps may be late beside other axes or on steep ramps, as long as it says so.
+    pub late: bool,
+    /// Widths may be so many ticks short, in a simulation that says so.
+    pub slack: u64,
+}
+
+impl Board {
+    /// A virtual board.
+    pub fn simulated(hz: u32, wide: bool, axes: u8, cost: [u32; 3], byte: u32) -> Board {
+        Board {
+            hz,
+            wide,
+            axes,
+            cost,
+            byte,
+            jerk: true,
+            jitter: (1.0, 1.0),
+            fit: 0.6e-6,
+            late: false,
+            slack: 0,
+        }
+    }
+
+    /// Microseconds in ticks, rounded up.
+    pub fn ticks(&self, micros: u32) -> u64 {
+        self.ticks_wide(micros.into())
+    }
+
+    /// The same of any number.
+    pub fn ticks_wide(&self, micros: u64) -> u64 {
+        (micros as u128 * u128::from(self.hz)).div_ceil(1_000_000) as u64
+    }
+
+    /// How far edges may be beside their time: the other axes' pulses are in the way.
+    pub fn jitter(&self, pulse: u64, moving: usize) -> f64 {
+        let others = if moving > 1 { self.jitter.1 + pulse as f64 } else { 0.0 };
+        self.jitter.0 + others
+    }
+
+    /// How much of the time the steps take: the sum of speeds, the fastest, and how many.
+    pub fn load(&self, sum: f64, fastest: f64, axes: usize) -> f64 {
+        self.load_with(sum, fastest, axes, 0.0)
+    }
+
+    /// The same, where each takes so many seconds more.
+    pub fn load_with(&self, sum: f64, fastest: f64, axes: usize, more: f64) -> f64 {
+        let cost = |n: usize| {
+            f64::from(self.cost[n.clamp(1, 3) - 1])
+                + 2.0 * more * f64::from(self.hz)
+                + 3.0 * more.ceil()
+        };
+        (sum * cost(axes)).max(fastest * cost(1)) / f64::from(self.hz)
+    }
+}
+
+/// What happens.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Act {
+    /// Bytes on the line, CRs among them.
+    Send(Vec<u8>),
+    /// Microseconds pass.
+    Wait(u32),
+    /// F until R.
+    Rest,
+    /// The level of a switch's pin.
+    Switch(u8, bool),
+    /// It begins again.
+    Reset(Reset),
+}
+
+/// Why a board begins again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reset {
+    /// The power was off for long: RAM has lost everything.
+    Power,
+    /// The power was off for a moment: RAM has kept everything.
+    Blink,
+    /// Somebody pressed the button, or a host opened the port.
+    Button,
+    /// The watchdog has bitten.
+    Watchdog,
+}
+
+impl Reset {
+    /// Every kind, and its word.
+    pub const ALL: [(Reset, &str); 4] = [
+        (Reset::Power, "power"),
+        (Reset::Blink, "blink"),
+        (Reset::Button, "button"),
+        (Reset::Watchdog, "watchdog"),
+    ];
+}
+
+/// A board and what happens to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Story {
+    /// The board.
+    pub board: Board,
+    /// One after the other.
+    pub acts: Vec<Act>,
+    /// Bytes that were damaged on the line; their text has them as they came.
+    pub noise: u32,
+}
+
+impl fmt::Display for Act {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Act::Send(bytes) => match bytes.strip_suffix(b"\r") {
+                Some(line) => write!(f, "> {}", line.escape_ascii()),
+                None => write!(f, ">> {}", bytes.escape_ascii()),
+            },
+            Act::Wait(micros) => write!(f, "wait {micros}"),
+            Act::Rest => f.write_str("rest"),
+            Act::Switch(axis, high) => {
+                write!(f, "switch {} {}", axis + 1, if *high { "high" } else { "low" })
+            }
+            Act::Reset(reset) => {
+                let word = Reset::ALL.iter().find(|(known, _)| known == reset);
+                write!(f, "reset {}", word.map_or("", |(_, word)| word))
+            }
+        }
+    }
+}
+
+impl fmt::Display for Story {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Board { hz, wide, axes, cost: [one, two, three], byte, .. } = self.board;
+        let bits = if wide { 32 } else { 16 };
+        writeln!(f, "board hz={hz} bits={bits} axes={axes} cost={one},{two},{three} byte={byte}")?;
+        self.acts.iter().try_for_each(|act| writeln!(f, "{act}"))
+    }
+}
+
+impl FromStr for Story {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Story, String> {
+        let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
+        let first = lines.next().and_then(|line| line.strip_prefix("board ")).ok_or("no board")?;
+        let board = board(first)?;
+        let acts = lines.map(|line| act(line).ok_or(format!("not an act: {line}")));
+        Ok(Story { board, acts: acts.collect::<Result<_, _>>()?, noise: 0 })
+    }
+}
+
+fn board(text: &str) -> Result<Board, String> {
+    let word = |name: &str| {
+        let word = text.split(' ').find_map(|word| word.strip_prefix(name)?.strip_prefix('='));
+        word.ok_or(format!("the board has no {name}"))
+    };
+    let number = |name: &str| -> Result<u32, String> {
+        word(name)?.parse().map_err(|_| format!("{name} is no number"))
+    };
+    let costs: Vec<u32> = word("cost")?.split(',').filter_map(|cost| cost.parse().ok()).collect();
+    let cost = costs.try_into().map_err(|_| "cost takes three numbers")?;
+    let axes = u8::try_from(number("axes")?).ok().filter(|axes| (1..=3).contains(axes));
+    let axes = axes.ok_or("1 to 3 axes")?;
+    Ok(Board::simulated(number("hz")?, number("bits")? == 32, axes, cost, number("byte")?))
+}
+
+fn act(line: &str) -> Option<Act> {
+    if let Some(text) = line.strip_prefix(">>") {
+        return unescape(text.strip_prefix(' ')?).map(Act::Send);
+    }
+    if let Some(text) = line.strip_prefix('>') {
+        let mut bytes = unescape(text.strip_prefix(' ')?)?;
+        bytes.push(b'\r');
+        return Some(Act::Send(bytes));
+    }
+    let words: Vec<_> = line.split(' ').collect();
+    Some(match words[..] {
+        ["wait", micros] => Act::Wait(micros.parse().ok()?),
+        ["rest"] => Act::Rest,
+        ["switch", axis, level] => {
+            Act::Switch(axis.parse::<u8>().ok()?.checked_sub(1)?, level == "high")
+        }
+        ["reset", word] => Act::Reset(Reset::ALL.iter().find(|(_, known)| *known == word)?.0),
+        _ => return None,
+    })
+}
+
+/// The opposite of `escape_ascii`.
+fn unescape(text: &str) -> Option<Vec<u8>> {
+    let (mut bytes, mut rest) = (Vec::new(), text.bytes());
+    while let Some(byte) = rest.next() {
+        bytes.push(match byte {
+            b'\\' => match rest.next()? {
+                b'r' => b'\r',
+                b'n' => b'\n',
+                b't' => b'\t',
+                b'x' => {
+                    let digits = [rest.next()?, rest.next()?];
+                    u8::from_str_radix(std::str::from_utf8(&digits).ok()?, 16).ok()?
+                }
+                other => other,
+            },
+            byte => byte,
+        });
+    }
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_story_is_its_text() {
+        let board = Board::simulated(123_456, true, 2, [7, 8, 9], 10);
+        let every: Vec<u8> = (0..=255).collect();
+        let acts = vec![
+            Act::Send(b"PO\r".into()),
+            Act::Send(every),
+            Act::Send(b"\r".into()),
+            Act::Wait(5),
+            Act::Rest,
+            Act::Switch(2, false),
+            Act::Reset(Reset::Blink),
+        ];
+        let story = Story { board, acts, noise: 0 };
+        assert_eq!(story.to_string().parse(), Ok(story));
+    }
+
+    #[test]
+    fn a_bad_story_says_where() {
+        assert_eq!("".parse::<Story>().unwrap_err(), "no board");
+        let text = "board hz=5 bits=16 axes=1 cost=1,2,3 byte=0\njump";
+        assert_eq!(text.parse::<Story>().unwrap_err(), "not an act: jump");
+    }
+}

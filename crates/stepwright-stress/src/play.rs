@@ -278,7 +278,7 @@ impl<'q, C: Count> Simulated<'q, C> {
         remains: Remains,
     ) -> VirtualBoard<'q, C, Taken> {
         let rate = Rate::from_hz(board.hz).unwrap_or(Rate::MHZ);
-        let description = Description { axes: board.axes, ..Description::at(rate, board.cost) };
+        let description = Description { axes: board.axes, ..Description::quick(rate, board.cost) };
         let reset = match reset {
             Reset::Power | Reset::Blink => Cause::Power,
             Reset::Button => Cause::Other,

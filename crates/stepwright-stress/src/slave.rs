@@ -275,9 +275,9 @@ impl Judge {
         }
         let alone =
             |peak: fn(&(usize, f64, f64)) -> f64| fresh.iter().map(peak).fold(0.0, f64::max);
-        let low = self.board().load(least, alone(|fresh| fresh.1), few);
-        let pulse = f64::from(self.settings.get(settings::PULSE)) / 1e6;
-        let high = self.board().load_with(most, alone(|fresh| fresh.2), many, pulse);
+        let pulse = self.settings.get(settings::PULSE);
+        let low = self.board().load(least, alone(|fresh| fresh.1), few, pulse);
+        let high = self.board().load(most, alone(|fresh| fresh.2), many, pulse);
         let fast = if low > 1.002 {
             Known::Yes
         } else if high > 0.998 {

@@ -24,6 +24,8 @@ pub struct Board {
     pub axes: u8,
     /// Ticks of a step while 1, 2 or 3 axes move.
     pub cost: [u32; 3],
+    /// The same with pulses of more than 2 µs.
+    pub longer: [u32; 3],
     /// Ticks of a byte on the line; 0: it takes no time.
     pub byte: u32,
     /// It knows `j`.
@@ -41,7 +43,10 @@ pub struct Board {
 impl Board {
     /// A virtual board.
     pub fn simulated(hz: u32, wide: bool, axes: u8, cost: [u32; 3], byte: u32) -> Board {
+        let ticks = |micros: u64| (micros * u64::from(hz)).div_ceil(1_000_000) as u32;
+        let longer = [cost[0].max(ticks(20)), cost[1].max(ticks(30)), cost[2].max(ticks(30))];
         Board {
+            longer,
             hz,
             wide,
             axes,
@@ -71,19 +76,13 @@ impl Board {
         self.jitter.0 + others
     }
 
-    /// How much of the time the steps take: the sum of speeds, the fastest, and how many.
-    pub fn load(&self, sum: f64, fastest: f64, axes: usize) -> f64 {
-        self.load_with(sum, fastest, axes, 0.0)
-    }
-
-    /// The same, where each takes so many seconds more.
-    pub fn load_with(&self, sum: f64, fastest: f64, axes: usize, more: f64) -> f64 {
-        let cost = |n: usize| {
-            f64::from(self.cost[n.clamp(1, 3) - 1])
-                + 2.0 * more * f64::from(self.hz)
-                + 3.0 * more.ceil()
-        };
-        (sum * cost(axes)).max(fastest * cost(1)) / f64::from(self.hz)
+    /// How much of the time the steps take: the sum of speeds, the fastest, and how many;
+    /// with a pulse of so many µs at most.
+    pub fn load(&self, sum: f64, fastest: f64, axes: usize, pulse: u32) -> f64 {
+        let cost = if pulse > 2 { self.longer } else { self.cost };
+        let cost = |n: usize| f64::from(cost[n.clamp(1, 3) - 1]);
+        let least = cost(1).max(2.0 * self.ticks(pulse) as f64);
+        (sum * cost(axes)).max(fastest * least) / f64::from(self.hz)
     }
 }
 

@@ -14,11 +14,12 @@ const BYTE: u64 = 1389;
 
 /// What is known of a board from outside.
 pub fn nature(board: Board) -> Nature {
-    let cost = match board {
-        Board::Uno => [140, 213, 251],
-        Board::Mega => [150, 226, 269],
+    let (cost, longer) = match board {
+        Board::Uno => ([140, 213, 251], [1_250, 1_700, 4_400]),
+        Board::Mega => ([150, 226, 269], [1_300, 1_800, 4_600]),
     };
     Nature {
+        longer,
         jerk: board == Board::Mega,
         // An interrupt of the line in front of a step; beside other axes also their rare
         // events, which are compiled.

@@ -93,6 +93,7 @@ impl From<stepwright::Refusal> for Refusal {
             Core::NoAxis => Refusal::Axis,
             Core::TooFast { .. } => Refusal::TooFast,
             Core::Unfit(Unfit::TooSlow | Unfit::Standstill | Unfit::BelowStart) => Refusal::TooSlow,
+            Core::Unfit(Unfit::TooGentle) => Refusal::TooGentle,
             Core::Unfit(Unfit::TooLong) => Refusal::Travel,
             Core::Unfit(Unfit::NoRamp | Unfit::Uneven | Unfit::Jerk) => Refusal::Ramp,
         }

@@ -133,6 +133,9 @@ pub enum Refusal {
     /// `too-slow`: a delay would be longer than the board can wait; t on the way
     /// is below the start speed.
     TooSlow,
+    /// `too-gentle`: the ramps would take more than 2^31 steps, or there are none: t on the
+    /// way of a travel that was ordered at its start speed.
+    TooGentle,
     /// `ramp`: the ramp is steeper or longer than the board can compute.
     Ramp,
     /// `travel`: the board can't count that far.
@@ -178,6 +181,7 @@ names! {
     Uncertain "uncertain"
     TooFast "too-fast"
     TooSlow "too-slow"
+    TooGentle "too-gentle"
     Ramp "ramp"
     Travel "travel"
     Setting "setting"
@@ -212,6 +216,10 @@ impl fmt::Display for Refusal {
             Refusal::TooSlow => {
                 "slower than the board can wait, or on the way than the start speed: \
                  raise the speeds"
+            }
+            Refusal::TooGentle => {
+                "the ramps are too gentle for that speed, or the travel has none: \
+                 raise a and d first, or lower the top speed"
             }
             Refusal::Ramp => "the board can't compute such a ramp: change its length or slope",
             Refusal::Travel => "the board can't count that far: shorten the travel",

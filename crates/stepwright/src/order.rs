@@ -123,7 +123,9 @@ pub enum Change {
     /// reached without overshooting, or that lies behind, is come back to: the
     /// axis brakes to rest and travels back. An endless travel ends here.
     Target(i32),
-    /// Another top speed; not below the start speed, which the travel ends with.
+    /// Another top speed; not below the start speed, which the travel ends with. A travel
+    /// that was ordered without ramps (in steps, its top speed not above its start speed)
+    /// needs an [`Accel`](Change::Accel) and a [`Decel`](Change::Decel) first.
     Top(Speed),
     /// The acceleration from here on.
     Accel(Accel),
@@ -163,6 +165,7 @@ impl Refusal {
             Refusal::Unfit(Unfit::TooLong) => "too-long",
             Refusal::Unfit(Unfit::Standstill) => "standstill",
             Refusal::Unfit(Unfit::NoRamp) => "no-ramp",
+            Refusal::Unfit(Unfit::TooGentle) => "too-gentle",
             Refusal::Unfit(Unfit::Uneven) => "uneven",
             Refusal::Unfit(Unfit::Jerk) => "jerk",
         }

@@ -104,6 +104,8 @@ pub(crate) struct Planner {
     /// Speed² where the rise began, or where an ease ends; and at the last pulse.
     w_from: Num,
     w_end: Num,
+    /// Speed at the travel's end.
+    v_end: Num,
     /// Slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d.
     a2: Num,
     d2: Num,
@@ -112,20 +114,21 @@ pub(crate) struct Planner {
     bent: Bent,
 }
 
-/// 2a in 10⁻⁶ (steps/s)² per step, at least that of [`Accel::MIN`].
+/// 2a in 10⁻⁶ (steps/s)² per step, at least that of [`Accel::MIN`]; 0 where a ramp in steps
+/// has nothing to gain: there is none.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn slope(order: &Order, ramp: &Ramp) -> Num {
     const LEAST: Num = Num::small(2000 * Accel::MIN.millisteps() as u16);
-    let slope = match ramp {
+    match ramp {
         Ramp::Steps(steps) => {
             let (mut rise, start) = (square(order.top), square(order.start));
             rise = rise.minus(&start);
             // To the nearest 10⁻⁶, as the law holds it.
-            rise.over(&Num::from(u32::from(*steps))).rounded()
+            let slope = rise.over(&Num::from(u32::from(*steps))).rounded();
+            if slope.is_zero() || slope.at_least(&LEAST) { slope } else { LEAST }
         }
         Ramp::Accel(a) => slope_of(*a),
-    };
-    if slope.at_least(&LEAST) { slope } else { LEAST }
+    }
 }
 
 /// [`slope`] of an acceleration.
@@ -145,6 +148,7 @@ impl Planner {
     pub(crate) const IDLE: Planner = Planner {
         w_from: Num::UNSET,
         w_end: Num::UNSET,
+        v_end: Num::UNSET,
         a2: Num::UNSET,
         d2: Num::UNSET,
         slope: Num::UNSET,
@@ -179,10 +183,12 @@ impl Planner {
         self.a2 = slope(order, &order.up);
         self.d2 = slope(order, &order.down);
         self.top = Num::from(order.top.millisteps());
-        self.w_end = square(order.start.min(order.top));
+        self.v_end = Num::from(order.start.min(order.top).millisteps());
+        self.w_end = self.v_end.times(&self.v_end);
+        self.v = Num::ZERO;
+        self.endless = matches!(order.travel, Travel::Endless(_));
         self.bent.limit(order.jerk)?;
         self.check(clock)?;
-        self.endless = matches!(order.travel, Travel::Endless(_));
         let pulses = match order.travel {
             Travel::By(steps) => steps.unsigned_abs(),
             Travel::Endless(_) => 0,
@@ -195,14 +201,15 @@ impl Planner {
     /// many pulses, the first of which is not part of the runs.
     pub(crate) fn lay_out_again(&mut self, pulses: u32) {
         self.carry = 0;
-        self.v = self.w_end.root();
+        self.v = self.v_end;
         self.divide(pulses.saturating_sub(1));
     }
 
     /// Has another limit from now on: [`resume`](Planner::resume) keeps to it.
     ///
     /// # Errors
-    /// [`Unfit::BelowStart`], or another if the timer can't hold what comes of it.
+    /// [`Unfit::BelowStart`], [`Unfit::TooGentle`], or another if the timer can't hold what
+    /// comes of it.
     pub(crate) fn limit(&mut self, clock: &Clock, change: &Change) -> Result<(), Unfit> {
         match change {
             Change::Target(_) => self.endless = false,
@@ -212,7 +219,7 @@ impl Planner {
             }
             Change::Top(top) => {
                 self.top = Num::from(top.millisteps());
-                if self.top.is_zero() || !square(*top).at_least(&self.w_end) {
+                if self.top.is_zero() || !self.top.at_least(&self.v_end) {
                     return Err(Unfit::BelowStart);
                 }
             }
@@ -236,20 +243,37 @@ impl Planner {
         }
     }
 
-    /// No interval may exceed 2³¹ ticks, the one across the peak included.
+    /// No interval may exceed 2³¹ ticks, the one across the peak included. And where there
+    /// is a speed to gain and to lose there must be ramps. On an endless travel, where no
+    /// target bounds them, they take less than 2³¹ steps; a curve's less than 2²².
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn check(&self, clock: &Clock) -> Result<(), Unfit> {
-        let mut slowest = clock.interval(&self.w_end.root());
-        if self.w_end.is_zero() {
+        let gentle = if self.a2.at_least(&self.d2) { &self.d2 } else { &self.a2 };
+        let fits = if self.v_end.is_zero() {
             // From rest: the first step alone takes √(2/a), the last √(2/d).
-            slowest = clock.twice.over(&self.a2.root());
-            slowest = slowest.plus(&clock.twice.over(&self.d2.root()));
-            slowest = slowest.plus(&clock.interval(&self.top));
-            if !self.bent.can_start(clock) {
-                return Err(Unfit::TooSlow);
-            }
+            let first = clock.twice.over(&self.a2.root());
+            let last = clock.twice.over(&self.d2.root());
+            let sum = first.plus(&last).plus(&clock.interval(&self.top));
+            sum.is_below(31) && self.bent.can_start(clock)
+        } else {
+            clock.interval(&self.v_end).is_below(31)
+        };
+        if !fits {
+            return Err(Unfit::TooSlow);
         }
-        if slowest.is_below(31) { Ok(()) } else { Err(Unfit::TooSlow) }
+        let high = if self.top.at_least(&self.v) { &self.top } else { &self.v };
+        if self.v_end.at_least(high) {
+            return Ok(());
+        }
+        let w = high.times(high);
+        let bits = match self.is_bent() {
+            true => 21,
+            false if self.endless => 31,
+            // Its target bounds its ramps, if there are any.
+            false => 1000,
+        };
+        let ends = w.over(gentle).is_below(bits) && self.bent.ends(high, &w);
+        if ends { Ok(()) } else { Err(Unfit::TooGentle) }
     }
 
     /// Divides `steps` from the last pulse handed out into rise or ease, level

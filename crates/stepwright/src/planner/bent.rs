@@ -46,6 +46,15 @@ impl Bent {
         !self.curve.is_bent() || self.curve.starts_within(clock.second_eighth())
     }
 
+    /// Whether a ramp up to this speed, whose square is w, would take less than 2²² steps
+    /// if it were all bends.
+    pub(super) fn ends(&self, high: &Num, w: &Num) -> bool {
+        // v·√(v/J) steps. Times in a ramp are good to 2⁻²⁹ of all of it: to 2⁻⁶ of an
+        // interval at its high end then, and not to several intervals.
+        let straight = cfg!(feature = "trapezoid") && !self.curve.is_bent();
+        straight || w.times(high).over(self.curve.half_jerk()).is_below(45)
+    }
+
     /// Whether all is to be laid out anew once the level is reached.
     pub(super) fn is_again(&self) -> bool {
         self.again
@@ -77,7 +86,6 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn divide_bent(&mut self, steps: u32) {
         let length = Num::from(steps);
-        let end = self.w_end.root();
         (self.risen, self.bent.falling, self.bent.again) = (0, false, false);
         self.ease = !self.top.at_least(&self.v);
         self.v_top = self.top;
@@ -88,7 +96,7 @@ impl Planner {
                 self.ease = false;
                 self.v_top = least;
             }
-            self.bent.curve.lay(&end, &self.v_top, &self.d2);
+            self.bent.curve.lay(&self.v_end, &self.v_top, &self.d2);
             let growth = self.bent.curve.growth();
             let fall = *self.bent.curve.length();
             (self.fall, self.fall_part) = fall.split();
@@ -147,11 +155,12 @@ impl Planner {
             return;
         }
         let mut curve = self.bent.curve;
-        curve.lay(&self.w_end.root(), &self.v_top, &self.d2);
+        curve.lay(&self.v_end, &self.v_top, &self.d2);
         // A little less: what was laid out to fit still does, whatever the rounding says.
         let fall = curve.length();
         (self.fall, self.fall_part) = fall.minus(&fall.scaled(-28)).split();
-        let ramps = self.rise.saturating_add(self.fall);
+        // Both are less than 2²³.
+        let ramps = self.rise.wrapping_add(self.fall);
         let (parts, more) = self.rise_part.overflowing_add(self.fall_part);
         // One step for both parts, or two.
         let least = u32::from(more).wrapping_add(u32::from(parts != 0));
@@ -180,7 +189,7 @@ impl Planner {
 
     /// Lays the fall's curve.
     fn lay_fall(&mut self) {
-        self.bent.curve.lay(&self.w_end.root(), &self.v_top, &self.d2);
+        self.bent.curve.lay(&self.v_end, &self.v_top, &self.d2);
         self.bent.at = *self.bent.curve.whole();
         self.bent.falling = true;
     }

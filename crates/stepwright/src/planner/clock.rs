@@ -34,6 +34,7 @@ impl Clock {
     }
 
     /// The interval at a speed; beyond everything for 0.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn interval(&self, v: &Num) -> Num {
         self.twice.over(v).scaled(-1)
     }

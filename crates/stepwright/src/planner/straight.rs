@@ -23,6 +23,10 @@ impl Bent {
         true
     }
 
+    pub(super) fn ends(&self, _: &Num, _: &Num) -> bool {
+        true
+    }
+
     pub(super) fn is_again(&self) -> bool {
         false
     }

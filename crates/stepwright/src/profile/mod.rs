@@ -109,6 +109,9 @@ pub enum Unfit {
     /// A travel in progress would go on more slowly than at the start speed,
     /// which it ends with.
     BelowStart,
+    /// The ramps are too gentle for the top speed: they would take 2³¹ steps or more, or
+    /// there are none, for the top speed that was ordered is not above the start speed.
+    TooGentle,
     /// The ramps up and down differ, and the law takes its ramp back.
     Uneven,
     /// The order limits the jerk, and the law does not.
@@ -128,6 +131,11 @@ impl fmt::Display for Unfit {
             Unfit::BelowStart => {
                 "below the start speed, at which this travel ends: give that or more, \
                  or stop and begin anew"
+            }
+            Unfit::TooGentle => {
+                "the ramps are too gentle for this speed, or there are none, as in a travel \
+                 at its start speed: raise acceleration and deceleration first, \
+                 or lower the top speed"
             }
             Unfit::Jerk => "this law knows no limit of jerk: take the S-curve",
             Unfit::Uneven => "this law brakes as it speeds up: give both ramps alike",

@@ -1,0 +1,402 @@
+//! Random travels, random changes on the way, and then a soft stop: from wherever a motor
+//! is, it ends within the braking distance of the deceleration in force, and no interval
+//! differs from the one before by more than the limits allow.
+//!
+//! Judged by the runs alone, with f64 and the physics of a constant acceleration.
+//!
+//! `STEPWRIGHT_CASES` sets the number of stories in each test.
+
+use std::cell::Cell;
+
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use stepwright::profile::{Fit, Ramp};
+use stepwright::queue::{Feed, Queue, Taken};
+use stepwright::units::Jerk;
+use stepwright::{
+    Accel, Board, Change, Control, Cost, Group, Order, Rate, Report, Speed, Timing, Travel,
+};
+
+const STORIES: u32 = 3_000;
+
+/// Fillings that are looked at after a stop; longer stops are judged by their beginning.
+const LOOKED_AT: usize = 2_000;
+
+/// An engine that plays nothing, and says what it is told to say.
+struct Player {
+    idle: bool,
+}
+
+impl Control for Player {
+    fn start(&mut self, _: u8) {
+        self.idle = false;
+    }
+    fn halt(&mut self, _: u8) {
+        self.idle = true;
+    }
+    fn report(&self, _: u8) -> Report {
+        Report { position: 0, idle: self.idle, forward: true }
+    }
+    fn set_position(&mut self, _: u8, _: i64) {}
+    fn set_timing(&mut self, _: Timing) {}
+    fn late(&self) -> u32 {
+        0
+    }
+    fn clear_late(&mut self) {}
+}
+
+/// Limits in steps/s, steps/s² and steps/s³; no jerk is an infinite one.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    start: f64,
+    top: f64,
+    a: f64,
+    d: f64,
+    jerk: f64,
+}
+
+impl Limits {
+    fn of(order: &Order) -> Limits {
+        let v = |v: Speed| f64::from(v.millisteps()) / 1e3;
+        let (start, top) = (v(order.start), v(order.top));
+        let slope = |ramp: Ramp| match ramp {
+            Ramp::Accel(a) => a.millisteps() as f64 / 1e3,
+            // To 10⁻⁶ of v² a step, as the law has it.
+            Ramp::Steps(n) => {
+                let slope = 1e6 * (top * top - start * start) / f64::from(n);
+                (slope.round() / 2e6).max(0.001)
+            }
+        };
+        let jerk = order.jerk.map_or(f64::INFINITY, |jerk| jerk.millisteps() as f64 / 1e3);
+        Limits { start: start.min(top), top, a: slope(order.up), d: slope(order.down), jerk }
+    }
+
+    /// Steps and seconds of the fall from a level at this speed.
+    fn fall(&self, v: f64) -> f64 {
+        let loss = (v - self.start).max(0.0);
+        let bend = self.d / self.jerk;
+        let time = if loss >= self.d * bend {
+            loss / self.d + bend
+        } else {
+            2.0 * (loss / self.jerk).sqrt()
+        };
+        (v + self.start.min(v)) / 2.0 * time
+    }
+}
+
+/// An interval between two pulses of a leg.
+#[derive(Clone, Copy, Debug)]
+struct Interval {
+    /// Seconds, and how far off they may be.
+    time: f64,
+    off: f64,
+    /// How many limits had been in force by then.
+    phase: usize,
+}
+
+/// All that was handed out, by legs.
+struct Judge {
+    hz: f64,
+    /// The limits in force, in their order.
+    phases: Vec<Limits>,
+    leg: Vec<Interval>,
+    /// The leg's first pulse has come.
+    begun: bool,
+    /// The first phase of the leg.
+    first: usize,
+}
+
+impl Judge {
+    /// The highest acceleration that the limits allow from one interval of the leg to another.
+    fn steepest(&self, from: &Interval, to: &Interval) -> f64 {
+        // A bend that was begun under other limits goes on.
+        let from = if self.phases[to.phase].jerk.is_finite() { self.first } else { from.phase };
+        let phases = &self.phases[from..=to.phase];
+        phases.iter().map(|limits| limits.a.max(limits.d)).fold(0.0, f64::max)
+    }
+
+    /// Seconds that a time is off: rounding to a tick, and in a curve 2⁻²⁸ of its ramp.
+    fn doubt(&self) -> f64 {
+        let phases = &self.phases[self.first..];
+        let most = |of: fn(&Limits) -> f64| phases.iter().map(of).fold(0.0, f64::max);
+        let (slow, bend) = (most(|l| 1.0 / l.a.min(l.d)), most(|l| l.a.max(l.d) / l.jerk));
+        let bends = most(|l| 1.0 / l.jerk).sqrt() * 2.0 * most(|l| l.top).sqrt();
+        let curve = if bend > 0.0 { most(|l| l.top) * slow + bend.min(bends) } else { 0.0 };
+        2.0 / self.hz + (curve + (2.0 * slow).sqrt()) * 2f64.powi(-28)
+    }
+
+    fn hear(&mut self, run: stepwright::Run) {
+        if run.turns().is_some() {
+            return;
+        }
+        let mut interval = run.interval();
+        for _ in 0..run.count() {
+            if std::mem::replace(&mut self.begun, true) {
+                let time = interval as f64 / 65536.0 / self.hz;
+                let off = self.doubt() + time * 2f64.powi(-26);
+                self.leg.push(Interval { time, off, phase: self.phases.len() - 1 });
+                self.look_back();
+            }
+            interval = interval.wrapping_add_signed(run.add().into());
+        }
+    }
+
+    /// The mean speeds of two intervals in a row differ by what the acceleration makes of
+    /// the time between their middles.
+    fn look_back(&self) {
+        let [.., before, last] = self.leg.as_slice() else { return };
+        let (v, w) = (1.0 / before.time, 1.0 / last.time);
+        let most = self.steepest(before, last) * (before.time + last.time) / 2.0;
+        let doubt = v * v * before.off + w * w * last.off;
+        assert!(
+            (v - w).abs() <= most * (1.0 + 1e-6) + doubt,
+            "a leap from {v} to {w} steps/s, {most} allowed, {:?}: {:?}",
+            self.leg.len(),
+            self.phases
+        );
+    }
+
+    /// The speed is at most this at the last pulse.
+    fn fastest(&self) -> f64 {
+        let Some(last) = self.leg.last() else { return self.phases[self.first].start };
+        let phases = &self.phases[self.first..];
+        let top = phases.iter().map(|limits| limits.top).fold(0.0, f64::max);
+        let mean = 1.0 / (last.time - last.off).max(1e-9);
+        top.min(mean + self.steepest(last, last) * last.time / 2.0)
+    }
+
+    fn ends(&mut self) {
+        (self.begun, self.first) = (false, self.phases.len() - 1);
+        self.leg.clear();
+    }
+}
+
+/// A change, after so many fillings of the queue and so many pieces of planning.
+#[derive(Clone, Debug)]
+struct Whim {
+    fillings: u8,
+    pieces: u8,
+    change: Change,
+}
+
+#[derive(Clone, Debug)]
+struct Story {
+    hz: u32,
+    order: Order,
+    whims: Vec<Whim>,
+    /// Fillings before the stop.
+    fillings: u8,
+}
+
+fn spread(low: u64, high: u64) -> impl Strategy<Value = u64> {
+    (0.0f64..1.0).prop_map(move |x| {
+        let (l, h) = ((low as f64).ln(), (high as f64).ln());
+        ((l + x * (h - l)).exp().round() as u64).clamp(low, high)
+    })
+}
+
+fn speed(low: u64) -> impl Strategy<Value = Speed> {
+    let millis = prop_oneof![
+        // What a line can say, and what it can't.
+        3 => spread(low.div_ceil(1_000), 60_000).prop_map(|v| v * 1_000),
+        1 => spread(low.max(1), 60_000_000),
+    ];
+    millis.prop_map(|v| Speed::from_millisteps(v as u32).unwrap())
+}
+
+fn accel() -> impl Strategy<Value = Accel> {
+    let millis = prop_oneof![
+        4 => spread(1_000, 1_000_000_000),
+        1 => spread(1, 100_000_000_000),
+    ];
+    millis.prop_map(|a| Accel::from_millisteps(a).unwrap())
+}
+
+fn ramp() -> impl Strategy<Value = Ramp> {
+    prop_oneof![
+        2 => accel().prop_map(Ramp::Accel),
+        1 => (1u16..1_000).prop_map(Ramp::Steps),
+    ]
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    prop_oneof![
+        2 => (-20_000i32..20_000).prop_map(Change::Target),
+        1 => (i32::MIN..=i32::MAX).prop_map(Change::Target),
+        3 => speed(0).prop_map(Change::Top),
+        2 => accel().prop_map(Change::Accel),
+        2 => accel().prop_map(Change::Decel),
+    ]
+}
+
+fn story(jerk: impl Strategy<Value = Option<Jerk>>) -> impl Strategy<Value = Story> {
+    let travel = prop_oneof![
+        1 => (1i32..30_000).prop_map(Travel::By),
+        1 => any::<bool>().prop_map(Travel::Endless),
+    ];
+    let start = prop_oneof![
+        1 => Just(Speed::ZERO).boxed(),
+        2 => spread(1_000, 2_000_000).prop_map(|v| Speed::from_millisteps(v as u32).unwrap()).boxed(),
+    ];
+    // Now and then the top speed is the start speed: such an order has no ramp.
+    let top = prop_oneof![3 => speed(1).prop_map(Some), 1 => Just(None)];
+    let whim = (0u8..30, 0u8..4, change()).prop_map(|(fillings, pieces, change)| Whim {
+        fillings,
+        pieces,
+        change,
+    });
+    let whims = prop::collection::vec(whim, 0..8);
+    let hz = prop_oneof![2 => Just(16_000_000u32), 1 => spread(100_000, 200_000_000).prop_map(|hz| hz as u32)];
+    (hz, start, top, ramp(), ramp(), jerk, travel, whims, 0u8..40).prop_map(
+        |(hz, start, top, up, down, jerk, travel, whims, fillings)| {
+            let top = top.unwrap_or(start).max(Speed::from_millisteps(1).unwrap());
+            Story { hz, order: Order { start, top, up, down, jerk, travel }, whims, fillings }
+        },
+    )
+}
+
+/// What became of a story.
+#[derive(Default)]
+struct Told {
+    taken: usize,
+    no_stop: usize,
+    stopped: usize,
+}
+
+fn tell(story: &Story) -> Told {
+    let rate = Rate::from_hz(story.hz).unwrap();
+    let timing = Timing { pulse: 1, setup: 1, hold: 1, min_interval: 2 };
+    let fit = Fit::EXACT.lasting(rate.micros(8_000));
+    let horizon = rate.micros(16_000);
+    let board =
+        Board { rate, timing, cost: Cost::any_pulse([1]), fit, horizon, lead: rate.micros(250) };
+    let mut queue = Queue::<8>::new();
+    let (producer, mut runs) = queue.split();
+    let mut group = Group::new([producer], board);
+    let mut engine = Player { idle: true };
+    let mut told = Told::default();
+    if group.start(&mut engine, [(0, story.order)]).is_err() {
+        return told;
+    }
+    let mut judge = Judge {
+        hz: f64::from(story.hz),
+        phases: vec![Limits::of(&story.order)],
+        leg: Vec::new(),
+        begun: false,
+        first: 0,
+    };
+    // Fills the queue, takes what is in it, and says how many pulses that were.
+    let mut fill = |group: &mut Group<1, 8>, engine: &mut Player, judge: &mut Judge, pieces| {
+        let mut pulses = 0;
+        for _ in 0..pieces {
+            if !group.poll(engine) {
+                break;
+            }
+        }
+        loop {
+            match runs.take() {
+                Taken::Run(run) => {
+                    pulses += u64::from(run.count());
+                    judge.hear(run);
+                }
+                Taken::Late => return pulses,
+                Taken::End => {
+                    if !std::mem::replace(&mut engine.idle, true) {
+                        judge.ends();
+                    }
+                    return pulses;
+                }
+            }
+        }
+    };
+    for whim in &story.whims {
+        for _ in 0..whim.fillings {
+            fill(&mut group, &mut engine, &mut judge, u32::MAX);
+        }
+        fill(&mut group, &mut engine, &mut judge, whim.pieces.into());
+        if !group.is_busy(&engine, 0) {
+            return told;
+        }
+        let mut limits = *judge.phases.last().unwrap();
+        match whim.change {
+            Change::Target(_) => {}
+            Change::Top(v) => limits.top = f64::from(v.millisteps()) / 1e3,
+            Change::Accel(a) => limits.a = a.millisteps() as f64 / 1e3,
+            Change::Decel(d) => limits.d = d.millisteps() as f64 / 1e3,
+        }
+        match group.change(&mut engine, 1, whim.change) {
+            Ok(()) => {
+                told.taken += 1;
+                judge.phases.push(limits);
+            }
+            Err(_) => told.no_stop += 1,
+        }
+    }
+    for _ in 0..story.fillings {
+        fill(&mut group, &mut engine, &mut judge, u32::MAX);
+    }
+    if !group.is_busy(&engine, 0) {
+        return told;
+    }
+    told.stopped = 1;
+    // A fall that was begun under a jerk goes on as it was.
+    let limits = *judge.phases.last().unwrap();
+    let slowest = match story.order.jerk {
+        Some(_) => judge.phases[judge.first..].iter().map(|l| l.d).fold(limits.d, f64::min),
+        None => limits.d,
+    };
+    let limits = Limits { d: slowest, ..limits };
+    let mut v = judge.fastest();
+    let mut way = 0.0;
+    if let Some(last) = judge.leg.last()
+        && limits.jerk.is_finite()
+    {
+        // The acceleration goes first.
+        let a = judge.steepest(last, last);
+        v += a * a / 2.0 / limits.jerk;
+        way = v * a / limits.jerk;
+    }
+    way += limits.fall(v);
+    group.brake(0);
+    let steps = way * (1.0 + 1e-6) + 2.0;
+    let mut pulses = 0;
+    for _ in 0..LOOKED_AT {
+        pulses += fill(&mut group, &mut engine, &mut judge, u32::MAX);
+        assert!(pulses as f64 <= steps, "{pulses} pulses of {steps}: {:?}", judge.phases);
+        if !group.is_busy(&engine, 0) {
+            return told;
+        }
+    }
+    assert!(steps > LOOKED_AT as f64, "it never ends: {steps} steps, {:?}", judge.phases);
+    told
+}
+
+fn tell_all(stories: impl Strategy<Value = Story>) {
+    let asked = std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok());
+    let cases = asked.unwrap_or(STORIES);
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases) };
+    let (taken, no_stop, stopped) = (Cell::new(0), Cell::new(0), Cell::new(0));
+    let told = TestRunner::new(config).run(&stories, |story| {
+        let told = tell(&story);
+        taken.set(taken.get() + told.taken);
+        no_stop.set(no_stop.get() + told.no_stop);
+        stopped.set(stopped.get() + told.stopped);
+        Ok(())
+    });
+    if let Err(failure) = told {
+        panic!("{failure}");
+    }
+    let (taken, no_stop, stopped) = (taken.get(), no_stop.get(), stopped.get());
+    println!("{taken} changes, {no_stop} that could not stop, {stopped} stops in {cases} stories");
+    assert!(taken >= cases as usize && stopped >= cases as usize / 4);
+}
+
+#[test]
+fn a_soft_stop_ends_in_time() {
+    tell_all(story(Just(None)));
+}
+
+#[test]
+fn a_soft_stop_of_an_s_curve_ends_in_time() {
+    tell_all(story(spread(100_000, 100_000_000_000).prop_map(|j| Jerk::from_millisteps(j).ok())));
+}

@@ -199,7 +199,8 @@ impl Duties {
         let (setting, since) =
             if busy { (Setting::Timeout, self.heard_at) } else { (Setting::Idle, self.moved_at) };
         let limit = self.settings.get(setting);
-        if limit == 0 || now.wrapping_sub(since) < limit {
+        // The millisecond in which it began is not a whole one.
+        if limit == 0 || now.wrapping_sub(since) <= limit {
             return;
         }
         if busy && !self.silent {

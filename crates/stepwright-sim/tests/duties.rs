@@ -81,6 +81,48 @@ fn an_axis_that_starts_during_the_delay_waits_for_the_rest_of_it() {
     }
 }
 
+/// The present millisecond has begun when the drivers are switched on: it is none of
+/// the delay's.
+#[test]
+fn the_delay_is_never_shorter_than_it_is_set() {
+    for phase in (0..MS).step_by(1_000) {
+        for wait in [0, 500, 9_000, 12_345, 2 * MS, 4 * MS + 700] {
+            let mut queues = Queues::default();
+            let mut board = board(&mut queues);
+            say(&mut board, "$enable-ms=5");
+            board.run_until(20 * MS + phase);
+            let on = board.now();
+            say(&mut board, "PO G+5 E");
+            board.run_until(on + wait);
+            say(&mut board, "A2 PO A2 G+5 E");
+            board.run_to_rest();
+            for axis in [0, 1] {
+                let first = steps_of(board.recorder(), axis)[0].0 - on;
+                assert!(first >= 5 * MS, "phase {phase}, {wait}: axis {axis} after {first}");
+            }
+        }
+    }
+}
+
+/// Nor is the rest after which they are switched off.
+#[test]
+fn the_rest_is_never_shorter_than_it_is_set() {
+    for phase in (0..MS).step_by(700) {
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        say(&mut board, "$idle-ms=5");
+        board.run_until(20 * MS + phase);
+        say(&mut board, "PO S999 T999 G+3 E");
+        board.run_to_rest();
+        let last = steps_of(board.recorder(), 0)[2].0;
+        while !board.enable_level() {
+            board.run_until(board.now() + 500);
+        }
+        let rest = board.now() - last;
+        assert!((5 * MS..7 * MS + 1_500).contains(&rest), "phase {phase}: {rest}");
+    }
+}
+
 #[test]
 fn the_drivers_are_off_after_a_rest() {
     let mut queues = Queues::default();
@@ -253,6 +295,32 @@ fn a_silent_host_has_everything_brake() {
     assert_eq!(say(&mut board, "F F"), "E R");
 }
 
+/// A host that speaks again is watched again: each silence is one of its own.
+#[test]
+fn a_host_may_fall_silent_more_than_once() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    say(&mut board, "$timeout-ms=300 T100");
+    for round in 0..3 {
+        assert_eq!(say(&mut board, "g+"), "Y", "{round}");
+        wait(&mut board, 298);
+        assert!(board.is_endless(), "{round}: it is not silent yet");
+        wait(&mut board, 10);
+        assert!(!board.is_endless(), "{round}: it runs on");
+        board.run_to_rest();
+    }
+    // And one that speaks while the axes brake has not been silent for the next order.
+    say(&mut board, "g+");
+    wait(&mut board, 305);
+    assert!(!board.is_endless() && board.is_busy());
+    say(&mut board, "t900");
+    board.run_to_rest();
+    assert_eq!(say(&mut board, "F"), "R");
+    say(&mut board, "g+");
+    wait(&mut board, 250);
+    assert!(board.is_endless());
+}
+
 #[test]
 fn by_default_a_host_may_be_silent() {
     let mut queues = Queues::default();
@@ -275,10 +343,15 @@ fn drivers_times_follow_their_settings_at_once() {
     }
     // A pause as long as the pulse.
     check_timing(board.recorder(), 20 * 16, 300 * 16, 200 * 16, 2 * 20 * 16);
-    assert_eq!(say(&mut board, "PO t25000 s25000 G+10 E"), "Y Y Y Y Y");
+    // And what a step costs with such a pulse.
+    let info = say(&mut board, "?");
+    let max = info.split(' ').find_map(|word| word.strip_prefix("max=")).unwrap();
+    let max: u32 = max.parse().unwrap();
+    assert!((1_000..25_000).contains(&max), "{max}");
+    assert_eq!(say(&mut board, &format!("PO t{max} s{max} G+10 E")), "Y Y Y Y Y");
     board.run_to_rest();
-    assert_eq!(say(&mut board, "PO t25001 s25001 G+10 E"), "Y Y Y Y E");
-    assert!(say(&mut board, "?").contains(" max=25000 "));
+    let above = max + 1;
+    assert_eq!(say(&mut board, &format!("PO t{above} s{above} G+10 E")), "Y Y Y Y E");
 }
 
 #[test]
@@ -372,8 +445,8 @@ fn settings_outlast_a_loss_of_power() {
 fn a_travel_does_not_wait_for_the_eeprom() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);
-    say(&mut board, "$pulse-us=3 PO t20000 s0 a40000 d40000 G+20000 E");
-    assert!(board.is_saving());
+    say(&mut board, "$pulse-us=3 PO t9000 s0 a40000 d40000 G+20000 E");
+    assert!(board.is_saving() && board.is_busy());
     board.run_to_rest();
     assert!(!board.is_saving() && board.late() == 0);
     check_timing(board.recorder(), 48, 16, 16, 133);

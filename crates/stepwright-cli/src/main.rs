@@ -37,6 +37,7 @@ mod timed;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use failure::unless_closed;
 
 /// Real-time motion for stepper motors
 #[derive(Parser)]
@@ -81,7 +82,18 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // Help and the version, too: they are asked for, and fail if they can't be given.
+        Err(said) => {
+            let printed = said.print();
+            if said.use_stderr() {
+                return ExitCode::from(said.exit_code() as u8);
+            }
+            return unless_closed(printed).map_or_else(|f| f.report(), |()| ExitCode::SUCCESS);
+        }
+    };
+    let result = match cli.command {
         Command::Move(args) => order::travel::run(args),
         Command::Line(args) => order::line::run(args),
         Command::Run(args) => order::run::run(args),

@@ -147,6 +147,12 @@ fn a_line_of_no_length_is_none() {
     let arc = "[[cycle]]\narc = { motors = [\"X\", \"Y\"], centre = [9, 9], degrees = 0, speed = 9, accel = 9 }\n";
     std::fs::write(file, motor("\"X\"", 100) + &motor("\"Y\"", 100) + arc).unwrap();
     stepwright(&["cycle", file]).assert(0, "X.pos=0, Y.pos=0");
+    // One around a centre that is further than can be counted is another mistake.
+    let far = arc
+        .replace("[9, 9]", "[0, 9_000_000_000_000_000_000]")
+        .replace("degrees = 0", "degrees = 1e-12");
+    std::fs::write(file, motor("\"X\"", 100) + &motor("\"Y\"", 100) + &far).unwrap();
+    stepwright(&["cycle", file]).assert_error("too long: at most 2147483647 steps of an axis, and");
     // There is nothing on its way to be changed.
     std::fs::write(file, text.replace("rest-s = 2", "feed = [{ at-s = 0, percent = 50 }]"))
         .unwrap();
@@ -169,7 +175,11 @@ fn names_are_quoted_in_csv() {
     }
     let text = motor("\"a\\nb\"", 500) + "[[cycle]]\nmove.X.steps = 1\n";
     std::fs::write(scratch.path(), text).unwrap();
-    stepwright(&["cycle", scratch.path()]).assert_error(":2:8: a name of one line");
+    stepwright(&["cycle", scratch.path()]).assert_error(":2:8: one line, without control");
+    let text =
+        format!("unit = \"\\u001b[31m\"\n{}[[cycle]]\nmove.X.steps = 1\n", motor("'X'", 500));
+    std::fs::write(scratch.path(), text).unwrap();
+    stepwright(&["cycle", scratch.path()]).assert_error(":1:8: one line, without control");
 }
 
 /// A file without end is read up to the bound.

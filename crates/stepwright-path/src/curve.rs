@@ -162,7 +162,7 @@ impl Arc {
     ///
     /// # Errors
     /// [`Unplannable`] if it leads nowhere, is smaller than a step, or makes more
-    /// steps than can be counted.
+    /// steps than can be counted, round it or from its centre.
     pub fn marks(&self) -> Result<[Marks; 2], Unplannable> {
         if self.step.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
             return Err(Unplannable::Step);
@@ -174,7 +174,8 @@ impl Arc {
         if self.step.iter().any(|d| radius < *d) {
             return Err(Unplannable::Radius);
         }
-        if self.step.iter().any(|d| length / d > f64::from(i32::MAX)) {
+        // What lies so far from the centre can't be told from its neighbours either.
+        if self.step.iter().any(|d| length.max(radius) / d > f64::from(i32::MAX)) {
             return Err(Unplannable::TooLong);
         }
         let start = (-self.centre[1]).atan2(-self.centre[0]);

@@ -46,7 +46,9 @@ impl std::fmt::Display for Unplannable {
             }
             Unplannable::Length => "the path leads nowhere: no axis has a step to make",
             Unplannable::Step => "a step must lead somewhere: a distance above 0",
-            Unplannable::TooLong => "too long: at most 2147483647 steps of an axis",
+            Unplannable::TooLong => {
+                "too long: at most 2147483647 steps of an axis, and of a radius"
+            }
             Unplannable::Radius => "the radius is smaller than a step: nothing would move",
             Unplannable::Scale => "an override is a number: 0.1 to 2 of the ordered speed",
             Unplannable::Axes => "a new end takes a position for each axis of the path",

@@ -15,7 +15,7 @@ use toml::Spanned;
 pub struct File {
     /// What positions are counted in.
     #[serde(default = "nanometres")]
-    pub unit: String,
+    pub unit: Spanned<String>,
     #[serde(default)]
     pub clock: Clock,
     #[serde(default)]
@@ -26,8 +26,8 @@ pub struct File {
     pub cycles: Vec<Spanned<Cycle>>,
 }
 
-fn nanometres() -> String {
-    "nm".to_owned()
+fn nanometres() -> Spanned<String> {
+    Spanned::new(0..0, "nm".to_owned())
 }
 
 #[derive(Default, Deserialize)]

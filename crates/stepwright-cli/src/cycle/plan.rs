@@ -135,9 +135,10 @@ pub fn read(text: &Text) -> Result<Plan, Failure> {
         Some(period) => Clock::Tick { period: *period.get_ref() },
         None => Clock::Deadlines,
     };
+    one_line(text, &file.unit)?;
     let mut plan = Plan {
         strategies: file.strategies.strategies(),
-        unit: file.unit,
+        unit: file.unit.into_inner(),
         rate,
         clock,
         names: Vec::new(),
@@ -169,11 +170,7 @@ impl Plan {
             let what = format_args!("every motor needs a name of its own, and {name:?} is none");
             return Err(text.blame(motor.name.span(), what));
         }
-        if name.chars().any(char::is_control) {
-            return Err(
-                text.blame(motor.name.span(), "a name of one line, without control characters")
-            );
-        }
+        one_line(text, &motor.name)?;
         if step == 0 {
             return Err(text.blame(motor.step.span(), "a step leads somewhere: 1 or more"));
         }
@@ -365,6 +362,14 @@ impl Plan {
             _ => Ok(()),
         }
     }
+}
+
+/// That a word of the user's fits a line, a table and a picture.
+fn one_line(text: &Text, word: &Spanned<String>) -> Result<(), Failure> {
+    if word.get_ref().chars().any(char::is_control) {
+        return Err(text.blame(word.span(), "one line, without control characters"));
+    }
+    Ok(())
 }
 
 /// A time in µs.

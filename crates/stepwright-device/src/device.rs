@@ -1,7 +1,8 @@
 //! The whole of a board's foreground.
 
+use stepwright::drive::Axes;
 use stepwright::{Control, Group};
-use stepwright_protocol::{Controller, Settings, Slave};
+use stepwright_protocol::{Controller, Settings, Slave, Stop};
 
 use crate::duties::Duties;
 use crate::machine::Joined;
@@ -47,6 +48,7 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
         self.slave.begin();
         if self.duties.begin(panel) {
             self.group.doubt();
+            self.slave.stopped(Axes::MAX, Stop::Reset);
         }
         self.duties.apply(&mut self.group, engine, panel);
     }
@@ -90,7 +92,7 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
     /// The half of [`poll`](Device::poll) that is not planning: switches, times,
     /// settings.
     pub fn attend(&mut self, engine: &mut impl Control, panel: &mut impl Panel) {
-        self.duties.poll(&mut self.group, engine, panel);
+        self.duties.poll(&mut self.slave, &mut self.group, engine, panel);
     }
 
     /// The other half: one piece of planning. True if there may be more.

@@ -2,7 +2,7 @@
 
 use stepwright::drive::Axes;
 use stepwright::{Control, Group, Ticks};
-use stepwright_protocol::{Setting, Settings};
+use stepwright_protocol::{Setting, Settings, Slave, Stop};
 
 use crate::panel::Panel;
 use crate::reset::Mark;
@@ -149,23 +149,25 @@ impl Duties {
     /// Looks after everything once.
     pub(crate) fn poll<const N: usize, const Q: usize>(
         &mut self,
+        slave: &mut Slave<N>,
         group: &mut Group<'_, N, Q>,
         engine: &mut impl Control,
         panel: &mut impl Panel,
     ) {
-        self.heed_switches(group, engine, panel);
+        self.heed_switches(slave, group, engine, panel);
         self.store.poll(panel, &self.settings);
         let passed = (panel.millis() as u8).wrapping_sub(self.now);
         if passed != 0 {
             self.now = self.now.wrapping_add(passed);
             self.settling = self.settling.saturating_sub(passed.into());
-            self.heed_time(group, engine, panel);
+            self.heed_time(slave, group, engine, panel);
         }
     }
 
     /// Stops what moves towards a closed switch.
     fn heed_switches<const N: usize, const Q: usize>(
         &self,
+        slave: &mut Slave<N>,
         group: &mut Group<'_, N, Q>,
         engine: &mut impl Control,
         panel: &impl Panel,
@@ -176,6 +178,7 @@ impl Duties {
             let forward = group.is_forward(axis);
             if blocked.on(forward) & bit != 0 && group.is_busy(engine, axis) {
                 group.halt(engine, bit);
+                slave.stopped(bit, Stop::Switch);
             }
             bit <<= 1;
         }
@@ -184,6 +187,7 @@ impl Duties {
     /// A millisecond has passed, or some.
     fn heed_time<const N: usize, const Q: usize>(
         &mut self,
+        slave: &mut Slave<N>,
         group: &mut Group<'_, N, Q>,
         engine: &mut impl Control,
         panel: &mut impl Panel,
@@ -205,8 +209,13 @@ impl Duties {
         }
         if busy && !self.silent {
             self.silent = true;
+            let mut bit: Axes = 1;
             for axis in 0..N as u8 {
-                group.brake(axis);
+                if group.is_busy(engine, axis) {
+                    group.brake(axis);
+                    slave.stopped(bit, Stop::Timeout);
+                }
+                bit <<= 1;
             }
         } else if !busy && self.enabled {
             self.enabled = false;

@@ -14,8 +14,9 @@ use crate::setting::{NAMES, Setting};
 use crate::text::Decimal;
 
 /// Every answer, and then the words that `last=` can have.
-const LINES: [&[u8]; 5] = [
+const LINES: [&[u8]; 6] = [
     b"Y\nE\nR\nB\n#\nstepwright #.# axes=# max=# late=# refused=# last=# uncertain=#\n",
+    b"stop=########\n",
     can::LINE,
     NAMES,
     // No answer, but looked for among the names.
@@ -56,10 +57,10 @@ pub(crate) mod line {
     pub(crate) const READY: u8 = 2;
     pub(crate) const BUSY: u8 = 3;
     pub(crate) const POSITION: u8 = 4;
-    /// With the line behind it, `can=`.
+    /// With the lines behind it, `stop=` and `can=`.
     pub(crate) const INFO: u8 = 5;
     /// The first setting.
-    pub(crate) const SETTINGS: u8 = 7;
+    pub(crate) const SETTINGS: u8 = 8;
     /// `none`; the reasons follow.
     pub(crate) const REASONS: u8 = SETTINGS + super::RESET + 1;
 }
@@ -76,9 +77,16 @@ pub(crate) mod value {
     /// A word, not a number.
     pub(crate) const LAST: u8 = 7;
     pub(crate) const UNCERTAIN: u8 = 8;
+    /// The letter of the first of eight axes.
+    pub(crate) const STOPS: u8 = 9;
     /// The first setting.
-    pub(crate) const SETTINGS: u8 = 9;
+    pub(crate) const SETTINGS: u8 = 17;
 }
+
+/// The digits are all.
+pub(crate) const DIGITS: u8 = 0;
+/// There is no such value.
+pub(crate) const NOTHING: u8 = 1;
 
 /// An answer, as far as it has yet to be sent.
 #[derive(Clone, Debug)]
@@ -111,12 +119,13 @@ impl Answer {
     }
 
     /// The next byte. `number` sets the digits of value `n` when its turn has
-    /// come, and tells whether it is negative; `last` is the word of `last=`:
+    /// come and gives [`DIGITS`], or the byte that stands before them or for the
+    /// value, or [`NOTHING`]; `last` is the word of `last=`:
     /// 0 for `none`, else 1 more than the reason.
     pub(crate) fn next(
         &mut self,
         last: u8,
-        number: impl FnOnce(u8, &mut Decimal) -> bool,
+        mut number: impl FnMut(u8, &mut Decimal) -> u8,
     ) -> Option<u8> {
         let digit = self.number.next();
         if digit.is_some() {
@@ -134,8 +143,11 @@ impl Answer {
                         (self.at, _) = find(line::REASONS.wrapping_add(last));
                         continue;
                     }
-                    let negative = number(value, &mut self.number);
-                    return if negative { Some(b'-') } else { self.number.next() };
+                    match number(value, &mut self.number) {
+                        DIGITS => return self.number.next(),
+                        NOTHING => continue,
+                        byte => return Some(byte),
+                    }
                 }
                 b'\n' if self.after != 0 => self.at = core::mem::take(&mut self.after),
                 b'\n' => {
@@ -205,8 +217,15 @@ mod tests {
         answer.begin(first, lines);
         let last = number(value::LAST) as u8;
         let set = |value, digits: &mut Decimal| {
+            if (value::STOPS..value::SETTINGS).contains(&value) {
+                return if value < value::STOPS + 3 {
+                    b'a' + value - value::STOPS
+                } else {
+                    NOTHING
+                };
+            }
             digits.set(&mut number(value).unsigned_abs().to_le_bytes());
-            number(value) < 0
+            if number(value) < 0 { b'-' } else { DIGITS }
         };
         let text = core::iter::from_fn(|| answer.next(last, set)).map(char::from).collect();
         assert!(!answer.is_left());
@@ -224,10 +243,10 @@ mod tests {
         assert_eq!(said(line::POSITION, 1, own), "-1\r");
         assert_eq!(said(line::POSITION, 1, |_| i64::MIN), "-9223372036854775808\r");
         assert_eq!(
-            said(line::INFO, 1, own),
-            "stepwright 0.1 axes=2 max=3 late=4 refused=5 last=no-travel uncertain=7\r"
+            said(line::INFO, 2, own),
+            "stepwright 0.1 axes=2 max=3 late=4 refused=5 last=no-po uncertain=7 stop=abc\r"
         );
-        assert_eq!(said(line::SETTINGS, 2, own), "max-speed=8 max-accel=9\r");
+        assert_eq!(said(line::SETTINGS, 2, own), "max-speed=16 max-accel=17\r");
         for setting in Setting::ALL {
             let text = said(line::SETTINGS + setting as u8, 1, own);
             let number = value::SETTINGS + setting as u8 - 1;

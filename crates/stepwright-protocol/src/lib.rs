@@ -44,7 +44,7 @@
 //!        | "@" sign 0…2³¹−1     the travel in progress ends so many steps from
 //!                               where it began
 //!        | "?"                  one line about the board
-//!        | "!"                  late, refused and last begin anew
+//!        | "!"                  late, refused, last and stop begin again
 //!        | "$"                  all settings
 //!        | "$" name             one of them
 //!        | "$" name "=" number  set one of them
@@ -56,7 +56,7 @@
 //! refused and nothing changed, or what was asked for. The answer to `?` is
 //!
 //! ```text
-//! stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0
+//! stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
 //!    … can=jerk,safety                                    (it is one line)
 //! ```
 //!
@@ -64,7 +64,8 @@
 //! in steps/s; steps that came late; lines that were refused; the reason of
 //! the last, one of the names of [`Refusal`]; and which positions are not
 //! known, as the sum of 1 for axis 1, 2 for axis 2, 4 for axis 3, and so on;
-//! and which [`Ability`]s the board has, or `none`. A board that says nothing of
+//! why each axis has stopped before the end of its order, a letter of [`Stop`] an
+//! axis, `-` for one that went as ordered; and which [`Ability`]s the board has, or `none`. A board that says nothing of
 //! `can` was built before there was the word.
 //!
 //! The answer to `$` is all [`Setting`]s of the board with their numbers, and
@@ -139,6 +140,9 @@
 //! | `@` after Z | travels on, to there |
 //! | `@` at rest, `@` beyond 2³¹ steps of a g | E, as `no-travel` and as `travel`; a travel that has just ended is at rest, so G is the line then |
 //! | `@`, t, a, d with A0 | all or none: E if any of the axes can't. `@` wants all of them to travel; of t, a and d those that rest keep the number for later |
+//! | `stop` | a letter is kept until the axis is started again, a new target (`@`) is taken or `!` comes. Z and the time-out leave the letter of a stop that has begun; what stops an axis at once replaces it |
+//! | `A2`, `PO` without an A behind it | it is not clear which axis is meant: PO selects axis 1, as masters that know no A expect, and A said another that no order has used. S, T, R, s, t, a, d, j, G, g and `@` are answered E as `no-axis`, until an A names the axis; F and Z speak of both. Either guess would move the wrong motor of one of two masters. A further PO without an A is that of a master that knows none: axis 1 |
+//! | j on a board without S-curves | E as `no-jerk`; with `law` 0 the E of an order with a jerk likewise |
 //! | `PO` while busy | E if the *selected* axis is busy (with A0: any), so `A2`, `PO`, `A2` … starts axis 2 while axis 1 runs |
 //! | S, T, R … outside PO | taken when the axis is idle: they set, they don't move; they are kept from order to order and begin as S5 T100 R200 |
 //! | R, a and d | R sets both ramps, a and d replace their own half, a later R both |
@@ -177,6 +181,7 @@ mod said;
 mod script;
 mod setting;
 mod slave;
+mod stop;
 mod text;
 
 pub use axis::{AxisId, MAX_AXES, Selection};
@@ -194,4 +199,5 @@ pub use script::Script;
 pub use setting::Listed;
 pub use setting::{Setting, Settings, Value};
 pub use slave::Slave;
+pub use stop::{Stop, Stops};
 pub use text::Bytes;

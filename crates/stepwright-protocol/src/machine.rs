@@ -118,6 +118,8 @@ pub enum Refusal {
     Range,
     /// `axis`: the board has no such axis.
     Axis,
+    /// `no-axis`: PO selects axis 1, and an A before it had named another.
+    NoAxis,
     /// `busy`: the axis has yet to end its travel.
     Busy,
     /// `no-po`: G or E without a PO before it.
@@ -140,6 +142,8 @@ pub enum Refusal {
     Ramp,
     /// `travel`: the board can't count that far.
     Travel,
+    /// `no-jerk`: the board has no S-curves, or `law` is 0.
+    NoJerk,
     /// `setting`: no setting of the board has this name.
     Setting,
     /// `fault`: the axis is out of order: a limit switch, a driver's fault.
@@ -174,6 +178,7 @@ names! {
     Line "line"
     Range "range"
     Axis "axis"
+    NoAxis "no-axis"
     Busy "busy"
     Closed "no-po"
     NoTravel "no-travel"
@@ -184,6 +189,7 @@ names! {
     TooGentle "too-gentle"
     Ramp "ramp"
     Travel "travel"
+    NoJerk "no-jerk"
     Setting "setting"
     Fault "fault"
     Other "other"
@@ -207,6 +213,7 @@ impl fmt::Display for Refusal {
             Refusal::Line => "not a line of this protocol",
             Refusal::Range => "a number outside its range",
             Refusal::Axis => "the board has no such axis",
+            Refusal::NoAxis => "PO did not say which axis: name it with A after PO",
             Refusal::Busy => "the axis is still travelling: wait, or stop it with Z",
             Refusal::Closed => "no order is open: begin it with PO",
             Refusal::NoTravel => "there is no travel: send G or g before E, and @ on the way",
@@ -223,6 +230,9 @@ impl fmt::Display for Refusal {
             }
             Refusal::Ramp => "the board can't compute such a ramp: change its length or slope",
             Refusal::Travel => "the board can't count that far: shorten the travel",
+            Refusal::NoJerk => {
+                "the board has no S-curves, or its setting law is 0: leave the jerk out"
+            }
             Refusal::Setting => "the board has no such setting: `$` lists them",
             Refusal::Fault => "the axis is out of order: look at its switches and its driver",
             Refusal::Other => "a reason that this version has no word for",

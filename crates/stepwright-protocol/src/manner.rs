@@ -131,6 +131,10 @@ impl Manner {
         if top > settings.get(Setting::MaxSpeed) {
             return Err(Refusal::TooFast);
         }
+        #[cfg(feature = "s-curve")]
+        if self.jerk != 0 && settings.byte(Setting::Law) == 0 {
+            return Err(Refusal::NoJerk);
+        }
         let max = settings.get(Setting::MaxAccel);
         if self.accel > max || self.decel > max {
             return Err(Refusal::Ramp);

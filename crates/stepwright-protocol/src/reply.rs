@@ -1,12 +1,13 @@
 //! What a slave answers: one line for each line.
 
 use crate::Refusal;
-use crate::answer::{Answer, line, value};
+use crate::answer::{Answer, DIGITS, NOTHING, line, value};
 use crate::can::Abilities;
 use crate::line::CR;
 use crate::number::digits;
 use crate::number::halves;
 use crate::setting::{self, Listed, Setting, Value};
+use crate::stop::Stops;
 
 /// The protocol's version, which the answer to `?` begins with: 0.1.
 pub const VERSION: (u8, u8) = (0, 1);
@@ -55,6 +56,9 @@ pub struct Info {
     pub last: Option<Refusal>,
     /// Axes whose position is not known: bit 0 is axis 1. Decimal on the line.
     pub uncertain: u8,
+    /// Why its axes have stopped; `None` if it does not say: it was built before
+    /// the word `stop`.
+    pub stops: Option<Stops>,
     /// What it can do; `None` if it does not say: it was built before the word
     /// `can`.
     pub can: Option<Abilities>,
@@ -75,7 +79,7 @@ impl Reply {
             Reply::Ready => answer.begin(line::READY, 1),
             Reply::Busy => answer.begin(line::BUSY, 1),
             Reply::Position(_) => answer.begin(line::POSITION, 1),
-            Reply::Info(_) => answer.begin(line::INFO, 1),
+            Reply::Info(info) => answer.begin(line::INFO, 1 + u8::from(info.stops.is_some())),
             Reply::Setting(value) => answer.begin(settings + value.setting() as u8, 1),
             Reply::Settings(_) => answer.begin(settings, Setting::COUNT as u8),
         }
@@ -89,9 +93,16 @@ impl Reply {
         };
         let said = core::iter::from_fn(move || {
             answer.next(last, |value, digits| {
-                let number = self.number(value);
+                let number = match (self, value) {
+                    (Reply::Info(info), value::STOPS..value::SETTINGS) => {
+                        let letters = info.stops.as_ref().map_or(&[][..], Stops::letters);
+                        let letter = letters.get(usize::from(value - value::STOPS));
+                        return letter.copied().unwrap_or(NOTHING);
+                    }
+                    _ => self.number(value),
+                };
                 digits.set(&mut number.unsigned_abs().to_le_bytes());
-                number < 0
+                if number < 0 { b'-' } else { DIGITS }
             })
         });
         let can = can.into_iter().flat_map(|can| core::iter::once(b' ').chain(can.line()));
@@ -171,7 +182,8 @@ impl Info {
         let (major, minor) = halves(words.next()?, b'.')?;
         let version = (small(major)?, small(minor)?);
         let (mut axes, mut max, mut late) = (None, None, None);
-        let (mut refused, mut last, mut uncertain, mut can) = (None, None, None, None);
+        let (mut refused, mut last, mut uncertain) = (None, None, None);
+        let (mut stops, mut can) = (None, None);
         for word in words {
             let Some((key, value)) = halves(word, b'=') else { continue };
             match key {
@@ -182,6 +194,7 @@ impl Info {
                 b"last" if value == b"none" => last = Some(None),
                 b"last" => last = Some(Some(Refusal::named(value))),
                 b"uncertain" => uncertain = Some(small(value)?),
+                b"stop" => stops = Some(Stops::parse(value)?),
                 b"can" => can = Some(Abilities::parse(value)),
                 _ => {}
             }
@@ -194,6 +207,7 @@ impl Info {
             refused: refused?,
             last: last?,
             uncertain: uncertain?,
+            stops,
             can,
         })
     }
@@ -210,6 +224,7 @@ pub(crate) mod tests {
     use crate::can::tests::any_abilities;
     use crate::setting::Settings;
     use crate::setting::tests::{any_settings, any_value};
+    use crate::stop::tests::any_stops;
     use proptest::prelude::*;
     use std::vec::Vec;
 
@@ -221,14 +236,16 @@ pub(crate) mod tests {
         refused: 0,
         last: None,
         uncertain: 0,
+        stops: None,
         can: Some(Abilities::OWN),
     };
 
     fn info() -> impl Strategy<Value = Info> {
         let last = proptest::option::of(proptest::sample::select(&Refusal::ALL[..]));
         let can = proptest::option::of(any_abilities());
-        (any::<((u8, u8), u8, u32, u32, u32, u8)>(), last, can).prop_map(
-            |((version, axes, max, late, refused, uncertain), last, can)| Info {
+        let stops = proptest::option::of(any_stops());
+        (any::<((u8, u8), u8, u32, u32, u32, u8)>(), last, stops, can).prop_map(
+            |((version, axes, max, late, refused, uncertain), last, stops, can)| Info {
                 version,
                 axes,
                 max,
@@ -236,6 +253,7 @@ pub(crate) mod tests {
                 refused,
                 last,
                 uncertain,
+                stops,
                 can,
             },
         )
@@ -308,8 +326,17 @@ pub(crate) mod tests {
         let last = Refusal::ALL.into_iter().max_by_key(|r| r.name().len());
         let can = Some(Abilities::OWN);
         let (n, b) = (u32::MAX, u8::MAX);
-        let most =
-            Info { version: (b, b), axes: b, max: n, late: n, refused: n, last, uncertain: b, can };
+        let most = Info {
+            version: (b, b),
+            axes: b,
+            max: n,
+            late: n,
+            refused: n,
+            last,
+            uncertain: b,
+            can,
+            stops: Stops::parse(b"ZZZZZZZZ"),
+        };
         assert!(Reply::Info(most).bytes().count() < Reply::LONGEST);
         let mut most = Settings::new();
         for setting in Setting::ALL {

@@ -38,7 +38,7 @@ impl Said {
     /// what it was.
     ///
     /// # Errors
-    /// [`Refusal::Line`], [`Refusal::Range`] or [`Refusal::Setting`] for
+    /// [`Refusal::Line`], [`Refusal::Range`], [`Refusal::Setting`] or [`Refusal::NoJerk`] for
     /// everything that is not exactly a line of the grammar.
     pub(crate) fn read(&mut self, line: &[u8]) -> Result<(), Refusal> {
         let Some((&letter, mut rest)) = line.split_first() else { return Err(Refusal::Line) };
@@ -49,6 +49,8 @@ impl Said {
             b'a' | b'd' => WholeAccel::LARGEST.get(),
             #[cfg(feature = "s-curve")]
             b'j' => WholeJerk::LARGEST.get(),
+            #[cfg(not(feature = "s-curve"))]
+            b'j' => return Err(Refusal::NoJerk),
             b'I' | b'V' | b'A' => MAX_AXES as u32,
             b'G' | b'@' => i32::MAX as u32,
             b'E' | b'F' | b'Z' | b'K' | b'?' | b'!' | b'P' | b'g' => 0,

@@ -119,7 +119,7 @@ settings! {
     SwitchHigh, "switch-high", "", 0..=7, 0,
         "axes whose closed switch reads high; of the others, low";
     ["s-curve"] Law, "law", "", 0..=1, 1,
-        "1: a jerk that an order names bends its ramps (S-curve); 0: it is not heeded";
+        "1: a jerk that an order names bends its ramps (S-curve); 0: such an order is refused";
 }
 
 /// The lines of the settings, a `#` for each number.

@@ -2,7 +2,7 @@
 
 use stepwright::Travel;
 
-use crate::answer::{Answer, line, value};
+use crate::answer::{Answer, DIGITS, NOTHING, line, value};
 use crate::axis::{AxisId, MAX_AXES};
 use crate::command::Command;
 use crate::line::Collector;
@@ -11,6 +11,7 @@ use crate::manner::Manner;
 use crate::reply::{Reply, VERSION};
 use crate::said::{self, Said};
 use crate::setting::{Setting, Settings};
+use crate::stop::{self, Stop};
 
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
@@ -23,8 +24,12 @@ use crate::setting::{Setting, Settings};
 pub struct Slave<const AXES: usize> {
     line: Collector<{ Command::LONGEST }>,
     axes: [Axis; AXES],
+    /// The letter of the last stop of each axis.
+    stops: [u8; AXES],
     /// Axes that the lines address: bit 0 is axis 1. All bits: A0.
     selected: u8,
+    /// Whose axes they are.
+    naming: Naming,
     order: Open,
     /// Lines that were answered E.
     refused: u32,
@@ -68,6 +73,18 @@ enum Open {
     Spoiled(Refusal),
 }
 
+/// Whether the lines mean the axes that are selected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Naming {
+    /// Yes: an order has used them, or nobody has ever said A.
+    Used,
+    /// Yes: A has said so, and no order has used it yet.
+    Said,
+    /// No: PO has selected axis 1, and A had said others, which stay selected with
+    /// it. No line may set or move anything before A says which are meant.
+    Unclear,
+}
+
 /// Axis 1.
 const FIRST: u8 = 1;
 
@@ -93,7 +110,9 @@ impl<const AXES: usize> Slave<AXES> {
         Slave {
             line: Collector::blank(),
             axes: [axis; AXES],
+            stops: [0; AXES],
             selected: 0,
+            naming: Naming::Used,
             order: Open::Spoiled(Refusal::Line),
             refused: 0,
             last: Some(Refusal::Line),
@@ -107,6 +126,7 @@ impl<const AXES: usize> Slave<AXES> {
     pub fn begin(&mut self) {
         self.line.begin();
         (self.selected, self.order, self.last) = (FIRST, Open::No, None);
+        self.mark(u8::MAX, stop::NONE);
         for axis in &mut self.axes {
             axis.manner.begin();
         }
@@ -158,7 +178,7 @@ impl<const AXES: usize> Slave<AXES> {
             }
         };
         let lines = match first {
-            line::INFO => 2,
+            line::INFO => 3,
             line::SETTINGS if said.letter == b'$' => Setting::COUNT as u8,
             _ => 1,
         };
@@ -187,7 +207,12 @@ impl<const AXES: usize> Slave<AXES> {
                     let axis = AxisId::at(self.asked);
                     let steps = machine.position(axis).unwrap_or(0);
                     digits.set(&mut steps.unsigned_abs().to_le_bytes());
-                    return steps < 0;
+                    return if steps < 0 { b'-' } else { DIGITS };
+                }
+                value::STOPS..value::SETTINGS => {
+                    let index = n.wrapping_sub(value::STOPS);
+                    let stop = self.stops.get(usize::from(index));
+                    return stop.copied().filter(|_| index < axes).unwrap_or(NOTHING);
                 }
                 value::MAJOR => VERSION.0.into(),
                 value::MINOR => VERSION.1.into(),
@@ -202,7 +227,7 @@ impl<const AXES: usize> Slave<AXES> {
                 },
             };
             digits.set(&mut number.to_le_bytes());
-            false
+            DIGITS
         })
     }
 
@@ -211,6 +236,34 @@ impl<const AXES: usize> Slave<AXES> {
     /// E, whatever the rest of it says; `G+400` may have been `G+4000`.
     pub fn garbled(&mut self) {
         self.line.garble();
+    }
+
+    /// Tells that the machine has stopped these axes, or has them brake, for a
+    /// reason that is not a line; bit 0 is axis 1. Only of axes that move.
+    ///
+    /// `stop=` in the answer to `?` has its letter until the axis starts again,
+    /// or `!` comes. Of two soft stops the first is kept.
+    pub fn stopped(&mut self, axes: u8, reason: Stop) {
+        self.mark(axes, reason.letter());
+    }
+
+    /// Sets the letters of these axes.
+    #[cfg_attr(target_arch = "avr", inline(never))]
+    fn mark(&mut self, mut axes: u8, letter: u8) {
+        for stop in &mut self.stops {
+            if axes & 1 != 0 && !(stop::is_soft(letter) && stop::is_soft(*stop)) {
+                *stop = letter;
+            }
+            axes >>= 1;
+        }
+    }
+
+    /// Whether it is known which axes a line means.
+    ///
+    /// # Errors
+    /// [`Refusal::NoAxis`] if not.
+    fn named(&self) -> Result<(), Refusal> {
+        if self.naming == Naming::Unclear { Err(Refusal::NoAxis) } else { Ok(()) }
     }
 
     /// Does what a line says, and tells which line of the text answers it.
@@ -234,9 +287,18 @@ impl<const AXES: usize> Slave<AXES> {
                     axis.manner.jerk = 0;
                 }
                 self.order = Open::Yes;
-                self.selected = FIRST;
+                // A line of a master that knows no A means axis 1, and one that
+                // has said A may mean what it said.
+                if self.naming == Naming::Said && self.selected != FIRST {
+                    self.naming = Naming::Unclear;
+                    self.selected |= FIRST;
+                } else {
+                    self.naming = Naming::Used;
+                    self.selected = FIRST;
+                }
             }
             b'G' | b'g' => {
+                self.named()?;
                 if alone && letter == b'G' {
                     return Err(Refusal::Closed);
                 }
@@ -247,11 +309,13 @@ impl<const AXES: usize> Slave<AXES> {
                 go = alone;
             }
             b'@' => {
+                self.named()?;
                 let axes = self.selected & all(self.count(machine));
                 if busy & axes != axes {
                     return Err(Refusal::NoTravel);
                 }
                 machine.change(axes, Manner::change(said))?;
+                self.mark(axes, stop::NONE);
             }
             b'E' => match self.order {
                 Open::No => return Err(Refusal::Closed),
@@ -263,6 +327,7 @@ impl<const AXES: usize> Slave<AXES> {
             }
             b'Z' => {
                 let mut brake = busy & self.selected;
+                self.mark(brake, b'Z');
                 for index in 0..AXES as u8 {
                     if brake & 1 != 0 {
                         machine.brake(AxisId::at(index));
@@ -273,6 +338,7 @@ impl<const AXES: usize> Slave<AXES> {
             b'K' => {
                 // Even if nothing seems to move: K relies on nothing.
                 machine.kill();
+                self.mark(busy, b'K');
                 self.spoil(Refusal::Killed);
             }
             b'I' | b'V' | b'A' => {
@@ -284,6 +350,7 @@ impl<const AXES: usize> Slave<AXES> {
                 let bit = 1u8.wrapping_shl(index.into());
                 if letter == b'A' {
                     self.selected = if axis == 0 { u8::MAX } else { bit };
+                    self.naming = Naming::Said;
                 } else if letter == b'V' {
                     if machine.uncertain() & bit != 0 {
                         return Err(Refusal::Uncertain);
@@ -302,6 +369,7 @@ impl<const AXES: usize> Slave<AXES> {
                 machine.clear_late();
                 self.refused = 0;
                 self.last = None;
+                self.mark(u8::MAX, stop::NONE);
             }
             // What is left begins with `$`.
             said::SET | said::RESET => {
@@ -326,6 +394,7 @@ impl<const AXES: usize> Slave<AXES> {
             }
             // What is left says how to travel: S, T, R, s, t, a, d or j.
             _ => {
+                self.named()?;
                 if !idle {
                     // An open order speaks of axes at rest.
                     if self.order != Open::No || !matches!(letter, b't' | b'a' | b'd') {
@@ -354,6 +423,9 @@ impl<const AXES: usize> Slave<AXES> {
             if alone || started.is_ok() {
                 self.forget_travels();
                 self.order = Open::No;
+                if !alone {
+                    self.naming = Naming::Used;
+                }
             }
             started?;
         }
@@ -365,21 +437,18 @@ impl<const AXES: usize> Slave<AXES> {
     fn start<M: Machine>(&mut self, machine: &mut M) -> Result<(), Refusal> {
         let axes = self.count(machine);
         let mut result = Err(Refusal::NoTravel);
+        let (mut started, mut next) = (0, 1u8);
         for index in 0..axes {
+            let bit = next;
+            next <<= 1;
             let Some(axis) = self.axes.get(usize::from(index)) else { break };
             if axis.staged == 0 {
                 continue;
             }
-            #[cfg_attr(not(feature = "s-curve"), expect(unused_mut))]
-            let mut order = axis.manner.order(axis.travel());
+            started |= bit;
+            let order = axis.manner.order(axis.travel());
             result = match machine.settings() {
-                Some(settings) => {
-                    #[cfg(feature = "s-curve")]
-                    if settings.byte(Setting::Law) == 0 {
-                        order.jerk = None;
-                    }
-                    axis.manner.check(settings)
-                }
+                Some(settings) => axis.manner.check(settings),
                 None => Ok(()),
             };
             if result.is_ok() {
@@ -394,6 +463,8 @@ impl<const AXES: usize> Slave<AXES> {
         }
         if result.is_err() {
             machine.cancel();
+        } else {
+            self.mark(started, stop::NONE);
         }
         result
     }

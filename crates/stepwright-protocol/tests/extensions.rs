@@ -102,6 +102,7 @@ fn a_busy_axis_in_an_order_spoils_it() {
         "g+      Y  -> start 1 50-1000 R200 R200 forward
          A2      Y
          PO      Y
+         A1      Y
          T20     E
          A2      Y
          G+7     Y
@@ -138,22 +139,153 @@ fn a0_addresses_all_axes() {
     );
 }
 
+/// A master that says A2 before PO means axis 2, and one that knows no A, on a line
+/// where another has said it, means axis 1: neither motor may move.
 #[test]
-fn po_selects_axis_1_again() {
+fn an_order_whose_axis_is_not_clear_moves_nothing() {
     talk(
         "A2      Y
-         T20     Y
          PO      Y
+         S5      E
+         T100    E
+         R200    E
+         G+40    E
+         E       E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=5 last=no-axis uncertain=0
+         A2      Y
+         PO      Y
+         A2      Y
+         G+40    Y
+         E       Y  -> start 2 50-1000 R200 R200 +40
+         A1      Y
+         PO      Y
+         G+41    Y
+         E       Y  -> start 1 50-1000 R200 R200 +41",
+    );
+    for line in ["S1", "T1", "R1", "s1", "t1", "a1", "d1", "j1", "j0", "G-1", "g+", "@+1"] {
+        for axis in ["A0", "A3"] {
+            talk(&format!(
+                "{axis} Y\nPO Y\n{line} E\nA1 Y\nG+1 Y\nE E\nPO Y\nG+1 Y\nE Y -> start 1 50-1000 R200 R200 +1"
+            ));
+        }
+    }
+}
+
+/// A master that knows no A is refused at most one order, and none after a whole one
+/// of another master.
+#[test]
+fn a_master_without_a_goes_on_after_one_with_it() {
+    talk(
+        "PO      Y
+         A2      Y
          G+1     Y
-         E       Y  -> start 1 50-1000 R200 R200 +1
-         *arrive 1
-         A3      Y
+         E       Y  -> start 2 50-1000 R200 R200 +1
+         *arrive 2
          PO      Y
+         G+2     Y
+         E       Y  -> start 1 50-1000 R200 R200 +2
+         *arrive 1
+         A2      Y
+         g+      Y  -> start 2 50-1000 R200 R200 forward
+         Z       Y  -> brake 2
+         *arrive 2
+         PO      Y
+         G+3     E
+         E       E
+         PO      Y
+         G+4     Y
+         E       Y  -> start 1 50-1000 R200 R200 +4",
+    );
+}
+
+/// A stop may go to either of the axes that may be meant, so it goes to both.
+#[test]
+fn a_stop_reaches_the_axes_of_a_and_of_po() {
+    talk(
+        "A0      Y
+         g+      Y  -> start 1 50-1000 R200 R200 forward; start 2 50-1000 R200 R200 forward; start 3 50-1000 R200 R200 forward
+         *arrive 2
+         A2      Y
+         PO      Y
+         F       B
+         Z       Y  -> brake 1
+         *arrive 1
+         F       R
+         A2      Y
+         g+      Y
+         A1      Y
+         F       R",
+    );
+}
+
+#[test]
+fn a_selection_stays_until_the_next_one() {
+    talk(
+        "PO      Y
          G+1     Y
          A2      Y
          E       Y  -> start 1 50-1000 R200 R200 +1
+         F       R
          PO      Y
-         T5      E",
+         A3      Y
+         T5      Y
+         G+2     Y
+         E       Y  -> start 3 50-50 R200 R200 +2
+         F       B",
+    );
+}
+
+// ---- Stops ----
+
+#[test]
+fn a_stop_has_its_reason_until_the_next_start() {
+    talk(
+        "?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
+         A0      Y
+         Z       Y
+         K       Y  -> kill
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
+         g+      Y  -> start 1 50-1000 R200 R200 forward; start 2 50-1000 R200 R200 forward; start 3 50-1000 R200 R200 forward
+         A2      Y
+         Z       Y  -> brake 2
+         *arrive 2
+         A3      Y
+         Z       Y  -> brake 3
+         *arrive 1
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=-ZZ
+         K       Y  -> kill
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=4 stop=-ZK
+         g+      Y  -> start 3 50-1000 R200 R200 forward
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=4 stop=-Z-
+         Z       Y  -> brake 3
+         @+7     Y  -> change 3: @+7
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=4 stop=-Z-
+         !       Y  -> clear
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=4 stop=---",
+    );
+}
+
+#[test]
+fn the_machine_tells_its_own_stops() {
+    talk(
+        "g+      Y  -> start 1 50-1000 R200 R200 forward
+         *silent 1
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=T--
+         Z       Y  -> brake 1
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=T--
+         *switch 1
+         *arrive 1
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=S--
+         PO      Y
+         G+5     Y
+         *refuse fault
+         E       E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=fault uncertain=0 stop=S--
+         PO      Y
+         G+5     Y
+         E       Y  -> start 1 50-1000 R200 R200 +5
+         *arrive 1
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=fault uncertain=0 stop=---",
     );
 }
 
@@ -245,6 +377,7 @@ fn an_open_order_changes_nothing_on_the_way_but_by_name() {
         "g+      Y  -> start 1 50-1000 R200 R200 forward
          A2      Y
          PO      Y
+         A1      Y
          t20     E
          E       E
          @+5000  Y  -> change 1: @+5000",
@@ -318,6 +451,9 @@ fn a_jerk_bends_the_ramps_of_its_order() {
          j4000000001    E
          j4000000000    Y
          $law=0         Y  -> law=0
+         g-             E
+         ?              stepwright 0.1 axes=3 max=120000 late=0 refused=3 last=no-jerk uncertain=0
+         j0             Y
          g-             Y  -> start 1 50-1000 R200 R200 backward",
     );
 }
@@ -412,6 +548,23 @@ fn a_slave_has_room_for_fewer_axes_than_the_machine_has() {
     assert_eq!(say(&mut slave, &mut bench, b"A0"), "Y");
     assert_eq!(say(&mut slave, &mut bench, b"g+"), "Y");
     assert_eq!(bench.asked[0].len(), 2);
+    // Nor are there positions of others to be uncertain of, or stops.
+    for axis in &mut bench.axes {
+        axis.uncertain = true;
+    }
+    let info = say(&mut slave, &mut bench, b"?");
+    assert!(info.contains(" axes=2 ") && info.contains(" uncertain=3 stop=-- "), "{info}");
+}
+
+#[test]
+fn a_slave_may_have_room_for_more_axes_than_the_machine_has() {
+    let (mut slave, mut bench) = (Slave::<3>::new(), Bench::new(2));
+    assert_eq!(say(&mut slave, &mut bench, b"A3"), "E");
+    assert_eq!(say(&mut slave, &mut bench, b"A0"), "Y");
+    assert_eq!(say(&mut slave, &mut bench, b"g+"), "Y");
+    assert_eq!(bench.asked[0].len(), 2);
+    let info = say(&mut slave, &mut bench, b"?");
+    assert!(info.contains(" axes=2 ") && info.contains(" stop=-- "), "{info}");
 }
 
 #[test]

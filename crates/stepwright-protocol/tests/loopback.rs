@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use stepwright::{Accel, Speed};
 use stepwright_protocol::{
     Abilities, AxisId, Command, Direction, Distance, Info, Master, Order, Ramp, RampSteps, Reply,
-    Script, Slave, Travel, VERSION,
+    Script, Slave, Stops, Travel, VERSION,
 };
 
 /// A master and a slave with a wire between them.
@@ -146,6 +146,7 @@ fn an_order_goes_through_and_is_watched() {
         refused: 1,
         last: Some(stepwright_protocol::Refusal::Uncertain),
         uncertain: 2,
+        stops: Stops::parse(b"-K-"),
         can: Some(Abilities::OWN),
     };
     assert_eq!(link.send(Command::Info), Some(Reply::Info(info)));

@@ -189,6 +189,48 @@ fn a_switch_stops_its_axis_and_no_other() {
     );
 }
 
+/// Why the axes have stopped: a letter each.
+fn stops(board: &mut Board<'_>) -> String {
+    let info = say(board, "?");
+    info.split(' ').find_map(|word| word.strip_prefix("stop=")).unwrap().to_owned()
+}
+
+#[test]
+fn what_stops_an_axis_is_said_until_it_sets_off_again() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    say(&mut board, "$switches=1 $timeout-ms=200 A0 T50 g+");
+    wait(&mut board, 50);
+    assert_eq!(stops(&mut board), "---");
+    board.set_switch(0, false);
+    wait(&mut board, 50);
+    assert_eq!(stops(&mut board), "---", "it lies behind");
+    say(&mut board, "A3 Z");
+    wait(&mut board, 500);
+    assert_eq!(stops(&mut board), "TTZ", "the host was silent, and it says so first");
+    board.run_to_rest();
+    assert_eq!(say(&mut board, "F"), "R");
+    board.set_switch(0, true);
+    assert_eq!(say(&mut board, "A1 g-"), "Y Y");
+    wait(&mut board, 50);
+    assert_eq!(stops(&mut board), "-TZ");
+    board.set_switch(0, false);
+    wait(&mut board, 2);
+    assert_eq!(say(&mut board, "F"), "R");
+    assert_eq!(stops(&mut board), "STZ");
+    assert_eq!(say(&mut board, "PO G-5 E"), "Y Y E", "refused: it says why still");
+    assert_eq!(stops(&mut board), "STZ");
+    assert_eq!(say(&mut board, "PO A2 g+ E"), "Y Y Y Y");
+    wait(&mut board, 50);
+    assert_eq!(say(&mut board, "K"), "Y");
+    assert_eq!(stops(&mut board), "SKZ");
+    assert_eq!(say(&mut board, "A3 PO A3 G+5 E"), "Y Y Y Y Y");
+    board.run_to_rest();
+    assert_eq!(stops(&mut board), "SK-");
+    assert_eq!(say(&mut board, "!"), "Y");
+    assert_eq!(stops(&mut board), "---");
+}
+
 #[test]
 fn towards_a_closed_switch_nothing_moves_and_away_from_it_everything_does() {
     let mut queues = Queues::default();

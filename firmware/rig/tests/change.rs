@@ -182,7 +182,7 @@ fn an_uno_says_that_it_has_no_s_curves() {
     }
     let mut chip = chip();
     chip.expect("j200000", "E");
-    assert!(chip.ask("?").unwrap().contains("last=line"));
+    assert!(chip.ask("?").unwrap().contains("last=no-jerk uncertain=0 stop=--- can=none"));
     chip.expect("$law", "E");
 }
 
@@ -223,7 +223,7 @@ fn it_has_no_settings_and_says_so() {
         "$law E
          $ E
          j200000 Y
-         ? stepwright*last=setting uncertain=0 can=jerk",
+         ? stepwright*last=setting uncertain=0 stop=--- can=jerk",
     );
 }
 

@@ -41,7 +41,7 @@ fn is_known(chip: &mut Chip) -> bool {
     wake(chip);
     match chip.ask("V1").as_deref() {
         Some("0") => {
-            talk(chip, "V2 0\nV3 0\n? stepwright * uncertain=0");
+            talk(chip, "V2 0\nV3 0\n? stepwright * uncertain=0 *");
             true
         }
         Some("E") => {

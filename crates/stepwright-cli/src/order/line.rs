@@ -198,7 +198,8 @@ fn go(
 
 /// Starts all, or nothing.
 fn begin(talk: &mut Talk, lines: &[Command]) -> Result<(), Failure> {
-    let not = match talk.select(Selection::All).and_then(|()| talk.play(lines.iter().copied())) {
+    // The lines name every axis but the first, which PO selects unless A has named others.
+    let not = match talk.select(Selection::FIRST).and_then(|()| talk.play(lines.iter().copied())) {
         Ok(Played::Accepted) => return Ok(()),
         Ok(Played::Refused(line)) => match talk.why() {
             Ok(why) => NotBegun::Refused(line, why),

@@ -165,11 +165,36 @@ fn opens(entry: &Entry) -> bool {
 
 /// The axes that a line after this log addresses.
 fn selected(log: &[Entry]) -> Vec<usize> {
-    let last = log.iter().rev().find_map(|entry| match opens(entry) {
-        true => Some(vec![0]),
-        false => selection(&entry.line),
-    });
-    last.unwrap_or(vec![0])
+    let Some(named) = log.iter().rposition(|entry| selection(&entry.line).is_some()) else {
+        return vec![0];
+    };
+    let (mut axes, later) = (selection(&log[named].line).unwrap(), &log[named..]);
+    match later.iter().filter(|entry| opens(entry)).count() {
+        0 => {}
+        1 if nameless(log) && !axes.contains(&0) => axes.insert(0, 0),
+        1 if nameless(log) => {}
+        _ => axes = vec![0],
+    }
+    axes
+}
+
+/// Whether one PO has come after an A that named others than axis 1 and that no E
+/// had carried out before.
+fn nameless(log: &[Entry]) -> bool {
+    let Some(named) = log.iter().rposition(|entry| selection(&entry.line).is_some()) else {
+        return false;
+    };
+    let later = &log[named..];
+    let Some(order) = later.iter().position(opens) else { return false };
+    let used = later[..order].iter().any(|entry| entry.line == "E" && entry.answer == "Y");
+    let again = later[order + 1..].iter().any(opens);
+    selection(&log[named].line) != Some(vec![0]) && !used && !again
+}
+
+/// Whether a line speaks of the axes that are selected, to set or to move them.
+fn addresses(line: &str) -> bool {
+    let target = line.strip_prefix('@').and_then(signed).is_some();
+    target || setting(line).is_some() || travel(line).is_some()
 }
 
 /// Where the order that is open at the end of this log was opened.
@@ -199,8 +224,7 @@ fn settings(log: &[Entry], axis: usize) -> String {
     format!("{}-{} {} {}", speed("Ss", 50), speed("Tt", 1000), ramp('a'), ramp('d'))
 }
 
-/// The jerk of an axis at the end of this log, in words: an order forgets it, and so
-/// does a board without the law.
+/// The jerk of an axis at the end of this log, in words: an order forgets it.
 fn jerk(log: &[Entry], axis: usize) -> String {
     let since = log.iter().rposition(opens).unwrap_or(0);
     let taken = (since..log.len())
@@ -208,7 +232,7 @@ fn jerk(log: &[Entry], axis: usize) -> String {
         .filter_map(|n| setting(&log[n].line).filter(|(letter, _)| *letter == 'j'))
         .map(|(_, n)| n);
     match taken.fold(None, |_, n| Some(n)) {
-        Some(n) if n != 0 && board_setting_now(log, 13) == "law=1" => format!(" {n}/s3"),
+        Some(n) if n != 0 => format!(" {n}/s3"),
         _ => String::new(),
     }
 }
@@ -246,7 +270,7 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
                 }
             }
         }
-        ("g+" | "g-", None) => {
+        ("g+" | "g-", None) if !nameless(before) => {
             for axis in selected(before) {
                 staged[axis] = travel(&entry.line);
             }
@@ -259,11 +283,12 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
         if entry.busy[axis] {
             return None;
         }
-        let settings = settings(before, axis);
-        if !allowed(before, &settings) {
+        let (settings, jerk) = (settings(before, axis), jerk(before, axis));
+        let curves = board_setting_now(before, 13) == "law=1";
+        if !allowed(before, &settings) || !jerk.is_empty() && !curves {
             return None;
         }
-        orders.push(format!("{} {settings}{} {travel}", axis + 1, jerk(before, axis)));
+        orders.push(format!("{} {settings}{jerk} {travel}", axis + 1));
     }
     (!orders.is_empty()).then(|| orders.join("; "))
 }
@@ -273,6 +298,9 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
 pub fn should_change(log: &[Entry]) -> Option<String> {
     let (entry, before) = log.split_last()?;
     let line = entry.line.as_str();
+    if nameless(before) {
+        return None;
+    }
     let mut axes = selected(before);
     let what = if let Some(steps) = line.strip_prefix('@').and_then(signed) {
         if axes.iter().any(|axis| !entry.busy[*axis]) {
@@ -299,6 +327,9 @@ pub fn should_answer(log: &[Entry]) -> String {
     let line = entry.line.as_str();
     let yes = |yes: bool| if yes { "Y" } else { "E" }.to_string();
     let idle = || selected(before).iter().all(|axis| !entry.busy[*axis]);
+    if addresses(line) && nameless(before) {
+        return yes(false);
+    }
     if should_start(log).is_some() || should_change(log).is_some() {
         return yes(!entry.refused);
     }
@@ -323,6 +354,31 @@ pub fn should_answer(log: &[Entry]) -> String {
     }
 }
 
+/// The letters of the stops at the end of this log: for each axis the first Z or
+/// the last K since something else has become of it.
+fn stops(log: &[Entry]) -> String {
+    let letter = |axis: usize| {
+        let fate = |n: usize| {
+            let (entry, before) = (&log[n], &log[..n]);
+            let selected = selected(before).contains(&axis);
+            match entry.line.as_str() {
+                "K" if entry.busy[axis] => Some('K'),
+                "Z" if entry.busy[axis] && selected => Some('Z'),
+                "!" => Some('-'),
+                _ if entry.answer != "Y" => None,
+                line if line.starts_with('@') && selected => Some('-'),
+                _ => {
+                    let orders = should_start(&log[..=n])?;
+                    let number = format!("{} ", axis + 1);
+                    orders.split("; ").any(|order| order.starts_with(&number)).then_some('-')
+                }
+            }
+        };
+        (0..log.len()).rev().find_map(fate).unwrap_or('-')
+    };
+    (0..AXES).map(letter).collect()
+}
+
 /// The answer to a `?` at the end of this log.
 fn should_tell(log: &[Entry], now: &Entry) -> String {
     let since = log.iter().rposition(|entry| entry.line == "!").map_or(0, |n| n + 1);
@@ -330,6 +386,7 @@ fn should_tell(log: &[Entry], now: &Entry) -> String {
     let uncertain: u8 = (0..AXES).map(|n| u8::from(now.position[n].is_none()) << n).sum();
     format!(
         "stepwright 0.1 axes={AXES} max=120000 late=0 refused={refused} uncertain={uncertain} \
-         can=jerk,safety"
+         stop={} can=jerk,safety",
+        stops(log)
     )
 }

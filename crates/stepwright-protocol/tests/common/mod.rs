@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 
 use stepwright::profile::Ramp;
 use stepwright::{Change, Order, Speed, Travel};
-use stepwright_protocol::{AxisId, Command, Machine, Refusal, Reply, Setting, Settings, Slave};
+use stepwright_protocol::{
+    AxisId, Command, Machine, Refusal, Reply, Setting, Settings, Slave, Stop,
+};
 
 /// One axis of the bench.
 #[derive(Clone, Default)]
@@ -223,8 +225,8 @@ pub fn change_in_words(change: Change) -> String {
 ///
 /// Each row is a line of the master, the slave's answer and, behind `->`, what
 /// the machine was told. `""` is an empty line. What begins with `*` happens
-/// to the machine: `*arrive 1`, `*press 1`, `*refuse too-fast`,
-/// `*late 7`.
+/// to the machine: `*arrive 1`, `*press 1`, `*refuse too-fast`, `*late 7`,
+/// `*switch 1`, `*silent 1`.
 pub fn talk(table: &str) {
     let (mut slave, mut bench) = (Slave::<3>::new(), Bench::new(3));
     for (n, row) in table.lines().map(str::trim).enumerate().filter(|(_, row)| !row.is_empty()) {
@@ -233,6 +235,11 @@ pub fn talk(table: &str) {
         let answer = answer.trim();
         match line {
             "*arrive" => bench.arrive(answer.parse::<usize>().unwrap() - 1),
+            "*switch" | "*silent" => {
+                let index = answer.parse::<usize>().unwrap() - 1;
+                let reason = if line == "*switch" { Stop::Switch } else { Stop::Timeout };
+                slave.stopped(1 << index, reason);
+            }
             "*press" => bench.press(answer.parse::<usize>().unwrap() - 1),
             "*refuse" => bench.refuse = Some(Refusal::named(answer.as_bytes())),
             "*late" => bench.late = answer.parse().unwrap(),
@@ -240,7 +247,7 @@ pub fn talk(table: &str) {
                 let line = line.replace("\"\"", "").replace("\\n", "\n").replace("\\0", "\0");
                 let mut said = say(&mut slave, &mut bench, line.as_bytes());
                 if line == "?" {
-                    said = without_defaults(&said, answer);
+                    said = without_extras(&said, answer);
                 }
                 assert_eq!(said, answer, "row {n}: {row}");
             }
@@ -249,12 +256,12 @@ pub fn talk(table: &str) {
     }
 }
 
-/// The answer to `?` without the words that hardly ever change, but for those
-/// that are expected by name.
-fn without_defaults(said: &str, expected: &str) -> String {
+/// The answer to `?` without the words `stop` and `can` where they are not
+/// expected by name.
+fn without_extras(said: &str, expected: &str) -> String {
     let words = said.split(' ').filter(|word| {
-        let (name, _) = word.split_once('=').unwrap_or((word, ""));
-        *word != "can=jerk,safety" || expected.contains(&format!(" {name}="))
+        let extra = ["stop", "can"].into_iter().find(|name| word.starts_with(&format!("{name}=")));
+        extra.is_none_or(|name| expected.contains(&format!(" {name}=")))
     });
     words.collect::<Vec<_>>().join(" ")
 }

@@ -139,7 +139,7 @@ fn one_step_beyond_the_limit_is_refused_and_the_limit_is_not() {
     say(&mut chip, &format!("PO s{max} t{} G+2000", max + 1));
     chip.expect("E", "E");
     talk(&mut chip, "? stepwright * last=too-fast uncertain=0*");
-    say(&mut chip, &format!("t{max} E"));
+    say(&mut chip, &format!("PO s{max} t{max} G+2000 E"));
     rest(&mut chip);
     chip.expect("V1", "2000");
     assert_eq!(steps(&chip, 0).len(), 2000);

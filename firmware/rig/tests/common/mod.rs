@@ -92,12 +92,12 @@ pub fn talk(chip: &mut Chip, table: &str) {
     }
 }
 
-/// Whether `text` is `pattern`, whose one `*` stands for anything.
+/// Whether `text` is `pattern`, where each `*` stands for anything.
 fn matches(text: &str, pattern: &str) -> bool {
     match pattern.split_once('*') {
-        Some((begin, end)) => {
-            text.len() + 1 >= pattern.len() && text.starts_with(begin) && text.ends_with(end)
-        }
+        Some((begin, rest)) => text.strip_prefix(begin).is_some_and(|left| {
+            left.char_indices().map(|(at, _)| &left[at..]).chain([""]).any(|end| matches(end, rest))
+        }),
         None => text == pattern,
     }
 }

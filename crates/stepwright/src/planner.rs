@@ -61,7 +61,7 @@ mod curve;
 mod share;
 mod work;
 
-use crate::num::Num;
+use crate::num::{Hand, Num, hand, part, whole};
 use crate::order::{Change, Order, Travel};
 use crate::profile::{Ramp, Unfit};
 use crate::run::Run;
@@ -433,30 +433,33 @@ impl Planner {
                 work.stage = Stage::Begin;
             }
             Stage::Begin => {
-                work.pending = self.speed_after(steps, first);
+                self.speed_after(steps, first).to(&mut work.pending);
                 work.stage = Stage::Half;
                 return Planned::Again;
             }
             Stage::Half => {
-                let v = work.pending;
-                work.mean = clock.twice.over(&v.plus(&self.v));
-                let change = if up { v.minus(&self.v) } else { self.v.minus(&v) };
+                let change = hand(&work.pending);
+                let change = if up { change.minus(&self.v) } else { change.off(&self.v) };
+                change.to(&mut work.delta);
+                let mean = hand(&work.pending).plus(&self.v).under(&clock.twice);
                 // δ and what follows from it need few bits: the run's end is
                 // exact.
-                work.delta = work.mean.roughly(&clock.inverse).roughly(&change).scaled(1);
+                let delta = mean.also(&mut work.mean).roughly(&clock.inverse).roughly(&work.delta);
+                delta.scaled(1).to(&mut work.delta);
                 work.stage = Stage::Late;
                 return Planned::Again;
             }
             Stage::Late | Stage::Last => work.stage = Stage::Begin,
         }
-        let (mean, delta) = (work.mean, work.delta);
-        let mut spread = delta.roughly(&delta);
-        if self.is_bent() {
-            spread = spread.plus(&self.jerk_of(clock, work, size));
+        let bent = self.is_bent().then(|| self.jerk_of(clock, work, size));
+        let (mean, delta) = (&work.mean, &work.delta);
+        let mut spread = hand(delta).roughly(delta);
+        if let Some(jerk) = &bent {
+            spread = spread.plus(jerk);
         }
-        let error = spread.roughly(&mean).scaled(i16::from(size) - 5);
+        let error = spread.roughly(mean).scaled(size as i8 - 5).number();
         if size > 0
-            && !(clock.holds(&mean, size) && error.is_below(clock.bound) && delta.is_below(-2))
+            && !(clock.holds(mean, size) && error.is_below(clock.bound) && delta.is_below(-2))
         {
             self.size = size - 1;
             return Planned::Again;
@@ -464,7 +467,7 @@ impl Planner {
         // Twice the length has eight times the error; a fall's grows by itself.
         // A run that was short for want of room says nothing of the next ones.
         if steps == full {
-            self.size = if clock.holds(&mean, size + 1)
+            self.size = if clock.holds(mean, size + 1)
                 && error.is_below(clock.bound - if up { 3 } else { 4 })
                 && delta.is_below(-4)
             {
@@ -485,26 +488,25 @@ impl Planner {
         self.bent.goes_to(work.time);
         // An even number: then neither a stride's mean interval nor the spread
         // has a half to lose.
-        let mut half = delta.roughly(&mean).scaled(15);
-        half = if steps == full {
-            half.scaled(0i16.wrapping_sub(size.into()))
-        } else {
-            half.over(&Num::from(steps))
-        };
+        let mut half = hand(delta).roughly(mean).scaled(15 - size as i8);
+        if steps != full {
+            let sum = half.scaled(size as i8).number();
+            half = whole(steps).under(&sum);
+        }
         let add = (half.rounded_whole() as i32).wrapping_shl(1);
-        self.fitted(run, &mean, if up { add.wrapping_neg() } else { add }, steps as u16)
+        self.fitted(run, mean, if up { add.wrapping_neg() } else { add }, steps as u16)
     }
 
     /// The speed so many steps further on the first ramp or down the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn speed_after(&self, steps: u32, first: bool) -> Num {
+    fn speed_after(&self, steps: u32, first: bool) -> Hand {
         let (slope, w, n) = match (first, self.ease) {
             (true, false) => (&self.a2, &self.w_from, self.risen.wrapping_add(steps)),
             // What falls is reckoned from its end: nothing is subtracted.
             (true, true) => (&self.slope, &self.w_from, self.rise.wrapping_sub(steps)),
             _ => (&self.d2, &self.w_end, self.fall.wrapping_sub(steps)),
         };
-        slope.times(&Num::from(n)).plus(w).root()
+        whole(n).times(slope).plus(w).root()
     }
 
     /// So many steps with this mean interval, growing by `add`, an even number.
@@ -559,33 +561,35 @@ impl Planner {
         if self.is_bent() {
             return self.bent_corner(clock, work, run, last);
         }
-        let rise = Num::part(self.rise_part);
-        let fall = Num::part(if last { self.fall_part } else { 0 });
+        let rise = self.rise_part;
+        let fall = if last { self.fall_part } else { 0 };
         match work.stage {
             Stage::Begin => {
-                work.pending = clock.twice.times(&rise).over(&self.v.plus(&self.v_top));
+                hand(&self.v).plus(&self.v_top).to(&mut work.mean);
+                part(rise).times(&clock.twice).over(&work.mean).to(&mut work.pending);
                 work.stage = Stage::Half;
                 Planned::Again
             }
             Stage::Half => {
-                let level = Num::ONE.minus(&rise).minus(&fall);
-                let time = clock.interval(&self.v_top).times(&level);
-                work.pending = work.pending.plus(&time);
+                part(fall).to(&mut work.mean);
+                part(rise).off(&Num::ONE).minus(&work.mean).to(&mut work.mean);
+                let level = hand(&self.v_top).under(&clock.twice).scaled(-1).times(&work.mean);
+                level.plus(&work.pending).to(&mut work.pending);
                 work.stage = Stage::Late;
                 Planned::Again
             }
             Stage::Late if last => {
-                work.mean = self.speed_after(0, false);
+                self.speed_after(0, false).to(&mut work.mean);
                 work.stage = Stage::Last;
                 Planned::Again
             }
             Stage::Late | Stage::Last => {
-                let mut time = work.pending;
                 self.v = self.v_top;
                 if last {
                     self.v = work.mean;
-                    let sum = self.v_top.plus(&self.v);
-                    time = time.plus(&clock.twice.times(&fall).over(&sum));
+                    hand(&self.v_top).plus(&self.v).to(&mut work.mean);
+                    let time = part(fall).times(&clock.twice).over(&work.mean);
+                    time.plus(&work.pending).to(&mut work.pending);
                     self.fall_part = 0;
                 }
                 self.rise_part = 0;
@@ -593,7 +597,7 @@ impl Planner {
                     self.level = self.level.wrapping_sub(1);
                 }
                 work.stage = Stage::Begin;
-                self.fitted(run, &time, 0, 1)
+                self.fitted(run, &work.pending, 0, 1)
             }
         }
     }

@@ -18,10 +18,10 @@ use proptest::prelude::*;
 use stepwright_rig::{Chip, Image};
 
 /// Places in RAM for a result and for two operands. The firmware does not run:
-/// it is all free.
-const OUT: u16 = 0x200;
-const A: u16 = 0x210;
-const B: u16 = 0x220;
+/// it is all free but for the number in hand, which lies below.
+const OUT: u16 = 0x700;
+const A: u16 = 0x710;
+const B: u16 = 0x720;
 
 /// What C's convention has a function leave as it was, besides r1, which is 0.
 const KEPT: [u8; 18] = [2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29];
@@ -83,6 +83,25 @@ impl Routines {
         });
         assert_eq!((result, result), (in_a, in_b), "{name} writes before it has read");
         result
+    }
+
+    /// What has a second operand, of the number in hand.
+    fn in_hand(&self, name: &str, a: Num, b: Num) -> [u8; 6] {
+        self.take_in_hand(a);
+        self.put(B, b);
+        self.call(&format!("hand_{name}"), &[B]);
+        self.hand()
+    }
+
+    fn take_in_hand(&self, a: Num) {
+        self.put(A, a);
+        self.call("hand_load", &[A]);
+        assert_eq!(self.get(A), bytes(a));
+    }
+
+    fn hand(&self) -> [u8; 6] {
+        self.call("hand_store", &[OUT]);
+        self.get(OUT)
     }
 
     fn root(&self, a: Num) -> [u8; 6] {
@@ -160,6 +179,30 @@ fn each_of_two_operands_is_the_rusts() {
         prop_assert_eq!(chip.of_two("plus", a, b), bytes(a.plus(&b)), "plus");
         prop_assert_eq!(chip.of_two("minus", a, b), bytes(a.minus(&b)), "minus");
         prop_assert_eq!(chip.at_least(a, b), u8::from(a.at_least(&b)), "at_least");
+    });
+}
+
+#[test]
+fn what_is_done_in_hand_is_the_rusts() {
+    let chip = Routines::new();
+    proptest!(cases(), |((a, b) in pair(), by: i8, n: u32)| {
+        prop_assert_eq!(chip.in_hand("times", a, b), bytes(a.times(&b)), "times");
+        prop_assert_eq!(chip.in_hand("roughly", a, b), bytes(a.roughly(&b)), "roughly");
+        prop_assert_eq!(chip.in_hand("over", a, b), bytes(a.over(&b)), "over");
+        prop_assert_eq!(chip.in_hand("under", a, b), bytes(b.over(&a)), "under");
+        prop_assert_eq!(chip.in_hand("plus", a, b), bytes(a.plus(&b)), "plus");
+        prop_assert_eq!(chip.in_hand("minus", a, b), bytes(a.minus(&b)), "minus");
+        prop_assert_eq!(chip.in_hand("off", a, b), bytes(b.minus(&a)), "off");
+        prop_assert_eq!(chip.in_hand("square", a, b), bytes(a.times(&a)), "square");
+        prop_assert_eq!(chip.in_hand("root", a, b), bytes(a.root()), "root");
+        chip.take_in_hand(a);
+        prop_assert_eq!((chip.call("hand_at_least", &[B]) >> 48) as u8, u8::from(a.at_least(&b)));
+        let both = chip.call("hand_split", &[]);
+        prop_assert_eq!(((both >> 32) as u32, both as u32), a.split(), "split");
+        chip.call("hand_scale", &[u16::from(by as u8)]);
+        prop_assert_eq!(chip.hand(), bytes(a.scaled(by.into())), "scale");
+        chip.call("hand_whole", &[(n >> 16) as u16, n as u16]);
+        prop_assert_eq!(chip.hand(), bytes(Num::from(n)), "whole");
     });
 }
 

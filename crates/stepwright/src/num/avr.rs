@@ -19,6 +19,7 @@
 
 use super::Num;
 use core::arch::asm;
+use core::mem::MaybeUninit;
 
 unsafe extern "C" {
     fn stepwright_times(a: *const Num, b: *const Num) -> Num;
@@ -30,6 +31,123 @@ unsafe extern "C" {
     fn stepwright_new(m: u32, e: i16) -> Num;
     fn stepwright_split(a: *const Num) -> u64;
     fn stepwright_at_least(a: *const Num, b: *const Num) -> u8;
+
+    fn stepwright_hand_load(a: *const Num);
+    fn stepwright_hand_whole(n: u32);
+    fn stepwright_hand_store(a: *mut Num);
+    fn stepwright_hand_times(a: *const Num);
+    fn stepwright_hand_roughly(a: *const Num);
+    fn stepwright_hand_over(a: *const Num);
+    fn stepwright_hand_under(a: *const Num);
+    fn stepwright_hand_plus(a: *const Num);
+    fn stepwright_hand_minus(a: *const Num);
+    fn stepwright_hand_off(a: *const Num);
+    fn stepwright_hand_square();
+    fn stepwright_hand_root();
+    fn stepwright_hand_scale(by: i8);
+    fn stepwright_hand_split() -> u64;
+    fn stepwright_hand_at_least(a: *const Num) -> u8;
+}
+
+/// The number in hand: see `hand.rs`. The foreground's alone.
+#[unsafe(no_mangle)]
+static mut STEPWRIGHT_HAND: Num = Num::UNSET;
+
+/// The right to it: there is one chain at a time.
+pub(super) struct Place(());
+
+/// What has a second operand.
+macro_rules! in_hand {
+    ($($name:ident = $routine:ident),*) => { $(
+        #[inline(always)]
+        pub(super) fn $name(&mut self, other: &Num) {
+            // SAFETY: the routine reads a number and works on the one in hand, which
+            // nobody else does: no interrupt plans.
+            unsafe { $routine(other) }
+        }
+    )* };
+}
+
+impl Place {
+    in_hand! {
+        times = stepwright_hand_times,
+        roughly = stepwright_hand_roughly,
+        over = stepwright_hand_over,
+        under = stepwright_hand_under,
+        plus = stepwright_hand_plus,
+        minus = stepwright_hand_minus,
+        off = stepwright_hand_off
+    }
+
+    #[inline(always)]
+    pub(super) fn load(a: &Num) -> Place {
+        // SAFETY: as above.
+        unsafe { stepwright_hand_load(a) };
+        Place(())
+    }
+
+    #[inline(always)]
+    pub(super) fn whole(n: u32) -> Place {
+        // SAFETY: as above.
+        unsafe { stepwright_hand_whole(n) };
+        Place(())
+    }
+
+    #[inline(always)]
+    pub(super) fn store(&self, a: &mut Num) {
+        // SAFETY: as above; the routine writes a number.
+        unsafe { stepwright_hand_store(a) };
+    }
+
+    #[inline(always)]
+    pub(super) fn number(&self) -> Num {
+        let mut number = MaybeUninit::uninit();
+        // SAFETY: as above.
+        unsafe {
+            stepwright_hand_store(number.as_mut_ptr());
+            number.assume_init()
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn square(&mut self) {
+        // SAFETY: as above.
+        unsafe { stepwright_hand_square() };
+    }
+
+    #[inline(always)]
+    pub(super) fn root(&mut self) {
+        // SAFETY: as above.
+        unsafe { stepwright_hand_root() };
+    }
+
+    #[inline(always)]
+    pub(super) fn scale(&mut self, by: i8) {
+        // SAFETY: as above.
+        unsafe { stepwright_hand_scale(by) };
+    }
+
+    #[inline(always)]
+    pub(super) fn split(&self) -> (u32, u32) {
+        // SAFETY: as above.
+        let both = unsafe { stepwright_hand_split() };
+        ((both >> 32) as u32, both as u32)
+    }
+
+    #[inline(always)]
+    pub(super) fn at_least(&self, other: &Num) -> bool {
+        // SAFETY: as above.
+        unsafe { stepwright_hand_at_least(other) != 0 }
+    }
+
+    #[inline(always)]
+    pub(super) fn is_below(&self, e: i16) -> bool {
+        // SAFETY: as above. The compiler does not see who writes it.
+        unsafe { (&raw const STEPWRIGHT_HAND).read_volatile() }.is_below(e)
+    }
+
+    #[inline(always)]
+    pub(super) fn end(&self) {}
 }
 
 /// What has two operands and a number as its result.
@@ -417,7 +535,76 @@ extern "C" fn stepwright_numbers() {
             "81:",
             "mov r24, r0",
             "ret",
+
+            // The number in hand as the first operand and the result.
+            "90:",
+            "movw r20, r24",
+            "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
+            "movw r22, r24",
+            "ret",
+            // … as the second operand and the result.
+            "91:",
+            "movw r22, r24",
+            "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
+            "movw r20, r24",
+            "ret",
+            ".global stepwright_hand_times",
+            "stepwright_hand_times:", "rcall 90b", "rjmp stepwright_times",
+            ".global stepwright_hand_square",
+            "stepwright_hand_square:", "rcall 91b", "movw r22, r24", "rjmp stepwright_times",
+            ".global stepwright_hand_roughly",
+            "stepwright_hand_roughly:", "rcall 90b", "rjmp stepwright_roughly",
+            ".global stepwright_hand_over",
+            "stepwright_hand_over:", "rcall 90b", "rjmp stepwright_over",
+            ".global stepwright_hand_under",
+            "stepwright_hand_under:", "rcall 91b", "rjmp stepwright_over",
+            ".global stepwright_hand_plus",
+            "stepwright_hand_plus:", "rcall 90b", "rjmp stepwright_plus",
+            ".global stepwright_hand_minus",
+            "stepwright_hand_minus:", "rcall 90b", "rjmp stepwright_minus",
+            ".global stepwright_hand_off",
+            "stepwright_hand_off:", "rcall 91b", "rjmp stepwright_minus",
+            ".global stepwright_hand_root",
+            "stepwright_hand_root:", "rcall 90b", "rjmp stepwright_root",
+            ".global stepwright_hand_split",
+            "stepwright_hand_split:", "rcall 90b", "rjmp stepwright_split",
+            ".global stepwright_hand_at_least",
+            "stepwright_hand_at_least:",
+            "rcall 90b",
+            "movw r22, r20",
+            "rjmp stepwright_at_least",
+            ".global stepwright_hand_whole",
+            "stepwright_hand_whole:",
+            "movw r20, r22", "movw r22, r24",
+            "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
+            "clr r18", "clr r19",
+            "rjmp stepwright_new",
+            ".global stepwright_hand_scale",
+            "stepwright_hand_scale:",
+            "mov r25, r24", "lsl r25", "sbc r25, r25",
+            "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
+            "ldd r22, Z+4", "ldd r23, Z+5",
+            "add r22, r24", "adc r23, r25",
+            "std Z+4, r22", "std Z+5, r23",
+            "ret",
+            ".global stepwright_hand_store",
+            "stepwright_hand_store:",
+            "movw r26, r24",
+            "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
+            "rjmp 92f",
+            ".global stepwright_hand_load",
+            "stepwright_hand_load:",
+            "movw r30, r24",
+            "ldi r26, lo8({hand})", "ldi r27, hi8({hand})",
+            "92:",
+            "ldi r25, 6",
+            "93:",
+            "ld r24, Z+", "st X+, r24",
+            "dec r25",
+            "brne 93b",
+            "ret",
             "99:",
+            hand = sym STEPWRIGHT_HAND,
             options(nomem, nostack),
         );
     }

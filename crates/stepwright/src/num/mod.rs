@@ -13,6 +13,9 @@
 
 #[cfg(target_arch = "avr")]
 mod avr;
+mod hand;
+
+pub(crate) use hand::{Hand, hand, part, whole};
 
 /// A number ≥ 0 with 32 significant bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,274 @@
+//! The number in hand: a chain of operations without a number between.
+//!
+//! ```text
+//!   hand(a).times(b).plus(c).root().to(d)       d = √(a·b + c)
+//! ```
+//!
+//! The bits are those of [`Num`]'s own operations. On an AVR the number lies at a fixed
+//! place, so that an operation takes one address where [`Num`]'s take three, which halves
+//! the code around it. There is one hand, for the foreground; a second chain that begins
+//! before the first has ended would spoil it, and is found out by the tests.
+
+use super::Num;
+
+/// A chain that is under way. What ends it gives the number away.
+#[must_use = "the chain has no end"]
+pub(crate) struct Hand(Place);
+
+/// Begins with a number.
+#[inline(always)]
+pub(crate) fn hand(a: &Num) -> Hand {
+    Hand(Place::load(a))
+}
+
+/// Begins with an integer.
+#[inline(always)]
+pub(crate) fn whole(n: u32) -> Hand {
+    Hand(Place::whole(n))
+}
+
+/// Begins with a part of one, in 2⁻³².
+#[inline(always)]
+pub(crate) fn part(x: u32) -> Hand {
+    whole(x).scaled(-32)
+}
+
+/// What has a second operand.
+macro_rules! operations {
+    ($($(#[$doc:meta])* $name:ident),*) => { $(
+        $(#[$doc])*
+        #[inline(always)]
+        pub(crate) fn $name(mut self, other: &Num) -> Hand {
+            self.0.$name(other);
+            self
+        }
+    )* };
+}
+
+impl Hand {
+    operations! {
+        /// · other.
+        times,
+        /// · other, to 15 bits.
+        roughly,
+        /// / other.
+        over,
+        /// other / this.
+        under,
+        /// + other.
+        plus,
+        /// − other.
+        minus,
+        /// other − this.
+        off
+    }
+
+    /// Its square.
+    #[inline(always)]
+    pub(crate) fn square(mut self) -> Hand {
+        self.0.square();
+        self
+    }
+
+    /// Its square root.
+    #[inline(always)]
+    pub(crate) fn root(mut self) -> Hand {
+        self.0.root();
+        self
+    }
+
+    /// · 2^by.
+    #[inline(always)]
+    pub(crate) fn scaled(mut self, by: i8) -> Hand {
+        self.0.scale(by);
+        self
+    }
+
+    /// Writes it down, and goes on.
+    #[inline(always)]
+    pub(crate) fn also(self, a: &mut Num) -> Hand {
+        self.0.store(a);
+        self
+    }
+
+    /// Writes it down.
+    #[inline(always)]
+    pub(crate) fn to(self, a: &mut Num) {
+        self.0.store(a);
+        self.0.end();
+    }
+
+    /// The number itself.
+    #[inline(always)]
+    pub(crate) fn number(self) -> Num {
+        let number = self.0.number();
+        self.0.end();
+        number
+    }
+
+    /// The whole part, at most `u32::MAX`, and the rest in 2⁻³².
+    #[inline(always)]
+    pub(crate) fn split(self) -> (u32, u32) {
+        let parts = self.0.split();
+        self.0.end();
+        parts
+    }
+
+    /// The nearest integer, at most `u32::MAX`.
+    #[inline(always)]
+    pub(crate) fn rounded_whole(self) -> u32 {
+        let (whole, part) = self.split();
+        whole.saturating_add(part >> 31)
+    }
+
+    /// Whether it is at least so large.
+    #[inline(always)]
+    pub(crate) fn at_least(self, other: &Num) -> bool {
+        let is = self.0.at_least(other);
+        self.0.end();
+        is
+    }
+
+    /// Whether it is less than 2^e.
+    #[inline(always)]
+    pub(crate) fn is_below(self, e: i16) -> bool {
+        let is = self.0.is_below(e);
+        self.0.end();
+        is
+    }
+}
+
+#[cfg(target_arch = "avr")]
+use super::avr::Place;
+
+/// Where the number is.
+#[cfg(not(target_arch = "avr"))]
+struct Place(Num);
+
+#[cfg(not(target_arch = "avr"))]
+impl Place {
+    fn load(a: &Num) -> Place {
+        #[cfg(test)]
+        busy::begin();
+        Place(*a)
+    }
+
+    fn whole(n: u32) -> Place {
+        Place::load(&Num::from(n))
+    }
+
+    fn times(&mut self, other: &Num) {
+        self.0 = self.0.times(other);
+    }
+
+    fn roughly(&mut self, other: &Num) {
+        self.0 = self.0.roughly(other);
+    }
+
+    fn over(&mut self, other: &Num) {
+        self.0 = self.0.over(other);
+    }
+
+    fn under(&mut self, other: &Num) {
+        self.0 = other.over(&self.0);
+    }
+
+    fn plus(&mut self, other: &Num) {
+        self.0 = self.0.plus(other);
+    }
+
+    fn minus(&mut self, other: &Num) {
+        self.0 = self.0.minus(other);
+    }
+
+    fn off(&mut self, other: &Num) {
+        self.0 = other.minus(&self.0);
+    }
+
+    fn square(&mut self) {
+        self.0 = self.0.times(&self.0);
+    }
+
+    fn root(&mut self) {
+        self.0 = self.0.root();
+    }
+
+    fn scale(&mut self, by: i8) {
+        self.0 = self.0.scaled(by.into());
+    }
+
+    fn store(&self, a: &mut Num) {
+        *a = self.0;
+    }
+
+    fn number(&self) -> Num {
+        self.0
+    }
+
+    fn split(&self) -> (u32, u32) {
+        self.0.split()
+    }
+
+    fn at_least(&self, other: &Num) -> bool {
+        self.0.at_least(other)
+    }
+
+    fn is_below(&self, e: i16) -> bool {
+        self.0.is_below(e)
+    }
+
+    #[cfg_attr(not(test), allow(clippy::unused_self))]
+    fn end(&self) {
+        #[cfg(test)]
+        busy::end();
+    }
+}
+
+/// Sees to it that there is one chain at a time.
+#[cfg(test)]
+mod busy {
+    extern crate std;
+    use core::cell::Cell;
+
+    std::thread_local!(static BUSY: Cell<bool> = const { Cell::new(false) });
+
+    pub(super) fn begin() {
+        assert!(!BUSY.replace(true), "a chain begins within another");
+    }
+
+    pub(super) fn end() {
+        assert!(BUSY.replace(false));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chain_is_the_operations_one_by_one() {
+        let (a, b, c) = (Num::from(1_000_003), Num::from(77), Num::part(5 << 29));
+        let mut d = Num::UNSET;
+        hand(&a).times(&b).plus(&c).root().to(&mut d);
+        assert_eq!(d, a.times(&b).plus(&c).root());
+        hand(&a).over(&b).minus(&c).scaled(-3).to(&mut d);
+        assert_eq!(d, a.over(&b).minus(&c).scaled(-3));
+        let mut e = Num::UNSET;
+        whole(77).under(&a).also(&mut e).off(&a).square().roughly(&c).to(&mut d);
+        assert_eq!(e, a.over(&b));
+        let off = a.minus(&e);
+        assert_eq!(d, off.times(&off).roughly(&c));
+        assert_eq!(hand(&c).split(), c.split());
+        assert!(hand(&a).at_least(&b) && !hand(&b).at_least(&a));
+        assert!(hand(&b).is_below(7) && !hand(&b).is_below(6));
+    }
+
+    #[test]
+    #[should_panic(expected = "within another")]
+    fn a_chain_within_another_is_found_out() {
+        let (a, mut b) = (Num::ONE, Num::UNSET);
+        let first = hand(&a);
+        hand(&a).to(&mut b);
+        first.to(&mut b);
+    }
+}

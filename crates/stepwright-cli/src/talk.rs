@@ -15,7 +15,7 @@ use std::fmt;
 use std::io::{self, ErrorKind};
 use std::time::Duration;
 
-use stepwright_protocol::{AxisId, Command, Info, Master, Refusal, Reply, Selection};
+use stepwright_protocol::{AxisId, Command, Info, Master, Refusal, Reply, Selection, Stop};
 
 use crate::interrupt;
 use crate::link::Link;
@@ -332,6 +332,12 @@ impl Talk {
     /// Why the last line was answered E; `None` if the board can't tell.
     pub fn why(&mut self) -> Result<Option<Refusal>, Trouble> {
         Ok(self.ask_info()?.and_then(|info| info.last))
+    }
+
+    /// Why an axis has stopped before the end of its order; `None` if nothing has stopped
+    /// it, or the board does not say.
+    pub fn stop_of(&mut self, axis: AxisId) -> Option<Stop> {
+        self.ask_info().ok()??.stops?.of(axis)
     }
 
     /// Leaves the line alone for a while.

@@ -301,8 +301,11 @@ fn two_masters_at_once_are_kept_apart_but_a_stop_gets_through() {
     assert_eq!(stopped.code(), Some(0), "{stopped:?}");
     let ended = moving.end();
     let rest = stopped.last_line().strip_suffix(" ready").expect("it rests");
-    ended.assert(1, &format!("{rest} stopped"));
-    ended.assert_error("not at -1000000 as ordered");
+    ended.assert(1, &format!("{rest} stopped by a soft stop (Z)"));
+    ended.assert_error("steps before -1000000, by a soft stop (Z)");
+    let status = board.order(&["status"]).stdout;
+    assert!(status.contains(&format!("{rest} ready, stopped by a soft stop (Z)\n")), "{status}");
+    assert!(status.contains("position 0 ready, stopped by a kill (K)\n"), "{status}");
 }
 
 #[test]

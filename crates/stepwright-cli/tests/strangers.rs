@@ -231,3 +231,45 @@ fn a_jerk_is_asked_only_of_a_board_that_bends_by_it() {
     order(&path, &["move", "0"]).assert(0, "position 0 ready");
     assert!(!lines.lock().unwrap().iter().any(|line| line.starts_with('$')));
 }
+
+/// A board whose switch stops the axis on its way: the reason is in the last line, in the
+/// error, in `status` and for programs.
+#[test]
+fn the_reason_of_a_stop_is_said() {
+    let board = |position: &'static str, stops: &'static str| {
+        play(move |line| {
+            Some(match line {
+                "?" => format!(
+                    "stepwright 0.1 axes=3 max=114285 late=0 refused=0 last=none uncertain=0 \
+                     stop={stops} can=none"
+                ),
+                "F" => "R".to_owned(),
+                "V1" => position.to_owned(),
+                "V2" | "V3" => "0".to_owned(),
+                _ => "Y".to_owned(),
+            })
+        })
+    };
+    let ended = order(&board("70", "S-T"), &["status"]);
+    assert!(ended.stdout.contains("position 70 ready, stopped by its limit switch\n"), "{ended:?}");
+    assert!(ended.stdout.contains("axis 2      position 0 ready\n"), "{ended:?}");
+    assert!(ended.stdout.contains("stopped by the silence of the host\n"), "{ended:?}");
+    let ended = order(&board("70", "S-T"), &["status", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let stops = [0, 1, 2].map(|n| json["axes"][n]["stop"].clone());
+    assert_eq!(stops, ["switch".into(), serde_json::Value::Null, "timeout".into()]);
+
+    // It was ordered to 470 and rests where it was.
+    let ended = order(&board("70", "S--"), &["move", "400"]);
+    ended.assert(1, "position 70 stopped by its limit switch");
+    ended.assert_error("stopped at 70, 400 steps before 470, by its limit switch");
+    let ended = order(&board("70", "S--"), &["move", "400", "--format", "json"]);
+    assert!(ended.stdout.contains(r#""stop":"switch""#), "{ended:?}");
+    let ended = order(&board("70", "T--"), &["run", "400"]);
+    ended.assert(1, "position 70 stopped by the silence of the host");
+    ended.assert_error("the axis was stopped by the silence of the host");
+    let ended = order(&board("0", "-S-"), &["line", "400", "50"]);
+    ended.assert_error("axis 2 was stopped by its limit switch");
+    // One that does not say is asked no more than that.
+    order(&board("70", "---"), &["move", "400"]).assert(1, "position 70 stopped");
+}

@@ -189,10 +189,20 @@ fn go(
         "ready" => Ok(()),
         "stopped" if braked => Err(Failure::interrupted("braked before the end of the line")
             .hint("the positions are known")),
-        "stopped" => Err(Failure::new("the axes don't rest where they were ordered to")
-            .hint("did another master, a switch or a reset stop them, or noise change a digit?")),
+        "stopped" => Err(stopped(talk, axes)),
         _ => Err(Failure::new("a position is uncertain: something has killed the motion")
             .hint("if it stands at a known place, or to go and find one: `stepwright zero`")),
+    }
+}
+
+/// Some rest elsewhere: the first that something has stopped, and why.
+fn stopped(talk: &mut Talk, axes: &[AxisId]) -> Failure {
+    let why = axes.iter().find_map(|axis| Some((axis.number(), talk.stop_of(*axis)?)));
+    match why {
+        Some((axis, stop)) => Failure::new(format!("axis {axis} was stopped by {}", stop.words()))
+            .hint("the positions are known"),
+        None => Failure::new("the axes don't rest where they were ordered to")
+            .hint("did another master, a switch or a reset stop them, or noise change a digit?"),
     }
 }
 

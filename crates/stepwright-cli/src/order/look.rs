@@ -1,7 +1,7 @@
 //! `stepwright status`, `position` and `zero`: where the axes are.
 
 use serde_json::{Value, json};
-use stepwright_protocol::{AxisId, Command, Info, Reply, Selection};
+use stepwright_protocol::{AxisId, Command, Info, Reply, Selection, Stop};
 
 use super::target::{self, Format, PortArgs};
 use super::travel::last_line;
@@ -13,6 +13,9 @@ use crate::talk::{Talk, Trouble};
 /// What the board is, and what its axes are doing
 #[derive(clap::Args)]
 #[command(after_help = "\
+Behind an axis that has not come to the end of its order stands the reason, until the
+axis moves again: `stopped by its limit switch`.
+
 Example:
   stepwright status --port /dev/ttyUSB0")]
 pub struct StatusArgs {
@@ -70,6 +73,8 @@ pub struct State {
     pub busy: bool,
     /// Where it is, if that is known.
     pub position: Option<i64>,
+    /// Why it has stopped before the end of its order.
+    pub stop: Option<Stop>,
 }
 
 impl State {
@@ -84,7 +89,7 @@ impl State {
 
     /// `position 4000 ready`.
     pub fn line(&self) -> String {
-        last_line(self.word(), self.position)
+        last_line(self.word(), self.position, None)
     }
 }
 
@@ -95,7 +100,11 @@ pub fn states(talk: &mut Talk, only: Option<AxisId>) -> Result<Vec<State>, Troub
     for axis in AxisId::first(axes).filter(|axis| only.is_none_or(|only| only == *axis)) {
         let busy = talk.is_busy(Selection::One(axis))?;
         let position = if busy { talk.position(axis)? } else { talk.rest_position(axis)? };
-        states.push(State { axis, busy, position });
+        states.push(State { axis, busy, position, stop: None });
+    }
+    let stops = talk.ask_info()?.and_then(|info| info.stops);
+    for state in states.iter_mut().filter(|state| !state.busy) {
+        state.stop = stops.and_then(|stops| stops.of(state.axis));
     }
     // As a master finds it that knows of one axis only.
     talk.select(Selection::FIRST)?;
@@ -109,9 +118,15 @@ pub fn json(states: &[State]) -> Value {
             "axis": state.axis.number(),
             "position": state.position,
             "state": state.word(),
+            "stop": state.stop.map(stop_word),
         })
     };
     states.iter().map(one).collect()
+}
+
+/// The reason of a stop for programs: `switch`.
+pub fn stop_word(stop: Stop) -> String {
+    format!("{stop:?}").to_lowercase()
 }
 
 /// That all positions are known.
@@ -144,7 +159,9 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
             show(info);
             for state in &states {
                 let number = state.axis.number();
-                say::result(format_args!("axis {number}      {}", state.line()));
+                let why = state.stop.map(|stop| format!(", stopped by {}", stop.words()));
+                let why = why.unwrap_or_default();
+                say::result(format_args!("axis {number}      {}{why}", state.line()));
             }
         }
     }

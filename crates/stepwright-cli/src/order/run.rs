@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use serde_json::json;
-use stepwright_protocol::{AxisId, Direction, Selection, Travel};
+use stepwright_protocol::{AxisId, Direction, Selection, Stop, Travel};
 
 use super::able;
 use super::drive::{self, End, NotBegun};
 use super::keys::Hand;
+use super::look::stop_word;
 use super::motion::{Motion, RampArgs, listed};
 use super::progress::Progress;
 use super::target::{self, Format, PortArgs, VirtualArgs};
@@ -115,7 +116,7 @@ fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> 
         Err(NotBegun::Trouble { trouble: Trouble::Killed, .. }) => Err(Trouble::Killed),
         Err(not) => {
             if matches!(not, NotBegun::Trouble { moving: true, .. }) {
-                tell(talk, args, "uncertain", None);
+                tell(talk, args, "uncertain", None, None);
             }
             return Err(drive::not_begun(talk, not));
         }
@@ -126,11 +127,11 @@ fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> 
         End::Rests(at) => ("stopped", Some(at)),
         End::Uncertain => ("uncertain", None),
     };
-    tell(talk, args, state, position);
+    let why = if state == "stopped" { talk.stop_of(args.axis) } else { None };
+    tell(talk, args, state, position, why);
     match ended.failure {
         Some(failure) => Err(failure),
-        None if state == "stopped" => Err(Failure::new("something else has stopped the axis")
-            .hint("did another master, a switch or a reset?")),
+        None if state == "stopped" => Err(stopped(why)),
         None => Ok(()),
     }
 }
@@ -144,24 +145,34 @@ fn left_alone(talk: &mut Talk, args: &Args) -> Result<(), Failure> {
     let (busy, position) = running
         .map_err(|trouble| drive::not_begun(talk, NotBegun::Trouble { trouble, moving: true }))?;
     if !busy {
-        tell(talk, args, "stopped", position);
-        return Err(Failure::new("the axis has stopped at once")
-            .hint("did a switch or another master stop it?"));
+        let why = talk.stop_of(args.axis);
+        tell(talk, args, "stopped", position, why);
+        return Err(stopped(why));
     }
-    tell(talk, args, "busy", position);
+    tell(talk, args, "busy", position, None);
     say::note(format_args!("stop it with: stepwright stop --port {}", talk.link().name()));
     Ok(())
 }
 
-fn tell(talk: &mut Talk, args: &Args, state: &str, position: Option<i64>) {
+/// Something else has stopped it.
+fn stopped(why: Option<Stop>) -> Failure {
+    match why {
+        Some(stop) => Failure::new(format!("the axis was stopped by {}", stop.words())),
+        None => Failure::new("something else has stopped the axis")
+            .hint("did another master, a switch or a reset?"),
+    }
+}
+
+fn tell(talk: &mut Talk, args: &Args, state: &str, position: Option<i64>, why: Option<Stop>) {
     match args.format {
         Format::Json => say::result(json!({
             "axis": args.axis.number(),
             "position": position,
             "state": state,
+            "stop": why.map(stop_word),
             "board": talk.link().name(),
         })),
-        Format::Text => say::result(last_line(state, position)),
+        Format::Text => say::result(last_line(state, position, why)),
     }
 }
 

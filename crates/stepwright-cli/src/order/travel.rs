@@ -1,11 +1,12 @@
 //! `stepwright move`: so many steps from where the motor stands.
 
 use serde_json::json;
-use stepwright_protocol::{AxisId, Distance, Travel};
+use stepwright_protocol::{AxisId, Distance, Stop, Travel};
 
 use super::able;
 use super::drive::{self, End, Ended, NotBegun};
 use super::keys::Hand;
+use super::look::stop_word;
 use super::motion::{MOTION, Motion, RampArgs, listed};
 use super::progress::Progress;
 use super::target::{self, Format, PortArgs, VirtualArgs};
@@ -35,7 +36,7 @@ from elsewhere.
 The last line       Status
   position N ready     0    it went all the way
   position N stopped  130   braked by Ctrl-C, another signal or s, at rest at N
-                        1   stopped by something else, at rest at N
+  … by its limit switch 1   stopped by something else, at rest at N: the reason
   position uncertain  130   killed by Ctrl-C
                         1   the board was lost, or killed by something else
 An order that the board refuses ends with status 1 and no such line; a command
@@ -130,6 +131,8 @@ fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failur
         End::Rests(at) => ("stopped", Some(at)),
         End::Uncertain => ("uncertain", None),
     };
+    // Where it was not us.
+    let why = if state == "stopped" && !ended.braked { talk.stop_of(args.axis) } else { None };
     match args.format {
         Format::Json => say::result(json!({
             "axis": args.axis.number(),
@@ -138,17 +141,18 @@ fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failur
             "target": target,
             "position": position,
             "state": state,
+            "stop": why.map(stop_word),
             "seconds": took,
             "late": late,
             "board": talk.link().name(),
             "motion": motion.json(),
             "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })),
-        Format::Text => say::result(last_line(state, position)),
+        Format::Text => say::result(last_line(state, position, why)),
     }
     match (ended.failure, ended.end) {
         (Some(failure), _) => Err(failure),
-        (None, End::Rests(at)) if at != target => Err(short(at, target, ended.braked)),
+        (None, End::Rests(at)) if at != target => Err(short(at, target, ended.braked, why)),
         (None, _) => Ok(()),
     }
 }
@@ -162,11 +166,12 @@ fn late(talk: &mut Talk, before: Option<u32>) -> Option<u32> {
     Some(late)
 }
 
-/// The line that says where an axis is.
-pub fn last_line(state: &str, position: Option<i64>) -> String {
-    match position {
-        Some(at) => format!("position {at} {state}"),
-        None => "position uncertain".to_owned(),
+/// The line that says where an axis is, and why, if something has stopped it.
+pub fn last_line(state: &str, position: Option<i64>, why: Option<Stop>) -> String {
+    match (position, why) {
+        (Some(at), None) => format!("position {at} {state}"),
+        (Some(at), Some(stop)) => format!("position {at} {state} by {}", stop.words()),
+        (None, _) => "position uncertain".to_owned(),
     }
 }
 
@@ -192,10 +197,14 @@ pub fn start_position(talk: &mut Talk, axis: AxisId) -> Result<i64, Failure> {
 }
 
 /// It rests, and not where it should.
-fn short(at: i64, target: i64, braked: bool) -> Failure {
+fn short(at: i64, target: i64, braked: bool, why: Option<Stop>) -> Failure {
     let left = target.abs_diff(at);
     if braked {
         Failure::interrupted(format!("braked at {at}, {left} steps before {target}"))
+            .hint(format!("the position is known: {:+} steps would be the rest", target - at))
+    } else if let Some(stop) = why {
+        let words = stop.words();
+        Failure::new(format!("stopped at {at}, {left} steps before {target}, by {words}"))
             .hint(format!("the position is known: {:+} steps would be the rest", target - at))
     } else {
         Failure::new(format!("the axis rests at {at}, not at {target} as ordered"))

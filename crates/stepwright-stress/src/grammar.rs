@@ -70,6 +70,7 @@ pub fn read(line: &[u8], jerk: bool) -> Result<Line, Reasons> {
         b't' => Ok(Line::Manner(letter, number(rest, 1, 1_000_000)?)),
         b'a' | b'd' => Ok(Line::Manner(letter, number(rest, 1, 100_000_000)?)),
         b'j' if jerk => Ok(Line::Manner(letter, number(rest, 0, 4_000_000_000)?)),
+        b'j' => Err(Reason::NoJerk.into()),
         b'G' | b'@' => {
             let Some((sign, digits)) = rest.split_first() else { return bad };
             let steps = match sign {
@@ -152,7 +153,7 @@ mod tests {
             assert_eq!(why(line), Reason::Range.into(), "{line}");
         }
         assert_eq!(why("$pulse"), Reason::Setting.into());
-        assert_eq!(read(b"j5", false).unwrap_err(), Reason::Line.into());
+        assert_eq!(read(b"j5", false).unwrap_err(), Reason::NoJerk.into());
         assert_eq!(why("t0000000000000000000000001"), Reason::Line.into());
     }
 }

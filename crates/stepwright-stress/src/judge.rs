@@ -145,7 +145,7 @@ impl Judge {
                 let ahead =
                     if side == 1 { track.most > track.count } else { track.least < track.count };
                 if since.is_some() && ahead {
-                    track.open();
+                    track.open(b'S');
                 }
                 if since.is_some_and(|since| now > since + self.measure.switch) {
                     let edge = if side == 1 { &mut track.most } else { &mut track.least };
@@ -172,8 +172,11 @@ impl Judge {
             // A line that came before might have been in time, or not: see `answer`.
             for track in &mut self.tracks {
                 match track.busy(until, &self.measure) {
-                    Known::Yes => track.brake(until, &self.measure),
-                    _ => track.open(),
+                    Known::Yes => {
+                        track.stops.soft(b'T', Known::Yes);
+                        track.brake(until, &self.measure);
+                    }
+                    _ => track.open(b'T'),
                 }
             }
             self.silent = Silence::Obeyed;
@@ -262,7 +265,7 @@ impl Judge {
             return self.broken(Rule::Answer, now, || "an answer that nobody asked for".into());
         };
         if self.silent == Silence::Perhaps {
-            self.tracks.iter_mut().for_each(Track::open);
+            self.tracks.iter_mut().for_each(|track| track.open(b'T'));
         }
         self.enabled = Some(enabled);
         self.lines += 1;
@@ -393,6 +396,13 @@ impl Judge {
                 format!("? is {answer:?}; refused should be {refused}, last {last:?}")
             })?;
         }
+        let stops = word("stop").unwrap_or("").as_bytes();
+        let known = stops.len() == self.tracks.len()
+            && self.tracks.iter_mut().zip(stops).all(|(track, stop)| track.stops.are(*stop));
+        if !known {
+            let stops: Vec<_> = self.tracks.iter().map(|track| track.stops).collect();
+            self.broken(Rule::Answer, now, || format!("stop= of {answer:?} should be {stops:?}"))?;
+        }
         let uncertain = number("uncertain").unwrap_or(u64::MAX);
         for track in &mut self.tracks {
             let known = uncertain >> track.axis & 1 == 0;
@@ -505,7 +515,10 @@ impl Judge {
         self.ordered = None;
         self.slave = Slave::new(self.tracks.len());
         let known = lost.not();
-        self.tracks.iter_mut().for_each(|track| track.reset(known));
+        for track in &mut self.tracks {
+            track.reset(known);
+            track.stops.hard(b'R', lost);
+        }
         self.bytes.clear();
         (self.asked, self.heard, self.silent) = (None, now, Silence::No);
         self.unsure = true;

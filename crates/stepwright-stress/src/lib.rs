@@ -26,6 +26,7 @@ pub mod run;
 pub mod settings;
 pub mod shrink;
 mod slave;
+pub mod stops;
 pub mod story;
 pub mod track;
 

@@ -102,6 +102,17 @@ impl Limits {
             + AHEAD
     }
 
+    /// Whether the ramps may take more steps than a board counts: 2³¹ where nothing else
+    /// bounds them, 2²² with a limit of jerk; within a factor of four.
+    pub fn is_gentle(&self, endless: bool) -> bool {
+        let slope = self.up.min(self.down);
+        if self.jerk.is_finite() {
+            let steps = (self.top * self.top / 2.0 / slope).max(self.top * (self.top / self.jerk).sqrt());
+            return steps > f64::from(1 << 20);
+        }
+        endless && self.top * self.top / 2.0 / slope > f64::from(1 << 29)
+    }
+
     /// The highest speed of a travel of so many steps, in steps/s: at least.
     pub fn peak(&self, steps: f64) -> f64 {
         let room = (steps - 1.0).max(0.0);

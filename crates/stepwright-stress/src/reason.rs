@@ -21,10 +21,13 @@ pub enum Reason {
     Travel,
     Setting,
     Fault,
+    NoAxis,
+    NoJerk,
+    TooGentle,
 }
 
 /// The words, in the order of [`Reason`].
-const WORDS: [&str; 14] = [
+const WORDS: [&str; 17] = [
     "line",
     "range",
     "axis",
@@ -39,6 +42,9 @@ const WORDS: [&str; 14] = [
     "travel",
     "setting",
     "fault",
+    "no-axis",
+    "no-jerk",
+    "too-gentle",
 ];
 
 /// A set of reasons, one of which a board may name.

@@ -6,6 +6,7 @@ use crate::judge::Judge;
 use crate::limits::Limits;
 use crate::reason::{Reason, Reasons};
 use crate::settings::{self, Settings};
+use crate::stops::Stops;
 use crate::track::{Goal, Known};
 
 /// The answers that are right.
@@ -81,6 +82,17 @@ enum Open {
     Spoiled(Reasons),
 }
 
+/// Whether the axis that A named is still meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Naming {
+    /// An order has used it, or there was none.
+    Used,
+    /// A has named it, and no order has used it.
+    Said,
+    /// PO came: axis 1, or that of A?
+    Unclear,
+}
+
 /// What the lines so far have made of the slave.
 #[derive(Clone, Debug)]
 pub struct Slave {
@@ -88,6 +100,7 @@ pub struct Slave {
     /// Bit 0 is axis 1; all bits for A0.
     pub selected: u8,
     order: Open,
+    naming: Naming,
     /// Lines answered E.
     pub refusals: u64,
     /// Why the last of them was.
@@ -100,7 +113,7 @@ impl Slave {
         let (start, top, ramp) = (50, 1000, 200);
         let travel = Limits::new(start, top, ramp, 0, 0, 0);
         let manner = Manner { start, top, ramp, up: 0, down: 0, jerk: 0, staged: None, travel };
-        Slave { axes: vec![manner; axes], selected: 1, order: Open::No, refusals: 0, last: None }
+        Slave { axes: vec![manner; axes], selected: 1, order: Open::No, naming: Naming::Used, refusals: 0, last: None }
     }
 
     /// A line was answered E.
@@ -131,9 +144,8 @@ impl Slave {
 }
 
 impl Manner {
-    fn limits(&self, settings: &Settings) -> Limits {
-        let jerk = if settings.get(settings::LAW) == 0 { 0 } else { self.jerk };
-        Limits::new(self.start, self.top, self.ramp, self.up, self.down, jerk)
+    fn limits(&self) -> Limits {
+        Limits::new(self.start, self.top, self.ramp, self.up, self.down, self.jerk)
     }
 
     /// What the settings allow, exactly.
@@ -146,7 +158,10 @@ impl Manner {
         let fast =
             if self.top > settings.get(settings::MAX_SPEED) { Known::Yes } else { Known::No };
         let steep = if steep { Known::Yes } else { Known::No };
-        Expect::unless(fast, Reason::TooFast).and(Expect::unless(steep, Reason::Ramp))
+        let jerk = self.jerk != 0 && settings.get(settings::LAW) == 0;
+        let jerk = if jerk { Known::Yes } else { Known::No };
+        let slopes = Expect::unless(steep, Reason::Ramp).and(Expect::unless(jerk, Reason::NoJerk));
+        Expect::unless(fast, Reason::TooFast).and(slopes)
     }
 }
 
@@ -158,6 +173,10 @@ impl Judge {
     /// The answers to a line that are right now.
     pub(crate) fn expect(&self, line: Line, now: u64) -> Expect {
         let slave = &self.slave;
+        let speaks = matches!(line, Line::Manner(..) | Line::Go(_) | Line::Run(_) | Line::Retarget(_));
+        if speaks && slave.naming == Naming::Unclear {
+            return Expect::no(Reason::NoAxis);
+        }
         let busy = self.busy(slave.selected, now);
         let axis = |axis: u8| {
             let there = usize::from(axis) <= self.tracks.len();
@@ -221,10 +240,12 @@ impl Judge {
         for (n, travel) in travels.into_iter().enumerate() {
             let Some(travel) = travel else { continue };
             let manner = &self.slave.axes[n];
-            let limits = manner.limits(&self.settings);
+            let limits = manner.limits();
             expect = expect.and(Expect::idle(self.tracks[n].busy(now, self.measure())));
             expect = expect.and(manner.allowed(&self.settings));
             expect = expect.and(self.slow(&limits));
+            let endless = matches!(travel, Staged::Endless(_));
+            expect.no = expect.no | self.reason(limits.is_gentle(endless), Reason::TooGentle);
             if travel != Staged::By(0) {
                 expect = expect
                     .and(Expect::unless(self.blocked(n, travel.forward(), now), Reason::Fault));
@@ -315,6 +336,9 @@ impl Judge {
             expect = expect.and(Expect::unless(bad(over), why));
             let slow = self.slow(&limits);
             expect.no = expect.no | slow.no;
+            let none = limits.top > limits.start && limits.up.max(limits.down).is_infinite();
+            expect = expect.and(Expect::unless(bad(none), Reason::TooGentle));
+            expect.no = expect.no | self.reason(limits.is_gentle(true), Reason::TooGentle);
             let far =
                 matches!(track.goal, Goal::End(end, _) if (end - track.origin).abs() > 1 << 30);
             expect.no = expect.no | self.reason(far, Reason::Travel);
@@ -356,7 +380,12 @@ impl Judge {
                 let slave = &mut self.slave;
                 slave.forget();
                 slave.axes.iter_mut().for_each(|axis| axis.jerk = 0);
-                (slave.order, slave.selected) = (Open::Yes, 1);
+                slave.order = Open::Yes;
+                if slave.naming == Naming::Said && slave.selected != 1 {
+                    (slave.naming, slave.selected) = (Naming::Unclear, slave.selected | 1);
+                } else {
+                    (slave.naming, slave.selected) = (Naming::Used, 1);
+                }
             }
             Line::Manner(letter, number) => self.manner(letter, number, now)?,
             Line::Go(steps) => {
@@ -385,7 +414,9 @@ impl Judge {
             }
             Line::Kill => {
                 for track in &mut self.tracks {
-                    match track.busy(now, &measure) {
+                    let busy = track.busy(now, &measure);
+                    track.stops.hard(b'K', busy);
+                    match busy {
                         Known::No => {}
                         Known::Yes => track.known = Known::No,
                         Known::Maybe if track.known == Known::Yes => track.known = Known::Maybe,
@@ -402,10 +433,14 @@ impl Judge {
                 let track = &mut self.tracks[usize::from(n) - 1];
                 (track.zero, track.known) = (track.count, Known::Yes);
             }
-            Line::Select(n) => self.slave.selected = if n == 0 { u8::MAX } else { 1 << (n - 1) },
+            Line::Select(n) => {
+                self.slave.selected = if n == 0 { u8::MAX } else { 1 << (n - 1) };
+                self.slave.naming = Naming::Said;
+            }
             Line::Clear => {
                 (self.slave.refusals, self.slave.last) = (0, None);
                 self.forget_late();
+                self.tracks.iter_mut().for_each(|track| track.stops = Stops::NONE);
             }
             Line::Set(name, number) => {
                 self.settle(u8::MAX, now)?;
@@ -466,8 +501,9 @@ impl Judge {
         for (n, travel) in staged.iter().enumerate() {
             let Some(travel) = *travel else { continue };
             self.settle(1 << n, now)?;
-            let limits = self.slave.axes[n].limits(&self.settings);
+            let limits = self.slave.axes[n].limits();
             self.slave.axes[n].travel = limits;
+            self.tracks[n].stops = Stops::NONE;
             let steps = match travel {
                 Staged::By(0) => continue,
                 Staged::By(steps) => Some(steps),
@@ -483,6 +519,9 @@ impl Judge {
             track.begin(now, steps, travel.forward(), wait, &measure);
         }
         self.slave.forget();
+        if self.slave.order != Open::No {
+            self.slave.naming = Naming::Used;
+        }
         self.slave.order = Open::No;
         Ok(())
     }

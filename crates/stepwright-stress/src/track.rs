@@ -4,6 +4,7 @@ use stepwright_sim::{Edge, Pin};
 
 use crate::fault::{Fault, Rule, Rules};
 use crate::limits::Limits;
+use crate::stops::Stops;
 
 /// Yes, no, or not to be told from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,6 +102,8 @@ pub struct Track {
     pub not_before: u64,
     /// Closed switches, backward and forward, since when.
     pub closed: [Option<u64>; 2],
+    /// Why it has stopped.
+    pub stops: Stops,
     /// The limits of its travel.
     pub limits: Limits,
     /// Limits that may still hold, and until when; the top speed for longer.
@@ -139,6 +142,7 @@ impl Track {
             reverse: false,
             not_before: 0,
             closed: [None; 2],
+            stops: Stops::NONE,
             limits: Limits::new(50, 1000, 200, 0, 0, 0),
             before: None,
             retargeted: false,
@@ -335,9 +339,13 @@ impl Track {
     }
 
     /// From outside it can't be told any more whether it goes on.
-    pub fn open(&mut self) {
+    pub fn open(&mut self, letter: u8) {
         if self.goal != Goal::Rest {
             self.goal = Goal::Open;
+            match letter {
+                b'T' => self.stops.soft(letter, Known::Maybe),
+                _ => self.stops.hard(letter, Known::Maybe),
+            }
         }
     }
 

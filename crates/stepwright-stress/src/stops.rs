@@ -1,0 +1,66 @@
+//! Why an axis has stopped before the end of its order: the letters of `stop=`.
+
+use crate::track::Known;
+
+/// The letters that a board may show for an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stops(u8);
+
+/// In the order of the bits.
+const LETTERS: &[u8] = b"-ZTKSR";
+
+impl Stops {
+    /// It went as ordered.
+    pub const NONE: Stops = Stops(1);
+
+    fn of(letter: u8) -> Stops {
+        let bit = LETTERS.iter().position(|known| *known == letter);
+        Stops(bit.map_or(0, |bit| 1 << bit))
+    }
+
+    /// Whether a letter is one of them; then it is the one.
+    pub fn are(&mut self, letter: u8) -> bool {
+        let one = Stops::of(letter);
+        let fits = self.0 & one.0 != 0;
+        if fits {
+            *self = one;
+        }
+        fits
+    }
+
+    /// A stop at once, of an axis that is busy or not.
+    pub fn hard(&mut self, letter: u8, busy: Known) {
+        match busy {
+            Known::Yes => *self = Stops::of(letter),
+            Known::Maybe => self.0 |= Stops::of(letter).0,
+            Known::No => {}
+        }
+    }
+
+    /// A stop along the ramp: the first of two is kept.
+    pub fn soft(&mut self, letter: u8, busy: Known) {
+        let soft = Stops::of(b'Z').0 | Stops::of(b'T').0;
+        let kept = Stops(self.0 & soft);
+        if self.0 & !soft != 0 {
+            self.hard(letter, busy);
+            self.0 |= kept.0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_two_soft_stops_is_kept_and_a_hard_one_replaces_it() {
+        let mut stops = Stops::NONE;
+        stops.soft(b'Z', Known::Yes);
+        stops.soft(b'T', Known::Yes);
+        assert!(!stops.are(b'T') && stops.are(b'Z'));
+        stops.hard(b'K', Known::Maybe);
+        assert!(stops.are(b'K') && !stops.are(b'Z'));
+        stops.hard(b'S', Known::No);
+        assert!(!stops.are(b'S') && !stops.are(b'?'));
+    }
+}

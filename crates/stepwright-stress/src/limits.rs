@@ -60,6 +60,11 @@ impl Limits {
         from_rest(self.start, self.down, self.jerk)
     }
 
+    /// How long a motor rests between two travels, in s: one interval of its start speed.
+    pub fn rest(&self) -> f64 {
+        if self.start > 0.0 { 1.0 / self.start } else { (2.0 / self.up).sqrt() }
+    }
+
     /// Seconds after which a change has taken hold, at the speed `v`.
     pub fn lag(&self, v: f64) -> f64 {
         AHEAD + 3.0 / v.max(1e-9)
@@ -107,7 +112,8 @@ impl Limits {
     pub fn is_gentle(&self, endless: bool) -> bool {
         let slope = self.up.min(self.down);
         if self.jerk.is_finite() {
-            let steps = (self.top * self.top / 2.0 / slope).max(self.top * (self.top / self.jerk).sqrt());
+            let steps =
+                (self.top * self.top / 2.0 / slope).max(self.top * (self.top / self.jerk).sqrt());
             return steps > f64::from(1 << 20);
         }
         endless && self.top * self.top / 2.0 / slope > f64::from(1 << 29)

@@ -113,7 +113,14 @@ impl Slave {
         let (start, top, ramp) = (50, 1000, 200);
         let travel = Limits::new(start, top, ramp, 0, 0, 0);
         let manner = Manner { start, top, ramp, up: 0, down: 0, jerk: 0, staged: None, travel };
-        Slave { axes: vec![manner; axes], selected: 1, order: Open::No, naming: Naming::Used, refusals: 0, last: None }
+        Slave {
+            axes: vec![manner; axes],
+            selected: 1,
+            order: Open::No,
+            naming: Naming::Used,
+            refusals: 0,
+            last: None,
+        }
     }
 
     /// A line was answered E.
@@ -173,7 +180,8 @@ impl Judge {
     /// The answers to a line that are right now.
     pub(crate) fn expect(&self, line: Line, now: u64) -> Expect {
         let slave = &self.slave;
-        let speaks = matches!(line, Line::Manner(..) | Line::Go(_) | Line::Run(_) | Line::Retarget(_));
+        let speaks =
+            matches!(line, Line::Manner(..) | Line::Go(_) | Line::Run(_) | Line::Retarget(_));
         if speaks && slave.naming == Naming::Unclear {
             return Expect::no(Reason::NoAxis);
         }
@@ -403,12 +411,15 @@ impl Judge {
             Line::Retarget(steps) => {
                 for track in self.tracks.iter_mut().filter(|track| selected >> track.axis & 1 != 0)
                 {
+                    track.stops = Stops::NONE;
                     track.retarget(now, steps, &measure);
                 }
             }
             Line::Brake => {
                 for track in self.tracks.iter_mut().filter(|track| selected >> track.axis & 1 != 0)
                 {
+                    let busy = track.busy(now, &measure);
+                    track.stops.soft(b'Z', busy);
                     track.brake(now, &measure);
                 }
             }
@@ -496,6 +507,9 @@ impl Judge {
         let moves = |travel: &Option<Staged>| travel.is_some_and(|travel| travel != Staged::By(0));
         let (not_before, wait) = if staged.iter().any(moves) { self.drivers(now) } else { (0, 0) };
         self.ordered = Some(now);
+        // They begin together, when all have rested.
+        let rests: f64 = self.tracks.iter().map(|track| track.limits.rest()).sum();
+        let rests = (rests * measure.hz).min(1e18) as u64;
         self.moved =
             if staged.iter().any(moves) { Known::Yes } else { self.moved.or(Known::Maybe) };
         for (n, travel) in staged.iter().enumerate() {
@@ -509,13 +523,11 @@ impl Judge {
                 Staged::By(steps) => Some(steps),
                 Staged::Endless(_) => None,
             };
-            let dwell =
-                ((limits.first() + self.tracks[n].limits.last()) * measure.hz).min(1e18) as u64;
             let track = &mut self.tracks[n];
             self.hard |= limits.up.max(limits.down) > STEEP && limits.top > limits.start;
-            track.limits = limits;
+            track.order(limits);
             track.not_before = not_before;
-            let wait = wait + dwell + measure.setup + 2 * measure.hold;
+            let wait = wait + rests + measure.setup + 2 * measure.hold;
             track.begin(now, steps, travel.forward(), wait, &measure);
         }
         self.slave.forget();

@@ -121,6 +121,8 @@ pub struct Track {
     forward: Option<bool>,
     /// The interval before the last step of the present leg.
     interval: Option<u64>,
+    /// How long it rests after the travel before, at least, in s.
+    rested: f64,
     /// The present leg has not begun.
     fresh: bool,
     /// Steps so far.
@@ -154,6 +156,7 @@ impl Track {
             turned: None,
             forward: None,
             interval: None,
+            rested: 0.0,
             fresh: true,
             steps: 0,
         }
@@ -200,6 +203,15 @@ impl Track {
     fn grace(&self, measure: &Measure) -> u64 {
         let slowest = self.limits.first().max(self.limits.last());
         ((0.03 + 2.0 * slowest) * measure.hz) as u64 + measure.setup + measure.hold
+    }
+
+    /// It has other limits from its next travel on.
+    pub fn order(&mut self, limits: Limits) {
+        self.rested = match self.before {
+            Some((before, ..)) => self.limits.rest().min(before.rest()),
+            None => self.limits.rest(),
+        };
+        self.limits = limits;
     }
 
     /// A travel begins: so far, or on and on. It takes `wait` ticks more than its motion.
@@ -542,8 +554,7 @@ impl Track {
 
     /// The first step of a leg: so long after the last one of another.
     fn dwell(&self, now: u64, ticks: u64, measure: &Measure) -> Result<(), Fault> {
-        let limits = self.in_force(now);
-        let least = limits.first().min(limits.last()) * measure.hz;
+        let least = self.limits.rest().min(self.rested) * measure.hz;
         if (ticks as f64) + measure.jitter < least * 0.99 {
             let axis = self.axis + 1;
             measure.rules.broken(Rule::Dwell, now, || {

@@ -5,7 +5,7 @@ use stepwright_stress::{Rules, make, simulate};
 
 fn clean(seed: u64, stories: u64) {
     // These say of motion what is being mended now.
-    let rules: Rules = "dwell,rise,fall,top,stop".parse().unwrap();
+    let rules: Rules = "dwell,rise,fall,top".parse().unwrap();
     let run = Run { stories, rules, faults: 1, ..Run::default() };
     let outcome = run.all(seed, &make::story, &simulate);
     if let Some((seed, fault)) = outcome.faults.first() {

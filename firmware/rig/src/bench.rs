@@ -39,6 +39,8 @@ enum Way {
     Queued,
     /// The step interrupt.
     Direct,
+    /// The step interrupt, which reads the motors' programs: a motor cycle.
+    Cycle,
 }
 
 impl Way {
@@ -46,6 +48,7 @@ impl Way {
         match self {
             Way::Queued => "queued",
             Way::Direct => "direct",
+            Way::Cycle => "cycle",
         }
     }
 }
@@ -65,8 +68,11 @@ struct Subject {
     board: Board,
     queued: Builds,
     direct: Builds,
+    cycle: Builds,
     /// Rates of an earlier run, to begin the search with.
     known: Table,
+    /// The figures are compared with those: a rate that is kept still is not searched for.
+    compare: bool,
 }
 
 impl Subject {
@@ -74,6 +80,7 @@ impl Subject {
         match way {
             Way::Queued => &self.queued,
             Way::Direct => &self.direct,
+            Way::Cycle => &self.cycle,
         }
     }
 }
@@ -89,19 +96,22 @@ const MEASURES: &[Measure] = &[
     (cycles::three_axes, &["planning_burst", "order_burst", "interrupts_off", "stack"]),
     (accuracy::with_traffic, &["edge_error_median", "edge_error_99", "edge_error_worst"]),
     (behind::rows, &["back_to_back_constant", "back_to_back_ramp"]),
+    (cycles::motor_cycle, &["cycle_step"]),
+    (rates::three, &["rate_ramps", "three"]),
     (rates::one, &["rate_ramps", "one"]),
-    (rates::three, &["rate_ramps", "late_steps", "three"]),
+    (rates::constant_three, &["rate_constant"]),
     (rates::two, &["rate_ramps", "two"]),
-    (rates::constant, &["rate_constant"]),
+    (rates::constant_one, &["rate_constant"]),
     (rates::direct, &["rate_ramps", "direct"]),
 ];
 
-/// Measures everything, or `only` what a row of that name takes.
+/// Measures everything, or `only` what a row of that name takes. To `compare` with what is
+/// `known`, a rate that is kept is not raised: the figure is as good as the stored one.
 ///
 /// # Errors
 /// A firmware is missing, or there is no row of that name. What the firmware
 /// does not do is said, and its rows are not in the table.
-pub fn measure(board: Board, known: Table, only: Option<&str>) -> Result<Table> {
+pub fn measure(board: Board, known: Table, compare: bool, only: Option<&str>) -> Result<Table> {
     let wanted = |measure: &&Measure| only.is_none_or(|name| measure.1.contains(&name));
     let measures: Vec<_> = MEASURES.iter().filter(wanted).collect();
     ensure!(!measures.is_empty(), "there is no row {}", only.unwrap_or_default());
@@ -109,8 +119,9 @@ pub fn measure(board: Board, known: Table, only: Option<&str>) -> Result<Table> 
         let bench = firmware::load(&format!("{name}-bench"))?;
         anyhow::Ok(Builds { bench, plain: firmware::load(name)? })
     };
-    let (queued, direct) = (builds(board.name())?, builds(&format!("{board}-direct"))?);
-    let subject = Subject { board, queued, direct, known };
+    let queued = builds(board.name())?;
+    let (direct, cycle) = (builds(&format!("{board}-direct"))?, builds(&format!("{board}-cycle"))?);
+    let subject = Subject { board, queued, direct, cycle, known, compare };
     let next = Mutex::new(measures.into_iter());
     let rows = Mutex::new(Vec::new());
     let workers = std::thread::available_parallelism().map_or(1, usize::from);

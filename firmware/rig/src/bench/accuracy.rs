@@ -6,7 +6,7 @@
 use anyhow::{Context, Error, Result};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
-use super::job::{Axis, Job, median, offsets};
+use super::job::{Axis, Job, Traffic, median, offsets};
 use super::table::Row;
 use super::{Subject, Way};
 use crate::board::HZ;
@@ -38,7 +38,7 @@ pub(super) fn with_traffic(subject: &Subject) -> Result<Vec<Row>> {
 }
 
 fn times(subject: &Subject, axis: Axis) -> Result<Vec<u64>> {
-    let outcome = Job::new(&[axis], false).run(subject, |_| {})?.map_err(Error::msg)?;
+    let outcome = Job::new(&[axis], Traffic::Silent).run(subject, |_| {})?.map_err(Error::msg)?;
     Ok(outcome.steps[0].iter().map(|step| step.time).collect())
 }
 
@@ -100,7 +100,7 @@ fn accel_peak(times: &[u64]) -> f64 {
 /// How far the edges lie from the closed form, against the middle one's
 /// distance: that is the constant part.
 fn errors(subject: &Subject, way: Way, axes: &[Axis]) -> Result<Vec<Row>> {
-    let outcome = Job::new(axes, true).by(way).run(subject, |_| {})?.map_err(Error::msg)?;
+    let outcome = Job::new(axes, Traffic::NOW).by(way).run(subject, |_| {})?.map_err(Error::msg)?;
     let mut errors = Vec::new();
     for (axis, steps) in axes.iter().zip(&outcome.steps) {
         let mut offsets = offsets(steps, &axis.ideal(way)?);

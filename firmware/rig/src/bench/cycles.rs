@@ -2,9 +2,11 @@
 
 use anyhow::{Context, Error, Result, ensure};
 
-use super::job::{Axis, Job, median};
+use super::job::{Axis, Job, Traffic, median};
 use super::table::Row;
 use super::{Subject, Way};
+use crate::board::HZ;
+use crate::chip::Chip;
 use crate::taps::Visit;
 
 /// One axis so slow that each step has an interrupt of its own.
@@ -33,7 +35,8 @@ fn isolated_by(subject: &Subject, way: Way) -> Result<Vec<Row>> {
 }
 
 fn visits(subject: &Subject, way: Way, axis: Axis) -> Result<Vec<Visit>> {
-    let outcome = Job::new(&[axis], false).by(way).keeping_visits().run(subject, |_| {})?;
+    let outcome =
+        Job::new(&[axis], Traffic::Silent).by(way).keeping_visits().run(subject, |_| {})?;
     let mut outcome = outcome.map_err(Error::msg)?;
     let last = outcome.steps[0].last().context("no steps")?.time;
     let mut visits = outcome.chip.take_visits();
@@ -43,6 +46,33 @@ fn visits(subject: &Subject, way: Way, axis: Axis) -> Result<Vec<Visit>> {
     Ok(visits)
 }
 
+/// Motors of the cycle's example, and how long it is watched: its third steps every 20 ms.
+const MOTORS: usize = 3;
+const WATCHED: u64 = 3 * HZ;
+
+/// Steps of a motor cycle, of one, two and three motors at once, while three move: the
+/// middle stay in the step interrupt.
+pub(super) fn motor_cycle(subject: &Subject) -> Result<Vec<Row>> {
+    let mut chip = Chip::new(subject.board, &subject.builds(Way::Cycle).bench);
+    chip.keep_visits();
+    chip.run_for(WATCHED);
+    let steps: Vec<u64> =
+        chip.edges().iter().filter(|edge| edge.is_step()).map(|edge| edge.time).collect();
+    let mut stays = [const { Vec::new() }; MOTORS];
+    for visit in chip.take_visits() {
+        let made = steps.partition_point(|at| *at < visit.exit)
+            - steps.partition_point(|at| *at < visit.entry);
+        if let Some(stays) = made.checked_sub(1).and_then(|place| stays.get_mut(place)) {
+            stays.push(visit.exit - visit.entry);
+        }
+    }
+    let row = |(motors, stays): (u8, &mut Vec<u64>)| {
+        let stay = median(stays).with_context(|| format!("no {motors} steps at once"))?;
+        Ok(Row::of(Way::Cycle, "cycle_step", motors, stay as f64, "cycles"))
+    };
+    (1..).zip(&mut stays).map(row).collect()
+}
+
 /// Three axes that ramp at rates they hold, under traffic.
 pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
     let axes = [
@@ -50,7 +80,7 @@ pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
         Axis::ramps(9_500, 18_500, 19_000),
         Axis::ramps(8_500, 15_500, 17_500),
     ];
-    let job = Job::new(&axes, true);
+    let job = Job::new(&axes, Traffic::NOW);
     let order = order_burst(subject, &job)?;
     let planner = function(subject, "4plan")?;
     let outcome = job.run(subject, |chip| {

@@ -5,7 +5,7 @@ use std::result;
 use anyhow::{Context, Result, ensure};
 use stepwright::profile::{Path, Ramp};
 use stepwright::queue::{Feed, Taken};
-use stepwright::{Accel, Order, Rate, Speed, Travel, direct};
+use stepwright::{Accel, Order, Rate, Speed, Ticks, Travel, direct, late_after};
 
 use super::{Subject, Way};
 use crate::board::HZ;
@@ -36,10 +36,9 @@ impl Axis {
     /// When its pulses should come.
     pub(super) fn ideal(&self, way: Way) -> Result<Ideal> {
         let order = self.order()?;
-        let rate = Rate::from_hz(HZ as u32)?;
         Ok(match way {
-            Way::Queued => Ideal::Path(order.path(rate)?),
-            Way::Direct => Ideal::Times(times(direct::Ramp::of(rate, &order)?)),
+            Way::Direct => Ideal::Times(times(direct::Ramp::of(CLOCK, &order)?)),
+            _ => Ideal::Path(order.path(CLOCK)?),
         })
     }
 
@@ -96,11 +95,37 @@ fn times(ramp: direct::Ramp) -> Vec<u64> {
 /// What a travel is and how it is watched.
 #[derive(Clone, Debug)]
 pub(super) struct Job {
-    pub way: Way,
-    pub axes: Vec<Axis>,
-    /// The host asks for position and state without a pause.
-    pub traffic: bool,
-    pub visits: bool,
+    way: Way,
+    axes: Vec<Axis>,
+    traffic: Traffic,
+    visits: bool,
+    /// It ends at the first step that is late.
+    on_time: bool,
+}
+
+/// What the host says while the axes move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Traffic {
+    /// Nothing.
+    Silent,
+    /// It asks for position and state without a pause, from so many cycles after the
+    /// first step on: the *phase* of the traffic against the motion.
+    From(u64),
+}
+
+impl Traffic {
+    /// From the first step on.
+    pub(super) const NOW: Traffic = Traffic::From(0);
+
+    /// The phases in which a rate must be kept: a fifth of the two questions and their
+    /// answers apart, 13 bytes of 1,360 cycles, and by no whole byte.
+    pub(super) const PHASES: [Traffic; 5] = [
+        Traffic::NOW,
+        Traffic::From(3_571),
+        Traffic::From(2 * 3_571),
+        Traffic::From(3 * 3_571),
+        Traffic::From(4 * 3_571),
+    ];
 }
 
 /// What came of it.
@@ -112,12 +137,21 @@ pub(super) struct Outcome {
     pub late: u32,
 }
 
+/// The chip's clock.
+pub(super) const CLOCK: Rate = match Rate::from_hz(HZ as u32) {
+    Ok(clock) => clock,
+    Err(_) => panic!("no such clock"),
+};
+
+/// What the host asks without a pause.
+const QUESTIONS: [&str; 2] = ["V1", "F"];
+
 /// Boot, with all its delays.
 const BOOT: u64 = HZ / 10;
 
 impl Job {
-    pub(super) fn new(axes: &[Axis], traffic: bool) -> Job {
-        Job { way: Way::Queued, axes: axes.to_vec(), traffic, visits: false }
+    pub(super) fn new(axes: &[Axis], traffic: Traffic) -> Job {
+        Job { way: Way::Queued, axes: axes.to_vec(), traffic, visits: false, on_time: false }
     }
 
     pub(super) fn by(self, way: Way) -> Job {
@@ -128,8 +162,13 @@ impl Job {
         Job { visits: true, ..self }
     }
 
-    /// Plays it on a chip that `watch` has prepared; the inner
-    /// error if nothing moves, or an axis falls behind by 10 ms and more.
+    /// Ends at the first step that is late ([`late_after`]).
+    pub(super) fn on_time(self) -> Job {
+        Job { on_time: true, ..self }
+    }
+
+    /// Plays it on a chip that `watch` has prepared; the inner error if nothing moves, an
+    /// axis falls behind by 10 ms and more, or a step is late that must be on time.
     pub(super) fn run(
         &self,
         subject: &Subject,
@@ -146,10 +185,12 @@ impl Job {
             let answer = String::from_utf8_lossy(&answer);
             return Ok(Err(format!("nothing moves: E was answered {answer:?}")));
         }
-        if self.traffic {
-            chip.poll(&["V1", "F"]);
+        let mut progress = Progress::new(self, chip.now())?;
+        if let Traffic::From(phase) = self.traffic {
+            let first = chip.edges().first().map_or(chip.now(), |edge| edge.time);
+            chip.run_until(first + phase);
+            chip.poll(&QUESTIONS);
         }
-        let mut progress = Progress::new(self.way, &self.axes, chip.now())?;
         while !progress.is_complete() {
             chip.run_for(HZ / 200);
             if let Some(fault) = progress.fault(&chip) {
@@ -173,6 +214,10 @@ impl Job {
         let mut chip = self.told(subject)?;
         chip.keep_visits();
         chip.send(b"E\r");
+        chip.run_for(HZ / 200);
+        if self.traffic != Traffic::Silent {
+            chip.poll(&QUESTIONS);
+        }
         chip.run_for(HZ / 10);
         Ok((steps_of(chip.edges(), 0), chip.take_visits()))
     }
@@ -207,40 +252,86 @@ impl Job {
 
 /// How far the axes have come.
 struct Progress {
-    axes: Vec<(Ideal, u32)>,
-    /// The first step's cycle, or the beginning, and the steps so far.
-    made: Vec<(u64, u32)>,
+    axes: Vec<Course>,
     /// Edges that have been looked at.
     seen: usize,
+    on_time: bool,
+}
+
+/// An axis on its way.
+struct Course {
+    path: Ideal,
+    /// Steps in all.
+    steps: u32,
+    /// The first step's cycle, or the beginning, and the steps so far.
+    first: u64,
+    made: u32,
+    /// When the next step is due after the first, and its distance from the one before;
+    /// when all are made, those of the last.
+    due: u64,
+    interval: u64,
+    /// The least that a step was late by, against the first: its latency is none.
+    least: i64,
+    /// The first late step.
+    late: Option<String>,
 }
 
 impl Progress {
-    fn new(way: Way, axes: &[Axis], now: u64) -> Result<Progress> {
-        let paths: Result<Vec<_>> =
-            axes.iter().map(|axis| Ok((axis.ideal(way)?, axis.steps))).collect();
-        Ok(Progress { axes: paths?, made: vec![(now, 0); axes.len()], seen: 0 })
+    fn new(job: &Job, now: u64) -> Result<Progress> {
+        let course = |axis: &Axis| -> Result<Course> {
+            let (path, steps) = (axis.ideal(job.way)?, axis.steps);
+            let (first, made, due, interval, least) = (now, 0, 0, 0, 0);
+            Ok(Course { path, steps, first, made, due, interval, least, late: None })
+        };
+        let axes: Result<Vec<_>> = job.axes.iter().map(course).collect();
+        Ok(Progress { axes: axes?, seen: 0, on_time: job.on_time })
     }
 
     fn is_complete(&self) -> bool {
-        self.axes.iter().zip(&self.made).all(|(axis, made)| made.1 >= axis.1)
+        self.axes.iter().all(|axis| axis.made >= axis.steps)
     }
 
-    /// Which axis is 10 ms behind its path: it has stalled, or can't follow.
+    /// Which axis is 10 ms behind its path: it has stalled, or can't follow. Or which step
+    /// is late, if none may be.
     fn fault(&mut self, chip: &Chip) -> Option<String> {
         for edge in chip.edges()[self.seen..].iter().filter(|edge| edge.is_step()) {
-            if let Some((first, count)) = self.made.get_mut(usize::from(edge.axis)) {
-                if *count == 0 {
-                    *first = edge.time;
-                }
-                *count += 1;
+            if let Some(axis) = self.axes.get_mut(usize::from(edge.axis)) {
+                axis.step(edge.time);
             }
         }
         self.seen = chip.edges().len();
-        let behind = |((path, steps), (first, count)): (&(Ideal, u32), &(u64, u32))| {
-            count < steps && chip.now() > first + path.time_of(*count) + HZ / 100
-        };
-        let axis = self.axes.iter().zip(&self.made).position(behind)?;
-        Some(format!("axis {} is 10 ms behind after {} steps", axis + 1, self.made[axis].1))
+        for (axis, number) in self.axes.iter().zip(1..) {
+            if let Some(late) = axis.late.as_ref().filter(|_| self.on_time) {
+                return Some(format!("{late} of axis {number}"));
+            }
+            let due = axis.first + axis.due + HZ / 100;
+            if axis.made < axis.steps && chip.now() > due {
+                return Some(format!("axis {number} is 10 ms behind after {} steps", axis.made));
+            }
+        }
+        None
+    }
+}
+
+impl Course {
+    /// Its next step came at `time`.
+    fn step(&mut self, time: u64) {
+        let (n, due) = (self.made, self.due);
+        self.made += 1;
+        if n == 0 {
+            self.first = time;
+        }
+        let off = (time - self.first) as i64 - due as i64;
+        self.least = self.least.min(off);
+        if self.made < self.steps {
+            self.due = self.path.time_of(self.made);
+            self.interval = self.due - due;
+        }
+        let interval = Ticks::try_from(self.interval).unwrap_or(Ticks::MAX);
+        let late = off - self.least;
+        if late > i64::from(late_after(interval, CLOCK)) && self.late.is_none() {
+            self.late = Some(format!("step {n} is {late} of {interval} cycles late"));
+        }
     }
 }
 
@@ -257,4 +348,26 @@ pub(super) fn offsets(steps: &[Step], path: &Ideal) -> Vec<i64> {
 pub(super) fn median<T: Copy + Ord>(values: &mut [T]) -> Option<T> {
     values.sort_unstable();
     values.get(values.len() / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether a step that comes by so many cycles late is, at 16,000 cycles a step.
+    fn is_late(by: u64) -> bool {
+        let job = Job::new(&[Axis::constant(1_000, 10)], Traffic::Silent);
+        let mut progress = Progress::new(&job, 0).unwrap();
+        let axis = &mut progress.axes[0];
+        // The first has a latency of its own, which the second lacks.
+        for time in [100, 16_050, 32_050 + by] {
+            axis.step(time);
+        }
+        axis.late.is_some()
+    }
+
+    #[test]
+    fn a_step_is_late_by_half_an_interval_and_a_microsecond() {
+        assert!(!is_late(0) && !is_late(8_016) && is_late(8_017));
+    }
 }

@@ -30,7 +30,7 @@ fn main() -> Result<ExitCode> {
     let args = Args::parse();
     let stored = Table::read(&args.file);
     let known = stored.as_ref().ok().cloned().unwrap_or_default();
-    let table = measure(args.board, known, args.only.as_deref())?;
+    let table = measure(args.board, known, args.check, args.only.as_deref())?;
     print!("{table}");
     if args.only.is_some() {
         return Ok(ExitCode::SUCCESS);

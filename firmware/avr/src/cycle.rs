@@ -87,11 +87,13 @@ pub unsafe fn start(motors: [Motor; AXES], stand: Switches) -> (Held, Console) {
 }
 
 /// The step interrupt; [`cycle_interrupt!`](crate::cycle_interrupt) has it called.
+///
+/// # Safety
+/// For the step interrupt alone, once there are motors.
 #[doc(hidden)]
 #[inline(always)]
-pub fn on_compare() {
-    // SAFETY: only the step interrupt calls it, and comes once there are motors; the
-    // foreground gets them only with interrupts off.
+pub unsafe fn on_compare() {
+    // SAFETY: the caller's promise; the foreground gets them only with interrupts off.
     unsafe { MOTORS.get() }.on_compare();
 }
 
@@ -149,6 +151,9 @@ impl Held {
 #[macro_export]
 macro_rules! cycle_interrupt {
     () => {
-        $crate::handler!(TIMER1_COMPA, TIMER1_COMPA, $crate::cycle::on_compare());
+        $crate::handler!(TIMER1_COMPA, TIMER1_COMPA, {
+            // SAFETY: this is the step interrupt, which `start` lets come.
+            unsafe { $crate::cycle::on_compare() }
+        });
     };
 }

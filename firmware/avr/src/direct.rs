@@ -27,10 +27,13 @@ pub static ENGINE: Slot<DirectEngine> = Slot::new(Engine::off(
 
 /// What the direct way leaves to the engine;
 /// [`step_interrupt!`](crate::step_interrupt) has it called.
+///
+/// # Safety
+/// For the step interrupt alone, once there is an engine.
 #[doc(hidden)]
-pub extern "C" fn long_way(look: u16) {
-    // SAFETY: only the step interrupt calls it, once there is an engine; the
-    // foreground gets the engine only with interrupts off.
+pub unsafe extern "C" fn long_way(look: u16) {
+    // SAFETY: the caller's promise; the foreground gets the engine only with
+    // interrupts off.
     unsafe { ENGINE.get() }.on_long_way(look);
 }
 

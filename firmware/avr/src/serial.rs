@@ -75,7 +75,8 @@ impl Serial {
 
     /// The next byte that has come, if one has.
     pub fn receive(&mut self) -> Option<Received> {
-        RECEIVED.take().map(|byte| match byte {
+        // SAFETY: there is one line, and this is its only reader.
+        unsafe { RECEIVED.take() }.map(|byte| match byte {
             GARBLED => Received::Garbled,
             byte => Received::Byte(byte),
         })
@@ -91,7 +92,8 @@ impl Serial {
         // The handler stops its interrupts when it has taken the last byte, and may
         // have taken this one when they begin anew: then it finds none, and stops
         // them again.
-        if TO_SEND.put(byte) {
+        // SAFETY: there is one line, and this is its only writer.
+        if unsafe { TO_SEND.put(byte) } {
             set_control(SENDING);
         }
     }
@@ -253,10 +255,13 @@ impl Inbox {
     }
 
     /// Takes the oldest byte out.
-    fn take(&self) -> Option<u8> {
+    ///
+    /// # Safety
+    /// For the foreground alone, one call at a time.
+    unsafe fn take(&self) -> Option<u8> {
         // SAFETY: nobody else uses timer 0.
         let timer = unsafe { TC0::steal() };
-        // SAFETY: the foreground's alone.
+        // SAFETY: the caller's promise.
         let taken = unsafe { &mut *self.taken.get() };
         if timer.ocr0a().read().bits() == *taken {
             return None;
@@ -320,7 +325,10 @@ impl Ring {
     }
 
     /// Puts a byte in; false if there is no room.
-    fn put(&self, byte: u8) -> bool {
+    ///
+    /// # Safety
+    /// For the foreground alone, one call at a time.
+    unsafe fn put(&self, byte: u8) -> bool {
         let (put, taken) = self.counters();
         if put.wrapping_sub(taken) >= SIZE {
             return false;

@@ -25,9 +25,11 @@ pub type Feeds = [Producer<'static, RUNS>; AXES];
 pub static QUEUES: Slot<[Queue<RUNS>; AXES]> = Slot::new([const { Queue::new() }; AXES]);
 
 /// The ends of an axis's queue.
-const fn ends(axis: usize) -> (Producer<'static, RUNS>, Consumer<'static, RUNS>) {
-    // SAFETY: the engine takes one end and the user of `feeds` the other; a
-    // queue is shared as it is.
+///
+/// # Safety
+/// Each end is for one user: the first for that of [`feeds`], the second for the engine.
+const unsafe fn ends(axis: usize) -> (Producer<'static, RUNS>, Consumer<'static, RUNS>) {
+    // SAFETY: the caller's promise; a queue is shared as it is.
     unsafe { QUEUES.share()[axis].ends() }
 }
 
@@ -41,7 +43,8 @@ pub static ENGINE: Slot<StepEngine> = Slot::new(Engine::off(
     // whose caller has the right to them.
     unsafe { token() },
     unsafe { token() },
-    [ends(0).1, ends(1).1, ends(2).1],
+    // SAFETY: the engine's ends.
+    unsafe { [ends(0).1, ends(1).1, ends(2).1] },
     description().timing,
 ));
 
@@ -57,10 +60,13 @@ pub(crate) const unsafe fn token<T>() -> T {
 
 /// What the short way through the step interrupt leaves to the engine;
 /// [`step_interrupt!`](crate::step_interrupt) has it called.
+///
+/// # Safety
+/// For the step interrupt alone, once there is an engine.
 #[doc(hidden)]
-pub extern "C" fn long_way(look: u16) {
-    // SAFETY: only the step interrupt calls it, once there is an engine; the
-    // foreground gets the engine only with interrupts off.
+pub unsafe extern "C" fn long_way(look: u16) {
+    // SAFETY: the caller's promise; the foreground gets the engine only with
+    // interrupts off.
     unsafe { ENGINE.get() }.on_long_way(look);
 }
 
@@ -79,7 +85,8 @@ pub unsafe fn start(_: Timer, _: Pins) -> Held {
 /// # Safety
 /// For one user: a queue has one producer.
 pub const unsafe fn feeds() -> Feeds {
-    [ends(0).0, ends(1).0, ends(2).0]
+    // SAFETY: the caller's promise.
+    unsafe { [ends(0).0, ends(1).0, ends(2).0] }
 }
 
 /// The engine with its interrupt held off for each call: some microseconds.

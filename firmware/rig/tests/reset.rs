@@ -45,7 +45,7 @@ fn is_known(chip: &mut Chip) -> bool {
             true
         }
         Some("E") => {
-            talk(chip, "V2 E\n? stepwright * uncertain=7");
+            talk(chip, "V2 E\n? stepwright * uncertain=7 *");
             // Until it is zeroed.
             talk(chip, "I1 Y\nV1 0\nV2 E");
             false

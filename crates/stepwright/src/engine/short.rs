@@ -164,7 +164,7 @@ where
 /// static ENGINE: Shared<MaybeUninit<Motion>> = …; // repr(transparent)
 /// static QUEUES: Shared<[Queue<8>; 3]> = …;       // split once, at the start
 ///
-/// extern "C" fn long_way(look: u16) {
+/// unsafe extern "C" fn long_way(look: u16) {
 ///     // SAFETY: only the step interrupt calls it, and interrupts are off.
 ///     unsafe { (*ENGINE.get()).assume_init_mut() }.on_long_way(look);
 /// }

@@ -16,6 +16,8 @@ use stepwright_protocol::{Controller, Slave};
 
 /// All that the main loop works with.
 struct Board {
+    slave: SlaveOwner,
+    group: GroupOwner,
     engine: Held,
     serial: Serial,
 }
@@ -39,7 +41,7 @@ fn main() -> ! {
     unsafe { avr_device::interrupt::enable() };
     loop {
         watchdog::feed();
-        if slave().is_speaking() {
+        if board.slave.get().is_speaking() {
             board.speak();
         } else {
             board.listen();
@@ -63,44 +65,59 @@ unsafe fn start() -> Board {
     #[cfg(feature = "mega")]
     let (pins, mut levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
     levels.set_enable(false); // on while it is low
-    let board = Board {
+    let mut board = Board {
+        slave: SlaveOwner(()),
+        group: GroupOwner(()),
         // SAFETY: called once, with interrupts off.
         engine: unsafe { step::start(Timer::start(), pins) },
         serial: Serial::start(chip.USART0),
     };
-    slave().begin();
+    board.slave.get().begin();
     if reset::doubts() {
-        group().doubt();
+        board.group.get().doubt();
     }
     board
 }
 
-/// The line's end. At a fixed address, as in the controller.
-#[inline(always)]
-fn slave() -> &'static mut Slave<AXES> {
-    // SAFETY: only the main program asks, for each thing that it does anew, and no
-    // interrupt does.
-    unsafe { SLAVE.get() }
+/// The right to the line's end, which only `start` makes, once.
+struct SlaveOwner(());
+
+impl SlaveOwner {
+    /// The line's end. At a fixed address, as in the controller.
+    #[inline(always)]
+    fn get(&mut self) -> &mut Slave<AXES> {
+        // SAFETY: there is one owner, which is borrowed for as long, and no interrupt
+        // asks for it.
+        unsafe { SLAVE.get() }
+    }
 }
 
-/// The motors, likewise.
-#[inline(always)]
-fn group() -> &'static mut Group<'static, AXES, RUNS> {
-    // SAFETY: as above.
-    unsafe { GROUP.get() }
+/// The right to the motors, likewise.
+struct GroupOwner(());
+
+impl GroupOwner {
+    /// The motors.
+    #[inline(always)]
+    fn get(&mut self) -> &mut Group<'static, AXES, RUNS> {
+        // SAFETY: as above.
+        unsafe { GROUP.get() }
+    }
 }
 
 impl Board {
     /// The motors and the engine, for a line.
     #[inline(always)]
-    fn machine(&mut self) -> Controller<'_, 'static, Held, AXES, RUNS> {
-        Controller { group: group(), engine: &mut self.engine, axes: AXES as u8 }
+    fn machine<'a>(
+        group: &'a mut GroupOwner,
+        engine: &'a mut Held,
+    ) -> Controller<'a, 'static, Held, AXES, RUNS> {
+        Controller { group: group.get(), engine, axes: AXES as u8 }
     }
 
     /// One piece of planning.
     #[inline(never)]
     fn plan(&mut self) -> bool {
-        group().poll(&mut self.engine)
+        self.group.get().poll(&mut self.engine)
     }
 
     /// Takes what has come, up to the end of a line.
@@ -109,16 +126,17 @@ impl Board {
         while let Some(received) = self.serial.receive() {
             match received {
                 Received::Byte(byte) => {
-                    if slave().hear(byte, &mut self.machine()) {
+                    let mut machine = Self::machine(&mut self.group, &mut self.engine);
+                    if self.slave.get().hear(byte, &mut machine) {
                         // Never taken back: this board's RAM has to be cold for a
                         // power-up to be one of a known position.
-                        if group().any_busy(&self.engine) {
+                        if self.group.get().any_busy(&self.engine) {
                             reset::set_mark(Mark::MOVING);
                         }
                         return;
                     }
                 }
-                Received::Garbled => slave().garbled(),
+                Received::Garbled => self.slave.get().garbled(),
             }
         }
     }
@@ -126,8 +144,9 @@ impl Board {
     /// Sends of the answer as much as there is room for. Planning goes on meanwhile.
     #[inline(never)]
     fn speak(&mut self) {
+        let mut machine = Self::machine(&mut self.group, &mut self.engine);
         while self.serial.has_room()
-            && let Some(byte) = slave().speak(&mut self.machine())
+            && let Some(byte) = self.slave.get().speak(&mut machine)
         {
             self.serial.send(byte);
         }

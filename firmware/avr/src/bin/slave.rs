@@ -14,6 +14,7 @@ use stepwright_device::Device;
 
 /// All that the main loop works with.
 struct Slave {
+    device: Owner,
     engine: Held,
     panel: AvrPanel,
     serial: Serial,
@@ -43,12 +44,12 @@ fn main() -> ! {
     loop {
         watchdog::feed();
         slave.panel.tick();
-        if device().is_speaking() {
+        if slave.device.get().is_speaking() {
             slave.speak();
         } else {
             slave.listen();
         }
-        device().attend(&mut slave.engine, &mut slave.panel);
+        slave.device.get().attend(&mut slave.engine, &mut slave.panel);
         // Three pieces make a run; a byte of the line may wait for that long.
         let _ = slave.plan() && slave.plan() && slave.plan();
     }
@@ -68,6 +69,7 @@ unsafe fn start() -> Slave {
     #[cfg(feature = "mega")]
     let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
     let mut slave = Slave {
+        device: Owner(()),
         // SAFETY: called once, with interrupts off.
         engine: unsafe { step::start(Timer::start(), pins) },
         panel: AvrPanel::new(
@@ -80,25 +82,30 @@ unsafe fn start() -> Slave {
     // SAFETY: nobody else asks for them.
     let feeds = unsafe { step::feeds() };
     // SAFETY: it is in flash.
-    device().group_mut().power_up(feeds, |given| unsafe { BOARD.load(given) });
-    device().begin(board::AXES as u8, &mut slave.engine, &mut slave.panel);
+    slave.device.get().group_mut().power_up(feeds, |given| unsafe { BOARD.load(given) });
+    slave.device.get().begin(board::AXES as u8, &mut slave.engine, &mut slave.panel);
     slave
 }
 
-/// The device. At a fixed address, and not through a pointer: that makes all
-/// that works on it shorter by a tenth.
-#[inline(always)]
-fn device() -> &'static mut Controller {
-    // SAFETY: only the main program asks, for each thing that it does anew, and
-    // no interrupt does.
-    unsafe { DEVICE.get() }
+/// The right to the device, which only `start` makes, once.
+struct Owner(());
+
+impl Owner {
+    /// The device. At a fixed address, and not through a pointer: that makes all
+    /// that works on it shorter by a tenth.
+    #[inline(always)]
+    fn get(&mut self) -> &mut Controller {
+        // SAFETY: there is one owner, which is borrowed for as long, and no interrupt
+        // asks for the device.
+        unsafe { DEVICE.get() }
+    }
 }
 
 impl Slave {
     /// One piece of planning. The bench times it by its name.
     #[inline(never)]
     fn plan(&mut self) -> bool {
-        device().plan(&mut self.engine)
+        self.device.get().plan(&mut self.engine)
     }
 
     /// Takes what has come, up to the end of a line. The master says the next
@@ -108,11 +115,11 @@ impl Slave {
         while let Some(received) = self.serial.receive() {
             match received {
                 Received::Byte(byte) => {
-                    if device().hear(byte, &mut self.engine, &mut self.panel) {
+                    if self.device.get().hear(byte, &mut self.engine, &mut self.panel) {
                         return;
                     }
                 }
-                Received::Garbled => device().garbled(),
+                Received::Garbled => self.device.get().garbled(),
             }
         }
     }
@@ -122,7 +129,7 @@ impl Slave {
     #[inline(never)]
     fn speak(&mut self) {
         while self.serial.has_room()
-            && let Some(byte) = device().speak(&mut self.engine, &mut self.panel)
+            && let Some(byte) = self.device.get().speak(&mut self.engine, &mut self.panel)
         {
             self.serial.send(byte);
         }

@@ -244,7 +244,7 @@ mod tests {
         assert_eq!(said(line::POSITION, 1, |_| i64::MIN), "-9223372036854775808\r");
         assert_eq!(
             said(line::INFO, 2, own),
-            "stepwright 0.1 axes=2 max=3 late=4 refused=5 last=no-po uncertain=7 stop=abc\r"
+            "stepwright 0.1 axes=2 max=3 late=4 refused=5 last=busy uncertain=7 stop=abc\r"
         );
         assert_eq!(said(line::SETTINGS, 2, own), "max-speed=16 max-accel=17\r");
         for setting in Setting::ALL {

@@ -33,6 +33,8 @@ abilities! {
         "`j` limits the jerk of an order (S-curves)";
     Safety, "safety", "safety",
         "the settings and answers that guard a machine";
+    Sum, "safety", "sum",
+        "a line with a checksum is checked, and answered with one";
 }
 
 /// A set of abilities.

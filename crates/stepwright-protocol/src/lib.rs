@@ -49,6 +49,9 @@
 //!        | "$" name             one of them
 //!        | "$" name "=" number  set one of them
 //!        | "$reset"             all settings have their defaults again
+//! A line may end with its checksum, `*` and two hexadecimal digits, on a board that
+//! can `sum`.
+//!
 //! axis   = 1…8      sign = "+" | "-"      leading zeros are fine
 //! ```
 //!
@@ -57,7 +60,7 @@
 //!
 //! ```text
 //! stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
-//!    … can=jerk,safety                                    (it is one line)
+//!    … can=jerk,safety,sum                                    (it is one line)
 //! ```
 //!
 //! the protocol's version; how many axes; the fastest the board can step one,
@@ -160,9 +163,18 @@
 //! | what counts as refused? | every line answered E, an empty one apart: masters send it to get in step |
 //! | `last` after the E of a spoiled order | the reason of the line that spoiled it |
 //!
-//! What the grammar can't do: a digit that turns into another digit on the
-//! wire is still an order. A receiver that notices a lost or damaged byte
-//! should say so with [`Slave::garbled`].
+//! # Checksums
+//!
+//! A digit that turns into another digit on the wire is still an order. Where that
+//! matters, and the board can `sum`, a line ends with `*` and the CRC-8 of the bytes
+//! before it in two hexadecimal digits (polynomial 0x07, begun with 0: CRC-8/SMBUS),
+//! and so does its answer: `G+4000*0B` is answered `Y*88`. A line whose checksum is
+//! another's, or is not whole, is answered E with its checksum; its reason is `sum`,
+//! and it spoils an order as any other. A line without a `*` is answered without one,
+//! so a master chooses line by line. [`Master::use_sums`] does it for every line.
+//!
+//! A receiver that notices a lost or damaged byte should say so with
+//! [`Slave::garbled`].
 
 mod answer;
 mod axis;
@@ -182,6 +194,8 @@ mod script;
 mod setting;
 mod slave;
 mod stop;
+#[cfg(feature = "safety")]
+mod sum;
 mod text;
 
 pub use axis::{AxisId, MAX_AXES, Selection};

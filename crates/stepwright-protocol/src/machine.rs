@@ -114,6 +114,8 @@ pub trait Machine {
 pub enum Refusal {
     /// `line`: not a line of this protocol, too long, or garbled.
     Line,
+    /// `sum`: the checksum of the line is that of another line.
+    Sum,
     /// `range`: a number outside its range.
     Range,
     /// `axis`: the board has no such axis.
@@ -176,6 +178,7 @@ macro_rules! names {
 
 names! {
     Line "line"
+    Sum "sum"
     Range "range"
     Axis "axis"
     NoAxis "no-axis"
@@ -211,6 +214,7 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Refusal::Line => "not a line of this protocol",
+            Refusal::Sum => "the checksum is that of another line: say it again",
             Refusal::Range => "a number outside its range",
             Refusal::Axis => "the board has no such axis",
             Refusal::NoAxis => "PO did not say which axis: name it with A after PO",

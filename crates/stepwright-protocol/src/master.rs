@@ -5,6 +5,8 @@ use core::fmt;
 use crate::command::Command;
 use crate::line::Collector;
 use crate::reply::Reply;
+#[cfg(feature = "safety")]
+use crate::sum;
 use crate::text::Bytes;
 
 /// The longest answer a master takes in, in bytes: with room for a field or
@@ -37,6 +39,8 @@ const LONGEST: usize = Reply::LONGEST + Reply::LONGEST / 7;
 pub struct Master {
     line: Collector<LONGEST>,
     awaited: Awaited,
+    #[cfg(feature = "safety")]
+    sums: bool,
 }
 
 /// What kind of answer is still to come.
@@ -82,7 +86,32 @@ impl Default for Master {
 impl Master {
     /// A master that has said nothing yet.
     pub const fn new() -> Master {
-        Master { line: Collector::new(), awaited: Awaited::Nothing }
+        Master {
+            line: Collector::new(),
+            awaited: Awaited::Nothing,
+            #[cfg(feature = "safety")]
+            sums: false,
+        }
+    }
+
+    /// From now on every line has a checksum, or none. With it only answers whose
+    /// checksum is right are answers.
+    ///
+    /// For a board whose [`Info`](crate::Info) says that it can
+    /// [`Sum`](crate::Ability::Sum). Another one refuses every such line.
+    ///
+    /// ```
+    /// use stepwright_protocol::{Command, Master, Reply};
+    /// let mut master = Master::new();
+    /// master.use_sums(true);
+    /// let bytes: Vec<u8> = master.send(Command::Execute).unwrap().collect();
+    /// assert_eq!(bytes, b"E*DC\r");
+    /// let answers: Vec<_> = b"Y\rY*88\r".iter().map(|&byte| master.receive(byte)).collect();
+    /// assert_eq!(answers.into_iter().flatten().count(), 1);
+    /// ```
+    #[cfg(feature = "safety")]
+    pub fn use_sums(&mut self, sums: bool) {
+        self.sums = sums;
     }
 
     /// The bytes of a command, to be put on the line.
@@ -103,12 +132,18 @@ impl Master {
         };
         // What came unasked before is not part of the answer.
         self.line.clear();
+        #[cfg(feature = "safety")]
+        return Ok(command.bytes().summed(self.sums));
+        #[cfg(not(feature = "safety"))]
         Ok(command.bytes())
     }
 
     /// Takes a byte from the line; the answer when it is complete.
     pub fn receive(&mut self, byte: u8) -> Option<Reply> {
-        let reply = Reply::parse(self.line.push(byte)?.ok()?)?;
+        let line = self.line.push(byte)?.ok()?;
+        #[cfg(feature = "safety")]
+        let line = if self.sums { sum::checked(line).ok()? } else { line };
+        let reply = Reply::parse(line)?;
         if !self.awaited.is(&reply) {
             return None;
         }
@@ -138,7 +173,12 @@ impl Master {
     pub fn resync(&mut self) -> impl Iterator<Item = u8> + Clone + use<> {
         self.awaited = Awaited::Step;
         self.line.clear();
-        b"#\rF\r".iter().copied()
+        #[cfg(feature = "safety")]
+        let sums = self.sums;
+        #[cfg(not(feature = "safety"))]
+        let sums = false;
+        let bytes: &[u8] = if sums { b"#\rF*D5\r" } else { b"#\rF\r" };
+        bytes.iter().copied()
     }
 }
 

@@ -295,7 +295,7 @@ pub(crate) mod tests {
         assert_eq!(
             core::str::from_utf8(&line),
             Ok("stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 \
-                can=jerk,safety\r")
+                can=jerk,safety,sum\r")
         );
         // A board from before the word, and one without any ability.
         let old = Info { can: None, ..INFO };

@@ -12,6 +12,8 @@ use crate::reply::{Reply, VERSION};
 use crate::said::{self, Said};
 use crate::setting::{Setting, Settings};
 use crate::stop::{self, Stop};
+#[cfg(feature = "safety")]
+use crate::sum::{self, Tail};
 
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
@@ -22,7 +24,7 @@ use crate::stop::{self, Stop};
 /// RAM and 26 more an axis. No panic is left in it.
 #[derive(Clone, Debug)]
 pub struct Slave<const AXES: usize> {
-    line: Collector<{ Command::LONGEST }>,
+    line: Collector<{ LONGEST }>,
     axes: [Axis; AXES],
     /// The letter of the last stop of each axis.
     stops: [u8; AXES],
@@ -35,6 +37,9 @@ pub struct Slave<const AXES: usize> {
     refused: u32,
     last: Option<Refusal>,
     answer: Answer,
+    /// The checksum behind it.
+    #[cfg(feature = "safety")]
+    tail: Tail,
     /// The axis whose position is the answer.
     asked: u8,
 }
@@ -85,6 +90,9 @@ enum Naming {
     Unclear,
 }
 
+/// The longest line, with its checksum.
+const LONGEST: usize = Command::LONGEST + if cfg!(feature = "safety") { 3 } else { 0 };
+
 /// Axis 1.
 const FIRST: u8 = 1;
 
@@ -117,6 +125,8 @@ impl<const AXES: usize> Slave<AXES> {
             refused: 0,
             last: Some(Refusal::Line),
             answer: Answer::NONE,
+            #[cfg(feature = "safety")]
+            tail: Tail::NONE,
             asked: 0,
         }
     }
@@ -140,10 +150,13 @@ impl<const AXES: usize> Slave<AXES> {
         if !self.hear(byte, machine) {
             return None;
         }
-        let mut line = Collector::<{ Reply::LONGEST }>::new();
+        let mut line = Collector::<{ Reply::LONGEST + 3 }>::new();
         while let Some(byte) = self.speak(machine) {
             if let Some(line) = line.push(byte) {
-                return line.ok().and_then(Reply::parse);
+                let line = line.ok()?;
+                #[cfg(feature = "safety")]
+                let line = sum::checked(line).unwrap_or(line);
+                return Reply::parse(line);
             }
         }
         None
@@ -153,13 +166,24 @@ impl<const AXES: usize> Slave<AXES> {
     /// answer is ready to be pulled. What was left of the last is forgotten.
     pub fn hear<M: Machine>(&mut self, byte: u8, machine: &mut M) -> bool {
         let (mut said, mut empty) = (Said::NOTHING, false);
-        let read = match self.line.push(byte) {
-            None => return false,
-            Some(Ok(line)) => {
+        let Some(line) = self.line.push(byte) else { return false };
+        #[cfg(feature = "safety")]
+        {
+            self.tail = Tail::new(line.is_ok_and(sum::is_wanted));
+        }
+        let read = match line {
+            Ok(line) => {
                 empty = line.is_empty();
-                said.read(line)
+                #[cfg(feature = "safety")]
+                let line = if sum::is_wanted(line) { sum::checked(line) } else { Ok(line) };
+                #[cfg(not(feature = "safety"))]
+                let line = Ok(line);
+                line.and_then(|line| {
+                    // A line without a checksum may be no longer for the room of one.
+                    if line.len() > Command::LONGEST { Err(Refusal::Line) } else { said.read(line) }
+                })
             }
-            Some(Err(_)) => Err(Refusal::Line),
+            Err(_) => Err(Refusal::Line),
         };
         let first = match read.and_then(|()| self.obey(&said, machine)) {
             Ok(first) => first,
@@ -188,7 +212,11 @@ impl<const AXES: usize> Slave<AXES> {
 
     /// Whether some of the last answer has yet to be pulled.
     pub fn is_speaking(&self) -> bool {
-        self.answer.is_left()
+        #[cfg(feature = "safety")]
+        let tail = self.tail.is_left();
+        #[cfg(not(feature = "safety"))]
+        let tail = false;
+        self.answer.is_left() || tail
     }
 
     /// The next byte of the answer, its CR included; `None` when it is
@@ -198,6 +226,21 @@ impl<const AXES: usize> Slave<AXES> {
     /// byte operations for 4000, 1,400 for 2³² − 1. Texts and further digits
     /// cost next to nothing.
     pub fn speak<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
+        #[cfg(feature = "safety")]
+        {
+            if let Some(byte) = self.tail.next() {
+                return Some(byte);
+            }
+            let byte = self.next_byte(machine)?;
+            Some(self.tail.pass(byte))
+        }
+        #[cfg(not(feature = "safety"))]
+        self.next_byte(machine)
+    }
+
+    /// The next byte of the answer, but for the checksum.
+    #[inline(always)]
+    fn next_byte<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
         let axes = self.count(machine);
         let last = self.last.map_or(0, |last| (last as u8).wrapping_add(1));
         self.answer.next(last, |n, digits| {

@@ -7,6 +7,8 @@
 //! used; on an AVR it alone would fill several kilobytes of flash.
 
 use crate::flash::{Text, text};
+#[cfg(feature = "safety")]
+use crate::sum::Tail;
 
 /// A part of a line.
 pub enum Piece {
@@ -34,11 +36,27 @@ pub struct Bytes<L> {
     text: Text,
     next_byte: u16,
     number: Decimal,
+    #[cfg(feature = "safety")]
+    tail: Tail,
 }
 
 impl<L> Bytes<L> {
     pub(crate) fn new(line: L) -> Bytes<L> {
-        Bytes { line, next_piece: 0, text: text!(""), next_byte: 0, number: Decimal::NONE }
+        Bytes {
+            line,
+            next_piece: 0,
+            text: text!(""),
+            next_byte: 0,
+            number: Decimal::NONE,
+            #[cfg(feature = "safety")]
+            tail: Tail::NONE,
+        }
+    }
+
+    /// The same with a checksum behind it, if it is wanted.
+    #[cfg(feature = "safety")]
+    pub(crate) fn summed(self, wanted: bool) -> Bytes<L> {
+        Bytes { tail: Tail::new(wanted), ..self }
     }
 }
 
@@ -46,6 +64,23 @@ impl<L: Pieces> Iterator for Bytes<L> {
     type Item = u8;
 
     fn next(&mut self) -> Option<u8> {
+        #[cfg(feature = "safety")]
+        {
+            if let Some(byte) = self.tail.next() {
+                return Some(byte);
+            }
+            let byte = self.bare()?;
+            Some(self.tail.pass(byte))
+        }
+        #[cfg(not(feature = "safety"))]
+        self.bare()
+    }
+}
+
+impl<L: Pieces> Bytes<L> {
+    /// The next byte, but for the checksum.
+    #[inline(always)]
+    fn bare(&mut self) -> Option<u8> {
         loop {
             if let Some(byte) = self.text.byte(self.next_byte) {
                 self.next_byte = self.next_byte.saturating_add(1);

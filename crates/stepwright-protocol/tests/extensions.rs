@@ -421,7 +421,7 @@ fn a_question_clears_nothing_and_a_bang_does() {
 #[test]
 fn a_board_says_what_it_can_do() {
     talk(
-        "? stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 can=jerk,safety",
+        "? stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 can=jerk,safety,sum",
     );
 }
 

@@ -20,6 +20,8 @@ struct Link {
     random: Random,
     /// One byte in so many is damaged; 0: none is.
     noise: usize,
+    /// Whether the damage is a flipped bit that no receiver notices.
+    flips: bool,
 }
 
 impl Link {
@@ -30,7 +32,15 @@ impl Link {
             bench: Bench::new(3),
             random: Random(seed),
             noise,
+            flips: false,
         }
+    }
+
+    /// A link whose lines have checksums, on a wire that flips bits.
+    fn summed(noise: usize, seed: u64) -> Link {
+        let mut link = Link { flips: true, ..Link::new(noise, seed) };
+        link.master.use_sums(true);
+        link
     }
 
     /// What is left of a byte on the wire, and whether the receiver noticed.
@@ -40,6 +50,9 @@ impl Link {
     fn wire(&mut self, byte: u8) -> (Vec<u8>, bool) {
         if self.noise == 0 || !self.random.one_in(self.noise) {
             return (vec![byte], false);
+        }
+        if self.flips {
+            return (vec![byte ^ 1 << self.random.below(8)], false);
         }
         let junk = 0x80 | self.random.byte();
         match self.random.below(4) {
@@ -170,6 +183,18 @@ fn half_a_line_of_another_master_does_no_harm() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(5000))]
+
+    /// With checksums that holds where digits become other digits, too.
+    #[test]
+    fn flipped_bits_delay_an_order_and_change_nothing(
+        seed: u64, noise in 100usize..1000, first in 1u8..=3,
+        top in 1u32..100_000, by in 1i32..i32::MAX,
+    ) {
+        let mut link = Link::summed(noise, seed);
+        let orders = vec![(axis(first), order(top, by))];
+        link.order(&orders);
+        prop_assert_eq!(&link.bench.asked, &vec![heard(&orders)]);
+    }
 
     /// Over a bad line an order is carried out once and exactly, or not yet.
     #[test]

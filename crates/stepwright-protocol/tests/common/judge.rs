@@ -51,6 +51,26 @@ pub fn exact(line: &[u8]) -> String {
     }
 }
 
+/// The remainder of these bytes, eight zeros behind them, by x⁸ + x² + x + 1.
+pub fn remainder(bytes: &[u8]) -> u8 {
+    let bits = bytes.iter().chain(&[0]).flat_map(|byte| (0..8).rev().map(move |n| byte >> n & 1));
+    bits.fold(0u16, |rest, bit| {
+        let next = rest * 2 + u16::from(bit);
+        if next > 0xFF { next ^ 0x107 } else { next }
+    }) as u8
+}
+
+/// A line for the log without its checksum, and whether its answer is to have one.
+pub fn unsummed(line: &[u8]) -> (String, bool) {
+    if line.len() > 27 || !line.contains(&b'*') {
+        return (exact(line), false);
+    }
+    let (bare, tail) = line.split_at(line.len().saturating_sub(3));
+    let sum = format!("*{:02x}", remainder(bare));
+    let right = tail.to_ascii_lowercase() == sum.as_bytes();
+    (if right { exact(bare) } else { "neither".into() }, true)
+}
+
 /// An answer without the reason of the last refusal, which is not judged here.
 pub fn comparable(answer: &str) -> String {
     let words = answer.split(' ').filter(|word| !word.starts_with("last="));
@@ -386,7 +406,7 @@ fn should_tell(log: &[Entry], now: &Entry) -> String {
     let uncertain: u8 = (0..AXES).map(|n| u8::from(now.position[n].is_none()) << n).sum();
     format!(
         "stepwright 0.1 axes={AXES} max=120000 late=0 refused={refused} uncertain={uncertain} \
-         stop={} can=jerk,safety",
+         stop={} can=jerk,safety,sum",
         stops(log)
     )
 }

@@ -1,7 +1,7 @@
 //! Lines and half lines, sane and not, for the slave to live through.
 
 use crate::common::Random;
-use crate::judge::AXES;
+use crate::judge::{AXES, remainder};
 
 fn any_line(random: &mut Random) -> String {
     let pick = |random: &mut Random, lines: &[&str]| lines[random.below(lines.len())].to_string();
@@ -87,7 +87,12 @@ fn sane(random: &mut Random) -> Vec<u8> {
             );
         }
     }
-    lines.iter().flat_map(|line| line.bytes().chain([b'\r'])).collect()
+    let summed = random.one_in(3);
+    let tail = |line: &String| match summed {
+        true => format!("{line}*{:02X}\r", remainder(line.as_bytes())),
+        false => format!("{line}\r"),
+    };
+    lines.iter().flat_map(|line| tail(line).into_bytes()).collect()
 }
 
 fn mutate(random: &mut Random, bytes: &mut Vec<u8>) {

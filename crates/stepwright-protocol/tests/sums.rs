@@ -1,0 +1,57 @@
+//! Lines with a checksum, as tables: see `talk` in `common/mod.rs`.
+
+mod common;
+
+use common::{Bench, say, talk};
+use stepwright_protocol::Slave;
+
+#[test]
+fn a_line_with_a_checksum_is_answered_in_kind() {
+    talk(
+        "PO*E6   Y*88
+         G+4000*0B Y*88
+         G+4001*0B E*DC
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=sum uncertain=0
+         E*DC    E*DC
+         PO      Y
+         G+4000*0B Y*88
+         E       Y  -> start 1 50-1000 R200 R200 +4000
+         F*D5    B*C9
+         F       B
+         *arrive 1
+         V1*E5   4000*79
+         V1*e5   4000*79
+         V1      4000",
+    );
+}
+
+/// What may have been a checksum is none, or half of one: the line may be any.
+#[test]
+fn half_a_checksum_is_none() {
+    for line in ["E*", "E*1", "E*DC0", "*00", "*0", "E**DC", "e*DC"] {
+        talk(&format!("PO Y\nG+1 Y\n{line} E*DC\nE E\nF R"));
+    }
+    // The room of the checksum is no room for a longer line.
+    talk("PO Y\nG+0000000000000000000000400 E");
+    talk("PO Y\nG+0000000000000000000005*E7 Y*88");
+}
+
+/// Noise of one bit never makes another order of one that has a checksum.
+#[test]
+fn a_flipped_bit_is_never_an_order() {
+    let right = b"G+4000*0B";
+    for bit in 0..8 * right.len() {
+        let mut wrong = *right;
+        wrong[bit / 8] ^= 1 << (bit % 8);
+        let (mut slave, mut bench) = (Slave::<1>::new(), Bench::new(1));
+        assert_eq!(say(&mut slave, &mut bench, b"PO"), "Y");
+        for byte in wrong {
+            slave.push(byte, &mut bench);
+        }
+        slave.push(b'\r', &mut bench);
+        say(&mut slave, &mut bench, b"E*DC");
+        let asked: Vec<_> = bench.asked.iter().map(|orders| orders[0].1.travel).collect();
+        // A capital of the checksum may become a small letter.
+        assert!(asked.is_empty() || asked == [stepwright::Travel::By(4000)], "{wrong:?}");
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::drive::Axes;
 use crate::engine::Timing;
-use crate::num::Num;
+use crate::num::{Num, whole};
 use crate::order::Refusal;
 use crate::profile::Fit;
 use crate::units::{Rate, Speed, Ticks};
@@ -76,9 +76,9 @@ impl<const N: usize> Board<N> {
     /// a step per second together, `moving` axes in all.
     fn max_beside(&self, others: &Num, moving: u8) -> Speed {
         let cost = self.step(moving.into());
-        let capacity = Num::from(self.rate.hz()).times(&Num::from(1000));
-        let shared = capacity.over(&Num::from(cost.max(1))).minus(others);
-        let alone = capacity.over(&Num::from(self.timing.min_interval.max(1)));
+        let capacity = whole(self.rate.hz()).times(&Num::small(1000)).number();
+        let shared = whole(cost.max(1)).under(&capacity).minus(others).number();
+        let alone = whole(self.timing.min_interval.max(1)).under(&capacity).number();
         let max = if shared.at_least(&alone) { &alone } else { &shared };
         Speed::from_millisteps(max.split().0).unwrap_or(Speed::MAX)
     }
@@ -95,7 +95,7 @@ impl<const N: usize> Board<N> {
         let mut bit = 1;
         for &peak in peaks {
             if moving & bit != 0 && peak != 0 {
-                all = all.plus(&Num::from(peak));
+                whole(peak).plus(&all).to(&mut all);
                 count += 1;
             }
             bit <<= 1;
@@ -103,7 +103,8 @@ impl<const N: usize> Board<N> {
         bit = 1;
         for &peak in peaks {
             if ordered & bit != 0 && peak != 0 {
-                let max = self.max_beside(&all.minus(&Num::from(peak)), count);
+                let others = whole(peak).off(&all).number();
+                let max = self.max_beside(&others, count);
                 if peak > max.millisteps() {
                     return Err(Refusal::TooFast { max });
                 }

@@ -121,10 +121,10 @@ pub(crate) fn slope(order: &Order, ramp: &Ramp) -> Num {
     const LEAST: Num = Num::small(2000 * Accel::MIN.millisteps() as u16);
     match ramp {
         Ramp::Steps(steps) => {
-            let (mut rise, start) = (square(order.top), square(order.start));
-            rise = rise.minus(&start);
+            let start = square(order.start).number();
+            let rise = square(order.top).minus(&start).number();
             // To the nearest 10⁻⁶, as the law holds it.
-            let slope = rise.over(&Num::from(u32::from(*steps))).rounded();
+            let slope = whole(u32::from(*steps)).under(&rise).number().rounded();
             if slope.is_zero() || slope.at_least(&LEAST) { slope } else { LEAST }
         }
         Ramp::Accel(a) => slope_of(*a),
@@ -138,9 +138,8 @@ fn slope_of(a: Accel) -> Num {
 }
 
 /// Speed² of a speed, in 10⁻⁶ (steps/s)².
-fn square(v: Speed) -> Num {
-    let v = Num::from(v.millisteps());
-    v.times(&v)
+fn square(v: Speed) -> Hand {
+    whole(v.millisteps()).square()
 }
 
 impl Planner {
@@ -235,7 +234,8 @@ impl Planner {
             self.go_on(left);
             return;
         }
-        let far = left >= 0 && Num::from(left as u32).at_least(&self.way_to(&self.w_end));
+        let way = self.way_to(&self.w_end).number();
+        let far = left >= 0 && whole(left as u32).at_least(&way);
         if far || self.endless {
             self.divide(left as u32);
         } else {
@@ -284,44 +284,42 @@ impl Planner {
             self.divide_bent(steps);
             return;
         }
-        let w = self.v.times(&self.v);
-        let w_top = self.top.times(&self.top);
-        self.v_top = self.top;
+        let w_top = hand(&self.top).also(&mut self.v_top).square().number();
         self.ease = !self.top.at_least(&self.v);
         self.risen = 0;
         let rise = if self.ease {
-            let (whole, part) = self.way_to(&w_top).split();
-            let rise = Num::from(whole.saturating_add(u32::from(part != 0)));
-            self.slope = w.minus(&w_top).over(&rise);
+            let (steps, part) = self.way_to(&w_top).split();
+            let rise = whole(steps.saturating_add(u32::from(part != 0))).number();
+            hand(&self.v).square().minus(&w_top).over(&rise).to(&mut self.slope);
             self.w_from = w_top;
             rise
         } else {
-            self.w_from = w;
-            w_top.minus(&w).over(&self.a2)
+            hand(&self.v).square().also(&mut self.w_from).off(&w_top).over(&self.a2).number()
         };
         (self.rise, self.rise_part) = rise.split();
         (self.fall, self.fall_part, self.level) = (0, 0, u32::MAX);
         if self.endless {
             return;
         }
-        let fall = w_top.minus(&self.w_end).over(&self.d2);
-        let length = Num::from(steps);
-        if length.at_least(&rise.plus(&fall)) {
+        let fall = hand(&w_top).minus(&self.w_end).over(&self.d2).number();
+        let ramps = hand(&fall).plus(&rise).number();
+        if whole(steps).at_least(&ramps) {
             (self.fall, self.fall_part) = fall.split();
             self.level = steps.saturating_sub(self.rise).saturating_sub(self.fall);
         } else if self.ease {
             self.brake();
             self.level = steps.saturating_sub(self.fall);
         } else {
-            self.meet(&length, steps);
+            self.meet(steps);
         }
     }
 
     /// The top speed is out of reach: the rise meets the fall.
-    fn meet(&mut self, length: &Num, steps: u32) {
-        let spare = length.minus(&self.way_to(&self.w_end));
-        let rise = self.d2.over(&self.a2.plus(&self.d2)).times(&spare);
-        self.v_top = self.a2.times(&rise).plus(&self.w_from).root();
+    fn meet(&mut self, steps: u32) {
+        let rest = self.way_to(&self.w_end).number();
+        let spare = whole(steps).minus(&rest).number();
+        let rise = hand(&self.a2).plus(&self.d2).under(&self.d2).times(&spare).number();
+        hand(&rise).times(&self.a2).plus(&self.w_from).root().to(&mut self.v_top);
         let (whole, part) = rise.split();
         self.rise = whole.min(steps);
         self.fall = steps.wrapping_sub(self.rise);
@@ -338,9 +336,9 @@ impl Planner {
     /// A part in 2²⁸ of v² is left out: what has begun to fall to its target is
     /// still able to reach it, whatever the rounding says.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn way_to(&self, end: &Num) -> Num {
-        let w = self.v.times(&self.v);
-        w.minus(&w.scaled(-28)).minus(end).over(&self.d2)
+    fn way_to(&self, end: &Num) -> Hand {
+        let w = hand(&self.v).square().number();
+        hand(&w).scaled(-28).off(&w).minus(end).over(&self.d2)
     }
 
     /// Brakes from the last pulse handed out, in as few steps as the ramp
@@ -417,8 +415,9 @@ impl Planner {
         let room = if first { self.rise } else { self.fall };
         if work.stage == Stage::Begin {
             // What is too long already is not even tried.
-            let longest = clock.longest.roughly(&self.v).scaled(1);
-            while self.size > 0 && !longest.at_least(&clock.twice.scaled(self.size.into())) {
+            let longest = hand(&clock.longest).roughly(&self.v).scaled(1).number();
+            while self.size > 0 && !hand(&longest).scaled(-(self.size as i8)).at_least(&clock.twice)
+            {
                 self.size -= 1;
             }
         }
@@ -537,8 +536,8 @@ impl Planner {
     /// A level run.
     fn cruise(&mut self, clock: &Clock, work: &mut Work, run: &mut Run) -> Planned {
         if work.stage == Stage::Begin {
-            work.mean = clock.interval(&self.v_top);
-            self.v = self.v_top;
+            let v = hand(&self.v_top).also(&mut self.v);
+            v.under(&clock.twice).scaled(-1).to(&mut work.mean);
             work.stage = Stage::Half;
             return Planned::Again;
         }

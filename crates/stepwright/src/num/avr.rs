@@ -26,6 +26,7 @@ unsafe extern "C" {
     fn stepwright_roughly(a: *const Num, b: *const Num) -> Num;
     fn stepwright_over(a: *const Num, b: *const Num) -> Num;
     fn stepwright_plus(a: *const Num, b: *const Num) -> Num;
+    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
     fn stepwright_minus(a: *const Num, b: *const Num) -> Num;
     fn stepwright_root(a: *const Num) -> Num;
     fn stepwright_new(m: u32, e: i16) -> Num;
@@ -141,12 +142,6 @@ impl Place {
     }
 
     #[inline(always)]
-    pub(super) fn is_below(&self, e: i16) -> bool {
-        // SAFETY: as above. The compiler does not see who writes it.
-        unsafe { (&raw const STEPWRIGHT_HAND).read_volatile() }.is_below(e)
-    }
-
-    #[inline(always)]
     pub(super) fn end(&self) {}
 }
 
@@ -164,6 +159,8 @@ macro_rules! operations {
 
 /// The operations of `mod.rs`, which says what they do.
 impl Num {
+    #![cfg_attr(not(feature = "s-curve"), allow(dead_code))]
+
     operations! {
         times = stepwright_times,
         roughly = stepwright_roughly,

@@ -128,14 +128,6 @@ impl Hand {
         self.0.end();
         is
     }
-
-    /// Whether it is less than 2^e.
-    #[inline(always)]
-    pub(crate) fn is_below(self, e: i16) -> bool {
-        let is = self.0.is_below(e);
-        self.0.end();
-        is
-    }
 }
 
 #[cfg(target_arch = "avr")]
@@ -213,10 +205,6 @@ impl Place {
         self.0.at_least(other)
     }
 
-    fn is_below(&self, e: i16) -> bool {
-        self.0.is_below(e)
-    }
-
     #[cfg_attr(not(test), allow(clippy::unused_self))]
     fn end(&self) {
         #[cfg(test)]
@@ -260,7 +248,6 @@ mod tests {
         assert_eq!(d, off.times(&off).roughly(&c));
         assert_eq!(hand(&c).split(), c.split());
         assert!(hand(&a).at_least(&b) && !hand(&b).at_least(&a));
-        assert!(hand(&b).is_below(7) && !hand(&b).is_below(6));
     }
 
     #[test]

@@ -79,7 +79,8 @@ impl Num {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn from_wide(x: u64) -> Num {
         // The two halves, added: exact up to 32 bits, else rounded down.
-        Num::new((x >> 32) as u32, 32).plus(&Num::new(x as u32, 0))
+        let low = whole(x as u32).number();
+        whole((x >> 32) as u32).scaled(32).plus(&low).number()
     }
 
     /// To the nearest integer.
@@ -94,6 +95,7 @@ impl Num {
     }
 
     /// A part of one, in 2⁻³².
+    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
     pub(crate) fn part(x: u32) -> Num {
         Num::new(x, -32)
     }

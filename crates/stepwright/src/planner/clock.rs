@@ -1,6 +1,6 @@
 //! What all axes share: the timer's rate, and how closely to follow a law.
 
-use crate::num::Num;
+use crate::num::{Num, hand};
 use crate::profile::Fit;
 use crate::units::Rate;
 
@@ -42,7 +42,7 @@ impl Clock {
     /// Whether 2^size steps may be one run: not too long, and their spread,
     /// less than the interval, within 31 bits of 2⁻¹⁶ ticks.
     pub(super) fn holds(&self, mean: &Num, size: u8) -> bool {
-        mean.is_below(17) && self.longest.at_least(&mean.scaled(size.into()))
+        mean.is_below(17) && hand(&self.longest).scaled(-(size as i8)).at_least(mean)
     }
 
     /// 2²⁸ ticks or more, in 1000 s, as a power of two.

@@ -12,8 +12,9 @@
 //! where `lag` is the time for which a board has planned ahead, and `tj` what a limit
 //! of jerk adds.
 
-/// Planned ahead at most: 16 ms, one run of 8 ms, and a visit of the planner, in s.
-const AHEAD: f64 = 0.026;
+/// Planned ahead at most: 16 ms, one run of 8 ms, visits of the planner, and what a travel
+/// waits for before its first step, in s.
+const AHEAD: f64 = 0.030;
 
 /// The limits of a travel, in steps and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,12 +53,12 @@ impl Limits {
 
     /// The time of the first step from rest, in s: at most.
     pub fn first(&self) -> f64 {
-        from_rest(self.start, self.up, self.jerk)
+        from_rest(self.start, self.up, self.jerk).max(1.0 / self.top)
     }
 
     /// The time of the last step before rest, in s: at most.
     pub fn last(&self) -> f64 {
-        from_rest(self.start, self.down, self.jerk)
+        from_rest(self.start, self.down, self.jerk).max(1.0 / self.top)
     }
 
     /// How long a motor rests between two travels, in s: one interval of its start speed.
@@ -78,8 +79,10 @@ impl Limits {
 
     /// The way to rest from the speed `v`, for an axis that learns of it now and may
     /// still be accelerating.
-    pub fn way(&self, v: f64) -> Way {
-        let lag = self.lag(v);
+    ///
+    /// `first` is how long a first or last step may take.
+    pub fn way(&self, v: f64, first: f64) -> Way {
+        let lag = self.lag(v) + 2.0 * first;
         let bend = self.bend(self.top.max(v));
         let fastest = (v + self.up * (lag + bend)).min(self.top.max(v));
         let (mut fall, mut time) = (0.0, 0.0);
@@ -89,7 +92,7 @@ impl Limits {
         }
         Way {
             steps: fastest * (lag + bend) + fall * 1.001 + 3.0,
-            time: lag + bend + time * 1.001 + 3.0 * self.last(),
+            time: lag + bend + time * 1.001 + 3.0 * first.max(self.last()),
         }
     }
 
@@ -194,7 +197,7 @@ mod tests {
             assert!(1.0 / d2 - 1.0 / d1 <= 1000.0 * (d1 + d2) / 2.0 + 1e-6);
         }
         assert!((limits.peak(2402.0) - 1552.76).abs() < 0.1);
-        assert!(limits.way(1000.0).steps > 495.0 && limits.way(1000.0).steps < 700.0);
+        assert!(limits.way(1000.0, 0.0).steps > 495.0 && limits.way(1000.0, 0.0).steps < 700.0);
     }
 
     #[test]

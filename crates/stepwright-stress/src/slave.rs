@@ -295,8 +295,7 @@ impl Judge {
             if let Some((_, low, high)) = fresh.iter().find(|(axis, ..)| *axis == n) {
                 (least, most, few, many) = (least + low, most + high, few + 1, many + 1);
             } else if track.busy(now, self.measure()) != Known::No {
-                (most, many) =
-                    (most + self.slave.axes[n].travel.top.max(track.limits.top), many + 1);
+                (most, many) = (most + track.highest, many + 1);
             }
         }
         if few == 0 {
@@ -305,7 +304,8 @@ impl Judge {
         let alone =
             |peak: fn(&(usize, f64, f64)) -> f64| fresh.iter().map(peak).fold(0.0, f64::max);
         let pulse = self.settings.get(settings::PULSE);
-        let low = self.board().load(least, alone(|fresh| fresh.1), few, pulse);
+        // At least as with the shortest pulse.
+        let low = self.board().load(least, alone(|fresh| fresh.1), few, 1);
         let high = self.board().load(most, alone(|fresh| fresh.2), many, pulse);
         let fast = if low > 1.002 {
             Known::Yes
@@ -350,7 +350,7 @@ impl Judge {
             let far =
                 matches!(track.goal, Goal::End(end, _) if (end - track.origin).abs() > 1 << 30);
             expect.no = expect.no | self.reason(far, Reason::Travel);
-            faster.push((n, limits.top, limits.top));
+            faster.push((n, limits.top, limits.top.max(track.highest)));
         }
         // Short ways may not reach the top speed: it may be refused, and need not be.
         expect.no = expect.no | self.fast(&faster, now).no;
@@ -372,7 +372,7 @@ impl Judge {
             }
             let far = steps.abs() > 1 << 30 || (track.count - track.origin).abs() > 1 << 30;
             expect.no = expect.no | self.reason(far, Reason::Travel);
-            faster.push((n, track.limits.top, track.limits.top));
+            faster.push((n, track.limits.top, track.highest));
         }
         expect.no = expect.no | self.fast(&faster, now).no;
         expect

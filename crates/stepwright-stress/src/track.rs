@@ -106,8 +106,10 @@ pub struct Track {
     pub stops: Stops,
     /// The limits of its travel.
     pub limits: Limits,
+    /// The highest top speed since its order.
+    pub highest: f64,
     /// Limits that may still hold, and until when; the top speed for longer.
-    before: Option<(Limits, u64, u64)>,
+    before: Vec<(Limits, u64, u64)>,
     /// The travel got another target on its way.
     retargeted: bool,
     /// When it was told last where to go.
@@ -146,7 +148,8 @@ impl Track {
             closed: [None; 2],
             stops: Stops::NONE,
             limits: Limits::new(50, 1000, 200, 0, 0, 0),
-            before: None,
+            highest: 0.0,
+            before: Vec::new(),
             retargeted: false,
             told: 0,
             level: None,
@@ -207,10 +210,10 @@ impl Track {
 
     /// It has other limits from its next travel on.
     pub fn order(&mut self, limits: Limits) {
-        self.rested = match self.before {
-            Some((before, ..)) => self.limits.rest().min(before.rest()),
-            None => self.limits.rest(),
-        };
+        let all = self.before.iter().map(|(before, ..)| before.rest());
+        self.rested = all.fold(self.limits.rest(), f64::min);
+        self.before.clear();
+        self.highest = limits.top;
         self.limits = limits;
     }
 
@@ -224,7 +227,7 @@ impl Track {
         measure: &Measure,
     ) {
         self.told = now + wait;
-        self.before = None;
+        self.before.clear();
         self.origin = self.count;
         self.retargeted = false;
         (self.fresh, self.interval) = (true, None);
@@ -249,28 +252,33 @@ impl Track {
         (seconds * measure.hz).min(1e18) as u64
     }
 
-    /// The limits in force, the loosest where two may be.
+    /// The limits in force, the loosest where several may be.
     fn in_force(&self, now: u64) -> Limits {
-        match self.before {
-            Some((before, until, top_until)) => {
-                let mut limits = if now < until { self.limits.or(&before) } else { self.limits };
-                if now < top_until {
-                    limits.top = limits.top.max(before.top);
-                }
-                limits
+        self.before.iter().fold(self.limits, |limits, (before, until, top_until)| {
+            let mut limits = if now < *until { limits.or(before) } else { limits };
+            if now < *top_until {
+                limits.top = limits.top.max(before.top);
             }
-            None => self.limits,
-        }
+            limits
+        })
+    }
+
+    /// How long a first or last step may take, in s.
+    fn slowest(&self) -> f64 {
+        let all = self.before.iter().map(|(before, ..)| before).chain([&self.limits]);
+        all.map(|limits| limits.first().max(limits.last())).fold(0.0, f64::max)
     }
 
     /// Other limits from now on, for a travel in progress.
     pub fn limit(&mut self, now: u64, limits: Limits, measure: &Measure) {
         let before = self.in_force(now);
         let v = self.speed(measure);
-        let lag = limits.lag(v.min(1.0 / before.first()));
-        let way = before.lazier(&limits).way(v.max(before.top.min(v * 4.0)));
+        let slowest = self.slowest().max(limits.first()).max(limits.last());
+        let lag = limits.lag(v) + 3.0 * slowest;
+        let way = self.lazy(now).lazier(&limits).way(v.max(before.top.min(v * 4.0)), slowest);
         let until = now + self.ticks(lag, measure);
-        self.before = Some((before, until, until + self.ticks(way.time, measure)));
+        self.before.push((self.limits, until, until + self.ticks(way.time, measure)));
+        self.highest = self.highest.max(limits.top);
         self.limits = limits;
         if let Goal::Stop(_) = self.goal {
             // A lower deceleration takes a longer way.
@@ -285,36 +293,36 @@ impl Track {
     /// The deadline of a travel that was changed.
     fn extend(&mut self, now: u64, measure: &Measure) {
         if let Goal::End(end, by) = self.goal {
-            let way = self.lazy(now).way(self.speed(measure));
-            let slow = match self.before {
-                Some((before, until, _)) if now < until => self.limits.slower(&before),
-                _ => self.limits,
-            };
+            let way = self.lazy(now).way(self.speed(measure), self.slowest());
+            let slower = |slow: Limits, (before, ..): &(Limits, u64, u64)| slow.slower(before);
+            let slow = self.before.iter().fold(self.limits, slower);
             let steps = (end - self.count).abs() as f64 + 2.0 * way.steps;
-            let time = way.time * 2.0 + slow.duration(steps) + 2.0 * slow.first();
+            let time = way.time * 2.0 + slow.duration(steps) + 4.0 * self.slowest();
             let wait = measure.setup + 2 * measure.hold;
             self.goal = Goal::End(end, by.max(now + self.ticks(time, measure) + wait));
         }
     }
 
     fn lazy(&self, now: u64) -> Limits {
-        match self.before {
-            Some((before, until, _)) if now < until => self.limits.lazier(&before),
-            _ => self.limits,
-        }
+        let held = self.before.iter().filter(|(_, until, _)| now < *until);
+        held.fold(self.limits, |limits, (before, ..)| limits.lazier(before))
     }
 
     /// A travel in progress may brake, turn and come back.
     fn may_overshoot(&mut self, now: u64, measure: &Measure) {
         let Goal::End(end, _) = self.goal else { return };
-        self.retargeted = true;
-        let way = self.lazy(now).way(self.speed(measure)).steps.min(1e15) as i64;
+        let again = std::mem::replace(&mut self.retargeted, true);
+        let way = self.lazy(now).way(self.speed(measure), self.slowest()).steps.min(1e15) as i64;
         let (mut least, mut most) = (self.count.min(end), self.count.max(end));
         match self.forward.filter(|_| !self.fresh) {
             Some(true) => most = most.max(self.count + way),
             Some(false) => least = least.min(self.count - way),
             None if end > self.origin => most = most.max(self.count + way),
             None => least = least.min(self.count - way),
+        }
+        // It may be about to turn, and on its way back.
+        if again {
+            (least, most) = (least.min(self.count - way), most.max(self.count + way));
         }
         // It may have been on its way further out already.
         if self.fresh {
@@ -335,7 +343,7 @@ impl Track {
     /// A soft stop.
     pub fn brake(&mut self, now: u64, measure: &Measure) {
         let (Goal::End(..) | Goal::Endless | Goal::Open) = self.goal else { return };
-        let way = self.lazy(now).way(self.speed(measure));
+        let way = self.lazy(now).way(self.speed(measure), self.slowest());
         let steps = way.steps.min(1e15) as i64;
         let (back, ahead) = match self.forward.filter(|_| !self.fresh) {
             // A turn may be under way, and its first step.

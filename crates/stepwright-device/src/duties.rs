@@ -160,6 +160,8 @@ impl Duties {
         if passed != 0 {
             self.now = self.now.wrapping_add(passed);
             self.settling = self.settling.saturating_sub(passed.into());
+            // One at a time, for they mostly are one: a rest may be longer.
+            group.pass(engine, panel.ticks(1000));
             self.heed_time(slave, group, engine, panel);
         }
     }

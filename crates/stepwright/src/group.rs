@@ -227,13 +227,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         let peaks = self.peaks();
         self.check(engine, self.prepared, &peaks)?;
         let timing = self.given.board.timing;
-        let wait = timing.hold.saturating_add(wait);
-        for axis in 0..N as u8 {
-            if self.prepared >> axis & 1 != 0 {
-                self.begin(axis, wait);
-            }
-        }
-        self.prepared = 0;
+        let prepared = core::mem::take(&mut self.prepared);
+        self.begin(prepared, timing.hold.saturating_add(wait));
         Ok(())
     }
 
@@ -252,7 +247,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// or another limit from here on.
     ///
     /// Takes hold after what is planned already, which lasts for the board's
-    /// [`horizon`](Board::horizon) and one run at most, or one step. A travel
+    /// [`horizon`](Board::horizon) and one run at most, or for the present step and the next
+    /// where those take longer. A travel
     /// that has to turn brakes to rest and goes back by itself; its axis is busy
     /// all the while.
     ///
@@ -331,14 +327,35 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.given.board.check(peaks, moving, axes)
     }
 
-    /// Queues the beginning of what an axis has laid out; `hold` before a turn.
+    /// Queues the beginning of what these axes have laid out, together: `hold` before a
+    /// turn, and none of them before it has rested.
     #[inline(never)]
-    fn begin(&mut self, axis: u8, hold: Ticks) {
+    fn begin(&mut self, axes: Axes, mut hold: Ticks) {
+        self.starting |= axes;
         let lead = self.given.board.timing.setup.saturating_add(self.given.board.lead);
-        let index = usize::from(axis);
-        if let (Some(motor), Some(feed)) = (self.motors.get_mut(index), self.feeds.get_mut(index)) {
-            motor.begin(feed, Wait { hold, lead }, &self.given.horizon);
-            self.starting |= 1 << axis;
+        let mut left = axes;
+        for motor in &self.motors {
+            if left & 1 != 0 {
+                hold = hold.max(motor.rest());
+            }
+            left >>= 1;
+        }
+        left = axes;
+        for (motor, feed) in self.motors.iter_mut().zip(&mut self.feeds) {
+            if left & 1 != 0 {
+                motor.begin(feed, Wait { hold, lead }, &self.given.horizon);
+            }
+            left >>= 1;
+        }
+    }
+
+    /// So many ticks have passed since the last call. Two travels of an axis lie an interval
+    /// of the start speed apart, or from rest the first interval of a ramp, √(2/a); what has
+    /// passed of that since the last pulse the next travel need not wait for. Without these
+    /// calls it waits for all of it. To be called every few milliseconds.
+    pub fn pass(&mut self, engine: &impl Control, ticks: Ticks) {
+        for (axis, motor) in self.motors.iter_mut().enumerate() {
+            motor.pass(ticks, engine.is_idle(axis as u8));
         }
     }
 
@@ -363,7 +380,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             if progress == Progress::Turn && self.starting >> axis & 1 == 0 && engine.is_idle(axis)
             {
                 motor.turn();
-                self.begin(axis, self.given.board.timing.hold);
+                self.begin(1 << axis, self.given.board.timing.hold);
                 return true;
             }
         }

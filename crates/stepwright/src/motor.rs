@@ -1,7 +1,7 @@
 //! One axis, seen from the foreground: plans runs ahead of the interrupt.
 
 use crate::order::{Change, Order, Travel};
-use crate::planner::{Clock, Planned, Planner, Work};
+use crate::planner::{Clock, Planned, Planner, RESTS, Work};
 use crate::profile::Unfit;
 use crate::queue::Producer;
 use crate::run::Run;
@@ -11,7 +11,7 @@ use crate::units::Ticks;
 ///
 /// Plans until the queue is full, or what is queued lasts for the board's
 /// horizon: so a change of mind is obeyed after that time and one run (at most
-/// 8 ms by default), or one step if that takes longer.
+/// 8 ms by default), or after the present step and the next where those take longer.
 ///
 /// A travel that has to turn is two *legs*, each from rest to rest in one
 /// direction. The second is laid out once the first has been stepped to its end.
@@ -25,6 +25,10 @@ pub(crate) struct Motor<const Q: usize> {
     /// The travel is too long for `left` to be counted on.
     beyond: bool,
     pushed: u8,
+    /// It rested when time passed last.
+    rested: bool,
+    /// What is left of the rest after its last travel, in ticks.
+    rest: Ticks,
     /// Where the travel is to end, in steps from where it began. Of an endless
     /// one this is its first pulse.
     target: i32,
@@ -77,6 +81,8 @@ impl<const Q: usize> Motor<Q> {
         beyond: false,
         spans: [0; Q],
         pushed: 0,
+        rested: false,
+        rest: 0,
     };
 
     /// Makes one of zeros [`IDLE`](Motor::IDLE).
@@ -175,7 +181,8 @@ impl<const Q: usize> Motor<Q> {
         // A long wait is a turn too, if only to the same side: so the first step
         // is always near, and costs a chip no more than the others.
         if forward != self.forward || wait.hold > lead {
-            self.push(feed, Run::turn(wait.hold, forward), wait.hold, horizon);
+            // It does not count as planned: the first intervals are to be known by its end.
+            self.push(feed, Run::turn(wait.hold, forward), 0, horizon);
         } else {
             lead = lead.saturating_add(wait.hold);
         }
@@ -249,9 +256,27 @@ impl<const Q: usize> Motor<Q> {
         Progress::Done
     }
 
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn finish(&mut self, feed: &mut Producer<'_, Q>) {
         self.leg = self.next();
+        if RESTS {
+            (self.rest, self.rested) = (self.planner.rest(), false);
+        }
         feed.set_open(false);
+    }
+
+    /// How long it is to rest before its next travel, in ticks.
+    pub(crate) fn rest(&self) -> Ticks {
+        if RESTS { self.rest } else { 0 }
+    }
+
+    /// So many ticks have passed; and whether the axis rests now. What passed before it was
+    /// seen at rest does not count: the last pulse may have come in between.
+    pub(crate) fn pass(&mut self, ticks: Ticks, rests: bool) {
+        if rests && self.rested {
+            self.rest = self.rest.saturating_sub(ticks);
+        }
+        self.rested = rests;
     }
 
     /// What comes after the end of a leg.

@@ -65,12 +65,16 @@ use crate::num::{Hand, Num, hand, part, whole};
 use crate::order::{Change, Order, Travel};
 use crate::profile::{Ramp, Unfit};
 use crate::run::Run;
-use crate::units::{Accel, Speed};
+use crate::units::{Accel, Speed, Ticks};
 use bent::Bent;
 pub(crate) use clock::Clock;
 use share::{share, share_of_ramp};
 use work::Stage;
 pub(crate) use work::{Planned, Work};
+
+/// Travels lie apart: see [`Planner::rest`]. The Uno's program with S-curves alone, which is
+/// built so, has no clock and no room for it.
+pub(crate) const RESTS: bool = cfg!(any(feature = "trapezoid", not(feature = "s-curve")));
 
 /// Plans the runs of one travel, one at a time.
 ///
@@ -110,6 +114,9 @@ pub(crate) struct Planner {
     a2: Num,
     d2: Num,
     slope: Num,
+    /// From the last pulse of the travel to the first of the next, at least, in ticks: see
+    /// [`rest`](Planner::rest).
+    rest: Ticks,
     /// What a limited jerk adds.
     bent: Bent,
 }
@@ -148,6 +155,7 @@ impl Planner {
         w_from: Num::UNSET,
         w_end: Num::UNSET,
         v_end: Num::UNSET,
+        rest: 0,
         a2: Num::UNSET,
         d2: Num::UNSET,
         slope: Num::UNSET,
@@ -247,17 +255,20 @@ impl Planner {
     /// is a speed to gain and to lose there must be ramps. On an endless travel, where no
     /// target bounds them, they take less than 2³¹ steps; a curve's less than 2²².
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn check(&self, clock: &Clock) -> Result<(), Unfit> {
-        let gentle = if self.a2.at_least(&self.d2) { &self.d2 } else { &self.a2 };
-        let fits = if self.v_end.is_zero() {
-            // From rest: the first step alone takes √(2/a), the last √(2/d).
-            let first = clock.twice.over(&self.a2.root());
+    fn check(&mut self, clock: &Clock) -> Result<(), Unfit> {
+        // From rest: the first step alone takes √(2/a), the last √(2/d).
+        let rests = self.v_end.is_zero();
+        let first =
+            if rests { clock.twice.over(&self.a2.root()) } else { clock.interval(&self.v_end) };
+        let mut fits = first.is_below(31);
+        if rests {
             let last = clock.twice.over(&self.d2.root());
             let sum = first.plus(&last).plus(&clock.interval(&self.top));
-            sum.is_below(31) && self.bent.can_start(clock)
-        } else {
-            clock.interval(&self.v_end).is_below(31)
-        };
+            fits = sum.is_below(31) && self.bent.can_start(clock);
+        }
+        if RESTS {
+            self.rest = first.split().0;
+        }
         if !fits {
             return Err(Unfit::TooSlow);
         }
@@ -265,6 +276,7 @@ impl Planner {
         if self.v_end.at_least(high) {
             return Ok(());
         }
+        let gentle = if self.a2.at_least(&self.d2) { &self.d2 } else { &self.a2 };
         let w = high.times(high);
         let bits = match self.is_bent() {
             true => 21,
@@ -378,6 +390,13 @@ impl Planner {
         } else {
             self.rise.wrapping_add(self.level).wrapping_add(self.fall)
         }
+    }
+
+    /// How long the axis rests after the travel, in ticks: an interval of the start speed;
+    /// from rest √(2/a), the first interval of a ramp. Two travels of a step each come no
+    /// closer than the first two steps of a longer one may.
+    pub(crate) fn rest(&self) -> Ticks {
+        if RESTS { self.rest } else { 0 }
     }
 
     /// Whether it goes on until it is stopped.

@@ -199,6 +199,8 @@ pub struct Follower<'a> {
     time: f64,
     since: f64,
     slack: f64,
+    /// The highest and the lowest acceleration that was in force.
+    accels: [f64; 2],
 }
 
 type Follows<T> = Result<T, String>;
@@ -231,7 +233,15 @@ impl<'a> Follower<'a> {
             time,
             since: 0.0,
             slack,
+            accels: [limits.a; 2],
         }
+    }
+
+    /// The shortest and the longest rest between two legs, in ticks: an interval of the start
+    /// speed, or from rest the first of a ramp.
+    fn rests(&self) -> [f64; 2] {
+        let start = self.limits.start;
+        self.accels.map(|a| if start > 0.0 { 1.0 / start } else { (2.0 / a).sqrt() } * self.hz)
     }
 
     fn sign(&self) -> i64 {
@@ -274,7 +284,9 @@ impl<'a> Follower<'a> {
             return Err("no leg follows".into());
         };
         let next = next.0 as f64;
-        if target == self.place || next - last < gap.least || next - last > gap.most {
+        let [least, most] = self.rests();
+        let least = gap.least.max(least - 1.0);
+        if target == self.place || next - last < least || next - last > gap.most + most {
             return Err(format!(
                 "a turn in {} ticks, from {} to {target}",
                 next - last,
@@ -306,7 +318,11 @@ impl<'a> Follower<'a> {
             None => {}
             Some(Change::Target(target)) => self.target = Some(target.into()),
             Some(Change::Top(top)) => self.limits.top = f64::from(top.millisteps()) / 1e3,
-            Some(Change::Accel(a)) => self.limits.a = a.millisteps() as f64 / 1e3,
+            Some(Change::Accel(a)) => {
+                let a = a.millisteps() as f64 / 1e3;
+                self.limits.a = a;
+                self.accels = [self.accels[0].max(a), self.accels[1].min(a)];
+            }
             Some(Change::Decel(d)) => self.limits.d = d.millisteps() as f64 / 1e3,
         }
         let s = s as f64;

@@ -135,6 +135,8 @@ pub struct Follower<'a> {
     time: f64,
     since: f64,
     slack: f64,
+    /// The highest and the lowest acceleration that was in force.
+    accels: [f64; 2],
     worst: f64,
 }
 
@@ -172,8 +174,16 @@ impl<'a> Follower<'a> {
             time,
             since: 0.0,
             slack,
+            accels: [limits.a; 2],
             worst: 0.0,
         }
+    }
+
+    /// The shortest and the longest rest between two legs, in ticks: an interval of the start
+    /// speed, or from rest the first of a ramp.
+    fn rests(&self) -> [f64; 2] {
+        let start = self.limits.start;
+        self.accels.map(|a| if start > 0.0 { 1.0 / start } else { (2.0 / a).sqrt() } * self.hz)
     }
 
     fn sign(&self) -> i64 {
@@ -216,8 +226,9 @@ impl<'a> Follower<'a> {
         assert_ne!(target, self.place, "a pulse beyond the target");
         let way = (target - self.place).abs() as f64;
         let (last, next) = (self.pulses[end].0 as f64, self.pulses[end + 1].0 as f64);
-        assert!(next - last >= gap.least, "a turn in {} ticks", next - last);
-        assert!(next - last <= gap.most, "a turn takes {} ticks", next - last);
+        let [least, most] = self.rests();
+        assert!(next - last >= gap.least.max(least - 1.0), "a turn in {} ticks", next - last);
+        assert!(next - last <= gap.most + most, "a turn takes {} ticks", next - last);
         self.forward = target > self.place;
         self.place += self.sign();
         (self.first, self.time, self.since) = (end + 1, next, 0.0);
@@ -240,7 +251,11 @@ impl<'a> Follower<'a> {
             None => {}
             Some(Change::Target(target)) => self.target = Some(target.into()),
             Some(Change::Top(top)) => self.limits.top = f64::from(top.millisteps()) / 1e3,
-            Some(Change::Accel(a)) => self.limits.a = a.millisteps() as f64 / 1e3,
+            Some(Change::Accel(a)) => {
+                let a = a.millisteps() as f64 / 1e3;
+                self.limits.a = a;
+                self.accels = [self.accels[0].max(a), self.accels[1].min(a)];
+            }
             Some(Change::Decel(d)) => self.limits.d = d.millisteps() as f64 / 1e3,
         }
         if s as f64 == self.leg.steps {

@@ -1,6 +1,6 @@
 //! Groups whose planning is interrupted between two pieces, as on a chip.
 
-use stepwright::profile::{Fit, Ramp};
+use stepwright::profile::{Fit, Ramp, Unfit};
 use stepwright::queue::{Feed, Queue, Taken};
 use stepwright::{
     Accel, Board, Change, Control, Cost, Given, Group, Order, Rate, Refusal, Report, Run, Speed,
@@ -133,4 +133,63 @@ fn a_change_is_for_axes_that_move() {
     assert_eq!(two.change(&mut Silent, 0b10, further), Ok(()));
     assert_eq!(two.change(&mut Silent, 0b01, further), Err(Refusal::Resting));
     assert_eq!(two.change(&mut Silent, 0b110, further), Err(Refusal::NoAxis));
+}
+
+/// The runs that wait before the first pulse, when an order has to wait so long.
+fn beginning(wait: u32) -> [Taken; 2] {
+    let mut queues = [const { Queue::<8>::new() }; 2];
+    let [x, y] = &mut queues;
+    let ((x, mut runs), (y, _)) = (x.split(), y.split());
+    let mut group = Group::new([x, y], UNO);
+    group.prepare(&mut Silent, 0, &order(4_000, 9_000)).unwrap();
+    group.commit(&mut Silent, wait).unwrap();
+    [runs.take(), runs.take()]
+}
+
+/// A wait that is longer than the lead is a turn, if to the same side: the first step after
+/// it is a near one. A shorter one is part of the first interval.
+#[test]
+fn a_long_wait_is_a_turn() {
+    // DIR's hold and set-up time are 16 ticks each.
+    let (lead, half) = (4_016, 1 << 15);
+    let first = |ticks: u64| Taken::Run(Run::new(ticks << 16 | half, 0, 1));
+    assert_eq!(beginning(0)[0], first(lead + 16));
+    assert_eq!(beginning(4_000)[0], first(2 * lead));
+    assert_eq!(beginning(4_001), [Taken::Run(Run::turn(4_017, true)), first(lead)]);
+    assert_eq!(beginning(900_000), [Taken::Run(Run::turn(900_016, true)), first(lead)]);
+}
+
+/// An endless travel counts its steps as far as a number goes; beyond, nothing that needs
+/// them is said or taken, however far it goes.
+#[test]
+fn beyond_what_is_counted_a_travel_takes_no_target() {
+    let rate = Rate::from_hz(200_000_000).unwrap();
+    let Board { timing, lead, .. } = UNO;
+    let fit = Fit::EXACT.lasting(10_000_000);
+    let cost = Cost::any_pulse([1]);
+    let board = Board { rate, timing, cost, fit, horizon: 30_000_000, lead };
+    let mut queue = Queue::<8>::new();
+    let (feed, mut runs) = queue.split();
+    let mut group = Group::new([feed], board);
+    let top = Speed::from_steps(1_000_000).unwrap();
+    let up = Ramp::Accel(Accel::MAX);
+    let travel = Travel::Endless(true);
+    let endless = Order { start: top, top, up, down: up, jerk: None, travel };
+    group.start(&mut Silent, [(0, endless)]).unwrap();
+    let (mut steps, mut told) = (0i64, 0);
+    while steps < 3 << 31 {
+        while group.poll(&mut Silent) {}
+        while let Taken::Run(run) = runs.take() {
+            steps += i64::from(run.count());
+        }
+        let planned = group.planned(0);
+        assert!(
+            planned.is_none_or(|planned| i64::from(planned) == steps),
+            "{planned:?} of {steps}"
+        );
+        told = if planned.is_some() { steps } else { told };
+    }
+    assert!(told > (1 << 31) - (2 << 24), "counted to {told}");
+    let back = group.change(&mut Silent, 1, Change::Target(5));
+    assert_eq!(back, Err(Refusal::Unfit(Unfit::TooLong)));
 }

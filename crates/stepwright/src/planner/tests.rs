@@ -41,6 +41,38 @@ fn rounding_does_not_add_up() {
     }
 }
 
+/// An order of 0.001 steps/s or a few, from its start to its top speed.
+fn slow(start: u32, top: u32, travel: i32) -> Order {
+    let v = |millis| Speed::from_millisteps(millis).unwrap();
+    let ramp = Ramp::Accel(Accel::from_steps(1).unwrap());
+    let travel = Travel::By(travel);
+    Order { start: v(start), top: v(top), up: ramp, down: ramp, jerk: None, travel }
+}
+
+/// A peak is what a board must be able to step: rounded up.
+#[test]
+fn a_peak_is_rounded_up() {
+    let clock = Clock::new(Rate::from_hz(16_000_000).unwrap(), &Fit::EXACT);
+    let mut planner = Planner::IDLE;
+    // One step up at 1 step/s²: √2 steps/s; two: 2 steps/s, exactly.
+    for (travel, peak) in [(3, 1_415), (5, 2_000), (1, 0)] {
+        planner.lay_out(&clock, &slow(0, 1_000_000, travel)).unwrap();
+        assert_eq!(planner.peak(), peak, "{travel} pulses");
+    }
+}
+
+/// 2³¹ ticks of 16 MHz are 134.2 s: more than 0.008 steps/s take, and less than 0.007.
+#[test]
+fn no_interval_is_longer_than_31_bits() {
+    let clock = Clock::new(Rate::from_hz(16_000_000).unwrap(), &Fit::EXACT);
+    let mut planner = Planner::IDLE;
+    assert_eq!(planner.lay_out(&clock, &slow(8, 8, 9)), Ok(()));
+    assert_eq!(planner.lay_out(&clock, &slow(7, 7, 9)), Err(Unfit::TooSlow));
+    // Nor is the one across a peak from rest, with its ramps.
+    assert_eq!(planner.lay_out(&clock, &slow(0, 8, 9)), Ok(()));
+    assert_eq!(planner.lay_out(&clock, &slow(0, 7, 9)), Err(Unfit::TooSlow));
+}
+
 /// A piece ends in as few runs as it can: a level in two of one length, a ramp
 /// with what is no multiple of 32 by itself.
 #[test]

@@ -280,3 +280,27 @@ fn the_edges_of_the_api_hold() {
     rig.engine.halt(0xFF);
     assert_eq!(rig.engine.report(0).position, i64::MIN + 2);
 }
+
+/// Two steps, the second of them 200 ticks late, then a turn and a step so long after.
+fn turn_after_a_late_step(interval: u32) -> (Vec<(u64, u8, bool)>, u64) {
+    let mut rig = Rig::<1>::new();
+    rig.engine.set_timing(Timing { pulse: 20, setup: 10, hold: 60, min_interval: MIN });
+    rig.feed(0, &[Run::steady(500, 2), Run::turn(60, false), Run::steady(interval, 1)]);
+    rig.engine.start(1);
+    rig.run_until(999);
+    rig.clock.time.set(1_200);
+    rig.run_until(5_000);
+    let turns = rig.pins.turns.borrow().clone();
+    (turns, rig.steps(0)[2])
+}
+
+/// The hold time counts from the edge of a late step, and the set-up time from the turn: the
+/// schedule is kept if it leaves that, and else slips by what the turn was late.
+#[test]
+fn a_turn_after_a_late_step_keeps_hold_and_set_up() {
+    let turn = vec![(1_260, 0, false)];
+    assert_eq!(turn_after_a_late_step(400), (turn.clone(), 1_460));
+    assert_eq!(turn_after_a_late_step(211), (turn.clone(), 1_271));
+    assert_eq!(turn_after_a_late_step(210), (turn.clone(), 1_470));
+    assert_eq!(turn_after_a_late_step(150), (turn, 1_410));
+}

@@ -8,6 +8,7 @@ use crate::reason::{Reason, Reasons};
 use crate::settings::{self, Settings};
 use crate::slave::{Expect, Slave};
 use crate::story::{Board, Reset};
+use crate::sum;
 use crate::track::{Goal, Known, Measure, Track};
 
 /// A line that waits for its answer.
@@ -16,6 +17,8 @@ struct Asked {
     line: Result<Line, Reasons>,
     text: String,
     empty: bool,
+    /// It has a checksum, or what may have been one: so has its answer.
+    sum: bool,
     expect: Expect,
     /// Least and most of the axis whose position was asked for, so far.
     positions: (i64, i64),
@@ -190,7 +193,9 @@ impl Judge {
     pub fn edge(&mut self, edge: Edge) -> Result<(), Fault> {
         self.advance(edge.time)?;
         let moving = self.tracks.iter().filter(|track| track.goal != Goal::Rest).count();
-        self.measure.jitter = self.board.jitter(self.measure.pulse, moving);
+        // What one axis has held up may still be seen when it rests.
+        let several = if self.board.late && self.hard { 2 } else { moving };
+        self.measure.jitter = self.board.jitter(self.measure.pulse, several);
         let Some(track) = self.tracks.get_mut(usize::from(edge.axis)) else {
             // DIR of an axis that is not connected is set at power-up.
             let what = || format!("there is no axis {}", edge.axis + 1);
@@ -233,7 +238,12 @@ impl Judge {
             b'\r' => {
                 self.advance(now)?;
                 let bytes = std::mem::take(&mut self.bytes);
-                let line = grammar::read(&bytes, self.board.jerk);
+                let wants = self.board.sums && bytes.contains(&b'*');
+                let sum = wants && bytes.len() <= grammar::LONGEST + 3;
+                let line = match if sum { sum::bare(&bytes) } else { Some(&bytes[..]) } {
+                    Some(bare) => grammar::read(bare, self.board.jerk),
+                    None => Err(Reason::Sum.into()),
+                };
                 let positions = match line {
                     Ok(Line::Position(axis)) => {
                         self.tracks.get(usize::from(axis) - 1).map(|t| t.count - t.zero)
@@ -242,6 +252,7 @@ impl Judge {
                 };
                 self.asked = Some(Asked {
                     expect: Expect::default(),
+                    sum,
                     empty: bytes.is_empty(),
                     text: bytes.escape_ascii().to_string(),
                     positions: positions.map_or((0, 0), |at| (at, at)),
@@ -271,6 +282,12 @@ impl Judge {
         self.lines += 1;
         let Some(answer) = answer else {
             return self.broken(Rule::Answer, now, || format!("{:?} is not answered", asked.text));
+        };
+        let checked = if asked.sum { sum::bare(answer) } else { Some(answer) };
+        let Some(answer) = checked else {
+            let what =
+                || format!("{:?} is answered {:?}", asked.text, answer.escape_ascii().to_string());
+            return self.broken(Rule::Answer, now, what);
         };
         let answer = std::str::from_utf8(answer).unwrap_or("(binary)").to_owned();
         asked.expect = match asked.line {

@@ -28,6 +28,7 @@ pub mod shrink;
 mod slave;
 pub mod stops;
 pub mod story;
+pub mod sum;
 pub mod track;
 
 pub use fault::{Fault, Rule, Rules};

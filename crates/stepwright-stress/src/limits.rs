@@ -92,7 +92,7 @@ impl Limits {
         }
         Way {
             steps: fastest * (lag + bend) + fall * 1.001 + 3.0,
-            time: lag + bend + time * 1.001 + 3.0 * first.max(self.last()),
+            time: lag + bend + time * 1.05 + 3.0 * first.max(self.last()),
         }
     }
 

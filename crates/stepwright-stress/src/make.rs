@@ -4,6 +4,7 @@
 use fastrand::Rng;
 
 use crate::story::{Act, Board, Reset, Story};
+use crate::sum::crc;
 
 /// What stories are to be about.
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +74,8 @@ struct Teller<'r> {
     /// Bytes of a thousand that are damaged.
     noise: u32,
     damaged: u32,
+    /// Lines have checksums.
+    sums: bool,
     /// The fastest that one axis can do.
     fastest: f64,
 }
@@ -80,7 +83,9 @@ struct Teller<'r> {
 fn tell(rng: &mut Rng, board: Board, taste: Taste) -> Story {
     let noise = if rng.u8(..3) == 0 { scale(rng, 2.0, 60.0) as u32 } else { 0 };
     let fastest = f64::from(board.hz) / f64::from(board.cost[0]);
-    let mut teller = Teller { rng, board, taste, acts: Vec::new(), noise, damaged: 0, fastest };
+    let sums = board.sums && rng.u8(..4) == 0;
+    let mut teller =
+        Teller { rng, board, taste, acts: Vec::new(), noise, damaged: 0, sums, fastest };
     if teller.rng.u8(..3) == 0 {
         teller.settings();
     }
@@ -99,7 +104,11 @@ impl Teller<'_> {
     /// A line; the line of the story damages it.
     fn say(&mut self, line: impl AsRef<str>) {
         let mut bytes = Vec::new();
-        for byte in line.as_ref().bytes().chain([b'\r']) {
+        let mut line = line.as_ref().to_owned();
+        if self.sums {
+            line += &format!("*{:02X}", crc(line.as_bytes()));
+        }
+        for byte in line.bytes().chain([b'\r']) {
             if self.rng.u32(..1000) >= self.noise {
                 bytes.push(byte);
                 continue;

@@ -24,10 +24,11 @@ pub enum Reason {
     NoAxis,
     NoJerk,
     TooGentle,
+    Sum,
 }
 
 /// The words, in the order of [`Reason`].
-const WORDS: [&str; 17] = [
+const WORDS: [&str; 18] = [
     "line",
     "range",
     "axis",
@@ -45,6 +46,7 @@ const WORDS: [&str; 17] = [
     "no-axis",
     "no-jerk",
     "too-gentle",
+    "sum",
 ];
 
 /// A set of reasons, one of which a board may name.

@@ -424,14 +424,16 @@ impl Judge {
                 }
             }
             Line::Kill => {
+                self.ordered = Some(now);
                 for track in &mut self.tracks {
                     let busy = track.busy(now, &measure);
                     track.stops.hard(b'K', busy);
                     match busy {
                         Known::No => {}
-                        Known::Yes => track.known = Known::No,
-                        Known::Maybe if track.known == Known::Yes => track.known = Known::Maybe,
-                        Known::Maybe => {}
+                        // One that has not made a step may be known to be where it was.
+                        Known::Yes if !track.is_fresh() => track.known = Known::No,
+                        _ if track.known == Known::Yes => track.known = Known::Maybe,
+                        _ => {}
                     }
                     track.halt();
                 }

@@ -30,6 +30,8 @@ pub struct Board {
     pub byte: u32,
     /// It knows `j`.
     pub jerk: bool,
+    /// It knows checksums.
+    pub sums: bool,
     /// Edges may come so many ticks beside their time, and beside other axes.
     pub jitter: (f64, f64),
     /// An interval of a run may be so many seconds beside its law.
@@ -53,6 +55,7 @@ impl Board {
             cost,
             byte,
             jerk: true,
+            sums: true,
             jitter: (1.0, 1.0),
             fit: 0.6e-6,
             late: false,

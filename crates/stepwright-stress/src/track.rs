@@ -117,7 +117,6 @@ pub struct Track {
     level: Option<bool>,
     high: bool,
     rise: Option<u64>,
-    fell: Option<u64>,
     turned: Option<u64>,
     /// Direction of the last step.
     forward: Option<bool>,
@@ -125,6 +124,8 @@ pub struct Track {
     interval: Option<u64>,
     /// How long it rests after the travel before, at least, in s.
     rested: f64,
+    /// And after this one.
+    rests: f64,
     /// The present leg has not begun.
     fresh: bool,
     /// Steps so far.
@@ -155,11 +156,11 @@ impl Track {
             level: None,
             high: false,
             rise: None,
-            fell: None,
             turned: None,
             forward: None,
             interval: None,
             rested: 0.0,
+            rests: 0.0,
             fresh: true,
             steps: 0,
         }
@@ -172,6 +173,11 @@ impl Track {
         (self.count, self.zero, self.least, self.most) =
             (old.count, old.count, old.count, old.count);
         (self.steps, self.closed, self.known) = (old.steps, old.closed, known);
+    }
+
+    /// Its travel has not made a step.
+    pub fn is_fresh(&self) -> bool {
+        self.fresh
     }
 
     /// When it stepped last.
@@ -210,8 +216,8 @@ impl Track {
 
     /// It has other limits from its next travel on.
     pub fn order(&mut self, limits: Limits) {
-        let all = self.before.iter().map(|(before, ..)| before.rest());
-        self.rested = all.fold(self.limits.rest(), f64::min);
+        self.rested = self.rests.min(self.limits.rest());
+        self.rests = limits.rest();
         self.before.clear();
         self.highest = limits.top;
         self.limits = limits;
@@ -277,7 +283,13 @@ impl Track {
         let lag = limits.lag(v) + 3.0 * slowest;
         let way = self.lazy(now).lazier(&limits).way(v.max(before.top.min(v * 4.0)), slowest);
         let until = now + self.ticks(lag, measure);
-        self.before.push((self.limits, until, until + self.ticks(way.time, measure)));
+        let top_until = until + self.ticks(way.time, measure);
+        // A lower deceleration takes longer to come down to a top speed of before, too.
+        for (.., held) in self.before.iter_mut().filter(|(.., held)| now < *held) {
+            *held = top_until.max(*held);
+        }
+        self.before.push((self.limits, until, top_until));
+        self.rests = self.rests.min(limits.rest());
         self.highest = self.highest.max(limits.top);
         self.limits = limits;
         if let Goal::Stop(_) = self.goal {
@@ -353,7 +365,11 @@ impl Track {
         };
         self.least = self.least.max(self.count - back);
         self.most = self.most.min(self.count + ahead);
-        let wait = self.not_before.saturating_sub(now) + measure.setup + 2 * measure.hold;
+        // It may have yet to begin, or to turn and rest before.
+        let rests = self.before.iter().map(|(before, ..)| before.rest());
+        let rest = self.ticks(rests.fold(self.limits.rest(), f64::max), measure);
+        let begins = if self.fresh { self.told.max(self.not_before) } else { now };
+        let wait = begins.saturating_sub(now) + rest + measure.setup + 2 * measure.hold;
         let by = now + wait + self.ticks(way.time, measure);
         self.goal = Goal::Stop(by);
     }
@@ -443,9 +459,12 @@ impl Track {
                         format!("axis {axis} steps {got} ticks after DIR, not {}", measure.setup)
                     })?;
                 }
-                if let Some(got) = short(self.fell, measure.pulse) {
+                if let Some(got) = short(self.rise, 2 * measure.pulse) {
                     measure.rules.broken(Rule::Pulse, now, || {
-                        format!("axis {axis}: STEP is low for {got} ticks, not {}", measure.pulse)
+                        format!(
+                            "axis {axis} steps {got} ticks after a step: two pulses are {}",
+                            2 * measure.pulse
+                        )
                     })?;
                 }
                 self.step(now, measure)?;
@@ -456,7 +475,7 @@ impl Track {
                         format!("axis {axis}: STEP is high for {got} ticks, not {}", measure.pulse)
                     })?;
                 }
-                (self.high, self.fell) = (false, Some(now));
+                self.high = false;
             }
             (Pin::Direction, level) => {
                 if let Some(got) = short(self.rise, measure.hold) {
@@ -545,7 +564,10 @@ impl Track {
             most = most.max(hz / (last - jitter).max(0.5) + limits.up * both);
             let fast = hz / (last + jitter);
             let ends = (limits.start + limits.down * (last + jitter) / 2.0 / hz) * 1.001;
-            if hz / narrow < (fast - limits.down * both) * 0.999 && fast > ends {
+            if hz / narrow < (fast - limits.down * both) * 0.999
+                && fast > ends
+                && last < self.rests * hz
+            {
                 rules.broken(Rule::Fall, now, || {
                     format!("axis {axis} falls from {fast:.1} to {v:.1} steps/s; {limits:?}")
                 })?;
@@ -562,7 +584,7 @@ impl Track {
 
     /// The first step of a leg: so long after the last one of another.
     fn dwell(&self, now: u64, ticks: u64, measure: &Measure) -> Result<(), Fault> {
-        let least = self.limits.rest().min(self.rested) * measure.hz;
+        let least = self.rests.min(self.rested) * measure.hz;
         if (ticks as f64) + measure.jitter < least * 0.99 {
             let axis = self.axis + 1;
             measure.rules.broken(Rule::Dwell, now, || {

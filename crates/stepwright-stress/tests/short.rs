@@ -1,11 +1,11 @@
-//! The stress, briefly: stories of known seeds.
+//! The stress, briefly: stories of known seeds, some of a new one, and those that once
+//! broke a rule.
 
 use stepwright_stress::run::{Run, tell};
-use stepwright_stress::{Rules, make, simulate};
+use stepwright_stress::{Rules, Story, make, simulate};
 
 fn clean(seed: u64, stories: u64) {
-    // These say of motion what is being mended now.
-    let rules: Rules = "dwell,rise,fall,top".parse().unwrap();
+    let rules = Rules::default();
     let run = Run { stories, rules, faults: 1, ..Run::default() };
     let outcome = run.all(seed, &make::story, &simulate);
     if let Some((seed, fault)) = outcome.faults.first() {
@@ -18,4 +18,26 @@ fn clean(seed: u64, stories: u64) {
 #[test]
 fn known_seeds() {
     clean(1000, 1500);
+}
+
+/// The seed is printed with what it breaks.
+#[test]
+fn a_new_seed() {
+    clean(fastrand::u64(1 << 32..1 << 48), 300);
+}
+
+/// One story a file, which says what it broke.
+#[test]
+fn what_was_found() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/stories");
+    let mut count = 0;
+    for file in std::fs::read_dir(folder).unwrap() {
+        let path = file.unwrap().path();
+        let story: Story = std::fs::read_to_string(&path).unwrap().parse().unwrap();
+        if let Err(fault) = simulate(&story, Rules::default()) {
+            panic!("{}: {fault}", path.display());
+        }
+        count += 1;
+    }
+    assert_eq!(count, 4);
 }

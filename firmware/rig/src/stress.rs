@@ -20,6 +20,7 @@ pub fn nature(board: Board) -> Nature {
     };
     Nature {
         longer,
+        sums: board == Board::Mega,
         jerk: board == Board::Mega,
         // An interrupt of the line in front of a step; beside other axes also their rare
         // events, which are compiled.

@@ -76,7 +76,8 @@ impl<const N: usize> Board<N> {
     /// a step per second together, `moving` axes in all.
     fn max_beside(&self, others: &Num, moving: u8) -> Speed {
         let cost = self.step(moving.into());
-        let capacity = whole(self.rate.hz()).times(&Num::small(1000)).number();
+        let capacity = whole(1000).number();
+        let capacity = whole(self.rate.hz()).times(&capacity).number();
         let shared = whole(cost.max(1)).under(&capacity).minus(others).number();
         let alone = whole(self.timing.min_interval.max(1)).under(&capacity).number();
         let max = if shared.at_least(&alone) { &alone } else { &shared };

@@ -590,7 +590,8 @@ impl Planner {
             }
             Stage::Half => {
                 part(fall).to(&mut work.mean);
-                part(rise).off(&Num::ONE).minus(&work.mean).to(&mut work.mean);
+                part(rise).to(&mut work.delta);
+                whole(1).minus(&work.delta).minus(&work.mean).to(&mut work.mean);
                 let level = hand(&self.v_top).under(&clock.twice).scaled(-1).times(&work.mean);
                 level.plus(&work.pending).to(&mut work.pending);
                 work.stage = Stage::Late;

@@ -5,8 +5,9 @@
 #![no_main]
 #![feature(asm_experimental_arch)]
 
-use stepwright::Group;
+use stepwright::{Given, Group};
 use stepwright_avr::board::{self, AXES};
+use stepwright_avr::in_flash::InFlash;
 use stepwright_avr::serial::{Received, Serial};
 use stepwright_avr::step::{Held, RUNS};
 use stepwright_avr::timer::Timer;
@@ -22,13 +23,15 @@ struct Board {
     serial: Serial,
 }
 
-/// Their memory is filled when the chip starts.
+/// All zeros, which take no flash; `start` does the rest.
 static SLAVE: Slot<Slave<AXES>> = Slot::new(Slave::blank());
-static GROUP: Slot<Group<'static, AXES, RUNS>> = Slot::new(Group::new(
-    // SAFETY: nobody else asks for them.
-    unsafe { step::feeds() },
-    board::description(),
-));
+static GROUP: Slot<Group<'static, AXES, RUNS>> =
+    // SAFETY: `start` powers it up before anything else.
+    Slot::new(unsafe { Group::blank() });
+
+/// Its board.
+#[unsafe(link_section = ".progmem.data")]
+static BOARD: InFlash<Given<AXES>> = InFlash::new(Given::new(board::description()));
 
 stepwright_avr::step_interrupt!(queued);
 stepwright_avr::serial_interrupts!();
@@ -73,6 +76,10 @@ unsafe fn start() -> Board {
         serial: Serial::start(chip.USART0),
     };
     board.slave.get().begin();
+    // SAFETY: nobody else asks for them.
+    let feeds = unsafe { step::feeds() };
+    // SAFETY: it is in flash.
+    board.group.get().power_up(feeds, |given| unsafe { BOARD.load(given) });
     if reset::doubts() {
         board.group.get().doubt();
     }

@@ -29,6 +29,9 @@ pub(crate) struct Duties {
     enabled: bool,
     /// Whether the host was silent for too long.
     silent: bool,
+    /// The silence that the host has asked to be stopped after, in ms; 0: none.
+    #[cfg(feature = "safety")]
+    pub(crate) lease: u16,
     /// How long the drivers that were switched on are not to be used yet, in
     /// ms.
     settling: u16,
@@ -47,6 +50,8 @@ impl Duties {
         store: Store::NEW,
         enabled: false,
         silent: false,
+        #[cfg(feature = "safety")]
+        lease: 0,
         settling: 0,
         moved_at: 0,
         heard_at: 0,
@@ -202,6 +207,8 @@ impl Duties {
             // There has been a travel.
             panel.set_mark(Mark::MOVED);
         }
+        #[cfg(feature = "safety")]
+        self.heed_lease(now, slave, group, engine);
         let (setting, since) =
             if busy { (Setting::Timeout, self.heard_at) } else { (Setting::Idle, self.moved_at) };
         let limit = self.settings.get(setting);
@@ -211,17 +218,43 @@ impl Duties {
         }
         if busy && !self.silent {
             self.silent = true;
-            let mut bit: Axes = 1;
-            for axis in 0..N as u8 {
-                if group.is_busy(engine, axis) {
-                    group.brake(axis);
-                    slave.stopped(bit, Stop::Timeout);
-                }
-                bit <<= 1;
-            }
+            brake(slave, group, engine);
         } else if !busy && self.enabled {
             self.enabled = false;
             self.set_enable(panel);
         }
+    }
+
+    /// A lease ends with the first silence of its length, and so does all motion: the
+    /// next host may know nothing of it.
+    #[cfg(feature = "safety")]
+    fn heed_lease<const N: usize, const Q: usize>(
+        &mut self,
+        now: u32,
+        slave: &mut Slave<N>,
+        group: &mut Group<'_, N, Q>,
+        engine: &mut impl Control,
+    ) {
+        if self.lease != 0 && now.wrapping_sub(self.heard_at) > self.lease.into() {
+            self.lease = 0;
+            brake(slave, group, engine);
+        }
+    }
+}
+
+/// Brakes what moves, for the host is silent.
+#[cfg_attr(not(feature = "safety"), inline(always))]
+fn brake<const N: usize, const Q: usize>(
+    slave: &mut Slave<N>,
+    group: &mut Group<'_, N, Q>,
+    engine: &mut impl Control,
+) {
+    let mut bit: Axes = 1;
+    for axis in 0..N as u8 {
+        if group.is_busy(engine, axis) {
+            group.brake(axis);
+            slave.stopped(bit, Stop::Timeout);
+        }
+        bit <<= 1;
     }
 }

@@ -89,6 +89,12 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
         self.controller.clear_late();
     }
 
+    #[cfg(feature = "safety")]
+    fn lease(&mut self, millis: u16) -> Result<(), Refusal> {
+        self.duties.lease = millis;
+        Ok(())
+    }
+
     fn settings(&mut self) -> Option<&mut Settings> {
         Some(&mut self.duties.settings)
     }

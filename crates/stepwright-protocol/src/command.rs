@@ -7,7 +7,8 @@ use crate::axis::{AxisId, Selection};
 use crate::flash::{Text, text};
 use crate::line::CR;
 use crate::number::{
-    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel, WholeJerk,
+    Direction, Distance, LeaseMillis, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel,
+    WholeJerk,
 };
 use crate::said::{self, Said};
 use crate::setting::{Setting, Value};
@@ -66,6 +67,9 @@ pub enum Command {
     Decel(WholeAccel),
     /// `j<n>`: how fast the acceleration may change, in steps/s³; 0: at once.
     Jerk(WholeJerk),
+    /// `L<n>`: moving axes brake once no line comes for n ms; 0: no longer.
+    /// Without the feature `safety` it is no line.
+    Lease(LeaseMillis),
     /// `?`: what are you, and how are you?
     Info,
     /// `!`: forget what was late and what was refused.
@@ -122,6 +126,8 @@ impl Command {
             b'a' => Command::Accel(Whole::clamped(number)),
             b'd' => Command::Decel(Whole::clamped(number)),
             b'j' => Command::Jerk(Whole::clamped(number)),
+            #[cfg(feature = "safety")]
+            b'L' => Command::Lease(Whole::clamped(number)),
             b'?' => Command::Info,
             b'!' => Command::Clear,
             b'$' => Command::Settings,
@@ -166,6 +172,7 @@ impl Command {
             Command::Accel(n) => (text!("a"), Some(n.get())),
             Command::Decel(n) => (text!("d"), Some(n.get())),
             Command::Jerk(n) => (text!("j"), Some(n.get())),
+            Command::Lease(n) => (text!("L"), Some(n.get())),
             Command::Info => (text!("?"), None),
             Command::Clear => (text!("!"), None),
             Command::Settings | Command::Setting(_) => (text!("$"), None),
@@ -300,6 +307,7 @@ pub(crate) mod tests {
             1 => whole().prop_map(Accel),
             1 => whole().prop_map(Decel),
             1 => whole().prop_map(Jerk),
+            1 => whole().prop_map(Lease),
             2 => distance.clone().prop_map(Go),
             2 => distance.prop_map(Retarget),
             1 => axis().prop_map(Zero),
@@ -332,7 +340,7 @@ pub(crate) mod tests {
         /// Whatever is read is the same line again, up to leading zeros, the
         /// sign of zero and P0.
         #[test]
-        fn what_is_read_was_written(line in "[PSTRG@gEFZKIVAstadj?!O0-9+-]{0,6}") {
+        fn what_is_read_was_written(line in "[PSTRG@gEFZKIVALstadj?!O0-9+-]{0,6}") {
             if let Ok(command) = Command::parse(line.as_bytes()) {
                 let plain = |text: &str| {
                     let head = text.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -396,6 +404,8 @@ pub(crate) mod tests {
             b"F0",
             b"I",
             b"V",
+            b"L",
+            b"L+5",
             b"A",
             b"A+1",
             b"??",
@@ -424,6 +434,7 @@ pub(crate) mod tests {
             b"d0",
             b"a100000001",
             b"j4000000001",
+            b"L60001",
             b"d4294967296",
             b"G+2147483648",
             b"G-2147483648",

@@ -43,6 +43,8 @@
 //!                               Not on every board: see `can`
 //!        | "@" sign 0…2³¹−1     the travel in progress ends so many steps from
 //!                               where it began
+//!        | "L" 0…60000         moving axes brake once no line comes for so many ms;
+//!                               0: no longer. On a board with `safety`: see `can`
 //!        | "?"                  one line about the board
 //!        | "!"                  late, refused, last and stop begin again
 //!        | "$"                  all settings
@@ -205,7 +207,8 @@ pub use controller::Controller;
 pub use machine::{Machine, Refusal};
 pub use master::{Master, Waiting};
 pub use number::{
-    Direction, Distance, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel, WholeJerk,
+    Direction, Distance, LeaseMillis, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel,
+    WholeJerk,
 };
 pub use order::{Order, Ramp, Travel};
 pub use reply::{Info, Reply, VERSION};

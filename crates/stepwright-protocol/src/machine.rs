@@ -95,6 +95,17 @@ pub trait Machine {
     /// Sets `late` to 0.
     fn clear_late(&mut self);
 
+    /// Moving axes are to brake, as by [`brake`](Machine::brake), once no line has come for
+    /// so many ms; 0: no longer. It ends with the first such silence.
+    ///
+    /// # Errors
+    /// [`Refusal::Line`] from a machine that grants none.
+    #[cfg(feature = "safety")]
+    fn lease(&mut self, millis: u16) -> Result<(), Refusal> {
+        let _ = millis;
+        Err(Refusal::Line)
+    }
+
     /// The settings, to be read and to be changed; `None` for a machine that
     /// has none, which refuses every `$`.
     fn settings(&mut self) -> Option<&mut Settings> {

@@ -26,6 +26,8 @@ pub type StartSpeed = Whole<0, 1_000_000>;
 pub type TopSpeed = Whole<1, 1_000_000>;
 /// An acceleration in steps/s², as `a` and `d` carry it: 1 … 100,000,000.
 pub type WholeAccel = Whole<1, 100_000_000>;
+/// A lease in ms, as `L` carries it: 0 (given back) … 60,000.
+pub type LeaseMillis = Whole<0, 60_000>;
 /// A jerk in steps/s³, as `j` carries it: 0 (none) … 4,000,000,000.
 pub type WholeJerk = Whole<0, 4_000_000_000>;
 

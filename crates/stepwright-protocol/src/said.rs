@@ -1,6 +1,8 @@
 //! A line taken apart: its letter, and what stands behind it.
 
 use crate::answer::setting_named;
+#[cfg(feature = "safety")]
+use crate::number::LeaseMillis;
 #[cfg(feature = "s-curve")]
 use crate::number::WholeJerk;
 use crate::number::{self, RampSteps, TopSpeed, WholeAccel};
@@ -51,6 +53,8 @@ impl Said {
             b'j' => WholeJerk::LARGEST.get(),
             #[cfg(not(feature = "s-curve"))]
             b'j' => return Err(Refusal::NoJerk),
+            #[cfg(feature = "safety")]
+            b'L' => LeaseMillis::LARGEST.get(),
             b'I' | b'V' | b'A' => MAX_AXES as u32,
             b'G' | b'@' => i32::MAX as u32,
             b'E' | b'F' | b'Z' | b'K' | b'?' | b'!' | b'P' | b'g' => 0,
@@ -68,7 +72,8 @@ impl Said {
         if largest != 0 {
             number::read(rest, &mut self.number)?;
             let zero = matches!(letter, b's' | b'A' | b'G' | b'@')
-                || cfg!(feature = "s-curve") && letter == b'j';
+                || cfg!(feature = "s-curve") && letter == b'j'
+                || cfg!(feature = "safety") && letter == b'L';
             if self.number > largest || (self.number == 0 && !zero) {
                 return Err(Refusal::Range);
             }

@@ -407,6 +407,8 @@ impl<const AXES: usize> Slave<AXES> {
                     machine.zero(AxisId::at(index));
                 }
             }
+            #[cfg(feature = "safety")]
+            b'L' => machine.lease(number as u16)?,
             b'?' => return Ok(line::INFO),
             b'!' => {
                 machine.clear_late();

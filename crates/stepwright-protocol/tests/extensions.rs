@@ -458,6 +458,26 @@ fn a_jerk_bends_the_ramps_of_its_order() {
     );
 }
 
+// ---- Lease ----
+
+#[test]
+fn a_lease_is_granted_at_any_time_and_disturbs_no_order() {
+    talk(
+        "L500    Y  -> lease 500
+         PO      Y
+         L60000  Y  -> lease 60000
+         G+5     Y
+         E       Y  -> start 1 50-1000 R200 R200 +5
+         L0      Y  -> lease 0
+         L60001  E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=range uncertain=0
+         L       E
+         L-1     E
+         l5      E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=4 last=line uncertain=0",
+    );
+}
+
 // ---- Settings ----
 
 #[test]

@@ -174,6 +174,11 @@ impl Machine for Bench {
         self.late = 0;
     }
 
+    fn lease(&mut self, millis: u16) -> Result<(), Refusal> {
+        self.note(&format!("lease {millis}"));
+        Ok(())
+    }
+
     fn settings(&mut self) -> Option<&mut Settings> {
         Some(&mut self.settings)
     }

@@ -35,12 +35,13 @@ fn any_line(random: &mut Random) -> String {
         0 => pick(random, &["PO", "P0", "E", "F", "Z", "K", "?", "!", ""]),
         1 => pick(random, &["g+", "g-", "A0", "A1", "A2", "A3", "A4", "V1", "V2", "I1", "I3"]),
         2 | 3 => {
-            pick(random, &["S", "T", "R", "s", "t", "a", "d", "j", "A", "V", "I"]) + &number(random)
+            pick(random, &["S", "T", "R", "s", "t", "a", "d", "j", "A", "V", "I", "L"])
+                + &number(random)
         }
         4 => pick(random, &["G+", "G-", "G", "@+", "@-", "@"]) + &number(random),
         5 | 6 => pick(
             random,
-            &["PO", "E", "A2", "A0", "G+5", "T20", "a7", "t300", "j90", "j0", "$law=0"],
+            &["PO", "E", "A2", "A0", "G+5", "L50", "T20", "a7", "t300", "j90", "j0", "$law=0"],
         ),
         _ => pick(random, &["F", "V1", "Z", "g+", "G-9", "PO", "E", "S3", "R10", "@-3"]),
     }
@@ -76,13 +77,14 @@ fn sane(random: &mut Random) -> Vec<u8> {
                     "I1",
                     "?",
                     "A0",
+                    "L500",
                     "$max-accel=9999",
                     "$",
                     "@+70",
                     "t40",
                     "a9000",
                     "d10000",
-                ][random.below(13)]
+                ][random.below(14)]
                 .into(),
             );
         }
@@ -134,7 +136,7 @@ pub fn input(random: &mut Random) -> Vec<u8> {
     match random.below(8) {
         0 => (0..random.below(200)).map(|_| random.byte()).collect(),
         1 => {
-            let letters = b"PO0STRG@gEFZKIVAstad?!$+-123456789\r\r\r\r\r\n";
+            let letters = b"PO0STRG@gEFZKIVALstad?!$+-123456789\r\r\r\r\r\n";
             (0..random.below(200)).map(|_| letters[random.below(letters.len())]).collect()
         }
         2 | 3 => {

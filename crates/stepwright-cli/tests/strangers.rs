@@ -232,6 +232,29 @@ fn a_jerk_is_asked_only_of_a_board_that_bends_by_it() {
     assert!(!lines.lock().unwrap().iter().any(|line| line.starts_with('$')));
 }
 
+/// An Uno grants no lease, nor does a board that is too old to say: refused before the order
+/// is given, with one hint.
+#[test]
+fn a_lease_is_asked_only_of_a_board_that_grants_it() {
+    for can in [" can=none", " can=jerk", ""] {
+        for words in [&["move", "400"][..], &["run", "300"]] {
+            let (path, lines) = told(can, "E");
+            let ended = order(&path, &[words, &["--lease", "700ms"]].concat());
+            assert_eq!((ended.code(), ended.stdout.as_str()), (Some(1), ""), "{ended:?}");
+            ended.assert_error("grants no lease, which --lease asks for");
+            assert_eq!(ended.stderr.matches("hint: ").count(), 1, "{ended:?}");
+            assert!(ended.stderr.contains("set timeout-ms=700 --port"), "{ended:?}");
+            let said = lines.lock().unwrap().clone();
+            assert!(!said.iter().any(|line| line.starts_with('L') || line == "PO"), "{said:?}");
+        }
+    }
+    let (path, lines) = told(" can=safety", "E");
+    order(&path, &["move", "0", "--lease", "700ms"]).assert(0, "position 0 ready");
+    let said = lines.lock().unwrap().clone();
+    let leases = said.iter().filter(|line| line.starts_with('L')).collect::<Vec<_>>();
+    assert_eq!(leases, ["L700", "L0"]);
+}
+
 /// A board whose switch stops the axis on its way: the reason is in the last line, in the
 /// error, in `status` and for programs.
 #[test]

@@ -12,7 +12,7 @@
 //! | [`ports`] | `ports` |
 //!
 //! They share [`target`] (which board), [`able`] (what it can do), [`motion`] (which speeds), [`drive`]
-//! (start, watch, stop), [`progress`] (what the user sees meanwhile) and [`keys`]
+//! (start, watch, stop), [`lease`] (what the board does without us), [`progress`] (what the user sees meanwhile) and [`keys`]
 //! (what the user presses meanwhile).
 
 mod able;
@@ -20,6 +20,7 @@ mod course;
 mod drive;
 pub mod halt;
 pub mod keys;
+mod lease;
 pub mod line;
 pub mod look;
 mod motion;

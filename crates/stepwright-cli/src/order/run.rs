@@ -8,6 +8,7 @@ use stepwright_protocol::{AxisId, Direction, Selection, Stop, Travel};
 use super::able;
 use super::drive::{self, End, NotBegun};
 use super::keys::Hand;
+use super::lease::LeaseArgs;
 use super::look::stop_word;
 use super::motion::{Motion, RampArgs, listed};
 use super::progress::Progress;
@@ -23,7 +24,7 @@ use crate::talk::{Talk, Trouble};
 #[derive(clap::Args)]
 #[command(after_help = "\
 On a real board this returns as soon as the motor runs; `stepwright stop` brakes
-it. With --for, and on the virtual board, it stays: after that time, or at
+it. With --for or --lease, and on the virtual board, it stays: after that time, or at
 Ctrl-C, it brakes, says `position N ready`, and ends with status 0. A second
 Ctrl-C stops dead: `position uncertain`, status 130. While it stays, keys change
 the speed on a terminal: + faster and - slower, by a tenth; s brakes.
@@ -52,11 +53,13 @@ pub struct Args {
     #[arg(help_heading = "Board")]
     axis: AxisId,
     #[command(flatten)]
+    lease: LeaseArgs,
+    #[command(flatten)]
     virt: VirtualArgs,
 }
 
 /// Reads a time: a number and its unit, seconds by default.
-fn time(text: &str) -> Result<Duration, String> {
+pub fn time(text: &str) -> Result<Duration, String> {
     let text = text.trim();
     let end = text.find(|c: char| !matches!(c, '0'..='9' | '.')).unwrap_or(text.len());
     let (number, unit) = text.split_at(end);
@@ -88,8 +91,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
 fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> {
     target::has_axis(talk, args.axis)?;
     able::to_bend(talk, &motion.order)?;
-    let lines = motion.lines()?;
-    let leave = args.port.port.is_some() && args.time.is_none();
+    let mut lines = motion.lines()?;
+    args.lease.before(talk, &mut lines)?;
+    let leave = args.port.port.is_some() && args.time.is_none() && !args.lease.is_asked();
     if args.format == Format::Text {
         let way = if args.speed.forward { "forward" } else { "backward" };
         let (axis, name) = (args.axis.number(), talk.link().name());
@@ -122,6 +126,9 @@ fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> 
         }
     };
     let ended = drive::conclude(talk, args.axis, watched);
+    if ended.failure.is_none() {
+        args.lease.give_back(talk);
+    }
     let (state, position) = match ended.end {
         End::Rests(at) if ended.braked => ("ready", Some(at)),
         End::Rests(at) => ("stopped", Some(at)),

@@ -6,6 +6,7 @@ use stepwright_protocol::{AxisId, Distance, Stop, Travel};
 use super::able;
 use super::drive::{self, End, Ended, NotBegun};
 use super::keys::Hand;
+use super::lease::LeaseArgs;
 use super::look::stop_word;
 use super::motion::{MOTION, Motion, RampArgs, listed};
 use super::progress::Progress;
@@ -31,7 +32,8 @@ Ctrl-C brakes along the ramp, and the position stays known; a second Ctrl-C
 stops dead, and the position is lost. Every other signal that would end the command,
 a closed terminal's too, brakes, and so does Ctrl-Z. On a terminal keys change a motor on its way:
 + faster and - slower, by a tenth of its top speed, s brakes. `retarget` does so
-from elsewhere.
+from elsewhere. With --lease the board brakes also when this program is killed or
+its cable is pulled; the position stays known.
 
 The last line       Status
   position N ready     0    it went all the way
@@ -66,6 +68,8 @@ pub struct Args {
     #[arg(help_heading = "Board")]
     axis: AxisId,
     #[command(flatten)]
+    lease: LeaseArgs,
+    #[command(flatten)]
     virt: VirtualArgs,
 }
 
@@ -91,7 +95,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
 fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> {
     target::has_axis(talk, args.axis)?;
     able::to_bend(talk, &motion.order)?;
-    let lines = motion.lines()?;
+    let mut lines = motion.lines()?;
+    args.lease.before(talk, &mut lines)?;
     if args.format == Format::Text {
         let (axis, steps, name) = (args.axis.number(), args.steps.get(), talk.link().name());
         say::result(format_args!("axis {axis} by {steps:+} steps on {name}"));
@@ -123,6 +128,9 @@ fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failur
             Ended { end: End::Uncertain, braked: false, failure: Some(failure) }
         }
     };
+    if ended.failure.is_none() {
+        args.lease.give_back(talk);
+    }
     let target = from.saturating_add(args.steps.get().into());
     let late = late(talk, late_before);
     let took = talk.now().saturating_sub(begun).as_secs_f64();

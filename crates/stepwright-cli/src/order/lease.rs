@@ -1,0 +1,75 @@
+//! `--lease`: the board brakes by itself when this program falls silent.
+
+use stepwright_protocol::{Ability, Command, LeaseMillis};
+
+use super::run;
+use crate::failure::Failure;
+use crate::talk::Talk;
+
+/// The option that asks for a lease.
+#[derive(clap::Args, Clone, Debug)]
+#[command(next_help_heading = "Board")]
+pub struct LeaseArgs {
+    /// Have the board brake when it hears nothing from here for so long: 500ms, 2s;
+    /// from 200ms to 60s [default: never]
+    #[arg(long = "lease", value_name = "TIME", value_parser = millis)]
+    lease: Option<LeaseMillis>,
+}
+
+/// A watched motor is asked for its position every 50 ms, and an answer may take its time.
+const SHORTEST: u128 = 200;
+
+/// Reads the time of a lease.
+fn millis(text: &str) -> Result<LeaseMillis, String> {
+    let millis = run::time(text)?.as_millis();
+    let lease = u32::try_from(millis).ok().and_then(LeaseMillis::new);
+    lease
+        .filter(|_| millis >= SHORTEST)
+        .ok_or_else(|| format!("a lease lasts from {SHORTEST} ms to 60 s"))
+}
+
+impl LeaseArgs {
+    /// Whether there is to be one: the motor must be watched then.
+    pub fn is_asked(&self) -> bool {
+        self.lease.is_some()
+    }
+
+    /// Puts the lease before the lines of an order, so that every attempt to give it asks
+    /// for the lease again.
+    pub fn before(&self, talk: &mut Talk, lines: &mut Vec<Command>) -> Result<(), Failure> {
+        let Some(lease) = self.lease else { return Ok(()) };
+        if !talk.info().and_then(|info| info.can).is_some_and(|can| can.has(Ability::Safety)) {
+            let name = talk.link().name();
+            return Err(Failure::new(format!("{name} grants no lease, which --lease asks for"))
+                .hint(format!(
+                    "leave --lease out, or have it brake by its settings: `stepwright settings \
+                     set timeout-ms={} --port {name}`",
+                    lease.get()
+                )));
+        }
+        lines.insert(0, Command::Lease(lease));
+        Ok(())
+    }
+
+    /// Gives the lease back at the end. Where that fails it runs out by itself.
+    pub fn give_back(&self, talk: &mut Talk) {
+        if self.is_asked() {
+            let _ = talk.ask(Command::Lease(LeaseMillis::SMALLEST));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::millis;
+
+    #[test]
+    fn a_lease_lasts_longer_than_a_few_polls_and_at_most_a_minute() {
+        for (text, ms) in [("500ms", 500), ("0.2", 200), ("1min", 60_000)] {
+            assert_eq!(millis(text).map(|lease| lease.get()), Ok(ms), "{text}");
+        }
+        for wrong in ["", "0", "199ms", "60.001s", "5x", "99999999999999min"] {
+            assert!(millis(wrong).is_err(), "{wrong}");
+        }
+    }
+}

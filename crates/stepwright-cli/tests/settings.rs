@@ -70,9 +70,9 @@ fn a_file_takes_settings_from_board_to_board() {
     one.settings(&["set", "switches=5", "timeout-ms=2000"]);
     let ended = one.settings(&["save", file.path()]);
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(0), ""), "{ended:?}");
-    other.settings(&["load", file.path()]).assert(0, "2 of 14 settings changed");
+    other.settings(&["load", file.path()]).assert(0, "2 of 16 settings changed");
     other.settings(&["get", "switches"]).assert(0, "5");
-    other.settings(&["load", file.path()]).assert(0, "0 of 14 settings changed");
+    other.settings(&["load", file.path()]).assert(0, "0 of 16 settings changed");
     let saved = other.settings(&["save", "-"]).stdout;
     let numbers = |text: &str| {
         let lines = text.lines().filter(|line| !line.starts_with('#'));

@@ -14,9 +14,11 @@ use crate::setting::{NAMES, Setting};
 use crate::text::Decimal;
 
 /// Every answer, and then the words that `last=` can have.
-const LINES: [&[u8]; 6] = [
+const LINES: &[&[u8]] = &[
     b"Y\nE\nR\nB\n#\nstepwright #.# axes=# max=# late=# refused=# last=# uncertain=#\n",
     b"stop=########\n",
+    #[cfg(feature = "safety")]
+    b"errors=#########\n",
     can::LINE,
     NAMES,
     // No answer, but looked for among the names.
@@ -57,10 +59,10 @@ pub(crate) mod line {
     pub(crate) const READY: u8 = 2;
     pub(crate) const BUSY: u8 = 3;
     pub(crate) const POSITION: u8 = 4;
-    /// With the lines behind it, `stop=` and `can=`.
+    /// With the lines behind it: `stop=`, on some boards `errors=`, and `can=`.
     pub(crate) const INFO: u8 = 5;
     /// The first setting.
-    pub(crate) const SETTINGS: u8 = 8;
+    pub(crate) const SETTINGS: u8 = if cfg!(feature = "safety") { 9 } else { 8 };
     /// `none`; the reasons follow.
     pub(crate) const REASONS: u8 = SETTINGS + super::RESET + 1;
 }
@@ -79,8 +81,11 @@ pub(crate) mod value {
     pub(crate) const UNCERTAIN: u8 = 8;
     /// The letter of the first of eight axes.
     pub(crate) const STOPS: u8 = 9;
+    /// The letter of the first of the errors.
+    pub(crate) const ERRORS: u8 = 17;
     /// The first setting.
-    pub(crate) const SETTINGS: u8 = 17;
+    pub(crate) const SETTINGS: u8 =
+        if cfg!(feature = "safety") { ERRORS + crate::errors::COUNT } else { ERRORS };
 }
 
 /// The digits are all.
@@ -246,7 +251,9 @@ mod tests {
             said(line::INFO, 2, own),
             "stepwright 0.1 axes=2 max=3 late=4 refused=5 last=busy uncertain=7 stop=abc\r"
         );
-        assert_eq!(said(line::SETTINGS, 2, own), "max-speed=16 max-accel=17\r");
+        let first = value::SETTINGS - 1;
+        let two = std::format!("max-speed={first} max-accel={}\r", first + 1);
+        assert_eq!(said(line::SETTINGS, 2, own), two);
         for setting in Setting::ALL {
             let text = said(line::SETTINGS + setting as u8, 1, own);
             let number = value::SETTINGS + setting as u8 - 1;

@@ -46,7 +46,7 @@
 //!        | "L" 0…60000         moving axes brake once no line comes for so many ms;
 //!                               0: no longer. On a board with `safety`: see `can`
 //!        | "?"                  one line about the board
-//!        | "!"                  late, refused, last and stop begin again
+//!        | "!"                  late, refused, last, stop and errors begin again
 //!        | "$"                  all settings
 //!        | "$" name             one of them
 //!        | "$" name "=" number  set one of them
@@ -62,7 +62,7 @@
 //!
 //! ```text
 //! stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
-//!    … can=jerk,safety,sum                                    (it is one line)
+//!    … errors=- can=jerk,safety,sum                           (it is one line)
 //! ```
 //!
 //! the protocol's version; how many axes; the fastest the board can step one,
@@ -70,7 +70,9 @@
 //! the last, one of the names of [`Refusal`]; and which positions are not
 //! known, as the sum of 1 for axis 1, 2 for axis 2, 4 for axis 3, and so on;
 //! why each axis has stopped before the end of its order, a letter of [`Stop`] an
-//! axis, `-` for one that went as ordered; and which [`Ability`]s the board has, or `none`. A board that says nothing of
+//! axis, `-` for one that went as ordered;
+//! on a board that can `safety`, which [`BoardError`]s have come since the last `!`, their
+//! letters or `-`; and which [`Ability`]s the board has, or `none`. A board that says nothing of
 //! `can` was built before there was the word.
 //!
 //! The answer to `$` is all [`Setting`]s of the board with their numbers, and
@@ -79,7 +81,7 @@
 //! ```text
 //! max-speed=1000000 max-accel=100000000 idle-ms=0 timeout-ms=0 enable-ms=1
 //!    … setup-us=1 hold-us=1 pulse-us=2 reverse=0 enable-high=0 switches=0
-//!    … switch-forward=0 switch-high=0 law=1               (it is one line)
+//!    … switch-forward=0 switch-high=0 law=1 safe-start=0 home-first=0 (it is one line)
 //! ```
 //!
 //! # A conversation
@@ -147,6 +149,9 @@
 //! | `@`, t, a, d with A0 | all or none: E if any of the axes can't. `@` wants all of them to travel; of t, a and d those that rest keep the number for later |
 //! | `stop` | a letter is kept until the axis is started again, a new target (`@`) is taken or `!` comes. Z and the time-out leave the letter of a stop that has begun; what stops an axis at once replaces it |
 //! | `A2`, `PO` without an A behind it | it is not clear which axis is meant: PO selects axis 1, as masters that know no A expect, and A said another that no order has used. S, T, R, s, t, a, d, j, G, g and `@` are answered E as `no-axis`, until an A names the axis; F and Z speak of both. Either guess would move the wrong motor of one of two masters. A further PO without an A is that of a master that knows none: axis 1 |
+//! | `safe-start` | with 1, while `errors` has one of S, T, K, E, D, R: g, `@` and the E of an order are answered E as `stopped`, until `!`. All else goes on: a stop, a question, I, a setting |
+//! | `home-first` | with 1, while the position of an axis is not known: `@` and the E of an order with a G for it are answered E as `uncertain`. g is not: that is how a machine is homed |
+//! | `errors` | the E of an order that a wrong checksum spoiled is not another wrong checksum |
 //! | j on a board without S-curves | E as `no-jerk`; with `law` 0 the E of an order with a jerk likewise |
 //! | `PO` while busy | E if the *selected* axis is busy (with A0: any), so `A2`, `PO`, `A2` … starts axis 2 while axis 1 runs |
 //! | S, T, R … outside PO | taken when the axis is idle: they set, they don't move; they are kept from order to order and begin as S5 T100 R200 |
@@ -183,6 +188,7 @@ mod axis;
 mod can;
 mod command;
 mod controller;
+mod errors;
 mod flash;
 mod line;
 mod machine;
@@ -204,6 +210,7 @@ pub use axis::{AxisId, MAX_AXES, Selection};
 pub use can::{Abilities, Ability};
 pub use command::{BadLine, Command};
 pub use controller::Controller;
+pub use errors::{BoardError, Errors};
 pub use machine::{Machine, Refusal};
 pub use master::{Master, Waiting};
 pub use number::{

@@ -163,26 +163,34 @@ pub enum Refusal {
     Fault,
     /// `other`: a reason that this version has no word for.
     Other,
+    /// `stopped`: an axis was stopped, and `safe-start` asks for `!` before an order.
+    Stopped,
 }
 
-/// The names, as ordinary text and as one that takes no RAM.
+/// The names, as ordinary text and as one that takes no RAM. Those behind the semicolon
+/// are said only by boards with the feature `safety`.
 macro_rules! names {
-    ($($refusal:ident $name:literal)*) => {
+    ($($refusal:ident $name:literal)* ; $($guard:ident $word:literal)*) => {
         impl Refusal {
             /// Every reason.
-            pub const ALL: [Refusal; [$($name),*].len()] = [$(Refusal::$refusal),*];
+            pub const ALL: [Refusal; [$($name,)* $($word),*].len()] =
+                [$(Refusal::$refusal,)* $(Refusal::$guard),*];
 
             /// Its name on the line.
             pub const fn name(self) -> &'static str {
-                match self { $(Refusal::$refusal => $name),* }
+                match self { $(Refusal::$refusal => $name,)* $(Refusal::$guard => $word),* }
             }
 
             fn text(self) -> Text {
-                text!(concat!($($name, "\0"),*)).word(self as u8)
+                text!(concat!($($name, "\0",)* $($word, "\0"),*)).word(self as u8)
             }
         }
 
-        /// `none` and all the names, line by line.
+        /// `none` and the names that this build can say, line by line.
+        #[cfg(feature = "safety")]
+        pub(crate) const REASONS: &str =
+            concat!("none\n", $($name, "\n",)* $($word, "\n"),*);
+        #[cfg(not(feature = "safety"))]
         pub(crate) const REASONS: &str = concat!("none\n", $($name, "\n"),*);
     };
 }
@@ -206,7 +214,8 @@ names! {
     NoJerk "no-jerk"
     Setting "setting"
     Fault "fault"
-    Other "other"
+    Other "other";
+    Stopped "stopped"
 }
 
 impl Refusal {
@@ -250,6 +259,9 @@ impl fmt::Display for Refusal {
             }
             Refusal::Setting => "the board has no such setting: `$` lists them",
             Refusal::Fault => "the axis is out of order: look at its switches and its driver",
+            Refusal::Stopped => {
+                "an axis was stopped: look why, then send ! (`stepwright send '!'`)"
+            }
             Refusal::Other => "a reason that this version has no word for",
         })
     }

@@ -121,6 +121,16 @@ impl Manner {
         }
     }
 
+    /// Whether the settings of the board allow what t, a or d says on the way.
+    #[inline(always)]
+    pub(crate) fn check_change(said: &Said, settings: &Settings) -> Result<(), Refusal> {
+        let (limit, refusal) = match said.letter {
+            b't' => (Setting::MaxSpeed, Refusal::TooFast),
+            _ => (Setting::MaxAccel, Refusal::Ramp),
+        };
+        if said.number > settings.get(limit) { Err(refusal) } else { Ok(()) }
+    }
+
     /// Whether the settings of the board allow it.
     ///
     /// The top speed is judged, whether or not a short travel reaches it: so a

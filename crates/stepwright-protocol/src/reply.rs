@@ -3,6 +3,7 @@
 use crate::Refusal;
 use crate::answer::{Answer, DIGITS, NOTHING, line, value};
 use crate::can::Abilities;
+use crate::errors::Errors;
 use crate::line::CR;
 use crate::number::digits;
 use crate::number::halves;
@@ -59,6 +60,8 @@ pub struct Info {
     /// Why its axes have stopped; `None` if it does not say: it was built before
     /// the word `stop`.
     pub stops: Option<Stops>,
+    /// What has gone wrong since the last `!`; `None` if it does not say.
+    pub errors: Option<Errors>,
     /// What it can do; `None` if it does not say: it was built before the word
     /// `can`.
     pub can: Option<Abilities>,
@@ -83,9 +86,9 @@ impl Reply {
             Reply::Setting(value) => answer.begin(settings + value.setting() as u8, 1),
             Reply::Settings(_) => answer.begin(settings, Setting::COUNT as u8),
         }
-        let can = match self {
-            Reply::Info(info) => info.can,
-            _ => None,
+        let (can, errors) = match self {
+            Reply::Info(info) => (info.can, info.errors),
+            _ => (None, None),
         };
         let last = match self {
             Reply::Info(Info { last: Some(last), .. }) => last as u8 + 1,
@@ -94,7 +97,7 @@ impl Reply {
         let said = core::iter::from_fn(move || {
             answer.next(last, |value, digits| {
                 let number = match (self, value) {
-                    (Reply::Info(info), value::STOPS..value::SETTINGS) => {
+                    (Reply::Info(info), value::STOPS..value::ERRORS) => {
                         let letters = info.stops.as_ref().map_or(&[][..], Stops::letters);
                         let letter = letters.get(usize::from(value - value::STOPS));
                         return letter.copied().unwrap_or(NOTHING);
@@ -106,7 +109,10 @@ impl Reply {
             })
         });
         let can = can.into_iter().flat_map(|can| core::iter::once(b' ').chain(can.line()));
-        said.filter(|byte| *byte != CR).chain(can).chain(core::iter::once(CR))
+        let errors = errors
+            .into_iter()
+            .flat_map(|errors| b" errors=".iter().copied().chain(errors.letters()));
+        said.filter(|byte| *byte != CR).chain(errors).chain(can).chain(core::iter::once(CR))
     }
 
     /// The number that stands in its line for a `#`.
@@ -183,7 +189,7 @@ impl Info {
         let version = (small(major)?, small(minor)?);
         let (mut axes, mut max, mut late) = (None, None, None);
         let (mut refused, mut last, mut uncertain) = (None, None, None);
-        let (mut stops, mut can) = (None, None);
+        let (mut stops, mut errors, mut can) = (None, None, None);
         for word in words {
             let Some((key, value)) = halves(word, b'=') else { continue };
             match key {
@@ -195,6 +201,7 @@ impl Info {
                 b"last" => last = Some(Some(Refusal::named(value))),
                 b"uncertain" => uncertain = Some(small(value)?),
                 b"stop" => stops = Some(Stops::parse(value)?),
+                b"errors" => errors = Some(Errors::parse(value)),
                 b"can" => can = Some(Abilities::parse(value)),
                 _ => {}
             }
@@ -208,6 +215,7 @@ impl Info {
             last: last?,
             uncertain: uncertain?,
             stops,
+            errors,
             can,
         })
     }
@@ -222,6 +230,7 @@ pub(crate) mod tests {
     extern crate std;
     use super::*;
     use crate::can::tests::any_abilities;
+    use crate::errors::tests::any_errors;
     use crate::setting::Settings;
     use crate::setting::tests::{any_settings, any_value};
     use crate::stop::tests::any_stops;
@@ -237,15 +246,17 @@ pub(crate) mod tests {
         last: None,
         uncertain: 0,
         stops: None,
+        errors: None,
         can: Some(Abilities::OWN),
     };
 
     fn info() -> impl Strategy<Value = Info> {
         let last = proptest::option::of(proptest::sample::select(&Refusal::ALL[..]));
         let can = proptest::option::of(any_abilities());
-        let stops = proptest::option::of(any_stops());
-        (any::<((u8, u8), u8, u32, u32, u32, u8)>(), last, stops, can).prop_map(
-            |((version, axes, max, late, refused, uncertain), last, stops, can)| Info {
+        let (stops, errors) =
+            (proptest::option::of(any_stops()), proptest::option::of(any_errors()));
+        (any::<((u8, u8), u8, u32, u32, u32, u8)>(), last, stops, errors, can).prop_map(
+            |((version, axes, max, late, refused, uncertain), last, stops, errors, can)| Info {
                 version,
                 axes,
                 max,
@@ -254,6 +265,7 @@ pub(crate) mod tests {
                 last,
                 uncertain,
                 stops,
+                errors,
                 can,
             },
         )
@@ -311,7 +323,7 @@ pub(crate) mod tests {
         let line: Vec<u8> = Reply::Settings(defaults).bytes().collect();
         let all = "max-speed=1000000 max-accel=100000000 idle-ms=0 timeout-ms=0 enable-ms=1 \
                    setup-us=1 hold-us=1 pulse-us=2 reverse=0 enable-high=0 switches=0 \
-                   switch-forward=0 switch-high=0 law=1\r";
+                   switch-forward=0 switch-high=0 law=1 safe-start=0 home-first=0\r";
         assert_eq!(core::str::from_utf8(&line), Ok(all));
         let later = all.trim().replace("idle", "new=9 idle");
         assert_eq!(Reply::parse(later.as_bytes()), Some(Reply::Settings(defaults)));
@@ -336,6 +348,7 @@ pub(crate) mod tests {
             uncertain: b,
             can,
             stops: Stops::parse(b"ZZZZZZZZ"),
+            errors: Some(Errors::parse(b"STKEDRlcg")),
         };
         assert!(Reply::Info(most).bytes().count() < Reply::LONGEST);
         let mut most = Settings::new();

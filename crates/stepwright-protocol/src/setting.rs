@@ -120,6 +120,10 @@ settings! {
         "axes whose closed switch reads high; of the others, low";
     ["s-curve"] Law, "law", "", 0..=1, 1,
         "1: a jerk that an order names bends its ramps (S-curve); 0: such an order is refused";
+    ["safety"] SafeStart, "safe-start", "", 0..=1, 0,
+        "1: after a stop that no order asked for, or K, orders are refused until `!`";
+    ["safety"] HomeFirst, "home-first", "", 0..=1, 0,
+        "1: G and @ are refused while the position is not known; g is not";
 }
 
 /// The lines of the settings, a `#` for each number.
@@ -430,7 +434,7 @@ impl Settings {
     }
 
     /// The version of the bytes' meaning.
-    pub const LAYOUT: u8 = 3;
+    pub const LAYOUT: u8 = if cfg!(feature = "safety") { 4 } else { 3 };
 
     /// The settings that were stored as these bytes; `None` if a value is
     /// outside its range.

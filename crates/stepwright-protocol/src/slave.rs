@@ -1,10 +1,10 @@
 //! The slave: lines in, one answer each, and a machine that obeys.
 
-use stepwright::Travel;
-
 use crate::answer::{Answer, DIGITS, NOTHING, line, value};
 use crate::axis::{AxisId, MAX_AXES};
 use crate::command::Command;
+#[cfg(feature = "safety")]
+use crate::errors;
 use crate::line::Collector;
 use crate::machine::{Machine, Refusal};
 use crate::manner::Manner;
@@ -14,6 +14,13 @@ use crate::setting::{Setting, Settings};
 use crate::stop::{self, Stop};
 #[cfg(feature = "safety")]
 use crate::sum::{self, Tail};
+#[cfg(feature = "safety")]
+use guard::Guard;
+use state::{Axis, Naming, Open};
+
+#[cfg(feature = "safety")]
+mod guard;
+mod state;
 
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
@@ -40,54 +47,10 @@ pub struct Slave<const AXES: usize> {
     /// The checksum behind it.
     #[cfg(feature = "safety")]
     tail: Tail,
+    #[cfg(feature = "safety")]
+    guard: Guard,
     /// The axis whose position is the answer.
     asked: u8,
-}
-
-/// What the lines have said of one axis.
-#[derive(Clone, Copy, Debug)]
-struct Axis {
-    manner: Manner,
-    /// Whether it is to travel once E comes: g or G, and else 0.
-    staged: u8,
-    backward: bool,
-    /// How far G goes; at most 2³¹ − 1.
-    steps: u32,
-}
-
-impl Axis {
-    fn travel(&self) -> Travel {
-        if self.staged == b'g' {
-            return Travel::Endless(!self.backward);
-        }
-        let steps = self.steps as i32;
-        Travel::By(if self.backward { steps.wrapping_neg() } else { steps })
-    }
-}
-
-/// The order that is being programmed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Open {
-    /// There is none.
-    No,
-    /// PO has come.
-    Yes,
-    /// PO has come, and after it a line that was refused, or K: the reason of
-    /// the first. No E starts it. It stays open all the same: a g of it that
-    /// is still on its way must not be taken for one that starts at once.
-    Spoiled(Refusal),
-}
-
-/// Whether the lines mean the axes that are selected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Naming {
-    /// Yes: an order has used them, or nobody has ever said A.
-    Used,
-    /// Yes: A has said so, and no order has used it yet.
-    Said,
-    /// No: PO has selected axis 1, and A had said others, which stay selected with
-    /// it. No line may set or move anything before A says which are meant.
-    Unclear,
 }
 
 /// The longest line, with its checksum.
@@ -127,6 +90,8 @@ impl<const AXES: usize> Slave<AXES> {
             answer: Answer::NONE,
             #[cfg(feature = "safety")]
             tail: Tail::NONE,
+            #[cfg(feature = "safety")]
+            guard: Guard::NONE,
             asked: 0,
         }
     }
@@ -185,6 +150,10 @@ impl<const AXES: usize> Slave<AXES> {
             }
             Err(_) => Err(Refusal::Line),
         };
+        #[cfg(feature = "safety")]
+        if read == Err(Refusal::Sum) {
+            self.guard.note(errors::SUM);
+        }
         let first = match read.and_then(|()| self.obey(&said, machine)) {
             Ok(first) => first,
             Err(refusal) => {
@@ -202,7 +171,7 @@ impl<const AXES: usize> Slave<AXES> {
             }
         };
         let lines = match first {
-            line::INFO => 3,
+            line::INFO => line::SETTINGS - line::INFO,
             line::SETTINGS if said.letter == b'$' => Setting::COUNT as u8,
             _ => 1,
         };
@@ -252,10 +221,16 @@ impl<const AXES: usize> Slave<AXES> {
                     digits.set(&mut steps.unsigned_abs().to_le_bytes());
                     return if steps < 0 { b'-' } else { DIGITS };
                 }
-                value::STOPS..value::SETTINGS => {
+                value::STOPS..value::ERRORS => {
                     let index = n.wrapping_sub(value::STOPS);
                     let stop = self.stops.get(usize::from(index));
                     return stop.copied().filter(|_| index < axes).unwrap_or(NOTHING);
+                }
+                #[cfg(feature = "safety")]
+                value::ERRORS..value::SETTINGS => {
+                    let late = machine.late() != 0;
+                    let index = n.wrapping_sub(value::ERRORS);
+                    return self.guard.errors(late).letter(index).unwrap_or(NOTHING);
                 }
                 value::MAJOR => VERSION.0.into(),
                 value::MINOR => VERSION.1.into(),
@@ -279,6 +254,8 @@ impl<const AXES: usize> Slave<AXES> {
     /// E, whatever the rest of it says; `G+400` may have been `G+4000`.
     pub fn garbled(&mut self) {
         self.line.garble();
+        #[cfg(feature = "safety")]
+        self.guard.note(errors::GARBLED);
     }
 
     /// Tells that the machine has stopped these axes, or has them brake, for a
@@ -293,6 +270,8 @@ impl<const AXES: usize> Slave<AXES> {
     /// Sets the letters of these axes.
     #[cfg_attr(target_arch = "avr", inline(never))]
     fn mark(&mut self, mut axes: u8, letter: u8) {
+        #[cfg(feature = "safety")]
+        self.guard.note(letter);
         for stop in &mut self.stops {
             if axes & 1 != 0 && !(stop::is_soft(letter) && stop::is_soft(*stop)) {
                 *stop = letter;
@@ -357,6 +336,8 @@ impl<const AXES: usize> Slave<AXES> {
                 if busy & axes != axes {
                     return Err(Refusal::NoTravel);
                 }
+                #[cfg(feature = "safety")]
+                self.guard.admit_target(axes, machine)?;
                 machine.change(axes, Manner::change(said))?;
                 self.mark(axes, stop::NONE);
             }
@@ -415,6 +396,8 @@ impl<const AXES: usize> Slave<AXES> {
                 self.refused = 0;
                 self.last = None;
                 self.mark(u8::MAX, stop::NONE);
+                #[cfg(feature = "safety")]
+                self.guard.clear();
             }
             // What is left begins with `$`.
             said::SET | said::RESET => {
@@ -445,7 +428,9 @@ impl<const AXES: usize> Slave<AXES> {
                     if self.order != Open::No || !matches!(letter, b't' | b'a' | b'd') {
                         return Err(Refusal::Busy);
                     }
-                    may_change(machine, said)?;
+                    if let Some(settings) = machine.settings() {
+                        Manner::check_change(said, settings)?;
+                    }
                     machine.change(busy & self.selected, Manner::change(said))?;
                 }
                 if letter == b'S' || letter == b'T' {
@@ -491,11 +476,16 @@ impl<const AXES: usize> Slave<AXES> {
                 continue;
             }
             started |= bit;
-            let order = axis.manner.order(axis.travel());
+            let travel = axis.travel();
+            let order = axis.manner.order(travel);
             result = match machine.settings() {
                 Some(settings) => axis.manner.check(settings),
                 None => Ok(()),
             };
+            #[cfg(feature = "safety")]
+            if result.is_ok() {
+                result = self.guard.admit(bit, travel, machine);
+            }
             if result.is_ok() {
                 result = machine.prepare(AxisId::at(index), &order);
             }
@@ -561,18 +551,6 @@ impl<const AXES: usize> Slave<AXES> {
 /// The first `axes` bits, at least one.
 fn all(axes: u8) -> u8 {
     u8::MAX.wrapping_shr(u32::from(MAX_AXES.wrapping_sub(axes)))
-}
-
-/// Whether the settings of the board allow what t, a or d says.
-fn may_change<M: Machine>(machine: &mut M, said: &Said) -> Result<(), Refusal> {
-    let (limit, refusal) = match said.letter {
-        b't' => (Setting::MaxSpeed, Refusal::TooFast),
-        _ => (Setting::MaxAccel, Refusal::Ramp),
-    };
-    match machine.settings() {
-        Some(settings) if said.number > settings.get(limit) => Err(refusal),
-        _ => Ok(()),
-    }
 }
 
 /// The machine's settings, if it has any.

@@ -8,8 +8,8 @@ use common::{Bench, Random, lines};
 use proptest::prelude::*;
 use stepwright::{Accel, Speed};
 use stepwright_protocol::{
-    Abilities, AxisId, Command, Direction, Distance, Info, Master, Order, Ramp, RampSteps, Reply,
-    Script, Slave, Stops, Travel, VERSION,
+    Abilities, AxisId, Command, Direction, Distance, Errors, Info, Master, Order, Ramp, RampSteps,
+    Reply, Script, Slave, Stops, Travel, VERSION,
 };
 
 /// A master and a slave with a wire between them.
@@ -160,6 +160,7 @@ fn an_order_goes_through_and_is_watched() {
         last: Some(stepwright_protocol::Refusal::Uncertain),
         uncertain: 2,
         stops: Stops::parse(b"-K-"),
+        errors: Some(Errors::parse(b"K")),
         can: Some(Abilities::OWN),
     };
     assert_eq!(link.send(Command::Info), Some(Reply::Info(info)));

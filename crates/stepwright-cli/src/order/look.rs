@@ -1,7 +1,7 @@
 //! `stepwright status`, `position` and `zero`: where the axes are.
 
 use serde_json::{Value, json};
-use stepwright_protocol::{AxisId, Command, Info, Reply, Selection, Stop};
+use stepwright_protocol::{AxisId, BoardError, Command, Errors, Info, Reply, Selection, Stop};
 
 use super::target::{self, Format, PortArgs};
 use super::travel::last_line;
@@ -176,6 +176,7 @@ fn board(info: Info) -> Value {
         "late": info.late,
         "refused": info.refused,
         "last": info.last.map(|last| last.name()),
+        "errors": info.errors.map(|errors| errors.iter().map(BoardError::words).collect::<Vec<_>>()),
     })
 }
 
@@ -195,6 +196,10 @@ fn show(info: Option<Info>) {
         None => String::new(),
     };
     say::result(format_args!("refused     {} {lines}{last}", info.refused));
+    if let Some(errors) = info.errors.filter(|errors| *errors != Errors::NONE) {
+        let words: Vec<_> = errors.iter().map(BoardError::words).collect();
+        say::result(format_args!("since !     {}", words.join(", ")));
+    }
 }
 
 /// Says where an axis is.

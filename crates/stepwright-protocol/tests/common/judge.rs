@@ -60,6 +60,9 @@ pub fn remainder(bytes: &[u8]) -> u8 {
     }) as u8
 }
 
+/// Stands in the log for a line whose checksum is that of another.
+const WRONG: &str = "wrong sum";
+
 /// A line for the log without its checksum, and whether its answer is to have one.
 pub fn unsummed(line: &[u8]) -> (String, bool) {
     if line.len() > 27 || !line.contains(&b'*') {
@@ -69,7 +72,12 @@ pub fn unsummed(line: &[u8]) -> (String, bool) {
     let sum = format!("*{:02x}", remainder(bare));
     let right = tail.to_ascii_lowercase() == sum.as_bytes();
     // An empty line gets a master in step; one with a checksum is a bad line.
-    (if right && !bare.is_empty() { exact(bare) } else { "neither".into() }, true)
+    let line = match (right, bare) {
+        (false, _) => WRONG.into(),
+        (true, []) => "neither".into(),
+        (true, bare) => exact(bare),
+    };
+    (line, true)
 }
 
 /// An answer without the reason of the last refusal, which is not judged here.
@@ -109,7 +117,7 @@ fn setting(line: &str) -> Option<(char, u64)> {
 }
 
 /// The settings of a board, their ranges and their defaults.
-const BOARD: [(&str, u64, u64, u64); 14] = [
+const BOARD: [(&str, u64, u64, u64); 16] = [
     ("max-speed", 1, 1_000_000, 1_000_000),
     ("max-accel", 1, 100_000_000, 100_000_000),
     ("idle-ms", 0, 3_600_000, 0),
@@ -124,6 +132,8 @@ const BOARD: [(&str, u64, u64, u64); 14] = [
     ("switch-forward", 0, 7, 0),
     ("switch-high", 0, 7, 0),
     ("law", 0, 1, 1),
+    ("safe-start", 0, 1, 0),
+    ("home-first", 0, 1, 0),
 ];
 
 /// A line that sets one of them: which one and to what.
@@ -278,6 +288,28 @@ fn allowed(log: &[Entry], words: &str) -> bool {
     top <= max_speed && ramps.split(' ').all(gentle)
 }
 
+/// Whether a K that nobody has acknowledged keeps orders from starting.
+fn locked(log: &[Entry]) -> bool {
+    errors(log).contains('K') && board_setting_now(log, 14) == "safe-start=1"
+}
+
+/// Whether this axis has to be homed before it is sent to a place.
+fn lost(log: &[Entry], now: &Entry, axis: usize) -> bool {
+    now.position[axis].is_none() && board_setting_now(log, 15) == "home-first=1"
+}
+
+/// The letters of the errors at the end of this log.
+fn errors(log: &[Entry]) -> String {
+    let since = log.iter().rposition(|entry| entry.line == "!").map_or(0, |n| n + 1);
+    let came = |line| log[since..].iter().any(|entry| entry.line == line);
+    let letters: String = [("K", 'K'), (WRONG, 'c')]
+        .iter()
+        .filter(|(line, _)| came(*line))
+        .map(|(_, c)| *c)
+        .collect();
+    if letters.is_empty() { "-".into() } else { letters }
+}
+
 /// What the last line of the log should have started, in words.
 pub fn should_start(log: &[Entry]) -> Option<String> {
     let (entry, before) = log.split_last()?;
@@ -314,6 +346,9 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
         if !allowed(before, &settings) || !jerk.is_empty() && !curves {
             return None;
         }
+        if locked(before) || signed(travel).is_some() && lost(before, entry, axis) {
+            return None;
+        }
         orders.push(format!("{} {settings}{jerk} {travel}", axis + 1));
     }
     (!orders.is_empty()).then(|| orders.join("; "))
@@ -329,7 +364,10 @@ pub fn should_change(log: &[Entry]) -> Option<String> {
     }
     let mut axes = selected(before);
     let what = if let Some(steps) = line.strip_prefix('@').and_then(signed) {
-        if axes.iter().any(|axis| !entry.busy[*axis]) {
+        if axes.iter().any(|axis| !entry.busy[*axis] || lost(before, entry, *axis)) {
+            return None;
+        }
+        if locked(before) {
             return None;
         }
         format!("@{steps:+}")
@@ -412,7 +450,8 @@ fn should_tell(log: &[Entry], now: &Entry) -> String {
     let uncertain: u8 = (0..AXES).map(|n| u8::from(now.position[n].is_none()) << n).sum();
     format!(
         "stepwright 0.1 axes={AXES} max=120000 late=0 refused={refused} uncertain={uncertain} \
-         stop={} can=jerk,safety,sum",
-        stops(log)
+         stop={} errors={} can=jerk,safety,sum",
+        stops(log),
+        errors(log)
     )
 }

@@ -261,11 +261,13 @@ pub fn talk(table: &str) {
     }
 }
 
-/// The answer to `?` without the words `stop` and `can` where they are not
+/// The answer to `?` without the words `stop`, `errors` and `can` where they are not
 /// expected by name.
 fn without_extras(said: &str, expected: &str) -> String {
     let words = said.split(' ').filter(|word| {
-        let extra = ["stop", "can"].into_iter().find(|name| word.starts_with(&format!("{name}=")));
+        let extra = ["stop", "errors", "can"]
+            .into_iter()
+            .find(|name| word.starts_with(&format!("{name}=")));
         extra.is_none_or(|name| expected.contains(&format!(" {name}=")))
     });
     words.collect::<Vec<_>>().join(" ")

@@ -20,6 +20,8 @@ fn any_line(random: &mut Random) -> String {
                 "max-accel",
                 "switch-high",
                 "law",
+                "safe-start",
+                "home-first",
                 "reset",
                 "pulse",
                 "",
@@ -79,12 +81,15 @@ fn sane(random: &mut Random) -> Vec<u8> {
                     "A0",
                     "L500",
                     "$max-accel=9999",
+                    "$safe-start=1",
+                    "$home-first=1",
+                    "!",
                     "$",
                     "@+70",
                     "t40",
                     "a9000",
                     "d10000",
-                ][random.below(14)]
+                ][random.below(17)]
                 .into(),
             );
         }

@@ -1,0 +1,52 @@
+//! What a slave keeps between lines: of each axis, of the order, of the selection.
+
+use stepwright::Travel;
+
+use crate::machine::Refusal;
+use crate::manner::Manner;
+
+/// What the lines have said of one axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axis {
+    pub(super) manner: Manner,
+    /// Whether it is to travel once E comes: g or G, and else 0.
+    pub(super) staged: u8,
+    pub(super) backward: bool,
+    /// How far G goes; at most 2³¹ − 1.
+    pub(super) steps: u32,
+}
+
+impl Axis {
+    pub(super) fn travel(&self) -> Travel {
+        if self.staged == b'g' {
+            return Travel::Endless(!self.backward);
+        }
+        let steps = self.steps as i32;
+        Travel::By(if self.backward { steps.wrapping_neg() } else { steps })
+    }
+}
+
+/// The order that is being programmed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Open {
+    /// There is none.
+    No,
+    /// PO has come.
+    Yes,
+    /// PO has come, and after it a line that was refused, or K: the reason of
+    /// the first. No E starts it. It stays open all the same: a g of it that
+    /// is still on its way must not be taken for one that starts at once.
+    Spoiled(Refusal),
+}
+
+/// Whether the lines mean the axes that are selected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Naming {
+    /// Yes: an order has used them, or nobody has ever said A.
+    Used,
+    /// Yes: A has said so, and no order has used it yet.
+    Said,
+    /// No: PO has selected axis 1, and A had said others, which stay selected with
+    /// it. No line may set or move anything before A says which are meant.
+    Unclear,
+}

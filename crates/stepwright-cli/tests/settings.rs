@@ -34,7 +34,7 @@ fn settings_are_read_and_set() {
     let rows: Vec<Vec<_>> = rows.into_iter().map(Iterator::collect).collect();
     assert_eq!(rows, [["pulse-us", "3", "µs"], ["idle-ms", "60000", "ms"]]);
     let ended = board.settings(&["get"]);
-    assert_eq!(ended.stdout.lines().count(), 14, "{ended:?}");
+    assert_eq!(ended.stdout.lines().count(), 16, "{ended:?}");
     assert!(ended.stdout.contains("\nidle-ms             60000 ms "), "{ended:?}");
     let ended = board.settings(&["get", "--format", "json"]);
     let json: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();

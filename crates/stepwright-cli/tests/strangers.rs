@@ -282,6 +282,17 @@ fn the_reason_of_a_stop_is_said() {
     let stops = [0, 1, 2].map(|n| json["axes"][n]["stop"].clone());
     assert_eq!(stops, ["switch".into(), serde_json::Value::Null, "timeout".into()]);
 
+    // Of a board that keeps its errors, those are told too.
+    let ended = order(&board("70", "S-T errors=STl"), &["status"]);
+    let row = "since !     a limit switch, the silence of the host, late steps\n";
+    assert!(ended.stdout.contains(row), "{ended:?}");
+    let ended = order(&board("70", "--- errors=c"), &["status", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!(json["board"]["errors"], serde_json::json!(["sum"]));
+    let ended = order(&board("70", "---"), &["status", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert!(json["board"]["errors"].is_null(), "{ended:?}");
+
     // It was ordered to 470 and rests where it was.
     let ended = order(&board("70", "S--"), &["move", "400"]);
     ended.assert(1, "position 70 stopped by its limit switch");

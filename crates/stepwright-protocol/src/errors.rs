@@ -5,7 +5,7 @@ use crate::flash::text;
 
 /// Makes [`BoardError`] of the table.
 macro_rules! errors {
-    ($($error:ident $letter:literal, $words:literal, $doc:literal;)*) => {
+    ($($error:ident $letter:literal, $name:literal, $words:literal, $doc:literal;)*) => {
         /// Something that has gone wrong. A letter of `errors=` in the answer to `?`, kept
         /// until `!`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -17,6 +17,11 @@ macro_rules! errors {
         impl BoardError {
             /// Every error, in the order of the letters.
             pub const ALL: [BoardError; COUNT as usize] = [$(BoardError::$error),*];
+
+            /// Its name, for programs.
+            pub const fn name(self) -> &'static str {
+                match self { $(BoardError::$error => $name),* }
+            }
 
             /// What has happened, for a person.
             pub const fn words(self) -> &'static str {
@@ -36,15 +41,15 @@ macro_rules! errors {
 
 // Those of `Stop` first, with its letters: they lock a board with `safe-start`.
 errors! {
-    Switch "S", "a limit switch", "a limit switch has stopped an axis.";
-    Timeout "T", "the silence of the host", "no line came for too long.";
-    Kill "K", "a kill (K)", "the line K, whether or not an axis moved.";
-    Emergency "E", "the emergency stop", "the input of the emergency stop.";
-    Driver "D", "a fault of a driver", "the fault input of a driver.";
-    Reset "R", "a reset after motion", "a reset that has left a position unknown.";
-    Late "l", "late steps", "a step came late.";
-    Sum "c", "a wrong checksum", "a line was not the one of its checksum.";
-    Garbled "g", "a damaged byte", "the receiver noticed a lost or damaged byte.";
+    Switch "S", "switch", "a limit switch", "a limit switch has stopped an axis.";
+    Timeout "T", "timeout", "the silence of the host", "no line came for too long.";
+    Kill "K", "kill", "a kill (K)", "the line K, whether or not an axis moved.";
+    Emergency "E", "emergency", "the emergency stop", "the input of the emergency stop.";
+    Driver "D", "driver", "a fault of a driver", "the fault input of a driver.";
+    Reset "R", "reset", "a reset after motion", "a reset that has left a position unknown.";
+    Late "l", "late", "late steps", "a step came late.";
+    Sum "c", "sum", "a wrong checksum", "a line was not the one of its checksum.";
+    Garbled "g", "garbled", "a damaged byte", "the receiver noticed a lost or damaged byte.";
 }
 
 /// The letter of [`BoardError::Sum`].

@@ -176,7 +176,7 @@ fn board(info: Info) -> Value {
         "late": info.late,
         "refused": info.refused,
         "last": info.last.map(|last| last.name()),
-        "errors": info.errors.map(|errors| errors.iter().map(BoardError::words).collect::<Vec<_>>()),
+        "errors": info.errors.map(|errors| errors.iter().map(BoardError::name).collect::<Vec<_>>()),
     })
 }
 

@@ -110,6 +110,8 @@ impl Shared {
     }
 
     fn get(&self) -> u8 {
+        #[cfg(test)]
+        tests::before_a_read();
         self.0.load(core::sync::atomic::Ordering::Acquire)
     }
 
@@ -377,6 +379,60 @@ impl<const LEN: usize> Consumer<'_, LEN> {
 mod tests {
     extern crate std;
     use super::*;
+    use std::boxed::Box;
+    use std::cell::RefCell;
+
+    std::thread_local! {
+        /// What the other side does before the next read of a shared byte.
+        static MEANWHILE: RefCell<Option<Box<dyn FnMut()>>> = const { RefCell::new(None) };
+    }
+
+    pub(super) fn before_a_read() {
+        // Taken out while it runs: its own reads interrupt nothing.
+        if let Some(mut side) = MEANWHILE.take() {
+            side();
+            MEANWHILE.set(Some(side));
+        }
+    }
+
+    #[test]
+    fn a_last_run_is_taken_whenever_it_comes() {
+        // A producer pushes its last run before the read number `push` of a
+        // consumer, and closes before the read number `close`.
+        const READS: u32 = 12;
+        for push in 0..READS {
+            for close in push..READS {
+                let queue = Box::leak(Box::new(Queue::<2>::new()));
+                let (mut producer, mut consumer) = queue.split();
+                producer.set_open(true);
+                let mut read = 0;
+                MEANWHILE.set(Some(Box::new(move || {
+                    if read == push {
+                        producer.push(Run::steady(7, 3)).unwrap();
+                    }
+                    if read == close {
+                        producer.set_open(false);
+                    }
+                    read += 1;
+                })));
+                let mut runs = 0;
+                // Two reads at least for each: by then both have happened.
+                for _ in 0..=READS / 2 {
+                    match consumer.take() {
+                        Taken::Run(run) => {
+                            assert_eq!(run, Run::steady(7, 3));
+                            runs += 1;
+                        }
+                        Taken::Late => {}
+                        Taken::End => break,
+                    }
+                }
+                MEANWHILE.take();
+                assert_eq!(runs, 1, "pushed before read {push}, closed before {close}");
+                assert_eq!(consumer.take(), Taken::End);
+            }
+        }
+    }
 
     #[test]
     fn full_empty_and_wrapped() {

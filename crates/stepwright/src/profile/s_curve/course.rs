@@ -373,3 +373,47 @@ impl Limits {
         until(low)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The acceleration at the moment of rest, on the way back from `v` to a target
+    /// far ahead.
+    fn at_rest(v: i64, [top, up, down, jerk]: [u64; 4]) -> Wide {
+        let [top, up, down, jerk] = [top, up, down, jerk].map(Wide::whole);
+        let limits = Limits { top, up, down, jerk, end: Wide::ZERO };
+        let course = limits.course(Motion::steady(Wide::signed(v)), Wide::whole(1_000_000_000));
+        let turn = course.iter().find(|stage| stage.from.v.is_minus() && !stage.to.v.is_minus());
+        turn.expect("it turns").to.a
+    }
+
+    #[track_caller]
+    fn near(a: Wide, to: Wide) {
+        assert!((a - to).abs() <= to.scaled(-50), "{a:?}, not {to:?}");
+    }
+
+    #[test]
+    fn rest_is_passed_with_all_that_both_sides_allow() {
+        // From so far back that it brakes with its limit for a while.
+        near(at_rest(-100_000, [50_000, 300, 500, 7]), Wide::whole(300));
+        near(at_rest(-100_000, [50_000, 300, 300, 7]), Wide::whole(300));
+        near(at_rest(-100_000, [50_000, 500, 300, 7]), Wide::whole(300));
+        // And so that it doesn't, its limit for braking being higher.
+        near(at_rest(-100_000, [50_000, 300, 5_000, 7]), Wide::whole(300));
+    }
+
+    #[test]
+    fn rest_is_passed_with_no_more_than_the_top_speed_can_take_back() {
+        // a²/2J = 1400 steps/s.
+        near(at_rest(-10_000, [1_400, 300, 500, 7]), Wide::whole(140));
+        near(at_rest(-10_000, [1_400, 500, 300, 7]), Wide::whole(140));
+    }
+
+    #[test]
+    fn rest_is_passed_with_all_that_a_slow_motion_gains() {
+        // Slower than the ramp that follows: √(2J·v).
+        near(at_rest(-1_400, [50_000, 300, 500, 7]), Wide::whole(140));
+        near(at_rest(-1_400, [50_000, 500, 300, 7]), Wide::whole(140));
+    }
+}

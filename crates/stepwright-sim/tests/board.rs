@@ -198,5 +198,10 @@ fn after_a_refused_order_the_axis_is_free() {
     for byte in *b"PO\rt1000000\ra100000000\rd100000000\rG+50000\rE\rF\rt1000\rE\r" {
         board.receive(byte);
     }
-    assert_eq!(board.take_answers(), b"Y\rY\rY\rY\rY\rE\rR\rY\rY\r");
+    // Its E has spoiled the order: the next begins with PO.
+    assert_eq!(board.take_answers(), b"Y\rY\rY\rY\rY\rE\rR\rY\rE\r");
+    for byte in *b"PO\rG+50000\rE\rF\r" {
+        board.receive(byte);
+    }
+    assert_eq!(board.take_answers(), b"Y\rY\rY\rB\r");
 }

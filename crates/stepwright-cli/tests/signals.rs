@@ -54,7 +54,7 @@ impl Moving {
         Moving { _board: board, port, terminal, kept, before, child, seen }
     }
 
-    fn moving() -> Moving {
+    fn at_speed() -> Moving {
         let mut moving = Moving::start("--default-signal", &ORDER);
         // It holds the terminal, and is fast after a tenth of a second.
         moving.wait_for("keys: + faster");
@@ -155,7 +155,7 @@ fn signals_brake_along_the_ramp_and_give_the_terminal_back() {
 }
 
 fn brakes_at(signals: [Signal; 3]) {
-    let mut moving = Moving::moving();
+    let mut moving = Moving::at_speed();
     moving.signal(signals[0]);
     moving.wait_for("braking");
     signals[1..].iter().for_each(|signal| moving.signal(*signal));
@@ -170,7 +170,7 @@ fn brakes_at(signals: [Signal; 3]) {
 /// TERM is no Ctrl-C: after it the first Ctrl-C kills nothing, the second does.
 #[test]
 fn only_a_second_ctrl_c_kills() {
-    let mut moving = Moving::moving();
+    let mut moving = Moving::at_speed();
     moving.signal(Signal::TERM);
     moving.wait_for("braking; Ctrl-C twice kills");
     moving.signal(Signal::INT);
@@ -185,7 +185,7 @@ fn only_a_second_ctrl_c_kills() {
 /// The kernel's own HUP, and a terminal that takes no line any more.
 #[test]
 fn a_closed_terminal_brakes() {
-    let mut moving = Moving::moving();
+    let mut moving = Moving::at_speed();
     moving.terminal = None;
     let status = moving.end();
     assert_eq!(status.code(), Some(130), "{status}");

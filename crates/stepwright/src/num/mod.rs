@@ -33,9 +33,11 @@ impl Num {
     pub(crate) const ZERO: Num = Num::of(0, i16::MIN / 2);
     /// For what is set before it is read.
     pub(crate) const UNSET: Num = Num::of(0, 0);
+    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
     pub(crate) const ONE: Num = Num::power(0);
 
     /// 2^e.
+    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
     pub(crate) const fn power(e: i16) -> Num {
         Num::of(1 << 31, e - 31)
     }

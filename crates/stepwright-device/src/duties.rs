@@ -159,6 +159,8 @@ impl Duties {
         engine: &mut impl Control,
         panel: &mut impl Panel,
     ) {
+        #[cfg(feature = "safety")]
+        self.heed_inputs(slave, group, engine, panel);
         self.heed_switches(slave, group, engine, panel);
         self.store.poll(panel, &self.settings);
         let passed = (panel.millis() as u8).wrapping_sub(self.now);

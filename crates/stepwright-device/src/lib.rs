@@ -22,6 +22,8 @@
 
 mod device;
 mod duties;
+#[cfg(feature = "safety")]
+mod inputs;
 mod machine;
 mod panel;
 mod reset;

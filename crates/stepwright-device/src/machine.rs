@@ -23,6 +23,10 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
     }
 
     fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal> {
+        #[cfg(feature = "safety")]
+        if self.duties.stopper(self.panel).is_some() {
+            return Err(Refusal::Fault);
+        }
         let (index, travel) = (axis.index() as u8, order.travel);
         let blocked = self.duties.blocked(self.panel);
         if blocked.on(travel.forward()) >> index & 1 != 0 && travel != Travel::By(0) {

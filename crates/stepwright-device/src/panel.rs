@@ -37,6 +37,17 @@ pub trait Panel: Memory {
     /// an axis that has no switch may read anything.
     fn switches(&self) -> Axes;
 
+    /// The level of the emergency stop's pin: true is high, as with nothing connected and a
+    /// pull-up.
+    fn emergency(&self) -> bool {
+        true
+    }
+
+    /// The level of the pin to which the fault outputs of the drivers lead, likewise.
+    fn driver_fault(&self) -> bool {
+        true
+    }
+
     /// Sets the level of the pin that enables the drivers.
     fn set_enable(&mut self, high: bool);
 

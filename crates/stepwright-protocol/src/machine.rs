@@ -159,7 +159,7 @@ pub enum Refusal {
     NoJerk,
     /// `setting`: no setting of the board has this name.
     Setting,
-    /// `fault`: the axis is out of order: a limit switch, a driver's fault.
+    /// `fault`: the axis is out of order: a limit switch, a driver's fault, the emergency stop.
     Fault,
     /// `other`: a reason that this version has no word for.
     Other,
@@ -258,9 +258,11 @@ impl fmt::Display for Refusal {
                 "the board has no S-curves, or its setting law is 0: leave the jerk out"
             }
             Refusal::Setting => "the board has no such setting: `$` lists them",
-            Refusal::Fault => "the axis is out of order: look at its switches and its driver",
             Refusal::Stopped => {
                 "an axis was stopped: look why, then send ! (`stepwright send '!'`)"
+            }
+            Refusal::Fault => {
+                "the axis is out of order: look at its switch, its driver and the emergency stop"
             }
             Refusal::Other => "a reason that this version has no word for",
         })

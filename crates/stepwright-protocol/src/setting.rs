@@ -124,6 +124,10 @@ settings! {
         "1: after a stop that no order asked for, or K, orders are refused until `!`";
     ["safety"] HomeFirst, "home-first", "", 0..=1, 0,
         "1: G and @ are refused while the position is not known; g is not";
+    ["safety"] Emergency, "estop", "", 0..=2, 0,
+        "the input of the emergency stop: 0 none; 1 a low level stops; 2 a high one, an opened contact";
+    ["safety"] DriverFault, "driver-fault", "", 0..=2, 0,
+        "the fault input of the drivers: 0 none; 1 a low level is a fault; 2 a high one";
 }
 
 /// The lines of the settings, a `#` for each number.

@@ -259,12 +259,17 @@ impl<const AXES: usize> Slave<AXES> {
     }
 
     /// Tells that the machine has stopped these axes, or has them brake, for a
-    /// reason that is not a line; bit 0 is axis 1. Only of axes that move.
+    /// reason that is not a line; bit 0 is axis 1. Only of axes that move, or of none.
+    /// [`Stop::Emergency`] and [`Stop::Driver`] spoil an open order, as K does.
     ///
     /// `stop=` in the answer to `?` has its letter until the axis starts again,
     /// or `!` comes. Of two soft stops the first is kept.
     pub fn stopped(&mut self, axes: u8, reason: Stop) {
         self.mark(axes, reason.letter());
+        #[cfg(feature = "safety")]
+        if matches!(reason, Stop::Emergency | Stop::Driver) {
+            self.spoil(Refusal::Fault);
+        }
     }
 
     /// Sets the letters of these axes.

@@ -478,6 +478,29 @@ fn a_lease_is_granted_at_any_time_and_disturbs_no_order() {
     );
 }
 
+// ---- Emergency stop ----
+
+#[test]
+fn an_emergency_stop_spoils_the_order_that_is_open() {
+    talk(
+        "PO      Y
+         G+5     Y
+         *emergency 0
+         E       E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=fault uncertain=0 stop=---
+         PO      Y
+         g+      Y
+         E       Y  -> start 1 50-1000 R200 R200 forward
+         *emergency 1
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=fault uncertain=0 stop=E--
+         *arrive 1
+         PO      Y
+         G+5     Y
+         *switch 2
+         E       Y  -> start 1 50-1000 R200 R200 +5",
+    );
+}
+
 // ---- Settings ----
 
 #[test]
@@ -488,7 +511,7 @@ fn settings_are_asked_and_set() {
          $pulse-us=15  Y
          $pulse-us     pulse-us=15
          $idle-ms=0060000 Y -> idle-ms=60000
-         $             max-speed=1000000 max-accel=100000000 idle-ms=60000 timeout-ms=0 enable-ms=1 setup-us=1 hold-us=1 pulse-us=15 reverse=0 enable-high=0 switches=0 switch-forward=0 switch-high=0 law=1 safe-start=0 home-first=0
+         $             max-speed=1000000 max-accel=100000000 idle-ms=60000 timeout-ms=0 enable-ms=1 setup-us=1 hold-us=1 pulse-us=15 reverse=0 enable-high=0 switches=0 switch-forward=0 switch-high=0 law=1 safe-start=0 home-first=0 estop=0 driver-fault=0
          $reset        Y  -> idle-ms=0; pulse-us=2
          $reset        Y
          $idle-ms      idle-ms=0",

@@ -247,6 +247,16 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         self.panel.switches = self.panel.switches & !bit | if high { bit } else { 0 };
     }
 
+    /// The level of the emergency stop's pin from now on; high at first, pulled up.
+    pub fn set_emergency(&mut self, high: bool) {
+        self.panel.emergency = high;
+    }
+
+    /// The level of the pin of the drivers' fault outputs from now on; high at first.
+    pub fn set_driver_fault(&mut self, high: bool) {
+        self.panel.driver_fault = high;
+    }
+
     /// The level of the pin that enables the drivers.
     pub fn enable_level(&self) -> bool {
         self.panel.enable

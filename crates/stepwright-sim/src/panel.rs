@@ -34,6 +34,9 @@ pub(crate) struct SimPanel {
     rate: Rate,
     /// Levels of the switches' pins. Nothing is connected: pulled up.
     pub(crate) switches: Axes,
+    /// Levels of the emergency stop's pin and of the drivers' fault pin, likewise.
+    pub(crate) emergency: bool,
+    pub(crate) driver_fault: bool,
     /// Level of the enable pin.
     pub(crate) enable: bool,
     /// Axes that turn the other way round; the drive looks here too.
@@ -53,7 +56,19 @@ impl SimPanel {
         remains: Remains,
     ) -> SimPanel {
         let (switches, enable) = (Axes::MAX, true);
-        SimPanel { now, rate, switches, enable, reverse, reset, remains, written: 0 }
+        let (emergency, driver_fault) = (true, true);
+        SimPanel {
+            now,
+            rate,
+            switches,
+            emergency,
+            driver_fault,
+            enable,
+            reverse,
+            reset,
+            remains,
+            written: 0,
+        }
     }
 }
 
@@ -85,6 +100,14 @@ impl Panel for SimPanel {
 
     fn switches(&self) -> Axes {
         self.switches
+    }
+
+    fn emergency(&self) -> bool {
+        self.emergency
+    }
+
+    fn driver_fault(&self) -> bool {
+        self.driver_fault
     }
 
     fn set_enable(&mut self, high: bool) {

@@ -1,4 +1,5 @@
-//! What guards a machine, on the boards that have room for it: the lease.
+//! What guards a machine, on the boards that have room for it: the lease, and the inputs
+//! that stop everything.
 
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
@@ -110,4 +111,88 @@ fn a_lease_is_changed_on_the_way() {
     assert!(board.is_endless());
     wait(&mut board, 4);
     assert!(!board.is_endless());
+}
+
+// ---- Inputs ----
+
+/// An input, by its setting and its letter of `stop=`.
+type Input = (&'static str, &'static str, fn(&mut Board<'_>, bool));
+
+const INPUTS: [Input; 2] = [
+    ("estop", "E", |board, high| board.set_emergency(high)),
+    ("driver-fault", "D", |board, high| board.set_driver_fault(high)),
+];
+
+#[test]
+fn an_active_input_stops_what_moves_at_once_and_refuses_orders() {
+    for (setting, letter, set) in INPUTS {
+        for level in [1, 2] {
+            let high = level == 2;
+            let mut queues = Queues::default();
+            let mut board = board(&mut queues);
+            set(&mut board, !high);
+            assert_eq!(say(&mut board, &format!("${setting}={level}")), "Y");
+            assert_eq!(say(&mut board, "A0 T500 g+ A1"), "Y Y Y Y");
+            wait(&mut board, 1_500);
+            assert!(board.is_endless());
+            let edges = board.recorder().len();
+            set(&mut board, high);
+            wait(&mut board, 2);
+            assert!(!board.is_busy(), "{setting} {level}");
+            let stopped = board.recorder().len();
+            // At 500 steps/s: no more than one step of each axis, and no ramp.
+            assert!(stopped - edges <= 6, "{setting} {level}: {}", stopped - edges);
+            assert_eq!(word(&mut board, "stop"), letter.repeat(3));
+            assert_eq!(
+                (word(&mut board, "uncertain"), say(&mut board, "V1")),
+                ("7".into(), "E".into())
+            );
+            // Nothing starts while it is active, however it is ordered.
+            for order in ["g+", "A0 g-", "PO G+5 E", "PO G+0 E"] {
+                assert!(say(&mut board, order).ends_with('E'), "{setting} {level}: {order}");
+                assert_eq!(word(&mut board, "last"), "fault", "{order}");
+                say(&mut board, "A1");
+            }
+            wait(&mut board, 1_000);
+            assert_eq!(board.recorder().len(), stopped, "{setting} {level}: it moves on");
+            set(&mut board, !high);
+            wait(&mut board, 2);
+            assert_eq!(say(&mut board, "I1 PO G+5 E"), "Y Y Y Y", "{setting} {level}");
+            board.run_to_rest();
+            assert_eq!(say(&mut board, "V1"), "5");
+            assert_eq!(word(&mut board, "stop"), format!("-{}", letter.repeat(2)));
+        }
+    }
+}
+
+/// An order that was begun before the stop is not carried out after it.
+#[test]
+fn an_input_at_rest_spoils_the_open_order_and_leaves_the_position() {
+    for (setting, _, set) in INPUTS {
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        say(&mut board, &format!("${setting}=1 PO G+7 E"));
+        board.run_to_rest();
+        wait(&mut board, 30);
+        assert_eq!(say(&mut board, "PO G+7"), "Y Y");
+        set(&mut board, false);
+        wait(&mut board, 2);
+        set(&mut board, true);
+        wait(&mut board, 2);
+        assert_eq!((say(&mut board, "E"), word(&mut board, "last")), ("E".into(), "fault".into()));
+        assert_eq!((say(&mut board, "V1"), word(&mut board, "stop")), ("7".into(), "---".into()));
+        assert_eq!(say(&mut board, "PO G+7 E"), "Y Y Y");
+    }
+}
+
+#[test]
+fn an_input_that_is_not_set_up_does_nothing() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    for (_, _, set) in INPUTS {
+        set(&mut board, false);
+    }
+    assert_eq!(say(&mut board, "PO G+70 E"), "Y Y Y");
+    board.run_to_rest();
+    assert_eq!((say(&mut board, "V1"), word(&mut board, "stop")), ("70".into(), "---".into()));
 }

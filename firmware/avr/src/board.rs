@@ -9,7 +9,8 @@
 //! | Y, axis 2 | D3 | D6 | D10 |
 //! | Z, axis 3 | D4 | D7 | D11 |
 //!
-//! D8 enables all drivers while it is low.
+//! D8 enables all drivers while it is low. On the Mega A0 is the emergency stop, A1 the
+//! fault of a driver.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 

@@ -58,6 +58,16 @@ impl Panel for AvrPanel {
         self.levels.switches()
     }
 
+    #[cfg(feature = "safety")]
+    fn emergency(&self) -> bool {
+        self.levels.emergency()
+    }
+
+    #[cfg(feature = "safety")]
+    fn driver_fault(&self) -> bool {
+        self.levels.driver_fault()
+    }
+
     fn set_enable(&mut self, high: bool) {
         self.levels.set_enable(high);
     }

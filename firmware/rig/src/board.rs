@@ -76,6 +76,14 @@ impl Board {
         }
     }
 
+    /// The emergency stop and the fault of a driver, on boards that have these inputs: A0, A1.
+    pub fn stoppers(self) -> Option<[Pin; 2]> {
+        match self {
+            Board::Uno => None,
+            Board::Mega => Some([Pin('F', 0), Pin('F', 1)]),
+        }
+    }
+
     /// The limit switch of each axis, to ground: D9, D10, D11.
     pub fn switch(self) -> [Pin; AXES] {
         match self {

@@ -272,6 +272,11 @@ impl Chip {
         self.silicon.pull(self.board.switch()[axis], closed);
     }
 
+    /// Pulls a pin to ground, or lets its pull-up have it.
+    pub fn pull(&mut self, pin: Pin, low: bool) {
+        self.silicon.pull(pin, low);
+    }
+
     /// Somebody presses RESET: RAM and EEPROM stay.
     pub fn reset(&mut self) {
         self.reset_by(Cause::Button);

@@ -117,7 +117,7 @@ fn setting(line: &str) -> Option<(char, u64)> {
 }
 
 /// The settings of a board, their ranges and their defaults.
-const BOARD: [(&str, u64, u64, u64); 16] = [
+const BOARD: [(&str, u64, u64, u64); 18] = [
     ("max-speed", 1, 1_000_000, 1_000_000),
     ("max-accel", 1, 100_000_000, 100_000_000),
     ("idle-ms", 0, 3_600_000, 0),
@@ -134,6 +134,8 @@ const BOARD: [(&str, u64, u64, u64); 16] = [
     ("law", 0, 1, 1),
     ("safe-start", 0, 1, 0),
     ("home-first", 0, 1, 0),
+    ("estop", 0, 2, 0),
+    ("driver-fault", 0, 2, 0),
 ];
 
 /// A line that sets one of them: which one and to what.

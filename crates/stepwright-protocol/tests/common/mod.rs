@@ -231,7 +231,7 @@ pub fn change_in_words(change: Change) -> String {
 /// Each row is a line of the master, the slave's answer and, behind `->`, what
 /// the machine was told. `""` is an empty line. What begins with `*` happens
 /// to the machine: `*arrive 1`, `*press 1`, `*refuse too-fast`, `*late 7`,
-/// `*switch 1`, `*silent 1`.
+/// `*switch 1`, `*silent 1`, `*emergency 1`, or 0 at rest.
 pub fn talk(table: &str) {
     let (mut slave, mut bench) = (Slave::<3>::new(), Bench::new(3));
     for (n, row) in table.lines().map(str::trim).enumerate().filter(|(_, row)| !row.is_empty()) {
@@ -244,6 +244,10 @@ pub fn talk(table: &str) {
                 let index = answer.parse::<usize>().unwrap() - 1;
                 let reason = if line == "*switch" { Stop::Switch } else { Stop::Timeout };
                 slave.stopped(1 << index, reason);
+            }
+            "*emergency" => {
+                let axes = answer.parse::<u32>().unwrap();
+                slave.stopped((1u8 << axes) >> 1, Stop::Emergency);
             }
             "*press" => bench.press(answer.parse::<usize>().unwrap() - 1),
             "*refuse" => bench.refuse = Some(Refusal::named(answer.as_bytes())),

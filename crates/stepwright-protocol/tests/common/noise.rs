@@ -22,6 +22,7 @@ fn any_line(random: &mut Random) -> String {
                 "law",
                 "safe-start",
                 "home-first",
+                "estop",
                 "reset",
                 "pulse",
                 "",

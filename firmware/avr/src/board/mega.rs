@@ -1,7 +1,10 @@
-//! Mega: the shield's pins are spread over ports B, E, G and H.
+//! Mega: the shield's pins are spread over ports B, E, G and H; the inputs that stop
+//! everything are on port F.
 
 use stepwright::drive::{Axes, Drive};
 
+#[cfg(feature = "safety")]
+use crate::chip::PORTF;
 use crate::chip::{PORTB, PORTE, PORTG, PORTH};
 
 /// On port E: STEP of axes 0 and 1, side by side, and DIR of axis 0.
@@ -15,6 +18,11 @@ const ENABLE: u8 = 1 << 5;
 const SWITCH_H: u8 = 6;
 /// On port B: the switches of axes 1 and 2.
 const SWITCH_B: u8 = 4;
+/// On port F: A0, the shield's "Abort", and A1, its "Hold".
+#[cfg(feature = "safety")]
+const EMERGENCY: u8 = 1 << 0;
+#[cfg(feature = "safety")]
+const DRIVER_FAULT: u8 = 1 << 1;
 
 /// STEP and DIR, for the step interrupt.
 pub struct Pins {
@@ -27,13 +35,19 @@ pub struct Levels {
     b: PORTB,
 }
 
-/// Sets all pins up: steps low, drivers disabled, pull-ups at the switches.
+/// Sets all pins up: steps low, drivers disabled, pull-ups at the switches and inputs.
 pub fn pins(b: PORTB, e: PORTE, g: PORTG, h: PORTH) -> (Pins, Levels) {
     write!(e.ddre(), 0b11 << STEP_E | DIRECTION_E);
     write!(g.ddrg(), 1 << STEP_G);
     write!(h.porth(), ENABLE | 1 << SWITCH_H);
     write!(h.ddrh(), 0b11 << DIRECTION_H | ENABLE);
     write!(b.portb(), 0b11 << SWITCH_B);
+    #[cfg(feature = "safety")]
+    {
+        // SAFETY: nothing else has pins on this port.
+        let f = unsafe { PORTF::steal() };
+        write!(f.portf(), EMERGENCY | DRIVER_FAULT);
+    }
     (Pins { e, g }, Levels { b })
 }
 
@@ -88,6 +102,25 @@ impl Levels {
         let h = unsafe { PORTH::steal() }.pinh().read().bits();
         h >> SWITCH_H & 1 | self.b.pinb().read().bits() >> (SWITCH_B - 1) & 0b110
     }
+
+    /// The level of the emergency stop's pin.
+    #[cfg(feature = "safety")]
+    pub fn emergency(&self) -> bool {
+        port_f() & EMERGENCY != 0
+    }
+
+    /// The level of the pin to which the drivers' fault outputs lead.
+    #[cfg(feature = "safety")]
+    pub fn driver_fault(&self) -> bool {
+        port_f() & DRIVER_FAULT != 0
+    }
+}
+
+/// The levels on port F.
+#[cfg(feature = "safety")]
+fn port_f() -> u8 {
+    // SAFETY: reading pins disturbs nobody.
+    unsafe { PORTF::steal() }.pinf().read().bits()
 }
 
 /// Sets a pin of port H, which lies too far up for a single instruction, and

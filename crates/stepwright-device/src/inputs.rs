@@ -1,0 +1,49 @@
+//! The inputs that stop everything: the emergency stop, and the fault of a driver.
+
+use stepwright::drive::Axes;
+use stepwright::{Control, Group};
+use stepwright_protocol::{Setting, Slave, Stop};
+
+use crate::duties::Duties;
+use crate::panel::Panel;
+
+impl Duties {
+    /// The input that is active now, if any: nothing may move.
+    pub(crate) fn stopper(&self, panel: &impl Panel) -> Option<Stop> {
+        let active = |setting, high: bool| match self.settings.byte(setting) {
+            0 => false,
+            1 => !high,
+            _ => high,
+        };
+        if active(Setting::Emergency, panel.emergency()) {
+            Some(Stop::Emergency)
+        } else if active(Setting::DriverFault, panel.driver_fault()) {
+            Some(Stop::Driver)
+        } else {
+            None
+        }
+    }
+
+    /// Stops everything at once, as K does, while an input is active. No ramp: who presses
+    /// the button means now, and a driver with a fault follows no ramp.
+    pub(crate) fn heed_inputs<const N: usize, const Q: usize>(
+        &mut self,
+        slave: &mut Slave<N>,
+        group: &mut Group<'_, N, Q>,
+        engine: &mut impl Control,
+        panel: &mut impl Panel,
+    ) {
+        let Some(reason) = self.stopper(panel) else { return };
+        let (mut busy, mut bit): (Axes, Axes) = (0, 1);
+        for axis in 0..N as u8 {
+            if group.is_busy(engine, axis) {
+                busy |= bit;
+            }
+            bit <<= 1;
+        }
+        if busy != 0 {
+            group.kill(engine);
+        }
+        slave.stopped(busy, reason);
+    }
+}

@@ -145,6 +145,17 @@ impl Duties {
         }
     }
 
+    /// Everything was stopped at once: the drivers go off if they are to. What moved is at
+    /// rest, which is the last that they can tell.
+    #[cfg(feature = "safety")]
+    pub(crate) fn killed(&mut self, panel: &mut impl Panel) {
+        if self.enabled && self.settings.byte(Setting::KillOff) != 0 {
+            panel.set_mark(Mark::MOVED);
+            self.enabled = false;
+            self.set_enable(panel);
+        }
+    }
+
     /// A line is complete, whatever it says: the host is there.
     pub(crate) fn hear(&mut self, panel: &impl Panel) {
         self.heard_at = panel.millis();

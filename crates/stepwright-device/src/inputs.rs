@@ -45,5 +45,6 @@ impl Duties {
             group.kill(engine);
         }
         slave.stopped(busy, reason);
+        self.killed(panel);
     }
 }

@@ -67,6 +67,8 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
 
     fn kill(&mut self) {
         self.controller.kill();
+        #[cfg(feature = "safety")]
+        self.duties.killed(self.panel);
     }
 
     fn position(&self, axis: AxisId) -> Option<i64> {

@@ -128,6 +128,8 @@ settings! {
         "the input of the emergency stop: 0 none; 1 a low level stops; 2 a high one, an opened contact";
     ["safety"] DriverFault, "driver-fault", "", 0..=2, 0,
         "the fault input of the drivers: 0 none; 1 a low level is a fault; 2 a high one";
+    ["safety"] KillOff, "kill-off", "", 0..=1, 0,
+        "1: K and the inputs that stop everything switch the drivers off too; 0: they stay on";
 }
 
 /// The lines of the settings, a `#` for each number.

@@ -196,3 +196,34 @@ fn an_input_that_is_not_set_up_does_nothing() {
     board.run_to_rest();
     assert_eq!((say(&mut board, "V1"), word(&mut board, "stop")), ("70".into(), "---".into()));
 }
+
+// ---- Drivers after a kill ----
+
+#[test]
+fn a_kill_switches_the_drivers_off_where_it_is_set_to() {
+    for (off, how) in [(0, "K"), (1, "K"), (0, "estop"), (1, "estop")] {
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        say(&mut board, &format!("$kill-off={off} $estop=1 $enable-ms=20 T500 g+"));
+        wait(&mut board, 500);
+        assert!(!board.enable_level(), "a low level switches them on");
+        if how == "K" {
+            say(&mut board, "K");
+        } else {
+            board.set_emergency(false);
+        }
+        wait(&mut board, 2);
+        assert!(!board.is_busy());
+        assert_eq!(board.enable_level(), off == 1, "{how} {off}");
+        board.set_emergency(true);
+        wait(&mut board, 100);
+        // The next order switches them on, and waits for them.
+        let steps = board.recorder().len();
+        assert_eq!(say(&mut board, "I1 PO G+5 E"), "Y Y Y Y");
+        assert!(!board.enable_level());
+        wait(&mut board, 18);
+        assert_eq!(board.recorder().len() == steps, off == 1, "{how} {off}");
+        board.run_to_rest();
+        assert_eq!(say(&mut board, "V1"), "5");
+    }
+}

@@ -117,7 +117,7 @@ fn setting(line: &str) -> Option<(char, u64)> {
 }
 
 /// The settings of a board, their ranges and their defaults.
-const BOARD: [(&str, u64, u64, u64); 18] = [
+const BOARD: [(&str, u64, u64, u64); 19] = [
     ("max-speed", 1, 1_000_000, 1_000_000),
     ("max-accel", 1, 100_000_000, 100_000_000),
     ("idle-ms", 0, 3_600_000, 0),
@@ -136,6 +136,7 @@ const BOARD: [(&str, u64, u64, u64); 18] = [
     ("home-first", 0, 1, 0),
     ("estop", 0, 2, 0),
     ("driver-fault", 0, 2, 0),
+    ("kill-off", 0, 1, 0),
 ];
 
 /// A line that sets one of them: which one and to what.

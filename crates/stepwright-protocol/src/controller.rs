@@ -1,5 +1,7 @@
 //! The slave's machine: a group of motors and the engine that moves them.
 
+use core::hint::black_box;
+
 use stepwright::{Change, Control, Group, Order, Ticks};
 
 use crate::{AxisId, Machine, Refusal};
@@ -95,7 +97,8 @@ impl From<stepwright::Refusal> for Refusal {
             Core::Unfit(Unfit::TooSlow | Unfit::Standstill | Unfit::BelowStart) => Refusal::TooSlow,
             Core::Unfit(Unfit::TooGentle) => Refusal::TooGentle,
             Core::Unfit(Unfit::TooLong) => Refusal::Travel,
-            Core::Unfit(Unfit::NoRamp | Unfit::Uneven | Unfit::Jerk) => Refusal::Ramp,
+            // Not a constant: a table of constants would lie in an AVR's RAM.
+            Core::Unfit(Unfit::NoRamp | Unfit::Uneven | Unfit::Jerk) => black_box(Refusal::Ramp),
         }
     }
 }

@@ -110,3 +110,18 @@ fn a_stop_and_a_group_keep_it_too() {
     let (x, y) = (last(&mut board, 0), last(&mut board, 1));
     assert!(x - stopped >= 25 * MS - 100 && x.abs_diff(y) < 1_000, "{stopped} {x} {y}");
 }
+
+/// A kill at rest shortens nothing, whatever was refused before: the rest is that of the
+/// last travel.
+#[test]
+fn a_refused_order_and_a_kill_leave_the_rest_as_it_is() {
+    let between = intervals(0, |board| {
+        say(board, "PO S2 T2 G+1 E");
+        board.run_to_rest();
+        b"PO\rs5000\rt500000\rg+\rE\r".iter().for_each(|&byte| board.receive(byte));
+        assert_eq!(board.take_answers(), b"Y\rY\rY\rY\rE\r");
+        say(board, "K PO S2 T2 G+1 E");
+    });
+    assert_eq!(between.len(), 1);
+    assert!((50 * MS..54 * MS).contains(&between[0]), "{between:?}");
+}

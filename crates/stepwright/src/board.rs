@@ -55,7 +55,7 @@ pub struct Board<const N: usize> {
 impl<const N: usize> Board<N> {
     /// The highest speed of an axis that moves alone.
     pub fn max_speed(&self) -> Speed {
-        self.max_beside(&Num::ZERO, 1)
+        self.max_beside(&whole(0).number(), 1)
     }
 
     /// Ticks per step while so many axes move, with the present pulse.
@@ -92,7 +92,7 @@ impl<const N: usize> Board<N> {
         moving: Axes,
         ordered: Axes,
     ) -> Result<(), Refusal> {
-        let (mut all, mut count) = (Num::ZERO, 0u8);
+        let (mut all, mut count) = (whole(0).number(), 0u8);
         let mut bit = 1;
         for &peak in peaks {
             if moving & bit != 0 && peak != 0 {

@@ -416,14 +416,16 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// Stops these axes between two steps. The position is where the last step
     /// led to, and stays known: only for a motor that stops where it is told.
     pub fn halt(&mut self, engine: &mut impl Control, axes: Axes) {
+        // What rests already goes on resting, whatever was laid out for it and refused.
+        let moving = axes & self.moving(engine);
         engine.halt(axes);
         self.starting &= !axes;
         // As in `brake`: a half-planned run may be one of theirs.
         self.work.drop();
         let motors = self.motors.iter_mut().zip(&mut self.feeds);
         for (axis, (motor, feed)) in motors.enumerate() {
-            if axes >> axis & 1 != 0 {
-                motor.abandon(feed, engine.is_forward(axis as u8));
+            if moving >> axis & 1 != 0 {
+                motor.abandon(feed, &self.given.clock, engine.is_forward(axis as u8));
             }
         }
     }

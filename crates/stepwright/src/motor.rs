@@ -251,16 +251,16 @@ impl<const Q: usize> Motor<Q> {
                 self.push(feed, run, ticks, horizon);
             }
             Planned::Again => return Progress::Midway,
-            Planned::End => self.finish(feed),
+            Planned::End => self.finish(feed, clock),
         }
         Progress::Done
     }
 
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn finish(&mut self, feed: &mut Producer<'_, Q>) {
+    fn finish(&mut self, feed: &mut Producer<'_, Q>, clock: &Clock) {
         self.leg = self.next();
         if RESTS {
-            (self.rest, self.rested) = (self.planner.rest(), false);
+            (self.rest, self.rested) = (self.planner.rest(clock), false);
         }
         feed.set_open(false);
     }
@@ -299,9 +299,9 @@ impl<const Q: usize> Motor<Q> {
     }
 
     /// Forgets the travel; the engine has been halted.
-    pub(crate) fn abandon(&mut self, feed: &mut Producer<'_, Q>, forward: bool) {
+    pub(crate) fn abandon(&mut self, feed: &mut Producer<'_, Q>, clock: &Clock, forward: bool) {
         self.left = 0;
-        self.finish(feed);
+        self.finish(feed, clock);
         self.forward = forward;
     }
 

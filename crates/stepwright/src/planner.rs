@@ -105,18 +105,14 @@ pub(crate) struct Planner {
     v: Num,
     top: Num,
     v_top: Num,
-    /// Speed² where the rise began, or where an ease ends; and at the last pulse.
+    /// Speed² where the rise began, or where an ease ends.
     w_from: Num,
-    w_end: Num,
     /// Speed at the travel's end.
     v_end: Num,
     /// Slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d.
     a2: Num,
     d2: Num,
     slope: Num,
-    /// From the last pulse of the travel to the first of the next, at least, in ticks: see
-    /// [`rest`](Planner::rest).
-    rest: Ticks,
     /// What a limited jerk adds.
     bent: Bent,
 }
@@ -125,14 +121,14 @@ pub(crate) struct Planner {
 /// has nothing to gain: there is none.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn slope(order: &Order, ramp: &Ramp) -> Num {
-    const LEAST: Num = Num::small(2000 * Accel::MIN.millisteps() as u16);
     match ramp {
         Ramp::Steps(steps) => {
             let start = square(order.start).number();
             let rise = square(order.top).minus(&start).number();
             // To the nearest 10⁻⁶, as the law holds it.
             let slope = whole(u32::from(*steps)).under(&rise).number().rounded();
-            if slope.is_zero() || slope.at_least(&LEAST) { slope } else { LEAST }
+            let least = whole(2000 * Accel::MIN.millisteps() as u32).number();
+            if slope.is_zero() || slope.at_least(&least) { slope } else { least }
         }
         Ramp::Accel(a) => slope_of(*a),
     }
@@ -141,7 +137,8 @@ pub(crate) fn slope(order: &Order, ramp: &Ramp) -> Num {
 /// [`slope`] of an acceleration.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn slope_of(a: Accel) -> Num {
-    Num::from_wide(a.millisteps()).times(&Num::small(2000))
+    let a = Num::from_wide(a.millisteps());
+    whole(2000).times(&a).number()
 }
 
 /// Speed² of a speed, in 10⁻⁶ (steps/s)².
@@ -153,9 +150,7 @@ impl Planner {
     /// Nothing to do. All zeros, so that it takes no flash.
     pub(crate) const IDLE: Planner = Planner {
         w_from: Num::UNSET,
-        w_end: Num::UNSET,
         v_end: Num::UNSET,
-        rest: 0,
         a2: Num::UNSET,
         d2: Num::UNSET,
         slope: Num::UNSET,
@@ -191,8 +186,7 @@ impl Planner {
         self.d2 = slope(order, &order.down);
         self.top = Num::from(order.top.millisteps());
         self.v_end = Num::from(order.start.min(order.top).millisteps());
-        self.w_end = self.v_end.times(&self.v_end);
-        self.v = Num::ZERO;
+        whole(0).to(&mut self.v);
         self.endless = matches!(order.travel, Travel::Endless(_));
         self.bent.limit(order.jerk)?;
         self.check(clock)?;
@@ -242,7 +236,7 @@ impl Planner {
             self.go_on(left);
             return;
         }
-        let way = self.way_to(&self.w_end).number();
+        let way = self.way_to(&self.v_end).number();
         let far = left >= 0 && whole(left as u32).at_least(&way);
         if far || self.endless {
             self.divide(left as u32);
@@ -258,16 +252,12 @@ impl Planner {
     fn check(&mut self, clock: &Clock) -> Result<(), Unfit> {
         // From rest: the first step alone takes √(2/a), the last √(2/d).
         let rests = self.v_end.is_zero();
-        let first =
-            if rests { clock.twice.over(&self.a2.root()) } else { clock.interval(&self.v_end) };
+        let first = self.first(clock);
         let mut fits = first.is_below(31);
         if rests {
             let last = clock.twice.over(&self.d2.root());
             let sum = first.plus(&last).plus(&clock.interval(&self.top));
             fits = sum.is_below(31) && self.bent.can_start(clock);
-        }
-        if RESTS {
-            self.rest = first.split().0;
         }
         if !fits {
             return Err(Unfit::TooSlow);
@@ -300,7 +290,7 @@ impl Planner {
         self.ease = !self.top.at_least(&self.v);
         self.risen = 0;
         let rise = if self.ease {
-            let (steps, part) = self.way_to(&w_top).split();
+            let (steps, part) = self.way_to(&self.top).split();
             let rise = whole(steps.saturating_add(u32::from(part != 0))).number();
             hand(&self.v).square().minus(&w_top).over(&rise).to(&mut self.slope);
             self.w_from = w_top;
@@ -313,7 +303,8 @@ impl Planner {
         if self.endless {
             return;
         }
-        let fall = hand(&w_top).minus(&self.w_end).over(&self.d2).number();
+        let w_end = hand(&self.v_end).square().number();
+        let fall = hand(&w_top).minus(&w_end).over(&self.d2).number();
         let ramps = hand(&fall).plus(&rise).number();
         if whole(steps).at_least(&ramps) {
             (self.fall, self.fall_part) = fall.split();
@@ -328,7 +319,7 @@ impl Planner {
 
     /// The top speed is out of reach: the rise meets the fall.
     fn meet(&mut self, steps: u32) {
-        let rest = self.way_to(&self.w_end).number();
+        let rest = self.way_to(&self.v_end).number();
         let spare = whole(steps).minus(&rest).number();
         let rise = hand(&self.a2).plus(&self.d2).under(&self.d2).times(&spare).number();
         hand(&rise).times(&self.a2).plus(&self.w_from).root().to(&mut self.v_top);
@@ -342,7 +333,7 @@ impl Planner {
         }
     }
 
-    /// Steps from the last pulse handed out to a lower speed², along the
+    /// Steps from the last pulse handed out to a lower speed, along the
     /// deceleration.
     ///
     /// A part in 2²⁸ of v² is left out: what has begun to fall to its target is
@@ -350,7 +341,8 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn way_to(&self, end: &Num) -> Hand {
         let w = hand(&self.v).square().number();
-        hand(&w).scaled(-28).off(&w).minus(end).over(&self.d2)
+        let end = hand(end).square().number();
+        hand(&w).scaled(-28).off(&w).minus(&end).over(&self.d2)
     }
 
     /// Brakes from the last pulse handed out, in as few steps as the ramp
@@ -364,7 +356,7 @@ impl Planner {
             return;
         }
         (self.rise, self.rise_part) = (0, 0);
-        (self.fall, self.fall_part) = self.way_to(&self.w_end).split();
+        (self.fall, self.fall_part) = self.way_to(&self.v_end).split();
         self.level = u32::from(self.fall_part != 0);
         self.v_top = self.v;
     }
@@ -394,9 +386,20 @@ impl Planner {
 
     /// How long the axis rests after the travel, in ticks: an interval of the start speed;
     /// from rest √(2/a), the first interval of a ramp. Two travels of a step each come no
-    /// closer than the first two steps of a longer one may.
-    pub(crate) fn rest(&self) -> Ticks {
-        if RESTS { self.rest } else { 0 }
+    /// closer than the first two steps of a longer one may. By the limits of the last travel
+    /// that was planned, or refused: to be asked at its end.
+    pub(crate) fn rest(&self, clock: &Clock) -> Ticks {
+        if RESTS { self.first(clock).split().0 } else { 0 }
+    }
+
+    /// The interval of the start speed; from rest √(2/a).
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn first(&self, clock: &Clock) -> Num {
+        if self.v_end.is_zero() {
+            clock.twice.over(&self.a2.root())
+        } else {
+            clock.interval(&self.v_end)
+        }
     }
 
     /// Whether it goes on until it is stopped.
@@ -518,11 +521,12 @@ impl Planner {
     /// The speed so many steps further on the first ramp or down the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn speed_after(&self, steps: u32, first: bool) -> Hand {
+        let w_end = hand(&self.v_end).square().number();
         let (slope, w, n) = match (first, self.ease) {
             (true, false) => (&self.a2, &self.w_from, self.risen.wrapping_add(steps)),
             // What falls is reckoned from its end: nothing is subtracted.
             (true, true) => (&self.slope, &self.w_from, self.rise.wrapping_sub(steps)),
-            _ => (&self.d2, &self.w_end, self.fall.wrapping_sub(steps)),
+            _ => (&self.d2, &w_end, self.fall.wrapping_sub(steps)),
         };
         whole(n).times(slope).plus(w).root()
     }

@@ -79,10 +79,11 @@
 //! that to `$` and a name is the one:
 //!
 //! ```text
-//! max-speed=1000000 max-accel=100000000 idle-ms=0 timeout-ms=0 enable-ms=1
+//! max-speed=1000000 max-accel=100000000 idle-ms=0 ahead-x=0 ahead-y=0 ahead-z=0
+//!    … behind-x=0 behind-y=0 behind-z=0 timeout-ms=0 enable-ms=1
 //!    … setup-us=1 hold-us=1 pulse-us=2 reverse=0 enable-high=0 switches=0
 //!    … switch-forward=0 switch-high=0 law=1 safe-start=0 home-first=0 estop=0
-//!    … driver-fault=0 kill-off=0                        (it is one line)
+//!    … driver-fault=0 kill-off=0 soft-limits=0                        (it is one line)
 //! ```
 //!
 //! # A conversation
@@ -152,6 +153,9 @@
 //! | `A2`, `PO` without an A behind it | it is not clear which axis is meant: PO selects axis 1, as masters that know no A expect, and A said another that no order has used. S, T, R, s, t, a, d, j, G, g and `@` are answered E as `no-axis`, until an A names the axis; F and Z speak of both. Either guess would move the wrong motor of one of two masters. A further PO without an A is that of a master that knows none: axis 1 |
 //! | `safe-start` | with 1, while `errors` has one of S, T, K, E, D, R: g, `@` and the E of an order are answered E as `stopped`, until `!`. All else goes on: a stop, a question, I, a setting |
 //! | `home-first` | with 1, while the position of an axis is not known: `@` and the E of an order with a G for it are answered E as `uncertain`. g is not: that is how a machine is homed |
+//! | soft limits, position known | G and `@` beyond: E as `limit`, at E of the order. g towards a limit becomes a travel that ends exactly there, and `stop` says L; E as `limit` where the axis is there already. d on the way is E as `limit`: a lower deceleration could carry the axis beyond |
+//! | soft limits, position not known | G and `@` are E as `uncertain`; g has no limit, for that is how a machine is homed |
+//! | soft limits, g towards the axis's limit switch | no limit: it is homing, and the switch ends it |
 //! | `errors` | the E of an order that a wrong checksum spoiled is not another wrong checksum |
 //! | j on a board without S-curves | E as `no-jerk`; with `law` 0 the E of an order with a jerk likewise |
 //! | `PO` while busy | E if the *selected* axis is busy (with A0: any), so `A2`, `PO`, `A2` … starts axis 2 while axis 1 runs |

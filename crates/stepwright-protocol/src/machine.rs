@@ -165,6 +165,8 @@ pub enum Refusal {
     Other,
     /// `stopped`: an axis was stopped, and `safe-start` asks for `!` before an order.
     Stopped,
+    /// `limit`: beyond a soft limit.
+    Limit,
 }
 
 /// The names, as ordinary text and as one that takes no RAM. Those behind the semicolon
@@ -216,6 +218,7 @@ names! {
     Fault "fault"
     Other "other";
     Stopped "stopped"
+    Limit "limit"
 }
 
 impl Refusal {
@@ -264,6 +267,7 @@ impl fmt::Display for Refusal {
             Refusal::Fault => {
                 "the axis is out of order: look at its switch, its driver and the emergency stop"
             }
+            Refusal::Limit => "beyond a soft limit, or d on the way before one: go less far",
             Refusal::Other => "a reason that this version has no word for",
         })
     }

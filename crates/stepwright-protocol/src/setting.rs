@@ -98,6 +98,18 @@ settings! {
         "an order with a steeper ramp is refused; 100000000: no limit";
     Idle, "idle-ms", "ms", 0..=3_600_000, 0,
         "the drivers are switched off after so long a rest; 0: never";
+    ["safety"] AheadX, "ahead-x", "steps", 0..=1_000_000_000, 0,
+        "the soft limit of X, so far forward of 0";
+    ["safety"] AheadY, "ahead-y", "steps", 0..=1_000_000_000, 0,
+        "the soft limit of Y, so far forward of 0";
+    ["safety"] AheadZ, "ahead-z", "steps", 0..=1_000_000_000, 0,
+        "the soft limit of Z, so far forward of 0";
+    ["safety"] BehindX, "behind-x", "steps", 0..=1_000_000_000, 0,
+        "the soft limit of X, so far backward of 0";
+    ["safety"] BehindY, "behind-y", "steps", 0..=1_000_000_000, 0,
+        "the soft limit of Y, so far backward of 0";
+    ["safety"] BehindZ, "behind-z", "steps", 0..=1_000_000_000, 0,
+        "the soft limit of Z, so far backward of 0";
     Timeout, "timeout-ms", "ms", 0..=60_000, 0,
         "moving axes brake when no line came for so long; 0: never";
     Enable, "enable-ms", "ms", 0..=1000, 1,
@@ -130,6 +142,8 @@ settings! {
         "the fault input of the drivers: 0 none; 1 a low level is a fault; 2 a high one";
     ["safety"] KillOff, "kill-off", "", 0..=1, 0,
         "1: K and the inputs that stop everything switch the drivers off too; 0: they stay on";
+    ["safety"] SoftLimits, "soft-limits", "", 0..=7, 0,
+        "axes that have soft limits: 1 X, 2 Y, 4 Z, added up";
 }
 
 /// The lines of the settings, a `#` for each number.

@@ -48,7 +48,7 @@ pub struct Slave<const AXES: usize> {
     #[cfg(feature = "safety")]
     tail: Tail,
     #[cfg(feature = "safety")]
-    guard: Guard,
+    guard: Guard<AXES>,
     /// The axis whose position is the answer.
     asked: u8,
 }
@@ -224,7 +224,10 @@ impl<const AXES: usize> Slave<AXES> {
                 value::STOPS..value::ERRORS => {
                     let index = n.wrapping_sub(value::STOPS);
                     let stop = self.stops.get(usize::from(index));
-                    return stop.copied().filter(|_| index < axes).unwrap_or(NOTHING);
+                    let stop = stop.copied().filter(|_| index < axes);
+                    #[cfg(feature = "safety")]
+                    let stop = stop.map(|letter| self.guard.stop(letter, index, machine));
+                    return stop.unwrap_or(NOTHING);
                 }
                 #[cfg(feature = "safety")]
                 value::ERRORS..value::SETTINGS => {
@@ -276,7 +279,7 @@ impl<const AXES: usize> Slave<AXES> {
     #[cfg_attr(target_arch = "avr", inline(never))]
     fn mark(&mut self, mut axes: u8, letter: u8) {
         #[cfg(feature = "safety")]
-        self.guard.note(letter);
+        self.guard.mark(axes, letter);
         for stop in &mut self.stops {
             if axes & 1 != 0 && !(stop::is_soft(letter) && stop::is_soft(*stop)) {
                 *stop = letter;
@@ -342,9 +345,11 @@ impl<const AXES: usize> Slave<AXES> {
                     return Err(Refusal::NoTravel);
                 }
                 #[cfg(feature = "safety")]
-                self.guard.admit_target(axes, machine)?;
+                self.guard.admit_target(axes, said.steps(), machine)?;
                 machine.change(axes, Manner::change(said))?;
                 self.mark(axes, stop::NONE);
+                #[cfg(feature = "safety")]
+                self.guard.retargeted(axes);
             }
             b'E' => match self.order {
                 Open::No => return Err(Refusal::Closed),
@@ -402,7 +407,7 @@ impl<const AXES: usize> Slave<AXES> {
                 self.last = None;
                 self.mark(u8::MAX, stop::NONE);
                 #[cfg(feature = "safety")]
-                self.guard.clear();
+                self.guard.clear(busy);
             }
             // What is left begins with `$`.
             said::SET | said::RESET => {
@@ -436,6 +441,8 @@ impl<const AXES: usize> Slave<AXES> {
                     if let Some(settings) = machine.settings() {
                         Manner::check_change(said, settings)?;
                     }
+                    #[cfg(feature = "safety")]
+                    self.guard.admit_change(busy & self.selected, letter, machine)?;
                     machine.change(busy & self.selected, Manner::change(said))?;
                 }
                 if letter == b'S' || letter == b'T' {
@@ -481,15 +488,15 @@ impl<const AXES: usize> Slave<AXES> {
                 continue;
             }
             started |= bit;
-            let travel = axis.travel();
-            let order = axis.manner.order(travel);
+            #[cfg_attr(not(feature = "safety"), allow(unused_mut))]
+            let mut order = axis.manner.order(axis.travel());
             result = match machine.settings() {
                 Some(settings) => axis.manner.check(settings),
                 None => Ok(()),
             };
             #[cfg(feature = "safety")]
             if result.is_ok() {
-                result = self.guard.admit(bit, travel, machine);
+                result = self.guard.admit(index, &mut order.travel, machine);
             }
             if result.is_ok() {
                 result = machine.prepare(AxisId::at(index), &order);
@@ -505,6 +512,8 @@ impl<const AXES: usize> Slave<AXES> {
             machine.cancel();
         } else {
             self.mark(started, stop::NONE);
+            #[cfg(feature = "safety")]
+            self.guard.started(started);
         }
         result
     }

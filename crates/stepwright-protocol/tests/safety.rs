@@ -1,5 +1,5 @@
-//! What guards a machine on a board that can `safety`: safe start, homing first and
-//! errors that stay.
+//! What guards a machine on a board that can `safety`: safe start, homing first, soft
+//! limits and errors that stay.
 
 mod common;
 
@@ -162,7 +162,165 @@ fn without_the_setting_an_unknown_position_is_no_hindrance() {
     );
 }
 
+// ---- Soft limits ----
+
+/// Axis 1 from −100 to 1000, axis 2 from 0 to 50, axis 3 without limits.
+const LIMITS: &str = "$soft-limits=3 Y -> soft-limits=3
+    $ahead-x=1000 Y -> ahead-x=1000
+    $behind-x=100 Y -> behind-x=100
+    $ahead-y=50 Y -> ahead-y=50\n";
+
+fn limited(table: &str) {
+    talk(&format!("{LIMITS}{table}"));
+}
+
+#[test]
+fn a_travel_may_end_on_a_soft_limit_and_not_beyond() {
+    for (steps, fits) in [("+1000", true), ("+1001", false), ("-100", true), ("-101", false)] {
+        let answer = match fits {
+            true => format!("Y -> start 1 50-1000 R200 R200 {steps}"),
+            false => "E".to_owned(),
+        };
+        limited(&format!("PO Y\nG{steps} Y\nE {answer}"));
+    }
+    limited(
+        "PO      Y
+         G+900   Y
+         E       Y  -> start 1 50-1000 R200 R200 +900
+         *arrive 1
+         PO      Y
+         G+101   Y
+         E       E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=limit uncertain=0
+         PO      Y
+         G+0     Y
+         E       Y  -> start 1 50-1000 R200 R200 +0
+         PO      Y
+         G-1000  Y
+         E       Y  -> start 1 50-1000 R200 R200 -1000
+         PO      E
+         A3      Y
+         PO      Y
+         A3      Y
+         G+99999 Y
+         E       Y  -> start 3 50-1000 R200 R200 +99999
+         PO      E
+         A2      Y
+         PO      Y
+         A2      Y
+         G-1     Y
+         E       E",
+    );
+}
+
+/// All or none, as with any other refusal.
+#[test]
+fn one_axis_beyond_its_limit_keeps_all_at_rest() {
+    limited(
+        "PO      Y
+         A0      Y
+         G+60    Y
+         E       E
+         PO      Y
+         A0      Y
+         G+50    Y
+         E       Y  -> start 1 50-1000 R200 R200 +50; start 2 50-1000 R200 R200 +50; start 3 50-1000 R200 R200 +50",
+    );
+}
+
+#[test]
+fn a_g_ends_at_the_limit_and_says_so() {
+    limited(
+        "I1      Y  -> zero 1
+         PO      Y
+         G+400   Y
+         E       Y  -> start 1 50-1000 R200 R200 +400
+         *arrive 1
+         g+      Y  -> start 1 50-1000 R200 R200 +600
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
+         *arrive 1
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=L-- errors=-
+         g+      E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=limit uncertain=0 stop=L--
+         g-      Y  -> start 1 50-1000 R200 R200 -1100
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=limit uncertain=0 stop=---
+         Z       Y  -> brake 1
+         !       Y  -> clear
+         *arrive 1
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
+         A2      Y
+         g-      E
+         g+      Y  -> start 2 50-1000 R200 R200 +50
+         @+20    Y  -> change 2: @+20
+         *arrive 2
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=limit uncertain=0 stop=---
+         *refuse too-fast
+         g+      E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=2 last=too-fast uncertain=0 stop=---
+         A3      Y
+         g+      Y  -> start 3 50-1000 R200 R200 forward",
+    );
+}
+
+#[test]
+fn a_target_on_the_way_counts_from_where_the_travel_began() {
+    limited(
+        "PO      Y
+         G+400   Y
+         E       Y  -> start 1 50-1000 R200 R200 +400
+         *arrive 1
+         PO      Y
+         G+100   Y
+         E       Y  -> start 1 50-1000 R200 R200 +100
+         @+601   E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=limit uncertain=0
+         @+600   Y  -> change 1: @+600
+         @-501   E
+         @-500   Y  -> change 1: @-500
+         d50     E
+         a50     Y  -> change 1: a50
+         t60     Y  -> change 1: t60",
+    );
+}
+
+#[test]
+fn without_a_known_position_only_g_is_taken_and_it_has_no_limit() {
+    limited(
+        "g+      Y  -> start 1 50-1000 R200 R200 +1000
+         K       Y  -> kill
+         PO      Y
+         G+5     Y
+         E       E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=uncertain uncertain=1 stop=K--
+         PO      Y
+         g-      Y
+         E       Y  -> start 1 50-1000 R200 R200 backward
+         @+5     E
+         d90     Y  -> change 1: d90
+         *arrive 1
+         I1      Y  -> zero 1
+         g-      Y  -> start 1 50-1000 R200 90/s2 -100",
+    );
+}
+
+/// The switch ends it, a step or two beyond the limit.
+#[test]
+fn a_g_towards_a_limit_switch_is_homing_and_has_no_limit() {
+    limited(
+        "$switches=1 Y -> switches=1
+         g-      Y  -> start 1 50-1000 R200 R200 backward
+         *arrive 1
+         g-      Y  -> start 1 50-1000 R200 R200 backward
+         *arrive 1
+         g+      Y  -> start 1 50-1000 R200 R200 +3000
+         *arrive 1
+         $switch-forward=1 Y -> switch-forward=1
+         g+      Y  -> start 1 50-1000 R200 R200 forward",
+    );
+}
+
 #[test]
 fn the_words_are_read_by_a_host() {
     assert_eq!(Refusal::named(b"stopped"), Refusal::Stopped);
+    assert_eq!(Refusal::named(b"limit"), Refusal::Limit);
 }

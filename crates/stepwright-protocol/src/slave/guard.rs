@@ -2,29 +2,60 @@
 
 use stepwright::Travel;
 
+use crate::axis::AxisId;
 use crate::errors::{BoardError, Errors};
 use crate::machine::{Machine, Refusal};
 use crate::setting::Setting;
+use crate::stop::{self, Stop};
 
 /// The guard of one slave.
 #[derive(Clone, Debug)]
-pub(super) struct Guard {
+pub(super) struct Guard<const AXES: usize> {
     /// Since the last `!`. Late steps are the machine's to count.
     errors: Errors,
+    /// Where the last travel of each axis began, if it has a soft limit: `@` counts from
+    /// there.
+    origins: [i64; AXES],
+    /// Axes whose g ends at their soft limit; bit 0 is axis 1.
+    bounded: u8,
+    /// Axes whose g will do so once it starts.
+    staged: u8,
 }
 
-impl Guard {
+/// The soft limits of an axis, in steps from 0, both included.
+struct Range {
+    behind: i64,
+    ahead: i64,
+}
+
+impl<const AXES: usize> Guard<AXES> {
     /// Nothing has gone wrong.
-    pub(super) const NONE: Guard = Guard { errors: Errors::NONE };
+    pub(super) const NONE: Guard<AXES> =
+        Guard { errors: Errors::NONE, origins: [0; AXES], bounded: 0, staged: 0 };
 
     /// Keeps the error with this letter, if it is one.
     pub(super) fn note(&mut self, letter: u8) {
         self.errors.note(letter);
     }
 
-    /// `!` has come.
-    pub(super) fn clear(&mut self) {
+    /// These axes get this letter of a stop, or `-`.
+    pub(super) fn mark(&mut self, axes: u8, letter: u8) {
+        self.errors.note(letter);
+        if letter != stop::NONE {
+            self.bounded &= !axes;
+        }
+    }
+
+    /// The letter of the stop of an axis, whose own one is this.
+    pub(super) fn stop<M: Machine>(&self, letter: u8, index: u8, machine: &M) -> u8 {
+        let ended = self.bounded & bit(index) != 0 && !machine.busy(AxisId::at(index));
+        if ended && letter == stop::NONE { Stop::Limit.letter() } else { letter }
+    }
+
+    /// `!` has come while these axes are busy.
+    pub(super) fn clear(&mut self, busy: u8) {
         self.errors = Errors::NONE;
+        self.bounded &= busy;
     }
 
     /// What has gone wrong.
@@ -32,42 +63,150 @@ impl Guard {
         if late { self.errors.with(BoardError::Late) } else { self.errors }
     }
 
-    /// Whether the axis of this bit may begin this travel.
+    /// Whether this axis may begin this travel. An endless one towards a soft limit becomes
+    /// one that ends there.
     pub(super) fn admit<M: Machine>(
-        &self,
-        bit: u8,
-        travel: Travel,
+        &mut self,
+        index: u8,
+        travel: &mut Travel,
         machine: &mut M,
     ) -> Result<(), Refusal> {
-        match travel {
-            Travel::By(_) => self.admit_target(bit, machine),
-            Travel::Endless(_) => self.admit_start(machine),
+        let axis = AxisId::at(index);
+        if machine.busy(axis) {
+            return Err(Refusal::Busy);
+        }
+        admit_start(self.errors, machine)?;
+        self.staged &= !bit(index);
+        let range = range(index, machine);
+        let here = machine.position(axis);
+        if let (Some(_), Some(here)) = (&range, here)
+            && let Some(origin) = self.origins.get_mut(usize::from(index))
+        {
+            *origin = here;
+        }
+        match (*travel, range, here) {
+            (Travel::By(_), None, None) if is_set(machine, Setting::HomeFirst) => {
+                Err(Refusal::Uncertain)
+            }
+            (Travel::By(_), Some(_), None) => Err(Refusal::Uncertain),
+            (Travel::By(steps), Some(range), Some(here)) if steps != 0 => range.admit(here, steps),
+            (Travel::Endless(forward), Some(range), Some(here)) => {
+                if has_switch(index, forward, machine) {
+                    return Ok(());
+                }
+                let way = range.end(forward).saturating_sub(here);
+                if way == 0 || forward != (way > 0) {
+                    return Err(Refusal::Limit);
+                }
+                // −2³¹ is no travel.
+                let steps = i32::try_from(way).ok().filter(|steps| *steps != i32::MIN);
+                *travel = Travel::By(steps.ok_or(Refusal::Travel)?);
+                self.staged |= bit(index);
+                Ok(())
+            }
+            _ => Ok(()),
         }
     }
 
-    /// Whether these axes may be sent to a place.
+    /// These axes have started.
+    pub(super) fn started(&mut self, axes: u8) {
+        self.bounded = self.bounded & !axes | self.staged & axes;
+    }
+
+    /// Whether these axes, which move, may be sent so many steps from where they began.
     pub(super) fn admit_target<M: Machine>(
         &self,
         axes: u8,
+        steps: i32,
         machine: &mut M,
     ) -> Result<(), Refusal> {
-        self.admit_start(machine)?;
-        if axes & machine.uncertain() != 0 && is_set(machine, Setting::HomeFirst) {
+        admit_start(self.errors, machine)?;
+        let unknown = machine.uncertain();
+        if axes & unknown != 0 && is_set(machine, Setting::HomeFirst) {
             return Err(Refusal::Uncertain);
+        }
+        for (index, origin) in (0..).zip(self.origins) {
+            if axes & bit(index) == 0 {
+                continue;
+            }
+            if let Some(range) = range(index, machine) {
+                if unknown & bit(index) != 0 {
+                    return Err(Refusal::Uncertain);
+                }
+                range.admit(origin, steps)?;
+            }
         }
         Ok(())
     }
 
-    /// Whether an axis may be sent anywhere.
-    fn admit_start<M: Machine>(&self, machine: &mut M) -> Result<(), Refusal> {
-        if self.errors.any_stop() && is_set(machine, Setting::SafeStart) {
-            return Err(Refusal::Stopped);
+    /// These axes have another target.
+    pub(super) fn retargeted(&mut self, axes: u8) {
+        self.bounded &= !axes;
+    }
+
+    /// Whether t, a or d may change what these axes do. A lower deceleration could carry
+    /// one beyond its limit.
+    pub(super) fn admit_change<M: Machine>(
+        &self,
+        axes: u8,
+        letter: u8,
+        machine: &mut M,
+    ) -> Result<(), Refusal> {
+        if letter == b'd' && axes & set(machine, Setting::SoftLimits) & !machine.uncertain() != 0 {
+            return Err(Refusal::Limit);
         }
         Ok(())
     }
 }
 
+impl Range {
+    /// Whether a travel may end so many steps from there.
+    fn admit(&self, from: i64, steps: i32) -> Result<(), Refusal> {
+        let to = from.saturating_add(steps.into());
+        if to < self.behind || to > self.ahead { Err(Refusal::Limit) } else { Ok(()) }
+    }
+
+    /// The limit in this direction.
+    fn end(&self, forward: bool) -> i64 {
+        if forward { self.ahead } else { self.behind }
+    }
+}
+
+/// Whether an axis may be sent anywhere.
+fn admit_start<M: Machine>(errors: Errors, machine: &mut M) -> Result<(), Refusal> {
+    if errors.any_stop() && is_set(machine, Setting::SafeStart) {
+        return Err(Refusal::Stopped);
+    }
+    Ok(())
+}
+
+/// The soft limits of this axis, if it has some.
+fn range<M: Machine>(index: u8, machine: &mut M) -> Option<Range> {
+    if set(machine, Setting::SoftLimits) & bit(index) == 0 {
+        return None;
+    }
+    let settings = machine.settings()?;
+    let of = |first: Setting| i64::from(settings.number((first as u8).wrapping_add(index)));
+    Some(Range { behind: 0i64.wrapping_sub(of(Setting::BehindX)), ahead: of(Setting::AheadX) })
+}
+
+/// Whether a limit switch ends the travels of this axis in this direction: then g is homing.
+fn has_switch<M: Machine>(index: u8, forward: bool, machine: &mut M) -> bool {
+    let ahead = set(machine, Setting::SwitchForward) & bit(index) != 0;
+    set(machine, Setting::Switches) & bit(index) != 0 && ahead == forward
+}
+
+/// The value of a setting that is a switch or a set of axes.
+fn set<M: Machine>(machine: &mut M, setting: Setting) -> u8 {
+    machine.settings().map_or(0, |settings| settings.byte(setting))
+}
+
 /// Whether a setting of the board is 1.
 fn is_set<M: Machine>(machine: &mut M, setting: Setting) -> bool {
-    machine.settings().is_some_and(|settings| settings.byte(setting) != 0)
+    set(machine, setting) != 0
+}
+
+/// The bit of an axis.
+fn bit(index: u8) -> u8 {
+    1u8.wrapping_shl(index.into())
 }

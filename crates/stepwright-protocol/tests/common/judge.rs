@@ -117,10 +117,16 @@ fn setting(line: &str) -> Option<(char, u64)> {
 }
 
 /// The settings of a board, their ranges and their defaults.
-const BOARD: [(&str, u64, u64, u64); 19] = [
+const BOARD: [(&str, u64, u64, u64); 26] = [
     ("max-speed", 1, 1_000_000, 1_000_000),
     ("max-accel", 1, 100_000_000, 100_000_000),
     ("idle-ms", 0, 3_600_000, 0),
+    ("ahead-x", 0, 1_000_000_000, 0),
+    ("ahead-y", 0, 1_000_000_000, 0),
+    ("ahead-z", 0, 1_000_000_000, 0),
+    ("behind-x", 0, 1_000_000_000, 0),
+    ("behind-y", 0, 1_000_000_000, 0),
+    ("behind-z", 0, 1_000_000_000, 0),
     ("timeout-ms", 0, 60_000, 0),
     ("enable-ms", 0, 1000, 1),
     ("setup-us", 0, 1000, 1),
@@ -137,6 +143,7 @@ const BOARD: [(&str, u64, u64, u64); 19] = [
     ("estop", 0, 2, 0),
     ("driver-fault", 0, 2, 0),
     ("kill-off", 0, 1, 0),
+    ("soft-limits", 0, 7, 0),
 ];
 
 /// A line that sets one of them: which one and to what.
@@ -293,12 +300,12 @@ fn allowed(log: &[Entry], words: &str) -> bool {
 
 /// Whether a K that nobody has acknowledged keeps orders from starting.
 fn locked(log: &[Entry]) -> bool {
-    errors(log).contains('K') && board_setting_now(log, 14) == "safe-start=1"
+    errors(log).contains('K') && board_setting_now(log, 20) == "safe-start=1"
 }
 
 /// Whether this axis has to be homed before it is sent to a place.
 fn lost(log: &[Entry], now: &Entry, axis: usize) -> bool {
-    now.position[axis].is_none() && board_setting_now(log, 15) == "home-first=1"
+    now.position[axis].is_none() && board_setting_now(log, 21) == "home-first=1"
 }
 
 /// The letters of the errors at the end of this log.
@@ -345,7 +352,7 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
             return None;
         }
         let (settings, jerk) = (settings(before, axis), jerk(before, axis));
-        let curves = board_setting_now(before, 13) == "law=1";
+        let curves = board_setting_now(before, 19) == "law=1";
         if !allowed(before, &settings) || !jerk.is_empty() && !curves {
             return None;
         }

@@ -139,7 +139,7 @@ fn statics_and_stack_leave_room_in_the_ram() {
     say(&mut chip, "PO t900 a5000 d5000 G+900 A2 t800 G+800 A3 t700 G-700");
     chip.ask("A9");
     chip.ask("E");
-    say(&mut chip, "PO t900 a5000 d5000 G+900 A2 t800 G+800 A3 t700 G-700 E");
+    say(&mut chip, "PO A1 t900 a5000 d5000 G+900 A2 t800 G+800 A3 t700 G-700 E");
     chip.ask("$");
     chip.ask("?");
     chip.poll(&["V1", "F", "?"]);

@@ -41,7 +41,7 @@ pub struct Slave<const AXES: usize> {
     naming: Naming,
     order: Open,
     /// Lines that were answered E.
-    refused: u32,
+    refused: u16,
     last: Option<Refusal>,
     answer: Answer,
     /// The checksum behind it.
@@ -240,7 +240,7 @@ impl<const AXES: usize> Slave<AXES> {
                 value::AXES => axes.into(),
                 value::MAX => machine.max_rate(),
                 value::LATE => machine.late(),
-                value::REFUSED => self.refused,
+                value::REFUSED => self.refused.into(),
                 value::UNCERTAIN => (machine.uncertain() & all(axes)).into(),
                 _ => match (machine.settings(), n.wrapping_sub(value::SETTINGS)) {
                     (Some(settings), index) => settings.number(index),

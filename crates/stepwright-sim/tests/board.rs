@@ -67,10 +67,6 @@ fn a_refusal_says_how_fast_it_may_be_now() {
     assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(15_117_370).unwrap() });
     start(&mut board, &[0, 15_117]).unwrap();
     assert_eq!(start(&mut board, &[500]), Err(Refusal::Busy));
-    let controller = board.controller();
-    assert_eq!(controller.group.refusals(), (2, Some(Refusal::Busy)));
-    controller.group.clear(controller.engine);
-    assert_eq!(controller.group.refusals(), (0, None));
     for axis in 0..2 {
         board.controller().group.brake(axis);
     }

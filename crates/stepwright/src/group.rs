@@ -102,8 +102,8 @@ pub struct Group<'q, const N: usize, const Q: usize> {
     /// Axes whose travel waits until all of them have their queues filled.
     starting: Axes,
     uncertain: Axes,
-    refused: u16,
-    last: Option<Refusal>,
+    /// Axes that rested when time passed last.
+    rested: Axes,
     /// Whose turn it is to plan.
     turn: u8,
 }
@@ -120,8 +120,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             prepared: 0,
             starting: 0,
             uncertain: 0,
-            refused: 0,
-            last: None,
+            rested: 0,
             turn: 0,
         }
     }
@@ -144,7 +143,6 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.feeds = feeds;
         fill(&mut self.given);
         self.motors.iter_mut().for_each(Motor::face_forward);
-        self.last = None;
     }
 
     /// The board.
@@ -185,10 +183,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         if result.is_ok() {
             result = self.commit(engine, 0);
         }
-        if let Err(refusal) = result {
+        if result.is_err() {
             self.cancel();
-            self.refused = self.refused.saturating_add(1);
-            self.last = Some(refusal);
         }
         result
     }
@@ -332,6 +328,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     #[inline(never)]
     fn begin(&mut self, axes: Axes, mut hold: Ticks) {
         self.starting |= axes;
+        self.rested &= !axes;
         let lead = self.given.board.timing.setup.saturating_add(self.given.board.lead);
         let mut left = axes;
         for motor in &self.motors {
@@ -354,8 +351,16 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// passed of that since the last pulse the next travel need not wait for. Without these
     /// calls it waits for all of it. To be called every few milliseconds.
     pub fn pass(&mut self, engine: &impl Control, ticks: Ticks) {
+        let mut bit = 1;
         for (axis, motor) in self.motors.iter_mut().enumerate() {
-            motor.pass(ticks, engine.is_idle(axis as u8));
+            // What passed before it was seen at rest does not count: the last pulse may
+            // have come in between.
+            let rests = self.starting & bit == 0 && engine.is_idle(axis as u8);
+            if rests && self.rested & bit != 0 {
+                motor.pass(ticks);
+            }
+            self.rested = if rests { self.rested | bit } else { self.rested & !bit };
+            bit <<= 1;
         }
     }
 
@@ -498,14 +503,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.uncertain
     }
 
-    /// Orders refused, and why the last one was.
-    pub fn refusals(&self) -> (u16, Option<Refusal>) {
-        (self.refused, self.last)
-    }
-
-    /// Forgets refusals and late steps.
+    /// Forgets late steps.
     pub fn clear(&mut self, engine: &mut impl Control) {
-        (self.refused, self.last) = (0, None);
         engine.clear_late();
     }
 }

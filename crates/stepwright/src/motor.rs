@@ -25,8 +25,6 @@ pub(crate) struct Motor<const Q: usize> {
     /// The travel is too long for `left` to be counted on.
     beyond: bool,
     pushed: u8,
-    /// It rested when time passed last.
-    rested: bool,
     /// What is left of the rest after its last travel, in ticks.
     rest: Ticks,
     /// Where the travel is to end, in steps from where it began. Of an endless
@@ -60,13 +58,13 @@ pub(crate) struct Horizon {
     /// Ticks in a unit, as a power of two.
     unit: u8,
     /// 64 … 127 units; fewer for a horizon of fewer ticks.
-    units: u16,
+    units: u8,
 }
 
 impl Horizon {
     pub(crate) const fn new(ticks: Ticks) -> Horizon {
         let unit = 25u32.saturating_sub(ticks.leading_zeros()) as u8;
-        Horizon { unit, units: (ticks >> unit) as u16 }
+        Horizon { unit, units: (ticks >> unit) as u8 }
     }
 }
 
@@ -81,7 +79,6 @@ impl<const Q: usize> Motor<Q> {
         beyond: false,
         spans: [0; Q],
         pushed: 0,
-        rested: false,
         rest: 0,
     };
 
@@ -238,7 +235,9 @@ impl<const Q: usize> Motor<Q> {
             Leg::Next => return Progress::Turn,
             Leg::Open => {}
         }
-        if feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units) {
+        if !work.is_begun()
+            && (feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units.into()))
+        {
             return Progress::Nothing;
         }
         let mut run = Run::steady(0, 0);
@@ -260,7 +259,7 @@ impl<const Q: usize> Motor<Q> {
     fn finish(&mut self, feed: &mut Producer<'_, Q>, clock: &Clock) {
         self.leg = self.next();
         if RESTS {
-            (self.rest, self.rested) = (self.planner.rest(clock), false);
+            self.rest = self.planner.rest(clock);
         }
         feed.set_open(false);
     }
@@ -270,13 +269,9 @@ impl<const Q: usize> Motor<Q> {
         if RESTS { self.rest } else { 0 }
     }
 
-    /// So many ticks have passed; and whether the axis rests now. What passed before it was
-    /// seen at rest does not count: the last pulse may have come in between.
-    pub(crate) fn pass(&mut self, ticks: Ticks, rests: bool) {
-        if rests && self.rested {
-            self.rest = self.rest.saturating_sub(ticks);
-        }
-        self.rested = rests;
+    /// It has rested for these ticks.
+    pub(crate) fn pass(&mut self, ticks: Ticks) {
+        self.rest = self.rest.saturating_sub(ticks);
     }
 
     /// What comes after the end of a leg.

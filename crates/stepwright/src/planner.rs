@@ -107,7 +107,8 @@ pub(crate) struct Planner {
     v_top: Num,
     /// Speed² where the rise began, or where an ease ends.
     w_from: Num,
-    /// Speed at the travel's end.
+    /// … and at the last pulse; and the speed there.
+    w_end: Num,
     v_end: Num,
     /// Slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d.
     a2: Num,
@@ -150,6 +151,7 @@ impl Planner {
     /// Nothing to do. All zeros, so that it takes no flash.
     pub(crate) const IDLE: Planner = Planner {
         w_from: Num::UNSET,
+        w_end: Num::UNSET,
         v_end: Num::UNSET,
         a2: Num::UNSET,
         d2: Num::UNSET,
@@ -186,6 +188,7 @@ impl Planner {
         self.d2 = slope(order, &order.down);
         self.top = Num::from(order.top.millisteps());
         self.v_end = Num::from(order.start.min(order.top).millisteps());
+        hand(&self.v_end).square().to(&mut self.w_end);
         whole(0).to(&mut self.v);
         self.endless = matches!(order.travel, Travel::Endless(_));
         self.bent.limit(order.jerk)?;
@@ -480,7 +483,9 @@ impl Planner {
         }
         let error = spread.roughly(mean).scaled(size as i8 - 5).number();
         if size > 0
-            && !(clock.holds(mean, size) && error.is_below(clock.bound) && delta.is_below(-2))
+            && !(clock.holds(mean, size)
+                && error.is_below(clock.bound.into())
+                && delta.is_below(-2))
         {
             self.size = size - 1;
             return Planned::Again;
@@ -489,11 +494,11 @@ impl Planner {
         // A run that was short for want of room says nothing of the next ones.
         if steps == full {
             self.size = if clock.holds(mean, size + 1)
-                && error.is_below(clock.bound - if up { 3 } else { 4 })
+                && error.is_below((clock.bound - if up { 3 } else { 4 }).into())
                 && delta.is_below(-4)
             {
                 size + 1
-            } else if !up && size > 0 && !error.is_below(clock.bound - 1) {
+            } else if !up && size > 0 && !error.is_below((clock.bound - 1).into()) {
                 size - 1
             } else {
                 size
@@ -521,12 +526,11 @@ impl Planner {
     /// The speed so many steps further on the first ramp or down the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn speed_after(&self, steps: u32, first: bool) -> Hand {
-        let w_end = hand(&self.v_end).square().number();
         let (slope, w, n) = match (first, self.ease) {
             (true, false) => (&self.a2, &self.w_from, self.risen.wrapping_add(steps)),
             // What falls is reckoned from its end: nothing is subtracted.
             (true, true) => (&self.slope, &self.w_from, self.rise.wrapping_sub(steps)),
-            _ => (&self.d2, &w_end, self.fall.wrapping_sub(steps)),
+            _ => (&self.d2, &self.w_end, self.fall.wrapping_sub(steps)),
         };
         whole(n).times(slope).plus(w).root()
     }

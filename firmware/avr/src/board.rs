@@ -46,6 +46,8 @@ pub use pins::{Levels, Pins, pins};
 
 /// Axes that turn the other way round. The foreground writes it while they
 /// rest; the step interrupt reads it when it sets DIR.
+// Initial values are padded to an even number of bytes: it is in the place of the padding.
+#[unsafe(link_section = ".data")]
 static REVERSE: AtomicU8 = AtomicU8::new(0);
 
 /// The level of DIR that makes an axis step forward or backward.

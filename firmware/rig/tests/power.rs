@@ -39,7 +39,7 @@ fn a_power_loss_stops_everything_and_the_board_starts_afresh() {
 fn kept() -> Vec<u8> {
     let mut chip = chip();
     say(&mut chip, "$pulse-us=5");
-    chip.run_for(16_000_000 / 5);
+    chip.run_for(16_000_000 / 2);
     assert!(!chip.eeprom_is_busy() && chip.eeprom_written() > 0);
     chip.eeprom()
 }

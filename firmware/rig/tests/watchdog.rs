@@ -54,7 +54,7 @@ fn mend(chip: &mut Chip, hung: Hung) {
 #[test]
 fn a_loop_that_hangs_is_reset_and_the_position_is_uncertain() {
     let mut chip = chip();
-    say(&mut chip, "PO s0 t1000 a5000 d5000 G+4000 A2 PO G-4000 E");
+    say(&mut chip, "PO s0 t1000 a5000 d5000 G+4000 A2 G-4000 E");
     chip.run_for(16_000_000);
     let (begin, hung) = (chip.now(), hang(&mut chip, HANGS));
     let took = bite(&mut chip);

@@ -15,7 +15,7 @@ pub(crate) struct Clock {
     pub(super) longest: Num,
     /// Largest error of a step between two ends of runs, in ticks: as a power
     /// of two, which a number is quickly compared with.
-    pub(super) bound: i16,
+    pub(super) bound: i8,
     /// Longest ramp run and longest level run, as powers of two.
     pub(super) ramp_size: u8,
     pub(super) level_size: u8,
@@ -30,7 +30,7 @@ impl Clock {
         let (longest, _) = Num::and_inverse(fit.longest as u64);
         let bits = 63 - (fit.error | 1).leading_zeros() as i16;
         let (ramp_size, level_size) = (fit.ramp_size, fit.level_size);
-        Clock { twice, inverse, longest, bound: bits - 32, ramp_size, level_size }
+        Clock { twice, inverse, longest, bound: (bits - 32) as i8, ramp_size, level_size }
     }
 
     /// The interval at a speed; beyond everything for 0.

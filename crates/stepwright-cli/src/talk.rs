@@ -27,8 +27,9 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// by it passes its boot loader first.
 const BOOT: Duration = Duration::from_millis(4000);
 
-/// How often a line is said before the board counts as silent.
-const TRIES: usize = 3;
+/// How often a line is said before the board counts as silent. Of the answers that noise
+/// spoils most are to `?`, for they are the longest.
+const TRIES: usize = 4;
 
 /// Between two words to a board that another program is talking to.
 const URGE: Duration = Duration::from_millis(100);

@@ -1,6 +1,6 @@
 //! The settings that the documents name, with ranges and defaults.
 
-/// A setting, by its place in [`TABLE`].
+/// A setting, by its place in `TABLE`.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Name(usize);
 

@@ -89,7 +89,7 @@ fn a_power_loss_at_any_byte_leaves_the_old_settings_or_the_new_ones() {
         // Everything else is as it was, and can be set again.
         chip.expect("$hold-us", "hold-us=1");
         say(&mut chip, "$pulse-us=3");
-        chip.run_for(16_000_000 / 5);
+        chip.run_for(16_000_000 / 2);
         chip.power_loss(0xFF);
         wake(&mut chip);
         chip.expect("$pulse-us", "pulse-us=3");

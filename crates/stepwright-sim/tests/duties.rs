@@ -469,18 +469,18 @@ fn found(eeprom: Eeprom, line: &str) -> String {
 
 #[test]
 fn settings_outlast_a_loss_of_power() {
-    let eeprom = after(EMPTY, "$pulse-us=9 $idle-ms=3600000", 200);
+    let eeprom = after(EMPTY, "$pulse-us=9 $idle-ms=3600000", 400);
     assert_eq!(found(eeprom, "$pulse-us $idle-ms"), "pulse-us=9 idle-ms=3600000");
-    for ms in 0..200 {
+    for ms in 0..400 {
         let pulse = found(after(eeprom, "$pulse-us=5", ms), "$pulse-us $idle-ms");
         assert!(
             ["pulse-us=9 idle-ms=3600000", "pulse-us=5 idle-ms=3600000"].contains(&pulse.as_str()),
             "{ms} ms: {pulse}"
         );
     }
-    let eeprom = after(eeprom, "$reset", 200);
+    let eeprom = after(eeprom, "$reset", 400);
     assert_eq!(found(eeprom, "$pulse-us $idle-ms"), "pulse-us=2 idle-ms=0");
-    assert_eq!(after(eeprom, "$pulse-us=2 $reset", 200), eeprom, "nothing changed");
+    assert_eq!(after(eeprom, "$pulse-us=2 $reset", 400), eeprom, "nothing changed");
 }
 
 /// Settings are written behind a motor's back.

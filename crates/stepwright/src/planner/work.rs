@@ -27,9 +27,10 @@ impl Work {
         stage: Stage::Begin,
     };
 
-    /// Whether a run is half planned: there is room for it.
+    /// Whether a run is more than half planned: there is room for it. (Of a level the interval
+    /// is kept from run to run.)
     pub(crate) fn is_begun(&self) -> bool {
-        self.stage != Stage::Begin
+        matches!(self.stage, Stage::Late | Stage::Last)
     }
 
     /// Forgets what has been begun: the travel has changed.

@@ -302,7 +302,12 @@ impl Writer {
     /// The part without its first steps.
     fn skip(&mut self, steps: u16) {
         let Steps { first, add, count } = &mut self.part;
-        *first = first.wrapping_add_signed(add.wrapping_mul(steps.into()));
+        if *count == steps {
+            *count = 0; // nothing is left that it would be the first of
+            return;
+        }
+        let grown = if steps == 1 { *add } else { add.wrapping_mul(steps.into()) };
+        *first = first.wrapping_add_signed(grown);
         *count = count.wrapping_sub(steps);
     }
 
@@ -311,6 +316,9 @@ impl Writer {
     fn several(&mut self, to: &mut impl Sink) {
         let Steps { add, count, .. } = self.part;
         let growth = add.unsigned_abs();
+        if growth > LOOSE && count < 256 && self.kept.count == 0 {
+            return self.groups(0, to);
+        }
         let flat = growth <= LOOSE && count < 256 && {
             let square = count.wrapping_mul(count);
             u32::from(square).saturating_mul(growth) <= LOOSE
@@ -387,22 +395,29 @@ impl Writer {
         if bits < 16 {
             (group, groups) = (1 << bits, (count >> bits) as u8);
         }
-        let steps = u32::from(group).wrapping_mul(groups.into());
-        self.skip(steps as u16);
+        // Not more than the part has: 16 bits.
+        let steps = if bits < 16 { u16::from(groups as u8) << bits } else { count };
         // The mean interval: so the duration of all of them is exact, but for half
         // a step's last bit where the spread is odd.
-        let spread = add.wrapping_mul(steps.wrapping_sub(1) as i32);
+        let spread = match add {
+            0 => 0,
+            _ => add.wrapping_mul(steps.wrapping_sub(1).into()),
+        };
+        self.part.first = first.wrapping_add_signed(spread.wrapping_add(add));
+        self.part.count = count.wrapping_sub(steps);
         let mut exact = first.wrapping_add_signed(spread >> 1);
         let mut growth = 0;
         if groups != 1 {
-            growth = (add << bits).wrapping_add(128) >> 8;
+            let whole = if bits == 0 { add } else { add << bits };
+            growth = whole.wrapping_add(128) >> 8;
             let spread = growth.wrapping_mul(i32::from(groups.wrapping_sub(1)));
             exact = exact.wrapping_sub((spread << 7) as u32);
         }
         // To the nearest, with what is owed.
-        self.owed = self.owed.wrapping_add((exact & 0xFF).wrapping_mul(steps) as i32);
+        self.owed =
+            self.owed.wrapping_add(u32::from(exact as u8 as u16).wrapping_mul(steps.into()) as i32);
         let mut interval = exact >> 8;
-        let all = (steps << 8) as i32;
+        let all = (u32::from(steps) << 8) as i32;
         if self.owed >= all >> 1 {
             self.owed = self.owed.wrapping_sub(all);
             interval = interval.wrapping_add(1);

@@ -238,7 +238,9 @@ impl<const Q: usize> Motor<Q> {
             Leg::Next => return Progress::Turn,
             Leg::Open => {}
         }
-        if feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units) {
+        if !work.is_begun()
+            && (feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units))
+        {
             return Progress::Nothing;
         }
         let mut run = Run::steady(0, 0);

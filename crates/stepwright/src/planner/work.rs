@@ -27,6 +27,11 @@ impl Work {
         stage: Stage::Begin,
     };
 
+    /// Whether a run is half planned: there is room for it.
+    pub(crate) fn is_begun(&self) -> bool {
+        self.stage != Stage::Begin
+    }
+
     /// Forgets what has been begun: the travel has changed.
     pub(crate) fn drop(&mut self) {
         self.stage = Stage::Begin;

@@ -161,15 +161,26 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
     }
 
     /// Whether there is no room for another run.
+    #[inline(always)]
     pub fn is_full(&mut self) -> bool {
-        let queue = &mut self.queue();
-        let Producer { writer, far, .. } = self;
+        self.lacks_room() || (self.far.count != 0 && self.go_far())
+    }
+
+    fn lacks_room(&self) -> bool {
+        let queue = self.queue();
+        queue.pushed.get().wrapping_sub(queue.taken.get()) > LEN as u8 - MOST
+    }
+
+    /// Makes entries of what is left of a run while there is room: whether it is full then.
+    #[inline(never)]
+    fn go_far(&mut self) -> bool {
         loop {
-            let pushed = queue.pushed.get().wrapping_sub(queue.taken.get());
-            let full = pushed > LEN as u8 - MOST;
-            if full || far.count == 0 {
+            let full = self.lacks_room();
+            if full || self.far.count == 0 {
                 return full;
             }
+            let queue = &mut self.queue();
+            let Producer { writer, far, .. } = self;
             writer.run(&Run { count: 1, ..*far }, queue);
             let next = far.interval().wrapping_add_signed(far.add.into());
             *far = Run::new(next, far.add, far.count.wrapping_sub(1));
@@ -204,6 +215,10 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
 
 /// Whether an interval of a run is not below [`NEAR`].
 fn is_far(run: &Run) -> bool {
+    // By far not: 63 steps that grow by less than 256 ticks each.
+    if run.ticks < NEAR / 4 && run.count < 64 && run.add < 1 << 24 {
+        return false;
+    }
     // In 2⁻⁸ ticks; what is rounded off is less than the margin.
     let last = (run.add >> 8).wrapping_mul(i32::from(run.count.wrapping_sub(1)));
     run.ticks >= NEAR - 2

@@ -41,7 +41,7 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
     }
 
     /// Reads the settings, has everything follow them, and leaves the drivers
-    /// off until the first travel. The positions are 0, or unknown: see [`Reset`]. `axes`
+    /// off until the first travel. The positions are 0, or unknown: see [`Reset`](crate::Reset). `axes`
     /// of the N are connected.
     pub fn begin(&mut self, axes: u8, engine: &mut impl Control, panel: &mut impl Panel) {
         self.axes = axes;

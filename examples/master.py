@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""A master for the serial line of document 004, in Python with pyserial.
+"""A master for the Nano slave's serial line, in Python with pyserial.
 
 Talks to a real board, or to a virtual one:
 
     stepwright board --pty            says `pty /dev/pts/5`
     python3 examples/master.py /dev/pts/5
 
-Plays the document's example, an order of 4000 steps, and then its other lines.
+Plays the Nano slave's example, an order of 4000 steps, and then its other lines.
 Every line is answered before the next is sent. Ends with status 0 if each
 answer was as it should be.
 """
@@ -72,7 +72,7 @@ def main(path):
     master.wait_until_ready(60)
     master.expect("I1", "Y")
 
-    # The document's example: 50 steps/s to start and to stop, 1000 at the top,
+    # The Nano slave's example: 50 steps/s to start and to stop, 1000 at the top,
     # 200 steps between, 4000 steps clockwise. It takes 4.4 s.
     for line in ["PO", "S5", "T100", "R200", "G+4000", "E"]:
         master.expect(line, "Y")

@@ -63,9 +63,9 @@ pub enum Program {
     Curves,
     /// The other end of the wire.
     Master,
-    /// Document 003's basic example: a motor cycle.
+    /// stepper_h's basic example: a motor cycle.
     Cycle,
-    /// Document 000's first validation case: the timed driver, slower.
+    /// The Arduino driver's first validation case: the timed driver, slower.
     Case1,
     /// Its second: faster.
     Case2,
@@ -142,7 +142,7 @@ impl Program {
     pub const LAWS: [Program; 4] =
         [Program::LawsClosed, Program::LawsGeneral, Program::LawsPower, Program::LawsSmooth];
 
-    /// The examples of the documents.
+    /// The examples of the sources.
     pub const EXAMPLES: [Program; 7] = [
         Program::Cycle,
         Program::Case1,

@@ -7,7 +7,7 @@
 //! | [`limits`] | the options that most of them share |
 //! | [`path`] | laws in closed form: constant acceleration |
 //! | `s_curve`, [`bends`] | the law of limited jerk, and its ideal |
-//! | [`counted`], [`formula`] | laws from delay to delay: document 002's |
+//! | [`counted`], [`formula`] | laws from delay to delay: Austin's |
 //! | [`compare`] | several laws over one another |
 //! | [`ideal`], [`real`] | the profile that delays are measured against |
 //! | [`survey`] | one walk over the pulses: duration, error, phases, samples |

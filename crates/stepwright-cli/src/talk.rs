@@ -80,7 +80,7 @@ pub enum Played {
 pub struct Talk {
     link: Box<dyn Link>,
     master: Master,
-    /// What the board said of itself; `None` if it knows only document 004.
+    /// What the board said of itself; `None` if it knows only the Nano slave's lines.
     info: Option<Info>,
     /// Which axis F and Z speak of; `None` if we can't be sure.
     selected: Option<Selection>,
@@ -243,7 +243,7 @@ impl Talk {
     }
 
     /// Says a line that speaks of the selected axis, F or Z, having selected
-    /// it. A slave that knows only document 004 has nothing to select.
+    /// it. A slave that knows only the Nano slave's lines has nothing to select.
     pub fn ask_of(&mut self, axes: Selection, command: Command) -> Result<Reply, Trouble> {
         for _ in 0..TRIES {
             self.select(axes)?;

@@ -13,7 +13,7 @@ fn positions(line: &str) -> Vec<i64> {
     line.split(", ").map(|part| part.split_once(".pos=").unwrap().1.parse().unwrap()).collect()
 }
 
-/// Document 003's listing: 21 lines, X by 999 to 1001 steps a line, the last
+/// stepper_h's listing: 21 lines, X by 999 to 1001 steps a line, the last
 /// exact.
 #[test]
 fn the_example_of_the_readme_prints_its_lines() {

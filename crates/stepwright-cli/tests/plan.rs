@@ -229,10 +229,10 @@ proptest! {
     }
 }
 
-/// Document 002, Eq 8: c0 of 4π rad/s² at 1 MHz and 1.8°, and 200 delays that
+/// Austin, Eq 8: c0 of 4π rad/s² at 1 MHz and 1.8°, and 200 delays that
 /// sum to a second.
 #[test]
-fn the_exact_ramp_of_document_002() {
+fn the_exact_ramp_of_austin() {
     let csv = stdout(
         "plan trapezoid --steps 1000 --accel 12.566370614359172rad/s2 --top-speed 120rpm \
          --format csv",
@@ -287,9 +287,9 @@ fn shells_get_their_completions() {
     }
 }
 
-/// Document 002's laws: the core's delays against the command's own formulas, in
+/// Austin's laws: the core's delays against the command's own formulas, in
 /// f64, for any order.
-mod document_002 {
+mod austin {
     use super::*;
 
     fn law() -> impl Strategy<Value = String> {

@@ -1,4 +1,4 @@
-//! Boards that are not quite ours: the document's own, slow ones, forgetful
+//! Boards that are not quite ours: the Nano slave, slow ones, forgetful
 //! ones. The test plays the board on a pseudo-terminal.
 #![cfg(unix)]
 
@@ -9,7 +9,7 @@ use std::io::{Read, Write};
 
 use common::{Ended, pty, stepwright};
 
-/// A slave of document 004 and nothing else, which moves a little whenever it
+/// A slave that knows the Nano slave's lines and nothing else, which moves a little whenever it
 /// is asked.
 #[derive(Default)]
 struct Slave {
@@ -76,7 +76,7 @@ fn order(path: &str, order: &[&str]) -> Ended {
 }
 
 #[test]
-fn a_slave_of_document_004_is_enough() {
+fn the_nano_slave_is_enough() {
     let mut slave = Slave::default();
     let path = play(move |line| Some(slave.answer(line)));
     let ended = order(&path, &["move", "40"]);
@@ -84,7 +84,7 @@ fn a_slave_of_document_004_is_enough() {
     assert!(ended.stdout.contains("lines       PO S5 T100 R200 G+40 E"), "{ended:?}");
     order(&path, &["move", "-50"]).assert(0, "position -10 ready");
     let status = order(&path, &["status"]);
-    assert!(status.stdout.contains("speaks document 004 only"), "{status:?}");
+    assert!(status.stdout.contains("knows the Nano slave's lines only"), "{status:?}");
     assert!(status.stdout.contains("position -10 ready"), "{status:?}");
     let ended = order(&path, &["move", "5", "--axis", "2"]);
     ended.assert_error("only one axis");

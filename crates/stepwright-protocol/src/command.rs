@@ -16,7 +16,7 @@ use crate::text::{Bytes, Piece, Pieces};
 
 /// A line of the master, understood. Every value is inside its range.
 ///
-/// `PO` to `V` but `@` are document 004's, the rest Stepwright's extensions.
+/// `PO` to `V` but `@` are the Nano slave's, the rest Stepwright's extensions.
 ///
 /// ```
 /// use stepwright_protocol::{BadLine, Command, Distance};
@@ -360,7 +360,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn lines_of_document_004() {
+    fn lines_of_the_nano_slave() {
         let tens = |n| Tens::new(n).unwrap();
         for (line, command) in [
             (&b"PO"[..], Command::Program),

@@ -4,8 +4,8 @@
 //! The serial line of a stepper controller, both sides.
 //!
 //! A master sends a line, the slave answers it, the master sends the next.
-//! Document 004 gave the grammar; more axes and faster boards extend it, and a
-//! master that was written for the document never notices.
+//! The Nano slave's document gave the grammar; more axes and faster boards extend it, and a
+//! master that was written for that document never notices.
 //!
 //! Both halves are state machines over bytes. They do no I/O, hold no clock,
 //! allocate nothing and don't panic, so the same slave runs on an ATmega328P,
@@ -133,12 +133,12 @@
 //! assert_eq!(answers, b"Y\rY\rY\rY\rY\rY\rR\r4000\rE\rE\r");
 //! ```
 //!
-//! # How the document is read
+//! # How the Nano slave's document is read
 //!
 //! | open question | decided |
 //! | --- | --- |
 //! | `PO` or `P0`? | both |
-//! | speeds of 0, ramps of 0, numbers out of range | E: a clear refusal rather than the document's "no checking" |
+//! | speeds of 0, ramps of 0, numbers out of range | E: a clear refusal rather than the Nano slave's "no checking" |
 //! | `G5`, `G+`, `G+-5`, `S 5`, `po`, an empty line, 25 bytes, binary | E at the CR, and the next line starts clean |
 //! | what is taken while busy? | F, V, Z, K, A, `@`, t, a, d, `?`, `!`, `$`, `$` and a name; no setting is changed while any axis is busy; every other line that addresses a busy axis is answered E |
 //! | t, a, d while busy | they take effect at once, on the travel in progress as on later ones; E in an open order, which speaks of axes at rest; S, T, R and s are answered E: a travel keeps its start speed, and a ramp counted in steps can't begin on the way |

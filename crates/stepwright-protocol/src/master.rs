@@ -53,7 +53,7 @@ enum Awaited {
     Status,
     /// A number or E.
     Position,
-    /// The answer to `?`, or E of a slave that knows only document 004.
+    /// The answer to `?`, or E of a slave that knows only the Nano slave's lines.
     Info,
     /// A setting or E.
     Setting,

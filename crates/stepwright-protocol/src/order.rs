@@ -32,7 +32,7 @@ pub struct Order {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ramp {
     /// So many steps between start and top speed, at constant acceleration
-    /// (vt² − vs²)/2R: document 004.
+    /// (vt² − vs²)/2R: the Nano slave.
     Steps(RampSteps),
     /// This acceleration: 1 … 100,000,000 steps/s².
     Accel(Accel),

@@ -11,7 +11,7 @@ use crate::order::{Order, Travel};
 /// The commands of one order for one axis, or of several that start together:
 /// an iterator, to be sent one by one, each after the Y of the one before.
 ///
-/// It takes document 004's lines wherever they can say the value, so that a
+/// It takes the Nano slave's lines wherever they can say the value, so that a
 /// slave written for that document understands a script for axis 1 whose
 /// speeds are multiples of 10 from 10 to 9,990 steps/s and whose ramps are
 /// counted in steps; the extensions otherwise. Every setting is sent, because

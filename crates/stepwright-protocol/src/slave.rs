@@ -311,7 +311,7 @@ impl<const AXES: usize> Slave<AXES> {
                     return Err(Refusal::Busy);
                 }
                 self.forget_travels();
-                // Document 004's masters know no jerk.
+                // The Nano slave's masters know no jerk.
                 #[cfg(feature = "s-curve")]
                 for axis in &mut self.axes {
                     axis.manner.jerk = 0;

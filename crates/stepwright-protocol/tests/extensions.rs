@@ -1,4 +1,4 @@
-//! What goes beyond document 004, as tables: see `talk` in `common/mod.rs`.
+//! What goes beyond the Nano slave's lines, as tables: see `talk` in `common/mod.rs`.
 
 mod common;
 

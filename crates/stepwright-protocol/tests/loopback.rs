@@ -45,7 +45,7 @@ impl Link {
 
     /// What is left of a byte on the wire, and whether the receiver noticed.
     ///
-    /// A digit that becomes another digit is left out: the document's lines
+    /// A digit that becomes another digit is left out: the Nano slave's lines
     /// have no checksum, so nobody could tell.
     fn wire(&mut self, byte: u8) -> (Vec<u8>, bool) {
         if self.noise == 0 || !self.random.one_in(self.noise) {

@@ -1,4 +1,4 @@
-//! Document 004's conversation, three axes at once, and a dump for GTKWave.
+//! The Nano slave's conversation, three axes at once, and a dump for GTKWave.
 //!
 //! `cargo run -p stepwright-sim --example 06_serial_line > moves.vcd`
 

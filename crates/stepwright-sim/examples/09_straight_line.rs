@@ -7,7 +7,7 @@ use stepwright::profile::Ramp;
 use stepwright::{Accel, Order, Speed, Travel};
 use stepwright_sim::{Description, Edge, Pin, Queues, VirtualBoard};
 
-/// The first side of document 003's triangle.
+/// The first side of stepper_h's triangle.
 const WAY: [i32; 3] = [20_000, 6_666, 2_666];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

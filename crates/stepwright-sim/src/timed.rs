@@ -1,4 +1,4 @@
-//! The timed driver over simulated time: document 000's system without an Arduino.
+//! The timed driver over simulated time: the Arduino driver's system without an Arduino.
 //!
 //! Driver, interrupt's half and drive are the core's own; simulated are the timer, the
 //! caller's milliseconds and the pins.

@@ -1,4 +1,4 @@
-//! Document 000's three validation cases on the virtual board, number for number.
+//! The Arduino driver's three validation cases on the virtual board, number for number.
 //!
 //! The logs are in `stepwright_sim::timed::published`.
 
@@ -164,7 +164,7 @@ fn case_3_polled_with_a_callback() {
     }
 }
 
-/// Document 002: current on at the start, off after the last step. The phase survives.
+/// Austin: current on at the start, off after the last step. The phase survives.
 #[test]
 fn an_l6219_rests_after_its_last_step() {
     let mut board = TimedBoard::new(UNO, Model::Ideal, L6219_QUARTER, 0);

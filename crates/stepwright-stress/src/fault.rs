@@ -6,7 +6,7 @@ use std::str::FromStr;
 /// The rules that a board is held to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Every line has the one answer that the documents give it.
+    /// Every line has the one answer that the protocol's documentation gives it.
     Answer,
     /// `V` tells the steps on the pins.
     Position,

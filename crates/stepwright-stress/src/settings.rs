@@ -1,4 +1,4 @@
-//! The settings that the documents name, with ranges and defaults.
+//! The settings that the documentation names, with ranges and defaults.
 
 /// A setting, by its place in `TABLE`.
 #[derive(Clone, Copy, PartialEq, Eq)]

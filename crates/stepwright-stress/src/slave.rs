@@ -1,4 +1,4 @@
-//! What the documents say of each line: whether it is accepted, and what follows.
+//! What the documentation says of each line: whether it is accepted, and what follows.
 
 use crate::fault::Fault;
 use crate::grammar::Line;

@@ -1,6 +1,6 @@
 //! Time per step of each law, beside the crates `ramp-maker` and `stepgen`:
 //! `cargo bench -p stepwright`. Figures and aims are in docs/benchmarks.md, those of
-//! document 002's laws in docs/laws.md.
+//! Austin's laws in docs/laws.md.
 //!
 //! One move for all: 4,000 steps, 10,000 steps/s², 4,000 steps/s, 1 MHz; what
 //! is measured is the sum of its delays, so time per element is time per step.
@@ -76,9 +76,9 @@ fn laws(c: &mut Criterion) {
     group.finish();
 }
 
-/// Document 002's laws for the same move.
+/// Austin's laws for the same move.
 fn austin(c: &mut Criterion) {
-    let mut group = c.benchmark_group("step by document 002");
+    let mut group = c.benchmark_group("step by Austin's laws");
     group.throughput(Throughput::Elements(STEPS.into()));
     let (rate, top) = (Rate::MHZ, Speed::from_steps(4_000).unwrap());
     let accel = Accel::from_steps(10_000).unwrap();

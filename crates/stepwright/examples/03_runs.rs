@@ -8,7 +8,7 @@ use stepwright::{Rate, Speed};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rate = Rate::from_hz(16_000_000)?;
-    // Document 004's example: 50 to 1000 steps/s over 200 steps.
+    // The Nano slave's example: 50 to 1000 steps/s over 200 steps.
     let law = RampSteps::new(rate, Speed::from_steps(50)?, Speed::from_steps(1000)?, 200)?;
     let path = law.path(4000)?;
     let runs: Vec<_> = Cursor::new(path, Fit::board(rate)).collect();

@@ -1,4 +1,4 @@
-//! A motor that changes its mind on the way, under document 002's law: each delay is
+//! A motor that changes its mind on the way, under Austin's law: each delay is
 //! made when it is asked for, so a change holds from the next step on.
 //!
 //! `cargo run -p stepwright --example 08_change_your_mind`

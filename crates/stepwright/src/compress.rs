@@ -176,7 +176,7 @@ mod tests {
 
         #[test]
         fn ramps_become_few_runs(first in 2_000u32..60_000, error in 1u32..50) {
-            // c(n) = c0·(√(n+1) − √n): document 002, Eq 8.
+            // c(n) = c0·(√(n+1) − √n): Austin, Eq 8.
             let c0 = f64::from(first);
             let delays: Vec<Ticks> =
                 (0..2_000).map(|n| { let n = f64::from(n); (c0 * ((n + 1.0).sqrt() - n.sqrt())) as u32 }).collect();

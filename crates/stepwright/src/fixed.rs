@@ -365,7 +365,7 @@ mod tests {
 
     #[test]
     fn the_interval_of_a_speed() {
-        // Document 002: 120 rpm of a 1.8° motor on a 1 MHz timer.
+        // Austin: 120 rpm of a 1.8° motor on a 1 MHz timer.
         let v = Speed::from_steps(400).unwrap();
         assert_eq!(interval(Rate::MHZ, v), 2500 << 32);
         assert_eq!(slope(Rate::MHZ, root(v.squared())) >> 32, 2500);

@@ -22,7 +22,7 @@
 //!   x = d2·(L − s) / (a2 + d2)           s = (v² − w_end) / d2, the way to rest
 //! ```
 //!
-//! (document 002, Eq 19, where v is the start speed and s is 0.) A target
+//! (Austin, Eq 19, where v is the start speed and s is 0.) A target
 //! nearer than s can't be reached: then it brakes to rest.
 //!
 //! Constant acceleration makes the time between two pulses a matter of their

@@ -1,4 +1,4 @@
-//! Document 002's laws against its formulas in f64, and its printed numbers.
+//! Austin's laws against its formulas in f64, and its printed numbers.
 //!
 //! The oracle works on whole lists of real delays: a ramp from rest, another
 //! one back, and Eq 16 to 25 for where they end. It shares nothing with the core

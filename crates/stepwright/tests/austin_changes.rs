@@ -1,4 +1,4 @@
-//! Changing one's mind under document 002's law, in random sequences, against its
+//! Changing one's mind under Austin's law, in random sequences, against its
 //! formulas in `f64`.
 //!
 //! The model has signed accelerations and with them signed n, as Eq 13 and 18 have

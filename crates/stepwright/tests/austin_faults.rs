@@ -1,4 +1,4 @@
-//! Faults that well-known implementations of document 002 have, each as a test
+//! Faults that well-known implementations of Austin's law have, each as a test
 //! that would show it here.
 
 use stepwright::profile::austin::{

@@ -1,4 +1,4 @@
-//! A motion under document 002's law: its numbers, and the faults that well-known
+//! A motion under Austin's law: its numbers, and the faults that well-known
 //! implementations have where a motion changes, each as a test that would show it.
 
 use stepwright::profile::Unfit;
@@ -36,7 +36,7 @@ fn table_2() {
     let rate = Rate::from_hz(100_000_000).unwrap();
     let mut motion = Motion::new(rate, Speed::MAX, a(10.0)).unwrap();
     motion.retarget(100_000);
-    // c0 is that of 10 rad/s², where the document gives no number but c198.
+    // c0 is that of 10 rad/s², where the article gives no number but c198.
     let up: Vec<_> = motion.by_ref().take(201).collect();
     let scale = 2813.067 / f64::from(up[199]);
     let close = |got: u32, want: f64| {

@@ -1,4 +1,4 @@
-//! Document 003's numbers: on its fixed tick tick for tick, and by deadlines.
+//! stepper_h's numbers: on its fixed tick tick for tick, and by deadlines.
 
 #[path = "common/rig.rs"]
 mod rig;

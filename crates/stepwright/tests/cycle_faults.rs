@@ -1,4 +1,4 @@
-//! The known faults of document 003's public implementation, which must not be
+//! The known faults of stepper_h's public implementation, which must not be
 //! here: each a test.
 
 #[path = "common/rig.rs"]

@@ -1,6 +1,6 @@
 //! The closed-form laws against an independent one, in 160-bit arithmetic.
 //!
-//! The oracle works on the line of the document: distances, speeds and times
+//! The oracle works on the line of the Nano slave's document: distances, speeds and times
 //! as real numbers, corners solved for directly. It shares nothing with the
 //! core but the values as held.
 

@@ -367,7 +367,7 @@ fn a_drive_rests_or_holds() {
     }
 }
 
-/// The document's rules once more, naively, with time in whole clocks and u128.
+/// The article's rules once more, naively, with time in whole clocks and u128.
 fn oracle(order: &SetSpeed, latched: bool, steps: usize) -> Vec<u128> {
     let has = |bit| order.control.has(bit);
     let fit = |top: u128| {

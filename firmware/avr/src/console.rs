@@ -114,7 +114,7 @@ impl Console {
         }
     }
 
-    /// The document's debug dump.
+    /// The article's debug dump.
     pub fn dump(&mut self, dump: &Dump) {
         for (name, field) in dump.fields() {
             self.text(name);
@@ -130,7 +130,7 @@ impl Console {
         }
     }
 
-    /// What the document prints of a `motorSetSpeed`.
+    /// What the article prints of a `motorSetSpeed`.
     pub fn set_speed(&mut self, dump: &Dump, code: Code) {
         self.line(">>>motorSetSpeed");
         self.line(if cfg!(feature = "mega") { "Arduino Mega" } else { "Arduino Uno" });

@@ -1,4 +1,4 @@
-//! Motor cycles (document 003) on the chip: three motors, each with a program of its own,
+//! Motor cycles (stepper_h) on the chip: three motors, each with a program of its own,
 //! moved by the step interrupt while the main loop does as it likes.
 //!
 //! The interrupt reads the programs itself, bounds, switches and callbacks included; so it

@@ -17,7 +17,7 @@ use crate::slot::Slot;
 
 /// Steps of the move.
 pub const STEPS: u32 = 1_000;
-/// c₀ of document 002's Eq 15, and the shortest delay.
+/// c₀ of Austin's Eq 15, and the shortest delay.
 pub const LISTED: (u32, u32) = (9_560, 500);
 
 const MAKING: u8 = 1 << 4;

@@ -6,7 +6,7 @@
 //! | `timer` | the step timer |
 //! | `step` | the step interrupt that plays queues, and the foreground's way to hold it off |
 //! | `direct` | likewise, with the law in the interrupt |
-//! | `cycle` | likewise, with document 003's motor cycles in it |
+//! | `cycle` | likewise, with stepper_h's motor cycles in it |
 //! | `serial` | the serial line, USART0 |
 //! | `clock` | milliseconds, without an interrupt |
 //! | `watchdog` | a reset when the main loop hangs |
@@ -14,14 +14,14 @@
 //! | `eeprom` | bytes that outlive the power |
 //! | `panel` | all of these, as the device wants them |
 //! | `memory` | copying and filling, in few bytes |
-//! | `timed` | document 000's timed driver: a shield's motor on a timer |
+//! | `timed` | the timed driver: a shield's motor on a timer |
 //! | `console` | its serial line and clock, without interrupts |
 //! | `law` | what a step of a law costs |
 //! | `interrupt` | how handlers are declared, and what a simulator leaves out |
 //!
 //! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
-//! the interrupt. `bin/cycle.rs` is document 003's basic example, `bin/case1.rs` to
-//! `case3.rs` are document 000's, `bin/fast_pwm.rs` the first of these in fast PWM,
+//! the interrupt. `bin/cycle.rs` is stepper_h's basic example, `bin/case1.rs` to
+//! `case3.rs` are the Arduino driver's, `bin/fast_pwm.rs` the first of these in fast PWM,
 //! `bin/shields.rs` drives two shields at once, `bin/l6219.rs` an L6219. `bin/curves.rs` is
 //! the controller with S-curves on an Uno, and `bin/laws_*.rs` measure the laws.
 //! `bin/arithmetic.rs` and `bin/stacked.rs` are for tests of the compiler.

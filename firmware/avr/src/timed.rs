@@ -6,14 +6,14 @@
 //!   steps      │          │   │
 //! ```
 //!
-//! Document 000 has the counter begin anew with each step (fast PWM), and divides its clock.
-//! Here it runs freely, and the document's prescaler is arithmetic, done by the core's fit
+//! The Arduino driver has the counter begin anew with each step (fast PWM), and divides its clock.
+//! Here it runs freely, and the article's prescaler is arithmetic, done by the core's fit
 //! with its rounding and all. So no tick is lost however late the interrupt comes; a
 //! shortened top can't be missed, as the deadline is compared with the counter after it was
 //! set; and a change of the prescaler, which on an AVR is one for several timers and divides
 //! on whatever they do, costs nothing. CTC, whose counter begins anew too, would have all
 //! three troubles. Fast PWM's late compare register is modelled in software:
-//! `Model::Latched`. `bin/fast_pwm.rs` does it the document's way.
+//! `Model::Latched`. `bin/fast_pwm.rs` does it the article's way.
 //!
 //! | file | what |
 //! | --- | --- |
@@ -21,7 +21,7 @@
 //! | `port` | pins, as windings have them |
 //! | `shield` | the motor shield's pins |
 //! | `io_clock` | the I/O clock from fuses and CLKPR |
-//! | `example` | what the document's cases have in common |
+//! | `example` | what the article's cases have in common |
 
 pub mod example;
 mod io_clock;

@@ -1,4 +1,4 @@
-//! Document 004's conversations with the real binary.
+//! The Nano slave's conversations with the real binary.
 
 mod common;
 

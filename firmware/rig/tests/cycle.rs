@@ -1,4 +1,4 @@
-//! Document 003's basic example on the chip: its 21 lines, and its edges against the
+//! stepper_h's basic example on the chip: its 21 lines, and its edges against the
 //! virtual board, which plays the same cycle.
 //!
 //! A late step would cancel the cycle: that is the strategy that the example leaves as it

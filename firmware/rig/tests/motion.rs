@@ -8,7 +8,7 @@ use common::{BESIDE, FIT, LATENCY, chip, follows, path_of_accel, path_of_steps, 
 fn ramps_in_steps_follow_the_closed_form() {
     let mut chip = chip();
     // Start and top speed in 10 steps/s, ramp, steps: with and without a
-    // cruise, from the slowest to the fastest of document 004.
+    // cruise, from the slowest to the fastest of the Nano slave.
     let orders = [
         (1, 1, 1, 3),
         (5, 100, 200, 4000),

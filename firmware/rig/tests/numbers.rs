@@ -6,7 +6,7 @@
 //! along: it is private to the core.
 
 mod common;
-#[allow(dead_code, unexpected_cfgs, clippy::all)] // the core's own features
+#[allow(dead_code, unused_imports, clippy::all)] // the core uses more of it
 #[path = "../../../crates/stepwright/src/num/mod.rs"]
 mod num;
 

@@ -1,4 +1,4 @@
-//! The master of document 004 on a second board: two chips on one cable.
+//! The Nano slave's master on a second board: two chips on one cable.
 
 mod common;
 
@@ -25,7 +25,7 @@ fn the_master_has_the_slave_travel() {
     let steps = steps_of(pair.slave.edges(), 0);
     assert_eq!(steps.iter().map(|step| step.position).min(), Some(-4000));
     check(pair.slave.edges(), Needs::DEFAULT).unwrap();
-    // The lines are those of the document, and all that orders is accepted.
+    // The lines are those of the Nano slave, and all that orders is accepted.
     let orders = String::from_utf8_lossy(&pair.orders).into_owned();
     assert!(orders.contains("PO\rS5\rT100\rR200\rG+4000\rE\r"), "{orders}");
     let answers = String::from_utf8_lossy(&pair.answers).into_owned();

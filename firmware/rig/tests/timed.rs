@@ -1,4 +1,4 @@
-//! Document 000's examples on the chip: the published logs from its serial line, and its
+//! The Arduino driver's examples on the chip: the published logs from its serial line, and its
 //! edges against the virtual board's.
 
 use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
@@ -70,7 +70,7 @@ fn split(text: &str) -> Vec<String> {
     text.split("\r\n").map(String::from).collect()
 }
 
-/// The dumps in `lines`, each with its ten fields in the document's order.
+/// The dumps in `lines`, each with its ten fields in the article's order.
 fn dumps(lines: &[String]) -> Vec<[u32; 10]> {
     const NAMES: [&str; 10] = [
         "motor_ctrl_irq: 0x",
@@ -304,7 +304,7 @@ fn levels(changes: &[(u64, u8, bool)]) -> Vec<(u64, u8)> {
     all
 }
 
-/// Document 002: the current goes on at the start and off after the last step; the phase
+/// Austin: the current goes on at the start and off after the last step; the phase
 /// stays, and is restored at power-up.
 #[test]
 fn an_l6219_in_quarter_steps() {

@@ -1,9 +1,9 @@
-//! Document 003's triangle on the real binary, each side a line: its motors begin and end
+//! stepper_h's triangle on the real binary, each side a line: its motors begin and end
 //! together, each on a ramp of its own, scaled by its share of the way.
 //!
 //! The rates are the highest clean ones of the bench, `rate_ramps` in `bench/avr.json`, with
 //! its 40,000 steps/s² and its traffic; and so is what clean means: no late step, no byte
-//! lost, every edge within half an interval of the closed form. At the document's own size
+//! lost, every edge within half an interval of the closed form. At stepper_h's own size
 //! the side of two motors is so short that it turns round at 23,000 steps/s; ten times as
 //! large, every side reaches its rate and holds it.
 //!

@@ -1,5 +1,5 @@
 //! `calc delay`: which delays fit the period of a timer, and how far one can count
-//! (document 003).
+//! (stepper_h).
 //!
 //! A step takes three periods (bounds, STEP up, STEP down), and a delay must be a
 //! whole number of them:
@@ -18,7 +18,7 @@ use crate::sheet::{Cell, Sheet};
 ///
 /// For a driver with one interrupt for all motors: a step takes three periods of the
 /// timer, and its delay must be a whole number of them. Without --delays, those of
-/// document 003's motor.
+/// stepper_h's motor.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -47,7 +47,7 @@ pub struct Args {
     pub(super) output: Output,
 }
 
-/// What document 003's motor wants, from 1/1 to 1/32: in µs.
+/// What stepper_h's motor wants, from 1/1 to 1/32: in µs.
 const WANTED: [f64; 6] = [1500.0, 650.0, 330.0, 180.0, 80.0, 40.0];
 
 /// The smallest delay that fits and is no shorter.
@@ -149,7 +149,7 @@ mod tests {
         real(&facts.iter().find(|fact| fact.key == key).expect(key).value)
     }
 
-    /// Document 003's recommended delays, for a PIC32 and for an AVR with three motors.
+    /// stepper_h's recommended delays, for a PIC32 and for an AVR with three motors.
     #[test]
     fn recommended_delays() {
         let want = [1500.0, 660.0, 340.0, 180.0, 80.0, 60.0];

@@ -1,4 +1,4 @@
-//! `calc vref` and `calc microstep`: how a driver is set (document 003).
+//! `calc vref` and `calc microstep`: how a driver is set (stepper_h).
 
 use clap::ValueEnum;
 
@@ -184,7 +184,7 @@ mod tests {
         row.iter().map(text).collect()
     }
 
-    /// Document 003: half the current, set a little lower.
+    /// stepper_h: half the current, set a little lower.
     #[test]
     fn reference_voltages() {
         let rows = sheet("vref 1.7A 600mA 1.3").unwrap().rows;
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(shown(&rows[0])[1], "0.544");
     }
 
-    /// Document 003: the jumpers of a DRV8825, and steps of a turn.
+    /// stepper_h: the jumpers of a DRV8825, and steps of a turn.
     #[test]
     fn jumpers() {
         let rows = sheet("microstep").unwrap().rows;

@@ -1,4 +1,4 @@
-//! `calc belt` and `calc screw`: from turns to millimetres (document 003).
+//! `calc belt` and `calc screw`: from turns to millimetres (stepper_h).
 //!
 //! ```text
 //!   travel of a turn = pitch · teeth, or pitch · starts
@@ -187,7 +187,7 @@ mod tests {
         }
     }
 
-    /// Document 003: 2 mm · 20 teeth = 40 mm, and the step of each kind in nm. (Its
+    /// stepper_h: 2 mm · 20 teeth = 40 mm, and the step of each kind in nm. (Its
     /// "300 · 32 = 6400" is 200 · 32.)
     #[test]
     fn steps_of_a_gt2_belt() {
@@ -206,7 +206,7 @@ mod tests {
         assert_eq!(real(&sheet.rows[5][2]), 6.25);
     }
 
-    /// Document 003's speeds: it cuts rev/s after a digit, and reckons mm/s with that.
+    /// stepper_h's speeds: it cuts rev/s after a digit, and reckons mm/s with that.
     #[test]
     fn speeds_of_a_gt2_belt() {
         let cases = [

@@ -1,4 +1,4 @@
-//! `stepwright calc`: the calculators of documents 000 and 003.
+//! `stepwright calc`: the calculators of the Arduino driver's article and stepper_h's documentation.
 //!
 //! | module | what |
 //! | --- | --- |

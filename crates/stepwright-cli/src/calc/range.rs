@@ -1,4 +1,4 @@
-//! `calc range`: what rates a timer can make (document 000, section 6).
+//! `calc range`: what rates a timer can make (the Arduino driver, section 6).
 
 use super::Output;
 use super::clock::ClockArgs;

@@ -1,4 +1,4 @@
-//! `calc timed`: a speed that changes with the clock (document 000, sections 7 and 8).
+//! `calc timed`: a speed that changes with the clock (the Arduino driver, sections 7 and 8).
 //!
 //! ```text
 //!   linear      modification = ⌊|start − end| / updates⌋
@@ -68,7 +68,7 @@ pub struct Args {
     pub(super) output: Output,
 }
 
-/// Seconds; a bare number is in milliseconds, as the document has them.
+/// Seconds; a bare number is in milliseconds, as the Arduino driver has them.
 fn micros_or_ms(text: &str) -> Result<f64, String> {
     let bare = text.bytes().all(|b| b.is_ascii_digit() || b == b'.');
     let micros = micros(&if bare { format!("{text}ms") } else { text.to_owned() })?;

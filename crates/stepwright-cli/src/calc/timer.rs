@@ -1,4 +1,4 @@
-//! `calc timer`: a speed on a hardware timer (document 000, sections 4 and 6).
+//! `calc timer`: a speed on a hardware timer (the Arduino driver, sections 4 and 6).
 
 use stepwright::timer::fit::deviation_ppb;
 
@@ -12,7 +12,7 @@ use crate::sheet::{Cell, Sheet};
 /// A speed on a timer: virtual top, prescaler, what it is in truth
 ///
 /// The virtual top is the clock over the steps/s, in 32 bits; the smallest
-/// prescaler with which it fits the timer's own bits is taken. As document 000 has
+/// prescaler with which it fits the timer's own bits is taken. As the Arduino driver has
 /// it, a speed is rounded down to whole steps/s first, unless --exact is given.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -61,8 +61,7 @@ impl Args {
                 sheet = Sheet::new(format!("{given} on a timer of {} bits", hardware.bits()));
                 sheet.fact("asked_steps_s", "asked for", Cell::digits(asked, 10), "steps/s");
                 if whole != asked {
-                    let note =
-                        "rounded down to whole steps/s, as document 000 does; --exact does not";
+                    let note = "rounded down to whole steps/s, as the Arduino driver does; --exact does not";
                     sheet.notes.push(note.into());
                 }
                 if !self.exact {

@@ -1,4 +1,4 @@
-//! `stepwright cycle`: motor cycles from a file (document 003).
+//! `stepwright cycle`: motor cycles from a file (stepper_h).
 //!
 //! | module | what |
 //! | --- | --- |
@@ -86,7 +86,7 @@ pub struct Args {
 /// How cycles are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// Positions each second, as document 003 prints them
+    /// Positions each second, as stepper_h prints them
     List,
     /// Every event: time_us,motor,event,value,position
     Csv,

@@ -1,4 +1,4 @@
-//! Document 002's equations, in f64 and as they are printed.
+//! Austin's equations, in f64 and as they are printed.
 //!
 //! Nothing here is the core's: its integer laws are held to these. Delays are in
 //! timer counts, angles in radians; n is the step number on a ramp from rest, i
@@ -15,7 +15,7 @@ pub struct Motor {
     pub step: f64,
 }
 
-/// The document's: 1 MHz and 1.8°.
+/// The article's: 1 MHz and 1.8°.
 pub const MOTOR: Motor = Motor { hz: 1e6, step: std::f64::consts::PI / 100.0 };
 
 /// How a ramp by Eq 13 begins.
@@ -150,7 +150,7 @@ pub fn next_scaled(c: f64, n: f64, factor: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The numbers in the document's text.
+    /// The numbers in the article's text.
     #[test]
     fn the_text() {
         // "A maximum motor speed of 300rpm is then equivalent to a delay count of 1,000."

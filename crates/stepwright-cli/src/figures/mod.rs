@@ -1,4 +1,4 @@
-//! `stepwright figures`: the figures and tables of document 002, anew.
+//! `stepwright figures`: the figures and tables of Austin's article, recomputed.
 //!
 //! Made from its equations in f64 ([`law`]), beside the numbers that it prints
 //! ([`printed`]). One figure or a few that belong together are a file:
@@ -84,7 +84,7 @@ enum Which {
 }
 
 impl Which {
-    /// In the document's order.
+    /// In the article's order.
     const EACH: [Which; 9] = [
         Which::Table1,
         Which::Figure2,
@@ -125,7 +125,7 @@ struct Drawing {
     figure: Option<Figure>,
     /// Its curves, delay by delay.
     traces: Vec<Trace>,
-    /// Every number that has, or could have, one of the document beside it.
+    /// Every number that has, or could have, one of the article beside it.
     printed: Vec<Printed>,
 }
 

@@ -1,8 +1,8 @@
-//! A number of the document beside what its equations make.
+//! A number of the article beside what its equations make.
 
 use crate::sheet::Cell;
 
-/// A value, and what the document prints for it.
+/// A value, and the article's value for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Printed {
     /// As printed, but for the comma between thousands: `2803.498`, `7.66E-4`.
@@ -11,7 +11,7 @@ pub struct Printed {
     value: f64,
     /// Digits behind the point, where nothing is printed.
     decimals: usize,
-    /// Why the two differ, if the document is wrong.
+    /// Why the two differ, if the article is wrong.
     wrong: Option<&'static str>,
 }
 
@@ -31,13 +31,13 @@ impl Printed {
         Printed { text: None, value, decimals, wrong: None }
     }
 
-    /// The number of the document.
+    /// The number of the article.
     pub fn published(&self) -> Cell {
         let number = |text: &str| Cell::Real(text.parse().unwrap_or(f64::NAN), text.to_owned());
         self.text.map_or(Cell::Empty, number)
     }
 
-    /// The number by the equations, in the document's form.
+    /// The number by the equations, in the article's form.
     pub fn computed(&self) -> Cell {
         match self.text {
             None => Cell::fixed(self.value, self.decimals),

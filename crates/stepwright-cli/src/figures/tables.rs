@@ -7,7 +7,7 @@ use crate::sheet::{Cell, Sheet};
 
 /// c_n / c_{n−1} by Eq 9 and by Eq 11.
 pub fn accuracy() -> Drawing {
-    // The document's three columns.
+    // The article's three columns.
     const TABLE: [(u32, [&str; 3]); 9] = [
         (1, ["0.4142", "0.6000", "0.4485"]),
         (2, ["0.7673", "0.7778", "0.0136"]),
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(shown(next(next(MOTOR.exact(10.0, 198.0), 199.0), -99.25)), "2820.179");
     }
 
-    /// The error falls with n³, as the document says of it.
+    /// The error falls with n³, as the article says of it.
     #[test]
     fn the_error_falls_with_the_cube() {
         let error = |n: f64| ratio(n) / exact_ratio(n) - 1.0;

@@ -34,7 +34,7 @@ pub struct Hand {
 
 impl Hand {
     /// Listens to the keys if there are any, for a motor that follows this
-    /// order. A board that knows only document 004 can't change its speed.
+    /// order. A board that knows only the Nano slave's lines can't change its speed.
     pub fn on(talk: &Talk, order: &Order) -> Hand {
         let whole = |speed: stepwright::Speed| speed.millisteps() / 1000;
         let (top, start) = (whole(order.top), whole(order.start));

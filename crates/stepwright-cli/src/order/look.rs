@@ -182,7 +182,7 @@ fn board(info: Info) -> Value {
 
 fn show(info: Option<Info>) {
     let Some(info) = info else {
-        return say::result("board       speaks document 004 only");
+        return say::result("board       knows the Nano slave's lines only");
     };
     let axes = if info.axes == 1 { "axis" } else { "axes" };
     say::result(format_args!(

@@ -136,8 +136,9 @@ fn refused(name: &str, axis: AxisId, line: Command, why: Option<Refusal>) -> Fai
                 .hint("`stepwright move` and `stepwright run` begin one")
         }
         Some(why) => Failure::new(format!("{name} refused {line}: {why}")),
-        None => Failure::new(format!("{name} refused {line}"))
-            .hint("a board that knows only document 004 can't change a travel in progress"),
+        None => Failure::new(format!("{name} refused {line}")).hint(
+            "a board that knows only the Nano slave's lines can't change a travel in progress",
+        ),
     }
 }
 

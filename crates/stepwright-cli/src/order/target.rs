@@ -105,7 +105,7 @@ fn met(talk: &mut Talk) -> Result<(), Failure> {
         match trouble {
             Trouble::Silent => Failure::new(format!("no answer from {name}")).hint(
                 "is it the board's port (`stepwright ports`), at its rate (--baud), with \
-                 Stepwright's or document 004's program on it?",
+                 Stepwright's or the Nano slave's program on it?",
             ),
             other => lost(&name, &other),
         }

@@ -1,4 +1,4 @@
-//! `plan austin`: document 002's constant acceleration.
+//! `plan austin`: Austin's constant acceleration.
 
 use clap::ValueEnum;
 use stepwright::profile::austin::{Austin, Divisor};
@@ -12,14 +12,14 @@ use super::{Common, Planned};
 use crate::failure::Failure;
 use crate::figures::law::{next, next_simple, turning_point};
 
-/// Document 002's ramp: each delay from the one before (Eq 12 to 19)
+/// Austin's ramp: each delay from the one before (Eq 12 to 19)
 ///
 /// The motor starts and ends at rest. Down goes the ramp of the deceleration;
 /// steps that rounding leaves over are travelled at the speed reached.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  Figures 2 to 4 of the document, 0 to 120 rpm in a second:
+  Figures 2 to 4 of the article, 0 to 120 rpm in a second:
     stepwright plan austin --steps 1000 --accel 12.566rad/s2 --top-speed 120rpm
   The same with an exact first step, as a table:
     stepwright plan austin --steps 1000 --accel 12.566rad/s2 --top-speed 120rpm \\
@@ -45,7 +45,7 @@ pub enum Divide {
     /// 2c/(4n+1), Eq 12
     #[value(name = "4n+1")]
     FourN,
-    /// c/2n, the document's variant: the first delay is √π/2 of the exact one
+    /// c/2n, the article's variant: the first delay is √π/2 of the exact one
     #[value(name = "2n")]
     TwoN,
 }

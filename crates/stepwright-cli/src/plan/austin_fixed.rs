@@ -1,4 +1,4 @@
-//! `plan austin-fixed`: document 002's published listing.
+//! `plan austin-fixed`: Austin's published listing.
 
 use stepwright::profile::austin::Fixed;
 use stepwright::{Geometry, Rate};
@@ -10,7 +10,7 @@ use super::law::{Plan, Value};
 use super::{Common, Planned, Steps};
 use crate::failure::Failure;
 
-/// Document 002's ramp as it was published: fixed point, 24.8, delay for delay
+/// Austin's ramp as it was published: fixed point, 24.8, delay for delay
 ///
 /// The first delay sets the acceleration, the shortest the top speed; the
 /// deceleration is the same. The error that the summary shows is that of the
@@ -18,7 +18,7 @@ use crate::failure::Failure;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  The demo of the document, five turns of a 1.8° motor:
+  The demo of the article, five turns of a 1.8° motor:
     stepwright plan austin-fixed --steps 1000 --c0 50000 --c-min 2500
   Its delays:
     stepwright plan austin-fixed --steps 10 --c0 50000 --c-min 2500 --format csv")]

@@ -25,13 +25,13 @@ use crate::sheet::{Cell, Format, Sheet};
 /// Laws over one another: how long, how fast, how smooth
 ///
 /// The same travel by each: duration, peak speed, the highest acceleration,
-/// deceleration (Eq 3 of document 002) and jerk between neighbouring delays; how
+/// deceleration (Austin, Eq 3) and jerk between neighbouring delays; how
 /// far the delays are from those of constant acceleration, largest and root mean
 /// square; and the time lost against it, as the time-optimal travel.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  The transitions of document 002 beside constant acceleration:
+  Austin's transitions beside constant acceleration:
     stepwright plan compare trapezoid austin linear-factor power piecewise \\
       --steps 1000 --accel 2000 --top-speed 1000 --plot laws.png
   What a limited jerk costs, and what the transitions approximate:
@@ -239,7 +239,7 @@ fn sheet(asked: &Asked, courses: &[Course], constant: &[Course; 2]) -> Sheet {
         "error, RMS: of the delays, against constant acceleration; lost: against its time.".into(),
     ];
     if courses.iter().any(|course| course.holds) {
-        let hold = "Document 002's laws leave out their last delay, the hold after the last pulse.";
+        let hold = "Austin's laws leave out their last delay, the hold after the last pulse.";
         sheet.notes.push(hold.into());
     }
     sheet

@@ -1,4 +1,4 @@
-//! Document 002's laws in f64: what the core's delays are measured against.
+//! Austin's laws in f64: what the core's delays are measured against.
 //!
 //! A travel is N steps up from c₀, some at the speed reached, and J − 1 down,
 //! the J-th being the hold after the last pulse. One of [`Ramps`] makes a delay
@@ -42,7 +42,7 @@ pub struct Turns {
     pub complete: bool,
 }
 
-/// A travel by document 002's equations.
+/// A travel by Austin's equations.
 pub struct Formula {
     pulses: u32,
     ramps: Box<dyn Ramps>,

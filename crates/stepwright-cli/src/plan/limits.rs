@@ -62,7 +62,7 @@ impl Asked {
         ]
     }
 
-    /// The timer and a motor whose angles are steps, for document 002's equations.
+    /// The timer and a motor whose angles are steps, for Austin's equations.
     pub fn motor(&self) -> Motor {
         Motor { hz: self.rate.hz().into(), step: 1.0 }
     }
@@ -82,7 +82,7 @@ impl Asked {
     }
 }
 
-/// How one of document 002's ramps begins.
+/// How one of Austin's ramps begins.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct Begin {
     /// The first delay, which Eq 12 makes too much of

@@ -1,4 +1,4 @@
-//! `plan linear-factor`: document 002's recommended transition.
+//! `plan linear-factor`: Austin's recommended transition.
 
 use stepwright::profile::austin::LinearFactor;
 use stepwright::{Geometry, Rate};
@@ -19,7 +19,7 @@ use crate::figures::law::{next_scaled, turning_point};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  Figure 8 of the document:
+  Figure 8 of the article:
     stepwright plan linear-factor --steps 700 --accel 10rad/s2 --decel 20rad/s2 \\
       --top-speed 10rad/s --plot figure-8.png
   The factor beginning at half of the top speed:

@@ -1,4 +1,4 @@
-//! `plan piecewise`: document 002's piecewise linear transition.
+//! `plan piecewise`: Austin's piecewise linear transition.
 
 use stepwright::profile::austin::Piecewise;
 use stepwright::{Geometry, Rate};
@@ -18,7 +18,7 @@ use crate::figures::law::next;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  Seven breaks, as in the document:
+  Seven breaks, as in the article:
     stepwright plan piecewise --steps 2000 --accel 2000 --top-speed 1000
   Three:
     stepwright plan piecewise --steps 2000 --accel 2000 --top-speed 1000 --breaks 3")]

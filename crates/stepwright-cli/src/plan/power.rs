@@ -1,4 +1,4 @@
-//! `plan power`: document 002's power term.
+//! `plan power`: Austin's power term.
 
 use stepwright::profile::austin::PowerTerm;
 use stepwright::{Geometry, Rate};

@@ -1,4 +1,4 @@
-//! `plan ramp`: document 004's ramp, counted in steps.
+//! `plan ramp`: the Nano slave's ramp, counted in steps.
 
 use stepwright::profile::RampSteps;
 use stepwright::{Geometry, Rate};

@@ -64,7 +64,7 @@ fn accelerations_in_every_unit() {
         ("120rpm/s", "120rpm/s → 400 steps/s²"),
         ("2rev/s2", "2rev/s2 → 400 steps/s²"),
         ("200mm/s2", "200mm/s2 → 1000 steps/s²"),
-        // Document 002: 4π rad/s² of a 1.8° motor are 400 steps/s².
+        // Austin: 4π rad/s² of a 1.8° motor are 400 steps/s².
         ("12.566rad/s2", "12.566rad/s2 ≈ 399.988 steps/s²"),
         ("12.566370614359172rad/s2", "12.566370614359172rad/s2 ≈ 400 steps/s²"),
     ] {

@@ -103,7 +103,7 @@ pub fn draw(course: &Course, wiring: &Wiring, window: Option<Window>) -> Figure 
 fn title(course: &Course) -> String {
     let steps = number(course.steps.len() as f64, 0);
     match course.order.case {
-        Some(case) => format!("Document 000, case {case}: {steps} steps"),
+        Some(case) => format!("The Arduino driver, case {case}: {steps} steps"),
         None => format!("Timed speed: {steps} steps"),
     }
 }

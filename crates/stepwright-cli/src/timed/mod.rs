@@ -1,4 +1,4 @@
-//! `stepwright timed`: document 000's set-speed order on the virtual board.
+//! `stepwright timed`: the Arduino driver's set-speed order on the virtual board.
 //!
 //! | module | what |
 //! | --- | --- |
@@ -25,7 +25,7 @@ use course::{Course, Moments};
 use order::OrderArgs;
 use wiring::WiringArgs;
 
-/// Change a motor's speed on a clock, as document 000's timed driver does
+/// Change a motor's speed on a clock, as the Arduino driver does
 ///
 /// The order is carried out on the virtual board: steps at a virtual top (clocks between two
 /// steps), which grows or shrinks every so many milliseconds, until so many steps or
@@ -37,7 +37,7 @@ Examples:
     stepwright timed --speed 250 --steps 20000
   From 1.8 rpm up, four times a second, 29 updates (the manual's example):
     stepwright timed --top 2666666 --faster 91264 --every-ms 250 --updates 29
-  The document's first validation case, its debug dump at the log's times:
+  The article's first validation case, its debug dump at the log's times:
     stepwright timed --case 1 --latched --log 166.9+1001
   The pins of a unipolar motor in half steps:
     stepwright timed --speed 100 --steps 16 --drive unipolar-half:D4,D39,D40,D41 \\
@@ -61,7 +61,7 @@ pub struct Args {
     #[arg(long, value_name = "MS", help_heading = "Output")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     for_ms: Option<u32>,
-    /// Print the document's debug dump at these ms after the call: 100,250.5,900 or
+    /// Print the Arduino driver's debug dump at these ms after the call: 100,250.5,900 or
     /// FIRST+EVERY, like 166.9+1001
     #[arg(long, value_name = "WHEN", help_heading = "Output")]
     log: Option<Moments>,

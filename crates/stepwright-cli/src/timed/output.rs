@@ -8,7 +8,7 @@ use stepwright::timed::{Call, Control, Field, Status};
 use super::course::{Course, Logged};
 use crate::sheet::{Cell, Format, Sheet};
 
-/// Names of the control's bits, as in the document.
+/// Names of the control's bits, as in the Arduino driver's article.
 const CONTROL: [(Control, &str); 7] = [
     (Control::DRV_EN, "DRV_EN"),
     (Control::SPEED_VARIABLE, "SPEED_VARIABLE"),
@@ -128,7 +128,7 @@ pub fn csv(out: &mut impl Write, course: &Course) -> io::Result<()> {
     Ok(())
 }
 
-/// The document's dumps, as its serial monitor shows them: each line with the time after
+/// The article's dumps, as its serial monitor shows them: each line with the time after
 /// the call.
 pub fn dumps(out: &mut impl Write, course: &Course) -> io::Result<()> {
     for Logged { ms, dump } in &course.dumps {

@@ -26,7 +26,7 @@ pub struct WiringArgs {
     phase: u8,
 }
 
-/// A board with document 000's pins.
+/// A board with the Arduino driver's pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum BoardArg {
     /// Arduino Uno

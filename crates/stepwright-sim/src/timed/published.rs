@@ -1,4 +1,4 @@
-//! Document 000's validation cases as they are published: the orders, and what the main
+//! The Arduino driver's validation cases as they are published: the orders, and what the main
 //! loop's dumps say.
 //!
 //! Of the logs stands here what can be checked: not the pattern, not the host's times, and

@@ -1,5 +1,5 @@
 //! The independent curve: what an order should do, in f64 on the line of
-//! document 004.
+//! the Nano slave.
 
 /// A travel in real numbers: speeds in steps/s, a and d in steps/s².
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! The independent curve of a travel whose mind is changed on the way: legs
 //! from rest to rest, and each cut where a change took hold.
 //!
-//! In f64 on the line of document 004, from the physics alone: constant
+//! In f64 on the Nano slave's line, from the physics alone: constant
 //! accelerations between speeds. It shares no formula with the planner.
 
 use stepwright::Change;

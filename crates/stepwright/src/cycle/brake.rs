@@ -1,7 +1,7 @@
 //! A motor that comes to rest: each step costs it 2a of v².
 //!
 //! With n = v²/2a steps to go, rounded up so that it never brakes harder, the
-//! intervals grow as those of document 002's ramp do, gone backwards:
+//! intervals grow as those of Austin's ramp do, gone backwards:
 //!
 //! ```text
 //!   c′ = c + 2c / (4n − 1)        the last one c′ = c·(1 + √2)

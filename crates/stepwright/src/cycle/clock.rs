@@ -13,7 +13,7 @@ pub enum Clock {
     /// Every step at its own deadline: any delay, to a tick of the timer.
     #[default]
     Deadlines,
-    /// Document 003's fixed tick: steps are rounded down to ticks of `period`
+    /// stepper_h's fixed tick: steps are rounded down to ticks of `period`
     /// µs since the start, the rest carried; three passes place a step.
     ///
     /// ```text

@@ -1,4 +1,4 @@
-//! Motor cycles (document 003): several motors at once, each with a program of
+//! Motor cycles (stepper_h): several motors at once, each with a program of
 //! its own, from one timer.
 //!
 //! A cycle is prepared motor by motor, started, and runs in the background, to
@@ -19,7 +19,7 @@
 //!
 //! **Two clocks, one engine.** By default every step has its own deadline: no
 //! delay need be a multiple of anything, and motors of unrelated speeds don't
-//! disturb each other. [`Clock::Tick`] is the document's fixed tick: the same
+//! disturb each other. [`Clock::Tick`] is stepper_h's fixed tick: the same
 //! engine, deadlines rounded down to it, a step in three passes.
 //!
 //! **Nobody else's step.** A motor that stops, or cancels the cycle, costs no

@@ -4,7 +4,7 @@ use core::fmt;
 
 /// A motor: how far a step goes, how fast it may, where it ends.
 ///
-/// Document 003's `init_stepper` and `init_stepper_ends`. Its pins are the
+/// stepper_h's `init_stepper` and `init_stepper_ends`. Its pins are the
 /// business of the [`Drive`](crate::drive::Drive) and the
 /// [`Surroundings`](super::Surroundings).
 ///
@@ -90,7 +90,7 @@ pub enum Status {
     Finished,
 }
 
-/// What went wrong with a motor: a set of flags, with document 003's numbers.
+/// What went wrong with a motor: a set of flags, with stepper_h's numbers.
 ///
 /// ```
 /// use stepwright::cycle::Faults;
@@ -134,7 +134,7 @@ impl Faults {
         }
     }
 
-    /// The flags as document 003 numbers them.
+    /// The flags as stepper_h numbers them.
     pub const fn bits(self) -> u8 {
         self.0
     }

@@ -1,4 +1,4 @@
-//! What a motor does in a cycle: document 003's `prepare_…` functions.
+//! What a motor does in a cycle: stepper_h's `prepare_…` functions.
 //!
 //! | document | here |
 //! | --- | --- |
@@ -10,7 +10,7 @@
 //! | `prepare_dynamic_whirl` | [`Program::DynamicWhirl`] |
 //!
 //! [`Program::Paced`] has no counterpart: it plays what is planned elsewhere.
-//! A count's sign is its direction, as in the README of the document; a delay
+//! A count's sign is its direction, as in the README of stepper_h; a delay
 //! is in µs, and 0 means the motor's smallest.
 
 use crate::units::Ticks;
@@ -101,7 +101,7 @@ pub enum Leg {
         /// µs from step to step.
         delay: u32,
     },
-    /// No step for `count` times `delay` (direction 0 of the document).
+    /// No step for `count` times `delay` (direction 0 of stepper_h).
     Wait {
         /// How many times.
         count: u32,

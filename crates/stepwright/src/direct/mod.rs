@@ -1,4 +1,4 @@
-//! The law in the interrupt itself: document 002's ramp, a step at a time.
+//! The law in the interrupt itself: Austin's ramp, a step at a time.
 //!
 //! Nothing in the foreground can hold up a motor that is fed like this: each
 //! interval is computed after the pulse before it has been emitted, and loaded

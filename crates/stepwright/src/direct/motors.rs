@@ -44,7 +44,7 @@ impl<T: StepTimer, D: Drive, const N: usize> Steering for Engine<T, D, Direct, N
     }
 }
 
-/// N motors along document 002's ramp.
+/// N motors along Austin's ramp.
 pub struct Motors<const N: usize> {
     board: Board<N>,
     /// Highest speed of each axis's travel, in 0.001 steps/s.

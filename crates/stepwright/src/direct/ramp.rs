@@ -1,4 +1,4 @@
-//! Document 002's ramp with the division's remainder carried.
+//! Austin's ramp with the division's remainder carried.
 //!
 //! ```text
 //!   c(n) = c(n−1) − 2·c(n−1) / (4n+1)      up: n = 1, 2 …
@@ -6,7 +6,7 @@
 //!   c(0) = 0.676·f·√(2/a)                  Eq 7 and 15
 //! ```
 //!
-//! Intervals are kept in 2⁻⁸ ticks, as in the document. What a division leaves
+//! Intervals are kept in 2⁻⁸ ticks, as in the article. What a division leaves
 //! over goes to the next one: at high speed, where 2c is less than 4n+1, the
 //! interval still falls, so the ramp can't stall below its top speed. That is what
 //! sets it apart from [`austin::Fixed`](crate::profile::austin::Fixed), which
@@ -32,11 +32,11 @@ pub(crate) const LONGEST: Ticks = (1 << 22) - 1;
 /// A ramp has at most 2²⁹ steps.
 const LAST_DIVISOR: u32 = 1 << 31;
 
-/// One travel along document 002's ramp.
+/// One travel along Austin's ramp.
 ///
 /// ```
 /// use stepwright::direct::Ramp;
-/// // The document's demo: 1 MHz, the first delay 50000, the shortest 2500.
+/// // The article's demo: 1 MHz, the first delay 50000, the shortest 2500.
 /// let delays: Vec<_> = Ramp::new(10, 50_000, 2_500).collect();
 /// assert_eq!(delays[..5], [50_000, 30_000, 23_333, 19_744, 17_421]);
 /// assert_eq!(delays.len(), 9); // between 10 pulses

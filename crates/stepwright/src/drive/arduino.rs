@@ -1,8 +1,8 @@
-//! Which port and bit an Arduino's pin is: document 000, section 5.
+//! Which port and bit an Arduino's pin is: the Arduino driver, section 5.
 
 use core::fmt;
 
-/// An Arduino of the document.
+/// An Arduino of the article.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arduino {
     /// ATmega328P.
@@ -105,7 +105,7 @@ impl Arduino {
     ///
     /// ```
     /// use stepwright::drive::{Arduino, BoardPin, PinFault};
-    /// // The document's example.
+    /// // The article's example.
     /// let pins = [4, 39, 40, 41].map(BoardPin::D);
     /// assert_eq!(Arduino::Mega.same_port(pins), Ok(('G', [5, 2, 1, 0])));
     /// let mixed = [2, 3, 8, 9].map(BoardPin::D);
@@ -175,7 +175,7 @@ mod tests {
     extern crate std;
     use super::*;
 
-    /// The document's columns, as they stand there: bit by bit, Uno and Mega.
+    /// The article's columns, as they stand there: bit by bit, Uno and Mega.
     #[test]
     fn the_documents_table() {
         let d = BoardPin::D;

@@ -5,7 +5,7 @@ use super::{Axes, Drive, Port, Sequence};
 /// One motor whose lines lie on one port, moved in one write.
 ///
 /// It keeps its phase through a stop; a program that stores [`phase`](Coils::phase) and
-/// restores it at power-up finds the motor where it was (document 002).
+/// restores it at power-up finds the motor where it was (Austin).
 ///
 /// ```
 /// use stepwright::drive::{Coils, Port, sequence};

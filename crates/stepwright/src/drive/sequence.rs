@@ -5,14 +5,14 @@
 //!
 //! ```text
 //!        B+
-//!     3  │  2        full step: two windings on   1 2 3 4 …  (documents 000 and 002)
+//!     3  │  2        full step: two windings on   1 2 3 4 …  (the Arduino driver and Austin)
 //!   A− ──┼── A+      wave:      one winding on
 //!     0  │  1        half:      both in turn
 //!        B−
 //! ```
 //!
-//! Sources: document 000, sections 1 and 2 (bipolar `--`, `+-`, `++`, `-+`; unipolar 1001,
-//! 1100, 0110, 0011, where 1 does not conduct); document 002, the L6219 (two phase inputs
+//! Sources: the Arduino driver, sections 1 and 2 (bipolar `--`, `+-`, `++`, `-+`; unipolar 1001,
+//! 1100, 0110, 0011, where 1 does not conduct); Austin, the L6219 (two phase inputs
 //! in Gray order 00, 01, 11, 10, and currents of 0, 33, 67 and 100 %).
 
 use core::fmt;
@@ -58,7 +58,7 @@ pub const BRIDGE_HALF: Sequence =
     Sequence::plain(4, &[0b1010, 0b1000, 0b1001, 0b0001, 0b0101, 0b0100, 0b0110, 0b0010]);
 
 /// A Darlington driver (ULN2003, 2004, 2803) of phases A to D, lines 0 to 3; a high line
-/// conducts. In the document's 1001, 1100, 0110, 0011 the digits are A to D, and a 1 does
+/// conducts. In the article's 1001, 1100, 0110, 0011 the digits are A to D, and a 1 does
 /// not conduct.
 pub const UNIPOLAR_FULL: Sequence = Sequence::plain(4, &[0b0110, 0b1100, 0b1001, 0b0011]);
 /// One phase at a time.
@@ -147,7 +147,7 @@ impl Sequence {
         Sequence { rows: rows(levels), len: levels.len() as u8, lines, off, rests: off != 0 }
     }
 
-    /// A table of one's own, such as document 000's `MOTOR_PATTERN0` … 3 on port bits:
+    /// A table of one's own, such as the Arduino driver's `MOTOR_PATTERN0` … 3 on port bits:
     /// `mask` is its `MOTOR_OUTPUTS`.
     ///
     /// ```
@@ -238,7 +238,7 @@ impl Sequence {
         Sequence { rests: false, ..self }
     }
 
-    /// Whether the current is to go off an interval after the last step, as document 002 has
+    /// Whether the current is to go off an interval after the last step, as Austin has
     /// it for the L6219. The others hold the motor until they are switched off, unless they
     /// are [`resting`](Sequence::resting).
     pub const fn rests(&self) -> bool {

@@ -6,7 +6,7 @@
 //!   second     D3  D11       cut          D9   D8
 //! ```
 //!
-//! Source: document 000, section 3. Enables are high while it drives, brakes stay low. A
+//! Source: the Arduino driver, section 3. Enables are high while it drives, brakes stay low. A
 //! second shield on top of the first has its D12 and D13 cut and connected to D9 and D8,
 //! and on both the brake lines are cut, which frees these; the enables are the same pins.
 
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// The document's port bits: Uno PB4/PB5, PD3, PB3; Mega PB6/PB7, PE5, PB5.
+    /// The article's port bits: Uno PB4/PB5, PD3, PB3; Mega PB6/PB7, PE5, PB5.
     #[test]
     fn the_documents_port_bits() {
         let (port, sequence, mask) = Shield::FIRST.coils(Arduino::Uno).unwrap();

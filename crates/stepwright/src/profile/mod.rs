@@ -13,8 +13,8 @@
 //! | constant speed | [`constant`] | yes |
 //! | lists, callbacks, waits | [`series`] | – |
 //! | trapezoid: constant acceleration and deceleration | [`trapezoid`] | yes |
-//! | ramp counted in steps (document 004) | [`ramp_steps`] | yes |
-//! | document 002's: fixed point, general, three transitions | [`austin`] | – |
+//! | ramp counted in steps (the Nano slave) | [`ramp_steps`] | yes |
+//! | Austin's: fixed point, general, three transitions | [`austin`] | – |
 //! | S-curve: limited jerk | [`s_curve`] | yes |
 
 mod cursor;

@@ -20,7 +20,7 @@
 //!   fall   t(n) = t(length) − (v(n) − v_end) / d
 //! ```
 //!
-//! (document 002, Eq 1–8, with a start speed; document 004's ramp). Error of
+//! (Austin, Eq 1–8, with a start speed; the Nano slave's ramp). Error of
 //! [`Path::time_of`] against the ideal of the values as held: at most half a
 //! tick, or 2⁻⁴⁰ of the time.
 
@@ -158,7 +158,7 @@ impl Path {
     }
 
     /// The top speed is out of reach: the rise meets the fall at
-    /// s = (d2·L − (w_begin − w_end)) / (a2 + d2) (document 002, Eq 19).
+    /// s = (d2·L − (w_begin − w_end)) / (a2 + d2) (Austin, Eq 19).
     ///
     /// Reckoned from the flatter side: its product fits 64 bits, and its
     /// speed is the one that a rounded position disturbs less.

@@ -1,4 +1,4 @@
-//! Document 004's ramp, counted in steps.
+//! The Nano slave's ramp, counted in steps.
 //!
 //! The motor jumps to the start speed, accelerates constantly over R steps to
 //! the top speed, and brakes over the last R steps:

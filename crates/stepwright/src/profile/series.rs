@@ -1,4 +1,4 @@
-//! Lists, callbacks and waits (document 003's buffered and dynamic series).
+//! Lists, callbacks and waits (stepper_h's buffered and dynamic series).
 //!
 //! A series takes its delays from any iterator of [`Part`]s: a list that was
 //! prepared, or [`core::iter::from_fn`] for a callback. Exact by definition:

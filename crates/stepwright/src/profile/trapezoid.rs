@@ -6,7 +6,7 @@
 //! ```
 //!
 //! capped at the top speed; when that is out of reach the two meet
-//! (document 002, Eq 19). The m pulses lie at s = 0 … L of this continuous
+//! (Austin, Eq 19). The m pulses lie at s = 0 … L of this continuous
 //! profile, the first at time 0. Error of every pulse: below one tick, or
 //! 2⁻⁴⁰ of the elapsed time if that is larger (0.82 ticks by construction;
 //! see `docs/accuracy.md` for what was measured).
@@ -27,7 +27,7 @@ use crate::units::{Accel, Rate, Speed};
 /// );
 /// let delays: Vec<u32> = law.delays(200)?.collect();
 /// assert_eq!(delays.len(), 200);
-/// // The first step from rest takes √(2/a) (document 002, Eq 7).
+/// // The first step from rest takes √(2/a) (Austin, Eq 7).
 /// assert_eq!(delays[1], 70_711);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -22,7 +22,7 @@ pub trait Hold {
     fn stop(&mut self);
 }
 
-/// The timed driver of document 000, for one motor.
+/// The timed driver, for one motor.
 ///
 /// ```
 /// use stepwright::timed::{Code, Control, Driver, Hold, Model, Pace, SetSpeed, Status};
@@ -59,7 +59,7 @@ pub struct Driver {
     hardware: Hardware,
     model: Model,
     order: SetSpeed,
-    /// The caller's milliseconds when the last update was due: the document's T.
+    /// The caller's milliseconds when the last update was due: the article's T.
     time: u32,
     end: u32,
     /// Updates by the caller's check: without `IRQ_TIMING`.
@@ -215,16 +215,16 @@ impl Driver {
         hold.with(|pace| pace.status)
     }
 
-    /// The document's T.
+    /// The article's T.
     fn t(&self, hold: &mut impl Hold) -> u32 {
         hold.with(|pace| pace.time().unwrap_or(self.time))
     }
 
-    /// The fields of the document's debug dump. `pattern` is the motor's: 0 to 3.
+    /// The fields of the article's debug dump. `pattern` is the motor's: 0 to 3.
     ///
     /// Each number is read by itself, so that the step interrupt is held off for some
     /// cycles only: a value that changes meanwhile may be newer than one before it, as in
-    /// the document.
+    /// the article.
     pub fn dump(&self, hold: &mut impl Hold, pattern: u8) -> Dump {
         let ramp = self.ramp;
         let top = hold.with(|pace| pace.ramp().unwrap_or(&ramp).top);

@@ -1,9 +1,9 @@
-//! The document's debug dump.
+//! The article's debug dump.
 
 use super::order::{Control, Status};
 use core::fmt;
 
-/// The fields that document 000's driver prints, by their names there.
+/// The fields that the Arduino driver prints, by their names there.
 ///
 /// ```
 /// use stepwright::timed::Dump;
@@ -34,7 +34,7 @@ pub struct Dump {
     pub pattern: u8,
 }
 
-/// A value of the dump: as the document prints it.
+/// A value of the dump: as the article prints it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
     /// `0xF0`
@@ -44,7 +44,7 @@ pub enum Field {
 }
 
 impl Dump {
-    /// Names and values in the document's order.
+    /// Names and values in the article's order.
     pub fn fields(&self) -> [(&'static str, Field); 10] {
         use Field::{Hex, Number};
         [

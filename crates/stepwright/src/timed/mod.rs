@@ -1,4 +1,4 @@
-//! The timed driver: speed that changes on a clock, as document 000 describes it.
+//! The timed driver: speed that changes on a clock, as the Arduino driver describes it.
 //!
 //! A motor steps at a virtual top, the clocks between two steps, which a
 //! [`fit`](crate::timer::fit) brings to a timer. Every so many milliseconds the top grows
@@ -20,13 +20,13 @@
 //! | `pace` | the interrupt's half |
 //! | `stepper` | that with a motor's windings: what an interrupt calls |
 //! | `driver` | the foreground's half |
-//! | `dump` | the document's debug dump |
+//! | `dump` | the article's debug dump |
 //! | `profile` | the same as an iterator of delays, and as a feed of the engine |
 //!
-//! **Error.** None against the document's arithmetic: all of it is integers, and a time is
+//! **Error.** None against the article's arithmetic: all of it is integers, and a time is
 //! the sum of the intervals that were played. The times of updates are exact multiples of
 //! their interval, as the interrupt reckons them from the steps themselves and needs no
-//! clock. What is ours where the document is silent: an update that would leave the
+//! clock. What is ours where the article is silent: an update that would leave the
 //! valid range is not made, but sets `FAULT` (and `TIMER_DIV_ERROR` if it is too slow), and
 //! the motor goes on at its last valid speed; milliseconds end between two steps.
 

@@ -4,11 +4,11 @@ use crate::timer::fit::{Fitted, Misfit};
 use core::fmt;
 use core::ops::BitOr;
 
-/// The control byte: document 000's bits, together by `|`.
+/// The control byte: the Arduino driver's bits, together by `|`.
 ///
 /// The logs print 0xF0 for `DRV_EN | SPEED_VARIABLE | VARIABLE_PWR | IRQ_TIMING` and 0xF2
 /// with `FASTER`; which of the upper four bits is which, and the three lower ones but for
-/// `FASTER`, the document does not say, and is ours.
+/// `FASTER`, the article does not say, and is ours.
 ///
 /// ```
 /// use stepwright::timed::Control;
@@ -104,7 +104,7 @@ impl SetSpeed {
 
 /// What became of a [`SetSpeed`]: 0 fine, above 0 a warning, below 0 an error.
 ///
-/// The document leaves the codes open; these are ours. After an error nothing has
+/// The article leaves the codes open; these are ours. After an error nothing has
 /// changed but the status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Code(i8);
@@ -156,7 +156,7 @@ impl fmt::Display for Code {
     }
 }
 
-/// The status byte: document 000's bits. Their values are ours.
+/// The status byte: the Arduino driver's bits. Their values are ours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
 

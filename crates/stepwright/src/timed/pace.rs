@@ -9,7 +9,7 @@
 //!
 //! The present interval is never touched once it has begun, so that a shortened top can't
 //! be missed: what an update wants is put down in two numbers, the next interval and the
-//! one after, which the interrupt takes over. (Document 000, third consideration of
+//! one after, which the interrupt takes over. (The Arduino driver, third consideration of
 //! section 4.)
 
 use super::order::{Control, Status};
@@ -95,7 +95,7 @@ struct Clocked {
     ramp: Ramp,
     period: Period,
     update_ms: u16,
-    /// The document's T: when the last update was due.
+    /// The article's T: when the last update was due.
     time: u32,
     /// The top in the compare register.
     top: u32,

@@ -57,7 +57,7 @@ impl Hold for Here {
 
 impl Timed {
     /// The delays of an order. Without [`Control::IRQ_TIMING`] it is checked every 20 ms,
-    /// which the document asks for.
+    /// which the article asks for.
     ///
     /// # Errors
     /// The code below 0 with which the driver refuses it.

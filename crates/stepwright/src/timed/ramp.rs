@@ -7,7 +7,7 @@
 //!                     = ⌊modification(k)/2⌋ faster           VARIABLE_PWR
 //! ```
 //!
-//! Source: document 000, `motorSetSpeed` and section 8. Exact: integers.
+//! Source: the Arduino driver, `motorSetSpeed` and section 8. Exact: integers.
 
 use super::order::{Control, SetSpeed};
 use crate::timer::fit::{Fitted, Hardware, Misfit};

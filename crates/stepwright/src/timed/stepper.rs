@@ -6,7 +6,7 @@
 //!     current on                                 └ off, if the drive rests
 //! ```
 //!
-//! Source: document 002 for the L6219, whose current is on from the start until after the
+//! Source: Austin for the L6219, whose current is on from the start until after the
 //! last step. What else has to be switched off, enables, is the caller's.
 
 use super::pace::Pace;

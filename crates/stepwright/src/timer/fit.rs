@@ -8,7 +8,7 @@
 //!   interval    = top · 2^shift                         clocks between two steps
 //! ```
 //!
-//! Source: document 000, sections 4 and 6 ("how we fit a 32bit virtual timer in the
+//! Source: the Arduino driver, sections 4 and 6 ("how we fit a 32bit virtual timer in the
 //! 16bit hardware timer"). Its rule shifts by 3, 3, 2 and 2 while the upper 16 bits are
 //! not zero; a shift of a shift rounds down as one shift does, so this is the same.
 //!
@@ -17,7 +17,7 @@
 //! prescaler is at most 8 times the one before it. (With 8 bits 3.1 %.) Rates are exact
 //! quotients, rounded to the nearest 10⁻⁹.
 //!
-//! The document loads its register with the top itself, so its chip's interval lasts
+//! The article loads its register with the top itself, so its chip's interval lasts
 //! top + 1 counts; its arithmetic, and this one, use the top.
 
 use crate::units::{OutOfRange, Speed, Ticks};
@@ -26,7 +26,7 @@ use core::fmt;
 /// What makes an AVR's clock, as its fuses choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Oscillator {
-    /// 16 MHz, as on every Arduino of the document.
+    /// 16 MHz, as on every Arduino of the article.
     Crystal,
     /// The chip's own 8 MHz.
     Rc,
@@ -80,7 +80,7 @@ pub const fn divider_of(clkpr: u8) -> Option<u16> {
     if select <= 8 { Some(1 << select) } else { None }
 }
 
-/// The shortest virtual top of document 000: an interrupt takes its time, so no more than
+/// The shortest virtual top of the Arduino driver: an interrupt takes its time, so no more than
 /// 25,000 steps/s at 16 MHz.
 pub const MIN_TOP: u32 = 640;
 
@@ -139,7 +139,7 @@ impl Hardware {
         Hardware::make(io_clock, &[0, 3, 5, 6, 7, 8, 10], 8, MIN_TOP)
     }
 
-    /// A 16-bit capture/compare module, as document 002 uses one, whose counter has
+    /// A 16-bit capture/compare module, as Austin uses one, whose counter has
     /// prescalers 1, 2, 4, 8. `clock` is what the counter is given: 1 MHz there.
     pub const fn capture16(clock: u32) -> Hardware {
         Hardware::make(clock, &[0, 1, 2, 3], 16, 1)
@@ -215,7 +215,7 @@ impl Hardware {
         1u64 << (self.bits + largest)
     }
 
-    /// The lowest rate as document 000 reckons it, one step each time that the counter
+    /// The lowest rate as the Arduino driver reckons it, one step each time that the counter
     /// comes round, in 10⁻⁹ steps/s: 0.238418579 at 16 MHz.
     pub const fn slowest_nanosteps(&self) -> u64 {
         per_second(self.hz, self.span())
@@ -370,7 +370,7 @@ const fn saturated(value: u128) -> u64 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Misfit {
     /// The virtual top is longer than the timer counts at its largest prescaler:
-    /// `TIMER_DIV_ERROR` of document 000. Standing still is too.
+    /// `TIMER_DIV_ERROR` of the Arduino driver. Standing still is too.
     TooSlow {
         /// The longest virtual top.
         max: u32,

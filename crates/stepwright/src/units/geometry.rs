@@ -137,10 +137,10 @@ mod tests {
         Geometry::new(200).unwrap().travelling_nm(40_000_000).unwrap()
     }
 
-    /// Document 002: 120 rpm and 300 rpm of a 1.8° motor are 2500 and 1000
+    /// Austin: 120 rpm and 300 rpm of a 1.8° motor are 2500 and 1000
     /// counts of a 1 MHz timer; 4π rad/s² are 400 steps/s².
     #[test]
-    fn the_units_of_document_002() {
+    fn the_units_of_austin() {
         assert_eq!(motor().speed(120_000, Turn::Rpm).unwrap().millisteps(), 400_000);
         assert_eq!(motor().speed(300_000, Turn::Rpm).unwrap().millisteps(), 1_000_000);
         assert_eq!(motor().speed(10_000, Turn::Radian).unwrap().millisteps(), 318_310);

@@ -45,7 +45,7 @@ impl Rate {
     pub const MIN: Rate = Rate(100_000);
     /// The fastest: 200 MHz.
     pub const MAX: Rate = Rate(200_000_000);
-    /// 1 MHz, the timer of document 002 and of the `plan` command.
+    /// 1 MHz, the timer of Austin and of the `plan` command.
     pub const MHZ: Rate = Rate(1_000_000);
 
     /// A timer of `hz` ticks per second.

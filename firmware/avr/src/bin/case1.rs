@@ -1,4 +1,4 @@
-//! Document 000, case 1: slower while spinning, clocked by the step interrupt, until 8900
+//! The Arduino driver, case 1: slower while spinning, clocked by the step interrupt, until 8900
 //! steps are made.
 #![no_std]
 #![no_main]

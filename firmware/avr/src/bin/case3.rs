@@ -1,4 +1,4 @@
-//! Document 000, case 3: the updates are checked by the main loop, every 50 ms, and a
+//! The Arduino driver, case 3: the updates are checked by the main loop, every 50 ms, and a
 //! callback tells that the motor has reached its end.
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Document 003's basic example: three motors with different speeds at the same time, in
+//! stepper_h's basic example: three motors with different speeds at the same time, in
 //! the background, and their positions each second.
 #![no_std]
 #![no_main]

@@ -1,5 +1,5 @@
 //! A small controller whose law runs in the step interrupt: it takes lines, and
-//! moves three motors along document 002's ramp. Whatever the main loop does, no
+//! moves three motors along Austin's ramp. Whatever the main loop does, no
 //! step waits for it.
 //!
 //! Its ramps up and down are alike, it has no settings, and its drivers are

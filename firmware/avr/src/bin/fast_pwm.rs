@@ -1,4 +1,4 @@
-//! Document 000, case 1, the document's own way: timer 1 in fast PWM, mode 15, comes round
+//! The Arduino driver, case 1, in the published way: timer 1 in fast PWM, mode 15, comes round
 //! with each step.
 //!
 //! ```text
@@ -10,9 +10,9 @@
 //! So after an update one step lasts the old top at the new prescaler, which the core calls
 //! `Model::Latched`; here nobody models it, the chip does it.
 //!
-//! OCR1A holds top − 1, as the counter counts from 0 (the document loads top itself, and is a
+//! OCR1A holds top − 1, as the counter counts from 0 (the article loads top itself, and is a
 //! count slower). And where the prescaler changes, what has been counted until then is put
-//! into counts of the new one: the document lets the counter go on, so that what the update
+//! into counts of the new one: the article lets the counter go on, so that what the update
 //! took at prescaler 1 counts eightfold at 8. A prescaler divides on whatever the timer does,
 //! which would leave a count of the slower one uncertain; so it is begun anew as well, with
 //! timer 0, which shares it and is not used here.

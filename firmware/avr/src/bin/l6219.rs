@@ -1,4 +1,4 @@
-//! Document 002's L6219, which wants a motor's windings told in full: quarter steps on six
+//! Austin's L6219, which wants a motor's windings told in full: quarter steps on six
 //! pins of one port.
 //!
 //! | | PHASE1 | PHASE2 | I01 | I11 | I02 | I12 |

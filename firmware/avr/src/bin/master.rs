@@ -1,6 +1,6 @@
 //! The other end of the wire: a board that has a slave carry a programme out.
 //!
-//! It speaks document 004's lines, so any slave for that document will do. Its
+//! It speaks the Nano slave's lines, so any slave that knows them will do. Its
 //! TX goes to the slave's RX and the other way round, ground to ground. D13 is
 //! the lamp on the board; a button lies between D2 and ground.
 //!

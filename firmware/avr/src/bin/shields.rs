@@ -1,4 +1,4 @@
-//! Two motor shields on two timers of a Mega at once, which document 000 could not do: the
+//! Two motor shields on two timers of a Mega at once, which the Arduino driver could not do: the
 //! lower one on timer 1 with D12 and D13, the other on timer 3 with D9 and D8. On both the
 //! brake lines are cut (section 3).
 #![no_std]

@@ -1,4 +1,4 @@
-//! What document 000's validation cases have in common: the console, and the main loop that
+//! What the Arduino driver's validation cases have in common: the console, and the main loop that
 //! prints the debug dump.
 
 use stepwright::timed::{Driver, Model, SetSpeed};
@@ -14,7 +14,7 @@ pub const CALL: u32 = 1_009;
 const FIRST_DUMP: u32 = 167;
 const EVERY: u32 = 1_001;
 
-/// Starts the console and the interrupts, prints what the document's program prints first,
+/// Starts the console and the interrupts, prints what the article's program prints first,
 /// and waits for the time of the call.
 ///
 /// # Safety

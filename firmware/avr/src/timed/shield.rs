@@ -6,7 +6,7 @@
 //! | D3, D11 | PD3, PB3 | PE5, PB5 | their enables |
 //! | D9, D8 | PB1, PB0 | PH6, PH5 | their brakes, or a second shield's directions |
 //!
-//! Source: document 000, sections 3 and 5.
+//! Source: the Arduino driver, sections 3 and 5.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 

@@ -218,7 +218,7 @@ fn meet(port: &PortArgs, order: &str) -> Result<(Talk, Listed), Failure> {
     }
     let name = talk.link().name();
     Err(Failure::new(format!("{name} has no settings: it answers `$` with E"))
-        .hint("is it a board with document 004's program? It can't be set up over the line"))
+        .hint("is it a board with the Nano slave's program? It can't be set up over the line"))
 }
 
 /// Sets those that have another value; how many.

@@ -1,4 +1,4 @@
-//! A program on the document's fixed tick: bounds two ticks before a step, STEP raised
+//! A program on stepper_h's fixed tick: bounds two ticks before a step, STEP raised
 //! one before, the step where it falls. What a delay leaves over of a tick goes into the
 //! next.
 

@@ -13,7 +13,7 @@ pub enum C0 {
     /// 1/0.676, so the ramp is one of 0.457 of the acceleration. The law's
     /// steps are reckoned with that, so it reaches the same top speed.
     Exact,
-    /// c₀ · 0.676 (Eq 15): starts with a fast step. What the document recommends.
+    /// c₀ · 0.676 (Eq 15): starts with a fast step. What the article recommends.
     #[default]
     Reduced,
     /// c₀ by Eq 7 and c₁ = 0.4056·c₀: an almost perfect ramp.

@@ -1,4 +1,4 @@
-//! The published listing, delay for delay (document 002, 24.8 fixed point).
+//! The published listing, delay for delay (Austin, 24.8 fixed point).
 //!
 //! ```text
 //!   c32 −= trunc(2·c32 / (4n + 1))        c = (c32 + 128) >> 8

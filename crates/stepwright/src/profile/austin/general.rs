@@ -42,7 +42,7 @@ pub enum Divisor {
 /// √π/2 in 2⁻³².
 const HALF_ROOT_PI: u64 = 3_806_315_662;
 
-/// A travel with document 002's ramps.
+/// A travel with Austin's ramps.
 ///
 /// ```
 /// use stepwright::profile::austin::{Austin, C0};

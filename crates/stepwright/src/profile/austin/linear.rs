@@ -1,4 +1,4 @@
-//! The change scaled by a linear factor (document 002, Eq 22–25).
+//! The change scaled by a linear factor (Austin, Eq 22–25).
 //!
 //! ```text
 //!   up    c(n) = c(n−1) − 2·c(n−1)/(4n + 1) · (n₂ − n)/(n₂ − n₁)       n₁ ≤ n ≤ n₂

@@ -1,4 +1,4 @@
-//! Document 002: ramps from the delay before.
+//! Austin: ramps from the delay before.
 //!
 //! ```text
 //!   c₀ = f·√(2/a)                           Eq 7 (in steps: α = 1)

@@ -1,4 +1,4 @@
-//! A motion under document 002's law that may change its mind at any step.
+//! A motion under Austin's law that may change its mind at any step.
 //!
 //! ```text
 //!   w₁ = w₀ ± 2a                     speed², a step on: v² = v₀² ± 2as

@@ -1,4 +1,4 @@
-//! Acceleration reduced in stages (document 002, Figure 5).
+//! Acceleration reduced in stages (Austin, Figure 5).
 //!
 //! ```text
 //!   break b     c ≤ c_min·(1 + 2^(1−b))            b = 1 … B: 2, 1.5, 1.25 … times c_min

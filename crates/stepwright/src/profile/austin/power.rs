@@ -1,4 +1,4 @@
-//! A power of n in the divisor (document 002, Eq 20, 21).
+//! A power of n in the divisor (Austin, Eq 20, 21).
 //!
 //! ```text
 //!   c(n) = c(n−1) − 2·c(n−1) / (4n + 1 + k·n^p)

@@ -1,4 +1,4 @@
-//! A ramp that changes its acceleration anywhere (document 002, Eq 13, 17, 18).
+//! A ramp that changes its acceleration anywhere (Austin, Eq 13, 17, 18).
 //!
 //! ```text
 //!   c(i) = c(i−1) − 2·c(i−1) / (4·n(i) + 1)       n(i) = n(i−1) + 1

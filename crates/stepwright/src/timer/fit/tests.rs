@@ -1,4 +1,4 @@
-//! Document 000's spreadsheet and its worked example, and the rule as the document
+//! The Arduino driver's spreadsheet and its worked example, and the rule as the article
 //! writes it down.
 
 extern crate std;
@@ -81,7 +81,7 @@ fn what_does_not_fit_says_what_does() {
     assert!(Hardware::new(1, &[0], 33).is_err());
 }
 
-/// Document 002: 120 and 300 rpm of 200 steps are 2500 and 1000 counts at 1 MHz.
+/// Austin: 120 and 300 rpm of 200 steps are 2500 and 1000 counts at 1 MHz.
 #[test]
 fn a_capture_module_at_1_mhz() {
     let module = Hardware::capture16(1_000_000);
@@ -110,7 +110,7 @@ fn the_clock_comes_from_fuses_and_clkpr() {
     }
 }
 
-/// The document's `if` after `if`.
+/// The article's `if` after `if`.
 fn the_documents_rule(top: u32) -> Option<(u32, u32)> {
     let (mut top, mut prescaler) = (top, 1);
     for (shift, next) in [(3, 8), (3, 64), (2, 256), (2, 1024)] {

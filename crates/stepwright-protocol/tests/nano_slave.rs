@@ -1,10 +1,10 @@
-//! Document 004's conversations, as tables: see `talk` in `common/mod.rs`.
+//! The Nano slave's conversations, as tables: see `talk` in `common/mod.rs`.
 
 mod common;
 
 use common::talk;
 
-// ---- Document 004, as its master speaks it ----
+// ---- The Nano slave's lines, as its master sends them ----
 
 #[test]
 fn the_travel_order_of_the_document() {

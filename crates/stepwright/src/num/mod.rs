@@ -14,6 +14,8 @@
 #[cfg(target_arch = "avr")]
 mod avr;
 mod hand;
+#[cfg(target_arch = "avr")]
+mod text;
 
 pub(crate) use hand::{Hand, hand, part, whole};
 

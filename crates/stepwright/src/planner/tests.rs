@@ -1,4 +1,5 @@
 extern crate std;
+use super::share::{share, share_of_ramp};
 use super::*;
 use crate::profile::Fit;
 use crate::units::Rate;

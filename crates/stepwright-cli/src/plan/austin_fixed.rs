@@ -77,12 +77,14 @@ fn ticks(name: &'static str, held: u32, means: String) -> Value {
     Value { name, shown, given: held.to_string(), held: held.into(), unit: "ticks" }
 }
 
-/// As many steps down as up.
+/// As many steps down as up; three fewer from the shortest delay, as published.
 fn turns(pulses: u32, c: f64, least: f64) -> Turns {
     let middle = pulses.saturating_sub(1) / 2;
     let mut at = At { c, ..At::default() };
-    while at.c > least && at.i < middle {
+    while at.c.round() > least && at.i < middle {
         Plain { two: false }.faster(&mut at);
     }
-    Turns { up: at.i, down: at.i, complete: at.c <= least }
+    let complete = at.c.round() <= least;
+    let down = if complete { at.i.saturating_sub(3) } else { at.i };
+    Turns { up: at.i, down, complete }
 }

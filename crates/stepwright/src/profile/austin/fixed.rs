@@ -8,22 +8,28 @@
 //! n = i − m down. Its states:
 //!
 //! ```text
-//!   up    n + 1, until c ≤ c_min (max) or the middle of the travel (down); an
-//!         even travel repeats its middle delay
+//!   up    n + 1, until round(c) ≤ c_min (max) or the middle of the travel (down);
+//!         an even travel repeats its middle delay
 //!   max   c_min is held; c32 keeps the delay that it cut short
-//!   down  as many steps as up, from c32
+//!   down  from c32: as many steps as up from the middle, three fewer from max
 //!   last  the delay after the last pulse, which nobody waits for: left out
 //! ```
+//!
+//! The three steps are the program's own. It counts its steps from the second delay
+//! on, notes at max how many it has counted, and begins the way down when as many
+//! remain: a step late; the next step still has c_min, and the denominator is a step
+//! ahead. So the last delay is 29,795 ticks where the first ramp delay is 30,000
+//! (c₀ 50000, c_min 2500), and a ramp of up to three steps has no way down.
 //!
 //! That is sound for ramps of up to 8191 steps whose changes are at least 2⁻⁸
 //! ticks; beyond, 4n + 1 overflows, or the ramp stalls, and what is emitted is
 //! the [general form](super::general)'s: changes to the nearest 2⁻³² ticks. So it
 //! is where other implementations of it are at fault: c_min above c₀ (all at
-//! c_min), c_min reached within two steps, c₀ beyond 65,535.
+//! c_min), c₀ beyond 65,535.
 //!
 //! Error against the formula in f64, from truncating: 0.74 ticks at most in the
 //! document's demo (c₀ 50000, c_min 2500), and 11.4 at the end of the longest ramp
-//! that it holds; the way down takes it back to the last delay.
+//! that it holds, on the way up.
 
 use super::count::Law;
 use super::travel::{Slopes, Travel};
@@ -79,7 +85,8 @@ impl Fixed {
         self.phase
     }
 
-    /// Brakes from here, in as many steps as the ramp has taken.
+    /// Brakes from here, in as many steps as the ramp has taken; from c_min in three
+    /// fewer.
     pub fn brake(&mut self) {
         self.left = self.left.min(self.travel.brake().saturating_sub(1));
     }
@@ -121,7 +128,16 @@ pub struct Listing {
     n: u32,
 }
 
+/// Steps by which the way down from max is shorter than the way up.
+const SHORT: u32 = 3;
+
 impl Listing {
+    /// Whether the delay, rounded to whole ticks, is c_min or less.
+    #[inline]
+    fn at_max(&self) -> bool {
+        self.count.saturating_add(1 << 31) >> 32 <= self.shortest >> 32
+    }
+
     /// 2c / d at step `n`.
     #[inline]
     fn change(&self, n: u32, d: u64) -> Q32 {
@@ -133,7 +149,7 @@ impl Listing {
 impl Slopes for Listing {
     #[inline]
     fn faster(&mut self, left: u32) -> bool {
-        if self.count <= self.shortest || left <= self.n {
+        if self.at_max() || left <= self.n {
             return false;
         }
         self.n += 1;
@@ -148,7 +164,7 @@ impl Slopes for Listing {
     }
 
     fn braking(&self) -> u32 {
-        self.n
+        if self.at_max() { self.n.saturating_sub(SHORT) } else { self.n }
     }
 
     fn count(&self) -> Q32 {

@@ -34,7 +34,7 @@ fn settings_are_read_and_set() {
     let rows: Vec<Vec<_>> = rows.into_iter().map(Iterator::collect).collect();
     assert_eq!(rows, [["pulse-us", "3", "µs"], ["idle-ms", "60000", "ms"]]);
     let ended = board.settings(&["get"]);
-    assert_eq!(ended.stdout.lines().count(), 26, "{ended:?}");
+    assert_eq!(ended.stdout.lines().count(), 27, "{ended:?}");
     assert!(ended.stdout.contains("\nidle-ms             60000 ms "), "{ended:?}");
     let ended = board.settings(&["get", "--format", "json"]);
     let json: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
@@ -70,9 +70,9 @@ fn a_file_takes_settings_from_board_to_board() {
     one.settings(&["set", "switches=5", "timeout-ms=2000"]);
     let ended = one.settings(&["save", file.path()]);
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(0), ""), "{ended:?}");
-    other.settings(&["load", file.path()]).assert(0, "2 of 26 settings changed");
+    other.settings(&["load", file.path()]).assert(0, "2 of 27 settings changed");
     other.settings(&["get", "switches"]).assert(0, "5");
-    other.settings(&["load", file.path()]).assert(0, "0 of 26 settings changed");
+    other.settings(&["load", file.path()]).assert(0, "0 of 27 settings changed");
     let saved = other.settings(&["save", "-"]).stdout;
     let numbers = |text: &str| {
         let lines = text.lines().filter(|line| !line.starts_with('#'));

@@ -4,6 +4,8 @@ use stepwright::drive::Axes;
 use stepwright::{Control, Group, Ticks};
 use stepwright_protocol::{Setting, Settings, Slave, Stop};
 
+#[cfg(feature = "safety")]
+use crate::contacts::Contacts;
 use crate::panel::Panel;
 use crate::reset::Mark;
 use crate::store::Store;
@@ -32,6 +34,9 @@ pub(crate) struct Duties {
     /// The silence that the host has asked to be stopped after, in ms; 0: none.
     #[cfg(feature = "safety")]
     pub(crate) lease: u16,
+    /// The switches that were closed lately.
+    #[cfg(feature = "safety")]
+    contacts: Contacts,
     /// How long the drivers that were switched on are not to be used yet, in
     /// ms.
     settling: u16,
@@ -52,6 +57,8 @@ impl Duties {
         silent: false,
         #[cfg(feature = "safety")]
         lease: 0,
+        #[cfg(feature = "safety")]
+        contacts: Contacts::OPEN,
         settling: 0,
         moved_at: 0,
         heard_at: 0,
@@ -111,9 +118,11 @@ impl Duties {
     }
 
     /// Axes that may not travel forward now, and those that may not backward:
-    /// their switch is closed.
+    /// their switch is closed, or was so lately.
     pub(crate) fn blocked(&self, panel: &impl Panel) -> Blocked {
         let closed = self.closed(panel);
+        #[cfg(feature = "safety")]
+        let closed = closed | self.contacts.held() & self.axes(Setting::Switches);
         let forward = self.axes(Setting::SwitchForward);
         Blocked { forward: closed & forward, backward: closed & !forward }
     }
@@ -162,6 +171,12 @@ impl Duties {
         self.silent = false;
     }
 
+    /// Milliseconds since the last look at the time, modulo 256.
+    #[inline(always)]
+    fn passed(&self, panel: &impl Panel) -> u8 {
+        (panel.millis() as u8).wrapping_sub(self.now)
+    }
+
     /// Looks after everything once.
     pub(crate) fn poll<const N: usize, const Q: usize>(
         &mut self,
@@ -171,10 +186,15 @@ impl Duties {
         panel: &mut impl Panel,
     ) {
         #[cfg(feature = "safety")]
-        self.heed_inputs(slave, group, engine, panel);
+        {
+            self.heed_inputs(slave, group, engine, panel);
+            let closed = self.closed(panel);
+            let debounce = self.settings.byte(Setting::Debounce);
+            self.contacts.sample(self.passed(panel), closed, debounce);
+        }
         self.heed_switches(slave, group, engine, panel);
         self.store.poll(panel, &self.settings);
-        let passed = (panel.millis() as u8).wrapping_sub(self.now);
+        let passed = self.passed(panel);
         if passed != 0 {
             self.now = self.now.wrapping_add(passed);
             self.settling = self.settling.saturating_sub(passed.into());

@@ -20,6 +20,8 @@
 //! last reset. So the virtual board and a
 //! chip have the same duties, from the same code.
 
+#[cfg(feature = "safety")]
+mod contacts;
 mod device;
 mod duties;
 #[cfg(feature = "safety")]

@@ -323,7 +323,7 @@ pub(crate) mod tests {
         let line: Vec<u8> = Reply::Settings(defaults).bytes().collect();
         let all = "max-speed=1000000 max-accel=100000000 idle-ms=0 ahead-x=0 ahead-y=0 ahead-z=0 behind-x=0 behind-y=0 behind-z=0 timeout-ms=0 enable-ms=1 \
                    setup-us=1 hold-us=1 pulse-us=2 reverse=0 enable-high=0 switches=0 \
-                   switch-forward=0 switch-high=0 law=1 safe-start=0 home-first=0 \
+                   switch-forward=0 switch-high=0 debounce-ms=25 law=1 safe-start=0 home-first=0 \
                    estop=0 driver-fault=0 kill-off=0 soft-limits=0\r";
         assert_eq!(core::str::from_utf8(&line), Ok(all));
         let later = all.trim().replace("idle", "new=9 idle");

@@ -130,6 +130,8 @@ settings! {
         "axes whose switch ends the travel forward; of the others, backward";
     SwitchHigh, "switch-high", "", 0..=7, 0,
         "axes whose closed switch reads high; of the others, low";
+    ["safety"] Debounce, "debounce-ms", "ms", 0..=250, 25,
+        "a switch that was closed counts as open when it has been open for so long; 0: at once";
     ["s-curve"] Law, "law", "", 0..=1, 1,
         "1: a jerk that an order names bends its ramps (S-curve); 0: such an order is refused";
     ["safety"] SafeStart, "safe-start", "", 0..=1, 0,
@@ -454,7 +456,7 @@ impl Settings {
     }
 
     /// The version of the bytes' meaning.
-    pub const LAYOUT: u8 = if cfg!(feature = "safety") { 4 } else { 3 };
+    pub const LAYOUT: u8 = if cfg!(feature = "safety") { 5 } else { 3 };
 
     /// The settings that were stored as these bytes; `None` if a value is
     /// outside its range.

@@ -511,7 +511,7 @@ fn settings_are_asked_and_set() {
          $pulse-us=15  Y
          $pulse-us     pulse-us=15
          $idle-ms=0060000 Y -> idle-ms=60000
-         $             max-speed=1000000 max-accel=100000000 idle-ms=60000 ahead-x=0 ahead-y=0 ahead-z=0 behind-x=0 behind-y=0 behind-z=0 timeout-ms=0 enable-ms=1 setup-us=1 hold-us=1 pulse-us=15 reverse=0 enable-high=0 switches=0 switch-forward=0 switch-high=0 law=1 safe-start=0 home-first=0 estop=0 driver-fault=0 kill-off=0 soft-limits=0
+         $             max-speed=1000000 max-accel=100000000 idle-ms=60000 ahead-x=0 ahead-y=0 ahead-z=0 behind-x=0 behind-y=0 behind-z=0 timeout-ms=0 enable-ms=1 setup-us=1 hold-us=1 pulse-us=15 reverse=0 enable-high=0 switches=0 switch-forward=0 switch-high=0 debounce-ms=25 law=1 safe-start=0 home-first=0 estop=0 driver-fault=0 kill-off=0 soft-limits=0
          $reset        Y  -> idle-ms=0; pulse-us=2
          $reset        Y
          $idle-ms      idle-ms=0",

@@ -166,6 +166,9 @@ fn by_default_the_drivers_stay_on_after_the_first_travel() {
 /// Y ends its travel forward; its switch is open while its pin is high.
 const SWITCHED: &str = "$switches=2 $switch-forward=2";
 
+/// A switch that has opened counts as open then, in ms.
+const DEBOUNCED: u64 = 27;
+
 #[test]
 fn a_switch_stops_its_axis_and_no_other() {
     let mut queues = Queues::default();
@@ -212,6 +215,7 @@ fn what_stops_an_axis_is_said_until_it_sets_off_again() {
     board.run_to_rest();
     assert_eq!(say(&mut board, "F"), "R");
     board.set_switch(0, true);
+    wait(&mut board, DEBOUNCED);
     assert_eq!(say(&mut board, "A1 g-"), "Y Y");
     wait(&mut board, 50);
     assert_eq!(stops(&mut board), "-TZ");
@@ -257,6 +261,7 @@ fn towards_a_closed_switch_nothing_moves_and_away_from_it_everything_does() {
     board.run_to_rest();
     assert_eq!(board.position(1), Some(stopped - 20));
     board.set_switch(1, true);
+    wait(&mut board, DEBOUNCED);
     assert_eq!(say(&mut board, "A2 PO A2 G+5 E"), "Y Y Y Y Y");
     board.run_to_rest();
     assert_eq!(board.position(1), Some(stopped - 15));
@@ -277,6 +282,7 @@ fn a_change_of_mind_heeds_the_switches() {
     assert_eq!(say(&mut board, "@-1000"), "Y");
     // While it brakes it moves away from the switch, which may close again.
     board.set_switch(1, true);
+    wait(&mut board, DEBOUNCED);
     assert_eq!(say(&mut board, "@+50"), "Y");
     board.set_switch(1, false);
     let before = board.position(1).unwrap();
@@ -299,6 +305,7 @@ fn a_switch_may_lie_at_the_other_end_and_read_high() {
     assert_eq!(board.position(0), Some(50), "it lies behind");
     assert_eq!(say(&mut board, "PO G-5 E"), "Y Y E");
     board.set_switch(0, false);
+    wait(&mut board, DEBOUNCED);
     assert_eq!(say(&mut board, "PO G-5 E"), "Y Y Y");
 }
 

@@ -11,6 +11,10 @@ use crate::story::{Board, Reset};
 use crate::sum;
 use crate::track::{Goal, Known, Measure, Track};
 
+/// How long a switch that has opened may still count as closed, in µs: `debounce-ms`, and
+/// a look every millisecond.
+const DEBOUNCE: u32 = 28_000;
+
 /// A line that waits for its answer.
 #[derive(Clone, Debug)]
 struct Asked {
@@ -38,6 +42,8 @@ pub struct Judge {
     silent: Silence,
     /// Levels of the switches' pins.
     switches: [bool; 8],
+    /// Until when a switch that has opened may count as closed, backward and forward.
+    held: [[u64; 2]; 8],
     enabled: Option<bool>,
     /// Settings that may be found after a loss of power, and when the last was made.
     stored: (Vec<Settings>, u64),
@@ -92,6 +98,7 @@ impl Judge {
             heard: 0,
             silent: Silence::No,
             switches: [true; 8],
+            held: [[0; 2]; 8],
             enabled: None,
             stored: (vec![Settings::new(board.jerk)], 0),
             unsure: false,
@@ -125,6 +132,8 @@ impl Judge {
     }
 
     fn look_at_switches(&mut self, now: u64) {
+        // A board that has no room for checksums has none for this either.
+        let debounce = if self.board.sums { self.board.ticks(DEBOUNCE) } else { 0 };
         for (axis, track) in self.tracks.iter_mut().enumerate() {
             let forward = self.settings.has(settings::SWITCH_FORWARD, axis);
             let closed = self.settings.has(settings::SWITCHES, axis)
@@ -132,7 +141,10 @@ impl Judge {
             for (side, since) in track.closed.iter_mut().enumerate() {
                 match (closed && forward == (side == 1), &since) {
                     (true, None) => *since = Some(now),
-                    (false, Some(_)) => *since = None,
+                    (false, Some(_)) => {
+                        *since = None;
+                        self.held[axis][side] = now + debounce;
+                    }
                     _ => {}
                 }
             }
@@ -142,12 +154,12 @@ impl Judge {
     /// Time has come to `now`: what follows from that alone.
     fn advance(&mut self, now: u64) -> Result<(), Fault> {
         self.hear_silence(now);
-        for track in &mut self.tracks {
+        for (track, held) in self.tracks.iter_mut().zip(self.held) {
             for (side, since) in track.closed.into_iter().enumerate() {
                 // It may be halted from the first moment on.
                 let ahead =
                     if side == 1 { track.most > track.count } else { track.least < track.count };
-                if since.is_some() && ahead {
+                if (since.is_some() || now < held[side]) && ahead {
                     track.open(b'S');
                 }
                 if since.is_some_and(|since| now > since + self.measure.switch) {
@@ -501,7 +513,9 @@ impl Judge {
 
     /// Whether a switch may have just changed: for an order that it would refuse.
     pub(crate) fn blocked(&self, axis: usize, forward: bool, now: u64) -> Known {
-        match self.tracks.get(axis).and_then(|track| track.closed[usize::from(forward)]) {
+        let side = usize::from(forward);
+        match self.tracks.get(axis).and_then(|track| track.closed[side]) {
+            None if now < self.held[axis][side] => Known::Maybe,
             None => Known::No,
             Some(since) if now <= since + self.measure.switch => Known::Maybe,
             Some(_) => Known::Yes,

@@ -117,7 +117,7 @@ fn setting(line: &str) -> Option<(char, u64)> {
 }
 
 /// The settings of a board, their ranges and their defaults.
-const BOARD: [(&str, u64, u64, u64); 26] = [
+const BOARD: [(&str, u64, u64, u64); 27] = [
     ("max-speed", 1, 1_000_000, 1_000_000),
     ("max-accel", 1, 100_000_000, 100_000_000),
     ("idle-ms", 0, 3_600_000, 0),
@@ -137,6 +137,7 @@ const BOARD: [(&str, u64, u64, u64); 26] = [
     ("switches", 0, 7, 0),
     ("switch-forward", 0, 7, 0),
     ("switch-high", 0, 7, 0),
+    ("debounce-ms", 0, 250, 25),
     ("law", 0, 1, 1),
     ("safe-start", 0, 1, 0),
     ("home-first", 0, 1, 0),
@@ -151,6 +152,12 @@ fn board_setting(line: &str) -> Option<(usize, u64)> {
     let (name, n) = line.strip_prefix('$')?.split_once('=')?;
     let which = BOARD.iter().position(|(known, ..)| *known == name)?;
     Some((which, number(n, BOARD[which].1, BOARD[which].2)?))
+}
+
+/// Whether a setting that is 0 or 1 is 1 at the end of this log.
+fn is_on(log: &[Entry], name: &str) -> bool {
+    let which = BOARD.iter().position(|(known, ..)| *known == name).unwrap();
+    board_setting_now(log, which).ends_with("=1")
 }
 
 /// Setting `which` of the board at the end of this log, as it is answered.
@@ -300,12 +307,12 @@ fn allowed(log: &[Entry], words: &str) -> bool {
 
 /// Whether a K that nobody has acknowledged keeps orders from starting.
 fn locked(log: &[Entry]) -> bool {
-    errors(log).contains('K') && board_setting_now(log, 20) == "safe-start=1"
+    errors(log).contains('K') && is_on(log, "safe-start")
 }
 
 /// Whether this axis has to be homed before it is sent to a place.
 fn lost(log: &[Entry], now: &Entry, axis: usize) -> bool {
-    now.position[axis].is_none() && board_setting_now(log, 21) == "home-first=1"
+    now.position[axis].is_none() && is_on(log, "home-first")
 }
 
 /// The letters of the errors at the end of this log.
@@ -352,7 +359,7 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
             return None;
         }
         let (settings, jerk) = (settings(before, axis), jerk(before, axis));
-        let curves = board_setting_now(before, 19) == "law=1";
+        let curves = is_on(before, "law");
         if !allowed(before, &settings) || !jerk.is_empty() && !curves {
             return None;
         }

@@ -21,6 +21,7 @@ fn any_line(random: &mut Random) -> String {
                 "switch-high",
                 "law",
                 "safe-start",
+                "debounce-ms",
                 "home-first",
                 "estop",
                 "reset",

@@ -1,0 +1,76 @@
+//! Limit switches whose contacts bounce.
+//!
+//! ```text
+//!   contact  ──────┐ ┌┐ ┌┐  closed   ┌┐ ┌─┐ ┌──────────────  open
+//!                  └─┘└─┘└───────────┘└─┘ └─┘
+//!   counts   ──────┐                                ┌──────
+//!   as             └────────────────────────────────┘
+//!                                           ├ debounce ┤
+//! ```
+//!
+//! The first closed sample counts at once, for it stops a motor. A switch counts as open
+//! again when no sample was closed for `debounce-ms`.
+
+use stepwright::drive::Axes;
+
+/// The switches that were closed lately.
+pub(crate) struct Contacts {
+    /// How long the switch of each axis counts as closed still, in ms.
+    left: [u8; Axes::BITS as usize],
+}
+
+impl Contacts {
+    /// All of them open.
+    pub(crate) const OPEN: Contacts = Contacts { left: [0; Axes::BITS as usize] };
+
+    /// Takes a sample `millis` after the last one: the axes whose switch is closed. They
+    /// count as closed for `debounce` ms at least; 0 is for no longer than the sample.
+    pub(crate) fn sample(&mut self, millis: u8, closed: Axes, debounce: u8) {
+        // The present millisecond has begun already.
+        let hold = if debounce == 0 { 0 } else { debounce.saturating_add(1) };
+        let mut bits = closed;
+        for left in &mut self.left {
+            *left = if bits & 1 != 0 { hold } else { left.saturating_sub(millis) };
+            bits >>= 1;
+        }
+    }
+
+    /// The axes whose switch counts as closed since an earlier sample.
+    pub(crate) fn held(&self) -> Axes {
+        self.left.iter().rev().fold(0, |held, left| held << 1 | Axes::from(*left != 0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contact_counts_until_it_has_been_open_for_long_enough() {
+        let mut contacts = Contacts::OPEN;
+        contacts.sample(1, 0b101, 3);
+        assert_eq!(contacts.held(), 0b101);
+        contacts.sample(1, 0b100, 3);
+        contacts.sample(2, 0, 3);
+        assert_eq!(contacts.held(), 0b101);
+        // It bounces; the other one has been open for 4 ms.
+        contacts.sample(1, 0b100, 3);
+        assert_eq!(contacts.held(), 0b100);
+        contacts.sample(3, 0, 3);
+        assert_eq!(contacts.held(), 0b100);
+        contacts.sample(1, 0, 3);
+        assert_eq!(contacts.held(), 0);
+    }
+
+    #[test]
+    fn the_longest_time_and_none() {
+        let mut contacts = Contacts::OPEN;
+        contacts.sample(0, 0b1000_0001, 250);
+        contacts.sample(250, 0, 250);
+        assert_eq!(contacts.held(), 0b1000_0001);
+        contacts.sample(1, 0, 250);
+        assert_eq!(contacts.held(), 0);
+        contacts.sample(1, 1, 0);
+        assert_eq!(contacts.held(), 0);
+    }
+}

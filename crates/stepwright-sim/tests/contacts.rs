@@ -1,0 +1,163 @@
+//! Limit switches whose contacts bounce: `debounce-ms`.
+
+use stepwright_sim::{Description, Edge, Pin, Queues, VirtualBoard};
+
+type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
+
+/// Ticks of a millisecond.
+const MS: u64 = 16_000;
+
+fn board(queues: &mut Queues) -> Board<'_> {
+    VirtualBoard::new(queues, Description::uno(), Vec::new())
+}
+
+/// Says these lines, one after the other; the answers.
+fn say(board: &mut Board<'_>, lines: &str) -> String {
+    for line in lines.split_whitespace() {
+        line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
+    }
+    String::from_utf8(board.take_answers()).unwrap().replace('\r', " ").trim_end().to_owned()
+}
+
+fn wait(board: &mut Board<'_>, ms: u64) {
+    board.run_until(board.now() + ms * MS);
+}
+
+fn steps(board: &mut Board<'_>) -> usize {
+    board.recorder().iter().filter(|edge| edge.pin == Pin::Step && edge.level).count()
+}
+
+/// Opens and closes the switch of axis 1, which reads low when it is closed, for some ms.
+fn bounce(board: &mut Board<'_>, ms: u64) {
+    let end = board.now() + ms * MS;
+    let mut part = 1;
+    while board.now() < end {
+        part = part % 7 + 1;
+        board.set_switch(0, part % 2 == 0);
+        board.run_until(board.now() + part * MS / 3);
+    }
+}
+
+/// The halt waits for nothing, and no bounce lets the motor go on.
+#[test]
+fn the_first_contact_stops_and_the_bounces_let_nothing_go_on() {
+    for debounce in [0, 25, 250] {
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        say(&mut board, &format!("$switches=1 $debounce-ms={debounce} T100 g-"));
+        wait(&mut board, 1_500);
+        board.set_switch(0, false);
+        let before = steps(&mut board);
+        wait(&mut board, 1);
+        assert_eq!(say(&mut board, "F"), "R", "{debounce} ms");
+        let stopped = steps(&mut board);
+        assert!(stopped <= before + 1, "{debounce} ms: {} steps", stopped - before);
+        bounce(&mut board, 20);
+        wait(&mut board, 500);
+        assert_eq!(steps(&mut board), stopped, "{debounce} ms");
+        assert_eq!(say(&mut board, "V1"), format!("-{stopped}"));
+    }
+}
+
+/// Between two bounces the switch reads open: an order towards it would make some steps
+/// into it.
+#[test]
+fn no_order_slips_in_between_two_bounces() {
+    for debounce in [25u64, 1, 250] {
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        say(&mut board, &format!("$switches=1 $debounce-ms={debounce} PO S5 T100 G-2000 E"));
+        wait(&mut board, 1_000);
+        board.set_switch(0, false);
+        wait(&mut board, 1);
+        let stopped = steps(&mut board);
+        // It opens for as long as the setting, closes for a moment, and so on: never open.
+        for _ in 0..20 {
+            board.set_switch(0, true);
+            for _ in 0..debounce.min(5) {
+                assert_eq!(say(&mut board, "PO G-5 E"), "Y Y E", "{debounce} ms");
+                board.run_until(board.now() + debounce * MS / debounce.min(5) - 8);
+            }
+            board.set_switch(0, false);
+            board.run_until(board.now() + MS / 10);
+        }
+        assert_eq!(steps(&mut board), stopped, "{debounce} ms");
+        // Open for nearly as long as the setting it counts as closed, a little longer as
+        // open. The last closed sample was up to 50 µs before the contact opened.
+        board.set_switch(0, true);
+        let open = board.now();
+        while board.now() < open + debounce * MS - MS / 5 {
+            board.run_until(board.now() + MS / 10);
+            let after = board.now() - open;
+            assert_eq!(say(&mut board, "PO g- E"), "Y Y E", "{debounce} ms: {after} ticks");
+        }
+        assert_eq!(say(&mut board, "PO G+1 E"), "Y Y Y", "the way back is free meanwhile");
+        wait(&mut board, 25);
+        assert_eq!(say(&mut board, "F PO G-5 E"), "R Y Y Y", "{debounce} ms");
+        board.run_to_rest();
+        assert_eq!(steps(&mut board), stopped + 6);
+    }
+}
+
+/// Without it a release is one at the first open sample.
+#[test]
+fn without_debounce_an_open_switch_is_open_at_once() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    say(&mut board, "$switches=1 $debounce-ms=0");
+    board.set_switch(0, false);
+    wait(&mut board, 10);
+    assert_eq!(say(&mut board, "PO G-5 E"), "Y Y E");
+    board.set_switch(0, true);
+    assert_eq!(say(&mut board, "PO G-5 E"), "Y Y Y");
+}
+
+/// Another axis, and one that has no switch by now, are not held.
+#[test]
+fn a_bounce_holds_its_own_axis_and_only_while_it_has_a_switch() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    say(&mut board, "$switches=1 $debounce-ms=250");
+    board.set_switch(0, false);
+    wait(&mut board, 2);
+    board.set_switch(0, true);
+    assert_eq!(say(&mut board, "A2 PO A2 G-5 E"), "Y Y Y Y Y");
+    board.run_to_rest();
+    assert_eq!(say(&mut board, "A1 PO G-5 E"), "Y Y Y E");
+    assert_eq!(say(&mut board, "$switches=0 PO G-5 E"), "Y Y Y Y");
+}
+
+/// Homing as a host does it: fast onto the switch, off it, slowly back onto it. The switch
+/// bounces whenever it moves, and stands where it closes at −100.
+#[test]
+fn a_switch_that_bounces_is_found_at_the_same_step_each_time() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    say(&mut board, "$switches=1");
+    let mut found = Vec::new();
+    for round in 0..4u64 {
+        for order in ["PO S5 T60 R50 G-500 E", "PO G+40 E", "PO S5 T5 R1 G-60 E"] {
+            wait(&mut board, 60);
+            assert!(say(&mut board, order).ends_with('Y'), "{round} {order}");
+            // A contact chatters for 3 ms after its lever passes −100.
+            let (mut inside, mut moved) = (board.position(0).unwrap() <= -100, 0);
+            while board.is_busy() {
+                board.run_until(board.now() + MS / 5);
+                let now = board.position(0).unwrap() <= -100;
+                if now != inside {
+                    (inside, moved) = (now, board.now());
+                }
+                let chatters = board.now() < moved + 3 * MS;
+                let closed =
+                    if chatters { board.now() / (MS / 5 * (round + 1)) % 2 == 0 } else { inside };
+                board.set_switch(0, !closed);
+            }
+        }
+        found.push(board.position(0).unwrap());
+        assert_eq!(say(&mut board, "PO G+60 E"), "Y Y Y");
+        wait(&mut board, 1);
+        board.set_switch(0, true);
+        board.run_to_rest();
+    }
+    assert!(found.iter().all(|at| *at == found[0]), "{found:?}");
+}

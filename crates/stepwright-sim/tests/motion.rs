@@ -102,9 +102,6 @@ fn on_curve(pulses: &[u64], curve: &Curve, asked: Option<u64>, horizon: u64, sla
         return;
     }
     let asked = asked.unwrap_or_else(|| panic!("{} pulses, {curve:?}", pulses.len()));
-    // While an axis rests before its first pulse, what follows that is queued already: a
-    // known limit, in the changelog.
-    let asked = asked.max(first);
     // The last pulse that was committed when the brake took hold.
     let early = pulses.partition_point(|&t| t <= asked).saturating_sub(1);
     // Within the horizon, or where steps are slow, those of three runs.

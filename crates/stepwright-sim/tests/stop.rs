@@ -85,3 +85,49 @@ fn a_silent_host_is_stopped_for_within_the_braking_distance() {
     let made = board.position(0).unwrap() - before;
     assert!((way..=way + 26 * 50).contains(&made), "{made} steps");
 }
+
+/// Other limits after Z: it stops along them, and neither comes back to where it would have
+/// stopped nor speeds up to get there.
+#[test]
+fn other_limits_change_the_stop_and_not_its_end() {
+    // From 45,000 to 50,000 steps/s: the fall has begun, and what is planned of it is made.
+    let way = |d: i64| 45_000 * 45_000 / 2 / d..50_000 * 50_000 / 2 / d + 24 * 50;
+    for (limits, way) in [("d20000", way(20_000)), ("d400000 a1000000 t60000", way(400_000))] {
+        told("a200000 d100000 t50000", "Y Y Y", |board| {
+            board.run_until(2_000 * MS);
+            assert_eq!(say(board, "Z"), "Y");
+            board.run_until(board.now() + 30 * MS);
+            assert_eq!(say(board, limits).replace("Y", "").trim(), "");
+            let before = board.position(0).unwrap();
+            board.run_to_rest();
+            let steps = edges::steps_of(board.recorder(), 0);
+            let last: Vec<_> = steps.iter().filter(|step| step.1 >= before).collect();
+            assert!(last.windows(2).all(|pair| pair[1].1 == pair[0].1 + 1), "{limits}: it turns");
+            let interval = |pair: &[&(u64, i64)]| pair[1].0 - pair[0].0;
+            let falls = last.windows(3).all(|w| interval(&w[1..]) + 1 >= interval(&w[..2]));
+            assert!(falls, "{limits}: it speeds up");
+            let made = board.position(0).unwrap() - before;
+            assert!(way.contains(&made), "{limits}: {made} steps");
+        });
+    }
+}
+
+/// Nothing is planned beyond the first step while an axis waits for it: a stop then is obeyed
+/// there.
+#[test]
+fn a_stop_in_the_wait_before_a_travel_leaves_one_step() {
+    for (settings, first) in [("$enable-ms=100", ""), ("$enable-ms=1", "PO S2 T2 G+1 E")] {
+        let mut queues = Queues::default();
+        let mut board = Board::new(&mut queues, Description::uno(), Vec::new());
+        say(&mut board, settings);
+        say(&mut board, first);
+        board.run_to_rest();
+        let before = board.position(0).unwrap();
+        assert_eq!(say(&mut board, "PO s2000 t20000 a400000 d400000 g+ E"), "Y Y Y Y Y Y Y");
+        board.run_until(board.now() + 20 * MS);
+        assert_eq!(say(&mut board, "Z"), "Y");
+        board.run_to_rest();
+        assert_eq!(board.position(0).unwrap() - before, 1, "{settings} {first}");
+        assert_eq!(board.late(), 0);
+    }
+}

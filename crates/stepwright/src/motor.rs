@@ -48,6 +48,8 @@ enum Leg {
     Done,
     /// A leg is laid out, and not yet planned to its end.
     Open,
+    /// Likewise, but it was told to stop, wherever that leads.
+    Braking,
     /// Another one is to come, once the axis rests.
     Next,
 }
@@ -65,6 +67,11 @@ impl Horizon {
     pub(crate) const fn new(ticks: Ticks) -> Horizon {
         let unit = 25u32.saturating_sub(ticks.leading_zeros()) as u8;
         Horizon { unit, units: (ticks >> unit) as u8 }
+    }
+
+    /// What is left of it by rounding.
+    const fn ticks(&self) -> Ticks {
+        (self.units as Ticks) << self.unit
     }
 }
 
@@ -127,18 +134,26 @@ impl<const Q: usize> Motor<Q> {
         trial: bool,
     ) -> Result<(), Unfit> {
         // What is planned to its end rests there first.
-        let open = self.leg == Leg::Open && self.planner.steps_left() != 0;
+        let open = self.is_open() && self.planner.steps_left() != 0;
         self.planner.limit(clock, change)?;
         if let Change::Target(steps) = *change {
             self.left = self.left.wrapping_add(self.along(steps.wrapping_sub(self.target)));
             self.target = steps;
+            if self.leg == Leg::Braking {
+                self.leg = Leg::Open;
+            }
         }
-        let mut left = self.left;
         let mut beyond = self.beyond;
         self.peak = *peak;
         *peak = 0;
+        if open && self.leg == Leg::Braking {
+            // A stop has no target to come back to, or to speed up for.
+            self.brake();
+        } else if open {
+            self.planner.resume(self.left);
+        }
+        let mut left = self.left;
         if open {
-            self.planner.resume(left);
             *peak = self.planner.peak();
             if self.planner.is_endless() {
                 return Ok(());
@@ -156,10 +171,15 @@ impl<const Q: usize> Motor<Q> {
             self.planner.lay_out_again(left.unsigned_abs());
             *peak = (*peak).max(self.planner.peak());
         }
-        if self.leg != Leg::Open {
+        if !self.is_open() {
             self.leg = self.next();
         }
         Ok(())
+    }
+
+    /// Whether a leg is laid out, and not yet planned to its end.
+    fn is_open(&self) -> bool {
+        matches!(self.leg, Leg::Open | Leg::Braking)
     }
 
     /// So many steps forward are so many in the direction of what is queued last.
@@ -170,18 +190,26 @@ impl<const Q: usize> Motor<Q> {
     /// Queues the beginning of the prepared travel: the change of direction
     /// if there is one, then the first pulse `hold + lead` ticks after the
     /// start. The queue must be empty.
+    ///
+    /// A wait of more than the horizon is two: until the first is over, nothing is planned
+    /// beyond the first pulse, so a change of mind is obeyed there.
     pub(crate) fn begin(&mut self, feed: &mut Producer<'_, Q>, wait: Wait, horizon: &Horizon) {
         let forward = self.forward == (self.left > 0);
         self.left = self.left.wrapping_abs().wrapping_sub(1);
         feed.set_open(true);
-        let mut lead = wait.lead;
+        let (mut lead, mut hold, ahead) = (wait.lead, wait.hold, horizon.ticks());
+        if hold > ahead {
+            let early = Run::turn(hold.wrapping_sub(ahead), self.forward);
+            self.push(feed, early, Ticks::MAX, horizon);
+            hold = ahead;
+        }
         // A long wait is a turn too, if only to the same side: so the first step
         // is always near, and costs a chip no more than the others.
-        if forward != self.forward || wait.hold > lead {
+        if forward != self.forward || hold > lead {
             // It does not count as planned: the first intervals are to be known by its end.
-            self.push(feed, Run::turn(wait.hold, forward), 0, horizon);
+            self.push(feed, Run::turn(hold, forward), 0, horizon);
         } else {
-            lead = lead.saturating_add(wait.hold);
+            lead = lead.saturating_add(hold);
         }
         self.forward = forward;
         // Half a tick ahead from here on: deadlines rounded down are rounded to
@@ -202,6 +230,7 @@ impl<const Q: usize> Motor<Q> {
     }
 
     /// Appends a run that lasts for so many ticks.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn push(&mut self, feed: &mut Producer<'_, Q>, run: Run, ticks: Ticks, horizon: &Horizon) {
         let span = u8::try_from(ticks >> horizon.unit).unwrap_or(u8::MAX);
         if feed.push(run).is_ok() {
@@ -233,7 +262,7 @@ impl<const Q: usize> Motor<Q> {
         match self.leg {
             Leg::Done => return Progress::Nothing,
             Leg::Next => return Progress::Turn,
-            Leg::Open => {}
+            Leg::Open | Leg::Braking => {}
         }
         if !work.is_begun()
             && (feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units.into()))
@@ -283,7 +312,8 @@ impl<const Q: usize> Motor<Q> {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn brake(&mut self) {
         let mut left = 0;
-        if self.leg == Leg::Open {
+        if self.is_open() {
+            self.leg = Leg::Braking;
             self.planner.brake();
             left = self.planner.steps_left() as i32;
         } else {

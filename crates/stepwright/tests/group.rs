@@ -136,18 +136,19 @@ fn a_change_is_for_axes_that_move() {
 }
 
 /// The runs that wait before the first pulse, when an order has to wait so long.
-fn beginning(wait: u32) -> [Taken; 2] {
+fn beginning(wait: u32) -> [Taken; 3] {
     let mut queues = [const { Queue::<8>::new() }; 2];
     let [x, y] = &mut queues;
     let ((x, mut runs), (y, _)) = (x.split(), y.split());
     let mut group = Group::new([x, y], UNO);
     group.prepare(&mut Silent, 0, &order(4_000, 9_000)).unwrap();
     group.commit(&mut Silent, wait).unwrap();
-    [runs.take(), runs.take()]
+    [runs.take(), runs.take(), runs.take()]
 }
 
 /// A wait that is longer than the lead is a turn, if to the same side: the first step after
-/// it is a near one. A shorter one is part of the first interval.
+/// it is a near one. A shorter one is part of the first interval. Of one that is longer than
+/// the board plans ahead, 256,000 ticks, only the end is followed by more than that step.
 #[test]
 fn a_long_wait_is_a_turn() {
     // DIR's hold and set-up time are 16 ticks each.
@@ -155,8 +156,10 @@ fn a_long_wait_is_a_turn() {
     let first = |ticks: u64| Taken::Run(Run::new(ticks << 16 | half, 0, 1));
     assert_eq!(beginning(0)[0], first(lead + 16));
     assert_eq!(beginning(4_000)[0], first(2 * lead));
-    assert_eq!(beginning(4_001), [Taken::Run(Run::turn(4_017, true)), first(lead)]);
-    assert_eq!(beginning(900_000), [Taken::Run(Run::turn(900_016, true)), first(lead)]);
+    let turn = |ticks| Taken::Run(Run::turn(ticks, true));
+    assert_eq!(beginning(4_001)[..2], [turn(4_017), first(lead)]);
+    assert_eq!(beginning(255_984)[..2], [turn(256_000), first(lead)]);
+    assert_eq!(beginning(900_000), [turn(644_016), turn(256_000), first(lead)]);
 }
 
 /// An endless travel counts its steps as far as a number goes; beyond, nothing that needs

@@ -191,6 +191,8 @@ pub struct Follower<'a> {
     target: Option<i64>,
     leg: Leg,
     forward: bool,
+    /// It was told to stop, and no target since.
+    braking: bool,
     /// The pulse that is pulse 0 of the leg, by number and by position.
     first: usize,
     place: i64,
@@ -228,6 +230,7 @@ impl<'a> Follower<'a> {
             target,
             leg,
             forward,
+            braking: false,
             first: 0,
             place,
             time,
@@ -315,8 +318,11 @@ impl<'a> Follower<'a> {
         }
         let s = (i64::from(said.planned) - self.place) * self.sign();
         match said.change {
-            None => {}
-            Some(Change::Target(target)) => self.target = Some(target.into()),
+            None => self.braking = true,
+            Some(Change::Target(target)) => {
+                self.target = Some(target.into());
+                self.braking = false;
+            }
             Some(Change::Top(top)) => self.limits.top = f64::from(top.millisteps()) / 1e3,
             Some(Change::Accel(a)) => {
                 let a = a.millisteps() as f64 / 1e3;
@@ -340,7 +346,7 @@ impl<'a> Follower<'a> {
         }
         if s < self.leg.steps && s <= self.leg.fall + near {
             self.check(s as usize)?;
-            self.turn_over(s, said.change.is_none(), &mut ways);
+            self.turn_over(s, &mut ways);
         }
         Ok(ways)
     }
@@ -357,7 +363,8 @@ impl<'a> Follower<'a> {
     }
 
     /// At pulse s the acceleration goes, and all is laid out anew.
-    fn turn_over(mut self, s: f64, stop: bool, ways: &mut Vec<Self>) {
+    fn turn_over(mut self, s: f64, ways: &mut Vec<Self>) {
+        let stop = self.braking;
         let (passed, state) = self.leg.at(s);
         self.time += passed * self.hz;
         self.since += passed * self.hz;

@@ -127,6 +127,8 @@ pub struct Follower<'a> {
     target: Option<i64>,
     leg: Leg,
     forward: bool,
+    /// It was told to stop, and no target since.
+    braking: bool,
     /// The pulse that is pulse 0 of the leg, by number and by position.
     first: usize,
     place: i64,
@@ -169,6 +171,7 @@ impl<'a> Follower<'a> {
             target,
             leg,
             forward,
+            braking: false,
             first: 0,
             place,
             time,
@@ -248,8 +251,11 @@ impl<'a> Follower<'a> {
         }
         let s = ((i64::from(said.planned) - self.place) * self.sign()) as usize;
         match said.change {
-            None => {}
-            Some(Change::Target(target)) => self.target = Some(target.into()),
+            None => self.braking = true,
+            Some(Change::Target(target)) => {
+                self.target = Some(target.into());
+                self.braking = false;
+            }
             Some(Change::Top(top)) => self.limits.top = f64::from(top.millisteps()) / 1e3,
             Some(Change::Accel(a)) => {
                 let a = a.millisteps() as f64 / 1e3;
@@ -274,7 +280,7 @@ impl<'a> Follower<'a> {
         self.place = said.planned.into();
         let left = self.target.map_or(f64::INFINITY, |t| ((t - self.place) * self.sign()) as f64);
         self.leg = Leg::over(v, left, &self.limits);
-        if said.change.is_none() {
+        if self.braking {
             self.leg = Leg::brake(v, &self.limits);
             self.target = Some(self.place + self.sign() * self.leg.steps as i64);
         }

@@ -204,7 +204,7 @@ impl Judge {
     /// The rule that it breaks.
     pub fn edge(&mut self, edge: Edge) -> Result<(), Fault> {
         self.advance(edge.time)?;
-        let moving = self.tracks.iter().filter(|track| track.goal != Goal::Rest).count();
+        let moving = self.moving(edge.axis);
         // What one axis has held up may still be seen when it rests.
         let several = if self.board.late && self.hard { 2 } else { moving };
         self.measure.jitter = self.board.jitter(self.measure.pulse, several);
@@ -223,6 +223,18 @@ impl Judge {
         }
         self.hard |= moving > 1;
         self.explain(judged)
+    }
+
+    /// Axes that may hold up an edge of this one, itself among them: those that move, and
+    /// those that have stepped within its last two intervals, though they rest by now.
+    fn moving(&self, axis: u8) -> usize {
+        let since = self.tracks.get(usize::from(axis)).and_then(Track::last_but_one);
+        let beside = |track: &Track| {
+            track.axis == axis
+                || track.goal != Goal::Rest
+                || since.is_some_and(|since| track.last().is_some_and(|last| last >= since))
+        };
+        self.tracks.iter().filter(|track| beside(track)).count()
     }
 
     /// A fault of speed waits until the board has said whether a step was late.
@@ -534,15 +546,9 @@ impl Judge {
             Reset::Button => self.moved,
             Reset::Watchdog => Known::Yes,
         };
-        // What was in doubt before may stay so.
-        let doubt =
-            reset != Reset::Power && self.tracks.iter().any(|track| track.known != Known::Yes);
-        let lost = if doubt { lost.or(Known::Maybe) } else { lost };
-        match reset {
-            Reset::Power => self.moved = Known::No,
-            Reset::Watchdog => self.moved = self.moved.or(Known::Maybe),
-            Reset::Blink | Reset::Button => {}
-        }
+        // A board that does not doubt begins as at power-up: at a known 0, and nothing has
+        // moved. One that doubts goes on doing so after the next button.
+        self.moved = lost;
         self.ordered = None;
         self.slave = Slave::new(self.tracks.len());
         let known = lost.not();

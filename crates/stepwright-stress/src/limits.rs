@@ -71,6 +71,11 @@ impl Limits {
         AHEAD + 3.0 / v.max(1e-9)
     }
 
+    /// Seconds after which an axis that was told to stop has ceased to accelerate.
+    pub fn obeyed(&self, v: f64) -> f64 {
+        self.lag(v) + self.bend(self.top.max(v))
+    }
+
     /// What the limit of jerk adds to a change of speed, in s.
     fn bend(&self, v: f64) -> f64 {
         let bend = |a: f64| (a / self.jerk).min((v / self.jerk).sqrt());

@@ -1,5 +1,8 @@
 //! One axis, as its edges show it.
 
+mod change;
+mod pace;
+
 use stepwright_sim::{Edge, Pin};
 
 use crate::fault::{Fault, Rule, Rules};
@@ -74,8 +77,17 @@ pub enum Goal {
     Open,
 }
 
-/// An interval of a ramp may be so much of itself beside the law: a run is a parabola.
-const CLOSE: f64 = 1.002;
+/// Limits of before a change.
+#[derive(Clone, Copy, Debug)]
+struct Past {
+    limits: Limits,
+    /// They may hold until then …
+    until: u64,
+    /// … and their top speed until then.
+    top_until: u64,
+    /// Their deceleration may hold to the end of a fall.
+    falls: bool,
+}
 
 /// An axis.
 #[derive(Clone, Debug)]
@@ -108,12 +120,18 @@ pub struct Track {
     pub limits: Limits,
     /// The highest top speed since its order.
     pub highest: f64,
-    /// Limits that may still hold, and until when; the top speed for longer.
-    before: Vec<(Limits, u64, u64)>,
+    /// Limits that may still hold.
+    before: Vec<Past>,
     /// The travel got another target on its way.
     retargeted: bool,
     /// When it was told last where to go.
     told: u64,
+    /// When it was told to brake, and from when on its speed does not rise for that.
+    braked: Option<(u64, u64)>,
+    /// It may have been halted at once: its last interval tells nothing.
+    halted: bool,
+    /// Ticks by which its last steps are ahead of the top speed, and may be.
+    ahead: (f64, f64),
     level: Option<bool>,
     high: bool,
     rise: Option<u64>,
@@ -153,6 +171,9 @@ impl Track {
             before: Vec::new(),
             retargeted: false,
             told: 0,
+            braked: None,
+            halted: false,
+            ahead: (0.0, 0.0),
             level: None,
             high: false,
             rise: None,
@@ -185,10 +206,19 @@ impl Track {
         self.rise
     }
 
-    /// The present speed, roughly: of the last interval, or of the first.
+    /// When it made the step before the last one.
+    pub fn last_but_one(&self) -> Option<u64> {
+        Some(self.rise?.saturating_sub(self.interval.unwrap_or(0)))
+    }
+
+    /// The present speed, at most: of the last interval, or of the first. Edges are in whole
+    /// ticks, so the interval may be longer than the motion's; but no speed is above its top.
     fn speed(&self, measure: &Measure) -> f64 {
         match self.interval {
-            Some(interval) => measure.hz / interval.max(1) as f64,
+            Some(interval) => {
+                let short = measure.hz / (interval as f64 - measure.jitter).max(0.5);
+                short.min(self.highest.max(measure.hz / interval.max(1) as f64))
+            }
             None => 1.0 / self.limits.first(),
         }
     }
@@ -236,6 +266,7 @@ impl Track {
         self.before.clear();
         self.origin = self.count;
         self.retargeted = false;
+        (self.braked, self.halted) = (None, false);
         (self.fresh, self.interval) = (true, None);
         match steps {
             Some(steps) => {
@@ -258,133 +289,6 @@ impl Track {
         (seconds * measure.hz).min(1e18) as u64
     }
 
-    /// The limits in force, the loosest where several may be.
-    fn in_force(&self, now: u64) -> Limits {
-        self.before.iter().fold(self.limits, |limits, (before, until, top_until)| {
-            let mut limits = if now < *until { limits.or(before) } else { limits };
-            if now < *top_until {
-                limits.top = limits.top.max(before.top);
-            }
-            limits
-        })
-    }
-
-    /// How long a first or last step may take, in s.
-    fn slowest(&self) -> f64 {
-        let all = self.before.iter().map(|(before, ..)| before).chain([&self.limits]);
-        all.map(|limits| limits.first().max(limits.last())).fold(0.0, f64::max)
-    }
-
-    /// Other limits from now on, for a travel in progress.
-    pub fn limit(&mut self, now: u64, limits: Limits, measure: &Measure) {
-        let before = self.in_force(now);
-        let v = self.speed(measure);
-        let slowest = self.slowest().max(limits.first()).max(limits.last());
-        let lag = limits.lag(v) + 3.0 * slowest;
-        let way = self.lazy(now).lazier(&limits).way(v.max(before.top.min(v * 4.0)), slowest);
-        let until = now + self.ticks(lag, measure);
-        let top_until = until + self.ticks(way.time, measure);
-        // A lower deceleration takes longer to come down to a top speed of before, too.
-        for (.., held) in self.before.iter_mut().filter(|(.., held)| now < *held) {
-            *held = top_until.max(*held);
-        }
-        self.before.push((self.limits, until, top_until));
-        self.rests = self.rests.min(limits.rest());
-        self.highest = self.highest.max(limits.top);
-        self.limits = limits;
-        if let Goal::Stop(_) = self.goal {
-            // A lower deceleration takes a longer way.
-            (self.least, self.most) = (i64::MIN, i64::MAX);
-            self.goal = Goal::Open;
-            self.brake(now, measure);
-        }
-        self.may_overshoot(now, measure);
-        self.extend(now, measure);
-    }
-
-    /// The deadline of a travel that was changed.
-    fn extend(&mut self, now: u64, measure: &Measure) {
-        if let Goal::End(end, by) = self.goal {
-            let way = self.lazy(now).way(self.speed(measure), self.slowest());
-            let slower = |slow: Limits, (before, ..): &(Limits, u64, u64)| slow.slower(before);
-            let slow = self.before.iter().fold(self.limits, slower);
-            let steps = (end - self.count).abs() as f64 + 2.0 * way.steps;
-            let time = way.time * 2.0 + slow.duration(steps) + 4.0 * self.slowest();
-            let wait = measure.setup + 2 * measure.hold;
-            self.goal = Goal::End(end, by.max(now + self.ticks(time, measure) + wait));
-        }
-    }
-
-    fn lazy(&self, now: u64) -> Limits {
-        let held = self.before.iter().filter(|(_, until, _)| now < *until);
-        held.fold(self.limits, |limits, (before, ..)| limits.lazier(before))
-    }
-
-    /// A travel in progress may brake, turn and come back.
-    fn may_overshoot(&mut self, now: u64, measure: &Measure) {
-        let Goal::End(end, _) = self.goal else { return };
-        let again = std::mem::replace(&mut self.retargeted, true);
-        let way = self.lazy(now).way(self.speed(measure), self.slowest()).steps.min(1e15) as i64;
-        let (mut least, mut most) = (self.count.min(end), self.count.max(end));
-        match self.forward.filter(|_| !self.fresh) {
-            Some(true) => most = most.max(self.count + way),
-            Some(false) => least = least.min(self.count - way),
-            None if end > self.origin => most = most.max(self.count + way),
-            None => least = least.min(self.count - way),
-        }
-        // It may be about to turn, and on its way back.
-        if again {
-            (least, most) = (least.min(self.count - way), most.max(self.count + way));
-        }
-        // It may have been on its way further out already.
-        if self.fresh {
-            (least, most) = (least.min(self.origin - way), most.max(self.origin + way));
-        }
-        (self.least, self.most) = (least, most);
-    }
-
-    /// Another target, from where the travel began.
-    pub fn retarget(&mut self, now: u64, steps: i64, measure: &Measure) {
-        let end = self.origin + steps;
-        self.goal = Goal::End(end, now);
-        self.told = self.told.max(now);
-        self.may_overshoot(now, measure);
-        self.extend(now, measure);
-    }
-
-    /// A soft stop.
-    pub fn brake(&mut self, now: u64, measure: &Measure) {
-        let (Goal::End(..) | Goal::Endless | Goal::Open) = self.goal else { return };
-        let way = self.lazy(now).way(self.speed(measure), self.slowest());
-        let steps = way.steps.min(1e15) as i64;
-        let (back, ahead) = match self.forward.filter(|_| !self.fresh) {
-            // A turn may be under way, and its first step.
-            Some(true) => (if self.retargeted { steps } else { 0 }, steps),
-            Some(false) => (steps, if self.retargeted { steps } else { 0 }),
-            None => (steps, steps),
-        };
-        self.least = self.least.max(self.count - back);
-        self.most = self.most.min(self.count + ahead);
-        // It may have yet to begin, or to turn and rest before.
-        let rests = self.before.iter().map(|(before, ..)| before.rest());
-        let rest = self.ticks(rests.fold(self.limits.rest(), f64::max), measure);
-        let begins = if self.fresh { self.told.max(self.not_before) } else { now };
-        let wait = begins.saturating_sub(now) + rest + measure.setup + 2 * measure.hold;
-        let by = now + wait + self.ticks(way.time, measure);
-        self.goal = Goal::Stop(by);
-    }
-
-    /// From outside it can't be told any more whether it goes on.
-    pub fn open(&mut self, letter: u8) {
-        if self.goal != Goal::Rest {
-            self.goal = Goal::Open;
-            match letter {
-                b'T' => self.stops.soft(letter, Known::Maybe),
-                _ => self.stops.hard(letter, Known::Maybe),
-            }
-        }
-    }
-
     /// It was stopped at once, or will not be looked at: nothing of its speed counts.
     pub fn halt(&mut self) {
         self.goal = Goal::Rest;
@@ -404,28 +308,12 @@ impl Track {
             let what = || format!("axis {} rests {} steps off its end", axis + 1, count - end);
             measure.rules.broken(Rule::Count, now, what)?;
         }
-        let ended = matches!(self.goal, Goal::End(..) | Goal::Stop(_));
+        let ended = matches!(self.goal, Goal::End(..) | Goal::Stop(_)) && !self.halted;
         self.goal = Goal::Rest;
         (self.least, self.most) = (count, count);
         if ended { self.stopped(now, measure) } else { Ok(()) }
     }
 
-    /// The leg has ended: its last interval was slow enough.
-    fn stopped(&self, now: u64, measure: &Measure) -> Result<(), Fault> {
-        let Some(interval) = self.interval else { return Ok(()) };
-        let limits = self.in_force(self.rise.unwrap_or(now));
-        let wide = interval as f64 + measure.jitter + measure.fit;
-        let v = measure.hz / wide;
-        if v > (limits.start + limits.down * wide / 2.0 / measure.hz) * 1.001 {
-            let axis = self.axis + 1;
-            measure.rules.broken(Rule::Fall, now, || {
-                format!("axis {axis} stops dead at {v:.1} steps/s; {limits:?}")
-            })?;
-        }
-        Ok(())
-    }
-
-    /// Time has come to `now`: travels that should have ended.
     ///
     /// # Errors
     /// If one has not.
@@ -528,69 +416,8 @@ impl Track {
                 format!("axis {axis} steps towards a switch that closed at tick {since}")
             })?;
         }
-        let paced = self.pace(now, forward, measure);
+        let paced = self.slows(now, forward, measure).and(self.pace(now, forward, measure));
         (self.forward, self.fresh, self.rise) = (Some(forward), false, Some(now));
         paced
-    }
-
-    /// What a step tells of speed and acceleration.
-    fn pace(&mut self, now: u64, forward: bool, measure: &Measure) -> Result<(), Fault> {
-        let Some(rise) = self.rise else { return Ok(()) };
-        let ticks = now - rise;
-        let turn = self.forward.is_some_and(|was| was != forward);
-        if self.fresh || turn {
-            let stopped = if self.fresh { Ok(()) } else { self.stopped(now, measure) };
-            self.interval = None;
-            return stopped.and(self.dwell(now, ticks, measure));
-        }
-        let before = self.interval.replace(ticks);
-        let limits = self.in_force(now);
-        let Measure { hz, jitter, rules, .. } = *measure;
-        let axis = self.axis + 1;
-        let fastest = hz / (ticks as f64 + jitter);
-        if fastest > limits.top * CLOSE {
-            rules.broken(Rule::Top, now, || {
-                format!("axis {axis} at {fastest:.1} steps/s, with a top speed of {}", limits.top)
-            })?;
-        }
-        let jitter = jitter + measure.fit;
-        let (wide, narrow) = (ticks as f64 + jitter, (ticks as f64 - jitter).max(0.5));
-        let v = hz / wide;
-        // From rest, or from the interval before.
-        let mut most = limits.start + limits.up * wide / 2.0 / hz;
-        if let Some(last) = before {
-            let last = last as f64;
-            let both = (last + wide + jitter) / 2.0 / hz;
-            most = most.max(hz / (last - jitter).max(0.5) + limits.up * both);
-            let fast = hz / (last + jitter);
-            let ends = (limits.start + limits.down * (last + jitter) / 2.0 / hz) * 1.001;
-            if hz / narrow < (fast - limits.down * both) * 0.999
-                && fast > ends
-                && last < self.rests * hz
-            {
-                rules.broken(Rule::Fall, now, || {
-                    format!("axis {axis} falls from {fast:.1} to {v:.1} steps/s; {limits:?}")
-                })?;
-            }
-        }
-        if v > most * 1.001 {
-            let last = before;
-            rules.broken(Rule::Rise, now, || {
-                format!("axis {axis} rises to {v:.1} steps/s, at most {most:.1}, from an interval of {last:?}; {limits:?}")
-            })?;
-        }
-        Ok(())
-    }
-
-    /// The first step of a leg: so long after the last one of another.
-    fn dwell(&self, now: u64, ticks: u64, measure: &Measure) -> Result<(), Fault> {
-        let least = self.rests.min(self.rested) * measure.hz;
-        if (ticks as f64) + measure.jitter < least * 0.99 {
-            let axis = self.axis + 1;
-            measure.rules.broken(Rule::Dwell, now, || {
-                format!("axis {axis} starts {ticks} ticks after its last step, not {least:.0}")
-            })?;
-        }
-        Ok(())
     }
 }

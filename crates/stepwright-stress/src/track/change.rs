@@ -1,0 +1,167 @@
+//! What a change on the way makes of an axis's bounds: other limits, another target, a stop.
+
+use super::{Goal, Known, Measure, Past, Track};
+use crate::limits::Limits;
+
+impl Track {
+    /// The limits in force, the loosest where several may be.
+    pub(super) fn in_force(&self, now: u64) -> Limits {
+        self.before.iter().fold(self.limits, |limits, past| {
+            let mut limits = if now < past.until { limits.or(&past.limits) } else { limits };
+            if now < past.top_until {
+                limits.top = limits.top.max(past.limits.top);
+            }
+            if past.falls {
+                limits.down = limits.down.max(past.limits.down);
+            }
+            limits
+        })
+    }
+
+    /// A leg begins, or speed rises: a fall that had begun before a change is over.
+    pub(super) fn end_falls(&mut self, now: u64) {
+        self.before.iter_mut().for_each(|past| past.falls &= now < past.until);
+    }
+
+    /// How long a first or last step may take, in s.
+    fn slowest(&self) -> f64 {
+        let all = self.before.iter().map(|past| &past.limits).chain([&self.limits]);
+        all.map(|limits| limits.first().max(limits.last())).fold(0.0, f64::max)
+    }
+
+    /// Other limits from now on, for a travel in progress.
+    pub fn limit(&mut self, now: u64, limits: Limits, measure: &Measure) {
+        let before = self.in_force(now);
+        let v = self.speed(measure);
+        let slowest = self.slowest().max(limits.first()).max(limits.last());
+        let lag = limits.lag(v) + 3.0 * slowest;
+        let way = self.lazy(now).lazier(&limits).way(v.max(before.top.min(v * 4.0)), slowest);
+        let until = now + self.ticks(lag, measure);
+        let top_until = until + self.ticks(way.time, measure);
+        // A lower deceleration takes longer to come down to a top speed of before, too.
+        for past in self.before.iter_mut().filter(|past| now < past.top_until) {
+            past.top_until = top_until.max(past.top_until);
+        }
+        // With a limit of jerk a fall that has begun goes on to its end, whatever changes.
+        let falls = limits.jerk.is_finite();
+        self.before.push(Past { limits: self.limits, until, top_until, falls });
+        self.rests = self.rests.min(limits.rest());
+        self.highest = self.highest.max(limits.top);
+        self.limits = limits;
+        match self.goal {
+            Goal::Stop(_) => {
+                // A lower deceleration takes a longer way.
+                (self.least, self.most) = (i64::MIN, i64::MAX);
+                self.goal = Goal::Open;
+                self.brake(now, measure);
+            }
+            // It may be braking, and does so for longer then; or go beyond its end, and back.
+            Goal::Open => {
+                let way = self.lazy(now).way(self.speed(measure), self.slowest()).steps;
+                let way = way.min(1e15) as i64;
+                self.least = self.least.min(self.count.saturating_sub(way));
+                self.most = self.most.max(self.count.saturating_add(way));
+                self.retargeted = true;
+            }
+            Goal::Rest | Goal::End(..) | Goal::Endless => {}
+        }
+        self.may_overshoot(now, measure);
+        self.extend(now, measure);
+    }
+
+    /// The deadline of a travel that was changed.
+    fn extend(&mut self, now: u64, measure: &Measure) {
+        if let Goal::End(end, by) = self.goal {
+            let way = self.lazy(now).way(self.speed(measure), self.slowest());
+            let slower = |slow: Limits, past: &Past| slow.slower(&past.limits);
+            let slow = self.before.iter().fold(self.limits, slower);
+            let steps = (end - self.count).abs() as f64 + 2.0 * way.steps;
+            let time = way.time * 2.0 + slow.duration(steps) + 4.0 * self.slowest();
+            let wait = measure.setup + 2 * measure.hold;
+            self.goal = Goal::End(end, by.max(now + self.ticks(time, measure) + wait));
+        }
+    }
+
+    fn lazy(&self, now: u64) -> Limits {
+        let held = self.before.iter().filter(|past| now < past.until || past.falls);
+        held.fold(self.limits, |limits, past| limits.lazier(&past.limits))
+    }
+
+    /// A travel in progress may brake, turn and come back.
+    fn may_overshoot(&mut self, now: u64, measure: &Measure) {
+        let Goal::End(end, _) = self.goal else { return };
+        let again = std::mem::replace(&mut self.retargeted, true);
+        let way = self.lazy(now).way(self.speed(measure), self.slowest()).steps.min(1e15) as i64;
+        let (mut least, mut most) = (self.count.min(end), self.count.max(end));
+        match self.forward.filter(|_| !self.fresh) {
+            Some(true) => most = most.max(self.count + way),
+            Some(false) => least = least.min(self.count - way),
+            None if end > self.origin => most = most.max(self.count + way),
+            None => least = least.min(self.count - way),
+        }
+        // It may be about to turn, and on its way back.
+        if again {
+            (least, most) = (least.min(self.count - way), most.max(self.count + way));
+        }
+        // It may have been on its way further out already.
+        if self.fresh {
+            (least, most) = (least.min(self.origin - way), most.max(self.origin + way));
+        }
+        (self.least, self.most) = (least, most);
+    }
+
+    /// Another target, from where the travel began.
+    pub fn retarget(&mut self, now: u64, steps: i64, measure: &Measure) {
+        let end = self.origin + steps;
+        self.goal = Goal::End(end, now);
+        (self.told, self.braked) = (self.told.max(now), None);
+        self.may_overshoot(now, measure);
+        self.extend(now, measure);
+    }
+
+    /// A soft stop.
+    pub fn brake(&mut self, now: u64, measure: &Measure) {
+        let (Goal::End(..) | Goal::Endless | Goal::Open) = self.goal else { return };
+        let way = self.lazy(now).way(self.speed(measure), self.slowest());
+        let steps = way.steps.min(1e15) as i64;
+        let (back, ahead) = match self.forward.filter(|_| !self.fresh) {
+            // A turn may be under way, and its first step.
+            Some(true) => (if self.retargeted { steps } else { 0 }, steps),
+            Some(false) => (steps, if self.retargeted { steps } else { 0 }),
+            None => (steps, steps),
+        };
+        self.least = self.least.max(self.count - back);
+        self.most = self.most.min(self.count + ahead);
+        // It may have yet to begin, or to turn and rest before.
+        let rests = self.before.iter().map(|past| past.limits.rest());
+        let rest = self.ticks(rests.fold(self.limits.rest(), f64::max), measure);
+        let begins = if self.fresh { self.told.max(self.not_before) } else { now };
+        let wait = begins.saturating_sub(now) + rest + measure.setup + 2 * measure.hold;
+        let by = now + wait + self.ticks(way.time, measure);
+        self.goal = Goal::Stop(by);
+        // From here on its speed does not rise any more.
+        let rises = self.lazy(now).obeyed(self.speed(measure)) + 2.0 * self.slowest();
+        let falls = now + wait + self.ticks(rises, measure);
+        let (told, _) = self.braked.unwrap_or((now, falls));
+        self.braked = Some((told, falls));
+    }
+
+    /// From outside it can't be told any more whether it goes on: it may brake for a silence,
+    /// or have been halted.
+    pub fn open(&mut self, letter: u8) {
+        if self.goal == Goal::Rest {
+            return;
+        }
+        let brakes = matches!(self.goal, Goal::Stop(_));
+        if letter == b'T' {
+            self.stops.soft(letter, Known::Maybe);
+            // What brakes already goes on doing so.
+            if !brakes {
+                self.goal = Goal::Open;
+            }
+        } else {
+            self.stops.hard(letter, Known::Maybe);
+            (self.goal, self.halted) = (Goal::Open, true);
+        }
+    }
+}

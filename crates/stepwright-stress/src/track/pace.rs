@@ -1,0 +1,117 @@
+//! What the intervals between steps tell of speed and acceleration.
+
+use super::{Goal, Measure, Track};
+use crate::fault::{Fault, Rule};
+
+impl Track {
+    /// The leg has ended: its last interval was slow enough.
+    pub(super) fn stopped(&self, now: u64, measure: &Measure) -> Result<(), Fault> {
+        let Some(interval) = self.interval else { return Ok(()) };
+        let limits = self.in_force(self.rise.unwrap_or(now));
+        let wide = interval as f64 + measure.jitter + measure.fit;
+        let v = measure.hz / wide;
+        if v > (limits.start + limits.down * wide / 2.0 / measure.hz) * 1.001 {
+            let axis = self.axis + 1;
+            measure.rules.broken(Rule::Fall, now, || {
+                format!("axis {axis} stops dead at {v:.1} steps/s; {limits:?}")
+            })?;
+        }
+        Ok(())
+    }
+
+    /// A soft stop neither turns nor speeds up again. What was told before it may: a travel on
+    /// its way back, which rests when the stop comes, has a step to make there.
+    pub(super) fn slows(&self, now: u64, forward: bool, measure: &Measure) -> Result<(), Fault> {
+        let (Goal::Stop(_), Some((told, falls)), Some(rise)) = (self.goal, self.braked, self.rise)
+        else {
+            return Ok(());
+        };
+        let axis = self.axis + 1;
+        if !self.fresh && rise > told && self.forward == Some(!forward) {
+            measure.rules.broken(Rule::Stop, now, || {
+                format!("axis {axis} turns, which was told to stop at tick {told}")
+            })?;
+        }
+        let jitter = 2.0 * (measure.jitter + measure.fit);
+        let shorter = |last: u64| (now - rise) as f64 + jitter < last as f64;
+        if now > falls && self.interval.is_some_and(shorter) {
+            measure.rules.broken(Rule::Stop, now, || {
+                format!("axis {axis} speeds up, which was told to stop at tick {told}")
+            })?;
+        }
+        Ok(())
+    }
+
+    /// What a step tells of speed and acceleration.
+    pub(super) fn pace(&mut self, now: u64, forward: bool, measure: &Measure) -> Result<(), Fault> {
+        let Some(rise) = self.rise else { return Ok(()) };
+        let ticks = now - rise;
+        let turn = self.forward.is_some_and(|was| was != forward);
+        if self.fresh || turn {
+            let stopped = if self.fresh { Ok(()) } else { self.stopped(now, measure) };
+            (self.interval, self.ahead) = (None, (0.0, 0.0));
+            self.end_falls(now);
+            return stopped.and(self.dwell(now, ticks, measure));
+        }
+        let before = self.interval.replace(ticks);
+        let Measure { hz, jitter, rules, .. } = *measure;
+        let jitter = jitter + measure.fit;
+        if before.is_some_and(|last| ticks as f64 + 2.0 * jitter < last as f64) {
+            self.end_falls(now);
+        }
+        let limits = self.in_force(now);
+        let axis = self.axis + 1;
+        // Each step may be beside its time, and the next ones make up for it: however many
+        // there are, they are no more than that ahead of the top speed. A single interval may
+        // be shorter by as much, and at 100,000 steps/s this is several per cent.
+        // Another axis may have held up a step, and rest by now.
+        let (ahead, most) = self.ahead;
+        let ahead = (ahead + hz / limits.top - ticks as f64).max(0.0);
+        self.ahead = (ahead, if ahead > 0.0 { jitter.max(most) } else { jitter });
+        if ahead > self.ahead.1 {
+            self.ahead = (0.0, jitter);
+            rules.broken(Rule::Top, now, || {
+                let top = limits.top;
+                format!("axis {axis} is {ahead:.1} ticks ahead of a top speed of {top} steps/s, interval {ticks}")
+            })?;
+        }
+        let (wide, narrow) = (ticks as f64 + jitter, (ticks as f64 - jitter).max(0.5));
+        let v = hz / wide;
+        // From rest, or from the interval before.
+        let mut most = limits.start + limits.up * wide / 2.0 / hz;
+        if let Some(last) = before {
+            let last = last as f64;
+            let both = (last + wide + jitter) / 2.0 / hz;
+            most = most.max(hz / (last - jitter).max(0.5) + limits.up * both);
+            let fast = hz / (last + jitter);
+            let ends = (limits.start + limits.down * (last + jitter) / 2.0 / hz) * 1.001;
+            if hz / narrow < (fast - limits.down * both) * 0.999
+                && fast > ends
+                && last < self.rests * hz
+            {
+                rules.broken(Rule::Fall, now, || {
+                    format!("axis {axis} falls from {fast:.1} to {v:.1} steps/s; {limits:?}")
+                })?;
+            }
+        }
+        if v > most * 1.001 {
+            let last = before;
+            rules.broken(Rule::Rise, now, || {
+                format!("axis {axis} rises to {v:.1} steps/s, at most {most:.1}, from an interval of {last:?}; {limits:?}")
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The first step of a leg: so long after the last one of another.
+    fn dwell(&self, now: u64, ticks: u64, measure: &Measure) -> Result<(), Fault> {
+        let least = self.rests.min(self.rested) * measure.hz;
+        if (ticks as f64) + measure.jitter < least * 0.99 {
+            let axis = self.axis + 1;
+            measure.rules.broken(Rule::Dwell, now, || {
+                format!("axis {axis} starts {ticks} ticks after its last step, not {least:.0}")
+            })?;
+        }
+        Ok(())
+    }
+}

@@ -11,7 +11,7 @@
 //! | [`interrupt`] | Ctrl-C and other signals |
 //! | [`link`] | the bytes to a board, real or virtual, and back |
 //! | [`plot`] | figures as .svg, .png and .html |
-//! | [`quantity`] | speeds and accelerations with their units |
+//! | [`quantity`] | distances, speeds and accelerations with their units |
 //! | [`sheet`] | results as text, CSV or JSON |
 //! | [`say`] | lines on standard output and error |
 //! | [`talk`] | a line and its answer, whatever happens to them on their way |
@@ -82,7 +82,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_from(quantity::minuses(std::env::args_os())) {
         Ok(cli) => cli,
         // Help and the version, too: they are asked for, and fail if they can't be given.
         Err(said) => {

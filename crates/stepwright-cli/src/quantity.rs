@@ -1,17 +1,19 @@
-//! Speeds, accelerations and jerks as a person types them.
+//! Distances, speeds, accelerations and jerks as a person types them.
 //!
 //! `120rpm`, `10rad/s`, `12.566 rad/s²`, `50mm/s`; a bare number counts steps.
 //! Two moments, because the second needs other options of the command line:
 //!
-//! 1. [`SpeedArg`], [`AccelArg`] and [`JerkArg`] read the text while clap parses: a number
+//! 1. [`DistanceArg`], [`SpeedArg`], [`AccelArg`] and [`JerkArg`] read the text while clap parses: a number
 //!    without rounding, and a unit.
 //! 2. [`SpeedArg::resolve`] turns it into what the core holds, by the motor's
 //!    [`Geometry`] ([`GeometryArgs`]), rounding **once**, and keeps the text, so
 //!    that a [`Held`] can show what was understood: `120rpm → 400 steps/s`.
 
 mod decimal;
+mod distance;
 mod unit;
 
+use std::ffi::OsString;
 use std::fmt::{self, Display};
 use std::str::FromStr;
 
@@ -19,7 +21,8 @@ use stepwright::{Accel, Geometry, Jerk, Speed};
 
 use crate::failure::Failure;
 use decimal::Decimal;
-use unit::{Kind, Length, Unit};
+pub use distance::DistanceArg;
+use unit::{Kind, Unit};
 
 /// The options that say how a motor's steps relate to the world.
 #[derive(clap::Args, Clone, Debug)]
@@ -82,7 +85,7 @@ impl Quantity {
         let (number, unit) = text.split_at(end);
         if number.is_empty() {
             return Err(match text.chars().next() {
-                Some('-' | '+') => "give it without a sign".into(),
+                Some('-' | '\u{2212}' | '+') => "give it without a sign".into(),
                 _ => "it begins with a number, like 1000 or 120rpm".into(),
             });
         }
@@ -110,7 +113,7 @@ impl Quantity {
         let Some(milli) = self.unit.millisteps(self.number, geometry) else {
             return Err(self.no_millimetres(name));
         };
-        let bare = self.unit == Unit { length: Length::Step, per_minute: false };
+        let bare = self.unit == Unit::STEP;
         Ok(Held {
             value: core(milli.value)?,
             given: self.text.clone(),
@@ -137,12 +140,21 @@ pub struct Held<T> {
     converted: bool,
 }
 
+impl<T> Held<T> {
+    /// Whether it was typed in another unit than steps.
+    pub fn converted(&self) -> bool {
+        self.converted
+    }
+}
+
 impl<T: Display> Display for Held<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.converted || !self.exact {
             write!(f, "{} {} ", self.given, if self.exact { '→' } else { '≈' })?;
         }
-        write!(f, "{} steps{}", self.value, self.per)
+        let value = self.value.to_string();
+        let one = self.per.is_empty() && matches!(value.as_str(), "1" | "-1");
+        write!(f, "{value} step{}{}", if one { "" } else { "s" }, self.per)
     }
 }
 
@@ -187,8 +199,7 @@ impl SpeedArg {
 
 /// A speed whose sign is a direction: `+1000`, `1000`, `-120rpm`.
 ///
-/// Give its argument `allow_hyphen_values`, or clap takes `-120rpm` for an
-/// option.
+/// clap takes `-120rpm` for an option: see [`minuses`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SignedSpeedArg {
     /// Forward, unless it began with a minus.
@@ -208,6 +219,18 @@ impl FromStr for SignedSpeedArg {
         };
         Ok(SignedSpeedArg { forward, speed: speed.parse()? })
     }
+}
+
+/// The words of a command line, those such as `-120rpm` and `-.5mm` with a minus (U+2212)
+/// in place of the hyphen: clap takes a hyphen for the beginning of an option.
+pub fn minuses(words: impl Iterator<Item = OsString>) -> impl Iterator<Item = OsString> {
+    words.map(|word| match word.to_str().and_then(|word| word.strip_prefix('-')) {
+        Some(rest) if rest.starts_with(|c: char| c == '.' || c.is_ascii_digit()) => {
+            // What clap can read by itself stays as it is.
+            if rest.parse::<f64>().is_ok() { word } else { format!("\u{2212}{rest}").into() }
+        }
+        _ => word,
+    })
 }
 
 /// An acceleration without a sign, as typed: for clap's `#[arg]`.

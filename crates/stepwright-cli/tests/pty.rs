@@ -85,6 +85,32 @@ impl Client {
     }
 }
 
+/// Distances and positions in other units, from where the axis stands.
+#[test]
+fn targets_in_ones_own_unit() {
+    let board = Board::start(&[]);
+    let motor = ["--steps-per-rev", "400", "--mm-per-rev", "8"];
+    let order = |way: &[&str]| board.order(&[way, &motor].concat());
+    for (way, last) in [
+        (&["move", "100"][..], "position 100 ready"),
+        (&["move", "--to", "90deg"], "position 100 ready"),
+        (&["move", "-0.5mm"], "position 75 ready"),
+        (&["move", "--to", "-.5mm"], "position -25 ready"),
+        (&["line", "--to", "0", "-90deg", "1mm"], "position 0 -100 50 ready"),
+        (&["line", "1mm", "-1mm"], "position 50 -150 ready"),
+    ] {
+        let ended = order(way);
+        assert_eq!(
+            (ended.status.code(), ended.stdout.lines().last()),
+            (Some(0), Some(last)),
+            "{ended:?}"
+        );
+    }
+    let far = order(&["move", "--to", "-2147483600"]);
+    assert_eq!(far.status.code(), Some(2));
+    assert!(far.stderr.contains("from 50 are -2147483650 steps, too far"), "{far:?}");
+}
+
 #[test]
 fn a_newcomer_tries_every_line() {
     let board = Board::start(&[]);

@@ -11,10 +11,10 @@ use super::course::Course;
 use super::drive::{self, NotBegun};
 use super::motion::{MOTION, Motion, RampArgs, listed, seconds};
 use super::target::{self, Format, PortArgs, VirtualArgs};
-use super::travel::{distance, start_position};
+use super::travel::{Way, start_position};
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::SpeedArg;
+use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
 use crate::talk::{Played, Talk, Trouble};
 
@@ -41,13 +41,19 @@ second Ctrl-C stops dead, and the positions are lost.
 
 Examples:
   stepwright line 2000 -500
+  stepwright line 25mm -10mm --mm-per-rev 40
+  stepwright line --to 0 0 --port /dev/ttyUSB0
   stepwright line 20000 6666 2666 --top-speed 15000 --accel 40000 --fast
   stepwright line 2000 0 500 --port /dev/ttyUSB0 --format json")]
+#[command(group(clap::ArgGroup::new("way").required(true)))]
 pub struct Args {
-    /// How many steps for each axis; a negative number moves backward
-    #[arg(required = true, num_args = 1..=AXES, allow_negative_numbers = true)]
-    #[arg(value_parser = distance)]
-    steps: Vec<Distance>,
+    /// How far each axis goes: steps, or like 90deg, 10mm; a negative distance moves backward
+    #[arg(num_args = 1..=AXES, allow_negative_numbers = true, group = "way")]
+    distance: Vec<DistanceArg>,
+    /// Where each axis goes to: positions in the same units
+    #[arg(long, value_name = "POSITION", num_args = 1..=AXES, group = "way")]
+    #[arg(allow_negative_numbers = true)]
+    to: Vec<DistanceArg>,
     /// How to write the result
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -64,18 +70,49 @@ pub struct Args {
 
 /// Moves, and says where to.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let axes: Vec<AxisId> = AxisId::first(args.steps.len() as u8).collect();
-    let ways = || axes.iter().copied().zip(args.steps.iter().copied());
-    let furthest = ways().max_by_key(|(axis, way)| (way.get().unsigned_abs(), !axis.number()));
-    let Some((lead, way)) = furthest else { return Ok(()) };
-    let motion = args.ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
-    let orders = shares(&motion, &args.steps)?;
+    let geometry = args.ramps.geometry()?;
+    let ways: Vec<Way> = args
+        .distance
+        .iter()
+        .map(|by| Way::of(Some(by), None, &geometry))
+        .chain(args.to.iter().map(|to| Way::of(None, Some(to), &geometry)))
+        .collect::<Result<_, _>>()?;
+    let axes: Vec<AxisId> = AxisId::first(ways.len() as u8).collect();
+    // A virtual board begins at 0.
+    let line = Line::of(&args, &axes, &ways, &vec![0; axes.len()])?;
     interrupt::listen(While::Holding)?;
-    let title = format!("A line of {} steps", numbers(ways().map(|(_, way)| way.get().into())));
-    let mut talk = args.port.or_virtual(&args.virt, "line", motion.heading(title))?;
-    let result = go(&mut talk, &args, &axes, &motion, &orders);
+    let title = format!("A line of {} steps", numbers(line.steps()));
+    let mut talk = args.port.or_virtual(&args.virt, "line", line.motion.heading(title))?;
+    let result = go(&mut talk, &args, &axes, &ways);
     let finished = target::finish(&mut talk);
     result.and(finished)
+}
+
+/// What the axes are ordered.
+struct Line {
+    /// Of each axis.
+    steps: Vec<Distance>,
+    /// Of the axis that goes furthest.
+    motion: Motion,
+    /// Of each axis that moves.
+    orders: Vec<(AxisId, Order)>,
+}
+
+impl Line {
+    fn of(args: &Args, axes: &[AxisId], ways: &[Way], from: &[i64]) -> Result<Line, Failure> {
+        let steps = ways.iter().zip(from).map(|(way, from)| way.steps(*from));
+        let steps = steps.collect::<Result<Vec<_>, _>>()?;
+        let each = axes.iter().copied().zip(steps.iter().copied());
+        let furthest = each.max_by_key(|(axis, way)| (way.get().unsigned_abs(), !axis.number()));
+        let Some((lead, way)) = furthest else { return Err(Failure::usage("no axis moves")) };
+        let motion = args.ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
+        let orders = shares(&motion, &steps)?;
+        Ok(Line { steps, motion, orders })
+    }
+
+    fn steps(&self) -> impl Iterator<Item = i64> {
+        self.steps.iter().map(|way| way.get().into())
+    }
 }
 
 /// What each axis is ordered, as the line can say it.
@@ -114,31 +151,27 @@ fn shares(motion: &Motion, steps: &[Distance]) -> Result<Vec<(AxisId, Order)>, F
         .collect()
 }
 
-fn go(
-    talk: &mut Talk,
-    args: &Args,
-    axes: &[AxisId],
-    motion: &Motion,
-    orders: &[(AxisId, Order)],
-) -> Result<(), Failure> {
+fn go(talk: &mut Talk, args: &Args, axes: &[AxisId], ways: &[Way]) -> Result<(), Failure> {
     if let Some(last) = axes.last() {
         target::has_axis(talk, *last)?;
     }
+    let mut from = Vec::new();
+    for axis in axes {
+        from.push(start_position(talk, *axis)?);
+    }
+    let line = Line::of(args, axes, ways, &from)?;
+    let Line { motion, orders, .. } = &line;
     able::to_bend(talk, &motion.order)?;
     let lines: Vec<Command> = Script::new(orders)?.collect();
     let apart = apart(orders);
     if args.format == Format::Text {
-        let ways = numbers(args.steps.iter().map(|way| way.get().into()));
-        say::result(format_args!("line of {ways} steps on {}", talk.link().name()));
+        let steps = numbers(line.steps());
+        say::result(format_args!("line of {steps} steps on {}", talk.link().name()));
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
     if apart > 0.000_5 {
         say::note(format_args!("the axes end up to {} apart", seconds(apart)));
-    }
-    let mut from = Vec::new();
-    for axis in axes {
-        from.push(start_position(talk, *axis)?);
     }
     let begun = talk.now();
     begin(talk, &lines)?;
@@ -153,11 +186,8 @@ fn go(
             return Err(lost(talk, &trouble));
         }
     };
-    let targets: Vec<i64> = from
-        .iter()
-        .zip(&args.steps)
-        .map(|(from, way)| from.saturating_add(way.get().into()))
-        .collect();
+    let targets: Vec<i64> =
+        from.iter().zip(line.steps()).map(|(from, by)| from.saturating_add(by)).collect();
     let known: Option<Vec<i64>> = at.iter().copied().collect();
     let state = match &known {
         Some(at) if *at == targets => "ready",
@@ -167,7 +197,7 @@ fn go(
     match args.format {
         Format::Json => say::result(json!({
             "from": from,
-            "steps": args.steps.iter().map(|way| way.get()).collect::<Vec<_>>(),
+            "steps": line.steps().collect::<Vec<_>>(),
             "target": targets,
             "position": at,
             "state": state,

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use serde_json::{Value, json};
-use stepwright::Speed;
+use stepwright::{Geometry, Speed};
 use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Travel};
 
 use super::course::Course;
@@ -54,6 +54,11 @@ pub struct Motion {
 }
 
 impl RampArgs {
+    /// How the motor's steps relate to the world.
+    pub fn geometry(&self) -> Result<Geometry, Failure> {
+        self.geometry.geometry()
+    }
+
     /// The order of one axis.
     pub fn motion(
         &self,

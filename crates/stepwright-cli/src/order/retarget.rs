@@ -2,17 +2,15 @@
 
 use serde_json::json;
 use stepwright::Speed;
-use stepwright_protocol::{
-    AxisId, Command, Distance, Refusal, Reply, Selection, TopSpeed, WholeAccel,
-};
+use stepwright_protocol::{AxisId, Command, Refusal, Reply, Selection, TopSpeed, WholeAccel};
 
 use super::look::{self, State};
 use super::motion::{MOTION, listed};
 use super::target::{self, Format, PortArgs};
-use super::travel::distance;
+use super::travel::Way;
 use crate::failure::Failure;
 use crate::link::serial::Share;
-use crate::quantity::{AccelArg, GeometryArgs, SpeedArg};
+use crate::quantity::{AccelArg, DistanceArg, GeometryArgs, SpeedArg};
 use crate::say;
 use crate::talk::{Talk, Trouble};
 
@@ -22,7 +20,7 @@ use crate::talk::{Talk, Trouble};
 /// that is too near to stop at, or that lies behind, is come back to.
 #[derive(clap::Args)]
 #[command(after_help = "\
-STEPS counts from where the travel began: `retarget 500` has a `move 4000` end
+DISTANCE counts from where the travel began: `retarget 500` has a `move 4000` end
 where `move 500` would have. A travel without end gets one. What is planned
 already, some 16 to 24 ms, is done first.
 
@@ -35,9 +33,9 @@ Examples:
   stepwright retarget -5000 --port /dev/ttyUSB0")]
 #[command(group(clap::ArgGroup::new("what").required(true).multiple(true)))]
 pub struct Args {
-    /// Where it is to end, in steps from where the travel began
-    #[arg(allow_negative_numbers = true, value_parser = distance, group = "what")]
-    steps: Option<Distance>,
+    /// Where it is to end: steps, or like 90deg, 10mm, from where the travel began
+    #[arg(allow_negative_numbers = true, group = "what")]
+    distance: Option<DistanceArg>,
     /// How to write the result
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -78,7 +76,10 @@ impl Args {
             let top = whole(top.millisteps().into()).and_then(TopSpeed::new);
             lines.push(Command::Top(top.ok_or_else(too_small)?));
         }
-        lines.extend(self.steps.map(Command::Retarget));
+        if let Some(distance) = &self.distance {
+            let steps = Way::of(Some(distance), None, &geometry)?.steps(0)?;
+            lines.push(Command::Retarget(steps));
+        }
         Ok(lines)
     }
 }

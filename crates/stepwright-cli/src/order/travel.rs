@@ -1,6 +1,7 @@
-//! `stepwright move`: so many steps from where the motor stands.
+//! `stepwright move`: by a distance from where the motor stands, or to a position.
 
 use serde_json::json;
+use stepwright::Geometry;
 use stepwright_protocol::{AxisId, Distance, Stop, Travel};
 
 use super::able;
@@ -13,11 +14,11 @@ use super::progress::Progress;
 use super::target::{self, Format, PortArgs, VirtualArgs};
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::SpeedArg;
+use crate::quantity::{DistanceArg, Held, SpeedArg};
 use crate::say;
 use crate::talk::{Talk, Trouble};
 
-/// Move an axis by so many steps, on a virtual board or a real one
+/// Move an axis by a distance or to a position, on a virtual board or a real one
 ///
 /// The last line on standard output says where the axis is: `position 4000
 /// ready` when it stands where it was ordered to, and only then the exit status
@@ -47,12 +48,19 @@ line that makes no sense with 2.
 Examples:
   stepwright move 4000
   stepwright move -4000 --top-speed 300rpm --accel 10000
+  stepwright move 90deg --steps-per-rev 3200
+  stepwright move --to 25mm --mm-per-rev 40 --port /dev/ttyUSB0
+  stepwright move --to 0 --port /dev/ttyUSB0
   stepwright move 4000 --fast --plot speed.svg --vcd edges.vcd
   stepwright move 4000 --port /dev/ttyUSB0 --format json")]
+#[command(group(clap::ArgGroup::new("way").required(true)))]
 pub struct Args {
-    /// How many steps; a negative number moves backward
-    #[arg(allow_negative_numbers = true, value_parser = distance)]
-    steps: Distance,
+    /// How far: steps, or like 90deg, 1.5turns, 10mm; a negative distance moves backward
+    #[arg(allow_negative_numbers = true, group = "way")]
+    distance: Option<DistanceArg>,
+    /// Where to: a position in the same units, counted from where the board has 0
+    #[arg(long, value_name = "POSITION", allow_negative_numbers = true, group = "way")]
+    to: Option<DistanceArg>,
     /// How to write the result
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -73,37 +81,92 @@ pub struct Args {
     virt: VirtualArgs,
 }
 
-/// Reads a number of steps.
-pub fn distance(text: &str) -> Result<Distance, String> {
-    let steps = text.parse().ok().and_then(Distance::new);
-    steps.ok_or_else(|| "a whole number of steps, -2147483647 to 2147483647".to_owned())
+/// How far an axis is to go.
+pub enum Way {
+    /// From where it stands.
+    By(Held<i64>),
+    /// To a position.
+    To(Held<i64>),
+}
+
+impl Way {
+    /// By `distance`, or else to `position`.
+    pub fn of(
+        distance: Option<&DistanceArg>,
+        position: Option<&DistanceArg>,
+        geometry: &Geometry,
+    ) -> Result<Way, Failure> {
+        Ok(match (distance, position) {
+            (_, Some(to)) => Way::To(to.resolve(geometry, "--to")?),
+            (Some(by), None) => Way::By(by.resolve(geometry, "DISTANCE")?),
+            (None, None) => return Err(Failure::usage("neither a distance nor --to")),
+        })
+    }
+
+    /// The steps to go from `from`.
+    pub fn steps(&self, from: i64) -> Result<Distance, Failure> {
+        let (Way::By(held) | Way::To(held)) = self;
+        let steps = match self {
+            Way::By(held) => held.value,
+            Way::To(held) => held.value.saturating_sub(from),
+        };
+        let fits = i32::try_from(steps).ok().and_then(Distance::new);
+        fits.ok_or_else(|| {
+            let away = match self {
+                Way::By(_) => "are".to_owned(),
+                Way::To(_) => format!("from {from} are {steps} steps,"),
+            };
+            Failure::usage(format!("{held} {away} too far for one travel"))
+                .hint("a travel has at most 2147483647 steps")
+        })
+    }
+
+    /// What was understood, where it was not in steps.
+    fn show(&self) -> Option<String> {
+        let (name, held) = match self {
+            Way::By(held) => ("distance", held),
+            Way::To(held) => ("target", held),
+        };
+        held.converted().then(|| format!("  {name:<12}{held}"))
+    }
+}
+
+impl Args {
+    fn motion(&self, steps: Distance) -> Result<Motion, Failure> {
+        self.ramps.motion(self.axis, &self.top_speed, "--top-speed", Travel::By(steps))
+    }
 }
 
 /// Moves, and says where to.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let travel = Travel::By(args.steps);
-    let motion = args.ramps.motion(args.axis, &args.top_speed, "--top-speed", travel)?;
+    let way = Way::of(args.distance.as_ref(), args.to.as_ref(), &args.ramps.geometry()?)?;
+    // A virtual board begins at 0.
+    let steps = way.steps(0)?;
+    let motion = args.motion(steps)?;
     interrupt::listen(While::Holding)?;
-    let title = format!("Axis {} by {:+} steps", args.axis.number(), args.steps.get());
+    let title = format!("Axis {} by {:+} steps", args.axis.number(), steps.get());
     let mut talk = args.port.or_virtual(&args.virt, "move", motion.heading(title))?;
-    let result = travel_on(&mut talk, &args, &motion);
+    let result = travel_on(&mut talk, &args, &way);
     // Also what was recorded of a motion that went wrong is worth a look.
     let finished = target::finish(&mut talk);
     result.and(finished)
 }
 
-fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> {
+fn travel_on(talk: &mut Talk, args: &Args, way: &Way) -> Result<(), Failure> {
     target::has_axis(talk, args.axis)?;
+    let from = start_position(talk, args.axis)?;
+    let steps = way.steps(from)?;
+    let motion = &args.motion(steps)?;
     able::to_bend(talk, &motion.order)?;
     let mut lines = motion.lines()?;
     args.lease.before(talk, &mut lines)?;
     if args.format == Format::Text {
-        let (axis, steps, name) = (args.axis.number(), args.steps.get(), talk.link().name());
-        say::result(format_args!("axis {axis} by {steps:+} steps on {name}"));
+        let (axis, by, name) = (args.axis.number(), steps.get(), talk.link().name());
+        say::result(format_args!("axis {axis} by {by:+} steps on {name}"));
+        way.show().iter().for_each(say::result);
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
-    let from = start_position(talk, args.axis)?;
     let late_before = talk.info().map(|info| info.late);
     let begun = talk.now();
     let ended = match drive::begin(talk, args.axis, motion, &lines, Some(from)) {
@@ -131,7 +194,7 @@ fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failur
     if ended.failure.is_none() {
         args.lease.give_back(talk);
     }
-    let target = from.saturating_add(args.steps.get().into());
+    let target = from.saturating_add(steps.get().into());
     let late = late(talk, late_before);
     let took = talk.now().saturating_sub(begun).as_secs_f64();
     let (state, position) = match ended.end {
@@ -145,7 +208,7 @@ fn travel_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failur
         Format::Json => say::result(json!({
             "axis": args.axis.number(),
             "from": from,
-            "steps": args.steps.get(),
+            "steps": steps.get(),
             "target": target,
             "position": position,
             "state": state,

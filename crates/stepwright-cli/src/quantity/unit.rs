@@ -1,4 +1,4 @@
-//! The units that a speed, an acceleration or a jerk may be typed in.
+//! The units that a distance, a speed, an acceleration or a jerk may be typed in.
 
 use super::decimal::{Decimal, Rounded};
 use stepwright::Geometry;
@@ -36,18 +36,20 @@ pub struct Unit {
     pub per_minute: bool,
 }
 
-/// Speeds have one "per time", accelerations two, jerks three.
+/// Distances have no "per time", speeds one, accelerations two, jerks three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
+    Distance,
     Speed,
     Accel,
     Jerk,
 }
 
 impl Kind {
-    /// `/s`, `/s²` or `/s³`.
+    /// Nothing, `/s`, `/s²` or `/s³`.
     pub fn per(self) -> &'static str {
         match self {
+            Kind::Distance => "",
             Kind::Speed => "/s",
             Kind::Accel => "/s²",
             Kind::Jerk => "/s³",
@@ -56,6 +58,7 @@ impl Kind {
 
     fn name(self) -> &'static str {
         match self {
+            Kind::Distance => "a distance",
             Kind::Speed => "a speed",
             Kind::Accel => "an acceleration",
             Kind::Jerk => "a jerk",
@@ -65,6 +68,7 @@ impl Kind {
     /// The units to choose from.
     fn choice(self) -> &'static str {
         match self {
+            Kind::Distance => "steps, turns, deg, rad or mm",
             Kind::Speed => "steps/s, rpm, rev/s, deg/s, rad/s or mm/s",
             Kind::Accel => "steps/s2, rpm/s, rev/s2, deg/s2, rad/s2 or mm/s2",
             Kind::Jerk => "steps/s3, rpm/s2, rev/s3, deg/s3, rad/s3 or mm/s3",
@@ -73,6 +77,7 @@ impl Kind {
 
     fn bare(self) -> &'static str {
         match self {
+            Kind::Distance => "steps",
             Kind::Speed => "steps/s",
             Kind::Accel => "steps/s²",
             Kind::Jerk => "steps/s³",
@@ -81,7 +86,7 @@ impl Kind {
 }
 
 impl Unit {
-    const STEP: Unit = Unit { length: Length::Step, per_minute: false };
+    pub const STEP: Unit = Unit { length: Length::Step, per_minute: false };
 
     /// Reads what stands behind the number; nothing means steps.
     pub fn parse(text: &str, kind: Kind) -> Result<Unit, String> {
@@ -111,10 +116,21 @@ impl Unit {
     /// `number` of this unit as thousandths of a step, rounded once. `None` for
     /// millimetres when nobody said how many a turn is.
     pub fn millisteps(self, number: Decimal, geometry: &Geometry) -> Option<Rounded> {
-        let turn = 1000 * u64::from(geometry.steps_per_turn());
+        self.parts(number, geometry, 1000)
+    }
+
+    /// `number` of this unit as whole steps, rounded once. `None` as
+    /// [`millisteps`](Unit::millisteps).
+    pub fn whole_steps(self, number: Decimal, geometry: &Geometry) -> Option<Rounded> {
+        self.parts(number, geometry, 1)
+    }
+
+    /// In parts of which a step has `of`.
+    fn parts(self, number: Decimal, geometry: &Geometry, of: u64) -> Option<Rounded> {
+        let turn = of * u64::from(geometry.steps_per_turn());
         let time = if self.per_minute { 60 } else { 1 };
         Some(match self.length {
-            Length::Step => number.times(1000, time),
+            Length::Step => number.times(of, time),
             Length::Turn => number.times(turn, time),
             Length::Degree => number.times(turn, 360 * time),
             Length::Radian => number.times_per_tau(turn, time),
@@ -145,12 +161,13 @@ fn split(text: &str) -> Option<(Unit, Kind)> {
     let (length, times) = match text.strip_prefix("rpm") {
         Some(rest) => ("rev", format!("/min{rest}")),
         None => {
-            let (length, times) = text.split_at(text.find('/')?);
+            let (length, times) = text.split_at(text.find('/').unwrap_or(text.len()));
             (length, times.to_owned())
         }
     };
     let (_, length) = *LENGTHS.iter().find(|(name, _)| *name == length)?;
     let (per_minute, kind) = match times.as_str() {
+        "" => (false, Kind::Distance),
         "/s" => (false, Kind::Speed),
         "/min" => (true, Kind::Speed),
         "/s2" | "/s²" | "/s^2" | "/s/s" => (false, Kind::Accel),

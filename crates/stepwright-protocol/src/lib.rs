@@ -20,7 +20,7 @@
 //! # The grammar
 //!
 //! ```text
-//! line   = ( order | query | extension ) CR            LF is skipped anywhere
+//! line   = ( order | query | extension ) CR            LF is skipped before and behind
 //! order  = "PO" | "P0"          open an order, select axis 1
 //!        | "S" 1…999            start/stop speed, in 10 steps/s
 //!        | "T" 1…999            top speed, in 10 steps/s
@@ -184,6 +184,11 @@
 //! another's, or is not whole, is answered E with its checksum; its reason is `sum`,
 //! and it spoils an order as any other. A line without a `*` is answered without one,
 //! so a master chooses line by line. [`Master::use_sums`] does it for every line.
+//!
+//! A flipped bit is always noticed. A lost `*` may leave a line without a checksum, as
+//! `G+4*25` leaves `G+425`: it is answered without one, so a master that uses them takes no
+//! answer for its own, and no `E` follows. Of the lines that act at once, `@`, t, a, d and L may
+//! have been taken then.
 //!
 //! A receiver that notices a lost or damaged byte should say so with
 //! [`Slave::garbled`].

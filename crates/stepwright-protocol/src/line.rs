@@ -8,9 +8,11 @@ const LF: u8 = b'\n';
 
 /// Collects up to `N` bytes (at most 65,535) and hands them out at the CR.
 ///
-/// LF is skipped wherever it stands. A longer line is remembered as such,
-/// not kept, and everything begins anew after its CR, so a stream that starts
-/// in the middle, is cut, or is plain noise costs at most one line.
+/// LF before and behind a line is skipped; within it LF is a byte as any other, for a
+/// single flipped bit makes an LF of the `*` before a checksum, and `G+4*33` would be
+/// `G+433`. A longer line is remembered as such, not kept, and everything begins anew
+/// after its CR, so a stream that starts in the middle, is cut, or is plain noise costs at
+/// most one line.
 #[derive(Clone, Debug)]
 pub(crate) struct Collector<const N: usize> {
     bytes: [u8; N],
@@ -40,17 +42,18 @@ impl<const N: usize> Collector<N> {
             CR => {
                 let len = core::mem::take(&mut self.len);
                 Some(match self.bad.take() {
-                    None => self.bytes.get(..usize::from(len)).ok_or(BadLine::Long),
+                    None => self.bytes.get(..usize::from(len)).map(trimmed).ok_or(BadLine::Long),
                     Some(bad) => Err(bad),
                 })
             }
-            LF => None,
+            LF if self.len == 0 => None,
             _ => {
                 match self.bytes.get_mut(usize::from(self.len)) {
                     Some(place) => {
                         *place = byte;
                         self.len = self.len.wrapping_add(1);
                     }
+                    None if byte == LF => {}
                     None => self.bad = Some(BadLine::Long),
                 }
                 None
@@ -70,6 +73,14 @@ impl<const N: usize> Collector<N> {
     }
 }
 
+/// A line without the LF bytes behind it.
+fn trimmed(mut line: &[u8]) -> &[u8] {
+    while let [before @ .., LF] = line {
+        line = before;
+    }
+    line
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;
@@ -82,8 +93,10 @@ mod tests {
     }
 
     #[test]
-    fn a_cr_ends_a_line_and_lf_is_nothing() {
+    fn a_cr_ends_a_line_and_lf_around_it_is_nothing() {
         assert_eq!(lines(b"PO\r\nF\n\rhalf"), [Ok(b"PO".to_vec()), Ok(b"F".to_vec())]);
+        assert_eq!(lines(b"\n\n123\n\n\n\r"), [Ok(b"123".to_vec())]);
+        assert_eq!(lines(b"1\n3\n\r\n\r"), [Ok(b"1\n3".to_vec()), Ok(Vec::new())]);
         assert_eq!(lines(b"\r\r"), [Ok(Vec::new()), Ok(Vec::new())]);
     }
 

@@ -560,10 +560,12 @@ fn settings_may_stand_inside_an_order() {
 // ---- The line itself ----
 
 #[test]
-fn lf_is_nothing_and_long_lines_end_at_their_cr() {
+fn lf_around_a_line_is_nothing_and_long_lines_end_at_their_cr() {
     talk(
         "\\nPO\\n Y
-         G\\n+5  Y
+         \\n\\nG+5\\n\\n Y
+         G+\\n5  E
+         \\nPO   Y
          G+00000000000000000000006 E
          \\nPO   Y
          G+0000000000000000000006   Y

@@ -37,10 +37,13 @@ fn play(seed: u64) -> (usize, usize, usize) {
         if !answers {
             assert_eq!(bench.asked.len(), asked, "a start without a CR\n{}", said(&log));
             assert_eq!(bench.changes.len(), changes, "a change without a CR\n{}", said(&log));
-            if byte != b'\n' {
+            if byte != b'\n' || !line.is_empty() {
                 line.push(byte);
             }
             continue;
+        }
+        while line.last() == Some(&b'\n') {
+            line.pop();
         }
         let (said_line, summed) = judge::unsummed(&line);
         entry.line = said_line;

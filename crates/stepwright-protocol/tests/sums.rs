@@ -36,22 +36,34 @@ fn half_a_checksum_is_none() {
     talk("PO Y\nG+0000000000000000000005*E7 Y*88");
 }
 
-/// Noise of one bit never makes another order of one that has a checksum.
+/// Noise of one bit never makes another order of one that has a checksum, nor another
+/// target. Where the checksum is digits, the line without its `*` would be one.
 #[test]
 fn a_flipped_bit_is_never_an_order() {
-    let right = b"G+4000*0B";
-    for bit in 0..8 * right.len() {
-        let mut wrong = *right;
-        wrong[bit / 8] ^= 1 << (bit % 8);
-        let (mut slave, mut bench) = (Slave::<1>::new(), Bench::new(1));
-        assert_eq!(say(&mut slave, &mut bench, b"PO"), "Y");
-        for byte in wrong {
-            slave.push(byte, &mut bench);
+    for right in ["G+4000*0B", "G+4*25", "G-6*55", "@+4*33", "@-1000*D1"] {
+        let play = |line: &[u8]| play(if right.starts_with('@') { b"g+" } else { b"PO" }, line);
+        let (went, nothing) = (play(right.as_bytes()), play(b"x"));
+        assert_ne!(went, nothing, "{right}");
+        for bit in 0..8 * right.len() {
+            let mut wrong = right.as_bytes().to_vec();
+            wrong[bit / 8] ^= 1 << (bit % 8);
+            // A capital of the checksum may become a small letter.
+            let digits = right.len() - 2;
+            let small = bit / 8 >= digits && wrong.eq_ignore_ascii_case(right.as_bytes());
+            let expected = if small { &went } else { &nothing };
+            assert_eq!(play(&wrong), *expected, "{}", wrong.escape_ascii());
         }
-        slave.push(b'\r', &mut bench);
-        say(&mut slave, &mut bench, b"E*DC");
-        let asked: Vec<_> = bench.asked.iter().map(|orders| orders[0].1.travel).collect();
-        // A capital of the checksum may become a small letter.
-        assert!(asked.is_empty() || asked == [stepwright::Travel::By(4000)], "{wrong:?}");
     }
+}
+
+/// What this line does between another one and an E.
+fn play(before: &[u8], line: &[u8]) -> (Vec<String>, Vec<String>) {
+    let (mut slave, mut bench) = (Slave::<1>::new(), Bench::new(1));
+    assert_eq!(say(&mut slave, &mut bench, before), "Y");
+    for byte in line.iter().chain(b"\r") {
+        slave.push(*byte, &mut bench);
+    }
+    say(&mut slave, &mut bench, b"E*DC");
+    let asked = bench.asked.iter().flatten().map(|(_, order)| format!("{order:?}"));
+    (asked.collect(), bench.changes)
 }

@@ -51,7 +51,7 @@ pub enum Line {
     Reset,
 }
 
-/// Reads a line without its CR; LF bytes have been skipped. `jerk` tells whether
+/// Reads a line without its CR; LF bytes before and behind it have been skipped. `jerk` tells whether
 /// the board knows `j`.
 ///
 /// # Errors

@@ -258,10 +258,13 @@ impl Judge {
     /// A rule that time has broken meanwhile.
     pub fn byte(&mut self, byte: u8, now: u64) -> Result<bool, Fault> {
         match byte {
-            b'\n' => {}
+            b'\n' if self.bytes.is_empty() => {}
             b'\r' => {
                 self.advance(now)?;
-                let bytes = std::mem::take(&mut self.bytes);
+                let mut bytes = std::mem::take(&mut self.bytes);
+                while bytes.last() == Some(&b'\n') {
+                    bytes.pop();
+                }
                 let wants = self.board.sums && bytes.contains(&b'*');
                 let sum = wants && bytes.len() <= grammar::LONGEST + 3;
                 let line = match if sum { sum::bare(&bytes) } else { Some(&bytes[..]) } {

@@ -10,12 +10,17 @@
 //! So [`Talk`] gets in step with the board again, and then
 //! - says once more what is harmless twice: questions, A, Z, K, I;
 //! - leaves it to the caller to look, after a line of an order.
+//!
+//! With a board that can `sum` every line has a checksum, and so has its answer: a digit
+//! that noise has changed is noticed at either end.
 
 use std::fmt;
 use std::io::{self, ErrorKind};
 use std::time::Duration;
 
-use stepwright_protocol::{AxisId, Command, Info, Master, Refusal, Reply, Selection, Stop};
+use stepwright_protocol::{
+    Ability, AxisId, Command, Info, Master, Refusal, Reply, Selection, Stop,
+};
 
 use crate::interrupt;
 use crate::link::Link;
@@ -27,9 +32,12 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// by it passes its boot loader first.
 const BOOT: Duration = Duration::from_millis(4000);
 
-/// How often a line is said before the board counts as silent. Of the answers that noise
-/// spoils most are to `?`, for they are the longest.
+/// How often a line is said before the board counts as silent.
 const TRIES: usize = 4;
+
+/// The same of `?`: of the answers that noise spoils most are to it, for they are the
+/// longest.
+const INFO_TRIES: usize = 8;
 
 /// Between two words to a board that another program is talking to.
 const URGE: Duration = Duration::from_millis(100);
@@ -82,6 +90,8 @@ pub struct Talk {
     master: Master,
     /// What the board said of itself; `None` if it knows only the Nano slave's lines.
     info: Option<Info>,
+    /// Whether our lines have checksums.
+    sums: bool,
     /// Which axis F and Z speak of; `None` if we can't be sure.
     selected: Option<Selection>,
     /// So many presses of Ctrl-C end the waiting.
@@ -91,7 +101,14 @@ pub struct Talk {
 impl Talk {
     /// A conversation that has yet to begin.
     pub fn new(link: Box<dyn Link>) -> Talk {
-        Talk { link, master: Master::new(), info: None, selected: None, kill_at: BRAKED_FIRST }
+        Talk {
+            link,
+            master: Master::new(),
+            info: None,
+            sums: false,
+            selected: None,
+            kill_at: BRAKED_FIRST,
+        }
     }
 
     /// Gets in step with the board, and asks what it is.
@@ -113,12 +130,15 @@ impl Talk {
             }
         }
         // A slave that knows no `?` may answer E, or nothing.
-        for _ in 0..TRIES {
+        for _ in 0..INFO_TRIES {
             match self.once(Command::Info)? {
                 Some(Reply::Info(info)) => {
                     self.info = Some(info);
+                    self.sums = info.can.is_some_and(|can| can.has(Ability::Sum));
+                    self.master.use_sums(self.sums);
                     break;
                 }
+                Some(_) if self.sums => {}
                 Some(_) => break,
                 None => self.resync()?,
             }
@@ -139,6 +159,11 @@ impl Talk {
     /// What the board said of itself when we met.
     pub fn info(&self) -> Option<&Info> {
         self.info.as_ref()
+    }
+
+    /// Whether our lines have checksums, and so have their answers.
+    pub fn has_sums(&self) -> bool {
+        self.sums
     }
 
     /// The time of the line's clock.
@@ -233,13 +258,23 @@ impl Talk {
 
     /// Says a line until it is answered: only for one that is harmless twice.
     pub fn ask(&mut self, command: Command) -> Result<Reply, Trouble> {
-        for _ in 0..TRIES {
-            if let Some(reply) = self.once(command)? {
-                return Ok(reply);
+        for _ in 0..if command == Command::Info { INFO_TRIES } else { TRIES } {
+            match self.once(command)? {
+                Some(reply) if self.was_damaged(command, reply)? => {}
+                Some(reply) => return Ok(reply),
+                None => self.resync()?,
             }
-            self.resync()?;
         }
         Err(Trouble::Silent)
+    }
+
+    /// Whether this is the answer to a line that noise has changed on its way, as a board
+    /// that checks sums can tell.
+    fn was_damaged(&mut self, command: Command, reply: Reply) -> Result<bool, Trouble> {
+        if !self.sums || reply != Reply::No || command == Command::Info {
+            return Ok(false);
+        }
+        Ok(self.why()? == Some(Refusal::Sum))
     }
 
     /// Says a line that speaks of the selected axis, F or Z, having selected
@@ -247,10 +282,11 @@ impl Talk {
     pub fn ask_of(&mut self, axes: Selection, command: Command) -> Result<Reply, Trouble> {
         for _ in 0..TRIES {
             self.select(axes)?;
-            if let Some(reply) = self.once(command)? {
-                return Ok(reply);
+            match self.once(command)? {
+                Some(reply) if self.was_damaged(command, reply)? => {}
+                Some(reply) => return Ok(reply),
+                None => self.resync()?,
             }
-            self.resync()?;
         }
         Err(Trouble::Silent)
     }

@@ -1,5 +1,5 @@
-//! A master written in Python drives the virtual board through a
-//! pseudo-terminal, as it would drive a real one through a serial port.
+//! Masters written in Python drive the virtual board through a
+//! pseudo-terminal, as they would drive a real one through a serial port.
 
 use std::io::{self, BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -12,14 +12,15 @@ use anyhow::{Context, Result, bail};
 use crate::python;
 use crate::workspace::{self, Guard, Workspace, run_within};
 
-const MASTER: &str = "examples/master.py";
+/// With the original slave's lines, and with checksums in noise.
+const MASTERS: [&str; 2] = ["examples/master.py", "examples/checksums.py"];
 /// The board answers at once; a loaded machine may take a while to start it.
 const BOARD_LIMIT: Duration = Duration::from_secs(20);
 /// The master moves a motor in real time.
 const MASTER_LIMIT: Duration = Duration::from_secs(180);
 
-/// `stepwright board --pty` says `pty PATH` first; then `master.py PATH` ends
-/// with 0 if all went as it should.
+/// `stepwright board --pty` says `pty PATH` first; then `master.py PATH`, and the others
+/// behind it, end with 0 if all went as it should.
 pub fn run(ws: &Workspace) -> Result<()> {
     python::prepare(ws)?;
     workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
@@ -50,12 +51,14 @@ pub fn run(ws: &Workspace) -> Result<()> {
         bail!("the board's first line is {first:?}, not `pty PATH`");
     };
 
-    run_within(
-        MASTER_LIMIT,
-        Command::new(python::interpreter(ws)).current_dir(&ws.root).args([MASTER, path]),
-    )?;
-    if let Some(status) = board.0.try_wait()? {
-        bail!("the board ended under its master: {status}");
+    for master in MASTERS {
+        run_within(
+            MASTER_LIMIT,
+            Command::new(python::interpreter(ws)).current_dir(&ws.root).args([master, path]),
+        )?;
+        if let Some(status) = board.0.try_wait()? {
+            bail!("the board ended under its master: {status}");
+        }
     }
     // Its last words come before ours.
     drop(board);

@@ -16,6 +16,8 @@ pub enum Harm {
     SpoilThere(usize),
     /// A byte from the board arrives as another.
     SpoilBack(usize),
+    /// A bit to the board arrives as the other one; 8 to a byte.
+    FlipThere(usize),
     /// Everything to the board is lost from this byte on.
     CutThere(usize),
     /// Everything from the board is lost from this byte on.
@@ -58,6 +60,7 @@ impl<L: Link> Link for Lossy<L> {
                 Harm::LoseThere(n) if n == at => {}
                 Harm::CutThere(n) if n <= at => {}
                 Harm::SpoilThere(n) if n == at => self.line.write(&[SPOILED])?,
+                Harm::FlipThere(n) if n / 8 == at => self.line.write(&[byte ^ 1 << (n % 8)])?,
                 Harm::Noise(seed) if strikes(seed, 2 * at) => self.line.write(&[SPOILED])?,
                 _ => self.line.write(&[byte])?,
             }
@@ -68,7 +71,7 @@ impl<L: Link> Link for Lossy<L> {
     fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
         let count = self.line.read(buffer, limit)?;
         let mut kept = 0;
-        for n in 0..count {
+        for place in 0..count {
             let at = self.back;
             self.back += 1;
             let byte = match self.harm {
@@ -76,7 +79,7 @@ impl<L: Link> Link for Lossy<L> {
                 Harm::CutBack(n) if n <= at => continue,
                 Harm::SpoilBack(n) if n == at => SPOILED,
                 Harm::Noise(seed) if strikes(seed, 2 * at + 1) => SPOILED,
-                _ => buffer[n],
+                _ => buffer[place],
             };
             buffer[kept] = byte;
             kept += 1;

@@ -21,7 +21,7 @@ use crate::talk::{Played, Talk, Trouble};
 pub const POLL: Duration = Duration::from_millis(50);
 
 /// How often an order is said whose lines were lost or damaged.
-const TRIES: usize = 3;
+pub const TRIES: usize = 5;
 
 /// Why a motor was not started.
 #[derive(Debug)]
@@ -66,7 +66,9 @@ pub fn begin(
     for _ in 0..TRIES {
         // PO is refused while the axis that is selected is busy, whichever.
         talk.select(Selection::One(axis)).map_err(NotBegun::safe)?;
-        let before = talk.ask_info().map_err(NotBegun::safe)?;
+        // An E with a checksum is of this line, and needs no count to tell.
+        let before =
+            if talk.has_sums() { None } else { talk.ask_info().map_err(NotBegun::safe)? };
         match talk.play(lines.iter().copied()) {
             Ok(Played::Accepted) => return Ok(()),
             // Noise may have made it another line, so it is said again; if it
@@ -96,7 +98,8 @@ fn refusal(line: Command, before: Option<Info>, after: Option<Info>) -> NotBegun
     // which aren't counted.
     let counted = before.is_none_or(|before| before.refused != after.refused);
     match after.last {
-        Some(why) if counted && why != Refusal::Line => NotBegun::Refused(line, Some(why)),
+        Some(Refusal::Line | Refusal::Sum) => NotBegun::Noise,
+        Some(why) if counted => NotBegun::Refused(line, Some(why)),
         _ => NotBegun::Noise,
     }
 }

@@ -4,11 +4,13 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 use stepwright::Accel;
-use stepwright_protocol::{AxisId, Command, Distance, Order, Ramp, Script, Selection, Travel};
+use stepwright_protocol::{
+    AxisId, Command, Distance, Order, Ramp, Refusal, Script, Selection, Travel,
+};
 
 use super::able;
 use super::course::Course;
-use super::drive::{self, NotBegun};
+use super::drive::{self, NotBegun, TRIES};
 use super::motion::{MOTION, Motion, RampArgs, listed, seconds};
 use super::target::{self, Format, PortArgs, VirtualArgs};
 use super::travel::{Way, start_position};
@@ -238,9 +240,23 @@ fn stopped(talk: &mut Talk, axes: &[AxisId]) -> Failure {
 
 /// Starts all, or nothing.
 fn begin(talk: &mut Talk, lines: &[Command]) -> Result<(), Failure> {
+    let mut not = NotBegun::Noise;
+    for _ in 0..TRIES {
+        not = match attempt(talk, lines)? {
+            None => return Ok(()),
+            // Nothing has moved: the whole order again.
+            Some(NotBegun::Refused(_, Some(Refusal::Sum))) => NotBegun::Noise,
+            Some(not) => return Err(drive::not_begun(talk, not)),
+        };
+    }
+    Err(drive::not_begun(talk, not))
+}
+
+/// Gives the order once; `None` if all have started.
+fn attempt(talk: &mut Talk, lines: &[Command]) -> Result<Option<NotBegun>, Failure> {
     // The lines name every axis but the first, which PO selects unless A has named others.
     let not = match talk.select(Selection::FIRST).and_then(|()| talk.play(lines.iter().copied())) {
-        Ok(Played::Accepted) => return Ok(()),
+        Ok(Played::Accepted) => return Ok(None),
         Ok(Played::Refused(line)) => match talk.why() {
             Ok(why) => NotBegun::Refused(line, why),
             Err(trouble) => NotBegun::Trouble { trouble, moving: false },
@@ -253,7 +269,7 @@ fn begin(talk: &mut Talk, lines: &[Command]) -> Result<(), Failure> {
         Err(Trouble::Killed) => return Err(lost(talk, &Trouble::Killed)),
         Err(trouble) => NotBegun::Trouble { trouble, moving: true },
     };
-    Err(drive::not_begun(talk, not))
+    Ok(Some(not))
 }
 
 /// Waits until all rest; whether they were braked, and where each is, if that is known.

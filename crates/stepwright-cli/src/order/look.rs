@@ -148,8 +148,8 @@ pub fn all_known(name: &str, states: &[State]) -> Result<(), Failure> {
 /// Says what the board is and does.
 pub fn status(args: StatusArgs) -> Result<(), Failure> {
     let mut talk = args.port.meet("status", Share::Alone)?;
-    let info = talk.info().copied();
     let states = states(&mut talk, None).map_err(target::trouble(&mut talk))?;
+    let info = talk.info().copied();
     match args.format {
         Format::Json => say::result(json!({
             "board": info.map(board),

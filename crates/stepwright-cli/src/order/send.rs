@@ -47,7 +47,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
             return Err(Failure::new(format!("{name}: no answer to {line}"))
                 .hint("it may have been carried out all the same: look with `stepwright status`"));
         };
-        if answer == "E" {
+        // With a checksum, if the line has one.
+        if answer.split('*').next() == Some("E") {
             refused.push(line.as_str());
         }
         say::result(&answer);

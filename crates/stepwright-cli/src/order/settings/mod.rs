@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use serde_json::{Map, json};
-use stepwright_protocol::{Command, Listed, Reply, Setting, Settings, Value};
+use stepwright_protocol::{Command, Listed, Refusal, Reply, Setting, Settings, Value};
 
 use super::target::{self, Format, PortArgs};
 use crate::failure::{Failure, unless_closed};
@@ -247,7 +247,7 @@ fn order(talk: &mut Talk, line: Command) -> Result<(), Failure> {
         let why = talk.why().map_err(target::trouble(talk))?;
         match why {
             // It was damaged on its way: once more.
-            None | Some(stepwright_protocol::Refusal::Line) => {}
+            None | Some(Refusal::Line | Refusal::Sum) => {}
             Some(why) => {
                 return Err(Failure::new(format!("the board refuses {line}")).hint(why.to_string()));
             }

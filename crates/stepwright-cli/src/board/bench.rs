@@ -5,7 +5,11 @@ use stepwright_protocol::{AxisId, Machine};
 use stepwright_sim::{AXES, Description, Queues, VirtualBoard};
 
 use super::recording::Recording;
+use super::switch::Switch;
 use crate::failure::Failure;
+
+/// Between two looks at the switches, in µs.
+const LOOK: u32 = 100;
 
 /// Width of a board's step timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +31,7 @@ trait Board {
     fn position(&self, axis: u8) -> Option<i64>;
     fn late(&self) -> u32;
     fn brake(&mut self);
+    fn set_switch(&mut self, axis: u8, high: bool);
     fn recording(&mut self) -> &mut Recording;
 }
 
@@ -61,6 +66,9 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
             machine.brake(axis);
         }
     }
+    fn set_switch(&mut self, axis: u8, high: bool) {
+        VirtualBoard::set_switch(self, axis, high);
+    }
     fn recording(&mut self) -> &mut Recording {
         self.recorder()
     }
@@ -72,6 +80,7 @@ pub struct Bench {
     description: Description,
     /// Axes whose position has been other than 0 and certain.
     moved: [bool; AXES],
+    switches: Vec<Switch>,
 }
 
 impl Bench {
@@ -83,7 +92,13 @@ impl Bench {
             Width::Narrow => Box::new(VirtualBoard::<u16, _>::new(queues, description, recording)),
             Width::Wide => Box::new(VirtualBoard::<u32, _>::new(queues, description, recording)),
         };
-        Bench { board, description, moved: [false; AXES] }
+        Bench { board, description, moved: [false; AXES], switches: Vec::new() }
+    }
+
+    /// Puts limit switches on the machine.
+    pub fn with_switches(mut self, switches: &[Switch]) -> Bench {
+        self.switches = switches.to_vec();
+        self
     }
 
     /// What kind of board it is.
@@ -98,9 +113,26 @@ impl Bench {
 
     /// Lets time pass until `time` ticks.
     pub fn run_until(&mut self, time: u64) {
+        if !self.switches.is_empty() {
+            let look = u64::from(self.description.board.rate.micros(LOOK));
+            while self.board.now().saturating_add(look) < time {
+                self.board.run_until(self.board.now() + look);
+                self.set_switches();
+            }
+        }
         self.board.run_until(time);
+        self.set_switches();
         if self.board.is_busy() {
             self.notice();
+        }
+    }
+
+    fn set_switches(&mut self) {
+        for switch in &self.switches {
+            let axis = switch.axis.index() as u8;
+            let closed = switch.is_closed(self.board.recording().shaft(axis));
+            // To ground, and the pin is pulled up.
+            self.board.set_switch(axis, !closed);
         }
     }
 

@@ -7,6 +7,7 @@ mod pty;
 pub mod recording;
 pub mod speeds;
 mod stdio;
+pub mod switch;
 
 use std::path::PathBuf;
 
@@ -20,6 +21,7 @@ use crate::say;
 use bench::{Bench, Width};
 use pace::Paced;
 use recording::{Heading, Recording};
+use switch::Switch;
 
 /// Be a virtual board, on standard input and output or on a pseudo-terminal
 #[derive(clap::Args)]
@@ -43,7 +45,8 @@ protocol, with simulated pins and time. Every line ends with CR and is answered.
 Examples:
   printf 'PO\\rS5\\rT100\\rR200\\rG+4000\\rE\\r' | stepwright board --stdio --fast
   stepwright board --stdio
-  stepwright board --pty --vcd edges.vcd")]
+  stepwright board --pty --vcd edges.vcd
+  stepwright board --pty --switch 1:-300")]
 pub struct Args {
     #[command(flatten)]
     way: Way,
@@ -61,6 +64,10 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 3, help_heading = "The board")]
     #[arg(value_parser = clap::value_parser!(u8).range(1..=3))]
     axes: u8,
+    /// A limit switch that an axis closes at this place and beyond, in steps; the
+    /// setting `switches` has the board look at it
+    #[arg(long, value_name = "AXIS:PLACE", help_heading = "The board")]
+    switch: Vec<Switch>,
     /// Record every edge of its pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE", help_heading = "Recordings")]
     vcd: Option<PathBuf>,
@@ -103,7 +110,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let plot = args.plot.as_ref().map(|file| (file, heading));
     let recording = Recording::begin(&description, args.vcd.as_deref(), plot)?;
     interrupt::listen(While::Waiting)?;
-    let mut board = Paced::new(Bench::new(description, width, recording), args.fast);
+    let bench = Bench::new(description, width, recording).with_switches(&args.switch);
+    let mut board = Paced::new(bench, args.fast);
     let served = if args.way.stdio { stdio::serve(&mut board) } else { serve_pty(&mut board) };
     board.bench.report().iter().for_each(say::note);
     let finished = board.bench.finish();

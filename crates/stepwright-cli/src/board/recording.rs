@@ -6,12 +6,19 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use stepwright_sim::vcd::VcdWriter;
-use stepwright_sim::{Description, Edge, Recorder};
+use stepwright_sim::{AXES, Description, Edge, Pin, Recorder};
 
 use super::speeds::Speeds;
 use crate::failure::Failure;
 use crate::plot::{PlotFile, SpeedPlot};
 use crate::say;
+
+/// What a motor's shaft has done.
+#[derive(Clone, Copy, Default)]
+struct Shaft {
+    position: i64,
+    forward: bool,
+}
 
 /// What stands above a plot.
 #[derive(Clone, Debug)]
@@ -22,9 +29,10 @@ pub struct Heading {
     pub notes: Vec<String>,
 }
 
-/// Takes down what was asked for.
+/// Takes down what was asked for, and where the shafts are.
 #[derive(Default)]
 pub struct Recording {
+    shafts: [Shaft; AXES],
     vcd: Option<(PathBuf, VcdWriter<BufWriter<File>>)>,
     plot: Option<(PlotFile, Heading, Speeds)>,
 }
@@ -53,7 +61,12 @@ impl Recording {
             }
             None => None,
         };
-        Ok(Recording { vcd, plot })
+        Ok(Recording { vcd, plot, shafts: Default::default() })
+    }
+
+    /// Where the shaft of an axis is by its edges alone, whatever the board believes.
+    pub fn shaft(&self, axis: u8) -> i64 {
+        self.shafts.get(usize::from(axis)).map_or(0, |shaft| shaft.position)
     }
 
     /// Finishes the files at `time` ticks.
@@ -76,6 +89,13 @@ impl Recording {
 
 impl Recorder for Recording {
     fn edge(&mut self, edge: Edge) {
+        if let Some(shaft) = self.shafts.get_mut(usize::from(edge.axis)) {
+            match edge.pin {
+                Pin::Direction => shaft.forward = edge.level,
+                Pin::Step if edge.level => shaft.position += if shaft.forward { 1 } else { -1 },
+                _ => {}
+            }
+        }
         if let Some((_, writer)) = &mut self.vcd {
             writer.edge(edge);
         }

@@ -5,6 +5,7 @@
 //! | [`travel`] | `move` |
 //! | [`run`] | `run` |
 //! | [`retarget`] | `retarget` |
+//! | [`home`] | `home` |
 //! | [`halt`] | `stop`, `kill` |
 //! | [`look`] | `status`, `position`, `zero` |
 //! | [`send`] | `send` |
@@ -19,6 +20,7 @@ mod able;
 mod course;
 mod drive;
 pub mod halt;
+pub mod home;
 pub mod keys;
 mod lease;
 pub mod line;

@@ -7,6 +7,7 @@ use stepwright_protocol::AxisId;
 
 use crate::board::bench::{Bench, Width};
 use crate::board::recording::{Heading, Recording};
+use crate::board::switch::Switch;
 use crate::failure::Failure;
 use crate::link::Link;
 use crate::link::serial::{SerialLink, Share};
@@ -89,10 +90,18 @@ impl PortArgs {
         if self.port.is_some() {
             return self.meet(order, Share::Alone);
         }
+        virt.board(heading, &[])
+    }
+}
+
+impl VirtualArgs {
+    /// A virtual board of its own, with these switches on its machine.
+    pub fn board(&self, heading: Heading, switches: &[Switch]) -> Result<Talk, Failure> {
+        let virt = self;
         let description = Description::uno();
         let plot = virt.plot.as_ref().map(|file| (file, heading));
         let recording = Recording::begin(&description, virt.vcd.as_deref(), plot)?;
-        let bench = Bench::new(description, Width::Narrow, recording);
+        let bench = Bench::new(description, Width::Narrow, recording).with_switches(switches);
         let mut talk = Talk::new(Box::new(VirtualLink::new(bench, virt.fast)));
         met(&mut talk)?;
         Ok(talk)

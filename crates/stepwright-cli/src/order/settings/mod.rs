@@ -209,11 +209,17 @@ fn save(args: &SaveArgs) -> Result<(), Failure> {
 /// Meets a board that has settings.
 fn meet(port: &PortArgs, order: &str) -> Result<(Talk, Listed), Failure> {
     let mut talk = port.meet(order, Share::Alone)?;
+    let settings = ask(&mut talk)?;
+    Ok((talk, settings))
+}
+
+/// The settings of a board.
+pub fn ask(talk: &mut Talk) -> Result<Listed, Failure> {
     // A line may be damaged on its way, and is answered E then.
     for _ in 0..3 {
-        let reply = talk.ask(Command::Settings).map_err(target::trouble(&mut talk))?;
+        let reply = talk.ask(Command::Settings).map_err(target::trouble(talk))?;
         if let Reply::Settings(settings) = reply {
-            return Ok((talk, settings));
+            return Ok(settings);
         }
     }
     let name = talk.link().name();
@@ -238,7 +244,7 @@ fn change(talk: &mut Talk, settings: Listed, values: &[Value]) -> Result<usize, 
 }
 
 /// Says a line that changes settings; it is harmless twice.
-fn order(talk: &mut Talk, line: Command) -> Result<(), Failure> {
+pub fn order(talk: &mut Talk, line: Command) -> Result<(), Failure> {
     for _ in 0..3 {
         let reply = talk.ask(line).map_err(target::trouble(talk))?;
         if reply == Reply::Yes {

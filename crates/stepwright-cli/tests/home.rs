@@ -1,0 +1,93 @@
+//! `stepwright home`: 0 by a limit switch, on a virtual machine.
+#![cfg(unix)]
+
+mod common;
+
+use common::{Ended, Running, stepwright};
+
+/// A machine on a pseudo-terminal.
+struct Machine {
+    _board: Running,
+    port: String,
+}
+
+impl Machine {
+    fn start(options: &[&str]) -> Machine {
+        let mut board = Running::start(&[&["board", "--pty", "--fast"], options].concat());
+        let port = board.wait_out("").strip_prefix("pty ").unwrap().to_owned();
+        Machine { _board: board, port }
+    }
+
+    fn order(&self, words: &[&str]) -> Ended {
+        stepwright(&[words, &["--port", &self.port]].concat())
+    }
+
+    #[track_caller]
+    fn ready(&self, words: &[&str], last: &str) {
+        let ended = self.order(words);
+        assert_eq!((ended.code(), ended.stdout.lines().last()), (Some(0), Some(last)), "{ended:?}");
+    }
+
+    #[track_caller]
+    fn fails(&self, words: &[&str], why: &str) {
+        let ended = self.order(words);
+        assert!(ended.code() != Some(0) && ended.stderr.contains(why), "{ended:?}");
+    }
+
+    /// The board sends `line`'s answer.
+    fn send(&self, line: &str) {
+        assert_eq!(self.order(&["send", line]).code(), Some(0));
+    }
+}
+
+/// 0 is where the switch closes, from wherever the axis begins, and each time again.
+#[test]
+fn zero_is_where_the_switch_closes() {
+    let machine = Machine::start(&["--switch", "1:-300", "--switch", "2:40"]);
+    machine.fails(&["home"], "knows of no limit switch of axis 1");
+    machine.send("$switches=3");
+    machine.send("$switch-forward=2");
+    machine.ready(&["home"], "position 50 ready");
+    // The shaft is 250 behind its place at power-up; from beyond the switch it is the same.
+    machine.ready(&["move", "--to", "800"], "position 800 ready");
+    machine.ready(&["home", "--speed", "3000", "--accel", "20000"], "position 50 ready");
+    machine.ready(&["home", "--back-off", "90deg", "--slow", "30"], "position 50 ready");
+    machine.ready(&["home", "--axis", "2", "--back-off", "7"], "position -7 ready");
+    // What stands at the switch gets away from it.
+    machine.fails(&["run", "-200", "--for", "30s"], "stopped by its limit switch");
+    machine.ready(&["home", "--back-off", "20"], "position 20 ready");
+}
+
+/// No switch is found where there is none; nothing is called 0 then.
+#[test]
+fn a_switch_that_is_not_there() {
+    let machine = Machine::start(&[]);
+    machine.send("$switches=1");
+    machine.fails(&["home", "--within", "300"], "no switch of axis 1 within 300 steps");
+    let at = machine.order(&["position"]).stdout;
+    assert!(!at.starts_with("position 0 ") && !at.starts_with("position 50 "), "{at}");
+    machine.fails(&["home", "--back-off", "0"], "a distance of 1 step or more");
+}
+
+/// Stops by the switch are acknowledged with `safe-start`; errors from before are not.
+#[test]
+fn homing_with_safe_start_and_home_first() {
+    let machine = Machine::start(&["--switch", "1:-300"]);
+    for line in ["$switches=1", "$safe-start=1", "$home-first=1", "K"] {
+        machine.send(line);
+    }
+    machine.fails(&["home"], "an axis was stopped");
+    machine.send("!");
+    machine.ready(&["home"], "position 50 ready");
+    machine.ready(&["move", "--to", "5"], "position 5 ready");
+}
+
+/// A switch that stays closed is not left by the back-off.
+#[test]
+fn a_switch_that_stays_closed() {
+    let machine = Machine::start(&["--switch", "1:1000000"]);
+    // Its level is the wrong one: open reads as closed.
+    machine.send("$switches=1");
+    machine.send("$switch-high=1");
+    machine.fails(&["home"], "is closed still, 50 steps away");
+}

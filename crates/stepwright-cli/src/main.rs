@@ -41,7 +41,7 @@ use failure::unless_closed;
 
 /// Real-time motion for stepper motors
 #[derive(Parser)]
-#[command(version, max_term_width = 100)]
+#[command(name = "stepwright", version, max_term_width = 100)]
 #[command(after_help = "\
 Begin without any hardware:
   stepwright move 4000              a virtual motor moves, and you see how

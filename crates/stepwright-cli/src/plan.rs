@@ -107,7 +107,7 @@ trait Planned {
 struct Steps {
     /// Steps to travel, 0 to 2147483647
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u32).range(..=0x7FFF_FFFF))]
+    #[arg(value_parser = crate::quantity::count)]
     steps: u32,
 }
 

@@ -70,6 +70,18 @@ impl FromStr for MmArg {
     }
 }
 
+/// Reads a whole number of 0 to 2147483647, as `4000` or `1e9`.
+pub fn count(text: &str) -> Result<u32, String> {
+    let (sign, size) = text.strip_prefix('-').map_or(("", text), |size| ("-", size));
+    let number = Decimal::parse(size)?.times(1, 1);
+    if !number.exact {
+        return Err(format!("'{text}' is not a whole number"));
+    }
+    let fits = u32::try_from(number.value).ok().filter(|n| *n <= 0x7FFF_FFFF);
+    fits.filter(|n| sign.is_empty() || *n == 0)
+        .ok_or_else(|| format!("{sign}{} is not in 0..=2147483647", number.value))
+}
+
 /// A number with its unit, and the text it was read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Quantity {
@@ -81,8 +93,7 @@ struct Quantity {
 impl Quantity {
     fn parse(text: &str, kind: Kind) -> Result<Quantity, String> {
         let text = text.trim();
-        let end = text.find(|c: char| !matches!(c, '0'..='9' | '.')).unwrap_or(text.len());
-        let (number, unit) = text.split_at(end);
+        let (number, unit) = text.split_at(Decimal::length(text));
         if number.is_empty() {
             return Err(match text.chars().next() {
                 Some('-' | '\u{2212}' | '+') => "give it without a sign".into(),

@@ -44,6 +44,18 @@ fn settings_are_read_and_set() {
     board.settings(&["get", "pulse-us"]).assert(0, "2");
 }
 
+/// `status` names those that differ from their defaults.
+#[test]
+fn status_says_what_was_set() {
+    let board = Board::start();
+    let status = |format| stepwright(&["status", "--format", format, "--port", &board.path]).stdout;
+    assert!(!status("text").contains("settings"));
+    board.settings(&["set", "switches=3", "pulse-us=2", "idle-ms=500"]);
+    assert!(status("text").ends_with("settings    idle-ms=500 switches=3\n"));
+    let json: serde_json::Value = serde_json::from_str(&status("json")).unwrap();
+    assert_eq!(json["settings"], serde_json::json!({ "idle-ms": 500, "switches": 3 }));
+}
+
 #[test]
 fn nothing_is_sent_that_is_not_allowed() {
     let board = Board::start();

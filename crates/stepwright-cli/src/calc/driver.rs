@@ -24,6 +24,14 @@ impl Driver {
         }
     }
 
+    /// The most current that its data sheet allows with cooling, in A.
+    fn most(self) -> f64 {
+        match self {
+            Driver::Drv8825 => 2.5,
+            Driver::A4988 => 2.0,
+        }
+    }
+
     /// Vref over the voltage at the sense resistor.
     fn gain(self) -> f64 {
         match self {
@@ -97,6 +105,12 @@ impl VrefArgs {
             let set = |less: f64| Cell::fixed((vref - less).max(0.0), 3);
             let row = [Cell::digits(current, 6), Cell::fixed(vref, 3), set(0.1), set(0.05)];
             sheet.rows.push(row.into());
+            if current > self.driver.most() {
+                let most = self.driver.most();
+                sheet.notes.push(format!(
+                    "{current} A is more than the {most} A of a {name}: is it in mA? Then write {current}mA."
+                ));
+            }
         }
         sheet
     }

@@ -1,7 +1,9 @@
 //! `stepwright status`, `position` and `zero`: where the axes are.
 
-use serde_json::{Value, json};
-use stepwright_protocol::{AxisId, BoardError, Command, Errors, Info, Reply, Selection, Stop};
+use serde_json::{Map, Value, json};
+use stepwright_protocol::{
+    AxisId, BoardError, Command, Errors, Info, Reply, Selection, Stop, Value as Set,
+};
 
 use super::target::{self, Format, PortArgs};
 use super::travel::last_line;
@@ -14,7 +16,8 @@ use crate::talk::{Talk, Trouble};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Behind an axis that has not come to the end of its order stands the reason, until the
-axis moves again: `stopped by its limit switch`.
+axis moves again: `stopped by its limit switch`. The last line has the settings that
+differ from their defaults.
 
 Example:
   stepwright status --port /dev/ttyUSB0")]
@@ -150,10 +153,12 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
     let mut talk = args.port.meet("status", Share::Alone)?;
     let states = states(&mut talk, None).map_err(target::trouble(&mut talk))?;
     let info = talk.info().copied();
+    let changed = changed(&mut talk).map_err(target::trouble(&mut talk))?;
     match args.format {
         Format::Json => say::result(json!({
             "board": info.map(board),
             "axes": json(&states),
+            "settings": changed.iter().map(pair).collect::<Map<_, _>>(),
         })),
         Format::Text => {
             show(info);
@@ -163,9 +168,34 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
                 let why = why.unwrap_or_default();
                 say::result(format_args!("axis {number}      {}{why}", state.line()));
             }
+            if !changed.is_empty() {
+                let words = changed
+                    .iter()
+                    .map(|value| format!("{}={}", value.setting().name(), value.number()));
+                let words: Vec<_> = words.collect();
+                say::result(format_args!("settings    {}", words.join(" ")));
+            }
         }
     }
     Ok(())
+}
+
+/// The settings that differ from their defaults; none of a board that has no settings.
+fn changed(talk: &mut Talk) -> Result<Vec<Set>, Trouble> {
+    if talk.info().is_none() {
+        return Ok(Vec::new());
+    }
+    let differs = |value: &Set| value.number() != value.setting().default();
+    // Once: a board that has none, or answers otherwise, is no trouble here.
+    Ok(match talk.once(Command::Settings)? {
+        Some(Reply::Settings(settings)) => settings.values().filter(differs).collect(),
+        _ => Vec::new(),
+    })
+}
+
+/// A setting for programs.
+fn pair(value: &Set) -> (String, Value) {
+    (value.setting().name().to_owned(), json!(value.number()))
 }
 
 fn board(info: Info) -> Value {

@@ -26,8 +26,49 @@ const MOST: u8 = 18;
 const PER_TAU: u128 = 2_935_890_503_282_001_226;
 
 impl Decimal {
-    /// Reads `12`, `12.5`, `.5` or `12.`; a sign is not part of it.
+    /// How many bytes at the beginning of a text are a number: of `1.5e3mm`, 5.
+    pub fn length(text: &str) -> usize {
+        let digits =
+            |text: &str| text.find(|c: char| !matches!(c, '0'..='9' | '.')).unwrap_or(text.len());
+        let end = digits(text);
+        let Some(power) = text[end..].strip_prefix(['e', 'E']) else { return end };
+        let unsigned = power.strip_prefix(['-', '+']).unwrap_or(power);
+        match unsigned.find(|c: char| !c.is_ascii_digit()).unwrap_or(unsigned.len()) {
+            0 => end,
+            length => end + 1 + (power.len() - unsigned.len()) + length,
+        }
+    }
+
+    /// Reads `12`, `12.5`, `.5`, `12.` or `1.2e3`; a sign is not part of it.
     pub fn parse(text: &str) -> Result<Decimal, String> {
+        match text.split_once(['e', 'E']) {
+            Some((number, power)) => {
+                let power: i32 = power
+                    .parse()
+                    .map_err(|_| format!("'{text}' is not a number: write it like 1234 or 1e9"))?;
+                Decimal::plain(number)?.shifted(power, text)
+            }
+            None => Decimal::plain(text),
+        }
+    }
+
+    /// This number · 10^power.
+    fn shifted(mut self, power: i32, text: &str) -> Result<Decimal, String> {
+        let mut places = i32::from(self.places) - power.clamp(-100, 100);
+        while places < 0 && self.digits < 10u64.pow(u32::from(MOST) - 1) {
+            self.digits *= 10;
+            places += 1;
+        }
+        match u8::try_from(places) {
+            _ if self.digits == 0 => Ok(Decimal { digits: 0, places: 0 }),
+            Ok(places) if places <= MOST => Ok(Decimal { places, ..self }),
+            _ if places < 0 => Err(format!("'{text}' is too large")),
+            _ => Err(format!("'{text}' has too many decimals: at most {MOST}")),
+        }
+    }
+
+    /// Without a power of ten.
+    fn plain(text: &str) -> Result<Decimal, String> {
         let (whole, part) = text.split_once('.').unwrap_or((text, ""));
         let part = part.trim_end_matches('0');
         if whole.is_empty() && !text.bytes().any(|b| b.is_ascii_digit()) {
@@ -101,12 +142,34 @@ mod tests {
         assert_eq!(of("0012.50"), (125, 1));
         assert_eq!(of(".5"), (5, 1));
         assert_eq!(of("7."), (7, 0));
+        assert_eq!(of("1e9"), (1_000_000_000, 0));
+        assert_eq!(of("1.25E+3"), (1250, 0));
+        assert_eq!(of("1.25e1"), (125, 1));
+        assert_eq!(of("5e-3"), (5, 3));
+        assert_eq!(of("0e99"), (0, 0));
+        assert_eq!(
+            ["1.5e3mm", "12rpm", "1e", "3e-2", "7e+mm"].map(Decimal::length),
+            [5, 2, 1, 4, 1]
+        );
         assert_eq!(of("12.566370614359172"), (12_566_370_614_359_172, 15));
     }
 
     #[test]
     fn what_is_not_a_number_is_said() {
-        for text in ["", ".", "1.2.3", "1,5", "1e6", "-1", "٣", "1234567890123456789"] {
+        for text in [
+            "",
+            ".",
+            "1.2.3",
+            "1,5",
+            "1e",
+            "e6",
+            "1e99",
+            "1e-19",
+            "1e1.5",
+            "-1",
+            "٣",
+            "1234567890123456789",
+        ] {
             assert!(Decimal::parse(text).is_err(), "{text}");
         }
     }

@@ -1,0 +1,59 @@
+//! The settings of a board, over the line, as tables: see `talk` in `common/mod.rs`.
+
+mod common;
+
+use common::talk;
+
+#[test]
+fn settings_are_asked_and_set() {
+    talk(
+        "$pulse-us     pulse-us=2
+         $pulse-us=15  Y  -> pulse-us=15
+         $pulse-us=15  Y
+         $pulse-us     pulse-us=15
+         $idle-ms=0060000 Y -> idle-ms=60000
+         $             max-speed=1000000 max-accel=100000000 idle-ms=60000 ahead-x=0 ahead-y=0 ahead-z=0 behind-x=0 behind-y=0 behind-z=0 timeout-ms=0 enable-ms=1 setup-us=1 hold-us=1 pulse-us=15 reverse=0 enable-high=0 switches=0 switch-forward=0 switch-high=0 debounce-ms=25 law=1 safe-start=0 home-first=0 estop=0 driver-fault=0 kill-off=0 soft-limits=0
+         $reset        Y  -> idle-ms=0; pulse-us=2
+         $reset        Y
+         $idle-ms      idle-ms=0",
+    );
+}
+
+#[test]
+fn a_setting_is_refused_with_its_reason() {
+    talk(
+        "$pulse-us=21  E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=range uncertain=0
+         $pulse=2      E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=2 last=setting uncertain=0
+         $pulse-us=    E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=3 last=line uncertain=0
+         A2      Y
+         g+      Y  -> start 2 50-1000 R200 R200 forward
+         A1      Y
+         $pulse-us=3   E
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=4 last=busy uncertain=0
+         $reset        E
+         $pulse-us     pulse-us=2
+         *arrive 2
+         $pulse-us=3   Y  -> pulse-us=3",
+    );
+}
+
+/// As any other line: one that is refused spoils an order, one that is not
+/// does not.
+#[test]
+fn settings_may_stand_inside_an_order() {
+    talk(
+        "PO      Y
+         G+5     Y
+         $hold-us=2    Y  -> hold-us=2
+         $hold-us      hold-us=2
+         E       Y  -> start 1 50-1000 R200 R200 +5
+         *arrive 1
+         PO      Y
+         G+5     Y
+         $hold-us=-1   E
+         E       E",
+    );
+}

@@ -48,7 +48,7 @@ class Master:
         return answer
 
     def wait_until_ready(self, limit):
-        """Asks F until the motor rests, for at most so many seconds."""
+        """Asks F until the motor rests, for at most this many seconds."""
         end = time.monotonic() + limit
         while self.expect("F", "R", "B") == "B":
             if time.monotonic() > end:
@@ -56,7 +56,7 @@ class Master:
             time.sleep(0.25)
 
     def wait_for_steps(self, steps, limit):
-        """Asks V1 until the motor has made so many steps."""
+        """Asks V1 until the motor has made this many steps."""
         begin = int(self.say("V1"))
         end = time.monotonic() + limit
         while abs(int(self.say("V1")) - begin) < steps:

@@ -182,7 +182,7 @@ impl FromStr for SpeedArg {
 }
 
 impl SpeedArg {
-    /// In steps per second, not rounded, for what is not ordered but reckoned
+    /// In steps per second, not rounded, for what is not ordered but used in a calculation
     /// with; `name` is the option that it came from.
     pub fn steps(&self, geometry: &Geometry, name: &str) -> Result<f64, Failure> {
         let Quantity { number, unit, .. } = &self.0;

@@ -64,7 +64,7 @@ pub enum Cell {
 }
 
 impl Cell {
-    /// With so many digits behind the point.
+    /// With this many digits behind the point.
     pub fn fixed(value: f64, decimals: usize) -> Cell {
         // No "-0.0".
         let shown = format!("{value:.decimals$}");
@@ -73,7 +73,7 @@ impl Cell {
         Cell::Real(value, bare.map_or(shown.clone(), str::to_owned))
     }
 
-    /// With so many digits in all, at the most.
+    /// With this many digits in all, at the most.
     pub fn digits(value: f64, digits: usize) -> Cell {
         // As floats, since log10 of 0 has no end.
         let whole = value.abs().log10().floor() + 1.0;

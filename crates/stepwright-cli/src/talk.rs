@@ -94,7 +94,7 @@ pub struct Talk {
     sums: bool,
     /// Which axis F and Z speak of; `None` if we can't be sure.
     selected: Option<Selection>,
-    /// So many presses of Ctrl-C end the waiting.
+    /// This many presses of Ctrl-C end the waiting.
     kill_at: usize,
 }
 
@@ -123,7 +123,7 @@ impl Talk {
                 if self.kill_at == BRAKED_FIRST && interrupt::asked() {
                     return Err(Trouble::Killed);
                 }
-                self.heed()?;
+                self.check_kill()?;
                 if self.link.now() >= end {
                     return Err(Trouble::Silent);
                 }
@@ -190,7 +190,7 @@ impl Talk {
     }
 
     /// Whether the user wants to kill, rather than hear more answers.
-    fn heed(&self) -> Result<(), Trouble> {
+    fn check_kill(&self) -> Result<(), Trouble> {
         if interrupt::presses() >= self.kill_at {
             return Err(Trouble::Killed);
         }
@@ -201,7 +201,7 @@ impl Talk {
     fn answer(&mut self) -> Result<Option<Reply>, Trouble> {
         let end = self.link.now() + PATIENCE;
         loop {
-            self.heed()?;
+            self.check_kill()?;
             let left = end.saturating_sub(self.link.now());
             if left.is_zero() {
                 return Ok(None);
@@ -381,7 +381,7 @@ impl Talk {
     pub fn pause(&mut self, time: Duration) -> Result<(), Trouble> {
         let end = self.link.now() + time;
         loop {
-            self.heed()?;
+            self.check_kill()?;
             let left = end.saturating_sub(self.link.now());
             if left.is_zero() {
                 return Ok(());
@@ -418,7 +418,7 @@ impl Talk {
             if self.link.is_alone() || limit.is_some_and(|limit| waited >= limit) {
                 return Ok(());
             }
-            self.heed()?;
+            self.check_kill()?;
             self.link.rest(URGE);
         }
     }

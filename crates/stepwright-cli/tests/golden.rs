@@ -10,7 +10,7 @@
 //! ```
 //!
 //! After a change that is meant, `STEPWRIGHT_GOLDEN=write cargo test -p
-//! stepwright-cli --test golden` writes them anew; read the diff.
+//! stepwright-cli --test golden` writes them again; read the diff.
 
 use std::fmt::Write;
 use std::path::Path;

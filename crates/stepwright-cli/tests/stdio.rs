@@ -7,7 +7,7 @@ mod common;
 
 use common::{Ended, Scratch, stepwright_with};
 
-/// So many bytes take a second at 115200 baud.
+/// This many bytes take a second at 115200 baud.
 const SECOND: usize = 11_520;
 
 fn bytes(script: &str) -> Vec<u8> {

@@ -83,7 +83,7 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
 
     /// Looks after the switches, the drivers, the time-out and the store, and
     /// does one piece of planning. Call it again at once while it answers
-    /// true, and at least every millisecond: a switch is heeded as often.
+    /// true, and at least every millisecond: a switch is looked at as often.
     pub fn poll(&mut self, engine: &mut impl Control, panel: &mut impl Panel) -> bool {
         self.attend(engine, panel);
         self.plan(engine)

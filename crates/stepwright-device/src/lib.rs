@@ -3,7 +3,7 @@
 //! What a stepper controller does besides stepping.
 //!
 //! [`Device`] joins the serial line's slave to the motors and has the duties
-//! that go with them: it switches the drivers on and off, heeds the limit
+//! that go with them: it switches the drivers on and off, obeys the limit
 //! switches, brakes when the host falls silent, refuses what its settings
 //! forbid, and keeps the settings when the power goes off.
 //!

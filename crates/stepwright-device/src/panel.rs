@@ -29,7 +29,7 @@ pub trait Panel: Memory {
     /// Milliseconds since some moment; it wraps after 2³².
     fn millis(&self) -> u32;
 
-    /// So many microseconds (at most 1000) in ticks of the step timer, rounded
+    /// This many microseconds (at most 1000) in ticks of the step timer, rounded
     /// up. The panel's, for on a chip it is a product with a constant.
     fn ticks(&self, micros: u16) -> Ticks;
 
@@ -62,6 +62,6 @@ pub trait Panel: Memory {
     fn set_mark(&mut self, mark: Mark);
 
     /// These axes turn the other way round from now on: forward is a low DIR.
-    /// It MUST set the DIR pins anew as well. Called only while all axes rest.
+    /// It MUST set the DIR pins again as well. Called only while all axes rest.
     fn set_reverse(&mut self, axes: Axes);
 }

@@ -42,7 +42,7 @@ enum Kind {
     Round(Round),
 }
 
-/// One axis of a line: mark n is so many parts of the way from `first` to `last`.
+/// One axis of a line: mark n is this many parts of the way from `first` to `last`.
 #[derive(Clone, Debug)]
 struct Even {
     first: f64,
@@ -86,7 +86,7 @@ impl Marks {
         }
     }
 
-    /// So many steps up to `last`, of an axis whose last step was at `first`; none
+    /// This many steps up to `last`, of an axis whose last step was at `first`; none
     /// before `least`: if the first of them belonged there, it is at `least`, and
     /// the others evenly spaced from there on.
     pub(crate) fn onward(steps: i64, first: f64, last: f64, least: f64) -> Marks {
@@ -188,7 +188,7 @@ impl Arc {
     }
 }
 
-/// Beyond the middle between two positions by so many steps, or it counts as
+/// Beyond the middle between two positions by this many steps, or it counts as
 /// touched only.
 const TOUCH: f64 = 0.25;
 

@@ -207,7 +207,7 @@ impl Law {
         Ok(())
     }
 
-    /// Lays out what is left of the path anew.
+    /// Lays out what is left of the path again.
     fn again(&mut self, at: f64) {
         if self.standing(at).is_some() {
             self.go_on(at);

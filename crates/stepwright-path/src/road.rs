@@ -75,7 +75,7 @@ impl Road {
         Road { law, ways, cursors, step: step.to_vec(), fastest, asked: 0.0 }
     }
 
-    /// The same, whose way is a line of so many steps.
+    /// The same, whose way is a line of this many steps.
     pub fn of_line(mut self, steps: &[i32]) -> Road {
         let length = self.law.length();
         if let Some(way) = self.ways.first_mut() {
@@ -85,7 +85,7 @@ impl Road {
         self
     }
 
-    /// No axis makes more than so many steps/s, as ordered or because of a change.
+    /// No axis makes more than this many steps/s, as ordered or because of a change.
     pub fn within(&mut self, fastest: &[f64]) -> Result<(), Unplannable> {
         if fastest.len() != self.cursors.len() {
             return Err(Unplannable::Axes);
@@ -172,7 +172,7 @@ impl Road {
         left.collect()
     }
 
-    /// The length of so many steps of each axis.
+    /// The length of this many steps of each axis.
     fn length(&self, steps: &[i64]) -> f64 {
         let ways = steps.iter().zip(&self.step).map(|(n, d)| *n as f64 * d);
         ways.map(|way| way * way).sum::<f64>().sqrt()
@@ -199,7 +199,7 @@ impl Road {
         (on_it && rolling && self.law.stop_from(at) < end).then(|| (end, line.clone()))
     }
 
-    /// The path is to end so many steps from where it began: when that takes hold.
+    /// The path is to end this many steps from where it began: when that takes hold.
     pub fn retarget(&mut self, at: f64, to: &[i32]) -> Result<f64, Unplannable> {
         if to.len() != self.cursors.len() {
             return Err(Unplannable::Axes);

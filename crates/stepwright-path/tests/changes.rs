@@ -16,7 +16,7 @@ enum Act {
     Scale(f64),
     Pause,
     Resume,
-    /// So many times the line's direction.
+    /// This many times the line's direction.
     On(i32),
     /// Anywhere, in steps from the beginning.
     Elsewhere([i32; 3]),

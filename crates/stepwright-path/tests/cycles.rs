@@ -144,7 +144,7 @@ fn edges_of(edges: &[Edge], axis: u8, motor: &Motor) -> i64 {
 type Acts = Vec<(u32, Act)>;
 
 /// Plays it, and answers all edges and the positions that are reported. What is
-/// asked of the path is for so many seconds later; 0: for as soon as can be.
+/// asked of the path is for this many seconds later; 0: for as soon as can be.
 fn play(
     motors: [(Motor, Stand); 3],
     strategies: Strategies,

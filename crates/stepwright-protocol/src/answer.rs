@@ -112,7 +112,7 @@ impl Answer {
     pub(crate) const NONE: Answer =
         Answer { at: 0, after: 0, value: 0, lines: 0, number: Decimal::NONE };
 
-    /// From now on so many lines of the text are the answer.
+    /// From now on this many lines of the text are the answer.
     pub(crate) fn begin(&mut self, first: u8, lines: u8) {
         (self.at, self.value) = find(first);
         self.lines = lines;

@@ -14,7 +14,7 @@ use core::fmt;
 #[derive(Clone, Copy)]
 pub struct Text(&'static [u8]);
 
-/// A [`Text`] of so many bytes, an array that is computed by the compiler.
+/// A [`Text`] of this many bytes, an array that is computed by the compiler.
 macro_rules! flash {
     ($length:expr, $bytes:expr) => {{
         // SAFETY: a section that the linker knows, and nothing else in it but

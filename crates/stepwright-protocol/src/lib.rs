@@ -25,7 +25,7 @@
 //!        | "S" 1…999            start/stop speed, in 10 steps/s
 //!        | "T" 1…999            top speed, in 10 steps/s
 //!        | "R" 1…999            length of both ramps, in steps
-//!        | "G" sign 0…2³¹−1     travel so many steps, + clockwise
+//!        | "G" sign 0…2³¹−1     travel this many steps, + clockwise
 //!        | "g" sign             travel until stopped
 //!        | "E"                  carry the order out
 //!        | "Z"                  ramp down, then rest; the position stays known
@@ -41,9 +41,9 @@
 //!        | "d" 1…100000000      the ramp down is a deceleration, in steps/s²
 //!        | "j" 0…4000000000     the jerk, in steps/s³; 0: none. "PO" takes it back.
 //!                               Not on every board: see `can`
-//!        | "@" sign 0…2³¹−1     the travel in progress ends so many steps from
+//!        | "@" sign 0…2³¹−1     the travel in progress ends this many steps from
 //!                               where it began
-//!        | "L" 0…60000         moving axes brake once no line comes for so many ms;
+//!        | "L" 0…60000         moving axes brake once no line comes for this many ms;
 //!                               0: no longer. On a board with `safety`: see `can`
 //!        | "?"                  one line about the board
 //!        | "!"                  late, refused, last, stop and errors begin again

@@ -10,7 +10,7 @@ const LF: u8 = b'\n';
 ///
 /// LF before and behind a line is skipped; within it LF is a byte as any other, for a
 /// single flipped bit makes an LF of the `*` before a checksum, and `G+4*33` would be
-/// `G+433`. A longer line is remembered as such, not kept, and everything begins anew
+/// `G+433`. A longer line is remembered as such, not kept, and everything starts again
 /// after its CR, so a stream that starts in the middle, is cut, or is plain noise costs at
 /// most one line.
 #[derive(Clone, Debug)]

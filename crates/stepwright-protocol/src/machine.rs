@@ -96,7 +96,7 @@ pub trait Machine {
     fn clear_late(&mut self);
 
     /// Moving axes are to brake, as by [`brake`](Machine::brake), once no line has come for
-    /// so many ms; 0: no longer. It ends with the first such silence.
+    /// this many ms; 0: no longer. It ends with the first such silence.
     ///
     /// # Errors
     /// [`Refusal::Line`] from a machine that grants none.

@@ -31,7 +31,7 @@ pub struct Order {
 /// One ramp, up or down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ramp {
-    /// So many steps between start and top speed, at constant acceleration
+    /// This many steps between start and top speed, at constant acceleration
     /// (vt² − vs²)/2R: the Nano slave.
     Steps(RampSteps),
     /// This acceleration: 1 … 100,000,000 steps/s².
@@ -41,7 +41,7 @@ pub enum Ramp {
 /// How far an order goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Travel {
-    /// Exactly so many steps from the last end position; 0 is done at once.
+    /// Exactly this many steps from the last end position; 0 is done at once.
     By(Distance),
     /// Until it is stopped.
     Endless(Direction),

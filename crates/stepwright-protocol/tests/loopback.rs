@@ -18,7 +18,7 @@ struct Link {
     slave: Slave<3>,
     bench: Bench,
     random: Random,
-    /// One byte in so many is damaged; 0: none is.
+    /// One byte in this many is damaged; 0: none is.
     noise: usize,
     /// Whether the damage is a flipped bit that no receiver notices.
     flips: bool,

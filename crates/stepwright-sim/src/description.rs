@@ -43,7 +43,7 @@ impl Description {
     }
 
     /// [`at`](Description::at) for a board on which a step costs nothing but its pulse:
-    /// so many ticks while 1, 2 or 3 axes move, and more with pulses of 3 to 20 µs.
+    /// this many ticks while 1, 2 or 3 axes move, and more with pulses of 3 to 20 µs.
     pub fn quick(rate: Rate, ticks: [Ticks; AXES]) -> Description {
         // A step waits for the pulses of the other axes, for half its interval at most:
         // 2 of 3 axes take 4/3 of a pulse, and another sixth is between their deadlines.

@@ -141,7 +141,7 @@ impl TimedBoard {
         self.driver.hardware().hz()
     }
 
-    /// Clocks of so many milliseconds.
+    /// Clocks of this many milliseconds.
     pub fn clocks(&self, millis: f64) -> u64 {
         (millis * f64::from(self.hz()) / 1e3).round() as u64
     }
@@ -177,7 +177,7 @@ impl TimedBoard {
         self.motion.now = self.motion.now.max(clock);
     }
 
-    /// Lets so many milliseconds pass.
+    /// Lets this many milliseconds pass.
     pub fn run_for_millis(&mut self, millis: u32) {
         self.run_until(self.now() + self.clocks(millis.into()));
     }

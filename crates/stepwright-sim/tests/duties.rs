@@ -457,7 +457,7 @@ fn nothing_is_set_while_anything_moves() {
     assert_eq!(say(&mut board, "$reset $pulse-us"), "E pulse-us=2");
 }
 
-/// What a board finds whose power went so many ms after its last line.
+/// What a board finds whose power went this many ms after its last line.
 fn after(eeprom: Eeprom, lines: &str, ms: u64) -> Eeprom {
     let mut queues = Queues::default();
     let mut board: Board<'_> =

@@ -35,7 +35,7 @@ fn long(speed: u32) -> u64 {
     u64::from(speed).pow(2) / 40_000 + 2_000
 }
 
-/// The highest rate that is admitted for so many axes, whose steps meet in every phase.
+/// The highest rate that is admitted for this many axes, whose steps meet in every phase.
 fn highest(description: Description, micros: u32, axes: u32) -> Vec<u32> {
     let speeds = |top: u32| (0..axes).map(|n| top - top * 3 * n / 1_000).collect::<Vec<_>>();
     let (mut low, mut high) = (500, 200_000);

@@ -14,7 +14,7 @@ fn say(board: &mut Board<'_>, lines: &str) -> String {
     String::from_utf8(board.take_answers()).unwrap().replace('\r', " ").trim_end().to_owned()
 }
 
-/// What is left of a board so many ms after these lines.
+/// What is left of a board this many ms after these lines.
 fn after(lines: &str, ms: u64) -> Remains {
     let mut queues = Queues::default();
     let mut board: Board<'_> = VirtualBoard::new(&mut queues, Description::uno(), Vec::new());

@@ -58,7 +58,7 @@ impl<const N: usize> Board<N> {
         self.max_beside(&whole(0).number(), 1)
     }
 
-    /// Ticks per step while so many axes move, with the present pulse.
+    /// Ticks per step while this many axes move, with the present pulse.
     pub(crate) fn step(&self, moving: usize) -> Ticks {
         let Cost { ticks, pulse, longer } = &self.cost;
         let ticks = if self.timing.pulse > *pulse { longer } else { ticks };

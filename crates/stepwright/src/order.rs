@@ -7,7 +7,7 @@ use core::fmt;
 /// How far to travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Travel {
-    /// So many steps, forward or backward; 0 is a travel that is over at once.
+    /// This many steps, forward or backward; 0 is a travel that is over at once.
     By(i32),
     /// On and on until it is stopped; forward if true.
     Endless(bool),
@@ -119,7 +119,7 @@ impl Order {
 /// on from the speed it has, keeps the limits, and ends on its target exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// It ends so many steps from where it began. A target that can't be
+    /// It ends this many steps from where it began. A target that can't be
     /// reached without overshooting, or that lies behind, is come back to: the
     /// axis brakes to rest and travels back. An endless travel ends here.
     Target(i32),
@@ -143,7 +143,7 @@ pub enum Refusal {
     Resting,
     /// There is no such axis.
     NoAxis,
-    /// Faster than this board can step with so many axes moving; at most
+    /// Faster than this board can step with this many axes moving; at most
     /// `max` for this axis now.
     TooFast {
         /// The highest speed that would be accepted.

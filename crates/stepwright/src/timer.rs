@@ -147,7 +147,7 @@ pub trait StepTimer {
     /// The counter's width.
     type Count: Count;
 
-    /// While the next event is at most so many ticks away, the interrupt waits
+    /// While the next event is at most this many ticks away, the interrupt waits
     /// for it rather than leave and enter again: about what that costs.
     const LINGER: Ticks;
 

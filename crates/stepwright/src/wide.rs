@@ -25,7 +25,7 @@ pub(crate) struct Wide {
 
 impl Wide {
     pub(crate) const ZERO: Wide = Wide { m: 0, e: 0, minus: false };
-    /// More than anything that is reckoned with.
+    /// More than anything that is computed with.
     pub(crate) const HUGE: Wide = Wide { m: 1 << 63, e: 1 << 20, minus: false };
 
     /// 1/3.

@@ -303,7 +303,7 @@ fn orders() -> impl Strategy<Value = Order> {
     let ratio = prop_oneof![1 => Just(1.0), 2 => spread(0.1, 10.0), 1 => spread(1e-3, 1e3)];
     (spread(1e5, 2e8), spread(10.0, 2e5), spread(1.0, 2e4), ratio, 0u32..3_000, c0).prop_map(
         |(hz, top, steps, ratio, pulses, c0)| {
-            // An acceleration that reaches the top speed in so many steps.
+            // An acceleration that reaches the top speed in this many steps.
             let accel = (top * top / (2.0 * steps) * 1e3).clamp(1e3, 1e11);
             let decel = (accel * ratio).clamp(1e3, 1e11);
             let (accel, decel) = (accel as u64, decel as u64);

@@ -42,7 +42,7 @@ fn order(top: u32, accel: u32) -> Order {
     Order { start: Speed::ZERO, top, up: ramp, down: ramp, jerk: None, travel: Travel::By(3_000) }
 }
 
-/// The runs of axis 1, while something is done to axis 0 after so many pieces.
+/// The runs of axis 1, while something is done to axis 0 after this many pieces.
 fn runs(pieces: Option<u32>, disturb: impl Fn(&mut Group<2, 8>)) -> Vec<Run> {
     let mut queues = [const { Queue::<8>::new() }; 2];
     let [x, y] = &mut queues;

@@ -171,7 +171,7 @@ impl Judge {
     }
 }
 
-/// A change, after so many fillings of the queue and so many pieces of planning.
+/// A change, after this many fillings of the queue and this many pieces of planning.
 #[derive(Clone, Debug)]
 struct Whim {
     fillings: u8,

@@ -1,4 +1,4 @@
-//! The timed driver's rules, and its times against an independent reckoning.
+//! The timed driver's rules, and its times against an independent computation.
 
 use proptest::prelude::*;
 use stepwright::drive::{Coils, Port, sequence};

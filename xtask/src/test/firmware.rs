@@ -115,7 +115,7 @@ fn forbidden(name: &str) -> Option<String> {
     if name.contains("panic") {
         Some(format!("it can panic: {name}"))
     } else if float {
-        Some(format!("it reckons in floats: {name}"))
+        Some(format!("it computes in floats: {name}"))
     } else {
         None
     }

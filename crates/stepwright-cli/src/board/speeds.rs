@@ -1,7 +1,7 @@
 //! Speed over time, from the steps that were made.
 //!
 //! Between two steps the speed is that of their distance, at the middle of the
-//! time between them. However long a motor moves, so many points are kept: when
+//! time between them. However long a motor moves, this many points are kept: when
 //! there are too many, every second one goes.
 
 use stepwright::Rate;
@@ -12,7 +12,7 @@ use crate::plot::Series;
 /// Points of an axis: more than a picture has columns.
 const MARKS: usize = 4096;
 
-/// A pause is so many times longer than the interval before it. A ramp that
+/// A pause is this many times longer than the interval before it. A ramp that
 /// begins or ends at rest never grows an interval by more than 2.5 times.
 const PAUSE: u64 = 5;
 

@@ -98,7 +98,7 @@ impl Args {
         Ok(sheet)
     }
 
-    /// How far positions, delays and steps reach, in so many bits.
+    /// How far positions, delays and steps reach, in this many bits.
     fn counting(&self, sheet: &mut Sheet) {
         let (narrow, wide) = (2f64.powi(31), 2f64.powi(63));
         let mut fact =

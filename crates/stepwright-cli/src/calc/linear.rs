@@ -206,7 +206,7 @@ mod tests {
         assert_eq!(real(&sheet.rows[5][2]), 6.25);
     }
 
-    /// stepper_h's speeds: it cuts rev/s after a digit, and reckons mm/s with that.
+    /// stepper_h's speeds: it cuts rev/s after a digit, and computes mm/s from that.
     #[test]
     fn speeds_of_a_gt2_belt() {
         let cases = [

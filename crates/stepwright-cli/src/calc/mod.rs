@@ -31,7 +31,7 @@ use clap::Subcommand;
 use crate::failure::{Failure, unless_closed};
 use crate::sheet::{Format, Sheet};
 
-/// Reckon with timers, delays, belts and drivers
+/// Calculate timers, delays, belts and drivers
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -67,7 +67,7 @@ struct Output {
     format: Format,
 }
 
-/// Reckons and prints.
+/// Computes and prints.
 pub fn run(args: Args) -> Result<(), Failure> {
     let (sheet, Output { format }): (Sheet, Output) = match args.what {
         What::Timer(args) => (args.sheet()?, args.output),

@@ -116,7 +116,7 @@ impl Change {
     }
 }
 
-/// The modification for a way of so many clocks.
+/// The modification for a way of this many clocks.
 fn modification(way: u32, updates: u16, doubling: bool, faster: bool) -> u32 {
     let (way, n) = (u128::from(way), u32::from(updates));
     let value = match doubling {

@@ -274,7 +274,7 @@ enum Calibrate {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Leg {
     pub steps: Option<i32>,
-    /// So many delays without a step.
+    /// This many delays without a step.
     pub wait: Option<Spanned<u32>>,
     #[serde(default)]
     pub delay_us: u32,

@@ -251,7 +251,7 @@ impl Plan {
                     return Err(text.blame(y.span(), "an arc takes two motors"));
                 }
                 if !arc.degrees.is_finite() {
-                    return Err(text.blame(given.span(), "an arc of so many degrees has no end"));
+                    return Err(text.blame(given.span(), "an arc of this many degrees has no end"));
                 }
                 let pace = pace(text, &arc.speed, &arc.accel, &arc.decel, &arc.jerk)?;
                 Ok(Task::Arc(motors, arc.centre, arc.degrees.to_radians(), pace))

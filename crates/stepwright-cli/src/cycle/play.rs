@@ -61,7 +61,7 @@ impl<'p> Session<'p> {
         Session { plan, text, board, format, way, limit, looked, shown, faults, cycles }
     }
 
-    /// Ticks of so many µs.
+    /// Ticks of this many µs.
     fn ticks(&self, us: u64) -> u64 {
         (u128::from(us) * u128::from(self.plan.rate.hz()) / 1_000_000) as u64
     }

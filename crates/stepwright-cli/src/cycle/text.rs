@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use crate::failure::Failure;
 use crate::files;
 
-/// A file has so many bytes at most: 1 MB. Read and checked it takes some fifty times
+/// A file has this many bytes at most: 1 MB. Read and checked it takes some fifty times
 /// as much memory.
 const MOST: usize = 1_000_000;
 
-/// Of a line that is longer so many characters are shown, around the mistake.
+/// Of a line that is longer this many characters are shown, around the mistake.
 const SHOWN: usize = 120;
 
 /// Of a text in a message.

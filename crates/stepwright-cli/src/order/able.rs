@@ -24,7 +24,7 @@ pub fn to_bend(talk: &mut Talk, order: &Order) -> Result<(), Failure> {
              `cargo xtask flash uno --program curves`",
         ));
     }
-    // A board without settings answers E: it heeds the jerk.
+    // A board without settings answers E: it follows the jerk.
     let law = talk.ask(Command::Setting(Setting::Law)).map_err(target::trouble(talk))?;
     match law {
         Reply::Setting(value) if value.setting() == Setting::Law && value.number() == 0 => {

@@ -3,7 +3,7 @@
 use stepwright::profile::{Curve, Path};
 use stepwright::{Rate, Travel};
 
-/// The timer that durations are reckoned with: the board's own may differ, by
+/// The timer that durations are computed with: the board's own may differ, by
 /// less than anyone can see.
 const CLOCK: Rate = Rate::MHZ;
 

@@ -1,4 +1,4 @@
-//! The continuous S-curve that a travel is held to, reckoned on its own.
+//! The continuous S-curve that a travel is held to, computed independently.
 //!
 //! Shares nothing with the core but the values as held. A ramp is known by its
 //! two speeds: it leads as far as at their mean, in the time

@@ -7,7 +7,7 @@ use super::survey::{Sample, Survey};
 use super::text::{counted, lasting, peak};
 use crate::plot::{Band, Curve, Figure, PALETTE, Panel, number, time_unit};
 
-/// Up to so many steps, each is marked with a dot.
+/// Up to this many steps, each is marked with a dot.
 const FEW: usize = 80;
 
 /// Between values; a browser would take plain spaces for one.

@@ -1,4 +1,4 @@
-//! The continuous profile that a travel is held to, reckoned on its own.
+//! The continuous profile that a travel is held to, computed independently.
 //!
 //! Shares nothing with the core but the values as held: corners are solved for
 //! as positions, times follow from distance over mean speed,

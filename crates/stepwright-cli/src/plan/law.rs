@@ -10,7 +10,7 @@ use stepwright::{Geometry, Rate, Run, Ticks};
 use super::real::Real;
 use crate::failure::Failure;
 
-/// A travel of so many pulses, as a law makes it.
+/// A travel of this many pulses, as a law makes it.
 pub trait Law {
     /// Pulses in all.
     fn pulses(&self) -> u32;

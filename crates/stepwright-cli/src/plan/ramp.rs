@@ -9,7 +9,7 @@ use super::{Common, Planned, Steps};
 use crate::failure::Failure;
 use crate::quantity::SpeedArg;
 
-/// A ramp of so many steps, as the serial line orders it (S, T, R, G)
+/// A ramp of a given number of steps, as the serial line orders it (S, T, R, G)
 ///
 /// The motor jumps to the start speed, accelerates constantly over R steps to
 /// the top speed, and brakes over the last R steps.

@@ -6,7 +6,7 @@ use stepwright::profile::Phase;
 use super::law::{Law, Plan};
 use super::real::Real;
 
-/// Up to so many pulses, every one is measured against its ideal. Of a longer
+/// Up to this many pulses, every one is measured against its ideal. Of a longer
 /// travel the first and the last million are, and between them every run at
 /// its end: seconds instead of minutes.
 const ALL: u32 = 4_000_000;
@@ -83,7 +83,7 @@ impl<'a> Player<'a> {
         self.play(run, u32::MAX, |_, _| {});
     }
 
-    /// So many 2⁻¹⁶ ticks later.
+    /// This many 2⁻¹⁶ ticks later.
     fn pass(&mut self, fine: u64) {
         let due = self.part + fine;
         self.time += due >> 16;

@@ -88,7 +88,7 @@ pub fn lasting(seconds: f64, decimals: usize) -> String {
     }
 }
 
-/// With so many decimals at most.
+/// With this many decimals at most.
 pub fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.contains('.') {

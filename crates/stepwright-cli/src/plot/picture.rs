@@ -31,7 +31,7 @@ pub enum Shape {
     Text { x: f64, y: f64, size: f64, bold: bool, anchor: Anchor, colour: Colour, text: String },
 }
 
-/// Of a dashed line: so many pixels of ink, so many of none.
+/// Of a dashed line: this many pixels of ink, this many of none.
 pub const DASH: [f64; 2] = [9.0, 6.0];
 
 /// Shapes in the order in which they are painted.

@@ -68,7 +68,7 @@ pub fn number(value: f64, decimals: usize) -> String {
     out
 }
 
-/// A unit of time that suits so many seconds, and how many it has per second.
+/// A unit of time that suits this many seconds, and how many it has per second.
 pub fn time_unit(seconds: f64) -> (&'static str, f64) {
     match seconds {
         s if s < 2e-3 => ("µs", 1e6),

@@ -39,9 +39,9 @@ fn speeds_in_every_unit() {
     }
 }
 
-/// What is reckoned with is what is held, but for rounding to a thousandth.
+/// What is computed with is what is held, but for rounding to a thousandth.
 #[test]
-fn speeds_are_reckoned_as_they_are_held() {
+fn speeds_are_computed_as_they_are_held() {
     for typed in ["400", "120rpm", "2rev/s", "7.5deg/s", "3000mm/min", "10rad/s", "100rpm", "0"] {
         let arg: SpeedArg = typed.parse().unwrap();
         let held = arg.resolve(&motor(), "--top-speed").unwrap();

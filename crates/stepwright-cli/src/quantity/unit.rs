@@ -140,7 +140,7 @@ impl Unit {
         })
     }
 
-    /// `number` of this unit in steps, for what is not ordered but reckoned with.
+    /// `number` of this unit in steps, for what is not ordered but used in a calculation.
     /// `None` as [`millisteps`](Unit::millisteps).
     pub fn steps(self, number: f64, geometry: &Geometry) -> Option<f64> {
         let turn = f64::from(geometry.steps_per_turn());

@@ -206,7 +206,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Milliseconds of so many clocks.
+    /// Milliseconds of this many clocks.
     pub fn ms(&self, clock: u64) -> f64 {
         clock as f64 * 1e3 / f64::from(self.hardware.hz())
     }

@@ -9,7 +9,7 @@ use crate::plot::{Curve, Figure, PALETTE, Panel, View, number};
 
 /// Between values; a browser would take plain spaces for one.
 const GAP: &str = "\u{2002}·\u{2002}";
-/// Of signals so many steps are shown, unless a window is chosen.
+/// Of signals this many steps are shown, unless a window is chosen.
 const FEW: usize = 16;
 
 /// `0..40`: ms after the call.

@@ -28,7 +28,7 @@ use wiring::WiringArgs;
 /// Change a motor's speed on a clock, as the Arduino driver does
 ///
 /// The order is carried out on the virtual board: steps at a virtual top (clocks between two
-/// steps), which grows or shrinks every so many milliseconds, until so many steps or
+/// steps), which grows or shrinks at a fixed interval, until a number of steps or
 /// milliseconds have passed.
 #[derive(clap::Args)]
 #[command(after_help = "\

@@ -22,17 +22,17 @@ pub struct OrderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=3))]
     #[arg(conflicts_with_all = ["steps", "millis", "faster", "slower", "double"])]
     case: Option<u8>,
-    /// Stop after so many steps
+    /// Stop after this many steps
     #[arg(long, value_name = "N", conflicts_with = "millis")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     steps: Option<u32>,
-    /// Stop after so many milliseconds
+    /// Stop after this many milliseconds
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..))]
     millis: Option<u32>,
-    /// Take so many clocks from the virtual top with each update
+    /// Take this many clocks from the virtual top with each update
     #[arg(long, value_name = "CLOCKS", conflicts_with = "slower", requires = "updates")]
     faster: Option<u32>,
-    /// Add so many clocks to it
+    /// Add this many clocks to it
     #[arg(long, value_name = "CLOCKS", requires = "updates")]
     slower: Option<u32>,
     /// Halve (faster) or double (slower) these clocks with each update
@@ -42,10 +42,10 @@ pub struct OrderArgs {
     #[arg(long, value_name = "MS", default_value_t = 1000, conflicts_with = "case")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..))]
     every_ms: u16,
-    /// So many updates at most
+    /// This many updates at most
     #[arg(long, value_name = "N", conflicts_with = "case")]
     updates: Option<u16>,
-    /// Have the main program check for updates every so many ms, instead of the step
+    /// Have the main program check for updates at this interval in ms, instead of the step
     /// interrupt; then it is called back
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=60_000))]
     poll_ms: Option<u32>,

@@ -113,7 +113,7 @@ impl<const AXES: usize> Guard<AXES> {
         self.bounded = self.bounded & !axes | self.staged & axes;
     }
 
-    /// Whether these axes, which move, may be sent so many steps from where they began.
+    /// Whether these axes, which move, may be sent this many steps from where they began.
     pub(super) fn admit_target<M: Machine>(
         &self,
         axes: u8,
@@ -160,7 +160,7 @@ impl<const AXES: usize> Guard<AXES> {
 }
 
 impl Range {
-    /// Whether a travel may end so many steps from there.
+    /// Whether a travel may end this many steps from there.
     fn admit(&self, from: i64, steps: i32) -> Result<(), Refusal> {
         let to = from.saturating_add(steps.into());
         if to < self.behind || to > self.ahead { Err(Refusal::Limit) } else { Ok(()) }

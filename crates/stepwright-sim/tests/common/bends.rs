@@ -108,7 +108,7 @@ fn doubt(v: f64, a: f64, jerk: f64) -> f64 {
 }
 
 impl Leg {
-    /// The quickest way over so many steps (infinitely many too) to rest, from a level.
+    /// The quickest way over this many steps (infinitely many too) to rest, from a level.
     fn over(v: f64, steps: f64, limits: &Limits) -> Leg {
         let first = |top: f64| ramp(v, top, if top > v { limits.a } else { limits.d }, limits.jerk);
         let both = |top: f64| way(v, &first(top)) + way(top, &fall(top, limits));
@@ -137,7 +137,7 @@ impl Leg {
         self
     }
 
-    /// Seconds that its ramps last: their times are reckoned from their ends.
+    /// Seconds that its ramps last: their times are computed from their ends.
     fn ramps(&self) -> f64 {
         let bent = |piece: &&Piece| piece.a != 0.0 || piece.jerk != 0.0;
         self.pieces.iter().filter(bent).map(|piece| piece.time).sum()
@@ -362,7 +362,7 @@ impl<'a> Follower<'a> {
             && pieces.all(|(a, b)| near(a.time, b.time))
     }
 
-    /// At pulse s the acceleration goes, and all is laid out anew.
+    /// At pulse s the acceleration goes, and all is laid out again.
     fn turn_over(mut self, s: f64, ways: &mut Vec<Self>) {
         let stop = self.braking;
         let (passed, state) = self.leg.at(s);

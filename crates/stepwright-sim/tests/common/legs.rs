@@ -55,7 +55,7 @@ impl Leg {
         Leg { v0: v, v_top: v, v_end: limits.start.min(v), d: limits.d, level: 0.0, fall, steps }
     }
 
-    /// The quickest way over so many steps, infinitely many too, from this speed
+    /// The quickest way over this many steps, infinitely many too, from this speed
     /// to rest; a stop where they are not enough.
     pub fn over(v: f64, steps: f64, limits: &Limits) -> Leg {
         let &Limits { start, top, a, d, .. } = limits;

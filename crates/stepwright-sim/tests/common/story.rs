@@ -13,7 +13,7 @@ use stepwright::{Accel, Change, Order, Refusal, Speed, Travel};
 use stepwright_protocol::{AxisId, Machine};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
-/// A change of mind, so many µs after the one before.
+/// A change of mind, this many µs after the one before.
 #[derive(Clone, Debug)]
 pub struct Whim {
     pub after: u32,
@@ -190,7 +190,7 @@ pub fn play<C: Count>(description: Description, story: &Story) -> Option<Told> {
     Some(Told { pulses, said, gap, hz })
 }
 
-/// Tells so many stories, of five changes each, or what `STEPWRIGHT_CASES` says.
+/// Tells this many stories, of five changes each, or what `STEPWRIGHT_CASES` says.
 pub fn tell_all<S: Strategy>(cases: u32, stories: S, tell: impl Fn(S::Value) -> usize) {
     let asked = std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok());
     let cases = asked.unwrap_or(cases);

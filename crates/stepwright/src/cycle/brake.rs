@@ -30,7 +30,7 @@ pub(super) struct Brake {
 }
 
 impl Brake {
-    /// From an interval of so many 2⁻¹⁶ ticks, by steps/s². `None` if it stands
+    /// From an interval of this many 2⁻¹⁶ ticks, by steps/s². `None` if it stands
     /// within a step.
     pub(super) fn new(hz: u32, interval: u64, decel: u32) -> Option<Brake> {
         let left = way(hz, interval, decel)?;
@@ -69,7 +69,7 @@ impl Brake {
     }
 }
 
-/// Steps to rest from an interval of so many 2⁻¹⁶ ticks: v²/2a, rounded up; `None`
+/// Steps to rest from an interval of this many 2⁻¹⁶ ticks: v²/2a, rounded up; `None`
 /// if less than one. Speeds in 2⁻⁸ steps/s, up to 16.7 million steps/s.
 fn way(hz: u32, interval: u64, decel: u32) -> Option<u32> {
     let v = ((u64::from(hz) << 24) / interval.max(1)).min(u32::MAX.into());

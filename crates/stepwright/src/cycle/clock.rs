@@ -40,7 +40,7 @@ pub(super) struct Beat {
     whole: u32,
     /// The fixed tick in µs; 0: there is none.
     pub period: u32,
-    /// Waits are dealt out in pieces of at most so many µs, below 2³¹ ticks.
+    /// Waits are dealt out in pieces of at most this many µs, below 2³¹ ticks.
     pub piece: u32,
     /// Steps a run may have, so that it stays true to 1/16 tick.
     pub longest: u16,

@@ -150,7 +150,7 @@ impl Homing {
         Ok(self.stage == Stage::Done)
     }
 
-    /// A part of the way: so many steps towards the end, or away from it.
+    /// A part of the way: this many steps towards the end, or away from it.
     fn go<T: StepTimer, D: Drive, S: Surroundings, const N: usize>(
         &mut self,
         cycle: &mut Cycle<'_, T, D, S, N>,

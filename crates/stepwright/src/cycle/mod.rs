@@ -151,7 +151,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         self.surroundings.enable(0);
     }
 
-    /// Says anew what a motor is. It stays where it is.
+    /// Says again what a motor is. It stays where it is.
     ///
     /// # Errors
     /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
@@ -393,7 +393,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         }
     }
 
-    /// Whether so many ticks are more than a fixed tick.
+    /// Whether this many ticks are more than a fixed tick.
     #[inline(never)]
     fn is_slow(&self, ticks: Ticks) -> bool {
         self.beat.micros(ticks) > self.beat.period

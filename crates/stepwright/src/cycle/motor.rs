@@ -44,7 +44,7 @@ impl Motor {
         Motor { min: Some(min), max: Some(max), ..self }
     }
 
-    /// The same, braking by so many steps/s².
+    /// The same, braking by this many steps/s².
     pub const fn braking(self, decel: u32) -> Motor {
         Motor { decel, ..self }
     }

@@ -206,7 +206,7 @@ impl<'a> Player<'a> {
         self.heading = None;
     }
 
-    /// Reckons positions from here on: the engine has counted `steps`.
+    /// Computes positions from here on: the engine has counted `steps`.
     pub(super) fn settle(&mut self, steps: i64) {
         self.base = self.position(steps);
         if self.calibration == Calibration::BoundsMax && steps != self.counted {
@@ -215,7 +215,7 @@ impl<'a> Player<'a> {
         (self.counted, self.planned) = (steps, 0);
     }
 
-    /// The position in the user's unit after so many steps.
+    /// The position in the user's unit after this many steps.
     pub(super) fn position(&self, steps: i64) -> i64 {
         let made = steps.wrapping_sub(self.counted);
         if self.calibration == Calibration::StartMin && made != 0 {

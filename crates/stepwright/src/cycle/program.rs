@@ -74,14 +74,14 @@ pub enum Program<'a> {
 pub enum Pace {
     /// A step.
     Step {
-        /// After so many ticks.
+        /// After this many ticks.
         ticks: Ticks,
         /// Which way.
         forward: bool,
     },
     /// No step yet: ask again. So what is to come may still change.
     Wait {
-        /// After so many ticks, 1 and more.
+        /// After this many ticks, 1 and more.
         ticks: Ticks,
     },
 }
@@ -113,9 +113,9 @@ pub enum Leg {
 /// What comes next in a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
-    /// So many steps with one delay as it is given, forward or backward.
+    /// This many steps with one delay as it is given, forward or backward.
     Steps { count: u32, delay: u32, forward: bool },
-    /// So many µs without a step.
+    /// This many µs without a step.
     Wait(u64),
     /// A step of its own, or a wait.
     Pace(Pace),

@@ -163,7 +163,7 @@ pub enum Refusal {
         /// Which motor.
         motor: u8,
     },
-    /// Faster than this board can step with so many motors moving.
+    /// Faster than this board can step with this many motors moving.
     TooFast {
         /// Which motor.
         motor: u8,

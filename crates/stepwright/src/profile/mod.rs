@@ -130,7 +130,7 @@ impl fmt::Display for Unfit {
             Unfit::NoRamp => "the ramp has no steps: give 1 or more",
             Unfit::BelowStart => {
                 "below the start speed, at which this travel ends: give that or more, \
-                 or stop and begin anew"
+                 or stop and start again"
             }
             Unfit::TooGentle => {
                 "the ramps are too gentle for this speed, or there are none, as in a travel \

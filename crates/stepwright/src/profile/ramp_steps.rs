@@ -20,7 +20,7 @@ use crate::units::{Accel, Rate, Speed};
 /// Half of a travel's ramps: how a change of speed is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ramp {
-    /// Over so many steps between start and top speed, 1 … 65535.
+    /// Over this many steps between start and top speed, 1 … 65535.
     Steps(u16),
     /// At a constant acceleration.
     Accel(Accel),

@@ -16,7 +16,7 @@ pub enum Part {
         /// Ticks before each step.
         delay: Ticks,
     },
-    /// No step for so many ticks: added to the next step's delay.
+    /// No step for this many ticks: added to the next step's delay.
     Wait(Ticks),
 }
 

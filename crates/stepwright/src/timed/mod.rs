@@ -1,9 +1,9 @@
 //! The timed driver: speed that changes on a clock, as the Arduino driver describes it.
 //!
 //! A motor steps at a virtual top, the clocks between two steps, which a
-//! [`fit`](crate::timer::fit) brings to a timer. Every so many milliseconds the top grows
+//! [`fit`](crate::timer::fit) brings to a timer. At a fixed interval the top grows
 //! or shrinks by a modification, which may double or halve each time; the motion ends
-//! after so many steps or milliseconds, or never.
+//! after this many steps or milliseconds, or never.
 //!
 //! ```text
 //!        foreground                                 step interrupt
@@ -25,7 +25,7 @@
 //!
 //! **Error.** None against the article's arithmetic: all of it is integers, and a time is
 //! the sum of the intervals that were played. The times of updates are exact multiples of
-//! their interval, as the interrupt reckons them from the steps themselves and needs no
+//! their interval, as the interrupt computes them from the steps themselves and needs no
 //! clock. What is ours where the article is silent: an update that would leave the
 //! valid range is not made, but sets `FAULT` (and `TIMER_DIV_ERROR` if it is too slow), and
 //! the motor goes on at its last valid speed; milliseconds end between two steps.

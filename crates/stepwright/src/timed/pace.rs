@@ -131,7 +131,7 @@ impl Period {
     }
 }
 
-/// Clocks of so many milliseconds: less than 2⁶³.
+/// Clocks of this many milliseconds: less than 2⁶³.
 pub(super) fn clocks_of(millis: u32, hz: u32) -> u64 {
     let (whole, part) = (hz / 1000, hz % 1000);
     // By seconds and the rest, so that the product with `part` needs no division by 1000

@@ -32,7 +32,7 @@ pub struct Timed {
     here: Here,
     /// Before the next event.
     due: Option<Ticks>,
-    /// Without `IRQ_TIMING`: the caller's check, every so many milliseconds.
+    /// Without `IRQ_TIMING`: the caller's check, at this interval in milliseconds.
     poll_ms: u32,
     /// Milliseconds of the last check, and clocks from the order to the last event.
     polled: u32,

@@ -215,7 +215,7 @@ impl Hardware {
         1u64 << (self.bits + largest)
     }
 
-    /// The lowest rate as the Arduino driver reckons it, one step each time that the counter
+    /// The lowest rate as the Arduino driver computes it, one step each time that the counter
     /// comes round, in 10⁻⁹ steps/s: 0.238418579 at 16 MHz.
     pub const fn slowest_nanosteps(&self) -> u64 {
         per_second(self.hz, self.span())
@@ -327,7 +327,7 @@ impl Fitted {
         per_second(self.hz, self.interval() as u64)
     }
 
-    /// The speed of a motor of so many steps a turn in truth, in 10⁻⁹ turns per minute.
+    /// The speed of a motor of this many steps a turn in truth, in 10⁻⁹ turns per minute.
     /// 0 steps a turn are taken for 1.
     pub const fn nanorpm(&self, steps_per_turn: u32) -> u64 {
         let steps = if steps_per_turn == 0 { 1 } else { steps_per_turn } as u128;
@@ -345,7 +345,7 @@ impl Fitted {
 
 const NANO: u64 = 1_000_000_000;
 
-/// Clocks per second in steps of so many clocks, in 10⁻⁹ steps/s, to the nearest.
+/// Clocks per second in steps of this many clocks, in 10⁻⁹ steps/s, to the nearest.
 const fn per_second(hz: u32, interval: u64) -> u64 {
     let interval = if interval == 0 { 1 } else { interval };
     (hz as u64 * NANO + interval / 2) / interval

@@ -16,7 +16,7 @@ use crate::link::serial::Share;
 use crate::say;
 use crate::talk::Talk;
 
-/// A file of settings has so many bytes at most; one with all of them and what they mean
+/// A file of settings has this many bytes at most; one with all of them and what they mean
 /// has some two thousand.
 const MOST: usize = 100_000;
 

@@ -11,7 +11,7 @@ use crate::units::{Accel, Rate, Speed, Ticks};
 pub enum C0 {
     /// c₀ by Eq 7, and nothing done about it: every later delay is too long by
     /// 1/0.676, so the ramp is one of 0.457 of the acceleration. The law's
-    /// steps are reckoned with that, so it reaches the same top speed.
+    /// steps are computed with that, so it reaches the same top speed.
     Exact,
     /// c₀ · 0.676 (Eq 15): starts with a fast step. What the article recommends.
     #[default]

@@ -99,7 +99,7 @@ impl LinearFactor {
         self
     }
 
-    /// Where the factor begins and ends, for so many pulses.
+    /// Where the factor begins and ends, for this many pulses.
     ///
     /// # Errors
     /// [`Unfit`] if the timer can't hold it.

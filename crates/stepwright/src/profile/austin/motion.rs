@@ -233,7 +233,7 @@ impl Motion {
         self.position.abs_diff(self.end)
     }
 
-    /// The place so many steps ahead.
+    /// The place this many steps ahead.
     fn ahead(&self, steps: u64) -> i64 {
         match self.forward {
             true => self.position.saturating_add_unsigned(steps),

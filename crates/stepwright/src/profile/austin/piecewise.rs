@@ -62,7 +62,7 @@ impl Piecewise {
         self
     }
 
-    /// The same with so many breaks, at most [`MOST_BREAKS`]; 0 is constant
+    /// The same with this many breaks, at most [`MOST_BREAKS`]; 0 is constant
     /// acceleration.
     pub const fn with_breaks(mut self, breaks: u8) -> Piecewise {
         self.breaks = if breaks > MOST_BREAKS { MOST_BREAKS } else { breaks };

@@ -6,7 +6,7 @@ use super::*;
 use proptest::prelude::*;
 use std::string::ToString;
 
-/// A number of 10⁻⁹ with so many decimals, as it would be printed.
+/// A number of 10⁻⁹ with this many decimals, as it would be printed.
 fn rounded(nano: u64, decimals: u32) -> u64 {
     let unit = 10u64.pow(9 - decimals);
     (nano + unit / 2) / unit

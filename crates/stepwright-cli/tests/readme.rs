@@ -1,0 +1,325 @@
+//! What the README says, held against what there is: its figures, its table of settings,
+//! its commands, its code and its links.
+
+#![cfg(unix)]
+
+mod common;
+
+use std::collections::HashMap;
+use std::error::Error;
+use std::fs::read_to_string;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use common::{Running, Scratch, stepwright, stepwright_with};
+use stepwright_protocol::Setting;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn readme() -> String {
+    read_to_string(root().join("README.md")).unwrap()
+}
+
+/// The rows of the table that begins with this line, as cells.
+fn table(head: &str) -> Vec<Vec<String>> {
+    let readme = readme();
+    let (_, rest) = readme.split_once(head).unwrap_or_else(|| panic!("no table {head:?}"));
+    let rows = rest.lines().skip(2).take_while(|line| line.starts_with('|'));
+    let cells = |row: &str| row.trim_matches('|').split('|').map(|c| c.trim().to_owned()).collect();
+    rows.map(cells).collect()
+}
+
+/// The lines of all blocks of code, without those that are marked with a language.
+fn blocks() -> Vec<Vec<String>> {
+    let (mut blocks, mut open) = (Vec::new(), None::<(bool, Vec<String>)>);
+    for line in readme().lines() {
+        open = match (open, line.strip_prefix("```")) {
+            (None, Some(language)) => Some((language.is_empty(), Vec::new())),
+            (Some((plain, lines)), Some(_)) => {
+                if plain {
+                    blocks.push(lines);
+                }
+                None
+            }
+            (Some((plain, mut lines)), None) => {
+                lines.push(line.to_owned());
+                Some((plain, lines))
+            }
+            (None, None) => None,
+        };
+    }
+    blocks
+}
+
+/// The first number of a text: `**116,927 steps/s**`, `1.30`.
+fn number(text: &str) -> Option<f64> {
+    let from = text.find(|c: char| c.is_ascii_digit())?;
+    let digits = text[from..].chars().take_while(|c| c.is_ascii_digit() || ",.".contains(*c));
+    digits.filter(|c| *c != ',').collect::<String>().trim_end_matches('.').parse().ok()
+}
+
+// ---- Figures ----
+
+/// A row of the README, and what it is called in `bench/avr.json`.
+const FIGURES: [(&str, &str, u64, &str); 14] = [
+    ("1 axis, ramps planned on the chip", "rate_ramps", 1, "queued"),
+    ("2 axes, each", "rate_ramps", 2, "queued"),
+    ("3 axes, each", "rate_ramps", 3, "queued"),
+    ("1 axis, the law in the interrupt", "rate_ramps", 1, "direct"),
+    ("3 axes at constant speed, each", "rate_constant", 3, "queued"),
+    ("one step by itself", "isolated", 1, "queued"),
+    ("… behind another, constant speed", "back_to_back_constant", 1, "queued"),
+    ("a step of a motor cycle, 3 motors at once", "cycle_step", 3, "cycle"),
+    ("longest piece of planning", "planning_burst", 3, "queued"),
+    ("RMS error of the intervals", "interval_rms", 1, "queued"),
+    ("acceleration, peak over nominal", "accel_peak", 1, "queued"),
+    ("… by the deadlines", "accel_peak_deadlines", 1, "queued"),
+    ("flash, everything on", "flash", 3, "queued"),
+    ("RAM", "ram", 3, "queued"),
+];
+
+/// The table of figures is the stored measurement, which `cargo xtask bench avr --check`
+/// holds against the firmware; and an aim is missed where it says so.
+#[test]
+fn its_figures_are_the_measured_ones() {
+    let stored = read_to_string(root().join("bench/avr.json")).unwrap();
+    let stored: serde_json::Value = serde_json::from_str(&stored).unwrap();
+    let stored: HashMap<_, _> = stored
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| {
+            let key = (row["name"].as_str().unwrap(), row["axes"].as_u64(), row["feed"].as_str());
+            (key, row["value"].as_f64().unwrap())
+        })
+        .collect();
+    let rows = table("| | Stepwright | best peer | aim |");
+    assert_eq!(rows.len(), FIGURES.len());
+    let mut wrong = Vec::new();
+    for (row, (label, name, axes, feed)) in rows.iter().zip(FIGURES) {
+        assert_eq!(row[0], label);
+        let measured = stored[&(name, Some(axes), Some(feed))];
+        let said = number(&row[1]).unwrap();
+        // To as many decimals as it is said with.
+        let text = row[1].trim_start_matches('*').split([' ', '*']).next().unwrap();
+        let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        let rounded: f64 = format!("{measured:.decimals$}").parse().unwrap();
+        if said != rounded {
+            wrong.push(format!("{label}: {said}, and {rounded} in bench/avr.json"));
+        }
+        let Some(aim) = number(&row[3]) else { continue };
+        let missed = if name.starts_with("rate") { measured < aim } else { measured > aim };
+        if missed != row[3].contains("missed") {
+            wrong.push(format!("{label}: {measured} and the aim {}", row[3]));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// `The board refuses orders beyond …`: exactly beyond.
+#[test]
+fn its_highest_speeds_are_those_that_are_admitted() {
+    let readme = readme();
+    let (_, rest) = readme.split_once("The board refuses orders beyond ").unwrap();
+    let inside = rest.split_once(". ").unwrap().0;
+    // `114,285 steps/s`, `one axis, 37,558 each`, `two, 21,248 each`, `three`.
+    let speeds: Vec<_> = inside.split("for ").map(number).collect();
+    for (axes, speed) in (1..).zip(&speeds[..3]) {
+        let speed = speed.unwrap() as u32;
+        assert!(admits(2, axes, speed) && !admits(2, axes, speed + 1), "{axes} at {speed}");
+    }
+    // With a longer pulse, to two figures.
+    let rows = table("| setting | range, default | what it does |");
+    let row = rows.iter().find(|row| row[0] == "`pulse-us`").unwrap();
+    let (from, rest) = row[2].split_once("from ").unwrap().1.split_once("axes make ").unwrap();
+    let pulse = number(from).unwrap() as u32;
+    for (axes, speed) in (1..).zip(rest.split(", ")) {
+        let speed = number(speed).unwrap() as u32;
+        let above = speed + speed / 40;
+        assert!(admits(pulse, axes, speed) && !admits(pulse, axes, above), "{axes} at {speed}");
+    }
+}
+
+/// Whether a board takes an order for axes of this speed, with pulses of so many µs.
+fn admits(pulse: u32, axes: usize, top: u32) -> bool {
+    let mut script = format!("$pulse-us={pulse}\rPO\r");
+    for axis in 1..=axes {
+        script += &format!("A{axis}\rs{top}\rt{top}\rG+9\r");
+    }
+    let ended = stepwright_with(&["board", "--stdio", "--fast"], (script + "E\r").as_bytes());
+    let answers: Vec<_> = ended.stdout.split('\r').take(3 + 4 * axes).collect();
+    assert!(answers[..2 + 4 * axes].iter().all(|answer| *answer == "Y"), "{}", ended.stdout);
+    answers[2 + 4 * axes] == "Y"
+}
+
+// ---- Settings ----
+
+/// Every setting has a row, with its range and its default, in the order of the line.
+#[test]
+fn its_settings_are_those_of_a_board() {
+    let mut rows = HashMap::new();
+    for row in table("| setting | range, default | what it does |") {
+        // `ahead-x` `-y` `-z`, `behind-x` …
+        let mut last = String::new();
+        for name in row[0].split('`').skip(1).step_by(2) {
+            last = match name.strip_prefix('-') {
+                Some(axis) => format!("{}-{axis}", last.rsplit_once('-').unwrap().0),
+                None => name.to_owned(),
+            };
+            rows.insert(last.clone(), row.clone());
+        }
+    }
+    assert_eq!(rows.len(), Setting::COUNT);
+    for setting in Setting::ALL {
+        let row = rows.get(setting.name()).unwrap_or_else(|| panic!("no row of {setting:?}"));
+        let (range, default) = row[1].split_once(", ").map_or((&row[1][..], ""), |_| {
+            // Commas stand in numbers too: the default is behind the last `, `.
+            row[1].rsplit_once(", ").unwrap()
+        });
+        let ends: Vec<_> =
+            range.split(if range.contains(" or ") { " or " } else { " to " }).collect();
+        let said = (number(ends[0]), number(ends[1]), number(default));
+        let is = |n: u32| Some(f64::from(n));
+        let (least, most) = setting.range().into_inner();
+        assert_eq!(said, (is(least), is(most), is(setting.default())), "{}", row[1]);
+        assert!(range.contains(setting.unit()), "{}: {range}", setting.name());
+        let elsewhere = row[2].contains("ot on an Uno") || row[2].contains("nor this setting");
+        assert_eq!(elsewhere, !setting.is_everywhere(), "{}: {}", setting.name(), row[2]);
+    }
+}
+
+// ---- Commands ----
+
+/// What the first command answers stands there to the letter.
+#[test]
+fn its_first_command_says_what_it_shows() {
+    let blocks = blocks();
+    let shown = blocks.iter().find(|block| block[0].starts_with("axis 1 by +4000")).unwrap();
+    let ended = stepwright(&["move", "4000", "--fast"]);
+    assert_eq!(ended.stdout.lines().collect::<Vec<_>>(), *shown);
+}
+
+/// Every command of it works: on a virtual board, or on one behind a pseudo-terminal.
+#[test]
+fn its_commands_work() {
+    let mut board = Running::start(&["board", "--pty"]);
+    let port = board.wait_out("").strip_prefix("pty ").expect("the first line").to_owned();
+    let folder = Scratch::new("readme");
+    std::fs::create_dir(folder.path()).unwrap();
+    let mut tried = 0;
+    for line in blocks().concat() {
+        let line = line.trim_start_matches("$ ").split("  #").next().unwrap().trim().to_owned();
+        let Some(line) = line.strip_prefix("stepwright ") else { continue };
+        let mut words: Vec<_> = line.split_whitespace().map(str::to_owned).collect();
+        match (&*words[0], words.iter().position(|word| word == "--port")) {
+            // Tests of their own: it waits for a program, and for a switch.
+            ("board" | "home", _) => continue,
+            (_, Some(at)) => words[at + 1] = port.clone(),
+            ("move" | "run" | "line", None) => words.push("--fast".to_owned()),
+            _ => {}
+        }
+        let output = Command::new(env!("CARGO_BIN_EXE_stepwright"))
+            .args(&words)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        tried += 1;
+    }
+    assert!(tried > 12, "{tried}");
+    std::fs::remove_dir_all(folder.path()).unwrap();
+    board.signal(rustix::process::Signal::INT);
+    board.end();
+}
+
+/// `printf … | stepwright board --stdio --fast`, and every line that the paragraph names.
+#[test]
+fn its_lines_are_those_of_the_protocol() {
+    let readme = readme();
+    let (_, rest) = readme.split_once("$ printf '").unwrap();
+    let script = rest.split_once('\'').unwrap().0.replace("\\r", "\r");
+    assert!(rest.contains("| stepwright board --stdio --fast"));
+    let ended = stepwright_with(&["board", "--stdio", "--fast"], script.as_bytes());
+    assert!(ended.stdout.starts_with("Y\rY\rY\rY\rY\rY\r"), "{}", ended.stdout);
+    let more = "F\rV1\rZ\rK\rI1\rg+\rK\rI1\rA2\rs5\rt50\ra500\rd500\r?\r$\rA1\rPO\rG+4000*0B\r";
+    let ended = stepwright_with(&["board", "--stdio", "--fast"], more.as_bytes());
+    let answers: Vec<_> = ended.stdout.split('\r').collect();
+    assert_eq!(answers[..13].join(" "), "R 0 Y Y Y Y Y Y Y Y Y Y Y", "{}", ended.stdout);
+    assert!(answers[13].starts_with("stepwright 0.1 ") && answers[14].starts_with("max-speed="));
+    assert_eq!(answers[15..18], ["Y", "Y", "Y*88"]);
+}
+
+// ---- Code and links ----
+
+#[allow(clippy::never_loop, unused_variables)]
+mod library {
+    use super::*;
+
+    pub fn example() -> Result<(), Box<dyn Error>> {
+        use stepwright::{Accel, Rate, Speed, profile::Trapezoid};
+
+        let law = Trapezoid::new(
+            Rate::from_hz(16_000_000)?,
+            Speed::ZERO,
+            Speed::from_steps(4000)?,
+            Accel::from_steps(10_000)?,
+        );
+        for delay in law.delays(4000)? {
+            // ticks until the next step
+        }
+        Ok(())
+    }
+}
+
+/// Its code is that of the function above, which compiles and runs.
+#[test]
+fn its_code_compiles() {
+    library::example().unwrap();
+    let readme = readme();
+    let (_, rest) = readme.split_once("```rust\n").unwrap();
+    let code = rest.split_once("```").unwrap().0;
+    let lines = |text: &str| text.lines().map(|line| line.trim().to_owned()).collect::<Vec<_>>();
+    let (code, here) = (lines(code), lines(include_str!("readme.rs")));
+    assert!(here.windows(code.len()).any(|part| part == code), "{code:#?}");
+}
+
+#[test]
+fn its_links_lead_somewhere() {
+    let mut files = vec![root().join("README.md")];
+    let docs = root().join("docs").read_dir().unwrap().map(|entry| entry.unwrap().path());
+    files.extend(docs.filter(|path| path.extension().is_some_and(|end| end == "md")));
+    let mut links = 0;
+    for file in files {
+        let text = read_to_string(&file).unwrap();
+        for rest in text.split("](").skip(1) {
+            let link = rest.split(')').next().unwrap();
+            let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
+            if link.starts_with("http") {
+                continue;
+            }
+            let to = if path.is_empty() { file.clone() } else { file.parent().unwrap().join(path) };
+            assert!(to.exists(), "{}: {link}", file.display());
+            if !anchor.is_empty() {
+                let heads = read_to_string(&to).unwrap();
+                let mut heads = heads.lines().filter(|line| line.starts_with('#')).map(slug);
+                assert!(heads.any(|head| head == anchor), "{}: {link}", file.display());
+            }
+            links += 1;
+        }
+    }
+    assert!(links > 40, "{links}");
+}
+
+/// The anchor of a heading.
+fn slug(heading: &str) -> String {
+    let text = heading.trim_start_matches('#').trim().to_lowercase();
+    text.chars()
+        .filter_map(|c| match c {
+            ' ' => Some('-'),
+            c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c),
+            _ => None,
+        })
+        .collect()
+}

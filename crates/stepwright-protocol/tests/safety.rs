@@ -242,8 +242,11 @@ fn a_g_ends_at_the_limit_and_says_so() {
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=L-- errors=-
          g+      E
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=limit uncertain=0 stop=L--
+         !       Y  -> clear
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
          g-      Y  -> start 1 50-1000 R200 R200 -1100
-         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=limit uncertain=0 stop=---
+         !       Y  -> clear
+         ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
          Z       Y  -> brake 1
          !       Y  -> clear
          *arrive 1

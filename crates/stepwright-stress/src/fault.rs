@@ -34,8 +34,12 @@ pub enum Rule {
     Driver,
     /// A closed switch stops its axis.
     Switch,
-    /// After a reset a position is not known.
-    Reset,
+    /// Nothing goes beyond a soft limit.
+    Limit,
+    /// An input that stops everything does.
+    Input,
+    /// Errors are kept until they are cleared.
+    Errors,
 }
 
 /// Their names, in the order of [`Rule`].
@@ -54,12 +58,14 @@ const NAMES: [&str; Rule::COUNT] = [
     "late",
     "driver",
     "switch",
-    "reset",
+    "limit",
+    "input",
+    "errors",
 ];
 
 impl Rule {
     /// How many there are.
-    pub const COUNT: usize = 15;
+    pub const COUNT: usize = 17;
 
     /// Whether a late step breaks it too.
     pub fn is_of_speed(self) -> bool {

@@ -6,6 +6,7 @@
 
 use crate::reason::{Reason, Reasons};
 use crate::settings::{self, Name};
+use crate::story::Can;
 
 /// The longest line that is understood, in bytes, without its CR.
 pub const LONGEST: usize = 24;
@@ -39,6 +40,8 @@ pub enum Line {
     Select(u8),
     /// `?`.
     Info,
+    /// `L` and a time in ms.
+    Lease(u32),
     /// `!`.
     Clear,
     /// `$`.
@@ -51,12 +54,12 @@ pub enum Line {
     Reset,
 }
 
-/// Reads a line without its CR; LF bytes before and behind it have been skipped. `jerk` tells whether
-/// the board knows `j`.
+/// Reads a line without its CR; LF bytes before and behind it have been skipped. `can` tells
+/// what the board knows.
 ///
 /// # Errors
 /// The reasons that a board may give.
-pub fn read(line: &[u8], jerk: bool) -> Result<Line, Reasons> {
+pub fn read(line: &[u8], can: Can) -> Result<Line, Reasons> {
     let bad = Err(Reason::Line.into());
     if line.len() > LONGEST {
         return bad;
@@ -69,7 +72,7 @@ pub fn read(line: &[u8], jerk: bool) -> Result<Line, Reasons> {
         b's' => Ok(Line::Manner(letter, number(rest, 0, 1_000_000)?)),
         b't' => Ok(Line::Manner(letter, number(rest, 1, 1_000_000)?)),
         b'a' | b'd' => Ok(Line::Manner(letter, number(rest, 1, 100_000_000)?)),
-        b'j' if jerk => Ok(Line::Manner(letter, number(rest, 0, 4_000_000_000)?)),
+        b'j' if can.jerk => Ok(Line::Manner(letter, number(rest, 0, 4_000_000_000)?)),
         b'j' => Err(Reason::NoJerk.into()),
         b'G' | b'@' => {
             let Some((sign, digits)) = rest.split_first() else { return bad };
@@ -88,9 +91,10 @@ pub fn read(line: &[u8], jerk: bool) -> Result<Line, Reasons> {
         b'I' => Ok(Line::Zero(number(rest, 1, 8)? as u8)),
         b'V' => Ok(Line::Position(number(rest, 1, 8)? as u8)),
         b'A' => Ok(Line::Select(number(rest, 0, 8)? as u8)),
+        b'L' if can.safety => Ok(Line::Lease(number(rest, 0, 60_000)?)),
         b'?' => plain(Line::Info),
         b'!' => plain(Line::Clear),
-        b'$' => setting(rest, jerk),
+        b'$' => setting(rest, can),
         _ => bad,
     }
 }
@@ -109,7 +113,7 @@ fn number(digits: &[u8], least: u32, most: u32) -> Result<u32, Reasons> {
 }
 
 /// What stands behind a `$`.
-fn setting(text: &[u8], jerk: bool) -> Result<Line, Reasons> {
+fn setting(text: &[u8], can: Can) -> Result<Line, Reasons> {
     let text = core::str::from_utf8(text).map_err(|_| Reason::Setting | Reason::Line)?;
     if text.is_empty() {
         return Ok(Line::All);
@@ -117,10 +121,10 @@ fn setting(text: &[u8], jerk: bool) -> Result<Line, Reasons> {
     let Some((name, digits)) = text.split_once('=') else {
         return match text {
             "reset" => Ok(Line::Reset),
-            name => settings::named(name, jerk).map(Line::Get).ok_or(Reason::Setting.into()),
+            name => settings::named(name, can).map(Line::Get).ok_or(Reason::Setting.into()),
         };
     };
-    let name = settings::named(name, jerk).ok_or(Reasons::from(Reason::Setting))?;
+    let name = settings::named(name, can).ok_or(Reasons::from(Reason::Setting))?;
     let (least, most) = name.range();
     number(digits.as_bytes(), least, most).map(|number| Line::Set(name, number))
 }
@@ -129,9 +133,12 @@ fn setting(text: &[u8], jerk: bool) -> Result<Line, Reasons> {
 mod tests {
     use super::*;
 
+    const ALL: Can = Can { jerk: true, safety: true };
+    const NONE: Can = Can { jerk: false, safety: false };
+
     #[test]
     fn the_table_of_the_grammar() {
-        let ok = |line: &str| read(line.as_bytes(), true).unwrap();
+        let ok = |line: &str| read(line.as_bytes(), ALL).unwrap();
         assert_eq!(ok("PO"), Line::Program);
         assert_eq!(ok("P0"), Line::Program);
         assert_eq!(ok("S0005"), Line::Manner(b'S', 5));
@@ -141,11 +148,12 @@ mod tests {
         assert_eq!(ok("A0"), Line::Select(0));
         assert_eq!(ok("j4000000000"), Line::Manner(b'j', 4_000_000_000));
         assert!(matches!(ok("$pulse-us=20"), Line::Set(_, 20)));
+        assert_eq!(ok("L60000"), Line::Lease(60_000));
     }
 
     #[test]
     fn what_is_no_line() {
-        let why = |line: &str| read(line.as_bytes(), true).unwrap_err();
+        let why = |line: &str| read(line.as_bytes(), ALL).unwrap_err();
         for line in ["", "po", "G5", "G+", "G+-5", "S 5", "PO1", "g", "F0", "V", "é"] {
             assert_eq!(why(line), Reason::Line.into(), "{line}");
         }
@@ -153,7 +161,9 @@ mod tests {
             assert_eq!(why(line), Reason::Range.into(), "{line}");
         }
         assert_eq!(why("$pulse"), Reason::Setting.into());
-        assert_eq!(read(b"j5", false).unwrap_err(), Reason::NoJerk.into());
+        assert_eq!(read(b"j5", NONE).unwrap_err(), Reason::NoJerk.into());
+        assert_eq!(read(b"L5", NONE).unwrap_err(), Reason::Line.into());
+        assert_eq!(read(b"$safe-start=1", NONE).unwrap_err(), Reason::Setting.into());
         assert_eq!(why("t0000000000000000000000001"), Reason::Line.into());
     }
 }

@@ -1,19 +1,18 @@
 //! The judge: bytes and edges in, in order of time; the first broken rule out.
 
+mod told;
+
 use stepwright_sim::Edge;
 
 use crate::fault::{Fault, Rule, Rules};
 use crate::grammar::{self, Line};
+use crate::guard::Guard;
 use crate::reason::{Reason, Reasons};
 use crate::settings::{self, Settings};
 use crate::slave::{Expect, Slave};
 use crate::story::{Board, Reset};
 use crate::sum;
 use crate::track::{Goal, Known, Measure, Track};
-
-/// How long a switch that has opened may still count as closed, in µs: `debounce-ms`, and
-/// a look every millisecond.
-const DEBOUNCE: u32 = 28_000;
 
 /// A line that waits for its answer.
 #[derive(Clone, Debug)]
@@ -37,13 +36,17 @@ pub struct Judge {
     pub(crate) settings: Settings,
     bytes: Vec<u8>,
     asked: Option<Asked>,
-    /// When the last line was complete, and the silence since then was obeyed.
+    /// When the last line was complete, and whether the silence since then was obeyed, as the
+    /// settings ask for and as a lease does.
     heard: u64,
-    silent: Silence,
+    silent: [Silence; 2],
+    /// Errors, leases, inputs.
+    pub(crate) guard: Guard,
     /// Levels of the switches' pins.
     switches: [bool; 8],
-    /// Until when a switch that has opened may count as closed, backward and forward.
-    held: [[u64; 2]; 8],
+    /// Until when a switch that has opened counts as closed, and may do so; backward and
+    /// forward.
+    held: [[(u64, u64); 2]; 8],
     enabled: Option<bool>,
     /// Settings that may be found after a loss of power, and when the last was made.
     stored: (Vec<Settings>, u64),
@@ -76,7 +79,7 @@ enum Silence {
 impl Judge {
     /// At power-up.
     pub fn new(board: &Board, rules: Rules) -> Judge {
-        let settings = Settings::new(board.jerk);
+        let settings = Settings::new(board.can);
         let mut judge = Judge {
             board: *board,
             measure: Measure {
@@ -96,11 +99,12 @@ impl Judge {
             bytes: Vec::new(),
             asked: None,
             heard: 0,
-            silent: Silence::No,
+            silent: [Silence::No; 2],
+            guard: Guard::new(),
             switches: [true; 8],
-            held: [[0; 2]; 8],
+            held: [[(0, 0); 2]; 8],
             enabled: None,
-            stored: (vec![Settings::new(board.jerk)], 0),
+            stored: (vec![Settings::new(board.can)], 0),
             unsure: false,
             moved: Known::No,
             ordered: None,
@@ -129,21 +133,38 @@ impl Judge {
             track.reverse = self.settings.has(settings::REVERSE, axis);
         }
         self.look_at_switches(now);
+        // Other settings may have moved a held switch to the other end, or away.
+        for sides in &mut self.held {
+            let latest = sides.iter().map(|(_, latest)| *latest).max().unwrap_or(0);
+            *sides = [(0, latest); 2];
+        }
+        // What the settings are after a reset is to be asked first.
+        if !self.unsure {
+            self.look_at_inputs(now);
+        }
     }
 
     fn look_at_switches(&mut self, now: u64) {
-        // A board that has no room for checksums has none for this either.
-        let debounce = if self.board.sums { self.board.ticks(DEBOUNCE) } else { 0 };
+        // A switch that has opened counts as closed for `debounce-ms`, if it was seen closed:
+        // it is looked at every millisecond.
+        let held = |since: u64| match self.settings.get(settings::DEBOUNCE) {
+            0 => (0, 0),
+            millis => {
+                let seen = now > since + self.measure.switch;
+                let surely = if seen { now + self.board.ticks(1000 * (millis - 1)) } else { 0 };
+                (surely, now + self.board.ticks(1000 * millis + 3000))
+            }
+        };
         for (axis, track) in self.tracks.iter_mut().enumerate() {
             let forward = self.settings.has(settings::SWITCH_FORWARD, axis);
             let closed = self.settings.has(settings::SWITCHES, axis)
                 && self.switches[axis] == self.settings.has(settings::SWITCH_HIGH, axis);
             for (side, since) in track.closed.iter_mut().enumerate() {
-                match (closed && forward == (side == 1), &since) {
+                match (closed && forward == (side == 1), *since) {
                     (true, None) => *since = Some(now),
-                    (false, Some(_)) => {
+                    (false, Some(from)) => {
                         *since = None;
-                        self.held[axis][side] = now + debounce;
+                        self.held[axis][side] = held(from);
                     }
                     _ => {}
                 }
@@ -152,15 +173,17 @@ impl Judge {
     }
 
     /// Time has come to `now`: what follows from that alone.
-    fn advance(&mut self, now: u64) -> Result<(), Fault> {
+    pub(crate) fn advance(&mut self, now: u64) -> Result<(), Fault> {
         self.hear_silence(now);
+        self.obey_inputs(now);
         for (track, held) in self.tracks.iter_mut().zip(self.held) {
             for (side, since) in track.closed.into_iter().enumerate() {
                 // It may be halted from the first moment on.
                 let ahead =
                     if side == 1 { track.most > track.count } else { track.least < track.count };
-                if (since.is_some() || now < held[side]) && ahead {
+                if (since.is_some() || now < held[side].1) && ahead && track.goal != Goal::Rest {
                     track.open(b'S');
+                    self.guard.note(b'S', Known::Maybe);
                 }
                 if since.is_some_and(|since| now > since + self.measure.switch) {
                     let edge = if side == 1 { &mut track.most } else { &mut track.least };
@@ -174,27 +197,39 @@ impl Judge {
 
     /// Moving axes brake when no line came for so long.
     fn hear_silence(&mut self, now: u64) {
-        let timeout = u64::from(self.settings.get(settings::TIMEOUT)) * 1000;
-        if timeout == 0 || self.silent == Silence::Obeyed {
-            return;
-        }
-        let from = self.heard + self.board.ticks_wide(timeout.saturating_sub(1000));
-        let until = self.heard + self.board.ticks_wide(timeout + 3000);
-        if now >= from && self.silent == Silence::No {
-            self.silent = Silence::Perhaps;
-        }
-        if self.silent == Silence::Perhaps && now >= until {
-            // A line that came before might have been in time, or not: see `answer`.
-            for track in &mut self.tracks {
-                match track.busy(until, &self.measure) {
-                    Known::Yes => {
-                        track.stops.soft(b'T', Known::Yes);
-                        track.brake(until, &self.measure);
-                    }
-                    _ => track.open(b'T'),
+        let timeout = self.settings.get(settings::TIMEOUT);
+        let limits = [(timeout, Known::Yes), self.guard.lease];
+        for (which, (millis, holds)) in limits.into_iter().enumerate() {
+            let micros = u64::from(millis) * 1000;
+            if millis == 0 || holds == Known::No || self.silent[which] == Silence::Obeyed {
+                continue;
+            }
+            let from = self.heard + self.board.ticks_wide(micros.saturating_sub(1000));
+            let until = self.heard + self.board.ticks_wide(micros + 3000);
+            if now >= from && self.silent[which] == Silence::No {
+                self.silent[which] = Silence::Perhaps;
+                if self.tracks.iter().any(|track| track.goal != Goal::Rest) {
+                    self.guard.note(b'T', Known::Maybe);
                 }
             }
-            self.silent = Silence::Obeyed;
+            if self.silent[which] == Silence::Perhaps && now >= until {
+                // A line that came before might have been in time, or not: see `answer`.
+                for track in &mut self.tracks {
+                    match (track.busy(until, &self.measure), holds) {
+                        (Known::Yes, Known::Yes) => {
+                            self.guard.note(b'T', Known::Yes);
+                            track.stops.soft(b'T', Known::Yes);
+                            track.brake(until, &self.measure);
+                        }
+                        _ => track.open(b'T'),
+                    }
+                }
+                self.silent[which] = Silence::Obeyed;
+                if which == 1 {
+                    // The next host may know nothing of it.
+                    self.guard.lease = (0, Known::No);
+                }
+            }
         }
     }
 
@@ -237,6 +272,19 @@ impl Judge {
         self.tracks.iter().filter(|track| beside(track)).count()
     }
 
+    /// What was stopped at once leaves the drivers off, where it is set to: to be seen before
+    /// a line.
+    fn look_at_drivers(&self, now: u64) -> Result<(), Fault> {
+        let on = self.enabled == Some(self.settings.get(settings::ENABLE_HIGH) != 0);
+        match self.guard.off {
+            // The level is that of before the line's last byte.
+            Some(off) if on && now > off + 2 * u64::from(self.board.byte) => {
+                self.broken(Rule::Driver, now, || format!("drivers are on, switched off at {off}"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// A fault of speed waits until the board has said whether a step was late.
     fn explain(&mut self, judged: Result<(), Fault>) -> Result<(), Fault> {
         match judged {
@@ -248,7 +296,12 @@ impl Judge {
         }
     }
 
-    fn broken(&self, rule: Rule, now: u64, what: impl FnOnce() -> String) -> Result<(), Fault> {
+    pub(crate) fn broken(
+        &self,
+        rule: Rule,
+        now: u64,
+        what: impl FnOnce() -> String,
+    ) -> Result<(), Fault> {
         self.measure.rules.broken(rule, now, what)
     }
 
@@ -265,10 +318,10 @@ impl Judge {
                 while bytes.last() == Some(&b'\n') {
                     bytes.pop();
                 }
-                let wants = self.board.sums && bytes.contains(&b'*');
+                let wants = self.board.can.safety && bytes.contains(&b'*');
                 let sum = wants && bytes.len() <= grammar::LONGEST + 3;
                 let line = match if sum { sum::bare(&bytes) } else { Some(&bytes[..]) } {
-                    Some(bare) => grammar::read(bare, self.board.jerk),
+                    Some(bare) => grammar::read(bare, self.board.can),
                     None => Err(Reason::Sum.into()),
                 };
                 let positions = match line {
@@ -302,10 +355,14 @@ impl Judge {
         let Some(mut asked) = self.asked.take() else {
             return self.broken(Rule::Answer, now, || "an answer that nobody asked for".into());
         };
-        if self.silent == Silence::Perhaps {
+        if self.silent.contains(&Silence::Perhaps) {
             self.tracks.iter_mut().for_each(|track| track.open(b'T'));
         }
+        if self.silent[1] == Silence::Perhaps {
+            self.guard.lease.1 = Known::Maybe;
+        }
         self.enabled = Some(enabled);
+        self.look_at_drivers(now)?;
         self.lines += 1;
         let Some(answer) = answer else {
             return self.broken(Rule::Answer, now, || format!("{:?} is not answered", asked.text));
@@ -317,6 +374,9 @@ impl Judge {
             return self.broken(Rule::Answer, now, what);
         };
         let answer = std::str::from_utf8(answer).unwrap_or("(binary)").to_owned();
+        if matches!(asked.line, Err(why) if why == Reason::Sum.into()) {
+            self.guard.note(b'c', Known::Yes);
+        }
         asked.expect = match asked.line {
             Ok(line) => self.expect(line, now),
             Err(why) => Expect::no(why),
@@ -326,7 +386,7 @@ impl Judge {
             (Ok(line), _) => self.accepted(line, &answer, &asked, now),
             (Err(_), _) => self.wrong(&asked, &answer, now),
         };
-        (self.heard, self.silent) = (now, Silence::No);
+        (self.heard, self.silent) = (now, [Silence::No; 2]);
         result
     }
 
@@ -366,24 +426,6 @@ impl Judge {
         self.obey(line, now)
     }
 
-    /// The answer to F.
-    fn told(&mut self, answer: &str, asked: &Asked, now: u64) -> Result<(), Fault> {
-        let busy = self.busy(self.slave.selected, now);
-        match answer {
-            "R" if busy != Known::Yes => self.settle(self.slave.selected, now),
-            "B" if busy != Known::No => Ok(()),
-            "R" => {
-                let goals: Vec<_> = self.tracks.iter().map(|t| (t.count, t.goal)).collect();
-                self.broken(Rule::Count, now, || format!("R before the end: {goals:?}"))
-            }
-            "B" => {
-                let goals: Vec<_> = self.tracks.iter().map(|t| (t.count, t.goal)).collect();
-                self.broken(Rule::Stop, now, || format!("B after the end: {goals:?}"))
-            }
-            _ => self.wrong(asked, answer, now),
-        }
-    }
-
     /// Whether any of these axes is busy.
     pub(crate) fn busy(&self, axes: u8, now: u64) -> Known {
         let chosen = self.tracks.iter().filter(|track| axes >> track.axis & 1 != 0);
@@ -398,67 +440,6 @@ impl Judge {
         self.explain(rested)
     }
 
-    /// The answer to V.
-    fn stands(&mut self, axis: u8, answer: &str, asked: &Asked, now: u64) -> Result<(), Fault> {
-        let (least, most) = asked.positions;
-        let Some(track) = self.tracks.get_mut(usize::from(axis) - 1) else {
-            return self.wrong(asked, answer, now);
-        };
-        track.known = Known::Yes;
-        match answer.parse::<i64>() {
-            Ok(at) if (least..=most).contains(&at) && at.to_string() == answer => Ok(()),
-            _ => self.broken(Rule::Position, now, || {
-                format!("V{axis} is {answer}, by the edges {least} … {most}")
-            }),
-        }
-    }
-
-    /// The answer to `?`.
-    fn described(&mut self, answer: &str, now: u64) -> Result<(), Fault> {
-        let word = |name: &str| {
-            answer.split(' ').find_map(|word| word.strip_prefix(name)?.strip_prefix('='))
-        };
-        let number = |name: &str| word(name).and_then(|word| word.parse::<u64>().ok());
-        match number("late") {
-            Some(0) => self.uneven.take().map_or(Ok(()), Err)?,
-            Some(late) if self.board.late && self.hard => (self.late, self.uneven) = (late, None),
-            _ => self.broken(Rule::Late, now, || format!("late steps: {answer}"))?,
-        }
-        let last = match self.slave.last {
-            None => word("last") == Some("none"),
-            Some(why) => word("last").is_some_and(|word| why.has(word)),
-        };
-        let fits = answer.starts_with("stepwright ")
-            && number("axes") == Some(self.tracks.len() as u64)
-            && number("refused") == Some(self.slave.refusals)
-            && number("max")
-                .is_some_and(|max| max > 0 && max <= self.settings.get(settings::MAX_SPEED).into())
-            && last;
-        if !fits {
-            let (refused, last) = (self.slave.refusals, self.slave.last);
-            self.broken(Rule::Answer, now, || {
-                format!("? is {answer:?}; refused should be {refused}, last {last:?}")
-            })?;
-        }
-        let stops = word("stop").unwrap_or("").as_bytes();
-        let known = stops.len() == self.tracks.len()
-            && self.tracks.iter_mut().zip(stops).all(|(track, stop)| track.stops.are(*stop));
-        if !known {
-            let stops: Vec<_> = self.tracks.iter().map(|track| track.stops).collect();
-            self.broken(Rule::Answer, now, || format!("stop= of {answer:?} should be {stops:?}"))?;
-        }
-        let uncertain = number("uncertain").unwrap_or(u64::MAX);
-        for track in &mut self.tracks {
-            let known = uncertain >> track.axis & 1 == 0;
-            if track.known == if known { Known::No } else { Known::Yes } {
-                return self
-                    .broken(Rule::Position, now, || format!("the positions known: {answer}"));
-            }
-            track.known = if known { Known::Yes } else { Known::No };
-        }
-        Ok(())
-    }
-
     /// Settings are kept in the background, a byte in 3.4 ms: for a while the old ones may be
     /// found as well.
     pub(crate) fn store(&mut self, now: u64) {
@@ -470,47 +451,9 @@ impl Judge {
         stored.push(self.settings.clone());
     }
 
-    /// The settings after a loss of power.
-    fn learn(&mut self, answer: &str, now: u64) {
-        if now > self.stored.1 + self.board.ticks(KEPT) {
-            let old = self.stored.0.len().saturating_sub(1);
-            self.stored.0.drain(..old);
-        }
-        let jerk = self.board.jerk;
-        let told = |settings: &Settings| {
-            let has = |name: settings::Name| {
-                let want = format!("{}={}", name.word(), settings.get(name));
-                answer.split(' ').any(|word| word == want)
-            };
-            settings::Name::all(jerk).all(has)
-        };
-        if let Some(at) = self.stored.0.iter().position(told) {
-            self.settings = self.stored.0.swap_remove(at);
-            self.stored = (vec![self.settings.clone()], 0);
-            self.set_up(now);
-        }
-        self.unsure = false;
-    }
-
     /// Late steps are forgotten, and what they would explain.
     pub(crate) fn forget_late(&mut self) {
         self.uneven = None;
-    }
-
-    /// The answer to `$` and `$name`.
-    fn listed(&mut self, line: Line, answer: &str, asked: &Asked, now: u64) -> Result<(), Fault> {
-        if self.unsure {
-            self.learn(answer, now);
-        }
-        let has = |name: settings::Name| {
-            let want = format!("{}={}", name.word(), self.settings.get(name));
-            answer.split(' ').any(|word| word == want)
-        };
-        let fits = match line {
-            Line::Get(name) => has(name) && !answer.contains(' '),
-            _ => settings::Name::all(self.board.jerk).all(has),
-        };
-        if fits { Ok(()) } else { self.wrong(asked, answer, now) }
     }
 
     /// A switch's pin changes.
@@ -530,7 +473,8 @@ impl Judge {
     pub(crate) fn blocked(&self, axis: usize, forward: bool, now: u64) -> Known {
         let side = usize::from(forward);
         match self.tracks.get(axis).and_then(|track| track.closed[side]) {
-            None if now < self.held[axis][side] => Known::Maybe,
+            None if now < self.held[axis][side].0 => Known::Yes,
+            None if now < self.held[axis][side].1 => Known::Maybe,
             None => Known::No,
             Some(since) if now <= since + self.measure.switch => Known::Maybe,
             Some(_) => Known::Yes,
@@ -560,7 +504,9 @@ impl Judge {
             track.stops.hard(b'R', lost);
         }
         self.bytes.clear();
-        (self.asked, self.heard, self.silent) = (None, now, Silence::No);
+        (self.asked, self.heard, self.silent) = (None, now, [Silence::No; 2]);
+        self.held = [[(0, 0); 2]; 8];
+        self.guard.reset(lost);
         self.unsure = true;
         self.set_up(now);
         Ok(())

@@ -17,6 +17,7 @@
 
 pub mod fault;
 pub mod grammar;
+pub mod guard;
 pub mod judge;
 pub mod limits;
 pub mod make;

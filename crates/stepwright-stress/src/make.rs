@@ -3,7 +3,7 @@
 
 use fastrand::Rng;
 
-use crate::story::{Act, Board, Reset, Story};
+use crate::story::{Act, Board, Input, Reset, Story};
 use crate::sum::crc;
 
 /// What stories are to be about.
@@ -83,11 +83,14 @@ struct Teller<'r> {
 fn tell(rng: &mut Rng, board: Board, taste: Taste) -> Story {
     let noise = if rng.u8(..3) == 0 { scale(rng, 2.0, 60.0) as u32 } else { 0 };
     let fastest = f64::from(board.hz) / f64::from(board.cost[0]);
-    let sums = board.sums && rng.u8(..4) == 0;
+    let sums = board.can.safety && rng.u8(..4) == 0;
     let mut teller =
         Teller { rng, board, taste, acts: Vec::new(), noise, damaged: 0, sums, fastest };
     if teller.rng.u8(..3) == 0 {
         teller.settings();
+    }
+    if teller.board.can.safety && teller.one_in(3) {
+        teller.guards();
     }
     let length = teller.rng.usize(2..=taste.acts);
     while teller.acts.len() < length {
@@ -181,7 +184,7 @@ impl Teller<'_> {
                 }
             }
         }
-        if self.board.jerk && self.one_in(5) {
+        if self.board.can.jerk && self.one_in(5) {
             let time = scale(self.rng, 0.001, 0.1);
             let jerk = (f64::from(self.slope(top)) / time).clamp(1.0, 4e9) as u32;
             self.say(format!("j{jerk}"));
@@ -292,9 +295,43 @@ impl Teller<'_> {
         }
     }
 
+    /// Settings that guard a machine; one, or some.
+    fn guards(&mut self) {
+        let name = ["x", "y", "z"][self.rng.usize(..3)];
+        let far = scale(self.rng, 1.0, 3000.0) as u32;
+        let set = self.rng.u32(..8);
+        let millis = [0, 1, 5, 25, 250][self.rng.usize(..5)];
+        match self.rng.u8(..9) {
+            0..=2 => {
+                for side in ["ahead", "behind"] {
+                    if !self.one_in(4) {
+                        self.say(format!("${side}-{name}={far}"));
+                    }
+                }
+                let set = if self.rng.bool() { 7 } else { set };
+                self.say(format!("$soft-limits={set}"));
+            }
+            3 => self.say(format!("$safe-start={}", set.min(1))),
+            4 => self.say(format!("$home-first={}", set.min(1))),
+            5 => self.say(format!("$kill-off={}", set.min(1))),
+            6 => self.say(format!("$estop={}", set % 3)),
+            7 => self.say(format!("$driver-fault={}", set % 3)),
+            _ => self.say(format!("$debounce-ms={millis}")),
+        }
+        if self.rng.bool() {
+            self.guards();
+        }
+    }
+
+    /// A host that may fall silent.
+    fn lease(&mut self) {
+        let millis = if self.one_in(3) { 0 } else { self.rng.u32(..60) };
+        self.say(format!("L{millis}"));
+    }
+
     /// Anything.
     fn babble(&mut self) {
-        let letters = b"PSTRG@gEFZKIVAstadj?!$O0123456789+-=x \n";
+        let letters = b"PSTRG@gEFZKIVALstadj?!$O0123456789+-=x \n";
         let length = self.rng.usize(..8);
         let line: String =
             (0..length).map(|_| char::from(*self.rng.choice(letters).unwrap_or(&b'x'))).collect();
@@ -305,11 +342,33 @@ impl Teller<'_> {
         if self.one_in(3) {
             let (reset, _) = *self.rng.choice(&Reset::ALL).unwrap_or(&Reset::ALL[0]);
             self.acts.push(Act::Reset(reset));
+        } else if self.board.can.safety && self.one_in(3) {
+            let (input, _) = Input::ALL[self.rng.usize(..2)];
+            let high = self.rng.bool();
+            self.acts.push(Act::Input(input, high));
+            if self.rng.bool() {
+                self.wait();
+            }
+        } else if self.one_in(3) {
+            self.press();
         } else {
             let axis = self.rng.u8(..self.board.axes);
             let high = self.rng.bool();
             self.acts.push(Act::Switch(axis, high));
         }
+    }
+
+    /// A switch is pressed and let go, and an order follows.
+    fn press(&mut self) {
+        let axis = self.rng.u8(..self.board.axes);
+        self.say("$switches=7");
+        for high in [false, true] {
+            self.acts.push(Act::Switch(axis, high));
+            self.wait();
+        }
+        let sign = self.sign();
+        self.say(format!("A{}", axis + 1));
+        self.say(format!("g{sign}"));
     }
 
     fn scene(&mut self) {
@@ -342,8 +401,10 @@ impl Teller<'_> {
                 self.say(format!("I{axis}"));
             }
             26 => self.say("Z"),
+            27 if self.board.can.safety && self.rng.bool() => self.guards(),
             27 => self.settings(),
             28 => self.babble(),
+            29 if self.board.can.safety && self.one_in(3) => self.lease(),
             29 => self.say("!"),
             30 if self.taste.events => self.event(),
             _ => {

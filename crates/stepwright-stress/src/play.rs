@@ -10,7 +10,7 @@ use stepwright_sim::{
 
 use crate::fault::{Fault, Rule, Rules};
 use crate::judge::Judge;
-use crate::story::{Act, Board, Reset, Story};
+use crate::story::{Act, Board, Input, Reset, Story};
 use crate::track::Goal;
 
 /// A board from outside: its line, its pins, its clock.
@@ -29,6 +29,8 @@ pub trait Bench {
     fn enabled(&self) -> bool;
     /// Sets the level of a switch's pin.
     fn switch(&mut self, axis: u8, high: bool);
+    /// Sets the level of an input that stops everything, where there is one.
+    fn input(&mut self, input: Input, high: bool);
     /// Ticks in which every line is answered.
     fn patience(&self) -> u64;
 }
@@ -100,6 +102,10 @@ impl<'s> Player<'s> {
                 Act::Switch(axis, high) => {
                     self.judge.switch(*axis, *high, bench.now())?;
                     bench.switch(*axis, *high);
+                }
+                Act::Input(input, high) => {
+                    self.judge.input(*input, *high, bench.now())?;
+                    bench.input(*input, *high);
                 }
                 Act::Reset(reset) => {
                     self.look(bench, u64::MAX)?;
@@ -228,7 +234,7 @@ pub fn simulate(story: &Story, rules: Rules) -> Result<Sum, Fault> {
 
 fn simulate_on<C: Count>(story: &Story, rules: Rules) -> Result<Sum, Fault> {
     let mut player = Player::new(story, rules);
-    let (mut base, mut switches) = (0, [true; 3]);
+    let (mut base, mut switches, mut inputs) = (0, [true; 3], [true; 2]);
     let mut remains = Remains { eeprom: EMPTY, mark: Mark::NONE };
     let mut why = Reset::Power;
     loop {
@@ -239,12 +245,14 @@ fn simulate_on<C: Count>(story: &Story, rules: Rules) -> Result<Sum, Fault> {
             base,
             byte: story.board.byte.into(),
             switches,
+            inputs,
             said: VecDeque::new(),
         };
+        Input::ALL.into_iter().zip(inputs).for_each(|((input, _), high)| bench.input(input, high));
         (0..).zip(switches).for_each(|(axis, high)| bench.board.set_switch(axis, high));
         let Some(reset) = player.play(&mut bench)? else { return Ok(player.sum(&bench)) };
-        (why, base, switches, remains) =
-            (reset, bench.now(), bench.switches, bench.board.remains());
+        (why, base, remains) = (reset, bench.now(), bench.board.remains());
+        (switches, inputs) = (bench.switches, bench.inputs);
         if reset == Reset::Power {
             remains.mark = Mark::NONE;
         }
@@ -267,6 +275,7 @@ struct Simulated<'q, C: Count> {
     base: u64,
     byte: u64,
     switches: [bool; 3],
+    inputs: [bool; 2],
     said: VecDeque<(u64, u8)>,
 }
 
@@ -324,6 +333,14 @@ impl<C: Count> Bench for Simulated<'_, C> {
         if let Some(level) = self.switches.get_mut(usize::from(axis)) {
             *level = high;
         }
+    }
+
+    fn input(&mut self, input: Input, high: bool) {
+        match input {
+            Input::Emergency => self.board.set_emergency(high),
+            Input::Driver => self.board.set_driver_fault(high),
+        }
+        self.inputs[usize::from(input == Input::Driver)] = high;
     }
 
     fn patience(&self) -> u64 {

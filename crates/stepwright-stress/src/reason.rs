@@ -25,10 +25,12 @@ pub enum Reason {
     NoJerk,
     TooGentle,
     Sum,
+    Stopped,
+    Limit,
 }
 
 /// The words, in the order of [`Reason`].
-const WORDS: [&str; 18] = [
+const WORDS: [&str; 20] = [
     "line",
     "range",
     "axis",
@@ -47,6 +49,8 @@ const WORDS: [&str; 18] = [
     "no-jerk",
     "too-gentle",
     "sum",
+    "stopped",
+    "limit",
 ];
 
 /// A set of reasons, one of which a board may name.

@@ -1,5 +1,7 @@
 //! The settings that the documentation names, with ranges and defaults.
 
+use crate::story::Can;
+
 /// A setting, by its place in `TABLE`.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Name(usize);
@@ -10,26 +12,47 @@ impl std::fmt::Debug for Name {
     }
 }
 
-/// Name, least, most, default: the table of the README.
-const TABLE: [(&str, u32, u32, u32); COUNT] = [
-    ("max-speed", 1, 1_000_000, 1_000_000),
-    ("max-accel", 1, 100_000_000, 100_000_000),
-    ("idle-ms", 0, 3_600_000, 0),
-    ("timeout-ms", 0, 60_000, 0),
-    ("enable-ms", 0, 1000, 1),
-    ("setup-us", 0, 1000, 1),
-    ("hold-us", 0, 1000, 1),
-    ("pulse-us", 1, 20, 2),
-    ("reverse", 0, 7, 0),
-    ("enable-high", 0, 1, 0),
-    ("switches", 0, 7, 0),
-    ("switch-forward", 0, 7, 0),
-    ("switch-high", 0, 7, 0),
-    ("law", 0, 1, 1),
+/// Name, least, most, default, and which boards have it: the table of the README.
+const TABLE: [(&str, u32, u32, u32, On); COUNT] = [
+    ("max-speed", 1, 1_000_000, 1_000_000, On::Every),
+    ("max-accel", 1, 100_000_000, 100_000_000, On::Every),
+    ("idle-ms", 0, 3_600_000, 0, On::Every),
+    ("timeout-ms", 0, 60_000, 0, On::Every),
+    ("enable-ms", 0, 1000, 1, On::Every),
+    ("setup-us", 0, 1000, 1, On::Every),
+    ("hold-us", 0, 1000, 1, On::Every),
+    ("pulse-us", 1, 20, 2, On::Every),
+    ("reverse", 0, 7, 0, On::Every),
+    ("enable-high", 0, 1, 0, On::Every),
+    ("switches", 0, 7, 0, On::Every),
+    ("switch-forward", 0, 7, 0, On::Every),
+    ("switch-high", 0, 7, 0, On::Every),
+    ("law", 0, 1, 1, On::Jerk),
+    ("ahead-x", 0, 1_000_000_000, 0, On::Safety),
+    ("ahead-y", 0, 1_000_000_000, 0, On::Safety),
+    ("ahead-z", 0, 1_000_000_000, 0, On::Safety),
+    ("behind-x", 0, 1_000_000_000, 0, On::Safety),
+    ("behind-y", 0, 1_000_000_000, 0, On::Safety),
+    ("behind-z", 0, 1_000_000_000, 0, On::Safety),
+    ("soft-limits", 0, 7, 0, On::Safety),
+    ("safe-start", 0, 1, 0, On::Safety),
+    ("home-first", 0, 1, 0, On::Safety),
+    ("estop", 0, 2, 0, On::Safety),
+    ("driver-fault", 0, 2, 0, On::Safety),
+    ("kill-off", 0, 1, 0, On::Safety),
+    ("debounce-ms", 0, 250, 25, On::Safety),
 ];
 
+/// Boards that have a setting.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum On {
+    Every,
+    Jerk,
+    Safety,
+}
+
 /// How many there are.
-pub const COUNT: usize = 14;
+pub const COUNT: usize = 27;
 
 /// The highest top speed, in steps/s.
 pub const MAX_SPEED: Name = Name(0);
@@ -57,16 +80,38 @@ pub const SWITCH_FORWARD: Name = Name(11);
 pub const SWITCH_HIGH: Name = Name(12);
 /// Whether a jerk bends the ramps.
 pub const LAW: Name = Name(13);
+/// The soft limits forward of 0, by axis.
+pub const AHEAD: [Name; 3] = [Name(14), Name(15), Name(16)];
+/// The soft limits backward of 0, by axis.
+pub const BEHIND: [Name; 3] = [Name(17), Name(18), Name(19)];
+/// Axes that have soft limits.
+pub const SOFT_LIMITS: Name = Name(20);
+/// Orders wait for `!` after a stop.
+pub const SAFE_START: Name = Name(21);
+/// G and @ want a known position.
+pub const HOME_FIRST: Name = Name(22);
+/// The emergency stop: none, a low level, a high one.
+pub const EMERGENCY: Name = Name(23);
+/// The fault of a driver, likewise.
+pub const DRIVER_FAULT: Name = Name(24);
+/// What stops at once switches the drivers off.
+pub const KILL_OFF: Name = Name(25);
+/// How long a switch that has opened counts as closed, in ms.
+pub const DEBOUNCE: Name = Name(26);
 
-/// The setting of this name, on a board that knows S-curves or not.
-pub fn named(name: &str, jerk: bool) -> Option<Name> {
-    Name::all(jerk).find(|known| known.word() == name)
+/// The setting of this name, on a board that can so much.
+pub fn named(name: &str, can: Can) -> Option<Name> {
+    Name::all(can).find(|known| known.word() == name)
 }
 
 impl Name {
-    /// Every setting of a board that knows S-curves or not.
-    pub fn all(jerk: bool) -> impl Iterator<Item = Name> {
-        (0..COUNT).map(Name).filter(move |name| jerk || *name != LAW)
+    /// Every setting of a board that can so much.
+    pub fn all(can: Can) -> impl Iterator<Item = Name> {
+        (0..COUNT).map(Name).filter(move |name| match TABLE[name.0].4 {
+            On::Every => true,
+            On::Jerk => can.jerk,
+            On::Safety => can.safety,
+        })
     }
 
     /// Its name on the line.
@@ -85,10 +130,10 @@ impl Name {
 pub struct Settings([u32; COUNT]);
 
 impl Settings {
-    /// The defaults of a board, which knows S-curves or not.
-    pub fn new(jerk: bool) -> Settings {
-        let mut settings = Settings(TABLE.map(|row| row.3));
-        settings.set(LAW, jerk.into());
+    /// The defaults of a board that can so much; what it has no setting for is off.
+    pub fn new(can: Can) -> Settings {
+        let mut settings = Settings([0; COUNT]);
+        Name::all(can).for_each(|name| settings.set(name, TABLE[name.0].3));
         settings
     }
 

@@ -2,6 +2,7 @@
 
 use crate::fault::Fault;
 use crate::grammar::Line;
+use crate::guard::Travel;
 use crate::judge::Judge;
 use crate::limits::Limits;
 use crate::reason::{Reason, Reasons};
@@ -24,14 +25,15 @@ impl Expect {
         Expect { yes: false, no: why.into() }
     }
 
-    const YES: Expect = Expect { yes: true, no: Reasons::NONE };
+    pub(crate) const YES: Expect = Expect { yes: true, no: Reasons::NONE };
 
     /// E while it is busy.
     fn idle(busy: Known) -> Expect {
         Expect::unless(busy, Reason::Busy)
     }
 
-    fn unless(bad: Known, why: Reason) -> Expect {
+    /// E if it is bad.
+    pub(crate) fn unless(bad: Known, why: Reason) -> Expect {
         match bad {
             Known::No => Expect::YES,
             Known::Maybe => Expect { yes: true, no: why.into() },
@@ -40,7 +42,7 @@ impl Expect {
     }
 
     /// Both have to hold.
-    fn and(self, other: Expect) -> Expect {
+    pub(crate) fn and(self, other: Expect) -> Expect {
         Expect { yes: self.yes && other.yes, no: self.no | other.no }
     }
 }
@@ -55,24 +57,9 @@ struct Manner {
     down: u32,
     jerk: u32,
     /// The travel of the order that is open.
-    staged: Option<Staged>,
+    staged: Option<Travel>,
     /// The limits of the travel in progress, which a change begins from.
     travel: Limits,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Staged {
-    By(i64),
-    Endless(bool),
-}
-
-impl Staged {
-    fn forward(self) -> bool {
-        match self {
-            Staged::By(steps) => steps >= 0,
-            Staged::Endless(forward) => forward,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +67,8 @@ enum Open {
     No,
     Yes,
     Spoiled(Reasons),
+    /// It may have been spoiled.
+    Doubted(Reasons),
 }
 
 /// Whether the axis that A named is still meant.
@@ -132,7 +121,26 @@ impl Slave {
         match (line, self.order) {
             (Some(Line::Run(_)), Open::No) => self.forget(),
             (_, Open::Yes) => self.order = Open::Spoiled(why),
+            (_, Open::Doubted(first)) => self.order = Open::Spoiled(first | why),
             _ => {}
+        }
+    }
+
+    /// An open order is not carried out any more.
+    pub fn spoil(&mut self, why: Reasons) {
+        match self.order {
+            Open::Yes => self.order = Open::Spoiled(why),
+            Open::Doubted(first) => self.order = Open::Spoiled(first | why),
+            Open::No | Open::Spoiled(_) => {}
+        }
+    }
+
+    /// It may have been spoiled.
+    pub fn may_spoil(&mut self, why: Reasons) {
+        match self.order {
+            Open::Yes => self.order = Open::Doubted(why),
+            Open::Doubted(first) => self.order = Open::Doubted(first | why),
+            Open::No | Open::Spoiled(_) => {}
         }
     }
 
@@ -203,7 +211,7 @@ impl Judge {
             Line::Run(forward) => match slave.order {
                 Open::No => {
                     let travels = (0..self.tracks.len()).map(|n| {
-                        (slave.selected >> n & 1 != 0).then_some(Staged::Endless(forward))
+                        (slave.selected >> n & 1 != 0).then_some(Travel::Endless(forward))
                     });
                     let start = self.start(travels.collect(), now);
                     match busy {
@@ -218,6 +226,11 @@ impl Judge {
                 Open::No => Expect::no(Reason::NoPo),
                 Open::Spoiled(why) => Expect::no(why),
                 Open::Yes => self.start(slave.axes.iter().map(|axis| axis.staged).collect(), now),
+                Open::Doubted(why) => {
+                    let start =
+                        self.start(slave.axes.iter().map(|axis| axis.staged).collect(), now);
+                    Expect { no: start.no | why, ..start }
+                }
             },
             Line::Zero(n) if usize::from(n) <= self.tracks.len() => {
                 Expect::idle(self.busy(1 << (n - 1), now))
@@ -233,13 +246,14 @@ impl Judge {
             | Line::Kill
             | Line::Info
             | Line::Clear
+            | Line::Lease(_)
             | Line::All
             | Line::Get(_) => Expect::YES,
         }
     }
 
     /// Whether these travels may begin.
-    fn start(&self, travels: Vec<Option<Staged>>, now: u64) -> Expect {
+    fn start(&self, travels: Vec<Option<Travel>>, now: u64) -> Expect {
         if travels.iter().all(Option::is_none) {
             return Expect::no(Reason::NoTravel);
         }
@@ -252,16 +266,14 @@ impl Judge {
             expect = expect.and(Expect::idle(self.tracks[n].busy(now, self.measure())));
             expect = expect.and(manner.allowed(&self.settings));
             expect = expect.and(self.slow(&limits));
-            let endless = matches!(travel, Staged::Endless(_));
+            expect = expect.and(self.stopped()).and(self.admit(n, travel));
+            let (steps, most_steps) = self.steps(n, travel);
+            let endless = most_steps.is_infinite();
             expect.no = expect.no | self.reason(limits.is_gentle(endless), Reason::TooGentle);
-            if travel != Staged::By(0) {
+            if travel != Travel::By(0) {
                 expect = expect
                     .and(Expect::unless(self.blocked(n, travel.forward(), now), Reason::Fault));
-                let steps = match travel {
-                    Staged::By(steps) => steps.abs() as f64,
-                    Staged::Endless(_) => f64::INFINITY,
-                };
-                let most = Limits { jerk: f64::INFINITY, ..limits }.peak(steps);
+                let most = Limits { jerk: f64::INFINITY, ..limits }.peak(most_steps);
                 if most > 0.0 {
                     fresh.push((n, limits.peak(steps), most));
                 }
@@ -332,6 +344,9 @@ impl Judge {
             if busy == Known::No {
                 continue;
             }
+            if letter == b'd' {
+                expect = expect.and(self.admit_decel(n, busy));
+            }
             let limits = changed(track.limits, letter, number);
             let below = letter == b't' && f64::from(number) < track.limits.start;
             let over = number > self.settings.get(limit);
@@ -366,6 +381,7 @@ impl Judge {
         {
             let rests = track.busy(now, self.measure()).not();
             expect = expect.and(Expect::unless(rests, Reason::NoTravel));
+            expect = expect.and(self.admit_target(n, steps));
             for forward in [false, true] {
                 let blocked = self.blocked(n, forward, now) != Known::No;
                 expect.no = expect.no | self.reason(blocked, Reason::Fault);
@@ -388,7 +404,11 @@ impl Judge {
                 let slave = &mut self.slave;
                 slave.forget();
                 slave.axes.iter_mut().for_each(|axis| axis.jerk = 0);
-                slave.order = Open::Yes;
+                // An active input spoils it the next moment.
+                slave.order = match self.guard.is_stopping() {
+                    true => Open::Doubted(Reason::Fault.into()),
+                    false => Open::Yes,
+                };
                 if slave.naming == Naming::Said && slave.selected != 1 {
                     (slave.naming, slave.selected) = (Naming::Unclear, slave.selected | 1);
                 } else {
@@ -398,11 +418,11 @@ impl Judge {
             Line::Manner(letter, number) => self.manner(letter, number, now)?,
             Line::Go(steps) => {
                 self.settle(selected, now)?;
-                self.slave.chosen().for_each(|axis| axis.staged = Some(Staged::By(steps)));
+                self.slave.chosen().for_each(|axis| axis.staged = Some(Travel::By(steps)));
             }
             Line::Run(forward) => {
                 self.settle(selected, now)?;
-                self.slave.chosen().for_each(|axis| axis.staged = Some(Staged::Endless(forward)));
+                self.slave.chosen().for_each(|axis| axis.staged = Some(Travel::Endless(forward)));
                 if self.slave.order == Open::No {
                     self.go(now)?;
                 }
@@ -411,7 +431,7 @@ impl Judge {
             Line::Retarget(steps) => {
                 for track in self.tracks.iter_mut().filter(|track| selected >> track.axis & 1 != 0)
                 {
-                    track.stops = Stops::NONE;
+                    (track.stops, track.bounded) = (Stops::NONE, Known::No);
                     track.retarget(now, steps, &measure);
                 }
             }
@@ -425,6 +445,10 @@ impl Judge {
             }
             Line::Kill => {
                 self.ordered = Some(now);
+                self.guard.note(b'K', Known::Yes);
+                if self.settings.get(settings::KILL_OFF) != 0 {
+                    self.guard.off = Some(now);
+                }
                 for track in &mut self.tracks {
                     let busy = track.busy(now, &measure);
                     track.stops.hard(b'K', busy);
@@ -437,9 +461,7 @@ impl Judge {
                     }
                     track.halt();
                 }
-                if self.slave.order == Open::Yes {
-                    self.slave.order = Open::Spoiled(Reason::Killed.into());
-                }
+                self.slave.spoil(Reason::Killed.into());
             }
             Line::Zero(n) => {
                 self.settle(1 << (n - 1), now)?;
@@ -453,7 +475,18 @@ impl Judge {
             Line::Clear => {
                 (self.slave.refusals, self.slave.last) = (0, None);
                 self.forget_late();
-                self.tracks.iter_mut().for_each(|track| track.stops = Stops::NONE);
+                self.guard.clear(now);
+                for track in &mut self.tracks {
+                    track.stops = Stops::NONE;
+                    track.bounded = match (track.bounded, track.busy(now, &measure)) {
+                        (bounded, Known::Yes) => bounded,
+                        (Known::No, _) | (_, Known::No) => Known::No,
+                        _ => Known::Maybe,
+                    };
+                }
+            }
+            Line::Lease(millis) => {
+                self.guard.lease = (millis, if millis == 0 { Known::No } else { Known::Yes });
             }
             Line::Set(name, number) => {
                 self.settle(u8::MAX, now)?;
@@ -463,7 +496,7 @@ impl Judge {
             }
             Line::Reset => {
                 self.settle(u8::MAX, now)?;
-                self.settings = Settings::new(self.board().jerk);
+                self.settings = Settings::new(self.board().can);
                 self.store(now);
                 self.set_up(now);
             }
@@ -506,9 +539,9 @@ impl Judge {
     fn go(&mut self, now: u64) -> Result<(), Fault> {
         let measure = *self.measure();
         let staged: Vec<_> = self.slave.axes.iter().map(|axis| axis.staged).collect();
-        let moves = |travel: &Option<Staged>| travel.is_some_and(|travel| travel != Staged::By(0));
+        let moves = |travel: &Option<Travel>| travel.is_some_and(|travel| travel != Travel::By(0));
         let (not_before, wait) = if staged.iter().any(moves) { self.drivers(now) } else { (0, 0) };
-        self.ordered = Some(now);
+        (self.ordered, self.guard.off) = (Some(now), None);
         // They begin together, when all have rested.
         let rests: f64 = self.tracks.iter().map(|track| track.limits.rest()).sum();
         let rests = (rests * measure.hz).min(1e18) as u64;
@@ -520,10 +553,10 @@ impl Judge {
             let limits = self.slave.axes[n].limits();
             self.slave.axes[n].travel = limits;
             self.tracks[n].stops = Stops::NONE;
-            let steps = match travel {
-                Staged::By(0) => continue,
-                Staged::By(steps) => Some(steps),
-                Staged::Endless(_) => None,
+            let steps = match self.fence(n, travel) {
+                Travel::By(0) => continue,
+                Travel::By(steps) => Some(steps),
+                Travel::Endless(_) => None,
             };
             let track = &mut self.tracks[n];
             self.hard |= limits.up.max(limits.down) > STEEP && limits.top > limits.start;
@@ -531,6 +564,9 @@ impl Judge {
             track.not_before = not_before;
             let wait = wait + rests + measure.setup + 2 * measure.hold;
             track.begin(now, steps, travel.forward(), wait, &measure);
+            if track.bounded == Known::Maybe {
+                track.goal = Goal::Open;
+            }
         }
         self.slave.forget();
         if self.slave.order != Open::No {

@@ -4,10 +4,10 @@ use crate::track::Known;
 
 /// The letters that a board may show for an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stops(u8);
+pub struct Stops(u16);
 
 /// In the order of the bits.
-const LETTERS: &[u8] = b"-ZTKSR";
+const LETTERS: &[u8] = b"-ZTKSRED";
 
 impl Stops {
     /// It went as ordered.
@@ -26,6 +26,11 @@ impl Stops {
             *self = one;
         }
         fits
+    }
+
+    /// Whether it is this letter.
+    pub fn says(self, letter: u8) -> bool {
+        self == Stops::of(letter)
     }
 
     /// A stop at once, of an axis that is busy or not.

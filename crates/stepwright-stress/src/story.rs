@@ -7,11 +7,21 @@
 //! wait 1500            so many microseconds
 //! rest                 F, again and again, until the answer is R
 //! switch 2 low         the level of the pin of a limit switch
+//! estop low            likewise of the emergency stop; or driver, the drivers' fault
 //! reset power          a loss of power; or blink (a short one), button, watchdog
 //! ```
 
 use std::fmt;
 use std::str::FromStr;
+
+/// What some boards have no room for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Can {
+    /// `j` and the setting `law`.
+    pub jerk: bool,
+    /// Checksums, leases, and the settings that guard a machine.
+    pub safety: bool,
+}
 
 /// A board, as far as the outside knows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,10 +38,8 @@ pub struct Board {
     pub longer: [u32; 3],
     /// Ticks of a byte on the line; 0: it takes no time.
     pub byte: u32,
-    /// It knows `j`.
-    pub jerk: bool,
-    /// It knows checksums.
-    pub sums: bool,
+    /// What it has room for.
+    pub can: Can,
     /// Edges may come so many ticks beside their time, and beside other axes.
     pub jitter: (f64, f64),
     /// An interval of a run may be so many seconds beside its law.
@@ -54,8 +62,7 @@ impl Board {
             axes,
             cost,
             byte,
-            jerk: true,
-            sums: true,
+            can: Can { jerk: true, safety: true },
             jitter: (1.0, 1.0),
             fit: 0.6e-6,
             late: false,
@@ -100,8 +107,24 @@ pub enum Act {
     Rest,
     /// The level of a switch's pin.
     Switch(u8, bool),
+    /// The level of an input that stops everything.
+    Input(Input, bool),
     /// It begins again.
     Reset(Reset),
+}
+
+/// An input that stops everything.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// The emergency stop.
+    Emergency,
+    /// The fault of a driver.
+    Driver,
+}
+
+impl Input {
+    /// Both, and their words.
+    pub const ALL: [(Input, &str); 2] = [(Input::Emergency, "estop"), (Input::Driver, "driver")];
 }
 
 /// Why a board begins again.
@@ -149,6 +172,11 @@ impl fmt::Display for Act {
             Act::Rest => f.write_str("rest"),
             Act::Switch(axis, high) => {
                 write!(f, "switch {} {}", axis + 1, if *high { "high" } else { "low" })
+            }
+            Act::Input(input, high) => {
+                let word = Input::ALL.iter().find(|(known, _)| known == input);
+                let level = if *high { "high" } else { "low" };
+                write!(f, "{} {level}", word.map_or("", |(_, word)| word))
             }
             Act::Reset(reset) => {
                 let word = Reset::ALL.iter().find(|(known, _)| known == reset);
@@ -211,6 +239,9 @@ fn act(line: &str) -> Option<Act> {
             Act::Switch(axis.parse::<u8>().ok()?.checked_sub(1)?, level == "high")
         }
         ["reset", word] => Act::Reset(Reset::ALL.iter().find(|(_, known)| *known == word)?.0),
+        [word, level] => {
+            Act::Input(Input::ALL.iter().find(|(_, known)| *known == word)?.0, level == "high")
+        }
         _ => return None,
     })
 }
@@ -251,6 +282,7 @@ mod tests {
             Act::Wait(5),
             Act::Rest,
             Act::Switch(2, false),
+            Act::Input(Input::Driver, false),
             Act::Reset(Reset::Blink),
         ];
         let story = Story { board, acts, noise: 0 };

@@ -116,6 +116,12 @@ pub struct Track {
     pub closed: [Option<u64>; 2],
     /// Why it has stopped.
     pub stops: Stops,
+    /// The soft limits of its travel, both included.
+    pub fence: Option<(i64, i64)>,
+    /// Its travel without end ends at one of them.
+    pub bounded: Known,
+    /// An input that stops everything will have stopped it.
+    pub doomed: bool,
     /// The limits of its travel.
     pub limits: Limits,
     /// The highest top speed since its order.
@@ -166,6 +172,9 @@ impl Track {
             not_before: 0,
             closed: [None; 2],
             stops: Stops::NONE,
+            fence: None,
+            bounded: Known::No,
+            doomed: false,
             limits: Limits::new(50, 1000, 200, 0, 0, 0),
             highest: 0.0,
             before: Vec::new(),
@@ -235,6 +244,28 @@ impl Track {
             Goal::End(..) | Goal::Stop(_) | Goal::Open => Known::Maybe,
             Goal::Endless => Known::Yes,
         }
+    }
+
+    /// Whether `stop=` may show this letter for it now; then it is the one. L stands for none
+    /// where the axis has ended at its soft limit.
+    pub fn shows(&mut self, letter: u8, now: u64, measure: &Measure) -> bool {
+        let ended = match (self.bounded, self.busy(now, measure).not()) {
+            (Known::No, _) | (_, Known::No) => Known::No,
+            (Known::Yes, Known::Yes) => Known::Yes,
+            _ => Known::Maybe,
+        };
+        let fits = match letter {
+            b'L' => ended != Known::No && self.stops.are(b'-'),
+            b'-' => ended != Known::Yes && self.stops.are(b'-'),
+            _ => self.stops.are(letter),
+        };
+        match (letter, ended) {
+            _ if !fits => {}
+            (b'L', _) => self.bounded = Known::Yes,
+            (b'-', _) => {}
+            _ => self.bounded = Known::No,
+        }
+        fits
     }
 
     /// Ticks after the last step in which nobody outside can tell whether the travel has
@@ -395,6 +426,13 @@ impl Track {
             let what =
                 || format!("axis {axis} steps to {count}, beyond {least} … {most}; {goal:?}");
             rules.broken(rule, now, what)?;
+        }
+        if let Some((behind, ahead)) = self.fence
+            && !(behind..=ahead).contains(&count)
+        {
+            rules.broken(Rule::Limit, now, || {
+                format!("axis {axis} steps to {count}, beyond a soft limit: {behind} … {ahead}")
+            })?;
         }
         if let Goal::Stop(by) = self.goal
             && now > by

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use stepwright_sim::{Edge, Pin};
 use stepwright_stress::make::{Taste, story_on};
+use stepwright_stress::story::Can;
 use stepwright_stress::{Bench, Board as Nature, Fault, Player, Reset, Rules, Story, Sum};
 
 use crate::board::{AXES, HZ};
@@ -20,8 +21,7 @@ pub fn nature(board: Board) -> Nature {
     };
     Nature {
         longer,
-        sums: board == Board::Mega,
-        jerk: board == Board::Mega,
+        can: Can { jerk: board == Board::Mega, safety: board == Board::Mega },
         // An interrupt of the line in front of a step; beside other axes also their rare
         // events, which are compiled.
         jitter: (200.0, 2500.0),

@@ -7,6 +7,12 @@ impl Track {
     /// The leg has ended: its last interval was slow enough.
     pub(super) fn stopped(&self, now: u64, measure: &Measure) -> Result<(), Fault> {
         let Some(interval) = self.interval else { return Ok(()) };
+        // A target that comes when the end is planned is travelled to from rest: the last
+        // interval may be that rest, before a leg of one step.
+        let rest = self.rests.min(self.rested) * measure.hz;
+        if self.retargeted && interval as f64 + measure.jitter >= rest * 0.99 {
+            return Ok(());
+        }
         let limits = self.in_force(self.rise.unwrap_or(now));
         let wide = interval as f64 + measure.jitter + measure.fit;
         let v = measure.hz / wide;
@@ -64,12 +70,14 @@ impl Track {
         // Each step may be beside its time, and the next ones make up for it: however many
         // there are, they are no more than that ahead of the top speed. A single interval may
         // be shorter by as much, and at 100,000 steps/s this is several per cent.
-        // Another axis may have held up a step, and rest by now.
+        // Steps are within 1 µs of their law, or within a tick where that is longer. Another
+        // axis may have held up a step, and rest by now.
+        let beside = jitter.max(measure.jitter + 1.0);
         let (ahead, most) = self.ahead;
         let ahead = (ahead + hz / limits.top - ticks as f64).max(0.0);
-        self.ahead = (ahead, if ahead > 0.0 { jitter.max(most) } else { jitter });
+        self.ahead = (ahead, if ahead > 0.0 { beside.max(most) } else { beside });
         if ahead > self.ahead.1 {
-            self.ahead = (0.0, jitter);
+            self.ahead = (0.0, beside);
             rules.broken(Rule::Top, now, || {
                 let top = limits.top;
                 format!("axis {axis} is {ahead:.1} ticks ahead of a top speed of {top} steps/s, interval {ticks}")

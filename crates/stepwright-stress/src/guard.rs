@@ -1,0 +1,342 @@
+//! What boards with `safety` ask before motion and keep of errors, as docs/safety.md has it:
+//! errors that stay, safe start, homing first, soft limits, leases, inputs that stop
+//! everything.
+
+use crate::fault::{Fault, Rule};
+use crate::judge::Judge;
+use crate::reason::Reason;
+use crate::settings;
+use crate::slave::Expect;
+use crate::story::Input;
+use crate::track::{Goal, Known};
+
+/// The letters of `errors=`, those that lock a board first.
+const LETTERS: &[u8; 9] = b"STKEDRlcg";
+/// How many of them lock it.
+const LOCKS: usize = 6;
+
+/// What a board keeps in mind of errors, leases and inputs.
+#[derive(Clone, Debug)]
+pub struct Guard {
+    errors: [Known; LETTERS.len()],
+    /// After so many ms of silence moving axes brake, once.
+    pub(crate) lease: (u32, Known),
+    /// Levels of the inputs' pins: the emergency stop's, the drivers' fault.
+    levels: [bool; 2],
+    /// The input that is active, since when, and whether it has been obeyed.
+    stopper: Option<(u8, u64, bool)>,
+    /// What stops at once has switched the drivers off, from then on.
+    pub(crate) off: Option<u64>,
+}
+
+impl Guard {
+    /// At power-up.
+    pub fn new() -> Guard {
+        Guard {
+            errors: [Known::No; LETTERS.len()],
+            lease: (0, Known::No),
+            levels: [true; 2],
+            stopper: None,
+            off: None,
+        }
+    }
+
+    /// The board has begun again; the pins are what they were.
+    pub fn reset(&mut self, lost: Known) {
+        *self = Guard { levels: self.levels, ..Guard::new() };
+        self.note(b'R', lost);
+    }
+
+    /// An error has come, or may have.
+    pub fn note(&mut self, letter: u8, come: Known) {
+        if let Some(at) = LETTERS.iter().position(|known| *known == letter) {
+            self.errors[at] = self.errors[at].or(come);
+        }
+    }
+
+    /// `!`. What an active input stops it notes once more.
+    pub fn clear(&mut self, now: u64) {
+        self.errors = [Known::No; LETTERS.len()];
+        if let Some((letter, since, obeyed)) = &mut self.stopper {
+            (*since, *obeyed) = (now, false);
+            let letter = *letter;
+            self.note(letter, Known::Maybe);
+        }
+    }
+
+    /// Whether an input that stops everything is active.
+    pub fn is_stopping(&self) -> bool {
+        self.stopper.is_some()
+    }
+
+    /// Whether an error is there that locks a board with `safe-start`.
+    fn locks(&self) -> Known {
+        self.errors[..LOCKS].iter().fold(Known::No, |all, one| all.or(*one))
+    }
+}
+
+impl Default for Guard {
+    fn default() -> Guard {
+        Guard::new()
+    }
+}
+
+/// The travel of an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Travel {
+    /// So many steps.
+    By(i64),
+    /// Forward or not, on and on.
+    Endless(bool),
+}
+
+impl Travel {
+    /// Whether it leads forward.
+    pub fn forward(self) -> bool {
+        match self {
+            Travel::By(steps) => steps >= 0,
+            Travel::Endless(forward) => forward,
+        }
+    }
+}
+
+impl Judge {
+    /// Whether an axis may be sent somewhere now, at all.
+    fn may_start(&self) -> Expect {
+        let locked = match self.settings.get(settings::SAFE_START) {
+            0 => Known::No,
+            _ => self.guard.locks(),
+        };
+        Expect::unless(locked, Reason::Stopped)
+    }
+
+    /// Whether safe start, homing and the soft limits allow this travel from rest.
+    pub(crate) fn admit(&self, n: usize, travel: Travel) -> Expect {
+        let expect = self.may_start();
+        let track = &self.tracks[n];
+        let limited = self.settings.has(settings::SOFT_LIMITS, n);
+        let here = track.count - track.zero;
+        match travel {
+            Travel::By(steps) => expect.and(self.admit_end(n, here, steps)),
+            Travel::Endless(forward) if limited && !self.is_homing(n, forward) => {
+                let way = self.way_to_limit(n, forward);
+                // A travel counts to 2³¹ − 1.
+                let far = way.abs() > 0x7FFF_FFFF;
+                let bad = way == 0 || forward != (way > 0) || far;
+                let why = if far { Reason::Travel | Reason::Limit } else { Reason::Limit.into() };
+                match (track.known, bad) {
+                    (Known::No, _) | (_, false) => expect,
+                    (Known::Yes, true) => expect.and(Expect::no(why)),
+                    (Known::Maybe, true) => Expect { yes: expect.yes, no: expect.no | why },
+                }
+            }
+            Travel::Endless(_) => expect,
+        }
+    }
+
+    /// Whether an axis may be sent so many steps from there.
+    fn admit_end(&self, n: usize, from: i64, steps: i64) -> Expect {
+        let known = self.tracks[n].known;
+        let limited = self.settings.has(settings::SOFT_LIMITS, n);
+        let mut expect = Expect::YES;
+        if limited || self.settings.get(settings::HOME_FIRST) != 0 {
+            expect = expect.and(Expect::unless(known.not(), Reason::Uncertain));
+        }
+        let [behind, ahead] = self.range(n);
+        if limited && steps != 0 && !(behind..=ahead).contains(&(from + steps)) {
+            // The position that is not known says nothing of the end.
+            let beyond = if known == Known::No { Known::No } else { known };
+            expect = expect.and(Expect::unless(beyond, Reason::Limit));
+        }
+        expect
+    }
+
+    /// Whether a moving axis may get this target.
+    pub(crate) fn admit_target(&self, n: usize, steps: i64) -> Expect {
+        let track = &self.tracks[n];
+        self.may_start().and(self.admit_end(n, track.origin - track.zero, steps))
+    }
+
+    /// Whether a moving axis may get another deceleration: not where a soft limit counts on it.
+    pub(crate) fn admit_decel(&self, n: usize, busy: Known) -> Expect {
+        let counts = match (self.settings.has(settings::SOFT_LIMITS, n), self.tracks[n].known) {
+            (false, _) | (_, Known::No) => Known::No,
+            (true, Known::Yes) => busy,
+            (true, Known::Maybe) => Known::Maybe,
+        };
+        Expect::unless(counts, Reason::Limit)
+    }
+
+    /// The soft limits of an axis, from its 0, both included.
+    fn range(&self, n: usize) -> [i64; 2] {
+        let of = |names: [settings::Name; 3]| {
+            names.get(n).map_or(0, |name| i64::from(self.settings.get(*name)))
+        };
+        [-of(settings::BEHIND), of(settings::AHEAD)]
+    }
+
+    fn way_to_limit(&self, n: usize, forward: bool) -> i64 {
+        let [behind, ahead] = self.range(n);
+        let track = &self.tracks[n];
+        (if forward { ahead } else { behind }) - (track.count - track.zero)
+    }
+
+    /// Whether the axis's own switch ends this travel: then it has no soft limit.
+    fn is_homing(&self, n: usize, forward: bool) -> bool {
+        self.settings.has(settings::SWITCHES, n)
+            && self.settings.has(settings::SWITCH_FORWARD, n) == forward
+    }
+
+    /// Whether an endless travel ends at a soft limit.
+    pub(crate) fn is_bounded(&self, n: usize, travel: Travel) -> Known {
+        match travel {
+            Travel::Endless(forward)
+                if self.settings.has(settings::SOFT_LIMITS, n) && !self.is_homing(n, forward) =>
+            {
+                self.tracks[n].known
+            }
+            _ => Known::No,
+        }
+    }
+
+    /// The least and the most steps of a travel.
+    pub(crate) fn steps(&self, n: usize, travel: Travel) -> (f64, f64) {
+        let way = || self.way_to_limit(n, travel.forward()).abs() as f64;
+        match (travel, self.is_bounded(n, travel)) {
+            (Travel::By(steps), _) => (steps.abs() as f64, steps.abs() as f64),
+            (_, Known::No) => (f64::INFINITY, f64::INFINITY),
+            (_, Known::Maybe) => (way(), f64::INFINITY),
+            (_, Known::Yes) => (way(), way()),
+        }
+    }
+
+    /// A travel that was admitted begins: with a soft limit, it has a fence, and an endless one
+    /// an end.
+    pub(crate) fn fence(&mut self, n: usize, travel: Travel) -> Travel {
+        let bounded = self.is_bounded(n, travel);
+        let homes = bounded == Known::No && matches!(travel, Travel::Endless(_));
+        let limited = self.settings.has(settings::SOFT_LIMITS, n) && !homes;
+        let [behind, ahead] = self.range(n);
+        let way = self.way_to_limit(n, travel.forward());
+        let track = &mut self.tracks[n];
+        // Where it stands beyond one, it may come back.
+        let fence = (track.count.min(track.zero + behind), track.count.max(track.zero + ahead));
+        track.fence = (limited && track.known == Known::Yes).then_some(fence);
+        track.bounded = bounded;
+        if bounded == Known::Yes { Travel::By(way) } else { travel }
+    }
+
+    /// The level of an input that stops everything.
+    ///
+    /// # Errors
+    /// A rule that time has broken meanwhile.
+    pub fn input(&mut self, input: Input, high: bool, now: u64) -> Result<(), Fault> {
+        self.advance(now)?;
+        self.guard.levels[usize::from(input == Input::Driver)] = high;
+        self.look_at_inputs(now);
+        Ok(())
+    }
+
+    /// Settings or levels have changed.
+    pub(crate) fn look_at_inputs(&mut self, now: u64) {
+        let active = |name, high: bool| match self.settings.get(name) {
+            0 => false,
+            1 => !high,
+            _ => high,
+        };
+        let [emergency, driver] = self.guard.levels;
+        let letter = if active(settings::EMERGENCY, emergency) {
+            Some(b'E')
+        } else if active(settings::DRIVER_FAULT, driver) {
+            Some(b'D')
+        } else {
+            None
+        };
+        let before = self.guard.stopper.map(|(letter, ..)| letter);
+        if letter == before {
+            return;
+        }
+        // While it was active it has spoiled every order, and come back after every `!`.
+        for letter in before.into_iter().chain(letter) {
+            self.guard.note(letter, Known::Maybe);
+            self.slave.may_spoil(Reason::Fault.into());
+        }
+        self.guard.stopper = letter.map(|letter| (letter, now, false));
+        self.tracks.iter_mut().for_each(|track| track.doomed = false);
+        let Some(letter) = letter else { return };
+        // From now on it may be seen, and within 2 ms it is.
+        self.ordered = Some(now);
+        for track in self.tracks.iter_mut().filter(|track| track.goal != Goal::Rest) {
+            track.doomed = track.goal == Goal::Endless && !track.is_fresh();
+            track.open(letter);
+            if track.known == Known::Yes {
+                track.known = Known::Maybe;
+            }
+        }
+    }
+
+    /// An active input has stopped everything after 2 ms.
+    pub(crate) fn obey_inputs(&mut self, now: u64) {
+        let Some((letter, since, false)) = self.guard.stopper else { return };
+        if now <= since + self.measure().switch {
+            return;
+        }
+        self.guard.stopper = Some((letter, since, true));
+        self.guard.note(letter, Known::Yes);
+        self.slave.spoil(Reason::Fault.into());
+        if self.settings.get(settings::KILL_OFF) != 0 {
+            self.guard.off = Some(now);
+        }
+        for track in &mut self.tracks {
+            if std::mem::take(&mut track.doomed) {
+                track.known = Known::No;
+                track.stops.hard(letter, Known::Yes);
+            }
+            track.halt();
+        }
+    }
+
+    /// Whether an input refuses orders now.
+    pub(crate) fn stopped(&self) -> Expect {
+        let stops = if self.guard.is_stopping() { Known::Yes } else { Known::No };
+        Expect::unless(stops, Reason::Fault)
+    }
+
+    /// `errors=` in the answer to `?`, which counts so many late steps.
+    ///
+    /// # Errors
+    /// Where it is not what has happened.
+    pub(crate) fn told_errors(
+        &mut self,
+        told: Option<&str>,
+        late: u64,
+        now: u64,
+    ) -> Result<(), Fault> {
+        let Some(told) = told else {
+            return match self.board().can.safety {
+                true => self.broken(Rule::Errors, now, || "? says nothing of errors".into()),
+                false => Ok(()),
+            };
+        };
+        self.guard.errors[LOCKS] = if late > 0 { Known::Yes } else { Known::No };
+        // What has stopped an axis since the last `!` is an error.
+        let shown = |letter: u8| self.tracks.iter().any(|track| track.stops.says(letter));
+        let errors = LETTERS.map(|letter| told.as_bytes().contains(&letter));
+        let mut fits = told == "-" || told.bytes().all(|letter| LETTERS.contains(&letter));
+        fits &= (told == "-") == errors.iter().all(|there| !there);
+        for (at, there) in errors.into_iter().enumerate() {
+            let wrong = if there { Known::No } else { Known::Yes };
+            fits &= self.guard.errors[at] != wrong && (there || !shown(LETTERS[at]));
+        }
+        if !fits {
+            let known: Vec<_> = LETTERS
+                .iter()
+                .zip(self.guard.errors)
+                .map(|(letter, known)| format!("{} {known:?}", char::from(*letter)))
+                .collect();
+            self.broken(Rule::Errors, now, || format!("errors={told}; {}", known.join(", ")))?;
+        }
+        self.guard.errors = errors.map(|there| if there { Known::Yes } else { Known::No });
+        Ok(())
+    }
+}

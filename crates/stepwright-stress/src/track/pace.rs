@@ -9,7 +9,7 @@ impl Track {
         let Some(interval) = self.interval else { return Ok(()) };
         // A target that comes when the end is planned is travelled to from rest: the last
         // interval may be that rest, before a leg of one step.
-        let rest = self.rests.min(self.rested) * measure.hz;
+        let rest = self.rests * measure.hz;
         if self.retargeted && interval as f64 + measure.jitter >= rest * 0.99 {
             return Ok(());
         }

@@ -269,9 +269,9 @@ impl<const Q: usize> Motor<Q> {
         {
             return Progress::Nothing;
         }
-        let mut run = Run::steady(0, 0);
-        match self.planner.next(clock, work, &mut run) {
-            Planned::Run(ticks) => {
+        match self.planner.next(clock, work) {
+            Planned::Ready => {
+                let (run, ticks) = self.planner.take(work);
                 self.left = self.left.wrapping_sub(run.count().into());
                 // Close to the end of what a number holds; an endless travel may go on.
                 let [.., high] = self.left.to_le_bytes();

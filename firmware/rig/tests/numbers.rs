@@ -122,10 +122,11 @@ impl Routines {
         ((both >> 32) as u32, both as u32)
     }
 
-    fn at_least(&self, a: Num, b: Num) -> u8 {
+    /// What makes a byte of two operands.
+    fn byte_of(&self, name: &str, a: Num, b: Num) -> u8 {
         self.put(A, a);
         self.put(B, b);
-        (self.call("at_least", &[A, B]) >> 48) as u8
+        (self.call(name, &[A, B]) >> 48) as u8
     }
 }
 
@@ -178,7 +179,8 @@ fn each_of_two_operands_is_the_rusts() {
         prop_assert_eq!(chip.of_two("over", a, b), bytes(a.over(&b)), "over");
         prop_assert_eq!(chip.of_two("plus", a, b), bytes(a.plus(&b)), "plus");
         prop_assert_eq!(chip.of_two("minus", a, b), bytes(a.minus(&b)), "minus");
-        prop_assert_eq!(chip.at_least(a, b), u8::from(a.at_least(&b)), "at_least");
+        prop_assert_eq!(chip.byte_of("at_least", a, b), u8::from(a.at_least(&b)), "at_least");
+        prop_assert_eq!(chip.byte_of("doublings", a, b) as i8, a.doublings_of(&b), "doublings");
     });
 }
 

@@ -27,6 +27,7 @@ unsafe extern "C" {
     fn stepwright_new(m: u32, e: i16) -> Num;
     fn stepwright_split(a: *const Num) -> u64;
     fn stepwright_at_least(a: *const Num, b: *const Num) -> u8;
+    fn stepwright_doublings(a: *const Num, b: *const Num) -> i8;
 
     fn stepwright_hand_load(a: *const Num);
     fn stepwright_hand_whole(n: u32);
@@ -181,6 +182,12 @@ impl Num {
         // SAFETY: the routine reads a number.
         let both = unsafe { stepwright_split(self) };
         ((both >> 32) as u32, both as u32)
+    }
+
+    #[inline(always)]
+    pub(crate) fn doublings_of(&self, x: &Num) -> i8 {
+        // SAFETY: the routine reads two numbers.
+        unsafe { stepwright_doublings(self, x) }
     }
 
     #[inline(always)]

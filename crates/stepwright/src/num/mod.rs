@@ -126,9 +126,9 @@ impl Num {
     }
 
     /// Whether it is less than 2^e.
-    #[inline(always)]
-    pub(crate) const fn is_below(&self, e: i16) -> bool {
-        self.high == 0 || self.e.wrapping_add(31) < e
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn is_below(&self, e: i8) -> bool {
+        self.high == 0 || self.e.wrapping_add(31) < i16::from(e)
     }
 
     /// · 2^by.
@@ -183,6 +183,13 @@ impl Num {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn at_least(&self, other: &Num) -> bool {
         if self.e != other.e { self.e > other.e } else { self.m() >= other.m() }
+    }
+
+    /// The largest n with x · 2^n no more than this: of numbers, neither 0, that lie less
+    /// than 2¹²⁸ apart.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn doublings_of(&self, x: &Num) -> i8 {
+        self.e.wrapping_sub(x.e).wrapping_sub((self.m() < x.m()).into()) as i8
     }
 
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
@@ -406,6 +413,10 @@ mod tests {
             prop_assert!((value(a.minus(&b)) - (x - y).max(0.0)).abs() <= tolerance);
             if !b.is_zero() {
                 prop_assert!(close(a.over(&b), x / y));
+            }
+            if !a.is_zero() && !b.is_zero() && (x / y).log2().abs() < 127.0 {
+                let n = i32::from(a.doublings_of(&b));
+                prop_assert!(y * 2f64.powi(n) <= x && y * 2f64.powi(n + 1) > x);
             }
         }
 

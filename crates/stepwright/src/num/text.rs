@@ -347,6 +347,16 @@ extern "C" fn stepwright_numbers() {
             "mov r24, r0",
             "ret",
 
+            // Exponents first less second, and one less where the mantissas ask for it.
+            ".global stepwright_doublings",
+            "stepwright_doublings:",
+            "movw r20, r22", "movw r22, r24",
+            "rcall stepwright_load",
+            "cp r22, r18", "cpc r23, r19", "cpc r24, r20", "cpc r25, r21",
+            "sbc r26, r30",
+            "mov r24, r26",
+            "ret",
+
             // The number in hand as the first operand and the result.
             "90:",
             "movw r20, r24",
@@ -407,12 +417,9 @@ extern "C" fn stepwright_numbers() {
             "stepwright_hand_load:",
             "movw r30, r24",
             "ldi r26, lo8({hand})", "ldi r27, hi8({hand})",
-            "92:",
-            "ldi r25, 6",
-            "93:",
-            "ld r24, Z+", "st X+, r24",
-            "dec r25",
-            "brne 93b",
+            "92:", // six bytes from Z to X
+            "ld r18, Z", "ldd r19, Z+1", "ldd r20, Z+2", "ldd r21, Z+3", "ldd r22, Z+4", "ldd r23, Z+5",
+            "st X+, r18", "st X+, r19", "st X+, r20", "st X+, r21", "st X+, r22", "st X, r23",
             "ret",
             "99:",
             hand = sym STEPWRIGHT_HAND,

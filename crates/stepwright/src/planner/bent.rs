@@ -9,7 +9,6 @@ use super::curve::Curve;
 use super::{Clock, Planned, Planner, Stage, Work};
 use crate::num::Num;
 use crate::profile::Unfit;
-use crate::run::Run;
 use crate::units::Jerk;
 
 /// What a limited jerk adds to a planner.
@@ -66,8 +65,8 @@ impl Bent {
     }
 
     /// A run has been handed out, that ends there.
-    pub(super) fn goes_to(&mut self, time: Num) {
-        self.at = time;
+    pub(super) fn goes_to(&mut self, work: &Work) {
+        self.at = work.time;
     }
 }
 
@@ -208,7 +207,8 @@ impl Planner {
 
     /// Finds, in a call or several, when the pulse so many steps ahead comes,
     /// and its speed: `time` and `pending`. Whether it has.
-    fn find(&self, work: &mut Work, steps: u32) -> bool {
+    fn find(&self, work: &mut Work, steps: u16) -> bool {
+        let steps = u32::from(steps);
         let x = self.place_after(steps);
         match work.stage {
             Stage::Begin => {
@@ -234,47 +234,41 @@ impl Planner {
     }
 
     /// A ramp run's end, mean interval and δ. Whether they are found.
-    pub(super) fn follow(
-        &mut self,
-        clock: &Clock,
-        work: &mut Work,
-        steps: u32,
-        first: bool,
-    ) -> bool {
+    pub(super) fn follow(&mut self, clock: &Clock, work: &mut Work, first: bool) -> bool {
         if !first && !self.bent.falling {
             self.lay_fall();
         }
-        if !self.find(work, steps) {
+        if !self.find(work, work.steps) {
             return false;
         }
         let up = work.time.at_least(&self.bent.at);
         let time = if up { work.time.minus(&self.bent.at) } else { self.bent.at.minus(&work.time) };
-        work.mean = ticks(clock, &time).over(&Num::from(steps));
+        work.mean = ticks(clock, &time).over(&Num::from(u32::from(work.steps)));
         let v = &work.pending;
         let change = if up { v.minus(&self.v) } else { self.v.minus(v) };
         work.delta = work.mean.roughly(&clock.inverse).roughly(&change).scaled(1);
         true
     }
 
-    /// What the jerk adds to δ² where a run's error is judged: J·Δt²/v, for its
-    /// third. Nothing where the ramp is straight.
-    pub(super) fn jerk_of(&self, clock: &Clock, work: &Work, size: u8) -> Num {
-        if self.bent.curve.is_straight(&self.bent.at) && self.bent.curve.is_straight(&work.time) {
-            return Num::ZERO;
+    /// What follows from δ, and it: see [`settle`](Planner::settle). Where the acceleration changes the jerk adds to δ²
+    /// J·Δt²/v, for its third.
+    pub(super) fn bent_shape(&self, clock: &Clock, work: &Work, size: u8) -> [Num; 3] {
+        let (mean, delta) = (&work.mean, work.delta);
+        let mut spread = delta.roughly(&delta);
+        let straight = |t| self.bent.curve.is_straight(t);
+        if !(straight(&self.bent.at) && straight(&work.time)) {
+            let interval = mean.roughly(&clock.inverse).scaled(1);
+            let cube = interval.roughly(&interval).roughly(&interval);
+            let jerk = cube.roughly(self.bent.curve.half_jerk()).scaled(i16::from(size) << 1);
+            spread = spread.plus(&jerk);
         }
-        let interval = work.mean.roughly(&clock.inverse).scaled(1);
-        let cube = interval.roughly(&interval).roughly(&interval);
-        cube.roughly(self.bent.curve.half_jerk()).scaled(i16::from(size) << 1)
+        let error = spread.roughly(mean).scaled(i16::from(size) - 5);
+        let growth = delta.roughly(mean).over(&Num::from(u32::from(work.steps)));
+        [delta, error, growth]
     }
 
     /// The one step that the level's end divides.
-    pub(super) fn bent_corner(
-        &mut self,
-        clock: &Clock,
-        work: &mut Work,
-        run: &mut Run,
-        last: bool,
-    ) -> Planned {
+    pub(super) fn bent_corner(&mut self, clock: &Clock, work: &mut Work, last: bool) -> Planned {
         if work.stage == Stage::Begin && !self.bent.falling {
             let rise = Num::part(self.rise_part);
             let fall = Num::part(if last { self.fall_part } else { 0 });
@@ -304,13 +298,8 @@ impl Planner {
         } else {
             self.v = self.v_top;
         }
-        self.rise_part = 0;
-        if !self.endless {
-            self.level = self.level.wrapping_sub(1);
-        }
-        work.stage = Stage::Begin;
-        let time = ticks(clock, &work.delta);
-        self.fitted(run, &time, 0, 1)
+        work.mean = ticks(clock, &work.delta);
+        self.turned(work)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What all axes share: the timer's rate, and how closely to follow a law.
 
-use crate::num::{Num, hand};
+use crate::num::Num;
 use crate::profile::Fit;
 use crate::units::Rate;
 
@@ -39,16 +39,16 @@ impl Clock {
         self.twice.over(v).scaled(-1)
     }
 
-    /// Whether 2^size steps may be one run: not too long, and their spread,
-    /// less than the interval, within 31 bits of 2⁻¹⁶ ticks.
-    pub(super) fn holds(&self, mean: &Num, size: u8) -> bool {
-        mean.is_below(17) && hand(&self.longest).scaled(-(size as i8)).at_least(mean)
+    /// Steps of this mean interval that may be one run, as a power of two: not too long,
+    /// and their spread, less than the interval, within 31 bits of 2⁻¹⁶ ticks.
+    pub(super) fn longest_of(&self, mean: &Num) -> i8 {
+        if mean.is_below(17) { self.longest.doublings_of(mean).max(0) } else { 0 }
     }
 
     /// 2²⁸ ticks or more, in 1000 s, as a power of two.
     #[cfg(feature = "s-curve")]
-    pub(super) fn second_eighth(&self) -> i16 {
-        // 2²⁹ / 2f.
-        self.inverse.exponent().wrapping_add(29)
+    pub(super) fn second_eighth(&self) -> i8 {
+        // 2²⁹ / 2f, which is less than 2³⁰ and more than 2⁻¹⁶.
+        self.inverse.exponent().wrapping_add(29) as i8
     }
 }

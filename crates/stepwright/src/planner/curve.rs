@@ -77,7 +77,7 @@ impl Curve {
     }
 
     /// Whether the first step from rest takes less than 1000 s · 2^e.
-    pub(super) fn starts_within(&self, e: i16) -> bool {
+    pub(super) fn starts_within(&self, e: i8) -> bool {
         // x = J/6·t³.
         Num::small(3).over(&self.half_jerk).is_below(e.wrapping_mul(3))
     }

@@ -16,7 +16,7 @@ impl Planner {
         self.ease = !self.top.at_least(&self.v);
         self.risen = 0;
         let rise = if self.ease {
-            let (steps, part) = self.way_to(&self.top).split();
+            let (steps, part) = self.way_to(&w_top).split();
             let rise = whole(steps.saturating_add(u32::from(part != 0))).number();
             hand(&self.v).square().minus(&w_top).over(&rise).to(&mut self.slope);
             self.w_from = w_top;
@@ -29,8 +29,7 @@ impl Planner {
         if self.endless {
             return;
         }
-        let w_end = hand(&self.v_end).square().number();
-        let fall = hand(&w_top).minus(&w_end).over(&self.d2).number();
+        let fall = hand(&w_top).minus(&self.w_end).over(&self.d2).number();
         let ramps = hand(&fall).plus(&rise).number();
         if whole(steps).at_least(&ramps) {
             (self.fall, self.fall_part) = fall.split();
@@ -45,7 +44,7 @@ impl Planner {
 
     /// The top speed is out of reach: the rise meets the fall.
     fn meet(&mut self, steps: u32) {
-        let rest = self.way_to(&self.v_end).number();
+        let rest = self.way_to(&self.w_end).number();
         let spare = whole(steps).minus(&rest).number();
         let rise = hand(&self.a2).plus(&self.d2).under(&self.d2).times(&spare).number();
         hand(&rise).times(&self.a2).plus(&self.w_from).root().to(&mut self.v_top);
@@ -59,7 +58,7 @@ impl Planner {
         }
     }
 
-    /// Steps from the last pulse handed out to a lower speed, along the
+    /// Steps from the last pulse handed out to a lower speed, of this square, along the
     /// deceleration.
     ///
     /// A part in 2²⁸ of v² is left out: what has begun to fall to its target is
@@ -67,8 +66,7 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn way_to(&self, end: &Num) -> Hand {
         let w = hand(&self.v).square().number();
-        let end = hand(end).square().number();
-        hand(&w).scaled(-28).off(&w).minus(&end).over(&self.d2)
+        hand(&w).scaled(-28).off(&w).minus(end).over(&self.d2)
     }
 
     /// Brakes from the last pulse handed out, in as few steps as the ramp
@@ -82,7 +80,7 @@ impl Planner {
             return;
         }
         (self.rise, self.rise_part) = (0, 0);
-        (self.fall, self.fall_part) = self.way_to(&self.v_end).split();
+        (self.fall, self.fall_part) = self.way_to(&self.w_end).split();
         self.level = u32::from(self.fall_part != 0);
         self.v_top = self.v;
     }

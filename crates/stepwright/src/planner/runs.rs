@@ -4,118 +4,113 @@ use super::share::{share, share_of_ramp};
 use super::{Clock, Planned, Planner, Stage, Work};
 use crate::num::{Hand, Num, hand, part, whole};
 use crate::run::Run;
+use crate::units::Ticks;
 
 impl Planner {
     /// A ramp run: 2^size steps from v to the speed there, of the first ramp
     /// (rise or ease) or of the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn ramp(
-        &mut self,
-        clock: &Clock,
-        work: &mut Work,
-        run: &mut Run,
-        first: bool,
-    ) -> Planned {
-        let up = first && !self.ease;
-        let room = if first { self.rise } else { self.fall };
-        if work.stage == Stage::Begin {
-            // What is too long already is not even tried.
-            let longest = hand(&clock.longest).roughly(&self.v).scaled(1).number();
-            while self.size > 0 && !hand(&longest).scaled(-(self.size as i8)).at_least(&clock.twice)
-            {
-                self.size -= 1;
+    pub(super) fn ramp(&mut self, clock: &Clock, work: &mut Work, first: bool) -> Planned {
+        if work.is_begun() {
+            let steps = u32::from(work.steps);
+            if first {
+                self.rise = self.rise.wrapping_sub(steps);
+                self.risen = self.risen.wrapping_add(steps);
+            } else {
+                self.fall = self.fall.wrapping_sub(steps);
             }
+            self.v = work.pending;
+            self.bent.goes_to(work);
+            return Planned::Ready;
         }
         let size = self.size.min(clock.ramp_size);
-        let full = 1u32 << size;
-        let steps = share_of_ramp(room, full);
-        match work.stage {
-            _ if self.is_bent() => {
-                if !self.follow(clock, work, steps, first) {
-                    return Planned::Again;
-                }
-                work.stage = Stage::Begin;
-            }
-            Stage::Begin => {
-                self.speed_after(steps, first).to(&mut work.pending);
-                work.stage = Stage::Half;
-                return Planned::Again;
-            }
-            Stage::Half => {
-                let change = hand(&work.pending);
-                let change = if up { change.minus(&self.v) } else { change.off(&self.v) };
-                change.to(&mut work.delta);
-                let mean = hand(&work.pending).plus(&self.v).under(&clock.twice);
-                // δ and what follows from it need few bits: the run's end is
-                // exact.
-                let delta = mean.also(&mut work.mean).roughly(&clock.inverse).roughly(&work.delta);
-                delta.scaled(1).to(&mut work.delta);
-                work.stage = Stage::Late;
-                return Planned::Again;
-            }
-            Stage::Late | Stage::Last => work.stage = Stage::Begin,
+        let full = 1u16 << size;
+        if work.stage == Stage::Begin {
+            work.steps = share_of_ramp(if first { self.rise } else { self.fall }, full);
         }
-        let bent = self.is_bent().then(|| self.jerk_of(clock, work, size));
-        let (mean, delta) = (&work.mean, &work.delta);
-        let mut spread = hand(delta).roughly(delta);
-        if let Some(jerk) = &bent {
-            spread = spread.plus(jerk);
+        if self.is_bent() {
+            if self.follow(clock, work, first) {
+                let [delta, error, growth] = self.bent_shape(clock, work, size);
+                self.settle(clock, work, first, [&delta, &error, &growth]);
+            }
+        } else if work.stage == Stage::Begin {
+            self.speed_after(work.steps, first).to(&mut work.pending);
+            work.stage = Stage::Half;
+        } else {
+            // δ/N = 2·(v₂ − v₁)/(v₁ + v₂)/N = 2·slope/(v₁ + v₂)²
+            hand(&work.pending).plus(&self.v).under(&clock.twice).to(&mut work.mean);
+            // What follows needs few bits: the run's end is exact.
+            let inverse = hand(&work.mean).roughly(&clock.inverse).number();
+            let (slope, _) = self.law(first);
+            let delta = hand(&inverse).roughly(&inverse).roughly(slope).scaled(1).number();
+            let growth = hand(&delta).roughly(&work.mean).number();
+            let delta = hand(&delta).scaled(size as i8).number();
+            // Δt·δ²/32, where growth is Δt·δ/N².
+            let error = hand(&growth).roughly(&delta).scaled((size as i8) * 2 - 5).number();
+            self.settle(clock, work, first, [&delta, &error, &growth]);
         }
-        let error = spread.roughly(mean).scaled(size as i8 - 5).number();
-        if size > 0
-            && !(clock.holds(mean, size)
-                && error.is_below(clock.bound.into())
-                && delta.is_below(-2))
-        {
+        Planned::Again
+    }
+
+    /// A ramp run of this shape is handed out next, or a shorter one is tried: by its δ, the
+    /// largest error of a step between its ends and what the interval grows by in a step,
+    /// both in ticks.
+    fn settle(&mut self, clock: &Clock, work: &mut Work, first: bool, shape: [&Num; 3]) {
+        let [delta, error, growth] = shape;
+        let size = self.size.min(clock.ramp_size);
+        let up = first && !self.ease;
+        let most = clock.longest_of(&work.mean) as u8;
+        if size > 0 && !(size <= most && error.is_below(clock.bound) && delta.is_below(-2)) {
             self.size = size - 1;
-            return Planned::Again;
+            work.stage = Stage::Begin;
+            return;
         }
         // Twice the length has eight times the error; a fall's grows by itself.
         // A run that was short for want of room says nothing of the next ones.
-        if steps == full {
-            self.size = if clock.holds(mean, size + 1)
-                && error.is_below((clock.bound - if up { 3 } else { 4 }).into())
+        if work.steps == 1 << size {
+            self.size = if size < most
+                && error.is_below(clock.bound - if up { 3 } else { 4 })
                 && delta.is_below(-4)
             {
                 size + 1
-            } else if !up && size > 0 && !error.is_below((clock.bound - 1).into()) {
+            } else if !up && size > 0 && !error.is_below(clock.bound - 1) {
                 size - 1
             } else {
                 size
             };
         }
-        if first {
-            self.rise = self.rise.wrapping_sub(steps);
-            self.risen = self.risen.wrapping_add(steps);
-        } else {
-            self.fall = self.fall.wrapping_sub(steps);
-        }
-        self.v = work.pending;
-        self.bent.goes_to(work.time);
         // An even number: then neither a stride's mean interval nor the spread
         // has a half to lose.
-        let mut half = hand(delta).roughly(mean).scaled(15 - size as i8);
-        if steps != full {
-            let sum = half.scaled(size as i8).number();
-            half = whole(steps).under(&sum);
+        let half = hand(growth).scaled(15).rounded_whole() as i32;
+        work.add = if up { half.wrapping_neg() } else { half }.wrapping_shl(1);
+        work.stage = Stage::Late;
+    }
+
+    /// The slope of the first ramp or the fall, and speed² where it is counted from.
+    fn law(&self, first: bool) -> (&Num, &Num) {
+        match (first, self.ease) {
+            (true, false) => (&self.a2, &self.w_from),
+            (true, true) => (&self.slope, &self.w_from),
+            _ => (&self.d2, &self.w_end),
         }
-        let add = (half.rounded_whole() as i32).wrapping_shl(1);
-        self.fitted(run, mean, if up { add.wrapping_neg() } else { add }, steps as u16)
     }
 
     /// The speed so many steps further on the first ramp or down the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn speed_after(&self, steps: u32, first: bool) -> Hand {
-        let (slope, w, n) = match (first, self.ease) {
-            (true, false) => (&self.a2, &self.w_from, self.risen.wrapping_add(steps)),
-            // What falls is reckoned from its end: nothing is subtracted.
-            (true, true) => (&self.slope, &self.w_from, self.rise.wrapping_sub(steps)),
-            _ => (&self.d2, &self.w_end, self.fall.wrapping_sub(steps)),
+    fn speed_after(&self, steps: u16, first: bool) -> Hand {
+        let steps = u32::from(steps);
+        // What falls is reckoned from its end: nothing is subtracted.
+        let n = match (first, self.ease) {
+            (true, false) => self.risen.wrapping_add(steps),
+            (true, true) => self.rise.wrapping_sub(steps),
+            _ => self.fall.wrapping_sub(steps),
         };
+        let (slope, w) = self.law(first);
         whole(n).times(slope).plus(w).root()
     }
 
-    /// So many steps with this mean interval, growing by `add`, an even number.
+    /// The run that is [`Planned::Ready`], and how many ticks it lasts: steps with a mean
+    /// interval, growing by `add`, an even number.
     ///
     /// ```text
     ///   first interval = mean − add·(N − 1)/2
@@ -123,95 +118,127 @@ impl Planner {
     ///
     /// rounded down, in 2⁻¹⁶ ticks; what the N of them lack then is carried.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn fitted(&mut self, run: &mut Run, mean: &Num, add: i32, steps: u16) -> Planned {
-        let (whole, part) = mean.split();
+    pub(crate) fn take(&mut self, work: &mut Work) -> (Run, Ticks) {
+        work.stage = Stage::Begin;
+        let (add, steps) = (work.add, work.steps);
+        let (whole, part) = work.mean.split();
         let wide = u32::from(steps);
         // Both are less than the steps of a run, 2¹⁵ at most, in 2⁻¹⁶ ticks: no
         // overflow.
         let lack = u32::from(part as u16).wrapping_mul(wide);
         let carry = self.carry.wrapping_add(lack);
-        let more = ((carry >> 16) as u16).checked_div(steps).unwrap_or(0);
+        let over = (carry >> 16) as u16;
+        // Mostly there is nothing to divide.
+        let more = if over < steps { 0 } else { over.checked_div(steps).unwrap_or(0) };
         self.carry = carry.wrapping_sub(u32::from(more.wrapping_mul(steps)) << 16);
-        // It is less than δ of the interval, and fits: see `holds`.
+        // It is less than δ of the interval, and fits: see `longest_of`.
         let spread = (add >> 1).wrapping_mul(wide.wrapping_sub(1) as i32);
-        let first = u64::from(whole) << 16 | u64::from(part >> 16);
-        let shift = i32::from(more).wrapping_sub(spread);
-        *run = Run::new(first.wrapping_add_signed(shift.into()), add, steps);
-        Planned::Run(whole.wrapping_mul(wide))
+        // What the first interval has beyond the whole ticks of the mean.
+        let beyond = ((part >> 16) as i32).wrapping_add(more.into()).wrapping_sub(spread);
+        let ticks = whole.wrapping_add_signed(beyond >> 16);
+        let run = Run { ticks, part: beyond as u16, count: steps, add };
+        (run, whole.wrapping_mul(wide))
+    }
+
+    /// Forgets the corners that are none: p of a step on a ramp, the rest of it at the top
+    /// speed, last longer than a level step by
+    ///
+    /// ```text
+    ///   p²·2f·slope/(8·v³)                p² ≤ 1
+    /// ```
+    ///
+    /// ticks. 1/128 of the largest error is let pass: 1/16 tick at 16 MHz.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn straighten(&mut self, clock: &Clock) {
+        let v = &self.v_top;
+        let cube = hand(v).roughly(v).roughly(v).roughly(&clock.inverse);
+        let steepest = cube.scaled(clock.bound - 4).number();
+        if steepest.at_least(&self.a2) {
+            self.rise_part = 0;
+        }
+        if steepest.at_least(&self.d2) {
+            self.fall_part = 0;
+        }
     }
 
     /// A level run.
-    pub(super) fn cruise(&mut self, clock: &Clock, work: &mut Work, run: &mut Run) -> Planned {
-        if work.stage == Stage::Begin {
-            let v = hand(&self.v_top).also(&mut self.v);
-            v.under(&clock.twice).scaled(-1).to(&mut work.mean);
-            work.stage = Stage::Half;
-            return Planned::Again;
+    pub(super) fn cruise(&mut self, clock: &Clock, work: &mut Work) -> Planned {
+        match work.stage {
+            Stage::Begin => {
+                let v = hand(&self.v_top).also(&mut self.v);
+                v.under(&clock.twice).scaled(-1).to(&mut work.mean);
+                work.stage = Stage::Half;
+                return Planned::Again;
+            }
+            Stage::Half => {
+                let corner = self.fall_part != 0 && !self.endless;
+                let room = self.level.wrapping_sub(corner.into());
+                let size = clock.level_size.min(clock.longest_of(&work.mean) as u8);
+                (work.add, work.steps) = (0, share(room, 1 << size));
+                // Where there is no corner the fall may begin with a part of one.
+                if u32::from(work.steps) == self.level && !self.is_bent() {
+                    self.speed_after(0, false).to(&mut work.pending);
+                    work.stage = Stage::Late;
+                    return Planned::Again;
+                }
+            }
+            Stage::Late | Stage::Last => self.v = work.pending,
         }
-        work.stage = Stage::Begin;
-        let room = self.level.wrapping_sub(u32::from(self.fall_part != 0 && !self.endless));
-        let mut size = clock.level_size;
-        while size > 0 && !clock.holds(&work.mean, size) {
-            size -= 1;
-        }
-        let steps = share(room, 1 << size);
         if !self.endless {
-            self.level = self.level.wrapping_sub(steps);
+            self.level = self.level.wrapping_sub(work.steps.into());
         }
-        self.fitted(run, &work.mean, 0, steps as u16)
+        Planned::Ready
     }
 
     /// The one step that a change of piece divides.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn corner(
-        &mut self,
-        clock: &Clock,
-        work: &mut Work,
-        run: &mut Run,
-        last: bool,
-    ) -> Planned {
+    pub(super) fn corner(&mut self, clock: &Clock, work: &mut Work, last: bool) -> Planned {
         if self.is_bent() {
-            return self.bent_corner(clock, work, run, last);
+            return self.bent_corner(clock, work, last);
         }
         let rise = self.rise_part;
         let fall = if last { self.fall_part } else { 0 };
-        match work.stage {
+        let of_step = match work.stage {
             Stage::Begin => {
-                hand(&self.v).plus(&self.v_top).to(&mut work.mean);
-                part(rise).times(&clock.twice).over(&work.mean).to(&mut work.pending);
+                whole(0).to(&mut work.pending);
+                work.mean = self.v;
                 work.stage = Stage::Half;
-                Planned::Again
+                rise
             }
             Stage::Half => {
-                part(fall).to(&mut work.mean);
-                part(rise).to(&mut work.delta);
-                whole(1).minus(&work.delta).minus(&work.mean).to(&mut work.mean);
-                let level = hand(&self.v_top).under(&clock.twice).scaled(-1).times(&work.mean);
-                level.plus(&work.pending).to(&mut work.pending);
-                work.stage = Stage::Late;
-                Planned::Again
+                work.mean = self.v_top;
+                work.stage = if last { Stage::Late } else { Stage::Last };
+                // Of the whole step: the parts are in 2⁻³², and not both 0.
+                0u32.wrapping_sub(rise).wrapping_sub(fall)
             }
-            Stage::Late if last => {
+            Stage::Late => {
                 self.speed_after(0, false).to(&mut work.mean);
                 work.stage = Stage::Last;
-                Planned::Again
+                fall
             }
-            Stage::Late | Stage::Last => {
-                self.v = self.v_top;
+            Stage::Last => {
+                self.v = work.mean;
+                work.mean = work.pending;
                 if last {
-                    self.v = work.mean;
-                    hand(&self.v_top).plus(&self.v).to(&mut work.mean);
-                    let time = part(fall).times(&clock.twice).over(&work.mean);
-                    time.plus(&work.pending).to(&mut work.pending);
                     self.fall_part = 0;
                 }
-                self.rise_part = 0;
-                if !self.endless {
-                    self.level = self.level.wrapping_sub(1);
-                }
-                work.stage = Stage::Begin;
-                self.fitted(run, &work.pending, 0, 1)
+                return self.turned(work);
             }
+        };
+        // A part takes its time at the mean of the top speed and the one at its other end.
+        let both = hand(&work.mean).plus(&self.v_top).number();
+        let time = part(of_step).times(&clock.twice).over(&both);
+        time.plus(&work.pending).to(&mut work.pending);
+        Planned::Again
+    }
+
+    /// The corner is a run of one step, as long as its mean interval.
+    pub(super) fn turned(&mut self, work: &mut Work) -> Planned {
+        self.rise_part = 0;
+        if !self.endless {
+            self.level = self.level.wrapping_sub(1);
         }
+        (work.add, work.steps) = (0, 1);
+        Planned::Ready
     }
 }

@@ -3,7 +3,9 @@
 /// Steps of the next run, where `full` would be its length and `room` is left
 /// of its piece. The last two share what is left: short runs would come faster
 /// than a chip can plan them.
-pub(super) fn share(room: u32, full: u32) -> u32 {
+pub(super) fn share(room: u32, full: u16) -> u16 {
+    // No run is longer than half of this.
+    let room = if room >> 16 == 0 { room as u16 } else { u16::MAX };
     if room <= full {
         room
     } else if room / 2 < full {
@@ -16,12 +18,12 @@ pub(super) fn share(room: u32, full: u32) -> u32 {
 /// Likewise of a ramp, where `full` is a power of two. What is no multiple of 32
 /// comes last, in a run of its own: such a run grows step by step (`stride.rs`),
 /// or is too short to.
-pub(super) fn share_of_ramp(room: u32, full: u32) -> u32 {
-    const WHOLE: u32 = 32;
+pub(super) fn share_of_ramp(room: u32, full: u16) -> u16 {
+    const WHOLE: u16 = 32;
     let steps = share(room, full);
     if steps == full || steps <= WHOLE {
         steps
-    } else if steps == room {
+    } else if u32::from(steps) == room {
         steps & !(WHOLE - 1)
     } else {
         // No more than `full`, which is a multiple of 32 here: more than 32 are

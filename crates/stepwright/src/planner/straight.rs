@@ -5,7 +5,6 @@
 use super::{Clock, Planned, Planner, Work};
 use crate::num::Num;
 use crate::profile::Unfit;
-use crate::run::Run;
 use crate::units::Jerk;
 
 /// Nothing.
@@ -33,7 +32,7 @@ impl Bent {
 
     pub(super) fn lays_out(&mut self) {}
 
-    pub(super) fn goes_to(&mut self, _: Num) {}
+    pub(super) fn goes_to(&mut self, _: &Work) {}
 }
 
 /// Never asked for.
@@ -47,15 +46,15 @@ impl Planner {
 
     pub(super) fn go_on(&mut self, _: i32) {}
 
-    pub(super) fn follow(&mut self, _: &Clock, _: &mut Work, _: u32, _: bool) -> bool {
+    pub(super) fn follow(&mut self, _: &Clock, _: &mut Work, _: bool) -> bool {
         true
     }
 
-    pub(super) fn jerk_of(&self, _: &Clock, _: &Work, _: u8) -> Num {
-        Num::ZERO
+    pub(super) fn bent_shape(&self, _: &Clock, _: &Work, _: u8) -> [Num; 3] {
+        [Num::ZERO; 3]
     }
 
-    pub(super) fn bent_corner(&mut self, _: &Clock, _: &mut Work, _: &mut Run, _: bool) -> Planned {
+    pub(super) fn bent_corner(&mut self, _: &Clock, _: &mut Work, _: bool) -> Planned {
         Planned::End
     }
 }

@@ -28,17 +28,56 @@ fn rounding_does_not_add_up() {
         let mut planner = Planner::IDLE;
         planner.lay_out(&clock, &order).unwrap();
         let steps = planner.rise;
-        let (mut work, mut run) = (Work::NONE, Run::steady(0, 0));
+        let mut work = Work::NONE;
         let mut time = 0u64;
         while planner.rise > 0 {
-            if let Planned::Run(_) = planner.next(&clock, &mut work, &mut run) {
-                time += run.duration();
+            if planner.next(&clock, &mut work) == Planned::Ready {
+                time += planner.take(&mut work).0.duration();
             }
         }
         let (a, n) = (accel as f64 / 1e3, f64::from(steps));
         let want = (2.0 * n / a).sqrt() * f64::from(hz);
         let off = time as f64 / 65536.0 - want;
         assert!(off.abs() <= want * 2f64.powi(-29) + 0.5, "{off} of {want}");
+    }
+}
+
+/// At speed a corner is a step of the level: the level takes fewer runs, and the travel is as
+/// long as its law says, but for 1/16 tick a corner.
+#[test]
+fn a_corner_at_speed_is_a_level_step() {
+    let rate = Rate::from_hz(16_000_000).unwrap();
+    let clock = Clock::new(rate, &Fit::board(rate));
+    let ramp = Ramp::Accel(Accel::from_steps(40_000).unwrap());
+    let mut corners = std::vec::Vec::new();
+    for top in (4_003..40_000).step_by(500) {
+        let top = Speed::from_steps(top).unwrap();
+        let (start, travel) = (Speed::ZERO, Travel::By(60_000));
+        let order = Order { start, top, up: ramp, down: ramp, jerk: None, travel };
+        let mut planner = Planner::IDLE;
+        planner.lay_out(&clock, &order).unwrap();
+        let (mut work, mut time, mut single) = (Work::NONE, 0u64, 0);
+        loop {
+            let level = planner.rise == 0 && planner.level != 0;
+            match planner.next(&clock, &mut work) {
+                Planned::Ready => {
+                    let (run, _) = planner.take(&mut work);
+                    time += run.duration();
+                    single += u32::from(level && run.count() == 1);
+                }
+                Planned::Again => {}
+                Planned::End => break,
+            }
+        }
+        corners.push((top.steps(), single));
+        let want = order.path(rate).unwrap().time_of(60_000 - 1) as f64;
+        let off = time as f64 / 65536.0 - want;
+        // The law's time is in whole ticks.
+        assert!(off.abs() <= 0.5 + 2.0 / 16.0 + want * 2f64.powi(-29), "{off} at {top:?}");
+    }
+    // 2f·a/(8·v³) is 1/16 tick at 17,235 steps/s.
+    for (top, single) in corners {
+        assert_eq!(single, if top < 17_235 { 2 } else { 0 }, "{top}");
     }
 }
 
@@ -78,13 +117,13 @@ fn no_interval_is_longer_than_31_bits() {
 /// with what is no multiple of 32 by itself.
 #[test]
 fn the_end_of_a_piece_is_shared() {
-    let runs = |share: fn(u32, u32) -> u32, mut room: u32| {
+    let runs = |share: fn(u32, u16) -> u16, mut room: u32| {
         let mut runs = std::vec::Vec::new();
         while room > 0 {
             let steps = share(room, 256);
             assert!((1..=256).contains(&steps), "{steps} of {room}");
             runs.push(steps);
-            room -= steps;
+            room -= u32::from(steps);
         }
         runs
     };
@@ -110,14 +149,15 @@ mod bent {
         let clock = Clock::new(rate, &Fit::EXACT.lasting(rate.micros(8_000)));
         let mut planner = Planner::IDLE;
         planner.lay_out(&clock, order)?;
-        let (mut work, mut run) = (Work::NONE, Run::steady(0, 0));
+        let mut work = Work::NONE;
         let mut times = std::vec![0.0];
         let (mut calls, mut time) = (0u32, 0u64);
         loop {
             calls += 1;
             assert!(calls < 10_000_000, "it never ends");
-            match planner.next(&clock, &mut work, &mut run) {
-                Planned::Run(_) => {
+            match planner.next(&clock, &mut work) {
+                Planned::Ready => {
+                    let (run, _) = planner.take(&mut work);
                     let mut interval = run.interval();
                     for _ in 0..run.count() {
                         time += interval;

@@ -1,7 +1,6 @@
 //! How far the planning of a run is.
 
 use crate::num::Num;
-use crate::units::Ticks;
 
 /// A run that is half planned: one for all axes, which take turns.
 #[derive(Clone, Copy, Debug)]
@@ -10,10 +9,15 @@ pub(crate) struct Work {
     pub(super) pending: Num,
     /// The mean interval of a run, or the speed at the end of a corner.
     pub(super) mean: Num,
-    /// δ of a ramp run.
+    /// δ of a bent ramp's run, and when it ends, from the low end of its curve.
+    #[cfg(feature = "s-curve")]
     pub(super) delta: Num,
-    /// When the run ends, from the low end of its curve.
+    #[cfg(feature = "s-curve")]
     pub(super) time: Num,
+    /// What the interval grows by in a step, in 2⁻¹⁶ ticks.
+    pub(super) add: i32,
+    /// Steps of the run.
+    pub(super) steps: u16,
     /// How far its planning is.
     pub(super) stage: Stage,
 }
@@ -22,8 +26,12 @@ impl Work {
     pub(crate) const NONE: Work = Work {
         pending: Num::UNSET,
         mean: Num::UNSET,
+        #[cfg(feature = "s-curve")]
         delta: Num::UNSET,
+        #[cfg(feature = "s-curve")]
         time: Num::UNSET,
+        add: 0,
+        steps: 0,
         stage: Stage::Begin,
     };
 
@@ -47,8 +55,7 @@ pub(super) enum Stage {
     /// The speed at the end of a ramp run is known; the interval of the level;
     /// of a corner the time of its rise.
     Half,
-    /// The mean interval of a ramp run is known; of a corner the time of its
-    /// rise and level.
+    /// All of a ramp run is known; of a corner the time of its rise and level.
     Late,
     /// The speed at the end of a corner is known.
     Last,
@@ -57,8 +64,8 @@ pub(super) enum Stage {
 /// What [`Planner::next`] has done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Planned {
-    /// A run, which lasts for so many ticks.
-    Run(Ticks),
+    /// A run: [`take`](super::Planner::take) it now.
+    Ready,
     /// Nothing yet: ask again. A run is made in three steps or more, so that
     /// no call takes a chip long.
     Again,

@@ -35,7 +35,6 @@ pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
     ("rate_ramps", 2, "queued", "the long way of one axis holds the others up; planning"),
     ("rate_ramps", 3, "queued", "the long way of one axis holds the others up; planning"),
     ("rate_constant", 3, "queued", "where one axis ends, the long way holds the others up"),
-    ("planning_burst", 3, "queued", "a piece of planning is too long by a fifth or more"),
     ("flash", 3, "queued", "what the compiler makes of wide numbers"),
 ];
 

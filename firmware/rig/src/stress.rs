@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use stepwright_sim::{Edge, Pin};
 use stepwright_stress::make::{Taste, story_on};
-use stepwright_stress::story::Can;
+use stepwright_stress::story::{Can, Input};
 use stepwright_stress::{Bench, Board as Nature, Fault, Player, Reset, Rules, Story, Sum};
 
 use crate::board::{AXES, HZ};
@@ -113,6 +113,16 @@ impl Bench for OnChip {
 
     fn switch(&mut self, axis: u8, high: bool) {
         self.chip.press(axis.into(), !high);
+    }
+
+    fn input(&mut self, input: Input, high: bool) {
+        if let Some([emergency, driver]) = self.chip.board().stoppers() {
+            let pin = match input {
+                Input::Emergency => emergency,
+                Input::Driver => driver,
+            };
+            self.chip.pull(pin, !high);
+        }
     }
 
     fn patience(&self) -> u64 {

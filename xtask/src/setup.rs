@@ -102,8 +102,16 @@ pub const NODE: &Need = &Need {
     or_else: "",
 };
 
+/// A logic analyser that reads our dumps.
+pub const SIGROK: &Need = &Need {
+    name: "sigrok-cli",
+    found: || succeeds("sigrok-cli", &["--version"]),
+    packages: &["sigrok-cli"],
+    or_else: "",
+};
+
 /// Everything, for `setup`.
-const ALL: &[&Need] = &[CROSS, AVR_GCC, AVRDUDE, SIMAVR, PYTHON, NODE];
+const ALL: &[&Need] = &[CROSS, AVR_GCC, AVRDUDE, SIMAVR, PYTHON, NODE, SIGROK];
 
 /// Meets `needs`: looks, and installs only what is missing.
 pub fn ensure(needs: &[&Need]) -> Result<()> {

@@ -10,6 +10,7 @@ mod examples;
 mod firmware;
 mod pyserial;
 mod rig;
+mod sigrok;
 
 use std::time::{Duration, Instant};
 
@@ -65,6 +66,12 @@ const STEPS: &[Step] = &[
         what: "a Python master drives the virtual board",
         needs: &[setup::PYTHON],
         run: pyserial::run,
+    },
+    Step {
+        name: "sigrok",
+        what: "sigrok-cli reads a dump of a virtual board's edges",
+        needs: &[setup::SIGROK],
+        run: sigrok::run,
     },
     Step { name: "fuzz", what: "the protocol stands random bytes", needs: &[], run: code::fuzz },
 ];

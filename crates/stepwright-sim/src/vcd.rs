@@ -1,7 +1,8 @@
 //! Edges as a Value Change Dump, for GTKWave and PulseView.
 //!
-//! Times are in picoseconds, which hold every timer up to 200 MHz to a
-//! thousandth of a tick or so.
+//! Times are in the longest unit that holds a tick exactly, of 1 s, 100 ms … 1 ps: 100 ps
+//! of a timer at 16 MHz. A tick that none holds is rounded down to 1 ps, which is a
+//! thousandth of a tick or so up to 200 MHz.
 
 use std::io::{self, Write};
 
@@ -17,12 +18,26 @@ use crate::edge::{Edge, Pin, Recorder};
 pub struct VcdWriter<W> {
     out: W,
     hz: u64,
+    /// Units of time in a second.
+    units: u128,
     time: Option<u64>,
     error: Option<io::Error>,
 }
 
 /// Picoseconds in a second.
 const PICO: u128 = 1_000_000_000_000;
+
+/// How many in a second of the longest unit that holds a tick, and its name.
+fn unit(hz: u64) -> (u128, String) {
+    let names = ["s", "ms", "us", "ns", "ps"];
+    let mut units = 1;
+    while units < PICO && !u128::is_multiple_of(units, hz.into()) {
+        units *= 10;
+    }
+    let power = units.ilog10();
+    let name = names.get(power.div_ceil(3) as usize).copied().unwrap_or("ps");
+    (units, format!("{} {name}", 10u32.pow((3 - power % 3) % 3)))
+}
 
 /// What a pin of an axis is called, and its letter in the dump. Those of STEP and
 /// DIR run from a on, the rest from A on.
@@ -52,15 +67,17 @@ impl<W: Write> VcdWriter<W> {
 
     /// The same with these pins of each axis; 8 axes at most.
     pub fn of(out: W, rate: Rate, axes: u8, pins: &[Pin]) -> VcdWriter<W> {
-        let mut vcd = VcdWriter { out, hz: rate.hz().into(), time: None, error: None };
-        vcd.error = vcd.header(axes.min(MOST), pins).err();
+        let hz = rate.hz().into();
+        let (units, name) = unit(hz);
+        let mut vcd = VcdWriter { out, hz, units, time: None, error: None };
+        vcd.error = vcd.header(&name, axes.min(MOST), pins).err();
         vcd
     }
 
-    fn header(&mut self, axes: u8, pins: &[Pin]) -> io::Result<()> {
+    fn header(&mut self, unit: &str, axes: u8, pins: &[Pin]) -> io::Result<()> {
         let out = &mut self.out;
         writeln!(out, "$version stepwright {} $end", env!("CARGO_PKG_VERSION"))?;
-        writeln!(out, "$timescale 1 ps $end")?;
+        writeln!(out, "$timescale {unit} $end")?;
         writeln!(out, "$scope module board $end")?;
         for axis in 0..axes {
             for &pin in pins {
@@ -78,11 +95,15 @@ impl<W: Write> VcdWriter<W> {
         writeln!(out, "$end")
     }
 
+    fn units_at(&self, time: u64) -> u128 {
+        u128::from(time) * self.units / u128::from(self.hz)
+    }
+
     fn line(&mut self, edge: Edge) -> io::Result<()> {
         if self.time != Some(edge.time) {
             self.time = Some(edge.time);
-            let ps = u128::from(edge.time) * PICO / u128::from(self.hz);
-            writeln!(self.out, "#{ps}")?;
+            let time = self.units_at(edge.time);
+            writeln!(self.out, "#{time}")?;
         }
         if edge.axis >= MOST {
             return Ok(());
@@ -99,8 +120,8 @@ impl<W: Write> VcdWriter<W> {
         if let Some(error) = self.error {
             return Err(error);
         }
-        let ps = u128::from(time) * PICO / u128::from(self.hz);
-        writeln!(self.out, "#{ps}")?;
+        let time = self.units_at(time);
+        writeln!(self.out, "#{time}")?;
         self.out.flush()?;
         Ok(self.out)
     }
@@ -128,7 +149,23 @@ mod tests {
         vcd.edge(Edge { time: 17, axis: 0, pin: Pin::Step, level: false });
         let text = String::from_utf8(vcd.finish(32).unwrap()).unwrap();
         let body = text.split("$end\n").last().unwrap();
-        assert_eq!(body, "#0\n1b\n#62500\n1c\n1a\n#1062500\n0a\n#2000000\n");
+        assert_eq!(body, "#0\n1b\n#625\n1c\n1a\n#10625\n0a\n#20000\n");
         assert!(text.contains("$var wire 1 c step2 $end"));
+        assert!(text.contains("$timescale 100 ps $end"));
+    }
+
+    /// 62.5 ns are 625 · 100 ps; a third of a microsecond is no decimal.
+    #[test]
+    fn the_unit_is_the_longest_that_holds_a_tick() {
+        for (hz, units, name) in [
+            (16_000_000, 10_000_000_000, "100 ps"),
+            (1_000_000, 1_000_000, "1 us"),
+            (100_000, 100_000, "10 us"),
+            (200_000_000, 1_000_000_000, "1 ns"),
+            (20_000_000, 100_000_000, "10 ns"),
+            (3_000_000, PICO, "1 ps"),
+        ] {
+            assert_eq!(unit(hz), (units, name.to_owned()), "{hz}");
+        }
     }
 }

@@ -45,6 +45,10 @@ The last line       Status
 An order that the board refuses ends with status 1 and no such line; a command
 line that makes no sense with 2.
 
+--vcd writes a Value Change Dump. PulseView imports it with a downsampling factor of 625,
+which gives a sample for each tick at 16 MHz; on the command line:
+  sigrok-cli -i edges.vcd -I vcd:downsample=625 -P stepper_motor:step=step1:dir=dir1
+
 Examples:
   stepwright move 4000
   stepwright move -4000 --top-speed 300rpm --accel 10000

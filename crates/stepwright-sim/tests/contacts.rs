@@ -148,8 +148,11 @@ fn a_switch_that_bounces_is_found_at_the_same_step_each_time() {
                     (inside, moved) = (now, board.now());
                 }
                 let chatters = board.now() < moved + 3 * MS;
-                let closed =
-                    if chatters { board.now() / (MS / 5 * (round + 1)) % 2 == 0 } else { inside };
+                let closed = if chatters {
+                    (board.now() / (MS / 5 * (round + 1))).is_multiple_of(2)
+                } else {
+                    inside
+                };
                 board.set_switch(0, !closed);
             }
         }

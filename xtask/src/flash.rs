@@ -58,3 +58,20 @@ fn programmer(board: Board, old: bool) -> &'static [&'static str] {
         Board::Mega => &["-p", "m2560", "-c", "wiring", "-b", "115200", "-D"],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As `boards.txt` of the Arduino AVR boards has them: `upload.speed` and
+    /// `upload.protocol` of uno, nano with its two boot loaders, and mega.
+    #[test]
+    fn each_boot_loader_has_its_speed() {
+        let rate = |board, old| programmer(board, old)[5];
+        assert_eq!(rate(Board::Uno, false), "115200");
+        assert_eq!(rate(Board::Nano, false), "115200");
+        assert_eq!(rate(Board::Nano, true), "57600");
+        assert_eq!(rate(Board::Mega, false), "115200");
+        assert_eq!(programmer(Board::Mega, false)[3], "wiring");
+    }
+}

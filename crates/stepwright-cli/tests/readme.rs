@@ -251,6 +251,23 @@ fn its_lines_are_those_of_the_protocol() {
     assert_eq!(answers[15..18], ["Y", "Y", "Y*88"]);
 }
 
+/// It is linked with nothing but what every program of the system is.
+#[test]
+#[cfg(target_os = "linux")]
+fn the_command_needs_no_system_library() {
+    let Ok(output) = Command::new("ldd").arg(env!("CARGO_BIN_EXE_stepwright")).output() else {
+        panic!("ldd tells what a program is linked with, and is part of the C library");
+    };
+    let listed = String::from_utf8_lossy(&output.stdout).into_owned();
+    let names = listed.lines().filter_map(|line| line.split_whitespace().next());
+    let known = ["linux-vdso", "libgcc_s", "libc.", "libm.", "libpthread", "libdl", "librt", "ld-"];
+    for name in names {
+        let name = name.rsplit('/').next().unwrap();
+        assert!(known.iter().any(|known| name.starts_with(known)), "{name}");
+    }
+    assert!(listed.contains("libc."), "{listed}");
+}
+
 // ---- Code and links ----
 
 #[allow(clippy::never_loop, unused_variables)]
@@ -283,6 +300,40 @@ fn its_code_compiles() {
     let lines = |text: &str| text.lines().map(|line| line.trim().to_owned()).collect::<Vec<_>>();
     let (code, here) = (lines(code), lines(include_str!("readme.rs")));
     assert!(here.windows(code.len()).any(|part| part == code), "{code:#?}");
+}
+
+/// Every file and every function that `docs/promises.md` names is there.
+#[test]
+fn its_promises_name_tests_that_are_there() {
+    let mut sources = Vec::new();
+    for folder in ["crates", "firmware/rig", "xtask/src"] {
+        collect(&root().join(folder), &mut sources);
+    }
+    let promises = read_to_string(root().join("docs/promises.md")).unwrap();
+    let rows = promises.lines().filter_map(|line| line.strip_prefix('|')?.split('|').nth(1));
+    let names: Vec<_> = rows.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
+    assert!(names.len() > 100, "{}", names.len());
+    for name in names {
+        // `austin*.rs`, `a_line_shows…`: what begins so.
+        let there = |(path, text): &(String, String)| match name.strip_suffix(".rs") {
+            Some(file) => path.contains(&format!("/{}", file.trim_end_matches('*'))),
+            None => text.contains(&format!("fn {}", name.trim_end_matches('…'))),
+        };
+        let word = name.ends_with(".rs") || name.contains('_');
+        assert!(!word || sources.iter().any(there), "{name}");
+    }
+}
+
+/// The sources below a folder, with their text.
+fn collect(folder: &Path, sources: &mut Vec<(String, String)>) {
+    for entry in folder.read_dir().unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() && !path.ends_with("target") {
+            collect(&path, sources);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            sources.push((path.to_string_lossy().into_owned(), read_to_string(&path).unwrap()));
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{board, chip};
+use common::{board, chip, say};
 use stepwright_rig::edges::{Needs, check, position_of, steps_of};
 use stepwright_rig::{Chip, Pair, firmware};
 
@@ -31,6 +31,11 @@ fn the_master_has_the_slave_travel() {
     let answers = String::from_utf8_lossy(&pair.answers).into_owned();
     assert!(answers.contains("Y\rY\rY\rY\rY\rY\rB\r"), "{answers}");
     assert_eq!(pair.master.lost() + pair.slave.lost(), 0);
+    // Back to 0, and the same once more; then the lamp is on and stays so.
+    assert!(pair.master.led_changes().is_empty());
+    pair.run_for(23 * SECOND);
+    let lamp: Vec<_> = pair.master.led_changes().iter().map(|change| change.1).collect();
+    assert_eq!((lamp, position_of(pair.slave.edges(), 0)), (vec![true], 0));
 }
 
 #[test]
@@ -43,6 +48,19 @@ fn a_slave_that_loses_its_power_is_noticed_and_the_way_made_up() {
     pair.run_for(4 * SECOND);
     // It begins at 0 again: the master sees that it is not where it should be.
     assert!(position_of(pair.slave.edges(), 0) > before);
+}
+
+#[test]
+fn a_slave_that_refuses_is_told_by_a_fast_lamp() {
+    let mut slave = chip();
+    say(&mut slave, "$max-speed=100");
+    let mut pair = Pair::new(master(), slave);
+    pair.run_for(4 * SECOND);
+    assert!(position_of(pair.slave.edges(), 0) == 0);
+    let late = pair.master.led_changes().iter().filter(|change| change.0 > 2 * SECOND);
+    let blinks = late.count();
+    // Five times a second: on and off.
+    assert!((17..=23).contains(&blinks), "{blinks} changes in 2 s");
 }
 
 #[test]

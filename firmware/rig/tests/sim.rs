@@ -1,0 +1,54 @@
+//! `cargo xtask sim`: the firmware behind a pseudo-terminal that says its path, in real time.
+
+mod common;
+
+use std::fs::OpenOptions;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use common::board;
+
+/// Ends with the test, however that goes.
+struct Sim(Child);
+
+impl Drop for Sim {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn the_simulated_chip_says_its_path_and_answers_there() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sim"));
+    command.arg(board().name()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut sim = Sim(command.spawn().unwrap());
+    let mut first = String::new();
+    BufReader::new(sim.0.stdout.take().unwrap()).read_line(&mut first).unwrap();
+    let path = first.trim_end().strip_prefix("pty ").expect("the first line");
+    let mut port = OpenOptions::new().read(true).write(true).open(path).unwrap();
+    let mut ask = |line: &str| {
+        port.write_all(format!("{line}\r").as_bytes()).unwrap();
+        let mut answer = Vec::new();
+        while answer.last() != Some(&b'\r') {
+            let mut byte = [0];
+            port.read_exact(&mut byte).unwrap();
+            answer.extend(byte);
+        }
+        String::from_utf8(answer).unwrap().trim_end().to_owned()
+    };
+    // Bytes that come during its start are lost; they end a line at the latest now.
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(ask("?").starts_with("stepwright "), "no answer");
+    for line in ["PO", "S50", "T50", "G+250", "E"] {
+        assert_eq!(ask(line), "Y", "{line}");
+    }
+    let begun = Instant::now();
+    while ask("F") == "B" {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    // Half a second at 500 steps/s, and at least that on a busy machine.
+    assert!(begun.elapsed() > Duration::from_millis(450), "{:?}", begun.elapsed());
+    assert_eq!(ask("V1"), "250");
+}

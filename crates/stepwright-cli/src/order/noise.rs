@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use clap::Parser;
-use stepwright_protocol::{AxisId, Distance, Travel};
+use stepwright_protocol::{AxisId, Command, Distance, Reply, Travel};
 use stepwright_sim::Description;
 
 use super::drive::{self, End, Ended};
@@ -147,6 +147,21 @@ fn a_flipped_bit_is_made_good() {
             assert!(went.took < Duration::from_secs(3), "{harm:?} {:?}", went.took);
         },
     );
+}
+
+/// A line that is harmless twice is said again where the board took it for another one.
+#[test]
+fn a_question_is_asked_again_when_it_arrived_damaged() {
+    let axis = AxisId::FIRST;
+    // F, ?, and then I1 and V1 with their checksums.
+    for bit in 0..8 * 17 {
+        let bench = Bench::new(Description::uno(), Width::Narrow, Recording::default());
+        let board = VirtualLink::new(bench, true);
+        let mut talk = Talk::new(Box::new(Lossy::new(board, Harm::FlipThere(bit))));
+        talk.meet().unwrap();
+        assert_eq!(talk.ask(Command::Zero(axis)).unwrap(), Reply::Yes, "{bit}");
+        assert_eq!(talk.ask(Command::Position(axis)).unwrap(), Reply::Position(0), "{bit}");
+    }
 }
 
 #[test]

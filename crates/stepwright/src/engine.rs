@@ -24,10 +24,9 @@
 //! is not asked to catch up. So does anything that is late by a quarter of the
 //! timer's period or more.
 //!
-//! **The short way.** On an AVR most interrupts are one plain step in time.
-//! `short_way!` makes an interrupt handler in assembly that does these, at
-//! fixed addresses, and calls the engine for the rest; it leaves what the
-//! engine would have left. `engine/short.rs` has the costs.
+//! **The short way.** Where a law runs in the interrupt of an AVR, `direct_way!` makes
+//! a handler in assembly that does plain steps at fixed addresses, and calls the engine
+//! for the rest; it leaves what the engine would have left.
 
 #[doc(hidden)]
 pub mod glimpse;
@@ -35,8 +34,6 @@ mod late;
 mod pause;
 #[cfg(target_arch = "avr")]
 mod short;
-#[cfg(target_arch = "avr")]
-mod short_text;
 mod track;
 
 use crate::drive::{Axes, Drive};
@@ -89,9 +86,6 @@ pub struct Engine<T: StepTimer, D, F, const N: usize> {
     /// From the short way: axes that have made the last step of their run.
     #[cfg_attr(not(target_arch = "avr"), allow(dead_code))]
     ended: Axes,
-    /// For the short way: what a late step waits for, in 3 cycles.
-    #[cfg_attr(not(target_arch = "avr"), allow(dead_code))]
-    pace: u8,
     timing: Timing,
     late: u32,
 }
@@ -117,7 +111,6 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             tracks: [Track::IDLE; N],
             rare: T::Count::ZERO.0,
             ended: 0,
-            pace: pace(timing),
             timing,
             late: 0,
         }
@@ -460,16 +453,6 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 /// The short way's pulse is so long or longer: for a longer one every step goes through
 /// the engine, at ten times the cost.
 pub const SHORT_PULSE: Ticks = 45;
-
-/// Three cycles each, beyond the short way's own time from step to step when
-/// it is late.
-const fn pace(timing: Timing) -> u8 {
-    // A third, by multiplication: exact up to here, and without the 1.1 KB that
-    // a routine for division takes.
-    let rest = timing.min_interval.saturating_sub(118);
-    let rest = if rest < 762 { rest } else { 762 };
-    (rest.wrapping_mul(21_846) >> 16) as u8 + 1
-}
 
 /// What the short way is told.
 mod short_flags {

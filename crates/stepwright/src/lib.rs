@@ -8,6 +8,7 @@ pub mod cycle;
 pub mod direct;
 pub mod drive;
 pub mod engine;
+pub mod entry;
 mod fixed;
 mod group;
 mod late;

@@ -24,7 +24,6 @@ pub(crate) struct Motor<const Q: usize> {
     forward: bool,
     /// The travel is too long for `left` to be counted on.
     beyond: bool,
-    pushed: u8,
     /// What is left of the rest after its last travel, in ticks.
     rest: Ticks,
     /// Where the travel is to end, in steps from where it began. Of an endless
@@ -35,9 +34,12 @@ pub(crate) struct Motor<const Q: usize> {
     left: i32,
     /// The highest speed from the last order or change on, in 0.001 steps/s.
     peak: u32,
-    /// Durations of the last Q runs pushed, by push number, in the units of
-    /// [`Horizon`].
-    spans: [u8; Q],
+    /// When the last Q places of the queue end, by its counter, in the units of
+    /// [`Horizon`] and modulo 256: what is queued lasts for 255 at most, or counts so.
+    ends: [u8; Q],
+    /// Places of the queue that have been taken since the beginning, modulo 256, as far as
+    /// `ends` knows.
+    pushed: u8,
     planner: Planner,
 }
 
@@ -84,7 +86,7 @@ impl<const Q: usize> Motor<Q> {
         left: 0,
         peak: 0,
         beyond: false,
-        spans: [0; Q],
+        ends: [0; Q],
         pushed: 0,
         rest: 0,
     };
@@ -234,21 +236,35 @@ impl<const Q: usize> Motor<Q> {
     fn push(&mut self, feed: &mut Producer<'_, Q>, run: Run, ticks: Ticks, horizon: &Horizon) {
         let span = u8::try_from(ticks >> horizon.unit).unwrap_or(u8::MAX);
         if feed.push(run).is_ok() {
-            if let Some(slot) = self.spans.get_mut(usize::from(self.pushed) & (Q - 1)) {
-                *slot = span;
-            }
-            self.pushed = self.pushed.wrapping_add(1);
+            // The last of the places that it takes lasts as long as the run. A run that waits
+            // for the next one counts with the place before it.
+            let span = span.min(!self.ahead(feed));
+            let last = self.pushed.wrapping_sub(1);
+            self.set_end(last, self.end(last).wrapping_add(span));
         }
     }
 
     /// How long what is queued lasts, in units.
-    fn ahead(&self, feed: &Producer<'_, Q>) -> u16 {
-        let mut sum = 0u16;
-        for back in 1..=feed.len() {
-            let at = usize::from(self.pushed.wrapping_sub(back)) & (Q - 1);
-            sum = sum.saturating_add(self.spans.get(at).copied().unwrap_or(0).into());
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn ahead(&mut self, feed: &Producer<'_, Q>) -> u8 {
+        let end = self.end(self.pushed.wrapping_sub(1));
+        while self.pushed != feed.pushed() {
+            self.set_end(self.pushed, end);
+            self.pushed = self.pushed.wrapping_add(1);
         }
-        sum
+        let played = self.pushed.wrapping_sub(feed.len());
+        end.wrapping_sub(self.end(played.wrapping_sub(1)))
+    }
+
+    /// When the place ends that a counter of the queue stands for.
+    fn end(&self, at: u8) -> u8 {
+        self.ends.get(usize::from(at) & (Q - 1)).copied().unwrap_or(0)
+    }
+
+    fn set_end(&mut self, at: u8, end: u8) {
+        if let Some(slot) = self.ends.get_mut(usize::from(at) & (Q - 1)) {
+            *slot = end;
+        }
     }
 
     /// Does a piece of planning, if a run is wanted.
@@ -265,7 +281,7 @@ impl<const Q: usize> Motor<Q> {
             Leg::Open | Leg::Braking => {}
         }
         if !work.is_begun()
-            && (feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units.into()))
+            && (feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units))
         {
             return Progress::Nothing;
         }
@@ -379,4 +395,45 @@ pub(crate) struct Wait {
     pub hold: Ticks,
     /// After it, before the first pulse.
     pub lead: Ticks,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::queue::{Feed, Queue, Taken};
+
+    #[test]
+    fn what_is_queued_lasts_as_long_as_its_runs() {
+        let horizon = Horizon::new(256_000);
+        let mut queue = Queue::<8>::new();
+        let (mut feed, mut engine) = queue.split();
+        let mut motor = Motor::<8>::IDLE;
+        assert_eq!(motor.ahead(&feed), 0);
+        // Round the queue's places many times; a run of k + 1 units each.
+        for k in 0..300u32 {
+            let unit = k % 20 + 1;
+            motor.push(&mut feed, Run::steady(1, 1), unit << horizon.unit, &horizon);
+            let last = if k == 0 { 0 } else { (k - 1) % 20 + 1 };
+            assert_eq!(u32::from(motor.ahead(&feed)), unit + last, "run {k}");
+            if k > 0 {
+                assert!(matches!(engine.take(), Taken::Run(_)));
+            }
+        }
+        engine.clear();
+        assert_eq!(motor.ahead(&feed), 0);
+    }
+
+    #[test]
+    fn what_lasts_for_long_counts_as_long() {
+        let horizon = Horizon::new(256_000);
+        let mut queue = Queue::<8>::new();
+        let (mut feed, mut engine) = queue.split();
+        let mut motor = Motor::<8>::IDLE;
+        for _ in 0..3 {
+            motor.push(&mut feed, Run::steady(1, 1), 200 << horizon.unit, &horizon);
+        }
+        assert_eq!(motor.ahead(&feed), 255);
+        engine.take();
+        assert_eq!(motor.ahead(&feed), 55);
+    }
 }

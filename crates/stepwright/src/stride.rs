@@ -210,26 +210,8 @@ impl Slot {
         }))
     }
 
-    /// Steps that are left of a run while the step interrupt counts them down.
-    ///
-    /// # Safety
-    /// `slot` points to a slot.
-    pub(crate) unsafe fn left_of(slot: *const Slot) -> u16 {
-        // SAFETY: the caller's promise; each byte is read on its own, until the
-        // high one has stayed while the low one was read.
-        unsafe {
-            let left = &raw const (*slot).0.left;
-            loop {
-                let high = (&raw const (*left).high).read_volatile();
-                let low = (&raw const (*left).low).read_volatile();
-                if (&raw const (*left).high).read_volatile() == high {
-                    return Left { low, high }.steps();
-                }
-            }
-        }
-    }
-
     /// The run that was put in.
+    #[cfg_attr(target_arch = "avr", allow(dead_code))]
     pub(crate) fn run(&self) -> Run {
         match self.entry() {
             Entry::Far(run) => run,
@@ -284,6 +266,7 @@ impl Slot {
 
 /// What a run is for the step interrupt.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(target_arch = "avr", allow(dead_code))]
 enum Entry {
     Near(Stride),
     /// A turn, or a run whose intervals are dealt out step by step.

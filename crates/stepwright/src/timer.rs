@@ -160,7 +160,7 @@ pub trait StepTimer {
     /// timer afterwards.)
     fn wake_at(&mut self, at: Self::Count);
 
-    /// Whether the chip has a short way (`short_way!`), which is told what it may do
+    /// Whether the chip has a short way (`direct_way!`), which is told what it may do
     /// through [`arm`](StepTimer::arm).
     const SHORT: bool = false;
 

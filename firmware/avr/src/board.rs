@@ -42,7 +42,7 @@ mod pins;
 #[path = "board/uno.rs"]
 mod pins;
 
-pub use pins::{Levels, Pins, pins};
+pub use pins::{Levels, Pins, pins, wiring};
 
 /// Axes that turn the other way round. The foreground writes it while they
 /// rest; the step interrupt reads it when it sets DIR.
@@ -53,6 +53,11 @@ static REVERSE: AtomicU8 = AtomicU8::new(0);
 /// The level of DIR that makes an axis step forward or backward.
 fn level(axis: u8, forward: bool) -> bool {
     forward != (REVERSE.load(Ordering::Relaxed) & (1 << (axis & 7)) != 0)
+}
+
+/// Whether DIR of an axis is at the level of forward.
+pub(crate) fn is_forward(axis: u8) -> bool {
+    pins::direction(axis) == level(axis, true)
 }
 
 /// From now on these axes turn the other way round. They must rest.
@@ -114,9 +119,8 @@ const fn with(cost: Cost<AXES>, min_interval: u32) -> Board<AXES> {
 /// late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`).
 #[cfg(not(feature = "bench"))]
 const COST: [u32; AXES] = [140, 213, 251];
-/// Likewise with pulses that the short way through the step interrupt can't make: those
-/// of 3 to 20 µs that `firmware/rig/tests/pulse.rs` keeps, and a tenth. The engine
-/// works while it holds a pulse, so its width does not matter.
+/// Likewise with pulses that are held: those of 3 to 20 µs that
+/// `firmware/rig/tests/pulse.rs` keeps, and a tenth.
 #[cfg(not(feature = "bench"))]
 const LONGER: [u32; AXES] = [1_250, 1_700, 4_400];
 #[cfg(not(feature = "bench"))]

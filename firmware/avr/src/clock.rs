@@ -1,13 +1,13 @@
 //! Milliseconds, without an interrupt.
 //!
-//! Timer 2 counts in 64 µs and wraps after 16.4 ms. The main loop asks more
+//! Timer 0 counts in 64 µs and wraps after 16.4 ms. The main loop asks more
 //! often than that, so that no wrap is missed.
 
-use crate::chip::TC2;
+use crate::chip::TC0;
 
 /// Counts milliseconds.
 pub struct Clock {
-    registers: TC2,
+    registers: TC0,
     /// The counter when it was last read.
     seen: u8,
     /// Time since the last whole millisecond, in 8 µs: 125 make one.
@@ -15,9 +15,9 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Lets timer 2 run.
-    pub fn start(registers: TC2) -> Clock {
-        registers.tccr2b().write(|w| w.cs2().prescale_1024());
+    /// Lets timer 0 run.
+    pub fn start(registers: TC0) -> Clock {
+        registers.tccr0b().write(|w| w.cs0().prescale_1024());
         Clock { registers, seen: 0, part: 0 }
     }
 
@@ -25,7 +25,7 @@ impl Clock {
     /// ms, and on average more often than once a millisecond: it tells of one
     /// at a time.
     pub fn ticked(&mut self) -> bool {
-        let now = self.registers.tcnt2().read().bits();
+        let now = self.registers.tcnt0().read().bits();
         self.part = self.part.wrapping_add(8 * u16::from(now.wrapping_sub(self.seen)));
         self.seen = now;
         let ticked = self.part >= 125;

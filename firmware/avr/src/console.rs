@@ -5,7 +5,7 @@
 
 use stepwright::timed::{Code, Dump, Field};
 
-use crate::chip::{TC2, USART0};
+use crate::chip::{TC0, USART0};
 use crate::clock::Clock;
 
 /// 16 MHz / 8 / 115200 − 1.
@@ -20,7 +20,7 @@ pub struct Console {
 
 impl Console {
     /// 115200 baud, and the clock at 0.
-    pub fn start(usart: USART0, timer: TC2) -> Console {
+    pub fn start(usart: USART0, timer: TC0) -> Console {
         usart.ucsr0a().write(|w| w.u2x0().set_bit());
         usart.ubrr0().write(|w| w.set(DIVISOR));
         usart.ucsr0c().write(|w| w.ucsz0().chr8());

@@ -15,7 +15,7 @@ use crate::board::{self, AXES, Levels, Pins};
 use crate::chip;
 use crate::console::Console;
 use crate::slot::Slot;
-use crate::step::token;
+use crate::slot::token;
 use crate::timer::{Compiled, Timer};
 
 /// Three motors and what is around them.
@@ -80,7 +80,7 @@ pub unsafe fn start(motors: [Motor; AXES], stand: Switches) -> (Held, Console) {
         // No cycle runs yet, and there are as many.
         let _ = cycle.set_motor(axis, motor);
     }
-    let console = Console::start(chip.USART0, chip.TC2);
+    let console = Console::start(chip.USART0, chip.TC0);
     // SAFETY: all that an interrupt touches has been made.
     unsafe { interrupt::enable() };
     (Held(()), console)

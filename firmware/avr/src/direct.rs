@@ -7,7 +7,7 @@ use stepwright::{Control, Engine, Report, Ticks, Timing};
 
 use crate::board::{AXES, Pins, direct};
 use crate::slot::Slot;
-use crate::step::token;
+use crate::slot::token;
 use crate::timer::Timer;
 
 /// The engine that the step interrupt plays.

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `board` | which chip it is, its pins, what its steps cost |
 //! | `timer` | the step timer |
-//! | `step` | the step interrupt that plays queues, and the foreground's way to hold it off |
+//! | `step` | the step interrupts that play queues, one an axis, and the foreground's hold on them |
 //! | `direct` | likewise, with the law in the interrupt |
 //! | `cycle` | likewise, with stepper_h's motor cycles in it |
 //! | `serial` | the serial line, USART0 |

@@ -36,7 +36,7 @@ pub const SENDING: u8 = LISTENING | 1 << 5;
 
 /// Bytes received since the beginning, and how many that may be, both modulo 256. An
 /// instruction reaches these registers in one cycle, memory in two. They are the compare
-/// registers of timer 0, alike on both chips, which is off and compares nothing; the
+/// registers of timer 0, alike on both chips, which compares nothing; the
 /// general ones are the step interrupt's.
 #[doc(hidden)] // the handlers use it
 pub const CAME: u8 = 0x27; // OCR0A
@@ -248,7 +248,7 @@ impl Inbox {
 
     /// Empty; before the receiver is on.
     fn begin(&self) {
-        // SAFETY: nobody else uses timer 0.
+        // SAFETY: nobody else uses its compare registers.
         let timer = unsafe { TC0::steal() };
         timer.ocr0a().write(|w| w.set(0));
         timer.ocr0b().write(|w| w.set(SIZE));
@@ -259,7 +259,7 @@ impl Inbox {
     /// # Safety
     /// For the foreground alone, one call at a time.
     unsafe fn take(&self) -> Option<u8> {
-        // SAFETY: nobody else uses timer 0.
+        // SAFETY: nobody else uses its compare registers.
         let timer = unsafe { TC0::steal() };
         // SAFETY: the caller's promise.
         let taken = unsafe { &mut *self.taken.get() };

@@ -1,6 +1,7 @@
 //! A static that the main program makes and an interrupt uses.
 
 use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
 
 /// Memory at a fixed address, whose owners agree who has it when.
 ///
@@ -44,4 +45,14 @@ impl<T> Slot<T> {
         // SAFETY: the caller's promise.
         unsafe { &mut *self.0.get() }
     }
+}
+
+/// Registers, which are no more than a right.
+///
+/// # Safety
+/// The caller has the right, or nothing is done with them before somebody has.
+pub(crate) const unsafe fn token<T>() -> T {
+    const { assert!(size_of::<T>() == 0) };
+    // SAFETY: of a value without bytes none is missing; the caller's promise.
+    unsafe { MaybeUninit::uninit().assume_init() }
 }

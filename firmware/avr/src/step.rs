@@ -1,141 +1,545 @@
-//! The step interrupt, and the foreground's way to hold it off.
+//! The step interrupts, one an axis, and the foreground's hold on them.
+//!
+//! Each axis has a compare register of its own, so that the hardware sorts the
+//! deadlines. An interrupt plays the events of a group ([`entry`]); when the group
+//! is over the next one is ready, and the one after it is prepared with interrupts
+//! on. Compiled code never runs while a step waits.
+//!
+//! ```text
+//!   queue ──► prepare ──► next group ──► present group ──► pins, compare register
+//!             (interrupts on)      (at a group's end)       (at each deadline)
+//! ```
+//!
+//! # Cost
+//!
+//! A step, in cycles of an ATmega328P:
+//!
+//! | | cycles |
+//! | --- | --- |
+//! | entry, jump | 4 + 3 |
+//! | save r24 (GPIOR1), SREG (GPIOR2), r25, r26 | 7 |
+//! | pins to the port: the edge | 3 |
+//! | deadline += interval, into the compare register | 21 |
+//! | is it still far enough ahead? | 13 |
+//! | pin down | 2 |
+//! | count | 6 |
+//! | restore and leave | 11 |
+//! | in all | 70 |
+//!
+//! # Late steps
+//!
+//! 23 cycles after an edge the interrupt looks at the timer: less than half an interval
+//! less 1 µs to the next deadline is a late step (`stepwright::late_after`), and is counted. If that deadline
+//! has passed too, its step comes as soon as the minimum interval allows, and
+//! steps of other axes may come in between; 3,072 ticks behind, the schedule slips.
+//! An open queue that is empty at a deadline is one late step, and what comes then
+//! is played from there on.
+//!
+//! # The Uno's third axis
+//!
+//! Timer 2 counts every eighth cycle, in phase with timer 1: the edges of the third
+//! axis come at the next multiple of 8 cycles. A wait of more than 1,791 cycles is
+//! several turns of that timer, and a look at each.
+//!
+//! Simulators tell nothing of two things, which want one look on real hardware with
+//! an oscilloscope: the phase of timer 2 (the first and the third axis at one speed,
+//! their edges 0 to 8 cycles apart, and no jumps), and a compare register written
+//! just before it matches (the third axis at its highest speed, no step missing).
+//!
+//! [`entry`]: stepwright::entry
 
-use core::mem::MaybeUninit;
+#[doc(hidden)] // for the assembly
+#[allow(missing_docs)]
+pub mod channels;
+mod boards;
+mod fill;
+mod play;
+
+use core::mem::offset_of;
 
 use avr_device::interrupt;
-use stepwright::drive::Axes;
-use stepwright::queue::{Consumer, Producer, Queue};
-use stepwright::{Control, Engine, Report, Timing};
+use stepwright::drive::{Axes, Drive};
+use stepwright::queue::{Producer, Queue};
+use stepwright::{Control, Report, Ticks, Timing};
 
-use crate::board::{AXES, Pins, description};
+use crate::board::{self, AXES, Pins};
 use crate::slot::Slot;
-use crate::timer::Timer;
+use channels::{OCR, TCCRA, TCNT, TIFR, TIMSK};
 
-/// Runs queued for each axis, 13 bytes each.
+/// Entries queued for each axis, 11 bytes each.
 pub const RUNS: usize = 8;
-
-/// The engine that the step interrupt plays.
-pub type StepEngine = Engine<Timer, Pins, Consumer<'static, RUNS>, AXES>;
 
 /// Where the runs of all axes go.
 pub type Feeds = [Producer<'static, RUNS>; AXES];
 
-/// Shared by the engine and the foreground.
-#[doc(hidden)] // the step interrupt reads it
-pub static QUEUES: Slot<[Queue<RUNS>; AXES]> = Slot::new([const { Queue::new() }; AXES]);
+/// Cycles from an edge to the look at the timer, and the µs that a step may be later than
+/// half an interval (`stepwright::late_after`).
+pub const LOOK: u8 = 23 + 16;
+/// High byte of −3,072 ticks: further behind, the schedule slips.
+pub const SLIP: u8 = 0xF4;
+/// How long an axis waits that has nothing to play, in 257 ticks.
+pub const POLL: u8 = 0x23;
 
-/// The ends of an axis's queue.
-///
-/// # Safety
-/// Each end is for one user: the first for that of [`feeds`], the second for the engine.
-const unsafe fn ends(axis: usize) -> (Producer<'static, RUNS>, Consumer<'static, RUNS>) {
-    // SAFETY: the caller's promise; a queue is shared as it is.
-    unsafe { QUEUES.share()[axis].ends() }
+/// Events with the same pins and the same wait.
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct Group {
+    /// In 2⁻⁸ ticks.
+    interval: [u8; 3],
+    /// Half of it less [`LOOK`], in ticks: with less to the next deadline a step is late.
+    room: [u8; 2],
+    /// As `entry::Events`.
+    left: [u8; 2],
+    pins: u8,
 }
 
-/// Begun by `start`, before interrupts are enabled; from then on the step
-/// interrupt's.
-///
-/// Its memory is filled when the chip starts: code that does it would be longer.
-#[doc(hidden)] // the step interrupt plays it
-pub static ENGINE: Slot<StepEngine> = Slot::new(Engine::off(
-    // SAFETY: they take no memory, and the engine does nothing before `start`,
-    // whose caller has the right to them.
-    unsafe { token() },
-    unsafe { token() },
-    // SAFETY: the engine's ends.
-    unsafe { [ends(0).1, ends(1).1, ends(2).1] },
-    description().timing,
-));
-
-/// Registers, which are no more than a right.
-///
-/// # Safety
-/// The caller has the right, or nothing is done with them before somebody has.
-pub(crate) const unsafe fn token<T>() -> T {
-    const { assert!(size_of::<T>() == 0) };
-    // SAFETY: of a value without bytes none is missing; the caller's promise.
-    unsafe { MaybeUninit::uninit().assume_init() }
+impl Group {
+    const NONE: Group = Group { interval: [0; 3], room: [0; 2], left: [0; 2], pins: 0 };
 }
 
-/// What the short way through the step interrupt leaves to the engine;
-/// [`step_interrupt!`](crate::step_interrupt) has it called.
-///
-/// # Safety
-/// For the step interrupt alone, once there is an engine.
+/// Steps that are `left` of a group with these pins.
+fn steps(left: [u8; 2], pins: u8) -> u32 {
+    let [low, high] = left;
+    let high = if low == 0 { high.wrapping_add(1) } else { high };
+    if pins & channels::STEPS == 0 { 0 } else { u16::from_le_bytes([low, high]).into() }
+}
+
+/// What the interrupt of an axis plays.
 #[doc(hidden)]
-pub unsafe extern "C" fn long_way(look: u16) {
-    // SAFETY: the caller's promise; the foreground gets the engine only with
-    // interrupts off.
-    unsafe { ENGINE.get() }.on_long_way(look);
+#[repr(C)]
+pub struct Axis {
+    now: Group,
+    next: Group,
+    growth: [u8; 3],
+    events: [u8; 2],
+    groups: u8,
+    then: u8,
+    /// The deadline in 2⁻⁸ ticks; its upper bytes are the compare register's, where
+    /// that has 16 bits.
+    due: [u8; 3],
+    /// 1: the queue is empty, and the next event is not late yet; 2: it is.
+    starved: u8,
+    /// Steps that the groups had which were prepared since the travel began.
+    loaded: [u8; 5],
+    queue: Queue<RUNS>,
 }
 
-/// Has the engine begin. Returns the foreground's hold on it.
-///
-/// # Safety
-/// To be called once, with interrupts disabled.
-pub unsafe fn start(_: Timer, _: Pins) -> Held {
-    // SAFETY: interrupts are disabled.
-    unsafe { ENGINE.get() }.begin();
-    Held(())
+#[doc(hidden)] // for the assembly
+impl Axis {
+    pub const NEXT: usize = offset_of!(Axis, next);
+    pub const GROWTH: usize = offset_of!(Axis, growth);
+    pub const EVENTS: usize = offset_of!(Axis, events);
+    pub const GROUPS: usize = offset_of!(Axis, groups);
+    pub const THEN: usize = offset_of!(Axis, then);
+    pub const DUE: usize = offset_of!(Axis, due);
+    pub const STARVED: usize = offset_of!(Axis, starved);
+    pub const LOADED: usize = offset_of!(Axis, loaded);
+    pub const QUEUE: usize = offset_of!(Axis, queue);
+    const LAYOUT: () = {
+        assert!(offset_of!(Axis, now) == 0 && offset_of!(Group, room) == 3);
+        assert!(offset_of!(Group, left) == 5 && offset_of!(Group, pins) == 7);
+        assert!(size_of::<Group>() == 8 && size_of::<Axis>() < 256);
+        // What the assembly reaches through Z.
+        assert!(Self::QUEUE + Queue::<RUNS>::PLAYED < 64);
+    };
+
+    const fn new() -> Axis {
+        let () = Self::LAYOUT;
+        Axis {
+            now: Group::NONE,
+            next: Group::NONE,
+            growth: [0; 3],
+            events: [0; 2],
+            groups: 0,
+            then: 0,
+            due: [0; 3],
+            starved: 0,
+            loaded: [0; 5],
+            queue: Queue::new(),
+        }
+    }
 }
 
-/// Where the foreground's runs go.
+/// What all axes share.
+#[doc(hidden)]
+#[repr(C)]
+pub struct Common {
+    /// Late steps.
+    late: [u8; 3],
+    /// Axes for which there is nothing to prepare.
+    resting: Axes,
+    /// Beyond its own 36 cycles a pulse lasts so many times 3; 0 for a pulse as it is.
+    hold: u8,
+    /// What a late step waits for, in 3 cycles.
+    pace: u8,
+}
+
+#[doc(hidden)] // for the assembly
+impl Common {
+    pub const LATE: usize = offset_of!(Common, late);
+    pub const RESTING: usize = offset_of!(Common, resting);
+    pub const HOLD: usize = offset_of!(Common, hold);
+    pub const PACE: usize = offset_of!(Common, pace);
+}
+
+#[doc(hidden)] // the step interrupts play them
+pub static STEPPERS: Slot<[Axis; AXES]> = Slot::new([const { Axis::new() }; AXES]);
+#[doc(hidden)]
+pub static COMMON: Slot<Common> = Slot::new(Common { late: [0; 3], resting: 0, hold: 0, pace: 1 });
+
+/// Puts the step interrupts into a program.
+#[macro_export]
+macro_rules! step_interrupts {
+    () => {
+        core::arch::global_asm!(
+            $crate::step_fill_text!(),
+            $crate::step_play_text!(),
+            ".macro sw_enter",
+            $crate::entry!(),
+            ".endm",
+            $crate::step_board_text!(),
+            axes = sym $crate::step::STEPPERS,
+            common = sym $crate::step::COMMON,
+            axis = const size_of::<$crate::step::Axis>(),
+            now = const 0,
+            next = const $crate::step::Axis::NEXT,
+            growth = const $crate::step::Axis::GROWTH,
+            events = const $crate::step::Axis::EVENTS,
+            groups = const $crate::step::Axis::GROUPS,
+            then = const $crate::step::Axis::THEN,
+            due = const $crate::step::Axis::DUE,
+            starved = const $crate::step::Axis::STARVED,
+            loaded = const $crate::step::Axis::LOADED,
+            queue = const $crate::step::Axis::QUEUE,
+            taken = const $crate::step::EntryQueue::TAKEN,
+            pushed = const $crate::step::EntryQueue::PUSHED,
+            open = const $crate::step::EntryQueue::OPEN,
+            played = const $crate::step::EntryQueue::PLAYED,
+            slots_at = const $crate::step::EntryQueue::SLOTS,
+            slots = const $crate::step::RUNS,
+            late = const $crate::step::Common::LATE,
+            resting = const $crate::step::Common::RESTING,
+            hold = const $crate::step::Common::HOLD,
+            pace = const $crate::step::Common::PACE,
+            look = const $crate::step::LOOK,
+            slip = const $crate::step::SLIP,
+            poll = const $crate::step::POLL,
+            steps = const $crate::step::channels::STEPS,
+            tcnt = const $crate::step::channels::TCNT,
+            mask = const $crate::step::channels::TIMSK,
+            tifr = const $crate::step::channels::TIFR,
+            mask2 = const $crate::step::channels::MASK2,
+            bit2 = const $crate::step::channels::BIT2,
+            ocr = const $crate::step::channels::OCR,
+            vector0 = const $crate::step::channels::VECTORS[0],
+            vector1 = const $crate::step::channels::VECTORS[1],
+            vector2 = const $crate::step::channels::VECTORS[2],
+        );
+    };
+}
+
+#[doc(hidden)]
+pub type EntryQueue = Queue<RUNS>;
+
+unsafe extern "C" {
+    fn stepwright_refill(axes: Axes);
+}
+
+/// A register of one byte.
+const fn register(address: u16) -> *mut u8 {
+    core::ptr::without_provenance_mut(address as usize)
+}
+
+/// Where the ready flags are: GPIOR0.
+const FLAGS: *mut u8 = register(0x3E);
+
+/// Where the runs of all axes go.
 ///
 /// # Safety
 /// For one user: a queue has one producer.
 pub const unsafe fn feeds() -> Feeds {
-    // SAFETY: the caller's promise.
-    unsafe { [ends(0).0, ends(1).0, ends(2).0] }
+    // SAFETY: the caller's promise. A queue is shared as it is.
+    unsafe {
+        let axes = STEPPERS.address().cast::<Axis>();
+        [
+            (*axes).queue.producer(board::wiring(0)),
+            (*axes.add(1)).queue.producer(board::wiring(1)),
+            (*axes.add(2)).queue.producer(board::wiring(2)),
+        ]
+    }
 }
 
-/// The engine with its interrupt held off for each call: some microseconds.
-pub struct Held(());
+/// Has the timers run. Returns the foreground's hold on the axes, which rest and face
+/// forward.
+///
+/// # Safety
+/// To be called once, with interrupts disabled.
+pub unsafe fn start(mut pins: Pins) -> Held {
+    for axis in 0..AXES as u8 {
+        pins.direction(axis, true);
+    }
+    // SAFETY: the step interrupts' registers, and no interrupt comes.
+    unsafe {
+        COMMON.get().resting = 0b111;
+        FLAGS.write_volatile(0);
+        register(TCCRA).write_volatile(0);
+        // Every cycle.
+        register(TCCRA + 1).write_volatile(1);
+        #[cfg(feature = "uno")]
+        in_phase();
+    }
+    let mut held = Held { base: [0; AXES] };
+    held.set_timing(board::description().timing);
+    held
+}
+
+/// Lets timer 2 count every eighth cycle, when timer 1 has a multiple of 8.
+///
+/// The prescaler of timer 2 is held while both are set, and goes on with the last
+/// store. A simulator may know no prescaler, and lets the timer run from when it gets a
+/// clock: two cycles earlier.
+///
+/// # Safety
+/// Interrupts are off.
+#[cfg(feature = "uno")]
+unsafe fn in_phase() {
+    // SAFETY: the caller's promise; registers that are the step interrupts'.
+    unsafe {
+        core::arch::asm!(
+            "sts 0xB0, r1",   // TCCR2A: normal mode
+            "out 0x23, {hold}", // GTCCR: TSM, PSRASY
+            "sts 0xB2, r1",   // TCNT2
+            "sts 0x85, {high}",
+            "sts 0x84, {low}", // TCNT1: 0xFFFC; 4 cycles to 0
+            "sts 0xB1, {eighth}", // TCCR2B
+            "nop",
+            "out 0x23, r1",
+            hold = in(reg) 0x82u8,
+            high = in(reg) 0xFFu8,
+            low = in(reg) 0xFCu8,
+            eighth = in(reg) 2u8,
+        );
+    }
+}
+
+/// The axes with their interrupts held off for moments.
+pub struct Held {
+    /// Positions at which the present travels began.
+    base: [i64; AXES],
+}
+
+/// Ticks from the call to the first event of those that start.
+const SOON: u16 = 400;
+
+/// Cycles of a pulse that is not held.
+const PULSE: Ticks = 36;
+/// … of one that is held, and of a late step to the next, but for the loop.
+const HELD: Ticks = 71;
+const PACE: Ticks = 103;
+
+/// Times round a loop of 3 cycles.
+fn rounds(cycles: Ticks) -> u8 {
+    // A third, by multiplication: exact up to here, and without the 1.1 KB that
+    // a routine for division takes.
+    (cycles.min(762).wrapping_mul(21_846) >> 16) as u8 + 1
+}
+
+/// Axes whose interrupts are on: those that move.
+#[inline(always)]
+fn live() -> Axes {
+    // SAFETY: one read each.
+    unsafe {
+        let wide = register(TIMSK).read_volatile() >> 1;
+        #[cfg(feature = "uno")]
+        let wide = wide & 3 | register(channels::MASK2).read_volatile() << 1 & 4;
+        wide & 7
+    }
+}
 
 impl Held {
+    /// Prepares what has been queued since: to be called after something was.
+    #[inline(never)]
+    pub fn refill(&mut self) {
+        // SAFETY: a read of a byte.
+        let resting = unsafe { (&raw const (*COMMON.address()).resting).read_volatile() };
+        let wanting = resting & live();
+        if wanting != 0 {
+            // SAFETY: the foreground calls, so that no refill is at work.
+            unsafe { stepwright_refill(wanting) };
+        }
+    }
+
     #[inline(always)]
-    fn with<R>(&self, ask: impl FnOnce(&mut StepEngine) -> R) -> R {
-        interrupt::free(|_| {
-            // SAFETY: `start` made this `Held` and the engine before it, and no
-            // interrupt comes.
-            ask(unsafe { ENGINE.get() })
-        })
+    fn axis(&self, axis: u8) -> *mut Axis {
+        let axis = if usize::from(axis) < AXES { axis } else { 0 };
+        let offset = axis.wrapping_mul(size_of::<Axis>() as u8);
+        // A product of bytes where that is enough.
+        let offset = if size_of::<Axis>() * AXES <= 256 {
+            usize::from(offset)
+        } else {
+            usize::from(axis).wrapping_mul(size_of::<Axis>())
+        };
+        STEPPERS.address().cast_mut().cast::<Axis>().wrapping_byte_add(offset)
+    }
+
+    /// Steps made since the travel began.
+    #[inline(never)]
+    fn made(&self, axis: u8) -> i64 {
+        // No more than the loads while interrupts are off: from one pointer, whose address the
+        // compiler would add up for each.
+        let at = core::hint::black_box(self.axis(axis));
+        let (loaded, now, pins, next, then, flags) = interrupt::free(|_| {
+            // SAFETY: no interrupt comes, and none refills.
+            unsafe {
+                let Axis { loaded, now, next, .. } = &*at;
+                (*loaded, now.left, now.pins, next.left, next.pins, FLAGS.read_volatile())
+            }
+        });
+        let mut left = steps(now, pins);
+        if flags >> axis & 1 != 0 {
+            left = left.wrapping_add(steps(next, then));
+        }
+        let [a, b, c, d, e] = loaded;
+        i64::from_le_bytes([a, b, c, d, e, 0, 0, 0]).wrapping_sub(left.into())
+    }
+
+    /// The axis rests: its travel begins here.
+    fn settle(&mut self, axis: u8, position: i64) {
+        if let Some(base) = self.base.get_mut(usize::from(axis)) {
+            *base = position;
+        }
+        // SAFETY: an axis that rests is the foreground's.
+        unsafe { (*self.axis(axis)).loaded = [0; 5] };
     }
 }
 
 impl Control for Held {
     fn start(&mut self, axes: Axes) {
-        self.with(|engine| engine.start(axes));
+        let axes = axes & !live() & 0b111;
+        for axis in 0..AXES as u8 {
+            if axes >> axis & 1 != 0 {
+                let position = self.position(axis);
+                self.settle(axis, position);
+                // SAFETY: an axis that rests is the foreground's.
+                unsafe { (*self.axis(axis)).groups = 1 };
+            }
+        }
+        // SAFETY: the foreground calls, so that no refill is at work.
+        unsafe { stepwright_refill(axes) };
+        interrupt::free(|_| {
+            // SAFETY: no interrupt comes.
+            unsafe {
+                let ready = FLAGS.read_volatile();
+                let axes = axes & ready;
+                FLAGS.write_volatile(ready & !axes);
+                let now = u16::from_le_bytes([
+                    register(TCNT).read_volatile(),
+                    register(TCNT + 1).read_volatile(),
+                ]);
+                let [low, high] = now.wrapping_add(SOON).to_le_bytes();
+                for axis in 0..AXES as u8 {
+                    if axes >> axis & 1 == 0 {
+                        continue;
+                    }
+                    let at = &mut *self.axis(axis);
+                    at.now = at.next;
+                    at.due = [0, low, high];
+                    #[cfg(feature = "uno")]
+                    if axis == 2 {
+                        FLAGS.write_volatile(FLAGS.read_volatile() & !(1 << 6));
+                        register(0xB3).write_volatile((u16::from_le_bytes([low, high]) >> 3) as u8);
+                        register(0x37).write_volatile(2);
+                        register(channels::MASK2).write_volatile(2);
+                        continue;
+                    }
+                    let compare = OCR + 2 * u16::from(axis);
+                    register(compare + 1).write_volatile(high);
+                    register(compare).write_volatile(low);
+                    register(TIFR as u16 + 0x20).write_volatile(2 << axis);
+                    let mask = register(TIMSK);
+                    mask.write_volatile(mask.read_volatile() | 2 << axis);
+                }
+            }
+        });
+        self.refill();
     }
+
     fn halt(&mut self, axes: Axes) {
-        self.with(|engine| engine.halt(axes));
+        for axis in 0..AXES as u8 {
+            if axes >> axis & 1 == 0 {
+                continue;
+            }
+            interrupt::free(|_| {
+                // SAFETY: no interrupt comes.
+                unsafe {
+                    #[cfg(feature = "uno")]
+                    if axis == 2 {
+                        register(channels::MASK2).write_volatile(0);
+                    }
+                    #[cfg(feature = "uno")]
+                    let bit = if axis == 2 { 0 } else { 2 << axis };
+                    #[cfg(feature = "mega")]
+                    let bit = 2 << axis;
+                    let mask = register(TIMSK);
+                    mask.write_volatile(mask.read_volatile() & !bit);
+                }
+            });
+            // Its interrupt is off, and no refill is at work.
+            let position = self.position(axis);
+            self.settle(axis, position);
+            // SAFETY: so the axis is the foreground's; others change what they share.
+            interrupt::free(|_| unsafe {
+                let at = &mut *self.axis(axis);
+                (at.now.pins, at.next.pins, at.starved) = (0, 0, 0);
+                at.queue.clear(board::is_forward(axis));
+                COMMON.get().resting |= 1 << axis;
+                FLAGS.write_volatile(FLAGS.read_volatile() & !(1 << axis));
+            });
+        }
     }
+
     fn report(&self, axis: u8) -> Report {
-        // SAFETY: `start` made this `Held`, and the engine is begun.
-        unsafe { StepEngine::glimpse(ENGINE.address(), axis) }
+        Report {
+            position: self.position(axis),
+            idle: self.is_idle(axis),
+            forward: self.is_forward(axis),
+        }
     }
+
+    #[inline(always)]
     fn is_idle(&self, axis: u8) -> bool {
-        // SAFETY: `start` made this `Held`, and the engine is begun.
-        unsafe { StepEngine::is_idle(ENGINE.address(), axis) }
+        live() >> axis & 1 == 0
     }
+
     fn position(&self, axis: u8) -> i64 {
-        // SAFETY: `start` made this `Held`, and the engine is begun.
-        unsafe { StepEngine::position(ENGINE.address(), axis) }
+        let made = self.made(axis);
+        let base = self.base.get(usize::from(axis)).copied().unwrap_or(0);
+        base.wrapping_add(if self.is_forward(axis) { made } else { made.wrapping_neg() })
     }
+
     fn is_forward(&self, axis: u8) -> bool {
-        // SAFETY: `start` made this `Held`, and the engine is begun.
-        unsafe { StepEngine::is_forward(ENGINE.address(), axis) }
+        board::is_forward(axis)
     }
+
     fn set_position(&mut self, axis: u8, position: i64) {
-        self.with(|engine| engine.set_position(axis, position));
+        self.settle(axis, position);
     }
+
     fn set_timing(&mut self, timing: Timing) {
-        self.with(|engine| engine.set_timing(timing));
+        let hold = if timing.pulse > PULSE { rounds(timing.pulse.saturating_sub(HELD)) } else { 0 };
+        let pace = rounds(timing.min_interval.saturating_sub(PACE));
+        // SAFETY: the interrupts read bytes, and the axes rest.
+        interrupt::free(|_| unsafe { (COMMON.get().hold, COMMON.get().pace) = (hold, pace) });
     }
+
     fn late(&self) -> u32 {
-        self.with(|engine| engine.late())
+        // SAFETY: no interrupt comes.
+        let [a, b, c] = interrupt::free(|_| unsafe { COMMON.get().late });
+        u32::from_le_bytes([a, b, c, 0])
     }
+
     fn clear_late(&mut self) {
-        self.with(|engine| engine.clear_late());
+        // SAFETY: no interrupt comes.
+        interrupt::free(|_| unsafe { COMMON.get().late = [0; 3] });
     }
 }

@@ -101,9 +101,8 @@ timer!(TC4, tcnt4, ocr4a, tccr4a, tccr4b, cs4, timsk4, ocie4a, tifr4, ocf4a);
 #[cfg(feature = "timer5")]
 timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a, tifr5, ocf5a);
 
-/// Puts the step interrupt into a program that has an engine: one that has none
-/// does without its flash. `queued` plays `step.rs`'s engine, `direct` that of
-/// `direct.rs`.
+/// Puts the step interrupt of `direct.rs` into a program: one that has no such engine
+/// does without its flash.
 #[macro_export]
 macro_rules! step_interrupt {
     ($way:ident) => {
@@ -129,18 +128,6 @@ macro_rules! step_interrupt {
         // The 4 cycles of an interrupt's entry: see `interrupt.rs`.
         #[cfg(feature = "bench")]
         $crate::step_interrupt!($way ($vector + "rjmp .+0\nrjmp .+0") $($place)*);
-    };
-    (
-        queued ($($vector:tt)*) $count:literal, $compare:literal, $flags:literal, $($step:tt)*
-    ) => {
-        stepwright::short_way! {
-            vector: $($vector)*,
-            engine: $crate::step::ENGINE as $crate::step::StepEngine,
-            queues: $crate::step::QUEUES,
-            long_way: $crate::step::long_way,
-            timer: $count, compare: $compare, flags: $flags,
-            steps: $($step)*,
-        }
     };
     (
         direct ($($vector:tt)*) $count:literal, $compare:literal, $flags:literal, $($step:tt)*

@@ -15,15 +15,27 @@ pub const HZ: u64 = 16_000_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pin(pub char, pub u8);
 
-/// A timer of 16 bits.
+/// A timer that may be a step timer: its compare match A, if not another one is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepTimer {
     /// As in its name.
     pub number: u8,
-    /// The interrupt of its compare match A.
+    /// The interrupt of its compare match.
     pub vector: u8,
-    /// The low byte of its compare register A, which is written last.
+    /// The low byte of its compare register, which is written last.
     pub compare: u16,
+    /// Which match: 0 for A.
+    pub channel: usize,
+    /// Bits of its counter.
+    pub bits: u32,
+    /// Cycles that it counts in, as a power of two.
+    pub prescaler: u32,
+}
+
+/// The compare match `channel` of a timer of 16 bits that counts every cycle.
+const fn wide(number: u8, vector: u8, compare: u16, channel: usize) -> StepTimer {
+    let (vector, compare) = (vector + channel as u8, compare + 2 * channel as u16);
+    StepTimer { number, vector, compare, channel, bits: 16, prescaler: 0 }
 }
 
 /// A board with its chip.
@@ -100,16 +112,18 @@ impl Board {
         }
     }
 
-    /// The timers of 16 bits: any of them can be the step timer.
+    /// The timers of 16 bits, any of which can be the step timer: their match A.
     pub fn timers(self) -> &'static [StepTimer] {
+        const UNO: [StepTimer; 1] = [wide(1, 11, 0x88, 0)];
+        const MEGA: [StepTimer; 4] = [
+            wide(1, 17, 0x88, 0),
+            wide(3, 32, 0x98, 0),
+            wide(4, 42, 0xA8, 0),
+            wide(5, 47, 0x128, 0),
+        ];
         match self {
-            Board::Uno => &[StepTimer { number: 1, vector: 11, compare: 0x88 }],
-            Board::Mega => &[
-                StepTimer { number: 1, vector: 17, compare: 0x88 },
-                StepTimer { number: 3, vector: 32, compare: 0x98 },
-                StepTimer { number: 4, vector: 42, compare: 0xA8 },
-                StepTimer { number: 5, vector: 47, compare: 0x128 },
-            ],
+            Board::Uno => &UNO,
+            Board::Mega => &MEGA,
         }
     }
 
@@ -119,6 +133,30 @@ impl Board {
         let handled = |timer: &&StepTimer| image.defines(&format!("__vector_{}", timer.vector));
         let timers: Vec<_> = self.timers().iter().filter(handled).copied().collect();
         if timers.is_empty() { vec![self.timers()[0]] } else { timers }
+    }
+
+    /// Every compare match that `image` steps by: those timers, and the channels of the
+    /// second and third axis, where these have one.
+    pub(crate) fn channels_of(self, image: &Image) -> Vec<StepTimer> {
+        let mut channels = self.timers_of(image);
+        let first = channels[0];
+        let beside = match self {
+            Board::Uno => [
+                wide(1, 11, 0x88, 1),
+                StepTimer {
+                    number: 2,
+                    vector: 7,
+                    compare: 0xB3,
+                    channel: 0,
+                    bits: 8,
+                    prescaler: 3,
+                },
+            ],
+            Board::Mega => [1, 2].map(|n| wide(first.number, first.vector, first.compare, n)),
+        };
+        let handled = |timer: &StepTimer| image.defines(&format!("__vector_{}", timer.vector));
+        channels.extend(beside.into_iter().filter(handled));
+        channels
     }
 
     /// The timer that `image` steps by: the first of those.

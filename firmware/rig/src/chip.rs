@@ -46,7 +46,7 @@ impl Chip {
     /// Switches a board on, with `image` in its flash and an empty EEPROM.
     pub fn new(board: Board, image: &Image) -> Chip {
         let silicon = Box::new(Silicon::new(board, image));
-        let taps = Taps::new(board, &board.timers_of(image), &silicon);
+        let taps = Taps::new(board, &board.channels_of(image), &silicon);
         Chip {
             silicon,
             taps,

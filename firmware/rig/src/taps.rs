@@ -53,9 +53,17 @@ pub(crate) struct Heard {
     silicon: *const Silicon,
 }
 
-/// A timer of 16 bits whose compare matches are reckoned here as well.
+/// A timer one of whose compare matches is computed here as well.
 struct Match {
     timer: *mut ffi::avr_timer_t,
+    of: StepTimer,
+}
+
+impl Match {
+    /// Cycles in which the counter comes round.
+    fn round(&self) -> u64 {
+        1 << (self.of.bits + self.of.prescaler)
+    }
 }
 
 /// A pin and what it is for.
@@ -82,6 +90,57 @@ pub(crate) struct Taps {
     watched: Vec<Box<[Tap]>>,
     /// The mended timers.
     _matches: Box<[Match]>,
+    _watches: Vec<Box<Watch>>,
+}
+
+/// What is called when a register is written.
+type OnWrite = unsafe extern "C" fn(*mut ffi::avr_t, ffi::avr_io_addr_t, u8, param: *mut c_void);
+
+/// A register that is watched: simavr's own way to share one has room for four.
+struct Watch {
+    own: Option<OnWrite>,
+    own_param: *mut c_void,
+    then: OnWrite,
+    param: *mut c_void,
+}
+
+impl Watch {
+    /// Calls `then` with `param` after each write of a register.
+    fn new(
+        avr: *mut ffi::avr_t,
+        register: ffi::avr_io_addr_t,
+        then: OnWrite,
+        param: *mut c_void,
+    ) -> Box<Watch> {
+        // SAFETY: the registers begin behind the 32 of the processor; the box does not
+        // move and lives as long as the chip.
+        unsafe {
+            let write = &raw mut (*avr).io[usize::from(register) - 32].w;
+            let (own, own_param) = ((*write).c, (*write).param);
+            let mut watch = Box::new(Watch { own, own_param, then, param });
+            (*write).c = Some(on_write);
+            (*write).param = opaque(&mut *watch);
+            watch
+        }
+    }
+}
+
+unsafe extern "C" fn on_write(
+    avr: *mut ffi::avr_t,
+    register: ffi::avr_io_addr_t,
+    value: u8,
+    param: *mut c_void,
+) {
+    // SAFETY: `param` is a watch, and its callbacks get what they were registered with.
+    unsafe {
+        let watch = &*param.cast::<Watch>();
+        if let Some(own) = watch.own {
+            own(avr, register, value, watch.own_param);
+        } else {
+            *(*avr).data.add(usize::from(register)) = value;
+        }
+        (watch.then)(avr, register, value, watch.param);
+    }
 }
 
 impl Taps {
@@ -129,23 +188,20 @@ impl Taps {
             let step = ffi::avr_get_interrupt_irq(avr, timers[0].vector);
             assert!(!step.is_null(), "no step interrupt");
             ffi::avr_irq_register_notify(step.add(running), Some(on_step_interrupt), param);
-            // TIMSK0 … TIMSK5.
-            for register in 0x6E..=0x73 {
-                ffi::avr_register_io_write(avr, register, Some(on_timer_mask), param);
-            }
-            ffi::avr_register_io_write(avr, EECR, Some(on_eeprom), param);
         }
-        // The firmware's own: simavr lets only a few registers be watched.
+        let mut watches = Vec::new();
+        // TIMSK0 … TIMSK5.
+        for register in 0x6E..=0x73 {
+            watches.push(Watch::new(avr, register, on_timer_mask, param));
+        }
+        watches.push(Watch::new(avr, EECR, on_eeprom, param));
+        // The firmware's own.
         let mut matches: Box<[Match]> =
-            timers.iter().map(|timer| Match { timer: silicon.timer(timer.number) }).collect();
+            timers.iter().map(|&of| Match { timer: silicon.timer(of.number), of }).collect();
         for (timer, matched) in timers.iter().zip(&mut matches) {
-            // SAFETY: as above, of the boxed timers.
-            unsafe {
-                let param = opaque(matched);
-                ffi::avr_register_io_write(avr, timer.compare, Some(on_compare_value), param);
-            }
+            watches.push(Watch::new(avr, timer.compare, on_compare_value, opaque(matched)));
         }
-        Taps { heard, taps, watched: Vec::new(), _matches: matches }
+        Taps { heard, taps, watched: Vec::new(), _matches: matches, _watches: watches }
     }
 
     /// Takes down the levels of these pins from now on.
@@ -265,25 +321,25 @@ unsafe extern "C" fn on_timer_mask(
     }
 }
 
-/// The timers have 16 bits.
-const TURN: u64 = 1 << 16;
-
 /// simavr misses a match that comes within an instruction of the counter's
-/// overflow; the chip does not. So the match is reckoned here as well.
+/// overflow; the chip does not. So the match is computed here as well.
 unsafe extern "C" fn on_compare_value(
     avr: *mut ffi::avr_t,
     register: ffi::avr_io_addr_t,
     _: u8,
     param: *mut c_void,
 ) {
-    // SAFETY: as in `on_pin`; both bytes of the register are inside `data`.
+    // SAFETY: as in `on_pin`; all bytes of the register are inside `data`.
     unsafe {
+        let matched = &*param.cast::<Match>();
         let low = (*avr).data.add(usize::from(register));
-        let value = u64::from(u16::from_le_bytes([*low, *low.add(1)]));
-        let count = (*avr).cycle.wrapping_sub((*(*param.cast::<Match>()).timer).tov_base);
-        // The flag goes up one cycle after the counter has the value.
-        let ahead = (value + 1).wrapping_sub(count) % TURN;
-        let ahead = if ahead == 0 { TURN } else { ahead };
+        let high = if matched.of.bits > 8 { *low.add(1) } else { 0 };
+        let value = u64::from(u16::from_le_bytes([*low, high]));
+        let count = (*avr).cycle.wrapping_sub((*matched.timer).tov_base);
+        // The flag goes up one count after the counter has the value.
+        let round = matched.round();
+        let ahead = ((value + 1) << matched.of.prescaler).wrapping_sub(count) % round;
+        let ahead = if ahead == 0 { round } else { ahead };
         ffi::avr_cycle_timer_register(avr, ahead, Some(on_match), param);
     }
 }
@@ -295,10 +351,11 @@ unsafe extern "C" fn on_match(
 ) -> ffi::avr_cycle_count_t {
     // SAFETY: as in `on_pin`; raising twice in a cycle is raising once.
     unsafe {
-        let timer = (*param.cast::<Match>()).timer;
-        ffi::avr_raise_interrupt(avr, &raw mut (*timer).comp[0].interrupt);
+        let matched = &*param.cast::<Match>();
+        let channel = &raw mut (*matched.timer).comp[matched.of.channel];
+        ffi::avr_raise_interrupt(avr, &raw mut (*channel).interrupt);
+        when + matched.round()
     }
-    when + TURN
 }
 
 /// EEPROM control register, the same on both chips.

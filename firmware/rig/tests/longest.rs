@@ -16,8 +16,10 @@ const LONGEST: u64 = (1 << 31) - 1;
 const RAMP: u64 = 200;
 /// From the first pulse on: one interval fewer than there are pulses.
 const LEVEL: u64 = LONGEST - 1 - 2 * RAMP;
-/// An axis's count at position 0, in its direction: `engine/track.rs`.
-const ORIGIN: u64 = 1 << 39;
+/// Where the count of steps of the first axis lies among what the interrupts play
+/// (`step.rs`), and its bytes.
+const LOADED: u16 = 27;
+const COUNT: u16 = 5;
 /// More than is planned ahead at 1000 steps/s: 16 ms and a run of 8 ms.
 const AHEAD: u64 = 30;
 
@@ -43,9 +45,11 @@ fn leave_out(chip: &mut Chip, sign: char, left: u64) -> u64 {
     let whole = level + RAMP;
     let (place, _) = only(chip, device, 4, whole..whole + 1);
     poke(chip, place, 4, left + RAMP);
-    let (place, count) =
-        only(chip, image.variable("4step6ENGINE"), 8, ORIGIN + made..ORIGIN + made + AHEAD);
-    poke(chip, place, 8, count + skipped);
+    // Of the groups that are played and ready: not before the edges.
+    let place = image.variable("4step8STEPPERS").0 + LOADED;
+    let count = (0..COUNT).rev().fold(0, |n, k| n << 8 | u64::from(chip.byte(place + k)));
+    assert!((made..made + AHEAD).contains(&count), "{count} of {made}");
+    poke(chip, place, COUNT, count + skipped);
     skipped
 }
 

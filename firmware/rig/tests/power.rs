@@ -62,7 +62,11 @@ fn settings_outlast_the_power() {
         let fall = edges.iter().find(|edge| {
             edge.axis == 0 && edge.pin == rise.pin && !edge.level && edge.time > rise.time
         });
-        assert!(fall.unwrap().time - rise.time >= wide);
+        assert!(
+            fall.unwrap().time - rise.time >= wide,
+            "{} of {wide}",
+            fall.unwrap().time - rise.time
+        );
     }
 }
 

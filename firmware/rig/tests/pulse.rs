@@ -91,9 +91,7 @@ fn late(micros: u64, speeds: &[u32]) -> u32 {
 #[test]
 fn no_step_is_late_at_the_highest_rate_admitted() {
     for micros in WIDTHS {
-        // Three axes are a few steps late at the end of a common fall: a known limit, in
-        // the changelog.
-        for axes in 1..=2 {
+        for axes in 1..=3 {
             let speeds = speeds(axes, highest(micros, axes));
             let late = late(micros, &speeds);
             assert_eq!(late, 0, "{} with {micros} µs at {speeds:?} steps/s", board());

@@ -59,8 +59,16 @@ where
 }
 
 /// Makes the step interrupt's handler: the direct way in front of an [`Engine`]
-/// whose feeds are [`Direct`]. As [`short_way!`](crate::short_way), but for the
-/// queues.
+/// whose feeds are [`Direct`].
+///
+/// For up to 3 axes, on a 16-bit timer that counts every cycle in normal mode. The
+/// engine lies in a static, from its first byte on; the handler calls a function for the
+/// long way. The timer's [`StepTimer`] has `SHORT` true and writes
+/// [`arm`](StepTimer::arm)'s flags to GPIOR0; nothing else uses GPIOR0, 1 and 2.
+///
+/// `vector: "__vector_11" + "rjmp .+0",` puts an instruction first: a build for a
+/// simulator that charges no cycles for entering an interrupt spends the chip's 4 with
+/// two of these.
 #[macro_export]
 macro_rules! direct_way {
     (

@@ -8,7 +8,7 @@
 use super::track::{Event, Track, position};
 use super::{Engine, Report};
 use crate::direct::Direct;
-use crate::queue::{Consumer, Feed, element};
+use crate::queue::{Feed, element};
 use crate::timer::{Count, StepTimer};
 
 /// A feed that the foreground may look at while the step interrupt takes from it.
@@ -25,18 +25,6 @@ pub trait Seen: Feed {
     /// # Safety
     /// `feed` points to a feed.
     unsafe fn left_now(feed: *const Self) -> u16;
-}
-
-impl<const Q: usize> Seen for Consumer<'static, Q> {
-    unsafe fn stamp(feed: *const Self) -> u8 {
-        // SAFETY: the caller's promise.
-        unsafe { Consumer::queue_of(feed) }.taken()
-    }
-
-    unsafe fn left_now(feed: *const Self) -> u16 {
-        // SAFETY: the caller's promise.
-        unsafe { Consumer::queue_of(feed) }.left_of_first()
-    }
 }
 
 /// Each run is a step: what was loaded tells them apart.

@@ -10,7 +10,6 @@ use stepwright_avr::board::{self, AXES};
 use stepwright_avr::in_flash::InFlash;
 use stepwright_avr::serial::{Received, Serial};
 use stepwright_avr::step::{Held, RUNS};
-use stepwright_avr::timer::Timer;
 use stepwright_avr::{chip, reset, slot::Slot, step, watchdog};
 use stepwright_device::Mark;
 use stepwright_protocol::{Controller, Slave};
@@ -33,7 +32,7 @@ static GROUP: Slot<Group<'static, AXES, RUNS>> =
 #[unsafe(link_section = ".progmem.data")]
 static BOARD: InFlash<Given<AXES>> = InFlash::new(Given::new(board::description()));
 
-stepwright_avr::step_interrupt!(queued);
+stepwright_avr::step_interrupts!();
 stepwright_avr::serial_interrupts!();
 
 #[avr_device::entry]
@@ -72,7 +71,7 @@ unsafe fn start() -> Board {
         slave: SlaveOwner(()),
         group: GroupOwner(()),
         // SAFETY: called once, with interrupts off.
-        engine: unsafe { step::start(Timer::start(), pins) },
+        engine: unsafe { step::start(pins) },
         serial: Serial::start(chip.USART0),
     };
     board.slave.get().begin();
@@ -124,7 +123,9 @@ impl Board {
     /// One piece of planning.
     #[inline(never)]
     fn plan(&mut self) -> bool {
-        self.group.get().poll(&mut self.engine)
+        let more = self.group.get().poll(&mut self.engine);
+        self.engine.refill();
+        more
     }
 
     /// Takes what has come, up to the end of a line.

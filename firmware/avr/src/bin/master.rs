@@ -266,7 +266,7 @@ impl Board {
         Board {
             master: Master::new(),
             serial: Serial::start(chip.USART0),
-            clock: Clock::start(chip.TC2),
+            clock: Clock::start(chip.TC0),
             lamp: chip.PORTB,
             button,
         }

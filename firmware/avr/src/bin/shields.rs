@@ -58,7 +58,7 @@ fn main() -> ! {
             upper::take(shield::lines(shield::DIRECTION_2), 2),
         )
     };
-    let mut console = Console::start(chip.USART0, chip.TC2);
+    let mut console = Console::start(chip.USART0, chip.TC0);
     let hardware = Hardware::avr16(io_clock_now());
     let mut first = Driver::new(hardware, Model::Ideal);
     let mut second = Driver::new(hardware, Model::Ideal);

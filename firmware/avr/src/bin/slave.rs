@@ -8,7 +8,6 @@ use stepwright_avr::in_flash::InFlash;
 use stepwright_avr::panel::AvrPanel;
 use stepwright_avr::serial::{Received, Serial};
 use stepwright_avr::step::{Held, RUNS};
-use stepwright_avr::timer::Timer;
 use stepwright_avr::{board, chip, clock, eeprom, slot::Slot, step, watchdog};
 use stepwright_device::Device;
 
@@ -32,7 +31,7 @@ static DEVICE: Slot<Controller> =
 #[unsafe(link_section = ".progmem.data")]
 static BOARD: InFlash<Given<{ board::AXES }>> = InFlash::new(Given::new(board::description()));
 
-stepwright_avr::step_interrupt!(queued);
+stepwright_avr::step_interrupts!();
 stepwright_avr::serial_interrupts!();
 
 #[avr_device::entry]
@@ -71,11 +70,11 @@ unsafe fn start() -> Slave {
     let mut slave = Slave {
         device: Owner(()),
         // SAFETY: called once, with interrupts off.
-        engine: unsafe { step::start(Timer::start(), pins) },
+        engine: unsafe { step::start(pins) },
         panel: AvrPanel::new(
             levels,
             eeprom::Eeprom::new(chip.EEPROM),
-            clock::Clock::start(chip.TC2),
+            clock::Clock::start(chip.TC0),
         ),
         serial: Serial::start(chip.USART0),
     };
@@ -105,7 +104,9 @@ impl Slave {
     /// One piece of planning. The bench times it by its name.
     #[inline(never)]
     fn plan(&mut self) -> bool {
-        self.device.get().plan(&mut self.engine)
+        let more = self.device.get().plan(&mut self.engine);
+        self.engine.refill();
+        more
     }
 
     /// Takes what has come, up to the end of a line. The master says the next

@@ -2,6 +2,7 @@
 //! everything are on port F.
 
 use stepwright::drive::{Axes, Drive};
+use stepwright::entry::Wiring;
 
 #[cfg(feature = "safety")]
 use crate::chip::PORTF;
@@ -79,6 +80,24 @@ impl Drive for Pins {
         } else {
             set_h((1 << DIRECTION_H) << ((axis - 1) & 1), high);
         }
+    }
+}
+
+/// What the pins of entries mean: STEP's bit in its port; a turn, whose bit is that of
+/// the first axis, the step interrupt puts on the port of DIR.
+pub const fn wiring(axis: u8) -> Wiring {
+    let step = if axis == 0 { 1 << STEP_E } else { 1 << STEP_G };
+    Wiring { step, turn: DIRECTION_E }
+}
+
+/// The level of DIR of an axis.
+pub(super) fn direction(axis: u8) -> bool {
+    // SAFETY: one read each.
+    let (e, h) = unsafe { (PORTE::steal(), PORTH::steal()) };
+    if axis == 0 {
+        e.porte().read().bits() & DIRECTION_E != 0
+    } else {
+        h.porth().read().bits() & (1 << DIRECTION_H) << ((axis - 1) & 1) != 0
     }
 }
 

@@ -2,6 +2,7 @@
 //! moves them in the same cycle.
 
 use stepwright::drive::{Axes, Drive};
+use stepwright::entry::Wiring;
 
 use crate::chip::{PORTB, PORTD};
 
@@ -47,6 +48,18 @@ impl Drive for Pins {
         let mask = (1 << DIRECTION) << (axis & 3);
         set!(self.port.portd(), mask, super::level(axis, forward));
     }
+}
+
+/// What the pins of entries mean: bits that are written to PIND.
+pub const fn wiring(axis: u8) -> Wiring {
+    Wiring { step: (1 << STEP) << (axis & 3), turn: (1 << DIRECTION) << (axis & 3) }
+}
+
+/// The level of DIR of an axis.
+pub(super) fn direction(axis: u8) -> bool {
+    // SAFETY: one read.
+    let port = unsafe { PORTD::steal() };
+    port.portd().read().bits() & wiring(axis).turn != 0
 }
 
 /// Toggles DIR of these axes.

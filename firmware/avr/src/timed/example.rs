@@ -22,7 +22,7 @@ const EVERY: u32 = 1_001;
 pub unsafe fn start(model: Model) -> (Console, Driver) {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
-    let mut console = Console::start(chip.USART0, chip.TC2);
+    let mut console = Console::start(chip.USART0, chip.TC0);
     let clock = io_clock_now();
     // SAFETY: the caller's promise.
     unsafe { avr_device::interrupt::enable() };

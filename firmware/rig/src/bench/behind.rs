@@ -1,5 +1,7 @@
 //! Cycles from step to step in one stay in the interrupt: what the code takes where the next
-//! step is due on the way out of the one before.
+//! step is due on the way out of the one before. An interrupt that comes once more as soon as
+//! it has ended, after the one instruction that the chip executes in between, has not been
+//! left.
 //!
 //! The least distance is that, as nothing can be faster than the code. Others are longer by
 //! what a step waits for: its deadline, or the minimum interval of steps that are late.
@@ -9,12 +11,15 @@ use anyhow::{Result, ensure};
 use super::Subject;
 use super::job::{Axis, Job, Traffic};
 use super::table::Row;
+use crate::taps::Visit;
 
 /// Steps/s about as fast as the chip can: at some of them a byte on the line makes a step
 /// come so late that the next one is due on its way out.
 const TOPS: [u32; 8] = [90_000, 100_000, 110_000, 120_000, 130_000, 140_000, 150_000, 160_000];
 /// Steps/s² that keep the whole time on the ramp.
 const ACCEL: u32 = 400_000;
+/// Cycles of the longest instruction.
+const INSTRUCTION: u64 = 4;
 /// Fewer pairs say nothing.
 const ENOUGH: usize = 50;
 
@@ -30,7 +35,14 @@ fn least(subject: &Subject, axis: impl Fn(u32) -> Axis) -> Result<u64> {
     let mut close = Vec::new();
     for top in TOPS {
         let (steps, visits) = Job::new(&[axis(top)], Traffic::NOW).begin(subject)?;
-        let mut visits = visits.iter().peekable();
+        let mut stays: Vec<Visit> = Vec::new();
+        for visit in visits {
+            match stays.last_mut() {
+                Some(stay) if visit.entry <= stay.exit + INSTRUCTION => stay.exit = visit.exit,
+                _ => stays.push(visit),
+            }
+        }
+        let mut visits = stays.iter().peekable();
         for pair in steps.windows(2) {
             while visits.next_if(|visit| visit.exit <= pair[0].time).is_some() {}
             if visits.peek().is_some_and(|visit| pair[1].time < visit.exit) {

@@ -25,16 +25,9 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
 /// only by worsening, or by meeting their bound: then they leave this list.
 /// `docs/benchmarks.md` says more.
 pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
-    ("back_to_back_ramp", 1, "queued", "where the interval grows, a step behind another is late"),
-    (
-        "rate_ramps",
-        1,
-        "queued",
-        "met in the one phase of the traffic once measured; of five the least is lower",
-    ),
-    ("rate_ramps", 2, "queued", "the long way of one axis holds the others up; planning"),
-    ("rate_ramps", 3, "queued", "the long way of one axis holds the others up; planning"),
-    ("rate_constant", 3, "queued", "where one axis ends, the long way holds the others up"),
+    ("rate_ramps", 2, "queued", "an axis waits for the other's next group to be prepared"),
+    ("rate_ramps", 3, "queued", "planning of three falls that end together"),
+    ("rate_constant", 3, "queued", "an axis waits for the others' next groups to be prepared"),
     ("flash", 3, "queued", "what the compiler makes of wide numbers"),
 ];
 

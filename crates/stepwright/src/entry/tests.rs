@@ -1,0 +1,201 @@
+extern crate std;
+use super::*;
+use crate::order::{Order, Travel};
+use crate::planner::{Clock, Planned, Planner, Work};
+use crate::profile::{Fit, Ramp};
+use crate::queue::entries::Queue;
+use crate::units::{Accel, Rate, Speed};
+use proptest::prelude::*;
+use std::vec::Vec;
+
+const WIRING: Wiring = Wiring { step: 4, turn: 32 };
+
+impl Sink for Vec<Entry> {
+    fn put(&mut self, entry: Entry) {
+        self.push(entry);
+    }
+}
+
+/// Times of the steps that entries make, in 2⁻¹⁶ ticks, and the time of their end.
+fn steps_of(entries: &[Entry]) -> (Vec<i64>, i64) {
+    let (mut time, mut steps) = (0, Vec::new());
+    for (pins, wait) in entries.iter().flat_map(|entry| entry.play()) {
+        assert!(pins == 0 || pins == WIRING.step, "{pins}");
+        assert!((1..NEAR << 8).contains(&wait), "{wait}");
+        if pins != 0 {
+            steps.push(time);
+        }
+        time += i64::from(wait) << 8;
+    }
+    (steps, time)
+}
+
+/// Times of the steps of runs, the same.
+fn steps_of_runs(runs: &[Run]) -> Vec<i64> {
+    let mut time = 0;
+    let mut all = Vec::new();
+    for run in runs {
+        let mut interval = run.interval() as i64;
+        for _ in 0..run.count() {
+            time += interval;
+            all.push(time);
+            interval += i64::from(run.add());
+        }
+    }
+    all
+}
+
+fn entries_of(runs: &[Run]) -> Vec<Entry> {
+    let (queue, mut entries) = (Queue::<8>::new(), Vec::new());
+    // SAFETY: the only one.
+    let mut producer = unsafe { queue.producer(WIRING) };
+    producer.set_open(true);
+    for run in runs {
+        while producer.is_full() {
+            entries.extend(queue.take());
+        }
+        producer.push(*run).unwrap();
+    }
+    while producer.is_full() {
+        entries.extend(queue.take());
+    }
+    producer.set_open(false);
+    entries.extend(core::iter::from_fn(|| queue.take()));
+    entries
+}
+
+/// The runs of a travel as a board plans it.
+fn planned(start: u32, top: u32, accel: u32, steps: i32) -> Option<Vec<Run>> {
+    let rate = Rate::from_hz(16_000_000).unwrap();
+    let clock = Clock::new(rate, &Fit::board(rate));
+    let ramp = Ramp::Accel(Accel::from_steps(accel).unwrap());
+    let order = Order {
+        start: Speed::from_steps(start).unwrap(),
+        top: Speed::from_steps(top).unwrap(),
+        up: ramp,
+        down: ramp,
+        jerk: None,
+        travel: Travel::By(steps),
+    };
+    let mut planner = Planner::IDLE;
+    planner.lay_out(&clock, &order).ok()?;
+    let mut work = Work::NONE;
+    let mut runs = std::vec![Run::new(4000 << 16 | 1 << 15, 0, 1)];
+    loop {
+        match planner.next(&clock, &mut work) {
+            Planned::Ready => runs.push(planner.take(&mut work).0),
+            Planned::Again => {}
+            Planned::End => return Some(runs),
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn a_planned_travel_keeps_its_deadlines(
+        start in prop_oneof![Just(0u32), 1u32..2000],
+        top in prop_oneof![1u32..2000, 2000u32..170_000],
+        accel in prop_oneof![10u32..1000, 1000u32..2_000_000],
+        steps in prop_oneof![2i32..50, 50i32..20_000],
+    ) {
+        let Some(runs) = planned(start.min(top), top, accel, steps) else { return Ok(()) };
+        let (made, _) = steps_of(&entries_of(&runs));
+        let want = steps_of_runs(&runs);
+        prop_assert_eq!(made.len(), want.len());
+        for (n, (made, want)) in made.iter().zip(&want).enumerate() {
+            let off = (made - want) as f64 / 65536.0;
+            prop_assert!(off.abs() < 12.0, "step {} is {} ticks off", n, off);
+        }
+    }
+
+    /// Whatever its length, a wait is kept to its last bit, which the next one gets.
+    #[test]
+    fn one_step_after_another_however_long(
+        waits in prop::collection::vec((any::<u32>(), 0u32..32, any::<u16>()), 1..20)
+    ) {
+        let runs: Vec<Run> = waits
+            .iter()
+            .map(|(ticks, shift, part)| Run { ticks: (ticks >> shift).max(LEAST + 2), part: *part, count: 1, add: 0 })
+            .collect();
+        let (made, _) = steps_of(&entries_of(&runs));
+        let want = steps_of_runs(&runs);
+        prop_assert_eq!(made.len(), want.len());
+        for (made, want) in made.iter().zip(&want) {
+            // 2¹⁸ waits lack less than 2¹⁸ units; fast steps may be joined.
+            prop_assert!((-5 << 16..1 << 26).contains(&(want - made)), "{made}, not {want}");
+        }
+    }
+
+    /// Any run's last deadline is its own, however badly it fits into groups.
+    #[test]
+    fn the_end_of_a_run_is_exact(
+        count in 2u16..3000, mean in 200u32..16_000, add in -3000i32..3000,
+    ) {
+        let add = (add / i32::from(count).pow(2)).max(-8000) * 2;
+        let first = i64::from(mean) << 16;
+        let run = Run::new(first as u64, add, count);
+        prop_assume!((100..NEAR).contains(&((run.last_interval() >> 16) as u32)));
+        let runs = [Run::steady(5000, 1), run, run, run];
+        let (made, _) = steps_of(&entries_of(&runs));
+        let want = steps_of_runs(&runs);
+        for k in 0..4 {
+            let at = usize::from(count) * k;
+            let off = (made[at] - want[at]).abs();
+            prop_assert!(off <= i64::from(count) * 129, "run {k}: {off}");
+        }
+    }
+}
+
+#[test]
+fn an_entry_is_eleven_bytes() {
+    assert_eq!(size_of::<Entry>(), 11);
+}
+
+#[test]
+fn events_count_from_one_to_the_most() {
+    for count in [1u16, 2, 255, 256, 257, 512, 65535] {
+        assert_eq!(Events::new(count).count(), u32::from(count));
+    }
+    assert_eq!(Events::new(0).count(), 65536);
+    assert_eq!(Events::ONE.count(), 1);
+}
+
+#[test]
+fn groups_grow_and_the_first_has_pins_of_its_own() {
+    let entry = entry(1000, -100, Events::new(2), 3, 4, 32);
+    let all: Vec<_> = entry.play().collect();
+    assert_eq!(all, [(32, 1000), (32, 1000), (4, 900), (4, 900), (4, 800), (4, 800)]);
+}
+
+/// A turn that leaves an interrupt no time is put off, and the wait after it is
+/// shorter by as much.
+#[test]
+fn a_short_hold_is_longer_and_the_first_step_comes_at_its_time() {
+    let (mut writer, mut entries) = (Writer::new(WIRING), Vec::new());
+    writer.turn(16, true, &mut entries);
+    writer.run(&Run::steady(4000, 1), &mut entries);
+    writer.run(&Run::steady(2000, 1), &mut entries);
+    let all: Vec<_> = entries.iter().flat_map(|entry| entry.play()).collect();
+    assert_eq!(all, [(0, LEAST << 8), (32, (4016 - LEAST) << 8), (4, 2000 << 8)]);
+}
+
+/// A corner between ramp and level is no group of its own.
+#[test]
+fn a_step_at_speed_is_joined_with_its_neighbours() {
+    let level = Run::new(200 << 16, 0, 500);
+    let corner = Run::new((200 << 16) + 5000, 0, 1);
+    let fall = Run::new(201 << 16, 1 << 14, 256);
+    let runs = [Run::steady(4000, 1), corner, level, level, corner, fall];
+    let entries = entries_of(&runs);
+    // Lead, twice a level, the first group of the fall, the rest of it, the last step.
+    let steps: Vec<_> = entries.iter().map(|entry| entry.play().count()).collect();
+    assert_eq!(steps, [1, 501, 500, 5, 252, 1]);
+    let (made, _) = steps_of(&entries);
+    let want = steps_of_runs(&runs);
+    assert_eq!(made.len(), want.len());
+    for (made, want) in made.iter().zip(&want) {
+        assert!((made - want).abs() < 3 << 16, "{made}, not {want}");
+    }
+}

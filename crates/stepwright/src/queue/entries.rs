@@ -1,0 +1,338 @@
+//! A queue of entries: what an axis plays that has a step interrupt of its own.
+//!
+//! The foreground pushes runs, as into any queue; they become entries on the
+//! way. The interrupt takes entries out, and says when they have been played.
+//! Neither holds the other off: each counter has one writer and is a byte.
+
+use super::{Shared, element};
+use crate::entry::{Entry, MOST, NEAR, Sink, Wiring, Writer};
+use crate::run::Run;
+use core::cell::UnsafeCell;
+use core::marker::PhantomData;
+use core::mem::offset_of;
+
+/// Room for `LEN` entries of 11 bytes; `LEN` is a power of two, 4 … 128.
+///
+/// ```
+/// use stepwright::{Run, entry::Wiring, queue::entries::Queue};
+/// let queue = Queue::<8>::new();
+/// // SAFETY: the only ends of this queue.
+/// let mut producer = unsafe { queue.producer(Wiring { step: 4, turn: 32 }) };
+/// producer.push(Run::steady(1000, 50)).unwrap();
+/// assert_eq!(producer.len(), 2); // nothing is due before the first wait
+/// ```
+#[repr(C)] // an interrupt in assembly reads it
+pub struct Queue<const LEN: usize> {
+    /// Entries taken out since the beginning, modulo 256; written by the interrupt.
+    taken: Shared,
+    /// Entries pushed, modulo 256; written by the producer.
+    pushed: Shared,
+    /// More entries will follow those in the queue; written by the producer.
+    open: Shared,
+    /// Entries played to their end, modulo 256; written by the interrupt.
+    played: Shared,
+    /// 1 if DIR will point backward when all entries are played; the foreground's.
+    backward: Shared,
+    slots: [UnsafeCell<Entry>; LEN],
+}
+
+// SAFETY: there is one producer and one interrupt. A slot is written by the
+// producer only while pushed − taken < LEN leaves it free, and read by the
+// interrupt only while pushed − taken > 0 says that it is filled.
+unsafe impl<const LEN: usize> Sync for Queue<LEN> {}
+
+impl<const LEN: usize> Queue<LEN> {
+    const SIZE_IS_A_POWER_OF_TWO: () = assert!(LEN.is_power_of_two() && LEN >= 4 && LEN <= 128);
+
+    /// Where [`Queue`] has what the interrupt reads and writes.
+    pub const TAKEN: usize = offset_of!(Self, taken);
+    /// See [`TAKEN`](Queue::TAKEN).
+    pub const PUSHED: usize = offset_of!(Self, pushed);
+    /// See [`TAKEN`](Queue::TAKEN).
+    pub const OPEN: usize = offset_of!(Self, open);
+    /// See [`TAKEN`](Queue::TAKEN).
+    pub const PLAYED: usize = offset_of!(Self, played);
+    /// See [`TAKEN`](Queue::TAKEN).
+    pub const SLOTS: usize = offset_of!(Self, slots);
+
+    /// An empty queue of an axis that faces forward.
+    pub const fn new() -> Queue<LEN> {
+        let () = Self::SIZE_IS_A_POWER_OF_TWO;
+        Queue {
+            taken: Shared::new(),
+            pushed: Shared::new(),
+            open: Shared::new(),
+            played: Shared::new(),
+            backward: Shared::new(),
+            slots: [const { UnsafeCell::new(Entry::EMPTY) }; LEN],
+        }
+    }
+
+    /// The foreground's end.
+    ///
+    /// # Safety
+    /// One for a queue.
+    #[allow(unsafe_code)]
+    pub const unsafe fn producer(&self, wiring: Wiring) -> Producer<'_, LEN> {
+        let writer = Writer::new(wiring);
+        Producer { queue: self, borrowed: PhantomData, writer, far: Run::steady(0, 0) }
+    }
+
+    /// Forgets all entries: the axis has been stopped, and its DIR points there.
+    /// Nothing that plays it may run meanwhile.
+    pub fn clear(&self, forward: bool) {
+        let pushed = self.pushed.get();
+        self.taken.set(pushed);
+        self.played.set(pushed);
+        self.open.set(0);
+        self.backward.set((!forward).into());
+    }
+
+    /// The oldest entry, taken out.
+    pub fn take(&self) -> Option<Entry> {
+        let at = self.taken.get();
+        // A producer closes after its last push, and pushes after it has written.
+        if self.pushed.get() == at {
+            return None;
+        }
+        // SAFETY: the slot is filled, and only the interrupt takes it.
+        let entry = unsafe { self.slot(at).read() };
+        self.taken.set(at.wrapping_add(1));
+        Some(entry)
+    }
+
+    /// The slot that a counter stands for.
+    fn slot(&self, counter: u8) -> *mut Entry {
+        // LEN is a power of two of at most 128, so the index is in range.
+        let index = counter & (LEN as u8).wrapping_sub(1);
+        UnsafeCell::raw_get(element(&self.slots, index))
+    }
+}
+
+impl<const LEN: usize> Default for Queue<LEN> {
+    fn default() -> Self {
+        Queue::new()
+    }
+}
+
+/// The foreground's end of a [`Queue`].
+pub struct Producer<'q, const LEN: usize> {
+    /// Null in a [`Group::blank`](crate::Group::blank).
+    queue: *const Queue<LEN>,
+    borrowed: PhantomData<&'q Queue<LEN>>,
+    writer: Writer,
+    /// What is left of a run of several steps with long intervals, which are entries of
+    /// their own.
+    far: Run,
+}
+
+// SAFETY: it stands for a `&Queue`, which is `Send` and `Sync`.
+unsafe impl<const LEN: usize> Send for Producer<'_, LEN> {}
+// SAFETY: likewise.
+unsafe impl<const LEN: usize> Sync for Producer<'_, LEN> {}
+
+impl<'q, const LEN: usize> Producer<'q, LEN> {
+    #[inline(always)]
+    fn queue(&self) -> &'q Queue<LEN> {
+        // SAFETY: it was made of such a reference.
+        unsafe { &*self.queue }
+    }
+
+    /// Appends a run.
+    ///
+    /// # Errors
+    /// Gives the run back when the queue is full.
+    pub fn push(&mut self, run: Run) -> Result<(), Run> {
+        if self.is_full() {
+            return Err(run);
+        }
+        let queue = &mut self.queue();
+        let Producer { writer, far, .. } = self;
+        if let Some(forward) = run.turns() {
+            let changes = queue.backward.get() == u8::from(forward);
+            queue.backward.set((!forward).into());
+            writer.turn(run.ticks, changes, queue);
+        } else if run.count > 1 && is_far(&run) {
+            *far = run;
+        } else {
+            writer.run(&run, queue);
+        }
+        Ok(())
+    }
+
+    /// Whether there is no room for another run.
+    #[inline(always)]
+    pub fn is_full(&mut self) -> bool {
+        self.lacks_room() || (self.far.count != 0 && self.go_far())
+    }
+
+    fn lacks_room(&self) -> bool {
+        let queue = self.queue();
+        queue.pushed.get().wrapping_sub(queue.taken.get()) > LEN as u8 - MOST
+    }
+
+    /// Makes entries of what is left of a run while there is room: whether it is full then.
+    #[inline(never)]
+    fn go_far(&mut self) -> bool {
+        loop {
+            let full = self.lacks_room();
+            if full || self.far.count == 0 {
+                return full;
+            }
+            let queue = &mut self.queue();
+            let Producer { writer, far, .. } = self;
+            writer.run(&Run { count: 1, ..*far }, queue);
+            let next = far.interval().wrapping_add_signed(far.add.into());
+            *far = Run::new(next, far.add, far.count.wrapping_sub(1));
+        }
+    }
+
+    /// Entries that have not been played to their end.
+    pub fn len(&self) -> u8 {
+        let queue = self.queue();
+        queue.pushed.get().wrapping_sub(queue.played.get()).min(LEN as u8)
+    }
+
+    /// Entries pushed since the beginning, modulo 256.
+    pub fn pushed(&self) -> u8 {
+        self.queue().pushed.get()
+    }
+
+    /// Whether every entry has been played.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Says that more runs will follow, or that these are all: then the last step
+    /// is due.
+    pub fn set_open(&mut self, open: bool) {
+        let queue = &mut self.queue();
+        let Producer { writer, far, .. } = self;
+        if open || queue.open.get() == 0 {
+            writer.forget();
+            far.count = 0;
+        } else {
+            writer.end(queue);
+        }
+        queue.open.set(open.into());
+    }
+}
+
+/// Whether an interval of a run is not below [`NEAR`].
+fn is_far(run: &Run) -> bool {
+    // By far not: 63 steps that grow by less than 256 ticks each.
+    if run.ticks < NEAR / 4 && run.count < 64 && run.add < 1 << 24 {
+        return false;
+    }
+    // In 2⁻⁸ ticks; what is rounded off is less than the margin.
+    let last = (run.add >> 8).wrapping_mul(i32::from(run.count.wrapping_sub(1)));
+    run.ticks >= NEAR - 2
+        || (run.ticks << 8) as i32 >= (((NEAR - 2) << 8) as i32).wrapping_sub(last)
+}
+
+/// The producer's alone, which looks for room.
+impl<const LEN: usize> Sink for &Queue<LEN> {
+    #[inline(never)] // in one place of the flash
+    fn put(&mut self, entry: Entry) {
+        let at = self.pushed.get();
+        // SAFETY: the slot is free, and there is one producer.
+        unsafe { self.slot(at).write(entry) };
+        self.pushed.set(at.wrapping_add(1));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    const WIRING: Wiring = Wiring { step: 4, turn: 32 };
+
+    /// All events: pins, and ticks.
+    fn events(queue: &Queue<8>) -> Vec<(u8, u32)> {
+        let entries = core::iter::from_fn(|| queue.take());
+        entries.flat_map(Entry::play).map(|(pins, wait)| (pins, wait >> 8)).collect()
+    }
+
+    #[test]
+    fn a_travel_is_hold_turn_steps_and_the_last_one() {
+        let queue = Queue::new();
+        // SAFETY: the only one.
+        let mut producer = unsafe { queue.producer(WIRING) };
+        producer.set_open(true);
+        producer.push(Run::turn(2500, false)).unwrap();
+        producer.push(Run::steady(4000, 1)).unwrap();
+        producer.push(Run::steady(1000, 2)).unwrap();
+        producer.set_open(false);
+        let all = events(&queue);
+        assert_eq!(&all[..4], [(0, 2500), (32, 4000), (4, 1000), (4, 1000)]);
+        assert_eq!((all.len(), all[4].0), (5, 4));
+        // To the same side: nothing turns.
+        producer.set_open(true);
+        producer.push(Run::turn(2500, false)).unwrap();
+        producer.push(Run::steady(4000, 1)).unwrap();
+        producer.set_open(false);
+        assert_eq!(&events(&queue)[..2], [(0, 2500), (0, 4000)]);
+    }
+
+    #[test]
+    fn what_is_stopped_makes_no_last_step_and_keeps_its_side() {
+        let queue = Queue::new();
+        // SAFETY: the only one.
+        let mut producer = unsafe { queue.producer(WIRING) };
+        producer.set_open(true);
+        producer.push(Run::turn(2500, false)).unwrap();
+        producer.push(Run::steady(4000, 1)).unwrap();
+        queue.clear(true);
+        producer.set_open(false);
+        assert!(producer.is_empty());
+        assert_eq!(events(&queue), []);
+        // It had not turned yet.
+        producer.set_open(true);
+        producer.push(Run::turn(2500, false)).unwrap();
+        producer.push(Run::steady(4000, 1)).unwrap();
+        assert_eq!(events(&queue), [(0, 2500), (32, 4000)]);
+    }
+
+    /// Its steps become entries as there is room for them.
+    #[test]
+    fn a_run_of_long_intervals_is_step_by_step() {
+        let queue = Queue::<8>::new();
+        // SAFETY: the only one.
+        let mut producer = unsafe { queue.producer(WIRING) };
+        producer.set_open(true);
+        producer.push(Run::steady(4000, 1)).unwrap();
+        producer.push(Run::new(60_000 << 16, -(20_000 << 16), 3)).unwrap();
+        assert!(!producer.is_full());
+        producer.push(Run::new(20_000 << 16, 13_000 << 16, 2)).unwrap();
+        assert!(producer.is_full());
+        let (mut time, mut steps) = (0, Vec::new());
+        let mut all = events(&queue);
+        assert!(!producer.is_full());
+        producer.set_open(false);
+        all.extend(events(&queue));
+        for (pins, wait) in all {
+            if pins == 4 {
+                steps.push(time);
+            }
+            time += wait;
+        }
+        assert_eq!(steps, [4000, 64_000, 104_000, 124_000, 144_000, 177_000]);
+    }
+
+    #[test]
+    fn a_full_queue_gives_the_run_back_and_keeps_room_for_the_last_step() {
+        let queue = Queue::<8>::new();
+        // SAFETY: the only one.
+        let mut producer = unsafe { queue.producer(WIRING) };
+        producer.set_open(true);
+        let mut pushed = 0;
+        while producer.push(Run::steady(2000, 1)).is_ok() {
+            pushed += 1;
+        }
+        assert_eq!(pushed, 6);
+        producer.set_open(false);
+        assert_eq!(events(&queue).len(), 7);
+    }
+}

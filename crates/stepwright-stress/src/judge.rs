@@ -85,7 +85,8 @@ impl Judge {
             measure: Measure {
                 hz: f64::from(board.hz),
                 jitter: 0.0,
-                fit: f64::from(board.hz) * board.fit,
+                // A tick at least: see docs/accuracy.md.
+                fit: (f64::from(board.hz) * board.fit).max(1.0),
                 pulse: 0,
                 setup: 0,
                 hold: 0,

@@ -340,7 +340,7 @@ impl Track {
             measure.rules.broken(Rule::Count, now, what)?;
         }
         let ended = matches!(self.goal, Goal::End(..) | Goal::Stop(_)) && !self.halted;
-        self.goal = Goal::Rest;
+        (self.goal, self.doomed) = (Goal::Rest, false);
         (self.least, self.most) = (count, count);
         if ended { self.stopped(now, measure) } else { Ok(()) }
     }

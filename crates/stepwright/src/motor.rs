@@ -150,7 +150,7 @@ impl<const Q: usize> Motor<Q> {
         *peak = 0;
         if open && self.leg == Leg::Braking {
             // A stop has no target to come back to, or to speed up for.
-            self.brake();
+            self.stop();
         } else if open {
             self.planner.resume(self.left);
         }
@@ -325,8 +325,14 @@ impl<const Q: usize> Motor<Q> {
     }
 
     /// Brakes from the end of what is queued, and stays there.
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn brake(&mut self) {
+        self.planner.even();
+        self.stop();
+    }
+
+    /// Likewise, from the planner's speed.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn stop(&mut self) {
         let mut left = 0;
         if self.is_open() {
             self.leg = Leg::Braking;

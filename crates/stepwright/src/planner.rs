@@ -216,6 +216,7 @@ impl Planner {
     /// [`Unfit::BelowStart`], [`Unfit::TooGentle`], or another if the timer can't hold what
     /// comes of it.
     pub(crate) fn limit(&mut self, clock: &Clock, change: &Change) -> Result<(), Unfit> {
+        self.even();
         match change {
             Change::Target(_) => self.endless = false,
             Change::Accel(a) | Change::Decel(a) => {

@@ -76,7 +76,10 @@ impl Track {
             let slower = |slow: Limits, past: &Past| slow.slower(&past.limits);
             let slow = self.before.iter().fold(self.limits, slower);
             let steps = (end - self.count).abs() as f64 + 2.0 * way.steps;
-            let time = way.time * 2.0 + slow.duration(steps) + 4.0 * self.slowest();
+            // It may rest on the way, before it turns.
+            let rests = self.before.iter().map(|past| past.limits.rest());
+            let rest = rests.fold(self.limits.rest(), f64::max);
+            let time = way.time * 2.0 + slow.duration(steps) + 4.0 * self.slowest() + rest;
             let wait = measure.setup + 2 * measure.hold;
             self.goal = Goal::End(end, by.max(now + self.ticks(time, measure) + wait));
         }

@@ -72,12 +72,11 @@ impl Track {
         // be shorter by as much, and at 100,000 steps/s this is several per cent.
         // Steps are within 1 µs of their law, or within a tick where that is longer. Another
         // axis may have held up a step, and rest by now.
-        let beside = jitter.max(measure.jitter + 1.0);
         let (ahead, most) = self.ahead;
         let ahead = (ahead + hz / limits.top - ticks as f64).max(0.0);
-        self.ahead = (ahead, if ahead > 0.0 { beside.max(most) } else { beside });
+        self.ahead = (ahead, if ahead > 0.0 { jitter.max(most) } else { jitter });
         if ahead > self.ahead.1 {
-            self.ahead = (0.0, beside);
+            self.ahead = (0.0, jitter);
             rules.broken(Rule::Top, now, || {
                 let top = limits.top;
                 format!("axis {axis} is {ahead:.1} ticks ahead of a top speed of {top} steps/s, interval {ticks}")

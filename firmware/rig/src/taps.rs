@@ -90,6 +90,7 @@ pub(crate) struct Taps {
     watched: Vec<Box<[Tap]>>,
     /// The mended timers.
     _matches: Box<[Match]>,
+    #[expect(clippy::vec_box, reason = "the simulator knows their addresses")]
     _watches: Vec<Box<Watch>>,
 }
 

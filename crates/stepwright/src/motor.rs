@@ -150,7 +150,8 @@ impl<const Q: usize> Motor<Q> {
         *peak = 0;
         if open && self.leg == Leg::Braking {
             // A stop has no target to come back to, or to speed up for.
-            self.stop();
+            self.planner.brake();
+            self.brake();
         } else if open {
             self.planner.resume(self.left);
         }
@@ -325,18 +326,16 @@ impl<const Q: usize> Motor<Q> {
     }
 
     /// Brakes from the end of what is queued, and stays there.
-    pub(crate) fn brake(&mut self) {
-        self.planner.even();
-        self.stop();
-    }
-
-    /// Likewise, from the planner's speed.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn stop(&mut self) {
+    pub(crate) fn brake(&mut self) {
         let mut left = 0;
         if self.is_open() {
+            // What falls to its end goes on: where a corner was played as a level step, it is
+            // a little faster than that takes, and would make a step more.
+            if self.leg == Leg::Open && !self.planner.falls() {
+                self.planner.brake();
+            }
             self.leg = Leg::Braking;
-            self.planner.brake();
             left = self.planner.steps_left() as i32;
         } else {
             self.leg = Leg::Done;

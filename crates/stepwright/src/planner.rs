@@ -216,7 +216,6 @@ impl Planner {
     /// [`Unfit::BelowStart`], [`Unfit::TooGentle`], or another if the timer can't hold what
     /// comes of it.
     pub(crate) fn limit(&mut self, clock: &Clock, change: &Change) -> Result<(), Unfit> {
-        self.even();
         match change {
             Change::Target(_) => self.endless = false,
             Change::Accel(a) | Change::Decel(a) => {
@@ -322,6 +321,11 @@ impl Planner {
         } else {
             clock.interval(&self.v_end)
         }
+    }
+
+    /// Whether the fall to its end has begun.
+    pub(crate) fn falls(&self) -> bool {
+        self.rise | self.level == 0
     }
 
     /// Whether it goes on until it is stopped.

@@ -161,15 +161,6 @@ impl Planner {
         }
     }
 
-    /// Where a corner was played as a level step, a fall that has begun is at a speed a little
-    /// above its own, from which it would take a step more than there are.
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn even(&mut self) {
-        if !self.is_bent() && self.rise | self.level == 0 && self.fall != 0 {
-            self.speed_after(0, false).to(&mut self.v);
-        }
-    }
-
     /// A level run.
     pub(super) fn cruise(&mut self, clock: &Clock, work: &mut Work) -> Planned {
         match work.stage {

@@ -115,8 +115,8 @@ const fn with(cost: Cost<AXES>, min_interval: u32) -> Board<AXES> {
     }
 }
 
-/// Cycles a step takes while 1, 2, 3 axes move: the rates that are kept without a
-/// late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`).
+/// Cycles that a step is given while 1, 2, 3 axes move: more than at the rates that are kept
+/// without a late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`).
 #[cfg(not(feature = "bench"))]
 const COST: [u32; AXES] = [140, 213, 251];
 /// Likewise with pulses that are held: those of 3 to 20 µs that

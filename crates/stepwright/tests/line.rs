@@ -57,10 +57,12 @@ proptest! {
             if own.len() == 1 {
                 continue;
             }
-            // What half a thousandth does to a speed, twice to an acceleration.
+            // What half a thousandth does to a speed, twice to an acceleration; and to the
+            // start speed, which the ramps begin and end with.
             let slow = f64::from(order.top.millisteps()) / 1e3;
-            let weak = order.accel(order.up).unwrap().millisteps() as f64 / 1e3;
-            let rounding = end * (1e-3 / slow + 1e-3 / weak) + 1e-6;
+            let accel = |ramp| order.accel(ramp).unwrap().millisteps() as f64 / 1e3;
+            let weak = accel(order.up).min(accel(order.down));
+            let rounding = end * (1e-3 / slow + 1e-3 / weak) + 1e-3 / weak + 1e-6;
             prop_assert!((own[own.len() - 1] - end).abs() <= rounding, "{} {end}", own[own.len() - 1]);
             // Between which of the furthest's pulses each comes.
             let share = (own.len() - 1) as f64 / (lead.len() - 1) as f64;

@@ -36,6 +36,8 @@ pub struct Chip {
 #[derive(Clone, Debug, Default)]
 struct Watch {
     begin: u32,
+    /// Bytes of a return address.
+    address: u16,
     /// The stack pointer at its entry, and the cycles spent in it so far.
     open: Option<(u16, u64, u64)>,
     /// Cycles of each call, without interrupts.
@@ -432,7 +434,9 @@ impl Chip {
 
     /// Times every call of the function at `address` from now on.
     pub fn watch_calls(&mut self, address: u32) {
-        self.watch = Some(Watch { begin: address, ..Watch::default() });
+        // 22 bits of a program counter take three.
+        let bytes = if self.board() == Board::Mega { 3 } else { 2 };
+        self.watch = Some(Watch { begin: address, address: bytes, ..Watch::default() });
     }
 
     /// Cycles of each call of the watched function, without interrupts.
@@ -445,8 +449,9 @@ impl Watch {
     fn look(&mut self, silicon: &Silicon, now: u64, inside: u64) {
         match self.open {
             None if silicon.pc() == self.begin => self.open = Some((silicon.sp(), now, inside)),
-            // Its return address has been popped.
-            Some((sp, begun, then)) if silicon.sp() > sp => {
+            // Its return address has been popped. A pointer that is merely above is one that a
+            // callee has half written, where its frame ends on another page.
+            Some((sp, begun, then)) if silicon.sp() == sp + self.address => {
                 self.calls.push((now - begun).saturating_sub(inside - then));
                 self.open = None;
             }

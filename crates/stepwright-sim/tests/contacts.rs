@@ -1,27 +1,10 @@
 //! Limit switches whose contacts bounce: `debounce-ms`.
 
-use stepwright_sim::{Description, Edge, Pin, Queues, VirtualBoard};
+#[path = "common/conversation.rs"]
+mod conversation;
 
-type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
-
-/// Ticks of a millisecond.
-const MS: u64 = 16_000;
-
-fn board(queues: &mut Queues) -> Board<'_> {
-    VirtualBoard::new(queues, Description::uno(), Vec::new())
-}
-
-/// Says these lines, one after the other; the answers.
-fn say(board: &mut Board<'_>, lines: &str) -> String {
-    for line in lines.split_whitespace() {
-        line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
-    }
-    String::from_utf8(board.take_answers()).unwrap().replace('\r', " ").trim_end().to_owned()
-}
-
-fn wait(board: &mut Board<'_>, ms: u64) {
-    board.run_until(board.now() + ms * MS);
-}
+use conversation::{Board, MS, board, say, wait};
+use stepwright_sim::{Pin, Queues};
 
 fn steps(board: &mut Board<'_>) -> usize {
     board.recorder().iter().filter(|edge| edge.pin == Pin::Step && edge.level).count()

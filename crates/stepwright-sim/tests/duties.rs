@@ -1,32 +1,15 @@
 //! What a board does besides stepping: drivers, switches, a silent host, and
 //! settings that outlast a loss of power.
 
+#[path = "common/conversation.rs"]
+mod conversation;
+
 #[path = "common/edges.rs"]
 mod edges;
 
+use conversation::{Board, MS, board, say, wait};
 use edges::{check_timing, steps_of};
 use stepwright_sim::{Description, EMPTY, Edge, Eeprom, Pin, Queues, VirtualBoard};
-
-type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
-
-/// Ticks of a millisecond.
-const MS: u64 = 16_000;
-
-fn board(queues: &mut Queues) -> Board<'_> {
-    VirtualBoard::new(queues, Description::uno(), Vec::new())
-}
-
-/// Says these lines, one after the other; the answers.
-fn say(board: &mut Board<'_>, lines: &str) -> String {
-    for line in lines.split_whitespace() {
-        line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
-    }
-    String::from_utf8(board.take_answers()).unwrap().replace('\r', " ").trim_end().to_owned()
-}
-
-fn wait(board: &mut Board<'_>, ms: u64) {
-    board.run_until(board.now() + ms * MS);
-}
 
 fn last(board: &mut Board<'_>) -> String {
     let info = say(board, "?");

@@ -1,18 +1,10 @@
 //! A board after a reset: where it stands is known if it is still true.
 
-use stepwright_sim::{Description, Edge, Mark, Queues, Remains, Reset, VirtualBoard};
+#[path = "common/conversation.rs"]
+mod conversation;
 
-type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
-
-/// Ticks of a millisecond.
-const MS: u64 = 16_000;
-
-fn say(board: &mut Board<'_>, lines: &str) -> String {
-    for line in lines.split_whitespace() {
-        line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
-    }
-    String::from_utf8(board.take_answers()).unwrap().replace('\r', " ").trim_end().to_owned()
-}
+use conversation::{Board, MS, say};
+use stepwright_sim::{Description, Mark, Queues, Remains, Reset, VirtualBoard};
 
 /// What is left of a board this many ms after these lines.
 fn after(lines: &str, ms: u64) -> Remains {

@@ -1,18 +1,10 @@
 //! What guards a machine, on the whole virtual board: limits are kept by its steps.
 
-use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
+#[path = "common/conversation.rs"]
+mod conversation;
 
-type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
-
-/// Ticks of a millisecond.
-const MS: u64 = 16_000;
-
-fn say(board: &mut Board<'_>, lines: &str) -> String {
-    for line in lines.split_whitespace() {
-        line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
-    }
-    String::from_utf8(board.take_answers()).unwrap().replace('\r', " ").trim_end().to_owned()
-}
+use conversation::{Board, MS, say};
+use stepwright_sim::{Description, Queues, VirtualBoard};
 
 /// Says the lines, and looks every ms, until the board rests, where it was.
 fn farthest(board: &mut Board<'_>, lines: &str) -> (i64, i64) {

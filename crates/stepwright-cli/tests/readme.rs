@@ -142,7 +142,7 @@ fn its_highest_speeds_are_those_that_are_admitted() {
     }
 }
 
-/// Whether a board takes an order for axes of this speed, with pulses of so many µs.
+/// Whether a board takes an order for axes of this speed, with pulses of this many µs.
 fn admits(pulse: u32, axes: usize, top: u32) -> bool {
     let mut script = format!("$pulse-us={pulse}\rPO\r");
     for axis in 1..=axes {

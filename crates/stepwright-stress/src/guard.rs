@@ -19,7 +19,7 @@ const LOCKS: usize = 6;
 #[derive(Clone, Debug)]
 pub struct Guard {
     errors: [Known; LETTERS.len()],
-    /// After so many ms of silence moving axes brake, once.
+    /// After this many ms of silence moving axes brake, once.
     pub(crate) lease: (u32, Known),
     /// Levels of the inputs' pins: the emergency stop's, the drivers' fault.
     levels: [bool; 2],
@@ -84,7 +84,7 @@ impl Default for Guard {
 /// The travel of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Travel {
-    /// So many steps.
+    /// This many steps.
     By(i64),
     /// Forward or not, on and on.
     Endless(bool),
@@ -134,7 +134,7 @@ impl Judge {
         }
     }
 
-    /// Whether an axis may be sent so many steps from there.
+    /// Whether an axis may be sent this many steps from there.
     fn admit_end(&self, n: usize, from: i64, steps: i64) -> Expect {
         let known = self.tracks[n].known;
         let limited = self.settings.has(settings::SOFT_LIMITS, n);
@@ -302,7 +302,7 @@ impl Judge {
         Expect::unless(stops, Reason::Fault)
     }
 
-    /// `errors=` in the answer to `?`, which counts so many late steps.
+    /// `errors=` in the answer to `?`, which counts this many late steps.
     ///
     /// # Errors
     /// Where it is not what has happened.

@@ -66,7 +66,7 @@ pub struct Judge {
     pub lines: u64,
 }
 
-/// Settings are kept after so many µs: two copies of 40 bytes, twice.
+/// Settings are kept after this many µs: two copies of 40 bytes, twice.
 const KEPT: u32 = 600_000;
 
 #[derive(Clone, Copy, PartialEq, Eq)]

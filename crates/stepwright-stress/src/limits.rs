@@ -101,7 +101,7 @@ impl Limits {
         }
     }
 
-    /// Seconds after which a travel of so many steps has ended, at most.
+    /// Seconds after which a travel of this many steps has ended, at most.
     pub fn duration(&self, steps: f64) -> f64 {
         let ramp = |a: f64| if a.is_finite() { (self.top - self.start) / a } else { 0.0 };
         // A travel too short for its top speed takes no longer than one with it.
@@ -127,7 +127,7 @@ impl Limits {
         endless && self.top * self.top / 2.0 / slope > f64::from(1 << 29)
     }
 
-    /// The highest speed of a travel of so many steps, in steps/s: at least.
+    /// The highest speed of a travel of this many steps, in steps/s: at least.
     pub fn peak(&self, steps: f64) -> f64 {
         let room = (steps - 1.0).max(0.0);
         if room == 0.0 {

@@ -13,9 +13,9 @@ pub struct Taste {
     pub acts: usize,
     /// The longest wait, in µs.
     pub wait: u32,
-    /// A travel takes so many µs, at most, as far as its numbers say.
+    /// A travel takes this many µs, at most, as far as its numbers say.
     pub travel: u32,
-    /// The top speed is reached in so many seconds, at least.
+    /// The top speed is reached in this many seconds, at least.
     pub ramp: f64,
     /// Power cuts and switches are among them.
     pub events: bool,

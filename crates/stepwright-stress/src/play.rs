@@ -185,7 +185,7 @@ impl<'s> Player<'s> {
         Ok(answer)
     }
 
-    /// F until R, or for so many µs.
+    /// F until R, or for this many µs.
     fn rest(&mut self, bench: &mut impl Bench, most: u64) -> Result<(), Fault> {
         let (mut waited, mut wait) = (0, 500);
         while waited < most && self.ask(bench, "F")? != b"R" {

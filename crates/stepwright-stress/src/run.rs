@@ -31,7 +31,7 @@ pub struct Run {
     /// Rules to leave out, with commas between.
     #[arg(long = "without", value_name = "RULES", default_value = "", hide_default_value = true)]
     pub rules: Rules,
-    /// Go on after a broken rule, up to so many.
+    /// Go on after a broken rule, up to this many.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub faults: usize,
 }

@@ -4,7 +4,7 @@
 //! board hz=16000000 bits=16 axes=3 cost=140,213,251 byte=1389
 //! > PO                 a line, its CR behind it; \x07 for a byte that is no letter
 //! >> G+4               bytes without a CR
-//! wait 1500            so many microseconds
+//! wait 1500            this many microseconds
 //! rest                 F, again and again, until the answer is R
 //! switch 2 low         the level of the pin of a limit switch
 //! estop low            likewise of the emergency stop; or driver, the drivers' fault
@@ -40,13 +40,13 @@ pub struct Board {
     pub byte: u32,
     /// What it has room for.
     pub can: Can,
-    /// Edges may come so many ticks beside their time, and beside other axes.
+    /// Edges may come this many ticks beside their time, and beside other axes.
     pub jitter: (f64, f64),
-    /// An interval of a run may be so many seconds beside its law.
+    /// An interval of a run may be this many seconds beside its law.
     pub fit: f64,
     /// Steps may be late beside other axes or on steep ramps, as long as it says so.
     pub late: bool,
-    /// Widths may be so many ticks short, in a simulation that says so.
+    /// Widths may be this many ticks short, in a simulation that says so.
     pub slack: u64,
 }
 
@@ -87,7 +87,7 @@ impl Board {
     }
 
     /// How much of the time the steps take: the sum of speeds, the fastest, and how many;
-    /// with a pulse of so many µs at most.
+    /// with a pulse of this many µs at most.
     pub fn load(&self, sum: f64, fastest: f64, axes: usize, pulse: u32) -> f64 {
         let cost = if pulse > 2 { self.longer } else { self.cost };
         let cost = |n: usize| f64::from(cost[n.clamp(1, 3) - 1]);

@@ -54,7 +54,7 @@ pub struct Measure {
     pub setup: u64,
     /// DIR after STEP.
     pub hold: u64,
-    /// Edges are so many ticks early or late in a simulation.
+    /// Edges are this many ticks early or late in a simulation.
     pub slack: u64,
     /// A closed switch has stopped its axis after so long.
     pub switch: u64,

@@ -68,7 +68,7 @@ pub struct Report {
     pub forward: bool,
 }
 
-/// A turn may be so many ticks late and yet keep its schedule.
+/// A turn may be this many ticks late and yet keep its schedule.
 const SLACK: i32 = 0x1000;
 
 /// Plays the runs of N ≤ 8 axes with one timer.

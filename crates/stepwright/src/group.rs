@@ -346,7 +346,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// So many ticks have passed since the last call. Two travels of an axis lie an interval
+    /// This many ticks have passed since the last call. Two travels of an axis lie an interval
     /// of the start speed apart, or from rest the first interval of a ramp, √(2/a); what has
     /// passed of that since the last pulse the next travel need not wait for. Without these
     /// calls it waits for all of it. To be called every few milliseconds.
@@ -401,7 +401,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn brake(&mut self, axis: u8) {
         if let Some(motor) = self.motors.get_mut(usize::from(axis)) {
             motor.brake();
-            // If it was this axis' turn, its run begins anew; if not, another's
+            // If it was this axis' turn, its run starts again; if not, another's
             // does, which costs a little time and nothing else.
             self.work.drop();
         }
@@ -442,7 +442,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.motors.get(usize::from(axis)).and_then(Motor::planned)
     }
 
-    /// Whether a target so many steps from where the travel of an axis began lies
+    /// Whether a target this many steps from where the travel of an axis began lies
     /// forward of where that is [`planned`](Group::planned) to; false if there is
     /// no such axis.
     pub fn leads_forward(&self, axis: u8, target: i32) -> bool {

@@ -185,7 +185,7 @@ impl<const Q: usize> Motor<Q> {
         matches!(self.leg, Leg::Open | Leg::Braking)
     }
 
-    /// So many steps forward are so many in the direction of what is queued last.
+    /// This many steps forward are this many in the direction of what is queued last.
     fn along(&self, steps: i32) -> i32 {
         if self.forward { steps } else { steps.wrapping_neg() }
     }
@@ -232,7 +232,7 @@ impl<const Q: usize> Motor<Q> {
         self.leg = Leg::Done;
     }
 
-    /// Appends a run that lasts for so many ticks.
+    /// Appends a run that lasts for this many ticks.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn push(&mut self, feed: &mut Producer<'_, Q>, run: Run, ticks: Ticks, horizon: &Horizon) {
         let span = u8::try_from(ticks >> horizon.unit).unwrap_or(u8::MAX);

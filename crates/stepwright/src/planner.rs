@@ -10,7 +10,7 @@
 //!   w_from, w_end      ╱                                     ╲     w = w_end + d2·(left)
 //! ```
 //!
-//! It can be laid out anew from any pulse, at the speed v there, with L steps to
+//! It can be laid out again from any pulse, at the speed v there, with L steps to
 //! go and other limits. Above the new top speed the rise is an *ease*: a fall to
 //! it in whole steps, at d or a little less. (Its length has 32 bits; were it not
 //! whole, what they leave out would be gone at the low speed, and take long: a
@@ -232,7 +232,7 @@ impl Planner {
         self.check(clock)
     }
 
-    /// Lays the travel out anew from the last pulse handed out: so many steps
+    /// Lays the travel out again from the last pulse handed out: this many steps
     /// to its target, less than 0 if that lies behind. It brakes where it would
     /// overshoot.
     pub(crate) fn resume(&mut self, left: i32) {

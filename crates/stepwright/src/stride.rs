@@ -22,12 +22,12 @@
 use crate::run::Run;
 use crate::units::Ticks;
 
-/// Intervals of at least so many ticks are waited for step by step.
+/// Intervals of at least this many ticks are waited for step by step.
 pub(crate) const NEAR: Ticks = 0x7000;
 
 /// A group's deadlines may deviate by so much, times 8, in 2⁻¹⁶ ticks.
 const LOOSE: u32 = 1 << 15;
-/// Groups of at most 2 to so many steps.
+/// Groups of at most 2 to this many steps.
 const LONGEST_GROUP: u8 = 5;
 
 /// Steps of a run that are still to come: 1 … 65535.

@@ -27,7 +27,7 @@ impl<T: Copy> InFlash<T> {
     /// `lpm` reaches.
     #[inline(always)]
     pub unsafe fn load(&self, to: &mut T) {
-        // SAFETY: reads so many bytes of flash, by the caller's promise those of a `T`, and
+        // SAFETY: reads this many bytes of flash, by the caller's promise those of a `T`, and
         // writes as many where one lies.
         unsafe {
             core::arch::asm!(

@@ -5,7 +5,7 @@
 //! D13 (PB5) while a law is at work; `LAW_SUMS` has what the delays of each add up to.
 //!
 //! The laws are in four programs, for an Uno holds no more: 64 bits are long on 8. (The
-//! motion that changes reckons in 128, and doesn't fit at all.) On a Mega they would be
+//! motion that changes computes in 128, and doesn't fit at all.) On a Mega they would be
 //! wrong, and are refused: see `xtask/src/check.rs`.
 
 use core::hint::black_box;

@@ -63,7 +63,7 @@ pub struct Serial(());
 impl Serial {
     /// Sets the line up. It works once interrupts are enabled.
     pub fn start(registers: USART0) -> Serial {
-        // Double speed first: a simulator reckons its times when the divisor
+        // Double speed first: a simulator computes its times when the divisor
         // is written.
         registers.ucsr0a().write(|w| w.u2x0().set_bit());
         registers.ubrr0().write(|w| w.set(DIVISOR));
@@ -90,7 +90,7 @@ impl Serial {
     /// Sends a byte; forgets it if there is no room.
     pub fn send(&mut self, byte: u8) {
         // The handler stops its interrupts when it has taken the last byte, and may
-        // have taken this one when they begin anew: then it finds none, and stops
+        // have taken this one when they start again: then it finds none, and stops
         // them again.
         // SAFETY: there is one line, and this is its only writer.
         if unsafe { TO_SEND.put(byte) } {

@@ -168,7 +168,7 @@ pub struct Common {
     late: [u8; 3],
     /// Axes for which there is nothing to prepare.
     resting: Axes,
-    /// Beyond its own 36 cycles a pulse lasts so many times 3; 0 for a pulse as it is.
+    /// Beyond its own 36 cycles a pulse lasts this many times 3; 0 for a pulse as it is.
     hold: u8,
     /// What a late step waits for, in 3 cycles.
     pace: u8,

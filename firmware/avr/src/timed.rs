@@ -6,12 +6,12 @@
 //!   steps      │          │   │
 //! ```
 //!
-//! The Arduino driver has the counter begin anew with each step (fast PWM), and divides its clock.
+//! The Arduino driver starts the counter again with each step (fast PWM), and divides its clock.
 //! Here it runs freely, and the article's prescaler is arithmetic, done by the core's fit
 //! with its rounding and all. So no tick is lost however late the interrupt comes; a
 //! shortened top can't be missed, as the deadline is compared with the counter after it was
 //! set; and a change of the prescaler, which on an AVR is one for several timers and divides
-//! on whatever they do, costs nothing. CTC, whose counter begins anew too, would have all
+//! on whatever they do, costs nothing. CTC, whose counter starts again too, would have all
 //! three troubles. Fast PWM's late compare register is modelled in software:
 //! `Model::Latched`. `bin/fast_pwm.rs` does it the article's way.
 //!

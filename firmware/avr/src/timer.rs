@@ -67,7 +67,7 @@ macro_rules! timer {
     };
 }
 
-/// Leaving the interrupt and entering it again takes about so many cycles.
+/// Leaving the interrupt and entering it again takes about this many cycles.
 const LINGER: u32 = 64;
 
 /// The step timer. There is one.

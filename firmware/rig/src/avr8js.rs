@@ -25,7 +25,7 @@ pub struct Run {
     pub said: String,
 }
 
-/// Runs the firmware of this name for so many milliseconds after its reset.
+/// Runs the firmware of this name for this many milliseconds after its reset.
 ///
 /// # Errors
 /// There is no Node, or no avr8js, or no such firmware; with what gets it.

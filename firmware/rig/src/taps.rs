@@ -260,7 +260,7 @@ unsafe extern "C" fn on_pin(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_vo
 }
 
 unsafe extern "C" fn on_byte(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
-    // SAFETY: as in `on_pin`. simavr reckons 11 bits; it reads the time of a
+    // SAFETY: as in `on_pin`. simavr takes a byte as 11 bits; it reads the time of a
     // byte after this call.
     unsafe {
         let heard = &mut *param.cast::<Heard>();

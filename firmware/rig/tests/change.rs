@@ -15,7 +15,7 @@ use stepwright_rig::{Board, Chip};
 use stepwright_sim::{Description, Edge, Pin, Queues, VirtualBoard};
 
 /// Steps of axis 1 of a virtual Uno, which is told `order` at once and `change`
-/// so many cycles after its first step.
+/// this many cycles after its first step.
 fn virtual_steps(order: &str, change: &str, after: u64) -> Vec<Step> {
     let mut queues = Queues::default();
     let mut board: VirtualBoard<u16, Vec<Edge>> =
@@ -67,7 +67,7 @@ fn apart(real: &[Step], ideal: &[Step]) -> Option<i64> {
     Some(worst)
 }
 
-/// Gives the order, and so many cycles later the change. The last position.
+/// Gives the order, and this many cycles later the change. The last position.
 #[track_caller]
 fn changed(order: &str, wait: u64, change: &str) -> (Chip, i64) {
     changed_on(chip(), order, wait, change)

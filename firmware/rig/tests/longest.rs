@@ -53,7 +53,7 @@ fn leave_out(chip: &mut Chip, sign: char, left: u64) -> u64 {
     skipped
 }
 
-/// The one number of so many bytes in a static that lies in `range`: its place
+/// The one number of this many bytes in a static that lies in `range`: its place
 /// and itself.
 #[track_caller]
 fn only(
@@ -85,7 +85,7 @@ fn it_ends_exactly_and_counts_beyond() {
         let skipped = leave_out(&mut chip, sign, 1_500);
         assert!(chip.run_to_silence(4_000_000, 16_000_000 * 10));
         let made = LONGEST - skipped;
-        // As a travel of so many steps.
+        // As a travel of this many steps.
         let path = path_of_accel(0, 1_000, 2_500, made as u32);
         follows(&steps(&chip, 0), &path, FIT + LATENCY);
         assert_eq!(steps(&chip, 0).last().unwrap().position, one * made as i64);

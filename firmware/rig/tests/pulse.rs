@@ -53,7 +53,7 @@ fn speeds(axes: u32, top: u32) -> Vec<u32> {
     (0..axes).map(|n| top - top * 3 * n / 1000).collect()
 }
 
-/// The highest rate that is admitted for so many axes at once: everything above it
+/// The highest rate that is admitted for this many axes at once: everything above it
 /// is refused.
 fn highest(micros: u64, axes: u32) -> u32 {
     let (mut low, mut high) = (500, FASTEST);

@@ -87,7 +87,7 @@ impl Ramp {
         Ramp { delay, shortest, margin: pulses.saturating_sub(1), divisor: 1, end: 1, ..Ramp::NONE }
     }
 
-    /// The ramp of an order. An endless travel has so many pulses that it takes
+    /// The ramp of an order. An endless travel has this many pulses that it takes
     /// [`go_on`](Ramp::go_on) once a day.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 //!
 //! From rest to rest they are the fastest within their limits. A change in motion
 //! first ends the ramp in progress as soon as the jerk allows; from the level that
-//! is reached the rest of the travel is laid out anew. What already falls to its
+//! is reached the rest of the travel is laid out again. What already falls to its
 //! target does so, and goes on from rest.
 
 use super::curve::Curve;
@@ -21,7 +21,7 @@ pub(super) struct Bent {
     at: Num,
     /// The curve is that of the fall.
     falling: bool,
-    /// To be laid out anew once the level is reached.
+    /// To be laid out again once the level is reached.
     again: bool,
 }
 
@@ -54,12 +54,12 @@ impl Bent {
         straight || w.times(high).over(self.curve.half_jerk()).is_below(45)
     }
 
-    /// Whether all is to be laid out anew once the level is reached.
+    /// Whether all is to be laid out again once the level is reached.
     pub(super) fn is_again(&self) -> bool {
         self.again
     }
 
-    /// It is laid out anew now.
+    /// It is laid out again now.
     pub(super) fn lays_out(&mut self) {
         self.again = false;
     }
@@ -138,7 +138,7 @@ impl Planner {
         self.bent.at = if self.ease { *self.bent.curve.whole() } else { Num::ZERO };
     }
 
-    /// Goes on after a change, or brakes: so many steps to its target.
+    /// Goes on after a change, or brakes: this many steps to its target.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn go_on(&mut self, left: i32) {
         if self.bent.falling {
@@ -193,7 +193,7 @@ impl Planner {
         self.bent.falling = true;
     }
 
-    /// Where on its curve the pulse so many steps ahead is.
+    /// Where on its curve the pulse this many steps ahead is.
     fn place_after(&self, steps: u32) -> Num {
         let (whole, part) = if self.bent.falling {
             (self.fall.wrapping_sub(steps), 0)
@@ -205,7 +205,7 @@ impl Planner {
         Num::from(whole).plus(&Num::part(part))
     }
 
-    /// Finds, in a call or several, when the pulse so many steps ahead comes,
+    /// Finds, in a call or several, when the pulse this many steps ahead comes,
     /// and its speed: `time` and `pending`. Whether it has.
     fn find(&self, work: &mut Work, steps: u16) -> bool {
         let steps = u32::from(steps);

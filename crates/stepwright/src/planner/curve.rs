@@ -19,7 +19,7 @@
 //! When pulse x comes is found the other way round, from a guess:
 //! t ← t − (x(t) − x) / v(t), each step of which doubles the digits that are right.
 //!
-//! **Error.** Time and steps are reckoned from an end of the ramp: 2⁻²⁹ of the
+//! **Error.** Time and steps are computed from an end of the ramp: 2⁻²⁹ of the
 //! ramp's time; and where it eases down to a level, 2⁻²⁸ of its steps, which are
 //! gone at the low speed. **Cost** on an ATmega328P: see `planner`.
 
@@ -163,7 +163,7 @@ impl Curve {
         }
     }
 
-    /// A time near which x is, when the last pulse, at t, was so many steps
+    /// A time near which x is, when the last pulse, at t, was this many steps
     /// before (on the way up) or after it, at v.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn guess(&self, t: &Num, v: &Num, steps: &Num, x: &Num, up: bool) -> Num {

@@ -95,11 +95,11 @@ impl Planner {
         }
     }
 
-    /// The speed so many steps further on the first ramp or down the fall.
+    /// The speed this many steps further on the first ramp or down the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn speed_after(&self, steps: u16, first: bool) -> Hand {
         let steps = u32::from(steps);
-        // What falls is reckoned from its end: nothing is subtracted.
+        // What falls is computed from its end: nothing is subtracted.
         let n = match (first, self.ease) {
             (true, false) => self.risen.wrapping_add(steps),
             (true, true) => self.rise.wrapping_sub(steps),

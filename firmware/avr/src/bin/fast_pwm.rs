@@ -14,7 +14,7 @@
 //! count slower). And where the prescaler changes, what has been counted until then is put
 //! into counts of the new one: the article lets the counter go on, so that what the update
 //! took at prescaler 1 counts eightfold at 8. A prescaler divides on whatever the timer does,
-//! which would leave a count of the slower one uncertain; so it is begun anew as well, with
+//! which would leave a count of the slower one uncertain; so it is started again as well, with
 //! timer 0, which shares it and is not used here.
 #![no_std]
 #![no_main]
@@ -53,7 +53,7 @@ struct Motor {
 const MODE: (u8, u8) = (0b11, 0b1_1000);
 /// TOIE1 in TIMSK1, TOV1 in TIFR1.
 const OVERFLOW: u8 = 1;
-/// More cycles than it takes to reckon when the prescaler changes.
+/// More cycles than it takes to compute when the prescaler changes.
 const AHEAD: u16 = 256;
 
 /// CS12, CS11 and CS10: the bits of a prescaler.
@@ -130,7 +130,7 @@ fn change(timer: &TC1, old: u8, new: u8) {
     timer.tcnt1().write(|w| w.set(count));
 }
 
-/// What the compare register holds for a period of so many counts.
+/// What the compare register holds for a period of this many counts.
 fn register(top: u32) -> u16 {
     top.wrapping_sub(1) as u16
 }

@@ -11,7 +11,7 @@
 //! | blinks once a second | the slave is silent |
 //! | blinks five times a second | the slave refused a line, or is elsewhere |
 //!
-//! The button begins the programme anew.
+//! The button starts the programme again.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -193,7 +193,7 @@ impl Board {
         None
     }
 
-    /// Waits for so many milliseconds.
+    /// Waits for this many milliseconds.
     fn wait(&mut self, millis: u16) {
         let mut passed = 0;
         while passed < millis {
@@ -208,7 +208,7 @@ impl Board {
     }
 
     /// Shows how it ended until the button is pressed and let go: the lamp
-    /// changes after so many milliseconds, or is on if that is 0.
+    /// changes after this many milliseconds, or is on if that is 0.
     fn show(&mut self, blink: u16) {
         let mut lit = true;
         let mut pressed = false;
@@ -230,7 +230,7 @@ impl Board {
     }
 }
 
-/// A travel of so many steps; `None` if the line can't say that.
+/// A travel of this many steps; `None` if the line can't say that.
 fn order(way: i64) -> Option<Order> {
     let ramp = Ramp::Steps(RampSteps::new(RAMP)?);
     Some(Order {

@@ -108,7 +108,7 @@ pub(super) struct Job {
 pub(super) enum Traffic {
     /// Nothing.
     Silent,
-    /// It asks for position and state without a pause, from so many cycles after the
+    /// It asks for position and state without a pause, from this many cycles after the
     /// first step on: the *phase* of the traffic against the motion.
     From(u64),
 }
@@ -354,7 +354,7 @@ pub(super) fn median<T: Copy + Ord>(values: &mut [T]) -> Option<T> {
 mod tests {
     use super::*;
 
-    /// Whether a step that comes by so many cycles late is, at 16,000 cycles a step.
+    /// Whether a step that comes by this many cycles late is, at 16,000 cycles a step.
     fn is_late(by: u64) -> bool {
         let job = Job::new(&[Axis::constant(1_000, 10)], Traffic::Silent);
         let mut progress = Progress::new(&job, 0).unwrap();

@@ -18,7 +18,7 @@ use super::{Subject, Way};
 const ACCEL: u32 = 40_000;
 /// Steps at the top speed, or in all without ramps,
 const STEPS: u32 = 100_000;
-/// but no more than so many seconds of them.
+/// but no more than this many seconds of them.
 const SECONDS: u32 = 5;
 /// Rates are tried on a grid of a quarter of a per cent.
 const GRID: f64 = 1.0025;

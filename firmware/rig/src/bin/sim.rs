@@ -18,7 +18,7 @@ use stepwright_sim::{Edge, Pin};
 
 /// How often the line is looked at: a byte takes 85 µs.
 const SLICE: Duration = Duration::from_millis(1);
-/// Behind by more than this, the clock is set anew.
+/// Behind by more than this, the clock is set again.
 const LAG: Duration = Duration::from_millis(250);
 /// How often the summary takes in the edges, so that they need no memory.
 const TALLY: u64 = HZ;

@@ -76,7 +76,7 @@ pub fn rest(chip: &mut Chip) {
 }
 
 /// Plays a table: a line and its answer, `*` for any characters in it. `*rest`
-/// waits for the end of the travel, `*wait 5` so many milliseconds.
+/// waits for the end of the travel, `*wait 5` this many milliseconds.
 #[track_caller]
 pub fn talk(chip: &mut Chip, table: &str) {
     for row in table.lines().map(str::trim).filter(|row| !row.is_empty()) {

@@ -59,6 +59,11 @@ impl Failure {
         Failure { hint: Some(hint.into()), ..self }
     }
 
+    /// What is wrong.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
     /// Says it on standard error, and gives the exit status.
     pub fn report(&self) -> ExitCode {
         say::note(format_args!("error: {}", self.message));

@@ -10,6 +10,7 @@
 //! | [`files`] | text files, within a bound and as a whole |
 //! | [`interrupt`] | Ctrl-C and other signals |
 //! | [`link`] | the bytes to a board, real or virtual, and back |
+//! | [`machine`] | the machine file: other defaults for the options |
 //! | [`plot`] | figures as .svg, .png and .html |
 //! | [`quantity`] | distances, speeds and accelerations with their units |
 //! | [`sheet`] | results as text, CSV or JSON |
@@ -25,6 +26,7 @@ mod figures;
 mod files;
 mod interrupt;
 mod link;
+mod machine;
 mod order;
 mod plan;
 mod plot;
@@ -36,8 +38,8 @@ mod timed;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-use failure::unless_closed;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use failure::{Failure, unless_closed};
 
 /// Real-time motion for stepper motors
 #[derive(Parser)]
@@ -54,6 +56,8 @@ Then with a board:
 Exit status: 0 done; 1 refused, or it failed; 2 the command line makes no sense;
 130 ended by Ctrl-C or another signal before it was done. Errors begin with `error: `.")]
 struct Cli {
+    #[command(flatten)]
+    machine: machine::MachineArgs,
     #[command(subcommand)]
     command: Command,
 }
@@ -73,6 +77,7 @@ enum Command {
     Send(order::send::Args),
     Settings(order::settings::Args),
     Ports(order::ports::Args),
+    Init(machine::init::Args),
     Board(board::Args),
     Plan(Box<plan::Args>),
     Timed(Box<timed::Args>),
@@ -83,10 +88,11 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse_from(quantity::minuses(std::env::args_os())) {
+    let cli = match read() {
         Ok(cli) => cli,
+        Err(Unread::Failure(failure)) => return failure.report(),
         // Help and the version, too: they are asked for, and fail if they can't be given.
-        Err(said) => {
+        Err(Unread::Clap(said)) => {
             let printed = said.print();
             if said.use_stderr() {
                 return ExitCode::from(said.exit_code() as u8);
@@ -108,6 +114,7 @@ fn main() -> ExitCode {
         Command::Send(args) => order::send::run(args),
         Command::Settings(args) => order::settings::run(args),
         Command::Ports(args) => order::ports::run(args),
+        Command::Init(args) => machine::init::run(args),
         Command::Board(args) => board::run(args),
         Command::Plan(args) => plan::run(*args),
         Command::Timed(args) => timed::run(*args),
@@ -121,4 +128,19 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }
+}
+
+/// Why there is nothing to run.
+enum Unread {
+    Clap(clap::Error),
+    Failure(Failure),
+}
+
+/// The command line, with the machine's defaults for what it leaves out.
+fn read() -> Result<Cli, Unread> {
+    let words: Vec<_> = quantity::minuses(std::env::args_os()).collect();
+    let typed = Cli::command().try_get_matches_from(&words).map_err(Unread::Clap)?;
+    let machine = machine::MachineArgs::from_arg_matches(&typed).map_err(Unread::Clap)?;
+    let all = machine::read(Cli::command, &words, typed, &machine).map_err(Unread::Failure)?;
+    Cli::from_arg_matches(&all).map_err(Unread::Clap)
 }

@@ -15,6 +15,7 @@ mod unit;
 
 use std::ffi::OsString;
 use std::fmt::{self, Display};
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use stepwright::{Accel, Geometry, Jerk, Speed};
@@ -24,13 +25,21 @@ use decimal::Decimal;
 pub use distance::DistanceArg;
 use unit::{Kind, Unit};
 
+/// The steps that a turn may have.
+pub const STEPS_PER_REV: RangeInclusive<u32> = 1..=10_000_000;
+
+/// A range as clap takes it.
+pub const fn bounds(range: RangeInclusive<u32>) -> RangeInclusive<i64> {
+    *range.start() as i64..=*range.end() as i64
+}
+
 /// The options that say how a motor's steps relate to the world.
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Motor")]
 pub struct GeometryArgs {
     /// Steps of one turn, microsteps included: 200 for 1.8°, 3200 with 1/16
     #[arg(long, value_name = "N", default_value_t = 200)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    #[arg(value_parser = clap::value_parser!(u32).range(bounds(STEPS_PER_REV)))]
     steps_per_rev: u32,
     /// Millimetres that the load travels in one turn; needed for mm/s
     #[arg(long, value_name = "MM")]
@@ -55,7 +64,7 @@ impl GeometryArgs {
 
 /// A distance in millimetres, held in whole nanometres.
 #[derive(Clone, Copy, Debug)]
-struct MmArg(u32);
+pub struct MmArg(u32);
 
 impl FromStr for MmArg {
     type Err = String;

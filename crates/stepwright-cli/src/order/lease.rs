@@ -20,7 +20,7 @@ pub struct LeaseArgs {
 const SHORTEST: u128 = 200;
 
 /// Reads the time of a lease.
-fn millis(text: &str) -> Result<LeaseMillis, String> {
+pub fn millis(text: &str) -> Result<LeaseMillis, String> {
     let millis = run::time(text)?.as_millis();
     let lease = u32::try_from(millis).ok().and_then(LeaseMillis::new);
     lease

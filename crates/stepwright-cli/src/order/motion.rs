@@ -1,19 +1,23 @@
 //! How to travel: the options, and what the board is told.
 
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 
 use serde_json::{Value, json};
-use stepwright::{Geometry, Speed};
+use stepwright::{Accel, Geometry, Speed};
 use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Travel};
 
 use super::course::Course;
 use crate::board::recording::Heading;
 use crate::failure::Failure;
-use crate::quantity::{AccelArg, GeometryArgs, Held, JerkArg, SpeedArg};
+use crate::quantity::{AccelArg, GeometryArgs, Held, JerkArg, SpeedArg, bounds};
 
 /// Above the options that say how to move.
 pub const MOTION: &str =
     "Motion (speeds like 500, 120rpm, 50mm/s; accelerations like 4000, 10rad/s2)";
+
+/// The lengths of a ramp in steps, as the line carries them.
+pub const RAMP: RangeInclusive<u32> = 1..=999;
 
 /// The options that say how to start and stop.
 #[derive(clap::Args, Clone, Debug)]
@@ -22,9 +26,9 @@ pub struct RampArgs {
     /// Speed that the motor jumps to from rest, and stops from
     #[arg(long, value_name = "SPEED", default_value = "50")]
     start_speed: SpeedArg,
-    /// Length of both ramps in steps [default: 200]
+    /// Length of both ramps in steps [default: a fifth of the top speed, 200 at 1000 steps/s]
     #[arg(long, value_name = "STEPS", conflicts_with = "accel")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=999))]
+    #[arg(value_parser = clap::value_parser!(u32).range(bounds(RAMP)))]
     ramp: Option<u32>,
     /// Acceleration from the start speed up, instead of a length
     #[arg(long, value_name = "ACCEL")]
@@ -72,8 +76,11 @@ impl RampArgs {
         let top = top.resolve(&geometry, top_name)?;
         let accel = self.accel.as_ref().map(|a| a.resolve(&geometry, "--accel")).transpose()?;
         let decel = self.decel.as_ref().map(|d| d.resolve(&geometry, "--decel")).transpose()?;
-        let ramp = Ramp::Steps(RampSteps::clamped(self.ramp.unwrap_or(200)));
-        let up = accel.as_ref().map_or(ramp, |a| Ramp::Accel(a.value));
+        let up = match (&accel, self.ramp) {
+            (Some(accel), _) => Ramp::Accel(accel.value),
+            (None, Some(steps)) => Ramp::Steps(RampSteps::clamped(steps)),
+            (None, None) => suited(start.value, top.value),
+        };
         let down = decel.as_ref().map_or(up, |d| Ramp::Accel(d.value));
         let jerk = self.jerk.as_ref().map(|j| j.resolve(&geometry, "--jerk")).transpose()?;
         let bend = jerk.as_ref().map(|j| j.value);
@@ -87,6 +94,22 @@ impl RampArgs {
         let jerk = jerk.as_ref().map(Held::to_string);
         Ok(Motion { axis, order, start, top, accel, decel, jerk })
     }
+}
+
+/// The ramp of an order that names none: as many steps as the motor makes in a fifth of a
+/// second at its top speed. From rest it takes 0.4 s, whatever that speed is.
+fn suited(start: Speed, top: Speed) -> Ramp {
+    let steps = (top.millisteps() / 5).div_ceil(1000).max(1);
+    if RAMP.contains(&steps) {
+        return Ramp::Steps(RampSteps::clamped(steps));
+    }
+    // More steps than the line can carry: the acceleration that has this length.
+    let square = |v: Speed| u128::from(v.millisteps()).pow(2);
+    let rise = square(top).saturating_sub(square(start));
+    let accel = rise / (2 * u128::from(steps) * 1000);
+    let whole = accel.div_ceil(1000).saturating_mul(1000);
+    let accel = u64::try_from(whole).ok().and_then(|a| Accel::from_millisteps(a).ok());
+    accel.map_or(Ramp::Steps(RampSteps::clamped(*RAMP.end())), Ramp::Accel)
 }
 
 impl Motion {

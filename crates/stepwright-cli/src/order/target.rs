@@ -1,5 +1,6 @@
 //! Which board an order goes to.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
@@ -13,6 +14,7 @@ use crate::link::Link;
 use crate::link::serial::{SerialLink, Share};
 use crate::link::virtual_board::VirtualLink;
 use crate::plot::PlotFile;
+use crate::quantity::bounds;
 use crate::talk::{Talk, Trouble};
 use stepwright_sim::Description;
 
@@ -25,6 +27,9 @@ pub enum Format {
     Json,
 }
 
+/// The rates of a serial port in bits/s.
+pub const BAUD: RangeInclusive<u32> = 50..=12_000_000;
+
 /// The options that name a serial port.
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Board")]
@@ -34,7 +39,7 @@ pub struct PortArgs {
     pub port: Option<PathBuf>,
     /// Speed of the serial port in bits/s (8 data bits, no parity, 1 stop bit)
     #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
-    #[arg(value_parser = clap::value_parser!(u32).range(50..=12_000_000))]
+    #[arg(value_parser = clap::value_parser!(u32).range(bounds(BAUD)))]
     pub baud: u32,
 }
 
@@ -42,6 +47,9 @@ pub struct PortArgs {
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Virtual board (without --port)")]
 pub struct VirtualArgs {
+    /// Move a virtual board, also where the machine file names a port
+    #[arg(id = "virtual", long = "virtual", conflicts_with = "port")]
+    _virtual_board: bool,
     /// Let its time pass as fast as the machine can, instead of in real time
     #[arg(long, conflicts_with = "port")]
     pub fast: bool,

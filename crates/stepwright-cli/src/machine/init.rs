@@ -1,0 +1,179 @@
+//! `stepwright init`: asks how a machine is built, and writes the machine file.
+
+use std::io::{self, BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use stepwright_protocol::AxisId;
+use toml_edit::{DocumentMut, Item, Table, TableLike, value};
+
+use super::HERE;
+use super::file::Machine;
+use crate::failure::{Failure, unless_closed};
+use crate::order::target;
+use crate::{files, say};
+
+/// Write a file with the port, units, speeds and ramps of a machine
+///
+/// Asks for what is not given as an option; an empty answer leaves a key out. `move`, `run`,
+/// `line`, `home` and the others take the file's values where an option is not typed.
+#[derive(clap::Args)]
+#[command(after_help = "\
+A file that is there already keeps its other axes, keys and comments. The file that holds is
+that of --machine, else the one that STEPWRIGHT_MACHINE names, else stepwright.toml where the
+command is run, else ~/.config/stepwright/machine.toml (%APPDATA% on Windows).
+
+The file, with all there may be in it:
+  port = \"/dev/ttyUSB0\"       every command goes to this board
+  baud = 115200
+  lease = \"2s\"                the board brakes when the command falls silent for so long
+
+  [axis.1]
+  steps-per-rev = 3200        full steps of a turn times microsteps
+  mm-per-rev = 8              a turn moves the load by this many millimetres
+  start-speed = \"1mm/s\"
+  top-speed = \"40mm/s\"
+  accel = \"200mm/s2\"          or ramp = 400, in steps
+  decel = \"100mm/s2\"
+  jerk = \"2000mm/s3\"
+  home-speed = \"10mm/s\"
+  home-slow = \"1mm/s\"
+  home-back-off = \"2mm\"
+  home-within = \"300mm\"
+
+Examples:
+  stepwright init
+  stepwright init --axis 2
+  stepwright init --port /dev/ttyUSB0 --steps-per-rev 3200 --mm-per-rev 8 \\
+      --top-speed 40mm/s --accel 200mm/s2")]
+pub struct Args {
+    /// File to write
+    #[arg(long, value_name = "FILE", default_value = HERE)]
+    file: PathBuf,
+    /// Which axis it is about: 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
+    axis: AxisId,
+    /// Serial port of the board
+    #[arg(long, value_name = "PATH")]
+    port: Option<String>,
+    /// Steps of one turn, microsteps included
+    #[arg(long, value_name = "N")]
+    steps_per_rev: Option<String>,
+    /// Millimetres that the load travels in one turn
+    #[arg(long, value_name = "MM")]
+    mm_per_rev: Option<String>,
+    /// Speed between the ramps
+    #[arg(long, value_name = "SPEED")]
+    top_speed: Option<String>,
+    /// Acceleration from the start speed up
+    #[arg(long, value_name = "ACCEL")]
+    accel: Option<String>,
+}
+
+/// Asks, writes, and says what to do next.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let before = match args.file.try_exists() {
+        Ok(true) => files::read(&args.file, super::MOST)?,
+        _ => String::new(),
+    };
+    // What is there is right before anything is asked.
+    Machine::parse(&before, &args.file)?;
+    let mut file: DocumentMut = before
+        .parse()
+        .map_err(|error| Failure::new(format!("{}: {error}", args.file.display())))?;
+    let number = args.axis.number();
+    let mut asked = Asked { any: args.is_complete(), file: &args.file };
+    let port = asked.answer(&args.port, "Serial port of the board (empty: a virtual board)")?;
+    set(file.as_table_mut(), "port", port);
+    let questions = [
+        ("steps-per-rev", &args.steps_per_rev, "Steps of one turn, microsteps included [200]"),
+        ("mm-per-rev", &args.mm_per_rev, "Millimetres of one turn (empty: nothing moves along)"),
+        ("top-speed", &args.top_speed, "Top speed, like 1000, 300rpm or 40mm/s [1000]"),
+        ("accel", &args.accel, "Acceleration, like 4000 or 200mm/s2 (empty: by the top speed)"),
+    ];
+    for (key, typed, question) in questions {
+        loop {
+            let answer = asked.answer(typed, &format!("Axis {number}: {question}"))?;
+            let mut tried = file.clone();
+            if let Some(axis) = axis_of(&mut tried, number) {
+                set(axis, key, answer);
+            }
+            match Machine::parse(&tried.to_string(), &args.file) {
+                Ok(_) => {
+                    file = tried;
+                    break;
+                }
+                Err(failure) if asked.any => return Err(failure),
+                Err(failure) => say::note(failure.message()),
+            }
+        }
+    }
+    files::replace(&args.file, file.to_string().as_bytes())?;
+    say::result(format_args!("{} has axis {number}", args.file.display()));
+    say::note(format_args!("try it: `stepwright move 1turns --axis {number} --virtual`"));
+    Ok(())
+}
+
+impl Args {
+    /// Whether anything was given: then nothing is asked.
+    fn is_complete(&self) -> bool {
+        let given =
+            [&self.port, &self.steps_per_rev, &self.mm_per_rev, &self.top_speed, &self.accel];
+        given.iter().any(|option| option.is_some())
+    }
+}
+
+/// The questions.
+struct Asked<'a> {
+    /// Whether options have answered all that is to be answered.
+    any: bool,
+    file: &'a Path,
+}
+
+impl Asked<'_> {
+    /// The answer; `None` if it is empty.
+    fn answer(
+        &mut self,
+        typed: &Option<String>,
+        question: &str,
+    ) -> Result<Option<String>, Failure> {
+        if self.any {
+            return Ok(typed.clone());
+        }
+        unless_closed(write!(io::stderr(), "{question}: ").and_then(|()| io::stderr().flush()))?;
+        let mut line = String::new();
+        let read = io::stdin().lock().read_line(&mut line);
+        if !line.ends_with('\n') || !io::stdin().is_terminal() {
+            // No Enter has ended the line of the question.
+            say::note("");
+        }
+        match read {
+            Ok(0) => Err(Failure::new(format!("no more answers: {} stays", self.file.display()))
+                .hint("give them as options: `stepwright init --help`")),
+            Ok(_) => Ok(Some(line.trim().to_owned()).filter(|line| !line.is_empty())),
+            Err(error) => Err(Failure::new(format!("can't read the answer: {error}"))),
+        }
+    }
+}
+
+/// The table of an axis, made if it is not there; written `[axis.1]` or in braces. `None`
+/// if there is something else.
+fn axis_of(file: &mut DocumentMut, number: u8) -> Option<&mut dyn TableLike> {
+    let axes = file.entry("axis").or_insert_with(|| {
+        let mut table = Table::new();
+        table.set_implicit(true);
+        Item::Table(table)
+    });
+    let axes = axes.as_table_like_mut()?;
+    axes.entry(&number.to_string()).or_insert(Item::Table(Table::new())).as_table_like_mut()
+}
+
+/// Sets a key, as a number if it is one; nothing if there is no answer.
+fn set(table: &mut dyn TableLike, key: &str, answer: Option<String>) {
+    let Some(answer) = answer else { return };
+    let item = match (answer.parse::<i64>(), answer.parse::<f64>()) {
+        (Ok(whole), _) => value(whole),
+        (_, Ok(number)) if number.is_finite() => value(number),
+        _ => value(answer),
+    };
+    table.insert(key, item);
+}

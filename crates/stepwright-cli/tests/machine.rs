@@ -1,0 +1,120 @@
+//! The machine file: what it says holds where nothing is typed, and nowhere else.
+
+mod common;
+
+use common::{Ended, Scratch, stepwright, stepwright_with};
+
+const MILL: &str = "\
+# The mill in the corner.
+[axis.1]
+steps-per-rev = 3200
+mm-per-rev = 8
+top-speed = \"40mm/s\"
+accel = \"200mm/s2\" # as it was tried
+
+[axis.2]
+steps-per-rev = 400
+";
+
+fn file(name: &str, text: &str) -> Scratch {
+    let file = Scratch::new(name);
+    std::fs::write(&file.0, text).unwrap();
+    file
+}
+
+fn on(file: &Scratch, args: &[&str]) -> Ended {
+    stepwright(&[args, &["--machine", file.path()]].concat())
+}
+
+#[test]
+fn what_is_not_typed_is_the_machines() {
+    let mill = file("mill.toml", MILL);
+    let ended = on(&mill, &["move", "10mm", "--fast"]);
+    ended.assert(0, "position 4000 ready");
+    assert!(ended.stdout.contains("t16000 a80000 d80000 G+4000 E"), "{ended:#?}");
+    assert!(ended.stderr.contains("machine: "), "{ended:#?}");
+    // Another axis is another motor.
+    let ended = on(&mill, &["move", "1turns", "--axis", "2", "--fast"]);
+    ended.assert(0, "position 400 ready");
+    // One that the file does not know has the command's own defaults.
+    on(&mill, &["move", "1turns", "--axis", "3", "--fast"]).assert(0, "position 200 ready");
+}
+
+#[test]
+fn what_is_typed_wins() {
+    let mill = file("typed.toml", MILL);
+    let ended = on(&mill, &["move", "10mm", "--fast", "--mm-per-rev", "4"]);
+    ended.assert(0, "position 8000 ready");
+    // A ramp by its length replaces the file's acceleration.
+    let ended = on(&mill, &["move", "10mm", "--fast", "--ramp", "100"]);
+    assert!(ended.stdout.contains("  ramp up     100 steps"), "{ended:#?}");
+    // And no file is none.
+    let ended = stepwright(&["--machine", "none", "move", "10mm", "--fast"]);
+    ended.assert_error("millimetres need");
+}
+
+#[test]
+fn a_line_has_what_its_axes_have_in_common() {
+    let same = file("same.toml", "[axis.1]\nmm-per-rev = 8\n[axis.2]\nmm-per-rev = 8.0\n");
+    on(&same, &["line", "8mm", "16mm", "--fast"]).assert(0, "position 200 400 ready");
+    let mill = file("differ.toml", MILL);
+    on(&mill, &["line", "8mm", "16mm", "--fast"]).assert_error("millimetres need");
+}
+
+#[test]
+fn the_port_is_the_machines_unless_a_virtual_board_is_asked_for() {
+    let real = file("real.toml", "port = \"/nonexistent/board\"\n");
+    on(&real, &["move", "10"]).assert_error("/nonexistent/board");
+    on(&real, &["status"]).assert_error("/nonexistent/board");
+    on(&real, &["move", "10", "--virtual"]).assert(0, "position 10 ready");
+    on(&real, &["move", "10", "--fast"]).assert(0, "position 10 ready");
+}
+
+#[test]
+fn a_mistake_is_said_with_its_line_and_nothing_moves() {
+    let wrong = file("wrong.toml", "[axis.1]\ntop-speed = \"40mph\"\n");
+    let ended = on(&wrong, &["move", "10", "--fast"]);
+    ended.assert(1, "");
+    ended.assert_error("wrong.toml:2: top-speed = '40mph': ");
+    let gone = Scratch::new("no-such-machine.toml");
+    on(&gone, &["move", "10", "--fast"]).assert_error("can't read");
+    // What needs no machine doesn't read it.
+    on(&wrong, &["calc", "belt", "--help"])
+        .assert(0, on(&wrong, &["calc", "belt", "--help"]).last_line());
+}
+
+#[test]
+fn init_asks_until_the_answer_is_right() {
+    let new = Scratch::new("new.toml");
+    let args = ["init", "--file", new.path()];
+    let ended = stepwright_with(&args, b"\n3200\n8\n40mph\n40mm/s\n\n");
+    ended.assert(0, &format!("{} has axis 1", new.path()));
+    assert!(ended.stderr.contains("40mph"), "{ended:#?}");
+    let text = std::fs::read_to_string(&new.0).unwrap();
+    assert_eq!(text, "[axis.1]\nsteps-per-rev = 3200\nmm-per-rev = 8\ntop-speed = \"40mm/s\"\n");
+    on(&new, &["move", "10mm", "--fast"]).assert(0, "position 4000 ready");
+    // An end in the middle leaves everything as it was.
+    let ended = stepwright_with(&args, b"\n400\n");
+    ended.assert(1, "");
+    ended.assert_error("no more answers");
+    assert_eq!(std::fs::read_to_string(&new.0).unwrap(), text);
+}
+
+#[test]
+fn init_keeps_what_it_is_not_told_of() {
+    let mill = file("kept.toml", MILL);
+    let at = mill.path();
+    stepwright(&["init", "--file", at, "--axis", "2", "--top-speed", "500"])
+        .assert(0, &format!("{at} has axis 2"));
+    assert_eq!(std::fs::read_to_string(&mill.0).unwrap(), format!("{MILL}top-speed = 500\n"));
+    stepwright(&["init", "--file", at, "--axis", "3", "--mm-per-rev", "0"])
+        .assert_error("mm-per-rev");
+    // In braces, too; and what is no machine's file stays as it is.
+    let braces = file("braces.toml", "axis = { 1 = { ramp = 100 } }\n");
+    let args = ["init", "--file", braces.path(), "--top-speed", "500"];
+    assert_eq!(stepwright(&args).code(), Some(0));
+    on(&braces, &["move", "10", "--fast"]).assert(0, "position 10 ready");
+    let other = file("other.toml", "axis = 3\n");
+    stepwright(&["init", "--file", other.path(), "--top-speed", "5"]).assert_error("other.toml:1");
+    assert_eq!(std::fs::read_to_string(&other.0).unwrap(), "axis = 3\n");
+}

@@ -3,10 +3,11 @@
 //!
 //! A [`Law`] says when the path is where; a curve ([`Line`], [`Arc`]) says where
 //! on it each axis steps; [`Steps`] joins the two to what a cycle plays
-//! ([`Program::Paced`](stepwright::cycle::Program::Paced)).
+//! ([`Program::Paced`](stepwright_cycle::Program::Paced)).
 //!
 //! ```
-//! use stepwright::{Rate, cycle};
+//! use stepwright::Rate;
+//! use stepwright_cycle as cycle;
 //! use stepwright_path::{Line, Pace, Steps};
 //! let line = Line { steps: [300, -100], step: [1.0, 1.0] };
 //! // An S-curve: without the jerk it is a trapezoid.
@@ -46,7 +47,8 @@ mod road;
 
 use std::sync::{Arc as Shared, Mutex, PoisonError};
 
-use stepwright::{Rate, Ticks, cycle};
+use stepwright::{Rate, Ticks};
+use stepwright_cycle as cycle;
 
 pub use curve::{Arc, Line, Mark, Marks};
 pub use law::{Law, SCALES};
@@ -149,7 +151,7 @@ impl std::fmt::Debug for Held {
 }
 
 /// The steps of one axis in ticks of a timer, for
-/// [`Program::Paced`](stepwright::cycle::Program::Paced).
+/// [`Program::Paced`](stepwright_cycle::Program::Paced).
 ///
 /// Each is at the nearest tick to its time; nothing gathers. All axes are over when
 /// the path is; one that has no step to make before that waits.

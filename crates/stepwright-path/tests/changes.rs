@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use proptest::prelude::*;
-use stepwright::{Rate, cycle};
+use stepwright::Rate;
+use stepwright_cycle as cycle;
 use stepwright_path::{Arc, Held, Line, Pace, Steps, Unplannable};
 
 const LEAD: u32 = 10_000;

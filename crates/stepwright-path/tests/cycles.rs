@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use stepwright::Rate;
-use stepwright::cycle::{
+use stepwright_cycle::{
     AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Clock, Motor, Program, Strategies,
 };
 use stepwright_path::{Arc, Held, Line, Pace, Steps};

@@ -4,9 +4,9 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use stepwright::cycle::{Clock, Cycle, Motor, Surroundings, Switches};
 use stepwright::drive::{Axes, Drive};
 use stepwright::{Board, Cost, Rate, Ticks};
+use stepwright_cycle::{Clock, Cycle, Motor, Surroundings, Switches};
 
 use crate::clock::{Now, SimTimer};
 use crate::description::Description;
@@ -126,7 +126,7 @@ fn board<const N: usize>(rate: Rate) -> Board<N> {
 /// N motors and their cycle over simulated time, with a 32-bit timer.
 ///
 /// ```
-/// use stepwright::cycle::{Calibration, Clock, Motor, Program};
+/// use stepwright_cycle::{Calibration, Clock, Motor, Program};
 /// use stepwright::Rate;
 /// use stepwright_sim::{CycleBoard, Edge, Stand};
 /// let mut board: CycleBoard<Vec<Edge>, 1> = CycleBoard::new(

@@ -1,7 +1,7 @@
 //! Homing on the virtual board, whose switches stand where they stand.
 
 use stepwright::Rate;
-use stepwright::cycle::{Clock, End, Homing, HomingError, Motor, Refusal};
+use stepwright_cycle::{Clock, End, Homing, HomingError, Motor, Refusal};
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
 
 type Board = CycleBoard<'static, Vec<Edge>, 2>;

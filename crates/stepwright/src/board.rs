@@ -58,8 +58,8 @@ impl<const N: usize> Board<N> {
         self.max_beside(&whole(0).number(), 1)
     }
 
-    /// Ticks per step while this many axes move, with the present pulse.
-    pub(crate) fn step(&self, moving: usize) -> Ticks {
+    /// Ticks that a step costs while this many axes move, with the present pulse.
+    pub fn step_cost(&self, moving: usize) -> Ticks {
         let Cost { ticks, pulse, longer } = &self.cost;
         let ticks = if self.timing.pulse > *pulse { longer } else { ticks };
         ticks.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX)
@@ -69,13 +69,13 @@ impl<const N: usize> Board<N> {
     /// apart, and what the board can do.
     pub fn set_drivers(&mut self, pulse: Ticks, setup: Ticks, hold: Ticks) {
         self.timing = Timing { pulse, setup, hold, min_interval: 0 };
-        self.timing.min_interval = self.step(1).max(pulse.saturating_mul(2));
+        self.timing.min_interval = self.step_cost(1).max(pulse.saturating_mul(2));
     }
 
     /// The highest speed beside other axes, which make `others` thousandths of
     /// a step per second together, `moving` axes in all.
     fn max_beside(&self, others: &Num, moving: u8) -> Speed {
-        let cost = self.step(moving.into());
+        let cost = self.step_cost(moving.into());
         let capacity = whole(1000).number();
         let capacity = whole(self.rate.hz()).times(&capacity).number();
         let shared = whole(cost.max(1)).under(&capacity).minus(others).number();

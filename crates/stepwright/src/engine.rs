@@ -352,13 +352,13 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     }
 
     /// Whether no travel is in progress.
-    pub(crate) fn rests(&self) -> bool {
+    pub fn rests(&self) -> bool {
         self.tracks.iter().all(|track| track.event == Event::Idle)
     }
 
     /// [`start`](Engine::start) for feeds that take their time: the first intervals count
-    /// from when all have been asked. The axes rest.
-    pub(crate) fn start_when_loaded(&mut self, axes: Axes) {
+    /// from when all have been asked. The axes MUST rest.
+    pub fn start_when_loaded(&mut self, axes: Axes) {
         let begun = self.timer.now();
         self.start(axes);
         // Modulo the counter, so for any time.

@@ -4,7 +4,6 @@
 
 mod board;
 pub mod compress;
-pub mod cycle;
 pub mod direct;
 pub mod drive;
 pub mod engine;

@@ -6,10 +6,10 @@
 //! the costs. Ramps at high rates are for the controller, `step.rs`.
 
 use avr_device::interrupt;
-use stepwright::cycle::{
-    self, Calibration, Clock, Cycle, Motor, Program, Refusal, Surroundings, Switches,
-};
 use stepwright::drive::Axes;
+use stepwright_cycle::{
+    Calibration, Clock, Cycle, CycleError, Motor, Program, Refusal, Surroundings, Switches,
+};
 
 use crate::board::{self, AXES, Levels, Pins};
 use crate::chip;
@@ -142,7 +142,7 @@ impl Held {
     }
 
     /// Why a cycle was cancelled.
-    pub fn error(&mut self) -> Option<cycle::CycleError> {
+    pub fn error(&mut self) -> Option<CycleError> {
         self.with(|motors| motors.error())
     }
 }

@@ -7,7 +7,7 @@
 mod common;
 
 use common::{BESIDE, board, steps};
-use stepwright::cycle::{Calibration, Clock, Motor, Program};
+use stepwright_cycle::{Calibration, Clock, Motor, Program};
 use stepwright_rig::edges::{Needs, check, steps_of};
 use stepwright_rig::{Chip, firmware};
 use stepwright_sim::{CycleBoard, Edge, Stand};

@@ -11,7 +11,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     cross_build(
         ws,
         &[&ATMEGA328P, &CORTEX_M0],
-        &["stepwright", "stepwright-protocol", "stepwright-device"],
+        &["stepwright", "stepwright-cycle", "stepwright-protocol", "stepwright-device"],
         "release",
     )
 }

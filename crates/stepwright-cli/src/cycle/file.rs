@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use stepwright::cycle::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Strategies};
+use stepwright_cycle::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Strategies};
 use toml::Spanned;
 
 /// The whole file.

@@ -3,10 +3,10 @@
 
 use std::ops::Range;
 
-use stepwright::cycle::{
+use stepwright::{OutOfRange, Rate};
+use stepwright_cycle::{
     Calibration, Clock, End, Homing, Leg, Motor, NextDelay, Program, Strategies,
 };
-use stepwright::{OutOfRange, Rate};
 use stepwright_path::{Pace, SCALES, Steps, Unplannable};
 use stepwright_sim::Stand;
 use toml::Spanned;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use serde_json::json;
-use stepwright::cycle::{CycleError, Faults, Homing, HomingError, Refusal, Status};
+use stepwright_cycle::{CycleError, Faults, Homing, HomingError, Refusal, Status};
 use stepwright_sim::{CycleBoard, Edge, Pin};
 
 use super::Format;

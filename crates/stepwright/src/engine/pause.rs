@@ -52,8 +52,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         self.wake_from_outside(now);
     }
 
-    /// Steps that have been loaded for an axis, and not been made.
-    pub(crate) fn loaded(&self, axis: u8) -> u16 {
+    /// Steps that have been loaded for an axis, and not been made; 0 if there is no such
+    /// axis.
+    pub fn loaded(&self, axis: u8) -> u16 {
         let axis = usize::from(axis);
         match (self.tracks.get(axis), self.feeds.get(axis)) {
             (Some(track), Some(feed)) => track.left(feed.left(&track.own)),
@@ -61,10 +62,10 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         }
     }
 
-    /// Of the steps that have been loaded for an axis only the next one is made, at
-    /// its time; then its feed is asked what comes. Answers how many are not made.
-    /// For runs at one interval.
-    pub(crate) fn cut(&mut self, axis: u8) -> u16 {
+    /// Drops the steps that are loaded for an axis beyond the next one, which is made at
+    /// its time; then the feed is asked for what follows. Returns the number of dropped
+    /// steps. The run MUST have one interval, without growth.
+    pub fn cut(&mut self, axis: u8) -> u16 {
         let cut = self.loaded(axis).saturating_sub(1);
         let axis = usize::from(axis);
         if let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))

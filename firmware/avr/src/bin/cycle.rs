@@ -4,10 +4,10 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
-use stepwright::cycle::{Motor, Program, Refusal, Switches};
 use stepwright_avr::board::{X, Y, Z};
 use stepwright_avr::console::Console;
 use stepwright_avr::cycle::{self, Held};
+use stepwright_cycle::{Motor, Program, Refusal, Switches};
 
 stepwright_avr::cycle_interrupt!();
 

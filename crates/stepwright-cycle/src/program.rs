@@ -13,7 +13,7 @@
 //! A count's sign is its direction, as in the README of stepper_h; a delay
 //! is in µs, and 0 means the motor's smallest.
 
-use crate::units::Ticks;
+use stepwright::units::Ticks;
 
 /// A callback that gives the delay before each next step, in µs.
 ///
@@ -112,7 +112,7 @@ pub enum Leg {
 
 /// What comes next in a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Next {
+pub(crate) enum Next {
     /// This many steps with one delay as it is given, forward or backward.
     Steps { count: u32, delay: u32, forward: bool },
     /// This many µs without a step.
@@ -124,7 +124,7 @@ pub(super) enum Next {
 }
 
 /// A program and how far it has been read.
-pub(super) struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     program: Program<'a>,
     /// Legs or delays read.
     at: usize,
@@ -136,15 +136,15 @@ pub(super) struct Reader<'a> {
 const MANY: u32 = u32::MAX;
 
 impl<'a> Reader<'a> {
-    pub(super) const NONE: Reader<'a> = Reader::of(Program::Series(&[]));
+    pub(crate) const NONE: Reader<'a> = Reader::of(Program::Series(&[]));
 
-    pub(super) const fn of(program: Program<'a>) -> Reader<'a> {
+    pub(crate) const fn of(program: Program<'a>) -> Reader<'a> {
         Reader { program, at: 0, asked: 0 }
     }
 
     /// The next part. Everything about it is in the answer: nothing of one
     /// program or part can leak into another.
-    pub(super) fn next(&mut self) -> Next {
+    pub(crate) fn next(&mut self) -> Next {
         let at = self.at;
         self.at = at.saturating_add(1);
         match &mut self.program {
@@ -179,13 +179,13 @@ impl<'a> Reader<'a> {
     }
 
     /// Whether its steps are counted in ticks of the timer.
-    pub(super) fn is_paced(&self) -> bool {
+    pub(crate) fn is_paced(&self) -> bool {
         matches!(self.program, Program::Paced(_))
     }
 
     /// The smallest delay that it may ask for, as far as can be known; `None`
     /// for one that makes no step.
-    pub(super) fn fastest(&self, smallest: u32) -> Option<u32> {
+    pub(crate) fn fastest(&self, smallest: u32) -> Option<u32> {
         let held = |delay: u32| delay.max(smallest);
         match &self.program {
             Program::Steps { count: 0, .. } | Program::Dynamic { count: 0, .. } => None,

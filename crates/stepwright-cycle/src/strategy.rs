@@ -194,7 +194,7 @@ impl Refusal {
     /// is "motor 1" and so on.
     ///
     /// ```
-    /// use stepwright::cycle::Refusal;
+    /// use stepwright_cycle::Refusal;
     /// let refusal = Refusal::SmallDelay { motor: 1, needs: 600 };
     /// let said = refusal.named("Y").to_string();
     /// assert_eq!(said, "the first delay of Y is below its smallest: at least 600 µs");

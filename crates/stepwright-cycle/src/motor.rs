@@ -5,11 +5,11 @@ use core::fmt;
 /// A motor: how far a step goes, how fast it may, where it ends.
 ///
 /// stepper_h's `init_stepper` and `init_stepper_ends`. Its pins are the
-/// business of the [`Drive`](crate::drive::Drive) and the
+/// business of the [`Drive`](stepwright::drive::Drive) and the
 /// [`Surroundings`](super::Surroundings).
 ///
 /// ```
-/// use stepwright::cycle::Motor;
+/// use stepwright_cycle::Motor;
 /// // 7.5 µm a step, at most a step a millisecond, on a bed of 300 mm.
 /// let x = Motor::new(7_500, 1_000).between(0, 300_000_000);
 /// assert_eq!(x.max, Some(300_000_000));
@@ -93,7 +93,7 @@ pub enum Status {
 /// What went wrong with a motor: a set of flags, with stepper_h's numbers.
 ///
 /// ```
-/// use stepwright::cycle::Faults;
+/// use stepwright_cycle::Faults;
 /// let faults = Faults::SOFT_END_MIN | Faults::STEP_DELAY_SMALL;
 /// assert!(faults.has(Faults::SOFT_END_MIN));
 /// assert_eq!((faults.bits(), faults.to_string()), (17, "soft-end-min, step-delay-small".into()));
@@ -123,11 +123,11 @@ impl Faults {
         (Faults::STEP_DELAY_SMALL, "step-delay-small"),
     ];
 
-    pub(super) const fn soft(forward: bool) -> Faults {
+    pub(crate) const fn soft(forward: bool) -> Faults {
         if forward { Faults::SOFT_END_MAX } else { Faults::SOFT_END_MIN }
     }
 
-    pub(super) const fn hard(end: End) -> Faults {
+    pub(crate) const fn hard(end: End) -> Faults {
         match end {
             End::Min => Faults::HARD_END_MIN,
             End::Max => Faults::HARD_END_MAX,

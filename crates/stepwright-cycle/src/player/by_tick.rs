@@ -3,7 +3,7 @@
 //! next.
 
 use super::{Faults, Player, Stage, Taken};
-use crate::units::Ticks;
+use stepwright::units::Ticks;
 
 impl Player<'_> {
     /// Ticks from the last step to one `us` µs later, in µs; the rest is kept.

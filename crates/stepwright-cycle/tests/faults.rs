@@ -5,7 +5,7 @@
 mod rig;
 
 use rig::{PULSE, Rig, What};
-use stepwright::cycle::{
+use stepwright_cycle::{
     AtHardEnd, AtSmallDelay, AtSoftEnd, Calibration, Clock, Faults, Leg, Motor, Program, Refusal,
     Status, Strategies,
 };

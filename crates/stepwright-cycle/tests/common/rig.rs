@@ -4,11 +4,11 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use stepwright::cycle::{Clock, Cycle, Motor, Surroundings, Switches};
 use stepwright::drive::{Axes, Drive};
 use stepwright::profile::Fit;
 use stepwright::timer::StepTimer;
 use stepwright::{Board, Cost, Rate, Timing};
+use stepwright_cycle::{Clock, Cycle, Motor, Surroundings, Switches};
 
 /// What happened on a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

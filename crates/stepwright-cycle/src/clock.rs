@@ -4,8 +4,8 @@
 //! loses by that is carried in 10⁻⁶ of these: no step is further than 1/16 tick
 //! from its time, and nothing gathers.
 
-use crate::run::Run;
-use crate::units::{Rate, Ticks};
+use stepwright::run::Run;
+use stepwright::units::{Rate, Ticks};
 
 /// What places the edges of a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,7 +33,7 @@ const MILLION: u64 = 1_000_000;
 
 /// A clock's times in ticks of the timer.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Beat {
+pub(crate) struct Beat {
     hz: u32,
     /// Ticks in a µs, if they are whole; 0 if not. Then nothing is ever divided or lost: a
     /// division of 64 bits takes a small chip longer than a step.
@@ -49,7 +49,7 @@ pub(super) struct Beat {
 }
 
 impl Beat {
-    pub(super) const fn new(clock: Clock, rate: Rate) -> Beat {
+    pub(crate) const fn new(clock: Clock, rate: Rate) -> Beat {
         let hz = rate.hz();
         Beat {
             hz,
@@ -69,7 +69,7 @@ impl Beat {
     }
 
     /// A new cycle begins: nothing was lost yet.
-    pub(super) fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.lost = 0;
     }
 
@@ -91,18 +91,18 @@ impl Beat {
     }
 
     /// `count` steps, one every `us` ≤ [`piece`](Beat::piece).
-    pub(super) fn steps(&mut self, us: u32, count: u16) -> Run {
+    pub(crate) fn steps(&mut self, us: u32, count: u16) -> Run {
         Run::new(self.interval(us, count), 0, count)
     }
 
     /// A step `us` ≤ [`piece`](Beat::piece) after the last, `gone` ticks of
     /// which are over.
-    pub(super) fn step(&mut self, us: u32, gone: Ticks) -> Run {
+    pub(crate) fn step(&mut self, us: u32, gone: Ticks) -> Run {
         Run::new(self.interval(us, 1).saturating_sub(u64::from(gone) << 16), 0, 1)
     }
 
     /// `us` ≤ [`piece`](Beat::piece) in whole ticks, the rest kept.
-    pub(super) fn wait(&mut self, us: u32) -> Ticks {
+    pub(crate) fn wait(&mut self, us: u32) -> Ticks {
         let fine = self.interval(us, 1);
         if self.whole != 0 {
             return (fine >> 16) as Ticks;
@@ -112,12 +112,12 @@ impl Beat {
     }
 
     /// Ticks of the timer in a second.
-    pub(super) fn hz(&self) -> u32 {
+    pub(crate) fn hz(&self) -> u32 {
         self.hz
     }
 
     /// µs in ticks of the timer, rounded down.
-    pub(super) fn ticks(&self, us: u32) -> u64 {
+    pub(crate) fn ticks(&self, us: u32) -> u64 {
         match self.whole {
             0 => u64::from(us) * u64::from(self.hz) / MILLION,
             whole => u64::from(us) * u64::from(whole),
@@ -125,7 +125,7 @@ impl Beat {
     }
 
     /// Ticks of the timer, rounded up to µs.
-    pub(super) fn micros(&self, ticks: Ticks) -> u32 {
+    pub(crate) fn micros(&self, ticks: Ticks) -> u32 {
         let us = (u64::from(ticks) * MILLION).div_ceil(u64::from(self.hz.max(1)));
         u32::try_from(us).unwrap_or(u32::MAX)
     }

@@ -21,8 +21,8 @@ use super::program::Program;
 use super::strategy::Refusal;
 use super::surroundings::Surroundings;
 use super::{Cycle, CycleError};
-use crate::drive::Drive;
-use crate::timer::StepTimer;
+use stepwright::drive::Drive;
+use stepwright::timer::StepTimer;
 
 /// How a motor is homed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

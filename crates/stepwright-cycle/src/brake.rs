@@ -13,11 +13,11 @@
 
 /// Whether motors can brake at a switch: with it a cycle does not fit into an Uno, and
 /// where this is false nothing of it is compiled.
-pub(super) const BRAKES: bool = cfg!(not(target_arch = "avr"));
+pub(crate) const BRAKES: bool = cfg!(not(target_arch = "avr"));
 
 /// The speed of a motor that brakes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Brake {
+pub(crate) struct Brake {
     hz: u32,
     decel: u32,
     /// Steps to go.
@@ -32,7 +32,7 @@ pub(super) struct Brake {
 impl Brake {
     /// From an interval of this many 2⁻¹⁶ ticks, by steps/s². `None` if it stands
     /// within a step.
-    pub(super) fn new(hz: u32, interval: u64, decel: u32) -> Option<Brake> {
+    pub(crate) fn new(hz: u32, interval: u64, decel: u32) -> Option<Brake> {
         let left = way(hz, interval, decel)?;
         // Half of the range, so that twice that is within it.
         let interval = u32::try_from(interval >> 12).unwrap_or(u32::MAX).min(u32::MAX / 2);
@@ -40,13 +40,13 @@ impl Brake {
     }
 
     /// Whether it stands by now, so long after its last step, in 2⁻¹⁶ ticks.
-    pub(super) fn is_over(&self, waited: u64) -> bool {
+    pub(crate) fn is_over(&self, waited: u64) -> bool {
         way(self.hz, waited, self.decel).is_none()
     }
 
     /// The interval before its next step, in 2⁻¹⁶ ticks, which would come after
     /// `interval` if it did not brake. `None`: it stands.
-    pub(super) fn next(&mut self, interval: u64) -> Option<u64> {
+    pub(crate) fn next(&mut self, interval: u64) -> Option<u64> {
         if interval >> 12 > u64::from(self.interval) {
             // It is slower than that by itself: from there.
             *self = Brake::new(self.hz, interval, self.decel)?;

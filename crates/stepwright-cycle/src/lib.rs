@@ -1,11 +1,74 @@
-//! Motor cycles (stepper_h): several motors at once, each with a program of
-//! its own, from one timer.
+#![no_std]
+#![forbid(unsafe_code)]
+//! Motor cycles: several stepper motors at once, each with a program of its own, from one
+//! timer.
 //!
-//! A cycle is prepared motor by motor, started, and runs in the background, to
-//! its end or until it is finished, cancelled by a fault, or paused. Positions
-//! are in 64 bits in the user's own unit; nanometres by custom.
+//! A *cycle* is one movement of all motors together. Each motor is given a [`Program`]: a
+//! number of steps, steps without end, a list or series of delays, a callback, or steps that
+//! were planned elsewhere. The cycle is started, runs in the step interrupt while the main
+//! program does other work, and ends when all programs are over. It can be paused, resumed
+//! and finished early; a limit switch, a bound or a late step ends it or stops one motor,
+//! as its [`Strategies`] say. Positions have 64 bits, in the user's own unit, by custom
+//! nanometres.
 //!
-//! | document | here |
+//! ```
+//! use stepwright::Rate;
+//! use stepwright_cycle::{Calibration, Clock, Motor, Program};
+//! use stepwright_sim::{CycleBoard, Edge, Stand};
+//!
+//! // Two motors on the virtual board: 7500 nm a step, at most a step each 1000 µs.
+//! let motor = Motor::new(7_500, 1_000);
+//! let mut board: CycleBoard<Vec<Edge>, 2> = CycleBoard::new(
+//!     [motor; 2],
+//!     [Stand::default(); 2],
+//!     Clock::Deadlines,
+//!     Rate::from_hz(16_000_000)?,
+//!     Vec::new(),
+//! );
+//!
+//! // 2000 steps forward in 2 s, and 500 steps back in the same time.
+//! let cycle = board.cycle();
+//! cycle.prepare(0, Program::Steps { count: 2_000, delay: 1_000 }, Calibration::None)?;
+//! cycle.prepare(1, Program::Steps { count: -500, delay: 4_000 }, Calibration::None)?;
+//! cycle.start()?;
+//!
+//! board.run_to_rest();
+//! assert_eq!(board.cycle().position(0), Some(15_000_000)); // nm
+//! assert_eq!(board.cycle().position(1), Some(-3_750_000));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! On a chip [`Cycle::new`] takes the chip's timer, a drive and the pins around the motors,
+//! and the step interrupt calls [`Cycle::on_compare`]; the rest is the same. The program
+//! `cycle` of Stepwright's AVR firmware is a whole one, for an Arduino Uno or Mega.
+//!
+//! # The way of the data
+//!
+//! ```text
+//!        foreground         │               step interrupt
+//!                           │
+//!  Program ─► prepare ─► start ─► Player ─► run ─► Engine ─► Drive ─► pins
+//!  (steps, list, series,    │   next leg,        deadlines  STEP,
+//!   callback, paced)        │   bounds, brake               DIR
+//!                           │       ▲
+//!  Strategies ──────────────┼───────┤
+//!  Surroundings: switches ──┼───────┘
+//!                           │
+//!  position · status · faults ◄──── steps counted where they are made
+//! ```
+//!
+//! The engine, the drives and the timer are those of the crate [`stepwright`]. The engine
+//! asks a motor's program for the next run when the run before is made. A run is a leg, or
+//! 65,535 steps of it: steps at one delay cost next to nothing, and steps from a callback
+//! cost what the callback takes.
+//!
+//! # Source
+//!
+//! The documentation of [stepper_h](https://github.com/1i7/stepper_h), a library for ChipKIT
+//! and Arduino that moves several motors from one timer. Its behaviour and its numbers are
+//! here; its code, which is under the LGPL, is not.
+//!
+//! | stepper_h | here |
 //! | --- | --- |
 //! | `init_stepper`, `init_stepper_ends` | [`Motor`] |
 //! | `prepare_steps`, `prepare_whirl` … | [`Cycle::prepare`] with a [`Program`] |
@@ -16,6 +79,8 @@
 //! | `stepper_set_error_handle_strategy` | [`Strategies`] |
 //! | `smotor.status`, `.error`, `.current_pos` | [`status`](Cycle::status), [`faults`](Cycle::faults), [`position`](Cycle::position) |
 //! | the timer's period | [`Clock`] |
+//!
+//! # What holds
 //!
 //! **Two clocks, one engine.** By default every step has its own deadline: no
 //! delay need be a multiple of anything, and motors of unrelated speeds don't
@@ -31,10 +96,6 @@
 //! a closed switch makes no further step; one that goes away from it does, and
 //! one that waits or has arrived has done nothing wrong. By choice it brakes there
 //! ([`AtHardEnd`]), and counts what it makes beyond.
-//!
-//! The step interrupt asks the programs for runs itself. A run is a leg, or
-//! 65,535 steps of it, so that costs next to nothing where delays stay the
-//! same, and what a callback takes where it gives each one.
 
 mod brake;
 mod clock;
@@ -43,6 +104,7 @@ mod homing;
 mod motor;
 mod player;
 mod program;
+mod report;
 mod strategy;
 mod surroundings;
 mod wiring;
@@ -54,15 +116,15 @@ pub use program::{Leg, NextDelay, Pace, Paces, Program};
 pub use strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, CycleError, Refusal, Strategies};
 pub use surroundings::{Around, Surroundings, Switches, Wires};
 
-use crate::board::Board;
-use crate::drive::{Axes, Drive};
-use crate::engine::{Engine, Frozen, Timing};
-use crate::timer::{Count, StepTimer};
-use crate::units::Ticks;
 use brake::BRAKES;
 use clock::Beat;
 use player::{Player, Verdict};
 use program::Reader;
+use stepwright::Board;
+use stepwright::drive::{Axes, Drive};
+use stepwright::engine::{Engine, Frozen, Timing};
+use stepwright::timer::{Count, StepTimer};
+use stepwright::units::Ticks;
 use wiring::Wiring;
 
 /// N ≤ 8 motors and their cycle.
@@ -258,7 +320,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
                 return Err(Refusal::NeedsDecel { motor });
             }
         }
-        let cost = board.step(moving);
+        let cost = board.step_cost(moving);
         let cost = u64::from(cost) << FULL;
         let least = timing.min_interval.max(timing.hold.saturating_add(timing.setup));
         let least = self.beat.micros(least).max(1);
@@ -449,109 +511,6 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         let raised = self.engine.drive().raised.checked_shr(motor.into()).unwrap_or(0) & 1;
         let rising = if report.forward { i64::from(raised) } else { -i64::from(raised) };
         report.position.wrapping_sub(rising)
-    }
-
-    /// Whether a cycle is in progress, paused or not.
-    pub fn is_running(&self) -> bool {
-        !matches!(self.state, State::Rest)
-    }
-
-    /// Whether a cycle is held up.
-    pub fn is_paused(&self) -> bool {
-        matches!(self.state, State::Paused(..))
-    }
-
-    /// Why the last cycle, or this one, was cancelled.
-    pub fn error(&self) -> Option<CycleError> {
-        self.error
-    }
-
-    /// How a motor is doing; idle if there is no such.
-    pub fn status(&mut self, motor: u8) -> Status {
-        self.player(motor).map_or(Status::Idle, |player| player.status)
-    }
-
-    /// What went wrong with a motor in its last cycle.
-    pub fn faults(&mut self, motor: u8) -> Faults {
-        self.player(motor).map_or(Faults::NONE, |player| player.faults)
-    }
-
-    /// The position of a motor in its unit, also on the way; `None` if there is
-    /// no such motor.
-    pub fn position(&mut self, motor: u8) -> Option<i64> {
-        let steps = self.steps(motor);
-        self.player(motor).map(|player| player.position(steps))
-    }
-
-    /// Calls the present position of a motor this.
-    ///
-    /// # Errors
-    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
-    pub fn set_position(&mut self, motor: u8, position: i64) -> Result<(), Refusal> {
-        if self.is_running() {
-            return Err(Refusal::Running);
-        }
-        let steps = self.steps(motor);
-        let player = self.player(motor).ok_or(Refusal::NoMotor)?;
-        player.calibration = Calibration::None;
-        player.set_position(steps, position);
-        Ok(())
-    }
-
-    /// A motor, with its bounds as they are calibrated; `None` if there is no
-    /// such.
-    pub fn motor(&mut self, motor: u8) -> Option<Motor> {
-        let steps = self.steps(motor);
-        let running = self.is_running();
-        let player = self.player(motor)?;
-        let mut known = player.motor;
-        if running && player.calibration == Calibration::BoundsMax && player.has_moved(steps) {
-            known.max = Some(player.position(steps));
-        }
-        Some(known)
-    }
-
-    /// Where a motor was when its switch closed last.
-    pub fn trigger(&self, motor: u8, end: End) -> Option<i64> {
-        *self.triggers.get(usize::from(motor))?.get(end as usize)?
-    }
-
-    /// Whether a motor's switch is closed now; false if there is none.
-    pub fn is_closed(&mut self, motor: u8, end: End) -> bool {
-        let now = self.surroundings.switches();
-        let side = if end == End::Min { now.min } else { now.max };
-        side.checked_shr(motor.into()).unwrap_or(0) & 1 != 0
-    }
-
-    /// The longest time that the step interrupt took, in µs, since the beginning
-    /// or since it was forgotten. The hardware's way into it is not in it.
-    pub fn longest(&self) -> u32 {
-        self.beat.micros(self.longest)
-    }
-
-    /// Forgets the longest time.
-    pub fn forget_longest(&mut self) {
-        self.longest = 0;
-    }
-
-    /// Steps that came late, since the beginning.
-    pub fn late(&self) -> u32 {
-        self.engine.late()
-    }
-
-    /// The timer.
-    pub fn timer(&mut self) -> &mut T {
-        self.engine.timer()
-    }
-
-    /// The drive.
-    pub fn drive(&mut self) -> &mut D {
-        &mut self.engine.drive().drive
-    }
-
-    /// What is around.
-    pub fn surroundings(&mut self) -> &mut S {
-        &mut self.surroundings
     }
 }
 

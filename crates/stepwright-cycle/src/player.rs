@@ -24,13 +24,13 @@ use super::clock::{Beat, Clock};
 use super::motor::{Calibration, Faults, Motor, Status};
 use super::program::{Next, Pace, Reader};
 use super::strategy::{AtSmallDelay, AtSoftEnd, Strategies};
-use crate::queue::{Feed, Taken};
-use crate::run::Run;
-use crate::units::{Rate, Ticks};
+use stepwright::queue::{Feed, Taken};
+use stepwright::run::Run;
+use stepwright::units::{Rate, Ticks};
 
 /// What a motor's fault asks of the cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(crate) enum Verdict {
     /// Nothing.
     Fine,
     /// The motor stops; nobody else does.
@@ -69,7 +69,7 @@ enum Stage {
     Over,
 }
 
-pub(super) struct Player<'a> {
+pub(crate) struct Player<'a> {
     pub motor: Motor,
     pub calibration: Calibration,
     pub status: Status,
@@ -121,10 +121,10 @@ pub(super) struct Player<'a> {
 
 impl<'a> Player<'a> {
     /// Nobody's yet.
-    pub(super) const IDLE: Player<'a> =
+    pub(crate) const IDLE: Player<'a> =
         Player::new(Motor::new(0, 1), Beat::new(Clock::Deadlines, Rate::MHZ), 0);
 
-    pub(super) const fn new(motor: Motor, beat: Beat, hold: Ticks) -> Player<'a> {
+    pub(crate) const fn new(motor: Motor, beat: Beat, hold: Ticks) -> Player<'a> {
         Player {
             motor,
             calibration: Calibration::None,
@@ -160,7 +160,7 @@ impl<'a> Player<'a> {
     }
 
     /// Takes a program for the next cycle. Nothing of the one before is left.
-    pub(super) fn prepare(&mut self, reader: Reader<'a>, calibration: Calibration) {
+    pub(crate) fn prepare(&mut self, reader: Reader<'a>, calibration: Calibration) {
         self.reader = reader;
         self.calibration = calibration;
         self.ready = true;
@@ -172,22 +172,22 @@ impl<'a> Player<'a> {
     }
 
     /// Has a program that waits for the start.
-    pub(super) fn is_ready(&self) -> bool {
+    pub(crate) fn is_ready(&self) -> bool {
         self.ready
     }
 
     /// Whether its steps are counted in ticks of the timer.
-    pub(super) fn is_paced(&self) -> bool {
+    pub(crate) fn is_paced(&self) -> bool {
         self.reader.is_paced()
     }
 
     /// The smallest delay that its program may ask for, in µs.
-    pub(super) fn fastest(&self) -> Option<u32> {
+    pub(crate) fn fastest(&self) -> Option<u32> {
         self.reader.fastest(self.motor.smallest_delay)
     }
 
     /// Begins, where the engine has counted `steps`.
-    pub(super) fn begin(&mut self, steps: i64, strategies: Strategies) {
+    pub(crate) fn begin(&mut self, steps: i64, strategies: Strategies) {
         self.settle(steps);
         self.strategies = strategies;
         (self.ready, self.status, self.stage) = (false, Status::Running, Stage::Leg);
@@ -198,7 +198,7 @@ impl<'a> Player<'a> {
     }
 
     /// Its program is over, wherever it is.
-    pub(super) fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         if self.status == Status::Running {
             self.status = Status::Finished;
         }
@@ -207,7 +207,7 @@ impl<'a> Player<'a> {
     }
 
     /// Computes positions from here on: the engine has counted `steps`.
-    pub(super) fn settle(&mut self, steps: i64) {
+    pub(crate) fn settle(&mut self, steps: i64) {
         self.base = self.position(steps);
         if self.calibration == Calibration::BoundsMax && steps != self.counted {
             self.motor.max = Some(self.base);
@@ -216,7 +216,7 @@ impl<'a> Player<'a> {
     }
 
     /// The position in the user's unit after this many steps.
-    pub(super) fn position(&self, steps: i64) -> i64 {
+    pub(crate) fn position(&self, steps: i64) -> i64 {
         let made = steps.wrapping_sub(self.counted);
         if self.calibration == Calibration::StartMin && made != 0 {
             return self.motor.min.unwrap_or(0);
@@ -234,12 +234,12 @@ impl<'a> Player<'a> {
     }
 
     /// Whether it has made steps since it was settled.
-    pub(super) fn has_moved(&self, steps: i64) -> bool {
+    pub(crate) fn has_moved(&self, steps: i64) -> bool {
         steps != self.counted
     }
 
     /// Calls the present position this.
-    pub(super) fn set_position(&mut self, steps: i64, position: i64) {
+    pub(crate) fn set_position(&mut self, steps: i64, position: i64) {
         (self.base, self.counted, self.planned) = (position, steps, 0);
     }
 
@@ -289,7 +289,7 @@ impl<'a> Player<'a> {
     }
 
     /// It has come to an end: the switch is closed, or the bound is reached.
-    pub(super) fn trip(&mut self, fault: Faults, strategy: AtSoftEnd) -> Taken {
+    pub(crate) fn trip(&mut self, fault: Faults, strategy: AtSoftEnd) -> Taken {
         self.fault(
             fault,
             match strategy {
@@ -301,7 +301,7 @@ impl<'a> Player<'a> {
 
     /// Begins to brake, with `left` steps of its run to make, of which the next one
     /// will be. False if it stands at once.
-    pub(super) fn brake(&mut self, left: u16) -> bool {
+    pub(crate) fn brake(&mut self, left: u16) -> bool {
         if BRAKES && (self.rolling || left < self.handed) {
             self.brake = Brake::new(self.beat.hz(), self.interval(), self.motor.decel);
         }
@@ -309,12 +309,12 @@ impl<'a> Player<'a> {
     }
 
     /// Whether it brakes.
-    pub(super) fn is_braking(&self) -> bool {
+    pub(crate) fn is_braking(&self) -> bool {
         BRAKES && self.brake.is_some()
     }
 
     /// The last `count` steps that were handed out are not made for now.
-    pub(super) fn take_back(&mut self, count: u16) {
+    pub(crate) fn take_back(&mut self, count: u16) {
         self.left = self.left.saturating_add(count.into());
         let steps = i64::from(count);
         self.planned = self.planned.wrapping_sub(if self.forward { steps } else { -steps });

@@ -6,7 +6,7 @@ mod rig;
 
 use proptest::prelude::*;
 use rig::{PULSE, Rig, What};
-use stepwright::cycle::{
+use stepwright_cycle::{
     AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Clock, Leg, Motor, NextDelay,
     Program, Strategies,
 };

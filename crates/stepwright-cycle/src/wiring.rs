@@ -1,13 +1,13 @@
 //! Between the engine and the drive: which way round a motor turns, and the
 //! wide pulse of the fixed tick.
 
-use crate::drive::{Axes, Drive};
+use stepwright::drive::{Axes, Drive};
 
 /// A drive, with the motors' directions and the pass that ends a pulse.
 ///
 /// On the fixed tick a pulse lasts from one tick to the next. The engine's
 /// event at its end is a turn, if only to the same side: that drops STEP.
-pub(super) struct Wiring<D> {
+pub(crate) struct Wiring<D> {
     pub drive: D,
     /// Axes whose forward is the other way round.
     pub inverted: Axes,
@@ -21,12 +21,12 @@ pub(super) struct Wiring<D> {
 }
 
 impl<D: Drive> Wiring<D> {
-    pub(super) const fn new(drive: D, inverted: Axes, wide: bool) -> Wiring<D> {
+    pub(crate) const fn new(drive: D, inverted: Axes, wide: bool) -> Wiring<D> {
         Wiring { drive, inverted, wide, raised: 0, told: 0, facing: 0 }
     }
 
     /// Ends the wide pulses of these axes.
-    pub(super) fn lower(&mut self, axes: Axes) {
+    pub(crate) fn lower(&mut self, axes: Axes) {
         let axes = axes & self.raised;
         if axes != 0 {
             self.raised &= !axes;
@@ -35,7 +35,7 @@ impl<D: Drive> Wiring<D> {
     }
 
     /// Says which way round an axis turns, that faces `forward` now.
-    pub(super) fn set_inverted(&mut self, axis: u8, inverted: bool, forward: bool) {
+    pub(crate) fn set_inverted(&mut self, axis: u8, inverted: bool, forward: bool) {
         let bit = 1u8.checked_shl(axis.into()).unwrap_or(0);
         if inverted != (self.inverted & bit != 0) {
             self.inverted ^= bit;

@@ -4,7 +4,7 @@
 mod rig;
 
 use rig::{HZ, Rig};
-use stepwright::cycle::{
+use stepwright_cycle::{
     AtHardEnd, Calibration, Clock, CycleError, End, Faults, Leg, Motor, Program, Refusal, Status,
     Strategies,
 };

@@ -13,13 +13,13 @@ use super::player::Verdict;
 use super::strategy::AtHardEnd;
 use super::surroundings::{Surroundings, Switches};
 use super::{Cycle, State};
-use crate::drive::Drive;
-use crate::timer::StepTimer;
+use stepwright::drive::Drive;
+use stepwright::timer::StepTimer;
 
 impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S, N> {
     /// Looks at the switches, latches those that have closed, and stops the
     /// motors that go towards one.
-    pub(super) fn watch(&mut self) {
+    pub(crate) fn watch(&mut self) {
         let now = self.surroundings.switches();
         let before = core::mem::replace(&mut self.seen, now);
         if now != Switches::NONE {

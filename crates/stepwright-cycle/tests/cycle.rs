@@ -4,7 +4,7 @@
 mod rig;
 
 use rig::{PULSE, Rig, What};
-use stepwright::cycle::{
+use stepwright_cycle::{
     AtSmallDelay, AtSoftEnd, Calibration, Clock, CycleError, End, Faults, Leg, Motor, Program,
     Refusal, Status, Strategies,
 };
@@ -500,7 +500,7 @@ fn what_the_start_takes_counts_for_nobody() {
 /// The handler of a tick that takes longer than the tick.
 #[test]
 fn a_handler_that_takes_too_long() {
-    use stepwright::cycle::AtTiming;
+    use stepwright_cycle::AtTiming;
     for (timing, position, error) in [
         (AtTiming::Cancel, 5 * 7_500, Some(CycleError::TimingExceeded)),
         (AtTiming::Ignore, 20 * 7_500, None),

@@ -1,7 +1,7 @@
 //! What is around the motors of a cycle: limit switches and enable pins.
 
-use crate::drive::Axes;
 use embedded_hal::digital::{InputPin, OutputPin};
+use stepwright::drive::Axes;
 
 /// The switches that are closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,0 +1,112 @@
+//! How a cycle is doing: states, faults, positions, times.
+
+use super::{
+    Calibration, Cycle, CycleError, End, Faults, Motor, Refusal, State, Status, Surroundings,
+};
+use stepwright::drive::Drive;
+use stepwright::timer::StepTimer;
+
+impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S, N> {
+    /// Whether a cycle is in progress, paused or not.
+    pub fn is_running(&self) -> bool {
+        !matches!(self.state, State::Rest)
+    }
+
+    /// Whether a cycle is held up.
+    pub fn is_paused(&self) -> bool {
+        matches!(self.state, State::Paused(..))
+    }
+
+    /// Why the last cycle, or this one, was cancelled.
+    pub fn error(&self) -> Option<CycleError> {
+        self.error
+    }
+
+    /// How a motor is doing; idle if there is no such.
+    pub fn status(&mut self, motor: u8) -> Status {
+        self.player(motor).map_or(Status::Idle, |player| player.status)
+    }
+
+    /// What went wrong with a motor in its last cycle.
+    pub fn faults(&mut self, motor: u8) -> Faults {
+        self.player(motor).map_or(Faults::NONE, |player| player.faults)
+    }
+
+    /// The position of a motor in its unit, also on the way; `None` if there is
+    /// no such motor.
+    pub fn position(&mut self, motor: u8) -> Option<i64> {
+        let steps = self.steps(motor);
+        self.player(motor).map(|player| player.position(steps))
+    }
+
+    /// Calls the present position of a motor this.
+    ///
+    /// # Errors
+    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
+    pub fn set_position(&mut self, motor: u8, position: i64) -> Result<(), Refusal> {
+        if self.is_running() {
+            return Err(Refusal::Running);
+        }
+        let steps = self.steps(motor);
+        let player = self.player(motor).ok_or(Refusal::NoMotor)?;
+        player.calibration = Calibration::None;
+        player.set_position(steps, position);
+        Ok(())
+    }
+
+    /// A motor, with its bounds as they are calibrated; `None` if there is no
+    /// such.
+    pub fn motor(&mut self, motor: u8) -> Option<Motor> {
+        let steps = self.steps(motor);
+        let running = self.is_running();
+        let player = self.player(motor)?;
+        let mut known = player.motor;
+        if running && player.calibration == Calibration::BoundsMax && player.has_moved(steps) {
+            known.max = Some(player.position(steps));
+        }
+        Some(known)
+    }
+
+    /// Where a motor was when its switch closed last.
+    pub fn trigger(&self, motor: u8, end: End) -> Option<i64> {
+        *self.triggers.get(usize::from(motor))?.get(end as usize)?
+    }
+
+    /// Whether a motor's switch is closed now; false if there is none.
+    pub fn is_closed(&mut self, motor: u8, end: End) -> bool {
+        let now = self.surroundings.switches();
+        let side = if end == End::Min { now.min } else { now.max };
+        side.checked_shr(motor.into()).unwrap_or(0) & 1 != 0
+    }
+
+    /// The longest time that the step interrupt took, in µs, since the beginning
+    /// or since it was forgotten. The hardware's way into it is not in it.
+    pub fn longest(&self) -> u32 {
+        self.beat.micros(self.longest)
+    }
+
+    /// Forgets the longest time.
+    pub fn forget_longest(&mut self) {
+        self.longest = 0;
+    }
+
+    /// Steps that came late, since the beginning.
+    pub fn late(&self) -> u32 {
+        self.engine.late()
+    }
+
+    /// The timer.
+    pub fn timer(&mut self) -> &mut T {
+        self.engine.timer()
+    }
+
+    /// The drive.
+    pub fn drive(&mut self) -> &mut D {
+        &mut self.engine.drive().drive
+    }
+
+    /// What is around.
+    pub fn surroundings(&mut self) -> &mut S {
+        &mut self.surroundings
+    }
+}

@@ -16,6 +16,8 @@
 
 use std::fmt;
 use std::io::{self, ErrorKind};
+#[cfg(unix)]
+use std::path::Path;
 use std::time::Duration;
 
 use stepwright_protocol::{
@@ -24,6 +26,8 @@ use stepwright_protocol::{
 
 use crate::interrupt;
 use crate::link::Link;
+#[cfg(unix)]
+use crate::link::host::Host;
 
 /// A slave answers within milliseconds.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -96,6 +100,13 @@ pub struct Talk {
     selected: Option<Selection>,
     /// This many presses of Ctrl-C end the waiting.
     kill_at: usize,
+    /// Other programs that ask the board through us.
+    #[cfg(unix)]
+    host: Option<Host>,
+    /// What others have changed through us, since it was last asked.
+    changes: Vec<String>,
+    /// Whether they have changed anything.
+    changed: bool,
 }
 
 impl Talk {
@@ -108,7 +119,53 @@ impl Talk {
             sums: false,
             selected: None,
             kill_at: BRAKED_FIRST,
+            #[cfg(unix)]
+            host: None,
+            changes: Vec::new(),
+            changed: false,
         }
+    }
+
+    /// A line by which another program has changed a motion through us, once.
+    pub fn next_change(&mut self) -> Option<String> {
+        (!self.changes.is_empty()).then(|| self.changes.remove(0))
+    }
+
+    /// Whether another program has changed a motion through us.
+    pub fn was_changed(&self) -> bool {
+        self.changed
+    }
+
+    /// Lets other stepwrights ask the board on this port, which we hold, while we wait.
+    #[cfg(unix)]
+    pub fn serve(&mut self, port: &Path) {
+        self.host = Host::open(port);
+    }
+
+    /// Says what other programs want to be said.
+    #[cfg(unix)]
+    fn serve_guests(&mut self) -> Result<(), Trouble> {
+        while let Some(asked) = self.host.as_ref().and_then(Host::next) {
+            // An axis line is its own selection.
+            if let Some(selection) = asked.selection.filter(|said| *said != asked.line) {
+                self.say(&selection)?;
+            }
+            let answer = self.say(&asked.line)?;
+            let accepted = answer.as_ref().is_some_and(|answer| answer.starts_with('Y'));
+            if accepted && asked.line.first().is_some_and(|letter| b"tadj@ZK".contains(letter)) {
+                let line = asked.line.split(|byte| *byte == b'*').next().unwrap_or_default();
+                self.changes.push(String::from_utf8_lossy(line).into_owned());
+                self.changed = true;
+            }
+            // A guest that is gone needs none.
+            let _ = asked.answer.send(answer);
+        }
+        Ok(())
+    }
+
+    #[cfg(not(unix))]
+    fn serve_guests(&mut self) -> Result<(), Trouble> {
+        Ok(())
     }
 
     /// Gets in step with the board, and asks what it is.
@@ -382,6 +439,7 @@ impl Talk {
         let end = self.link.now() + time;
         loop {
             self.check_kill()?;
+            self.serve_guests()?;
             let left = end.saturating_sub(self.link.now());
             if left.is_zero() {
                 return Ok(());

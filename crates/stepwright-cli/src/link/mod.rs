@@ -1,8 +1,13 @@
-//! The way to a board: a serial port, or a virtual board in this process.
+//! The way to a board: a serial port, a virtual board in this process, or through another
+//! stepwright that holds the port.
 //!
-//! Both carry bytes and nothing else, so that all that is said to a virtual
+//! All carry bytes and nothing else, so that all that is said to a virtual
 //! board is said on the real line.
 
+#[cfg(unix)]
+pub mod guest;
+#[cfg(unix)]
+pub mod host;
 pub mod serial;
 pub mod virtual_board;
 

@@ -2,6 +2,7 @@
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use serial2::SerialPort;
@@ -12,12 +13,19 @@ use crate::failure::Failure;
 /// A port that takes no byte for so long is stuck.
 const WRITE_LIMIT: Duration = Duration::from_millis(500);
 
+/// A stepwright that only asks a question has the port for so long.
+const TURN: Duration = Duration::from_millis(500);
+
 /// Whether others may use the port meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
     /// No other stepwright, nor whoever else asks before opening (pyserial's
     /// `exclusive`): two masters would take each other's answers.
     Alone,
+    /// The same, and other stepwrights may ask the board through this one.
+    Host,
+    /// Alone, or else through the stepwright that has the port.
+    Guest,
     /// Regardless of them: a stop must get through.
     Anyhow,
 }
@@ -34,15 +42,17 @@ impl SerialLink {
     pub fn open(path: &Path, baud: u32, share: Share) -> Result<SerialLink, Failure> {
         let mut port = SerialPort::open(path, baud).map_err(|error| refused(path, baud, &error))?;
         keep_dtr(&port);
-        if share == Share::Alone && is_taken(&port) {
+        let alone = share != Share::Anyhow;
+        if alone && !becomes_ours(&port) {
             return Err(Failure::new(format!("{} is in use", path.display())).hint(
                 "another program is talking to this board; wait for it, or end it. \
-                 `stepwright stop` and `stepwright kill` get through all the same",
+                 `stepwright stop` and `stepwright kill` get through all the same; `status`, \
+                 `position`, `retarget` and `watch` do where it is a stepwright that moves",
             ));
         }
         // What came before we opened is not for us, unless it is for another
         // who is still listening; an error shows later.
-        if share == Share::Alone {
+        if alone {
             let _ = port.discard_buffers();
         }
         let _ = port.set_write_timeout(WRITE_LIMIT);
@@ -89,6 +99,18 @@ fn keep_dtr(_: &SerialPort) {}
 fn is_taken(port: &SerialPort) -> bool {
     use rustix::fs::{FlockOperation, flock};
     flock(port, FlockOperation::NonBlockingLockExclusive) == Err(rustix::io::Errno::WOULDBLOCK)
+}
+
+/// Waits until the port is ours; false if another program keeps it.
+fn becomes_ours(port: &SerialPort) -> bool {
+    let begin = Instant::now();
+    while is_taken(port) {
+        if begin.elapsed() >= TURN {
+            return false;
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+    true
 }
 
 /// Elsewhere an open port is exclusive anyway.

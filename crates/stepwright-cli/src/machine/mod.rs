@@ -109,9 +109,9 @@ fn deepest(matches: &ArgMatches) -> (Vec<String>, &ArgMatches) {
 /// Whether a subcommand orders a board, or plans.
 fn takes_defaults(path: &[String]) -> bool {
     let first = path.first().map(String::as_str);
-    const ORDERS: [&str; 13] = [
-        "move", "line", "run", "home", "retarget", "stop", "kill", "status", "position", "zero",
-        "send", "settings", "plan",
+    const ORDERS: [&str; 14] = [
+        "move", "line", "run", "home", "retarget", "watch", "stop", "kill", "status", "position",
+        "zero", "send", "settings", "plan",
     ];
     first.is_some_and(|name| ORDERS.contains(&name))
 }

@@ -150,7 +150,7 @@ pub fn watch(
         match hand.act(talk, one)? {
             Some(Act::Stop) => stop = true,
             Some(Act::Told(text)) => told = Some(text),
-            None => {}
+            None => told = talk.next_change().map(|line| format!("another terminal says {line}")),
         }
         if !braking && stop {
             brake(talk, one)?;

@@ -94,7 +94,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     args.motion(&args.speed, "--speed", Travel::Endless(Direction::Backward))?;
     interrupt::listen(While::Holding)?;
     let mut talk = match args.port.port.is_some() {
-        true => args.port.meet("home", Share::Alone)?,
+        true => args.port.meet("home", Share::Host)?,
         false => virtual_machine(&args)?,
     };
     let result = home(&mut talk, &args);

@@ -150,7 +150,7 @@ pub fn all_known(name: &str, states: &[State]) -> Result<(), Failure> {
 
 /// Says what the board is and does.
 pub fn status(args: StatusArgs) -> Result<(), Failure> {
-    let mut talk = args.port.meet("status", Share::Alone)?;
+    let mut talk = args.port.meet("status", Share::Guest)?;
     let states = states(&mut talk, None).map_err(target::trouble(&mut talk))?;
     let info = talk.info().copied();
     let changed = changed(&mut talk).map_err(target::trouble(&mut talk))?;
@@ -235,7 +235,7 @@ fn show(info: Option<Info>) {
 /// Says where an axis is.
 pub fn position(args: PositionArgs) -> Result<(), Failure> {
     let OneArgs { port, axis, format } = args.one;
-    let mut talk = port.meet("position", Share::Alone)?;
+    let mut talk = port.meet("position", Share::Guest)?;
     target::has_axis(&talk, axis)?;
     let states = states(&mut talk, Some(axis)).map_err(target::trouble(&mut talk))?;
     tell(format, &states);

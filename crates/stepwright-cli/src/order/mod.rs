@@ -5,6 +5,7 @@
 //! | [`travel`] | `move` |
 //! | [`run`] | `run` |
 //! | [`retarget`] | `retarget` |
+//! | [`watch`] | `watch` |
 //! | [`home`] | `home` |
 //! | [`halt`] | `stop`, `kill` |
 //! | [`look`] | `status`, `position`, `zero` |
@@ -36,3 +37,4 @@ pub mod send;
 pub mod settings;
 pub mod target;
 pub mod travel;
+pub mod watch;

@@ -96,7 +96,7 @@ fn too_small() -> Failure {
 /// Changes the travel, and says where the axis is.
 pub fn run(args: Args) -> Result<(), Failure> {
     let lines = args.lines()?;
-    let mut talk = args.port.meet("retarget", Share::Alone)?;
+    let mut talk = args.port.meet("retarget", Share::Guest)?;
     target::has_axis(&talk, args.axis)?;
     let told = tell(&mut talk, args.axis, &lines).map_err(target::trouble(&mut talk))?;
     let states = look::states(&mut talk, Some(args.axis)).map_err(target::trouble(&mut talk))?;

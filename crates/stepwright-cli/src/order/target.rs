@@ -11,6 +11,8 @@ use crate::board::recording::{Heading, Recording};
 use crate::board::switch::Switch;
 use crate::failure::Failure;
 use crate::link::Link;
+#[cfg(unix)]
+use crate::link::guest::GuestLink;
 use crate::link::serial::{SerialLink, Share};
 use crate::link::virtual_board::VirtualLink;
 use crate::plot::PlotFile;
@@ -84,7 +86,17 @@ impl PortArgs {
                      run `stepwright board --pty` in another terminal and give the path it says",
                 ));
         };
-        Ok(Talk::new(Box::new(SerialLink::open(path, self.baud, share)?)))
+        #[cfg(unix)]
+        if let (Share::Guest, Some(guest)) = (share, GuestLink::open(path)) {
+            return Ok(Talk::new(Box::new(guest)));
+        }
+        #[allow(unused_mut, reason = "where no guests can be let in")]
+        let mut talk = Talk::new(Box::new(SerialLink::open(path, self.baud, share)?));
+        #[cfg(unix)]
+        if share == Share::Host {
+            talk.serve(path);
+        }
+        Ok(talk)
     }
 
     /// The port if there is one, otherwise a virtual board of its own, whose
@@ -96,7 +108,7 @@ impl PortArgs {
         heading: Heading,
     ) -> Result<Talk, Failure> {
         if self.port.is_some() {
-            return self.meet(order, Share::Alone);
+            return self.meet(order, Share::Host);
         }
         virt.board(heading, &[])
     }

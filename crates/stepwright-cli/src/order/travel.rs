@@ -12,6 +12,7 @@ use super::look::stop_word;
 use super::motion::{MOTION, Motion, RampArgs, listed};
 use super::progress::Progress;
 use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::watch;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::{DistanceArg, Held, SpeedArg};
@@ -55,6 +56,7 @@ Examples:
   stepwright move 90deg --steps-per-rev 3200
   stepwright move --to 25mm --mm-per-rev 40 --port /dev/ttyUSB0
   stepwright move --to 0 --port /dev/ttyUSB0
+  stepwright move --to 0 --port /dev/ttyUSB0 --detach
   stepwright move 4000 --fast --plot speed.svg --vcd edges.vcd
   stepwright move 4000 --port /dev/ttyUSB0 --format json")]
 #[command(group(clap::ArgGroup::new("way").required(true)))]
@@ -79,6 +81,9 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
     #[arg(help_heading = "Board")]
     axis: AxisId,
+    /// Return as soon as the motor moves; `stepwright watch` shows how it goes on
+    #[arg(long, requires = "port", conflicts_with = "lease", help_heading = "Board")]
+    detach: bool,
     #[command(flatten)]
     lease: LeaseArgs,
     #[command(flatten)]
@@ -174,6 +179,9 @@ fn travel_on(talk: &mut Talk, args: &Args, way: &Way) -> Result<(), Failure> {
     let late_before = talk.info().map(|info| info.late);
     let begun = talk.now();
     let ended = match drive::begin(talk, args.axis, motion, &lines, Some(from)) {
+        Ok(()) if args.detach && !interrupt::asked() => {
+            return watch::left(talk, args.axis, args.format);
+        }
         Ok(()) => {
             let mut hand = Hand::on(talk, &motion.order);
             let mut progress = Progress::new(motion, from, hand.listens());
@@ -227,6 +235,10 @@ fn travel_on(talk: &mut Talk, args: &Args, way: &Way) -> Result<(), Failure> {
     }
     match (ended.failure, ended.end) {
         (Some(failure), _) => Err(failure),
+        (None, End::Rests(at)) if at != target && talk.was_changed() && why.is_none() => {
+            Err(Failure::new(format!("the axis rests at {at}, not at {target} as ordered"))
+                .hint("another terminal has changed the travel"))
+        }
         (None, End::Rests(at)) if at != target => Err(short(at, target, ended.braked, why)),
         (None, _) => Ok(()),
     }

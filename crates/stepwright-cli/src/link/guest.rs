@@ -1,0 +1,81 @@
+//! A board whose port another stepwright holds: through that one.
+//!
+//! ```text
+//!   status, position, retarget, watch ──► local socket ──► move, run … ──► port
+//! ```
+//!
+//! The socket carries lines and their answers, as the port does. A line that the board left
+//! unanswered is answered by an empty line, so that each has exactly one answer.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::Link;
+use super::host;
+
+/// The holder answers between two of its own questions; while it gives an order it does not.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A way through the program that holds the port.
+pub struct GuestLink {
+    stream: UnixStream,
+    path: PathBuf,
+    opened: Instant,
+    /// Answers that are still to come.
+    owed: usize,
+}
+
+impl GuestLink {
+    /// The way to the board on this port; `None` if nobody who holds it lets others in.
+    pub fn open(port: &Path) -> Option<GuestLink> {
+        let stream = UnixStream::connect(host::socket_of(port)?).ok()?;
+        stream.set_write_timeout(Some(PATIENCE)).ok()?;
+        Some(GuestLink { stream, path: port.to_owned(), opened: Instant::now(), owed: 0 })
+    }
+
+    /// Takes what comes; how many bytes of `buffer` are of the board.
+    fn take(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        self.stream.set_read_timeout(Some(limit.max(Duration::from_millis(1))))?;
+        match self.stream.read(buffer) {
+            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
+            Ok(count) => {
+                let ends = buffer.iter().take(count).filter(|byte| **byte == b'\r').count();
+                self.owed = self.owed.saturating_sub(ends);
+                Ok(count)
+            }
+            Err(error) => match error.kind() {
+                ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock => Ok(0),
+                _ => Err(error),
+            },
+        }
+    }
+}
+
+impl Link for GuestLink {
+    /// An answer that is still to come is another line's: it is waited for first.
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let end = Instant::now() + PATIENCE;
+        while self.owed > 0 {
+            if Instant::now() >= end {
+                return Err(ErrorKind::TimedOut.into());
+            }
+            self.take(&mut [0; 256], Duration::from_millis(100))?;
+        }
+        self.owed = bytes.iter().filter(|byte| **byte == b'\r').count();
+        self.stream.write_all(bytes)
+    }
+
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        self.take(buffer, limit)
+    }
+
+    fn now(&self) -> Duration {
+        self.opened.elapsed()
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+}

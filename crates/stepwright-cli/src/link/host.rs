@@ -1,0 +1,130 @@
+//! Lets other stepwrights ask the board whose port this one holds.
+//!
+//! Each guest has a thread that reads its lines; the conversation with the board stays with
+//! the one that holds the port, which says a guest's line when it has nothing to say itself.
+//! A guest has an axis of its own selected: `A` of one is nothing to the others.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread;
+
+/// A line has this many bytes at most, its checksum and CR included.
+const LONGEST: u64 = 64;
+
+/// A line of a guest.
+pub struct Asked {
+    /// Without its CR.
+    pub line: Vec<u8>,
+    /// The axis line that the guest has said last, to be said before.
+    pub selection: Option<Vec<u8>>,
+    /// Where the answer goes: as it came, or nothing.
+    pub answer: Sender<Option<String>>,
+}
+
+/// The door for guests; closed when it is dropped.
+pub struct Host {
+    socket: PathBuf,
+    asked: Receiver<Asked>,
+}
+
+impl Host {
+    /// Opens the door of a port that we hold alone. `None` where there can't be one: then
+    /// others find the port in use.
+    pub fn open(port: &Path) -> Option<Host> {
+        let socket = socket_of(port)?;
+        let mut builder = fs::DirBuilder::new();
+        // Another's folder, or one that others can write to, is none of ours.
+        let folder = socket.parent()?;
+        let _ = builder.mode(0o700).create(folder);
+        let about = fs::symlink_metadata(folder).ok()?;
+        let uid = rustix::process::getuid().as_raw();
+        if !about.is_dir() || about.uid() != uid || about.mode() & 0o077 != 0 {
+            return None;
+        }
+        // One that was left behind: the port is ours.
+        let _ = fs::remove_file(&socket);
+        let listener = UnixListener::bind(&socket).ok()?;
+        let (ask, asked) = mpsc::channel();
+        thread::spawn(move || {
+            for guest in listener.incoming().flatten() {
+                let ask = ask.clone();
+                thread::spawn(move || serve(guest, &ask));
+            }
+        });
+        Some(Host { socket, asked })
+    }
+
+    /// A line that a guest wants said, if one does.
+    pub fn next(&self) -> Option<Asked> {
+        self.asked.try_recv().ok()
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.socket);
+    }
+}
+
+/// Where the door of a port is, by the port's own name: links to it lead to the same.
+pub fn socket_of(port: &Path) -> Option<PathBuf> {
+    let port = fs::canonicalize(port).ok()?;
+    let name = port.to_str()?.trim_start_matches('/').replace('/', "-");
+    let uid = rustix::process::getuid().as_raw();
+    let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
+        Some(folder) if !folder.is_empty() => PathBuf::from(folder).join("stepwright"),
+        _ => std::env::temp_dir().join(format!("stepwright-{uid}")),
+    };
+    Some(folder.join(format!("{name}.socket")))
+}
+
+/// Reads the lines of a guest, and gives it its answers, until either is gone.
+fn serve(mut guest: UnixStream, ask: &Sender<Asked>) -> Option<()> {
+    let mut lines = BufReader::new(guest.try_clone().ok()?);
+    let mut selection = None;
+    loop {
+        let mut line = Vec::new();
+        lines.by_ref().take(LONGEST).read_until(b'\r', &mut line).ok()?;
+        // The end, or no line of ours.
+        line.pop().filter(|last| *last == b'\r')?;
+        if line.first() == Some(&b'A') {
+            selection = Some(line.clone());
+        }
+        let (answer, answered) = mpsc::channel();
+        let line = if is_allowed(&line) { line } else { b"#".to_vec() };
+        ask.send(Asked { line, selection: selection.clone(), answer }).ok()?;
+        let answer = answered.recv().ok()?.unwrap_or_default();
+        guest.write_all(format!("{answer}\r").as_bytes()).ok()?;
+    }
+}
+
+/// Whether a guest may say this: what asks, what changes a travel, what stops. An order has
+/// several lines, which would mingle with the holder's.
+fn is_allowed(line: &[u8]) -> bool {
+    match line {
+        [b'$', rest @ ..] => !rest.contains(&b'=') && !rest.starts_with(b"reset"),
+        [first, ..] => b"FV?AtadjZK!@".contains(first),
+        [] => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_allowed;
+
+    #[test]
+    fn a_guest_gives_no_orders() {
+        for line in ["F", "V1", "?", "A2*3F", "t400", "a10", "d10", "j0", "Z", "K", "!", "@-5", "$"]
+        {
+            assert!(is_allowed(line.as_bytes()), "{line}");
+        }
+        let none = ["PO", "P0", "S5", "T100", "R9", "G+4", "g+", "E", "I1", "L500", "s5", "#", ""];
+        for line in none.into_iter().chain(["$pulse-us=3", "$reset", "$reset*00"]) {
+            assert!(!is_allowed(line.as_bytes()), "{line}");
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! `stepwright watch`: follows an axis until it rests, and moves nothing.
+
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use stepwright_protocol::{AxisId, Selection};
+
+use super::drive::{self, NotBegun};
+use super::look::{self, State, stop_word};
+use super::target::{self, Format, PortArgs};
+use super::travel::last_line;
+use crate::failure::Failure;
+use crate::interrupt::{self, While};
+use crate::link::serial::Share;
+use crate::say;
+use crate::talk::{Talk, Trouble};
+
+/// Between two lines about where the axis is.
+const LINES: Duration = Duration::from_secs(1);
+
+/// Follow an axis until it rests
+///
+/// Says on standard error where it is, a line a second, and in the end on standard output:
+/// `position 4000 ready`.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Moves nothing, and stops nothing: Ctrl-C ends the watching. Works also while another
+stepwright talks to the board: it asks through that one.
+
+Examples:
+  stepwright move --to 90deg --port /dev/ttyUSB0 --detach
+  stepwright watch --port /dev/ttyUSB0")]
+pub struct Args {
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Which axis of the board: 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
+    #[arg(help_heading = "Board")]
+    axis: AxisId,
+}
+
+/// Watches, and says where the axis is.
+pub fn run(args: Args) -> Result<(), Failure> {
+    interrupt::listen(While::Waiting)?;
+    let mut talk = meet(&args)?;
+    let state = loop {
+        match follow(&mut talk, &args) {
+            Ok(state) => break state,
+            Err(Trouble::Killed) => {
+                return Err(Failure::interrupted("not watched to its end; nothing was stopped"));
+            }
+            // Whom it was asked through has seen its own motion end.
+            Err(Trouble::Gone(_)) => talk = meet(&args)?,
+            Err(trouble) => return Err(target::lost(&talk.link().name(), &trouble)),
+        }
+    };
+    tell(&mut talk, args.format, &state);
+    look::all_known(&talk.link().name(), &[state])
+}
+
+fn meet(args: &Args) -> Result<Talk, Failure> {
+    let mut talk = args.port.meet("watch", Share::Guest)?;
+    target::has_axis(&talk, args.axis)?;
+    talk.kill_at_once();
+    Ok(talk)
+}
+
+/// Looks at the axis until it rests.
+fn follow(talk: &mut Talk, args: &Args) -> Result<State, Trouble> {
+    let one = Selection::One(args.axis);
+    let (mut told, mut seen) = (Instant::now(), None);
+    while talk.is_busy(one)? {
+        let (now, position) = (talk.now(), talk.position(args.axis)?);
+        if told.elapsed() >= LINES {
+            told = Instant::now();
+            let speed = seen.zip(position).map(|((then, from), at): ((Duration, i64), i64)| {
+                let time = now.saturating_sub(then).as_secs_f64().max(0.001);
+                format!("  {:.0} steps/s", at.abs_diff(from) as f64 / time)
+            });
+            let at = position.map_or("uncertain".to_owned(), |at| at.to_string());
+            say::note(format_args!("position {at}{}", speed.unwrap_or_default()));
+            seen = position.map(|at| (now, at));
+        } else if seen.is_none() {
+            seen = position.map(|at| (now, at));
+        }
+        talk.pause(drive::POLL)?;
+    }
+    let states = look::states(talk, Some(args.axis))?;
+    states.into_iter().next().ok_or(Trouble::Silent)
+}
+
+fn tell(talk: &mut Talk, format: Format, state: &State) {
+    match format {
+        Format::Json => say::result(json!({
+            "axis": state.axis.number(),
+            "position": state.position,
+            "state": state.word(),
+            "stop": state.stop.map(stop_word),
+            "board": talk.link().name(),
+        })),
+        Format::Text if state.position.is_some() && state.stop.is_some() => {
+            say::result(last_line("stopped", state.position, state.stop));
+        }
+        Format::Text => say::result(state.line()),
+    }
+}
+
+/// Says where an axis is that goes on by itself.
+pub fn left(talk: &mut Talk, axis: AxisId, format: Format) -> Result<(), Failure> {
+    let states = look::states(talk, Some(axis))
+        .map_err(|trouble| drive::not_begun(talk, NotBegun::Trouble { trouble, moving: true }))?;
+    for state in &states {
+        tell(talk, format, state);
+    }
+    say::note(format_args!("see it with: stepwright watch --port {}", talk.link().name()));
+    look::all_known(&talk.link().name(), &states)
+}

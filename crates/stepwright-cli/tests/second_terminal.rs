@@ -1,0 +1,151 @@
+//! A second terminal, while the first one moves a motor.
+#![cfg(unix)]
+
+mod common;
+
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::time::Duration;
+
+use common::{Ended, Running, stepwright};
+use rustix::process::Signal;
+
+/// A board, its path, and a motor that the first terminal moves.
+struct Bench {
+    board: Running,
+    path: String,
+}
+
+impl Bench {
+    fn new() -> Bench {
+        let mut board = Running::start(&["board", "--pty"]);
+        let path = board.wait_out("").strip_prefix("pty ").unwrap().to_owned();
+        Bench { board, path }
+    }
+
+    fn start(&self, args: &[&str]) -> Running {
+        Running::start(&[args, &["--port", &self.path]].concat())
+    }
+
+    fn order(&self, args: &[&str]) -> Ended {
+        self.start(args).end()
+    }
+
+    fn end(self) {
+        self.board.signal(Signal::INT);
+        self.board.end();
+    }
+
+    /// The first terminal, on its way.
+    fn mover(&self) -> Running {
+        let mut mover = self.start(&["move", "1000000", "--top-speed", "2000", "--accel", "20000"]);
+        mover.wait_err("position ");
+        mover
+    }
+}
+
+#[test]
+fn it_looks_retargets_and_watches() {
+    let bench = Bench::new();
+    let mover = bench.mover();
+    let mut watcher = bench.start(&["watch"]);
+    watcher.wait_err("position ");
+    let status = bench.order(&["status"]);
+    assert!(status.stdout.contains("axis 1      position ") && status.stdout.contains(" busy"));
+    // Another axis' state is asked for while the first watches its own.
+    bench.order(&["position", "--axis", "2"]).assert(0, "position 0 ready");
+    bench.order(&["retarget", "5", "--axis", "2"]).assert_error("axis 2 is at rest");
+    assert!(bench.order(&["position"]).last_line().ends_with(" busy"));
+    let ended = bench.order(&["retarget", "-100"]);
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    let moved = mover.end();
+    moved.assert(1, "position -100 stopped");
+    assert!(moved.stderr.contains("another terminal says @-100"), "{moved:#?}");
+    assert!(moved.stderr.contains("another terminal has changed the travel"), "{moved:#?}");
+    // Whom it had asked through is gone: it goes on by itself.
+    watcher.end().assert(0, "position -100 ready");
+    bench.end();
+}
+
+#[test]
+fn it_gives_no_orders_while_the_first_has_the_port() {
+    let bench = Bench::new();
+    let mover = bench.mover();
+    for order in [&["zero", "--axis", "2"][..], &["move", "5", "--axis", "2"], &["send", "F"]] {
+        bench.order(order).assert_error("in use");
+    }
+    // Nor does who finds the door without our command.
+    let name = std::fs::canonicalize(&bench.path).unwrap();
+    let name = name.to_str().unwrap().trim_start_matches('/').replace('/', "-") + ".socket";
+    let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
+        Some(folder) => std::path::PathBuf::from(folder).join("stepwright"),
+        None => {
+            std::env::temp_dir().join(format!("stepwright-{}", rustix::process::getuid().as_raw()))
+        }
+    };
+    let mut door = UnixStream::connect(folder.join(name)).unwrap();
+    door.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    door.write_all(b"A2\rPO\rS5\rT100\rR9\rG+4\rE\rI1\r$pulse-us=9\r\r\xff\x00\rF\r").unwrap();
+    let mut answers = Vec::new();
+    while answers.iter().filter(|byte| **byte == b'\r').count() < 12 {
+        let mut byte = [0];
+        door.read_exact(&mut byte).unwrap();
+        answers.push(byte[0]);
+    }
+    assert_eq!(String::from_utf8(answers).unwrap(), "Y\rE\rE\rE\rE\rE\rE\rE\rE\rE\rE\rR\r");
+    // A line without end is no line: the door closes.
+    door.write_all(&[b'F'; 1000]).ok();
+    let mut rest = Vec::new();
+    assert!(door.read_to_end(&mut rest).is_err() || rest.is_empty());
+    bench.order(&["position", "--axis", "2"]).assert(0, "position 0 ready");
+    bench.order(&["retarget", "10", "--axis", "1"]);
+    mover.end().assert(1, "position 10 stopped");
+    bench.end();
+}
+
+#[test]
+fn a_first_terminal_that_was_killed_is_in_nobodys_way() {
+    let bench = Bench::new();
+    let mover = bench.mover();
+    mover.signal(Signal::KILL);
+    mover.end();
+    // Its socket is still there, and the motor goes on.
+    assert!(bench.order(&["position"]).last_line().ends_with(" busy"));
+    assert_eq!(bench.order(&["retarget", "70"]).code(), Some(0));
+    bench.order(&["watch"]).assert(0, "position 70 ready");
+    bench.order(&["move", "5"]).assert(0, "position 75 ready");
+    bench.end();
+}
+
+#[test]
+fn a_detached_move_is_watched_later() {
+    let bench = Bench::new();
+    let ended = bench.order(&["move", "2000", "--detach"]);
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    assert!(ended.last_line().ends_with(" busy"), "{ended:#?}");
+    bench.order(&["watch", "--format", "json"]).assert(
+        0,
+        &format!(
+            r#"{{"axis":1,"board":"{}","position":2000,"state":"ready","stop":null}}"#,
+            bench.path
+        ),
+    );
+    stepwright(&["move", "5", "--detach"]).assert(2, "");
+    bench.end();
+}
+
+#[test]
+fn several_terminals_look_at_once() {
+    let bench = Bench::new();
+    let mover = bench.mover();
+    let looks: Vec<_> =
+        (1..=3).map(|axis| bench.start(&["position", "--axis", &axis.to_string()])).collect();
+    for (axis, look) in looks.into_iter().enumerate() {
+        let ended = look.end();
+        assert_eq!(ended.code(), Some(0), "{ended:#?}");
+        assert_eq!(ended.last_line() == "position 0 ready", axis > 0, "{ended:#?}");
+    }
+    mover.signal(Signal::INT);
+    assert_eq!(mover.end().code(), Some(130));
+    bench.end();
+}

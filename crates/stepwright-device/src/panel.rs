@@ -62,6 +62,7 @@ pub trait Panel: Memory {
     fn set_mark(&mut self, mark: Mark);
 
     /// These axes turn the other way round from now on: forward is a low DIR.
-    /// It MUST set the DIR pins again as well. Called only while all axes rest.
+    /// It MUST set the DIR pins again as well. Called only while all axes rest, perhaps since
+    /// this moment: where a pin changes it MUST wait for 1 ms before, the longest `hold-us`.
     fn set_reverse(&mut self, axes: Axes);
 }

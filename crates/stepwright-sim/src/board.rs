@@ -145,7 +145,9 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
             device,
             panel,
             answers: Vec::new(),
-            visit: u64::from(board.rate.micros(50)),
+            // A foreground as quick as the board: a queue may last for no more than its runs of
+            // a step each.
+            visit: u64::from(board.rate.micros(50).min(6 * board.cost.ticks[0]).max(1)),
             next_visit: 0,
             now,
         }

@@ -45,11 +45,14 @@ impl Description {
     /// [`at`](Description::at) for a board on which a step costs nothing but its pulse:
     /// this many ticks while 1, 2 or 3 axes move, and more with pulses of 3 to 20 µs.
     pub fn quick(rate: Rate, ticks: [Ticks; AXES]) -> Description {
-        // A step waits for the pulses of the other axes, for half its interval at most:
-        // 2 of 3 axes take 4/3 of a pulse, and another sixth is between their deadlines.
+        // A step waits for the pulse p of another axis, and catches up by what its interval
+        // has over 2p, a pulse and a pause. Beside one axis an interval of 2p and more has
+        // half of it for the wait, and where that is all, the other steps never. Beside two
+        // it may wait twice, in a row, and has caught up I − 2p between: 4p − I ≤ I/2.
+        let longest = rate.micros(20);
+        let longer = [1, 2, 3].map(|axes| axes * longest);
         let [one, two, three] = ticks;
-        let (longest, beside) = (rate.micros(20), rate.micros(30));
-        let longer = [one.max(longest), two.max(beside), three.max(beside)];
+        let longer = [one.max(longer[0]), two.max(longer[1]), three.max(longer[2])];
         Description::at(rate, Cost { ticks, pulse: rate.nanos(2_000), longer })
     }
 

@@ -127,6 +127,9 @@ impl Panel for SimPanel {
     }
 
     fn set_reverse(&mut self, axes: Axes) {
-        self.reverse.set(axes);
+        if self.reverse.replace(axes) != axes {
+            // All axes rest: nothing happens meanwhile.
+            self.now.set(self.now.get() + u64::from(self.rate.micros(1000)));
+        }
     }
 }

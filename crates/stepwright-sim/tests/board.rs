@@ -33,6 +33,24 @@ fn start(board: &mut VirtualBoard<'_, u16, Vec<Edge>>, tops: &[u32]) -> Result<(
     controller.group.start(controller.engine, orders)
 }
 
+/// The foreground of a board that steps fast plans as fast: its queue lasts for a few steps.
+#[test]
+fn the_steepest_ramp_is_on_time() {
+    let rate = Rate::from_hz(16_000_000).unwrap();
+    for phase in 0..16 {
+        let mut queues = Queues::default();
+        let description = Description::quick(rate, [76, 117, 125]);
+        let mut board: VirtualBoard<u16, Vec<Edge>> =
+            VirtualBoard::new(&mut queues, description, Vec::new());
+        for line in ["PO", "t200000", "R7", "G-1279", "E"] {
+            line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
+            board.run_until(board.now() + 50 * phase);
+        }
+        board.run_to_rest();
+        assert_eq!((board.position(0), board.late()), (Some(-1279), 0), "{phase}");
+    }
+}
+
 #[test]
 fn what_the_board_cannot_step_is_refused_and_nothing_moves() {
     for (tops, fits) in [

@@ -431,6 +431,26 @@ fn a_reversed_axis_has_its_pin_turned_round() {
 }
 
 #[test]
+fn a_pin_is_turned_round_no_sooner_than_after_the_last_step() {
+    for stop in ["", "K"] {
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        assert_eq!(say(&mut board, "$hold-us=1000 PO t9000 a40000 G+900 E"), "Y Y Y Y Y Y");
+        match stop {
+            "" => board.run_to_rest(),
+            _ => wait(&mut board, 50),
+        }
+        say(&mut board, stop);
+        let last = steps_of(board.recorder(), 0).last().unwrap().0;
+        assert!(board.now() - last < 2000, "{stop}");
+        assert_eq!(say(&mut board, "$reverse=1"), "Y");
+        wait(&mut board, 5);
+        let turned = board.recorder().iter().rfind(|edge| edge.pin == Pin::Direction).unwrap();
+        assert!(!turned.level && turned.time >= last + MS, "{stop}: {turned:?}, {last}");
+    }
+}
+
+#[test]
 fn nothing_is_set_while_anything_moves() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);

@@ -35,9 +35,13 @@ fn long(speed: u32) -> u64 {
     u64::from(speed).pow(2) / 40_000 + 2_000
 }
 
-/// The highest rate that is admitted for this many axes, whose steps meet in every phase.
-fn highest(description: Description, micros: u32, axes: u32) -> Vec<u32> {
-    let speeds = |top: u32| (0..axes).map(|n| top - top * 3 * n / 1_000).collect::<Vec<_>>();
+/// As many axes whose steps meet in every phase.
+fn alike(axes: u32) -> impl Fn(u32) -> Vec<u32> {
+    move |top| (0..axes).map(|n| top - top * 3 * n / 1_000).collect()
+}
+
+/// The highest rates that are admitted.
+fn highest(description: Description, micros: u32, speeds: &impl Fn(u32) -> Vec<u32>) -> Vec<u32> {
     let (mut low, mut high) = (500, 200_000);
     while high - low > 1 {
         let middle = (low + high) / 2;
@@ -49,8 +53,8 @@ fn highest(description: Description, micros: u32, axes: u32) -> Vec<u32> {
 }
 
 /// No step late, every pulse as wide as it should be, and as wide a pause.
-fn keeps(description: Description, micros: u32, axes: u32) {
-    let speeds = highest(description, micros, axes);
+fn keeps(description: Description, micros: u32, speeds: impl Fn(u32) -> Vec<u32>) {
+    let speeds = highest(description, micros, &speeds);
     let mut queues = Queues::default();
     let mut board = with_pulse(&mut queues, description, micros);
     assert!(order(&mut board, &speeds));
@@ -73,7 +77,7 @@ const WIDTHS: [u32; 6] = [1, 2, 3, 5, 10, 20];
 #[test]
 fn an_uno_keeps_what_it_admits() {
     for micros in WIDTHS {
-        (1..=3).for_each(|axes| keeps(Description::uno(), micros, axes));
+        (1..=3).for_each(|axes| keeps(Description::uno(), micros, alike(axes)));
     }
 }
 
@@ -81,7 +85,20 @@ fn an_uno_keeps_what_it_admits() {
 fn a_board_that_has_nothing_to_do_but_hold_its_pulses_keeps_what_it_admits() {
     let rate = Rate::from_hz(2_000_000).unwrap();
     for micros in WIDTHS {
-        (1..=3).for_each(|axes| keeps(Description::quick(rate, [10, 12, 14]), micros, axes));
+        (1..=3).for_each(|axes| keeps(Description::quick(rate, [10, 12, 14]), micros, alike(axes)));
+    }
+}
+
+/// A step that waits for another axis's pulse has to catch up before the next such wait.
+#[test]
+fn a_fast_axis_beside_slow_ones_catches_up() {
+    let quick = Description::quick(Rate::from_hz(16_000_000).unwrap(), [70, 93, 118]);
+    for description in [quick, Description::uno()] {
+        for micros in WIDTHS {
+            for slow in [&[500][..], &[1000], &[500, 510], &[1000, 503]] {
+                keeps(description, micros, |top| [&[top], slow].concat());
+            }
+        }
     }
 }
 

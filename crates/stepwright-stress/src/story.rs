@@ -54,7 +54,7 @@ impl Board {
     /// A virtual board.
     pub fn simulated(hz: u32, wide: bool, axes: u8, cost: [u32; 3], byte: u32) -> Board {
         let ticks = |micros: u64| (micros * u64::from(hz)).div_ceil(1_000_000) as u32;
-        let longer = [cost[0].max(ticks(20)), cost[1].max(ticks(30)), cost[2].max(ticks(30))];
+        let longer = [cost[0].max(ticks(20)), cost[1].max(ticks(40)), cost[2].max(ticks(60))];
         Board {
             longer,
             hz,

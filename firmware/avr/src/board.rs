@@ -12,6 +12,7 @@
 //! D8 enables all drivers while it is low. On the Mega A0 is the emergency stop, A1 the
 //! fault of a driver.
 
+use core::arch::asm;
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use stepwright::drive::Axes;
@@ -64,6 +65,12 @@ pub(crate) fn is_forward(axis: u8) -> bool {
 pub fn set_reverse(axes: Axes) {
     let changed = REVERSE.load(Ordering::Relaxed) ^ axes;
     REVERSE.store(axes, Ordering::Relaxed);
+    if changed != 0 {
+        // SAFETY: it counts in a register of its own: 4 cycles a time, 1 ms.
+        unsafe {
+            asm!("0: sbiw {count}, 1", "brne 0b", count = inout(reg_iw) (CLOCK / 4000) as u16 => _);
+        }
+    }
     pins::turn_round(changed);
 }
 

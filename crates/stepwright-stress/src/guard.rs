@@ -262,12 +262,14 @@ impl Judge {
             self.slave.may_spoil(Reason::Fault.into());
         }
         self.guard.stopper = letter.map(|letter| (letter, now, false));
-        self.tracks.iter_mut().for_each(|track| track.doomed = false);
+        self.tracks.iter_mut().for_each(|track| track.doomed = Known::No);
         let Some(letter) = letter else { return };
         // From now on it may be seen, and within 2 ms it is.
         self.ordered = Some(now);
         for track in self.tracks.iter_mut().filter(|track| track.goal != Goal::Rest) {
-            track.doomed = track.goal == Goal::Endless && !track.is_fresh();
+            if track.goal == Goal::Endless && !track.is_fresh() {
+                track.doomed = Known::Yes;
+            }
             track.open(letter);
             if track.known == Known::Yes {
                 track.known = Known::Maybe;
@@ -288,9 +290,10 @@ impl Judge {
             self.guard.off = Some(now);
         }
         for track in &mut self.tracks {
-            if std::mem::take(&mut track.doomed) {
+            let doomed = std::mem::replace(&mut track.doomed, Known::No);
+            if doomed != Known::No {
                 track.known = Known::No;
-                track.stops.hard(letter, Known::Yes);
+                track.stops.hard(letter, doomed);
             }
             track.halt();
         }

@@ -89,7 +89,8 @@ impl Limits {
     pub fn way(&self, v: f64, first: f64) -> Way {
         let lag = self.lag(v) + 2.0 * first;
         let bend = self.bend(self.top.max(v));
-        let fastest = (v + self.up * (lag + bend)).min(self.top.max(v));
+        // Its last interval may have been a rest, before a leg that begins with its start speed.
+        let fastest = (v.max(self.start) + self.up * (lag + bend)).min(self.top.max(v));
         let (mut fall, mut time) = (0.0, 0.0);
         if fastest > self.start && self.down.is_finite() {
             fall = (fastest * fastest - self.start * self.start) / 2.0 / self.down;

@@ -8,7 +8,7 @@ use crate::limits::Limits;
 use crate::reason::{Reason, Reasons};
 use crate::settings::{self, Settings};
 use crate::stops::Stops;
-use crate::track::{Goal, Known};
+use crate::track::{Goal, Known, Track};
 
 /// The answers that are right.
 #[derive(Clone, Copy, Debug, Default)]
@@ -478,6 +478,10 @@ impl Judge {
                 self.guard.clear(now);
                 for track in &mut self.tracks {
                     track.stops = Stops::NONE;
+                    // What an active input stops may have rested before.
+                    if track.doomed == Known::Yes {
+                        track.doomed = Known::Maybe;
+                    }
                     track.bounded = match (track.bounded, track.busy(now, &measure)) {
                         (bounded, Known::Yes) => bounded,
                         (Known::No, _) | (_, Known::No) => Known::No,
@@ -543,7 +547,7 @@ impl Judge {
         let (not_before, wait) = if staged.iter().any(moves) { self.drivers(now) } else { (0, 0) };
         (self.ordered, self.guard.off) = (Some(now), None);
         // They begin together, when all have rested.
-        let rests: f64 = self.tracks.iter().map(|track| track.limits.rest()).sum();
+        let rests: f64 = self.tracks.iter().map(Track::longest_rest).sum();
         let rests = (rests * measure.hz).min(1e18) as u64;
         self.moved =
             if staged.iter().any(moves) { Known::Yes } else { self.moved.or(Known::Maybe) };

@@ -120,8 +120,9 @@ pub struct Track {
     pub fence: Option<(i64, i64)>,
     /// Its travel without end ends at one of them.
     pub bounded: Known,
-    /// An input that stops everything will have stopped it.
-    pub doomed: bool,
+    /// An input that stops everything will have stopped it: not before the last `!`, or
+    /// perhaps before it.
+    pub doomed: Known,
     /// The limits of its travel.
     pub limits: Limits,
     /// The highest top speed since its order.
@@ -174,7 +175,7 @@ impl Track {
             stops: Stops::NONE,
             fence: None,
             bounded: Known::No,
-            doomed: false,
+            doomed: Known::No,
             limits: Limits::new(50, 1000, 200, 0, 0, 0),
             highest: 0.0,
             before: Vec::new(),
@@ -340,7 +341,7 @@ impl Track {
             measure.rules.broken(Rule::Count, now, what)?;
         }
         let ended = matches!(self.goal, Goal::End(..) | Goal::Stop(_)) && !self.halted;
-        (self.goal, self.doomed) = (Goal::Rest, false);
+        (self.goal, self.doomed) = (Goal::Rest, Known::No);
         (self.least, self.most) = (count, count);
         if ended { self.stopped(now, measure) } else { Ok(()) }
     }

@@ -29,6 +29,14 @@ impl Track {
         all.map(|limits| limits.first().max(limits.last())).fold(0.0, f64::max)
     }
 
+    /// How long it rests after the travel so far, at most, in s: a change that came when its
+    /// end was planned was not for it.
+    pub fn longest_rest(&self) -> f64 {
+        let last = self.rise.unwrap_or(0);
+        let held = self.before.iter().filter(|past| last < past.until);
+        held.fold(self.limits.rest(), |rest, past| rest.max(past.limits.rest()))
+    }
+
     /// Other limits from now on, for a travel in progress.
     pub fn limit(&mut self, now: u64, limits: Limits, measure: &Measure) {
         let before = self.in_force(now);

@@ -57,8 +57,6 @@ pub enum Board {
 pub enum Program {
     /// The controller.
     Slave,
-    /// A small one whose law runs in the step interrupt.
-    Direct,
     /// One with S-curves for the Uno, without settings and switches.
     Curves,
     /// The other end of the wire.
@@ -77,7 +75,7 @@ pub enum Program {
     Shields,
     /// An L6219 in quarter steps.
     L6219,
-    /// What a step of a law costs an Uno: closed form, listing, law in the interrupt.
+    /// What a step of a law costs an Uno: closed form, listing, its remainder carried.
     LawsClosed,
     /// Likewise: general form, c/2n, a ramp that changes.
     LawsGeneral,
@@ -97,7 +95,6 @@ impl Program {
     const fn name(self) -> &'static str {
         match self {
             Program::Slave => "slave",
-            Program::Direct => "direct",
             Program::Curves => "curves",
             Program::Master => "master",
             Program::Cycle => "cycle",
@@ -119,7 +116,7 @@ impl Program {
     /// Whether there is such a program for a board. The examples have their own timers.
     pub fn fits(self, build: Build) -> bool {
         match self {
-            Program::Slave | Program::Direct | Program::Master => true,
+            Program::Slave | Program::Master => true,
             Program::Cycle
             | Program::Case1
             | Program::Case2

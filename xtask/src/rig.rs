@@ -41,7 +41,6 @@ pub fn program(ws: &Workspace, name: &str) -> Result<PathBuf> {
 pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
     let build = Build { board, timer: 1, bench };
     build.make(ws, Program::Slave)?;
-    build.make(ws, Program::Direct)?;
     if bench {
         build.make(ws, Program::Cycle)?;
     } else {

@@ -63,11 +63,10 @@ fn number(text: &str) -> Option<f64> {
 // ---- Figures ----
 
 /// A row of the README, and what it is called in `bench/avr.json`.
-const FIGURES: [(&str, &str, u64, &str); 14] = [
+const FIGURES: [(&str, &str, u64, &str); 13] = [
     ("1 axis, ramps planned on the chip", "rate_ramps", 1, "queued"),
     ("2 axes, each", "rate_ramps", 2, "queued"),
     ("3 axes, each", "rate_ramps", 3, "queued"),
-    ("1 axis, the law in the interrupt", "rate_ramps", 1, "direct"),
     ("3 axes at constant speed, each", "rate_constant", 3, "queued"),
     ("one step by itself", "isolated", 1, "queued"),
     ("… behind another, constant speed", "back_to_back_constant", 1, "queued"),

@@ -1,6 +1,5 @@
 //! What kind of board is simulated.
 
-use stepwright::engine::SHORT_PULSE;
 use stepwright::profile::Fit;
 use stepwright::{Board, Cost, Rate, Ticks, Timing};
 
@@ -21,8 +20,7 @@ impl Description {
     /// An Arduino Uno: 16 MHz, 16 bits, three axes; the costs are those of
     /// its firmware.
     pub fn uno() -> Description {
-        let cost =
-            Cost { ticks: [140, 213, 251], pulse: SHORT_PULSE, longer: [1_250, 1_700, 4_400] };
+        let cost = Cost { ticks: [140, 213, 251], pulse: 45, longer: [1_250, 1_700, 4_400] };
         Description::at(Rate::from_hz(16_000_000).unwrap_or(Rate::MHZ), cost)
     }
 

@@ -23,17 +23,9 @@
 //! step late too, but there the schedule slips: a motor that has stood still
 //! is not asked to catch up. So does anything that is late by a quarter of the
 //! timer's period or more.
-//!
-//! **The short way.** Where a law runs in the interrupt of an AVR, `direct_way!` makes
-//! a handler in assembly that does plain steps at fixed addresses, and calls the engine
-//! for the rest; it leaves what the engine would have left.
 
-#[doc(hidden)]
-pub mod glimpse;
 mod late;
 mod pause;
-#[cfg(target_arch = "avr")]
-mod short;
 mod track;
 
 use crate::drive::{Axes, Drive};
@@ -81,11 +73,6 @@ pub struct Engine<T: StepTimer, D, F, const N: usize> {
     drive: D,
     feeds: [F; N],
     tracks: [Track<T::Count>; N],
-    /// For the short way: the first deadline that is not for a plain step.
-    rare: T::Count,
-    /// From the short way: axes that have made the last step of their run.
-    #[cfg_attr(not(target_arch = "avr"), allow(dead_code))]
-    ended: Axes,
     timing: Timing,
     late: u32,
 }
@@ -104,16 +91,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// one, as it takes much code to move an engine into its place.
     pub const fn off(timer: T, drive: D, feeds: [F; N], timing: Timing) -> Self {
         let () = Self::AT_MOST_8_AXES;
-        Engine {
-            timer,
-            drive,
-            feeds,
-            tracks: [Track::IDLE; N],
-            rare: T::Count::ZERO.0,
-            ended: 0,
-            timing,
-            late: 0,
-        }
+        Engine { timer, drive, feeds, tracks: [Track::IDLE; N], timing, late: 0 }
     }
 
     /// Turns the axes to the front, and waits for what is ordered.
@@ -164,10 +142,6 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             if next.is_after(soon) {
                 return;
             }
-            if T::SHORT {
-                // The short way catches up.
-                return self.timer.wake_at(soon);
-            }
         }
     }
 
@@ -176,30 +150,12 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
         // Nothing to do: a look round, half a period from now at the latest.
         let mut next = now.plus(2 * T::Count::HOP - 1);
-        let mut rare = next;
-        let mut flags = short_flags::Flags::default();
-        for (track, feed) in self.tracks.iter_mut().zip(&mut self.feeds) {
+        for track in &self.tracks {
             if track.event != Event::Idle {
-                let at = track.wake();
-                next = next.first(at, now);
-                if T::SHORT {
-                    if track.event == Event::Step {
-                        let stride = feed.playing(&mut track.own).stride();
-                        track.at = core::ptr::from_mut(stride) as usize as u16;
-                        flags.plain();
-                    } else {
-                        rare = rare.first(at, now);
-                        flags.rare();
-                    }
-                }
+                next = next.first(track.wake(), now);
             }
-            flags.next_axis();
         }
         self.timer.wake_at(next);
-        if T::SHORT {
-            self.rare = rare;
-            self.timer.arm(if self.timing.pulse > SHORT_PULSE { 0 } else { flags.byte() });
-        }
         next
     }
 
@@ -229,9 +185,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             }
             Event::Turn => {
                 let forward = track.turn();
-                if !T::SHORT {
-                    track.push = 0;
-                }
+                track.push = 0;
                 self.drive.direction(axis as u8, forward);
                 // The set-up time counts from now. A turn that came late keeps
                 // its schedule if that leaves enough, so that axes which begin
@@ -308,11 +262,6 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                     };
                     track.far = run;
                     if run.count == 0 {
-                        if T::SHORT && T::Count::of(track.due).since(now) < 0 {
-                            // The hold time counts from the step, were it late;
-                            // elsewhere `judge` sees to that.
-                            track.due = fine_of(now);
-                        }
                         track.wait(run.interval(), Event::Turn);
                         return true;
                     }
@@ -447,59 +396,5 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// The drive.
     pub fn drive(&mut self) -> &mut D {
         &mut self.drive
-    }
-}
-
-/// The short way's pulse is so long or longer: for a longer one every step goes through
-/// the engine, at ten times the cost.
-pub const SHORT_PULSE: Ticks = 45;
-
-/// What the short way is told.
-mod short_flags {
-    const RARE: u8 = 1 << 6;
-    const SEVERAL: u8 = 1 << 7;
-
-    pub(super) struct Flags {
-        /// Axes that step, from bit 3 on.
-        steps: u8,
-        bit: u8,
-        rare: bool,
-    }
-
-    impl Default for Flags {
-        fn default() -> Flags {
-            Flags { steps: 0, bit: 1 << 3, rare: false }
-        }
-    }
-
-    impl Flags {
-        #[inline(always)]
-        pub(super) fn plain(&mut self) {
-            self.steps |= self.bit;
-        }
-
-        #[inline(always)]
-        pub(super) fn rare(&mut self) {
-            self.rare = true;
-        }
-
-        #[inline(always)]
-        pub(super) fn next_axis(&mut self) {
-            self.bit = self.bit.wrapping_shl(1);
-        }
-
-        /// 0-2: the axis that steps, alone; 3-5: who steps; 6: a rare event
-        /// is waited for; 7: several axes.
-        #[inline(always)]
-        pub(super) fn byte(self) -> u8 {
-            let steps = self.steps;
-            if steps == 0 {
-                return 0;
-            }
-            if self.rare {
-                return steps | RARE | SEVERAL;
-            }
-            if steps & steps.wrapping_sub(1) != 0 { steps | SEVERAL } else { steps | steps >> 3 }
-        }
     }
 }

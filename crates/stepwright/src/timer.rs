@@ -160,18 +160,6 @@ pub trait StepTimer {
     /// timer afterwards.)
     fn wake_at(&mut self, at: Self::Count);
 
-    /// Whether the chip has a short way (`direct_way!`), which is told what it may do
-    /// through [`arm`](StepTimer::arm).
-    const SHORT: bool = false;
-
-    /// Says to the short way what the interrupt at the compare register will
-    /// be for: goes to the register that the short way looks at. Nothing to do
-    /// where there is none.
-    #[inline(always)]
-    fn arm(&mut self, flags: u8) {
-        let _ = flags;
-    }
-
     /// Waits until the counter has reached `at`; at once if it has. For the
     /// rest of a pulse: a few microseconds.
     #[inline]

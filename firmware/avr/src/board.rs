@@ -16,7 +16,6 @@ use core::arch::asm;
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use stepwright::drive::Axes;
-use stepwright::engine::SHORT_PULSE;
 use stepwright::profile::Fit;
 use stepwright::{Board, Cost, Rate, Timing};
 
@@ -92,11 +91,6 @@ pub const fn description() -> Board<AXES> {
     with(Cost { ticks: COST, pulse: SHORT_PULSE, longer: LONGER }, MIN_INTERVAL)
 }
 
-/// Likewise, where the law runs in the interrupt.
-pub const fn direct() -> Board<AXES> {
-    with(Cost::any_pulse(DIRECT_COST), DIRECT_MIN_INTERVAL)
-}
-
 /// Likewise, where it plays motor cycles.
 pub const fn cycle() -> Board<AXES> {
     with(Cost::any_pulse(CYCLE_COST), CYCLE_COST[0])
@@ -126,12 +120,12 @@ const fn with(cost: Cost<AXES>, min_interval: u32) -> Board<AXES> {
 /// without a late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`).
 #[cfg(not(feature = "bench"))]
 const COST: [u32; AXES] = [140, 213, 251];
+/// The longest pulse for which that holds: for a longer one the step interrupt waits.
+const SHORT_PULSE: u32 = 45;
 /// Likewise with pulses that are held: those of 3 to 20 µs that
 /// `firmware/rig/tests/pulse.rs` keeps, and a tenth.
 #[cfg(not(feature = "bench"))]
 const LONGER: [u32; AXES] = [1_250, 1_700, 4_400];
-#[cfg(not(feature = "bench"))]
-const DIRECT_COST: [u32; AXES] = [320, 2_000, 3_200];
 /// The longest stay in the step interrupt that makes one step, a look at another motor's
 /// wait included (`firmware/rig/tests/cycle.rs`). Steps that are due together take less.
 #[cfg(not(feature = "bench"))]
@@ -142,17 +136,11 @@ const COST: [u32; AXES] = [MIN_INTERVAL; AXES];
 #[cfg(feature = "bench")]
 const LONGER: [u32; AXES] = [MIN_INTERVAL; AXES];
 #[cfg(feature = "bench")]
-const DIRECT_COST: [u32; AXES] = [MIN_INTERVAL; AXES];
-#[cfg(feature = "bench")]
 const CYCLE_COST: [u32; AXES] = [MIN_INTERVAL; AXES];
 
 /// Cycles between two steps of an axis.
 #[cfg(not(feature = "bench"))]
 const MIN_INTERVAL: u32 = COST[0];
-#[cfg(not(feature = "bench"))]
-const DIRECT_MIN_INTERVAL: u32 = 150;
 /// A pulse and as long a pause.
 #[cfg(feature = "bench")]
 const MIN_INTERVAL: u32 = 64;
-#[cfg(feature = "bench")]
-const DIRECT_MIN_INTERVAL: u32 = 64;

@@ -16,10 +16,10 @@ use crate::chip;
 use crate::console::Console;
 use crate::slot::Slot;
 use crate::slot::token;
-use crate::timer::{Compiled, Timer};
+use crate::timer::Timer;
 
 /// Three motors and what is around them.
-pub type Motors = Cycle<'static, Compiled, Pins, Around, AXES>;
+pub type Motors = Cycle<'static, Timer, Pins, Around, AXES>;
 
 /// Begun by `start`, before interrupts are enabled; from then on the step interrupt's.
 static MOTORS: Slot<Motors> = Slot::new(Cycle::off(

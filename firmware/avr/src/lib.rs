@@ -5,7 +5,6 @@
 //! | `board` | which chip it is, its pins, what its steps cost |
 //! | `timer` | the step timer |
 //! | `step` | the step interrupts that play queues, one an axis, and the foreground's hold on them |
-//! | `direct` | likewise, with the law in the interrupt |
 //! | `cycle` | likewise, with stepper_h's motor cycles in it |
 //! | `serial` | the serial line, USART0 |
 //! | `clock` | milliseconds, without an interrupt |
@@ -19,8 +18,7 @@
 //! | `law` | what a step of a law costs |
 //! | `interrupt` | how handlers are declared, and what a simulator leaves out |
 //!
-//! `bin/slave.rs` is the controller, `bin/direct.rs` a small one whose law runs in
-//! the interrupt. `bin/cycle.rs` is stepper_h's basic example, `bin/case1.rs` to
+//! `bin/slave.rs` is the controller, `bin/cycle.rs` stepper_h's basic example, `bin/case1.rs` to
 //! `case3.rs` are the Arduino driver's, `bin/fast_pwm.rs` the first of these in fast PWM,
 //! `bin/shields.rs` drives two shields at once, `bin/l6219.rs` an L6219. `bin/curves.rs` is
 //! the controller with S-curves on an Uno, and `bin/laws_*.rs` measure the laws.
@@ -40,7 +38,6 @@ pub mod board;
 pub mod clock;
 pub mod console;
 pub mod cycle;
-pub mod direct;
 pub mod eeprom;
 #[doc(hidden)]
 pub mod in_flash;

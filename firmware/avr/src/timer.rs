@@ -6,7 +6,7 @@
 //!
 //! A 16-bit register is read in two halves through a byte that all registers
 //! of the timer share. The foreground therefore touches the timer only while
-//! the step interrupt is held off (`step.rs`).
+//! the step interrupt is held off (`cycle.rs`).
 
 use stepwright::timer::StepTimer;
 
@@ -39,8 +39,6 @@ macro_rules! timer {
 
             const LINGER: u32 = LINGER;
 
-            const SHORT: bool = true;
-
             #[inline(always)]
             fn now(&mut self) -> u16 {
                 self.0.$count().read().bits()
@@ -54,15 +52,6 @@ macro_rules! timer {
                 // calls looks at the timer afterwards.
                 self.0.$flags().write(|w| w.$matched().set_bit());
             }
-
-            #[inline(always)]
-            fn arm(&mut self, flags: u8) {
-                // SAFETY: one write; the register is the step interrupt's, and
-                // the timer is used only while that is held off.
-                let flag = unsafe { crate::chip::CPU::steal() };
-                // SAFETY: any bits will do: the register has no meaning of its own.
-                flag.gpior0().write(|w| unsafe { w.bits(flags) });
-            }
         }
     };
 }
@@ -73,25 +62,6 @@ const LINGER: u32 = 64;
 /// The step timer. There is one.
 pub struct Timer(Registers);
 
-/// The step timer of an engine that is compiled as a whole, without a short way.
-pub struct Compiled(pub Timer);
-
-impl StepTimer for Compiled {
-    type Count = u16;
-
-    const LINGER: u32 = LINGER;
-
-    #[inline(always)]
-    fn now(&mut self) -> u16 {
-        self.0.now()
-    }
-
-    #[inline(always)]
-    fn wake_at(&mut self, at: u16) {
-        self.0.wake_at(at);
-    }
-}
-
 #[cfg(not(any(feature = "timer3", feature = "timer4", feature = "timer5")))]
 timer!(TC1, tcnt1, ocr1a, tccr1a, tccr1b, cs1, timsk1, ocie1a, tifr1, ocf1a);
 #[cfg(feature = "timer3")]
@@ -100,44 +70,3 @@ timer!(TC3, tcnt3, ocr3a, tccr3a, tccr3b, cs3, timsk3, ocie3a, tifr3, ocf3a);
 timer!(TC4, tcnt4, ocr4a, tccr4a, tccr4b, cs4, timsk4, ocie4a, tifr4, ocf4a);
 #[cfg(feature = "timer5")]
 timer!(TC5, tcnt5, ocr5a, tccr5a, tccr5b, cs5, timsk5, ocie5a, tifr5, ocf5a);
-
-/// Puts the step interrupt of `direct.rs` into a program: one that has no such engine
-/// does without its flash.
-#[macro_export]
-macro_rules! step_interrupt {
-    ($way:ident) => {
-        #[cfg(feature = "uno")]
-        $crate::step_interrupt!($way "__vector_11", 0x84, 0x88, 0x16, (0x0B, 2) (0x0B, 3) (0x0B, 4));
-        #[cfg(all(
-            feature = "mega",
-            not(any(feature = "timer3", feature = "timer4", feature = "timer5"))
-        ))]
-        $crate::step_interrupt!($way "__vector_17", 0x84, 0x88, 0x16, (0x0E, 4) (0x0E, 5) (0x14, 5));
-        #[cfg(feature = "timer3")]
-        $crate::step_interrupt!($way "__vector_32", 0x94, 0x98, 0x18, (0x0E, 4) (0x0E, 5) (0x14, 5));
-        #[cfg(feature = "timer4")]
-        $crate::step_interrupt!($way "__vector_42", 0xA4, 0xA8, 0x19, (0x0E, 4) (0x0E, 5) (0x14, 5));
-        #[cfg(feature = "timer5")]
-        $crate::step_interrupt!($way "__vector_47", 0x124, 0x128, 0x1A, (0x0E, 4) (0x0E, 5) (0x14, 5));
-    };
-    // The vector; the addresses of counter, compare register and flags; the
-    // ports of the STEP pins, and their bits.
-    ($way:ident $vector:literal, $($place:tt)*) => {
-        #[cfg(not(feature = "bench"))]
-        $crate::step_interrupt!($way ($vector) $($place)*);
-        // The 4 cycles of an interrupt's entry: see `interrupt.rs`.
-        #[cfg(feature = "bench")]
-        $crate::step_interrupt!($way ($vector + "rjmp .+0\nrjmp .+0") $($place)*);
-    };
-    (
-        direct ($($vector:tt)*) $count:literal, $compare:literal, $flags:literal, $($step:tt)*
-    ) => {
-        stepwright::direct_way! {
-            vector: $($vector)*,
-            engine: $crate::direct::ENGINE as $crate::direct::DirectEngine,
-            long_way: $crate::direct::long_way,
-            timer: $count, compare: $compare, flags: $flags,
-            steps: $($step)*,
-        }
-    };
-}

@@ -37,8 +37,6 @@ pub use table::{Row, Table};
 enum Way {
     /// The foreground, ahead.
     Queued,
-    /// The step interrupt.
-    Direct,
     /// The step interrupt, which reads the motors' programs: a motor cycle.
     Cycle,
 }
@@ -47,7 +45,6 @@ impl Way {
     const fn name(self) -> &'static str {
         match self {
             Way::Queued => "queued",
-            Way::Direct => "direct",
             Way::Cycle => "cycle",
         }
     }
@@ -67,22 +64,11 @@ struct Builds {
 struct Subject {
     board: Board,
     queued: Builds,
-    direct: Builds,
     cycle: Builds,
     /// Rates of an earlier run, to begin the search with.
     known: Table,
     /// The figures are compared with those: a rate that is kept still is not searched for.
     compare: bool,
-}
-
-impl Subject {
-    fn builds(&self, way: Way) -> &Builds {
-        match way {
-            Way::Queued => &self.queued,
-            Way::Direct => &self.direct,
-            Way::Cycle => &self.cycle,
-        }
-    }
 }
 
 /// One measurement, and the rows that come of it.
@@ -102,7 +88,6 @@ const MEASURES: &[Measure] = &[
     (rates::constant_three, &["rate_constant"]),
     (rates::two, &["rate_ramps", "two"]),
     (rates::constant_one, &["rate_constant"]),
-    (rates::direct, &["rate_ramps", "direct"]),
 ];
 
 /// Measures everything, or `only` what a row of that name takes. To `compare` with what is
@@ -120,8 +105,8 @@ pub fn measure(board: Board, known: Table, compare: bool, only: Option<&str>) ->
         anyhow::Ok(Builds { bench, plain: firmware::load(name)? })
     };
     let queued = builds(board.name())?;
-    let (direct, cycle) = (builds(&format!("{board}-direct"))?, builds(&format!("{board}-cycle"))?);
-    let subject = Subject { board, queued, direct, cycle, known, compare };
+    let cycle = builds(&format!("{board}-cycle"))?;
+    let subject = Subject { board, queued, cycle, known, compare };
     let next = Mutex::new(measures.into_iter());
     let rows = Mutex::new(Vec::new());
     let workers = std::thread::available_parallelism().map_or(1, usize::from);

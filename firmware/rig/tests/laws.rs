@@ -35,7 +35,7 @@ fn programs() -> [(&'static str, Vec<Law>); 4] {
             vec![
                 ("trapezoid", trapezoid.delays(STEPS).unwrap().sum(), 4002, 62_293),
                 ("listing", Fixed::new(STEPS, 9_560, 500).sum(), 962, 2555),
-                ("law in the interrupt", direct::Ramp::new(STEPS, 9_560, 500).sum(), 528, 1596),
+                ("remainder carried", direct::Ramp::new(STEPS, 9_560, 500).sum(), 528, 1596),
             ],
         ),
         (

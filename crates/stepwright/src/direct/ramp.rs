@@ -25,10 +25,10 @@ use crate::profile::{Ramp as Slope, Unfit};
 use crate::units::{Rate, Speed, Ticks};
 
 /// Fraction of an interval.
-pub(crate) const BITS: u32 = 8;
+pub(super) const BITS: u32 = 8;
 /// Intervals of 2²² ticks (0.26 s at 16 MHz) or more are not for this law: with
 /// [`LAST_DIVISOR`] a remainder and twice an interval fit 32 bits.
-pub(crate) const LONGEST: Ticks = (1 << 22) - 1;
+pub(super) const LONGEST: Ticks = (1 << 22) - 1;
 /// A ramp has at most 2²⁹ steps.
 const LAST_DIVISOR: u32 = 1 << 31;
 
@@ -41,12 +41,10 @@ const LAST_DIVISOR: u32 = 1 << 31;
 /// assert_eq!(delays[..5], [50_000, 30_000, 23_333, 19_744, 17_421]);
 /// assert_eq!(delays.len(), 9); // between 10 pulses
 /// ```
-// The layout is the one that `short.rs` knows.
 #[derive(Clone, Debug)]
-#[repr(C)]
 pub struct Ramp {
     /// The next interval, in 2⁻⁸ ticks.
-    pub(crate) delay: u32,
+    delay: u32,
     /// 4n+1, of the n steps of the ramp so far.
     divisor: u32,
     /// Intervals that are still to come before those of the ramp down.
@@ -64,16 +62,6 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// Where the assembly looks.
-    #[cfg(target_arch = "avr")]
-    pub(crate) const LAYOUT: () = {
-        use core::mem::offset_of;
-        assert!(offset_of!(Ramp, delay) == 0 && offset_of!(Ramp, divisor) == 4);
-        assert!(offset_of!(Ramp, margin) == 8 && offset_of!(Ramp, rest) == 12);
-        assert!(offset_of!(Ramp, shortest) == 16 && offset_of!(Ramp, top) == 20);
-        assert!(offset_of!(Ramp, end) == 24 && offset_of!(Ramp, down) == 28);
-    };
-
     /// No travel.
     pub const NONE: Ramp =
         Ramp { delay: 0, divisor: 0, margin: 0, rest: 0, shortest: 0, top: 0, end: 0, down: false };
@@ -147,9 +135,9 @@ impl Ramp {
         }
     }
 
-    /// The next interval, in 2⁻⁸ ticks. `short_text.rs` has it in assembly.
+    /// The next interval, in 2⁻⁸ ticks.
     #[inline]
-    pub(crate) fn step(&mut self) -> Option<u32> {
+    pub(super) fn step(&mut self) -> Option<u32> {
         let delay = self.delay;
         match self.margin.checked_sub(1) {
             None if self.divisor == self.end => return None,

@@ -2,16 +2,10 @@
 
 use super::Engine;
 use super::track::Event;
-#[cfg(target_arch = "avr")]
-use super::track::fine_of;
 use crate::drive::Drive;
 use crate::queue::Feed;
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
-
-/// Ticks behind at which the schedule slips on a chip with the short way, which
-/// looks 0x7000 ahead and so not 0x1000 back.
-pub(super) const FAR_BEHIND: i32 = 0x0C00;
 
 impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// A step was made at `edge`, and the next deadline, or what would be it,
@@ -23,18 +17,16 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
             self.fell_behind(axis, left);
         }
         let Some(track) = self.tracks.get_mut(axis) else { return };
-        if !T::SHORT {
-            // The next one comes at its deadline or the minimum interval after this
-            // one, whichever is later; so does a turn, by the hold time. The
-            // schedule stays.
-            let least = match track.event {
-                Event::Step => self.timing.min_interval,
-                Event::Turn => self.timing.hold,
-                _ => 0,
-            };
-            let short = least as i32 - T::Count::of(track.due).since(edge);
-            track.push = if short > 0 && least > 0 { short.unsigned_abs() } else { 0 };
-        }
+        // The next one comes at its deadline or the minimum interval after this
+        // one, whichever is later; so does a turn, by the hold time. The
+        // schedule stays.
+        let least = match track.event {
+            Event::Step => self.timing.min_interval,
+            Event::Turn => self.timing.hold,
+            _ => 0,
+        };
+        let short = least as i32 - T::Count::of(track.due).since(edge);
+        track.push = if short > 0 && least > 0 { short.unsigned_abs() } else { 0 };
     }
 
     #[cold]
@@ -42,8 +34,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     fn fell_behind(&mut self, axis: usize, left: i32) {
         self.late = self.late.saturating_add(1);
         let Some(track) = self.tracks.get_mut(axis) else { return };
-        let far = if T::SHORT { FAR_BEHIND } else { T::Count::HOP as i32 };
-        if left < -far && track.event == Event::Step {
+        if left < -(T::Count::HOP as i32) && track.event == Event::Step {
             // Too far behind: the schedule slips.
             track.due = T::Count::delayed(track.due, left.unsigned_abs());
         }
@@ -57,18 +48,5 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         let tracks = self.tracks.iter().filter(|track| track.event != Event::Idle);
         let behind = tracks.map(|track| now.since(track.wake())).max();
         behind.unwrap_or(0).max(0).unsigned_abs()
-    }
-
-    /// What is due so long ago that the short way can't tell it from what is
-    /// to come: the schedule slips.
-    #[cfg(target_arch = "avr")]
-    pub(super) fn slip(&mut self) {
-        let now = self.timer.now();
-        for track in &mut self.tracks {
-            let behind = now.since(T::Count::of(track.due));
-            if track.event == Event::Step && behind > FAR_BEHIND / 2 {
-                track.due = fine_of(now);
-            }
-        }
     }
 }

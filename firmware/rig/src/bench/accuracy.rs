@@ -8,7 +8,7 @@ use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 use super::job::{Axis, Job, Traffic, median, offsets};
 use super::table::Row;
-use super::{Subject, Way};
+use super::Subject;
 use crate::board::HZ;
 
 /// 4,000 steps, 10,000 steps/s², 4,000 steps/s.
@@ -28,12 +28,11 @@ pub(super) fn alone(subject: &Subject) -> Result<Vec<Row>> {
 
 /// Edge errors under traffic, of one axis and of three.
 pub(super) fn with_traffic(subject: &Subject) -> Result<Vec<Row>> {
-    let mut rows = errors(subject, Way::Queued, &[M2])?;
+    let mut rows = errors(subject, &[M2])?;
     let two = [M2, Axis { top: 13_000, ..M2 }];
-    rows.extend(errors(subject, Way::Queued, &two)?);
+    rows.extend(errors(subject, &two)?);
     let three = [M2, Axis { top: 13_000, ..M2 }, Axis { top: 7_000, ..M2 }];
-    rows.extend(errors(subject, Way::Queued, &three)?);
-    rows.extend(errors(subject, Way::Direct, &[M2])?);
+    rows.extend(errors(subject, &three)?);
     Ok(rows)
 }
 
@@ -99,17 +98,17 @@ fn accel_peak(times: &[u64]) -> f64 {
 
 /// How far the edges lie from the closed form, against the middle one's
 /// distance: that is the constant part.
-fn errors(subject: &Subject, way: Way, axes: &[Axis]) -> Result<Vec<Row>> {
-    let outcome = Job::new(axes, Traffic::NOW).by(way).run(subject, |_| {})?.map_err(Error::msg)?;
+fn errors(subject: &Subject, axes: &[Axis]) -> Result<Vec<Row>> {
+    let outcome = Job::new(axes, Traffic::NOW).run(subject, |_| {})?.map_err(Error::msg)?;
     let mut errors = Vec::new();
     for (axis, steps) in axes.iter().zip(&outcome.steps) {
-        let mut offsets = offsets(steps, &axis.ideal(way)?);
+        let mut offsets = offsets(steps, &axis.ideal()?);
         let middle = median(&mut offsets).context("no steps")?;
         errors.extend(offsets.iter().map(|offset| offset.abs_diff(middle)));
     }
     errors.sort_unstable();
     let at = |share: f64| errors[((errors.len() - 1) as f64 * share) as usize] as f64;
-    let row = |name: &str, share| Row::of(way, name, axes.len() as u8, at(share), "cycles");
+    let row = |name: &str, share| Row::queued(name, axes.len() as u8, at(share), "cycles");
     Ok(vec![
         row("edge_error_median", 0.5),
         row("edge_error_99", 0.99),

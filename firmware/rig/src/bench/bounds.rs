@@ -12,7 +12,6 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
     ("rate_ramps", 2, "queued", Bound::AtLeast(60_000.0)),
     ("rate_constant", 3, "queued", Bound::AtLeast(45_000.0)),
     ("rate_ramps", 3, "queued", Bound::AtLeast(35_000.0)),
-    ("rate_ramps", 1, "direct", Bound::AtLeast(40_000.0)),
     ("planning_burst", 3, "queued", Bound::AtMost(3_200.0)),
     ("interval_rms", 1, "queued", Bound::AtMost(0.05)),
     ("accel_peak_deadlines", 1, "queued", Bound::AtMost(1.4)),

@@ -11,22 +11,16 @@ use crate::taps::Visit;
 
 /// One axis so slow that each step has an interrupt of its own.
 pub(super) fn isolated(subject: &Subject) -> Result<Vec<Row>> {
-    let mut rows = isolated_by(subject, Way::Queued)?;
-    rows.extend(isolated_by(subject, Way::Direct)?);
-    Ok(rows)
-}
-
-fn isolated_by(subject: &Subject, way: Way) -> Result<Vec<Row>> {
-    let constant = visits(subject, way, Axis::constant(2_000, 6_000))?;
+    let constant = visits(subject, Axis::constant(2_000, 6_000))?;
     // The ramps fill the whole travel.
-    let ramp = visits(subject, way, Axis::ramps(4_000, 2_600, 6_000))?;
+    let ramp = visits(subject, Axis::ramps(4_000, 2_600, 6_000))?;
     let cycles = |visits: &[Visit]| -> Vec<u64> {
         // Without the beginning, which waits for hold and set-up.
         visits.iter().skip(100).map(|visit| visit.exit - visit.entry).collect()
     };
     let (mut constant, mut ramp) = (cycles(&constant), cycles(&ramp));
     let longest = constant.iter().chain(&ramp).max().copied().context("no steps")?;
-    let row = |name: &str, value: u64| Row::of(way, name, 1, value as f64, "cycles");
+    let row = |name: &str, value: u64| Row::queued(name, 1, value as f64, "cycles");
     Ok(vec![
         row("isolated", median(&mut constant).context("no steps")?),
         row("isolated_ramp", median(&mut ramp).context("no steps")?),
@@ -34,9 +28,9 @@ fn isolated_by(subject: &Subject, way: Way) -> Result<Vec<Row>> {
     ])
 }
 
-fn visits(subject: &Subject, way: Way, axis: Axis) -> Result<Vec<Visit>> {
+fn visits(subject: &Subject, axis: Axis) -> Result<Vec<Visit>> {
     let outcome =
-        Job::new(&[axis], Traffic::Silent).by(way).keeping_visits().run(subject, |_| {})?;
+        Job::new(&[axis], Traffic::Silent).keeping_visits().run(subject, |_| {})?;
     let mut outcome = outcome.map_err(Error::msg)?;
     let last = outcome.steps[0].last().context("no steps")?.time;
     let mut visits = outcome.chip.take_visits();
@@ -53,7 +47,7 @@ const WATCHED: u64 = 3 * HZ;
 /// Steps of a motor cycle, of one, two and three motors at once, while three move: the
 /// middle stay in the step interrupt.
 pub(super) fn motor_cycle(subject: &Subject) -> Result<Vec<Row>> {
-    let mut chip = Chip::new(subject.board, &subject.builds(Way::Cycle).bench);
+    let mut chip = Chip::new(subject.board, &subject.cycle.bench);
     chip.keep_visits();
     chip.run_for(WATCHED);
     let steps: Vec<u64> =
@@ -117,10 +111,7 @@ fn order_burst(subject: &Subject, job: &Job) -> Result<u64> {
 
 /// Bytes of the ordinary build.
 pub(super) fn sizes(subject: &Subject) -> Result<Vec<Row>> {
-    let sizes = |way| {
-        let plain = &subject.builds(way).plain;
-        [("flash", plain.flash.len() as f64), ("ram", plain.ram.into())]
-            .map(|(name, bytes)| Row::of(way, name, 3, bytes, "bytes"))
-    };
-    Ok([Way::Queued, Way::Direct].into_iter().flat_map(sizes).collect())
+    let plain = &subject.queued.plain;
+    let sizes = [("flash", plain.flash.len() as f64), ("ram", plain.ram.into())];
+    Ok(sizes.map(|(name, bytes)| Row::queued(name, 3, bytes, "bytes")).into())
 }

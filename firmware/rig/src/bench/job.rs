@@ -4,10 +4,9 @@ use std::result;
 
 use anyhow::{Context, Result, ensure};
 use stepwright::profile::{Path, Ramp};
-use stepwright::queue::{Feed, Taken};
-use stepwright::{Accel, Order, Rate, Speed, Ticks, Travel, direct, late_after};
+use stepwright::{Accel, Order, Rate, Speed, Ticks, Travel, late_after};
 
-use super::{Subject, Way};
+use super::Subject;
 use crate::board::HZ;
 use crate::chip::Chip;
 use crate::edges::{Step, steps_of};
@@ -34,68 +33,23 @@ impl Axis {
     }
 
     /// When its pulses should come.
-    pub(super) fn ideal(&self, way: Way) -> Result<Ideal> {
-        let order = self.order()?;
-        Ok(match way {
-            Way::Direct => Ideal::Times(times(direct::Ramp::of(CLOCK, &order)?)),
-            _ => Ideal::Path(order.path(CLOCK)?),
-        })
-    }
-
-    fn order(&self) -> Result<Order> {
+    pub(super) fn ideal(&self) -> Result<Path> {
         let accel = Ramp::Accel(Accel::from_steps(self.accel)?);
-        Ok(Order {
+        let order = Order {
             start: Speed::from_steps(self.start)?,
             top: Speed::from_steps(self.top)?,
             up: accel,
             down: accel,
             jerk: None,
             travel: Travel::By(i32::try_from(self.steps)?),
-        })
+        };
+        Ok(order.path(CLOCK)?)
     }
-}
-
-/// When pulses should come, in cycles after the first.
-pub(super) enum Ideal {
-    /// In closed form.
-    Path(Path),
-    /// One by one.
-    Times(Vec<u64>),
-}
-
-impl Ideal {
-    /// Of pulse `n`, from 0.
-    pub(super) fn time_of(&self, n: u32) -> u64 {
-        match self {
-            Ideal::Path(path) => path.time_of(n),
-            Ideal::Times(times) => {
-                let last = times.last().copied().unwrap_or(0);
-                times.get(n as usize).copied().unwrap_or(last)
-            }
-        }
-    }
-}
-
-/// The pulses of the law that the interrupt computes.
-fn times(ramp: direct::Ramp) -> Vec<u64> {
-    let mut feed = direct::Direct::IDLE;
-    feed.begin(true, 0, 1, ramp);
-    let mut time = 0;
-    let mut times = Vec::new();
-    while let Taken::Run(run) = feed.take() {
-        if run.count() == 1 {
-            time += run.interval();
-            times.push(time >> 16);
-        }
-    }
-    let first = times.first().copied().unwrap_or(0);
-    times.iter().map(|time| time - first).collect()
 }
 
 /// What a travel is and how it is watched.
 #[derive(Clone, Debug)]
 pub(super) struct Job {
-    way: Way,
     axes: Vec<Axis>,
     traffic: Traffic,
     visits: bool,
@@ -151,11 +105,7 @@ const BOOT: u64 = HZ / 10;
 
 impl Job {
     pub(super) fn new(axes: &[Axis], traffic: Traffic) -> Job {
-        Job { way: Way::Queued, axes: axes.to_vec(), traffic, visits: false, on_time: false }
-    }
-
-    pub(super) fn by(self, way: Way) -> Job {
-        Job { way, ..self }
+        Job { axes: axes.to_vec(), traffic, visits: false, on_time: false }
     }
 
     pub(super) fn keeping_visits(self) -> Job {
@@ -224,7 +174,7 @@ impl Job {
 
     /// A chip that knows the travel, and lacks only the `E`.
     pub(super) fn told(&self, subject: &Subject) -> Result<Chip> {
-        let mut chip = Chip::new(subject.board, &subject.builds(self.way).bench);
+        let mut chip = Chip::new(subject.board, &subject.queued.bench);
         chip.run_for(BOOT);
         chip.ask("");
         let mut say = |line: &str| -> Result<()> {
@@ -260,7 +210,7 @@ struct Progress {
 
 /// An axis on its way.
 struct Course {
-    path: Ideal,
+    path: Path,
     /// Steps in all.
     steps: u32,
     /// The first step's cycle, or the beginning, and the steps so far.
@@ -279,7 +229,7 @@ struct Course {
 impl Progress {
     fn new(job: &Job, now: u64) -> Result<Progress> {
         let course = |axis: &Axis| -> Result<Course> {
-            let (path, steps) = (axis.ideal(job.way)?, axis.steps);
+            let (path, steps) = (axis.ideal()?, axis.steps);
             let (first, made, due, interval, least) = (now, 0, 0, 0, 0);
             Ok(Course { path, steps, first, made, due, interval, least, late: None })
         };
@@ -337,7 +287,7 @@ impl Course {
 
 /// How far each step lies from its time, in cycles, up to a constant: the
 /// board's way from the order to the first step.
-pub(super) fn offsets(steps: &[Step], path: &Ideal) -> Vec<i64> {
+pub(super) fn offsets(steps: &[Step], path: &Path) -> Vec<i64> {
     let Some(first) = steps.first() else { return Vec::new() };
     let off =
         |(n, step): (usize, &Step)| (step.time - first.time) as i64 - path.time_of(n as u32) as i64;

@@ -24,33 +24,28 @@ const SECONDS: u32 = 5;
 const GRID: f64 = 1.0025;
 
 pub(super) fn one(subject: &Subject) -> Result<Vec<Row>> {
-    row(subject, Way::Queued, "rate_ramps", 1)
+    row(subject, "rate_ramps", 1)
 }
 
 pub(super) fn two(subject: &Subject) -> Result<Vec<Row>> {
-    row(subject, Way::Queued, "rate_ramps", 2)
+    row(subject, "rate_ramps", 2)
 }
 
 pub(super) fn three(subject: &Subject) -> Result<Vec<Row>> {
-    row(subject, Way::Queued, "rate_ramps", 3)
+    row(subject, "rate_ramps", 3)
 }
 
 pub(super) fn constant_one(subject: &Subject) -> Result<Vec<Row>> {
-    row(subject, Way::Queued, "rate_constant", 1)
+    row(subject, "rate_constant", 1)
 }
 
 pub(super) fn constant_three(subject: &Subject) -> Result<Vec<Row>> {
-    row(subject, Way::Queued, "rate_constant", 3)
+    row(subject, "rate_constant", 3)
 }
 
-pub(super) fn direct(subject: &Subject) -> Result<Vec<Row>> {
-    let rows = (1..=3).map(|axes| row(subject, Way::Direct, "rate_ramps", axes));
-    Ok(rows.collect::<Result<Vec<_>>>()?.concat())
-}
-
-fn row(subject: &Subject, way: Way, name: &str, axes: u8) -> Result<Vec<Row>> {
-    let rate = highest(subject, way, name, axes)?;
-    Ok(vec![Row::of(way, name, axes, rate.into(), "steps/s")])
+fn row(subject: &Subject, name: &str, axes: u8) -> Result<Vec<Row>> {
+    let rate = highest(subject, name, axes)?;
+    Ok(vec![Row::queued(name, axes, rate.into(), "steps/s")])
 }
 
 /// Rates that differ a little, the lowest first.
@@ -76,8 +71,8 @@ fn constants(axes: u8, rate: u32) -> Vec<Axis> {
 }
 
 /// Why a travel is not kept in one phase; `None` if it is.
-fn fault(subject: &Subject, way: Way, axes: &[Axis], phase: Traffic) -> Result<Option<String>> {
-    let outcome = match Job::new(axes, phase).by(way).on_time().run(subject, |_| {})? {
+fn fault(subject: &Subject, axes: &[Axis], phase: Traffic) -> Result<Option<String>> {
+    let outcome = match Job::new(axes, phase).on_time().run(subject, |_| {})? {
         Ok(outcome) => outcome,
         Err(fault) => return Ok(Some(fault)),
     };
@@ -97,7 +92,7 @@ fn fault(subject: &Subject, way: Way, axes: &[Axis], phase: Traffic) -> Result<O
 /// The highest rate on the grid that is kept while the next one is not; 0 if
 /// not even 1000 steps/s are. Where figures are only compared, a stored one that is kept
 /// will do.
-fn highest(subject: &Subject, way: Way, name: &str, axes: u8) -> Result<u32> {
+fn highest(subject: &Subject, name: &str, axes: u8) -> Result<u32> {
     let rate = |k: i32| (1000.0 * GRID.powi(k)).round() as u32;
     // The one that failed last comes first.
     let mut phases = [0, 1, 2, 3, 4];
@@ -108,20 +103,20 @@ fn highest(subject: &Subject, way: Way, name: &str, axes: u8) -> Result<u32> {
         };
         for place in 0..phases.len() {
             let phase = phases[place];
-            if let Some(fault) = fault(subject, way, &axes, Traffic::PHASES[phase])? {
+            if let Some(fault) = fault(subject, &axes, Traffic::PHASES[phase])? {
                 let (count, rate) = (axes.len(), rate(k));
                 eprintln!(
                     "{} {name} of {count}: {rate} fails in phase {phase}: {fault}",
-                    way.name()
+                    Way::Queued.name()
                 );
                 phases[..=place].rotate_right(1);
                 return anyhow::Ok(false);
             }
         }
-        eprintln!("{} {name} of {}: {} is kept", way.name(), axes.len(), rate(k));
+        eprintln!("{} {name} of {}: {} is kept", Way::Queued.name(), axes.len(), rate(k));
         Ok(true)
     };
-    let stored = subject.known.get(name, axes, way.name());
+    let stored = subject.known.get(name, axes, Way::Queued.name());
     if subject.compare && stored == Some(0.0) {
         // It has been no more than that: nothing to confirm.
         return Ok(0);

@@ -16,7 +16,7 @@ pub struct Row {
     pub name: String,
     /// Axes that move, 1 … 3.
     pub axes: u8,
-    /// `queued`: the foreground plans; `direct`: the interrupt does.
+    /// `queued`: the foreground plans; `cycle`: the interrupt reads programs.
     pub feed: String,
     /// The figure.
     pub value: f64,

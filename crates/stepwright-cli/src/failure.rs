@@ -4,7 +4,9 @@ use std::fmt::Display;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use serde_json::json;
 use stepwright::OutOfRange;
 use stepwright::profile::Unfit;
 
@@ -64,13 +66,44 @@ impl Failure {
         &self.message
     }
 
-    /// Says it on standard error, and gives the exit status.
+    /// Says it on standard error, and gives the exit status. For programs it is one line of
+    /// JSON, the last one there.
     pub fn report(&self) -> ExitCode {
+        if is_json() {
+            let hint = self.hint.as_deref();
+            say::note(json!({ "error": self.message, "hint": hint, "status": self.status }));
+            return ExitCode::from(self.status);
+        }
         say::note(format_args!("error: {}", self.message));
         if let Some(hint) = &self.hint {
             say::note(format_args!(" hint: {hint}"));
         }
         ExitCode::from(self.status)
+    }
+}
+
+/// Whether failures are said for programs.
+static JSON: AtomicBool = AtomicBool::new(false);
+
+/// Has failures said for programs: the command line asks for `--format json`.
+pub fn say_json() {
+    JSON.store(true, Ordering::Relaxed);
+}
+
+/// Whether failures are said for programs.
+pub fn is_json() -> bool {
+    JSON.load(Ordering::Relaxed)
+}
+
+/// A command line that makes no sense, as clap says it: what is wrong, then what would be
+/// right.
+impl From<clap::Error> for Failure {
+    fn from(error: clap::Error) -> Failure {
+        let text = error.to_string();
+        let (what, todo) = text.split_once("\n\n").unwrap_or((&text, ""));
+        let what = what.strip_prefix("error: ").unwrap_or(what).trim();
+        let todo: Vec<_> = todo.split_whitespace().collect();
+        Failure::usage(what.split_whitespace().collect::<Vec<_>>().join(" ")).hint(todo.join(" "))
     }
 }
 

@@ -24,6 +24,7 @@ mod cycle;
 mod failure;
 mod figures;
 mod files;
+mod help;
 mod interrupt;
 mod link;
 mod machine;
@@ -54,7 +55,8 @@ Then with a board:
   stepwright move 4000 --port PATH
 
 Exit status: 0 done; 1 refused, or it failed; 2 the command line makes no sense;
-130 ended by Ctrl-C or another signal before it was done. Errors begin with `error: `.")]
+130 ended by Ctrl-C or another signal before it was done. Errors begin with `error: `; with
+--format json the last line on standard error is one of JSON.")]
 struct Cli {
     #[command(flatten)]
     machine: machine::MachineArgs,
@@ -94,6 +96,9 @@ fn main() -> ExitCode {
         Err(Unread::Failure(failure)) => return failure.report(),
         // Help and the version, too: they are asked for, and fail if they can't be given.
         Err(Unread::Clap(said)) => {
+            if said.use_stderr() && failure::is_json() {
+                return Failure::from(said).report();
+            }
             let printed = said.print();
             if said.use_stderr() {
                 return ExitCode::from(said.exit_code() as u8);
@@ -141,7 +146,12 @@ enum Unread {
 /// The command line, with the machine's defaults for what it leaves out.
 fn read() -> Result<Cli, Unread> {
     let words: Vec<_> = quantity::minuses(std::env::args_os()).collect();
-    let typed = Cli::command().try_get_matches_from(&words).map_err(Unread::Clap)?;
+    if words.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")
+        || words.iter().any(|word| word == "--format=json")
+    {
+        failure::say_json();
+    }
+    let typed = help::grouped(Cli::command()).try_get_matches_from(&words).map_err(Unread::Clap)?;
     let machine = machine::MachineArgs::from_arg_matches(&typed).map_err(Unread::Clap)?;
     let all = machine::read(Cli::command, &words, typed, &machine).map_err(Unread::Failure)?;
     Cli::from_arg_matches(&all).map_err(Unread::Clap)

@@ -4,9 +4,12 @@ mod common;
 
 use common::stepwright;
 
-/// The subcommands that a help text lists.
+/// The subcommands that a help text lists, between its usage and its options.
 fn listed(help: &str) -> Vec<String> {
-    let list = help.split("\nCommands:\n").nth(1).unwrap_or("").split("\n\n").next().unwrap_or("");
+    let list = help.split("\nUsage: ").nth(1).unwrap_or("").split("\nOptions:\n").next().unwrap();
+    if !list.contains("<COMMAND>") {
+        return Vec::new();
+    }
     let names = list.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
     names.filter_map(|line| Some(line.split_whitespace().next()?.to_owned())).collect()
 }

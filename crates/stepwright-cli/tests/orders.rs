@@ -241,3 +241,22 @@ fn ports_are_listed_or_not() {
     let ports: Vec<String> = serde_json::from_str(&ended.stdout).unwrap();
     assert_eq!(ports.is_empty(), stepwright(&["ports"]).stdout.is_empty());
 }
+
+/// What went wrong is for programs, too, where the result would be.
+#[test]
+fn a_failure_is_json_where_the_result_would_be() {
+    for (args, code, part) in [
+        (&["move", "10mm", "--format", "json"][..], 2, r#"{"error":"DISTANCE 10mm: millimetres"#),
+        (&["move", "10", "--top-speed", "x", "--format=json"], 2, "invalid value 'x' for"),
+        (&["move", "10", "--port", "/nonexistent", "--format", "json"], 1, "no port /nonexistent"),
+        (&["plan", "circle", "--format", "json"], 2, "unrecognized subcommand"),
+    ] {
+        let ended = stepwright(args);
+        assert_eq!((ended.code(), ended.stdout.as_str()), (Some(code), ""), "{ended:#?}");
+        let last = ended.stderr.lines().last().unwrap();
+        assert!(last.contains(part), "{last}");
+        let said: serde_json::Value = serde_json::from_str(last).unwrap();
+        assert_eq!(said["status"], code, "{last}");
+        assert!(said["hint"].is_string() && said["error"].is_string(), "{last}");
+    }
+}

@@ -402,7 +402,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         if let Some(motor) = self.motors.get_mut(usize::from(axis)) {
             motor.brake();
             // If it was this axis' turn, its run starts again; if not, another's
-            // does, which costs a little time and nothing else.
+            // does, which costs a little time and nothing else. A run that has been taken is
+            // queued yet: the axis brakes from its end.
             self.work.drop();
         }
     }
@@ -425,8 +426,10 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         let moving = axes & self.moving(engine);
         engine.halt(axes);
         self.starting &= !axes;
-        // As in `brake`: a half-planned run may be one of theirs.
-        self.work.drop();
+        // Its run is never queued; another axis' may have been taken from its travel.
+        if axes >> self.turn & 1 != 0 {
+            self.work.clear();
+        }
         let motors = self.motors.iter_mut().zip(&mut self.feeds);
         for (axis, (motor, feed)) in motors.enumerate() {
             if moving >> axis & 1 != 0 {

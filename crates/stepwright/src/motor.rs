@@ -71,6 +71,11 @@ impl Horizon {
         Horizon { unit, units: (ticks >> unit) as u8 }
     }
 
+    /// Whole units that so many ticks are; 255 if there are more.
+    fn span(&self, ticks: Ticks) -> u8 {
+        u8::try_from(ticks >> self.unit).unwrap_or(u8::MAX)
+    }
+
     /// What is left of it by rounding.
     const fn ticks(&self) -> Ticks {
         (self.units as Ticks) << self.unit
@@ -203,14 +208,14 @@ impl<const Q: usize> Motor<Q> {
         let (mut lead, mut hold, ahead) = (wait.lead, wait.hold, horizon.ticks());
         if hold > ahead {
             let early = Run::turn(hold.wrapping_sub(ahead), self.forward);
-            self.push(feed, early, Ticks::MAX, horizon);
+            self.push(feed, early, u8::MAX);
             hold = ahead;
         }
         // A long wait is a turn too, if only to the same side: so the first step
         // is always near, and costs a chip no more than the others.
         if forward != self.forward || hold > lead {
             // It does not count as planned: the first intervals are to be known by its end.
-            self.push(feed, Run::turn(hold, forward), 0, horizon);
+            self.push(feed, Run::turn(hold, forward), 0);
         } else {
             lead = lead.saturating_add(hold);
         }
@@ -218,7 +223,7 @@ impl<const Q: usize> Motor<Q> {
         // Half a tick ahead from here on: deadlines rounded down are rounded to
         // the nearest.
         let first = u64::from(lead) << 16 | 1 << 15;
-        self.push(feed, Run::new(first, 0, 1), lead, horizon);
+        self.push(feed, Run::new(first, 0, 1), horizon.span(lead));
     }
 
     /// Lays out the next leg, from rest; [`begin`](Motor::begin) it then.
@@ -232,10 +237,9 @@ impl<const Q: usize> Motor<Q> {
         self.leg = Leg::Done;
     }
 
-    /// Appends a run that lasts for this many ticks.
+    /// Appends a run that lasts for this many units of the horizon.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn push(&mut self, feed: &mut Producer<'_, Q>, run: Run, ticks: Ticks, horizon: &Horizon) {
-        let span = u8::try_from(ticks >> horizon.unit).unwrap_or(u8::MAX);
+    fn push(&mut self, feed: &mut Producer<'_, Q>, run: Run, span: u8) {
         if feed.push(run).is_ok() {
             // The last of the places that it takes lasts as long as the run. A run that waits
             // for the next one counts with the place before it.
@@ -268,7 +272,7 @@ impl<const Q: usize> Motor<Q> {
         }
     }
 
-    /// Does a piece of planning, if a run is wanted.
+    /// Does a piece of planning, if a run is wanted: the last is to queue it.
     pub(crate) fn plan(
         &mut self,
         feed: &mut Producer<'_, Q>,
@@ -281,6 +285,11 @@ impl<const Q: usize> Motor<Q> {
             Leg::Next => return Progress::Turn,
             Leg::Open | Leg::Braking => {}
         }
+        if let Some(run) = work.taken() {
+            work.clear();
+            self.push(feed, run, work.span);
+            return Progress::Done;
+        }
         if !work.is_begun()
             && (feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units))
         {
@@ -288,17 +297,19 @@ impl<const Q: usize> Motor<Q> {
         }
         match self.planner.next(clock, work) {
             Planned::Ready => {
-                let (run, ticks) = self.planner.take(work);
-                self.left = self.left.wrapping_sub(run.count().into());
+                work.span = horizon.span(self.planner.take(work));
+                self.left = self.left.wrapping_sub(work.steps().into());
                 // Close to the end of what a number holds; an endless travel may go on.
                 let [.., high] = self.left.to_le_bytes();
                 self.beyond |= high == 0x80;
-                self.push(feed, run, ticks, horizon);
+                Progress::Midway
             }
-            Planned::Again => return Progress::Midway,
-            Planned::End => self.finish(feed, clock),
+            Planned::Again => Progress::Midway,
+            Planned::End => {
+                self.finish(feed, clock);
+                Progress::Done
+            }
         }
-        Progress::Done
     }
 
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
@@ -417,7 +428,7 @@ mod tests {
         // Round the queue's places many times; a run of k + 1 units each.
         for k in 0..300u32 {
             let unit = k % 20 + 1;
-            motor.push(&mut feed, Run::steady(1, 1), unit << horizon.unit, &horizon);
+            motor.push(&mut feed, Run::steady(1, 1), horizon.span(unit << horizon.unit));
             let last = if k == 0 { 0 } else { (k - 1) % 20 + 1 };
             assert_eq!(u32::from(motor.ahead(&feed)), unit + last, "run {k}");
             if k > 0 {
@@ -435,7 +446,7 @@ mod tests {
         let (mut feed, mut engine) = queue.split();
         let mut motor = Motor::<8>::IDLE;
         for _ in 0..3 {
-            motor.push(&mut feed, Run::steady(1, 1), 200 << horizon.unit, &horizon);
+            motor.push(&mut feed, Run::steady(1, 1), horizon.span(200 << horizon.unit));
         }
         assert_eq!(motor.ahead(&feed), 255);
         engine.take();

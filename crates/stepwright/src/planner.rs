@@ -48,8 +48,8 @@
 //! cost and size: it is for hosts.
 //!
 //! **Cost** on an ATmega328P, measured in simavr: a run takes a root, a division
-//! and six products, some 6,400 cycles in three calls, of which the queue's layout has 850.
-//! The longest call takes 3,090, the slave's way to it included.
+//! and six products, some 6,700 cycles in four calls, the last of which queues it.
+//! The longest call takes 3,060, the slave's way to it included.
 
 #[cfg(feature = "s-curve")]
 mod bent;

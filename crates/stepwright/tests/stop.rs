@@ -104,6 +104,11 @@ struct Judge {
     begun: bool,
     /// The first phase of the leg.
     first: usize,
+    /// Pulses since the travel began, and whether they go forward.
+    made: i64,
+    forward: bool,
+    /// Pulses that were planned before the last change, and are still to be handed out.
+    before: u64,
 }
 
 impl Judge {
@@ -126,17 +131,22 @@ impl Judge {
     }
 
     fn hear(&mut self, run: stepwright::Run) {
-        if run.turns().is_some() {
+        if let Some(forward) = run.turns() {
+            self.forward = forward;
             return;
         }
+        let steps = i64::from(run.count());
+        self.made += if self.forward { steps } else { -steps };
         let mut interval = run.interval();
         for _ in 0..run.count() {
             if std::mem::replace(&mut self.begun, true) {
                 let time = interval as f64 / 65536.0 / self.hz;
                 let off = self.doubt() + time * 2f64.powi(-26);
-                self.leg.push(Interval { time, off, phase: self.phases.len() - 1 });
+                let phase = self.phases.len() - 1 - usize::from(self.before != 0);
+                self.leg.push(Interval { time, off, phase });
                 self.look_back();
             }
+            self.before = self.before.saturating_sub(1);
             interval = interval.wrapping_add_signed(run.add().into());
         }
     }
@@ -284,6 +294,9 @@ fn tell(story: &Story) -> Told {
         leg: Vec::new(),
         begun: false,
         first: 0,
+        made: 0,
+        forward: true,
+        before: 0,
     };
     // Fills the queue, takes what is in it, and says how many pulses that were.
     let mut fill = |group: &mut Group<1, 8>, engine: &mut Player, judge: &mut Judge, pieces| {
@@ -328,6 +341,9 @@ fn tell(story: &Story) -> Told {
             Ok(()) => {
                 told.taken += 1;
                 judge.phases.push(limits);
+                // A run that has been taken is queued yet, as it was.
+                let planned = group.planned(0).map_or(judge.made, i64::from);
+                judge.before = planned.abs_diff(judge.made);
             }
             Err(_) => told.no_stop += 1,
         }
@@ -339,6 +355,12 @@ fn tell(story: &Story) -> Told {
         return told;
     }
     told.stopped = 1;
+    group.brake(0);
+    // A run that has been taken is queued yet: from its end on it brakes.
+    let planned = group.planned(0).map_or(judge.made, i64::from);
+    while judge.made != planned {
+        fill(&mut group, &mut engine, &mut judge, 1);
+    }
     // A fall that was begun under a jerk goes on as it was.
     let limits = *judge.phases.last().unwrap();
     let slowest = match story.order.jerk {
@@ -357,7 +379,6 @@ fn tell(story: &Story) -> Told {
         way = v * a / limits.jerk;
     }
     way += limits.fall(v);
-    group.brake(0);
     let steps = way * (1.0 + 1e-6) + 2.0;
     let mut pulses = 0;
     for _ in 0..LOOKED_AT {

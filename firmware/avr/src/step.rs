@@ -408,60 +408,81 @@ impl Held {
         if let Some(base) = self.base.get_mut(usize::from(axis)) {
             *base = position;
         }
-        // SAFETY: an axis that rests is the foreground's.
-        unsafe { (*self.axis(axis)).loaded = [0; 5] };
+        let at = core::hint::black_box(self.axis(axis));
+        // SAFETY: an axis that rests is the foreground's. As two numbers: five bytes would be
+        // zeroed by a call.
+        unsafe {
+            let at = (&raw mut (*at).loaded).cast::<u8>();
+            at.cast::<u32>().write_unaligned(0);
+            at.add(4).write(0);
+        }
     }
 }
 
 impl Control for Held {
     fn start(&mut self, axes: Axes) {
         let axes = axes & !live() & 0b111;
+        let mut left = axes;
         for axis in 0..AXES as u8 {
-            if axes >> axis & 1 != 0 {
+            if left & 1 != 0 {
                 let position = self.position(axis);
                 self.settle(axis, position);
                 // SAFETY: an axis that rests is the foreground's.
                 unsafe { (*self.axis(axis)).groups = 1 };
             }
+            left >>= 1;
         }
         // SAFETY: the foreground calls, so that no refill is at work.
         unsafe { stepwright_refill(axes) };
-        interrupt::free(|_| {
-            // SAFETY: no interrupt comes.
-            unsafe {
-                let ready = FLAGS.read_volatile();
-                let axes = axes & ready;
-                FLAGS.write_volatile(ready & !axes);
-                let now = u16::from_le_bytes([
-                    register(TCNT).read_volatile(),
-                    register(TCNT + 1).read_volatile(),
-                ]);
-                let [low, high] = now.wrapping_add(SOON).to_le_bytes();
-                for axis in 0..AXES as u8 {
-                    if axes >> axis & 1 == 0 {
-                        continue;
-                    }
-                    let at = &mut *self.axis(axis);
-                    at.now = at.next;
-                    at.due = [0, low, high];
-                    #[cfg(feature = "uno")]
-                    if axis == 2 {
-                        FLAGS.write_volatile(FLAGS.read_volatile() & !(1 << 6));
-                        register(0xB3).write_volatile((u16::from_le_bytes([low, high]) >> 3) as u8);
-                        register(0x37).write_volatile(2);
-                        register(channels::MASK2).write_volatile(2);
-                        continue;
-                    }
-                    let compare = OCR + 2 * u16::from(axis);
-                    register(compare + 1).write_volatile(high);
-                    register(compare).write_volatile(low);
-                    register(TIFR as u16 + 0x20).write_volatile(2 << axis);
-                    let mask = register(TIMSK);
-                    mask.write_volatile(mask.read_volatile() | 2 << axis);
-                }
+        // SAFETY: one read.
+        let ready = axes & unsafe { FLAGS.read_volatile() };
+        left = ready;
+        for axis in 0..AXES as u8 {
+            if left & 1 != 0 {
+                // From one pointer, whose address the compiler would add up for each field.
+                let at = core::hint::black_box(self.axis(axis));
+                // SAFETY: an axis that rests is the foreground's, and nobody prepares a group
+                // behind one that is ready.
+                unsafe { (*at).now = (*at).next };
             }
+            left >>= 1;
+        }
+        // SAFETY: no interrupt comes.
+        interrupt::free(|_| unsafe {
+            let flags = FLAGS.read_volatile() & !ready;
+            let now = u16::from_le_bytes([
+                register(TCNT).read_volatile(),
+                register(TCNT + 1).read_volatile(),
+            ]);
+            let due = now.wrapping_add(SOON);
+            let [low, high] = due.to_le_bytes();
+            left = ready;
+            for axis in 0..AXES as u8 {
+                if left & 1 != 0 {
+                    (*core::hint::black_box(self.axis(axis))).due = [0, low, high];
+                    if cfg!(feature = "mega") || axis != 2 {
+                        let compare = OCR + 2 * u16::from(axis);
+                        register(compare + 1).write_volatile(high);
+                        register(compare).write_volatile(low);
+                    }
+                }
+                left >>= 1;
+            }
+            // The third axis of an Uno has a timer of its own.
+            #[cfg(feature = "uno")]
+            let (flags, ready) = if ready & 0b100 == 0 {
+                (flags, ready)
+            } else {
+                register(0xB3).write_volatile((due >> 3) as u8);
+                register(0x37).write_volatile(2);
+                register(channels::MASK2).write_volatile(2);
+                (flags & !(1 << 6), ready & 0b011)
+            };
+            FLAGS.write_volatile(flags);
+            register(TIFR as u16 + 0x20).write_volatile(ready << 1);
+            let mask = register(TIMSK);
+            mask.write_volatile(mask.read_volatile() | ready << 1);
         });
-        self.refill();
     }
 
     fn halt(&mut self, axes: Axes) {

@@ -83,7 +83,11 @@ fn planned(start: u32, top: u32, accel: u32, steps: i32) -> Option<Vec<Run>> {
     let mut runs = std::vec![Run::new(4000 << 16 | 1 << 15, 0, 1)];
     loop {
         match planner.next(&clock, &mut work) {
-            Planned::Ready => runs.push(planner.take(&mut work).0),
+            Planned::Ready => {
+                planner.take(&mut work);
+                runs.extend(work.taken());
+                work.clear();
+            }
             Planned::Again => {}
             Planned::End => return Some(runs),
         }

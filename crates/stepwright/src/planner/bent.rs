@@ -238,12 +238,12 @@ impl Planner {
         if !first && !self.bent.falling {
             self.lay_fall();
         }
-        if !self.find(work, work.steps) {
+        if !self.find(work, work.run.count) {
             return false;
         }
         let up = work.time.at_least(&self.bent.at);
         let time = if up { work.time.minus(&self.bent.at) } else { self.bent.at.minus(&work.time) };
-        work.mean = ticks(clock, &time).over(&Num::from(u32::from(work.steps)));
+        work.mean = ticks(clock, &time).over(&Num::from(u32::from(work.run.count)));
         let v = &work.pending;
         let change = if up { v.minus(&self.v) } else { self.v.minus(v) };
         work.delta = work.mean.roughly(&clock.inverse).roughly(&change).scaled(1);
@@ -263,7 +263,7 @@ impl Planner {
             spread = spread.plus(&jerk);
         }
         let error = spread.roughly(mean).scaled(i16::from(size) - 5);
-        let growth = delta.roughly(mean).over(&Num::from(u32::from(work.steps)));
+        let growth = delta.roughly(mean).over(&Num::from(u32::from(work.run.count)));
         [delta, error, growth]
     }
 

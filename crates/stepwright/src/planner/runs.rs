@@ -12,7 +12,7 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn ramp(&mut self, clock: &Clock, work: &mut Work, first: bool) -> Planned {
         if work.is_begun() {
-            let steps = u32::from(work.steps);
+            let steps = u32::from(work.run.count);
             if first {
                 self.rise = self.rise.wrapping_sub(steps);
                 self.risen = self.risen.wrapping_add(steps);
@@ -26,7 +26,7 @@ impl Planner {
         let size = self.size.min(clock.ramp_size);
         let full = 1u16 << size;
         if work.stage == Stage::Begin {
-            work.steps = share_of_ramp(if first { self.rise } else { self.fall }, full);
+            work.run.count = share_of_ramp(if first { self.rise } else { self.fall }, full);
         }
         if self.is_bent() {
             if self.follow(clock, work, first) {
@@ -34,7 +34,7 @@ impl Planner {
                 self.settle(clock, work, first, [&delta, &error, &growth]);
             }
         } else if work.stage == Stage::Begin {
-            self.speed_after(work.steps, first).to(&mut work.pending);
+            self.speed_after(work.run.count, first).to(&mut work.pending);
             work.stage = Stage::Half;
         } else {
             // δ/N = 2·(v₂ − v₁)/(v₁ + v₂)/N = 2·slope/(v₁ + v₂)²
@@ -67,7 +67,7 @@ impl Planner {
         }
         // Twice the length has eight times the error; a fall's grows by itself.
         // A run that was short for want of room says nothing of the next ones.
-        if work.steps == 1 << size {
+        if work.run.count == 1 << size {
             self.size = if size < most
                 && error.is_below(clock.bound - if up { 3 } else { 4 })
                 && delta.is_below(-4)
@@ -82,7 +82,7 @@ impl Planner {
         // An even number: then neither a stride's mean interval nor the spread
         // has a half to lose.
         let half = hand(growth).scaled(15).rounded_whole() as i32;
-        work.add = if up { half.wrapping_neg() } else { half }.wrapping_shl(1);
+        work.run.add = if up { half.wrapping_neg() } else { half }.wrapping_shl(1);
         work.stage = Stage::Late;
     }
 
@@ -109,8 +109,8 @@ impl Planner {
         whole(n).times(slope).plus(w).root()
     }
 
-    /// The run that is [`Planned::Ready`], and how many ticks it lasts: steps with a mean
-    /// interval, growing by `add`, an even number.
+    /// Takes the run that is [`Planned::Ready`], and tells how many ticks it lasts: steps with
+    /// a mean interval, growing by `add`, an even number.
     ///
     /// ```text
     ///   first interval = mean − add·(N − 1)/2
@@ -118,9 +118,9 @@ impl Planner {
     ///
     /// rounded down, in 2⁻¹⁶ ticks; what the N of them lack then is carried.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn take(&mut self, work: &mut Work) -> (Run, Ticks) {
-        work.stage = Stage::Begin;
-        let (add, steps) = (work.add, work.steps);
+    pub(crate) fn take(&mut self, work: &mut Work) -> Ticks {
+        work.stage = Stage::Taken;
+        let Run { add, count: steps, .. } = work.run;
         let (whole, part) = work.mean.split();
         let wide = u32::from(steps);
         // Both are less than the steps of a run, 2¹⁵ at most, in 2⁻¹⁶ ticks: no
@@ -135,9 +135,9 @@ impl Planner {
         let spread = (add >> 1).wrapping_mul(wide.wrapping_sub(1) as i32);
         // What the first interval has beyond the whole ticks of the mean.
         let beyond = ((part >> 16) as i32).wrapping_add(more.into()).wrapping_sub(spread);
-        let ticks = whole.wrapping_add_signed(beyond >> 16);
-        let run = Run { ticks, part: beyond as u16, count: steps, add };
-        (run, whole.wrapping_mul(wide))
+        work.run.ticks = whole.wrapping_add_signed(beyond >> 16);
+        work.run.part = beyond as u16;
+        whole.wrapping_mul(wide)
     }
 
     /// Forgets the corners that are none: p of a step on a ramp, the rest of it at the top
@@ -174,18 +174,18 @@ impl Planner {
                 let corner = self.fall_part != 0 && !self.endless;
                 let room = self.level.wrapping_sub(corner.into());
                 let size = clock.level_size.min(clock.longest_of(&work.mean) as u8);
-                (work.add, work.steps) = (0, share(room, 1 << size));
+                (work.run.add, work.run.count) = (0, share(room, 1 << size));
                 // Where there is no corner the fall may begin with a part of one.
-                if u32::from(work.steps) == self.level && !self.is_bent() {
+                if u32::from(work.run.count) == self.level && !self.is_bent() {
                     self.speed_after(0, false).to(&mut work.pending);
                     work.stage = Stage::Late;
                     return Planned::Again;
                 }
             }
-            Stage::Late | Stage::Last => self.v = work.pending,
+            Stage::Late | Stage::Last | Stage::Taken => self.v = work.pending,
         }
         if !self.endless {
-            self.level = self.level.wrapping_sub(work.steps.into());
+            self.level = self.level.wrapping_sub(work.run.count.into());
         }
         Planned::Ready
     }
@@ -216,7 +216,7 @@ impl Planner {
                 work.stage = Stage::Last;
                 fall
             }
-            Stage::Last => {
+            Stage::Last | Stage::Taken => {
                 self.v = work.mean;
                 work.mean = work.pending;
                 if last {
@@ -238,7 +238,7 @@ impl Planner {
         if !self.endless {
             self.level = self.level.wrapping_sub(1);
         }
-        (work.add, work.steps) = (0, 1);
+        (work.run.add, work.run.count) = (0, 1);
         Planned::Ready
     }
 }

@@ -2,7 +2,16 @@ extern crate std;
 use super::share::{share, share_of_ramp};
 use super::*;
 use crate::profile::Fit;
+use crate::run::Run;
 use crate::units::Rate;
+
+/// The run that is ready.
+fn taken(planner: &mut Planner, work: &mut Work) -> Run {
+    planner.take(work);
+    let run = work.taken().unwrap();
+    work.clear();
+    run
+}
 
 /// A long ramp ends when the closed form says: no run loses a part of a
 /// tick for good.
@@ -32,7 +41,7 @@ fn rounding_does_not_add_up() {
         let mut time = 0u64;
         while planner.rise > 0 {
             if planner.next(&clock, &mut work) == Planned::Ready {
-                time += planner.take(&mut work).0.duration();
+                time += taken(&mut planner, &mut work).duration();
             }
         }
         let (a, n) = (accel as f64 / 1e3, f64::from(steps));
@@ -61,7 +70,7 @@ fn a_corner_at_speed_is_a_level_step() {
             let level = planner.rise == 0 && planner.level != 0;
             match planner.next(&clock, &mut work) {
                 Planned::Ready => {
-                    let (run, _) = planner.take(&mut work);
+                    let run = taken(&mut planner, &mut work);
                     time += run.duration();
                     single += u32::from(level && run.count() == 1);
                 }
@@ -157,7 +166,7 @@ mod bent {
             assert!(calls < 10_000_000, "it never ends");
             match planner.next(&clock, &mut work) {
                 Planned::Ready => {
-                    let (run, _) = planner.take(&mut work);
+                    let run = taken(&mut planner, &mut work);
                     let mut interval = run.interval();
                     for _ in 0..run.count() {
                         time += interval;

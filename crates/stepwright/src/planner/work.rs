@@ -1,6 +1,7 @@
 //! How far the planning of a run is.
 
 use crate::num::Num;
+use crate::run::Run;
 
 /// A run that is half planned: one for all axes, which take turns.
 #[derive(Clone, Copy, Debug)]
@@ -14,10 +15,10 @@ pub(crate) struct Work {
     pub(super) delta: Num,
     #[cfg(feature = "s-curve")]
     pub(super) time: Num,
-    /// What the interval grows by in a step, in 2⁻¹⁶ ticks.
-    pub(super) add: i32,
-    /// Steps of the run.
-    pub(super) steps: u16,
+    /// The run: its steps and its growth, an even number, at first; then its first interval.
+    pub(super) run: Run,
+    /// Units of the horizon that the run lasts.
+    pub(crate) span: u8,
     /// How far its planning is.
     pub(super) stage: Stage,
 }
@@ -30,19 +31,38 @@ impl Work {
         delta: Num::UNSET,
         #[cfg(feature = "s-curve")]
         time: Num::UNSET,
-        add: 0,
-        steps: 0,
+        run: Run { ticks: 0, part: 0, count: 0, add: 0 },
+        span: 0,
         stage: Stage::Begin,
     };
 
     /// Whether a run is more than half planned: there is room for it. (Of a level the interval
     /// is kept from run to run.)
     pub(crate) fn is_begun(&self) -> bool {
-        matches!(self.stage, Stage::Late | Stage::Last)
+        matches!(self.stage, Stage::Late | Stage::Last | Stage::Taken)
     }
 
-    /// Forgets what has been begun: the travel has changed.
+    /// The run that has been [taken](super::Planner::take), until it is
+    /// [handed over](Work::clear): the planner is beyond it.
+    pub(crate) fn taken(&self) -> Option<Run> {
+        (self.stage == Stage::Taken).then_some(self.run)
+    }
+
+    /// Steps of the run.
+    pub(crate) fn steps(&self) -> u16 {
+        self.run.count
+    }
+
+    /// Forgets what has been begun: the travel has changed. A run that has been taken is a
+    /// part of the travel, and stays.
     pub(crate) fn drop(&mut self) {
+        if self.stage != Stage::Taken {
+            self.clear();
+        }
+    }
+
+    /// Forgets everything: the run is in its queue, or its axis has been halted.
+    pub(crate) fn clear(&mut self) {
         self.stage = Stage::Begin;
     }
 }
@@ -59,6 +79,8 @@ pub(super) enum Stage {
     Late,
     /// The speed at the end of a corner is known.
     Last,
+    /// The run has been taken, and is to be queued.
+    Taken,
 }
 
 /// What [`Planner::next`] has done.
@@ -66,7 +88,7 @@ pub(super) enum Stage {
 pub(crate) enum Planned {
     /// A run: [`take`](super::Planner::take) it now.
     Ready,
-    /// Nothing yet: ask again. A run is made in three steps or more, so that
+    /// Nothing yet: ask again. A run is made in three calls or more, so that
     /// no call takes a chip long.
     Again,
     /// The travel is planned to its end.

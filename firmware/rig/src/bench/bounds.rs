@@ -13,6 +13,7 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
     ("rate_constant", 3, "queued", Bound::AtLeast(45_000.0)),
     ("rate_ramps", 3, "queued", Bound::AtLeast(35_000.0)),
     ("planning_burst", 3, "queued", Bound::AtMost(3_200.0)),
+    ("interrupts_off", 3, "queued", Bound::AtMost(300.0)),
     ("interval_rms", 1, "queued", Bound::AtMost(0.05)),
     ("accel_peak_deadlines", 1, "queued", Bound::AtMost(1.4)),
     ("accel_peak", 1, "queued", Bound::AtMost(2.5)),
@@ -27,7 +28,6 @@ pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
     ("rate_ramps", 2, "queued", "an axis waits for the other's next group to be prepared"),
     ("rate_ramps", 3, "queued", "planning of three falls that end together"),
     ("rate_constant", 3, "queued", "an axis waits for the others' next groups to be prepared"),
-    ("planning_burst", 3, "queued", "a run that becomes three entries is made into them at once"),
     ("flash", 3, "queued", "what the compiler makes of wide numbers"),
 ];
 

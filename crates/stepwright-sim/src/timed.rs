@@ -1,12 +1,12 @@
 //! The timed driver over simulated time: the Arduino driver's system without an Arduino.
 //!
-//! Driver, interrupt's half and drive are the core's own; simulated are the timer, the
+//! Driver, interrupt's half and drive are those of a chip; simulated are the timer, the
 //! caller's milliseconds and the pins.
 //!
 //! ```
 //! use stepwright::drive::sequence::SHIELD;
-//! use stepwright::timed::{Code, Control, Model, SetSpeed};
-//! use stepwright::timer::fit::Hardware;
+//! use stepwright_timed::{Code, Control, Model, SetSpeed};
+//! use stepwright_timed::fit::Hardware;
 //! use stepwright_sim::timed::TimedBoard;
 //!
 //! let mut board = TimedBoard::new(Hardware::avr16(16_000_000), Model::Ideal, SHIELD, 0);
@@ -20,8 +20,8 @@
 pub mod published;
 
 use stepwright::drive::{Coils, Port, Sequence};
-use stepwright::timed::{Call, Code, Driver, Dump, Hold, Model, Pace, SetSpeed, Status, Stepper};
-use stepwright::timer::fit::Hardware;
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::{Call, Code, Driver, Dump, Hold, Model, Pace, SetSpeed, Status, Stepper};
 
 /// All lines of the motor at once, from some time on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,10 +3,10 @@
 //! The logs are in `stepwright_sim::timed::published`.
 
 use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
-use stepwright::timed::{Call, Code, Control, Dump, Model, SetSpeed, Status};
-use stepwright::timer::fit::Hardware;
 use stepwright_sim::timed::TimedBoard;
 use stepwright_sim::timed::published::{self, CALL_MS, DUMP_EVERY_MS, FIRST_DUMP_MS};
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::{Call, Code, Control, Dump, Model, SetSpeed, Status};
 
 const UNO: Hardware = Hardware::avr16(16_000_000);
 const CASE_1: SetSpeed = published::CASE_1.order;

@@ -20,7 +20,6 @@ pub mod profile;
 pub mod queue;
 pub mod run;
 mod stride;
-pub mod timed;
 pub mod timer;
 pub mod units;
 mod wide;

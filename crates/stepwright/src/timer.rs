@@ -1,8 +1,5 @@
 //! The one hardware resource of the engine: a free-running counter with a
-//! compare register. And, in [`fit`], how a wanted interval fits a timer that has a
-//! prescaler and a top.
-
-pub mod fit;
+//! compare register.
 
 use crate::units::Ticks;
 

@@ -3,7 +3,7 @@
 //!
 //! Sending waits for the line and looks at the clock meanwhile.
 
-use stepwright::timed::{Code, Dump, Field};
+use stepwright_timed::{Code, Dump, Field};
 
 use crate::chip::{TC0, USART0};
 use crate::clock::Clock;

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The Arduino driver starts the counter again with each step (fast PWM), and divides its clock.
-//! Here it runs freely, and the article's prescaler is arithmetic, done by the core's fit
+//! Here it runs freely, and the article's prescaler is arithmetic, done by stepwright-timed's fit
 //! with its rounding and all. So no tick is lost however late the interrupt comes; a
 //! shortened top can't be missed, as the deadline is compared with the counter after it was
 //! set; and a change of the prescaler, which on an AVR is one for several timers and divides
@@ -41,7 +41,7 @@ use core::marker::PhantomData;
 
 use avr_device::interrupt;
 use stepwright::drive::{Coils, Port, Sequence, sequence::SHIELD};
-use stepwright::timed::{Hold, Pace, Stepper};
+use stepwright_timed::{Hold, Pace, Stepper};
 
 use crate::slot::Slot;
 

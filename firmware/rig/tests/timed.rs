@@ -2,11 +2,11 @@
 //! edges against the virtual board's.
 
 use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
-use stepwright::timed::{Control, Model, SetSpeed};
-use stepwright::timer::fit::Hardware;
 use stepwright_rig::board::Pin;
 use stepwright_rig::{Board, Chip, Visit, avr8js, firmware};
 use stepwright_sim::timed::{TimedBoard, published};
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::{Control, Model, SetSpeed};
 
 mod common;
 use common::board;

@@ -11,7 +11,13 @@ pub fn run(ws: &Workspace) -> Result<()> {
     cross_build(
         ws,
         &[&ATMEGA328P, &CORTEX_M0],
-        &["stepwright", "stepwright-cycle", "stepwright-protocol", "stepwright-device"],
+        &[
+            "stepwright",
+            "stepwright-cycle",
+            "stepwright-timed",
+            "stepwright-protocol",
+            "stepwright-device",
+        ],
         "release",
     )
 }

@@ -1,7 +1,7 @@
 //! Which timer: the options that `timer`, `range` and `timed` share.
 
 use clap::ValueEnum;
-use stepwright::timer::fit::{Hardware, Misfit, io_clock};
+use stepwright_timed::fit::{Hardware, Misfit, io_clock};
 
 use super::measure::hertz;
 use crate::failure::Failure;

@@ -11,7 +11,7 @@
 //! | [`clock`] | the options that say which timer it is |
 //! | [`measure`] | numbers with a unit |
 //!
-//! Each makes a [`Sheet`]; fitting a timer is the core's `timer::fit`.
+//! Each makes a [`Sheet`]; fitting a timer is `stepwright_timed::fit`.
 
 mod clock;
 mod delay;

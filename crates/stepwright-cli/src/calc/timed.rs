@@ -9,7 +9,7 @@
 //! start and end are virtual tops. After each update the modification doubles or
 //! halves (rounded down), so that the speed changes more evenly.
 
-use stepwright::timer::fit::Hardware;
+use stepwright_timed::fit::Hardware;
 
 use super::Output;
 use super::clock::{ClockArgs, misfit, virtual_top};

@@ -1,6 +1,6 @@
 //! `calc timer`: a speed on a hardware timer (the Arduino driver, sections 4 and 6).
 
-use stepwright::timer::fit::deviation_ppb;
+use stepwright_timed::fit::deviation_ppb;
 
 use super::Output;
 use super::clock::{ClockArgs, misfit, virtual_top};

@@ -2,9 +2,9 @@
 
 use std::str::FromStr;
 
-use stepwright::timed::{Call, Code, Control, Dump, Model, Status};
-use stepwright::timer::fit::{Fitted, Hardware};
 use stepwright_sim::timed::{Change, TimedBoard};
+use stepwright_timed::fit::{Fitted, Hardware};
+use stepwright_timed::{Call, Code, Control, Dump, Model, Status};
 
 use super::order::Order;
 use super::wiring::Wiring;

@@ -1,8 +1,8 @@
 //! The options as an order of the driver.
 
-use stepwright::timed::{Control, SetSpeed};
-use stepwright::timer::fit::Hardware;
 use stepwright_sim::timed::published;
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::{Control, SetSpeed};
 
 use crate::calc::misfit;
 use crate::failure::Failure;

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
-use stepwright::timed::{Call, Control, Field, Status};
+use stepwright_timed::{Call, Control, Field, Status};
 
 use super::course::{Course, Logged};
 use crate::sheet::{Cell, Format, Sheet};
@@ -146,7 +146,7 @@ pub fn dumps(out: &mut impl Write, course: &Course) -> io::Result<()> {
 /// A dump a line.
 pub fn dumps_csv(out: &mut impl Write, course: &Course) -> io::Result<()> {
     write!(out, "ms")?;
-    let names = stepwright::timed::Dump::default().fields();
+    let names = stepwright_timed::Dump::default().fields();
     names.iter().try_for_each(|(name, _)| write!(out, ",{name}"))?;
     writeln!(out)?;
     for Logged { ms, dump } in &course.dumps {

@@ -4,7 +4,7 @@
 //! Of the logs stands here what can be checked: not the pattern, not the host's times, and
 //! numbers that are torn, because they changed while they were printed, are mended.
 
-use stepwright::timed::{Control, SetSpeed};
+use stepwright_timed::{Control, SetSpeed};
 
 /// One of the cases.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
-use stepwright::timed::{Control, SetSpeed};
+use stepwright_timed::{Control, SetSpeed};
 
 stepwright_avr::logged_case!(SetSpeed {
     control: Control::SPEED_VARIABLE

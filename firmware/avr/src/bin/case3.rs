@@ -4,9 +4,9 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
-use stepwright::timed::{Call, Control, Model, SetSpeed};
 use stepwright_avr::timed::example::{self, CALL};
 use stepwright_avr::timed::shield;
+use stepwright_timed::{Call, Control, Model, SetSpeed};
 
 stepwright_avr::timed_motor!(
     /// The shield's motor on timer 1.

@@ -21,10 +21,10 @@
 #![feature(abi_avr_interrupt)]
 
 use stepwright::drive::{Coils, sequence::SHIELD};
-use stepwright::timed::{Control, Counts, Hold, Pace, SetSpeed, Stepper};
 use stepwright_avr::chip::{TC0, TC1};
 use stepwright_avr::slot::Slot;
 use stepwright_avr::timed::{Pins, PortB, Windings, example, shield};
+use stepwright_timed::{Control, Counts, Hold, Pace, SetSpeed, Stepper};
 
 const ORDER: SetSpeed = SetSpeed {
     control: Control::SPEED_VARIABLE

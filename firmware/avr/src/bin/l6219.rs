@@ -14,11 +14,11 @@
 #![feature(abi_avr_interrupt)]
 
 use stepwright::drive::sequence::L6219_QUARTER;
-use stepwright::timed::{Control, Model, SetSpeed};
 use stepwright_avr::chip::EEPROM;
 use stepwright_avr::eeprom::Eeprom;
 use stepwright_avr::timed::{Windings, example};
 use stepwright_device::Memory;
+use stepwright_timed::{Control, Model, SetSpeed};
 
 #[cfg(feature = "uno")]
 stepwright_avr::timed_motor!(

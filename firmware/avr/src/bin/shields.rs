@@ -5,11 +5,11 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
-use stepwright::timed::{Control, Driver, Model, SetSpeed};
-use stepwright::timer::fit::Hardware;
 use stepwright_avr::chip;
 use stepwright_avr::console::Console;
 use stepwright_avr::timed::{io_clock_now, shield};
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::{Control, Driver, Model, SetSpeed};
 
 stepwright_avr::timed_motor!(
     /// The lower shield's motor.

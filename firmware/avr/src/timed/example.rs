@@ -1,8 +1,8 @@
 //! What the Arduino driver's validation cases have in common: the console, and the main loop that
 //! prints the debug dump.
 
-use stepwright::timed::{Driver, Model, SetSpeed};
-use stepwright::timer::fit::Hardware;
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::{Driver, Model, SetSpeed};
 
 use super::{Windings, io_clock_now};
 use crate::chip;
@@ -77,7 +77,7 @@ macro_rules! logged_case {
             mod motor, Timer1, PortB, TIMER1_COMPA
         );
 
-        const ORDER: stepwright::timed::SetSpeed = $order;
+        const ORDER: stepwright_timed::SetSpeed = $order;
 
         #[avr_device::entry]
         fn main() -> ! {

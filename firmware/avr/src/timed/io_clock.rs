@@ -1,6 +1,6 @@
 //! The I/O clock, as the chip is set up.
 
-use stepwright::timer::fit::{Oscillator, divider_of, io_clock};
+use stepwright_timed::fit::{Oscillator, divider_of, io_clock};
 
 use crate::chip;
 

@@ -1,8 +1,8 @@
-//! Against the manual, the logs, and the core's driver.
+//! Against the manual, the logs, and the timed driver.
 
 use super::*;
 use clap::Parser;
-use stepwright::timed::{Control, Driver, Hold, Model, Pace, SetSpeed, Status};
+use stepwright_timed::{Control, Driver, Hold, Model, Pace, SetSpeed, Status};
 
 #[derive(Parser)]
 struct Line {
@@ -228,7 +228,7 @@ impl Hold for Here {
     fn stop(&mut self) {}
 }
 
-/// The table is what the core's driver does, to the clock.
+/// The table is what the timed driver does, to the clock.
 #[test]
 fn the_driver_does_as_the_table_says() {
     let hardware = Hardware::avr16(16_000_000);

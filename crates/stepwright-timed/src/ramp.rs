@@ -10,11 +10,11 @@
 //! Source: the Arduino driver, `motorSetSpeed` and section 8. Exact: integers.
 
 use super::order::{Control, SetSpeed};
-use crate::timer::fit::{Fitted, Hardware, Misfit};
+use crate::fit::{Fitted, Hardware, Misfit};
 
 /// The speed now, and what is still to come of its updates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Ramp {
+pub(crate) struct Ramp {
     pub control: Control,
     pub top: u32,
     pub modification: u32,

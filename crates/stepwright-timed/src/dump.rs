@@ -6,7 +6,7 @@ use core::fmt;
 /// The fields that the Arduino driver prints, by their names there.
 ///
 /// ```
-/// use stepwright::timed::Dump;
+/// use stepwright_timed::Dump;
 /// let text = Dump { top: 15_000, time: 1_009, ..Dump::default() }.to_string();
 /// assert!(text.starts_with("motor_ctrl_irq: 0x00\nmotor_timer_top32virt_irq: 15000\n"));
 /// ```

@@ -1,6 +1,6 @@
 //! What is asked of the timed driver, and what it answers.
 
-use crate::timer::fit::{Fitted, Misfit};
+use crate::fit::{Fitted, Misfit};
 use core::fmt;
 use core::ops::BitOr;
 
@@ -11,7 +11,7 @@ use core::ops::BitOr;
 /// `FASTER`, the article does not say, and is ours.
 ///
 /// ```
-/// use stepwright::timed::Control;
+/// use stepwright_timed::Control;
 /// let control = Control::DRV_EN | Control::SPEED_VARIABLE | Control::FASTER;
 /// assert!(control.has(Control::FASTER) && !control.has(Control::IRQ_TIMING));
 /// ```
@@ -70,7 +70,7 @@ impl BitOr for Control {
 /// The arguments of `motorSetSpeed`, in its order.
 ///
 /// ```
-/// use stepwright::timed::{Control, SetSpeed};
+/// use stepwright_timed::{Control, SetSpeed};
 /// // 250 steps/s at 16 MHz, and a stop after 20,000 steps.
 /// let order = SetSpeed { limit: 20_000, ..SetSpeed::fixed(Control::DRV_EN, 64_000) };
 /// assert_eq!(SetSpeed::STOP.top, 0);
@@ -200,7 +200,7 @@ impl Status {
 
     /// Takes down what came of an update after which `counts` are left, and says whether
     /// there is to be another.
-    pub(super) fn note(&mut self, updated: &Result<Fitted, Misfit>, counts: u16) -> bool {
+    pub(crate) fn note(&mut self, updated: &Result<Fitted, Misfit>, counts: u16) -> bool {
         match updated {
             Ok(_) if counts > 0 => return true,
             Ok(_) => {}
@@ -210,7 +210,7 @@ impl Status {
         false
     }
 
-    pub(super) const fn of(misfit: Misfit) -> Status {
+    pub(crate) const fn of(misfit: Misfit) -> Status {
         match misfit {
             Misfit::TooFast { .. } => Status::FAULT,
             Misfit::TooSlow { .. } => Status::FAULT.and(Status::TIMER_DIV_ERROR),

@@ -14,8 +14,8 @@
 
 use super::order::{Control, Status};
 use super::ramp::Ramp;
-use crate::timer::fit::{Fitted, Hardware};
-use crate::units::Ticks;
+use crate::fit::{Fitted, Hardware};
+use stepwright::units::Ticks;
 
 /// When a new top takes effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub enum Model {
 impl Model {
     /// The interval that begins at the next step, and those after it.
     #[inline]
-    pub(super) fn change(self, old_top: u32, new: &Fitted) -> Change {
+    pub(crate) fn change(self, old_top: u32, new: &Fitted) -> Change {
         let (shift, after) = (new.shift(), new.interval());
         let next = match self {
             Model::Ideal => after,
@@ -44,7 +44,7 @@ impl Model {
 
 /// Two intervals that an update puts down, both at one prescaler.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Change {
+pub(crate) struct Change {
     next: Ticks,
     after: Ticks,
     /// log₂ of the prescaler.
@@ -77,7 +77,7 @@ pub struct Pace {
     live: bool,
     /// Clocks from the next event to the next update: due then if it is not above 0.
     wait: i32,
-    pub(super) status: Status,
+    pub(crate) status: Status,
     /// The two intervals to come, which an update puts down, if there are any.
     change: Option<Change>,
     /// Clocks from the next event to the end by milliseconds, if there is one.
@@ -103,7 +103,7 @@ struct Clocked {
 
 /// Milliseconds in clocks, when there is no whole number of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Period {
+pub(crate) struct Period {
     whole: u32,
     /// Thousandths of a clock beyond, and what they have added up to.
     part: u16,
@@ -132,7 +132,7 @@ impl Period {
 }
 
 /// Clocks of this many milliseconds: less than 2⁶³.
-pub(super) fn clocks_of(millis: u32, hz: u32) -> u64 {
+pub(crate) fn clocks_of(millis: u32, hz: u32) -> u64 {
     let (whole, part) = (hz / 1000, hz % 1000);
     // By seconds and the rest, so that the product with `part` needs no division by 1000
     // in 64 bits.
@@ -141,7 +141,7 @@ pub(super) fn clocks_of(millis: u32, hz: u32) -> u64 {
 }
 
 /// How a motion begins.
-pub(super) struct Begin {
+pub(crate) struct Begin {
     pub hardware: Hardware,
     pub model: Model,
     pub ramp: Ramp,
@@ -177,7 +177,7 @@ impl Pace {
     }
 
     /// A motion whose first step comes an interval from its beginning.
-    pub(super) fn new(with: Begin) -> Pace {
+    pub(crate) fn new(with: Begin) -> Pace {
         let interval = with.fitted.interval();
         let mut period = with.period.unwrap_or_default();
         let clocked = with.ramp.control.has(Control::IRQ_TIMING);
@@ -222,7 +222,7 @@ impl Pace {
 
     /// The speed and its updates, if they are this half's.
     #[inline(always)]
-    pub(super) const fn ramp(&self) -> Option<&Ramp> {
+    pub(crate) const fn ramp(&self) -> Option<&Ramp> {
         match &self.clocked {
             Some(clocked) => Some(&clocked.ramp),
             None => None,
@@ -231,7 +231,7 @@ impl Pace {
 
     /// When the last update was due, likewise.
     #[inline(always)]
-    pub(super) const fn time(&self) -> Option<u32> {
+    pub(crate) const fn time(&self) -> Option<u32> {
         match &self.clocked {
             Some(clocked) => Some(clocked.time),
             None => None,
@@ -362,7 +362,7 @@ impl Pace {
 
     /// What the foreground's update wants: two numbers, for the next event to take over.
     #[inline]
-    pub(super) fn put_down(&mut self, change: Change) {
+    pub(crate) fn put_down(&mut self, change: Change) {
         self.change = Some(change);
         self.rare = true;
     }

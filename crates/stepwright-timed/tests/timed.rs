@@ -3,11 +3,11 @@
 use proptest::prelude::*;
 use stepwright::drive::{Coils, Port, sequence};
 use stepwright::engine::{Engine, Timing};
-use stepwright::timed::{
+use stepwright::timer::StepTimer;
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::{
     Call, Code, Control, Driver, Hold, Model, Pace, SetSpeed, Status, Stepper, Timed,
 };
-use stepwright::timer::StepTimer;
-use stepwright::timer::fit::Hardware;
 
 const UNO: Hardware = Hardware::avr16(16_000_000);
 const ON: Control = Control::DRV_EN;
@@ -89,7 +89,7 @@ fn without_enable_or_top_it_stops() {
         assert_eq!(here.pace.advance(), None);
         assert_eq!(driver.status(&mut here), Status::NONE);
         let dump = driver.dump(&mut here, 3);
-        assert_eq!(dump, stepwright::timed::Dump { time: 5, ..Default::default() });
+        assert_eq!(dump, stepwright_timed::Dump { time: 5, ..Default::default() });
     }
 }
 

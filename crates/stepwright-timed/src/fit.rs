@@ -20,8 +20,8 @@
 //! The article loads its register with the top itself, so its chip's interval lasts
 //! top + 1 counts; its arithmetic, and this one, use the top.
 
-use crate::units::{OutOfRange, Speed, Ticks};
 use core::fmt;
+use stepwright::units::{OutOfRange, Speed, Ticks};
 
 /// What makes an AVR's clock, as its fuses choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +58,7 @@ impl Oscillator {
 /// The I/O clock, in Hz: what a timer's prescaler divides.
 ///
 /// ```
-/// use stepwright::timer::fit::{Oscillator, io_clock};
+/// use stepwright_timed::fit::{Oscillator, io_clock};
 /// assert_eq!(io_clock(Oscillator::Crystal.hz(), 1), Ok(16_000_000));
 /// assert_eq!(io_clock(Oscillator::Rc.hz(), 256), Ok(31_250));
 /// assert!(io_clock(16_000_000, 3).is_err());
@@ -87,7 +87,7 @@ pub const MIN_TOP: u32 = 640;
 /// A hardware timer as data: its clock, its prescalers, its width.
 ///
 /// ```
-/// use stepwright::timer::fit::{Hardware, Misfit};
+/// use stepwright_timed::fit::{Hardware, Misfit};
 /// let timer = Hardware::avr16(16_000_000);
 /// let fit = timer.fit(timer.virtual_top_of(180)?)?;
 /// assert_eq!((fit.top(), fit.prescaler(), fit.interval()), (11_111, 8, 88_888));

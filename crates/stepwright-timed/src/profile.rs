@@ -3,16 +3,16 @@
 use super::driver::{Driver, Hold};
 use super::order::{Code, Control, SetSpeed};
 use super::pace::{Model, Pace, clocks_of};
-use crate::queue::{Feed, Taken};
-use crate::run::Run;
-use crate::timer::fit::Hardware;
-use crate::units::Ticks;
+use crate::fit::Hardware;
+use stepwright::queue::{Feed, Taken};
+use stepwright::run::Run;
+use stepwright::units::Ticks;
 
 /// The delays of an order, each the time before its step; the first is one interval.
 ///
 /// ```
-/// use stepwright::timed::{Control, Model, SetSpeed, Timed};
-/// use stepwright::timer::fit::Hardware;
+/// use stepwright_timed::{Control, Model, SetSpeed, Timed};
+/// use stepwright_timed::fit::Hardware;
 /// // 100 steps/s, 20 ms later 50: at 1 MHz.
 /// let order = SetSpeed {
 ///     control: Control::DRV_EN | Control::SPEED_VARIABLE | Control::IRQ_TIMING,
@@ -24,7 +24,7 @@ use crate::units::Ticks;
 /// };
 /// let delays = Timed::new(Hardware::capture16(1_000_000), Model::Ideal, &order)?;
 /// assert_eq!(delays.collect::<Vec<_>>(), [10_000, 10_000, 20_000, 20_000, 20_000]);
-/// # Ok::<(), stepwright::timed::Code>(())
+/// # Ok::<(), stepwright_timed::Code>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Timed {

@@ -4,7 +4,7 @@ use super::dump::Dump;
 use super::order::{Call, Code, Control, SetSpeed, Status};
 use super::pace::{Begin, Model, Pace, Period, clocks_of};
 use super::ramp::Ramp;
-use crate::timer::fit::{Hardware, Misfit};
+use crate::fit::{Hardware, Misfit};
 
 /// The foreground's hold on the interrupt's half.
 ///
@@ -25,8 +25,8 @@ pub trait Hold {
 /// The timed driver, for one motor.
 ///
 /// ```
-/// use stepwright::timed::{Code, Control, Driver, Hold, Model, Pace, SetSpeed, Status};
-/// use stepwright::timer::fit::Hardware;
+/// use stepwright_timed::{Code, Control, Driver, Hold, Model, Pace, SetSpeed, Status};
+/// use stepwright_timed::fit::Hardware;
 ///
 /// /// A host has no interrupt to hold off.
 /// struct Here(Pace);
@@ -206,7 +206,7 @@ impl Driver {
     }
 
     /// Whether updates are still to come from the caller's check.
-    pub(super) const fn is_waiting(&self) -> bool {
+    pub(crate) const fn is_waiting(&self) -> bool {
         self.live
     }
 

@@ -10,8 +10,8 @@
 //! last step. What else has to be switched off, enables, is the caller's.
 
 use super::pace::Pace;
-use crate::drive::{Coils, Port, Sequence};
-use crate::units::Ticks;
+use stepwright::drive::{Coils, Port, Sequence};
+use stepwright::units::Ticks;
 
 /// A motor of the timed driver: when it steps, and its windings.
 #[derive(Debug)]

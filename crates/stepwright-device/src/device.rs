@@ -58,11 +58,7 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
     pub fn hear(&mut self, byte: u8, engine: &mut impl Control, panel: &mut impl Panel) -> bool {
         let controller = Controller { group: &mut self.group, engine, axes: self.axes };
         let mut machine = Joined { controller, duties: &mut self.duties, panel };
-        let complete = self.slave.hear(byte, &mut machine);
-        if complete {
-            self.duties.hear(panel);
-        }
-        complete
+        self.slave.hear(byte, &mut machine)
     }
 
     /// Whether some of the last answer has yet to be pulled.
@@ -70,8 +66,10 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
         self.slave.is_speaking()
     }
 
-    /// The next byte of the answer: see [`Slave::speak`].
+    /// The next byte of the answer: see [`Slave::speak`]. The silence of the host begins when
+    /// the last one is asked for: neither a line that takes long nor its answer is a silence.
     pub fn speak(&mut self, engine: &mut impl Control, panel: &mut impl Panel) -> Option<u8> {
+        self.duties.hear(panel);
         let controller = Controller { group: &mut self.group, engine, axes: self.axes };
         self.slave.speak(&mut Joined { controller, duties: &mut self.duties, panel })
     }

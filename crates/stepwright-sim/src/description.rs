@@ -47,8 +47,7 @@ impl Description {
         // has over 2p, a pulse and a pause. Beside one axis an interval of 2p and more has
         // half of it for the wait, and where that is all, the other steps never. Beside two
         // it may wait twice, in a row, and has caught up I − 2p between: 4p − I ≤ I/2.
-        let longest = rate.micros(20);
-        let longer = [1, 2, 3].map(|axes| axes * longest);
+        let longer = [20, 40, 60].map(|micros| rate.micros(micros));
         let [one, two, three] = ticks;
         let longer = [one.max(longer[0]), two.max(longer[1]), three.max(longer[2])];
         Description::at(rate, Cost { ticks, pulse: rate.nanos(2_000), longer })

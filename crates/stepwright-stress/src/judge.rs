@@ -36,9 +36,9 @@ pub struct Judge {
     pub(crate) settings: Settings,
     bytes: Vec<u8>,
     asked: Option<Asked>,
-    /// When the last line was complete, and whether the silence since then was obeyed, as the
-    /// settings ask for and as a lease does.
-    heard: u64,
+    /// When the answer to the last line began and ended: between the two begins the silence.
+    /// And whether it was obeyed, as the settings ask for and as a lease does.
+    heard: (u64, u64),
     silent: [Silence; 2],
     /// Errors, leases, inputs.
     pub(crate) guard: Guard,
@@ -99,7 +99,7 @@ impl Judge {
             settings,
             bytes: Vec::new(),
             asked: None,
-            heard: 0,
+            heard: (0, 0),
             silent: [Silence::No; 2],
             guard: Guard::new(),
             switches: [true; 8],
@@ -205,8 +205,8 @@ impl Judge {
             if millis == 0 || holds == Known::No || self.silent[which] == Silence::Obeyed {
                 continue;
             }
-            let from = self.heard + self.board.ticks_wide(micros.saturating_sub(1000));
-            let until = self.heard + self.board.ticks_wide(micros + 3000);
+            let from = self.heard.0 + self.board.ticks_wide(micros.saturating_sub(1000));
+            let until = self.heard.1 + self.board.ticks_wide(micros + 3000);
             if now >= from && self.silent[which] == Silence::No {
                 self.silent[which] = Silence::Perhaps;
                 if self.tracks.iter().any(|track| track.goal != Goal::Rest) {
@@ -346,12 +346,17 @@ impl Judge {
         Ok(false)
     }
 
-    /// The answer to the last line, without its CR, which began at `now`; `None` if none
-    /// came. `enabled` is the level of the drivers' enable before the line.
+    /// The answer to the last line, without its CR, which began at `now` and ended at `ended`;
+    /// `None` if none came. `enabled` is the level of the drivers' enable before the line.
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn answer(&mut self, answer: Option<&[u8]>, now: u64, enabled: bool) -> Result<(), Fault> {
+    pub fn answer(
+        &mut self,
+        answer: Option<&[u8]>,
+        (now, ended): (u64, u64),
+        enabled: bool,
+    ) -> Result<(), Fault> {
         self.advance(now)?;
         let Some(mut asked) = self.asked.take() else {
             return self.broken(Rule::Answer, now, || "an answer that nobody asked for".into());
@@ -387,7 +392,7 @@ impl Judge {
             (Ok(line), _) => self.accepted(line, &answer, &asked, now),
             (Err(_), _) => self.wrong(&asked, &answer, now),
         };
-        (self.heard, self.silent) = (now, [Silence::No; 2]);
+        (self.heard, self.silent) = ((now, ended.max(now)), [Silence::No; 2]);
         result
     }
 
@@ -505,7 +510,7 @@ impl Judge {
             track.stops.hard(b'R', lost);
         }
         self.bytes.clear();
-        (self.asked, self.heard, self.silent) = (None, now, [Silence::No; 2]);
+        (self.asked, self.heard, self.silent) = (None, (now, now), [Silence::No; 2]);
         self.held = [[(0, 0); 2]; 8];
         self.guard.reset(lost);
         self.unsure = true;

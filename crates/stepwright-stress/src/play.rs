@@ -159,10 +159,10 @@ impl<'s> Player<'s> {
         if !self.judge.byte(byte, sent)? {
             return Ok(answer);
         }
-        let mut begun = None;
+        let (mut begun, mut ended) = (None, sent);
         loop {
             while let Some((at, byte)) = bench.heard() {
-                begun = begun.or(Some(at));
+                (begun, ended) = (begun.or(Some(at)), at);
                 answer.push(byte);
             }
             if answer.last() == Some(&b'\r') || bench.now() > sent + bench.patience() {
@@ -173,7 +173,7 @@ impl<'s> Player<'s> {
         let whole = answer.pop() == Some(b'\r') && !answer.contains(&b'\r');
         let begun = begun.unwrap_or(bench.now());
         self.look(bench, begun)?;
-        self.judge.answer(whole.then_some(&answer), begun, enabled)?;
+        self.judge.answer(whole.then_some(&answer), (begun, ended), enabled)?;
         Ok(answer)
     }
 

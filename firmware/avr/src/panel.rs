@@ -25,7 +25,7 @@ impl AvrPanel {
 
     /// Looks at the clock. To be called as often as [`Clock::ticked`] asks for.
     pub fn tick(&mut self) {
-        if self.clock.ticked() {
+        while self.clock.ticked() {
             self.millis = self.millis.wrapping_add(1);
         }
     }

@@ -135,6 +135,23 @@ fn a_silent_host_makes_it_brake() {
     chip.expect("V1", &count.to_string());
 }
 
+/// Nor is an answer of 8 ms, of which 3 ms are sent behind the board's back.
+#[test]
+fn a_line_that_takes_long_is_no_silence() {
+    for (ms, lines) in [(2, ["E", "@+500", "Z"]), (5, ["E", "?", "Z"])] {
+        let mut chip = chip();
+        say(&mut chip, &format!("$timeout-ms={ms} PO T50 G+900 A2 T50 G+900 A3 T50 G-900"));
+        for line in lines {
+            chip.ask(line);
+        }
+        let health = chip.ask("?").unwrap();
+        assert!(health.contains("stop=--Z"), "{ms} ms: {health}");
+        chip.run_for(16_000 * (ms + 4));
+        let health = chip.ask("?").unwrap();
+        assert!(health.contains("stop=TTZ"), "{ms} ms: {health}");
+    }
+}
+
 #[test]
 fn statics_and_stack_leave_room_in_the_ram() {
     let mut chip = chip();

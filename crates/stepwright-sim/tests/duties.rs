@@ -451,6 +451,17 @@ fn a_pin_is_turned_round_no_sooner_than_after_the_last_step() {
 }
 
 #[test]
+fn a_killed_curve_leaves_nothing_to_the_next_travel() {
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    assert_eq!(say(&mut board, "j64000000 g+"), "Y Y");
+    wait(&mut board, 5);
+    assert_eq!(say(&mut board, "t100000 K I1"), "Y Y Y");
+    // Three steps get nowhere near the top speed, which the board hasn't for two axes.
+    assert_eq!(say(&mut board, "PO G+3 A2 G-59 E"), "Y Y Y Y Y");
+}
+
+#[test]
 fn nothing_is_set_while_anything_moves() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);

@@ -30,9 +30,11 @@ impl Bent {
     pub(super) const NONE: Bent =
         Bent { curve: Curve::STRAIGHT, at: Num::UNSET, falling: false, again: false };
 
-    /// Sets the limit, or takes it away.
+    /// Sets the limit of another travel, or takes it away.
     #[expect(clippy::unnecessary_wraps)] // a planner of trapezoids refuses
     pub(super) fn limit(&mut self, jerk: Option<Jerk>) -> Result<(), Unfit> {
+        // The last one may have been stopped at once, in the midst of a change.
+        self.again = false;
         match jerk {
             None if !cfg!(feature = "trapezoid") => self.curve.set_no_bends(),
             jerk => self.curve.set_jerk(jerk.map_or(0, Jerk::millisteps)),

@@ -114,6 +114,20 @@ fn other_limits_change_the_stop_and_not_its_end() {
 
 /// Nothing is planned beyond the first step while an axis waits for it: a stop then is obeyed
 /// there.
+/// The next step is queued while the present one is waited for: nobody but the interrupt
+/// knows how much is left of it.
+#[test]
+fn at_slow_speeds_a_stop_leaves_the_present_step_and_the_next() {
+    let mut queues = Queues::default();
+    let mut board = Board::new(&mut queues, Description::uno(), Vec::new());
+    assert_eq!(say(&mut board, "PO s2 t2 G+20 E"), "Y Y Y Y Y");
+    for (at, stop, end) in [(1_250, "", 3), (1_251, "Z", 3), (2_100, "", 5), (9_000, "", 5)] {
+        board.run_until(at * MS);
+        assert_eq!(say(&mut board, stop), if stop.is_empty() { "" } else { "Y" });
+        assert_eq!(board.position(0), Some(end), "{at} ms");
+    }
+}
+
 #[test]
 fn a_stop_in_the_wait_before_a_travel_leaves_one_step() {
     for (settings, first) in [("$enable-ms=100", ""), ("$enable-ms=1", "PO S2 T2 G+1 E")] {

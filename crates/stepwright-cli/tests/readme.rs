@@ -338,7 +338,9 @@ fn collect(folder: &Path, sources: &mut Vec<(String, String)>) {
 #[test]
 fn its_links_lead_somewhere() {
     let mut files = vec![root().join("README.md")];
-    let docs = root().join("docs").read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let folders = [root().join("docs"), root().join("docs/guide/src")];
+    let docs = folders.iter().flat_map(|folder| folder.read_dir().unwrap());
+    let docs = docs.map(|entry| entry.unwrap().path());
     files.extend(docs.filter(|path| path.extension().is_some_and(|end| end == "md")));
     let mut links = 0;
     for file in files {

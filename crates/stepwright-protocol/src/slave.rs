@@ -133,14 +133,16 @@ impl<const AXES: usize> Slave<AXES> {
         let (mut said, mut empty) = (Said::NOTHING, false);
         let Some(line) = self.line.push(byte) else { return false };
         #[cfg(feature = "safety")]
+        let summed = line.is_ok_and(sum::is_wanted);
+        #[cfg(feature = "safety")]
         {
-            self.tail = Tail::new(line.is_ok_and(sum::is_wanted));
+            self.tail = Tail::new(summed);
         }
         let read = match line {
             Ok(line) => {
                 empty = line.is_empty();
                 #[cfg(feature = "safety")]
-                let line = if sum::is_wanted(line) { sum::checked(line) } else { Ok(line) };
+                let line = if summed { sum::checked(line) } else { Ok(line) };
                 #[cfg(not(feature = "safety"))]
                 let line = Ok(line);
                 line.and_then(|line| {

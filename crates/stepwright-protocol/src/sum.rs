@@ -36,7 +36,8 @@ const fn digit(half: u8) -> u8 {
 
 /// Whether a line has a checksum, or what may have been one.
 pub(crate) fn is_wanted(line: &[u8]) -> bool {
-    line.contains(&MARK)
+    // Not `contains`, which takes 300 bytes of an AVR's flash.
+    line.iter().fold(false, |wanted, byte| wanted | (*byte == MARK))
 }
 
 /// A line without its checksum.

@@ -22,12 +22,6 @@ pub(super) struct Guard<const AXES: usize> {
     staged: u8,
 }
 
-/// The soft limits of an axis, in steps from 0, both included.
-struct Range {
-    behind: i64,
-    ahead: i64,
-}
-
 impl<const AXES: usize> Guard<AXES> {
     /// Nothing has gone wrong.
     pub(super) const NONE: Guard<AXES> =
@@ -76,35 +70,38 @@ impl<const AXES: usize> Guard<AXES> {
             return Err(Refusal::Busy);
         }
         admit_start(self.errors, machine)?;
-        self.staged &= !bit(index);
-        let range = range(index, machine);
-        let here = machine.position(axis);
-        if let (Some(_), Some(here)) = (&range, here)
-            && let Some(origin) = self.origins.get_mut(usize::from(index))
-        {
+        let bit = bit(index);
+        self.staged &= !bit;
+        let limited = set(machine, Setting::SoftLimits) & bit != 0;
+        let Some(here) = machine.position(axis) else {
+            // g is how the position is found.
+            let wanted = limited || is_set(machine, Setting::HomeFirst);
+            let to_target = matches!(travel, Travel::By(_));
+            return if wanted && to_target { Err(Refusal::Uncertain) } else { Ok(()) };
+        };
+        if !limited {
+            return Ok(());
+        }
+        if let Some(origin) = self.origins.get_mut(usize::from(index)) {
             *origin = here;
         }
-        match (*travel, range, here) {
-            (Travel::By(_), None, None) if is_set(machine, Setting::HomeFirst) => {
-                Err(Refusal::Uncertain)
-            }
-            (Travel::By(_), Some(_), None) => Err(Refusal::Uncertain),
-            (Travel::By(steps), Some(range), Some(here)) if steps != 0 => range.admit(here, steps),
-            (Travel::Endless(forward), Some(range), Some(here)) => {
-                if has_switch(index, forward, machine) {
+        match *travel {
+            Travel::By(0) => Ok(()),
+            Travel::By(steps) => admit_target(index, &here, steps, machine),
+            Travel::Endless(forward) => {
+                if has_switch(bit, forward, machine) {
                     return Ok(());
                 }
-                let way = range.end(forward).saturating_sub(here);
-                if way == 0 || forward != (way > 0) {
+                let here = if forward { here } else { here.wrapping_neg() };
+                let way = i64::from(limit(index, forward, machine)).wrapping_sub(here);
+                if way <= 0 {
                     return Err(Refusal::Limit);
                 }
-                // −2³¹ is no travel.
-                let steps = i32::try_from(way).ok().filter(|steps| *steps != i32::MIN);
-                *travel = Travel::By(steps.ok_or(Refusal::Travel)?);
-                self.staged |= bit(index);
+                let steps = i32::try_from(way).map_err(|_| Refusal::Travel)?;
+                *travel = Travel::By(if forward { steps } else { steps.wrapping_neg() });
+                self.staged |= bit;
                 Ok(())
             }
-            _ => Ok(()),
         }
     }
 
@@ -125,16 +122,16 @@ impl<const AXES: usize> Guard<AXES> {
         if axes & unknown != 0 && is_set(machine, Setting::HomeFirst) {
             return Err(Refusal::Uncertain);
         }
-        for (index, origin) in (0..).zip(self.origins) {
-            if axes & bit(index) == 0 {
-                continue;
+        let limited = axes & set(machine, Setting::SoftLimits);
+        if limited & unknown != 0 {
+            return Err(Refusal::Uncertain);
+        }
+        let mut left = limited;
+        for (index, origin) in (0..).zip(&self.origins) {
+            if left & 1 != 0 {
+                admit_target(index, origin, steps, machine)?;
             }
-            if let Some(range) = range(index, machine) {
-                if unknown & bit(index) != 0 {
-                    return Err(Refusal::Uncertain);
-                }
-                range.admit(origin, steps)?;
-            }
+            left >>= 1;
         }
         Ok(())
     }
@@ -159,19 +156,6 @@ impl<const AXES: usize> Guard<AXES> {
     }
 }
 
-impl Range {
-    /// Whether a travel may end this many steps from there.
-    fn admit(&self, from: i64, steps: i32) -> Result<(), Refusal> {
-        let to = from.saturating_add(steps.into());
-        if to < self.behind || to > self.ahead { Err(Refusal::Limit) } else { Ok(()) }
-    }
-
-    /// The limit in this direction.
-    fn end(&self, forward: bool) -> i64 {
-        if forward { self.ahead } else { self.behind }
-    }
-}
-
 /// Whether an axis may be sent anywhere.
 fn admit_start<M: Machine>(errors: Errors, machine: &mut M) -> Result<(), Refusal> {
     if errors.any_stop() && is_set(machine, Setting::SafeStart) {
@@ -180,20 +164,30 @@ fn admit_start<M: Machine>(errors: Errors, machine: &mut M) -> Result<(), Refusa
     Ok(())
 }
 
-/// The soft limits of this axis, if it has some.
-fn range<M: Machine>(index: u8, machine: &mut M) -> Option<Range> {
-    if set(machine, Setting::SoftLimits) & bit(index) == 0 {
-        return None;
-    }
-    let settings = machine.settings()?;
-    let of = |first: Setting| i64::from(settings.number((first as u8).wrapping_add(index)));
-    Some(Range { behind: 0i64.wrapping_sub(of(Setting::BehindX)), ahead: of(Setting::AheadX) })
+/// Whether a travel of this axis, which has soft limits, may end this many steps from there.
+#[cfg_attr(target_arch = "avr", inline(never))]
+fn admit_target<M: Machine>(
+    index: u8,
+    from: &i64,
+    steps: i32,
+    machine: &mut M,
+) -> Result<(), Refusal> {
+    // Positions are counted from 0, and never come near what 64 bits hold.
+    let to = from.wrapping_add(steps.into());
+    let limit = limit(index, to >= 0, machine);
+    if to.unsigned_abs() > limit.into() { Err(Refusal::Limit) } else { Ok(()) }
+}
+
+/// The soft limit of this axis in this direction, in steps from 0. It is within.
+fn limit<M: Machine>(index: u8, forward: bool, machine: &mut M) -> u32 {
+    let first = if forward { Setting::AheadX } else { Setting::BehindX };
+    machine.settings().map_or(0, |settings| settings.number((first as u8).wrapping_add(index)))
 }
 
 /// Whether a limit switch ends the travels of this axis in this direction: then g is homing.
-fn has_switch<M: Machine>(index: u8, forward: bool, machine: &mut M) -> bool {
-    let ahead = set(machine, Setting::SwitchForward) & bit(index) != 0;
-    set(machine, Setting::Switches) & bit(index) != 0 && ahead == forward
+fn has_switch<M: Machine>(bit: u8, forward: bool, machine: &mut M) -> bool {
+    let ahead = set(machine, Setting::SwitchForward) & bit != 0;
+    set(machine, Setting::Switches) & bit != 0 && ahead == forward
 }
 
 /// The value of a setting that is a switch or a set of axes.

@@ -4,6 +4,8 @@
 use stepwright::drive::{Axes, Drive};
 use stepwright::entry::Wiring;
 
+#[cfg(feature = "safety")]
+use crate::chip::PORTC;
 use crate::chip::{PORTB, PORTD};
 
 /// STEP of axis 0 is bit 2 of port D, DIR bit 5; the others follow.
@@ -12,6 +14,11 @@ const DIRECTION: u8 = 5;
 /// On port B: D8, and D9 to D11.
 const ENABLE: u8 = 1 << 0;
 const SWITCH: u8 = 1;
+/// On port C: A0, the shield's "Abort", and A1, its "Hold".
+#[cfg(feature = "safety")]
+const EMERGENCY: u8 = 1 << 0;
+#[cfg(feature = "safety")]
+const DRIVER_FAULT: u8 = 1 << 1;
 
 /// STEP and DIR, for the step interrupt.
 pub struct Pins {
@@ -23,11 +30,17 @@ pub struct Levels {
     port: PORTB,
 }
 
-/// Sets all pins up: steps low, drivers disabled, pull-ups at the switches.
+/// Sets all pins up: steps low, drivers disabled, pull-ups at the switches and inputs.
 pub fn pins(d: PORTD, b: PORTB) -> (Pins, Levels) {
     write!(d.ddrd(), 0b111 << STEP | 0b111 << DIRECTION);
     write!(b.portb(), ENABLE | 0b111 << SWITCH);
     write!(b.ddrb(), ENABLE);
+    #[cfg(feature = "safety")]
+    {
+        // SAFETY: nothing else has pins on this port.
+        let c = unsafe { PORTC::steal() };
+        write!(c.portc(), EMERGENCY | DRIVER_FAULT);
+    }
     (Pins { port: d }, Levels { port: b })
 }
 
@@ -79,4 +92,23 @@ impl Levels {
     pub fn switches(&self) -> Axes {
         self.port.pinb().read().bits() >> SWITCH & 0b111
     }
+
+    /// The level of the emergency stop's pin.
+    #[cfg(feature = "safety")]
+    pub fn emergency(&self) -> bool {
+        port_c() & EMERGENCY != 0
+    }
+
+    /// The level of the pin to which the drivers' fault outputs lead.
+    #[cfg(feature = "safety")]
+    pub fn driver_fault(&self) -> bool {
+        port_c() & DRIVER_FAULT != 0
+    }
+}
+
+/// The levels on port C.
+#[cfg(feature = "safety")]
+fn port_c() -> u8 {
+    // SAFETY: reading pins disturbs nobody.
+    unsafe { PORTC::steal() }.pinc().read().bits()
 }

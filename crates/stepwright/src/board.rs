@@ -76,16 +76,18 @@ impl<const N: usize> Board<N> {
     /// a step per second together, `moving` axes in all.
     fn max_beside(&self, others: &Num, moving: u8) -> Speed {
         let cost = self.step_cost(moving.into());
+        // (What takes no time at all may be as fast as numbers go.)
         let capacity = whole(1000).number();
         let capacity = whole(self.rate.hz()).times(&capacity).number();
-        let shared = whole(cost.max(1)).under(&capacity).minus(others).number();
-        let alone = whole(self.timing.min_interval.max(1)).under(&capacity).number();
+        let shared = whole(cost).under(&capacity).minus(others).number();
+        let alone = whole(self.timing.min_interval).under(&capacity).number();
         let max = if shared.at_least(&alone) { &alone } else { &shared };
         Speed::from_millisteps(max.split().0).unwrap_or(Speed::MAX)
     }
 
     /// Can the board step what will move then? `peaks` are the highest speeds of
     /// the axes in 0.001 steps/s; only those of `ordered` are judged.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn check(
         &self,
         peaks: &[u32; N],
@@ -103,7 +105,7 @@ impl<const N: usize> Board<N> {
         }
         bit = 1;
         for &peak in peaks {
-            if ordered & bit != 0 && peak != 0 {
+            if ordered & bit != 0 {
                 let others = whole(peak).off(&all).number();
                 let max = self.max_beside(&others, count);
                 if peak > max.millisteps() {

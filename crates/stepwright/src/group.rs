@@ -94,6 +94,9 @@ impl<const N: usize> Given<N> {
 pub struct Group<'q, const N: usize, const Q: usize> {
     feeds: [Producer<'q, Q>; N],
     motors: [Motor<Q>; N],
+    /// The highest speed of the travel of each axis, in 0.001 steps/s: since it was
+    /// ordered, or changed.
+    peaks: [u32; N],
     given: Given<N>,
     /// The run that is being planned, of the axis whose turn it is.
     work: Work,
@@ -115,6 +118,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         Group {
             feeds,
             motors: [const { Motor::IDLE }; N],
+            peaks: [0; N],
             given: Given::new(board),
             work: Work::NONE,
             prepared: 0,
@@ -205,8 +209,12 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         if self.is_busy(engine, axis) {
             return Err(Refusal::Busy);
         }
-        let Some(motor) = self.motors.get_mut(index) else { return Err(Refusal::NoAxis) };
+        let (Some(motor), Some(peak)) = (self.motors.get_mut(index), self.peaks.get_mut(index))
+        else {
+            return Err(Refusal::NoAxis);
+        };
         motor.prepare(&self.given.clock, order)?;
+        *peak = motor.peak();
         if order.travel == Travel::By(0) {
             motor.forget();
         } else {
@@ -220,8 +228,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// # Errors
     /// [`Refusal`], and nothing moves; then [`cancel`](Group::cancel) it.
     pub fn commit(&mut self, engine: &mut impl Control, wait: Ticks) -> Result<(), Refusal> {
-        let peaks = self.peaks();
-        self.check(engine, self.prepared, &peaks)?;
+        let moving = self.prepared | self.moving(engine);
+        self.given.board.check(&self.peaks, moving, self.prepared)?;
         let timing = self.given.board.timing;
         let prepared = core::mem::take(&mut self.prepared);
         self.begin(prepared, timing.hold.saturating_add(wait));
@@ -264,12 +272,13 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         axes: Axes,
         change: Change,
     ) -> Result<(), Refusal> {
-        let resting = axes & !self.moving(engine);
+        let moving = self.moving(engine);
+        let resting = axes & !moving;
         if resting != 0 {
             return Err(if resting & !Self::ALL == 0 { Refusal::Resting } else { Refusal::NoAxis });
         }
         // Each is tried first, alone: a chip has no room for copies of them all.
-        let mut peaks = self.peaks();
+        let mut peaks = self.peaks;
         let mut trial = true;
         loop {
             let mut left = axes;
@@ -285,7 +294,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                 self.work.drop();
                 return Ok(());
             }
-            self.check(engine, axes, &peaks)?;
+            self.given.board.check(&peaks, moving, axes)?;
+            self.peaks = peaks;
             trial = false;
         }
     }
@@ -304,23 +314,6 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             bit <<= 1;
         }
         moving
-    }
-
-    /// The highest speed of each axis.
-    fn peaks(&self) -> [u32; N] {
-        self.motors.each_ref().map(Motor::peak)
-    }
-
-    /// Can the board step what will move then, as far as it is about `axes`?
-    #[inline(never)]
-    fn check(
-        &mut self,
-        engine: &mut impl Control,
-        axes: Axes,
-        peaks: &[u32; N],
-    ) -> Result<(), Refusal> {
-        let moving = axes | self.moving(engine);
-        self.given.board.check(peaks, moving, axes)
     }
 
     /// Queues the beginning of what these axes have laid out, together: `hold` before a

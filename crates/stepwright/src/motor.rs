@@ -32,8 +32,6 @@ pub(crate) struct Motor<const Q: usize> {
     /// Steps from the last pulse handed out to there, + in the direction of what
     /// is queued last.
     left: i32,
-    /// The highest speed from the last order or change on, in 0.001 steps/s.
-    peak: u32,
     /// When the last Q places of the queue end, by its counter, in the units of
     /// [`Horizon`] and modulo 256: what is queued lasts for 255 at most, or counts so.
     ends: [u8; Q],
@@ -89,7 +87,6 @@ impl<const Q: usize> Motor<Q> {
         forward: true,
         target: 0,
         left: 0,
-        peak: 0,
         beyond: false,
         ends: [0; Q],
         pushed: 0,
@@ -115,19 +112,16 @@ impl<const Q: usize> Motor<Q> {
             Travel::Endless(false) => -1,
         };
         self.left = self.along(self.target);
-        self.peak = self.planner.peak();
         Ok(())
     }
 
-    /// The highest speed of the travel, in 0.001 steps/s: since it was ordered,
-    /// or changed.
+    /// The highest speed of the travel that is laid out, in 0.001 steps/s.
     pub(crate) fn peak(&self) -> u32 {
-        self.peak
+        self.planner.peak()
     }
 
     /// Changes what is left of a travel in progress. A trial tells the highest speed,
-    /// for which it lays out the next leg too: it is for a copy. Else the highest speed is
-    /// what the trial has told.
+    /// for which it lays out the next leg too: it is for a copy.
     ///
     /// # Errors
     /// [`Unfit`] if the timer can't hold it, or the target is too far off to be
@@ -151,7 +145,6 @@ impl<const Q: usize> Motor<Q> {
             }
         }
         let mut beyond = self.beyond;
-        self.peak = *peak;
         *peak = 0;
         if open && self.leg == Leg::Braking {
             // A stop has no target to come back to, or to speed up for.

@@ -207,6 +207,11 @@ impl Writer {
         Writer { wiring, due: Due::Nothing, owed: 0, kept: Steps::NONE, part: Steps::NONE }
     }
 
+    /// Makes one of zeros what [`new`](Writer::new) makes.
+    pub(crate) fn wire(&mut self, wiring: Wiring) {
+        self.wiring = wiring;
+    }
+
     /// Forgets what is due: the axis has been stopped.
     pub(crate) fn forget(&mut self) {
         (self.due, self.owed, self.kept.count) = (Due::Nothing, 0, 0);

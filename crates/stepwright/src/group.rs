@@ -140,11 +140,17 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         unsafe { MaybeUninit::zeroed().assume_init() }
     }
 
-    /// Makes a [blank](Group::blank) one what [`new`](Group::new) makes. `fill` writes
-    /// what is given.
+    /// Makes a [blank](Group::blank) one what [`new`](Group::new) makes. `feed` writes the
+    /// feed of an axis, and `fill` what is given.
     #[inline(always)]
-    pub fn power_up(&mut self, feeds: [Producer<'q, Q>; N], fill: impl FnOnce(&mut Given<N>)) {
-        self.feeds = feeds;
+    pub fn power_up(
+        &mut self,
+        mut feed: impl FnMut(u8, &mut Producer<'q, Q>),
+        fill: impl FnOnce(&mut Given<N>),
+    ) {
+        for (axis, own) in (0..).zip(&mut self.feeds) {
+            feed(axis, own);
+        }
         fill(&mut self.given);
         self.motors.iter_mut().for_each(Motor::face_forward);
     }

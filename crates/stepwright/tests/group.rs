@@ -93,7 +93,9 @@ fn a_blank_group_is_a_new_one_once_it_is_powered_up() {
         let mut group = if power_up {
             // SAFETY: it is powered up next.
             let mut group = unsafe { Group::blank() };
-            group.power_up([x, y], |given| *given = Given::new(UNO));
+            let mut ends = [x, y].into_iter();
+            let feed = |_, feed: &mut _| *feed = ends.next().unwrap();
+            group.power_up(feed, |given| *given = Given::new(UNO));
             group
         } else {
             Group::new([x, y], UNO)

@@ -69,9 +69,6 @@ use channels::{OCR, TCCRA, TCNT, TIFR, TIMSK};
 /// Entries queued for each axis, 11 bytes each.
 pub const RUNS: usize = 8;
 
-/// Where the runs of all axes go.
-pub type Feeds = [Producer<'static, RUNS>; AXES];
-
 /// Cycles from an edge to the look at the timer, and the µs that a step may be later than
 /// half an interval (`stepwright::late_after`).
 pub const LOOK: u8 = 23 + 16;
@@ -253,20 +250,27 @@ const fn register(address: u16) -> *mut u8 {
 /// Where the ready flags are: GPIOR0.
 const FLAGS: *mut u8 = register(0x3E);
 
-/// Where the runs of all axes go.
+/// Has the runs of an axis go to where its interrupt plays them.
 ///
 /// # Safety
-/// For one user: a queue has one producer.
-pub const unsafe fn feeds() -> Feeds {
+/// The producer is all zeros, and the only one of this axis.
+pub unsafe fn lend(axis: u8, producer: &mut Producer<'static, RUNS>) {
     // SAFETY: the caller's promise. A queue is shared as it is.
-    unsafe {
-        let axes = STEPPERS.address().cast::<Axis>();
-        [
-            (*axes).queue.producer(board::wiring(0)),
-            (*axes.add(1)).queue.producer(board::wiring(1)),
-            (*axes.add(2)).queue.producer(board::wiring(2)),
-        ]
-    }
+    unsafe { (*place(axis)).queue.lend(producer, board::wiring(axis)) }
+}
+
+/// Where an axis is.
+#[inline(always)]
+fn place(axis: u8) -> *mut Axis {
+    let axis = if usize::from(axis) < AXES { axis } else { 0 };
+    let offset = axis.wrapping_mul(size_of::<Axis>() as u8);
+    // A product of bytes where that is enough.
+    let offset = if size_of::<Axis>() * AXES <= 256 {
+        usize::from(offset)
+    } else {
+        usize::from(axis).wrapping_mul(size_of::<Axis>())
+    };
+    STEPPERS.address().cast_mut().cast::<Axis>().wrapping_byte_add(offset)
 }
 
 /// Has the timers run. Returns the foreground's hold on the axes, which rest and face
@@ -369,25 +373,12 @@ impl Held {
         }
     }
 
-    #[inline(always)]
-    fn axis(&self, axis: u8) -> *mut Axis {
-        let axis = if usize::from(axis) < AXES { axis } else { 0 };
-        let offset = axis.wrapping_mul(size_of::<Axis>() as u8);
-        // A product of bytes where that is enough.
-        let offset = if size_of::<Axis>() * AXES <= 256 {
-            usize::from(offset)
-        } else {
-            usize::from(axis).wrapping_mul(size_of::<Axis>())
-        };
-        STEPPERS.address().cast_mut().cast::<Axis>().wrapping_byte_add(offset)
-    }
-
     /// Steps made since the travel began.
     #[inline(never)]
     fn made(&self, axis: u8) -> i64 {
         // No more than the loads while interrupts are off: from one pointer, whose address the
         // compiler would add up for each.
-        let at = core::hint::black_box(self.axis(axis));
+        let at = core::hint::black_box(place(axis));
         let (loaded, now, pins, next, then, flags) = interrupt::free(|_| {
             // SAFETY: no interrupt comes, and none refills.
             unsafe {
@@ -408,7 +399,7 @@ impl Held {
         if let Some(base) = self.base.get_mut(usize::from(axis)) {
             *base = position;
         }
-        let at = core::hint::black_box(self.axis(axis));
+        let at = core::hint::black_box(place(axis));
         // SAFETY: an axis that rests is the foreground's. As two numbers: five bytes would be
         // zeroed by a call.
         unsafe {
@@ -428,7 +419,7 @@ impl Control for Held {
                 let position = self.position(axis);
                 self.settle(axis, position);
                 // SAFETY: an axis that rests is the foreground's.
-                unsafe { (*self.axis(axis)).groups = 1 };
+                unsafe { (*place(axis)).groups = 1 };
             }
             left >>= 1;
         }
@@ -440,7 +431,7 @@ impl Control for Held {
         for axis in 0..AXES as u8 {
             if left & 1 != 0 {
                 // From one pointer, whose address the compiler would add up for each field.
-                let at = core::hint::black_box(self.axis(axis));
+                let at = core::hint::black_box(place(axis));
                 // SAFETY: an axis that rests is the foreground's, and nobody prepares a group
                 // behind one that is ready.
                 unsafe { (*at).now = (*at).next };
@@ -459,7 +450,7 @@ impl Control for Held {
             left = ready;
             for axis in 0..AXES as u8 {
                 if left & 1 != 0 {
-                    (*core::hint::black_box(self.axis(axis))).due = [0, low, high];
+                    (*core::hint::black_box(place(axis))).due = [0, low, high];
                     if cfg!(feature = "mega") || axis != 2 {
                         let compare = OCR + 2 * u16::from(axis);
                         register(compare + 1).write_volatile(high);
@@ -510,7 +501,7 @@ impl Control for Held {
             self.settle(axis, position);
             // SAFETY: so the axis is the foreground's; others change what they share.
             interrupt::free(|_| unsafe {
-                let at = &mut *self.axis(axis);
+                let at = &mut *place(axis);
                 (at.now.pins, at.next.pins, at.starved) = (0, 0, 0);
                 at.queue.clear(board::is_forward(axis));
                 COMMON.get().resting |= 1 << axis;

@@ -78,6 +78,17 @@ impl<const LEN: usize> Queue<LEN> {
         Producer { queue: self, borrowed: PhantomData, writer, far: Run::steady(0, 0) }
     }
 
+    /// Makes a producer of zeros what [`producer`](Queue::producer) makes, with the few
+    /// stores that it takes.
+    ///
+    /// # Safety
+    /// One for a queue, and all zeros otherwise.
+    #[allow(unsafe_code)]
+    pub unsafe fn lend<'q>(&'q self, producer: &mut Producer<'q, LEN>, wiring: Wiring) {
+        producer.queue = self;
+        producer.writer.wire(wiring);
+    }
+
     /// Forgets all entries: the axis has been stopped, and its DIR points there.
     /// Nothing that plays it may run meanwhile.
     pub fn clear(&self, forward: bool) {

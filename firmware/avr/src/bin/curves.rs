@@ -75,10 +75,9 @@ unsafe fn start() -> Board {
         serial: Serial::start(chip.USART0),
     };
     board.slave.get().begin();
-    // SAFETY: nobody else asks for them.
-    let feeds = unsafe { step::feeds() };
-    // SAFETY: it is in flash.
-    board.group.get().power_up(feeds, |given| unsafe { BOARD.load(given) });
+    // SAFETY: nobody else asks for them, and it is in flash.
+    let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
+    board.group.get().power_up(feed, |given| unsafe { BOARD.load(given) });
     if reset::doubts() {
         board.group.get().doubt();
     }

@@ -78,10 +78,9 @@ unsafe fn start() -> Slave {
         ),
         serial: Serial::start(chip.USART0),
     };
-    // SAFETY: nobody else asks for them.
-    let feeds = unsafe { step::feeds() };
-    // SAFETY: it is in flash.
-    slave.device.get().group_mut().power_up(feeds, |given| unsafe { BOARD.load(given) });
+    // SAFETY: nobody else asks for them, and it is in flash.
+    let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
+    slave.device.get().group_mut().power_up(feed, |given| unsafe { BOARD.load(given) });
     slave.device.get().begin(board::AXES as u8, &mut slave.engine, &mut slave.panel);
     slave
 }

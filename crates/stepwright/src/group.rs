@@ -1,6 +1,7 @@
 //! N motors on one engine: what a user holds.
 
 use crate::board::Board;
+use crate::clamp;
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Report, Timing};
 use crate::motor::{Horizon, Motor, Progress, Wait};
@@ -238,7 +239,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.given.board.check(&self.peaks, moving, self.prepared)?;
         let timing = self.given.board.timing;
         let prepared = core::mem::take(&mut self.prepared);
-        self.begin(prepared, timing.hold.saturating_add(wait));
+        self.begin(prepared, clamp::sum(timing.hold, wait));
         Ok(())
     }
 
@@ -328,7 +329,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     fn begin(&mut self, axes: Axes, mut hold: Ticks) {
         self.starting |= axes;
         self.rested &= !axes;
-        let lead = self.given.board.timing.setup.saturating_add(self.given.board.lead);
+        let lead = clamp::sum(self.given.board.timing.setup, self.given.board.lead);
         let mut left = axes;
         for motor in &self.motors {
             if left & 1 != 0 {

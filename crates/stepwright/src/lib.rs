@@ -3,6 +3,7 @@
 //! Real-time motion for stepper motors.
 
 mod board;
+mod clamp;
 pub mod compress;
 pub mod direct;
 pub mod drive;

@@ -1,5 +1,6 @@
 //! One axis, seen from the foreground: plans runs ahead of the interrupt.
 
+use crate::clamp;
 use crate::order::{Change, Order, Travel};
 use crate::planner::{Clock, Planned, Planner, RESTS, Work};
 use crate::profile::Unfit;
@@ -210,7 +211,7 @@ impl<const Q: usize> Motor<Q> {
             // It does not count as planned: the first intervals are to be known by its end.
             self.push(feed, Run::turn(hold, forward), 0);
         } else {
-            lead = lead.saturating_add(hold);
+            lead = clamp::sum(lead, hold);
         }
         self.forward = forward;
         // Half a tick ahead from here on: deadlines rounded down are rounded to
@@ -321,7 +322,7 @@ impl<const Q: usize> Motor<Q> {
 
     /// It has rested for these ticks.
     pub(crate) fn pass(&mut self, ticks: Ticks) {
-        self.rest = self.rest.saturating_sub(ticks);
+        self.rest = clamp::less(self.rest, ticks);
     }
 
     /// What comes after the end of a leg.

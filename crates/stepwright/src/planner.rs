@@ -64,6 +64,7 @@ mod runs;
 mod share;
 mod work;
 
+use crate::clamp;
 use crate::num::{Hand, Num, hand, whole};
 use crate::order::{Change, Order, Travel};
 use crate::profile::{Ramp, Unfit};
@@ -207,7 +208,7 @@ impl Planner {
     pub(crate) fn lay_out_again(&mut self, pulses: u32) {
         self.carry = 0;
         self.v = self.v_end;
-        self.divide(pulses.saturating_sub(1));
+        self.divide(clamp::less(pulses, 1));
     }
 
     /// Has another limit from now on: [`resume`](Planner::resume) keeps to it.
@@ -292,7 +293,7 @@ impl Planner {
         let top = if self.bent.is_again() { &self.top } else { &self.v_top };
         let peak = if top.at_least(&self.v) { top } else { &self.v };
         let (whole, part) = peak.split();
-        whole.saturating_add(u32::from(part != 0))
+        clamp::sum(whole, (part != 0).into())
     }
 
     /// Steps that are still to be handed out; `u32::MAX` on an endless travel.

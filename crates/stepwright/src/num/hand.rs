@@ -10,6 +10,7 @@
 //! before the first has ended would spoil it, and is found out by the tests.
 
 use super::Num;
+use crate::clamp;
 
 /// A chain that is under way. What ends it gives the number away.
 #[must_use = "the chain has no end"]
@@ -118,7 +119,7 @@ impl Hand {
     #[inline(always)]
     pub(crate) fn rounded_whole(self) -> u32 {
         let (whole, part) = self.split();
-        whole.saturating_add(part >> 31)
+        clamp::sum(whole, part >> 31)
     }
 
     /// Whether it is at least so large.

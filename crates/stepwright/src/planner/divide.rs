@@ -1,6 +1,7 @@
 //! How many steps rise, stay level and fall: see the picture in `planner.rs`.
 
 use super::Planner;
+use crate::clamp;
 use crate::num::{Hand, Num, hand, whole};
 
 impl Planner {
@@ -17,7 +18,7 @@ impl Planner {
         self.risen = 0;
         let rise = if self.ease {
             let (steps, part) = self.way_to(&w_top).split();
-            let rise = whole(steps.saturating_add(u32::from(part != 0))).number();
+            let rise = whole(clamp::sum(steps, (part != 0).into())).number();
             hand(&self.v).square().minus(&w_top).over(&rise).to(&mut self.slope);
             self.w_from = w_top;
             rise
@@ -33,10 +34,10 @@ impl Planner {
         let ramps = hand(&fall).plus(&rise).number();
         if whole(steps).at_least(&ramps) {
             (self.fall, self.fall_part) = fall.split();
-            self.level = steps.saturating_sub(self.rise).saturating_sub(self.fall);
+            self.level = clamp::less(clamp::less(steps, self.rise), self.fall);
         } else if self.ease {
             self.brake();
-            self.level = steps.saturating_sub(self.fall);
+            self.level = clamp::less(steps, self.fall);
         } else {
             self.meet(steps);
         }

@@ -1,6 +1,5 @@
 //! Time per step of each law, beside the crates `ramp-maker` and `stepgen`:
-//! `cargo bench -p stepwright`. Figures and aims are in docs/benchmarks.md, those of
-//! Austin's laws in docs/laws.md.
+//! `cargo bench -p stepwright`. Figures and aims are in docs/benchmarks.md.
 //!
 //! One move for all: 4,000 steps, 10,000 steps/s², 4,000 steps/s, 1 MHz; what
 //! is measured is the sum of its delays, so time per element is time per step.
@@ -10,10 +9,6 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use ramp_maker::MotionProfile;
 use stepwright::compress::Compress;
-use stepwright::direct;
-use stepwright::profile::austin::{
-    Austin, Divisor, Fixed, LinearFactor, Motion, Piecewise, PowerTerm, Ramp, Slope,
-};
 use stepwright::profile::{Cursor, Fit, RampSteps, Trapezoid, constant};
 use stepwright::{Accel, Rate, Speed};
 
@@ -76,60 +71,6 @@ fn laws(c: &mut Criterion) {
     group.finish();
 }
 
-/// Austin's laws for the same move.
-fn austin(c: &mut Criterion) {
-    let mut group = c.benchmark_group("step by Austin's laws");
-    group.throughput(Throughput::Elements(STEPS.into()));
-    let (rate, top) = (Rate::MHZ, Speed::from_steps(4_000).unwrap());
-    let accel = Accel::from_steps(10_000).unwrap();
-    // c₀ of Eq 15, and c_min.
-    let (c0, c_min) = (9_560, 250);
-    group.bench_function("fixed", |b| {
-        b.iter(|| sum(Fixed::new(STEPS, black_box(c0), c_min)));
-    });
-    group.bench_function("direct, for the interrupt", |b| {
-        b.iter(|| sum(direct::Ramp::new(STEPS, black_box(c0), c_min)));
-    });
-    let law = Austin::new(rate, top, accel);
-    group.bench_function("general", |b| {
-        b.iter(|| sum(black_box(law).delays(STEPS).unwrap()));
-    });
-    let two = law.with_divisor(Divisor::TwoN);
-    group.bench_function("general, c over 2n", |b| {
-        b.iter(|| sum(black_box(two).delays(STEPS).unwrap()));
-    });
-    group.bench_function("ramp that changes", |b| {
-        b.iter(|| {
-            let mut ramp = Ramp::new(rate, black_box(accel), Default::default()).unwrap();
-            let up = sum(ramp.by_ref().take(STEPS as usize / 2));
-            ramp.set(Slope::Down(accel));
-            up + sum(ramp)
-        });
-    });
-    group.bench_function("motion that changes", |b| {
-        b.iter(|| {
-            let mut motion = Motion::new(rate, top, black_box(accel)).unwrap();
-            motion.retarget(STEPS as i32);
-            sum(motion)
-        });
-    });
-    let law = LinearFactor::new(rate, top, accel);
-    group.bench_function("linear factor", |b| {
-        b.iter(|| sum(black_box(law).delays(STEPS).unwrap()));
-    });
-    for p in [2, 4] {
-        let law = PowerTerm::new(rate, top, accel, p);
-        group.bench_function(format!("power term {p}"), |b| {
-            b.iter(|| sum(black_box(law).delays(STEPS).unwrap()));
-        });
-    }
-    let law = Piecewise::new(rate, top, accel);
-    group.bench_function("piecewise", |b| {
-        b.iter(|| sum(black_box(law).delays(STEPS).unwrap()));
-    });
-    group.finish();
-}
-
 /// A move with longer ramps: 40,000 steps, 40,000 steps/s², 20,000 steps/s.
 fn long(c: &mut Criterion) {
     let mut group = c.benchmark_group("long step");
@@ -151,5 +92,5 @@ fn long(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, laws, austin, long);
+criterion_group!(benches, laws, long);
 criterion_main!(benches);

@@ -1,7 +1,7 @@
 //! Fixed-point arithmetic that a small chip can afford.
 //!
 //! Everything here is an exact integer function (floor of the true value), so
-//! a PC and an 8-bit chip compute the same bits. Three things are needed: the
+//! a PC and an 8-bit chip compute the same bits. Laws of crates beside this one use it too. Three things are needed: the
 //! square root of a speed², the time that a change of speed takes, and the
 //! interval that belongs to a speed.
 //!
@@ -15,16 +15,16 @@
 //! | --- | --- | --- |
 //! | [`root`] | below 2⁻⁶² of the value, or 2⁻³³ of 0.001 steps/s | 1 root, 1 division |
 //! | [`Scale::time`] | below 2⁻⁶¹ of the value | 1 multiplication 64 × 64 |
-//! | [`slope`] | below 2⁻²⁹ of the value | 1 division 64 / 32 |
+//! | `slope` | below 2⁻²⁹ of the value | 1 division 64 / 32 |
 //! | [`interval`] | at most 2⁻³³ ticks | 2 divisions 64 / 32 |
 
 use crate::units::{Rate, Speed};
 
 /// A time or a position in units of 2⁻³²: 32 bits before the point.
-pub(crate) type Q32 = u64;
+pub type Q32 = u64;
 
 /// One whole tick or step.
-pub(crate) const ONE: Q32 = 1 << 32;
+pub const ONE: Q32 = 1 << 32;
 
 /// The largest speed² that [`root`] takes.
 pub(crate) const W_MAX: u64 = (1 << 62) - 1;
@@ -32,19 +32,19 @@ pub(crate) const W_MAX: u64 = (1 << 62) - 1;
 /// x · 2^by, by < 64. A chip of 8 bits shifts 64 in a loop: once, out of line,
 /// not at every place where it is wanted.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-pub(crate) fn shl(x: u64, by: u8) -> u64 {
+pub fn shl(x: u64, by: u8) -> u64 {
     x << (by & 63)
 }
 
 /// floor(x / 2^by), by < 64.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-pub(crate) fn shr(x: u64, by: u8) -> u64 {
+pub fn shr(x: u64, by: u8) -> u64 {
     x >> (by & 63)
 }
 
 /// Zero bits above the highest one; 64 for 0.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-pub(crate) fn zeros(x: u64) -> u8 {
+pub fn zeros(x: u64) -> u8 {
     x.leading_zeros() as u8
 }
 
@@ -53,13 +53,13 @@ pub(crate) fn zeros(x: u64) -> u8 {
 /// The integer root gives the upper half, one Newton step the lower: with
 /// w = s² + r the root is s + r/2s, and what is left out, r²/8s³, is below
 /// half a unit of the last place.
-pub(crate) fn root(w: u64) -> u64 {
+pub fn root(w: u64) -> u64 {
     root_fine(w, 0)
 }
 
 /// [`root`] of w + `part`/2³²: for a corner, which lies between steps.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-pub(crate) fn root_fine(w: u64, part: u32) -> u64 {
+pub fn root_fine(w: u64, part: u32) -> u64 {
     let w = w.min(W_MAX);
     let shift = (zeros(w) & !1).min(62); // ≥ 2: the root stays below 2³¹
     let part = shr(u64::from(part) << 32, 64 - shift);
@@ -105,7 +105,7 @@ fn isqrt_bitwise(w: u64) -> u64 {
 
 /// The time that a change of speed takes: t = ΔV · f / a, as a multiplication.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Scale {
+pub struct Scale {
     /// 2000·f / a2, scaled to have its top bit set.
     mantissa: u64,
     /// Result = (ΔV · mantissa) >> shift.
@@ -116,7 +116,7 @@ impl Scale {
     /// For a timer of rate f and a slope of speed² of `a2` = 2a, in
     /// 10⁻⁶ (steps/s)² per step; `a2` = 0 counts as 1.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn new(rate: Rate, a2: u64) -> Scale {
+    pub fn new(rate: Rate, a2: u64) -> Scale {
         // t = Δv / a = (ΔV · 2⁻³³ / 1000) · (2·10⁶ / a2) seconds
         let top = 2000 * u64::from(rate.hz()); // < 2³⁹
         let a2 = a2.max(1);
@@ -131,7 +131,7 @@ impl Scale {
 
     /// ΔV (see [`root`]) as a time in 2⁻³² ticks; saturating.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn time(self, dv: u64) -> Q32 {
+    pub fn time(self, dv: u64) -> Q32 {
         shift_wide(multiply(dv, self.mantissa), self.shift)
     }
 
@@ -166,7 +166,7 @@ fn shift_wide((high, low): (u64, u64), by: u8) -> u64 {
 }
 
 /// The full product of two 64-bit numbers as (high, low).
-pub(crate) fn multiply(a: u64, b: u64) -> (u64, u64) {
+pub fn multiply(a: u64, b: u64) -> (u64, u64) {
     #[cfg(target_pointer_width = "64")]
     {
         let p = u128::from(a) * u128::from(b);
@@ -192,7 +192,7 @@ fn multiply_halves(a: u64, b: u64) -> (u64, u64) {
 }
 
 /// floor(n · 2^bits / d), for n < 2d and `bits` ≤ 63.
-pub(crate) fn divide(n: u64, d: u64, bits: u8) -> u64 {
+pub fn divide(n: u64, d: u64, bits: u8) -> u64 {
     #[cfg(target_pointer_width = "64")]
     {
         ((u128::from(n) << bits) / u128::from(d)) as u64
@@ -249,7 +249,7 @@ pub(crate) fn slope(rate: Rate, v: u64) -> Q32 {
 /// f / v for a speed as held, to the nearest 2⁻³² tick; `u64::MAX` if it does
 /// not fit 32 bits before the point, also for v = 0.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-pub(crate) fn interval(rate: Rate, speed: Speed) -> Q32 {
+pub fn interval(rate: Rate, speed: Speed) -> Q32 {
     let v = u64::from(speed.millisteps());
     let top = 1000 * u64::from(rate.hz());
     if v == 0 || top / v > u64::from(u32::MAX) {
@@ -265,75 +265,6 @@ pub(crate) fn interval(rate: Rate, speed: Speed) -> Q32 {
 pub(crate) fn portion(x: u64, part: u32) -> u64 {
     let part = u64::from(part);
     (x >> 32) * part + (((x & 0xFFFF_FFFF) * part) >> 32)
-}
-
-/// x · n / d, rounded down, and the remainder; saturating, and d = 0 counts
-/// as 1.
-#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-pub(crate) fn mul_div(x: u64, n: u64, d: u64) -> (u64, u64) {
-    let d = d.max(1);
-    if let Some(p) = x.checked_mul(n) {
-        return (p / d, p % d);
-    }
-    let (high, low) = multiply(x, n);
-    if high >= d {
-        return (u64::MAX, 0);
-    }
-    long_divide(high, low, d)
-}
-
-/// x · n / d to the nearest; saturating, and d = 0 counts as 1.
-#[inline]
-pub(crate) fn share(x: u64, n: u64, d: u64) -> u64 {
-    let (q, rest) = mul_div(x, n, d);
-    q.saturating_add(u64::from(rest >= d.wrapping_sub(rest) && rest != 0))
-}
-
-/// (high, low) / d and the remainder, for high < d.
-fn long_divide(high: u64, low: u64, d: u64) -> (u64, u64) {
-    #[cfg(target_pointer_width = "64")]
-    {
-        let n = u128::from(high) << 64 | u128::from(low);
-        ((n / u128::from(d)) as u64, (n % u128::from(d)) as u64)
-    }
-    #[cfg(not(target_pointer_width = "64"))]
-    {
-        long_divide_bitwise(high, low, d)
-    }
-}
-
-/// [`long_divide`] without 128 bits: one subtraction a bit.
-#[cfg(any(test, not(target_pointer_width = "64")))]
-#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-fn long_divide_bitwise(high: u64, mut low: u64, d: u64) -> (u64, u64) {
-    let (mut rest, mut quotient) = (high, 0u64);
-    for _ in 0..64 {
-        let carry = rest >> 63 != 0;
-        rest = rest << 1 | low >> 63;
-        low <<= 1;
-        quotient <<= 1;
-        if carry || rest >= d {
-            rest = rest.wrapping_sub(d);
-            quotient |= 1;
-        }
-    }
-    (quotient, rest)
-}
-
-/// log₂ n in 2⁻⁴⁸, to a few of the last places; 0 for 0.
-///
-/// The mantissa is squared 48 times: each time it passes 2 is a bit.
-pub(crate) fn log2(n: u64) -> u64 {
-    let Some(whole) = n.checked_ilog2() else { return 0 };
-    let mut mantissa = shl(n, zeros(n)); // 1 … 2 in 2⁻⁶³
-    let mut log = u64::from(whole);
-    for _ in 0..48 {
-        let (square, _) = multiply(mantissa, mantissa); // 1 … 4 in 2⁻⁶²
-        let bit = square >> 63;
-        mantissa = if bit != 0 { square } else { square << 1 };
-        log = log << 1 | bit;
-    }
-    log
 }
 
 /// n / d as a position in 2⁻³² steps, rounded down; `u64::MAX` if it does not
@@ -417,29 +348,6 @@ mod tests {
         #[test]
         fn both_products_agree(a: u64, b: u64) {
             prop_assert_eq!(multiply(a, b), multiply_halves(a, b));
-        }
-
-        #[test]
-        fn both_long_divisions_agree(high: u64, low: u64, d in 1u64..) {
-            let high = high % d;
-            prop_assert_eq!(long_divide(high, low, d), long_divide_bitwise(high, low, d));
-        }
-
-        #[test]
-        fn shares_are_the_nearest(x: u64, n: u64, d in 1u64.., by in 0u8..64) {
-            let (n, d) = (n >> by, d >> by | 1);
-            let wide = u128::from(x) * u128::from(n);
-            let (floor, nearest) = (wide / u128::from(d), (wide + u128::from(d / 2)) / u128::from(d));
-            let most = u128::from(u64::MAX);
-            prop_assert_eq!(u128::from(mul_div(x, n, d).0), floor.min(most));
-            prop_assert_eq!(u128::from(share(x, n, d)), nearest.min(most));
-        }
-
-        #[test]
-        fn logarithms_match_f64(n in 1u64.., by in 0u8..64) {
-            let n = (n >> by).max(1);
-            let (got, want) = (log2(n) as f64 / (1u64 << 48) as f64, (n as f64).log2());
-            prop_assert!((got - want).abs() < 1e-13 * 64.0, "{got} {want}");
         }
 
         #[test]

@@ -9,7 +9,7 @@ pub mod direct;
 pub mod drive;
 pub mod engine;
 pub mod entry;
-mod fixed;
+pub mod fixed;
 mod group;
 mod late;
 mod line;

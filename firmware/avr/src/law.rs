@@ -1,6 +1,6 @@
 //! What a step of a law costs an AVR, for `docs/laws.md`.
 //!
-//! The move is the one of `cargo bench -p stepwright --bench laws`, a quarter as long: 1,000
+//! The move is the one of `cargo bench -p stepwright-austin`, a quarter as long: 1,000
 //! steps, 10,000 steps/s², 2,000 steps/s, 1 MHz. Pin D12 (PB4) is high while a delay is made,
 //! D13 (PB5) while a law is at work; `LAW_SUMS` has what the delays of each add up to.
 //!

@@ -5,10 +5,8 @@ use std::fmt::Write;
 
 use stepwright::direct;
 use stepwright::profile::Trapezoid;
-use stepwright::profile::austin::{
-    Austin, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope,
-};
 use stepwright::{Accel, Rate, Speed};
+use stepwright_austin::{Austin, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope};
 use stepwright_rig::board::Pin;
 use stepwright_rig::{Board, Chip, firmware};
 

@@ -13,6 +13,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
         &[&ATMEGA328P, &CORTEX_M0],
         &[
             "stepwright",
+            "stepwright-austin",
             "stepwright-cycle",
             "stepwright-timed",
             "stepwright-protocol",

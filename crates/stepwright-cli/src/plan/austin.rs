@@ -1,8 +1,8 @@
 //! `plan austin`: Austin's constant acceleration.
 
 use clap::ValueEnum;
-use stepwright::profile::austin::{Austin, Divisor};
 use stepwright::{Geometry, Rate};
+use stepwright_austin::{Austin, Divisor};
 
 use super::counted::Counted;
 use super::formula::{At, Formula, Ramps, Turns};

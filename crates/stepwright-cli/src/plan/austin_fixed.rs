@@ -1,7 +1,7 @@
 //! `plan austin-fixed`: Austin's published listing.
 
-use stepwright::profile::austin::Fixed;
 use stepwright::{Geometry, Rate};
+use stepwright_austin::Fixed;
 
 use super::austin::Plain;
 use super::counted::Counted;

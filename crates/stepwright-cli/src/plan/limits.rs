@@ -1,8 +1,8 @@
 //! The options of every law with an acceleration and a top speed.
 
 use clap::ValueEnum;
-use stepwright::profile::austin::C0;
 use stepwright::{Accel, Geometry, Rate, Speed};
+use stepwright_austin::C0;
 
 use super::Steps;
 use super::law::Value;

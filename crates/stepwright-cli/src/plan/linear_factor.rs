@@ -1,7 +1,7 @@
 //! `plan linear-factor`: Austin's recommended transition.
 
-use stepwright::profile::austin::LinearFactor;
 use stepwright::{Geometry, Rate};
+use stepwright_austin::LinearFactor;
 
 use super::counted::Counted;
 use super::formula::{At, Formula, Ramps, Turns};

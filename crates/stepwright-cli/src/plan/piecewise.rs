@@ -1,7 +1,7 @@
 //! `plan piecewise`: Austin's piecewise linear transition.
 
-use stepwright::profile::austin::Piecewise;
 use stepwright::{Geometry, Rate};
+use stepwright_austin::Piecewise;
 
 use super::counted::Counted;
 use super::formula::{At, Formula, Ramps, shadow};

@@ -1,7 +1,7 @@
 //! `plan power`: Austin's power term.
 
-use stepwright::profile::austin::PowerTerm;
 use stepwright::{Geometry, Rate};
+use stepwright_austin::PowerTerm;
 
 use super::counted::Counted;
 use super::formula::{At, Formula, Ramps, shadow};

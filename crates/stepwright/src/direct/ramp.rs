@@ -9,9 +9,8 @@
 //! Intervals are kept in 2⁻⁸ ticks, as in the article. What a division leaves
 //! over goes to the next one: at high speed, where 2c is less than 4n+1, the
 //! interval still falls, so the ramp can't stall below its top speed. That is what
-//! sets it apart from [`austin::Fixed`](crate::profile::austin::Fixed), which
-//! truncates as the published listing does; [`austin::Austin`](crate::profile::austin::Austin)
-//! holds the formula to a tick. The ramp down counts the steps
+//! sets it apart from `stepwright_austin::Fixed`, which truncates as the published
+//! listing does; `stepwright_austin::Austin` holds the formula to a tick. The ramp down counts the steps
 //! of the ramp up, so it ends exactly, and mirrors it within 0.2 %.
 //!
 //! **Error.** Against constant acceleration the interval is 2.1 % off at n = 1,

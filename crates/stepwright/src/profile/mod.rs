@@ -14,13 +14,11 @@
 //! | lists, callbacks, waits | [`series`] | – |
 //! | trapezoid: constant acceleration and deceleration | [`trapezoid`] | yes |
 //! | ramp counted in steps (the Nano slave) | [`ramp_steps`] | yes |
-//! | Austin's: fixed point, general, three transitions | [`austin`] | – |
 //! | S-curve: limited jerk | [`s_curve`] | yes |
 
 mod cursor;
 pub(crate) mod path;
 
-pub mod austin;
 pub mod constant;
 pub mod ramp_steps;
 pub mod s_curve;
@@ -28,7 +26,7 @@ pub mod series;
 pub mod trapezoid;
 
 pub use cursor::{Cursor, Fit};
-pub use path::{Path, Phase};
+pub use path::{Bounds, Path, Phase, slope_of};
 pub use ramp_steps::{Ramp, RampSteps};
 pub use s_curve::{Curve, SCurve, State, Tracer};
 pub use series::{Part, Series};

@@ -58,10 +58,12 @@ impl Phase {
 
 /// What bounds a path: speeds as squares and accelerations as slopes of w.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Bounds {
+pub struct Bounds {
+    /// The timer's rate.
     pub rate: Rate,
     /// Start and stop speed.
     pub start: Speed,
+    /// Top speed.
     pub top: Speed,
     /// 2a in 10⁻⁶ (steps/s)² per step, not 0.
     pub a2: u64,
@@ -69,8 +71,8 @@ pub(crate) struct Bounds {
     pub d2: u64,
 }
 
-/// Slope of w that belongs to an acceleration: 2a.
-pub(crate) const fn slope_of(a: Accel) -> u64 {
+/// Slope of speed² that belongs to an acceleration: 2a in 10⁻⁶ (steps/s)² per step.
+pub const fn slope_of(a: Accel) -> u64 {
     a.millisteps() * 2000
 }
 
@@ -283,7 +285,10 @@ fn along(w: u64, slope: u64, at: Q32) -> (u64, u64) {
 
 impl Bounds {
     /// No interval may exceed 2³¹ ticks, the one across the peak included.
-    pub(crate) fn check(&self) -> Result<(), Unfit> {
+    ///
+    /// # Errors
+    /// [`Unfit::Standstill`] without a top speed, [`Unfit::TooSlow`] for longer intervals.
+    pub fn check(&self) -> Result<(), Unfit> {
         if self.top == Speed::ZERO {
             return Err(Unfit::Standstill);
         }

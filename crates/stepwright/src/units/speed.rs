@@ -76,7 +76,7 @@ impl Speed {
     }
 
     /// v², in 10⁻⁶ (steps/s)²: at most 10¹⁸, exact.
-    pub(crate) const fn squared(self) -> u64 {
+    pub const fn squared(self) -> u64 {
         self.0 as u64 * self.0 as u64
     }
 }

@@ -6,7 +6,7 @@
 use stepwright::Speed;
 use stepwright::direct::Ramp;
 use stepwright::profile::Trapezoid;
-use stepwright::profile::austin::Fixed;
+use stepwright_austin::Fixed;
 use stepwright_avr::law::{LISTED, STEPS};
 
 stepwright_avr::measured_laws!(trial => {

@@ -3,7 +3,7 @@
 #![no_std]
 #![no_main]
 
-use stepwright::profile::austin::{Austin, Divisor, Ramp, Slope};
+use stepwright_austin::{Austin, Divisor, Ramp, Slope};
 use stepwright_avr::law::STEPS;
 
 stepwright_avr::measured_laws!(trial => {

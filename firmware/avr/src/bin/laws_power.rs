@@ -2,7 +2,7 @@
 #![no_std]
 #![no_main]
 
-use stepwright::profile::austin::PowerTerm;
+use stepwright_austin::PowerTerm;
 use stepwright_avr::law::STEPS;
 
 stepwright_avr::measured_laws!(trial => {

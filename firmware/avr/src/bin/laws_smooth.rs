@@ -2,7 +2,7 @@
 #![no_std]
 #![no_main]
 
-use stepwright::profile::austin::{LinearFactor, Piecewise};
+use stepwright_austin::{LinearFactor, Piecewise};
 use stepwright_avr::law::STEPS;
 
 stepwright_avr::measured_laws!(trial => {

@@ -6,9 +6,9 @@
 use anyhow::{Context, Error, Result};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
+use super::Subject;
 use super::job::{Axis, Job, Traffic, median, offsets};
 use super::table::Row;
-use super::Subject;
 use crate::board::HZ;
 
 /// 4,000 steps, 10,000 steps/s², 4,000 steps/s.

@@ -29,8 +29,7 @@ pub(super) fn isolated(subject: &Subject) -> Result<Vec<Row>> {
 }
 
 fn visits(subject: &Subject, axis: Axis) -> Result<Vec<Visit>> {
-    let outcome =
-        Job::new(&[axis], Traffic::Silent).keeping_visits().run(subject, |_| {})?;
+    let outcome = Job::new(&[axis], Traffic::Silent).keeping_visits().run(subject, |_| {})?;
     let mut outcome = outcome.map_err(Error::msg)?;
     let last = outcome.steps[0].last().context("no steps")?.time;
     let mut visits = outcome.chip.take_visits();

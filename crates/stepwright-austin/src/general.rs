@@ -25,9 +25,10 @@
 
 use super::count::{C0, Order, Pulses};
 use super::travel::{Slopes, Travel};
-use crate::fixed::{Q32, mul_div, share};
-use crate::profile::Unfit;
-use crate::units::{Accel, Rate, Speed};
+use crate::share::{mul_div, share};
+use stepwright::fixed::Q32;
+use stepwright::profile::Unfit;
+use stepwright::units::{Accel, Rate, Speed};
 
 /// What the change of a step is divided by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,7 +46,7 @@ const HALF_ROOT_PI: u64 = 3_806_315_662;
 /// A travel with Austin's ramps.
 ///
 /// ```
-/// use stepwright::profile::austin::{Austin, C0};
+/// use stepwright_austin::{Austin, C0};
 /// use stepwright::{Accel, Rate, Speed};
 /// // 1 MHz, 400 steps/s², 400 steps/s: Figures 2 to 4.
 /// let law = Austin::new(Rate::MHZ, Speed::from_steps(400)?, Accel::from_steps(400)?);

@@ -18,9 +18,10 @@
 
 use super::count::{C0, Order, Pulses};
 use super::travel::{Curve, Shadowed, Travel};
-use crate::fixed::{Q32, divide, multiply, share, shl, shr, zeros};
-use crate::profile::{Unfit, path::slope_of};
-use crate::units::{Accel, Rate, Speed};
+use crate::share::share;
+use stepwright::fixed::{Q32, divide, multiply, shl, shr, zeros};
+use stepwright::profile::{Unfit, slope_of};
+use stepwright::units::{Accel, Rate, Speed};
 
 /// The powers that can be had.
 pub const POWERS: core::ops::RangeInclusive<u8> = 2..=9;
@@ -28,7 +29,7 @@ pub const POWERS: core::ops::RangeInclusive<u8> = 2..=9;
 /// A travel that approaches its top speed by a power term.
 ///
 /// ```
-/// use stepwright::profile::austin::PowerTerm;
+/// use stepwright_austin::PowerTerm;
 /// use stepwright::{Accel, Rate, Speed};
 /// let law = PowerTerm::new(Rate::MHZ, Speed::from_steps(400)?, Accel::from_steps(400)?, 4);
 /// assert_eq!(law.delays(2000)?.count(), 2000);

@@ -33,9 +33,10 @@
 
 use super::count::Law;
 use super::travel::{Slopes, Travel};
-use crate::fixed::{Q32, share};
-use crate::profile::Phase;
-use crate::units::Ticks;
+use crate::share::share;
+use stepwright::fixed::Q32;
+use stepwright::profile::Phase;
+use stepwright::units::Ticks;
 
 /// 4n + 1 in 16 bits with a sign.
 const MOST: u32 = 8_191;
@@ -45,7 +46,7 @@ const COARSE: u32 = 24;
 /// The pulses of the published form. The first delay is 0.
 ///
 /// ```
-/// use stepwright::profile::austin::Fixed;
+/// use stepwright_austin::Fixed;
 /// let delays: Vec<u32> = Fixed::new(10, 50_000, 2_500).collect();
 /// assert_eq!(
 ///     delays,

@@ -25,9 +25,10 @@
 //! f64: each delay below one tick.
 
 use super::count::{C0, Law, Order, Pulses};
-use crate::fixed::{Q32, log2, mul_div, share};
-use crate::profile::{Phase, Unfit, path::slope_of};
-use crate::units::{Accel, Rate, Speed};
+use crate::share::{log2, mul_div, share};
+use stepwright::fixed::Q32;
+use stepwright::profile::{Phase, Unfit, slope_of};
+use stepwright::units::{Accel, Rate, Speed};
 
 /// log₂ e in 2⁻⁴⁸.
 const LOG2_E: u64 = 406_082_553_034_800;
@@ -35,7 +36,7 @@ const LOG2_E: u64 = 406_082_553_034_800;
 /// A travel whose acceleration falls linearly near the top speed.
 ///
 /// ```
-/// use stepwright::profile::austin::LinearFactor;
+/// use stepwright_austin::LinearFactor;
 /// use stepwright::{Accel, Rate, Speed};
 /// // Figure 8: 10 rad/s at 10 and −20 rad/s², 1.8°, 700 steps.
 /// let a = |n| Accel::from_millisteps(n).unwrap();

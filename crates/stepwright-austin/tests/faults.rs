@@ -1,10 +1,10 @@
 //! Faults that well-known implementations of Austin's law have, each as a test
 //! that would show it here.
 
-use stepwright::profile::austin::{
+use stepwright::{Accel, Rate, Speed, direct};
+use stepwright_austin::{
     Austin, C0, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope,
 };
-use stepwright::{Accel, Rate, Speed, direct};
 
 fn speed(v: u32) -> Speed {
     Speed::from_steps(v).unwrap()

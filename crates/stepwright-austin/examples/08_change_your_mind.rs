@@ -1,13 +1,13 @@
 //! A motor that changes its mind on the way, under Austin's law: each delay is
 //! made when it is asked for, so a change holds from the next step on.
 //!
-//! `cargo run -p stepwright --example 08_change_your_mind`
+//! `cargo run -p stepwright-austin --example 08_change_your_mind`
 //!
 //! With an argument, whichever, it prints a cycle file of its delays instead, which
 //! `stepwright cycle` plays and draws.
 
-use stepwright::profile::austin::Motion;
 use stepwright::{Accel, Rate, Speed};
+use stepwright_austin::Motion;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycle = std::env::args().len() > 1;

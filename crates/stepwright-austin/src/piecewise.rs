@@ -16,9 +16,10 @@
 
 use super::count::{C0, Order, Pulses};
 use super::travel::{Curve, Shadowed, Travel};
-use crate::fixed::{Q32, share, shr};
-use crate::profile::Unfit;
-use crate::units::{Accel, Rate, Speed};
+use crate::share::share;
+use stepwright::fixed::{Q32, shr};
+use stepwright::profile::Unfit;
+use stepwright::units::{Accel, Rate, Speed};
 
 /// Most breaks: the sixteenth lies 2⁻¹⁵ off the top speed.
 pub const MOST_BREAKS: u8 = 16;
@@ -31,7 +32,7 @@ const LARGEST: u64 = STEP << 33;
 /// A travel whose acceleration is reduced in stages near the top speed.
 ///
 /// ```
-/// use stepwright::profile::austin::Piecewise;
+/// use stepwright_austin::Piecewise;
 /// use stepwright::{Accel, Rate, Speed};
 /// let law = Piecewise::new(Rate::MHZ, Speed::from_steps(400)?, Accel::from_steps(400)?);
 /// assert_eq!(law.delays(2000)?.count(), 2000);
@@ -117,7 +118,7 @@ impl Stages {
 }
 
 /// The divisor 4n ± 1 for n in 2⁻²⁸ steps, and its dividend, in lowest terms.
-pub(super) fn divisor(fine: u64) -> (u64, u64) {
+pub(crate) fn divisor(fine: u64) -> (u64, u64) {
     let by = (fine.trailing_zeros() as u8).min(28);
     (2 * shr(STEP, by), shr(fine, by))
 }

@@ -1,9 +1,9 @@
 //! What these laws share: the first delay, and delays in whole ticks.
 
-use super::super::path::{Phase, slope_of};
-use super::super::{Unfit, path::Bounds};
-use crate::fixed::{self, ONE, Q32, Scale, root, share};
-use crate::units::{Accel, Rate, Speed, Ticks};
+use crate::share::share;
+use stepwright::fixed::{self, ONE, Q32, Scale, root};
+use stepwright::profile::{Bounds, Phase, Unfit, slope_of};
+use stepwright::units::{Accel, Rate, Speed, Ticks};
 
 /// How a ramp begins. Eq 12 takes too much off at n = 1: 0.6 instead of 0.4142
 /// of c₀ are left (Table 1).
@@ -23,7 +23,7 @@ pub enum C0 {
 impl C0 {
     /// The delay before the second pulse, and the count that the formula goes
     /// on from; with 0.4056 = 0.6 · 0.676 the formula itself makes c₁.
-    pub(super) fn counts(self, exact: Q32) -> (Q32, Q32) {
+    pub(crate) fn counts(self, exact: Q32) -> (Q32, Q32) {
         let reduced = share(exact, 676, 1000);
         match self {
             C0::Exact => (exact, exact),
@@ -33,7 +33,7 @@ impl C0 {
     }
 
     /// The part of the acceleration that the ramp has in truth: 0.676² or 1.
-    pub(super) const fn part(self) -> (u64, u64) {
+    pub(crate) const fn part(self) -> (u64, u64) {
         match self {
             C0::Exact => (28_561, 62_500),
             C0::Reduced | C0::FirstStep => (1, 1),
@@ -43,7 +43,7 @@ impl C0 {
 
 /// What every law of constant acceleration and a top speed takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Order {
+pub(crate) struct Order {
     pub rate: Rate,
     pub top: Speed,
     pub accel: Accel,
@@ -121,7 +121,7 @@ pub struct Pulses<L> {
 }
 
 impl<L: Law> Pulses<L> {
-    pub(super) fn new(law: L, lead: Q32, shortest: Q32, pulses: u32) -> Pulses<L> {
+    pub(crate) fn new(law: L, lead: Q32, shortest: Q32, pulses: u32) -> Pulses<L> {
         Pulses {
             law,
             lead: Some(lead),

@@ -7,8 +7,8 @@
 //! v² = v₀² + 2as within the stated error, is asserted of it.
 
 use proptest::prelude::*;
-use stepwright::profile::austin::Motion;
 use stepwright::{Accel, Rate, Speed};
+use stepwright_austin::Motion;
 
 /// v²/2 = (n + ½)·a of Eq 18, in 2⁻⁴⁰ · 10⁻⁶ (steps/s)²: whether a step more is needed
 /// to brake is a question of equality, so sums have to be exact.

@@ -2,8 +2,8 @@
 //! implementations have where a motion changes, each as a test that would show it.
 
 use stepwright::profile::Unfit;
-use stepwright::profile::austin::{Austin, Motion};
 use stepwright::{Accel, Rate, Speed};
+use stepwright_austin::{Austin, Motion};
 
 fn speed(v: u32) -> Speed {
     Speed::from_steps(v).unwrap()

@@ -14,9 +14,10 @@
 
 use super::count::{C0, Order};
 use super::piecewise::divisor;
-use crate::fixed::{Q32, share};
-use crate::profile::Unfit;
-use crate::units::{Accel, Rate, Speed, Ticks};
+use crate::share::share;
+use stepwright::fixed::Q32;
+use stepwright::profile::Unfit;
+use stepwright::units::{Accel, Rate, Speed, Ticks};
 
 /// One step and a half one, in the units of n.
 const STEP: u64 = 1 << 28;
@@ -41,7 +42,7 @@ pub enum Slope {
 /// ends with the pulse on which the motor is at rest.
 ///
 /// ```
-/// use stepwright::profile::austin::{C0, Ramp, Slope};
+/// use stepwright_austin::{C0, Ramp, Slope};
 /// use stepwright::{Accel, Rate};
 /// let a = |n| Accel::from_steps(n).unwrap();
 /// let mut ramp = Ramp::new(Rate::MHZ, a(400), C0::Reduced)?;

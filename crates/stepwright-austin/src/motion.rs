@@ -35,11 +35,12 @@
 //! limit, but in a fall right after a first step, which may be 9.4 % too steep. **Cost**:
 //! a step is one division, a change one or two more; in 128 bits, for hosts.
 
-use super::super::path::{Bounds, slope_of};
-use crate::fixed::{self, ONE, Q32, mul_div, root_fine, share};
-use crate::profile::Unfit;
-use crate::units::{Accel, Rate, Speed, Ticks};
+use crate::share::{mul_div, share};
 use core::cmp::Ordering;
+use stepwright::fixed::{self, ONE, Q32, root_fine};
+use stepwright::profile::Unfit;
+use stepwright::profile::{Bounds, slope_of};
+use stepwright::units::{Accel, Rate, Speed, Ticks};
 
 /// Speed² in 2⁻³² · 10⁻⁶ (steps/s)².
 type Square = u128;
@@ -55,7 +56,7 @@ type Square = u128;
 /// takes hold with the next one, a step after the one that is being waited for.
 ///
 /// ```
-/// use stepwright::profile::austin::Motion;
+/// use stepwright_austin::Motion;
 /// use stepwright::{Accel, Rate, Speed};
 /// let (slow, fast) = (Speed::from_steps(200)?, Speed::from_steps(400)?);
 /// let mut motion = Motion::new(Rate::MHZ, slow, Accel::from_steps(400)?)?;

@@ -5,8 +5,9 @@
 //! short even travel that is the delay which the published listing repeats.
 
 use super::count::Law;
-use crate::fixed::{Q32, share};
-use crate::profile::Phase;
+use crate::share::share;
+use stepwright::fixed::Q32;
+use stepwright::profile::Phase;
 
 /// A ramp that can be gone up and down.
 pub trait Slopes {
@@ -34,7 +35,7 @@ pub struct Travel<S> {
 }
 
 impl<S: Slopes> Travel<S> {
-    pub(super) fn new(slopes: S) -> Travel<S> {
+    pub(crate) fn new(slopes: S) -> Travel<S> {
         Travel { slopes, phase: Phase::Up, brake: 0 }
     }
 }
@@ -101,7 +102,7 @@ pub struct Shadowed<C> {
 
 impl<C: Curve> Shadowed<C> {
     /// `fall` begins at rest, too.
-    pub(super) fn new(rise: C, fall: C, enough: Q32) -> Shadowed<C> {
+    pub(crate) fn new(rise: C, fall: C, enough: Q32) -> Shadowed<C> {
         let count = rise.count();
         let mut both = Shadowed { rise, fall, count, enough };
         // A first delay may be shorter than the fall's.

@@ -6,10 +6,10 @@
 
 use proptest::prelude::*;
 use stepwright::profile::Unfit;
-use stepwright::profile::austin::{
+use stepwright::{Accel, Rate, Speed};
+use stepwright_austin::{
     Austin, C0, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope,
 };
-use stepwright::{Accel, Rate, Speed};
 
 /// Values as held, as real numbers: steps and seconds.
 #[derive(Clone, Copy, Debug)]

@@ -1,0 +1,103 @@
+//! Parts of a number, and logarithms: integers, the same bits on every machine.
+
+use stepwright::fixed::{multiply, shl, zeros};
+
+/// x · n / d, rounded down, and the remainder; saturating, and d = 0 counts
+/// as 1.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+pub(crate) fn mul_div(x: u64, n: u64, d: u64) -> (u64, u64) {
+    let d = d.max(1);
+    if let Some(p) = x.checked_mul(n) {
+        return (p / d, p % d);
+    }
+    let (high, low) = multiply(x, n);
+    if high >= d {
+        return (u64::MAX, 0);
+    }
+    long_divide(high, low, d)
+}
+
+/// x · n / d to the nearest; saturating, and d = 0 counts as 1.
+#[inline]
+pub(crate) fn share(x: u64, n: u64, d: u64) -> u64 {
+    let (q, rest) = mul_div(x, n, d);
+    q.saturating_add(u64::from(rest >= d.wrapping_sub(rest) && rest != 0))
+}
+
+/// (high, low) / d and the remainder, for high < d.
+fn long_divide(high: u64, low: u64, d: u64) -> (u64, u64) {
+    #[cfg(target_pointer_width = "64")]
+    {
+        let n = u128::from(high) << 64 | u128::from(low);
+        ((n / u128::from(d)) as u64, (n % u128::from(d)) as u64)
+    }
+    #[cfg(not(target_pointer_width = "64"))]
+    {
+        long_divide_bitwise(high, low, d)
+    }
+}
+
+/// [`long_divide`] without 128 bits: one subtraction a bit.
+#[cfg(any(test, not(target_pointer_width = "64")))]
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn long_divide_bitwise(high: u64, mut low: u64, d: u64) -> (u64, u64) {
+    let (mut rest, mut quotient) = (high, 0u64);
+    for _ in 0..64 {
+        let carry = rest >> 63 != 0;
+        rest = rest << 1 | low >> 63;
+        low <<= 1;
+        quotient <<= 1;
+        if carry || rest >= d {
+            rest = rest.wrapping_sub(d);
+            quotient |= 1;
+        }
+    }
+    (quotient, rest)
+}
+
+/// log₂ n in 2⁻⁴⁸, to a few of the last places; 0 for 0.
+///
+/// The mantissa is squared 48 times: each time it passes 2 is a bit.
+pub(crate) fn log2(n: u64) -> u64 {
+    let Some(whole) = n.checked_ilog2() else { return 0 };
+    let mut mantissa = shl(n, zeros(n)); // 1 … 2 in 2⁻⁶³
+    let mut log = u64::from(whole);
+    for _ in 0..48 {
+        let (square, _) = multiply(mantissa, mantissa); // 1 … 4 in 2⁻⁶²
+        let bit = square >> 63;
+        mantissa = if bit != 0 { square } else { square << 1 };
+        log = log << 1 | bit;
+    }
+    log
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn both_long_divisions_agree(high: u64, low: u64, d in 1u64..) {
+            let high = high % d;
+            prop_assert_eq!(long_divide(high, low, d), long_divide_bitwise(high, low, d));
+        }
+
+        #[test]
+        fn shares_are_the_nearest(x: u64, n: u64, d in 1u64.., by in 0u8..64) {
+            let (n, d) = (n >> by, d >> by | 1);
+            let wide = u128::from(x) * u128::from(n);
+            let (floor, nearest) = (wide / u128::from(d), (wide + u128::from(d / 2)) / u128::from(d));
+            let most = u128::from(u64::MAX);
+            prop_assert_eq!(u128::from(mul_div(x, n, d).0), floor.min(most));
+            prop_assert_eq!(u128::from(share(x, n, d)), nearest.min(most));
+        }
+
+        #[test]
+        fn logarithms_match_f64(n in 1u64.., by in 0u8..64) {
+            let n = (n >> by).max(1);
+            let (got, want) = (log2(n) as f64 / (1u64 << 48) as f64, (n as f64).log2());
+            prop_assert!((got - want).abs() < 1e-13 * 64.0, "{got} {want}");
+        }
+    }
+}

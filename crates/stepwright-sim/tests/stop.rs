@@ -112,6 +112,25 @@ fn other_limits_change_the_stop_and_not_its_end() {
     }
 }
 
+/// Where a corner was played as a level step a fall is no faster than its own steps take, so
+/// that no change finds it too fast for its end.
+#[test]
+fn a_change_where_the_fall_begins_goes_not_beyond_the_end() {
+    let rate = stepwright::Rate::from_hz(1_787_804).unwrap();
+    for change in ["Z", "a9000000", "t70000", "@-1635", "d160039"] {
+        for steps in 1600..1670 {
+            let mut queues = Queues::default();
+            let quick = Description::quick(rate, [18, 29, 33]);
+            let mut board = Board::new(&mut queues, quick, Vec::new());
+            say(&mut board, &format!("d160038 PO t76484 s27516 G-{steps} E"));
+            say(&mut board, change.replace("1635", &steps.to_string()).as_str());
+            board.run_to_rest();
+            let steps_made = edges::steps_of(board.recorder(), 0);
+            assert!(steps_made.iter().all(|step| step.1 >= -steps), "{change}, {steps} steps");
+        }
+    }
+}
+
 /// Nothing is planned beyond the first step while an axis waits for it: a stop then is obeyed
 /// there.
 /// The next step is queued while the present one is waited for: nobody but the interrupt

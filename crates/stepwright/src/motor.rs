@@ -335,9 +335,7 @@ impl<const Q: usize> Motor<Q> {
     pub(crate) fn brake(&mut self) {
         let mut left = 0;
         if self.is_open() {
-            // What falls to its end goes on: where a corner was played as a level step, it is
-            // a little faster than that takes, and would make a step more.
-            if self.leg == Leg::Open && !self.planner.falls() {
+            if self.leg == Leg::Open {
                 self.planner.brake();
             }
             self.leg = Leg::Braking;

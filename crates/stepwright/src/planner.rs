@@ -324,11 +324,6 @@ impl Planner {
         }
     }
 
-    /// Whether the fall to its end has begun.
-    pub(crate) fn falls(&self) -> bool {
-        self.rise | self.level == 0
-    }
-
     /// Whether it goes on until it is stopped.
     pub(crate) fn is_endless(&self) -> bool {
         self.endless

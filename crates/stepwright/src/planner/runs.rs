@@ -196,6 +196,8 @@ impl Planner {
         if self.is_bent() {
             return self.bent_corner(clock, work, last);
         }
+        // Before a fall the speed is that which takes its steps, also where it has no part.
+        let last = self.level == 1 && !self.endless;
         let rise = self.rise_part;
         let fall = if last { self.fall_part } else { 0 };
         let of_step = match work.stage {

@@ -7,9 +7,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use stepwright::{Accel, Rate, Speed, direct};
+use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::{
-    Austin, Divisor, Fixed, LinearFactor, Motion, Piecewise, PowerTerm, Ramp, Slope,
+    Austin, Carried, Divisor, Fixed, LinearFactor, Motion, Piecewise, PowerTerm, Ramp, Slope,
 };
 
 const STEPS: u32 = 4_000;
@@ -28,8 +28,8 @@ fn austin(c: &mut Criterion) {
     group.bench_function("fixed", |b| {
         b.iter(|| sum(Fixed::new(STEPS, black_box(c0), c_min)));
     });
-    group.bench_function("direct, for the interrupt", |b| {
-        b.iter(|| sum(direct::Ramp::new(STEPS, black_box(c0), c_min)));
+    group.bench_function("remainder carried", |b| {
+        b.iter(|| sum(Carried::new(STEPS, black_box(c0), c_min)));
     });
     let law = Austin::new(rate, top, accel);
     group.bench_function("general", |b| {

@@ -50,6 +50,7 @@
 //! | law | file | source |
 //! | --- | --- | --- |
 //! | the published listing, delay for delay | [`fixed`] | 24.8 fixed point |
+//! | the same, the remainder of each division carried | [`carried`]; as a feed of the engine [`direct`] | 24.8 fixed point |
 //! | constant acceleration | [`general`] | Eq 7, 12–15, 18, 19 |
 //! | the same, changing its acceleration anywhere | [`ramp`] | Eq 13, 17, 18 |
 //! | the same, changing its mind: target, speeds, ramps | [`motion`] | Eq 13, 16, 18 |
@@ -57,7 +58,7 @@
 //! | a power of n in the divisor | [`power`] | Eq 20, 21 |
 //! | the change scaled by a linear factor | [`linear`] | Eq 22–25 |
 //!
-//! All but the first hold c in 2⁻³² ticks, round each change to the nearest, and
+//! All but the first two hold c in 2⁻³² ticks, round each change to the nearest, and
 //! carry the part of a tick from delay to delay: each delay lies within a tick
 //! of its formula, and so does each pulse's time.
 //!
@@ -66,7 +67,9 @@
 //! David Austin, *Generate stepper-motor speed profiles in real time*, Embedded.com,
 //! 30 December 2004. Equation, figure and table numbers in these files are the article's.
 
+pub mod carried;
 mod count;
+pub mod direct;
 pub mod fixed;
 pub mod general;
 pub mod linear;
@@ -77,7 +80,9 @@ pub mod ramp;
 mod share;
 mod travel;
 
+pub use carried::Carried;
 pub use count::{C0, Law, Pulses};
+pub use direct::Direct;
 pub use fixed::Fixed;
 pub use general::{Austin, Divisor};
 pub use linear::LinearFactor;

@@ -1,9 +1,9 @@
 //! Faults that well-known implementations of Austin's law have, each as a test
 //! that would show it here.
 
-use stepwright::{Accel, Rate, Speed, direct};
+use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::{
-    Austin, C0, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope,
+    Austin, C0, Carried, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope,
 };
 
 fn speed(v: u32) -> Speed {
@@ -232,7 +232,7 @@ fn steps_times_deceleration() {
 fn the_law_in_the_interrupt() {
     for (pulses, c0, c_min) in [(3, 50_000, 2_500), (10, 50_000, 2_500), (2_000, 50_000, 1_000)] {
         let ours = fixed(pulses, c0, c_min);
-        let direct: Vec<_> = direct::Ramp::new(pulses, c0, c_min).collect();
+        let direct: Vec<_> = Carried::new(pulses, c0, c_min).collect();
         assert_eq!(ours.len(), direct.len());
         for (i, (a, b)) in ours.iter().zip(&direct).enumerate() {
             assert!(a.abs_diff(*b) <= 1 + a / 500, "{i}: {a} {b}");

@@ -5,7 +5,6 @@
 mod board;
 mod clamp;
 pub mod compress;
-pub mod direct;
 pub mod drive;
 pub mod engine;
 pub mod entry;

@@ -123,7 +123,7 @@ pub(crate) struct Planner {
 /// 2a in 10⁻⁶ (steps/s)² per step, at least that of [`Accel::MIN`]; 0 where a ramp in steps
 /// has nothing to gain: there is none.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-pub(crate) fn slope(order: &Order, ramp: &Ramp) -> Num {
+fn slope(order: &Order, ramp: &Ramp) -> Num {
     match ramp {
         Ramp::Steps(steps) => {
             let start = square(order.start).number();

@@ -3,10 +3,11 @@
 
 use std::fmt::Write;
 
-use stepwright::direct;
 use stepwright::profile::Trapezoid;
 use stepwright::{Accel, Rate, Speed};
-use stepwright_austin::{Austin, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope};
+use stepwright_austin::{
+    Austin, Carried, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope,
+};
 use stepwright_rig::board::Pin;
 use stepwright_rig::{Board, Chip, firmware};
 
@@ -33,7 +34,7 @@ fn programs() -> [(&'static str, Vec<Law>); 4] {
             vec![
                 ("trapezoid", trapezoid.delays(STEPS).unwrap().sum(), 4002, 62_293),
                 ("listing", Fixed::new(STEPS, 9_560, 500).sum(), 962, 2555),
-                ("remainder carried", direct::Ramp::new(STEPS, 9_560, 500).sum(), 528, 1596),
+                ("remainder carried", Carried::new(STEPS, 9_560, 500).sum(), 528, 1596),
             ],
         ),
         (

@@ -9,39 +9,35 @@
 //! Intervals are kept in 2⁻⁸ ticks, as in the article. What a division leaves
 //! over goes to the next one: at high speed, where 2c is less than 4n+1, the
 //! interval still falls, so the ramp can't stall below its top speed. That is what
-//! sets it apart from `stepwright_austin::Fixed`, which truncates as the published
-//! listing does; `stepwright_austin::Austin` holds the formula to a tick. The ramp down counts the steps
+//! sets it apart from [`Fixed`](super::Fixed), which truncates as the published
+//! listing does; [`Austin`](super::Austin) holds the formula to a tick. The ramp down counts the steps
 //! of the ramp up, so it ends exactly, and mirrors it within 0.2 %.
 //!
 //! **Error.** Against constant acceleration the interval is 2.1 % off at n = 1,
 //! 0.75 % at n = 2 and less than 0.04 % from n = 10 on; the steps that a ramp
 //! takes to its top speed are right within 2 %.
 
-use crate::num::Num;
-use crate::order::{Order, Travel};
-use crate::planner::slope;
-use crate::profile::{Ramp as Slope, Unfit};
-use crate::units::{Rate, Speed, Ticks};
+use stepwright::units::Ticks;
 
 /// Fraction of an interval.
-pub(super) const BITS: u32 = 8;
+pub(crate) const BITS: u32 = 8;
 /// Intervals of 2²² ticks (0.26 s at 16 MHz) or more are not for this law: with
 /// [`LAST_DIVISOR`] a remainder and twice an interval fit 32 bits.
-pub(super) const LONGEST: Ticks = (1 << 22) - 1;
+pub(crate) const LONGEST: Ticks = (1 << 22) - 1;
 /// A ramp has at most 2²⁹ steps.
 const LAST_DIVISOR: u32 = 1 << 31;
 
 /// One travel along Austin's ramp.
 ///
 /// ```
-/// use stepwright::direct::Ramp;
+/// use stepwright_austin::Carried;
 /// // The article's demo: 1 MHz, the first delay 50000, the shortest 2500.
-/// let delays: Vec<_> = Ramp::new(10, 50_000, 2_500).collect();
+/// let delays: Vec<_> = Carried::new(10, 50_000, 2_500).collect();
 /// assert_eq!(delays[..5], [50_000, 30_000, 23_333, 19_744, 17_421]);
 /// assert_eq!(delays.len(), 9); // between 10 pulses
 /// ```
 #[derive(Clone, Debug)]
-pub struct Ramp {
+pub struct Carried {
     /// The next interval, in 2⁻⁸ ticks.
     delay: u32,
     /// 4n+1, of the n steps of the ramp so far.
@@ -54,72 +50,22 @@ pub struct Ramp {
     shortest: u32,
     /// The interval that the top speed cut short, for the way down; or 0.
     top: u32,
-    /// 4n+1 of the start speed, where the ramp down ends.
-    end: u32,
     /// On the way down.
     down: bool,
 }
 
-impl Ramp {
+impl Carried {
     /// No travel.
-    pub const NONE: Ramp =
-        Ramp { delay: 0, divisor: 0, margin: 0, rest: 0, shortest: 0, top: 0, end: 0, down: false };
+    pub const NONE: Carried =
+        Carried { delay: 0, divisor: 0, margin: 0, rest: 0, shortest: 0, top: 0, down: false };
 
     /// `pulses` pulses: the first delay is `first` ticks, the shortest
     /// `shortest`. Delays are at least 1 tick and at most 2²² − 1; a `first`
     /// shorter than `shortest` is constant speed at `shortest`.
-    pub fn new(pulses: u32, first: Ticks, shortest: Ticks) -> Ramp {
+    pub fn new(pulses: u32, first: Ticks, shortest: Ticks) -> Carried {
         let shortest = shortest.clamp(1, LONGEST) << BITS;
         let delay = (first.clamp(1, LONGEST) << BITS).max(shortest);
-        Ramp { delay, shortest, margin: pulses.saturating_sub(1), divisor: 1, end: 1, ..Ramp::NONE }
-    }
-
-    /// The ramp of an order. An endless travel has this many pulses that it takes
-    /// [`go_on`](Ramp::go_on) once a day.
-    ///
-    /// # Errors
-    /// [`Unfit::Uneven`] if the ramps differ, [`Unfit`] if an interval would be
-    /// too long, or the order makes no sense.
-    #[inline(never)]
-    pub fn of(rate: Rate, order: &Order) -> Result<Ramp, Unfit> {
-        if order.up != order.down {
-            return Err(Unfit::Uneven);
-        }
-        if order.up == Slope::Steps(0) {
-            return Err(Unfit::NoRamp);
-        }
-        if order.top == Speed::ZERO {
-            return Err(Unfit::Standstill);
-        }
-        let slope = slope(order, &order.up);
-        // 2f, in ticks · 0.001 steps/s.
-        let twice = Num::from(rate.hz()).times(&Num::small(2000));
-        let fine = |v: Speed| {
-            twice.over(&Num::from(v.millisteps())).scaled(BITS as i16 - 1).rounded_whole()
-        };
-        let shortest = fine(order.top).max(1 << BITS);
-        let start = order.start.min(order.top);
-        // The steps that a ramp from rest would have taken so far (Eq 16).
-        let v = Num::from(start.millisteps());
-        let (mut risen, _) = v.times(&v).over(&slope).split();
-        let mut delay = fine(start);
-        if start >= order.top {
-            risen = 0;
-        } else if risen == 0 {
-            // 0.676 · 256, in 1/256.
-            let first = twice.over(&slope.root()).times(&Num::small(44_302)).scaled(-8);
-            delay = first.rounded_whole().min(delay);
-        }
-        let delay = delay.max(shortest);
-        if delay > LONGEST << BITS || risen >= LAST_DIVISOR / 4 {
-            return Err(Unfit::TooSlow);
-        }
-        let margin = match order.travel {
-            Travel::By(steps) => steps.unsigned_abs().saturating_sub(1),
-            Travel::Endless(_) => u32::MAX,
-        };
-        let divisor = risen.wrapping_mul(4) | 1;
-        Ok(Ramp { delay, shortest, margin, divisor, end: divisor, ..Ramp::NONE })
+        Carried { delay, shortest, margin: pulses.saturating_sub(1), divisor: 1, ..Carried::NONE }
     }
 
     /// Brakes from here, in as many steps as the ramp has taken.
@@ -127,19 +73,12 @@ impl Ramp {
         self.margin = 0;
     }
 
-    /// An endless travel has not come near its end.
-    pub fn go_on(&mut self) {
-        if self.margin != 0 {
-            self.margin = u32::MAX;
-        }
-    }
-
     /// The next interval, in 2⁻⁸ ticks.
     #[inline]
-    pub(super) fn step(&mut self) -> Option<u32> {
+    pub(crate) fn step(&mut self) -> Option<u32> {
         let delay = self.delay;
         match self.margin.checked_sub(1) {
-            None if self.divisor == self.end => return None,
+            None if self.divisor == 1 => return None,
             None => self.slow_down(),
             // A step at the speed reached: the middle of an even travel.
             Some(0) => self.margin = 0,
@@ -205,7 +144,7 @@ fn divided(mut dividend: u32, divisor: u32) -> (u32, u32) {
     (quotient, dividend)
 }
 
-impl Iterator for Ramp {
+impl Iterator for Carried {
     type Item = Ticks;
 
     fn next(&mut self) -> Option<Ticks> {
@@ -220,7 +159,7 @@ mod tests {
     use std::vec::Vec;
 
     fn delays(pulses: u32, first: Ticks, shortest: Ticks) -> Vec<Ticks> {
-        Ramp::new(pulses, first, shortest).collect()
+        Carried::new(pulses, first, shortest).collect()
     }
 
     #[test]
@@ -280,7 +219,7 @@ mod tests {
 
     #[test]
     fn braking_takes_the_ramp_back() {
-        let mut ramp = Ramp::new(100_000, 50_000, 2_500);
+        let mut ramp = Carried::new(100_000, 50_000, 2_500);
         let up: Vec<_> = ramp.by_ref().take(100).collect();
         ramp.brake();
         let down: Vec<_> = ramp.collect();

@@ -1,16 +1,26 @@
-//! A [`Ramp`] as a feed: the engine asks it for one step at a time.
+//! [`Carried`] as a feed: a law in the step interrupt.
+//!
+//! The engine asks for one step at a time. Each interval is computed after the pulse
+//! before it has been made, and loaded one step later. The price is a division a step.
+//!
+//! ```text
+//!   STEP    ┌───┐             ┌───┐
+//!        ───┘   └─────────────┘   └──────
+//!           │ load c(n)       │ load c(n+1)
+//!           └── compute c(n+1)└── compute c(n+2)
+//! ```
 
-use super::ramp::{BITS, LONGEST, Ramp};
-use crate::queue::{Feed, Taken};
-use crate::run::Run;
-use crate::units::Ticks;
+use super::carried::{BITS, Carried, LONGEST};
+use stepwright::queue::{Feed, Taken};
+use stepwright::run::Run;
+use stepwright::units::Ticks;
 
 /// The travel of one axis, its next interval computed one step ahead.
 #[derive(Clone, Debug)]
 pub struct Direct {
     /// The interval after the next pulse, in 2⁻⁸ ticks; `None` once the travel is over.
     ready: Option<u32>,
-    ramp: Ramp,
+    ramp: Carried,
     /// From the beginning to the change of direction.
     hold: Ticks,
     /// From there to the first pulse.
@@ -31,7 +41,7 @@ impl Direct {
     /// Nothing to do.
     pub const IDLE: Direct = Direct {
         ready: None,
-        ramp: Ramp::NONE,
+        ramp: Carried::NONE,
         hold: 0,
         lead: 0,
         stage: Stage::Steps,
@@ -40,7 +50,7 @@ impl Direct {
 
     /// A travel: `hold` ticks after the start its direction is set, its first
     /// pulse comes `lead` ticks later.
-    pub fn begin(&mut self, forward: bool, hold: Ticks, lead: Ticks, ramp: Ramp) {
+    pub fn begin(&mut self, forward: bool, hold: Ticks, lead: Ticks, ramp: Carried) {
         let lead = lead.min(LONGEST);
         *self = Direct { ready: None, ramp, hold, lead, stage: Stage::Turn, forward };
         // The first interval is computed here: the interrupt would be late.
@@ -80,7 +90,7 @@ impl Feed for Direct {
 
     fn clear(&mut self) {
         (self.ready, self.stage) = (None, Stage::Steps);
-        self.ramp = Ramp::NONE;
+        self.ramp = Carried::NONE;
     }
 }
 
@@ -102,7 +112,7 @@ mod tests {
     fn a_travel_is_a_turn_a_lead_and_the_ramp() {
         let mut feed = Direct::IDLE;
         assert_eq!(feed.take(), Taken::End);
-        feed.begin(false, 20, 1_000, Ramp::new(3, 50_000, 2_500));
+        feed.begin(false, 20, 1_000, Carried::new(3, 50_000, 2_500));
         let steady = |ticks| Run::steady(ticks, 1);
         let want = [Run::turn(20, false), steady(1_000), steady(50_000), steady(30_000)];
         assert_eq!(taken(&mut feed), want);
@@ -113,7 +123,7 @@ mod tests {
     #[test]
     fn fractions_reach_the_deadlines() {
         let mut feed = Direct::IDLE;
-        feed.begin(true, 0, 100, Ramp::new(10, 50_000, 2_500));
+        feed.begin(true, 0, 100, Carried::new(10, 50_000, 2_500));
         let runs = taken(&mut feed);
         assert_eq!(runs[4].interval(), (30_000u64 * 7 / 9) << 16 | 0x5600); // 23,333.34
     }
@@ -121,7 +131,7 @@ mod tests {
     #[test]
     fn forgotten_is_over() {
         let mut feed = Direct::IDLE;
-        feed.begin(true, 0, 100, Ramp::new(10, 50_000, 2_500));
+        feed.begin(true, 0, 100, Carried::new(10, 50_000, 2_500));
         feed.take();
         feed.clear();
         assert_eq!(feed.take(), Taken::End);

@@ -265,37 +265,36 @@ impl Writer {
         // Modulo 2³²: less than nothing may be left of a wait, too.
         let (sum, over) = part.overflowing_add(self.owed as u16);
         let carried = (self.owed >> 16).wrapping_add(over.into());
-        let ticks = ticks.wrapping_add_signed(carried);
+        let mut ticks = ticks.wrapping_add_signed(carried);
         let lack = (LEAST as i32).wrapping_sub(ticks as i32);
         if self.due != Due::Step && (1..0x4000).contains(&lack) {
             self.owed = i32::from(sum).wrapping_sub(lack << 16);
             return to.put(self.one(LEAST << 8, 1));
         }
-        let [part, low] = sum.to_le_bytes();
-        let mut interval = ticks << 8 | u32::from(low);
-        let mut high = (ticks >> 24) as u8;
+        let [part, mut low] = sum.to_le_bytes();
         // Halved until it is near; the bits that fall off are owed.
         let (mut k, mut bit) = (0u8, 1u32 << 8);
         self.owed = part.into();
-        while high != 0 || interval >= NEAR << 8 {
-            if interval & 1 != 0 {
+        while ticks >= NEAR {
+            if low & 1 != 0 {
                 self.owed |= bit as i32;
             }
-            interval = interval >> 1 | u32::from(high) << 31;
-            high >>= 1;
+            low = low >> 1 | (ticks as u8) << 7;
+            ticks >>= 1;
             bit <<= 1;
             k += 1;
         }
-        let groups = if k < 8 { (bit >> 8) as u8 } else { 0 };
-        to.put(self.one(interval, groups));
+        let interval = ticks << 8 | u32::from(low);
+        // 2^k of them; 256, and their multiples, are 0.
+        to.put(self.one(interval, (bit >> 8) as u8));
         if k > 8 {
-            // 2^k − 256 more, in groups of 256 times as many as divide it.
-            let (events, groups) = match k {
-                18 => (33, 31),
-                17 => (73, 7),
-                _ => ((bit >> 16).wrapping_sub(1) as u16, 1),
+            // 2^k − 256 more, in groups of 256 times as many as divide it: 33, 73, …
+            let (high, groups) = match k {
+                18 => (32, 31),
+                17 => (72, 7),
+                _ => (((bit >> 16) as u8).wrapping_sub(2), 1),
             };
-            to.put(entry(interval, 0, Events::new(events << 8), groups, 0, 0));
+            to.put(entry(interval, 0, Events { low: 0, high }, groups, 0, 0));
         }
     }
 
@@ -325,18 +324,18 @@ impl Writer {
             return self.groups(0, to);
         }
         let flat = growth <= LOOSE && count < 256 && {
-            let square = count.wrapping_mul(count);
-            u32::from(square).saturating_mul(growth) <= LOOSE
+            // count² · growth, within 32 bits.
+            let once = growth.wrapping_mul(count.into());
+            once <= LOOSE && once.wrapping_mul(count.into()) <= LOOSE
         };
         if growth == 0 || flat {
             return self.flat(count, to);
         }
-        let mut bits = 0u8;
-        while bits < 8
-            && count & (2u16 << bits).wrapping_sub(1) == 0
-            && growth <= LOOSE >> (2 * bits + 2)
-        {
+        let (mut bits, mut rest, mut most) = (0u8, 1u16, LOOSE >> 2);
+        while bits < 8 && count & rest == 0 && growth <= most {
             bits += 1;
+            rest = rest << 1 | 1;
+            most >>= 2;
         }
         // None of the planner's is that long: its groups would deviate by more.
         while count >> bits > 255 {
@@ -358,11 +357,10 @@ impl Writer {
     /// The next steps at their mean interval, with those that have been kept.
     #[inline(never)]
     fn flat(&mut self, mut steps: u16, to: &mut impl Sink) {
-        let whole = self.part;
+        let Steps { first, add, .. } = self.part;
         self.skip(steps);
-        let rest = self.part;
-        let spread = whole.add.wrapping_mul(i32::from(steps).wrapping_sub(1));
-        let first = whole.first.wrapping_add_signed(spread >> 1);
+        let spread = add.wrapping_mul(i32::from(steps).wrapping_sub(1));
+        let first = first.wrapping_add_signed(spread >> 1);
         let apart = self.kept.first.wrapping_sub(first) as i32;
         if self.kept.count != 0
             && apart.unsigned_abs() < APART
@@ -377,7 +375,6 @@ impl Writer {
         if steps > FEW || first >= FAST << 16 {
             self.flush(to);
         }
-        self.part = rest;
     }
 
     /// What has been kept.

@@ -123,25 +123,27 @@ pub(crate) struct Planner {
 /// 2a in 10⁻⁶ (steps/s)² per step, at least that of [`Accel::MIN`]; 0 where a ramp in steps
 /// has nothing to gain: there is none.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-fn slope(order: &Order, ramp: &Ramp) -> Num {
+fn set_slope(slope: &mut Num, order: &Order, ramp: &Ramp) {
     match ramp {
         Ramp::Steps(steps) => {
             let start = square(order.start).number();
-            let rise = square(order.top).minus(&start).number();
+            square(order.top).minus(&start).to(slope);
             // To the nearest 10⁻⁶, as the law holds it.
-            let slope = whole(u32::from(*steps)).under(&rise).number().rounded();
+            *slope = whole(u32::from(*steps)).under(slope).number().rounded();
             let least = whole(2000 * Accel::MIN.millisteps() as u32).number();
-            if slope.is_zero() || slope.at_least(&least) { slope } else { least }
+            if !slope.is_zero() && !slope.at_least(&least) {
+                *slope = least;
+            }
         }
-        Ramp::Accel(a) => slope_of(*a),
+        Ramp::Accel(a) => set_slope_of(slope, *a),
     }
 }
 
-/// [`slope`] of an acceleration.
+/// [`set_slope`] of an acceleration.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-fn slope_of(a: Accel) -> Num {
+fn set_slope_of(slope: &mut Num, a: Accel) {
     let a = Num::from_wide(a.millisteps());
-    whole(2000).times(&a).number()
+    whole(2000).times(&a).to(slope);
 }
 
 /// Speed² of a speed, in 10⁻⁶ (steps/s)².
@@ -186,11 +188,11 @@ impl Planner {
             return Err(Unfit::Standstill);
         }
         self.size = 0;
-        self.a2 = slope(order, &order.up);
-        self.d2 = slope(order, &order.down);
-        self.top = Num::from(order.top.millisteps());
-        self.v_end = Num::from(order.start.min(order.top).millisteps());
-        hand(&self.v_end).square().to(&mut self.w_end);
+        set_slope(&mut self.a2, order, &order.up);
+        set_slope(&mut self.d2, order, &order.down);
+        whole(order.top.millisteps()).to(&mut self.top);
+        let start = whole(order.start.min(order.top).millisteps());
+        start.also(&mut self.v_end).square().to(&mut self.w_end);
         whole(0).to(&mut self.v);
         self.endless = matches!(order.travel, Travel::Endless(_));
         self.bent.limit(order.jerk)?;
@@ -205,9 +207,10 @@ impl Planner {
 
     /// Lays out another travel from rest, within the limits of the last: so
     /// many pulses, the first of which is not part of the runs.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn lay_out_again(&mut self, pulses: u32) {
         self.carry = 0;
-        self.v = self.v_end;
+        hand(&self.v_end).to(&mut self.v);
         self.divide(clamp::less(pulses, 1));
     }
 
@@ -221,10 +224,10 @@ impl Planner {
             Change::Target(_) => self.endless = false,
             Change::Accel(a) | Change::Decel(a) => {
                 let up = matches!(change, Change::Accel(_));
-                *(if up { &mut self.a2 } else { &mut self.d2 }) = slope_of(*a);
+                set_slope_of(if up { &mut self.a2 } else { &mut self.d2 }, *a);
             }
             Change::Top(top) => {
-                self.top = Num::from(top.millisteps());
+                whole(top.millisteps()).to(&mut self.top);
                 if self.top.is_zero() || !self.top.at_least(&self.v_end) {
                     return Err(Unfit::BelowStart);
                 }

@@ -20,7 +20,7 @@ impl Planner {
             let (steps, part) = self.way_to(&w_top).split();
             let rise = whole(clamp::sum(steps, (part != 0).into())).number();
             hand(&self.v).square().minus(&w_top).over(&rise).to(&mut self.slope);
-            self.w_from = w_top;
+            hand(&w_top).to(&mut self.w_from);
             rise
         } else {
             hand(&self.v).square().also(&mut self.w_from).off(&w_top).over(&self.a2).number()
@@ -83,6 +83,6 @@ impl Planner {
         (self.rise, self.rise_part) = (0, 0);
         (self.fall, self.fall_part) = self.way_to(&self.w_end).split();
         self.level = u32::from(self.fall_part != 0);
-        self.v_top = self.v;
+        hand(&self.v).to(&mut self.v_top);
     }
 }

@@ -203,12 +203,12 @@ impl Planner {
         let of_step = match work.stage {
             Stage::Begin => {
                 whole(0).to(&mut work.pending);
-                work.mean = self.v;
+                hand(&self.v).to(&mut work.mean);
                 work.stage = Stage::Half;
                 rise
             }
             Stage::Half => {
-                work.mean = self.v_top;
+                hand(&self.v_top).to(&mut work.mean);
                 work.stage = if last { Stage::Late } else { Stage::Last };
                 // Of the whole step: the parts are in 2⁻³², and not both 0.
                 0u32.wrapping_sub(rise).wrapping_sub(fall)
@@ -219,8 +219,8 @@ impl Planner {
                 fall
             }
             Stage::Last | Stage::Taken => {
-                self.v = work.mean;
-                work.mean = work.pending;
+                hand(&work.mean).to(&mut self.v);
+                hand(&work.pending).to(&mut work.mean);
                 if last {
                     self.fall_part = 0;
                 }

@@ -23,8 +23,8 @@
 //!
 //! Waits have 8 bits behind the point, half as many as a run's intervals. Every
 //! entry rounds to the nearest, and what is left is added to the next: deadlines
-//! at the ends of runs stay within 1/512 tick a step of that run, and do not
-//! drift. Between them, the growth of a run is played in groups that deviate by
+//! at the ends of runs stay within 1/512 tick a step of that run, and of the few
+//! that are joined with it, and do not drift. Between them, the growth of a run is played in groups that deviate by
 //! one tick at most, and rounded to 1/256 tick a group: less than eight ticks for
 //! all that the planner makes of ramps.
 

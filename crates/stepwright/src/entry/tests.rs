@@ -147,7 +147,8 @@ proptest! {
         for k in 0..4 {
             let at = usize::from(count) * k;
             let off = (made[at] - want[at]).abs();
-            prop_assert!(off <= i64::from(count) * 129, "run {k}: {off}");
+            // Up to FEW steps of the run before are joined with it.
+            prop_assert!(off <= i64::from(count + FEW) * 129, "run {k}: {off}");
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::board::Board;
 use crate::clamp;
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Report, Timing};
-use crate::motor::{Horizon, Motor, Progress, Wait};
+use crate::motor::{Horizon, Motor, Wait};
 use crate::order::{Change, Order, Refusal, Travel};
 use crate::planner::{Clock, Work};
 use crate::queue::{Feed, Producer};
@@ -108,7 +108,7 @@ pub struct Group<'q, const N: usize, const Q: usize> {
     uncertain: Axes,
     /// Axes that rested when time passed last.
     rested: Axes,
-    /// Whose turn it is to plan.
+    /// The axis whose run is planned.
     turn: u8,
 }
 
@@ -364,34 +364,48 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Does one piece of planning: at most one run of one axis. Call it again
-    /// at once while it answers true, and at least every millisecond.
+    /// Does one piece of planning: a part of one run of the axis whose queue lasts the
+    /// shortest. Call it again at once while it answers true, and at least every millisecond.
     pub fn poll(&mut self, engine: &mut impl Control) -> bool {
-        for _ in 0..N {
-            let axis = self.turn;
-            let index = usize::from(axis);
-            let (Some(motor), Some(feed)) = (self.motors.get_mut(index), self.feeds.get_mut(index))
-            else {
-                break;
-            };
-            let progress = motor.plan(feed, &self.given.clock, &mut self.work, &self.given.horizon);
-            if progress == Progress::Midway {
+        if !self.work.is_begun() {
+            let (mut least, mut turns, mut axis) = (u8::MAX, false, 0);
+            for (motor, feed) in self.motors.iter_mut().zip(&mut self.feeds) {
+                let ahead = motor.wants(feed, &self.given.horizon);
+                if ahead < least {
+                    (least, self.turn) = (ahead, axis);
+                }
+                turns |= motor.is_to_turn();
+                axis += 1;
+            }
+            if turns && self.turn_round(engine) {
                 return true;
             }
-            self.turn = if usize::from(axis) + 1 < N { axis + 1 } else { 0 };
-            if progress == Progress::Done {
-                return true;
-            }
-            if progress == Progress::Turn && self.starting >> axis & 1 == 0 && engine.is_idle(axis)
-            {
-                motor.turn();
-                self.begin(1 << axis, self.given.board.timing.hold);
-                return true;
+            if least == u8::MAX {
+                let starting = core::mem::take(&mut self.starting);
+                if starting != 0 {
+                    engine.start(starting);
+                }
+                return starting != 0;
             }
         }
-        if self.starting != 0 {
-            engine.start(core::mem::take(&mut self.starting));
-            return true;
+        let index = usize::from(self.turn);
+        if let (Some(motor), Some(feed)) = (self.motors.get_mut(index), self.feeds.get_mut(index)) {
+            motor.plan(feed, &self.given.clock, &mut self.work, &self.given.horizon);
+        }
+        true
+    }
+
+    /// Begins the next leg of an axis that rests before it. False if there is none.
+    #[inline(never)]
+    fn turn_round(&mut self, engine: &impl Control) -> bool {
+        let mut bit = 1;
+        for (axis, motor) in (0u8..).zip(&mut self.motors) {
+            if motor.is_to_turn() && self.starting & bit == 0 && engine.is_idle(axis) {
+                motor.turn();
+                self.begin(bit, self.given.board.timing.hold);
+                return true;
+            }
+            bit <<= 1;
         }
         false
     }
@@ -401,7 +415,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn brake(&mut self, axis: u8) {
         if let Some(motor) = self.motors.get_mut(usize::from(axis)) {
             motor.brake();
-            // If it was this axis' turn, its run starts again; if not, another's
+            // If it is this axis that is planned, its run starts again; if not, another's
             // does, which costs a little time and nothing else. A run that has been taken is
             // queued yet: the axis brakes from its end.
             self.work.drop();

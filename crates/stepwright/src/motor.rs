@@ -266,28 +266,40 @@ impl<const Q: usize> Motor<Q> {
         }
     }
 
-    /// Does a piece of planning, if a run is wanted: the last is to queue it.
+    /// If it is to plan a run: how long what is queued lasts, in units of the horizon; else
+    /// the highest number.
+    #[inline(always)]
+    pub(crate) fn wants(&mut self, feed: &mut Producer<'_, Q>, horizon: &Horizon) -> u8 {
+        if !self.is_open() || feed.is_full() {
+            return u8::MAX;
+        }
+        let ahead = self.ahead(feed);
+        if ahead < horizon.units {
+            ahead
+        } else if feed.len() <= 1 {
+            // One at least is behind the present one, however long that lasts.
+            u8::MAX - 1
+        } else {
+            u8::MAX
+        }
+    }
+
+    /// Whether another leg is to come, once the axis rests.
+    pub(crate) fn is_to_turn(&self) -> bool {
+        self.leg == Leg::Next
+    }
+
+    /// Does a piece of planning: the last of a run queues it.
     pub(crate) fn plan(
         &mut self,
         feed: &mut Producer<'_, Q>,
         clock: &Clock,
         work: &mut Work,
         horizon: &Horizon,
-    ) -> Progress {
-        match self.leg {
-            Leg::Done => return Progress::Nothing,
-            Leg::Next => return Progress::Turn,
-            Leg::Open | Leg::Braking => {}
-        }
+    ) {
         if let Some(run) = work.taken() {
             work.clear();
-            self.push(feed, run, work.span);
-            return Progress::Done;
-        }
-        if !work.is_begun()
-            && (feed.is_full() || (feed.len() > 1 && self.ahead(feed) >= horizon.units))
-        {
-            return Progress::Nothing;
+            return self.push(feed, run, work.span);
         }
         match self.planner.next(clock, work) {
             Planned::Ready => {
@@ -296,13 +308,9 @@ impl<const Q: usize> Motor<Q> {
                 // Close to the end of what a number holds; an endless travel may go on.
                 let [.., high] = self.left.to_le_bytes();
                 self.beyond |= high == 0x80;
-                Progress::Midway
             }
-            Planned::Again => Progress::Midway,
-            Planned::End => {
-                self.finish(feed, clock);
-                Progress::Done
-            }
+            Planned::Again => {}
+            Planned::End => self.finish(feed, clock),
         }
     }
 
@@ -381,19 +389,6 @@ impl<const Q: usize> Motor<Q> {
     pub(crate) fn planning(&self) -> bool {
         self.leg != Leg::Done
     }
-}
-
-/// What a motor's turn at planning has come to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Progress {
-    /// There was nothing to do.
-    Nothing,
-    /// A run is half planned: it is this motor's turn again.
-    Midway,
-    /// Once the axis rests, it is to go on to its target.
-    Turn,
-    /// A run is planned, or the travel to its end.
-    Done,
 }
 
 /// Times before a travel's first pulse, in ticks.

@@ -33,7 +33,7 @@
 //! has passed too, its step comes as soon as the minimum interval allows, and
 //! steps of other axes may come in between; 3,072 ticks behind, the schedule slips.
 //! An open queue that is empty at a deadline is one late step, and what comes then
-//! is played from there on.
+//! is played at once, and from there on.
 //!
 //! # The Uno's third axis
 //!
@@ -74,7 +74,7 @@ pub const RUNS: usize = 8;
 pub const LOOK: u8 = 23 + 16;
 /// High byte of −3,072 ticks: further behind, the schedule slips.
 pub const SLIP: u8 = 0xF4;
-/// How long an axis waits that has nothing to play, in 257 ticks.
+/// How long an axis looks for nothing while its queue is empty, in 257 ticks.
 pub const POLL: u8 = 0x23;
 
 /// Events with the same pins and the same wait.

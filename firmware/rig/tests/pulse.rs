@@ -7,7 +7,7 @@ mod common;
 
 use common::{MINUTE, board, chip, say};
 use stepwright_rig::edges::{Needs, check, position_of};
-use stepwright_rig::{Board, Chip};
+use stepwright_rig::Chip;
 
 /// The widest and the narrowest pulse that can be set, in µs, and those on both sides
 /// of what the assembly does itself.
@@ -91,10 +91,7 @@ fn late(micros: u64, speeds: &[u32]) -> u32 {
 #[test]
 fn no_step_is_late_at_the_highest_rate_admitted() {
     for micros in WIDTHS {
-        // Three axes of a Mega are a step or two late in the last 20 ms of a common fall: a
-        // known limit, in the changelog.
-        let most = if board() == Board::Mega { 2 } else { 3 };
-        for axes in 1..=most {
+        for axes in 1..=3 {
             let speeds = speeds(axes, highest(micros, axes));
             let late = late(micros, &speeds);
             assert_eq!(late, 0, "{} with {micros} µs at {speeds:?} steps/s", board());

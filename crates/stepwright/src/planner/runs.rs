@@ -11,7 +11,7 @@ impl Planner {
     /// (rise or ease) or of the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn ramp(&mut self, clock: &Clock, work: &mut Work, first: bool) -> Planned {
-        if work.is_begun() {
+        if work.stage == Stage::Late {
             let steps = u32::from(work.run.count);
             if first {
                 self.rise = self.rise.wrapping_sub(steps);
@@ -74,7 +74,9 @@ impl Planner {
             {
                 size + 1
             } else if !up && size > 0 && !error.is_below(clock.bound - 1) {
-                size - 1
+                // By (1 − 2δ)^−2½ from run to run: 1 + 8δ is more.
+                let next = hand(error).roughly(delta).scaled(3).plus(error).number();
+                if next.is_below(clock.bound) { size } else { size - 1 }
             } else {
                 size
             };

@@ -36,10 +36,9 @@ impl Work {
         stage: Stage::Begin,
     };
 
-    /// Whether a run is more than half planned: there is room for it. (Of a level the interval
-    /// is kept from run to run.)
+    /// Whether a run is half planned: there is room for it.
     pub(crate) fn is_begun(&self) -> bool {
-        matches!(self.stage, Stage::Late | Stage::Last | Stage::Taken)
+        self.stage != Stage::Begin
     }
 
     /// The run that has been [taken](super::Planner::take), until it is

@@ -49,8 +49,8 @@ fn main() -> ! {
             slave.listen();
         }
         slave.device.get().attend(&mut slave.engine, &mut slave.panel);
-        // Three pieces make a run; a byte of the line may wait for that long.
-        let _ = slave.plan() && slave.plan() && slave.plan();
+        // Four pieces make a run; a byte of the line may wait for that long.
+        let _ = slave.plan() && slave.plan() && slave.plan() && slave.plan();
     }
 }
 

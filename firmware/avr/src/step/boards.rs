@@ -130,10 +130,7 @@ __vector_{vector2}:
     sw_counted sw_a2, 4f
     cpi r25, {slip}
     brsh 2f
-    lds r24, {tcnt}
-    lds r25, {tcnt}+1
-    sts sw_a2+{due}+1, r24
-    sts sw_a2+{due}+2, r25
+    rcall .Lsw_now2
 2:  ldi r26, 0
     sts 0x70, r26
     rcall sw_pause
@@ -144,6 +141,12 @@ __vector_{vector2}:
     rjmp .Lsw_serve2
 4:  rjmp .Lsw_wait2
     sw_over 2, sw_a2, 0x70, 1
+.Lsw_now2:
+    lds r24, {tcnt}
+    lds r25, {tcnt}+1
+    sts sw_a2+{due}+1, r24
+    sts sw_a2+{due}+2, r25
+    ret
 "#
     };
 }

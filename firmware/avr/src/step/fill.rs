@@ -283,11 +283,12 @@ sw_refill:
     lds r24, \a+{starved}
     ldi r25, 0
     sts \a+{starved}, r25
+    cpi r24, 2
+    breq 5f
     sbis sw_flags, 3+\n
-    rjmp sw_refill
-    cpi r24, 1 ; its deadline came in between
-    brne .Lsw_go\n
-    rcall sw_count
+    rjmp sw_refill ; its deadline is ahead
+    rcall sw_count ; it came in between
+5:  rcall .Lsw_now\n
     rjmp .Lsw_go\n
 3:  ori r24, 1<<\n ; the queue is empty
     sts {common}+{resting}, r24

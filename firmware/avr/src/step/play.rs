@@ -194,16 +194,19 @@ sw_pause:
     sw_counted \a, 4f
     cpi r25, {slip}
     brsh 2f
-    lds r24, {tcnt} ; too far behind: from now on
-    lds r25, {tcnt}+1
-    sts \ocr+1, r25
-    sts \ocr, r24
+    rcall .Lsw_now\n ; too far behind
 2:  ldi r24, 1<<\bit
     out {tifr}, r24
     rcall sw_pause
     rjmp .Lsw_serve\n
 4:  rjmp .Lsw_wait\n
     sw_over \n, \a, {mask}, \bit
+.Lsw_now\n: ; the schedule goes on from now on
+    lds r24, {tcnt}
+    lds r25, {tcnt}+1
+    sts \ocr+1, r25
+    sts \ocr, r24
+    ret
 .endm
 
 ; Ticks until the deadline of an axis, as a sign.

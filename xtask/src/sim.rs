@@ -8,34 +8,49 @@ use anyhow::Result;
 #[cfg(not(unix))]
 use anyhow::bail;
 
-use crate::firmware::Board;
+use crate::firmware::{Board, Build, Program};
 use crate::workspace::Workspace;
 use crate::{rig, setup};
 
 /// Run the firmware on a simulated chip, on a pseudo-terminal.
+///
+/// Lines on standard input act on the machine: `press 1`, `release 1` (the limit switch of an
+/// axis), `reset` (the button), `power` (the plug is pulled and put back).
 #[derive(clap::Args)]
 pub struct Sim {
     board: Board,
     /// Also make the pseudo-terminal known by this name.
     #[arg(long, value_name = "PATH")]
     pty_link: Option<PathBuf>,
+    /// Another program than the controller.
+    #[arg(long, value_enum, default_value_t = Program::Slave)]
+    program: Program,
     /// Another firmware than the one of this checkout.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "program")]
     elf: Option<PathBuf>,
+    /// Give an axis a limit switch to ground at a place, in steps from where its shaft is at
+    /// the start: 1:-300.
+    #[arg(long, value_name = "AXIS:STEPS", allow_hyphen_values = true)]
+    switch: Vec<String>,
 }
 
 impl Sim {
     /// Builds what is needed and becomes the simulator, which ends at Ctrl-C.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         setup::ensure(rig::NEEDS)?;
-        if self.elf.is_none() {
-            rig::firmware(ws, self.board, false)?;
-        }
+        let elf = match self.elf {
+            Some(elf) => elf,
+            None => {
+                let build = Build { board: self.board, timer: 1, bench: false };
+                build.make(ws, self.program)?.elf
+            }
+        };
         let mut sim = Command::new(rig::program(ws, "sim")?);
         rig::with_firmware(ws, &mut sim);
         sim.arg(self.board.name());
-        if let Some(elf) = &self.elf {
-            sim.arg("--elf").arg(elf);
+        sim.arg("--elf").arg(elf);
+        for switch in &self.switch {
+            sim.args(["--switch", switch]);
         }
         if let Some(link) = &self.pty_link {
             sim.arg("--pty-link").arg(link);

@@ -55,7 +55,7 @@ fn cargo_path() -> OsString {
 
 /// Runs a program to its end; an error unless it says that all is well.
 pub fn run(command: &mut Command) -> Result<()> {
-    println!("$ {}", line(command));
+    eprintln!("$ {}", line(command));
     let status = command
         .stdin(Stdio::null())
         .status()
@@ -65,7 +65,7 @@ pub fn run(command: &mut Command) -> Result<()> {
 
 /// Like [`run`], and ends a program that takes longer than `limit`.
 pub fn run_within(limit: Duration, command: &mut Command) -> Result<()> {
-    println!("$ {}", line(command));
+    eprintln!("$ {}", line(command));
     let child = Guard(
         command
             .stdin(Stdio::null())

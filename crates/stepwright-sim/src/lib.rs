@@ -24,6 +24,7 @@ mod cycle;
 mod description;
 mod edge;
 mod panel;
+mod switch;
 pub mod timed;
 pub mod vcd;
 
@@ -34,3 +35,4 @@ pub use description::Description;
 pub use edge::{Edge, Pin, Recorder};
 pub use panel::{EMPTY, Eeprom, Remains};
 pub use stepwright_device::{Mark, Reset};
+pub use switch::Switch;

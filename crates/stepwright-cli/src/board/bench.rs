@@ -5,8 +5,8 @@ use stepwright_protocol::{AxisId, Machine};
 use stepwright_sim::{AXES, Description, Queues, VirtualBoard};
 
 use super::recording::Recording;
-use super::switch::Switch;
 use crate::failure::Failure;
+use stepwright_sim::Switch;
 
 /// Between two looks at the switches, in µs.
 const LOOK: u32 = 100;

@@ -7,7 +7,6 @@ mod pty;
 pub mod recording;
 pub mod speeds;
 mod stdio;
-pub mod switch;
 
 use std::path::PathBuf;
 
@@ -21,7 +20,7 @@ use crate::say;
 use bench::{Bench, Width};
 use pace::Paced;
 use recording::{Heading, Recording};
-use switch::Switch;
+use stepwright_sim::Switch;
 
 /// Be a virtual board, on standard input and output or on a pseudo-terminal
 #[derive(clap::Args)]

@@ -23,13 +23,13 @@ use super::settings;
 use super::target::{self, Format, PortArgs, VirtualArgs};
 use super::travel::{Way, last_line};
 use crate::board::recording::Heading;
-use crate::board::switch::Switch;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::link::serial::Share;
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
 use crate::talk::{Talk, Trouble};
+use stepwright_sim::Switch;
 
 /// Where the switch of a virtual machine stands.
 const VIRTUAL_SWITCH: i64 = -1000;

@@ -8,7 +8,6 @@ use stepwright_protocol::AxisId;
 
 use crate::board::bench::{Bench, Width};
 use crate::board::recording::{Heading, Recording};
-use crate::board::switch::Switch;
 use crate::failure::Failure;
 use crate::link::Link;
 #[cfg(unix)]
@@ -19,6 +18,7 @@ use crate::plot::PlotFile;
 use crate::quantity::bounds;
 use crate::talk::{Talk, Trouble};
 use stepwright_sim::Description;
+use stepwright_sim::Switch;
 
 /// How results are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -2,19 +2,23 @@
 //!
 //! `cargo xtask sim uno` builds the firmware and calls this.
 
+use std::io;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use clap::Parser;
+use stepwright_protocol::AxisId;
 use stepwright_rig::board::{AXES, HZ};
 use stepwright_rig::edges::steps_of;
 use stepwright_rig::pty::Pty;
 use stepwright_rig::{Board, Chip, Image, firmware};
-use stepwright_sim::{Edge, Pin};
+use stepwright_sim::{Edge, Pin, Switch};
 
 /// How often the line is looked at: a byte takes 85 µs.
 const SLICE: Duration = Duration::from_millis(1);
@@ -24,6 +28,9 @@ const LAG: Duration = Duration::from_millis(250);
 const TALLY: u64 = HZ;
 
 /// Run the firmware on a simulated chip, in real time, on a pseudo-terminal.
+///
+/// Lines on standard input act on the machine: `press 1`, `release 1` (the limit switch of an
+/// axis), `reset` (the button), `power` (the plug is pulled and put back).
 #[derive(Parser)]
 struct Args {
     /// uno, nano or mega
@@ -34,6 +41,10 @@ struct Args {
     /// Also make the pseudo-terminal known by this name
     #[arg(long, value_name = "PATH")]
     pty_link: Option<PathBuf>,
+    /// Give an axis a limit switch to ground at a place, in steps from where its shaft is at
+    /// the start: 1:-300
+    #[arg(long, value_name = "AXIS:STEPS", allow_hyphen_values = true)]
+    switch: Vec<Switch>,
 }
 
 fn main() -> Result<()> {
@@ -58,6 +69,8 @@ fn main() -> Result<()> {
 
     let mut chip = Chip::new(args.board, &image);
     let mut tally = Tally::default();
+    let acts = acts();
+    let mut closed = vec![false; args.switch.len()];
     let (mut begun, mut behind) = (Instant::now(), Duration::ZERO);
     while !ended.load(Ordering::Relaxed) {
         let time = Duration::from_micros(chip.now() * 1_000_000 / HZ);
@@ -73,13 +86,69 @@ fn main() -> Result<()> {
         chip.send(&bytes);
         chip.run_for(HZ / 1000);
         pty.write(&chip.take_said());
-        if chip.now() - tally.taken > TALLY {
+        if chip.now() - tally.taken > TALLY || !closed.is_empty() {
             tally.take(&mut chip);
+        }
+        for (switch, closed) in args.switch.iter().zip(&mut closed) {
+            let axis = switch.axis.index();
+            let is = switch.is_closed(tally.positions[axis]);
+            if is != *closed {
+                chip.press(axis, is);
+                *closed = is;
+            }
+        }
+        match acts.try_recv() {
+            Ok(Act::Switch { axis, closed }) => chip.press(axis.index(), closed),
+            Ok(Act::Reset) => chip.reset(),
+            Ok(Act::Power) => chip.power_loss(0xFF),
+            Err(_) => {}
         }
     }
     tally.take(&mut chip);
     tally.print(&mut chip, behind);
     Ok(())
+}
+
+/// What happens to the machine from outside.
+#[derive(Clone, Copy)]
+enum Act {
+    Switch { axis: AxisId, closed: bool },
+    Reset,
+    Power,
+}
+
+impl FromStr for Act {
+    type Err = String;
+
+    fn from_str(line: &str) -> Result<Act, String> {
+        let words: Vec<_> = line.split_whitespace().collect();
+        let axis = |text: &str| {
+            let axis = text.parse().ok().and_then(AxisId::numbered);
+            axis.filter(|axis| axis.index() < AXES).ok_or_else(|| format!("axes are 1 to {AXES}"))
+        };
+        match words[..] {
+            ["press", number] => Ok(Act::Switch { axis: axis(number)?, closed: true }),
+            ["release", number] => Ok(Act::Switch { axis: axis(number)?, closed: false }),
+            ["reset"] => Ok(Act::Reset),
+            ["power"] => Ok(Act::Power),
+            _ => Err(format!("{line:?}: there are press N, release N, reset and power")),
+        }
+    }
+}
+
+/// What the lines on standard input say.
+fn acts() -> Receiver<Act> {
+    let (send, acts) = mpsc::channel();
+    thread::spawn(move || {
+        for line in io::stdin().lines().map_while(|line| line.ok()) {
+            match line.parse() {
+                Ok(act) if send.send(act).is_err() => return,
+                Ok(_) => {}
+                Err(why) => eprintln!("{why}"),
+            }
+        }
+    });
+    acts
 }
 
 /// A second name of the pseudo-terminal, while this lives.

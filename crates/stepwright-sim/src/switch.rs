@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
+use crate::AXES;
 use stepwright_protocol::AxisId;
-use stepwright_sim::AXES;
 
 /// A switch to ground that the carriage of an axis closes at a place and beyond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -75,14 +75,18 @@ pub enum Program {
     Shields,
     /// An L6219 in quarter steps.
     L6219,
-    /// What a step of a law costs an Uno: closed form, listing, its remainder carried.
+    /// What a step of the closed form costs an Uno.
     LawsClosed,
+    /// Austin's laws, asked step by step, move a motor: the listing, its remainder carried.
+    LawsListing,
     /// Likewise: general form, c/2n, a ramp that changes.
     LawsGeneral,
     /// Likewise: power term.
     LawsPower,
-    /// Likewise: linear factor, piecewise.
-    LawsSmooth,
+    /// Likewise: linear factor.
+    LawsLinear,
+    /// Likewise: piecewise.
+    LawsPiecewise,
     /// For tests: what the compiler makes of wide numbers.
     #[value(skip)]
     Arithmetic,
@@ -92,7 +96,8 @@ pub enum Program {
 }
 
 impl Program {
-    const fn name(self) -> &'static str {
+    /// As in file names and in cargo's.
+    pub const fn name(self) -> &'static str {
         match self {
             Program::Slave => "slave",
             Program::Curves => "curves",
@@ -107,7 +112,9 @@ impl Program {
             Program::LawsClosed => "laws-closed",
             Program::LawsGeneral => "laws-general",
             Program::LawsPower => "laws-power",
-            Program::LawsSmooth => "laws-smooth",
+            Program::LawsListing => "laws-listing",
+            Program::LawsLinear => "laws-linear",
+            Program::LawsPiecewise => "laws-piecewise",
             Program::Arithmetic => "arithmetic",
             Program::Stacked => "stacked",
         }
@@ -129,15 +136,23 @@ impl Program {
             | Program::LawsClosed
             | Program::LawsGeneral
             | Program::LawsPower
-            | Program::LawsSmooth => build.timer == 1 && build.board == Board::Uno,
+            | Program::LawsListing
+            | Program::LawsLinear
+            | Program::LawsPiecewise => build.timer == 1 && build.board == Board::Uno,
             Program::FastPwm => build.board != Board::Mega,
             Program::Shields => build.timer == 1 && build.board == Board::Mega,
         }
     }
 
-    /// What measures the laws.
-    pub const LAWS: [Program; 4] =
-        [Program::LawsClosed, Program::LawsGeneral, Program::LawsPower, Program::LawsSmooth];
+    /// Laws that are asked step by step.
+    pub const LAWS: [Program; 6] = [
+        Program::LawsClosed,
+        Program::LawsListing,
+        Program::LawsGeneral,
+        Program::LawsPower,
+        Program::LawsLinear,
+        Program::LawsPiecewise,
+    ];
 
     /// The examples of the sources.
     pub const EXAMPLES: [Program; 7] = [

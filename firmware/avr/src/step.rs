@@ -48,10 +48,10 @@
 //!
 //! [`entry`]: stepwright::entry
 
+mod boards;
 #[doc(hidden)] // for the assembly
 #[allow(missing_docs)]
 pub mod channels;
-mod boards;
 mod fill;
 mod play;
 

@@ -1,5 +1,5 @@
-//! What a step of each law costs an AVR: the table in `docs/laws.md`. And its delays are
-//! the host's.
+//! Laws that are asked step by step, on a chip: what a step of each costs (the table in
+//! `docs/laws.md`), and the motor that they move. Their delays are the host's.
 
 use std::fmt::Write;
 
@@ -9,88 +9,150 @@ use stepwright_austin::{
     Austin, Carried, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope,
 };
 use stepwright_rig::board::Pin;
+use stepwright_rig::edges::{Needs, Step, check, steps_of};
 use stepwright_rig::{Board, Chip, firmware};
 
 /// A law, the sum of its delays here, and a step's cycles there: the mean, and the longest.
 type Law = (&'static str, u32, u64, u64);
 
-const STEPS: u32 = 1_000;
+/// A move, and its delays here, in µs.
+type Move = (&'static str, Vec<u32>);
 
-/// The laws of each program, in its order.
-fn programs() -> [(&'static str, Vec<Law>); 4] {
-    let (rate, top) = (Rate::MHZ, Speed::from_steps(2_000).unwrap());
-    let accel = Accel::from_steps(10_000).unwrap();
-    let law = Austin::new(rate, top, accel);
-    let mut ramp = Ramp::new(rate, accel, Default::default()).unwrap();
+/// What a program does: laws that are measured, moves that are made.
+struct Program {
+    name: &'static str,
+    laws: Vec<Law>,
+    moves: Vec<Move>,
+}
+
+const STEPS: u32 = 1_000;
+/// The article's demo, and the fast one: c₀ and the shortest delay in µs.
+const DEMO: (u32, u32) = (50_000, 2_500);
+const LISTED: (u32, u32) = (9_560, 500);
+
+/// Cycles that a step may come beside its time: the instruction that the interrupt waits for.
+const BESIDE: u64 = 4;
+
+fn programs() -> Vec<Program> {
+    let rate = Rate::MHZ;
+    let speed = |steps| Speed::from_steps(steps).unwrap();
+    let accel = |steps| Accel::from_steps(steps).unwrap();
+    let (top, slope) = (speed(2_000), accel(10_000));
+    let law = Austin::new(rate, top, slope);
+    let two_n = law.with_divisor(Divisor::TwoN);
+    let mut ramp = Ramp::new(rate, slope, Default::default()).unwrap();
     let up = ramp.by_ref().take(STEPS as usize / 2).sum();
-    ramp.set(Slope::Down(accel));
-    let trapezoid = Trapezoid::new(rate, Speed::ZERO, top, accel);
-    let factor = LinearFactor::new(rate, top, accel);
-    let power = |p| PowerTerm::new(rate, top, accel, p).delays(STEPS).unwrap().sum();
-    let pieces = Piecewise::new(rate, top, accel);
-    [
-        (
-            "closed",
-            vec![
-                ("trapezoid", trapezoid.delays(STEPS).unwrap().sum(), 4002, 62_293),
-                ("listing", Fixed::new(STEPS, 9_560, 500).sum(), 962, 2555),
-                ("remainder carried", Carried::new(STEPS, 9_560, 500).sum(), 528, 1596),
+    ramp.set(Slope::Down(slope));
+    let trapezoid = Trapezoid::new(rate, Speed::ZERO, top, slope);
+    let power = |p| PowerTerm::new(rate, top, slope, p).delays(STEPS).unwrap().sum();
+    let slow_power = |p| PowerTerm::new(rate, speed(150), accel(500), p).delays(300).unwrap();
+    let linear = |top| LinearFactor::new(rate, top, slope).delays(STEPS).unwrap();
+    let pieces = |top, slope| Piecewise::new(rate, top, slope).delays(STEPS).unwrap();
+    let listing = |(first, shortest)| Fixed::new(STEPS, first, shortest);
+    let carried = |(first, shortest)| Carried::new(STEPS, first, shortest);
+    vec![
+        Program {
+            name: "closed",
+            laws: vec![("trapezoid", trapezoid.delays(STEPS).unwrap().sum(), 4002, 62_293)],
+            moves: vec![],
+        },
+        Program {
+            name: "listing",
+            laws: vec![
+                ("listing", listing(LISTED).sum(), 1052, 2631),
+                ("remainder carried", carried(LISTED).sum(), 660, 1718),
             ],
-        ),
-        (
-            "general",
-            vec![
-                ("general form", law.delays(STEPS).unwrap().sum(), 2719, 7074),
-                ("c/2n", law.with_divisor(Divisor::TwoN).delays(STEPS).unwrap().sum(), 2717, 7127),
+            moves: vec![
+                ("the demo", listing(DEMO).collect()),
+                ("the demo, its remainder carried", carried(DEMO).collect()),
+                ("listing, 2,000 steps/s", listing(LISTED).collect()),
+                ("remainder carried, 2,000 steps/s", carried(LISTED).collect()),
+            ],
+        },
+        Program {
+            name: "general",
+            laws: vec![
+                ("general form", law.delays(STEPS).unwrap().sum(), 2823, 7182),
+                ("c/2n", two_n.delays(STEPS).unwrap().sum(), 2820, 7246),
                 ("ramp that changes, up", up, 8175, 8804),
                 ("ramp that changes, down", ramp.sum(), 8191, 8789),
             ],
-        ),
-        (
-            "power",
-            vec![
-                ("power term, p = 2", power(2), 52_193, 73_534),
-                ("power term, p = 4", power(4), 63_797, 91_746),
+            moves: vec![
+                ("general form", law.delays(STEPS).unwrap().collect()),
+                ("c/2n", two_n.delays(STEPS).unwrap().collect()),
+                ("a ramp that changes", changing()),
             ],
-        ),
-        (
-            "smooth",
-            vec![
-                ("linear factor", factor.delays(STEPS).unwrap().sum(), 7506, 8268),
-                ("piecewise", pieces.delays(STEPS).unwrap().sum(), 13_743, 21_732),
+        },
+        Program {
+            name: "power",
+            laws: vec![
+                ("power term, p = 2", power(2), 52_359, 73_697),
+                ("power term, p = 4", power(4), 63_963, 91_909),
             ],
-        ),
+            moves: vec![
+                ("power term, p = 2", slow_power(2).collect()),
+                ("power term, p = 4", slow_power(4).collect()),
+            ],
+        },
+        Program {
+            name: "linear",
+            laws: vec![("linear factor", linear(top).sum(), 7407, 8161)],
+            moves: vec![("linear factor", linear(speed(1_200)).collect())],
+        },
+        Program {
+            name: "piecewise",
+            laws: vec![("piecewise", pieces(top, slope).sum(), 13_682, 21_750)],
+            moves: vec![("piecewise", pieces(speed(500), accel(2_000)).collect())],
+        },
     ]
 }
 
+/// Up at 200 steps/s², from the 101st step on at 500, from the 301st on down at 400.
+fn changing() -> Vec<u32> {
+    let accel = |steps| Accel::from_steps(steps).unwrap();
+    let mut ramp = Ramp::new(Rate::MHZ, accel(200), Default::default()).unwrap();
+    let mut delays: Vec<u32> = ramp.by_ref().take(100).collect();
+    ramp.set(Slope::Up(accel(500)));
+    delays.extend(ramp.by_ref().take(200));
+    ramp.set(Slope::Down(accel(400)));
+    delays.extend(ramp);
+    delays
+}
+
 #[test]
-fn a_step_of_each_law_costs_what_the_table_says() {
+fn laws_cost_what_the_table_says_and_move_a_motor_by_the_hosts_delays() {
     let board: Board = std::env::var("STEPWRIGHT_BOARD").map_or(Board::Uno, |b| b.parse().unwrap());
     if board != Board::Uno {
         return;
     }
     let mut wrong = String::new();
-    for (program, laws) in programs() {
-        measure(program, &laws, &mut wrong);
+    for program in programs() {
+        let mut chip = play(&program);
+        costs(&program, &mut chip, &mut wrong);
+        moves(&program, &mut chip, &mut wrong);
     }
     assert!(wrong.is_empty(), "{wrong}");
 }
 
-fn measure(program: &str, laws: &[Law], wrong: &mut String) {
-    let name = format!("uno-laws-{program}");
+/// Runs a program until its pins have been still for a second.
+fn play(program: &Program) -> Chip {
+    let name = format!("uno-laws-{}", program.name);
     let image = firmware::load(&name).unwrap_or_else(|error| panic!("{error:#}"));
     let mut chip = Chip::new(Board::Uno, &image);
     chip.watch_pins(&[Pin('B', 4), Pin('B', 5)]);
-    // Until the pins have been still for a second.
-    let mut seen = 0;
+    let mut seen = (0, 0);
     loop {
         chip.run_for(16_000_000);
-        let changes = chip.watched_changes().len();
+        let changes = (chip.watched_changes().len(), chip.edges().len());
         if changes == seen {
-            break;
+            return chip;
         }
         seen = changes;
     }
+}
+
+/// Holds what each law costs against the table.
+fn costs(program: &Program, chip: &mut Chip, wrong: &mut String) {
     // Cycles of each delay that was made, law by law.
     let mut cycles: Vec<Vec<u64>> = Vec::new();
     let mut since = 0;
@@ -102,9 +164,11 @@ fn measure(program: &str, laws: &[Law], wrong: &mut String) {
             _ => {}
         }
     }
-    assert_eq!(cycles.len(), laws.len(), "laws of {program}");
-    let (place, _) = image.variable("LAW_SUMS");
-    for ((n, &(name, sum, mean, most)), mut cycles) in (0u16..).zip(laws).zip(cycles) {
+    assert_eq!(cycles.len(), program.laws.len(), "laws of {}", program.name);
+    let (place, _) = firmware::load(&format!("uno-laws-{}", program.name))
+        .unwrap_or_else(|error| panic!("{error:#}"))
+        .variable("LAW_SUMS");
+    for ((n, &(name, sum, mean, most)), mut cycles) in (0u16..).zip(&program.laws).zip(cycles) {
         // The last one is the end.
         cycles.pop();
         let here = [0, 1, 2, 3].map(|byte| chip.byte(place + 4 * n + byte));
@@ -120,4 +184,42 @@ fn measure(program: &str, laws: &[Law], wrong: &mut String) {
             writeln!(wrong, "{name}: {got} and {longest} cycles, not {mean} and {most}").unwrap();
         }
     }
+}
+
+/// Holds the edges of each move against the host's delays: there, and back.
+fn moves(program: &Program, chip: &mut Chip, wrong: &mut String) {
+    let edges = chip.take_edges();
+    check(&edges, Needs::DEFAULT).unwrap_or_else(|error| panic!("{}: {error}", program.name));
+    let steps = steps_of(&edges, 0);
+    let mut left: &[Step] = &steps;
+    let (mut at, mut forward) = (0, true);
+    for (name, delays) in &program.moves {
+        // Before the first step there is none.
+        let delays: Vec<u64> = delays
+            .iter()
+            .filter(|delay| **delay != 0)
+            .map(|delay| u64::from(*delay) * 16)
+            .collect();
+        let count = delays.len() + 1;
+        assert!(left.len() >= count, "{name}: {} steps of {count}", left.len());
+        let (these, rest) = left.split_at(count);
+        left = rest;
+        let (mut due, mut worst) = (these[0].time, 0);
+        for (step, delay) in these[1..].iter().zip(&delays) {
+            due += delay;
+            worst = worst.max(step.time.abs_diff(due));
+        }
+        at += if forward { count as i64 } else { -(count as i64) };
+        forward = !forward;
+        let fastest = 16_000_000 / delays.iter().min().unwrap();
+        println!("{name}: {count} steps to {at}, {fastest} steps/s, {worst} cycles beside");
+        if worst > BESIDE {
+            writeln!(wrong, "{name}: a step is {worst} cycles beside its time").unwrap();
+        }
+        if these[count - 1].position != at {
+            let there = these[count - 1].position;
+            writeln!(wrong, "{name}: it ends at {there}, not {at}").unwrap();
+        }
+    }
+    assert!(left.is_empty(), "{}: {} steps too many", program.name, left.len());
 }

@@ -22,7 +22,8 @@ impl Drop for Sim {
 #[test]
 fn the_simulated_chip_says_its_path_and_answers_there() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sim"));
-    command.arg(board().name()).stdout(Stdio::piped()).stderr(Stdio::null());
+    command.arg(board().name()).stdin(Stdio::piped());
+    command.stdout(Stdio::piped()).stderr(Stdio::null());
     let mut sim = Sim(command.spawn().unwrap());
     let mut first = String::new();
     BufReader::new(sim.0.stdout.take().unwrap()).read_line(&mut first).unwrap();
@@ -51,4 +52,27 @@ fn the_simulated_chip_says_its_path_and_answers_there() {
     // Half a second at 500 steps/s, and at least that on a busy machine.
     assert!(begun.elapsed() > Duration::from_millis(450), "{:?}", begun.elapsed());
     assert_eq!(ask("V1"), "250");
+    // Its switch is pressed and let go, its plug pulled.
+    assert_eq!(ask("$switches=1"), "Y");
+    let mut acts = sim.0.stdin.take().unwrap();
+    for (act, answer) in [("press 1", "E"), ("foo", "E"), ("release 1", "Y")] {
+        writeln!(acts, "{act}").unwrap();
+        let begun = Instant::now();
+        loop {
+            std::thread::sleep(Duration::from_millis(20));
+            for line in ["PO", "S50", "T50", "G-5"] {
+                assert_eq!(ask(line), "Y", "{line}");
+            }
+            let said = ask("E");
+            while ask("F") == "B" {}
+            if said == answer {
+                break;
+            }
+            assert!(begun.elapsed() < Duration::from_secs(20), "{act}: {said}");
+        }
+    }
+    assert_ne!(ask("V1"), "0");
+    writeln!(acts, "power").unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!((ask("#"), ask("$switches")), ("E".to_owned(), "switches=1".to_owned()));
 }

@@ -1,5 +1,4 @@
 #![no_std]
-#![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
 //! Real-time motion for stepper motors.
 
 mod board;

@@ -13,6 +13,7 @@
 //! | `eeprom` | bytes that outlive the power |
 //! | `panel` | all of these, as the device wants them |
 //! | `memory` | copying and filling, in few bytes |
+//! | `numbers` | the planner's numbers in assembly |
 //! | `timed` | the timed driver: a shield's motor on a timer |
 //! | `console` | its serial line and clock, without interrupts |
 //! | `law` | what a step of a law costs |
@@ -44,6 +45,7 @@ pub mod in_flash;
 pub mod interrupt;
 pub mod law;
 mod memory;
+mod numbers;
 pub mod panel;
 mod panic;
 pub mod reset;

@@ -131,14 +131,14 @@ impl Hand {
     }
 }
 
-#[cfg(target_arch = "avr")]
-use super::avr::Place;
+#[cfg(feature = "external-numbers")]
+use super::external::Place;
 
 /// Where the number is.
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(feature = "external-numbers"))]
 struct Place(Num);
 
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(feature = "external-numbers"))]
 impl Place {
     fn load(a: &Num) -> Place {
         #[cfg(test)]

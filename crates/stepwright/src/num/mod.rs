@@ -11,11 +11,9 @@
 //! On an 8-bit chip everything is out of line and made of 32-bit steps: 64-bit
 //! arithmetic costs it a hundred bytes of flash wherever it appears.
 
-#[cfg(target_arch = "avr")]
-mod avr;
+#[cfg(feature = "external-numbers")]
+mod external;
 mod hand;
-#[cfg(target_arch = "avr")]
-mod text;
 
 pub(crate) use hand::{Hand, hand, part, whole};
 
@@ -137,8 +135,8 @@ impl Num {
     }
 }
 
-/// The operations; on an AVR they are in assembly.
-#[cfg(not(target_arch = "avr"))]
+/// The operations, unless a board-support crate has its own.
+#[cfg(not(feature = "external-numbers"))]
 impl Num {
     /// m · 2^e, of any m.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
@@ -268,7 +266,7 @@ impl From<u32> for Num {
 }
 
 /// m >> by, for any by ≥ 0.
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(feature = "external-numbers"))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn shifted_down(mut m: u32, mut by: i16) -> u32 {
     if by >= 32 {
@@ -286,25 +284,25 @@ fn shifted_down(mut m: u32, mut by: i16) -> u32 {
 }
 
 /// a · b.
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(feature = "external-numbers"))]
 fn short_product(a: u16, b: u16) -> u32 {
     u32::from(a).wrapping_mul(b.into())
 }
 
 /// m · 2³² >> by, `by` < 64.
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(feature = "external-numbers"))]
 fn shifted(m: u32, by: u8) -> u64 {
     u64::from(m) << 32 >> by
 }
 
 /// floor(a · b / 2³²).
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(feature = "external-numbers"))]
 fn high_product(a: u32, b: u32) -> u32 {
     (u64::from(a).wrapping_mul(b.into()) >> 32) as u32
 }
 
 /// floor(n · 2³² / d), for n < d and 2³¹ ≤ d.
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(feature = "external-numbers"))]
 fn fraction(n: u32, d: u32) -> u32 {
     #[cfg(target_pointer_width = "64")]
     {
@@ -317,7 +315,7 @@ fn fraction(n: u32, d: u32) -> u32 {
 }
 
 /// [`fraction`], one subtraction a bit.
-#[cfg(any(test, target_pointer_width = "32"))]
+#[cfg(any(test, all(not(target_pointer_width = "64"), not(feature = "external-numbers"))))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn fraction_bitwise(mut n: u32, d: u32) -> u32 {
     let mut q = 0u32;
@@ -337,7 +335,7 @@ fn fraction_bitwise(mut n: u32, d: u32) -> u32 {
 ///
 /// A root of 16 bits by bits, its rest by one division: with m = s² + r the
 /// root is s + r/2s, too much by less than (r/2s)²/2s ≤ ½ · 2⁻¹⁶.
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(feature = "external-numbers"))]
 fn root_of(m: u32, half: u8) -> u32 {
     let (mut rest, mut s, mut bit) = (m, 0u32, 1u32 << 30);
     while bit != 0 {

@@ -1,17 +1,25 @@
-//! The same numbers in assembly, for an AVR.
+//! The hook for a chip's own routines: the same numbers, computed elsewhere.
 //!
-//! What rustc 1.96 makes of `mod.rs` is three times as long and twice as slow:
-//! it saves eighteen registers around everything. Other chips run the Rust,
-//! and the tests hold both to the same bits.
+//! With the feature `external-numbers` a board-support crate defines the functions below,
+//! and they MUST give the bits of `mod.rs`. `stepwright-avr` does so in assembly: what rustc
+//! 1.96 makes of `mod.rs` for an AVR is three times as long and twice as slow, as it saves
+//! eighteen registers around everything.
 //!
-//! | routine | cycles, call and return included |
+//! A number is six bytes, least first: m in four, e in two. The routines read their operands
+//! before they write, and keep to C's convention, with a number as a result in memory. The
+//! number in hand is the routines' own: one, of the foreground, never used in an interrupt.
+//!
+//! | routine | result |
 //! | --- | --- |
-//! | `times`, `roughly` | 185, 85 |
-//! | `over` | 640 … 770 |
-//! | `root` | 740 … 820 |
-//! | `plus`, `minus` | 80 … 190 |
-//!
-//! Their text is `text.rs`.
+//! | `times`, `over`, `plus`, `minus`, `root` | as of [`Num`]; a difference below 0 is 0 |
+//! | `roughly` | the product to 15 bits |
+//! | `new` | m · 2^e, of any m |
+//! | `split` | the whole part, at most `u32::MAX`, above the rest in 2⁻³² |
+//! | `at_least` | not 0 if a ≥ b |
+//! | `doublings` | the largest n with b · 2^n ≤ a |
+//! | `hand_load`, `hand_whole`, `hand_store` | the number in hand: set, set to an integer, copied |
+//! | `hand_under`, `hand_off` | a / hand, a − hand; the others have the hand first |
+//! | `hand_scale` | · 2^by |
 
 use super::Num;
 use core::mem::MaybeUninit;
@@ -46,11 +54,14 @@ unsafe extern "C" {
     fn stepwright_hand_at_least(a: *const Num) -> u8;
 }
 
-/// The number in hand: see `hand.rs`. The foreground's alone.
-#[unsafe(no_mangle)]
-pub(super) static mut STEPWRIGHT_HAND: Num = Num::UNSET;
+const _: () = assert!(
+    size_of::<Num>() == 6
+        && core::mem::offset_of!(Num, low) == 0
+        && core::mem::offset_of!(Num, high) == 2
+        && core::mem::offset_of!(Num, e) == 4
+);
 
-/// The right to it: there is one chain at a time.
+/// The right to the number in hand (`hand.rs`): there is one chain at a time.
 pub(super) struct Place(());
 
 /// What has a second operand.

@@ -3,6 +3,8 @@
 mod common;
 
 use common::{chip, rest, say, steps, talk};
+use stepwright_rig::Chip;
+use stepwright_sim::Pin;
 
 #[test]
 fn the_travel_order_of_the_document() {
@@ -164,4 +166,21 @@ fn bytes_lost_on_the_line_are_no_order() {
     chip.run_for(600_000);
     chip.ask("");
     talk(&mut chip, "F R\nV1 0\nPO Y\nG+3 Y\nE Y\n*rest\nV1 3");
+}
+
+/// DIR is kept for `hold-us`, 1 ms at most, also where the setting comes with the last step.
+#[test]
+fn a_pin_is_turned_round_no_sooner_than_after_the_last_step() {
+    let mut chip = chip();
+    say(&mut chip, "$hold-us=1000 PO T100 G+20 E");
+    chip.send(b"$reverse=1");
+    let rises = |chip: &Chip| {
+        chip.edges().iter().filter(|edge| edge.pin == Pin::Step && edge.level).count()
+    };
+    assert!(chip.run_to(16_000_000, |chip| rises(chip) == 20));
+    chip.send(b"\r");
+    chip.run_for(16_000 * 5);
+    let last = steps(&chip, 0)[19].time;
+    let turned = chip.edges().iter().rfind(|edge| edge.pin == Pin::Direction).unwrap();
+    assert!(turned.time > last + 16_000 && !turned.level, "{turned:?}, {last}");
 }

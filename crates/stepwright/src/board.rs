@@ -1,5 +1,6 @@
 //! What a board is, and whether it can do what is ordered.
 
+use crate::clamp;
 use crate::drive::Axes;
 use crate::engine::Timing;
 use crate::num::{Num, whole};
@@ -69,7 +70,7 @@ impl<const N: usize> Board<N> {
     /// apart, and what the board can do.
     pub fn set_drivers(&mut self, pulse: Ticks, setup: Ticks, hold: Ticks) {
         self.timing = Timing { pulse, setup, hold, min_interval: 0 };
-        self.timing.min_interval = self.step_cost(1).max(pulse.saturating_mul(2));
+        self.timing.min_interval = self.step_cost(1).max(clamp::sum(pulse, pulse));
     }
 
     /// The highest speed beside other axes, which make `others` thousandths of

@@ -341,11 +341,13 @@ const PULSE: Ticks = 36;
 const HELD: Ticks = 71;
 const PACE: Ticks = 103;
 
-/// Times round a loop of 3 cycles.
-fn rounds(cycles: Ticks) -> u8 {
+/// Times round a loop of 3 cycles that lasts this long, less what is spent besides.
+#[inline(never)]
+fn rounds(cycles: Ticks, besides: Ticks) -> u8 {
+    let cycles = cycles.saturating_sub(besides).min(762);
     // A third, by multiplication: exact up to here, and without the 1.1 KB that
     // a routine for division takes.
-    (cycles.min(762).wrapping_mul(21_846) >> 16) as u8 + 1
+    (cycles.wrapping_mul(21_846) >> 16) as u8 + 1
 }
 
 /// Axes whose interrupts are on: those that move.
@@ -538,8 +540,8 @@ impl Control for Held {
     }
 
     fn set_timing(&mut self, timing: Timing) {
-        let hold = if timing.pulse > PULSE { rounds(timing.pulse.saturating_sub(HELD)) } else { 0 };
-        let pace = rounds(timing.min_interval.saturating_sub(PACE));
+        let hold = if timing.pulse > PULSE { rounds(timing.pulse, HELD) } else { 0 };
+        let pace = rounds(timing.min_interval, PACE);
         // SAFETY: the interrupts read bytes, and the axes rest.
         interrupt::free(|_| unsafe { (COMMON.get().hold, COMMON.get().pace) = (hold, pace) });
     }

@@ -273,6 +273,18 @@ fn place(axis: u8) -> *mut Axis {
     STEPPERS.address().cast_mut().cast::<Axis>().wrapping_byte_add(offset)
 }
 
+/// The same pointer, of which the compiler does not know what it is: so it is loaded once,
+/// where the address of each field would be added up. In registers: `black_box` goes by the
+/// stack.
+#[inline(always)]
+fn pointed(mut at: *mut Axis) -> *mut Axis {
+    // SAFETY: no instruction.
+    unsafe {
+        core::arch::asm!("/* {0} */", inout(reg_pair) at, options(pure, nomem, nostack, preserves_flags));
+    }
+    at
+}
+
 /// Has the timers run. Returns the foreground's hold on the axes, which rest and face
 /// forward.
 ///
@@ -380,7 +392,7 @@ impl Held {
     fn made(&self, axis: u8) -> i64 {
         // No more than the loads while interrupts are off: from one pointer, whose address the
         // compiler would add up for each.
-        let at = core::hint::black_box(place(axis));
+        let at = pointed(place(axis));
         let (loaded, now, pins, next, then, flags) = interrupt::free(|_| {
             // SAFETY: no interrupt comes, and none refills.
             unsafe {
@@ -392,8 +404,11 @@ impl Held {
         if flags >> axis & 1 != 0 {
             left = left.wrapping_add(steps(next, then));
         }
-        let [a, b, c, d, e] = loaded;
-        i64::from_le_bytes([a, b, c, d, e, 0, 0, 0]).wrapping_sub(left.into())
+        // Never less than 0: what is left has been loaded.
+        let [a, b, c, d, high] = loaded;
+        let (low, under) = u32::from_le_bytes([a, b, c, d]).overflowing_sub(left);
+        let [a, b, c, d] = low.to_le_bytes();
+        i64::from_le_bytes([a, b, c, d, high.wrapping_sub(under.into()), 0, 0, 0])
     }
 
     /// The axis rests: its travel begins here.
@@ -401,7 +416,7 @@ impl Held {
         if let Some(base) = self.base.get_mut(usize::from(axis)) {
             *base = position;
         }
-        let at = core::hint::black_box(place(axis));
+        let at = pointed(place(axis));
         // SAFETY: an axis that rests is the foreground's. As two numbers: five bytes would be
         // zeroed by a call.
         unsafe {
@@ -433,7 +448,7 @@ impl Control for Held {
         for axis in 0..AXES as u8 {
             if left & 1 != 0 {
                 // From one pointer, whose address the compiler would add up for each field.
-                let at = core::hint::black_box(place(axis));
+                let at = pointed(place(axis));
                 // SAFETY: an axis that rests is the foreground's, and nobody prepares a group
                 // behind one that is ready.
                 unsafe { (*at).now = (*at).next };
@@ -452,7 +467,7 @@ impl Control for Held {
             left = ready;
             for axis in 0..AXES as u8 {
                 if left & 1 != 0 {
-                    (*core::hint::black_box(place(axis))).due = [0, low, high];
+                    (*pointed(place(axis))).due = [0, low, high];
                     if cfg!(feature = "mega") || axis != 2 {
                         let compare = OCR + 2 * u16::from(axis);
                         register(compare + 1).write_volatile(high);
@@ -528,7 +543,7 @@ impl Control for Held {
     fn position(&self, axis: u8) -> i64 {
         let made = self.made(axis);
         let base = self.base.get(usize::from(axis)).copied().unwrap_or(0);
-        base.wrapping_add(if self.is_forward(axis) { made } else { made.wrapping_neg() })
+        if self.is_forward(axis) { base.wrapping_add(made) } else { base.wrapping_sub(made) }
     }
 
     fn is_forward(&self, axis: u8) -> bool {

@@ -243,10 +243,13 @@ impl Duties {
         #[cfg(feature = "safety")]
         self.heed_lease(now, slave, group, engine);
         let (setting, since) =
-            if busy { (Setting::Timeout, self.heard_at) } else { (Setting::Idle, self.moved_at) };
+            if busy { (Setting::Timeout, &self.heard_at) } else { (Setting::Idle, &self.moved_at) };
         let limit = self.settings.get(setting);
+        if limit == 0 {
+            return;
+        }
         // The millisecond in which it began is not a whole one.
-        if limit == 0 || now.wrapping_sub(since) <= limit {
+        if now.wrapping_sub(*since) <= limit {
             return;
         }
         if busy && !self.silent {

@@ -71,6 +71,7 @@ impl Horizon {
     }
 
     /// Whole units that so many ticks are; 255 if there are more.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn span(&self, ticks: Ticks) -> u8 {
         u8::try_from(ticks >> self.unit).unwrap_or(u8::MAX)
     }
@@ -216,8 +217,8 @@ impl<const Q: usize> Motor<Q> {
         self.forward = forward;
         // Half a tick ahead from here on: deadlines rounded down are rounded to
         // the nearest.
-        let first = u64::from(lead) << 16 | 1 << 15;
-        self.push(feed, Run::new(first, 0, 1), horizon.span(lead));
+        let first = Run { ticks: lead, part: 1 << 15, count: 1, add: 0 };
+        self.push(feed, first, horizon.span(lead));
     }
 
     /// Lays out the next leg, from rest; [`begin`](Motor::begin) it then.

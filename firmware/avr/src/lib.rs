@@ -43,6 +43,7 @@ pub mod eeprom;
 #[doc(hidden)]
 pub mod in_flash;
 pub mod interrupt;
+#[cfg(feature = "uno")]
 pub mod law;
 mod memory;
 mod numbers;

@@ -55,6 +55,19 @@ fn from_rest_it_is_the_first_interval_of_a_ramp() {
     assert!(between.iter().all(|&t| t >= first && t < first + 4 * MS), "{between:?}");
 }
 
+/// Where the ramp is over within the first step, it is one interval of the top speed.
+#[test]
+fn from_rest_it_is_no_shorter_than_at_the_top_speed() {
+    let between = intervals(0, |board| {
+        for order in ["PO s0 t500 a3000000 d3000000 G+1 E", "PO G+1 E", "PO G-1 E"] {
+            board.run_to_rest();
+            say(board, order);
+        }
+    });
+    assert_eq!(between.len(), 2);
+    assert!(between.iter().all(|t| (2 * MS..6 * MS).contains(t)), "{between:?}");
+}
+
 /// What has passed since the last step counts: an order long after begins at once.
 #[test]
 fn an_order_long_after_does_not_wait() {

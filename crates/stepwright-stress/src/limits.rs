@@ -63,7 +63,7 @@ impl Limits {
 
     /// How long a motor rests between two travels, in s: one interval of its start speed.
     pub fn rest(&self) -> f64 {
-        if self.start > 0.0 { 1.0 / self.start } else { (2.0 / self.up).sqrt() }
+        if self.start > 0.0 { 1.0 / self.start } else { (2.0 / self.up).sqrt().max(1.0 / self.top) }
     }
 
     /// Seconds after which a change has taken hold, at the speed `v`.

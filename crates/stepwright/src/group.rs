@@ -347,9 +347,10 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     }
 
     /// This many ticks have passed since the last call. Two travels of an axis lie an interval
-    /// of the start speed apart, or from rest the first interval of a ramp, √(2/a); what has
-    /// passed of that since the last pulse the next travel need not wait for. Without these
-    /// calls it waits for all of it. To be called every few milliseconds.
+    /// of the start speed apart, or from rest the first interval of a ramp, √(2/a), and no
+    /// less than one of the top speed; what has passed of that since the last pulse the next
+    /// travel need not wait for. Without these calls it waits for all of it. To be called
+    /// every few milliseconds.
     pub fn pass(&mut self, engine: &impl Control, ticks: Ticks) {
         let mut bit = 1;
         for (axis, motor) in self.motors.iter_mut().enumerate() {

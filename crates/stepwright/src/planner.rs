@@ -310,11 +310,16 @@ impl Planner {
     }
 
     /// How long the axis rests after the travel, in ticks: an interval of the start speed;
-    /// from rest √(2/a), the first interval of a ramp. Two travels of a step each come no
-    /// closer than the first two steps of a longer one may. By the limits of the last travel
-    /// that was planned, or refused: to be asked at its end.
+    /// from rest √(2/a), the first interval of a ramp, or one of the top speed, if that is
+    /// longer. Two travels of a step each come no closer than the first two steps of a longer
+    /// one may. By the limits of the last travel that was planned, or refused: to be asked at
+    /// its end.
     pub(crate) fn rest(&self, clock: &Clock) -> Ticks {
-        if RESTS { self.first(clock).split().0 } else { 0 }
+        if !RESTS {
+            return 0;
+        }
+        let (first, least) = (self.first(clock), clock.interval(&self.top));
+        (if first.at_least(&least) { &first } else { &least }).split().0
     }
 
     /// The interval of the start speed; from rest √(2/a).

@@ -115,12 +115,7 @@ impl From<OutOfRange> for Failure {
 
 impl From<Unfit> for Failure {
     fn from(unfit: Unfit) -> Failure {
-        // The core says "what is wrong; what to do".
-        let text = unfit.to_string();
-        match text.split_once("; ").or_else(|| text.split_once(": ")) {
-            Some((what, todo)) => Failure::new(what).hint(todo),
-            None => Failure::new(text),
-        }
+        Failure::new(unfit.what()).hint(unfit.remedy())
     }
 }
 

@@ -76,10 +76,16 @@ enum Law {
     Compare(compare::Args),
 }
 
+/// What is planned.
+enum Chosen<'a> {
+    One(&'a dyn Planned),
+    Several(&'a compare::Args),
+}
+
 impl Law {
-    /// The one that was chosen, or the comparison of several.
-    fn chosen(&self) -> Result<&dyn Planned, &compare::Args> {
-        Ok(match self {
+    /// The law that was chosen, or the comparison of several.
+    fn chosen(&self) -> Chosen<'_> {
+        Chosen::One(match self {
             Law::Trapezoid(args) => args,
             Law::Ramp(args) => args,
             Law::SCurve(args) => args,
@@ -88,7 +94,7 @@ impl Law {
             Law::LinearFactor(args) => args,
             Law::Power(args) => args,
             Law::Piecewise(args) => args,
-            Law::Compare(args) => return Err(args),
+            Law::Compare(args) => return Chosen::Several(args),
         })
     }
 }
@@ -169,8 +175,8 @@ fn rate(text: &str) -> Result<Rate, String> {
 /// Plans, prints, and draws if asked to.
 pub fn run(args: Args) -> Result<(), Failure> {
     let chosen = match args.law.chosen() {
-        Ok(chosen) => chosen,
-        Err(several) => return compare::run(several),
+        Chosen::One(law) => law,
+        Chosen::Several(laws) => return compare::run(laws),
     };
     let common = chosen.common();
     let (rate, geometry) = (common.machine.timer_hz, common.machine.geometry.geometry()?);

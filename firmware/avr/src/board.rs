@@ -86,6 +86,12 @@ pub const Z: u8 = 2;
 /// Cycles a second.
 pub const CLOCK: u32 = 16_000_000;
 
+/// The step timer's, which counts every cycle.
+const RATE: Rate = match Rate::from_hz(CLOCK) {
+    Ok(rate) => rate,
+    Err(_) => panic!("CLOCK is no rate of a timer"),
+};
+
 /// The chip's own times and a driver's usual ones.
 pub const fn description() -> Board<AXES> {
     with(Cost { ticks: COST, pulse: SHORT_PULSE, longer: LONGER }, MIN_INTERVAL)
@@ -97,10 +103,7 @@ pub const fn cycle() -> Board<AXES> {
 }
 
 const fn with(cost: Cost<AXES>, min_interval: u32) -> Board<AXES> {
-    let rate = match Rate::from_hz(CLOCK) {
-        Ok(rate) => rate,
-        Err(_) => Rate::MHZ,
-    };
+    let rate = RATE;
     Board {
         rate,
         timing: Timing {

@@ -240,7 +240,7 @@ impl Num {
         if self.e > 0 {
             return (u32::MAX, 0);
         }
-        let by = 0i16.wrapping_sub(self.e);
+        let by = self.e.unsigned_abs();
         let both = if by < 64 { shifted(self.m(), by as u8) } else { 0 };
         ((both >> 32) as u32, both as u32)
     }

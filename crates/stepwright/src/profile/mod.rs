@@ -116,28 +116,49 @@ pub enum Unfit {
     Jerk,
 }
 
+impl Unfit {
+    /// What is wrong.
+    pub const fn what(self) -> &'static str {
+        self.parts().0
+    }
+
+    /// What is allowed, or what to do.
+    pub const fn remedy(self) -> &'static str {
+        self.parts().2
+    }
+
+    /// What is wrong, what stands between, and what to do.
+    const fn parts(self) -> (&'static str, &'static str, &'static str) {
+        match self {
+            Unfit::TooSlow => (
+                "too slow for this timer: two steps would lie more than 2^31 ticks apart",
+                "; ",
+                "raise the speed or the acceleration, or use a slower timer",
+            ),
+            Unfit::TooLong => ("too many steps", ": ", "at most 2147483647 in a travel"),
+            Unfit::Standstill => ("the top speed is 0", ": ", "give a speed above 0"),
+            Unfit::NoRamp => ("the ramp has no steps", ": ", "give 1 or more"),
+            Unfit::BelowStart => (
+                "below the start speed, at which this travel ends",
+                ": ",
+                "give that or more, or stop and start again",
+            ),
+            Unfit::TooGentle => (
+                "the ramps are too gentle for this speed, or there are none, as in a travel at \
+                 its start speed",
+                ": ",
+                "raise acceleration and deceleration first, or lower the top speed",
+            ),
+            Unfit::Jerk => ("this law knows no limit of jerk", ": ", "take the S-curve"),
+            Unfit::Uneven => ("this law brakes as it speeds up", ": ", "give both ramps alike"),
+        }
+    }
+}
+
 impl fmt::Display for Unfit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Unfit::TooSlow => {
-                "too slow for this timer: two steps would lie more than 2^31 ticks apart; \
-                 raise the speed or the acceleration, or use a slower timer"
-            }
-            Unfit::TooLong => "too many steps: at most 2147483647 in a travel",
-            Unfit::Standstill => "the top speed is 0: give a speed above 0",
-            Unfit::NoRamp => "the ramp has no steps: give 1 or more",
-            Unfit::BelowStart => {
-                "below the start speed, at which this travel ends: give that or more, \
-                 or stop and start again"
-            }
-            Unfit::TooGentle => {
-                "the ramps are too gentle for this speed, or there are none, as in a travel \
-                 at its start speed: raise acceleration and deceleration first, \
-                 or lower the top speed"
-            }
-            Unfit::Jerk => "this law knows no limit of jerk: take the S-curve",
-            Unfit::Uneven => "this law brakes as it speeds up: give both ramps alike",
-        })
+        let (what, between, remedy) = self.parts();
+        write!(f, "{what}{between}{remedy}")
     }
 }
 

@@ -136,7 +136,7 @@ fn what_is_too_fast_is_refused_with_the_reason() {
     let ended = stepwright(&["move", "99999", "--fast", "--top-speed", "200000", "--ramp", "1"]);
     assert_eq!(ended.code(), Some(1), "{ended:?}");
     ended.assert_error("refused E: faster than the board can step: lower the top speed");
-    assert!(ended.stderr.contains("at most 114285 steps/s"), "{ended:?}");
+    assert!(ended.stderr.contains("at most 128000 steps/s"), "{ended:?}");
     assert!(!ended.last_line().starts_with("position"), "{ended:?}");
 }
 

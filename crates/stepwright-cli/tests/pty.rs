@@ -138,7 +138,7 @@ fn a_newcomer_tries_every_line() {
     assert_eq!(client.say("g+"), "Y");
     assert_eq!(all(&["K", "F", "V1", "I1", "V1"]), "Y R E Y 0");
     let info = client.say("?");
-    assert!(info.starts_with("stepwright 0.1 axes=3 max=114285 late=0 refused=5"), "{info}");
+    assert!(info.starts_with("stepwright 0.1 axes=3 max=128000 late=0 refused=5"), "{info}");
     drop(client);
     let ended = board.end();
     assert_eq!(ended.code(), Some(0), "{ended:?}");

@@ -123,7 +123,7 @@ fn its_highest_speeds_are_those_that_are_admitted() {
     let readme = readme();
     let (_, rest) = readme.split_once("The board refuses orders beyond ").unwrap();
     let inside = rest.split_once(". ").unwrap().0;
-    // `114,285 steps/s`, `one axis, 37,558 each`, `two, 21,248 each`, `three`.
+    // `128,000 steps/s`, `one axis, 43,478 each`, `two, 21,248 each`, `three`.
     let speeds: Vec<_> = inside.split("for ").map(number).collect();
     for (axes, speed) in (1..).zip(&speeds[..3]) {
         let speed = speed.unwrap() as u32;

@@ -185,7 +185,7 @@ fn told(
         kept.lock().unwrap().push(line.to_owned());
         Some(match line {
             "?" => format!(
-                "stepwright 0.1 axes=3 max=114285 late=0 refused=0 last=none uncertain=0{can}"
+                "stepwright 0.1 axes=3 max=128000 late=0 refused=0 last=none uncertain=0{can}"
             ),
             "F" => "R".to_owned(),
             "V1" | "V2" | "V3" => "0".to_owned(),
@@ -263,7 +263,7 @@ fn the_reason_of_a_stop_is_said() {
         play(move |line| {
             Some(match line {
                 "?" => format!(
-                    "stepwright 0.1 axes=3 max=114285 late=0 refused=0 last=none uncertain=0 \
+                    "stepwright 0.1 axes=3 max=128000 late=0 refused=0 last=none uncertain=0 \
                      stop={stops} can=none"
                 ),
                 "F" => "R".to_owned(),

@@ -20,7 +20,7 @@ impl Description {
     /// An Arduino Uno: 16 MHz, 16 bits, three axes; the costs are those of
     /// its firmware.
     pub fn uno() -> Description {
-        let cost = Cost { ticks: [140, 213, 251], pulse: 45, longer: [1_250, 1_700, 4_400] };
+        let cost = Cost { ticks: [125, 184, 251], pulse: 45, longer: [1_250, 1_700, 4_400] };
         Description::at(Rate::from_hz(16_000_000).unwrap_or(Rate::MHZ), cost)
     }
 

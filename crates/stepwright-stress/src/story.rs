@@ -1,7 +1,7 @@
 //! A story: a board and what happens to it, as a text that can be kept and replayed.
 //!
 //! ```text
-//! board hz=16000000 bits=16 axes=3 cost=140,213,251 byte=1389
+//! board hz=16000000 bits=16 axes=3 cost=125,184,251 byte=1389
 //! > PO                 a line, its CR behind it; \x07 for a byte that is no letter
 //! >> G+4               bytes without a CR
 //! wait 1500            this many microseconds

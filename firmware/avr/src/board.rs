@@ -119,10 +119,12 @@ const fn with(cost: Cost<AXES>, min_interval: u32) -> Board<AXES> {
     }
 }
 
-/// Cycles that a step is given while 1, 2, 3 axes move: more than at the rates that are kept
-/// without a late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`).
+/// Cycles that a step is given while 1, 2, 3 axes move: a tenth more than at the rates that
+/// are kept without a late step under back-to-back traffic (`rate_ramps` in `bench/avr.json`,
+/// in the least favourable build). Three axes are given more, as a fast one beside two slow
+/// ones is less often on time than three of one speed.
 #[cfg(not(feature = "bench"))]
-const COST: [u32; AXES] = [140, 213, 251];
+const COST: [u32; AXES] = [125, 184, 251];
 /// The longest pulse for which that holds: for a longer one the step interrupt waits.
 const SHORT_PULSE: u32 = 45;
 /// Likewise with pulses that are held: those of 3 to 20 µs that

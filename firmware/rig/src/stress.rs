@@ -16,8 +16,8 @@ const BYTE: u64 = 1389;
 /// What is known of a board from outside.
 pub fn nature(board: Board) -> Nature {
     let (cost, longer) = match board {
-        Board::Uno => ([140, 213, 251], [1_250, 1_700, 4_400]),
-        Board::Mega => ([150, 226, 269], [1_300, 1_800, 4_600]),
+        Board::Uno => ([125, 184, 251], [1_250, 1_700, 4_400]),
+        Board::Mega => ([134, 196, 269], [1_300, 1_800, 4_600]),
     };
     Nature {
         longer,

@@ -6,8 +6,8 @@
 mod common;
 
 use common::{MINUTE, board, chip, say};
-use stepwright_rig::edges::{Needs, check, position_of};
 use stepwright_rig::Chip;
+use stepwright_rig::edges::{Needs, check, position_of};
 
 /// The widest and the narrowest pulse that can be set, in µs, and those on both sides
 /// of what the assembly does itself.
@@ -96,5 +96,18 @@ fn no_step_is_late_at_the_highest_rate_admitted() {
             let late = late(micros, &speeds);
             assert_eq!(late, 0, "{} with {micros} µs at {speeds:?} steps/s", board());
         }
+    }
+}
+
+/// The sum of the rates is what is admitted: shared by a fast axis and a slow one, too. (Of
+/// three it is a known limit, in the changelog.)
+#[test]
+fn no_step_is_late_where_two_axes_share_unequally() {
+    for shares in [[95, 5], [80, 20], [65, 35]] {
+        let all = 2 * highest(2, 2);
+        // Those of equal speeds differ by 0.3 %.
+        let speeds: Vec<_> = shares.iter().map(|share| all / 1000 * 995 / 100 * share).collect();
+        let late = late(2, &speeds);
+        assert_eq!(late, 0, "{} at {speeds:?} steps/s", board());
     }
 }

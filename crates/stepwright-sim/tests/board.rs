@@ -54,10 +54,10 @@ fn the_steepest_ramp_is_on_time() {
 #[test]
 fn what_the_board_cannot_step_is_refused_and_nothing_moves() {
     for (tops, fits) in [
-        (&[114_285][..], true),
-        (&[114_286], false),
-        (&[37_559, 37_558], true),
-        (&[37_559, 37_559], false),
+        (&[128_000][..], true),
+        (&[128_001], false),
+        (&[43_478, 43_478], true),
+        (&[43_479, 43_478], false),
         (&[21_248, 21_248, 21_248], true),
         (&[21_249, 21_249, 21_249], false),
         (&[45_000, 1_000, 17_745], true),
@@ -82,7 +82,7 @@ fn a_refusal_says_how_fast_it_may_be_now() {
     let mut board = board(&mut queues);
     start(&mut board, &[60_000]).unwrap();
     let refused = start(&mut board, &[0, 30_000]).unwrap_err();
-    assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(15_117_370).unwrap() });
+    assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(26_956_521).unwrap() });
     start(&mut board, &[0, 15_117]).unwrap();
     assert_eq!(start(&mut board, &[500]), Err(Refusal::Busy));
     for axis in 0..2 {

@@ -54,6 +54,8 @@ pub struct Formula {
     up: u32,
     level: u32,
     down: u32,
+    /// J: the way down begins there, whatever is left of the travel.
+    braking: u32,
     held: f64,
     complete: bool,
     cursor: RefCell<Cursor>,
@@ -78,7 +80,8 @@ impl Formula {
         turns: Turns,
     ) -> Formula {
         let delays = pulses.saturating_sub(1);
-        let down = turns.down.saturating_sub(1).min(delays);
+        // The first delay is c₀, also of a travel that is shorter than its way down.
+        let down = turns.down.saturating_sub(1).min(delays.saturating_sub(1));
         let up = (turns.up + 1).min(delays - down);
         let begin = Cursor { pulse: 0, at: At { c: first.1, ..At::default() }, time: Real::ZERO };
         let mut at = begin.at;
@@ -91,6 +94,7 @@ impl Formula {
             up,
             level: delays - down - up,
             down,
+            braking: turns.down.max(1),
             held: at.c,
             complete: turns.complete,
             cursor: RefCell::new(begin),
@@ -148,7 +152,7 @@ impl Formula {
             self.ramps.faster(at);
             at.c
         } else {
-            at.c = self.ramps.slower(at.c, self.down + 1 - (*pulse - level));
+            at.c = self.ramps.slower(at.c, self.braking - (*pulse - level));
             at.c
         };
         *time = *time + Real::from(c.max(self.least));

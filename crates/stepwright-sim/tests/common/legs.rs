@@ -139,6 +139,8 @@ pub struct Follower<'a> {
     slack: f64,
     /// The highest and the lowest acceleration that was in force.
     accels: [f64; 2],
+    /// Likewise the top speed.
+    tops: [f64; 2],
     worst: f64,
 }
 
@@ -178,15 +180,17 @@ impl<'a> Follower<'a> {
             since: 0.0,
             slack,
             accels: [limits.a; 2],
+            tops: [limits.top; 2],
             worst: 0.0,
         }
     }
 
     /// The shortest and the longest rest between two legs, in ticks: an interval of the start
-    /// speed, or from rest the first of a ramp.
+    /// speed, or from rest the first of a ramp; one of the top speed, if that is longer.
     fn rests(&self) -> [f64; 2] {
         let start = self.limits.start;
-        self.accels.map(|a| if start > 0.0 { 1.0 / start } else { (2.0 / a).sqrt() } * self.hz)
+        let first = |a: f64| if start > 0.0 { 1.0 / start } else { (2.0 / a).sqrt() };
+        [0, 1].map(|n| first(self.accels[n]).max(1.0 / self.tops[n]) * self.hz)
     }
 
     fn sign(&self) -> i64 {
@@ -256,7 +260,11 @@ impl<'a> Follower<'a> {
                 self.target = Some(target.into());
                 self.braking = false;
             }
-            Some(Change::Top(top)) => self.limits.top = f64::from(top.millisteps()) / 1e3,
+            Some(Change::Top(top)) => {
+                let top = f64::from(top.millisteps()) / 1e3;
+                self.limits.top = top;
+                self.tops = [self.tops[0].max(top), self.tops[1].min(top)];
+            }
             Some(Change::Accel(a)) => {
                 let a = a.millisteps() as f64 / 1e3;
                 self.limits.a = a;

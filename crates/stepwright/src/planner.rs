@@ -318,8 +318,15 @@ impl Planner {
         if !RESTS {
             return 0;
         }
-        let (first, least) = (self.first(clock), clock.interval(&self.top));
-        (if first.at_least(&least) { &first } else { &least }).split().0
+        if !self.v_end.is_zero() {
+            return self.first(clock).split().0;
+        }
+        // Both are `twice` over a speed: one division for the slower of them.
+        let (mut slower, top) = (self.a2.root(), self.top.scaled(1));
+        if slower.at_least(&top) {
+            slower = top;
+        }
+        clock.twice.over(&slower).split().0
     }
 
     /// The interval of the start speed; from rest √(2/a).

@@ -72,6 +72,8 @@ fn the_simulated_chip_says_its_path_and_answers_there() {
         }
     }
     assert_ne!(ask("V1"), "0");
+    // The settings are in the EEPROM within half a second.
+    std::thread::sleep(Duration::from_millis(1000));
     writeln!(acts, "power").unwrap();
     std::thread::sleep(Duration::from_millis(500));
     assert_eq!((ask("#"), ask("$switches")), ("E".to_owned(), "switches=1".to_owned()));

@@ -10,7 +10,7 @@ use stepwright_stress::{Rules, Sum};
 fn stories_are_clean() {
     let (board, image) = (board(), image());
     let mut sum = Sum::default();
-    for seed in 0..60 {
+    for seed in 0..200 {
         let story = story(board, seed);
         match play(board, &image, &story, Rules::default()) {
             Ok(one) => sum = sum.plus(one),

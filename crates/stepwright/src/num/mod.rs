@@ -33,7 +33,7 @@ impl Num {
     pub(crate) const ZERO: Num = Num::of(0, i16::MIN / 2);
     /// For what is set before it is read.
     pub(crate) const UNSET: Num = Num::of(0, 0);
-    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
+    #[cfg(test)]
     pub(crate) const ONE: Num = Num::power(0);
 
     /// 2^e.
@@ -43,6 +43,7 @@ impl Num {
     }
 
     /// A constant of 1 … 65535.
+    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
     pub(crate) const fn small(x: u16) -> Num {
         let up = x.leading_zeros();
         Num { high: x << up, low: 0, e: -16 - up as i16 }

@@ -274,14 +274,13 @@ impl Planner {
         if work.stage == Stage::Begin && !self.bent.falling {
             let rise = Num::part(self.rise_part);
             let fall = Num::part(if last { self.fall_part } else { 0 });
-            work.delta = Num::ONE.minus(&rise).minus(&fall).over(&self.v_top);
+            work.delta = Num::from(1).minus(&rise).minus(&fall).over(&self.v_top);
             if self.rise_part != 0 {
-                let (from, to) = if self.ease {
-                    (&Num::ZERO, &self.bent.at)
-                } else {
-                    (&self.bent.at, self.bent.curve.whole())
-                };
-                work.delta = work.delta.plus(&to.minus(from));
+                let mut time = self.bent.at;
+                if !self.ease {
+                    time = self.bent.curve.whole().minus(&time);
+                }
+                work.delta = work.delta.plus(&time);
             }
             if last {
                 self.lay_fall();

@@ -102,7 +102,7 @@ pub struct Hardware {
     shifts: &'static [u8],
     bits: u8,
     min_top: u32,
-    /// Reckoned beforehand, as a chip fits in its step interrupt: the largest count, and the
+    /// Computed beforehand, as a chip fits in its step interrupt: the largest count, and the
     /// largest virtual top.
     full: u32,
     max_top: u32,

@@ -70,7 +70,7 @@ impl Horizon {
         Horizon { unit, units: (ticks >> unit) as u8 }
     }
 
-    /// Whole units that so many ticks are; 255 if there are more.
+    /// The whole units in these ticks; 255 if there are more.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn span(&self, ticks: Ticks) -> u8 {
         u8::try_from(ticks >> self.unit).unwrap_or(u8::MAX)

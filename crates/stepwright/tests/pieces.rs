@@ -87,7 +87,7 @@ const BOARD: Board<AXES> = {
 /// Where an axis must end.
 #[derive(Clone, Copy, Debug)]
 enum Ends {
-    /// So many steps from where its travel began.
+    /// This many steps from where its travel began.
     At(i32),
     /// Where it is planned to: it brakes.
     Planned,

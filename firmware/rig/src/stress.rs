@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use stepwright_sim::{Edge, Pin};
+use stepwright_sim::{Description, Edge, Pin};
 use stepwright_stress::make::{Taste, story_on};
 use stepwright_stress::story::{Can, Input};
 use stepwright_stress::{Bench, Board as Nature, Fault, Player, Reset, Rules, Story, Sum};
@@ -15,17 +15,17 @@ const BYTE: u64 = 1389;
 
 /// What is known of a board from outside.
 pub fn nature(board: Board) -> Nature {
-    // Of all boards: `firmware/avr/src/board.rs`.
-    let (cost, longer) = ([125, 184, 251], [1_250, 1_700, 4_400]);
+    // Every board of ours has the same costs, and the virtual Uno too.
+    let cost = Description::uno().board.cost;
     Nature {
-        longer,
+        longer: cost.longer,
         can: Can { jerk: board == Board::Mega, safety: board == Board::Mega },
         // An interrupt of the line in front of a step; beside other axes also their rare
         // events, which are compiled.
         jitter: (200.0, 2500.0),
         late: true,
         slack: 8,
-        ..Nature::simulated(HZ as u32, false, AXES as u8, cost, BYTE as u32)
+        ..Nature::simulated(HZ as u32, false, AXES as u8, cost.ticks, BYTE as u32)
     }
 }
 

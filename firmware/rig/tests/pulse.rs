@@ -8,6 +8,7 @@ mod common;
 use common::{MINUTE, board, chip, say};
 use stepwright_rig::Chip;
 use stepwright_rig::edges::{Needs, check, position_of};
+use stepwright_sim::Description;
 
 /// The widest and the narrowest pulse that can be set, in µs, and those on both sides
 /// of what the assembly does itself.
@@ -86,6 +87,21 @@ fn late(micros: u64, speeds: &[u32]) -> u32 {
     let health = chip.ask("?").unwrap();
     let late = health.split(" late=").nth(1).unwrap().split(' ').next().unwrap();
     late.parse().unwrap()
+}
+
+/// The virtual board has the chip's costs: it refuses what the chip refuses.
+#[test]
+fn what_is_admitted_is_what_the_virtual_board_admits() {
+    let cost = Description::uno().board.cost;
+    for (micros, costs) in [(2, cost.ticks), (3, cost.longer)] {
+        for (axes, cost) in (1..=3).zip(costs) {
+            let highest = 16_000_000 / (cost * axes as u32);
+            for (top, admitted) in [(highest, true), (highest + 1, false)] {
+                let is = order(&mut with_pulse(micros), &vec![top; axes]);
+                assert_eq!(is, admitted, "{} x {axes}, {micros} µs, {top} steps/s", board());
+            }
+        }
+    }
 }
 
 #[test]

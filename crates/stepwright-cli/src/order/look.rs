@@ -54,17 +54,18 @@ pub struct ZeroArgs {
     one: OneArgs,
 }
 
+/// One axis of a board.
 #[derive(clap::Args)]
-struct OneArgs {
+pub struct OneArgs {
     /// How to write the result
     #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
+    pub format: Format,
     #[command(flatten)]
-    port: PortArgs,
+    pub port: PortArgs,
     /// Which axis of the board: 1 to 8
     #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
     #[arg(help_heading = "Board")]
-    axis: AxisId,
+    pub axis: AxisId,
 }
 
 /// What an axis is doing.

@@ -6,8 +6,8 @@ use serde_json::json;
 use stepwright_protocol::{AxisId, Selection};
 
 use super::drive::{self, NotBegun};
-use super::look::{self, State, stop_word};
-use super::target::{self, Format, PortArgs};
+use super::look::{self, OneArgs, State, stop_word};
+use super::target::{self, Format};
 use super::travel::last_line;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
@@ -31,19 +31,13 @@ Examples:
   stepwright move --to 90deg --port /dev/ttyUSB0 --detach
   stepwright watch --port /dev/ttyUSB0")]
 pub struct Args {
-    /// How to write the result
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
     #[command(flatten)]
-    port: PortArgs,
-    /// Which axis of the board: 1 to 8
-    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
-    #[arg(help_heading = "Board")]
-    axis: AxisId,
+    one: OneArgs,
 }
 
 /// Watches, and says where the axis is.
 pub fn run(args: Args) -> Result<(), Failure> {
+    let args = args.one;
     interrupt::listen(While::Waiting)?;
     let mut talk = meet(&args)?;
     let state = loop {
@@ -61,7 +55,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     look::all_known(&talk.link().name(), &[state])
 }
 
-fn meet(args: &Args) -> Result<Talk, Failure> {
+fn meet(args: &OneArgs) -> Result<Talk, Failure> {
     let mut talk = args.port.meet("watch", Share::Guest)?;
     target::has_axis(&talk, args.axis)?;
     talk.kill_at_once();
@@ -69,7 +63,7 @@ fn meet(args: &Args) -> Result<Talk, Failure> {
 }
 
 /// Looks at the axis until it rests.
-fn follow(talk: &mut Talk, args: &Args) -> Result<State, Trouble> {
+fn follow(talk: &mut Talk, args: &OneArgs) -> Result<State, Trouble> {
     let one = Selection::One(args.axis);
     let (mut told, mut seen) = (Instant::now(), None);
     while talk.is_busy(one)? {

@@ -162,7 +162,7 @@ impl Path {
     /// The top speed is out of reach: the rise meets the fall at
     /// s = (d2·L − (w_begin − w_end)) / (a2 + d2) (Austin, Eq 19).
     ///
-    /// Reckoned from the flatter side: its product fits 64 bits, and its
+    /// Computed from the flatter side: its product fits 64 bits, and its
     /// speed is the one that a rounded position disturbs less.
     fn turn_early(&mut self, length: Q32) {
         let steps = length >> 32;

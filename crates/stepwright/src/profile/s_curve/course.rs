@@ -85,7 +85,7 @@ impl Stage {
         time: Wide::ZERO,
     };
 
-    /// How far it leads. Reckoned from its slower end, where the least is lost.
+    /// How far it leads. Computed from its slower end, where the least is lost.
     pub(super) fn way(&self) -> Wide {
         let (m, back) = match self.from.v.abs() <= self.to.v.abs() {
             true => (self.from, false),

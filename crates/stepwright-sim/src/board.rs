@@ -19,15 +19,15 @@ use crate::panel::{EMPTY, Eeprom, Remains, SimPanel};
 pub const AXES: usize = 3;
 
 /// Runs queued for each axis, as on the Uno.
-const RUNS: usize = 8;
+pub(crate) const RUNS: usize = 8;
 
 /// Where the runs of a board's axes wait. Made before the board, which borrows
 /// it.
 #[derive(Default)]
-pub struct Queues([Queue<RUNS>; AXES]);
+pub struct Queues(pub(crate) [Queue<RUNS>; AXES]);
 
 /// Simulated pins: every change goes to the recorder.
-struct Pins<R> {
+pub(crate) struct Pins<R> {
     now: Now,
     /// Which way each axis was told to turn.
     forward: [bool; AXES],
@@ -35,10 +35,14 @@ struct Pins<R> {
     reverse: Rc<Cell<Axes>>,
     /// The levels of DIR.
     levels: [Option<bool>; AXES],
-    recorder: R,
+    pub(crate) recorder: R,
 }
 
 impl<R: Recorder> Pins<R> {
+    pub(crate) fn new(now: Now, reverse: Rc<Cell<Axes>>, recorder: R) -> Pins<R> {
+        Pins { now, forward: [true; AXES], reverse, levels: [None; AXES], recorder }
+    }
+
     fn steps(&mut self, axes: Axes, level: bool) {
         let time = self.now.get();
         for axis in (0..AXES as u8).filter(|axis| axes >> axis & 1 != 0) {
@@ -77,7 +81,7 @@ impl<R: Recorder> Drive for Pins<R> {
     }
 }
 
-type BoardEngine<'q, C, R> = Engine<SimTimer<C>, Pins<R>, Consumer<'q, RUNS>, AXES>;
+pub(crate) type BoardEngine<'q, C, R> = Engine<SimTimer<C>, Pins<R>, Consumer<'q, RUNS>, AXES>;
 
 /// A board with a timer as wide as `C` (`u16` for an Uno), whose edges go to
 /// `R`.
@@ -124,13 +128,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         remains: Remains,
     ) -> Self {
         let (now, reverse) = (Now::default(), Rc::new(Cell::new(0)));
-        let pins = Pins {
-            now: now.clone(),
-            forward: [true; AXES],
-            reverse: reverse.clone(),
-            levels: [None; AXES],
-            recorder,
-        };
+        let pins = Pins::new(now.clone(), reverse.clone(), recorder);
         let [x, y, z] = queues.0.each_mut().map(Queue::split);
         let board = description.board;
         let timer = SimTimer::new(now.clone());

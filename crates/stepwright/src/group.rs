@@ -45,6 +45,9 @@ pub trait Control {
     fn late(&self) -> u32;
     /// See [`Engine::clear_late`].
     fn clear_late(&mut self);
+    /// Something may have been queued since the last call: an engine that prepares its
+    /// queue in the foreground does so now.
+    fn refill(&mut self) {}
 }
 
 impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Control for Engine<T, D, F, N> {
@@ -508,6 +511,48 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             engine.set_position(axis, 0);
             self.uncertain &= !(1 << axis);
         }
+    }
+
+    /// Calls the present position this many steps; it is certain again. For an axis at rest.
+    pub fn set_position(&mut self, engine: &mut impl Control, axis: u8, position: i64) {
+        if usize::from(axis) < N {
+            engine.set_position(axis, position);
+            self.uncertain &= !(1 << axis);
+        }
+    }
+
+    /// Stops these axes between two steps, as [`kill`](Group::kill) does all.
+    pub fn kill_some(&mut self, engine: &mut impl Control, axes: Axes) {
+        for axis in 0..N as u8 {
+            if axes >> axis & 1 != 0 && !engine.is_idle(axis) {
+                self.uncertain |= 1 << axis;
+            }
+        }
+        self.halt(engine, axes);
+    }
+
+    /// Where the travel of an axis is to end, in steps from where it began, also after a
+    /// brake. `None` for one that goes on until it is stopped, one that ends more than 2³¹
+    /// steps away, and an axis that there is not.
+    pub fn target(&self, axis: u8) -> Option<i32> {
+        self.motors.get(usize::from(axis)).and_then(Motor::target)
+    }
+
+    /// Whether an axis goes on until it is stopped; false if there is no such axis.
+    pub fn is_endless(&self, axis: u8) -> bool {
+        self.motors.get(usize::from(axis)).is_some_and(Motor::is_endless)
+    }
+
+    /// How long planning may wait, in ticks: half of what is queued behind the present run
+    /// of the axis whose queue lasts the shortest, or of one that is to turn. `None` if
+    /// there is nothing to plan.
+    pub fn may_wait(&mut self) -> Option<Ticks> {
+        let mut least = None;
+        for (motor, feed) in self.motors.iter_mut().zip(&self.feeds) {
+            let wait = motor.may_wait(feed, &self.given.horizon);
+            least = least.into_iter().chain(wait).min();
+        }
+        least
     }
 
     /// Calls all positions uncertain: something else may have moved the motors,

@@ -285,6 +285,19 @@ impl<const Q: usize> Motor<Q> {
         }
     }
 
+    /// How long planning may wait, in ticks; `None` if all is planned.
+    pub(crate) fn may_wait(&mut self, feed: &Producer<'_, Q>, horizon: &Horizon) -> Option<Ticks> {
+        if self.leg == Leg::Done {
+            return None;
+        }
+        self.ahead(feed);
+        // What is played may be over at once.
+        let last = self.end(self.pushed.wrapping_sub(1));
+        let played = self.pushed.wrapping_sub(feed.len());
+        let behind = if feed.is_empty() { 0 } else { last.wrapping_sub(self.end(played)) };
+        Some(Ticks::from(behind / 2).max(1) << horizon.unit)
+    }
+
     /// Whether another leg is to come, once the axis rests.
     pub(crate) fn is_to_turn(&self) -> bool {
         self.leg == Leg::Next
@@ -367,6 +380,12 @@ impl<const Q: usize> Motor<Q> {
     /// began; `None` if that is too far to be counted.
     pub(crate) fn planned(&self) -> Option<i32> {
         (!self.beyond).then_some(self.target.wrapping_sub(self.along(self.left)))
+    }
+
+    /// Where its travel is to end, in steps from where it began; `None` without an end, or
+    /// if that is too far to be counted.
+    pub(crate) fn target(&self) -> Option<i32> {
+        (!self.beyond && !self.is_endless()).then_some(self.target)
     }
 
     /// Whether a target, in steps from where the travel began, lies forward of

@@ -1,0 +1,103 @@
+//! Motors in the virtual board's engine, without its line, settings and switches.
+
+use std::cell::Cell;
+use std::rc::Rc;
+
+use stepwright::drive::Axes;
+use stepwright::queue::Queue;
+use stepwright::timer::Count;
+use stepwright::{Control, Engine, Report, Steppers, Ticks, Timing};
+
+use crate::board::{AXES, BoardEngine, Pins, Queues, RUNS};
+use crate::clock::{Now, SimTimer};
+use crate::description::Description;
+use crate::edge::Recorder;
+
+/// Three motors that a program moves on simulated pins, in simulated time.
+pub type VirtualSteppers<'q, R, C = u16> = Steppers<'q, SimEngine<'q, R, C>, AXES, RUNS>;
+
+/// Motors on a board as described. Their edges go to `recorder`: a `Vec<Edge>`, or `()`.
+///
+/// ```
+/// use stepwright::Axis;
+/// use stepwright_sim::{Description, Edge, Queues, virtual_steppers};
+/// let mut queues = Queues::default();
+/// let mut motors = virtual_steppers(&mut queues, Description::uno(), Vec::<Edge>::new());
+/// motors.move_to(Axis::Y, -3)?;
+/// while motors.is_moving(Axis::Y) {
+///     motors.poll();
+///     motors.engine().pass(16_000);
+/// }
+/// assert_eq!(motors.position(Axis::Y), Some(-3));
+/// assert_eq!(motors.engine().recorder().iter().filter(|edge| edge.is_step()).count(), 3);
+/// # Ok::<(), stepwright::MoveError>(())
+/// ```
+pub fn virtual_steppers<R: Recorder>(
+    queues: &mut Queues,
+    description: Description,
+    recorder: R,
+) -> VirtualSteppers<'_, R> {
+    let (now, board) = (Now::default(), description.board);
+    let pins = Pins::new(now.clone(), Rc::new(Cell::new(0)), recorder);
+    let [x, y, z] = queues.0.each_mut().map(Queue::split);
+    let timer = SimTimer::new(now.clone());
+    let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing);
+    Steppers::new(SimEngine { now, engine }, [x.0, y.0, z.0], board)
+}
+
+/// The engine of motors on simulated pins. Time passes only in [`pass`](SimEngine::pass).
+pub struct SimEngine<'q, R: Recorder, C: Count = u16> {
+    now: Now,
+    engine: BoardEngine<'q, C, R>,
+}
+
+impl<R: Recorder, C: Count> SimEngine<'_, R, C> {
+    /// The present, in ticks since the board was switched on.
+    pub fn now(&self) -> u64 {
+        self.now.get()
+    }
+
+    /// Lets this many ticks pass. What is due at the end has happened then.
+    pub fn pass(&mut self, ticks: Ticks) {
+        let end = self.now.get().saturating_add(ticks.into());
+        loop {
+            let wake = self.engine.timer().wake();
+            if wake > end {
+                break;
+            }
+            // Time may have passed it by during a pulse.
+            self.now.set(wake.max(self.now.get()));
+            self.engine.on_compare();
+        }
+        self.now.set(end.max(self.now.get()));
+    }
+
+    /// The recorder.
+    pub fn recorder(&mut self) -> &mut R {
+        &mut self.engine.drive().recorder
+    }
+}
+
+impl<R: Recorder, C: Count> Control for SimEngine<'_, R, C> {
+    fn start(&mut self, axes: Axes) {
+        self.engine.start(axes);
+    }
+    fn halt(&mut self, axes: Axes) {
+        self.engine.halt(axes);
+    }
+    fn report(&self, axis: u8) -> Report {
+        self.engine.report(axis)
+    }
+    fn set_position(&mut self, axis: u8, position: i64) {
+        self.engine.set_position(axis, position);
+    }
+    fn set_timing(&mut self, timing: Timing) {
+        self.engine.set_timing(timing);
+    }
+    fn late(&self) -> u32 {
+        self.engine.late()
+    }
+    fn clear_late(&mut self) {
+        self.engine.clear_late();
+    }
+}

@@ -1,0 +1,228 @@
+//! What a user holds: N motors that move in the background.
+
+mod axis;
+mod error;
+mod limits;
+mod line;
+mod moves;
+
+use crate::board::Board;
+use crate::group::{Control, Group};
+use crate::queue::Producer;
+use crate::units::Ticks;
+pub use axis::{Axis, AxisSet};
+pub use error::MoveError;
+pub use limits::AxisLimits;
+
+/// Pieces of planning that make a run, at most.
+const PIECES: u8 = 4;
+
+/// N motors, each with its limits and a position of 64 bits.
+///
+/// Made of an engine, or what reaches it behind its interrupt (`E`, a [`Control`]), of the
+/// feeds of that engine's queues (`Q` runs each) and of the board. A board-support crate and
+/// the virtual board make one in a line.
+///
+/// A move begins at once and goes on in the background: the step interrupt makes the steps,
+/// and [`poll`](Steppers::poll), called in the main loop, plans ahead. Every call says no
+/// before anything moves, or does all that was asked.
+///
+/// | to | call |
+/// | --- | --- |
+/// | set what an axis is allowed | [`set_limits`](Steppers::set_limits) |
+/// | move to a position, by a distance, along a line | [`move_to`](Steppers::move_to), [`move_by`](Steppers::move_by), [`move_line_to`](Steppers::move_line_to) |
+/// | turn until stopped | [`run`](Steppers::run) |
+/// | change the target of a move on the way | [`retarget`](Steppers::retarget) |
+/// | stop along the ramp, or at once | [`stop`](Steppers::stop), [`halt`](Steppers::halt) |
+/// | know where an axis is, and what is left | [`position`](Steppers::position), [`distance_to_go`](Steppers::distance_to_go), [`is_moving`](Steppers::is_moving) |
+///
+/// Positions are in steps, as the driver counts them; speeds in steps/s.
+///
+/// ```
+/// use stepwright::{Accel, Axis, AxisLimits, Control, MoveError, Speed, Steppers};
+///
+/// fn there_and_back(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+///     let (speed, acceleration) = (Speed::from_steps(4_000)?, Accel::from_steps(10_000)?);
+///     motors.set_limits(Axis::X, AxisLimits::new(speed, acceleration));
+///     for target in [16_000, 0] {
+///         motors.move_to(Axis::X, target)?;
+///         while motors.is_moving(Axis::X) {
+///             motors.poll();
+///             // The main loop is free for other work.
+///         }
+///     }
+///     Ok(())
+/// }
+/// ```
+pub struct Steppers<'q, E, const N: usize, const Q: usize = 8> {
+    group: Group<'q, N, Q>,
+    engine: E,
+    limits: [AxisLimits; N],
+    /// Where the present or last travel of each axis began.
+    origins: [i64; N],
+}
+
+impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
+    /// All motors at rest at position 0, with [`AxisLimits::DEFAULT`].
+    ///
+    /// `feeds` MUST be those of the engine's queues, in the order of its axes.
+    pub const fn new(engine: E, feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
+        Steppers {
+            group: Group::new(feeds, board),
+            engine,
+            limits: [AxisLimits::DEFAULT; N],
+            origins: [0; N],
+        }
+    }
+
+    /// Plans ahead; to be called in the main loop. Returns the ticks of the step timer after
+    /// which it wants to be called again at the latest: 0 for at once, `None` for not before
+    /// the next order.
+    ///
+    /// A call plans one run at most: on a 16 MHz AVR some 7,000 cycles, 0.4 ms.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// // The main loop of a program that can sleep.
+    /// match motors.poll() {
+    ///     Some(0) => {} // call it again
+    ///     Some(_ticks) => { /* sleep for as long, or until an input changes */ }
+    ///     None => { /* sleep until there is something to move */ }
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn poll(&mut self) -> Option<Ticks> {
+        for _ in 0..PIECES {
+            if !self.plan() {
+                return self.group.may_wait();
+            }
+        }
+        Some(0)
+    }
+
+    /// One piece of planning: see [`Group::poll`].
+    #[inline]
+    fn plan(&mut self) -> bool {
+        let more = self.group.poll(&mut self.engine);
+        self.engine.refill();
+        more
+    }
+
+    /// Tells that this many ticks have passed since the last call. Optional: a motor rests
+    /// between two moves, √(2/a) from rest, and with these calls every few milliseconds the
+    /// time that has passed since the last move counts.
+    pub fn pass(&mut self, ticks: Ticks) {
+        self.group.pass(&self.engine, ticks);
+    }
+
+    /// Brakes these axes along their ramps. Their positions stay known.
+    ///
+    /// The braking begins behind the steps that are planned already, some 16 ms. An axis that
+    /// rests stays at rest.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// motors.stop(Axis::X | Axis::Z);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn stop(&mut self, axes: impl Into<AxisSet<N>>) {
+        for axis in axes.into().iter() {
+            if self.is_moving(axis) {
+                self.group.brake(axis.number());
+            }
+        }
+    }
+
+    /// Stops these axes at once, between two steps. A motor that moved may slip further: its
+    /// [`position`](Steppers::position) is not known until it is set.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// motors.halt(AxisSet::ALL);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn halt(&mut self, axes: impl Into<AxisSet<N>>) {
+        self.group.kill_some(&mut self.engine, axes.into().bits());
+    }
+
+    /// Whether an axis moves, or is about to.
+    pub fn is_moving(&self, axis: Axis<N>) -> bool {
+        self.group.is_busy(&self.engine, axis.number())
+    }
+
+    /// Whether any axis moves.
+    pub fn any_moving(&self) -> bool {
+        self.group.any_busy(&self.engine)
+    }
+
+    /// The position in steps, also on the way. `None` where it is not known: after a
+    /// [`halt`](Steppers::halt) on the way.
+    pub fn position(&self, axis: Axis<N>) -> Option<i64> {
+        self.group.position(&self.engine, axis.number())
+    }
+
+    /// Says that an axis stands at this position.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// motors.set_position(Axis::X, 0)?;
+    /// assert_eq!(motors.position(Axis::X), Some(0));
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`](crate::Refusal::Busy) while it moves.
+    pub fn set_position(&mut self, axis: Axis<N>, position: i64) -> Result<(), MoveError> {
+        self.must_rest(axis)?;
+        self.group.set_position(&mut self.engine, axis.number(), position);
+        Ok(())
+    }
+
+    /// Steps that came late since they were [cleared](Steppers::clear_late), of all axes: a
+    /// main loop that was too slow for `poll`, or other interrupts that took too long.
+    pub fn late(&self) -> u32 {
+        self.engine.late()
+    }
+
+    /// Forgets late steps.
+    pub fn clear_late(&mut self) {
+        self.group.clear(&mut self.engine);
+    }
+
+    /// The board.
+    pub fn board(&self) -> &Board<N> {
+        self.group.board()
+    }
+
+    /// Has other drivers' times from now on, in ticks: how long STEP stays high, how long DIR
+    /// is set before a step, and kept after it. Meant for axes at rest.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// // 3 µs, 0.7 µs and 0.7 µs.
+    /// let rate = motors.board().rate;
+    /// motors.set_drivers(rate.nanos(3_000), rate.nanos(700), rate.nanos(700));
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn set_drivers(&mut self, pulse: Ticks, setup: Ticks, hold: Ticks) {
+        let board = self.group.board_mut();
+        board.set_drivers(pulse, setup, hold);
+        let timing = board.timing;
+        self.engine.set_timing(timing);
+    }
+
+    /// The engine, or what reaches it.
+    pub fn engine(&mut self) -> &mut E {
+        &mut self.engine
+    }
+}

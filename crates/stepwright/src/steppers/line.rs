@@ -1,0 +1,48 @@
+//! A straight line of several axes, within the limits of each.
+
+use super::moves::distance;
+use super::{Axis, AxisSet, MoveError, Steppers};
+use crate::group::Control;
+use crate::order::Travel;
+
+impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
+    /// Moves axes that rest along a straight line to these positions, in steps: they begin
+    /// together and end together. Axes that are not named stay where they are. The line is
+    /// as fast as the limits of its axes allow.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// motors.move_line_to([(Axis::X, 20_000), (Axis::Y, -6_666)])
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As of [`move_to`](Steppers::move_to), for any of the axes, and
+    /// [`MoveError::NamedTwice`]. Then none moves.
+    pub fn move_line_to(
+        &mut self,
+        ends: impl IntoIterator<Item = (Axis<N>, i64)>,
+    ) -> Result<(), MoveError> {
+        let (mut way, mut named) = ([0; N], AxisSet::NONE);
+        for (axis, end) in ends {
+            if named.contains(axis) {
+                return Err(MoveError::NamedTwice);
+            }
+            named |= axis;
+            self.must_rest(axis)?;
+            let from = self.position(axis).ok_or(MoveError::PositionUnknown)?;
+            if let Some(steps) = way.get_mut(axis.index()) {
+                *steps = distance(from, end)?;
+            }
+        }
+        let pulses = way.map(i32::unsigned_abs);
+        let furthest = pulses.into_iter().max().unwrap_or(0);
+        // An axis of one step makes it at the beginning, and holds nothing up.
+        let ways = self.limits.iter().zip(pulses);
+        let ways = ways.filter(|(_, pulses)| *pulses > 1 || *pulses == furthest);
+        let limits = ways.map(|(limits, pulses)| limits.stretched(pulses, furthest));
+        let Some(limits) = limits.reduce(|all, one| all.stricter(&one)) else { return Ok(()) };
+        self.begin(limits.order(Travel::By(0)).along(way)?)
+    }
+}

@@ -1,0 +1,204 @@
+//! Moves of one axis, within its limits.
+
+use super::{Axis, AxisLimits, MoveError, Steppers};
+use crate::group::Control;
+use crate::order::{Change, Order, Refusal, Travel};
+use crate::profile::Unfit;
+use crate::units::Speed;
+
+impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
+    /// Sets the limits of an axis: they hold for moves that begin from now on.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// for axis in Axis::all() {
+    ///     motors.set_limits(axis, AxisLimits::DEFAULT);
+    /// }
+    /// assert_eq!(motors.limits(Axis::X), AxisLimits::DEFAULT);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn set_limits(&mut self, axis: Axis<N>, limits: AxisLimits) {
+        if let Some(own) = self.limits.get_mut(axis.index()) {
+            *own = limits;
+        }
+    }
+
+    /// The limits of an axis.
+    pub fn limits(&self, axis: Axis<N>) -> AxisLimits {
+        self.limits.get(axis.index()).copied().unwrap_or_default()
+    }
+
+    /// Moves an axis that rests to a position, in steps. Where it is already: done at once.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// motors.move_to(Axis::X, -2_000)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`MoveError::PositionUnknown`]; [`Refusal::Busy`] while it moves, see
+    /// [`retarget`](Steppers::retarget); [`Unfit::TooLong`] if the position is 2³¹ steps or
+    /// more away; or what the board or the timer can't do.
+    pub fn move_to(&mut self, axis: Axis<N>, position: i64) -> Result<(), MoveError> {
+        self.must_rest(axis)?;
+        let from = self.position(axis).ok_or(MoveError::PositionUnknown)?;
+        let steps = distance(from, position)?;
+        self.travel(axis, self.limits(axis).order(Travel::By(steps)))
+    }
+
+    /// Moves an axis that rests by this many steps, forward or backward. Its position need
+    /// not be known.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// motors.move_by(Axis::Y, 200)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As of [`move_to`](Steppers::move_to), but for the position.
+    pub fn move_by(&mut self, axis: Axis<N>, steps: i32) -> Result<(), MoveError> {
+        self.must_rest(axis)?;
+        // Neither the way nor its end may be beyond what is counted.
+        self.origin_now(axis).checked_add(steps.into()).ok_or(Unfit::TooLong)?;
+        if steps == i32::MIN {
+            return Err(Unfit::TooLong.into());
+        }
+        self.travel(axis, self.limits(axis).order(Travel::By(steps)))
+    }
+
+    /// Turns an axis until it is stopped, at this speed: forward if it is above 0, backward
+    /// below. An axis that runs the same way already has this speed from now on; 0 stops it.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// motors.run(Axis::X, -300)?;
+    /// motors.run(Axis::X, -400)?; // faster, the same way
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`MoveError::AboveLimit`] above its limit; [`Refusal::Busy`] while it runs the other
+    /// way or moves to a target; or what the board or the timer can't do.
+    pub fn run(&mut self, axis: Axis<N>, steps_per_second: i32) -> Result<(), MoveError> {
+        if steps_per_second == 0 {
+            self.stop(axis);
+            return Ok(());
+        }
+        let (top, forward) =
+            (Speed::from_steps(steps_per_second.unsigned_abs())?, steps_per_second > 0);
+        let limits = self.limits(axis);
+        if top > limits.max_speed {
+            return Err(MoveError::AboveLimit { max: limits.max_speed });
+        }
+        let number = axis.number();
+        if self.group.is_endless(number) && self.group.is_forward(number) == forward {
+            return self.change(axis, Change::Top(top));
+        }
+        self.must_rest(axis)?;
+        self.travel(axis, Order { top, ..limits.order(Travel::Endless(forward)) })
+    }
+
+    /// Gives a move on the way, or a run, another target: a position in steps. A target that
+    /// can't be reached without overshooting is come back to; the axis moves all the while, and
+    /// keeps the limits that the move began with: along a line its share of them.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// motors.move_to(Axis::X, 2_000)?;
+    /// motors.retarget(Axis::X, 1_500)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`Refusal::Resting`] at rest; [`MoveError::PositionUnknown`]; [`Unfit::TooLong`] if
+    /// the target is 2³¹ steps or more from where the move began. The move goes on as it was.
+    pub fn retarget(&mut self, axis: Axis<N>, position: i64) -> Result<(), MoveError> {
+        if !self.is_moving(axis) {
+            return Err(Refusal::Resting.into());
+        }
+        self.position(axis).ok_or(MoveError::PositionUnknown)?;
+        self.change(axis, Change::Target(distance(self.origin(axis), position)?))
+    }
+
+    /// Steps that are left to the target of a move, + forward; of a stop to where it will
+    /// rest; 0 at rest. `None` for a run, which has no target.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
+    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// motors.move_by(Axis::X, 200)?;
+    /// assert_eq!(motors.distance_to_go(Axis::X), Some(200));
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn distance_to_go(&self, axis: Axis<N>) -> Option<i64> {
+        if !self.is_moving(axis) {
+            return Some(0);
+        }
+        let target = self.group.target(axis.number())?;
+        let end = self.origin(axis).wrapping_add(target.into());
+        Some(end.wrapping_sub(self.engine.position(axis.number())))
+    }
+
+    fn change(&mut self, axis: Axis<N>, change: Change) -> Result<(), MoveError> {
+        Ok(self.group.change(&mut self.engine, 1 << axis.number(), change)?)
+    }
+
+    /// Starts a travel of an axis that rests.
+    fn travel(&mut self, axis: Axis<N>, order: Order) -> Result<(), MoveError> {
+        self.begin([(axis.number(), order)])
+    }
+
+    /// Starts travels of axes that rest, all or none.
+    pub(super) fn begin(
+        &mut self,
+        orders: impl IntoIterator<Item = (u8, Order)>,
+    ) -> Result<(), MoveError> {
+        self.note_origins();
+        Ok(self.group.start(&mut self.engine, orders)?)
+    }
+
+    /// Notes where the axes are that rest: there their next travels begin.
+    fn note_origins(&mut self) {
+        for axis in Axis::all() {
+            if self.is_moving(axis) {
+                continue;
+            }
+            let now = self.origin_now(axis);
+            if let Some(origin) = self.origins.get_mut(axis.index()) {
+                *origin = now;
+            }
+        }
+    }
+
+    /// The count of an axis that rests, whether its position is known or not.
+    fn origin_now(&self, axis: Axis<N>) -> i64 {
+        self.engine.position(axis.number())
+    }
+
+    fn origin(&self, axis: Axis<N>) -> i64 {
+        self.origins.get(axis.index()).copied().unwrap_or(0)
+    }
+
+    pub(super) fn must_rest(&self, axis: Axis<N>) -> Result<(), MoveError> {
+        if self.is_moving(axis) { Err(Refusal::Busy.into()) } else { Ok(()) }
+    }
+}
+
+/// From one position to another, in less than 2³¹ steps.
+pub(super) fn distance(from: i64, to: i64) -> Result<i32, Unfit> {
+    let steps = to.checked_sub(from).and_then(|steps| i32::try_from(steps).ok());
+    steps.filter(|steps| *steps != i32::MIN).ok_or(Unfit::TooLong)
+}

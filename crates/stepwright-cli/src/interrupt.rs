@@ -15,7 +15,7 @@ use std::process;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::failure::Failure;
-use crate::order::keys;
+use crate::order::terminal;
 
 static PRESSES: AtomicUsize = AtomicUsize::new(0);
 static ASKED: AtomicBool = AtomicBool::new(false);
@@ -65,7 +65,7 @@ pub fn braking() -> &'static str {
 fn come(press: bool) {
     ASKED.store(true, Ordering::Relaxed);
     if press && PRESSES.fetch_add(1, Ordering::Relaxed) + 1 >= ENOUGH {
-        keys::restore();
+        terminal::restore();
         process::exit(STATUS.into());
     }
 }

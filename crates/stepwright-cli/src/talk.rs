@@ -213,6 +213,11 @@ impl Talk {
         self.link.as_mut()
     }
 
+    /// How to call the board in a sentence.
+    pub fn name(&self) -> String {
+        self.link.name()
+    }
+
     /// What the board said of itself when we met.
     pub fn info(&self) -> Option<&Info> {
         self.info.as_ref()

@@ -109,9 +109,9 @@ fn deepest(matches: &ArgMatches) -> (Vec<String>, &ArgMatches) {
 /// Whether a subcommand orders a board, or plans.
 fn takes_defaults(path: &[String]) -> bool {
     let first = path.first().map(String::as_str);
-    const ORDERS: [&str; 14] = [
-        "move", "line", "run", "home", "retarget", "watch", "stop", "kill", "status", "position",
-        "zero", "send", "settings", "plan",
+    const ORDERS: [&str; 15] = [
+        "move", "line", "run", "home", "jog", "retarget", "watch", "stop", "kill", "status",
+        "position", "zero", "send", "settings", "plan",
     ];
     first.is_some_and(|name| ORDERS.contains(&name))
 }
@@ -129,7 +129,7 @@ fn defaults(values: Values, path: &[String], typed: &ArgMatches) -> Vec<(&'stati
         About::Board => !virtual_board,
         About::Units => true,
         About::Motion if ramp_typed && ["ramp", "accel", "decel"].contains(&name) => false,
-        About::Motion => ["move", "line", "run", "home"].contains(&order),
+        About::Motion => ["move", "line", "run", "home", "jog"].contains(&order),
         About::Homing => order == "home",
     };
     values

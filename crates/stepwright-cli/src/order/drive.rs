@@ -127,8 +127,10 @@ pub struct Sight {
     pub time: Duration,
     /// Whether it is being braked.
     pub braking: bool,
-    /// What a key has come to, for the user.
+    /// What a key, or another terminal, has come to, for the user.
     pub told: Option<String>,
+    /// The line that has changed the motion.
+    pub change: Option<Command>,
 }
 
 /// Watches an axis until it rests, with a hand on it. Ctrl-C, or the time
@@ -145,12 +147,18 @@ pub fn watch(
     let mut braking = false;
     loop {
         let time = talk.now();
-        let mut told = None;
+        let (mut told, mut change) = (None, None);
         let mut stop = interrupt::asked() || until.is_some_and(|until| time >= until);
         match hand.act(talk, one)? {
             Some(Act::Stop) => stop = true,
             Some(Act::Told(text)) => told = Some(text),
-            None => told = talk.next_change().map(|line| format!("another terminal says {line}")),
+            Some(Act::Changed(line, text)) => (change, told) = (Some(line), Some(text)),
+            None => {
+                if let Some(line) = talk.next_change() {
+                    change = Command::parse(line.as_bytes()).ok();
+                    told = Some(format!("another terminal says {line}"));
+                }
+            }
         }
         if !braking && stop {
             brake(talk, one)?;
@@ -160,7 +168,7 @@ pub fn watch(
         // move on in between.
         let busy = talk.is_busy(one)?;
         let position = if busy { talk.position(axis)? } else { talk.rest_position(axis)? };
-        let sight = Sight { position, time: talk.now(), braking, told };
+        let sight = Sight { position, time: talk.now(), braking, told, change };
         see(sight.clone());
         if !busy {
             return Ok(sight);

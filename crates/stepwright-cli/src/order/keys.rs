@@ -3,10 +3,9 @@
 //! On a terminal each key is read as it is pressed; elsewhere there are none.
 //! Ctrl-C stays what it is.
 
-use std::io::{self, IsTerminal};
-
 use stepwright_protocol::{Command, Order, Reply, Selection, TopSpeed};
 
+use super::terminal::{self, Keys};
 use crate::talk::{Talk, Trouble};
 
 /// What the keys are, for the user.
@@ -21,11 +20,13 @@ pub enum Act {
     Stop,
     /// This is to be told.
     Told(String),
+    /// This line has changed the motion, and the rest is to be told.
+    Changed(Command, String),
 }
 
 /// A hand on a moving motor.
 pub struct Hand {
-    keys: Option<terminal::Keys>,
+    keys: Option<Keys>,
     /// The top speed of the travel in progress, and the lowest it can have, in
     /// steps/s.
     top: u32,
@@ -38,8 +39,8 @@ impl Hand {
     pub fn on(talk: &Talk, order: &Order) -> Hand {
         let whole = |speed: stepwright::Speed| speed.millisteps() / 1000;
         let (top, start) = (whole(order.top), whole(order.start));
-        let seen = io::stdin().is_terminal() && io::stderr().is_terminal();
-        let keys = if seen && talk.info().is_some() { terminal::Keys::listen() } else { None };
+        let able = terminal::is_there() && talk.info().is_some();
+        let keys = if able { Keys::listen() } else { None };
         Hand { keys, top, least: start.min(top).max(1) }
     }
 
@@ -56,106 +57,29 @@ impl Hand {
 
     /// Does what the next key says.
     pub fn act(&mut self, talk: &mut Talk, axis: Selection) -> Result<Option<Act>, Trouble> {
-        let Some(key) = self.keys.as_ref().and_then(terminal::Keys::next) else { return Ok(None) };
+        match self.keys.as_ref().and_then(Keys::next) {
+            Some(key) => self.press(key, talk, axis).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// Does what this key says.
+    fn press(&mut self, key: u8, talk: &mut Talk, axis: Selection) -> Result<Act, Trouble> {
         let step = (self.top / PART).max(1);
         let top = match key {
             b'+' | b'=' => self.top.saturating_add(step).min(TopSpeed::LARGEST.get()),
             b'-' | b'_' => self.top.saturating_sub(step).max(self.least),
-            b's' | b'S' | b' ' => return Ok(Some(Act::Stop)),
-            _ => return Ok(Some(Act::Told(HELP.to_owned()))),
+            b's' | b'S' | b' ' => return Ok(Act::Stop),
+            _ => return Ok(Act::Told(HELP.to_owned())),
         };
         let command = Command::Top(TopSpeed::clamped(top));
         if talk.ask_of(axis, command)? == Reply::Yes {
             self.top = top;
-            return Ok(Some(Act::Told(format!("top speed {top} steps/s"))));
+            return Ok(Act::Changed(command, format!("top speed {top} steps/s")));
         }
-        Ok(Some(Act::Told(match talk.why()? {
+        Ok(Act::Told(match talk.why()? {
             Some(why) => format!("the board refused {command}: {why}"),
             None => format!("the board refused {command}"),
-        })))
+        }))
     }
-}
-
-/// Gives the terminal back, whatever it was changed to.
-pub fn restore() {
-    terminal::restore();
-}
-
-#[cfg(unix)]
-mod terminal {
-    use std::io;
-    use std::sync::Mutex;
-
-    use rustix::process::getpgrp;
-    use rustix::termios::{
-        LocalModes, OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcgetpgrp, tcsetattr,
-    };
-
-    /// How the terminal was before.
-    static BEFORE: Mutex<Option<Termios>> = Mutex::new(None);
-
-    /// A terminal that gives keys.
-    pub struct Keys(());
-
-    /// Whether the terminal is ours: a command in the background that touched
-    /// it would be stopped, and its motor left alone. One that rules no jobs is.
-    fn is_ours() -> bool {
-        tcgetpgrp(io::stdin()).map_or(true, |group| group == getpgrp())
-    }
-
-    impl Keys {
-        pub fn listen() -> Option<Keys> {
-            if !is_ours() {
-                return None;
-            }
-            let before = tcgetattr(io::stdin()).ok()?;
-            let mut keys = before.clone();
-            keys.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
-            // To read is not to wait.
-            keys.special_codes[SpecialCodeIndex::VMIN] = 0;
-            keys.special_codes[SpecialCodeIndex::VTIME] = 0;
-            *BEFORE.lock().ok()? = Some(before);
-            tcsetattr(io::stdin(), OptionalActions::Now, &keys).ok()?;
-            Some(Keys(()))
-        }
-
-        pub fn next(&self) -> Option<u8> {
-            let mut key = [0];
-            let count = if is_ours() { rustix::io::read(io::stdin(), &mut key).ok()? } else { 0 };
-            (count == 1).then_some(key[0])
-        }
-    }
-
-    impl Drop for Keys {
-        fn drop(&mut self) {
-            restore();
-        }
-    }
-
-    pub fn restore() {
-        let Ok(mut before) = BEFORE.lock() else { return };
-        if let Some(before) = before.take()
-            && is_ours()
-        {
-            let _ = tcsetattr(io::stdin(), OptionalActions::Now, &before);
-        }
-    }
-}
-
-#[cfg(not(unix))]
-mod terminal {
-    /// There are none.
-    pub struct Keys(());
-
-    impl Keys {
-        pub fn listen() -> Option<Keys> {
-            None
-        }
-
-        pub fn next(&self) -> Option<u8> {
-            None
-        }
-    }
-
-    pub fn restore() {}
 }

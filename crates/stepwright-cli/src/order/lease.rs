@@ -19,6 +19,14 @@ pub struct LeaseArgs {
 /// A watched motor is asked for its position every 50 ms, and an answer may take its time.
 const SHORTEST: u128 = 200;
 
+/// The lease of a hand at the keys, which are looked at every 20 ms.
+const HANDS: LeaseMillis = LeaseMillis::clamped(500);
+
+/// Whether a board grants leases.
+fn grants(talk: &Talk) -> bool {
+    talk.info().and_then(|info| info.can).is_some_and(|can| can.has(Ability::Safety))
+}
+
 /// Reads the time of a lease.
 pub fn millis(text: &str) -> Result<LeaseMillis, String> {
     let millis = run::time(text)?.as_millis();
@@ -34,12 +42,23 @@ impl LeaseArgs {
         self.lease.is_some()
     }
 
+    /// The lease that a board grants to a hand at its keys: the one that is asked for, or
+    /// [`HANDS`]. None of a board that grants none, where none is asked for.
+    pub fn or_hands(&self, talk: &Talk) -> Result<Option<LeaseMillis>, Failure> {
+        let mut lines = Vec::new();
+        if self.is_asked() {
+            self.before(talk, &mut lines)?;
+            return Ok(self.lease);
+        }
+        Ok(grants(talk).then_some(HANDS))
+    }
+
     /// Puts the lease before the lines of an order, so that every attempt to give it asks
     /// for the lease again.
-    pub fn before(&self, talk: &mut Talk, lines: &mut Vec<Command>) -> Result<(), Failure> {
+    pub fn before(&self, talk: &Talk, lines: &mut Vec<Command>) -> Result<(), Failure> {
         let Some(lease) = self.lease else { return Ok(()) };
-        if !talk.info().and_then(|info| info.can).is_some_and(|can| can.has(Ability::Safety)) {
-            let name = talk.link().name();
+        if !grants(talk) {
+            let name = talk.name();
             return Err(Failure::new(format!("{name} grants no lease, which --lease asks for"))
                 .hint(format!(
                     "leave --lease out, or have it brake by its settings: `stepwright settings \

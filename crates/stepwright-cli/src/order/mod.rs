@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`travel`] | `move` |
 //! | [`run`] | `run` |
+//! | [`jog`] | `jog` |
 //! | [`retarget`] | `retarget` |
 //! | [`watch`] | `watch` |
 //! | [`home`] | `home` |
@@ -15,15 +16,18 @@
 //!
 //! They share [`target`] (which board), [`able`] (what it can do), [`motion`] (which speeds), [`drive`]
 //! (start, watch, stop), [`lease`] (what the board does without us), [`progress`] (what the user sees meanwhile) and [`keys`]
-//! (what the user presses meanwhile).
+//! (what the user presses meanwhile, on a [`terminal`]).
 
 mod able;
 mod course;
 mod drive;
 pub mod halt;
+mod held;
 pub mod home;
-pub mod keys;
+pub mod jog;
+mod keys;
 pub mod lease;
+mod left;
 pub mod line;
 pub mod look;
 pub mod motion;
@@ -36,5 +40,6 @@ pub mod run;
 pub mod send;
 pub mod settings;
 pub mod target;
+pub mod terminal;
 pub mod travel;
 pub mod watch;

@@ -1,133 +1,238 @@
-//! What the user sees of a moving motor: on a terminal a line that renews
-//! itself, elsewhere a line a second, both on standard error.
+//! What the user sees of a moving motor, on standard error: on a terminal a line that
+//! renews itself and fits in it, elsewhere a line a second.
 
 use std::collections::VecDeque;
-use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
+use console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
-use stepwright_protocol::{Distance, Travel};
 
 use super::course::Course;
 use super::drive::Sight;
 use super::keys;
+use super::left::Aim;
 use super::motion::{Motion, seconds};
+use super::terminal;
 use crate::{interrupt, say};
 
-/// The speed is measured over so long.
-const WINDOW: Duration = Duration::from_millis(500);
+/// A speed is measured over so long, or longer where the motor is slow.
+const WINDOW: Duration = Duration::from_millis(200);
 
-/// Between two lines where there is no terminal.
+/// A slow motor's speed is measured over so many steps, for so long at most.
+const STEPS: u64 = 10;
+const LONGEST: Duration = Duration::from_secs(4);
+
+/// Between two lines where they don't renew themselves.
 const LINES: Duration = Duration::from_secs(1);
 
-/// A moving motor, told to the user.
-pub struct Progress {
+/// Columns of a bar.
+const BAR: usize = 20;
+
+/// A line about a state, and notes above it.
+pub struct Line {
     bar: Option<ProgressBar>,
-    course: Option<Course>,
-    from: i64,
-    sights: VecDeque<(Duration, i64)>,
     told: Instant,
-    braking: bool,
+    last: String,
 }
 
-impl Progress {
-    /// Of a motion that begins at `from`, and says which keys there are.
-    pub fn new(motion: &Motion, from: i64, keys: bool) -> Progress {
-        let steps = match motion.order.travel {
-            Travel::By(distance) => Some(distance),
-            Travel::Endless(_) => None,
-        };
-        let bar = io::stderr().is_terminal().then(|| bar(steps));
-        let course = motion.course();
-        let sights = VecDeque::new();
-        let progress = Progress { bar, course, from, sights, told: Instant::now(), braking: false };
-        if keys {
-            progress.note(keys::HELP);
-        }
-        progress
-    }
-
-    /// Tells a look at the motor.
-    pub fn see(&mut self, sight: Sight) {
-        if sight.braking && !self.braking {
-            self.braking = true;
-            self.note(interrupt::braking());
-        }
-        if let Some(text) = &sight.told {
-            self.note(text);
-            // It is another motion now.
-            self.course = None;
-        }
-        let Some(position) = sight.position else { return };
-        let speed = self.speed(sight.time, position);
-        let done = position.abs_diff(self.from);
-        if let Some(bar) = &self.bar {
-            bar.set_position(done);
-            bar.set_message(self.line(position, done, speed));
-        } else if self.told.elapsed() >= LINES {
-            self.told = Instant::now();
-            say::note(self.line(position, done, speed));
-        }
+impl Line {
+    /// Nothing is said yet.
+    pub fn new() -> Line {
+        let bar = terminal::has_sequences().then(|| {
+            let target = ProgressDrawTarget::stderr_with_hz(10);
+            let bar = ProgressBar::with_draw_target(None, target);
+            match ProgressStyle::with_template("{msg}") {
+                Ok(style) => bar.with_style(style),
+                Err(_) => bar,
+            }
+        });
+        Line { bar, told: Instant::now(), last: String::new() }
     }
 
     /// Something that the user should know, above the line.
-    fn note(&self, text: &str) {
+    pub fn note(&self, text: &str) {
         match &self.bar {
             Some(bar) => bar.suspend(|| say::note(text)),
             None => say::note(text),
         }
     }
 
-    /// Steps per second, measured.
-    fn speed(&mut self, time: Duration, position: i64) -> f64 {
-        self.sights.push_back((time, position));
-        while self.sights.get(1).is_some_and(|(then, _)| time.saturating_sub(*then) >= WINDOW) {
-            self.sights.pop_front();
-        }
-        let (then, there) = self.sights.front().copied().unwrap_or((time, position));
-        let time = time.saturating_sub(then).as_secs_f64();
-        if time > 0.0 { position.abs_diff(there) as f64 / time } else { 0.0 }
-    }
-
-    fn line(&self, position: i64, done: u64, speed: f64) -> String {
-        let left = match self.left(done) {
-            _ if self.braking => "  braking".to_owned(),
-            Some(left) if left < 100.0 => format!("  {left:.1} s left"),
-            Some(left) => format!("  {} left", seconds(left)),
-            None => String::new(),
+    /// Shows the longest of these wordings that fits, longest first. Where lines don't renew
+    /// themselves the first one `plain` is said, at once if it is news.
+    pub fn show(&mut self, wordings: &[&str], plain: &str, news: bool) {
+        let Some(bar) = &self.bar else {
+            let due = self.told.elapsed() >= LINES;
+            if (due || news) && self.last != plain {
+                plain.clone_into(&mut self.last);
+                self.told = Instant::now();
+                say::note(plain);
+            }
+            return;
         };
-        format!("position {position}  {speed:.0} steps/s{left}")
-    }
-
-    /// Seconds until the end, by the law of the motion.
-    fn left(&self, done: u64) -> Option<f64> {
-        let course = self.course.as_ref()?;
-        let last = course.pulses().checked_sub(1)?;
-        let pulse = u32::try_from(done.saturating_sub(1)).unwrap_or(last).min(last);
-        Some(course.seconds(last) - course.seconds(pulse))
+        // The last column stays free: some terminals go to the next line there.
+        let width = Term::stderr().size_checked().map_or(79, |(_, columns)| columns.max(2) - 1);
+        bar.set_message(fitting(wordings, width.into()));
     }
 
     /// Clears the line away.
-    pub fn end(self) {
+    pub fn end(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
     }
 }
 
-fn bar(steps: Option<Distance>) -> ProgressBar {
-    let target = ProgressDrawTarget::stderr_with_hz(10);
-    let (bar, template) = match steps {
-        Some(steps) => {
-            let bar =
-                ProgressBar::with_draw_target(Some(steps.get().unsigned_abs().into()), target);
-            (bar, "{bar:30} {percent:>3} %  {msg}")
+/// The first that fits, or as much of the last as does.
+fn fitting(wordings: &[&str], width: usize) -> String {
+    let fits = |text: &&&str| text.chars().count() <= width;
+    match (wordings.iter().find(fits), wordings.last()) {
+        (Some(text), _) => (*text).to_owned(),
+        (None, Some(last)) => last.chars().take(width).collect(),
+        (None, None) => String::new(),
+    }
+}
+
+/// A moving motor, told to the user.
+pub struct Progress {
+    line: Line,
+    /// By the law, until the motion is changed.
+    course: Option<Course>,
+    aim: Aim,
+    from: i64,
+    sights: VecDeque<(Duration, i64)>,
+    braking: bool,
+}
+
+impl Progress {
+    /// Of a motion that begins at `from`, and says which keys there are.
+    pub fn new(motion: &Motion, from: i64, keys: bool) -> Progress {
+        let line = Line::new();
+        if keys {
+            line.note(keys::HELP);
         }
-        None => (ProgressBar::with_draw_target(None, target), "{spinner} {msg}"),
-    };
-    match ProgressStyle::with_template(template) {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
+        Progress {
+            line,
+            course: motion.course(),
+            aim: Aim::of(&motion.order, from),
+            from,
+            sights: VecDeque::new(),
+            braking: false,
+        }
+    }
+
+    /// Tells a look at the motor.
+    pub fn see(&mut self, sight: Sight) {
+        if sight.braking && !self.braking {
+            self.braking = true;
+            self.line.note(interrupt::braking());
+        }
+        if let Some(text) = &sight.told {
+            self.line.note(text);
+        }
+        if let Some(line) = sight.change {
+            // It is another motion now.
+            self.course = None;
+            self.aim.change(line);
+        }
+        let Some(position) = sight.position else { return };
+        let measured = self.speed(sight.time, position);
+        let speed = self.lawful(position).filter(|_| !self.braking).unwrap_or(measured);
+        self.tell(position, speed);
+    }
+
+    fn tell(&mut self, position: i64, speed: f64) {
+        let done = position.abs_diff(self.from);
+        let left = match self.left(position, speed) {
+            _ if self.braking => "  braking".to_owned(),
+            Some(left) if left < 100.0 => format!("  {left:.1} s left"),
+            Some(left) => format!("  {} left", seconds(left)),
+            None => String::new(),
+        };
+        let size = speed.abs();
+        let speed = if size < 10.0 && size > 0.0 {
+            format!("{size:.3}").trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            format!("{size:.0}")
+        };
+        let plain = format!("position {position}  {speed} steps/s{left}");
+        let whole = self.aim.whole().filter(|whole| *whole > 0.0 && !self.braking);
+        let long = match whole {
+            Some(whole) => format!("{}  {plain}", bar(done as f64 / whole)),
+            None => plain.clone(),
+        };
+        let left = left.trim_end_matches(" left");
+        let short = format!("{position}  {speed}/s{left}");
+        let shorter = format!("{position}{left}");
+        let wordings: [&str; 5] = [&long, &plain, &short, &shorter, &position.to_string()];
+        self.line.show(&wordings, &plain, false);
+    }
+
+    /// Steps per second over the last moment, measured, + forward.
+    fn speed(&mut self, time: Duration, position: i64) -> f64 {
+        self.sights.push_back((time, position));
+        // As long as what is left still tells enough, the oldest goes.
+        while let Some((then, there)) = self.sights.get(1) {
+            let past = time.saturating_sub(*then);
+            let enough = past >= WINDOW && position.abs_diff(*there) >= STEPS;
+            if !enough && past < LONGEST {
+                break;
+            }
+            self.sights.pop_front();
+        }
+        let (then, there) = self.sights.front().copied().unwrap_or((time, position));
+        let time = time.saturating_sub(then).as_secs_f64();
+        if time > 0.0 { position.saturating_sub(there) as f64 / time } else { 0.0 }
+    }
+
+    /// Steps per second by the law, until the motion is changed.
+    fn lawful(&self, position: i64) -> Option<f64> {
+        let course = self.course.as_ref()?;
+        let next = u32::try_from(position.abs_diff(self.from)).ok()?;
+        let before = next.checked_sub(1).filter(|_| next < course.pulses())?;
+        let time = course.seconds(next) - course.seconds(before);
+        (time > 0.0).then(|| 1.0 / time)
+    }
+
+    /// Seconds until the end: by the law of the motion, or, once it was changed, by the speed.
+    fn left(&self, position: i64, speed: f64) -> Option<f64> {
+        let Some(course) = &self.course else { return self.aim.seconds(position as f64, speed) };
+        let last = course.pulses().checked_sub(1)?;
+        let done = position.abs_diff(self.from);
+        let pulse = u32::try_from(done.saturating_sub(1)).unwrap_or(last).min(last);
+        Some(course.seconds(last) - course.seconds(pulse))
+    }
+
+    /// Clears the line away.
+    pub fn end(self) {
+        self.line.end();
+    }
+}
+
+/// How much of a whole, as a picture and a number: `━━━━────  50 %`.
+fn bar(part: f64) -> String {
+    let part = part.clamp(0.0, 1.0);
+    let full = (part * BAR as f64) as usize;
+    format!("{}{}  {:>3.0} %", "━".repeat(full), "─".repeat(BAR - full), (part * 100.0).floor())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{bar, fitting};
+
+    #[test]
+    fn what_is_shown_fits() {
+        let wordings = ["━━──  50 %  position 12345  1000 steps/s", "12345  1000/s", "12345"];
+        assert_eq!(fitting(&wordings, 79), wordings[0]);
+        assert_eq!(fitting(&wordings, 40), wordings[0]);
+        assert_eq!(fitting(&wordings, 39), wordings[1]);
+        assert_eq!(fitting(&wordings, 5), "12345");
+        assert_eq!(fitting(&wordings, 3), "123");
+    }
+
+    #[test]
+    fn a_bar_is_as_full_as_its_number() {
+        assert_eq!(bar(0.0), format!("{}    0 %", "─".repeat(20)));
+        assert_eq!(bar(0.999), format!("{}─   99 %", "━".repeat(19)));
+        assert_eq!(bar(7.0), format!("{}  100 %", "━".repeat(20)));
     }
 }

@@ -1,0 +1,386 @@
+//! `stepwright jog`: a motor runs while a key is held.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use serde_json::json;
+use stepwright_protocol::{AxisId, Command, Direction, Reply, Selection, Travel};
+
+use super::drive::{self, End, NotBegun};
+use super::held::{ASK_RELEASES, Decoder, Hold, Key, NO_RELEASES};
+use super::lease::LeaseArgs;
+use super::motion::{MOTION, Motion, RampArgs};
+use super::progress::Line;
+use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::terminal::{self, Keys};
+use super::travel::{Way, last_line, start_position};
+use crate::board::recording::Heading;
+use crate::failure::Failure;
+use crate::interrupt::{self, While};
+use crate::quantity::{DistanceArg, SpeedArg};
+use crate::say;
+use crate::talk::{Talk, Trouble};
+
+/// Run an axis by keys: as long as an arrow is held
+///
+/// The motor follows the ramps of any order, so it brakes for a moment after the key is let
+/// go. The last line on standard output says where it is.
+#[derive(clap::Args)]
+#[command(mut_arg("lease", |arg| arg.help("\
+    Have the board brake when it hears nothing from here for so long: 500ms, 2s; from \
+    200ms to 60s [default: 500ms, of a board that grants a lease]")))]
+#[command(after_help = "\
+Keys:
+  → ↑   forward while held        . ,    one --step forward, backward
+  ← ↓   backward while held       + -    faster, slower by a tenth
+  space stop                      0      call this place 0
+  q     end
+
+Most terminals don't say when a key comes up, but repeat one that is held: the motor
+brakes 0.7 s after a single press, 0.25 s after the last repeat. Under kitty, foot,
+WezTerm, Ghostty and others it brakes as the key comes up.
+
+Ctrl-C brakes and ends, a second one kills. The board brakes by itself when it hears
+nothing from here for as long as --lease, also when this program is killed or the cable
+is pulled. A board that grants no lease does so by its setting timeout-ms; one that has
+none goes on.
+
+Examples:
+  stepwright jog
+  stepwright jog --port /dev/ttyUSB0 --top-speed 10mm/s --step 0.1mm --mm-per-rev 8")]
+pub struct Args {
+    /// How far . and , go: steps, or like 0.1mm, 1deg
+    #[arg(long, value_name = "DISTANCE", default_value = "1", allow_negative_numbers = true)]
+    step: DistanceArg,
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Speed while a key is held
+    #[arg(long, value_name = "SPEED", default_value = "1000", help_heading = MOTION)]
+    top_speed: SpeedArg,
+    #[command(flatten)]
+    ramps: RampArgs,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Which axis of the board: 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
+    #[arg(help_heading = "Board")]
+    axis: AxisId,
+    #[command(flatten)]
+    lease: LeaseArgs,
+    #[command(flatten)]
+    virt: VirtualArgs,
+}
+
+/// What the keys are, for the user.
+const HELP: &str =
+    "keys: arrows run while held; . , a step; + - faster, slower; space stop; 0 zero; q end";
+
+/// Between two looks at the keys and the motor.
+const POLL: Duration = Duration::from_millis(20);
+
+impl Args {
+    fn motion(&self, top: &SpeedArg, travel: Travel) -> Result<Motion, Failure> {
+        self.ramps.motion(self.axis, top, "--top-speed", travel)
+    }
+}
+
+/// Jogs, and says where to.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let step = Way::of(Some(&args.step), None, &args.ramps.geometry()?)?.steps(0)?;
+    if step.get() < 1 {
+        return Err(Failure::usage(format!("--step {}: 1 step or more", step.get())));
+    }
+    let motion = args.motion(&args.top_speed, Travel::Endless(Direction::Forward))?;
+    if args.virt.fast {
+        return Err(Failure::usage("a jog is as fast as your fingers: leave --fast out"));
+    }
+    if !terminal::is_there() {
+        return Err(Failure::new("a jog needs a terminal: its keys are read there")
+            .hint("without one: `stepwright run ±SPEED --for TIME`, or `stepwright move`"));
+    }
+    interrupt::listen(While::Holding)?;
+    let heading = Heading { title: "Jog".to_owned(), notes: Vec::new() };
+    let mut talk = args.port.or_virtual(&args.virt, "jog", heading)?;
+    let result = jog(&mut talk, &args, step.get(), motion);
+    let finished = target::finish(&mut talk);
+    let at = result?;
+    match args.format {
+        Format::Json => say::result(json!({
+            "axis": args.axis.number(),
+            "position": at,
+            "state": "ready",
+            "board": talk.link().name(),
+        })),
+        Format::Text => say::result(last_line("ready", Some(at), None)),
+    }
+    finished
+}
+
+/// Follows the keys until the end; where the axis is then.
+fn jog(talk: &mut Talk, args: &Args, step: i32, motion: Motion) -> Result<i64, Failure> {
+    target::has_axis(talk, args.axis)?;
+    let lease = args.lease.or_hands(talk)?;
+    let at = start_position(talk, args.axis)?;
+    let top = motion.order.top.millisteps();
+    let Some(keys) = Keys::listen() else {
+        return Err(Failure::new("the terminal gives no keys")
+            .hint("is the command in the background? `fg` brings it back"));
+    };
+    let _releases = Releases::ask();
+    let line = Line::new();
+    line.note(HELP);
+    if lease.is_none() && args.port.port.is_some() {
+        line.note(
+            "this board grants no lease: if the cable is pulled it brakes by its setting \
+             timeout-ms, and goes on where that is 0",
+        );
+    }
+    let mut jog = Jog {
+        axis: args.axis,
+        lines_before: lease.map(Command::Lease).into_iter().collect(),
+        step,
+        top,
+        line,
+        hold: Hold::new(),
+        steps_due: 0,
+        moving: None,
+        moved: true,
+        at,
+        leaving: false,
+    };
+    let followed = jog.follow(talk, args, &keys);
+    jog.line.end();
+    let moving = jog.moving.is_some();
+    let ended = match followed {
+        Ok(at) => return Ok(at),
+        Err(Stopped::Failure(failure)) => return Err(failure),
+        Err(Stopped::Trouble(trouble)) if !moving => {
+            return Err(target::lost(&talk.link().name(), &trouble));
+        }
+        Err(Stopped::Trouble(trouble)) => drive::conclude(talk, args.axis, Err(trouble)),
+    };
+    if let (End::Uncertain, Format::Text) = (ended.end, args.format) {
+        say::result(last_line("uncertain", None, None));
+    }
+    Err(ended.failure.unwrap_or_else(|| Failure::interrupted("interrupted while it moved")))
+}
+
+/// Has the terminal say when keys come up, and no longer when it is dropped.
+struct Releases;
+
+impl Releases {
+    fn ask() -> Releases {
+        say_raw(ASK_RELEASES);
+        Releases
+    }
+}
+
+impl Drop for Releases {
+    fn drop(&mut self) {
+        say_raw(NO_RELEASES);
+    }
+}
+
+/// A word to the terminal. One that can't be said is none that a motor waits for.
+fn say_raw(word: &str) {
+    if terminal::has_sequences() {
+        let mut err = io::stderr().lock();
+        let _ = err.write_all(word.as_bytes()).and_then(|()| err.flush());
+    }
+}
+
+/// Why the keys are followed no longer.
+enum Stopped {
+    Trouble(Trouble),
+    Failure(Failure),
+}
+
+impl From<Trouble> for Stopped {
+    fn from(trouble: Trouble) -> Stopped {
+        Stopped::Trouble(trouble)
+    }
+}
+
+/// An order on its way.
+struct Moving {
+    /// The way that has to stay held; `None` for a step.
+    way: Option<Direction>,
+    braking: bool,
+}
+
+/// A hand on a motor.
+struct Jog {
+    axis: AxisId,
+    /// What is said before each order: the lease.
+    lines_before: Vec<Command>,
+    step: i32,
+    /// In 0.001 steps/s.
+    top: u32,
+    line: Line,
+    hold: Hold,
+    /// Steps that were asked for and not begun, + forward.
+    steps_due: i32,
+    moving: Option<Moving>,
+    /// Whether it moved when it was last looked at.
+    moved: bool,
+    at: i64,
+    leaving: bool,
+}
+
+impl Jog {
+    /// Where the axis rests in the end.
+    fn follow(&mut self, talk: &mut Talk, args: &Args, keys: &Keys) -> Result<i64, Stopped> {
+        let mut decoder = Decoder::default();
+        loop {
+            while let Some(byte) = keys.next() {
+                if let Some(key) = decoder.take(byte) {
+                    self.key(talk, key)?;
+                }
+            }
+            self.leaving |= interrupt::asked() || keys.are_gone();
+            let wanted = self.hold.wanted(talk.now()).filter(|_| !self.leaving);
+            match &self.moving {
+                None if self.leaving => return Ok(self.at),
+                None if wanted.is_some() => {
+                    let travel = wanted.map(Travel::Endless);
+                    self.begin(talk, args, travel, wanted)?;
+                }
+                None if self.steps_due != 0 => {
+                    let by = stepwright_protocol::Distance::new(self.steps_due);
+                    self.steps_due = 0;
+                    self.begin(talk, args, by.map(Travel::By), None)?;
+                }
+                None => {}
+                Some(moving) => {
+                    let let_go = moving.way.is_some() && moving.way != wanted;
+                    if (let_go || self.leaving) && !moving.braking {
+                        self.brake(talk)?;
+                    }
+                }
+            }
+            self.look(talk)?;
+            talk.pause(POLL)?;
+        }
+    }
+
+    /// Does what a key says; the arrows are seen to by the loop.
+    fn key(&mut self, talk: &mut Talk, key: Key) -> Result<(), Trouble> {
+        let now = talk.now();
+        match key {
+            Key::Down(way) => self.hold.down(way, now),
+            Key::Up(way) => self.hold.up(way),
+            Key::Sign(b'.' | b'>') => self.steps_due = self.steps_due.saturating_add(self.step),
+            Key::Sign(b',' | b'<') => self.steps_due = self.steps_due.saturating_sub(self.step),
+            Key::Sign(b'+' | b'=') => self.change_top(talk, 11)?,
+            Key::Sign(b'-' | b'_') => self.change_top(talk, 9)?,
+            Key::Sign(b' ' | b's' | b'S') => {
+                self.hold.spend(now);
+                self.steps_due = 0;
+                if self.moving.as_ref().is_some_and(|moving| !moving.braking) {
+                    self.brake(talk)?;
+                }
+            }
+            Key::Sign(b'0') if self.moving.is_some() => self.line.note("it moves: 0 at rest"),
+            Key::Sign(b'0') => {
+                let zeroed = talk.ask(Command::Zero(self.axis))? == Reply::Yes;
+                self.line.note(if zeroed { "this place is 0" } else { "the board refused 0" });
+            }
+            Key::Sign(b'q' | b'Q') => self.leaving = true,
+            Key::Sign(_) | Key::Other => self.line.note(HELP),
+        }
+        Ok(())
+    }
+
+    /// Tenths of the top speed for what runs and for what comes.
+    fn change_top(&mut self, talk: &mut Talk, tenths: u32) -> Result<(), Trouble> {
+        let top = u64::from(self.top) * u64::from(tenths) / 10;
+        // A whole number of steps/s where it is one, as the line has it.
+        let top = if top >= 1000 { top / 1000 * 1000 } else { top };
+        let top = u32::try_from(top).unwrap_or(u32::MAX).clamp(1000, 1_000_000_000);
+        let runs = self.moving.as_ref().is_some_and(|moving| !moving.braking);
+        if runs {
+            let command = Command::Top(stepwright_protocol::TopSpeed::clamped(top / 1000));
+            if talk.ask_of(Selection::One(self.axis), command)? != Reply::Yes {
+                let why = talk.why()?.map_or(String::new(), |why| format!(": {why}"));
+                self.line.note(&format!("the board refused {command}{why}"));
+                return Ok(());
+            }
+        }
+        self.top = top;
+        self.line.note(&format!("top speed {} steps/s", f64::from(top) / 1000.0));
+        Ok(())
+    }
+
+    /// Starts an order; one that the board refuses is told, and its key is spent.
+    fn begin(
+        &mut self,
+        talk: &mut Talk,
+        args: &Args,
+        travel: Option<Travel>,
+        way: Option<Direction>,
+    ) -> Result<(), Stopped> {
+        let Some(travel) = travel else { return Ok(()) };
+        let top = (f64::from(self.top) / 1000.0).to_string();
+        let top = top.parse().map_err(|_| Stopped::Failure(Failure::new("no speed")))?;
+        let motion = args.motion(&top, travel).map_err(Stopped::Failure)?;
+        let mut lines = self.lines_before.clone();
+        lines.extend(motion.lines().map_err(Stopped::Failure)?);
+        match drive::begin(talk, self.axis, &motion, &lines, Some(self.at)) {
+            Ok(()) => self.moving = Some(Moving { way, braking: false }),
+            Err(NotBegun::Trouble { trouble, moving }) => {
+                self.moving = moving.then_some(Moving { way, braking: false });
+                return Err(Stopped::Trouble(trouble));
+            }
+            Err(not) => {
+                self.hold.spend(talk.now());
+                self.line.note(drive::not_begun(talk, not).message());
+            }
+        }
+        Ok(())
+    }
+
+    fn brake(&mut self, talk: &mut Talk) -> Result<(), Trouble> {
+        drive::brake(talk, Selection::One(self.axis))?;
+        if let Some(moving) = &mut self.moving {
+            moving.braking = true;
+        }
+        if self.leaving {
+            self.line.note(interrupt::braking());
+        }
+        Ok(())
+    }
+
+    /// Looks at the axis, and tells where it is.
+    fn look(&mut self, talk: &mut Talk) -> Result<(), Stopped> {
+        let mut word = "ready";
+        if let Some(moving) = &self.moving {
+            let busy = talk.is_busy(Selection::One(self.axis))?;
+            let at = if busy { talk.position(self.axis)? } else { talk.rest_position(self.axis)? };
+            let Some(at) = at else {
+                self.moving = None;
+                return Err(Stopped::Failure(
+                    Failure::new("the position is uncertain: something has killed the motion")
+                        .hint("if it stands at a known place, call it 0: `stepwright zero`"),
+                ));
+            };
+            self.at = at;
+            word = if busy { "busy" } else { "ready" };
+            if !busy {
+                let by_itself = moving.way.is_some() && !moving.braking;
+                self.moving = None;
+                if by_itself {
+                    self.hold.spend(talk.now());
+                    let stop = talk.stop_of(self.axis);
+                    let by = stop.map_or("something else", |stop| stop.words());
+                    self.line.note(&format!("stopped by {by}"));
+                }
+            }
+        }
+        let state = format!("position {} {word}", self.at);
+        let moves = self.moving.is_some();
+        self.line.show(&[&state, &self.at.to_string()], &state, self.moved && !moves);
+        self.moved = moves;
+        Ok(())
+    }
+}

@@ -24,9 +24,10 @@
 //! Waits have 8 bits behind the point, half as many as a run's intervals. Every
 //! entry rounds to the nearest, and what is left is added to the next: deadlines
 //! at the ends of runs stay within 1/512 tick a step of that run, and of the few
-//! that are joined with it, and do not drift. Between them, the growth of a run is played in groups that deviate by
-//! one tick at most, and rounded to 1/256 tick a group: less than eight ticks for
-//! all that the planner makes of ramps.
+//! that are joined with it, and do not drift. Steps that are joined share what
+//! their intervals are in all. Between the ends, the growth of a run is played in
+//! groups that deviate by one tick at most, and rounded to 1/256 tick a group: less
+//! than eight ticks for all that the planner makes of ramps.
 
 use crate::run::Run;
 use crate::units::Ticks;
@@ -418,14 +419,46 @@ impl Writer {
         // To the nearest, with what is owed.
         self.owed =
             self.owed.wrapping_add(u32::from(exact as u8 as u16).wrapping_mul(steps.into()) as i32);
-        let mut interval = exact >> 8;
-        let all = (u32::from(steps) << 8) as i32;
-        if self.owed >= all >> 1 {
-            self.owed = self.owed.wrapping_sub(all);
-            interval = interval.wrapping_add(1);
-        }
+        let interval = (exact >> 8).wrapping_add_signed(self.settle(steps).into());
         let step = self.wiring.step;
         to.put(entry(interval, growth, Events::new(group), groups, step, step));
+    }
+
+    /// What each of these steps takes of what is owed, in 2⁻⁸ ticks: to the nearest.
+    ///
+    /// Most often that is 0 or 1. After steps that were joined it is up to two ticks, found
+    /// bit by bit, as a small chip has no division. 128 ticks and more are of a wait of a
+    /// minute: they are for the next wait.
+    #[inline(never)]
+    fn settle(&mut self, steps: u16) -> i16 {
+        let [low, a, b, high] = self.owed.to_le_bytes();
+        let owed = i16::from_le_bytes([a, b]);
+        if high != (b as i8 >> 7) as u8 {
+            return 0;
+        }
+        let half = steps >> 1;
+        let mut left = owed.unsigned_abs().wrapping_add(half);
+        let (mut part, mut bits) = (steps, 1u8);
+        while part <= left >> 1 {
+            part <<= 1;
+            bits += 1;
+        }
+        let mut each = 0i16;
+        while bits != 0 {
+            each <<= 1;
+            if let Some(less) = left.checked_sub(part) {
+                left = less;
+                each |= 1;
+            }
+            part >>= 1;
+            bits -= 1;
+        }
+        let mut rest = left.wrapping_sub(half) as i16;
+        if owed < 0 {
+            (each, rest) = (each.wrapping_neg(), rest.wrapping_neg());
+        }
+        self.owed = i32::from(rest) << 8 | i32::from(low);
+        each
     }
 }
 

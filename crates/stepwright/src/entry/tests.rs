@@ -204,3 +204,25 @@ fn a_step_at_speed_is_joined_with_its_neighbours() {
         assert!((made - want).abs() < 3 << 16, "{made}, not {want}");
     }
 }
+
+/// Time that joining takes or leaves is made up for in the same steps: nothing adds up until
+/// a slow step has to pay for all of it.
+#[test]
+fn many_joined_steps_owe_nothing() {
+    for (corner, level) in
+        [(201u64 << 16 | 60_000, 300), (198 << 16 | 9_000, 300), (201 << 16 | 60_000, 2)]
+    {
+        let mut runs = std::vec![Run::steady(4000, 1)];
+        for _ in 0..100 {
+            runs.extend([Run::new(corner, 0, 1), Run::new(200 << 16, 0, level)]);
+        }
+        runs.push(Run::steady(2000, 1));
+        let (made, _) = steps_of(&entries_of(&runs));
+        let want = steps_of_runs(&runs);
+        assert_eq!(made.len(), want.len());
+        for (n, (made, want)) in made.iter().zip(&want).enumerate() {
+            let off = (made - want) as f64 / 65536.0;
+            assert!(off.abs() < 5.0, "step {n} is {off} ticks off");
+        }
+    }
+}

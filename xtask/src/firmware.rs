@@ -61,6 +61,8 @@ pub enum Program {
     Curves,
     /// The other end of the wire.
     Master,
+    /// The README's first example: a motor that moves while the main loop works.
+    FirstMove,
     /// stepper_h's basic example: a motor cycle.
     Cycle,
     /// The Arduino driver's first validation case: the timed driver, slower.
@@ -102,6 +104,7 @@ impl Program {
             Program::Slave => "slave",
             Program::Curves => "curves",
             Program::Master => "master",
+            Program::FirstMove => "first-move",
             Program::Cycle => "cycle",
             Program::Case1 => "case1",
             Program::Case2 => "case2",
@@ -124,7 +127,8 @@ impl Program {
     pub fn fits(self, build: Build) -> bool {
         match self {
             Program::Slave | Program::Master => true,
-            Program::Cycle
+            Program::FirstMove
+            | Program::Cycle
             | Program::Case1
             | Program::Case2
             | Program::Case3
@@ -154,8 +158,9 @@ impl Program {
         Program::LawsPiecewise,
     ];
 
-    /// The examples of the sources.
-    pub const EXAMPLES: [Program; 7] = [
+    /// The first example, and those of the sources.
+    pub const EXAMPLES: [Program; 8] = [
+        Program::FirstMove,
         Program::Cycle,
         Program::Case1,
         Program::Case2,

@@ -6,8 +6,10 @@ mod limits;
 mod line;
 mod moves;
 
+use core::mem::MaybeUninit;
+
 use crate::board::Board;
-use crate::group::{Control, Group};
+use crate::group::{Control, Given, Group};
 use crate::queue::Producer;
 use crate::units::Ticks;
 pub use axis::{Axis, AxisSet};
@@ -100,6 +102,32 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
             }
         }
         Some(0)
+    }
+
+    /// Motors that have yet to [`power_up`](Steppers::power_up): zeros but for the engine, for
+    /// a static of a chip, where they take no flash and are not moved over the stack.
+    ///
+    /// # Safety
+    /// Nothing is asked of them before that.
+    pub const unsafe fn blank(engine: E) -> Self {
+        // SAFETY: limits and origins are numbers and an option of one; the rest is the
+        // caller's promise.
+        unsafe {
+            let zeros = MaybeUninit::<([AxisLimits; N], [i64; N])>::zeroed().assume_init();
+            Steppers { group: Group::blank(), engine, limits: zeros.0, origins: zeros.1 }
+        }
+    }
+
+    /// Makes [blank](Steppers::blank) ones what [`new`](Steppers::new) makes. `feed` writes the
+    /// feed of an axis, and `fill` what is given.
+    #[inline(always)]
+    pub fn power_up(
+        &mut self,
+        feed: impl FnMut(u8, &mut Producer<'q, Q>),
+        fill: impl FnOnce(&mut Given<N>),
+    ) {
+        self.group.power_up(feed, fill);
+        self.limits = [AxisLimits::DEFAULT; N];
     }
 
     /// One piece of planning: see [`Group::poll`].

@@ -16,10 +16,12 @@
 //! | `numbers` | the planner's numbers in assembly |
 //! | `timed` | the timed driver: a shield's motor on a timer |
 //! | `console` | its serial line and clock, without interrupts |
+//! | `steppers` | motors for a program of one's own |
+//! | `lamp` | the lamp at D13 |
 //! | `law` | what a step of a law costs |
 //! | `interrupt` | how handlers are declared, and what a simulator leaves out |
 //!
-//! `bin/slave.rs` is the controller, `bin/cycle.rs` stepper_h's basic example, `bin/case1.rs` to
+//! `bin/slave.rs` is the controller, `bin/first_move.rs` the README's first example, `bin/cycle.rs` stepper_h's basic example, `bin/case1.rs` to
 //! `case3.rs` are the Arduino driver's, `bin/fast_pwm.rs` the first of these in fast PWM,
 //! `bin/shields.rs` drives two shields at once, `bin/l6219.rs` an L6219. `bin/curves.rs` is
 //! the controller with S-curves on an Uno, and `bin/laws_*.rs` measure the laws.
@@ -43,6 +45,7 @@ pub mod eeprom;
 #[doc(hidden)]
 pub mod in_flash;
 pub mod interrupt;
+pub mod lamp;
 #[cfg(feature = "uno")]
 pub mod law;
 mod memory;
@@ -53,6 +56,7 @@ pub mod reset;
 pub mod serial;
 pub mod slot;
 pub mod step;
+pub mod steppers;
 pub mod timed;
 pub mod timer;
 pub mod watchdog;

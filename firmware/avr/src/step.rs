@@ -304,7 +304,7 @@ pub unsafe fn start(mut pins: Pins) -> Held {
         #[cfg(feature = "uno")]
         in_phase();
     }
-    let mut held = Held { base: [0; AXES] };
+    let mut held = Held::NONE;
     held.set_timing(board::description().timing);
     held
 }
@@ -375,6 +375,9 @@ fn live() -> Axes {
 }
 
 impl Held {
+    /// For a static, until [`start`] makes one that may be used.
+    pub(crate) const NONE: Held = Held { base: [0; AXES] };
+
     /// Prepares what has been queued since: to be called after something was.
     #[inline(never)]
     pub fn refill(&mut self) {
@@ -552,6 +555,11 @@ impl Control for Held {
 
     fn set_position(&mut self, axis: u8, position: i64) {
         self.settle(axis, position);
+    }
+
+    #[inline(always)]
+    fn refill(&mut self) {
+        Held::refill(self);
     }
 
     fn set_timing(&mut self, timing: Timing) {

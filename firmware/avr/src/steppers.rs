@@ -1,0 +1,80 @@
+//! Motors for a program of one's own: three on the pins of the CNC shield, moved by the step
+//! interrupts while the program does other work.
+
+use stepwright::{Given, MoveError};
+
+use crate::board::{self, AXES};
+use crate::chip::Peripherals;
+use crate::in_flash::InFlash;
+use crate::lamp;
+use crate::slot::Slot;
+use crate::step::{self, Held, RUNS};
+
+/// The motors: X, Y and Z of the shield.
+pub type Steppers = stepwright::Steppers<'static, Held, AXES, RUNS>;
+
+/// Zeros, which take no flash; `start` does the rest.
+static MOTORS: Slot<Steppers> =
+    // SAFETY: `start` powers them up before anything else.
+    Slot::new(unsafe { Steppers::blank(Held::NONE) });
+
+/// Their board.
+#[unsafe(link_section = ".progmem.data")]
+static BOARD: InFlash<Given<AXES>> = InFlash::new(Given::new(board::description()));
+
+/// Makes a program of a function that moves motors: `fn main(motors: &mut Steppers) ->
+/// Result<(), MoveError>`. It is called once, with the drivers on, and all motors at rest at
+/// position 0.
+///
+/// When it returns, the chip goes on with the moves that it has begun. An error lights the
+/// lamp at D13.
+#[macro_export]
+macro_rules! steppers {
+    ($program:path) => {
+        $crate::step_interrupts!();
+
+        #[avr_device::entry]
+        fn stepwright_program() -> ! {
+            // SAFETY: called once, with interrupts off.
+            let motors = unsafe { $crate::steppers::start() };
+            // SAFETY: all that an interrupt touches has been made.
+            unsafe { avr_device::interrupt::enable() };
+            let result = $program(motors);
+            $crate::steppers::go_on(motors, result)
+        }
+    };
+}
+
+/// Takes the chip, and switches the drivers on.
+///
+/// # Safety
+/// To be called once, with interrupts off.
+#[doc(hidden)]
+pub unsafe fn start() -> &'static mut Steppers {
+    // SAFETY: the only time that anybody takes them.
+    let chip = unsafe { Peripherals::steal() };
+    #[cfg(feature = "uno")]
+    let (pins, mut levels) = board::pins(chip.PORTD, chip.PORTB);
+    #[cfg(feature = "mega")]
+    let (pins, mut levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
+    levels.set_enable(false); // on while it is low
+    // SAFETY: the only time that anybody asks for them.
+    let motors = unsafe { MOTORS.get() };
+    // SAFETY: called once, with interrupts off.
+    *motors.engine() = unsafe { step::start(pins) };
+    // SAFETY: nobody else asks for the feeds, and the board is in flash.
+    let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
+    motors.power_up(feed, |given| unsafe { BOARD.load(given) });
+    motors
+}
+
+/// Goes on with what moves when the program has returned.
+#[doc(hidden)]
+pub fn go_on(motors: &mut Steppers, result: Result<(), MoveError>) -> ! {
+    if result.is_err() {
+        lamp::set(true);
+    }
+    loop {
+        motors.poll();
+    }
+}

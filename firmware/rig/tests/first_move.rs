@@ -1,0 +1,64 @@
+//! The README's first example on the chip: a motor reaches its position while the main loop
+//! does other work.
+
+use stepwright::{Accel, Axis, AxisLimits, Speed};
+use stepwright_rig::board::HZ;
+use stepwright_rig::edges::{Needs, Step, check, steps_of};
+use stepwright_rig::{Chip, firmware};
+use stepwright_sim::{Description, Edge, Queues, virtual_steppers};
+
+mod common;
+use common::board;
+
+/// The edges of the same calls on the virtual board.
+fn ideal() -> Vec<Edge> {
+    let mut queues = Queues::default();
+    let mut motors = virtual_steppers(&mut queues, Description::uno(), Vec::new());
+    let speed = Speed::from_steps(4_000).unwrap();
+    let limits = AxisLimits::new(speed, Accel::from_steps(10_000).unwrap());
+    motors.set_limits(Axis::X, limits);
+    motors.move_to(Axis::X, 8_000).unwrap();
+    while motors.is_moving(Axis::X) {
+        motors.poll();
+        motors.engine().pass(1_000);
+    }
+    std::mem::take(motors.engine().recorder())
+}
+
+#[test]
+fn a_motor_reaches_its_position_while_the_main_loop_works() {
+    let image = firmware::load(&format!("{}-first-move", board().name()))
+        .unwrap_or_else(|error| panic!("{error:#}"));
+    let mut chip = Chip::new(board(), &image);
+    chip.run_for(HZ);
+    let on_the_way = steps_of(chip.edges(), 0).len();
+    assert!((2_000..4_000).contains(&on_the_way), "{on_the_way} steps after 1 s");
+    assert!(chip.run_to_silence(HZ / 2, 4 * HZ), "it does not come to rest");
+
+    assert_eq!(check(chip.edges(), Needs::DEFAULT), Ok(()));
+    let (real, ideal) = (steps_of(chip.edges(), 0), ideal());
+    let ideal = steps_of(&ideal, 0);
+    assert_eq!(real.last().map(|step| step.position), Some(8_000));
+    assert!(steps_of(chip.edges(), 1).is_empty() && steps_of(chip.edges(), 2).is_empty());
+    // From the first step on they are the virtual board's, but for the entry of the
+    // interrupt and for runs that are joined, within two ticks a step.
+    assert_eq!(real.len(), ideal.len());
+    let off = |(real_step, ideal_step): (&Step, &Step)| {
+        (real_step.time - real[0].time).abs_diff(ideal_step.time - ideal[0].time)
+    };
+    let worst: u64 = real.iter().zip(&ideal).map(off).max().unwrap_or(0);
+    assert!(worst <= 100, "{worst} cycles off the virtual board");
+
+    // The main loop has toggled the lamp all the while, and its program is over then.
+    let span = real[0].time..real[real.len() - 1].time;
+    let toggled: Vec<u64> = chip.led_changes().iter().map(|(time, _)| *time).collect();
+    let (within, gap) = (
+        toggled.iter().filter(|time| span.contains(*time)).count(),
+        toggled.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0),
+    );
+    assert!(within > 20_000, "{within} rounds of the main loop");
+    assert!(gap < HZ / 1_000, "the main loop waits for {gap} cycles");
+    assert!(toggled.iter().all(|time| *time < span.end + HZ / 1_000));
+    // The drivers are on before the first step.
+    assert!(chip.enable_changes().iter().all(|(time, high)| *time < real[0].time || !high));
+}

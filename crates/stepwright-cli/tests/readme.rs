@@ -289,16 +289,34 @@ mod library {
     }
 }
 
-/// Its code is that of the function above, which compiles and runs.
+/// The blocks of Rust, line by line, without their indentation.
+fn rust() -> Vec<Vec<String>> {
+    let readme = readme();
+    let blocks = readme.split("```rust\n").skip(1);
+    blocks.map(|rest| lines(rest.split_once("```").unwrap().0)).collect()
+}
+
+fn lines(text: &str) -> Vec<String> {
+    text.trim().lines().map(|line| line.trim().to_owned()).collect()
+}
+
+/// Its first code, of at most 20 lines, is a program of the firmware, whose edges a test on
+/// the simulated chip judges; the second is an example that is run; the third is the function
+/// above, which compiles and runs.
 #[test]
 fn its_code_compiles() {
     library::example().unwrap();
-    let readme = readme();
-    let (_, rest) = readme.split_once("```rust\n").unwrap();
-    let code = rest.split_once("```").unwrap().0;
-    let lines = |text: &str| text.lines().map(|line| line.trim().to_owned()).collect::<Vec<_>>();
-    let (code, here) = (lines(code), lines(include_str!("readme.rs")));
-    assert!(here.windows(code.len()).any(|part| part == code), "{code:#?}");
+    let [chip, board, law] = rust().try_into().unwrap();
+    let file = |path: &str| lines(&read_to_string(root().join(path)).unwrap());
+    assert_eq!(chip, file("firmware/avr/src/bin/first_move.rs"));
+    assert!(chip.len() <= 20, "{} lines", chip.len());
+    for (code, path) in [
+        (board, "crates/stepwright-sim/examples/04_virtual_board.rs"),
+        (law, "crates/stepwright-cli/tests/readme.rs"),
+    ] {
+        let there = file(path);
+        assert!(there.windows(code.len()).any(|part| part == code), "{path}: {code:#?}");
+    }
 }
 
 /// Every file and every function that `docs/promises.md` names is there.

@@ -1,40 +1,32 @@
-//! A motor that moves: the real engine on simulated pins.
+//! A motor that moves in the background: the README's first example on simulated pins.
 //!
 //! `cargo run -p stepwright-sim --example 04_virtual_board`
 
-use stepwright::profile::Ramp;
-use stepwright::{Accel, Order, Speed, Travel};
-use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
+use stepwright::{Accel, Axis, AxisLimits, MoveError, Speed};
+use stepwright_sim::{Description, Edge, Queues, virtual_steppers};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), MoveError> {
     let mut queues = Queues::default();
-    let mut board: VirtualBoard<u16, Vec<Edge>> =
-        VirtualBoard::new(&mut queues, Description::uno(), Vec::new());
-
-    let order = Order {
-        start: Speed::ZERO,
-        top: Speed::from_steps(4000)?,
-        up: Ramp::Accel(Accel::from_steps(10_000)?),
-        down: Ramp::Accel(Accel::from_steps(20_000)?),
-        jerk: None,
-        travel: Travel::By(-4000),
-    };
-    let controller = board.controller();
-    controller.group.start(controller.engine, [(0, order)])?;
-
-    // The motor moves in the background; look at it every 200 ms.
-    while board.is_busy() {
-        board.run_until(board.now() + 16_000_000 / 5);
-        println!("position {:?}", board.position(0));
+    let mut motors = virtual_steppers(&mut queues, Description::uno(), Vec::<Edge>::new());
+    let (speed, acceleration) = (Speed::from_steps(4_000)?, Accel::from_steps(10_000)?);
+    motors.set_limits(Axis::X, AxisLimits::new(speed, acceleration));
+    motors.move_to(Axis::X, 8_000)?; // returns at once: the engine makes the steps
+    while motors.is_moving(Axis::X) {
+        motors.poll(); // plans ahead
+        motors.engine().pass(16_000); // your own work: a millisecond passes
     }
-    let steps = board.recorder().iter().filter(|edge| edge.is_step()).count();
-    println!("{steps} steps emitted, {} late", board.late());
-    assert_eq!((board.position(0), steps, board.late()), (Some(-4000), 4000, 0));
+
+    let steps = motors.engine().recorder().iter().filter(|edge| edge.is_step()).count();
+    let (position, late) = (motors.position(Axis::X), motors.late());
+    println!(
+        "{steps} steps to {position:?}, {late} late, in {} ms",
+        motors.engine().now() / 16_000
+    );
+    assert_eq!((position, steps, late), (Some(8_000), 8_000, 0));
 
     // Faster than the board can step is refused before anything moves.
-    let too_fast =
-        Order { top: Speed::from_steps(200_000)?, travel: Travel::Endless(true), ..order };
-    let controller = board.controller();
-    println!("{}", controller.group.start(controller.engine, [(0, too_fast)]).unwrap_err());
+    let fast = AxisLimits::new(Speed::from_steps(200_000)?, Accel::from_steps(1_000_000)?);
+    motors.set_limits(Axis::X, fast);
+    println!("{}", motors.run(Axis::X, 200_000).unwrap_err());
     Ok(())
 }

@@ -1,41 +1,41 @@
-//! Run endlessly, brake from anywhere, and know where you are.
+//! Run endlessly, stop from anywhere, and know where you are.
 //!
 //! `cargo run -p stepwright-sim --example 05_stop_anywhere`
 
-use stepwright::profile::Ramp;
-use stepwright::{Order, Speed, Travel};
-use stepwright_sim::{Description, Queues, VirtualBoard};
+use stepwright::{Accel, Axis, AxisLimits, MoveError, Speed};
+use stepwright_sim::{Description, Queues, VirtualSteppers, virtual_steppers};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// A main loop for this many milliseconds.
+fn work(motors: &mut VirtualSteppers<'_, ()>, millis: u32) {
+    for _ in 0..millis {
+        motors.poll();
+        motors.engine().pass(16_000);
+    }
+}
+
+fn main() -> Result<(), MoveError> {
     let mut queues = Queues::default();
-    let mut board: VirtualBoard<u16, ()> = VirtualBoard::new(&mut queues, Description::uno(), ());
-    let order = Order {
-        start: Speed::from_steps(50)?,
-        top: Speed::from_steps(1000)?,
-        up: Ramp::Steps(200),
-        down: Ramp::Steps(200),
-        jerk: None,
-        travel: Travel::Endless(true),
-    };
-    let millisecond = 16_000;
-    let controller = board.controller();
-    controller.group.start(controller.engine, [(2, order)])?;
-    board.run_until(700 * millisecond);
-    println!("after 700 ms at {:?}", board.position(2));
+    let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    let limits = AxisLimits::new(Speed::from_steps(1_000)?, Accel::from_steps(2_500)?);
+    motors.set_limits(Axis::Z, limits.start_speed(Speed::from_steps(50)?));
+    motors.run(Axis::Z, 1_000)?;
+    work(&mut motors, 700);
+    println!("after 700 ms at {:?}", motors.position(Axis::Z));
 
-    // A soft stop: along the ramp, position kept.
-    board.controller().group.brake(2);
-    board.run_to_rest();
-    println!("braked, at rest at {:?}", board.position(2));
-    assert!(board.position(2).is_some());
+    // A stop: along the ramp, position kept.
+    motors.stop(Axis::Z);
+    println!("rests {:?} steps from here", motors.distance_to_go(Axis::Z));
+    work(&mut motors, 500);
+    println!("at rest at {:?}", motors.position(Axis::Z));
+    assert!(!motors.is_moving(Axis::Z) && motors.position(Axis::Z).is_some());
 
-    // A kill: at once, and the position is uncertain until it is set.
-    let controller = board.controller();
-    controller.group.start(controller.engine, [(2, order)])?;
-    board.run_until(board.now() + 700 * millisecond);
-    let controller = board.controller();
-    controller.group.kill(controller.engine);
-    println!("killed: position {:?}", board.position(2));
-    assert_eq!(board.position(2), None);
+    // A halt: at once, and the position is not known until it is set.
+    motors.run(Axis::Z, 1_000)?;
+    work(&mut motors, 700);
+    motors.halt(Axis::Z);
+    println!("halted: position {:?}", motors.position(Axis::Z));
+    println!("{}", motors.move_to(Axis::Z, 0).unwrap_err());
+    motors.set_position(Axis::Z, 0)?;
+    assert_eq!(motors.position(Axis::Z), Some(0));
     Ok(())
 }

@@ -1,7 +1,9 @@
-//! The engine on your own chip: any timer, any `embedded-hal` pins, any feed.
+//! Motors on your own chip: any timer, any `embedded-hal` pins.
 //!
-//! On a chip `Timer` reads registers and `on_compare` stands in the interrupt;
-//! here the pins print and the timer jumps to the next compare.
+//! On a chip `Timer` reads registers and `on_compare` stands in the interrupt, and what the
+//! motors hold is a handle that reaches the engine with the interrupt held off
+//! (`stepwright::Control`). Here the pins print, the timer jumps to the next compare, and the
+//! motors hold the engine itself.
 //!
 //! `cargo run -p stepwright-sim --example 07_your_own_board`
 
@@ -9,10 +11,9 @@ use std::convert::Infallible;
 
 use embedded_hal::digital::{ErrorType, OutputPin};
 use stepwright::drive::{Pins, StepDir};
-use stepwright::profile::{Cursor, Fit, Trapezoid};
 use stepwright::queue::Queue;
 use stepwright::timer::StepTimer;
-use stepwright::{Accel, Engine, Rate, Run, Speed, Timing};
+use stepwright::{Accel, Axis, AxisLimits, Board, Engine, MoveError, Rate, Speed, Steppers};
 
 #[derive(Default)]
 struct Timer {
@@ -51,28 +52,30 @@ impl OutputPin for Pin {
     }
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut queue = Queue::<64>::new();
-    let (mut planner, consumer) = queue.split();
+fn main() -> Result<(), MoveError> {
+    let mut queue = Queue::<8>::new();
+    let (feed, runs) = queue.split();
     let pins = [Pins { step: Pin("step"), direction: Pin("dir"), invert_direction: false }];
-    let timing = Timing { pulse: 2, setup: 1, hold: 1, min_interval: 10 };
-    let mut engine = Engine::new(Timer::default(), StepDir::new(pins), [consumer], timing);
+    // Up to 10,000 steps/s; more once you have measured what a step costs your chip.
+    let board = Board::unmeasured(Rate::MHZ);
+    let engine = Engine::new(Timer::default(), StepDir::new(pins), [runs], board.timing);
 
-    // Foreground: plan 20 pulses; the first comes 100 ticks after the start.
-    let law =
-        Trapezoid::new(Rate::MHZ, Speed::ZERO, Speed::from_steps(500)?, Accel::from_steps(9000)?);
-    planner.push(Run::steady(100, 1)).map_err(|_| "the queue is full")?;
-    for run in Cursor::new(law.path(20)?, Fit::board(Rate::MHZ)) {
-        planner.push(run).map_err(|_| "the queue is full")?;
-    }
-    engine.start(0b1);
-
-    // Interrupt.
-    while !engine.report(0).idle {
+    let mut motors = Steppers::new(engine, [feed], board);
+    let limits = AxisLimits::new(Speed::from_steps(500)?, Accel::from_steps(9_000)?);
+    motors.set_limits(Axis::X, limits);
+    motors.move_to(Axis::X, 20)?;
+    while motors.is_moving(Axis::X) {
+        motors.poll();
+        // Interrupt.
+        let engine = motors.engine();
         engine.timer().count = engine.timer().compare;
         engine.on_compare();
     }
-    println!("\nposition {} after {} µs", engine.report(0).position, engine.timer().count);
-    assert_eq!(engine.report(0).position, 20);
+    println!(
+        "\nposition {:?} after {} µs",
+        motors.position(Axis::X),
+        motors.engine().timer().count
+    );
+    assert_eq!(motors.position(Axis::X), Some(20));
     Ok(())
 }

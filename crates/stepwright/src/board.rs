@@ -54,6 +54,35 @@ pub struct Board<const N: usize> {
 }
 
 impl<const N: usize> Board<N> {
+    /// A board that nobody has measured, with a step timer of this rate.
+    ///
+    /// A step is taken to cost 100 µs: 10,000 steps/s for one axis, 5,000 each for two and so
+    /// on, which a chip of 16 MHz and more can do. Pulses of 2 µs, DIR 1 µs before and after;
+    /// planned 16 ms ahead. All of it can be changed.
+    ///
+    /// ```
+    /// use stepwright::{Board, Rate, Speed};
+    /// let board = Board::<2>::unmeasured(Rate::MHZ);
+    /// assert_eq!(board.max_speed(), Speed::from_steps(10_000)?);
+    /// # Ok::<(), stepwright::OutOfRange>(())
+    /// ```
+    pub const fn unmeasured(rate: Rate) -> Board<N> {
+        let (step, pulse, side) = (rate.micros(100), rate.nanos(2_000), rate.nanos(1_000));
+        let (mut ticks, mut axes) = ([step; N], 1);
+        while axes < N {
+            ticks[axes] = ticks[axes - 1].saturating_add(step);
+            axes += 1;
+        }
+        Board {
+            rate,
+            timing: Timing { pulse, setup: side, hold: side, min_interval: step },
+            cost: Cost::any_pulse(ticks),
+            fit: Fit::board(rate),
+            horizon: rate.micros(16_000),
+            lead: rate.micros(250),
+        }
+    }
+
     /// The highest speed of an axis that moves alone.
     pub fn max_speed(&self) -> Speed {
         self.max_beside(&whole(0).number(), 1)

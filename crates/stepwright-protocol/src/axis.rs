@@ -1,5 +1,9 @@
 //! Axes as a line names them.
 
+use crate::grammar::{Argument, Shape};
+use crate::said::Said;
+use crate::text::Piece;
+
 /// The most axes one slave can have. One digit names each.
 pub const MAX_AXES: u8 = 8;
 
@@ -76,6 +80,30 @@ impl Selection {
             Selection::One(axis) => axis.number(),
             Selection::All => 0,
         }
+    }
+}
+
+impl Argument for AxisId {
+    const SHAPE: Shape = Shape::number(1, MAX_AXES as u32);
+
+    fn of(said: &Said) -> Option<AxisId> {
+        AxisId::numbered(said.number as u8)
+    }
+
+    fn piece(self, n: u8) -> Option<Piece> {
+        (n == 0).then_some(Piece::Number(self.number().into()))
+    }
+}
+
+impl Argument for Selection {
+    const SHAPE: Shape = Shape::number(0, MAX_AXES as u32);
+
+    fn of(said: &Said) -> Option<Selection> {
+        Some(AxisId::numbered(said.number as u8).map_or(Selection::All, Selection::One))
+    }
+
+    fn piece(self, n: u8) -> Option<Piece> {
+        (n == 0).then_some(Piece::Number(self.number().into()))
     }
 }
 

@@ -3,86 +3,11 @@
 use core::fmt::{self, Write};
 
 use crate::Refusal;
-use crate::axis::{AxisId, Selection};
-use crate::flash::{Text, text};
+use crate::flash::text;
+pub use crate::grammar::Command;
 use crate::line::CR;
-use crate::number::{
-    Direction, Distance, LeaseMillis, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel,
-    WholeJerk,
-};
-use crate::said::{self, Said};
-use crate::setting::{Setting, Value};
+use crate::said::Said;
 use crate::text::{Bytes, Piece, Pieces};
-
-/// A line of the master, understood. Every value is inside its range.
-///
-/// `PO` to `V` but `@` are the Nano slave's, the rest Stepwright's extensions.
-///
-/// ```
-/// use stepwright_protocol::{BadLine, Command, Distance};
-/// let go = Command::parse(b"G+4000").unwrap();
-/// assert_eq!(go, Command::Go(Distance::new(4000).unwrap()));
-/// assert_eq!(go.bytes().collect::<Vec<u8>>(), b"G+4000\r");
-/// assert_eq!(Command::parse(b"G4000"), Err(BadLine::Unknown));
-/// assert_eq!(Command::parse(b"S1000"), Err(BadLine::Range));
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Command {
-    /// `PO`, also read as `P0`: open a new order, and select axis 1.
-    Program,
-    /// `S<n>`: start/stop speed, n · 10 steps/s.
-    StartTens(Tens),
-    /// `T<n>`: top speed, n · 10 steps/s.
-    TopTens(Tens),
-    /// `R<n>`: both ramps are n steps long.
-    Ramp(RampSteps),
-    /// `G+<n>`, `G-<n>`: travel n steps from where the axis ends up now.
-    Go(Distance),
-    /// `g+`, `g-`: travel until stopped.
-    Run(Direction),
-    /// `@+<n>`, `@-<n>`: the travel in progress ends n steps from where it
-    /// began.
-    Retarget(Distance),
-    /// `E`: carry the order out.
-    Execute,
-    /// `F`: ready or busy?
-    Status,
-    /// `Z`: ramp down, then rest; the position stays known.
-    Brake,
-    /// `K`: stop every axis at once; what moved has lost its position.
-    Kill,
-    /// `I<n>`: axis n is at position 0.
-    Zero(AxisId),
-    /// `V<n>`: where is axis n?
-    Position(AxisId),
-    /// `A<n>`: the following lines address axis n, `A0` all of them.
-    Select(Selection),
-    /// `s<n>`: start/stop speed in steps/s.
-    Start(StartSpeed),
-    /// `t<n>`: top speed in steps/s.
-    Top(TopSpeed),
-    /// `a<n>`: the ramp up is an acceleration, in steps/s².
-    Accel(WholeAccel),
-    /// `d<n>`: the ramp down is a deceleration, in steps/s².
-    Decel(WholeAccel),
-    /// `j<n>`: how fast the acceleration may change, in steps/s³; 0: at once.
-    Jerk(WholeJerk),
-    /// `L<n>`: moving axes brake once no line comes for n ms; 0: no longer.
-    /// Without the feature `safety` it is no line.
-    Lease(LeaseMillis),
-    /// `?`: what are you, and how are you?
-    Info,
-    /// `!`: forget what was late and what was refused.
-    Clear,
-    /// `$`: all settings.
-    Settings,
-    /// `$<name>`: this setting.
-    Setting(Setting),
-    /// `$<name>=<n>`: this setting is n from now on, also after power-up.
-    Set(Value),
-    /// `$reset`: every setting has its default again.
-    Reset,
-}
 
 impl Command {
     /// The longest line that is understood, without its CR, in bytes. Every
@@ -100,111 +25,21 @@ impl Command {
             _ if line.is_empty() => BadLine::Empty,
             refusal => refusal.into(),
         })?;
-        let Said { letter, backward, setting, number } = said;
-        let axis = AxisId::numbered(number as u8);
-        let one = axis.unwrap_or(AxisId::FIRST);
-        Ok(match letter {
-            b'P' => Command::Program,
-            b'S' => Command::StartTens(Whole::clamped(number)),
-            b'T' => Command::TopTens(Whole::clamped(number)),
-            b'R' => Command::Ramp(Whole::clamped(number)),
-            b'G' | b'@' => {
-                let steps = Distance::new(said.steps()).ok_or(BadLine::Range)?;
-                if letter == b'@' { Command::Retarget(steps) } else { Command::Go(steps) }
-            }
-            b'g' if backward => Command::Run(Direction::Backward),
-            b'g' => Command::Run(Direction::Forward),
-            b'E' => Command::Execute,
-            b'F' => Command::Status,
-            b'Z' => Command::Brake,
-            b'K' => Command::Kill,
-            b'I' => Command::Zero(one),
-            b'V' => Command::Position(one),
-            b'A' => Command::Select(axis.map_or(Selection::All, Selection::One)),
-            b's' => Command::Start(Whole::clamped(number)),
-            b't' => Command::Top(Whole::clamped(number)),
-            b'a' => Command::Accel(Whole::clamped(number)),
-            b'd' => Command::Decel(Whole::clamped(number)),
-            b'j' => Command::Jerk(Whole::clamped(number)),
-            #[cfg(feature = "safety")]
-            b'L' => Command::Lease(Whole::clamped(number)),
-            b'?' => Command::Info,
-            b'!' => Command::Clear,
-            b'$' => Command::Settings,
-            said::ONE => Command::Setting(setting),
-            said::SET => Command::Set(Value::new(setting, number).ok_or(BadLine::Range)?),
-            said::RESET => Command::Reset,
-            _ => return Err(BadLine::Unknown),
-        })
+        Command::of(&said)
     }
 
     /// The line to send, its CR included, at most 21 bytes.
     pub fn bytes(self) -> Bytes<Command> {
         Bytes::new(self)
     }
-
-    /// Its letters and the number behind them.
-    fn parts(self) -> (Text, Option<u32>) {
-        match self {
-            Command::Program => (text!("PO"), None),
-            Command::StartTens(n) => (text!("S"), Some(n.get())),
-            Command::TopTens(n) => (text!("T"), Some(n.get())),
-            Command::Ramp(n) => (text!("R"), Some(n.get())),
-            Command::Go(n) => {
-                let letters = if n.get() < 0 { text!("G-") } else { text!("G+") };
-                (letters, Some(n.get().unsigned_abs()))
-            }
-            Command::Retarget(n) => {
-                let letters = if n.get() < 0 { text!("@-") } else { text!("@+") };
-                (letters, Some(n.get().unsigned_abs()))
-            }
-            Command::Run(Direction::Forward) => (text!("g+"), None),
-            Command::Run(Direction::Backward) => (text!("g-"), None),
-            Command::Execute => (text!("E"), None),
-            Command::Status => (text!("F"), None),
-            Command::Brake => (text!("Z"), None),
-            Command::Kill => (text!("K"), None),
-            Command::Zero(axis) => (text!("I"), Some(axis.number().into())),
-            Command::Position(axis) => (text!("V"), Some(axis.number().into())),
-            Command::Select(axes) => (text!("A"), Some(axes.number().into())),
-            Command::Start(n) => (text!("s"), Some(n.get())),
-            Command::Top(n) => (text!("t"), Some(n.get())),
-            Command::Accel(n) => (text!("a"), Some(n.get())),
-            Command::Decel(n) => (text!("d"), Some(n.get())),
-            Command::Jerk(n) => (text!("j"), Some(n.get())),
-            Command::Lease(n) => (text!("L"), Some(n.get())),
-            Command::Info => (text!("?"), None),
-            Command::Clear => (text!("!"), None),
-            Command::Settings | Command::Setting(_) => (text!("$"), None),
-            Command::Set(value) => (text!("$"), Some(value.number())),
-            Command::Reset => (text!("$reset"), None),
-        }
-    }
-
-    /// The name between the letters and the number.
-    fn name(self) -> Text {
-        match self {
-            Command::Setting(setting) => setting.text(),
-            Command::Set(value) => value.setting().text(),
-            _ => text!(""),
-        }
-    }
 }
 
 impl Pieces for Command {
     fn piece(&self, n: u8) -> Option<Piece> {
-        let (letters, number) = self.parts();
-        Some(match (n, number) {
-            (0, _) => Piece::Text(letters),
-            (1, _) => Piece::Text(self.name()),
-            (2, _) => Piece::Text(match self {
-                Command::Set(_) => text!("="),
-                _ => text!(""),
-            }),
-            (3, Some(number)) => Piece::Number(number),
-            (3, None) | (4, Some(_)) => Piece::Text(text!("\r")),
-            _ => return None,
-        })
+        let Some(at) = n.checked_sub(1) else { return Some(Piece::Text(self.letters())) };
+        // The CR stands behind the last piece of the argument.
+        let before = at.checked_sub(1).is_none_or(|last| self.argument(last).is_some());
+        self.argument(at).or_else(|| before.then_some(Piece::Text(text!("\r"))))
     }
 }
 
@@ -263,6 +98,7 @@ pub(crate) mod tests {
     extern crate std;
     use super::*;
     use crate::setting::tests::any_value;
+    use crate::{AxisId, Direction, Distance, Selection, Tens};
     use proptest::prelude::*;
     use std::string::ToString;
     use std::vec;
@@ -418,6 +254,11 @@ pub(crate) mod tests {
             b"G\xb11",
             b"$pulse-us=",
             b"$pulse-us=x",
+            // The letters that stand for the lines behind a `$`.
+            b"n",
+            b"=",
+            b"=5",
+            b"r",
         ] {
             assert_eq!(Command::parse(line), Err(Unknown), "{line:?}");
         }

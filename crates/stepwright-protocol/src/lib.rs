@@ -19,43 +19,12 @@
 //!
 //! # The grammar
 //!
-//! ```text
-//! line   = ( order | query | extension ) CR            LF is skipped before and behind
-//! order  = "PO" | "P0"          open an order, select axis 1
-//!        | "S" 1…999            start/stop speed, in 10 steps/s
-//!        | "T" 1…999            top speed, in 10 steps/s
-//!        | "R" 1…999            length of both ramps, in steps
-//!        | "G" sign 0…2³¹−1     travel this many steps, + clockwise
-//!        | "g" sign             travel until stopped
-//!        | "E"                  carry the order out
-//!        | "Z"                  ramp down, then rest; the position stays known
-//!        | "K"                  stop all axes at once; the position is lost
-//!        | "I" axis             the position of this axis is 0
-//! query  = "F"                  R ready, B busy
-//!        | "V" axis             the position: a number, "-" in front if negative
-//! extension
-//!        = "A" axis | "A0"      the following lines address this axis, or all
-//!        | "s" 0…1000000        start/stop speed, in steps/s
-//!        | "t" 1…1000000        top speed, in steps/s
-//!        | "a" 1…100000000      the ramp up is an acceleration, in steps/s²
-//!        | "d" 1…100000000      the ramp down is a deceleration, in steps/s²
-//!        | "j" 0…4000000000     the jerk, in steps/s³; 0: none. "PO" takes it back.
-//!                               Not on every board: see `can`
-//!        | "@" sign 0…2³¹−1     the travel in progress ends this many steps from
-//!                               where it began
-//!        | "L" 0…60000         moving axes brake once no line comes for this many ms;
-//!                               0: no longer. On a board with `safety`: see `can`
-//!        | "?"                  one line about the board
-//!        | "!"                  late, refused, last, stop and errors begin again
-//!        | "$"                  all settings
-//!        | "$" name             one of them
-//!        | "$" name "=" number  set one of them
-//!        | "$reset"             all settings have their defaults again
-//! A line may end with its checksum, `*` and two hexadecimal digits, on a board that
-//! can `sum`.
+//! A line is one of these forms and a CR; an LF before or behind it is skipped. `±` is `+`
+//! or `-`, and has to be there. Leading zeros are fine, spaces are not. A line may end with
+//! its checksum, `*` and two hexadecimal digits, on a board that can `sum`. Axes are
+//! numbered from 1. "Axis ready" means every axis that the line addresses.
 //!
-//! axis   = 1…8      sign = "+" | "-"      leading zeros are fine
-//! ```
+#![doc = include_str!("grammar.md")]
 //!
 //! Every line has exactly one answer, which ends with a CR: `Y` accepted, `E`
 //! refused and nothing changed, or what was asked for. The answer to `?` is
@@ -200,6 +169,7 @@ mod command;
 mod controller;
 mod errors;
 mod flash;
+mod grammar;
 mod line;
 mod machine;
 mod manner;
@@ -221,6 +191,7 @@ pub use can::{Abilities, Ability};
 pub use command::{BadLine, Command};
 pub use controller::Controller;
 pub use errors::{BoardError, Errors};
+pub use grammar::Form;
 pub use machine::{Machine, Refusal};
 pub use master::{Master, Waiting};
 pub use number::{

@@ -1,5 +1,9 @@
 //! Numbers as a line carries them: whole, decimal, inside their range by type.
 
+use crate::flash::text;
+use crate::grammar::{Argument, Shape};
+use crate::said::Said;
+use crate::text::Piece;
 use crate::{BadLine, Refusal};
 
 /// A whole number from `MIN` to `MAX`, both included.
@@ -82,6 +86,50 @@ impl Distance {
     pub const fn get(self) -> i32 {
         self.0
     }
+}
+
+impl<const MIN: u32, const MAX: u32> Argument for Whole<MIN, MAX> {
+    const SHAPE: Shape = Shape::number(MIN, MAX);
+
+    fn of(said: &Said) -> Option<Self> {
+        Whole::new(said.number)
+    }
+
+    fn piece(self, n: u8) -> Option<Piece> {
+        (n == 0).then_some(Piece::Number(self.0))
+    }
+}
+
+impl Argument for Distance {
+    const SHAPE: Shape = Shape::signed(i32::MAX as u32);
+
+    fn of(said: &Said) -> Option<Distance> {
+        Distance::new(said.steps())
+    }
+
+    fn piece(self, n: u8) -> Option<Piece> {
+        match n {
+            0 => Some(sign(self.0 < 0)),
+            1 => Some(Piece::Number(self.0.unsigned_abs())),
+            _ => None,
+        }
+    }
+}
+
+impl Argument for Direction {
+    const SHAPE: Shape = Shape::SIGN;
+
+    fn of(said: &Said) -> Option<Direction> {
+        Some(if said.backward { Direction::Backward } else { Direction::Forward })
+    }
+
+    fn piece(self, n: u8) -> Option<Piece> {
+        (n == 0).then_some(sign(self == Direction::Backward))
+    }
+}
+
+fn sign(backward: bool) -> Piece {
+    Piece::Text(if backward { text!("-") } else { text!("+") })
 }
 
 /// Which way the shaft turns.

@@ -1,21 +1,20 @@
 //! A line taken apart: its letter, and what stands behind it.
 
+use crate::Refusal;
 use crate::answer::setting_named;
-#[cfg(feature = "safety")]
-use crate::number::LeaseMillis;
-#[cfg(feature = "s-curve")]
-use crate::number::WholeJerk;
-use crate::number::{self, RampSteps, TopSpeed, WholeAccel};
+use crate::grammar::{ONE, RESET, Row, SET, flag};
+use crate::number;
 use crate::setting::Setting;
-use crate::{MAX_AXES, Refusal};
 
 /// A line of the grammar, inside its ranges. What a [`Command`](crate::Command)
 /// says in types is here in three plain numbers: a chip that acts upon them at
 /// once needs a quarter of the flash.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Said {
-    /// The line's letter, or one of the three below.
+    /// The line's letter, or [`ONE`], [`SET`] or [`RESET`].
     pub(crate) letter: u8,
+    /// When it is taken: bits of [`flag`].
+    pub(crate) flags: u8,
     /// The sign behind it: true for `-`.
     pub(crate) backward: bool,
     /// The setting that is named.
@@ -24,17 +23,10 @@ pub(crate) struct Said {
     pub(crate) number: u32,
 }
 
-/// For the letter of `$name`.
-pub(crate) const ONE: u8 = b'n';
-/// For the letter of `$name=number`.
-pub(crate) const SET: u8 = b'=';
-/// For the letter of `$reset`.
-pub(crate) const RESET: u8 = b'r';
-
 impl Said {
     /// No line yet.
     pub(crate) const NOTHING: Said =
-        Said { letter: 0, backward: false, setting: Setting::MaxSpeed, number: 0 };
+        Said { letter: 0, flags: 0, backward: false, setting: Setting::MaxSpeed, number: 0 };
 
     /// Reads a complete line, without its CR. After an error the letter is
     /// what it was.
@@ -44,42 +36,38 @@ impl Said {
     /// everything that is not exactly a line of the grammar.
     pub(crate) fn read(&mut self, line: &[u8]) -> Result<(), Refusal> {
         let Some((&letter, mut rest)) = line.split_first() else { return Err(Refusal::Line) };
-        let largest = match letter {
-            b'$' => return self.read_setting(rest),
-            b'S' | b'T' | b'R' => RampSteps::LARGEST.get(),
-            b's' | b't' => TopSpeed::LARGEST.get(),
-            b'a' | b'd' => WholeAccel::LARGEST.get(),
-            #[cfg(feature = "s-curve")]
-            b'j' => WholeJerk::LARGEST.get(),
-            #[cfg(not(feature = "s-curve"))]
-            b'j' => return Err(Refusal::NoJerk),
-            #[cfg(feature = "safety")]
-            b'L' => LeaseMillis::LARGEST.get(),
-            b'I' | b'V' | b'A' => MAX_AXES as u32,
-            b'G' | b'@' => i32::MAX as u32,
-            b'E' | b'F' | b'Z' | b'K' | b'?' | b'!' | b'P' | b'g' => 0,
-            _ => return Err(Refusal::Line),
-        };
-        if matches!(letter, b'G' | b'g' | b'P' | b'@') {
+        if letter == b'$' {
+            return self.read_setting(rest);
+        }
+        #[cfg(not(feature = "s-curve"))]
+        if letter == b'j' {
+            return Err(Refusal::NoJerk);
+        }
+        #[cfg(not(feature = "safety"))]
+        if letter == b'L' {
+            return Err(Refusal::Line);
+        }
+        let Some(Row { flags, largest }) = Row::of(letter) else { return Err(Refusal::Line) };
+        // `PO` is the only line of two letters.
+        let second = if letter == b'P' { Some((b'O', b'0')) } else { None };
+        let sign = if flags & flag::SIGN == 0 { second } else { Some((b'+', b'-')) };
+        if let Some((one, other)) = sign {
             let Some((&sign, digits)) = rest.split_first() else { return Err(Refusal::Line) };
-            let (one, other) = if letter == b'P' { (b'O', b'0') } else { (b'+', b'-') };
             if sign != one && sign != other {
                 return Err(Refusal::Line);
             }
             self.backward = sign == b'-';
             rest = digits;
         }
-        if largest != 0 {
+        if flags & flag::NUMBER != 0 {
             number::read(rest, &mut self.number)?;
-            let zero = matches!(letter, b's' | b'A' | b'G' | b'@')
-                || cfg!(feature = "s-curve") && letter == b'j'
-                || cfg!(feature = "safety") && letter == b'L';
-            if self.number > largest || (self.number == 0 && !zero) {
+            if self.number > largest || (self.number == 0 && flags & flag::ZERO == 0) {
                 return Err(Refusal::Range);
             }
-        } else if !rest.is_empty() {
+        } else if !rest.is_empty() || flags & flag::SETTING != 0 {
             return Err(Refusal::Line);
         }
+        self.flags = flags;
         self.letter = letter;
         Ok(())
     }
@@ -114,6 +102,7 @@ impl Said {
             letter = SET;
         }
         self.letter = letter;
+        self.flags = Row::of(letter).map_or(0, |row| row.flags);
         Ok(())
     }
 }

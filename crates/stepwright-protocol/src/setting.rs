@@ -3,8 +3,9 @@
 use crate::BadLine;
 use crate::answer::setting_named;
 use crate::flash::{Text, flash};
+use crate::grammar::{ONE, SET};
 use crate::number::halves;
-use crate::said::{self, Said};
+use crate::said::Said;
 
 /// Makes [`Setting`] of the table.
 macro_rules! settings {
@@ -288,8 +289,8 @@ impl Value {
         let mut said = Said::NOTHING;
         said.read_setting(text)?;
         match said.letter {
-            said::ONE => Ok((said.setting, None)),
-            said::SET => Ok((said.setting, Value::new(said.setting, said.number))),
+            ONE => Ok((said.setting, None)),
+            SET => Ok((said.setting, Value::new(said.setting, said.number))),
             _ => Err(BadLine::Setting),
         }
     }

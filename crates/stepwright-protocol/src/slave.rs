@@ -5,11 +5,12 @@ use crate::axis::{AxisId, MAX_AXES};
 use crate::command::Command;
 #[cfg(feature = "safety")]
 use crate::errors;
+use crate::grammar::{self, flag};
 use crate::line::Collector;
 use crate::machine::{Machine, Refusal};
 use crate::manner::Manner;
 use crate::reply::{Reply, VERSION};
-use crate::said::{self, Said};
+use crate::said::Said;
 use crate::setting::{Setting, Settings};
 use crate::stop::{self, Stop};
 #[cfg(feature = "safety")]
@@ -300,18 +301,27 @@ impl<const AXES: usize> Slave<AXES> {
 
     /// Does what a line says, and tells which line of the text answers it.
     fn obey<M: Machine>(&mut self, said: &Said, machine: &mut M) -> Result<u8, Refusal> {
-        let Said { mut letter, mut number, .. } = *said;
+        let Said { mut letter, flags, mut number, .. } = *said;
         let mut go = false;
         let busy = self.busy(machine);
         // Are all the selected axes idle?
         let idle = busy & self.selected == 0;
         // Does g start at once, or is it part of an order?
         let alone = self.order == Open::No;
+        // What its row asks for.
+        if flags & flag::NAMED != 0 {
+            self.named()?;
+        }
+        if flags & flag::OPEN != 0 && alone {
+            return Err(Refusal::Closed);
+        }
+        let in_motion = flags & flag::IDLE != 0 && !idle;
+        // Of any axis: most settings are all axes' own.
+        if in_motion || flags & flag::REST != 0 && busy != 0 {
+            return Err(Refusal::Busy);
+        }
         match letter {
             b'P' => {
-                if !idle {
-                    return Err(Refusal::Busy);
-                }
                 self.forget_travels();
                 // The Nano slave's masters know no jerk.
                 #[cfg(feature = "s-curve")]
@@ -330,18 +340,10 @@ impl<const AXES: usize> Slave<AXES> {
                 }
             }
             b'G' | b'g' => {
-                self.named()?;
-                if alone && letter == b'G' {
-                    return Err(Refusal::Closed);
-                }
-                if !idle {
-                    return Err(Refusal::Busy);
-                }
                 self.stage(said);
                 go = alone;
             }
             b'@' => {
-                self.named()?;
                 let axes = self.selected & all(self.count(machine));
                 if busy & axes != axes {
                     return Err(Refusal::NoTravel);
@@ -353,11 +355,12 @@ impl<const AXES: usize> Slave<AXES> {
                 #[cfg(feature = "safety")]
                 self.guard.retargeted(axes);
             }
-            b'E' => match self.order {
-                Open::No => return Err(Refusal::Closed),
-                Open::Spoiled(first) => return Err(first),
-                Open::Yes => go = true,
-            },
+            b'E' => {
+                if let Open::Spoiled(first) = self.order {
+                    return Err(first);
+                }
+                go = true;
+            }
             b'F' => {
                 return Ok(if idle { line::READY } else { line::BUSY });
             }
@@ -412,13 +415,9 @@ impl<const AXES: usize> Slave<AXES> {
                 self.guard.clear(busy);
             }
             // What is left begins with `$`.
-            said::SET | said::RESET => {
-                // Of any axis: most settings are all axes' own.
-                if busy != 0 {
-                    return Err(Refusal::Busy);
-                }
+            grammar::SET | grammar::RESET => {
                 let settings = settings(machine)?;
-                let changed = if letter == said::SET {
+                let changed = if letter == grammar::SET {
                     settings.put(said.setting as u8, number)
                 } else {
                     settings.reset()
@@ -427,17 +426,16 @@ impl<const AXES: usize> Slave<AXES> {
                     machine.set_up();
                 }
             }
-            b'$' | said::ONE => {
+            b'$' | grammar::ONE => {
                 settings(machine)?;
-                let index = if letter == said::ONE { said.setting as u8 } else { 0 };
+                let index = if letter == grammar::ONE { said.setting as u8 } else { 0 };
                 return Ok(line::SETTINGS.wrapping_add(index));
             }
             // What is left says how to travel: S, T, R, s, t, a, d or j.
             _ => {
-                self.named()?;
                 if !idle {
-                    // An open order speaks of axes at rest.
-                    if self.order != Open::No || !matches!(letter, b't' | b'a' | b'd') {
+                    // t, a or d. An open order is for axes at rest.
+                    if !alone {
                         return Err(Refusal::Busy);
                     }
                     if let Some(settings) = machine.settings() {

@@ -1,0 +1,450 @@
+//! The lines of the protocol, a row each. [`Command`], its parser, its writer, the rule
+//! when a line is taken, the table in the documentation and the help of the command are
+//! made from the rows: a new line is a row here and an arm in `slave.rs`.
+
+use core::fmt;
+
+use crate::axis::{AxisId, Selection};
+use crate::command::BadLine;
+use crate::flash::{Text, flash, text};
+use crate::number::{
+    Direction, Distance, LeaseMillis, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel, WholeJerk,
+};
+use crate::said::Said;
+use crate::setting::{Setting, Value};
+use crate::text::Piece;
+
+/// When a line is taken, and what stands behind its letter: a bit each.
+pub(crate) mod flag {
+    /// A sign stands behind the letter.
+    pub(crate) const SIGN: u8 = 1;
+    /// A number ends the line.
+    pub(crate) const NUMBER: u8 = 2;
+    /// The number may be 0.
+    pub(crate) const ZERO: u8 = 4;
+    /// It begins with `$`: its letter is not the first byte of a line.
+    pub(crate) const SETTING: u8 = 8;
+    /// It has to be clear which axes are meant.
+    pub(crate) const NAMED: u8 = 16;
+    /// Inside an order.
+    pub(crate) const OPEN: u8 = 32;
+    /// While every selected axis is ready.
+    pub(crate) const IDLE: u8 = 64;
+    /// While every axis of the board is ready.
+    pub(crate) const REST: u8 = 128;
+}
+
+/// What stands behind the letter of a line.
+pub(crate) trait Argument: Copy {
+    /// Its form.
+    const SHAPE: Shape;
+    /// The argument of this line, `None` outside its range.
+    fn of(said: &Said) -> Option<Self>;
+    /// Piece `n` of its text, counted from 0.
+    fn piece(self, n: u8) -> Option<Piece>;
+}
+
+/// The form of an argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Shape {
+    /// Whether it begins with `+` or `-`.
+    sign: bool,
+    /// The smallest and the largest number at its end.
+    number: Option<(u32, u32)>,
+    /// How it is written down where it is neither.
+    words: &'static str,
+}
+
+impl Shape {
+    /// No argument.
+    pub(crate) const NONE: Shape = Shape { sign: false, number: None, words: "" };
+    /// A sign alone.
+    pub(crate) const SIGN: Shape = Shape { sign: true, ..Shape::NONE };
+
+    /// A number from `smallest` to `largest`.
+    pub(crate) const fn number(smallest: u32, largest: u32) -> Shape {
+        Shape { number: Some((smallest, largest)), ..Shape::NONE }
+    }
+
+    /// A sign and a number up to `largest`.
+    pub(crate) const fn signed(largest: u32) -> Shape {
+        Shape { sign: true, ..Shape::number(0, largest) }
+    }
+
+    /// The name of a setting, or what is written behind the `$`.
+    pub(crate) const fn setting(words: &'static str) -> Shape {
+        Shape { words, ..Shape::NONE }
+    }
+
+    /// A row of the chip's table: the letter, the flags and the largest number.
+    const fn row(self, letter: u8, when: u16) -> [u8; ROW] {
+        let (mut flags, mut largest) = (when as u8, 0);
+        if self.sign {
+            flags |= flag::SIGN;
+        }
+        if let Some((smallest, most)) = self.number {
+            largest = most;
+            flags |= flag::NUMBER | if smallest == 0 { flag::ZERO } else { 0 };
+        }
+        let [a, b, c, d] = largest.to_le_bytes();
+        [letter, flags, a, b, c, d]
+    }
+}
+
+impl Argument for () {
+    const SHAPE: Shape = Shape::NONE;
+
+    fn of(_: &Said) -> Option<()> {
+        Some(())
+    }
+
+    fn piece(self, _: u8) -> Option<Piece> {
+        None
+    }
+}
+
+impl Argument for Setting {
+    const SHAPE: Shape = Shape::setting("name");
+
+    fn of(said: &Said) -> Option<Setting> {
+        Some(said.setting)
+    }
+
+    fn piece(self, n: u8) -> Option<Piece> {
+        (n == 0).then_some(Piece::Text(self.text()))
+    }
+}
+
+impl Argument for Value {
+    const SHAPE: Shape = Shape::setting("name=number");
+
+    fn of(said: &Said) -> Option<Value> {
+        Value::new(said.setting, said.number)
+    }
+
+    fn piece(self, n: u8) -> Option<Piece> {
+        match n {
+            0 => Some(Piece::Text(self.setting().text())),
+            1 => Some(Piece::Text(text!("="))),
+            2 => Some(Piece::Number(self.number())),
+            _ => None,
+        }
+    }
+}
+
+/// The bytes of a row.
+const ROW: usize = 6;
+
+/// What a chip has to know of a line.
+#[derive(Clone, Copy)]
+pub(crate) struct Row {
+    pub(crate) flags: u8,
+    pub(crate) largest: u32,
+}
+
+impl Row {
+    /// The row of this letter.
+    #[inline(never)]
+    pub(crate) fn of(letter: u8) -> Option<Row> {
+        let mut at = 0u16;
+        while let Some(first) = ROWS.byte(at) {
+            if first == letter {
+                let byte = |n| ROWS.byte(at.wrapping_add(n)).unwrap_or(0);
+                let largest = u32::from_le_bytes([byte(2), byte(3), byte(4), byte(5)]);
+                return Some(Row { flags: byte(1), largest });
+            }
+            at = at.wrapping_add(ROW as u16);
+        }
+        None
+    }
+}
+
+/// The form of a line: one row of the grammar.
+///
+/// ```
+/// use stepwright_protocol::Form;
+/// let form = Form::of(b"T1000").unwrap();
+/// assert_eq!(form.to_string(), "T 1…999");
+/// assert_eq!(form.help(), "top speed, in tens of steps/s");
+/// assert!(Form::of(b"x").is_none());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Form {
+    text: &'static str,
+    shape: Shape,
+    flags: u16,
+    answer: &'static str,
+    help: &'static str,
+}
+
+impl Form {
+    /// The letters that a line of this form begins with.
+    pub const fn text(&self) -> &'static str {
+        self.text
+    }
+
+    /// What it does, or what it asks for.
+    pub const fn help(&self) -> &'static str {
+        self.help
+    }
+
+    /// The answer, when it is not refused.
+    pub const fn answer(&self) -> &'static str {
+        self.answer
+    }
+
+    /// When it is taken.
+    pub const fn when(&self) -> &'static str {
+        match self.flags & !(NAMED | SETTING) {
+            ANY => "at any time",
+            IDLE | READY => "axis ready",
+            CHANGE => "axis ready, or on the way",
+            MOVING => "on the way",
+            OPEN => "in an order",
+            REST => "every axis ready",
+            _ => "in an order, axis ready",
+        }
+    }
+
+    /// The form that this line seems to be meant for: that of its letters.
+    pub fn of(line: &[u8]) -> Option<&'static Form> {
+        let named = |form: &&Form| line.starts_with(form.text.as_bytes());
+        match line {
+            b"$" | b"$reset" => Form::ALL.iter().find(|form| form.text.as_bytes() == line),
+            [b'$', name @ ..] => {
+                let text = if name.contains(&b'=') { "name=" } else { "name" };
+                Form::ALL.iter().find(|form| form.shape.words.starts_with(text) && form.text == "$")
+            }
+            [b'P', ..] => Form::ALL.iter().find(|form| form.text == "PO"),
+            _ => Form::ALL.iter().find(named),
+        }
+    }
+}
+
+/// As a person reads it: the letters, and the range of what stands behind them.
+impl fmt::Display for Form {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.text)?;
+        f.write_str(self.shape.words)?;
+        if self.shape.sign {
+            f.write_str(" ±")?;
+        }
+        match self.shape.number {
+            Some((smallest, largest)) => write!(f, " {smallest}…{largest}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Makes the rows, [`Command`] and what reads and writes it.
+macro_rules! lines {
+    (@argument) => { () };
+    (@argument $argument:ty) => { $argument };
+    (@pattern $name:ident) => { Command::$name };
+    (@pattern $name:ident $value:ident) => { Command::$name(_) };
+    (@piece $n:ident) => { ().piece($n) };
+    (@piece $n:ident $value:ident) => { $value.piece($n) };
+    ($(
+        $letter:tt $text:literal $name:ident $(($value:ident: $argument:ty))?:
+            $when:expr, $answer:literal, $help:literal;
+    )*) => {
+        /// A line of the master, understood. Every value is inside its range.
+        ///
+        /// `PO` to `V` but `@` are the Nano slave's, the rest Stepwright's extensions.
+        ///
+        /// ```
+        /// use stepwright_protocol::{BadLine, Command, Distance};
+        /// let go = Command::parse(b"G+4000").unwrap();
+        /// assert_eq!(go, Command::Go(Distance::new(4000).unwrap()));
+        /// assert_eq!(go.bytes().collect::<Vec<u8>>(), b"G+4000\r");
+        /// assert_eq!(Command::parse(b"G4000"), Err(BadLine::Unknown));
+        /// assert_eq!(Command::parse(b"S1000"), Err(BadLine::Range));
+        /// ```
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Command {
+            $(
+                #[doc = concat!("`", $text, "`: ", $help, ".")]
+                $name $(($argument))?,
+            )*
+        }
+
+        impl Form {
+            /// Every line, in the order of the documentation.
+            pub const ALL: &[Form] = &[$(Form {
+                text: $text,
+                shape: <lines!(@argument $($argument)?) as Argument>::SHAPE,
+                flags: $when,
+                answer: $answer,
+                help: $help,
+            }),*];
+        }
+
+        /// How many rows there are.
+        const COUNT: usize = [$($help),*].len();
+
+        /// The rows of the chip.
+        static ROWS: Text = flash!(COUNT * ROW, joined());
+
+        const fn joined() -> [u8; COUNT * ROW] {
+            let rows = [$(
+                <lines!(@argument $($argument)?) as Argument>::SHAPE.row($letter, $when)
+            ),*];
+            let mut bytes = [0; COUNT * ROW];
+            let mut at = 0;
+            while at < bytes.len() {
+                bytes[at] = rows[at / ROW][at % ROW];
+                at += 1;
+            }
+            bytes
+        }
+
+        impl Command {
+            /// The command of a line whose letter and argument have been read.
+            pub(crate) fn of(said: &Said) -> Result<Command, BadLine> {
+                Ok(match said.letter {
+                    $($letter => Command::$name $((
+                        <$argument as Argument>::of(said).ok_or(BadLine::Range)?
+                    ))?,)*
+                    _ => return Err(BadLine::Unknown),
+                })
+            }
+
+            /// The letters that its line begins with.
+            pub(crate) fn letters(self) -> Text {
+                match self { $(lines!(@pattern $name $($value)?) => text!($text)),* }
+            }
+
+            /// Piece `n` of its argument, counted from 0.
+            pub(crate) fn argument(self, n: u8) -> Option<Piece> {
+                match self {
+                    $(Command::$name $(($value))? => lines!(@piece n $($value)?)),*
+                }
+            }
+        }
+    };
+}
+
+const NAMED: u16 = flag::NAMED as u16;
+const OPEN: u16 = flag::OPEN as u16;
+const IDLE: u16 = flag::IDLE as u16;
+const REST: u16 = flag::REST as u16;
+const SETTING: u16 = flag::SETTING as u16;
+/// While the axis is ready, and on the way outside an order. Its arm in the slave looks.
+const CHANGE: u16 = 256;
+/// While the axis that it names is ready. Its arm in the slave looks.
+const READY: u16 = 1024;
+/// While the axis moves. Its arm in the slave looks.
+const MOVING: u16 = 512;
+
+/// For the letter of `$name`.
+pub(crate) const ONE: u8 = b'n';
+/// For the letter of `$name=number`.
+pub(crate) const SET: u8 = b'=';
+/// For the letter of `$reset`.
+pub(crate) const RESET: u8 = b'r';
+/// At any time.
+const ANY: u16 = 0;
+
+lines! {
+    b'P' "PO" Program: IDLE, "Y", "opens an order, and selects axis 1; `P0` is the same line";
+    b'S' "S" StartTens(n: Tens): NAMED | IDLE, "Y", "start/stop speed, in tens of steps/s";
+    b'T' "T" TopTens(n: Tens): NAMED | IDLE, "Y", "top speed, in tens of steps/s";
+    b'R' "R" Ramp(n: RampSteps): NAMED | IDLE, "Y", "length of both ramps, in steps";
+    b'G' "G" Go(steps: Distance): NAMED | OPEN | IDLE, "Y",
+        "travel by this many steps, + clockwise, from where the last travel ended";
+    b'g' "g" Run(direction: Direction): NAMED | IDLE, "Y",
+        "travel until a stop; outside an order it starts at once";
+    b'E' "E" Execute: OPEN, "Y", "starts the order";
+    b'Z' "Z" Brake: ANY, "Y", "slows down to rest; the position stays known";
+    b'K' "K" Kill: ANY, "Y", "stops all axes at once; an axis that moved has lost its position";
+    b'I' "I" Zero(axis: AxisId): READY, "Y", "the position of this axis is 0";
+    b'F' "F" Status: ANY, "R or B", "are the selected axes ready, or busy?";
+    b'V' "V" Position(axis: AxisId): ANY, "a number", "the position of this axis, in steps";
+    b'A' "A" Select(axes: Selection): ANY, "Y", "the next lines address this axis, `A0` all axes";
+    b's' "s" Start(n: StartSpeed): NAMED | IDLE, "Y", "start/stop speed, in steps/s";
+    b't' "t" Top(n: TopSpeed): NAMED | CHANGE, "Y", "top speed, in steps/s";
+    b'a' "a" Accel(n: WholeAccel): NAMED | CHANGE, "Y", "acceleration of the ramp up, in steps/s²";
+    b'd' "d" Decel(n: WholeAccel): NAMED | CHANGE, "Y", "deceleration of the ramp down, in steps/s²";
+    b'j' "j" Jerk(n: WholeJerk): NAMED | IDLE, "Y",
+        "jerk, in steps/s³; 0: none; `PO` sets it to 0; on a board that can `jerk`";
+    b'@' "@" Retarget(steps: Distance): NAMED | MOVING, "Y",
+        "the travel in progress ends this many steps from where it began";
+    b'L' "L" Lease(n: LeaseMillis): ANY, "Y",
+        "moving axes brake when no line comes for this many ms; 0: never; on a board with `safety`";
+    b'?' "?" Info: ANY, "a line", "what the board is, what it can do, and what went wrong";
+    b'!' "!" Clear: ANY, "Y", "clears `late`, `refused`, `last`, `stop` and `errors`";
+    b'$' "$" Settings: SETTING, "a line", "all settings";
+    ONE "$" Setting(setting: Setting): SETTING, "a line", "this setting";
+    SET "$" Set(value: Value): SETTING | REST, "Y", "sets this setting, also for after power-up";
+    RESET "$reset" Reset: SETTING | REST, "Y", "every setting has its default again";
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::string::{String, ToString};
+    use std::{format, fs};
+
+    /// The table of the documentation, which is this file's.
+    fn table() -> String {
+        let mut table = String::from(
+            "| line | what it does | when it is taken | answer |\n|---|---|---|---|\n",
+        );
+        for form in Form::ALL {
+            let (when, answer) = (form.when(), form.answer());
+            table += &format!("| `{form}` | {} | {when} | {answer} |\n", form.help());
+        }
+        table
+    }
+
+    #[test]
+    fn the_documentation_has_the_table() {
+        let place = concat!(env!("CARGO_MANIFEST_DIR"), "/src/grammar.md");
+        if std::env::var("STEPWRIGHT_GOLDEN").is_ok_and(|golden| golden == "write") {
+            fs::write(place, table()).unwrap();
+        }
+        let text = fs::read_to_string(place).unwrap();
+        assert_eq!(text, table(), "STEPWRIGHT_GOLDEN=write cargo test writes it");
+    }
+
+    #[test]
+    fn a_letter_has_one_row() {
+        let mut letters = BTreeSet::new();
+        let mut at = 0;
+        while let Some(letter) = ROWS.byte(at) {
+            assert!(letters.insert(letter), "{letter}");
+            let row = Row::of(letter).unwrap();
+            let form = Form::ALL[usize::from(at) / ROW];
+            assert_eq!(row.largest, form.shape.number.map_or(0, |(_, largest)| largest));
+            assert_eq!(row.flags & flag::NUMBER != 0, form.shape.number.is_some());
+            at += ROW as u16;
+        }
+        assert_eq!(letters.len(), Form::ALL.len());
+        assert!(Row::of(b'x').is_none() && Row::of(0).is_none());
+    }
+
+    #[test]
+    fn a_line_has_the_form_of_its_letters() {
+        for (line, form) in [
+            (&b"PO"[..], "PO"),
+            (b"P7", "PO"),
+            (b"S1000", "S 1…999"),
+            (b"G5", "G ± 0…2147483647"),
+            (b"g", "g ±"),
+            (b"A9", "A 0…8"),
+            (b"I0", "I 1…8"),
+            (b"j5", "j 0…4000000000"),
+            (b"$", "$"),
+            (b"$pulse-us", "$name"),
+            (b"$pulse-us=0", "$name=number"),
+            (b"$reset", "$reset"),
+        ] {
+            assert_eq!(Form::of(line).unwrap().to_string(), form, "{line:?}");
+        }
+        for line in [&b""[..], b"x", b"n", b"=", b"r", b"\xff"] {
+            assert_eq!(Form::of(line), None, "{line:?}");
+        }
+    }
+}

@@ -166,9 +166,13 @@ fn our_own_orders() {
     assert_eq!((ended.stdout.as_str(), ended.code()), ("R\n1\n-1000\nY\nE\n", Some(1)));
     ended.assert_error("refused: nonsense");
     assert!(ended.stderr.contains("not a line of this protocol"), "{ended:?}");
+    let ended = board.order(&["send", "T1000"]);
+    assert_eq!((ended.stdout.as_str(), ended.code()), ("E\n", Some(1)));
+    let form = "`T<1…999>`: top speed, in tens of steps/s; when: axis ready";
+    assert!(ended.stderr.contains(form), "{ended:?}");
     let ended = board.order(&["status", "--format", "json"]);
     let status: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
-    assert_eq!(status["board"]["last"], "line");
+    assert_eq!(status["board"]["last"], "range");
     assert_eq!(status["axes"][1]["position"], -1000);
     let ended = board.order(&["move", "9", "--top-speed", "999999", "--ramp", "1"]);
     assert_eq!(ended.code(), Some(1), "{ended:?}");

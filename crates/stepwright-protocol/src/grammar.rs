@@ -4,7 +4,7 @@
 
 use core::fmt;
 
-use crate::axis::{AxisId, Selection};
+use crate::axis::{AxisId, MAX_AXES, Selection};
 use crate::command::BadLine;
 use crate::flash::{Text, flash, text};
 use crate::number::{
@@ -76,7 +76,7 @@ impl Shape {
         Shape { words, ..Shape::NONE }
     }
 
-    /// A row of the chip's table: the letter, the flags and the largest number.
+    /// A row of the chip's table: the letter, the flags and the place of the largest number.
     const fn row(self, letter: u8, when: u16) -> [u8; ROW] {
         let (mut flags, mut largest) = (when as u8, 0);
         if self.sign {
@@ -86,10 +86,25 @@ impl Shape {
             largest = most;
             flags |= flag::NUMBER | if smallest == 0 { flag::ZERO } else { 0 };
         }
-        let [a, b, c, d] = largest.to_le_bytes();
-        [letter, flags, a, b, c, d]
+        let mut place = 0;
+        while LARGEST[place] != largest {
+            place += 1; // a number that is missing there fails to compile
+        }
+        [letter, flags, (COUNT * ROW + 1 + 4 * place) as u8]
     }
 }
+
+/// The largest numbers of all rows. A chip holds each once.
+const LARGEST: [u32; 8] = [
+    0,
+    MAX_AXES as u32,
+    Tens::LARGEST.get(),
+    LeaseMillis::LARGEST.get(),
+    TopSpeed::LARGEST.get(),
+    WholeAccel::LARGEST.get(),
+    i32::MAX as u32,
+    WholeJerk::LARGEST.get(),
+];
 
 impl Argument for () {
     const SHAPE: Shape = Shape::NONE;
@@ -104,7 +119,7 @@ impl Argument for () {
 }
 
 impl Argument for Setting {
-    const SHAPE: Shape = Shape::setting("name");
+    const SHAPE: Shape = Shape::setting("<name>");
 
     fn of(said: &Said) -> Option<Setting> {
         Some(said.setting)
@@ -116,7 +131,7 @@ impl Argument for Setting {
 }
 
 impl Argument for Value {
-    const SHAPE: Shape = Shape::setting("name=number");
+    const SHAPE: Shape = Shape::setting("<name>=<number>");
 
     fn of(said: &Said) -> Option<Value> {
         Value::new(said.setting, said.number)
@@ -133,30 +148,46 @@ impl Argument for Value {
 }
 
 /// The bytes of a row.
-const ROW: usize = 6;
+const ROW: usize = 3;
 
-/// What a chip has to know of a line.
+/// The row of a letter, as a chip has it.
 #[derive(Clone, Copy)]
-pub(crate) struct Row {
-    pub(crate) flags: u8,
-    pub(crate) largest: u32,
-}
+pub(crate) struct Row(u8);
 
 impl Row {
     /// The row of this letter.
     #[inline(never)]
     pub(crate) fn of(letter: u8) -> Option<Row> {
-        let mut at = 0u16;
-        while let Some(first) = ROWS.byte(at) {
-            if first == letter {
-                let byte = |n| ROWS.byte(at.wrapping_add(n)).unwrap_or(0);
-                let largest = u32::from_le_bytes([byte(2), byte(3), byte(4), byte(5)]);
-                return Some(Row { flags: byte(1), largest });
+        let mut at = 0u8;
+        loop {
+            let first = byte(at);
+            at = at.wrapping_add(ROW as u8);
+            if first == 0 {
+                return None;
             }
-            at = at.wrapping_add(ROW as u16);
+            if first == letter {
+                return Some(Row(at));
+            }
         }
-        None
     }
+
+    /// When the line is taken, and what stands behind the letter: bits of [`flag`].
+    pub(crate) fn flags(self) -> u8 {
+        byte(self.0.wrapping_sub(2))
+    }
+
+    /// The largest number at its end.
+    pub(crate) fn largest(self) -> u32 {
+        let from = byte(self.0.wrapping_sub(1));
+        (0..4).fold(0, |number, n| number << 8 | u32::from(byte(from.wrapping_add(n))))
+    }
+}
+
+/// A byte of the rows; 0 behind the last.
+#[cfg_attr(target_arch = "avr", inline(never))]
+fn byte(at: u8) -> u8 {
+    const { assert!(LENGTH <= 256) };
+    ROWS.byte(at.into()).unwrap_or(0)
 }
 
 /// The form of a line: one row of the grammar.
@@ -164,7 +195,7 @@ impl Row {
 /// ```
 /// use stepwright_protocol::Form;
 /// let form = Form::of(b"T1000").unwrap();
-/// assert_eq!(form.to_string(), "T 1…999");
+/// assert_eq!(form.to_string(), "T<1…999>");
 /// assert_eq!(form.help(), "top speed, in tens of steps/s");
 /// assert!(Form::of(b"x").is_none());
 /// ```
@@ -212,7 +243,7 @@ impl Form {
         match line {
             b"$" | b"$reset" => Form::ALL.iter().find(|form| form.text.as_bytes() == line),
             [b'$', name @ ..] => {
-                let text = if name.contains(&b'=') { "name=" } else { "name" };
+                let text = if name.contains(&b'=') { "<name>=" } else { "<name>" };
                 Form::ALL.iter().find(|form| form.shape.words.starts_with(text) && form.text == "$")
             }
             [b'P', ..] => Form::ALL.iter().find(|form| form.text == "PO"),
@@ -227,10 +258,10 @@ impl fmt::Display for Form {
         f.write_str(self.text)?;
         f.write_str(self.shape.words)?;
         if self.shape.sign {
-            f.write_str(" ±")?;
+            f.write_str("±")?;
         }
         match self.shape.number {
-            Some((smallest, largest)) => write!(f, " {smallest}…{largest}"),
+            Some((smallest, largest)) => write!(f, "<{smallest}…{largest}>"),
             None => Ok(()),
         }
     }
@@ -282,17 +313,24 @@ macro_rules! lines {
         /// How many rows there are.
         const COUNT: usize = [$($help),*].len();
 
-        /// The rows of the chip.
-        static ROWS: Text = flash!(COUNT * ROW, joined());
+        /// The rows of the chip, a 0, and the largest numbers.
+        static ROWS: Text = flash!(LENGTH, joined());
+        const LENGTH: usize = COUNT * ROW + 1 + LARGEST.len() * 4;
 
-        const fn joined() -> [u8; COUNT * ROW] {
+        const fn joined() -> [u8; LENGTH] {
             let rows = [$(
                 <lines!(@argument $($argument)?) as Argument>::SHAPE.row($letter, $when)
             ),*];
-            let mut bytes = [0; COUNT * ROW];
+            let mut bytes = [0; LENGTH];
             let mut at = 0;
-            while at < bytes.len() {
+            while at < COUNT * ROW {
                 bytes[at] = rows[at / ROW][at % ROW];
+                at += 1;
+            }
+            at += 1;
+            let table = at;
+            while at < LENGTH {
+                bytes[at] = LARGEST[(at - table) / 4].to_be_bytes()[(at - table) % 4];
                 at += 1;
             }
             bytes
@@ -413,12 +451,12 @@ mod tests {
     fn a_letter_has_one_row() {
         let mut letters = BTreeSet::new();
         let mut at = 0;
-        while let Some(letter) = ROWS.byte(at) {
+        while let Some(letter) = ROWS.byte(at).filter(|letter| *letter != 0) {
             assert!(letters.insert(letter), "{letter}");
             let row = Row::of(letter).unwrap();
             let form = Form::ALL[usize::from(at) / ROW];
-            assert_eq!(row.largest, form.shape.number.map_or(0, |(_, largest)| largest));
-            assert_eq!(row.flags & flag::NUMBER != 0, form.shape.number.is_some());
+            assert_eq!(row.largest(), form.shape.number.map_or(0, |(_, largest)| largest));
+            assert_eq!(row.flags() & flag::NUMBER != 0, form.shape.number.is_some());
             at += ROW as u16;
         }
         assert_eq!(letters.len(), Form::ALL.len());
@@ -430,15 +468,15 @@ mod tests {
         for (line, form) in [
             (&b"PO"[..], "PO"),
             (b"P7", "PO"),
-            (b"S1000", "S 1…999"),
-            (b"G5", "G ± 0…2147483647"),
-            (b"g", "g ±"),
-            (b"A9", "A 0…8"),
-            (b"I0", "I 1…8"),
-            (b"j5", "j 0…4000000000"),
+            (b"S1000", "S<1…999>"),
+            (b"G5", "G±<0…2147483647>"),
+            (b"g", "g±"),
+            (b"A9", "A<0…8>"),
+            (b"I0", "I<1…8>"),
+            (b"j5", "j<0…4000000000>"),
             (b"$", "$"),
-            (b"$pulse-us", "$name"),
-            (b"$pulse-us=0", "$name=number"),
+            (b"$pulse-us", "$<name>"),
+            (b"$pulse-us=0", "$<name>=<number>"),
             (b"$reset", "$reset"),
         ] {
             assert_eq!(Form::of(line).unwrap().to_string(), form, "{line:?}");

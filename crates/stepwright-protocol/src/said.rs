@@ -47,7 +47,8 @@ impl Said {
         if letter == b'L' {
             return Err(Refusal::Line);
         }
-        let Some(Row { flags, largest }) = Row::of(letter) else { return Err(Refusal::Line) };
+        let Some(row) = Row::of(letter) else { return Err(Refusal::Line) };
+        let flags = row.flags();
         // `PO` is the only line of two letters.
         let second = if letter == b'P' { Some((b'O', b'0')) } else { None };
         let sign = if flags & flag::SIGN == 0 { second } else { Some((b'+', b'-')) };
@@ -61,7 +62,7 @@ impl Said {
         }
         if flags & flag::NUMBER != 0 {
             number::read(rest, &mut self.number)?;
-            if self.number > largest || (self.number == 0 && flags & flag::ZERO == 0) {
+            if self.number > row.largest() || (self.number == 0 && flags & flag::ZERO == 0) {
                 return Err(Refusal::Range);
             }
         } else if !rest.is_empty() || flags & flag::SETTING != 0 {
@@ -102,7 +103,7 @@ impl Said {
             letter = SET;
         }
         self.letter = letter;
-        self.flags = Row::of(letter).map_or(0, |row| row.flags);
+        self.flags = Row::of(letter).map_or(0, Row::flags);
         Ok(())
     }
 }

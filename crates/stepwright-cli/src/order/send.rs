@@ -1,5 +1,7 @@
 //! `stepwright send`: lines as they are.
 
+use stepwright_protocol::Form;
+
 use super::target::{self, PortArgs};
 use crate::failure::Failure;
 use crate::link::serial::Share;
@@ -7,25 +9,31 @@ use crate::say;
 
 /// Send lines of the serial protocol as they are, and print each answer
 #[derive(clap::Args)]
-#[command(after_help = "\
-Each line is sent with its CR once the line before it has been answered; each
-answer is a line on standard output. The status is 1 if any was E. Quote ? and !.
-
-  PO S5 T100 R200 G+4000 E   an order: start and top speed in 10 steps/s, ramp in
-                             steps, travel, go
-  F     R ready, B busy      V1    position of axis 1
-  Z     brake                K     stop dead
-  I1    axis 1 is at 0       '?'   about the board
-
-Examples:
-  stepwright send --port /dev/ttyUSB0 PO S5 T100 R200 G+4000 E
-  stepwright send --port /dev/ttyUSB0 F V1 '?'")]
+#[command(after_help = help())]
 pub struct Args {
     #[command(flatten)]
     port: PortArgs,
     /// Lines, without their CR
     #[arg(required = true, value_name = "LINE", value_parser = line)]
     lines: Vec<String>,
+}
+
+/// The lines that there are, and examples.
+fn help() -> String {
+    let mut help = String::from(
+        "Each line is sent with its CR once the line before it has been answered; each answer is
+a line on standard output. The status is 1 if any was E. Quote ? ! and $.
+
+Lines (\u{b1}: + or -):
+",
+    );
+    for form in Form::ALL {
+        help += &format!("  {:<19} {}\n", form.to_string(), form.help());
+    }
+    help + "
+Examples:
+  stepwright send --port /dev/ttyUSB0 PO S5 T100 R200 G+4000 E
+  stepwright send --port /dev/ttyUSB0 F V1 '?'"
 }
 
 /// A line that is one line.
@@ -58,8 +66,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
     }
     let why = talk.why().map_err(target::trouble(&mut talk))?;
     let failure = Failure::new(format!("refused: {}", refused.join(" ")));
-    Err(match why {
-        Some(why) => failure.hint(format!("the reason for the last: {why}")),
-        None => failure,
-    })
+    let form = refused.last().and_then(|line| Form::of(line.as_bytes()));
+    let form = form.map(|form| format!("`{form}`: {}; when: {}", form.help(), form.when()));
+    let why = why.map(|why| format!("the reason for the last: {why}"));
+    let hints: Vec<_> = why.into_iter().chain(form).collect();
+    Err(if hints.is_empty() { failure } else { failure.hint(hints.join("; ")) })
 }

@@ -6,12 +6,14 @@
 //! ```
 //!
 //! so k·n^p = 4n·r^(p−1) with r = n/n_t, which stays in range for every p. The
-//! approach to the top speed is asymptotic: the ramp ends, and its speed is
-//! kept, where 1/1024 of the top speed is left. Down goes a ramp with the
-//! deceleration back.
+//! approach to the top speed is asymptotic, and the formula is followed while there is
+//! room for the way down, which is a ramp with the deceleration back: a travel goes up
+//! for half of its steps, and speeds that the way down could not have are left out. Where
+//! the formula passes the top speed, that is kept.
 //!
-//! For p = 2 that takes 512·n_t steps: a travel of ordinary length falls short
-//! of the top speed. With n_t below some ten steps every p may.
+//! With n_t = 200 steps, p = 4 has 0.99864 of the top speed after 1,000 steps and 0.99995
+//! after 4,000; p = 2 has 0.914 and 0.977. With n_t below some ten steps every p may fall
+//! short.
 //!
 //! Error against the formulas in f64: each delay below one tick, each pulse's time
 //! below one tick or 2⁻³⁰ of the time that has passed.
@@ -75,11 +77,10 @@ impl PowerTerm {
             let (n, d) = order.c0.part();
             let quarter = divide(slope.min(4 * top), 4 * top, 63); // top ≤ 10¹⁸
             let part = share(quarter, 4 * n, d).min(1 << 63);
-            (lead, Knee { count, n: 0, part, power: self.power })
+            (lead, Knee { count, change: count, n: 0, part, power: self.power })
         };
         let ((lead, rise), (_, fall)) = (from_rest(order.accel), from_rest(order.decel));
-        let enough = shortest.saturating_add(shortest >> 10);
-        let travel = Travel::new(Shadowed::new(rise, fall, enough));
+        let travel = Travel::new(Shadowed::new(rise, fall, shortest));
         Ok(Pulses::new(travel, lead, shortest, pulses))
     }
 }
@@ -88,6 +89,8 @@ impl PowerTerm {
 #[derive(Clone, Debug)]
 pub struct Knee {
     count: Q32,
+    /// By how much the last step up made it shorter.
+    change: Q32,
     n: u32,
     /// 1/n_t in 2⁻⁶³.
     part: u64,
@@ -145,7 +148,8 @@ impl Curve for Knee {
     fn up(&mut self) {
         self.n = self.n.saturating_add(1);
         let (n, d) = self.change(1);
-        self.count -= share(self.count, n, d);
+        self.change = share(self.count, n, d);
+        self.count -= self.change;
     }
 
     fn down(&mut self) -> (u64, u64) {
@@ -160,5 +164,13 @@ impl Curve for Knee {
 
     fn count(&self) -> Q32 {
         self.count
+    }
+
+    /// All steps to come take less than 2n times the last step's change off: without the
+    /// power term c ~ n^−½, so that they take c = 2n·(c/2n), and with it the changes shrink
+    /// faster. Twice that is beyond every rounding.
+    fn stays_above(&self, count: Q32) -> bool {
+        let to_come = self.change.saturating_mul(4 * u64::from(self.n.max(1)));
+        self.count.saturating_sub(count) > to_come
     }
 }

@@ -86,6 +86,11 @@ pub trait Curve: Clone {
 
     /// The delay.
     fn count(&self) -> Q32;
+
+    /// Whether no step of it, however many are to come, is as fast as this delay.
+    fn stays_above(&self, _count: Q32) -> bool {
+        false
+    }
 }
 
 /// Two curves without a closed form: the one that is gone up, and the one to go
@@ -115,7 +120,7 @@ impl<C: Curve> Shadowed<C> {
         let count = count.max(self.enough);
         let mut fall = self.fall.clone();
         while fall.count() > count {
-            if fall.steps() >= left {
+            if fall.steps() >= left || fall.stays_above(count) {
                 return false;
             }
             fall.up();

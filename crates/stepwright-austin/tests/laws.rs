@@ -171,8 +171,7 @@ fn shadowed(
 
 /// Eq 20, 21.
 fn power(order: Order, p: i32, lean: f64) -> Vec<f64> {
-    let enough = order.c_min() * (1.0 + 1.0 / 1024.0);
-    shadowed(order, enough, lean, |accel| {
+    shadowed(order, order.c_min(), lean, |accel| {
         let n_t = (order.v() * order.v() / (2.0 * order.real_accel(accel))).max(1.0);
         let k = 4.0 / n_t.powi(p - 1);
         let first = (order.c0(accel).1, 0.0);
@@ -492,6 +491,43 @@ fn figure_6() {
     for p in 3..=5 {
         assert!((385.0..=400.0).contains(&speed(p)), "p = {p}: {}", speed(p));
     }
+}
+
+/// The approach is Eq 20's to the end: 0.99995 of the top speed after 4,000 steps with p = 4.
+#[test]
+fn the_power_term_approaches_its_top_speed_as_equation_20_does() {
+    let (v, a) = (400.0f64, 400.0f64);
+    let rate = Rate::from_hz(16_000_000).unwrap();
+    let (top, accel) = (Speed::from_steps(400).unwrap(), Accel::from_steps(400).unwrap());
+    for (p, part) in [(2, 0.976_837), (4, 0.999_946), (9, 0.999_968)] {
+        let delays: Vec<_> =
+            PowerTerm::new(rate, top, accel, p).delays(20_000).unwrap().collect();
+        let k = 4.0 / (v * v / (2.0 * a)).powi(i32::from(p) - 1);
+        let mut c = 0.676 * 16e6 * (2.0 / a).sqrt();
+        for n in 1..=8_000u16 {
+            let m = f64::from(n);
+            c -= 2.0 * c / (4.0 * m + 1.0 + k * m.powi(p.into()));
+            let got = f64::from(delays[usize::from(n) + 1]);
+            assert!((got - c).abs() < 1.0, "p = {p}, n = {n}: {got} {c}");
+            if n == 4_000 {
+                assert!((16e6 / v / c - part).abs() < 1e-6, "p = {p}: {}", 16e6 / v / c);
+            }
+        }
+    }
+}
+
+/// A speed that the way down never has ends the ramp, and is not searched for in all the
+/// steps that are left: with 2³¹ of them this test would take minutes.
+#[test]
+fn a_speed_beyond_the_way_down_ends_the_power_terms_ramp() {
+    let accel = |n| Accel::from_steps(n).unwrap();
+    let law = PowerTerm::new(Rate::MHZ, Speed::from_steps(400).unwrap(), accel(400), 4);
+    let mut delays = law.with_decel(accel(4_000)).delays(1 << 31).unwrap();
+    let first: Vec<u32> = delays.by_ref().take(10_000).collect();
+    assert_eq!(delays.phase(), stepwright::profile::Phase::Cruise);
+    assert!(first[9_999].abs_diff(first[5_000]) <= 1, "{} {}", first[5_000], first[9_999]);
+    delays.brake();
+    assert!(delays.count() < 5_000);
 }
 
 /// Figure 8: 10 rad/s at 10 and −20 rad/s².

@@ -4,7 +4,7 @@ use stepwright::{Geometry, Rate};
 use stepwright_austin::PowerTerm;
 
 use super::counted::Counted;
-use super::formula::{At, Formula, Ramps, shadow};
+use super::formula::{At, Formula, Ramps, Turns, shadow};
 use super::law::{Law, Plan, Value};
 use super::limits::{Asked, Begin, First, Limits};
 use super::{Common, Planned};
@@ -13,8 +13,8 @@ use crate::figures::law::next_power;
 
 /// Acceleration that a power of the step number ends (Eq 20, 21)
 ///
-/// The approach to the top speed is asymptotic: the ramp ends 1/1024 below it,
-/// and a travel of ordinary length with the power 2 falls far short.
+/// The approach to the top speed is asymptotic: half of a travel goes up and half of it
+/// down, and one of ordinary length with the power 2 falls far short.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -85,7 +85,9 @@ pub fn law(asked: &Asked, c0: First, Power { power }: Power) -> Result<Box<dyn L
     let least = motor.delay(asked.speed()).max(1.0);
     let up = |at: &mut At| term.faster(at);
     let down = |at: &mut At| Term { up: term.down, ..term }.faster(at);
-    let turns = shadow(asked.steps, least * (1.0 + 1.0 / 1024.0), at(accel), at(decel), up, down);
+    // No travel is long enough for all of the approach.
+    let turns = shadow(asked.steps, least, at(accel), at(decel), up, down);
+    let turns = Turns { complete: true, ..turns };
     let first = c0.counts(motor.c0(accel));
     let formula = Formula::new(Box::new(term), asked.steps, first, least, turns);
     let short = "the approach is asymptotic";

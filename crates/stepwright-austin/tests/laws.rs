@@ -500,8 +500,7 @@ fn the_power_term_approaches_its_top_speed_as_equation_20_does() {
     let rate = Rate::from_hz(16_000_000).unwrap();
     let (top, accel) = (Speed::from_steps(400).unwrap(), Accel::from_steps(400).unwrap());
     for (p, part) in [(2, 0.976_837), (4, 0.999_946), (9, 0.999_968)] {
-        let delays: Vec<_> =
-            PowerTerm::new(rate, top, accel, p).delays(20_000).unwrap().collect();
+        let delays: Vec<_> = PowerTerm::new(rate, top, accel, p).delays(20_000).unwrap().collect();
         let k = 4.0 / (v * v / (2.0 * a)).powi(i32::from(p) - 1);
         let mut c = 0.676 * 16e6 * (2.0 / a).sqrt();
         for n in 1..=8_000u16 {

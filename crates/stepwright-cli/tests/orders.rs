@@ -147,7 +147,7 @@ fn what_makes_no_sense_is_a_usage_error() {
         &["move", "far"],
         &["move", "1.5"],
         &["move", "2147483648"],
-        &["move", "-2147483648"],
+        &["move", "-2147483649"],
         &["move", "10", "--ramp", "0"],
         &["move", "10", "--ramp", "1000"],
         &["move", "10", "--ramp", "10", "--accel", "10"],

@@ -286,7 +286,7 @@ macro_rules! lines {
         /// ```
         /// use stepwright_protocol::{BadLine, Command, Distance};
         /// let go = Command::parse(b"G+4000").unwrap();
-        /// assert_eq!(go, Command::Go(Distance::new(4000).unwrap()));
+        /// assert_eq!(go, Command::Go(Distance::new(4000)));
         /// assert_eq!(go.bytes().collect::<Vec<u8>>(), b"G+4000\r");
         /// assert_eq!(Command::parse(b"G4000"), Err(BadLine::Unknown));
         /// assert_eq!(Command::parse(b"S1000"), Err(BadLine::Range));

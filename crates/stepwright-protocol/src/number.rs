@@ -63,23 +63,19 @@ impl<const MIN: u32, const MAX: u32> Whole<MIN, MAX> {
     }
 }
 
-/// A travel in steps relative to the last end position, + clockwise:
-/// −2,147,483,647 … 2,147,483,647.
-///
-/// −2³¹ is left out so that the way back from every travel is a travel too.
+/// A travel in steps relative to the last end position, + clockwise: all 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Distance(i32);
 
 impl Distance {
-    /// `steps`, or `None` for −2³¹.
+    /// `steps`, + clockwise.
     ///
     /// ```
     /// use stepwright_protocol::Distance;
-    /// assert_eq!(Distance::new(-4000).unwrap().get(), -4000);
-    /// assert!(Distance::new(i32::MIN).is_none());
+    /// assert_eq!(Distance::new(-4000).get(), -4000);
     /// ```
-    pub const fn new(steps: i32) -> Option<Distance> {
-        if steps == i32::MIN { None } else { Some(Distance(steps)) }
+    pub const fn new(steps: i32) -> Distance {
+        Distance(steps)
     }
 
     /// Steps, + clockwise.
@@ -104,7 +100,7 @@ impl Argument for Distance {
     const SHAPE: Shape = Shape::signed(i32::MAX as u32);
 
     fn of(said: &Said) -> Option<Distance> {
-        Distance::new(said.steps())
+        Some(Distance::new(said.steps()))
     }
 
     fn piece(self, n: u8) -> Option<Piece> {

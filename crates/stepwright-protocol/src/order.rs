@@ -87,10 +87,7 @@ impl Order {
 mod tests {
     use super::*;
 
-    const NEAR: Travel = Travel::By(match Distance::new(1) {
-        Some(d) => d,
-        None => panic!(),
-    });
+    const NEAR: Travel = Travel::By(Distance::new(1));
 
     fn order() -> Order {
         Manner::INITIAL.sent(NEAR)

@@ -62,7 +62,11 @@ impl Said {
         }
         if flags & flag::NUMBER != 0 {
             number::read(rest, &mut self.number)?;
-            if self.number > row.largest() || (self.number == 0 && flags & flag::ZERO == 0) {
+            // A travel goes to −2³¹.
+            let least = self.number == 1 << 31 && self.backward && letter == b'G';
+            if self.number > row.largest() && !least
+                || (self.number == 0 && flags & flag::ZERO == 0)
+            {
                 return Err(Refusal::Range);
             }
         } else if !rest.is_empty() || flags & flag::SETTING != 0 {

@@ -30,7 +30,7 @@ use crate::order::{Order, Travel};
 ///     up: Ramp::Steps(RampSteps::new(200).unwrap()),
 ///     down: Ramp::Steps(RampSteps::new(200).unwrap()),
 ///     jerk: None,
-///     travel: Travel::By(Distance::new(4000).unwrap()),
+///     travel: Travel::By(Distance::new(4000)),
 /// };
 /// let lines = |axis| {
 ///     let orders = [(AxisId::numbered(axis).unwrap(), order)];
@@ -226,7 +226,7 @@ mod tests {
                 decel: decel.map_or(0, |a| WholeAccel::clamped(a).get()),
                 jerk,
             }
-            .sent(Travel::By(Distance::new(by.max(-i32::MAX)).unwrap()));
+            .sent(Travel::By(Distance::new(by)));
             let orders = [(AxisId::FIRST, order)];
             let mut manner = Manner::INITIAL;
             manner.set(b'a', 1);

@@ -124,7 +124,7 @@ fn order(top: u32, travel: i32) -> Order {
         up: Ramp::Steps(RampSteps::new(200).unwrap()),
         down: Ramp::Accel(Accel::from_steps(4000).unwrap()),
         jerk: None,
-        travel: Travel::By(Distance::new(travel).unwrap()),
+        travel: Travel::By(Distance::new(travel)),
     }
 }
 

@@ -126,8 +126,8 @@ fn settings_persist_and_may_come_before_po() {
          T2      Y
          K       Y  -> kill
          PO      Y
-         G-2147483647 Y
-         E       Y  -> start 1 10-20 R7 R7 -2147483647",
+         G-2147483648 Y
+         E       Y  -> start 1 10-20 R7 R7 -2147483648",
     );
 }
 

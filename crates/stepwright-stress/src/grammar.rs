@@ -78,7 +78,7 @@ pub fn read(line: &[u8], can: Can) -> Result<Line, Reasons> {
             let Some((sign, digits)) = rest.split_first() else { return bad };
             let steps = match sign {
                 b'+' => i64::from(number(digits, 0, 0x7FFF_FFFF)?),
-                b'-' => -i64::from(number(digits, 0, 0x7FFF_FFFF)?),
+                b'-' => -i64::from(number(digits, 0, 0x7FFF_FFFF + u32::from(letter == b'G'))?),
                 _ => return bad,
             };
             Ok(if letter == b'G' { Line::Go(steps) } else { Line::Retarget(steps) })
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(ok("PO"), Line::Program);
         assert_eq!(ok("P0"), Line::Program);
         assert_eq!(ok("S0005"), Line::Manner(b'S', 5));
-        assert_eq!(ok("G-2147483647"), Line::Go(-2_147_483_647));
+        assert_eq!(ok("G-2147483648"), Line::Go(-2_147_483_648));
         assert_eq!(ok("@-0"), Line::Retarget(0));
         assert_eq!(ok("g-"), Line::Run(false));
         assert_eq!(ok("A0"), Line::Select(0));
@@ -157,7 +157,17 @@ mod tests {
         for line in ["", "po", "G5", "G+", "G+-5", "S 5", "PO1", "g", "F0", "V", "é"] {
             assert_eq!(why(line), Reason::Line.into(), "{line}");
         }
-        for line in ["S0", "S1000", "t0", "G+2147483648", "V9", "I0", "$pulse-us=21"] {
+        for line in [
+            "S0",
+            "S1000",
+            "t0",
+            "G+2147483648",
+            "G-2147483649",
+            "@-2147483648",
+            "V9",
+            "I0",
+            "$pulse-us=21",
+        ] {
             assert_eq!(why(line), Reason::Range.into(), "{line}");
         }
         assert_eq!(why("$pulse"), Reason::Setting.into());

@@ -1,4 +1,4 @@
-//! The end of the longest travel, 2³¹ − 1 steps.
+//! The end of the longest travels, 2³¹ − 1 steps forward and 2³¹ backward.
 //!
 //! At 1000 steps/s it takes 25 days. So its middle is left out: in the chip's
 //! RAM the steps that are still to be planned are set down, in the planner and
@@ -10,12 +10,12 @@ mod common;
 use common::{FIT, LATENCY, chip, follows, image, path_of_accel, rest, say, steps, talk};
 use stepwright_rig::Chip;
 
-/// The longest travel.
-const LONGEST: u64 = (1 << 31) - 1;
+/// The longest travel in a direction.
+fn longest(sign: char) -> u64 {
+    if sign == '-' { 1 << 31 } else { (1 << 31) - 1 }
+}
 /// Steps of the rise from 0 to 1000 steps/s at 2500 steps/s², and of the fall.
 const RAMP: u64 = 200;
-/// From the first pulse on: one interval fewer than there are pulses.
-const LEVEL: u64 = LONGEST - 1 - 2 * RAMP;
 /// Where the count of steps of the first axis lies among what the interrupts play
 /// (`step.rs`), and its bytes.
 const LOADED: u16 = 27;
@@ -27,7 +27,9 @@ const AHEAD: u64 = 30;
 /// out, from the middle of the level on. Returns how many steps that are.
 #[track_caller]
 fn leave_out(chip: &mut Chip, sign: char, left: u64) -> u64 {
-    say(chip, &format!("PO s0 t1000 a2500 d2500 G{sign}2147483647 E"));
+    say(chip, &format!("PO s0 t1000 a2500 d2500 G{sign}{} E", longest(sign)));
+    // From the first pulse on: one interval fewer than there are pulses.
+    let all = longest(sign) - 1 - 2 * RAMP;
     chip.run_for(16_000_000 * 7 / 10);
     // Not while it plans, or a step is made.
     let image = image();
@@ -38,7 +40,7 @@ fn leave_out(chip: &mut Chip, sign: char, left: u64) -> u64 {
 
     let planned = made - RAMP..made + AHEAD - RAMP;
     let device = image.variable("5slave6DEVICE");
-    let (place, level) = only(chip, device, 4, LEVEL - planned.end..LEVEL - planned.start);
+    let (place, level) = only(chip, device, 4, all - planned.end..all - planned.start);
     let skipped = level - left;
     poke(chip, place, 4, left);
     // The motor counts the fall too: `Motor::left`.
@@ -84,13 +86,13 @@ fn it_ends_exactly_and_counts_beyond() {
         let mut chip = chip();
         let skipped = leave_out(&mut chip, sign, 1_500);
         assert!(chip.run_to_silence(4_000_000, 16_000_000 * 10));
-        let made = LONGEST - skipped;
+        let made = longest(sign) - skipped;
         // As a travel of this many steps.
         let path = path_of_accel(0, 1_000, 2_500, made as u32);
         follows(&steps(&chip, 0), &path, FIT + LATENCY);
         assert_eq!(steps(&chip, 0).last().unwrap().position, one * made as i64);
         rest(&mut chip);
-        let end = one * LONGEST as i64;
+        let end = one * longest(sign) as i64;
         chip.expect("V1", &end.to_string());
         assert!(chip.ask("?").unwrap().contains(" late=0 "));
         // Further on, and back.
@@ -131,7 +133,7 @@ fn it_brakes_near_its_end() {
         let after = steps.len() as u64 - before;
         assert!((RAMP..=RAMP + AHEAD).contains(&after), "{after} steps to rest");
         let position = skipped + steps.len() as u64;
-        assert!(position < LONGEST, "{left}: it has not braked");
+        assert!(position < longest('+'), "{left}: it has not braked");
         chip.expect("V1", &position.to_string());
         // The last interval is that of the ramp: √(2/2500) s.
         let last = steps[steps.len() - 1].time - steps[steps.len() - 2].time;
@@ -145,6 +147,6 @@ fn where_it_brakes_anyhow_it_goes_to_its_end() {
     let mut chip = chip();
     leave_out(&mut chip, '-', 50);
     chip.run_for(16_000_000 / 4);
-    talk(&mut chip, "F B\nZ Y\n*rest\nV1 -2147483647");
+    talk(&mut chip, "F B\nZ Y\n*rest\nV1 -2147483648");
     assert!(chip.ask("?").unwrap().contains(" late=0 "));
 }

@@ -248,7 +248,7 @@ fn away(talk: &mut Talk, args: &Args, back_off: i32) -> Result<i64, Failure> {
     if talk.ask(Command::Zero(args.axis)).map_err(lost(talk))? != Reply::Yes {
         return Err(Failure::new(format!("{} refused to zero the axis", talk.link().name())));
     }
-    let steps = Distance::new(back_off).ok_or_else(|| Failure::usage("--back-off is too far"))?;
+    let steps = Distance::new(back_off);
     let motion = args.motion(&args.speed, "--speed", Travel::By(steps))?;
     let sight = match watch(talk, args, &motion, None) {
         Ok(sight) => sight,

@@ -113,7 +113,7 @@ mod tests {
             up: Ramp::Accel(Accel::from_steps(2000).unwrap()),
             down: Ramp::Accel(Accel::from_steps(1000).unwrap()),
             jerk: None,
-            travel: Travel::By(Distance::new(steps).unwrap()),
+            travel: Travel::By(Distance::new(steps)),
         }
     }
 
@@ -141,10 +141,10 @@ mod tests {
         // Down to 500 in 0.5 s and 375 steps, 2500 level, 125 down in 0.5 s.
         close(aim.seconds(1000.0, 1000.0), 0.5 + 5.0 + 0.5);
         // Behind: 1 s and 500 steps to rest, then 1500 back: 62.5 up, 1312.5 level, 125 down.
-        aim.change(Command::Retarget(Distance::new(0).unwrap()));
+        aim.change(Command::Retarget(Distance::new(0)));
         close(aim.seconds(1000.0, 1000.0), 1.0 + 0.25 + 1312.5 / 500.0 + 0.5);
         // Too near to stop at: 500 steps to rest, then 400 back.
-        aim.change(Command::Retarget(Distance::new(1100).unwrap()));
+        aim.change(Command::Retarget(Distance::new(1100)));
         close(aim.seconds(1000.0, 1000.0), 1.0 + 0.25 + 212.5 / 500.0 + 0.5);
         assert_eq!(aim.whole(), Some(1100.0));
     }
@@ -154,7 +154,7 @@ mod tests {
         let endless = Travel::Endless(stepwright_protocol::Direction::Forward);
         let mut aim = Aim::of(&Order { travel: endless, ..order(1) }, 5);
         assert_eq!(aim.seconds(5.0, 100.0), None);
-        aim.change(Command::Retarget(Distance::new(1000).unwrap()));
+        aim.change(Command::Retarget(Distance::new(1000)));
         assert!(aim.seconds(5.0, 100.0).is_some());
     }
 }

@@ -59,7 +59,7 @@ const STEPS: i32 = 48;
 
 fn motion(axis: AxisId) -> Motion {
     let ramps = Ramps::parse_from(["test", "--start-speed", "500", "--ramp", "9"]).ramps;
-    let travel = Travel::By(Distance::new(STEPS).unwrap());
+    let travel = Travel::By(Distance::new(STEPS));
     ramps.motion(axis, &"1500".parse().unwrap(), "--top-speed", travel).unwrap()
 }
 

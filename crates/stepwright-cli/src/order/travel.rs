@@ -119,14 +119,14 @@ impl Way {
             Way::By(held) => held.value,
             Way::To(held) => held.value.saturating_sub(from),
         };
-        let fits = i32::try_from(steps).ok().and_then(Distance::new);
+        let fits = i32::try_from(steps).ok().map(Distance::new);
         fits.ok_or_else(|| {
             let away = match self {
                 Way::By(_) => "are".to_owned(),
                 Way::To(_) => format!("from {from} are {steps} steps,"),
             };
             Failure::usage(format!("{held} {away} too far for one travel"))
-                .hint("a travel has at most 2147483647 steps")
+                .hint("a travel has at most 2147483647 steps forward, 2147483648 backward")
         })
     }
 

@@ -94,12 +94,17 @@ fn number(digits: &str, from: u64, to: u64) -> Option<u64> {
 }
 
 fn signed(text: &str) -> Option<i64> {
-    let n = number(text.get(1..)?, 0, (1 << 31) - 1)? as i64;
+    let n = number(text.get(1..)?, 0, 1 << 31)? as i64;
     match &text[..1] {
-        "+" => Some(n),
+        "+" if n < 1 << 31 => Some(n),
         "-" => Some(-n),
         _ => None,
     }
+}
+
+/// A new end: −2³¹ is none.
+fn target(line: &str) -> Option<i64> {
+    line.strip_prefix('@').and_then(signed).filter(|steps| *steps > i32::MIN.into())
 }
 
 /// The range of the number behind a letter that sets something.
@@ -246,7 +251,7 @@ fn nameless(log: &[Entry]) -> bool {
 
 /// Whether a line speaks of the axes that are selected, to set or to move them.
 fn addresses(line: &str) -> bool {
-    let target = line.strip_prefix('@').and_then(signed).is_some();
+    let target = target(line).is_some();
     target || setting(line).is_some() || travel(line).is_some()
 }
 
@@ -380,7 +385,7 @@ pub fn should_change(log: &[Entry]) -> Option<String> {
         return None;
     }
     let mut axes = selected(before);
-    let what = if let Some(steps) = line.strip_prefix('@').and_then(signed) {
+    let what = if let Some(steps) = target(line) {
         if axes.iter().any(|axis| !entry.busy[*axis] || lost(before, entry, *axis)) {
             return None;
         }

@@ -239,7 +239,7 @@ fn order(way: i64) -> Option<Order> {
         up: ramp,
         down: ramp,
         jerk: None,
-        travel: Travel::By(Distance::new(i32::try_from(way).ok()?)?),
+        travel: Travel::By(Distance::new(i32::try_from(way).ok()?)),
     })
 }
 

@@ -28,12 +28,24 @@ pub struct Failure {
     message: String,
     hint: Option<String>,
     status: u8,
+    place: Option<Box<Place>>,
+}
+
+/// Where in a file a mistake stands, for programs.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// What is wrong there, without the file and its line.
+    pub what: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The motor, by its name in the file.
+    pub motor: Option<String>,
 }
 
 impl Failure {
     /// Refused, or it failed: status 1.
     pub fn new(message: impl Into<String>) -> Failure {
-        Failure { message: message.into(), hint: None, status: 1 }
+        Failure { message: message.into(), hint: None, status: 1, place: None }
     }
 
     /// The command line makes no sense: status 2.
@@ -61,6 +73,24 @@ impl Failure {
         Failure { hint: Some(hint.into()), ..self }
     }
 
+    /// The same with its place in a file.
+    pub fn at(self, what: String, line: usize) -> Failure {
+        Failure { place: Some(Box::new(Place { what, line, motor: None })), ..self }
+    }
+
+    /// The same with the motor that it is about.
+    pub fn motor(mut self, name: &str) -> Failure {
+        if let Some(place) = &mut self.place {
+            place.motor = Some(name.to_owned());
+        }
+        self
+    }
+
+    /// Where in a file it is, if it is in one.
+    pub fn place(&self) -> Option<&Place> {
+        self.place.as_deref()
+    }
+
     /// What is wrong.
     pub fn message(&self) -> &str {
         &self.message
@@ -71,7 +101,12 @@ impl Failure {
     pub fn report(&self) -> ExitCode {
         if is_json() {
             let hint = self.hint.as_deref();
-            say::note(json!({ "error": self.message, "hint": hint, "status": self.status }));
+            let mut said = json!({ "error": self.message, "hint": hint, "status": self.status });
+            if let Some(place) = self.place() {
+                said["line"] = json!(place.line);
+                said["motor"] = json!(place.motor);
+            }
+            say::note(said);
             return ExitCode::from(self.status);
         }
         say::note(format_args!("error: {}", self.message));

@@ -337,3 +337,31 @@ fn motors_brake_at_a_switch() {
         assert!(ended.stderr.contains(&place) && ended.stderr.contains(what), "{}", ended.stderr);
     }
 }
+
+/// A refused cycle and a cancelled one, for programs: what is wrong, which motor, which line.
+#[test]
+fn json_of_a_failed_cycle_names_the_motor_and_the_line() {
+    let scratch = Scratch::new("cycle-refused.toml");
+    let motors = "[[motor]]\nname = \"X\"\nstep = 1\nsmallest-delay-us = 1000\nmax = 5\n\
+                  [[motor]]\nname = \"Y\"\nstep = 1\nsmallest-delay-us = 1000\n";
+    let cases = [
+        ("[[cycle]]\nmove.X = { steps = 3 }\nmove.Y = { steps = 5, delay-us = 10 }\n", "Y", 12),
+        ("[[cycle]]\nmove.Y = { steps = 3 }\nmove.X = { steps = 50 }\n", "X", 12),
+    ];
+    for (cycle, motor, line) in cases {
+        std::fs::write(scratch.path(), format!("{motors}{cycle}")).unwrap();
+        let ended = stepwright(&["cycle", scratch.path(), "--format", "json"]);
+        assert_eq!(ended.code(), Some(1));
+        let all: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+        let said: serde_json::Value =
+            serde_json::from_str(ended.stderr.lines().last().unwrap()).unwrap();
+        let failed = &all["cycles"][0];
+        assert!(failed["error"].as_str().unwrap().contains(motor), "{failed}");
+        for place in [failed, &said] {
+            assert_eq!(
+                (place["motor"].as_str(), place["line"].as_u64()),
+                (Some(motor), Some(line))
+            );
+        }
+    }
+}

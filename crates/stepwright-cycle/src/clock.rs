@@ -111,6 +111,11 @@ impl Beat {
         Ticks::try_from(fine >> 16).unwrap_or(Ticks::MAX)
     }
 
+    /// The fixed tick in 10⁻⁶ ticks of the timer: below 2⁶⁰. 0: there is none.
+    pub(crate) fn grid(&self) -> u64 {
+        u64::from(self.period) * u64::from(self.hz)
+    }
+
     /// Ticks of the timer in a second.
     pub(crate) fn hz(&self) -> u32 {
         self.hz

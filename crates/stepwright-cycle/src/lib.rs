@@ -102,6 +102,7 @@ mod clock;
 mod ends;
 mod homing;
 mod motor;
+mod pause;
 mod player;
 mod program;
 mod report;
@@ -118,11 +119,12 @@ pub use surroundings::{Around, Surroundings, Switches, Wires};
 
 use brake::BRAKES;
 use clock::Beat;
+use pause::Pause;
 use player::{Player, Verdict};
 use program::Reader;
 use stepwright::Board;
 use stepwright::drive::{Axes, Drive};
-use stepwright::engine::{Engine, Frozen, Timing};
+use stepwright::engine::{Engine, Timing};
 use stepwright::timer::{Count, StepTimer};
 use stepwright::units::Ticks;
 use wiring::Wiring;
@@ -151,8 +153,7 @@ pub struct Cycle<'a, T: StepTimer, D, S, const N: usize> {
 enum State<C: Count, const N: usize> {
     Rest,
     Running,
-    /// And where the motors stand, in steps.
-    Paused(Frozen<C, N>, [i64; N]),
+    Paused(Pause<C, N>),
 }
 
 impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D, S, N> {
@@ -357,41 +358,6 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         Ok(())
     }
 
-    /// Holds all motors up where they are. On the fixed tick a pulse that is
-    /// under way ends.
-    ///
-    /// # Errors
-    /// [`Refusal::NotRunning`] if there is nothing to hold up.
-    pub fn pause(&mut self) -> Result<(), Refusal> {
-        if !matches!(self.state, State::Running) {
-            return Err(Refusal::NotRunning);
-        }
-        self.engine.drive().lower(Axes::MAX);
-        let mut steps = [0; N];
-        for (motor, steps) in (0u8..).zip(&mut steps) {
-            *steps = self.engine.report(motor).position;
-        }
-        self.state = State::Paused(self.engine.freeze(), steps);
-        Ok(())
-    }
-
-    /// Goes on: every step comes later by the time of the pause.
-    ///
-    /// # Errors
-    /// [`Refusal::NotRunning`] if the cycle is not paused.
-    pub fn resume(&mut self) -> Result<(), Refusal> {
-        match core::mem::replace(&mut self.state, State::Running) {
-            State::Paused(frozen, _) => {
-                self.engine.thaw(frozen);
-                Ok(())
-            }
-            state => {
-                self.state = state;
-                Err(Refusal::NotRunning)
-            }
-        }
-    }
-
     /// Ends the cycle between two steps; positions stay known. A cycle that is
     /// over already is left as it is.
     pub fn finish(&mut self) {
@@ -402,8 +368,8 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
 
     /// All programs are over, all pulses end.
     fn stop(&mut self) {
-        if let State::Paused(frozen, _) = core::mem::replace(&mut self.state, State::Rest) {
-            self.engine.thaw(frozen);
+        if let State::Paused(pause) = core::mem::replace(&mut self.state, State::Rest) {
+            self.engine.thaw(pause.frozen);
         }
         self.state = State::Rest;
         self.engine.halt(Axes::MAX);
@@ -421,7 +387,8 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
     pub fn on_compare(&mut self) {
         let begun = self.engine.timer().now();
         if !matches!(self.state, State::Running) {
-            return self.engine.on_compare();
+            self.engine.on_compare();
+            return self.wait();
         }
         // On the fixed tick the time counts from the tick that it is for.
         let behind = if self.beat.period == 0 { 0 } else { self.engine.behind() };
@@ -504,7 +471,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
 
     /// Steps of a motor. On the fixed tick one counts when STEP falls.
     fn steps(&mut self, motor: u8) -> i64 {
-        if let State::Paused(_, steps) = &self.state {
+        if let State::Paused(Pause { steps, .. }) = &self.state {
             return steps.get(usize::from(motor)).copied().unwrap_or(0);
         }
         let report = self.engine.report(motor);

@@ -255,8 +255,16 @@ impl<'a> Player<'a> {
 
     /// Likewise, whatever is known.
     fn look_ahead(&self, count: u32) -> u32 {
-        let bound = if self.forward { self.motor.max } else { self.motor.min };
-        let (Some(bound), Calibration::None) = (bound, self.calibration) else { return count };
+        // Without a bound the numbers have an end: a position is never wrong.
+        let (bound, end) = match self.forward {
+            true => (self.motor.max, i64::MAX),
+            false => (self.motor.min, i64::MIN),
+        };
+        let bound = match self.calibration {
+            Calibration::None => bound.unwrap_or(end),
+            Calibration::StartMin => return count,
+            Calibration::BoundsMax => end,
+        };
         let at = self.position(self.counted.wrapping_add(self.planned));
         // Beyond the bound is no room, not a negative one.
         let way = match self.forward {

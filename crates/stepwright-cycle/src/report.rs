@@ -14,7 +14,7 @@ impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S,
 
     /// Whether a cycle is held up.
     pub fn is_paused(&self) -> bool {
-        matches!(self.state, State::Paused(..))
+        matches!(&self.state, State::Paused(pause) if !pause.resumed)
     }
 
     /// Why the last cycle, or this one, was cancelled.

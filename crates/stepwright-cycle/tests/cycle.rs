@@ -381,7 +381,8 @@ fn long_delays_and_long_pauses() {
         rig.cycle.resume().unwrap();
         rig.run_out();
         let rise = if clock == FIXED { TICK } else { 0 };
-        let pause = 777_777_777;
+        // On the fixed tick in whole ticks.
+        let pause = if clock == FIXED { 777_777_800 } else { 777_777_777 };
         assert_eq!(
             rig.rises(0),
             [4_000_000_000u64 + pause, 8_000_000_000 + pause].map(|us| us * US - rise)
@@ -413,7 +414,9 @@ fn pause_and_resume_shift_every_step() {
             assert_eq!([rig.position(0), rig.position(1)], [75_000, -7]);
             let mut alone = one(Motor::new(1, 600), clock, steps(-7, 777));
             alone.run_out();
-            let moved = |t: &u64| if *t <= at * US { *t } else { t + 1_234_567 * US };
+            // On the fixed tick a pause lasts whole ticks.
+            let pause = if clock == Clock::Deadlines { 1_234_567 } else { 1_234_600 };
+            let moved = |t: &u64| if *t <= at * US { *t } else { t + pause * US };
             let wanted: Vec<u64> = alone.rises(0).iter().map(moved).collect();
             let off = rig.rises(1).iter().zip(&wanted).map(|(a, b)| a.abs_diff(*b)).max();
             assert!(off <= Some(PULSE), "{clock:?} {at}: {off:?}");
@@ -568,5 +571,75 @@ fn a_step_that_waits_for_a_pulse_costs_the_next_ones_nothing() {
         rig.run_out();
         assert_eq!(rig.rises(0), [599 * US]);
         assert_eq!(rig.rises(1), [599 * US + PULSE, rest[0] * US, rest[1] * US]);
+    }
+}
+
+/// However long a pause is, and the tick: every edge is on the grid of the start again, as late
+/// as the pause and less than a tick more.
+#[test]
+fn a_pause_on_the_fixed_tick_resumes_on_the_grid() {
+    for (tick, delay) in [(200, 1_000u64), (5_000, 15_000), (70_000, 210_000)] {
+        let clock = Clock::Tick { period: tick as u32 };
+        let motor = Motor::new(7_500, delay as u32);
+        for pause in [1, tick - 1, tick, tick + 1, 7 * tick + 13, 12_345_678] {
+            let mut rig = Rig::new([motor], clock);
+            rig.cycle.prepare(0, steps(6, 0), PLAIN).unwrap();
+            rig.start();
+            let at = 2 * delay + tick / 3;
+            rig.until(at);
+            rig.cycle.pause().unwrap();
+            rig.until(at + pause);
+            assert!(rig.cycle.is_paused());
+            rig.cycle.resume().unwrap();
+            assert!(!rig.cycle.is_paused() && rig.cycle.is_running());
+            if pause % tick != 0 && tick - pause % tick > 2_000 {
+                // It waits for the grid: another pause meanwhile goes on with this one.
+                rig.until(at + pause + 1);
+                rig.cycle.pause().unwrap();
+                rig.until(at + pause + 900);
+                rig.cycle.resume().unwrap();
+                assert_eq!(rig.cycle.resume(), Err(Refusal::NotRunning));
+            }
+            rig.run_out();
+            let shift = pause.div_ceil(tick) * tick;
+            let falls: Vec<u64> = (rig.edges(0).iter())
+                .filter(|(_, what)| *what == What::Fall)
+                .map(|(time, _)| *time)
+                .collect();
+            let wanted: Vec<u64> =
+                (1..=6).map(|n| (n * delay + if n > 2 { shift } else { 0 }) * US).collect();
+            let off = falls.iter().zip(&wanted).map(|(a, b)| a.abs_diff(*b)).max();
+            assert!(off <= Some(PULSE) && falls.len() == 6, "{tick} {pause}: {falls:?} {wanted:?}");
+            assert_eq!(rig.position(0), 45_000);
+        }
+    }
+}
+
+/// A position never lies: where 64 bits end is an end, bound or no bound.
+#[test]
+fn positions_end_where_their_numbers_do() {
+    for clock in BOTH {
+        for (start, count, fault, made) in [
+            (i64::MAX - 15_000, 5, Faults::SOFT_END_MAX, 2),
+            (i64::MIN + 15_001, -5, Faults::SOFT_END_MIN, 2),
+            (i64::MAX - 14_999, 5, Faults::SOFT_END_MAX, 1),
+        ] {
+            for calibration in [Calibration::None, Calibration::BoundsMax] {
+                let mut rig = Rig::new([M], clock);
+                rig.cycle.set_position(0, start).unwrap();
+                rig.cycle.prepare(0, steps(count, 0), calibration).unwrap();
+                rig.start();
+                rig.run_out();
+                let way = 7_500 * made * i64::from(count.signum());
+                assert_eq!(rig.position(0), start + way, "{clock:?} {start}");
+                assert!(rig.cycle.faults(0).has(fault));
+                assert_eq!(rig.steps_of(0), made * i64::from(count.signum()));
+                // And all the way back.
+                rig.cycle.prepare(0, steps(-count.signum() * made as i32, 0), calibration).unwrap();
+                rig.start();
+                rig.run_out();
+                assert_eq!(rig.position(0), start);
+            }
+        }
     }
 }

@@ -102,7 +102,8 @@ impl<'p> Session<'p> {
         let mut result = Ok(());
         for (n, stage) in stages.iter_mut().enumerate() {
             result = self.stage(n + 1, stage);
-            if result.is_err() {
+            if let Err(failure) = &result {
+                self.note(n, failure);
                 break;
             }
         }
@@ -111,6 +112,19 @@ impl<'p> Session<'p> {
             self.look();
         }
         result
+    }
+
+    /// A cycle that failed, for json: what is wrong, in which line of the file, with which
+    /// motor. One that was refused took no time.
+    fn note(&mut self, n: usize, failure: &Failure) {
+        if self.cycles.len() <= n {
+            let what = failure.place().map_or(failure.message(), |place| &place.what);
+            self.cycles.push(json!({ "seconds": 0.0, "error": what }));
+        }
+        if let (Some(place), Some(cycle)) = (failure.place(), self.cycles.get_mut(n)) {
+            cycle["line"] = json!(place.line);
+            cycle["motor"] = json!(place.motor);
+        }
     }
 
     fn stage(&mut self, number: usize, stage: &'p mut Stage) -> Result<(), Failure> {
@@ -223,7 +237,9 @@ impl<'p> Session<'p> {
 
     /// Why a cycle did not start: the motor by its name in the file.
     fn refused(&self, refusal: Refusal, at: Range<usize>) -> Failure {
-        self.text.blame(at, refusal.named(refusal.motor().map_or("", |motor| self.name(motor))))
+        let name = refusal.motor().map_or("", |motor| self.name(motor));
+        let failure = self.text.blame(at, refusal.named(name));
+        if name.is_empty() { failure } else { failure.motor(name) }
     }
 
     /// Why a cycle was cancelled.
@@ -249,7 +265,7 @@ impl<'p> Session<'p> {
                     false if faults.has(Faults::STEP_DELAY_SMALL) => "small-delay",
                     false => "soft-end",
                 };
-                self.text.blame(span, what).hint(format!(
+                self.text.blame(span, what).motor(name).hint(format!(
                     "with {end} = \"stop-motor\" under [strategies] the others go on"
                 ))
             }

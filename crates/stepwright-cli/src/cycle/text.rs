@@ -51,6 +51,7 @@ impl Text {
         Failure::new(format!(
             "{place}:{number}:{column}: {what}\n{number:>6} | {shown}\n       | {mark}^",
         ))
+        .at(what, number)
     }
 }
 

@@ -24,6 +24,14 @@ pub struct Frozen<C: Count, const N: usize> {
     events: [Event; N],
 }
 
+impl<C: Count, const N: usize> Frozen<C, N> {
+    /// The same, to go on `ticks` later than it would, at most [`HOP`](Count::HOP).
+    #[must_use = "the axes go on with `thaw` only"]
+    pub fn later(self, ticks: Ticks) -> Self {
+        Frozen { at: self.at.plus(ticks.wrapping_neg()), ..self }
+    }
+}
+
 impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// Holds all axes up between two steps. Until [`thaw`](Engine::thaw) they
     /// report to be idle, and their positions are not to be asked for.

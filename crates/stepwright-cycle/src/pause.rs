@@ -1,0 +1,116 @@
+//! A pause: what waits, and on the fixed tick when it may go on.
+//!
+//! ```text
+//!   grid     ┊     ┊     ┊     ┊     ┊     ┊
+//!            │  pause         resume ▏     │
+//!   events      ├─ frozen ───────────┼ wait┤ all later by whole ticks
+//! ```
+//!
+//! The grid goes on while the motors stand. What has passed is counted at each interrupt, which
+//! comes twice a turn of the counter at least, so that a pause may outlast the counter.
+
+use super::clock::Beat;
+use super::strategy::Refusal;
+use super::surroundings::Surroundings;
+use super::{Cycle, State};
+use stepwright::drive::{Axes, Drive};
+use stepwright::engine::Frozen;
+use stepwright::timer::{Count, StepTimer};
+use stepwright::units::Ticks;
+
+/// A cycle's pause.
+pub(crate) struct Pause<C: Count, const N: usize> {
+    /// What the motors wait for.
+    pub frozen: Frozen<C, N>,
+    /// The steps of each.
+    pub steps: [i64; N],
+    /// It is over, as soon as the grid lets it.
+    pub resumed: bool,
+    /// When time was counted last.
+    seen: C,
+    /// Time since the beginning beyond whole ticks of the grid, in 10⁻⁶ ticks of the timer.
+    passed: u64,
+}
+
+impl<C: Count, const N: usize> Pause<C, N> {
+    /// A pause that begins `now`.
+    pub fn new(frozen: Frozen<C, N>, steps: [i64; N], now: C) -> Self {
+        Pause { frozen, steps, resumed: false, seen: now, passed: 0 }
+    }
+
+    /// Counts the time until `now`, less than a turn of the counter, and says how many ticks of
+    /// the timer it is from there to the grid: 0 without a fixed tick.
+    pub fn to_grid(&mut self, now: C, beat: &Beat) -> Ticks {
+        let grid = beat.grid();
+        if grid == 0 {
+            return 0;
+        }
+        let turn = (C::HOP << 2).wrapping_sub(1);
+        let ticks = now.since(self.seen) as Ticks & turn;
+        self.seen = now;
+        self.passed = self.passed.wrapping_add(u64::from(ticks) * 1_000_000) % grid;
+        if self.passed == 0 {
+            return 0;
+        }
+        Ticks::try_from((grid - self.passed).div_ceil(1_000_000)).unwrap_or(Ticks::MAX)
+    }
+}
+
+impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S, N> {
+    /// Holds all motors up where they are. On the fixed tick a pulse that is
+    /// under way ends.
+    ///
+    /// # Errors
+    /// [`Refusal::NotRunning`] if there is nothing to hold up.
+    pub fn pause(&mut self) -> Result<(), Refusal> {
+        if let State::Paused(pause) = &mut self.state
+            && pause.resumed
+        {
+            // It has yet to go on.
+            pause.resumed = false;
+            return Ok(());
+        }
+        if !matches!(self.state, State::Running) {
+            return Err(Refusal::NotRunning);
+        }
+        self.engine.drive().lower(Axes::MAX);
+        let mut steps = [0; N];
+        for (motor, steps) in (0u8..).zip(&mut steps) {
+            *steps = self.engine.report(motor).position;
+        }
+        let now = self.engine.timer().now();
+        self.state = State::Paused(Pause::new(self.engine.freeze(), steps, now));
+        Ok(())
+    }
+
+    /// Goes on: every step comes later by the time of the pause; on the fixed tick by whole
+    /// ticks, rounded up, so that all edges are on the grid again.
+    ///
+    /// # Errors
+    /// [`Refusal::NotRunning`] if the cycle is not paused.
+    pub fn resume(&mut self) -> Result<(), Refusal> {
+        match &mut self.state {
+            State::Paused(pause) if !pause.resumed => pause.resumed = true,
+            _ => return Err(Refusal::NotRunning),
+        }
+        self.wait();
+        Ok(())
+    }
+
+    /// Counts the time of a pause; goes on where it is over and the grid is near.
+    #[inline(never)]
+    pub(crate) fn wait(&mut self) {
+        let State::Paused(pause) = &mut self.state else { return };
+        let now = self.engine.timer().now();
+        let to_grid = pause.to_grid(now, &self.beat);
+        if !pause.resumed {
+            return;
+        }
+        if to_grid > T::Count::HOP {
+            return self.engine.timer().wake_at(now.plus(T::Count::HOP));
+        }
+        if let State::Paused(pause) = core::mem::replace(&mut self.state, State::Running) {
+            self.engine.thaw(pause.frozen.later(to_grid));
+        }
+    }
+}

@@ -40,7 +40,7 @@ impl<C: Count, const N: usize> Pause<C, N> {
 
     /// Counts the time until `now`, less than a turn of the counter, and says how many ticks of
     /// the timer it is from there to the grid: 0 without a fixed tick.
-    pub fn to_grid(&mut self, now: C, beat: &Beat) -> Ticks {
+    pub fn until_grid(&mut self, now: C, beat: &Beat) -> Ticks {
         let grid = beat.grid();
         if grid == 0 {
             return 0;
@@ -102,7 +102,7 @@ impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S,
     pub(crate) fn wait(&mut self) {
         let State::Paused(pause) = &mut self.state else { return };
         let now = self.engine.timer().now();
-        let to_grid = pause.to_grid(now, &self.beat);
+        let to_grid = pause.until_grid(now, &self.beat);
         if !pause.resumed {
             return;
         }

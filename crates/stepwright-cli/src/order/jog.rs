@@ -249,7 +249,7 @@ impl Jog {
                 None if self.steps_due != 0 => {
                     let by = stepwright_protocol::Distance::new(self.steps_due);
                     self.steps_due = 0;
-                    self.begin(talk, args, by.map(Travel::By), None)?;
+                    self.begin(talk, args, Some(Travel::By(by)), None)?;
                 }
                 None => {}
                 Some(moving) => {

@@ -108,3 +108,53 @@ fn keys_change_the_speed_and_stop_and_the_terminal_is_given_back() {
     child.stdout.unwrap().read_to_string(&mut out).unwrap();
     assert!(out.trim_end().ends_with("stopped"), "{out}");
 }
+
+/// 0.004 steps/s, as a telescope turns: on the virtual board, and over a port.
+#[test]
+fn speeds_in_thousandths_of_a_step_per_second() {
+    let vcd = common::Scratch::new("slow.vcd");
+    let ended = common::stepwright(&[
+        "move",
+        "3",
+        "--top-speed",
+        "0.004",
+        "--fast",
+        "--vcd",
+        vcd.path(),
+        "--format",
+        "json",
+    ]);
+    assert_eq!(ended.code(), Some(0), "{ended:?}");
+    assert!(ended.stdout.contains(r#""lines":["PO","S5","m4","R1","G+3","E"]"#), "{ended:?}");
+    // In 100 ps: rising edges 250 s apart, to the microsecond.
+    let text = std::fs::read_to_string(vcd.path()).unwrap();
+    let (mut now, mut rises, mut step) = (0i64, Vec::new(), "");
+    for line in text.lines() {
+        match line.strip_prefix('#') {
+            Some(time) => now = time.parse().unwrap(),
+            None if line.contains(" step1 ") => step = line.split_whitespace().nth(3).unwrap(),
+            None if !step.is_empty() && line == format!("1{step}") => rises.push(now),
+            None => {}
+        }
+    }
+    assert_eq!(rises.len(), 3, "{text}");
+    for pair in rises.windows(2) {
+        assert!((pair[1] - pair[0] - 2_500_000_000_000).abs() < 10_000, "{rises:?}");
+    }
+    common::stepwright(&["move", "3", "--top-speed", "0.003", "--fast"])
+        .assert_error("slower than the board can wait");
+
+    let mut board = Running::start(&["board", "--pty"]);
+    let port = board.wait_out("").strip_prefix("pty ").unwrap().to_owned();
+    let order = |order: &[&str]| common::stepwright(&[order, &["--port", &port]].concat());
+    let ended = order(&["move", "3", "--top-speed", "7.5"]);
+    assert!(ended.stdout.contains("m7500"), "{ended:?}");
+    ended.assert(0, "position 3 ready");
+    let ended = order(&["run", "-0.25", "--start-speed", "0", "--accel", "1"]);
+    assert!(ended.stdout.contains("m250"), "{ended:?}");
+    let ended = order(&["retarget", "--top-speed", "0.125"]);
+    assert!(ended.stdout.contains(": m125"), "{ended:?}");
+    assert_eq!(ended.code(), Some(0), "{ended:?}");
+    board.signal(Signal::INT);
+    board.end();
+}

@@ -2,10 +2,13 @@
 
 use core::fmt::{self, Write};
 
+use stepwright::Speed;
+
 use crate::Refusal;
 use crate::flash::text;
 pub use crate::grammar::Command;
 use crate::line::CR;
+use crate::number::{MilliSpeed, TopSpeed};
 use crate::said::Said;
 use crate::text::{Bytes, Piece, Pieces};
 
@@ -26,6 +29,23 @@ impl Command {
             refusal => refusal.into(),
         })?;
         Command::of(&said)
+    }
+
+    /// The line of a top speed: `t`, or `m` where it is no whole number of steps/s. `None`
+    /// for a standstill.
+    ///
+    /// ```
+    /// # use stepwright_protocol::Command;
+    /// # use stepwright::Speed;
+    /// let line = |millis| Command::top(Speed::from_millisteps(millis).unwrap());
+    /// assert_eq!(line(500_000).unwrap().to_string(), "t500");
+    /// assert_eq!(line(4).unwrap().to_string(), "m4");
+    /// assert!(line(0).is_none());
+    /// ```
+    pub fn top(speed: Speed) -> Option<Command> {
+        let millis = speed.millisteps();
+        let whole = if millis.is_multiple_of(1000) { TopSpeed::new(millis / 1000) } else { None };
+        whole.map(Command::Top).or_else(|| MilliSpeed::new(millis).map(Command::Milli))
     }
 
     /// The line to send, its CR included, at most 21 bytes.

@@ -8,7 +8,8 @@ use crate::axis::{AxisId, MAX_AXES, Selection};
 use crate::command::BadLine;
 use crate::flash::{Text, flash, text};
 use crate::number::{
-    Direction, Distance, LeaseMillis, RampSteps, StartSpeed, Tens, TopSpeed, WholeAccel, WholeJerk,
+    Direction, Distance, LeaseMillis, MilliSpeed, RampSteps, StartSpeed, Tens, TopSpeed,
+    WholeAccel, WholeJerk,
 };
 use crate::said::Said;
 use crate::setting::{Setting, Value};
@@ -95,13 +96,14 @@ impl Shape {
 }
 
 /// The largest numbers of all rows. A chip holds each once.
-const LARGEST: [u32; 8] = [
+const LARGEST: [u32; 9] = [
     0,
     MAX_AXES as u32,
     Tens::LARGEST.get(),
     LeaseMillis::LARGEST.get(),
     TopSpeed::LARGEST.get(),
     WholeAccel::LARGEST.get(),
+    MilliSpeed::LARGEST.get(),
     i32::MAX as u32,
     WholeJerk::LARGEST.get(),
 ];
@@ -374,6 +376,8 @@ const READY: u16 = 1024;
 /// While the axis moves. Its arm in the slave looks.
 const MOVING: u16 = 512;
 
+/// The letter of a top speed in 0.001 steps/s.
+pub(crate) const MILLI: u8 = b'm';
 /// For the letter of `$name`.
 pub(crate) const ONE: u8 = b'n';
 /// For the letter of `$name=number`.
@@ -401,6 +405,7 @@ lines! {
     b'A' "A" Select(axes: Selection): ANY, "Y", "the next lines address this axis, `A0` all axes";
     b's' "s" Start(n: StartSpeed): NAMED | IDLE, "Y", "start/stop speed, in steps/s";
     b't' "t" Top(n: TopSpeed): NAMED | CHANGE, "Y", "top speed, in steps/s";
+    MILLI "m" Milli(n: MilliSpeed): NAMED | CHANGE, "Y", "top speed, in 0.001 steps/s";
     b'a' "a" Accel(n: WholeAccel): NAMED | CHANGE, "Y", "acceleration of the ramp up, in steps/s²";
     b'd' "d" Decel(n: WholeAccel): NAMED | CHANGE, "Y", "deceleration of the ramp down, in steps/s²";
     b'j' "j" Jerk(n: WholeJerk): NAMED | IDLE, "Y",

@@ -195,8 +195,8 @@ pub use grammar::Form;
 pub use machine::{Machine, Refusal};
 pub use master::{Master, Waiting};
 pub use number::{
-    Direction, Distance, LeaseMillis, RampSteps, StartSpeed, Tens, TopSpeed, Whole, WholeAccel,
-    WholeJerk,
+    Direction, Distance, LeaseMillis, MilliSpeed, RampSteps, StartSpeed, Tens, TopSpeed, Whole,
+    WholeAccel, WholeJerk,
 };
 pub use order::{Order, Ramp, Travel};
 pub use reply::{Info, Reply, VERSION};

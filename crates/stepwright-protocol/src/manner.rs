@@ -2,6 +2,7 @@
 
 use stepwright::{Accel, Change, Jerk, OutOfRange, Speed};
 
+use crate::grammar::MILLI;
 #[cfg(feature = "s-curve")]
 use crate::number::WholeJerk;
 use crate::number::{Whole, WholeAccel};
@@ -15,7 +16,7 @@ use crate::{Refusal, Setting, Settings};
 pub(crate) struct Manner {
     /// Start/stop speed, in steps/s.
     pub(crate) start: u32,
-    /// Top speed, in steps/s.
+    /// Top speed, in 0.001 steps/s.
     pub(crate) top: u32,
     /// The ramp up as an acceleration, in steps/s²; 0: `ramp` counts.
     pub(crate) accel: u32,
@@ -30,7 +31,8 @@ pub(crate) struct Manner {
 
 impl Manner {
     /// S5 T100 R200, which an axis begins with.
-    pub(crate) const INITIAL: Manner = Manner { start: 50, top: 1000, ramp: 200, ..Manner::BLANK };
+    pub(crate) const INITIAL: Manner =
+        Manner { start: 50, top: 1_000_000, ramp: 200, ..Manner::BLANK };
 
     /// Sets a [blank](Manner::BLANK) one to [`INITIAL`](Manner::INITIAL). What
     /// is 0 needs no code, and a constant of them all would take RAM.
@@ -50,12 +52,11 @@ impl Manner {
         ramp: 0,
     };
 
-    /// Does what a line of this letter says, S and T apart: s and t of ten
-    /// times the number are the same.
+    /// Does what a line of this letter says, [unified](Said::unify).
     pub(crate) fn set(&mut self, letter: u8, number: u32) {
         let place = match letter {
             b's' => &mut self.start,
-            b't' => &mut self.top,
+            MILLI => &mut self.top,
             b'a' => &mut self.accel,
             b'd' => &mut self.decel,
             #[cfg(feature = "s-curve")]
@@ -83,7 +84,7 @@ impl Manner {
         let number = said.number;
         match said.letter {
             b'@' => Change::Target(said.steps()),
-            b't' => Change::Top(speed(number)),
+            MILLI => Change::Top(top(number)),
             b'a' => Change::Accel(Accel::clamped(number)),
             _ => Change::Decel(Accel::clamped(number)),
         }
@@ -93,7 +94,7 @@ impl Manner {
     pub(crate) fn order(&self, travel: stepwright::Travel) -> stepwright::Order {
         use stepwright::profile::Ramp;
         let steps = Ramp::Steps(self.ramp);
-        let (start, top) = (speed(self.start), speed(self.top));
+        let (start, top) = (speed(self.start), top(self.top));
         let jerk = self.jerk();
         let mut order = stepwright::Order { start, top, up: steps, down: steps, jerk, travel };
         if self.accel != 0 {
@@ -113,7 +114,7 @@ impl Manner {
         };
         Order {
             start: speed(self.start),
-            top: speed(self.top),
+            top: top(self.top),
             up: ramp(self.accel),
             down: ramp(self.decel),
             jerk: self.jerk(),
@@ -124,11 +125,11 @@ impl Manner {
     /// Whether the settings of the board allow what t, a or d says on the way.
     #[inline(always)]
     pub(crate) fn check_change(said: &Said, settings: &Settings) -> Result<(), Refusal> {
-        let (limit, refusal) = match said.letter {
-            b't' => (Setting::MaxSpeed, Refusal::TooFast),
-            _ => (Setting::MaxAccel, Refusal::Ramp),
+        let (number, limit, refusal) = match said.letter {
+            MILLI => (whole_speed(said.number), Setting::MaxSpeed, Refusal::TooFast),
+            _ => (said.number, Setting::MaxAccel, Refusal::Ramp),
         };
-        if said.number > settings.get(limit) { Err(refusal) } else { Ok(()) }
+        if number > settings.get(limit) { Err(refusal) } else { Ok(()) }
     }
 
     /// Whether the settings of the board allow it.
@@ -137,7 +138,8 @@ impl Manner {
     /// limit does not depend on how far an order goes.
     #[inline(never)]
     pub(crate) fn check(&self, settings: &Settings) -> Result<(), Refusal> {
-        let (start, top) = (self.start, self.top);
+        // A part of a step/s counts as a whole one: a limit is a whole number.
+        let (start, top) = (self.start, whole_speed(self.top));
         if top > settings.get(Setting::MaxSpeed) {
             return Err(Refusal::TooFast);
         }
@@ -162,7 +164,7 @@ impl Manner {
         Ok(())
     }
 
-    /// The manner of an order, rounded to whole steps.
+    /// The manner of an order: all but the top speed rounded to whole steps.
     pub(crate) fn of(order: &Order) -> Result<Manner, OutOfRange> {
         let (mut steps, mut accel, mut decel) = (None, 0, 0);
         for (ramp, own) in [(order.up, &mut accel), (order.down, &mut decel)] {
@@ -181,10 +183,14 @@ impl Manner {
                 }
             }
         }
-        let (start, top) = (order.start.millisteps().into(), order.top.millisteps().into());
+        let (start, top) = (order.start.millisteps().into(), order.top.millisteps());
+        if top == 0 {
+            let (what, unit) = ("top speed", "thousandths of a step/s");
+            return Err(OutOfRange { what, min: 1, max: 1_000_000_000, unit });
+        }
         Ok(Manner {
             start: whole(start, (0, 1_000_000), "start speed", "steps/s")?,
-            top: whole(top, (1, 1_000_000), "top speed", "steps/s")?,
+            top,
             // With accelerations on both sides no ramp in steps is asked for.
             ramp: steps.map_or(Manner::INITIAL.ramp, |steps| steps.get() as u16),
             accel,
@@ -201,10 +207,32 @@ impl Manner {
     }
 }
 
-/// A speed of a manner, which is inside the core's range: MAX never comes.
-#[inline(never)]
+/// A start speed of a manner, in steps/s.
 fn speed(steps: u32) -> Speed {
-    Speed::from_millisteps(steps.wrapping_mul(1000)).unwrap_or(Speed::MAX)
+    top(steps.wrapping_mul(1000))
+}
+
+/// A top speed of a manner, which is inside the core's range: MAX never comes.
+#[inline(never)]
+fn top(millisteps: u32) -> Speed {
+    Speed::from_millisteps(millisteps).unwrap_or(Speed::MAX)
+}
+
+/// A top speed of up to 1,000,000,000 thousandths in whole steps/s, rounded up. (The
+/// division of any two numbers would cost an 8-bit chip 1,300 bytes.)
+#[inline(never)]
+fn whole_speed(millisteps: u32) -> u32 {
+    let (mut rest, mut whole) = (millisteps.wrapping_add(999), 0u32);
+    let mut part = 1000u32 << 19;
+    for _ in 0..20 {
+        whole <<= 1;
+        if rest >= part {
+            rest = rest.wrapping_sub(part);
+            whole |= 1;
+        }
+        part >>= 1;
+    }
+    whole
 }
 
 /// a · b, to be compared: how often 2048 goes into it, and the rest. Neither a
@@ -261,7 +289,7 @@ mod tests {
             (Ramp::Steps(9), Ramp::Steps(9))
         );
         manner.set(b's', 1);
-        manner.set(b't', 1_000_000);
+        manner.set(b'm', 1_000_000_000);
         assert_eq!(
             (manner.order(NEAR).start.millisteps(), manner.order(NEAR).top),
             (1000, Speed::MAX)
@@ -269,7 +297,7 @@ mod tests {
     }
 
     fn manner(start: u32, top: u32, ramp: u16) -> Manner {
-        Manner { start, top, ramp, ..Manner::BLANK }
+        Manner { start, top: top * 1000, ramp, ..Manner::BLANK }
     }
 
     fn with(setting: Setting, number: u32) -> Settings {
@@ -307,6 +335,21 @@ mod tests {
         // Of a ramp that an acceleration stands in for nothing is asked.
         let short = Manner { accel: 1, decel: 1, ..manner(0, 1000, 1) };
         assert_eq!(short.check(&settings), Ok(()));
+    }
+
+    #[test]
+    fn parts_of_a_step_count_as_one() {
+        for whole in [0, 1, 2, 999, 1000, 4000, 65_535, 524_288, 999_999, 1_000_000] {
+            let millis = whole * 1000;
+            let near = [millis.max(1) - 1, millis, millis + 1, millis + 999];
+            for millis in near.into_iter().filter(|n| *n <= 1_000_000_000) {
+                assert_eq!(whole_speed(millis), millis.div_ceil(1000), "{millis}");
+            }
+        }
+        let settings = with(Setting::MaxSpeed, 4000);
+        let top = |top| Manner { top, ..manner(50, 1, 200) }.check(&settings);
+        assert_eq!((top(4_000_000), top(4_000_001)), (Ok(()), Err(Refusal::TooFast)));
+        assert_eq!(top(4), Ok(()));
     }
 
     #[test]

@@ -28,6 +28,8 @@ pub type RampSteps = Whole<1, 999>;
 pub type StartSpeed = Whole<0, 1_000_000>;
 /// A top speed in steps/s, as `t` carries it: 1 … 1,000,000.
 pub type TopSpeed = Whole<1, 1_000_000>;
+/// A top speed in 0.001 steps/s, as `m` carries it: 1 … 1,000,000,000.
+pub type MilliSpeed = Whole<1, 1_000_000_000>;
 /// An acceleration in steps/s², as `a` and `d` carry it: 1 … 100,000,000.
 pub type WholeAccel = Whole<1, 100_000_000>;
 /// A lease in ms, as `L` carries it: 0 (given back) … 60,000.

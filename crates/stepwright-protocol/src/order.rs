@@ -15,7 +15,7 @@ use crate::number::{Direction, Distance, RampSteps};
 pub struct Order {
     /// Start/stop speed: 0 … 1,000,000 steps/s.
     pub start: Speed,
-    /// Top speed: 1 … 1,000,000 steps/s.
+    /// Top speed: 0.001 … 1,000,000 steps/s.
     pub top: Speed,
     /// From the start speed up to the top speed.
     pub up: Ramp,
@@ -71,13 +71,12 @@ impl From<Order> for stepwright::Order {
 }
 
 impl Order {
-    /// The order as the line carries it: speeds and accelerations rounded to
-    /// whole steps. Show this to the user, for it is what the slave does.
+    /// The order as the line carries it: start speed and accelerations rounded to whole
+    /// steps, the top speed to thousandths. Show this to the user, for it is what the slave does.
     ///
     /// # Errors
-    /// [`OutOfRange`] if a speed or an acceleration rounds to less than 1
-    /// step/s or 1 step/s² (the start speed may be 0), or if both ramps are
-    /// counted in steps and differ: R sets both.
+    /// [`OutOfRange`] if the top speed is 0, if an acceleration rounds to less than 1
+    /// step/s², or if both ramps are counted in steps and differ: R sets both.
     pub fn sendable(&self) -> Result<Order, OutOfRange> {
         Ok(Manner::of(self)?.sent(self.travel))
     }
@@ -109,7 +108,7 @@ mod tests {
         order.start = Speed::from_millisteps(499).unwrap();
         order.up = Ramp::Accel(Accel::from_millisteps(1_499).unwrap());
         let sent = order.sendable().unwrap();
-        assert_eq!((sent.top, sent.start), (Speed::from_steps(2500).unwrap(), Speed::ZERO));
+        assert_eq!((sent.top, sent.start), (order.top, Speed::ZERO));
         assert_eq!(sent.up, Ramp::Accel(Accel::from_steps(1).unwrap()));
         order.top = Speed::MAX;
         assert!(order.sendable().is_ok());
@@ -117,7 +116,7 @@ mod tests {
 
     #[test]
     fn an_order_that_no_line_can_say_is_an_error() {
-        let slow = Order { top: Speed::from_millisteps(499).unwrap(), ..order() };
+        let slow = Order { top: Speed::ZERO, ..order() };
         assert_eq!(slow.sendable().unwrap_err().what, "top speed");
         let weak = Order { down: Ramp::Accel(Accel::MIN), ..order() };
         assert_eq!(weak.sendable().unwrap_err().what, "acceleration");

@@ -2,7 +2,7 @@
 
 use crate::Refusal;
 use crate::answer::setting_named;
-use crate::grammar::{ONE, RESET, Row, SET, flag};
+use crate::grammar::{MILLI, ONE, RESET, Row, SET, flag};
 use crate::number;
 use crate::setting::Setting;
 
@@ -75,6 +75,18 @@ impl Said {
         self.flags = flags;
         self.letter = letter;
         Ok(())
+    }
+
+    /// Has S say s, and T and t say m, in the units of those.
+    pub(crate) fn unify(&mut self) {
+        if matches!(self.letter, b'S' | b'T') {
+            self.number = self.number.wrapping_mul(10);
+            self.letter |= b's' ^ b'S';
+        }
+        if self.letter == b't' {
+            self.number = self.number.wrapping_mul(1000);
+            self.letter = MILLI;
+        }
     }
 
     /// The distance that it names.

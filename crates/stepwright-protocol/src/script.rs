@@ -67,7 +67,7 @@ impl<'a> Script<'a> {
     /// The script of these orders. An axis that is named twice travels by its
     /// last order; no orders, no lines.
     ///
-    /// Speeds and accelerations go rounded to whole steps:
+    /// Start speeds and accelerations go rounded to whole steps, top speeds to thousandths:
     /// [`Order::sendable`] shows what the slave will understand.
     ///
     /// # Errors
@@ -108,8 +108,9 @@ impl Iterator for Script<'_> {
                     (Some(tens(manner.start).map_or(exact, Command::StartTens)), Next::Top)
                 }
                 Next::Top => {
-                    let exact = Command::Top(Whole::clamped(manner.top));
-                    (Some(tens(manner.top).map_or(exact, Command::TopTens)), Next::Ramp)
+                    let exact = Command::top(order.top);
+                    let whole = manner.top.is_multiple_of(1000).then_some(manner.top / 1000);
+                    (whole.and_then(tens).map(Command::TopTens).or(exact), Next::Ramp)
                 }
                 Next::Ramp => {
                     let line = Command::Ramp(Whole::clamped(manner.ramp.into()));
@@ -180,9 +181,10 @@ mod tests {
         let one = |manner| lines(&[(AxisId::FIRST, order(manner))]);
         assert_eq!(one(SLOW), "PO S5 T100 R200 g- E");
         assert_eq!(one(Manner { start: 0, ..SLOW }), "PO s0 T100 R200 g- E");
-        assert_eq!(one(Manner { top: 9_990, ..SLOW }), "PO S5 T999 R200 g- E");
-        assert_eq!(one(Manner { top: 10_000, ..SLOW }), "PO S5 t10000 R200 g- E");
-        assert_eq!(one(Manner { top: 1_005, ..SLOW }), "PO S5 t1005 R200 g- E");
+        assert_eq!(one(Manner { top: 9_990_000, ..SLOW }), "PO S5 T999 R200 g- E");
+        assert_eq!(one(Manner { top: 10_000_000, ..SLOW }), "PO S5 t10000 R200 g- E");
+        assert_eq!(one(Manner { top: 1_005_000, ..SLOW }), "PO S5 t1005 R200 g- E");
+        assert_eq!(one(Manner { top: 4, ..SLOW }), "PO S5 m4 R200 g- E");
         let (accel, decel) = (7, 8);
         assert_eq!(one(Manner { accel, ..SLOW }), "PO S5 T100 R200 a7 g- E");
         assert_eq!(one(Manner { decel, ..SLOW }), "PO S5 T100 R200 d8 g- E");
@@ -214,7 +216,7 @@ mod tests {
         /// What the lines set is what the order said.
         #[test]
         fn a_script_sets_the_whole_order(
-            start in 0u32..=1_000_000, top in 1u32..=1_000_000, shift in 0u32..20,
+            start in 0u32..=1_000_000, top in 1u32..=1_000_000_000, shift in 0u32..20,
             ramp in 1u16..=999, accel: Option<u32>, decel: Option<u32>,
             jerk in prop_oneof![Just(0), 0..=4_000_000_000u32], by: i32,
         ) {
@@ -234,9 +236,10 @@ mod tests {
             for command in Script::new(&orders).unwrap() {
                 match command {
                     Command::StartTens(n) => manner.set(b's', n.get() * 10),
-                    Command::TopTens(n) => manner.set(b't', n.get() * 10),
+                    Command::TopTens(n) => manner.set(b'm', n.get() * 10_000),
                     Command::Start(n) => manner.set(b's', n.get()),
-                    Command::Top(n) => manner.set(b't', n.get()),
+                    Command::Top(n) => manner.set(b'm', n.get() * 1000),
+                    Command::Milli(n) => manner.set(b'm', n.get()),
                     Command::Ramp(n) => manner.set(b'R', n.get()),
                     Command::Accel(n) => manner.set(b'a', n.get()),
                     Command::Decel(n) => manner.set(b'd', n.get()),

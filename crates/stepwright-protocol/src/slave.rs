@@ -157,7 +157,7 @@ impl<const AXES: usize> Slave<AXES> {
         if read == Err(Refusal::Sum) {
             self.guard.note(errors::SUM);
         }
-        let first = match read.and_then(|()| self.obey(&said, machine)) {
+        let first = match read.and_then(|()| self.obey(&mut said, machine)) {
             Ok(first) => first,
             Err(refusal) => {
                 // Masters send an empty line to get in step. That is no news.
@@ -300,8 +300,9 @@ impl<const AXES: usize> Slave<AXES> {
     }
 
     /// Does what a line says, and tells which line of the text answers it.
-    fn obey<M: Machine>(&mut self, said: &Said, machine: &mut M) -> Result<u8, Refusal> {
-        let Said { mut letter, flags, mut number, .. } = *said;
+    fn obey<M: Machine>(&mut self, said: &mut Said, machine: &mut M) -> Result<u8, Refusal> {
+        said.unify();
+        let Said { letter, flags, number, .. } = *said;
         let mut go = false;
         let busy = self.busy(machine);
         // Are all the selected axes idle?
@@ -431,10 +432,10 @@ impl<const AXES: usize> Slave<AXES> {
                 let index = if letter == grammar::ONE { said.setting as u8 } else { 0 };
                 return Ok(line::SETTINGS.wrapping_add(index));
             }
-            // What is left says how to travel: S, T, R, s, t, a, d or j.
+            // What is left says how to travel: R, s, m, a, d or j.
             _ => {
                 if !idle {
-                    // t, a or d. An open order is for axes at rest.
+                    // m, a or d. An open order is for axes at rest.
                     if !alone {
                         return Err(Refusal::Busy);
                     }
@@ -444,11 +445,6 @@ impl<const AXES: usize> Slave<AXES> {
                     #[cfg(feature = "safety")]
                     self.guard.admit_change(busy & self.selected, letter, machine)?;
                     machine.change(busy & self.selected, Manner::change(said))?;
-                }
-                if letter == b'S' || letter == b'T' {
-                    // In tens, and else the same as s and t.
-                    number = number.wrapping_mul(10);
-                    letter |= b's' ^ b'S';
                 }
                 let mut selected = self.selected;
                 for axis in &mut self.axes {

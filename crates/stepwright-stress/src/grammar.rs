@@ -16,7 +16,7 @@ pub const LONGEST: usize = 24;
 pub enum Line {
     /// `PO`, `P0`.
     Program,
-    /// `S`, `T`, `R`, `s`, `t`, `a`, `d`, `j` and a number.
+    /// `S`, `T`, `R`, `s`, `m`, `a`, `d`, `j` and a number; `t` is `m` in thousandths.
     Manner(u8, u32),
     /// `G` and a distance.
     Go(i64),
@@ -70,7 +70,9 @@ pub fn read(line: &[u8], can: Can) -> Result<Line, Reasons> {
         b'P' if rest == b"O" || rest == b"0" => Ok(Line::Program),
         b'S' | b'T' | b'R' => Ok(Line::Manner(letter, number(rest, 1, 999)?)),
         b's' => Ok(Line::Manner(letter, number(rest, 0, 1_000_000)?)),
-        b't' => Ok(Line::Manner(letter, number(rest, 1, 1_000_000)?)),
+        // One speed, in 0.001 steps/s.
+        b't' => Ok(Line::Manner(b'm', number(rest, 1, 1_000_000)? * 1000)),
+        b'm' => Ok(Line::Manner(b'm', number(rest, 1, 1_000_000_000)?)),
         b'a' | b'd' => Ok(Line::Manner(letter, number(rest, 1, 100_000_000)?)),
         b'j' if can.jerk => Ok(Line::Manner(letter, number(rest, 0, 4_000_000_000)?)),
         b'j' => Err(Reason::NoJerk.into()),

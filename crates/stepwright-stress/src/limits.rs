@@ -41,9 +41,10 @@ pub struct Way {
 }
 
 impl Limits {
-    /// Those of an order: accelerations of 0 stand for ramps of `ramp` steps.
+    /// Those of an order, its top speed in 0.001 steps/s: accelerations of 0 stand for ramps of `ramp` steps.
     pub fn new(start: u32, top: u32, ramp: u32, up: u32, down: u32, jerk: u32) -> Limits {
-        let (vs, vt) = (f64::from(start.min(top)), f64::from(top));
+        let (vs, vt) = (f64::from(start), f64::from(top) / 1000.0);
+        let vs = vs.min(vt);
         let counted =
             if vt > vs { (vt * vt - vs * vs) / 2.0 / f64::from(ramp) } else { f64::INFINITY };
         let slope = |own: u32| if own == 0 { counted } else { f64::from(own) };
@@ -193,7 +194,7 @@ mod tests {
     #[test]
     fn constant_acceleration_is_just_within() {
         // From 100 steps/s at 1000 steps/s²: the time of step n in closed form.
-        let limits = Limits::new(100, 5000, 1, 1000, 1000, 0);
+        let limits = Limits::new(100, 5_000_000, 1, 1000, 1000, 0);
         let time = |n: f64| ((1e4 + 2e3 * n).sqrt() - 100.0) / 1e3;
         assert!(time(1.0) <= limits.first());
         for n in 1..50 {
@@ -208,9 +209,9 @@ mod tests {
 
     #[test]
     fn ramps_in_steps_become_slopes() {
-        let limits = Limits::new(50, 1000, 200, 0, 4000, 0);
+        let limits = Limits::new(50, 1_000_000, 200, 0, 4000, 0);
         assert!((limits.up - 2493.75).abs() < 1e-9 && limits.down == 4000.0);
-        assert!(Limits::new(1000, 50, 200, 0, 0, 0).up.is_infinite());
+        assert!(Limits::new(1000, 50_000, 200, 0, 0, 0).up.is_infinite());
         assert_eq!(Limits::new(1000, 50, 200, 0, 0, 0).start, 50.0);
     }
 }

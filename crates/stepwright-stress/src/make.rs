@@ -141,6 +141,9 @@ impl Teller<'_> {
         let top = self.speed();
         if self.one_in(3) && top >= 10 {
             self.say(format!("T{}", (top / 10).min(999)));
+        } else if self.one_in(4) {
+            let part = self.rng.u32(..1000);
+            self.say(format!("m{}", (u64::from(top) * 1000 + u64::from(part)).min(1_000_000_000)));
         } else {
             self.say(format!("t{top}"));
         }
@@ -331,7 +334,7 @@ impl Teller<'_> {
 
     /// Anything.
     fn babble(&mut self) {
-        let letters = b"PSTRG@gEFZKIVALstadj?!$O0123456789+-=x \n";
+        let letters = b"PSTRG@gEFZKIVALstmadj?!$O0123456789+-=x \n";
         let length = self.rng.usize(..8);
         let line: String =
             (0..length).map(|_| char::from(*self.rng.choice(letters).unwrap_or(&b'x'))).collect();

@@ -99,7 +99,7 @@ pub struct Slave {
 impl Slave {
     /// As at power-up.
     pub fn new(axes: usize) -> Slave {
-        let (start, top, ramp) = (50, 1000, 200);
+        let (start, top, ramp) = (50, 1_000_000, 200);
         let travel = Limits::new(start, top, ramp, 0, 0, 0);
         let manner = Manner { start, top, ramp, up: 0, down: 0, jerk: 0, staged: None, travel };
         Slave {
@@ -166,12 +166,13 @@ impl Manner {
     /// What the settings allow, exactly.
     fn allowed(&self, settings: &Settings) -> Expect {
         let most = u64::from(settings.get(settings::MAX_ACCEL));
-        let (vs, vt) = (u64::from(self.start), u64::from(self.top));
+        // A part of a step/s counts as a whole one.
+        let (vs, vt) = (u64::from(self.start), u64::from(self.top.div_ceil(1000)));
         let counted = (self.up == 0 || self.down == 0) && vt > vs && most < 100_000_000;
         let steep = u64::from(self.up.max(self.down)) > most
             || counted && vt * vt - vs * vs > 2 * u64::from(self.ramp) * most;
         let fast =
-            if self.top > settings.get(settings::MAX_SPEED) { Known::Yes } else { Known::No };
+            if vt > u64::from(settings.get(settings::MAX_SPEED)) { Known::Yes } else { Known::No };
         let steep = if steep { Known::Yes } else { Known::No };
         let jerk = self.jerk != 0 && settings.get(settings::LAW) == 0;
         let jerk = if jerk { Known::Yes } else { Known::No };
@@ -201,7 +202,7 @@ impl Judge {
         match line {
             Line::Program => Expect::idle(busy),
             Line::Manner(letter, number) => match letter {
-                b't' | b'a' | b'd' if busy != Known::No && slave.order == Open::No => {
+                b'm' | b'a' | b'd' if busy != Known::No && slave.order == Open::No => {
                     self.change(letter, number, now)
                 }
                 _ => Expect::idle(busy),
@@ -282,14 +283,14 @@ impl Judge {
         expect.and(self.fast(&fresh, now))
     }
 
-    /// No interval may exceed 2³¹ ticks.
+    /// No interval may exceed 2³² ticks.
     fn slow(&self, limits: &Limits) -> Expect {
         let hz = f64::from(self.board().hz);
         let mut slowest = 1.0 / limits.start;
         if limits.start == 0.0 {
             slowest = (2.0 / limits.up).sqrt() + (2.0 / limits.down).sqrt() + 1.0 / limits.top;
         }
-        let most = 2f64.powi(31) / hz;
+        let most = 2f64.powi(32) / hz;
         let bent = limits.start == 0.0 && (6.0 / limits.jerk).cbrt() * 4.0 > most / 8.0;
         let slow = match slowest {
             s if s > most * 1.001 => Known::Yes,
@@ -329,10 +330,10 @@ impl Judge {
         Expect::unless(fast, Reason::TooFast)
     }
 
-    /// t, a or d on the way.
+    /// m (or t), a or d on the way.
     fn change(&self, letter: u8, number: u32, now: u64) -> Expect {
         let (limit, why) = match letter {
-            b't' => (settings::MAX_SPEED, Reason::TooFast),
+            b'm' => (settings::MAX_SPEED, Reason::TooFast),
             _ => (settings::MAX_ACCEL, Reason::Ramp),
         };
         let mut expect = Expect::YES;
@@ -348,8 +349,9 @@ impl Judge {
                 expect = expect.and(self.admit_decel(n, busy));
             }
             let limits = changed(track.limits, letter, number);
-            let below = letter == b't' && f64::from(number) < track.limits.start;
-            let over = number > self.settings.get(limit);
+            let below = letter == b'm' && limits.top < track.limits.start;
+            let unit = if letter == b'm' { 1000 } else { 1 };
+            let over = u64::from(number) > u64::from(self.settings.get(limit)) * unit;
             let bad = |bad: bool| match (bad, busy) {
                 (false, _) => Known::No,
                 (true, Known::Yes) => Known::Yes,
@@ -513,7 +515,7 @@ impl Judge {
     fn manner(&mut self, letter: u8, number: u32, now: u64) -> Result<(), Fault> {
         let selected = self.slave.selected;
         let measure = *self.measure();
-        if matches!(letter, b't' | b'a' | b'd') && self.slave.order == Open::No {
+        if matches!(letter, b'm' | b'a' | b'd') && self.slave.order == Open::No {
             for track in self.tracks.iter_mut().filter(|track| selected >> track.axis & 1 != 0) {
                 if track.busy(now, &measure) != Known::No {
                     let limits = changed(track.limits, letter, number);
@@ -527,9 +529,9 @@ impl Judge {
         for axis in self.slave.chosen() {
             match letter {
                 b'S' => axis.start = number * 10,
-                b'T' => axis.top = number * 10,
+                b'T' => axis.top = number * 10_000,
                 b's' => axis.start = number,
-                b't' => axis.top = number,
+                b'm' => axis.top = number,
                 b'a' => axis.up = number,
                 b'd' => axis.down = number,
                 b'j' => axis.jerk = number,
@@ -581,11 +583,11 @@ impl Judge {
     }
 }
 
-/// Limits after t, a or d.
+/// Limits after m, a or d.
 fn changed(limits: Limits, letter: u8, number: u32) -> Limits {
     let number = f64::from(number);
     match letter {
-        b't' => Limits { top: number, ..limits },
+        b'm' => Limits { top: number / 1000.0, ..limits },
         b'a' => Limits { up: number, ..limits },
         _ => Limits { down: number, ..limits },
     }

@@ -176,7 +176,7 @@ impl Track {
             fence: None,
             bounded: Known::No,
             doomed: Known::No,
-            limits: Limits::new(50, 1000, 200, 0, 0, 0),
+            limits: Limits::new(50, 1_000_000, 200, 0, 0, 0),
             highest: 0.0,
             before: Vec::new(),
             retargeted: false,

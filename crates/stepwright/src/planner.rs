@@ -253,7 +253,7 @@ impl Planner {
         }
     }
 
-    /// No interval may exceed 2³¹ ticks, the one across the peak included. And where there
+    /// No interval may exceed 2³² ticks, the one across the peak included. And where there
     /// is a speed to gain and to lose there must be ramps. On an endless travel, where no
     /// target bounds them, they take less than 2³¹ steps; a curve's less than 2²².
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
@@ -261,11 +261,11 @@ impl Planner {
         // From rest: the first step alone takes √(2/a), the last √(2/d).
         let rests = self.v_end.is_zero();
         let first = self.first(clock);
-        let mut fits = first.is_below(31);
+        let mut fits = first.is_below(32);
         if rests {
             let last = clock.twice.over(&self.d2.root());
             let sum = first.plus(&last).plus(&clock.interval(&self.top));
-            fits = sum.is_below(31) && self.bent.can_start(clock);
+            fits = sum.is_below(32) && self.bent.can_start(clock);
         }
         if !fits {
             return Err(Unfit::TooSlow);

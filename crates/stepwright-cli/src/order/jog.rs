@@ -4,10 +4,13 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use serde_json::json;
-use stepwright_protocol::{AxisId, Command, Direction, Reply, Selection, Travel};
+use stepwright_protocol::{
+    AxisId, Command, Direction, Distance, MilliSpeed, Reply, Selection, Travel,
+};
 
 use super::drive::{self, End, NotBegun};
 use super::held::{ASK_RELEASES, Decoder, Hold, Key, NO_RELEASES};
+use super::keys;
 use super::lease::LeaseArgs;
 use super::motion::{MOTION, Motion, RampArgs};
 use super::progress::Line;
@@ -247,7 +250,7 @@ impl Jog {
                     self.begin(talk, args, travel, wanted)?;
                 }
                 None if self.steps_due != 0 => {
-                    let by = stepwright_protocol::Distance::new(self.steps_due);
+                    let by = Distance::new(self.steps_due);
                     self.steps_due = 0;
                     self.begin(talk, args, Some(Travel::By(by)), None)?;
                 }
@@ -272,8 +275,12 @@ impl Jog {
             Key::Up(way) => self.hold.up(way),
             Key::Sign(b'.' | b'>') => self.steps_due = self.steps_due.saturating_add(self.step),
             Key::Sign(b',' | b'<') => self.steps_due = self.steps_due.saturating_sub(self.step),
-            Key::Sign(b'+' | b'=') => self.change_top(talk, 11)?,
-            Key::Sign(b'-' | b'_') => self.change_top(talk, 9)?,
+            Key::Sign(b'+' | b'=') => {
+                self.change_top(talk, self.top.saturating_add(keys::part(self.top)))?;
+            }
+            Key::Sign(b'-' | b'_') => {
+                self.change_top(talk, self.top.saturating_sub(keys::part(self.top)))?;
+            }
             Key::Sign(b' ' | b's' | b'S') => {
                 self.hold.spend(now);
                 self.steps_due = 0;
@@ -292,23 +299,20 @@ impl Jog {
         Ok(())
     }
 
-    /// Tenths of the top speed for what runs and for what comes.
-    fn change_top(&mut self, talk: &mut Talk, tenths: u32) -> Result<(), Trouble> {
-        let top = u64::from(self.top) * u64::from(tenths) / 10;
-        // A whole number of steps/s where it is one, as the line has it.
-        let top = if top >= 1000 { top / 1000 * 1000 } else { top };
-        let top = u32::try_from(top).unwrap_or(u32::MAX).clamp(1000, 1_000_000_000);
+    /// Sets the top speed, in 0.001 steps/s, of what runs and of what comes.
+    fn change_top(&mut self, talk: &mut Talk, top: u32) -> Result<(), Trouble> {
+        let top = MilliSpeed::clamped(top);
         let runs = self.moving.as_ref().is_some_and(|moving| !moving.braking);
         if runs {
-            let command = Command::Top(stepwright_protocol::TopSpeed::clamped(top / 1000));
+            let command = keys::changed_top(top.get());
             if talk.ask_of(Selection::One(self.axis), command)? != Reply::Yes {
                 let why = talk.why()?.map_or(String::new(), |why| format!(": {why}"));
                 self.line.note(&format!("the board refused {command}{why}"));
                 return Ok(());
             }
         }
-        self.top = top;
-        self.line.note(&format!("top speed {} steps/s", f64::from(top) / 1000.0));
+        self.top = top.get();
+        self.line.note(&format!("top speed {} steps/s", keys::shown(self.top)));
         Ok(())
     }
 
@@ -321,7 +325,7 @@ impl Jog {
         way: Option<Direction>,
     ) -> Result<(), Stopped> {
         let Some(travel) = travel else { return Ok(()) };
-        let top = (f64::from(self.top) / 1000.0).to_string();
+        let top = keys::shown(self.top).to_string();
         let top = top.parse().map_err(|_| Stopped::Failure(Failure::new("no speed")))?;
         let motion = args.motion(&top, travel).map_err(Stopped::Failure)?;
         let mut lines = self.lines_before.clone();

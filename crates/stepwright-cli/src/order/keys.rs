@@ -3,7 +3,7 @@
 //! On a terminal each key is read as it is pressed; elsewhere there are none.
 //! Ctrl-C stays what it is.
 
-use stepwright_protocol::{Command, Order, Reply, Selection, TopSpeed};
+use stepwright_protocol::{Command, MilliSpeed, Order, Reply, Selection};
 
 use super::terminal::{self, Keys};
 use crate::talk::{Talk, Trouble};
@@ -28,7 +28,7 @@ pub enum Act {
 pub struct Hand {
     keys: Option<Keys>,
     /// The top speed of the travel in progress, and the lowest it can have, in
-    /// steps/s.
+    /// 0.001 steps/s.
     top: u32,
     least: u32,
 }
@@ -37,8 +37,7 @@ impl Hand {
     /// Listens to the keys if there are any, for a motor that follows this
     /// order. A board that knows only the Nano slave's lines can't change its speed.
     pub fn on(talk: &Talk, order: &Order) -> Hand {
-        let whole = |speed: stepwright::Speed| speed.millisteps() / 1000;
-        let (top, start) = (whole(order.top), whole(order.start));
+        let (top, start) = (order.top.millisteps(), order.start.millisteps());
         let able = terminal::is_there() && talk.info().is_some();
         let keys = if able { Keys::listen() } else { None };
         Hand { keys, top, least: start.min(top).max(1) }
@@ -65,21 +64,38 @@ impl Hand {
 
     /// Does what this key says.
     fn press(&mut self, key: u8, talk: &mut Talk, axis: Selection) -> Result<Act, Trouble> {
-        let step = (self.top / PART).max(1);
+        let step = part(self.top);
         let top = match key {
-            b'+' | b'=' => self.top.saturating_add(step).min(TopSpeed::LARGEST.get()),
+            b'+' | b'=' => self.top.saturating_add(step).min(MilliSpeed::LARGEST.get()),
             b'-' | b'_' => self.top.saturating_sub(step).max(self.least),
             b's' | b'S' | b' ' => return Ok(Act::Stop),
             _ => return Ok(Act::Told(HELP.to_owned())),
         };
-        let command = Command::Top(TopSpeed::clamped(top));
+        let command = changed_top(top);
         if talk.ask_of(axis, command)? == Reply::Yes {
             self.top = top;
-            return Ok(Act::Changed(command, format!("top speed {top} steps/s")));
+            return Ok(Act::Changed(command, format!("top speed {} steps/s", shown(top))));
         }
         Ok(Act::Told(match talk.why()? {
             Some(why) => format!("the board refused {command}: {why}"),
             None => format!("the board refused {command}"),
         }))
     }
+}
+
+/// A tenth of a speed in 0.001 steps/s; of one above 10 steps/s in whole steps/s.
+pub fn part(top: u32) -> u32 {
+    let part = top / PART;
+    (if part >= 1000 { part / 1000 * 1000 } else { part }).max(1)
+}
+
+/// The line that sets this top speed, in 0.001 steps/s.
+pub fn changed_top(top: u32) -> Command {
+    let speed = stepwright::Speed::from_millisteps(top).unwrap_or(stepwright::Speed::MAX);
+    Command::top(speed).unwrap_or(Command::Milli(MilliSpeed::clamped(top)))
+}
+
+/// A speed in 0.001 steps/s for people, in steps/s.
+pub fn shown(millisteps: u32) -> f64 {
+    f64::from(millisteps) / 1000.0
 }

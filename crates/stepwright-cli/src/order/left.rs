@@ -34,6 +34,7 @@ impl Aim {
     pub fn change(&mut self, line: Command) {
         match line {
             Command::Top(top) => self.top = f64::from(top.get()),
+            Command::Milli(top) => self.top = steps(top.get()),
             Command::Accel(accel) => self.accel = f64::from(accel.get()),
             Command::Decel(decel) => self.decel = f64::from(decel.get()),
             Command::Retarget(by) => self.target = Some(self.from + f64::from(by.get())),

@@ -35,7 +35,7 @@ const AXES: usize = 8;
 #[derive(clap::Args)]
 #[command(after_help = "\
 The first number is for axis 1, the second for axis 2, and so on; 0 leaves one where
-it is. The serial line carries whole steps/s: an axis whose share of the top speed is
+it is. The serial line carries start speeds and ramps in whole steps: an axis whose share is
 small ends a little before or after the others, and what that comes to is said.
 
 Ctrl-C brakes every axis, each along its own ramp, close to the line; a
@@ -146,7 +146,9 @@ fn shares(motion: &Motion, steps: &[Distance]) -> Result<Vec<(AxisId, Order)>, F
         .map(|(axis, order)| {
             let order = order.sendable().map_err(|error| {
                 let what = format!("axis {}: its share of the {error}", axis.number());
-                Failure::new(what).hint("the line carries whole steps: 1 or more. Go faster")
+                Failure::new(what).hint(
+                    "the line carries whole steps/s², and speeds from 0.001 steps/s. Go faster",
+                )
             })?;
             Ok((axis, order))
         })

@@ -85,9 +85,10 @@ impl RampArgs {
         let jerk = self.jerk.as_ref().map(|j| j.resolve(&geometry, "--jerk")).transpose()?;
         let bend = jerk.as_ref().map(|j| j.value);
         let order = Order { start: start.value, top: top.value, up, down, jerk: bend, travel };
-        // What the line can't say is, in words: slower than a step a second.
+        // What the line can't say is, in words: no speed at all.
         let order = order.sendable().map_err(|error| {
-            Failure::new(format!("{error}")).hint("the line carries whole steps: 1 or more")
+            Failure::new(format!("{error}"))
+                .hint("the line carries accelerations of 1 step/s² or more, speeds of 0.001")
         })?;
         let shown = |held: &Held<_>| held.to_string();
         let (accel, decel) = (accel.as_ref().map(shown), decel.as_ref().map(shown));

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use stepwright::Speed;
-use stepwright_protocol::{AxisId, Command, Refusal, Reply, Selection, TopSpeed, WholeAccel};
+use stepwright_protocol::{AxisId, Command, Refusal, Reply, Selection, WholeAccel};
 
 use super::look::{self, State};
 use super::motion::{MOTION, listed};
@@ -73,8 +73,7 @@ impl Args {
         lines.extend(slope(&self.decel, "--decel")?.map(Command::Decel));
         if let Some(top) = &self.top_speed {
             let top: Speed = top.resolve(&geometry, "--top-speed")?.value;
-            let top = whole(top.millisteps().into()).and_then(TopSpeed::new);
-            lines.push(Command::Top(top.ok_or_else(too_small)?));
+            lines.push(Command::top(top).ok_or_else(|| Failure::new("--top-speed is 0"))?);
         }
         if let Some(distance) = &self.distance {
             let steps = Way::of(Some(distance), None, &geometry)?.steps(0)?;
@@ -90,7 +89,7 @@ fn whole(thousandths: u64) -> Option<u32> {
 }
 
 fn too_small() -> Failure {
-    Failure::new("less than 1 step/s or 1 step/s²").hint("the line carries whole steps: 1 or more")
+    Failure::new("less than 1 step/s²").hint("the line carries whole steps/s²: 1 or more")
 }
 
 /// Changes the travel, and says where the axis is.

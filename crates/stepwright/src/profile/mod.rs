@@ -95,7 +95,7 @@ impl<R: Runs> ExactSizeIterator for Delays<R> {}
 /// Why a law can't be held by this timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unfit {
-    /// An interval would not fit 31 bits of ticks: the speed or the
+    /// An interval would not fit 31 bits of ticks, 32 on a board: the speed or the
     /// acceleration is too low for this timer.
     TooSlow,
     /// More than 2³¹ pulses.

@@ -132,7 +132,7 @@ fn its_highest_speeds_are_those_that_are_admitted() {
     // With a longer pulse, to two figures.
     let rows = table("| setting | range, default | what it does |");
     let row = rows.iter().find(|row| row[0] == "`pulse-us`").unwrap();
-    let (from, rest) = row[2].split_once("from ").unwrap().1.split_once("axes make ").unwrap();
+    let (from, rest) = row[2].split_once("from ").unwrap().1.split_once("axes reach ").unwrap();
     let pulse = number(from).unwrap() as u32;
     for (axes, speed) in (1..).zip(rest.split(", ")) {
         let speed = number(speed).unwrap() as u32;

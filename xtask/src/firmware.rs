@@ -73,6 +73,8 @@ pub enum Program {
     Case3,
     /// The first in fast PWM, on an Uno.
     FastPwm,
+    /// The timed driver, ordered over the serial line by `stepwright timed --port`.
+    Timed,
     /// Two motor shields on two timers of a Mega.
     Shields,
     /// An L6219 in quarter steps.
@@ -110,6 +112,7 @@ impl Program {
             Program::Case2 => "case2",
             Program::Case3 => "case3",
             Program::FastPwm => "fast-pwm",
+            Program::Timed => "timed",
             Program::Shields => "shields",
             Program::L6219 => "l6219",
             Program::LawsClosed => "laws-closed",
@@ -132,6 +135,7 @@ impl Program {
             | Program::Case1
             | Program::Case2
             | Program::Case3
+            | Program::Timed
             | Program::L6219
             | Program::Arithmetic
             | Program::Stacked => build.timer == 1,
@@ -159,13 +163,14 @@ impl Program {
     ];
 
     /// The first example, and those of the sources.
-    pub const EXAMPLES: [Program; 8] = [
+    pub const EXAMPLES: [Program; 9] = [
         Program::FirstMove,
         Program::Cycle,
         Program::Case1,
         Program::Case2,
         Program::Case3,
         Program::FastPwm,
+        Program::Timed,
         Program::Shields,
         Program::L6219,
     ];

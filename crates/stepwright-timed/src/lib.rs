@@ -66,6 +66,7 @@
 //! | `driver` | the foreground's half |
 //! | `dump` | the article's debug dump |
 //! | `profile` | an iterator of delays, and a feed of the engine |
+//! | [`line`] | the driver over a serial line, both sides |
 //!
 //! # Source
 //!
@@ -84,6 +85,7 @@
 mod driver;
 mod dump;
 pub mod fit;
+pub mod line;
 mod order;
 mod pace;
 mod profile;

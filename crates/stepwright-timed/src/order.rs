@@ -183,6 +183,11 @@ impl Status {
         self.0
     }
 
+    /// What this byte says; bits without a name are dropped.
+    pub const fn from_bits(bits: u8) -> Status {
+        Status(bits & 0x7F)
+    }
+
     /// Whether all bits of `other` are set.
     pub const fn has(self, other: Status) -> bool {
         self.0 & other.0 == other.0

@@ -1,5 +1,5 @@
-//! A serial line that is only written to, and the milliseconds, without an interrupt: so
-//! that nothing comes between a step and its edge.
+//! The serial line and the milliseconds without an interrupt: so that nothing comes between a
+//! step and its edge.
 //!
 //! Sending waits for the line and looks at the clock meanwhile.
 
@@ -24,7 +24,7 @@ impl Console {
         usart.ucsr0a().write(|w| w.u2x0().set_bit());
         usart.ubrr0().write(|w| w.set(DIVISOR));
         usart.ucsr0c().write(|w| w.ucsz0().chr8());
-        usart.ucsr0b().write(|w| w.txen0().set_bit());
+        usart.ucsr0b().write(|w| w.txen0().set_bit().rxen0().set_bit());
         Console { usart, clock: Clock::start(timer), millis: 0 }
     }
 
@@ -40,6 +40,18 @@ impl Console {
     /// Waits until the clock shows `millis`.
     pub fn wait_until(&mut self, millis: u32) {
         while (self.millis().wrapping_sub(millis) as i32) < 0 {}
+    }
+
+    /// A byte that has come, if one has; `None` inside if it was damaged, or one before it was
+    /// lost. To be asked at least every 170 µs while a line comes.
+    pub fn received(&mut self) -> Option<Option<u8>> {
+        let status = self.usart.ucsr0a().read();
+        if status.rxc0().bit_is_clear() {
+            return None;
+        }
+        let whole = status.fe0().bit_is_clear() && status.dor0().bit_is_clear();
+        let byte = self.usart.udr0().read().bits();
+        Some(whole.then_some(byte))
     }
 
     fn byte(&mut self, byte: u8) {

@@ -30,12 +30,12 @@ pub mod shield;
 mod timer;
 
 pub use io_clock::io_clock_now;
-pub use port::{Pins, PortB};
+pub use port::{AnyPort, Pins, PortB};
 #[cfg(feature = "mega")]
 pub use port::{PortA, PortH};
-#[cfg(feature = "mega")]
-pub use timer::Timer3;
 pub use timer::{Timer, Timer1};
+#[cfg(feature = "mega")]
+pub use timer::{Timer3, Timer4, Timer5};
 
 use core::marker::PhantomData;
 
@@ -160,6 +160,17 @@ impl<P: Pins, T: Timer> Held<P, T> {
             let (motor, mut timer) = unsafe { (self.motor.get(), T::steal()) };
             look(motor, &mut timer)
         })
+    }
+
+    /// Names the motor's lines once more, while it rests. These become outputs without
+    /// current; the lines before stay as they are.
+    pub fn rewire(&mut self, port: P, sequence: Sequence, mask: u8, bit: u8) {
+        self.bit = bit;
+        self.motor(|motor, _| {
+            motor.stepper.wire(port, sequence, mask);
+            motor.stepper.coils().off();
+            motor.stepper.coils().port().drive(mask);
+        });
     }
 
     /// Says at which row the motor is, before it moves: at power-up.

@@ -175,6 +175,11 @@ impl Sequence {
         Ok(Sequence { rows: rows(levels), len: len as u8, lines, off: 0, rests: false })
     }
 
+    /// These levels without current, and whether they follow the last step.
+    pub const fn with_rest(self, off: u8, rests: bool) -> Sequence {
+        Sequence { off, rests, ..self }
+    }
+
     /// The same lines with every level turned round: for a driver that conducts while low.
     pub const fn inverted(self) -> Sequence {
         let all = self.all();

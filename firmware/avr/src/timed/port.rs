@@ -50,6 +50,78 @@ macro_rules! port {
     };
 }
 
+/// A port that is chosen while the program runs.
+///
+/// PINx, DDRx and PORTx lie one behind the other, at the same places in all models of a chip.
+pub struct AnyPort(u16);
+
+impl AnyPort {
+    /// A port of whose pins none is anybody's: with the mask 0.
+    pub const NONE: AnyPort = AnyPort(0x23);
+
+    /// The port of a letter, if the chip has it and these pins, but for the serial line's.
+    pub fn of(letter: u8, mask: u8) -> Option<AnyPort> {
+        let (place, pins) = if cfg!(feature = "mega") {
+            match letter {
+                b'A' => (0x20, 0xFF),
+                b'B' => (0x23, 0xFF),
+                b'C' => (0x26, 0xFF),
+                b'D' => (0x29, 0b1000_1111),
+                b'E' => (0x2C, 0b0011_1000),
+                b'F' => (0x2F, 0xFF),
+                b'G' => (0x32, 0b0010_0111),
+                b'H' => (0x100, 0b0111_1011),
+                b'J' => (0x103, 0b0000_0011),
+                b'K' => (0x106, 0xFF),
+                b'L' => (0x109, 0xFF),
+                _ => return None,
+            }
+        } else {
+            match letter {
+                b'B' => (0x23, 0b0011_1111),
+                b'C' => (0x26, 0b0011_1111),
+                b'D' => (0x29, 0b1111_1100),
+                _ => return None,
+            }
+        };
+        (mask & !pins == 0).then_some(AnyPort(place))
+    }
+
+    /// PINx, DDRx or PORTx: 0, 1, 2.
+    #[inline(always)]
+    fn register(&self, which: u16) -> *mut u8 {
+        usize::from(self.0.wrapping_add(which)) as *mut u8
+    }
+}
+
+impl Port for AnyPort {
+    fn set(&mut self, mask: u8) {
+        self.write(mask, mask);
+    }
+    fn clear(&mut self, mask: u8) {
+        self.write(mask, 0);
+    }
+    #[inline(always)]
+    fn write(&mut self, mask: u8, levels: u8) {
+        // SAFETY: a port's registers: `of` gives no other place. The write leaves other pins
+        // alone.
+        unsafe {
+            let changed = (self.register(2).read_volatile() ^ levels) & mask;
+            self.register(0).write_volatile(changed);
+        }
+    }
+}
+
+impl Pins for AnyPort {
+    fn drive(&mut self, mask: u8) {
+        // SAFETY: as above; only the main program sets directions of pins.
+        unsafe {
+            let register = self.register(1);
+            register.write_volatile(register.read_volatile() | mask);
+        }
+    }
+}
+
 #[cfg(feature = "mega")]
 port!(PortA, PORTA, ddra, porta, pina);
 port!(PortB, PORTB, ddrb, portb, pinb);

@@ -61,3 +61,7 @@ macro_rules! timer {
 timer!(Timer1, TC1, tcnt1, ocr1a, tccr1b, cs1, timsk1, ocie1a, tifr1, ocf1a);
 #[cfg(feature = "mega")]
 timer!(Timer3, TC3, tcnt3, ocr3a, tccr3b, cs3, timsk3, ocie3a, tifr3, ocf3a);
+#[cfg(feature = "mega")]
+timer!(Timer4, TC4, tcnt4, ocr4a, tccr4b, cs4, timsk4, ocie4a, tifr4, ocf4a);
+#[cfg(feature = "mega")]
+timer!(Timer5, TC5, tcnt5, ocr5a, tccr5b, cs5, timsk5, ocie5a, tifr5, ocf5a);

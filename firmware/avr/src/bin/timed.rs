@@ -1,0 +1,307 @@
+//! The timed driver over the serial line: orders, wirings and questions by
+//! `stepwright timed --port`, or by whoever writes the lines of `stepwright_timed::line`.
+//!
+//! An Uno has one motor, on timer 1; a Mega has four, on its timers 1, 3, 4 and 5. Each is on any
+//! pins of any one port, but for the serial line's.
+#![no_std]
+#![no_main]
+#![feature(abi_avr_interrupt)]
+
+use stepwright_avr::chip;
+use stepwright_avr::console::Console;
+use stepwright_avr::timed::{AnyPort, Held, Timer, Timer1, Windings, io_clock_now, shield};
+#[cfg(feature = "mega")]
+use stepwright_avr::timed::{Timer3, Timer4, Timer5};
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::line::{LONGEST, Line, NAME, Report, Wire};
+use stepwright_timed::{Call, Driver, Model, SetSpeed};
+
+macro_rules! motor {
+    ($name:ident, $timer:ident, $vector:ident) => {
+        mod $name {
+            use stepwright::drive::sequence::SHIELD;
+            use stepwright_avr::slot::Slot;
+            use stepwright_avr::timed::{AnyPort, Held, Motor, Timer, $timer};
+
+            static MOTOR: Slot<Motor<AnyPort>> = Slot::new(Motor::new(AnyPort::NONE));
+
+            stepwright_avr::handler!($vector, $vector, {
+                // SAFETY: the interrupt that owns them; it comes with interrupts off.
+                unsafe { MOTOR.get().on_compare(&mut $timer::steal()) };
+            });
+
+            /// Takes the motor, which has no pins yet.
+            ///
+            /// # Safety
+            /// To be called once, with interrupts off.
+            pub unsafe fn take() -> Held<AnyPort, $timer> {
+                // SAFETY: the caller's promise; it is this timer's interrupt.
+                unsafe { Held::new(&MOTOR, AnyPort::NONE, SHIELD, 0, 0) }
+            }
+        }
+    };
+}
+
+motor!(first, Timer1, TIMER1_COMPA);
+#[cfg(feature = "mega")]
+motor!(third, Timer3, TIMER3_COMPA);
+#[cfg(feature = "mega")]
+motor!(fourth, Timer4, TIMER4_COMPA);
+#[cfg(feature = "mega")]
+motor!(fifth, Timer5, TIMER5_COMPA);
+
+#[cfg(feature = "mega")]
+const ABOUT: &str = " mega hz=";
+#[cfg(feature = "uno")]
+const ABOUT: &str = " uno hz=";
+#[cfg(feature = "mega")]
+const TIMERS: &str = " timers=1,3,4,5";
+#[cfg(feature = "uno")]
+const TIMERS: &str = " timers=1";
+
+/// A motor and its driver.
+struct Station<T: Timer> {
+    held: Held<AnyPort, T>,
+    driver: Driver,
+    /// Its own among the motors that share a shield's enables.
+    bit: u8,
+    /// From check to check of the main program, in ms; 0: none.
+    check: u16,
+    /// When it was checked last, on the board's clock.
+    checked: u32,
+    /// The call on the board's clock, and what the caller's shows then.
+    call: u32,
+    shown: u32,
+    reached: Option<u32>,
+    fault: Option<u32>,
+}
+
+impl<T: Timer> Station<T> {
+    fn new(held: Held<AnyPort, T>, bit: u8) -> Station<T> {
+        Station {
+            held,
+            driver: Driver::new(Hardware::avr16(io_clock_now()), Model::Ideal),
+            bit,
+            check: 0,
+            checked: 0,
+            call: 0,
+            shown: 0,
+            reached: None,
+            fault: None,
+        }
+    }
+
+    /// The caller's clock.
+    fn caller(&self, now: u32) -> u32 {
+        now.wrapping_sub(self.call).wrapping_add(self.shown)
+    }
+
+    /// Does what a line says, and answers.
+    #[inline(never)]
+    fn obey(&mut self, line: &Line, console: &mut Console) {
+        let now = console.millis();
+        let done = match line {
+            Line::Wire(_, wire) => self.wire(wire),
+            Line::Latched(_, latched) => {
+                let model = if *latched { Model::Latched } else { Model::Ideal };
+                let rests = !self.held.is_moving();
+                if rests {
+                    self.driver = Driver::new(*self.driver.hardware(), model);
+                }
+                rests
+            }
+            Line::Check(_, ms) => {
+                self.check = *ms;
+                true
+            }
+            Line::Move(_, order, shown) => return self.order(order, *shown, now, console),
+            Line::Look(_) => return self.look(now, console),
+            Line::Info => false,
+        };
+        console.text(if done { "Y\r" } else { "E\r" });
+    }
+
+    fn wire(&mut self, wire: &Wire) -> bool {
+        if self.held.is_moving() {
+            return false;
+        }
+        let Some(port) = AnyPort::of(wire.port, wire.mask) else { return false };
+        if wire.shield {
+            shield::pins();
+        }
+        let bit = if wire.shield { self.bit } else { 0 };
+        self.held.rewire(port, wire.sequence, wire.mask, bit);
+        self.held.restore(wire.phase);
+        true
+    }
+
+    /// Begins as a millisecond does, so that the checks come whole milliseconds after the call.
+    fn order(&mut self, order: &SetSpeed, shown: u32, now: u32, console: &mut Console) {
+        let now = now.wrapping_add(1);
+        console.wait_until(now);
+        (self.call, self.shown, self.checked) = (now, shown, now);
+        (self.reached, self.fault) = (None, None);
+        let code = self.driver.set_speed(&mut self.held, order, shown).get();
+        if code < 0 {
+            console.text("-");
+        }
+        console.number(code.unsigned_abs().into());
+        console.text("\r");
+    }
+
+    fn look(&mut self, now: u32, console: &mut Console) {
+        let phase = self.held.phase();
+        let dump = self.driver.dump(&mut self.held, phase);
+        let report = Report {
+            ms: now.wrapping_sub(self.call),
+            dump,
+            moving: self.held.is_moving(),
+            reached: self.reached,
+            fault: self.fault,
+        };
+        let mut comma = "";
+        for number in report.numbers() {
+            console.text(core::mem::replace(&mut comma, ","));
+            console.number(number);
+        }
+        console.text("\r");
+    }
+
+    /// The main program's check, when it is due.
+    fn poll(&mut self, now: u32) {
+        if self.check == 0 || now.wrapping_sub(self.checked) < self.check.into() {
+            return;
+        }
+        self.checked = self.checked.wrapping_add(self.check.into());
+        let at = self.checked.wrapping_sub(self.call);
+        let time = self.caller(self.checked);
+        let (reached, fault) = (&mut self.reached, &mut self.fault);
+        self.driver.update_check(&mut self.held, time, |call| match call {
+            Call::Reached => *reached = Some(at),
+            Call::Fault => *fault = Some(at),
+        });
+    }
+}
+
+/// A line as it comes.
+struct Text {
+    bytes: [u8; LONGEST],
+    length: usize,
+    /// A byte was damaged, or there were too many.
+    bad: bool,
+}
+
+impl Text {
+    /// Takes a byte; true at the end of a line.
+    fn take(&mut self, byte: Option<u8>) -> bool {
+        match byte {
+            Some(b'\r') => return true,
+            Some(b'\n') => {}
+            Some(byte) => match self.bytes.get_mut(self.length) {
+                Some(place) => {
+                    *place = byte;
+                    self.length = self.length.wrapping_add(1);
+                }
+                None => self.bad = true,
+            },
+            None => self.bad = true,
+        }
+        false
+    }
+
+    /// The line, and begins the next one.
+    #[inline(never)]
+    fn line(&mut self) -> Option<Line> {
+        let text = self.bytes.get(..self.length).unwrap_or_default();
+        let line = if self.bad { None } else { Line::read(text) };
+        (self.length, self.bad) = (0, false);
+        line
+    }
+}
+
+/// All motors.
+struct Motors {
+    first: Station<Timer1>,
+    #[cfg(feature = "mega")]
+    third: Station<Timer3>,
+    #[cfg(feature = "mega")]
+    fourth: Station<Timer4>,
+    #[cfg(feature = "mega")]
+    fifth: Station<Timer5>,
+}
+
+impl Motors {
+    /// Checks those that are due.
+    #[inline(never)]
+    fn poll(&mut self, now: u32) {
+        self.first.poll(now);
+        #[cfg(feature = "mega")]
+        {
+            self.third.poll(now);
+            self.fourth.poll(now);
+            self.fifth.poll(now);
+        }
+    }
+
+    /// Answers a line.
+    #[inline(never)]
+    fn answer(&mut self, line: Option<Line>, console: &mut Console) {
+        let Some(line) = line else { return console.text("E\r") };
+        match line.timer() {
+            0 => about(console),
+            1 => self.first.obey(&line, console),
+            #[cfg(feature = "mega")]
+            3 => self.third.obey(&line, console),
+            #[cfg(feature = "mega")]
+            4 => self.fourth.obey(&line, console),
+            #[cfg(feature = "mega")]
+            5 => self.fifth.obey(&line, console),
+            _ => console.text("E\r"),
+        }
+    }
+}
+
+/// What the board is.
+fn about(console: &mut Console) {
+    console.text(NAME);
+    console.text(ABOUT);
+    console.number(io_clock_now());
+    console.text(TIMERS);
+    console.text("\r");
+}
+
+#[avr_device::entry]
+fn main() -> ! {
+    // SAFETY: called once each, with interrupts off.
+    let mut motors = unsafe {
+        Motors {
+            first: Station::new(first::take(), 1),
+            #[cfg(feature = "mega")]
+            third: Station::new(third::take(), 2),
+            #[cfg(feature = "mega")]
+            fourth: Station::new(fourth::take(), 4),
+            #[cfg(feature = "mega")]
+            fifth: Station::new(fifth::take(), 8),
+        }
+    };
+    serve(&mut motors)
+}
+
+/// Hears lines for ever.
+#[inline(never)]
+fn serve(motors: &mut Motors) -> ! {
+    // SAFETY: the only time that anybody takes them, and interrupts are off.
+    let chip = unsafe { chip::Peripherals::steal() };
+    let mut console = Console::start(chip.USART0, chip.TC0);
+    let mut text = Text { bytes: [0; LONGEST], length: 0, bad: false };
+    // SAFETY: all that an interrupt touches has been made.
+    unsafe { avr_device::interrupt::enable() };
+    loop {
+        motors.poll(console.millis());
+        if let Some(byte) = console.received()
+            && text.take(byte)
+        {
+            motors.answer(text.line(), &mut console);
+        }
+    }
+}

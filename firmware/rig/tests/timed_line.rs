@@ -1,0 +1,308 @@
+//! The timed driver ordered over the serial line, as `stepwright timed --port` does it: the
+//! published cases, every drive, timer and end, against the virtual board's edges.
+
+use stepwright::drive::Sequence;
+use stepwright::drive::sequence::{
+    BRIDGE_HALF, L6219_HALF, SHIELD, UNIPOLAR_FULL, UNIPOLAR_HALF, UNIPOLAR_WAVE,
+};
+use stepwright_rig::board::Pin;
+use stepwright_rig::{Board, Chip};
+use stepwright_sim::timed::{TimedBoard, published};
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::line::{Line, Report, Wire};
+use stepwright_timed::{Control, Model, SetSpeed, Status};
+
+mod common;
+use common::board;
+
+const MILLIS: u64 = 16_000;
+/// The largest difference between an edge and the virtual board's, in cycles: the line's
+/// questions hold the interrupt off for some.
+const EDGE: u64 = 40;
+
+fn chip() -> Chip {
+    let board = board();
+    let image = stepwright_rig::firmware::load(&format!("{}-timed", board.name()));
+    let mut chip = Chip::new(board, &image.unwrap_or_else(|error| panic!("{error:#}")));
+    common::wake(&mut chip);
+    chip
+}
+
+#[track_caller]
+fn ask(chip: &mut Chip, line: Line) -> String {
+    chip.ask(&line.to_string()).unwrap_or_else(|| panic!("{line}: no answer"))
+}
+
+#[track_caller]
+fn look(chip: &mut Chip, timer: u8) -> Report {
+    let answer = ask(chip, Line::Look(timer));
+    Report::read(answer.as_bytes()).unwrap_or_else(|| panic!("{answer}"))
+}
+
+/// Timers of 16 bits.
+fn timers() -> &'static [u8] {
+    if board() == Board::Uno { &[1] } else { &[1, 3, 4, 5] }
+}
+
+fn shield() -> Wire {
+    let bits = if board() == Board::Uno { [4, 5] } else { [6, 7] };
+    wire('B', SHIELD.on_bits(&bits), &bits, true)
+}
+
+fn wire(port: char, sequence: Sequence, bits: &[u8], shield: bool) -> Wire {
+    let mask = bits.iter().fold(0, |mask, bit| mask | 1 << bit);
+    Wire { port: port as u8, mask, sequence, shield, phase: 0 }
+}
+
+/// What the pins of a mask did, all low at first: from when on which levels.
+fn levels(changes: &[(u64, u8, bool)], bits: &[u8]) -> Vec<(u64, u8)> {
+    let (mut all, mut now): (Vec<(u64, u8)>, u8) = (Vec::new(), 0);
+    for (time, which, level) in changes {
+        let bit = 1 << bits[usize::from(*which)];
+        now = if *level { now | bit } else { now & !bit };
+        match all.last_mut() {
+            Some(last) if last.0 == *time => last.1 = now,
+            _ => all.push((*time, now)),
+        }
+    }
+    all
+}
+
+/// Gives an order to a board whose pins nobody has touched yet, lets it end, and holds every edge against the virtual board's. Returns the
+/// largest difference in cycles.
+#[track_caller]
+fn play(chip: &mut Chip, timer: u8, wire: Wire, order: SetSpeed, latched: bool) -> u64 {
+    let bits: Vec<u8> = (0..8).filter(|bit| wire.mask >> bit & 1 != 0).collect();
+    let pins: Vec<Pin> = bits.iter().map(|bit| Pin(wire.port as char, *bit)).collect();
+    chip.watch_pins(&pins);
+    assert_eq!(ask(chip, Line::Wire(timer, wire)), "Y", "{wire:?}");
+    assert_eq!(ask(chip, Line::Latched(timer, latched)), "Y");
+    assert_eq!(ask(chip, Line::Move(timer, order, 0)), "0", "{order:?}");
+    let mut looks = 0;
+    while look(chip, timer).moving {
+        chip.run_for(100 * MILLIS);
+        looks += 1;
+        assert!(looks < 500, "it never ends");
+    }
+    // The windings' current goes off an interval after the last step.
+    chip.run_for(100 * MILLIS);
+    let model = if latched { Model::Latched } else { Model::Ideal };
+    let mut ideal = TimedBoard::new(Hardware::avr16(16_000_000), model, wire.sequence, 0);
+    ideal.restore(wire.phase);
+    ideal.set_speed(&order);
+    while ideal.is_moving() {
+        ideal.run_for_millis(100);
+    }
+    ideal.run_for_millis(100);
+    // The current goes on with the order; from the first step on times are compared.
+    let first = ideal.steps()[0];
+    let wanted: Vec<(u64, u8)> = (ideal.changes().iter())
+        .filter(|change| change.time >= first)
+        .map(|change| (change.time, change.levels & wire.mask))
+        .collect();
+    let mut real = levels(chip.watched_changes(), &bits);
+    let begin = real.len().saturating_sub(wanted.len());
+    real.drain(..begin);
+    let only = |all: &[(u64, u8)]| all.iter().map(|(_, levels)| *levels).collect::<Vec<_>>();
+    assert_eq!(only(&real), only(&wanted), "{wire:?}");
+    let (r0, i0) = (real[0].0, wanted[0].0);
+    real.iter().zip(&wanted).map(|(r, w)| (r.0 - r0).abs_diff(w.0 - i0)).max().unwrap()
+}
+
+#[test]
+fn the_board_says_what_it_is_and_refuses_what_it_is_not() {
+    let mut chip = chip();
+    let about = ask(&mut chip, Line::Info);
+    let (name, timers) = if board() == Board::Uno { ("uno", "1") } else { ("mega", "1,3,4,5") };
+    assert_eq!(about, format!("stepwright-timed {name} hz=16000000 timers={timers}"));
+    // The serial line's pins, and those that the chip has not.
+    let (port, bits) = if board() == Board::Uno { ('D', [0, 1]) } else { ('E', [0, 1]) };
+    for (port, bits) in [(port, bits), ('M', [0, 1]), ('@', [0, 1])] {
+        assert_eq!(
+            ask(&mut chip, Line::Wire(1, wire(port, SHIELD.on_bits(&bits), &bits, false))),
+            "E"
+        );
+    }
+    for line in ["V2", "V9", "", "PO", "M1,128", "?1"] {
+        assert_eq!(chip.ask(line).as_deref(), Some("E"), "{line}");
+    }
+    // A top out of range is refused with its code, and a wiring while the motor moves.
+    ask(&mut chip, Line::Wire(1, shield()));
+    for (top, code) in [(639, "-1"), (0x0400_0000, "-2")] {
+        let order = SetSpeed::fixed(Control::DRV_EN, top);
+        assert_eq!(ask(&mut chip, Line::Move(1, order, 0)), code);
+    }
+    assert_eq!(ask(&mut chip, Line::Move(1, SetSpeed::fixed(Control::DRV_EN, 16_000), 0)), "0");
+    assert_eq!(ask(&mut chip, Line::Wire(1, shield())), "E");
+    assert_eq!(ask(&mut chip, Line::Latched(1, true)), "E");
+    assert_eq!(ask(&mut chip, Line::Move(1, SetSpeed::STOP, 0)), "0");
+    assert!(!look(&mut chip, 1).moving);
+}
+
+#[test]
+fn the_published_cases_step_as_on_the_virtual_board() {
+    for case in [published::CASE_1, published::CASE_2, published::CASE_3] {
+        let mut chip = chip();
+        let wire = shield();
+        ask(&mut chip, Line::Wire(1, wire));
+        ask(&mut chip, Line::Latched(1, true));
+        let polled = !case.order.control.has(Control::IRQ_TIMING);
+        ask(&mut chip, Line::Check(1, if polled { 50 } else { 0 }));
+        let bits: &[u8] = if board() == Board::Uno { &[4, 5] } else { &[6, 7] };
+        chip.watch_pins(&[Pin('B', bits[0]), Pin('B', bits[1])]);
+        assert_eq!(ask(&mut chip, Line::Move(1, case.order, published::CALL_MS)), "0");
+        let mut ideal = TimedBoard::new(
+            Hardware::avr16(16_000_000),
+            Model::Latched,
+            SHIELD,
+            published::CALL_MS,
+        );
+        ideal.set_speed(&case.order);
+        // The log's times, and ten seconds more.
+        let mut last = 0;
+        for n in 0..if polled { 100 } else { 40 } {
+            chip.run_for(500 * MILLIS);
+            let report = look(&mut chip, 1);
+            while ideal.millis() < published::CALL_MS + report.ms {
+                ideal.run_for_millis(1);
+                if polled && (ideal.millis() - published::CALL_MS) % 50 == 0 {
+                    ideal.update_check(|_| {});
+                }
+            }
+            let dump = ideal.dump();
+            let (top, counts) = (report.dump.top, report.dump.counts);
+            // A question may come within the millisecond of an update.
+            if (top, counts) == (dump.top, dump.counts) {
+                assert_eq!(report.dump.time, dump.time, "{n}");
+            } else {
+                assert!(n > last + 2, "{top} and {}", dump.top);
+                last = n;
+            }
+            assert!(report.dump.steps_left.abs_diff(dump.steps_left) <= 25);
+            if !report.moving {
+                break;
+            }
+        }
+        let real: Vec<u64> = chip.watched_changes().iter().map(|(time, ..)| *time).collect();
+        let steps = ideal.steps();
+        let both = real.len().min(steps.len());
+        assert!(real.len().abs_diff(steps.len()) <= 25 && both > 40, "{both}");
+        let off =
+            (0..both).map(|n| (real[n] - real[0]).abs_diff(steps[n] - steps[0])).max().unwrap();
+        println!("case: {both} steps, {off} cycles");
+        assert!(off <= EDGE, "{off} cycles");
+        if polled {
+            let report = look(&mut chip, 1);
+            assert!(report.reached.is_some() && report.fault.is_none());
+            assert!(report.dump.status.has(Status::REACHED.and(Status::REACH_CALLED)));
+        }
+    }
+}
+
+/// On any pins of any port, by each timer.
+#[test]
+fn every_drive_turns_on_any_pins_by_any_timer() {
+    let own = Sequence::new(&[0b0001, 0b0010], 0b0011).unwrap();
+    let drives: &[(Sequence, usize)] = &[
+        (UNIPOLAR_FULL, 4),
+        (UNIPOLAR_WAVE, 4),
+        (UNIPOLAR_HALF, 4),
+        (BRIDGE_HALF, 4),
+        (L6219_HALF, 6),
+        (own, 2),
+    ];
+    // D4, D39, D40, D41 of the Mega, and six others.
+    let places: &[(char, [u8; 6])] = match board() {
+        Board::Uno => {
+            &[('B', [3, 0, 1, 2, 4, 5]), ('C', [0, 1, 2, 3, 4, 5]), ('D', [7, 6, 5, 4, 3, 2])]
+        }
+        _ => &[('A', [0, 2, 4, 6, 7, 1]), ('K', [7, 6, 5, 4, 3, 2]), ('L', [0, 1, 2, 3, 4, 5])],
+    };
+    let order = SetSpeed { limit: 37, ..SetSpeed::fixed(Control::DRV_EN, 20_000) };
+    for (n, (sequence, lines)) in drives.iter().enumerate() {
+        let (port, bits) = places[n % places.len()];
+        let timer = timers()[n % timers().len()];
+        let bits = &bits[..*lines];
+        let wire = wire(port, sequence.on_bits(bits), bits, false);
+        for control in [Control::DRV_EN, Control::DRV_EN | Control::DIRECTION] {
+            let off = play(&mut chip(), timer, wire, SetSpeed { control, ..order }, false);
+            println!("drive {n} on port {port} by timer {timer}: {off} cycles");
+            assert!(off <= EDGE, "{off} cycles");
+        }
+    }
+    // Four pins of the Mega's that lie on a port of theirs.
+    if board() != Board::Uno {
+        let bits = [5, 2, 1, 0];
+        let wire = wire('G', UNIPOLAR_HALF.on_bits(&bits), &bits, false);
+        assert!(play(&mut chip(), 5, wire, order, false) <= EDGE);
+    }
+}
+
+/// The largest speed: a virtual top of 640, 25,000 steps/s.
+#[test]
+fn the_highest_rate_is_kept() {
+    let order = SetSpeed { limit: 20_000, ..SetSpeed::fixed(Control::DRV_EN, 640) };
+    for timer in timers() {
+        let mut chip = chip();
+        let off = play(&mut chip, *timer, shield(), order, false);
+        println!("25,000 steps/s on timer {timer}: {off} cycles");
+        assert!(off <= EDGE, "{off} cycles");
+    }
+}
+
+/// Up to it by updates in the interrupt, each of which takes longer than a step there; and in
+/// milliseconds.
+#[test]
+fn updates_lead_up_to_the_highest_rate_and_milliseconds_end_it() {
+    let order = SetSpeed {
+        control: Control::DRV_EN
+            | Control::SPEED_VARIABLE
+            | Control::IRQ_TIMING
+            | Control::FASTER
+            | Control::ENDPOINT_MILLIS,
+        top: 6_400,
+        limit: 700,
+        modification: 576,
+        update_ms: 50,
+        mod_counts: 10,
+    };
+    let mut chip = chip();
+    let off = play(&mut chip, 1, shield(), order, false);
+    println!("up to 25,000 steps/s, 700 ms: {off} cycles");
+    // The update's own step is made in time, the next ones while it is worked out.
+    assert!(off <= 1_400, "{off} cycles");
+    assert_eq!(look(&mut chip, 1).dump.top, 640);
+}
+
+/// An update that would lead below 640 is not made: the driver faults, calls back once, and
+/// keeps its speed.
+#[test]
+fn a_fault_is_called_back_once() {
+    let mut chip = chip();
+    ask(&mut chip, Line::Wire(1, shield()));
+    ask(&mut chip, Line::Check(1, 20));
+    let order = SetSpeed {
+        control: Control::DRV_EN | Control::SPEED_VARIABLE | Control::FASTER,
+        top: 2_000,
+        limit: 0,
+        modification: 600,
+        update_ms: 100,
+        mod_counts: 5,
+    };
+    // 2: the updates lead out of the valid range.
+    assert_eq!(ask(&mut chip, Line::Move(1, order, 0)), "2");
+    chip.run_for(250 * MILLIS);
+    let before = look(&mut chip, 1);
+    assert_eq!((before.dump.top, before.fault, before.dump.counts), (800, None, 3));
+    chip.run_for(200 * MILLIS);
+    let report = look(&mut chip, 1);
+    let fault = report.fault.expect("no fault");
+    assert!((300..=320).contains(&fault), "{fault} ms");
+    let status = Status::FAULT.and(Status::FAULT_CALLED).and(Status::SPIN_FIXED);
+    assert!(report.dump.status.has(status) && report.moving && report.dump.top == 800);
+    chip.run_for(1_000 * MILLIS);
+    assert_eq!(look(&mut chip, 1).fault, Some(fault));
+    // The next order has its own.
+    ask(&mut chip, Line::Move(1, SetSpeed::STOP, 0));
+    assert_eq!(look(&mut chip, 1).fault, None);
+}

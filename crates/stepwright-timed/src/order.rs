@@ -125,6 +125,11 @@ impl Code {
     /// `update_ms` is beyond 2³¹ clocks of this timer.
     pub const UPDATE_TOO_LONG: Code = Code(-3);
 
+    /// A code that a board has answered.
+    pub const fn new(number: i8) -> Code {
+        Code(number)
+    }
+
     /// The number.
     pub const fn get(self) -> i8 {
         self.0

@@ -43,7 +43,8 @@ impl FromStr for Moments {
 }
 
 impl Moments {
-    fn at(&self, n: usize) -> Option<f64> {
+    /// The nth, counted from 0.
+    pub fn at(&self, n: usize) -> Option<f64> {
         match self {
             Moments::Each(each) => each.get(n).copied(),
             Moments::Every(first, every) => Some(first + every * n as f64),
@@ -72,8 +73,12 @@ pub struct Course<'a> {
     /// The callbacks, with their ms after the call.
     pub calls: Vec<(f64, Call)>,
     pub status: Status,
-    /// The clock of each step.
+    /// Steps made, where they are known.
+    pub made: Option<u64>,
+    /// The clock of each step; none of a board's.
     pub steps: Vec<u64>,
+    /// Whether a board has carried it out.
+    pub on_board: bool,
     pub changes: Vec<Change>,
     /// The phase before the first step.
     pub phase: u8,
@@ -81,6 +86,24 @@ pub struct Course<'a> {
     /// When it was watched last, in clocks, and whether it moved still.
     pub end: u64,
     pub moving: bool,
+}
+
+impl Play<'_> {
+    /// How long an order is watched at most, in ms from the call.
+    pub fn until_ms(&self) -> Option<u32> {
+        let set_speed = &self.order.set_speed;
+        let variable = set_speed.control.has(Control::SPEED_VARIABLE);
+        let updates = if variable { u32::from(set_speed.mod_counts) } else { 0 };
+        let watched = 2_000 + updates.saturating_mul(set_speed.update_ms.into());
+        self.for_ms.or((set_speed.limit == 0).then_some(watched))
+    }
+}
+
+/// An order that the driver has refused.
+pub fn refused(code: Code) -> Failure {
+    let text = code.to_string();
+    let (what, todo) = text.split_once("; ").unwrap_or((&text, "see --help"));
+    Failure::new(what).hint(todo)
 }
 
 /// The speed from some time on: the first is the call's.
@@ -108,48 +131,46 @@ impl<'a> Course<'a> {
         board.restore(wiring.phase);
         let code = board.set_speed(&order.set_speed);
         if code.is_error() {
-            let text = code.to_string();
-            let (what, todo) = text.split_once("; ").unwrap_or((&text, "see --help"));
-            return Err(Failure::new(what).hint(todo));
+            return Err(refused(code));
         }
-        let mut course = Course {
-            hardware,
-            latched,
-            order,
-            code,
-            updates: Vec::new(),
-            dumps: Vec::new(),
-            calls: Vec::new(),
-            status: Status::NONE,
-            steps: Vec::new(),
-            changes: Vec::new(),
-            phase: wiring.phase,
-            rows: wiring.sequence.len(),
-            end: 0,
-            moving: true,
-        };
-        course.look(&mut board);
+        let mut course = Course::begin(play, code, wiring.phase, wiring.sequence.len());
+        course.on_board = false;
+        course.note(&mut board);
         course.watch(&mut board, play)?;
         course.status = board.status();
         course.moving = board.is_moving();
         course.end = board.now();
         course.steps = board.steps().to_vec();
+        course.made = Some(course.steps.len() as u64);
         course.changes = board.changes().to_vec();
         Ok(course)
     }
 
+    /// The course of an order that a board has taken with this code.
+    pub fn begin(play: &Play<'a>, code: Code, phase: u8, rows: u8) -> Course<'a> {
+        Course {
+            hardware: play.hardware,
+            latched: play.latched,
+            order: play.order,
+            code,
+            updates: Vec::new(),
+            dumps: Vec::new(),
+            calls: Vec::new(),
+            status: Status::NONE,
+            made: None,
+            steps: Vec::new(),
+            on_board: true,
+            changes: Vec::new(),
+            phase,
+            rows,
+            end: 0,
+            moving: true,
+        }
+    }
+
     /// Lets it run: to each event, check and dump in the order of time.
     fn watch(&mut self, board: &mut TimedBoard, play: &Play) -> Result<(), Failure> {
-        let set_speed = &self.order.set_speed;
-        let variable = set_speed.control.has(Control::SPEED_VARIABLE);
-        let updates = if variable { u32::from(set_speed.mod_counts) } else { 0 };
-        let endless = set_speed.limit == 0;
-        let watched = 2_000 + updates.saturating_mul(set_speed.update_ms.into());
-        let until = match play.for_ms {
-            Some(ms) => board.clocks(ms.into()),
-            None if endless => board.clocks(watched.into()),
-            None => u64::MAX,
-        };
+        let until = play.until_ms().map_or(u64::MAX, |ms| board.clocks(ms.into()));
         let mut check = self.order.poll_ms.map(|ms| (ms, ms));
         let mut logged = 0;
         loop {
@@ -177,7 +198,7 @@ impl<'a> Course<'a> {
                 board.update_check(|call| calls.push((ms, call)));
                 check = check.map(|(at, every)| (at.saturating_add(every), every));
             }
-            self.look(board);
+            self.note(board);
             if let Some((_, ms)) = dump.filter(|(at, _)| *at == next) {
                 self.dumps.push(Logged { ms, dump: board.dump() });
                 logged += 1;
@@ -194,7 +215,7 @@ impl<'a> Course<'a> {
     }
 
     /// Takes an update down.
-    fn look(&mut self, board: &mut TimedBoard) {
+    fn note(&mut self, board: &mut TimedBoard) {
         let dump = board.dump();
         if self.updates.last().is_some_and(|last| last.top == dump.top) {
             return;

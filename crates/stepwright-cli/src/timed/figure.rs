@@ -197,13 +197,8 @@ fn signals(course: &Course, wiring: &Wiring, scale: f64, shown: (f64, f64)) -> V
         let base = (wiring.signals.len() - 1 - at) as f64;
         let mut points: Vec<(f64, f64)> = Vec::new();
         for change in &course.changes {
-            let high = match signal.what {
-                What::Line(bit) => change.levels >> bit & 1 != 0,
-                What::Enable => change.enabled,
-                What::Low => false,
-            };
-            let (time, level) =
-                (course.ms(change.time) * scale, base + if high { 0.7 } else { 0.0 });
+            let high = if signal.is_high(change) { 0.7 } else { 0.0 };
+            let (time, level) = (course.ms(change.time) * scale, base + high);
             let before = points.last().map_or(level, |(_, before)| *before);
             if points.is_empty() {
                 points.push((begin, level));
@@ -242,7 +237,7 @@ mod tests {
         let args = Line::parse_from(format!("timed {line}").split_whitespace()).args;
         let hardware = args.clock.hardware().unwrap();
         let order = args.order.order(&hardware).unwrap();
-        let wiring = args.wiring.wiring().unwrap();
+        let wiring = args.wiring.wiring(None).unwrap();
         let play = course::Play {
             hardware,
             latched: args.latched,

@@ -1,10 +1,11 @@
-//! `stepwright timed`: the Arduino driver's set-speed order on the virtual board.
+//! `stepwright timed`: the Arduino driver's set-speed order, on the virtual board or a real one.
 //!
 //! | module | what |
 //! | --- | --- |
 //! | [`order`] | the options as an order |
 //! | [`wiring`] | `--drive`: which pins, and what they get |
 //! | [`course`] | what happens: steps, updates, dumps, calls |
+//! | [`port`] | the same on a board |
 //! | `output` | the formats |
 //! | [`figure`] | the plot |
 
@@ -12,24 +13,30 @@ mod course;
 mod figure;
 mod order;
 mod output;
+mod port;
 mod wiring;
 
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
 use crate::calc::ClockArgs;
 use crate::failure::{Failure, unless_closed};
+use crate::interrupt::{self, While};
+use crate::link::serial::{SerialLink, Share};
 use crate::plot::PlotFile;
 use course::{Course, Moments};
 use order::OrderArgs;
+use port::Board;
 use wiring::WiringArgs;
 
 /// Change a motor's speed on a clock, as the Arduino driver does
 ///
-/// The order is carried out on the virtual board: steps at a virtual top (clocks between two
-/// steps), which grows or shrinks at a fixed interval, until a number of steps or
-/// milliseconds have passed.
+/// Steps come at a virtual top (clocks between two steps), which grows or shrinks at a fixed
+/// interval, until a number of steps or milliseconds have passed: on the virtual board, or with
+/// --port on a board that runs the program `timed`, whose motor rests when the command ends.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -42,6 +49,8 @@ Examples:
   The pins of a unipolar motor in half steps:
     stepwright timed --speed 100 --steps 16 --drive unipolar-half:D4,D39,D40,D41 \\
       --board mega --plot pins.svg
+  On a board, after `cargo xtask flash uno --program timed --port /dev/ttyACM0`:
+    stepwright timed --case 1 --latched --log 166.9+1001 --port /dev/ttyACM0
 
 Result codes: 0 fine; 1 the speed stays as it is, for want of updates; 2 the updates lead
 out of the valid range, where the driver faults and keeps its speed; below 0 refused.")]
@@ -65,11 +74,25 @@ pub struct Args {
     /// FIRST+EVERY, like 166.9+1001
     #[arg(long, value_name = "WHEN", help_heading = "Output")]
     log: Option<Moments>,
+    /// Serial port of a board that runs the program `timed`
+    #[arg(long, value_name = "PATH", help_heading = "Board")]
+    port: Option<PathBuf>,
+    /// Speed of the serial port in bits/s
+    #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
+    #[arg(value_parser = clap::value_parser!(u32).range(50..=12_000_000), help_heading = "Board")]
+    baud: u32,
+    /// The timer of the board's motor: 1, on a Mega also 3, 4 or 5
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "port", help_heading = "Board")]
+    on_timer: u8,
+    /// Record every edge of the pins that --drive names, for GTKWave or PulseView
+    #[arg(long, value_name = "FILE", requires = "drive", conflicts_with = "port")]
+    #[arg(help_heading = "Output")]
+    vcd: Option<PathBuf>,
     /// How to print it
     #[arg(long, value_enum, default_value_t = Format::Summary, help_heading = "Output")]
     format: Format,
     /// Draw it: speed, and with --drive the signals of the pins (.svg, .png or .html)
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     plot: Vec<PlotFile>,
     /// What stretch of time the plot shows, in ms from the call: 0..40
     #[arg(long, value_name = "FROM..TO", requires = "plot", help_heading = "Output")]
@@ -83,25 +106,57 @@ enum Format {
     Summary,
     /// Every step in columns; with --log the dumps
     Table,
-    /// Every step as step,time,delay,speed,phase; with --log a dump a line
+    /// Every step as step,time,delay,speed,phase and, with --drive, the levels of its pins; with
+    /// --log a dump a line
     Csv,
     /// The summary, updates, dumps and every step
     Json,
+}
+
+impl Args {
+    /// Meets the board on a port.
+    fn meet(&self, path: &Path) -> Result<Board, Failure> {
+        if matches!(self.format, Format::Table | Format::Csv) && self.log.is_none() {
+            return Err(Failure::usage("a board does not tell when each of its steps came")
+                .hint("add --log 0+100 for its debug dumps, or leave --format out"));
+        }
+        Board::meet(Box::new(SerialLink::open(path, self.baud, Share::Alone)?))
+    }
 }
 
 /// Carries it out, prints, and draws if asked to.
 pub fn run(args: Args) -> Result<(), Failure> {
     let hardware = args.clock.hardware()?;
     let order = args.order.order(&hardware)?;
-    let wiring = args.wiring.wiring()?;
-    let course = Course::play(&course::Play {
+    let mut board = args.port.as_ref().map(|path| args.meet(path)).transpose()?;
+    let wiring = args.wiring.wiring(board.as_ref().and_then(Board::arduino))?;
+    let play = course::Play {
         hardware,
         latched: args.latched,
         order: &order,
         wiring: &wiring,
         for_ms: args.for_ms,
         log: args.log.as_ref(),
-    })?;
+    };
+    let course = match (&mut board, wiring.wire) {
+        (None, _) => Course::play(&play)?,
+        (Some(board), Some(wire)) => {
+            interrupt::listen(While::Holding)?;
+            board.play(&play, args.on_timer, wire)?
+        }
+        (Some(_), None) => {
+            return Err(Failure::usage("which pins? a board has to know").hint(
+                "name them: bridge:D8,D9,D10,D11, l6219:D8,D9,D10,D11,D12,D13, or \
+                 pattern:ROWS/OUTPUTS@B for those of port B",
+            ));
+        }
+    };
+    if let Some(path) = &args.vcd {
+        let file = File::create(path).map_err(|error| Failure::file("write", path, &error))?;
+        let mut out = BufWriter::new(file);
+        let written = output::vcd(&mut out, &course, &wiring).and_then(|()| out.flush());
+        written.map_err(|error| Failure::file("write", path, &error))?;
+    }
     for file in &args.plot {
         file.save(&figure::draw(&course, &wiring, args.window))?;
     }
@@ -110,7 +165,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         (Format::Summary, false) => output::summary(&mut out, &course),
         (Format::Table, false) => output::table(&mut out, &course),
         (Format::Summary | Format::Table, true) => output::dumps(&mut out, &course),
-        (Format::Csv, false) => output::csv(&mut out, &course),
+        (Format::Csv, false) => output::csv(&mut out, &course, &wiring),
         (Format::Csv, true) => output::dumps_csv(&mut out, &course),
         (Format::Json, _) => output::json(&mut out, &course),
     };

@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 use stepwright_timed::{Call, Control, Field, Status};
 
 use super::course::{Course, Logged};
-use crate::sheet::{Cell, Format, Sheet};
+use super::wiring::Wiring;
+use crate::sheet::{Cell, Format, Sheet, quoted};
 
 /// Names of the control's bits, as in the Arduino driver's article.
 const CONTROL: [(Control, &str); 7] = [
@@ -66,9 +67,14 @@ pub fn summary(out: &mut impl Write, course: &Course) -> io::Result<()> {
     let code = format!("{}: {}", course.code.get(), course.code);
     sheet.fact("code", "result code", code, "");
     sheet.fact("status", "status", status(course.status), "");
-    sheet.fact("steps", "steps", course.steps.len() as i64, "");
-    let what = if course.moving { "watched for" } else { "last step after" };
-    let clock = if course.moving { course.end } else { course.steps.last().copied().unwrap_or(0) };
+    if let Some(made) = course.made {
+        sheet.fact("steps", "steps", made as i64, "");
+    }
+    let (what, clock) = match (course.moving, course.on_board) {
+        (true, _) => ("watched for", course.end),
+        (false, true) => ("at rest within", course.end),
+        (false, false) => ("last step after", course.steps.last().copied().unwrap_or(0)),
+    };
     sheet.fact("ms", what, Cell::fixed(course.ms(clock), 3), "ms");
     for (ms, call) in &course.calls {
         sheet.fact("called", "called back", format!("{} at {ms} ms", called(*call)), "");
@@ -117,15 +123,54 @@ pub fn table(out: &mut impl Write, course: &Course) -> io::Result<()> {
     Ok(())
 }
 
-/// Every step; times in clocks.
-pub fn csv(out: &mut impl Write, course: &Course) -> io::Result<()> {
-    writeln!(out, "step,time,delay,speed,phase")?;
+/// Every step; times in clocks. With a drive the level of each of its pins after the step.
+pub fn csv(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result<()> {
+    write!(out, "step,time,delay,speed,phase")?;
+    wiring.signals.iter().try_for_each(|signal| write!(out, ",{}", quoted(&signal.name)))?;
+    writeln!(out)?;
+    let mut changes = course.changes.iter().peekable();
+    let mut pins = None;
     for row in course.rows() {
         let (step, clock, delay, speed, phase) =
             (row.step, row.clock, row.delay, row.speed, row.phase);
-        writeln!(out, "{step},{clock},{delay},{speed},{phase}")?;
+        write!(out, "{step},{clock},{delay},{speed},{phase}")?;
+        while let Some(change) = changes.next_if(|change| change.time <= clock) {
+            pins = Some(change);
+        }
+        if let Some(change) = pins {
+            let levels = wiring.signals.iter().map(|signal| u8::from(signal.is_high(change)));
+            levels.into_iter().try_for_each(|level| write!(out, ",{level}"))?;
+        }
+        writeln!(out)?;
     }
     Ok(())
+}
+
+/// The pins' edges as a Value Change Dump, in picoseconds from the call.
+pub fn vcd(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result<()> {
+    writeln!(out, "$version stepwright {} $end", env!("CARGO_PKG_VERSION"))?;
+    writeln!(out, "$timescale 1 ps $end\n$scope module timed $end")?;
+    // A letter a signal: there are eight at most, and enables and brakes.
+    for (letter, signal) in ('a'..).zip(&wiring.signals) {
+        writeln!(out, "$var wire 1 {letter} {} $end", signal.name.replace(' ', "_"))?;
+    }
+    writeln!(out, "$upscope $end\n$enddefinitions $end")?;
+    let hz = u128::from(course.hardware.hz());
+    let mut before: Vec<Option<bool>> = vec![None; wiring.signals.len()];
+    let mut told = None;
+    for change in &course.changes {
+        for ((letter, signal), before) in ('a'..).zip(&wiring.signals).zip(&mut before) {
+            let high = signal.is_high(change);
+            if before.replace(high) == Some(high) {
+                continue;
+            }
+            if told.replace(change.time) != Some(change.time) {
+                writeln!(out, "#{}", u128::from(change.time) * 1_000_000_000_000 / hz)?;
+            }
+            writeln!(out, "{}{letter}", u8::from(high))?;
+        }
+    }
+    writeln!(out, "#{}", u128::from(course.end) * 1_000_000_000_000 / hz)
 }
 
 /// The article's dumps, as its serial monitor shows them: each line with the time after
@@ -198,6 +243,7 @@ pub fn json(out: &mut impl Write, course: &Course) -> io::Result<()> {
         }).collect::<Vec<_>>(),
         "updates": updates.collect::<Vec<_>>(),
         "dumps": dumps.collect::<Vec<_>>(),
+        "made": course.made,
         "steps": course.steps,
     });
     writeln!(out, "{all}")

@@ -4,7 +4,9 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 use stepwright::drive::sequence::*;
-use stepwright::drive::{Arduino, BoardPin, Sequence, Shield};
+use stepwright::drive::{Arduino, BoardPin, PinFault, Sequence, Shield};
+use stepwright_sim::timed::Change;
+use stepwright_timed::line::Wire;
 
 use crate::failure::Failure;
 
@@ -14,8 +16,9 @@ use crate::failure::Failure;
 pub struct WiringArgs {
     /// What drives the motor: shield, lower-shield, second-shield; unipolar:PINS,
     /// unipolar-wave:PINS, unipolar-half:PINS (four pins of one port: D4,D39,D40,D41);
-    /// bridge, bridge-wave, bridge-half; l6219, l6219-half, l6219-quarter; or
-    /// pattern:ROW,ROW,…/OUTPUTS, port bits in binary
+    /// bridge, bridge-wave, bridge-half, with --port :PINS; l6219, l6219-half, l6219-quarter,
+    /// with --port and six :PINS; or pattern:ROW,ROW,…/OUTPUTS, port bits in binary, with
+    /// --port and @PORT behind them. Without it a board drives the motor shield
     #[arg(long, value_name = "DRIVE")]
     drive: Option<DriveArg>,
     /// The Arduino whose pins these are
@@ -38,9 +41,9 @@ enum BoardArg {
 #[derive(Clone, Debug)]
 enum DriveArg {
     Shield(&'static str, Shield),
-    Unipolar(&'static str, Sequence, [BoardPin; 4]),
+    Pins(String, Sequence, Vec<BoardPin>),
     Lines(&'static str, Sequence, &'static [&'static str]),
-    Pattern(Sequence, u8),
+    Pattern(Sequence, u8, Option<char>),
 }
 
 const BRIDGE: &[&str] = &["In1", "In2", "In3", "In4"];
@@ -52,8 +55,9 @@ impl FromStr for DriveArg {
     fn from_str(text: &str) -> Result<DriveArg, String> {
         let (name, rest) = text.split_once(':').map_or((text, None), |(n, r)| (n, Some(r)));
         let unipolar = |steps, sequence| {
-            let pins = rest.ok_or("name four pins, like unipolar:D8,D9,D10,D11")?;
-            Ok(DriveArg::Unipolar(steps, sequence, four_pins(pins)?))
+            let names = rest.ok_or("name four pins, like unipolar:D8,D9,D10,D11")?;
+            let name = format!("unipolar driver, {steps}");
+            Ok(DriveArg::Pins(name, sequence, pins(names, 4)?))
         };
         let drive = match name {
             "unipolar" => return unipolar("full steps", UNIPOLAR_FULL),
@@ -75,15 +79,18 @@ impl FromStr for DriveArg {
                     .into());
             }
         };
-        if rest.is_some() {
-            return Err(format!("{name} takes no pins"));
+        match (drive, rest) {
+            (DriveArg::Lines(name, sequence, lines), Some(names)) => {
+                Ok(DriveArg::Pins(name.to_owned(), sequence, pins(names, lines.len())?))
+            }
+            (_, Some(_)) => Err(format!("{name} takes no pins")),
+            (drive, None) => Ok(drive),
         }
-        Ok(drive)
     }
 }
 
 /// `D4,D39,D40,D41`
-fn four_pins(text: &str) -> Result<[BoardPin; 4], String> {
+fn pins(text: &str, count: usize) -> Result<Vec<BoardPin>, String> {
     let pin = |text: &str| {
         let text = text.trim();
         let number = |digits: &str| digits.parse().map_err(|_| format!("{text} is no pin"));
@@ -93,7 +100,11 @@ fn four_pins(text: &str) -> Result<[BoardPin; 4], String> {
         }
     };
     let pins = text.split(',').map(pin).collect::<Result<Vec<_>, _>>()?;
-    pins.try_into().map_err(|pins: Vec<_>| format!("four pins are needed, not {}", pins.len()))
+    if pins.len() == count {
+        Ok(pins)
+    } else {
+        Err(format!("{count} pins are needed, not {}", pins.len()))
+    }
 }
 
 /// `00110000,01100000,11000000,10010000/11110000`
@@ -103,6 +114,12 @@ fn pattern(text: &str) -> Result<DriveArg, String> {
         let digits = digits.strip_prefix(['B', 'b']).unwrap_or(&digits);
         u8::from_str_radix(digits, 2).map_err(|_| format!("{text:?} is no byte in binary"))
     };
+    let (text, port) = text.split_once('@').map_or((text, None), |(t, p)| (t, Some(p)));
+    let port = match port.map(|port| port.trim().chars().collect::<Vec<_>>()).as_deref() {
+        None => None,
+        Some([letter]) if letter.is_ascii_alphabetic() => Some(letter.to_ascii_uppercase()),
+        Some(_) => return Err("a port is a letter, like @B".into()),
+    };
     let (rows, outputs) = text.split_once('/').map_or((text, None), |(r, o)| (r, Some(o)));
     let rows = rows.split(',').map(bits).collect::<Result<Vec<_>, _>>()?;
     let mask = match outputs {
@@ -110,7 +127,23 @@ fn pattern(text: &str) -> Result<DriveArg, String> {
         None => rows.iter().fold(0, |all, row| all | row),
     };
     let sequence = Sequence::new(&rows, mask).map_err(|error| error.to_string())?;
-    Ok(DriveArg::Pattern(sequence, mask))
+    Ok(DriveArg::Pattern(sequence, mask, port))
+}
+
+/// The port of all these pins, and their bits there.
+fn same_port(board: Arduino, pins: &[BoardPin]) -> Result<(char, Vec<u8>), PinFault> {
+    fn of<const N: usize>(
+        board: Arduino,
+        pins: [BoardPin; N],
+    ) -> Result<(char, Vec<u8>), PinFault> {
+        board.same_port(pins).map(|(port, bits)| (port, bits.to_vec()))
+    }
+    match *pins {
+        [a, b, c, d, e, f] => of(board, [a, b, c, d, e, f]),
+        [a, b, c, d, ..] => of(board, [a, b, c, d]),
+        [a, ..] => of(board, [a]),
+        [] => of(board, []),
+    }
 }
 
 /// What the virtual board's motor is on.
@@ -120,6 +153,19 @@ pub struct Wiring {
     pub sequence: Sequence,
     pub phase: u8,
     pub signals: Vec<Signal>,
+    /// The same for a board, if its pins are known.
+    pub wire: Option<Wire>,
+}
+
+impl Signal {
+    /// Whether it is high after this change.
+    pub fn is_high(&self, change: &Change) -> bool {
+        match self.what {
+            What::Line(bit) => change.levels >> bit & 1 != 0,
+            What::Enable => change.enabled,
+            What::Low => false,
+        }
+    }
 }
 
 /// A pin to be shown.
@@ -140,13 +186,17 @@ pub enum What {
 }
 
 impl WiringArgs {
-    /// What the core makes of them.
-    pub fn wiring(&self) -> Result<Wiring, Failure> {
-        let board = match self.board {
+    /// What the core makes of them; on `board`, or on the one that is named.
+    pub fn wiring(&self, board: Option<Arduino>) -> Result<Wiring, Failure> {
+        let board = board.unwrap_or(match self.board {
             BoardArg::Uno => Arduino::Uno,
             BoardArg::Mega => Arduino::Mega,
+        });
+        let phase = self.phase;
+        let wire = |port: char, mask, sequence, shield| {
+            Some(Wire { port: port as u8, mask, sequence, shield, phase })
         };
-        let refused = |error: stepwright::drive::PinFault| {
+        let refused = |error: PinFault| {
             // The core says "what is wrong; what to do".
             let text = error.to_string();
             match text.split_once("; ") {
@@ -155,10 +205,13 @@ impl WiringArgs {
             }
         };
         let signal = |name: String, what| Signal { name, what };
-        let (name, sequence, signals) = match &self.drive {
-            None => (None, SHIELD, Vec::new()),
+        let (name, sequence, signals, wire) = match &self.drive {
+            None => {
+                let (port, on_port, mask) = Shield::FIRST.coils(board).map_err(refused)?;
+                (None, SHIELD, Vec::new(), wire(port, mask, on_port, true))
+            }
             Some(DriveArg::Shield(name, shield)) => {
-                let (port, ..) = shield.coils(board).map_err(refused)?;
+                let (port, on_port, mask) = shield.coils(board).map_err(refused)?;
                 let [a, b] = shield.direction;
                 let mut signals = vec![
                     signal(a.to_string(), What::Line(0)),
@@ -170,24 +223,28 @@ impl WiringArgs {
                 for pin in shield.brake.into_iter().flatten() {
                     signals.push(signal(format!("{pin} br"), What::Low));
                 }
-                (Some(format!("{name}, directions on port {port}")), SHIELD, signals)
+                let name = format!("{name}, directions on port {port}");
+                (Some(name), SHIELD, signals, wire(port, mask, on_port, true))
             }
-            Some(DriveArg::Unipolar(steps, sequence, pins)) => {
-                let (port, bits) = board.same_port(*pins).map_err(refused)?;
-                let names = pins.iter().zip(bits);
-                let signals = names.map(|(pin, bit)| signal(pin.to_string(), What::Line(bit)));
-                let name = format!("unipolar driver on port {port}, {steps}");
-                (Some(name), sequence.on_bits(&bits), signals.collect())
+            Some(DriveArg::Pins(name, sequence, pins)) => {
+                let (port, bits) = same_port(board, pins).map_err(refused)?;
+                let names = pins.iter().zip(&bits);
+                let signals = names.map(|(pin, bit)| signal(pin.to_string(), What::Line(*bit)));
+                let on_port = sequence.on_bits(&bits);
+                let mask = bits.iter().fold(0, |mask, bit| mask | 1 << bit);
+                let name = format!("{name}, on port {port}");
+                (Some(name), on_port, signals.collect(), wire(port, mask, on_port, false))
             }
             Some(DriveArg::Lines(name, sequence, lines)) => {
                 let named = (0..).zip(*lines);
                 let signals = named.map(|(bit, line)| signal((*line).into(), What::Line(bit)));
-                (Some((*name).to_owned()), *sequence, signals.collect())
+                (Some((*name).to_owned()), *sequence, signals.collect(), None)
             }
-            Some(DriveArg::Pattern(sequence, mask)) => {
+            Some(DriveArg::Pattern(sequence, mask, port)) => {
                 let bits = (0..8).rev().filter(|bit| mask >> bit & 1 != 0);
                 let signals = bits.map(|bit| signal(format!("bit {bit}"), What::Line(bit)));
-                (Some("a pattern of one's own".to_owned()), *sequence, signals.collect())
+                let wire = port.and_then(|port| wire(port, *mask, *sequence, false));
+                (Some("a pattern of one's own".to_owned()), *sequence, signals.collect(), wire)
             }
         };
         if self.phase >= sequence.len() {
@@ -195,7 +252,7 @@ impl WiringArgs {
             return Err(Failure::new(format!("--phase {}: there is none", self.phase))
                 .hint(format!("this drive has phases 0 to {last}")));
         }
-        Ok(Wiring { name, sequence, phase: self.phase, signals })
+        Ok(Wiring { name, sequence, phase, signals, wire })
     }
 }
 
@@ -214,6 +271,9 @@ mod tests {
             "bridge-half",
             "l6219-quarter",
             "pattern:B00110000,01100000,1100_0000,10010000/11110000",
+            "pattern:01,10@c",
+            "l6219:D8,D9,D10,D11,D12,D13",
+            "bridge-half:A0,A1,A2,A3",
         ] {
             assert!(good.parse::<DriveArg>().is_ok(), "{good}");
         }
@@ -224,6 +284,9 @@ mod tests {
             "unipolar:D4",
             "unipolar:D4,D5,D6,X",
             "shield:D4",
+            "l6219:D8,D9,D10,D11",
+            "pattern:01,10@",
+            "pattern:01,10@BC",
             "pattern:",
             "pattern:1,2",
             "pattern:1,10,100",

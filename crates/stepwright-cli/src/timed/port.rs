@@ -1,0 +1,238 @@
+//! `timed --port`: the order on a board that runs the program `timed`, by its serial line.
+
+use std::io;
+use std::time::Duration;
+
+use stepwright::drive::Arduino;
+use stepwright_timed::fit::Hardware;
+use stepwright_timed::line::{Line, NAME, Report, Wire};
+use stepwright_timed::{Call, Code, Control, SetSpeed};
+
+use super::course::{Course, Logged, Moments, Play, Update};
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::link::Link;
+
+/// A board answers within milliseconds.
+const PATIENCE: Duration = Duration::from_millis(500);
+/// How often it is asked before it counts as silent: one that the port's opening has reset
+/// passes its boot loader first.
+const TRIES: usize = 8;
+/// From one look at the motor to the next, at most.
+const LOOK: u32 = 100;
+
+/// A board that has the timed driver.
+pub struct Board {
+    link: Box<dyn Link>,
+    /// Its name: uno or mega.
+    pub name: String,
+    hz: u32,
+    timers: Vec<u8>,
+}
+
+impl Board {
+    /// Meets the board at the end of a line.
+    pub fn meet(link: Box<dyn Link>) -> Result<Board, Failure> {
+        let mut board = Board { link, name: String::new(), hz: 0, timers: Vec::new() };
+        let at = board.link.name();
+        let silent = || {
+            Failure::new(format!("{at} does not answer"))
+                .hint("flash the program: `cargo xtask flash uno --program timed --port PATH`")
+        };
+        for _ in 0..TRIES {
+            // An empty line ends what was left of another.
+            board.send("\r?\r")?;
+            while let Some(answer) = board.line()? {
+                let mut words = answer.split(' ');
+                match words.next() {
+                    Some(NAME) => {}
+                    Some("stepwright") => {
+                        return Err(Failure::new(format!(
+                            "{at} runs the controller, which has no timed driver"
+                        ))
+                        .hint(
+                            "flash the other program: `cargo xtask flash uno --program timed \
+                             --port PATH`; `--program slave` brings the controller back",
+                        ));
+                    }
+                    _ => continue,
+                }
+                let mut words = words.peekable();
+                board.name = words.next().unwrap_or("").to_owned();
+                for word in words {
+                    match word.split_once('=') {
+                        Some(("hz", hz)) => board.hz = hz.parse().unwrap_or(0),
+                        Some(("timers", all)) => {
+                            board.timers = all.split(',').filter_map(|n| n.parse().ok()).collect();
+                        }
+                        _ => {}
+                    }
+                }
+                return Ok(board);
+            }
+        }
+        Err(silent())
+    }
+
+    /// Which Arduino it is.
+    pub fn arduino(&self) -> Option<Arduino> {
+        match self.name.as_str() {
+            "uno" => Some(Arduino::Uno),
+            "mega" => Some(Arduino::Mega),
+            _ => None,
+        }
+    }
+
+    fn lost(&self, error: &io::Error) -> Failure {
+        Failure::new(format!("{} is gone: {error}", self.link.name()))
+            .hint("is it still plugged in?")
+    }
+
+    fn send(&mut self, text: &str) -> Result<(), Failure> {
+        self.link.write(text.as_bytes()).map_err(|error| self.lost(&error))
+    }
+
+    /// The next line of the board's; `None` if none comes for a while.
+    fn line(&mut self) -> Result<Option<String>, Failure> {
+        let (begun, mut text) = (self.link.now(), Vec::new());
+        loop {
+            let left = PATIENCE.saturating_sub(self.link.now() - begun);
+            let mut byte = [0];
+            let count = self.link.read(&mut byte, left).map_err(|error| self.lost(&error))?;
+            match byte {
+                _ if count == 0 && left.is_zero() => return Ok(None),
+                _ if count == 0 => {}
+                [b'\r'] => return Ok(Some(String::from_utf8_lossy(&text).into_owned())),
+                [byte] => text.push(byte),
+            }
+        }
+    }
+
+    fn ask(&mut self, line: Line) -> Result<String, Failure> {
+        self.send(&format!("{line}\r"))?;
+        let answer = self.line()?;
+        answer.ok_or_else(|| Failure::new(format!("{} does not answer any more", self.link.name())))
+    }
+
+    fn look(&mut self, timer: u8) -> Result<Report, Failure> {
+        // A question is harmless twice.
+        for _ in 0..TRIES {
+            if let Some(report) = Report::read(self.ask(Line::Look(timer))?.as_bytes()) {
+                return Ok(report);
+            }
+        }
+        Err(Failure::new(format!("{} gives no report", self.link.name())))
+    }
+
+    /// Says a line that is to be answered `Y`.
+    fn say(&mut self, line: Line, what: &str) -> Result<(), Failure> {
+        match self.ask(line)?.as_str() {
+            "Y" => Ok(()),
+            _ => Err(Failure::new(format!("{} refused {what}", self.link.name())).hint(
+                "a motor is wired while it rests, to pins of one port that the board has, other \
+                 than those of the serial line",
+            )),
+        }
+    }
+
+    /// Carries an order out on a timer's motor, and stops it at the end.
+    pub fn play<'a>(
+        &mut self,
+        play: &Play<'a>,
+        timer: u8,
+        wire: Wire,
+    ) -> Result<Course<'a>, Failure> {
+        let Play { hardware, latched, order, .. } = *play;
+        if !self.timers.contains(&timer) {
+            let all: Vec<_> = self.timers.iter().map(u8::to_string).collect();
+            return Err(Failure::usage(format!("a {} has no motor on timer {timer}", self.name))
+                .hint(format!("--on-timer is one of {}", all.join(", "))));
+        }
+        if hardware != Hardware::avr16(self.hz) {
+            return Err(Failure::usage(format!(
+                "the timers of {} have 16 bits and run at {} Hz",
+                self.link.name(),
+                self.hz
+            ))
+            .hint("leave --timer and --clock out, or give those of the board"));
+        }
+        self.say(Line::Wire(timer, wire), "the wiring")?;
+        self.say(Line::Latched(timer, latched), "the model of its timer")?;
+        let check = order.poll_ms.and_then(|ms| u16::try_from(ms).ok()).unwrap_or(0);
+        self.say(Line::Check(timer, check), "the interval of its checks")?;
+        let code = self.ask(Line::Move(timer, order.set_speed, order.call_ms()))?;
+        let code = code.parse().map(Code::new).map_err(|_| {
+            Failure::new(format!("{} answered {code:?} to the order", self.link.name()))
+        })?;
+        if code.is_error() {
+            return Err(super::course::refused(code));
+        }
+        let watched = self.watch(play, timer, code, wire);
+        // Whatever came of it: the motor is not left running.
+        let stopped = self.ask(Line::Move(timer, SetSpeed::STOP, 0));
+        watched.and_then(|course| stopped.map(|_| course))
+    }
+
+    fn watch<'a>(
+        &mut self,
+        play: &Play<'a>,
+        timer: u8,
+        code: Code,
+        wire: Wire,
+    ) -> Result<Course<'a>, Failure> {
+        let mut course = Course::begin(play, code, wire.phase, wire.sequence.len());
+        let until = play.until_ms();
+        let set_speed = &play.order.set_speed;
+        let mut logged = 0;
+        loop {
+            if interrupt::asked() {
+                return Err(Failure::interrupted("interrupted: the motor is stopped"));
+            }
+            let report = self.look(timer)?;
+            let due = |n| play.log.and_then(|log: &Moments| log.at(n));
+            while due(logged).is_some_and(|ms| ms <= f64::from(report.ms)) {
+                course.dumps.push(Logged { ms: report.ms.into(), dump: report.dump });
+                logged += 1;
+            }
+            course.look(report.ms, &report);
+            let waits = play.order.poll_ms.is_some() && report.reached.is_none();
+            let over = !report.moving && !waits && play.for_ms.is_none();
+            let last = over && !matches!(play.log, Some(Moments::Each(_)) if due(logged).is_some());
+            if last || until.is_some_and(|until| report.ms >= until) {
+                course.status = report.dump.status;
+                course.moving = report.moving;
+                course.end = u64::from(report.ms) * u64::from(self.hz) / 1000;
+                let calls = [(report.reached, Call::Reached), (report.fault, Call::Fault)];
+                let called = calls.into_iter().filter_map(|(ms, call)| Some((ms?.into(), call)));
+                course.calls = called.collect();
+                let millis = set_speed.control.has(Control::ENDPOINT_MILLIS);
+                let counted = set_speed.limit != 0 && !millis;
+                course.made = counted
+                    .then(|| u64::from(set_speed.limit.saturating_sub(report.dump.steps_left)));
+                return Ok(course);
+            }
+            let next = due(logged).map_or(LOOK, |ms| (ms.ceil() as u32).saturating_sub(report.ms));
+            let left = until.map_or(LOOK, |until| until.saturating_sub(report.ms));
+            self.link.rest(Duration::from_millis(next.min(left).clamp(1, LOOK).into()));
+        }
+    }
+}
+
+impl Course<'_> {
+    /// Takes down what a board has reported of its speed.
+    fn look(&mut self, ms: u32, report: &Report) {
+        let (top, modification) = (report.dump.top, report.dump.modification);
+        if top == 0 || self.updates.last().is_some_and(|last| last.top == top) {
+            return;
+        }
+        if let Ok(fitted) = self.hardware.fit(top) {
+            let clock = u64::from(ms) * u64::from(self.hardware.hz()) / 1000;
+            let limit = self.order.set_speed.limit;
+            let steps = limit.saturating_sub(report.dump.steps_left) as usize;
+            self.updates.push(Update { clock, steps, top, modification, fitted });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

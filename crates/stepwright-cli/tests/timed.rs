@@ -1,0 +1,71 @@
+//! `stepwright timed`: the pins of a drive in csv and vcd.
+
+mod common;
+
+use common::{Scratch, stepwright};
+
+/// Half steps of a unipolar motor on D8 to D11: what each pin has after each step.
+#[test]
+fn the_pins_of_a_drive_stand_in_csv_and_vcd() {
+    let vcd = Scratch::new("timed-pins.vcd");
+    let ended = stepwright(&[
+        "timed",
+        "--speed",
+        "100",
+        "--steps",
+        "8",
+        "--drive",
+        "unipolar-half:D8,D9,D10,D11",
+        "--format",
+        "csv",
+        "--vcd",
+        vcd.path(),
+    ]);
+    assert_eq!(ended.code(), Some(0), "{ended:?}");
+    let mut lines = ended.stdout.lines();
+    assert_eq!(lines.next(), Some("step,time,delay,speed,phase,D8,D9,D10,D11"));
+    // One conducts or two side by side, in turn.
+    let pins: Vec<&str> = lines.map(|line| line.splitn(6, ',').last().unwrap()).collect();
+    let wanted =
+        ["0,0,1,0", "0,0,1,1", "0,0,0,1", "1,0,0,1", "1,0,0,0", "1,1,0,0", "0,1,0,0", "0,1,1,0"];
+    assert_eq!(pins, wanted);
+
+    // The same edges in the dump: 10 ms a step.
+    let text = std::fs::read_to_string(vcd.path()).unwrap();
+    let names: Vec<&str> = (text.lines())
+        .filter_map(|line| line.strip_prefix("$var wire 1 ")?.strip_suffix(" $end"))
+        .collect();
+    assert_eq!(names, ["a D8", "b D9", "c D10", "d D11"]);
+    let (mut levels, mut at, mut seen) = ([0; 4], 0u64, Vec::new());
+    for line in text.lines().skip_while(|line| !line.starts_with("$enddefinitions")).skip(1) {
+        if let Some(time) = line.strip_prefix('#') {
+            seen.push((at, levels));
+            at = time.parse().unwrap();
+            continue;
+        }
+        let (level, pin) = line.split_at(1);
+        levels[usize::from(pin.as_bytes()[0] - b'a')] = level.parse().unwrap();
+    }
+    let steps: Vec<_> = (1..=8u64)
+        .map(|step| {
+            let time = step * 10_000_000_000;
+            seen.iter().rfind(|(at, _)| *at <= time).map(|(_, levels)| *levels).unwrap()
+        })
+        .map(|levels| levels.map(|level: u8| level.to_string()).join(","))
+        .collect();
+    assert_eq!(steps, wanted);
+}
+
+#[test]
+fn a_board_needs_pins_and_has_no_single_steps_to_tell() {
+    for (args, part) in [
+        (&["--format", "csv"][..], "does not tell when each of its steps came"),
+        (&["--plot", "x.svg"], "cannot be used with"),
+    ] {
+        let mut all = vec!["timed", "--speed", "100", "--port", "/dev/null"];
+        all.extend(args);
+        let ended = stepwright(&all);
+        assert_eq!(ended.code(), Some(2), "{ended:?}");
+        ended.assert_error(part);
+    }
+}

@@ -11,6 +11,7 @@ mod firmware;
 mod pyserial;
 mod rig;
 mod sigrok;
+mod uno;
 
 use std::time::{Duration, Instant};
 
@@ -72,6 +73,12 @@ const STEPS: &[Step] = &[
         what: "sigrok-cli reads a dump of a virtual board's edges",
         needs: &[setup::SIGROK],
         run: sigrok::run,
+    },
+    Step {
+        name: "uno",
+        what: "the example on a simulated Uno: home, targets, two terminals, a pulled plug",
+        needs: crate::rig::NEEDS,
+        run: uno::run,
     },
     Step { name: "fuzz", what: "the protocol stands random bytes", needs: &[], run: code::fuzz },
 ];

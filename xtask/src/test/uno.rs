@@ -1,0 +1,29 @@
+//! `examples/uno.sh`: a motor of a simulated Uno, moved by the command from two terminals.
+
+use std::env;
+use std::process::Command;
+use std::time::Duration;
+
+use anyhow::Result;
+
+use crate::firmware::{Board, Build, Program};
+use crate::rig;
+use crate::workspace::{self, Workspace, run_within};
+
+/// It moves in real time for half a minute.
+const LIMIT: Duration = Duration::from_secs(300);
+
+/// The script checks its results itself.
+pub fn run(ws: &Workspace) -> Result<()> {
+    Build { board: Board::Uno, timer: 1, bench: false }.make(ws, Program::Slave)?;
+    let sim = rig::program(ws, "sim")?;
+    workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    let built = ws.built("stepwright");
+    let mut path = built.parent().map(|folder| folder.as_os_str().to_owned()).unwrap_or_default();
+    path.push(":");
+    path.push(env::var_os("PATH").unwrap_or_default());
+    let mut script = Command::new("bash");
+    rig::with_firmware(ws, &mut script);
+    script.arg(ws.root.join("examples/uno.sh")).env("SIM", sim).env("PATH", path);
+    run_within(LIMIT, &mut script)
+}

@@ -1,64 +1,61 @@
 //! The whole of a board's foreground.
 
 use stepwright::drive::Axes;
-use stepwright::{Control, Group};
-use stepwright_protocol::{Controller, Settings, Slave, Stop};
+use stepwright::{Control, Steppers};
+use stepwright_protocol::{Settings, Slave, Stop};
 
 use crate::duties::Duties;
 use crate::machine::Joined;
 use crate::panel::Panel;
 
+/// The motors of a device: every order of the line has its own limits.
+pub(crate) type Motors<'q, E, const N: usize, const Q: usize> = Steppers<'q, E, N, Q, ()>;
+
 /// A stepper controller with up to N axes, but for its step interrupt and its
 /// pins.
 ///
-/// `Q` runs are queued for each axis. The engine and the panel are lent for
-/// each call, for an interrupt or a simulation has them too.
-pub struct Device<'q, const N: usize, const Q: usize> {
+/// `Q` runs are queued for each axis. The motors own their way to the engine; the panel is
+/// lent for each call, for a simulation has it too.
+pub struct Device<'q, E, const N: usize, const Q: usize> {
     slave: Slave<N>,
-    group: Group<'q, N, Q>,
+    motors: Motors<'q, E, N, Q>,
     duties: Duties,
     axes: u8,
 }
 
-impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
+impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
     /// As at power-up. `axes` of the N are connected.
-    pub fn new(
-        group: Group<'q, N, Q>,
-        axes: u8,
-        engine: &mut impl Control,
-        panel: &mut impl Panel,
-    ) -> Self {
-        let mut device = Device::blank(group);
-        device.begin(axes, engine, panel);
+    pub fn new(motors: Steppers<'q, E, N, Q, ()>, axes: u8, panel: &mut impl Panel) -> Self {
+        let mut device = Device::blank(motors);
+        device.begin(axes, panel);
         device
     }
 
-    /// A device that has yet to [`begin`](Device::begin): zeros but for its group, so that
+    /// A device that has yet to [`begin`](Device::begin): zeros but for its motors, so that
     /// a static one takes no flash.
     #[inline(always)]
-    pub const fn blank(group: Group<'q, N, Q>) -> Self {
-        Device { slave: Slave::blank(), group, duties: Duties::OFF, axes: 0 }
+    pub const fn blank(motors: Steppers<'q, E, N, Q, ()>) -> Self {
+        Device { slave: Slave::blank(), motors, duties: Duties::OFF, axes: 0 }
     }
 
     /// Reads the settings, has everything follow them, and leaves the drivers
     /// off until the first travel. The positions are 0, or unknown: see [`Reset`](crate::Reset). `axes`
     /// of the N are connected.
-    pub fn begin(&mut self, axes: u8, engine: &mut impl Control, panel: &mut impl Panel) {
+    pub fn begin(&mut self, axes: u8, panel: &mut impl Panel) {
         self.axes = axes;
         self.slave.begin();
         if self.duties.begin(panel) {
-            self.group.doubt();
+            self.motors.doubt();
             self.slave.stopped(Axes::MAX, Stop::Reset);
         }
-        self.duties.apply(&mut self.group, engine, panel);
+        self.duties.apply(&mut self.motors, panel);
     }
 
     /// Takes a byte from the line. At a CR it obeys, and returns true: see
     /// [`Slave::hear`].
-    pub fn hear(&mut self, byte: u8, engine: &mut impl Control, panel: &mut impl Panel) -> bool {
-        let controller = Controller { group: &mut self.group, engine, axes: self.axes };
-        let mut machine = Joined { controller, duties: &mut self.duties, panel };
-        self.slave.hear(byte, &mut machine)
+    pub fn hear(&mut self, byte: u8, panel: &mut impl Panel) -> bool {
+        let Device { slave, motors, duties, axes } = self;
+        slave.hear(byte, &mut Joined { motors, axes: *axes, duties, panel })
     }
 
     /// Whether some of the last answer has yet to be pulled.
@@ -68,10 +65,10 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
 
     /// The next byte of the answer: see [`Slave::speak`]. The silence of the host begins when
     /// the last one is asked for: neither a line that takes long nor its answer is a silence.
-    pub fn speak(&mut self, engine: &mut impl Control, panel: &mut impl Panel) -> Option<u8> {
+    pub fn speak(&mut self, panel: &mut impl Panel) -> Option<u8> {
         self.duties.hear(panel);
-        let controller = Controller { group: &mut self.group, engine, axes: self.axes };
-        self.slave.speak(&mut Joined { controller, duties: &mut self.duties, panel })
+        let Device { slave, motors, duties, axes } = self;
+        slave.speak(&mut Joined { motors, axes: *axes, duties, panel })
     }
 
     /// Tells that a byte was lost or damaged: see [`Slave::garbled`].
@@ -82,20 +79,20 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
     /// Looks after the switches, the drivers, the time-out and the store, and
     /// does one piece of planning. Call it again at once while it answers
     /// true, and at least every millisecond: a switch is looked at as often.
-    pub fn poll(&mut self, engine: &mut impl Control, panel: &mut impl Panel) -> bool {
-        self.attend(engine, panel);
-        self.plan(engine)
+    pub fn poll(&mut self, panel: &mut impl Panel) -> bool {
+        self.attend(panel);
+        self.plan()
     }
 
     /// The half of [`poll`](Device::poll) that is not planning: switches, times,
     /// settings.
-    pub fn attend(&mut self, engine: &mut impl Control, panel: &mut impl Panel) {
-        self.duties.poll(&mut self.slave, &mut self.group, engine, panel);
+    pub fn attend(&mut self, panel: &mut impl Panel) {
+        self.duties.poll(&mut self.slave, &mut self.motors, panel);
     }
 
     /// The other half: one piece of planning. True if there may be more.
-    pub fn plan(&mut self, engine: &mut impl Control) -> bool {
-        self.group.poll(engine)
+    pub fn plan(&mut self) -> bool {
+        self.motors.plan()
     }
 
     /// The settings.
@@ -108,22 +105,14 @@ impl<'q, const N: usize, const Q: usize> Device<'q, N, Q> {
         self.duties.store.is_saving()
     }
 
-    /// The motors.
-    pub fn group(&self) -> &Group<'q, N, Q> {
-        &self.group
+    /// The motors. Their orders pass the duties by: no limit holds, and the drivers stay as
+    /// they are.
+    pub fn motors_mut(&mut self) -> &mut Steppers<'q, E, N, Q, ()> {
+        &mut self.motors
     }
 
-    /// The motors, to power them up: see [`Group::power_up`].
-    pub fn group_mut(&mut self) -> &mut Group<'q, N, Q> {
-        &mut self.group
-    }
-
-    /// The motors and the engine, for orders that need no line. They pass the
-    /// duties by: no limit holds, and the drivers stay as they are.
-    pub fn controller<'a, E: Control>(
-        &'a mut self,
-        engine: &'a mut E,
-    ) -> Controller<'a, 'q, E, N, Q> {
-        Controller { group: &mut self.group, engine, axes: self.axes }
+    /// The motors, to be asked where they are.
+    pub fn motors(&self) -> &Steppers<'q, E, N, Q, ()> {
+        &self.motors
     }
 }

@@ -1,11 +1,12 @@
 //! The duties: drivers, switches, the silent host.
 
 use stepwright::drive::Axes;
-use stepwright::{Control, Group, Ticks};
+use stepwright::{Axis, Control, Ticks};
 use stepwright_protocol::{Setting, Settings, Slave, Stop};
 
 #[cfg(feature = "safety")]
 use crate::contacts::Contacts;
+use crate::device::Motors;
 use crate::panel::Panel;
 use crate::reset::Mark;
 use crate::store::Store;
@@ -82,19 +83,16 @@ impl Duties {
     }
 
     /// Has the board, the engine and the pins follow the settings.
-    pub(crate) fn apply<const N: usize, const Q: usize>(
+    pub(crate) fn apply<E: Control, const N: usize, const Q: usize>(
         &mut self,
-        group: &mut Group<'_, N, Q>,
-        engine: &mut impl Control,
+        motors: &mut Motors<'_, E, N, Q>,
         panel: &mut impl Panel,
     ) {
-        let board = group.board_mut();
-        board.set_drivers(
+        motors.set_drivers(
             self.ticks(panel, Setting::Pulse),
             self.ticks(panel, Setting::Setup),
             self.ticks(panel, Setting::Hold),
         );
-        engine.set_timing(board.timing);
         panel.set_reverse(self.axes(Setting::Reverse));
         self.set_enable(panel);
         self.moved_at = panel.millis();
@@ -178,46 +176,44 @@ impl Duties {
     }
 
     /// Looks after everything once.
-    pub(crate) fn poll<const N: usize, const Q: usize>(
+    pub(crate) fn poll<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
-        group: &mut Group<'_, N, Q>,
-        engine: &mut impl Control,
+        motors: &mut Motors<'_, E, N, Q>,
         panel: &mut impl Panel,
     ) {
         #[cfg(feature = "safety")]
         {
-            self.heed_inputs(slave, group, engine, panel);
+            self.heed_inputs(slave, motors, panel);
             let closed = self.closed(panel);
             let debounce = self.settings.byte(Setting::Debounce);
             self.contacts.sample(self.passed(panel), closed, debounce);
         }
-        self.heed_switches(slave, group, engine, panel);
+        self.heed_switches(slave, motors, panel);
         self.store.poll(panel, &self.settings);
         let passed = self.passed(panel);
         if passed != 0 {
             self.now = self.now.wrapping_add(passed);
             self.settling = self.settling.saturating_sub(passed.into());
             // One at a time, for they mostly are one: a rest may be longer.
-            group.pass(engine, panel.ticks(1000));
-            self.heed_time(slave, group, engine, panel);
+            motors.pass(panel.ticks(1000));
+            self.heed_time(slave, motors, panel);
         }
     }
 
     /// Stops what moves towards a closed switch.
-    fn heed_switches<const N: usize, const Q: usize>(
+    fn heed_switches<E: Control, const N: usize, const Q: usize>(
         &self,
         slave: &mut Slave<N>,
-        group: &mut Group<'_, N, Q>,
-        engine: &mut impl Control,
+        motors: &mut Motors<'_, E, N, Q>,
         panel: &impl Panel,
     ) {
         let blocked = self.blocked(panel);
         let mut bit: Axes = 1;
-        for axis in 0..N as u8 {
-            let forward = group.is_forward(axis);
-            if blocked.on(forward) & bit != 0 && group.is_busy(engine, axis) {
-                group.halt(engine, bit);
+        for axis in Axis::all() {
+            let forward = motors.is_forward(axis);
+            if blocked.on(forward) & bit != 0 && motors.is_moving(axis) {
+                motors.halt_at_switch(axis);
                 slave.stopped(bit, Stop::Switch);
             }
             bit <<= 1;
@@ -225,14 +221,13 @@ impl Duties {
     }
 
     /// A millisecond has passed, or some.
-    fn heed_time<const N: usize, const Q: usize>(
+    fn heed_time<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
-        group: &mut Group<'_, N, Q>,
-        engine: &mut impl Control,
+        motors: &mut Motors<'_, E, N, Q>,
         panel: &mut impl Panel,
     ) {
-        let busy = group.any_busy(engine);
+        let busy = motors.any_moving();
         let now = panel.millis();
         if busy {
             self.moved_at = now;
@@ -241,7 +236,7 @@ impl Duties {
             panel.set_mark(Mark::MOVED);
         }
         #[cfg(feature = "safety")]
-        self.heed_lease(now, slave, group, engine);
+        self.heed_lease(now, slave, motors);
         let (setting, since) =
             if busy { (Setting::Timeout, &self.heard_at) } else { (Setting::Idle, &self.moved_at) };
         let limit = self.settings.get(setting);
@@ -254,7 +249,7 @@ impl Duties {
         }
         if busy && !self.silent {
             self.silent = true;
-            brake(slave, group, engine);
+            brake(slave, motors);
         } else if !busy && self.enabled {
             self.enabled = false;
             self.set_enable(panel);
@@ -264,31 +259,29 @@ impl Duties {
     /// A lease ends with the first silence of its length, and so does all motion: the
     /// next host may know nothing of it.
     #[cfg(feature = "safety")]
-    fn heed_lease<const N: usize, const Q: usize>(
+    fn heed_lease<E: Control, const N: usize, const Q: usize>(
         &mut self,
         now: u32,
         slave: &mut Slave<N>,
-        group: &mut Group<'_, N, Q>,
-        engine: &mut impl Control,
+        motors: &mut Motors<'_, E, N, Q>,
     ) {
         if self.lease != 0 && now.wrapping_sub(self.heard_at) > self.lease.into() {
             self.lease = 0;
-            brake(slave, group, engine);
+            brake(slave, motors);
         }
     }
 }
 
 /// Brakes what moves, for the host is silent.
 #[cfg_attr(not(feature = "safety"), inline(always))]
-fn brake<const N: usize, const Q: usize>(
+fn brake<E: Control, const N: usize, const Q: usize>(
     slave: &mut Slave<N>,
-    group: &mut Group<'_, N, Q>,
-    engine: &mut impl Control,
+    motors: &mut Motors<'_, E, N, Q>,
 ) {
     let mut bit: Axes = 1;
-    for axis in 0..N as u8 {
-        if group.is_busy(engine, axis) {
-            group.brake(axis);
+    for axis in Axis::all() {
+        if motors.is_moving(axis) {
+            motors.brake(axis);
             slave.stopped(bit, Stop::Timeout);
         }
         bit <<= 1;

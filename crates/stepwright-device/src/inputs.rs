@@ -1,9 +1,10 @@
 //! The inputs that stop everything: the emergency stop, and the fault of a driver.
 
 use stepwright::drive::Axes;
-use stepwright::{Control, Group};
+use stepwright::{Axis, Control};
 use stepwright_protocol::{Setting, Slave, Stop};
 
+use crate::device::Motors;
 use crate::duties::Duties;
 use crate::panel::Panel;
 
@@ -26,23 +27,22 @@ impl Duties {
 
     /// Stops everything at once, as K does, while an input is active. No ramp: who presses
     /// the button means now, and a driver with a fault follows no ramp.
-    pub(crate) fn heed_inputs<const N: usize, const Q: usize>(
+    pub(crate) fn heed_inputs<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
-        group: &mut Group<'_, N, Q>,
-        engine: &mut impl Control,
+        motors: &mut Motors<'_, E, N, Q>,
         panel: &mut impl Panel,
     ) {
         let Some(reason) = self.stopper(panel) else { return };
         let (mut busy, mut bit): (Axes, Axes) = (0, 1);
-        for axis in 0..N as u8 {
-            if group.is_busy(engine, axis) {
+        for axis in Axis::all() {
+            if motors.is_moving(axis) {
                 busy |= bit;
             }
             bit <<= 1;
         }
         if busy != 0 {
-            group.kill(engine);
+            motors.kill();
         }
         slave.stopped(busy, reason);
         self.killed(panel);

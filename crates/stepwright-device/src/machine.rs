@@ -1,25 +1,28 @@
 //! The slave's machine: the motors, and the duties that go with them.
 
-use stepwright::{Change, Control, Order, Travel};
-use stepwright_protocol::{AxisId, Controller, Machine, Refusal, Setting, Settings};
+use stepwright::{Axis, AxisSet, Change, Control, Order, Travel};
+use stepwright_protocol::{AxisId, Machine, Refusal, Setting, Settings};
 
+use crate::device::Motors;
 use crate::duties::Duties;
 use crate::panel::Panel;
 
 /// A device for the time of a line.
 pub(crate) struct Joined<'a, 'q, E, P, const N: usize, const Q: usize> {
-    pub(crate) controller: Controller<'a, 'q, E, N, Q>,
+    pub(crate) motors: &'a mut Motors<'q, E, N, Q>,
+    /// How many of the N axes the board has.
+    pub(crate) axes: u8,
     pub(crate) duties: &'a mut Duties,
     pub(crate) panel: &'a mut P,
 }
 
 impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_, '_, E, P, N, Q> {
     fn axes(&self) -> u8 {
-        self.controller.axes()
+        self.axes.min(N as u8)
     }
 
     fn busy(&self, axis: AxisId) -> bool {
-        self.controller.busy(axis)
+        self.motors.busy(axis)
     }
 
     fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal> {
@@ -32,67 +35,67 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
         if blocked.on(travel.forward()) >> index & 1 != 0 && travel != Travel::By(0) {
             return Err(Refusal::Fault);
         }
-        self.controller.prepare(axis, order)
+        Machine::prepare(self.motors, axis, order)
     }
 
     fn commit(&mut self) -> Result<(), Refusal> {
         let wait = self.duties.wait(self.panel);
-        self.controller.commit_after(wait)?;
+        self.motors.commit(wait)?;
         self.duties.enable(self.panel);
         Ok(())
     }
 
     fn cancel(&mut self) {
-        self.controller.cancel();
+        self.motors.cancel();
     }
 
     fn brake(&mut self, axis: AxisId) {
-        self.controller.brake(axis);
+        Machine::brake(self.motors, axis);
     }
 
     fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
         if let Change::Target(steps) = change {
             let blocked = self.duties.blocked(self.panel);
             let mut bit = 1;
-            for axis in 0..N as u8 {
-                let forward = self.controller.group.leads_forward(axis, steps);
+            for axis in Axis::all() {
+                let forward = self.motors.leads_forward(axis, steps);
                 if axes & bit & blocked.on(forward) != 0 {
                     return Err(Refusal::Fault);
                 }
                 bit <<= 1;
             }
         }
-        self.controller.change(axes, change)
+        Ok(self.motors.change(AxisSet::from_bits(axes), change)?)
     }
 
     fn kill(&mut self) {
-        self.controller.kill();
+        self.motors.kill();
         #[cfg(feature = "safety")]
         self.duties.killed(self.panel);
     }
 
     fn position(&self, axis: AxisId) -> Option<i64> {
-        self.controller.position(axis)
+        Machine::position(self.motors, axis)
     }
 
     fn uncertain(&self) -> u8 {
-        self.controller.uncertain()
+        self.motors.uncertain()
     }
 
     fn zero(&mut self, axis: AxisId) {
-        self.controller.zero(axis);
+        Machine::zero(self.motors, axis);
     }
 
     fn max_rate(&self) -> u32 {
-        self.controller.max_rate().min(self.duties.settings.get(Setting::MaxSpeed))
+        self.motors.max_rate().min(self.duties.settings.get(Setting::MaxSpeed))
     }
 
     fn late(&self) -> u32 {
-        self.controller.late()
+        self.motors.late()
     }
 
     fn clear_late(&mut self) {
-        self.controller.clear_late();
+        self.motors.clear_late();
     }
 
     #[cfg(feature = "safety")]
@@ -107,6 +110,6 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
 
     fn set_up(&mut self) {
         self.duties.store.save();
-        self.duties.apply(self.controller.group, self.controller.engine, self.panel);
+        self.duties.apply(self.motors, self.panel);
     }
 }

@@ -1,87 +1,79 @@
-//! The slave's machine: a group of motors and the engine that moves them.
+//! The slave's machine: motors whose orders have their own limits.
 
 use core::hint::black_box;
 
-use stepwright::{Change, Control, Group, Order, Ticks};
+use stepwright::{Axis, AxisSet, Change, Control, Order, Steppers};
 
 use crate::{AxisId, Machine, Refusal};
 
-/// Joins a [`Group`] and its engine for the time of a call, so that the slave
-/// can drive them: the same on the virtual board and on a chip.
-pub struct Controller<'a, 'q, E, const N: usize, const Q: usize> {
-    /// The motors.
-    pub group: &'a mut Group<'q, N, Q>,
-    /// The engine, or what holds its interrupt off.
-    pub engine: &'a mut E,
-    /// How many of the N axes the board has.
-    pub axes: u8,
-}
-
-impl<E: Control, const N: usize, const Q: usize> Controller<'_, '_, E, N, Q> {
-    /// [`Machine::commit`], `wait` ticks later than it could.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn commit_after(&mut self, wait: Ticks) -> Result<(), Refusal> {
-        Ok(self.group.commit(self.engine, wait)?)
+impl AxisId {
+    /// The axis of N that a line means; `None` if there are fewer.
+    #[inline(always)]
+    pub fn of<const N: usize>(self) -> Option<Axis<N>> {
+        Axis::new(self.index()).ok()
     }
 }
 
-impl<E: Control, const N: usize, const Q: usize> Machine for Controller<'_, '_, E, N, Q> {
+impl<E: Control, const N: usize, const Q: usize> Machine for Steppers<'_, E, N, Q, ()> {
     fn axes(&self) -> u8 {
-        self.axes.min(N as u8)
+        N as u8
     }
 
     fn busy(&self, axis: AxisId) -> bool {
-        self.group.is_busy(self.engine, axis.index() as u8)
+        axis.of().is_some_and(|axis| self.is_moving(axis))
     }
 
     fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal> {
-        Ok(self.group.prepare(self.engine, axis.index() as u8, order)?)
+        let axis = axis.of().ok_or(Refusal::Axis)?;
+        Ok(Steppers::prepare(self, axis, order)?)
     }
 
     fn commit(&mut self) -> Result<(), Refusal> {
-        self.commit_after(0)
+        Ok(Steppers::commit(self, 0)?)
     }
 
     fn cancel(&mut self) {
-        self.group.cancel();
+        Steppers::cancel(self);
     }
 
     fn brake(&mut self, axis: AxisId) {
-        self.group.brake(axis.index() as u8);
+        if let Some(axis) = axis.of() {
+            Steppers::brake(self, axis);
+        }
     }
 
     fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
-        Ok(self.group.change(self.engine, axes, change)?)
+        Ok(Steppers::change(self, AxisSet::from_bits(axes), change)?)
     }
 
     fn kill(&mut self) {
-        self.group.kill(self.engine);
+        Steppers::kill(self);
     }
 
     fn position(&self, axis: AxisId) -> Option<i64> {
-        self.group.position(self.engine, axis.index() as u8)
+        axis.of().and_then(|axis| Steppers::position(self, axis))
     }
 
     fn uncertain(&self) -> u8 {
-        self.group.uncertain()
+        Steppers::uncertain(self)
     }
 
     fn zero(&mut self, axis: AxisId) {
-        self.group.zero(self.engine, axis.index() as u8);
+        if let Some(axis) = axis.of() {
+            Steppers::zero(self, axis);
+        }
     }
 
     fn max_rate(&self) -> u32 {
-        self.group.board().max_speed().steps()
+        self.board().max_speed().steps()
     }
 
     fn late(&self) -> u32 {
-        self.engine.late()
+        Steppers::late(self)
     }
 
     fn clear_late(&mut self) {
-        self.group.clear(self.engine);
+        Steppers::clear_late(self);
     }
 }
 

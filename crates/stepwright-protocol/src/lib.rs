@@ -189,7 +189,6 @@ mod text;
 pub use axis::{AxisId, MAX_AXES, Selection};
 pub use can::{Abilities, Ability};
 pub use command::{BadLine, Command};
-pub use controller::Controller;
 pub use errors::{BoardError, Errors};
 pub use grammar::Form;
 pub use machine::{Machine, Refusal};

@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use stepwright::profile::Ramp;
-use stepwright::{Accel, Order, Speed, Travel};
+use stepwright::{Accel, Axis, Order, Speed, Travel};
 use stepwright_sim::{Description, Edge, Queues, Recorder, VirtualBoard};
 
 const STEPS: i32 = 100_000;
@@ -35,9 +35,8 @@ fn play(top: u32, axes: usize) -> u64 {
         jerk: None,
         travel: Travel::By(STEPS),
     };
-    let orders = (0..axes as u8).map(|axis| (axis, order));
-    let controller = board.controller();
-    controller.group.start(controller.engine, orders).unwrap();
+    let orders = Axis::all().take(axes).map(|axis| (axis, order));
+    board.motors().start(orders).unwrap();
     board.run_to_rest();
     board.recorder().0
 }

@@ -6,14 +6,15 @@ use std::rc::Rc;
 use stepwright::drive::{Axes, Drive};
 use stepwright::queue::{Consumer, Queue};
 use stepwright::timer::Count;
-use stepwright::{Engine, Group};
+use stepwright::{Axis, Control, Engine, Steppers};
 use stepwright_device::{Device, Mark, Reset};
-use stepwright_protocol::{Controller, Settings};
+use stepwright_protocol::Settings;
 
 use crate::clock::{Now, SimTimer};
 use crate::description::Description;
 use crate::edge::{Edge, Pin, Recorder};
 use crate::panel::{EMPTY, Eeprom, Remains, SimPanel};
+use crate::steppers::SimEngine;
 
 /// Axes of a virtual board, of which a description may connect fewer.
 pub const AXES: usize = 3;
@@ -51,7 +52,7 @@ impl<R: Recorder> Pins<R> {
     }
 
     /// Sets DIR of all axes as they are told to turn.
-    fn face(&mut self) {
+    pub(crate) fn face(&mut self) {
         for (axis, level) in self.levels.iter_mut().enumerate() {
             let forward = self.forward.get(axis).copied().unwrap_or(true);
             let high = forward != (self.reverse.get() >> axis & 1 != 0);
@@ -91,8 +92,7 @@ pub(crate) type BoardEngine<'q, C, R> = Engine<SimTimer<C>, Pins<R>, Consumer<'q
 /// real time call the first with the time of day.
 pub struct VirtualBoard<'q, C: Count, R: Recorder> {
     now: Now,
-    engine: BoardEngine<'q, C, R>,
-    device: Device<'q, AXES, RUNS>,
+    device: Device<'q, SimEngine<'q, R, C>, AXES, RUNS>,
     panel: SimPanel,
     answers: Vec<u8>,
     /// Ticks between two visits of the foreground to the planner.
@@ -132,14 +132,14 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         let [x, y, z] = queues.0.each_mut().map(Queue::split);
         let board = description.board;
         let timer = SimTimer::new(now.clone());
-        let mut engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing);
+        let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing);
+        let engine = SimEngine::new(now.clone(), engine);
         let mut panel = SimPanel::new(now.clone(), board.rate, reverse, reset, remains);
         let axes = description.axes.clamp(1, AXES as u8);
-        let group = Group::new([x.0, y.0, z.0], board);
-        let device = Device::new(group, axes, &mut engine, &mut panel);
-        engine.drive().face();
+        let motors = Steppers::for_orders(engine, [x.0, y.0, z.0], board);
+        let mut device = Device::new(motors, axes, &mut panel);
+        device.motors_mut().engine().face();
         VirtualBoard {
-            engine,
             device,
             panel,
             answers: Vec::new(),
@@ -158,12 +158,12 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// A byte arrives on the serial line, now.
     pub fn receive(&mut self, byte: u8) {
-        if self.device.hear(byte, &mut self.engine, &mut self.panel) {
-            while let Some(byte) = self.device.speak(&mut self.engine, &mut self.panel) {
+        if self.device.hear(byte, &mut self.panel) {
+            while let Some(byte) = self.device.speak(&mut self.panel) {
                 self.answers.push(byte);
             }
             // It may have been a setting that turns an axis round.
-            self.engine.drive().face();
+            self.engine().face();
         }
         self.plan();
     }
@@ -191,11 +191,9 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
     /// On to the next event of the engine or the next visit of the
     /// foreground, but not beyond `limit`.
     fn pass(&mut self, limit: u64) {
-        let wake = self.engine.timer().wake();
+        let wake = self.engine().next_event();
         if wake <= limit && wake <= self.next_visit {
-            // Time may have passed it by during a pulse.
-            self.now.set(wake.max(self.now.get()));
-            self.engine.on_compare();
+            self.engine().serve();
         } else if self.next_visit <= limit {
             self.now.set(self.next_visit.max(self.now.get()));
             self.plan();
@@ -206,33 +204,37 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// The foreground has a look, and plans what is wanted.
     fn plan(&mut self) {
-        while self.device.poll(&mut self.engine, &mut self.panel) {}
+        while self.device.poll(&mut self.panel) {}
         self.next_visit = self.now.get() + self.visit;
     }
 
     /// Whether any axis has a travel in progress.
     pub fn is_busy(&self) -> bool {
-        self.device.group().any_busy(&self.engine)
+        self.device.motors().any_moving()
     }
 
     /// Whether any axis goes on until it is stopped: it would never rest.
     pub fn is_endless(&self) -> bool {
-        self.device.group().any_endless()
+        self.device.motors().any_endless()
     }
 
     /// Position of an axis in steps, also on the way; `None` if uncertain.
     pub fn position(&self, axis: u8) -> Option<i64> {
-        self.device.group().position(&self.engine, axis)
+        Axis::new(axis.into()).ok().and_then(|axis| self.device.motors().position(axis))
     }
 
     /// Steps that came late.
     pub fn late(&self) -> u32 {
-        self.engine.late()
+        self.device.motors().late()
     }
 
-    /// The motors and the engine, for orders that need no line.
-    pub fn controller(&mut self) -> Controller<'_, 'q, impl stepwright::Control, AXES, RUNS> {
-        self.device.controller(&mut self.engine)
+    /// The motors, for orders that need no line: no setting limits them.
+    pub fn motors(&mut self) -> &mut Steppers<'q, impl Control, AXES, RUNS, ()> {
+        self.device.motors_mut()
+    }
+
+    fn engine(&mut self) -> &mut SimEngine<'q, R, C> {
+        self.device.motors_mut().engine()
     }
 
     /// Its settings.
@@ -279,7 +281,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// The recorder.
     pub fn recorder(&mut self) -> &mut R {
-        &mut self.engine.drive().recorder
+        self.engine().recorder()
     }
 }
 

@@ -41,8 +41,8 @@ pub fn virtual_steppers<R: Recorder>(
     let pins = Pins::new(now.clone(), Rc::new(Cell::new(0)), recorder);
     let [x, y, z] = queues.0.each_mut().map(Queue::split);
     let timer = SimTimer::new(now.clone());
-    let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing);
-    Steppers::new(SimEngine { now, engine }, [x.0, y.0, z.0], board)
+    let engine = SimEngine::new(now, Engine::new(timer, pins, [x.1, y.1, z.1], board.timing));
+    Steppers::new(engine, [x.0, y.0, z.0], board)
 }
 
 /// The engine of motors on simulated pins. Time passes only in [`pass`](SimEngine::pass).
@@ -51,7 +51,11 @@ pub struct SimEngine<'q, R: Recorder, C: Count = u16> {
     engine: BoardEngine<'q, C, R>,
 }
 
-impl<R: Recorder, C: Count> SimEngine<'_, R, C> {
+impl<'q, R: Recorder, C: Count> SimEngine<'q, R, C> {
+    pub(crate) fn new(now: Now, engine: BoardEngine<'q, C, R>) -> Self {
+        SimEngine { now, engine }
+    }
+
     /// The present, in ticks since the board was switched on.
     pub fn now(&self) -> u64 {
         self.now.get()
@@ -60,16 +64,27 @@ impl<R: Recorder, C: Count> SimEngine<'_, R, C> {
     /// Lets this many ticks pass. What is due at the end has happened then.
     pub fn pass(&mut self, ticks: Ticks) {
         let end = self.now.get().saturating_add(ticks.into());
-        loop {
-            let wake = self.engine.timer().wake();
-            if wake > end {
-                break;
-            }
-            // Time may have passed it by during a pulse.
-            self.now.set(wake.max(self.now.get()));
-            self.engine.on_compare();
+        while self.next_event() <= end {
+            self.serve();
         }
         self.now.set(end.max(self.now.get()));
+    }
+
+    /// When the compare register next matches.
+    pub(crate) fn next_event(&mut self) -> u64 {
+        self.engine.timer().wake()
+    }
+
+    /// The step interrupt, at its time or late by a pulse.
+    pub(crate) fn serve(&mut self) {
+        let time = self.next_event();
+        self.now.set(time.max(self.now.get()));
+        self.engine.on_compare();
+    }
+
+    /// Sets DIR of all axes as they are told to turn.
+    pub(crate) fn face(&mut self) {
+        self.engine.drive().face();
     }
 
     /// The recorder.

@@ -5,7 +5,7 @@ mod edges;
 
 use edges::{check_timing, steps_of};
 use stepwright::profile::Ramp;
-use stepwright::{Accel, Order, Rate, Refusal, Speed, Travel};
+use stepwright::{Accel, Axis, Order, Rate, Refusal, Speed, Travel};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 fn order(top: u32, travel: Travel) -> Order {
@@ -27,10 +27,9 @@ fn board(queues: &mut Queues) -> VirtualBoard<'_, u16, Vec<Edge>> {
 
 /// Gives these top speeds to as many axes at once.
 fn start(board: &mut VirtualBoard<'_, u16, Vec<Edge>>, tops: &[u32]) -> Result<(), Refusal> {
-    let orders = (0..).zip(tops).filter(|(_, top)| **top > 0);
+    let orders = Axis::all().zip(tops).filter(|(_, top)| **top > 0);
     let orders = orders.map(|(axis, top)| (axis, order(*top, FAR)));
-    let controller = board.controller();
-    controller.group.start(controller.engine, orders)
+    board.motors().start(orders)
 }
 
 /// The foreground of a board that steps fast plans as fast: its queue lasts for a few steps.
@@ -85,9 +84,7 @@ fn a_refusal_says_how_fast_it_may_be_now() {
     assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(26_956_521).unwrap() });
     start(&mut board, &[0, 15_117]).unwrap();
     assert_eq!(start(&mut board, &[500]), Err(Refusal::Busy));
-    for axis in 0..2 {
-        board.controller().group.brake(axis);
-    }
+    board.motors().stop(Axis::X | Axis::Y);
     board.run_to_rest();
     start(&mut board, &[0, 114_000]).unwrap();
 }
@@ -98,21 +95,18 @@ fn a_kill_loses_the_position_of_what_moved_and_of_nothing_else() {
     let mut board = board(&mut queues);
     start(&mut board, &[9_000, 0, 5_000]).unwrap();
     board.run_until(16_000_000);
-    let controller = board.controller();
-    controller.group.kill(controller.engine);
+    board.motors().kill();
     let steps = [0, 1, 2].map(|axis| steps_of(board.recorder(), axis).len());
     assert!(!board.is_busy());
     board.run_until(64_000_000);
     assert_eq!(steps, [0, 1, 2].map(|axis| steps_of(board.recorder(), axis).len()));
     assert_eq!([0, 1, 2].map(|axis| board.position(axis)), [None, Some(0), None]);
-    let controller = board.controller();
-    assert_eq!(controller.group.uncertain(), 0b101);
-    controller.group.zero(controller.engine, 0);
+    assert_eq!(board.motors().uncertain(), 0b101);
+    board.motors().zero(Axis::X);
     assert_eq!([0, 2].map(|axis| board.position(axis)), [Some(0), None]);
     // Killed before its first step: nothing moved, but nobody can be sure.
     start(&mut board, &[9_000]).unwrap();
-    let controller = board.controller();
-    controller.group.kill(controller.engine);
+    board.motors().kill();
     board.run_until(board.now() + 1_000_000);
     assert_eq!(steps_of(board.recorder(), 0).len(), steps[0]);
     assert!(!board.is_busy());
@@ -125,10 +119,9 @@ fn the_longest_travel_begins_and_brakes() {
     for travel in [Travel::By(i32::MAX), Travel::By(-i32::MAX), Travel::By(i32::MIN)] {
         let mut queues = Queues::default();
         let mut board = board(&mut queues);
-        let controller = board.controller();
-        controller.group.start(controller.engine, [(1, order(50_000, travel))]).unwrap();
+        board.motors().start([(Axis::Y, order(50_000, travel))]).unwrap();
         board.run_until(16_000_000 * 3);
-        board.controller().group.brake(1);
+        board.motors().stop(Axis::Y);
         board.run_to_rest();
         let steps = steps_of(board.recorder(), 1);
         let sign = if travel.forward() { 1 } else { -1 };
@@ -142,9 +135,8 @@ fn small_travels_are_exact() {
     for steps in [0i32, 1, -1, 2, -2, 3] {
         let mut queues = Queues::default();
         let mut board = board(&mut queues);
-        let controller = board.controller();
         let order = order(20_000, Travel::By(steps));
-        controller.group.start(controller.engine, [(0, order)]).unwrap();
+        board.motors().start([(Axis::X, order)]).unwrap();
         assert_eq!(board.is_busy(), steps != 0);
         board.run_to_rest();
         assert_eq!(board.position(0), Some(steps.into()));
@@ -160,9 +152,8 @@ fn a_reversal_at_once_keeps_the_drivers_times() {
     let mut board = board(&mut queues);
     b"$hold-us=45\r$setup-us=60\r".iter().for_each(|&byte| board.receive(byte));
     for steps in [40, -40, 7, -1, 1] {
-        let controller = board.controller();
         let order = order(20_000, Travel::By(steps));
-        controller.group.start(controller.engine, [(0, order)]).unwrap();
+        board.motors().start([(Axis::X, order)]).unwrap();
         board.run_to_rest();
     }
     assert_eq!(board.position(0), Some(7));
@@ -174,10 +165,9 @@ fn a_reversal_at_once_keeps_the_drivers_times() {
 fn axes_that_start_together_step_together() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);
-    let controller = board.controller();
     let there = |steps| order(20_000, Travel::By(steps));
-    let orders = [(0, there(100)), (1, there(-100)), (2, there(1))];
-    controller.group.start(controller.engine, orders).unwrap();
+    let orders = [(Axis::X, there(100)), (Axis::Y, there(-100)), (Axis::Z, there(1))];
+    board.motors().start(orders).unwrap();
     board.run_to_rest();
     let [x, y, z] = [0, 1, 2].map(|axis| steps_of(board.recorder(), axis));
     assert_eq!((x[0].0, x[0].0), (y[0].0, z[0].0));
@@ -192,9 +182,8 @@ fn the_width_of_the_timer_does_not_matter() {
         let mut board: VirtualBoard<C, Vec<Edge>> =
             VirtualBoard::new(&mut queues, Description::quick(rate, [133; 3]), Vec::new());
         let slow = Order { top: Speed::from_steps(700).unwrap(), ..order(1, Travel::By(-900)) };
-        let controller = board.controller();
-        let orders = [(0, order(30_000, Travel::By(5_000))), (1, slow)];
-        controller.group.start(controller.engine, orders).unwrap();
+        let orders = [(Axis::X, order(30_000, Travel::By(5_000))), (Axis::Y, slow)];
+        board.motors().start(orders).unwrap();
         board.run_to_rest();
         std::mem::take(board.recorder())
     }

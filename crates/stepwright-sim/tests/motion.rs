@@ -11,8 +11,8 @@ use edges::{check_timing, steps_of};
 use proptest::prelude::*;
 use stepwright::profile::{Fit, Ramp};
 use stepwright::timer::Count;
-use stepwright::{Accel, Order, Rate, Speed, Travel};
-use stepwright_protocol::Machine;
+use stepwright::{Accel, Axis, Order, Rate, Speed, Travel};
+
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 #[derive(Clone, Debug)]
@@ -134,16 +134,14 @@ fn play<C: Count>(description: Description, jobs: &[Job], slack: f64) {
     let mut wanted = [0i64; 3];
     let mut seen = [0usize; 3];
     for job in jobs {
-        let axis = stepwright_protocol::AxisId::numbered(job.axis + 1).unwrap();
-        let orders = [(job.axis, job.order)];
-        let controller = board.controller();
-        let refused = controller.group.start(controller.engine, orders).is_err();
+        let axis = Axis::new(job.axis.into()).unwrap();
+        let refused = board.motors().start([(axis, job.order)]).is_err();
         let begun = board.now();
         let mut asked = None;
         if let Some(ms) = job.brake {
             board.run_until(begun + u64::from(rate.micros(ms * 1000)));
             asked = Some(board.now());
-            board.controller().brake(axis);
+            board.motors().stop(axis);
         }
         board.run_to_rest();
         board.run_until(board.now() + u64::from(job.pause));

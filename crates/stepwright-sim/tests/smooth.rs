@@ -6,7 +6,7 @@ mod edges;
 
 use edges::steps_of;
 use stepwright::profile::Ramp;
-use stepwright::{Accel, Order, Speed, Travel};
+use stepwright::{Accel, Axis, Order, Speed, Travel};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 /// Times of all pulses of a travel from rest to rest, in ticks at 16 MHz.
@@ -23,8 +23,7 @@ fn pulses(steps: i32, accel: u32, top: u32) -> Vec<u64> {
         jerk: None,
         travel: Travel::By(steps),
     };
-    let controller = board.controller();
-    controller.group.start(controller.engine, [(0, order)]).unwrap();
+    board.motors().start([(Axis::X, order)]).unwrap();
     board.run_to_rest();
     steps_of(board.recorder(), 0).iter().map(|s| s.0).collect()
 }

@@ -36,8 +36,11 @@ impl<const N: usize> Cost<N> {
 }
 
 /// What a board is: its timer, its drivers' times, and what a step costs.
+///
+/// Without a fit, `Board<N, ()>`, it is what a planner keeps of it, which has made its numbers of
+/// the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Board<const N: usize> {
+pub struct Board<const N: usize, F = Fit> {
     /// The step timer's rate.
     pub rate: Rate,
     /// The drivers' times.
@@ -46,7 +49,7 @@ pub struct Board<const N: usize> {
     /// would take more than all the time.
     pub cost: Cost<N>,
     /// How closely runs follow their law.
-    pub fit: Fit,
+    pub fit: F,
     /// How far ahead to plan, in ticks.
     pub horizon: Ticks,
     /// From the start of a travel to its first pulse, beyond hold and set-up.
@@ -83,6 +86,14 @@ impl<const N: usize> Board<N> {
         }
     }
 
+    /// The same without its fit.
+    pub(crate) const fn kept(self) -> Board<N, ()> {
+        let Board { rate, timing, cost, fit: _, horizon, lead } = self;
+        Board { rate, timing, cost, fit: (), horizon, lead }
+    }
+}
+
+impl<const N: usize, F> Board<N, F> {
     /// The highest speed of an axis that moves alone.
     pub fn max_speed(&self) -> Speed {
         self.max_beside(&whole(0).number(), 1)

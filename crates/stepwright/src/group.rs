@@ -77,7 +77,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Control for Engine<T, D, F
 /// A board, and what planning makes of it: constants, for a chip that has them in flash.
 #[derive(Clone, Copy, Debug)]
 pub struct Given<const N: usize> {
-    board: Board<N>,
+    board: Board<N, ()>,
     clock: Clock,
     horizon: Horizon,
 }
@@ -87,7 +87,7 @@ impl<const N: usize> Given<N> {
     #[inline(always)]
     pub const fn new(board: Board<N>) -> Given<N> {
         let clock = Clock::new(board.rate, &board.fit);
-        Given { clock, horizon: Horizon::new(board.horizon), board }
+        Given { clock, horizon: Horizon::new(board.horizon), board: board.kept() }
     }
 }
 
@@ -160,13 +160,13 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     }
 
     /// The board.
-    pub fn board(&self) -> &Board<N> {
+    pub fn board(&self) -> &Board<N, ()> {
         &self.given.board
     }
 
     /// The board, to be changed: holds for travels that begin from now on. New
     /// drivers' times belong into the engine too, see [`Control::set_timing`].
-    pub fn board_mut(&mut self) -> &mut Board<N> {
+    pub fn board_mut(&mut self) -> &mut Board<N, ()> {
         &mut self.given.board
     }
 

@@ -30,5 +30,5 @@ pub use group::{Control, Given, Group};
 pub use late::late_after;
 pub use order::{Change, Order, Refusal, Travel};
 pub use run::Run;
-pub use steppers::{Axis, AxisLimits, AxisSet, MoveError, Steppers};
+pub use steppers::{Axis, AxisLimits, AxisSet, Limited, MoveError, Steppers};
 pub use units::{Accel, Geometry, Jerk, OutOfRange, Rate, Speed, Ticks, Turn};

@@ -41,6 +41,9 @@ const AT_WORK: u8 = 1 << 5;
 /// The most laws of a program.
 const LAWS: usize = 4;
 
+/// Where the present travels began.
+static BASE: Slot<[i64; board::AXES]> = Slot::new([0; board::AXES]);
+
 /// Of each law of the program, in its order.
 #[unsafe(no_mangle)]
 static LAW_SUMS: Slot<[u32; LAWS]> = Slot::new([0; LAWS]);
@@ -81,7 +84,7 @@ impl Trial {
         // SAFETY: the caller's promise, and no interrupt comes yet. A producer of zeros is
         // what `lend` asks for, and this one is the only one of its axis.
         let (engine, feed) = unsafe {
-            let engine = step::start(axes);
+            let engine = step::start(axes, BASE.get());
             let mut feed = MaybeUninit::zeroed().assume_init();
             step::lend(0, &mut feed);
             (engine, feed)

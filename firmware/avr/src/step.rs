@@ -290,7 +290,7 @@ fn pointed(mut at: *mut Axis) -> *mut Axis {
 ///
 /// # Safety
 /// To be called once, with interrupts disabled.
-pub unsafe fn start(mut pins: Pins) -> Held {
+pub unsafe fn start(mut pins: Pins, base: &'static mut [i64; AXES]) -> Held {
     for axis in 0..AXES as u8 {
         pins.direction(axis, true);
     }
@@ -304,7 +304,7 @@ pub unsafe fn start(mut pins: Pins) -> Held {
         #[cfg(feature = "uno")]
         in_phase();
     }
-    let mut held = Held::NONE;
+    let mut held = Held { base };
     held.set_timing(board::description().timing);
     held
 }
@@ -340,8 +340,9 @@ unsafe fn in_phase() {
 
 /// The axes with their interrupts held off for moments.
 pub struct Held {
-    /// Positions at which the present travels began.
-    base: [i64; AXES],
+    /// Positions at which the present travels began: in the main function's frame, as
+    /// statics are what a chip has little room for.
+    base: *mut [i64; AXES],
 }
 
 /// Ticks from the call to the first event of those that start.
@@ -376,7 +377,7 @@ fn live() -> Axes {
 
 impl Held {
     /// For a static, until [`start`] makes one that may be used.
-    pub(crate) const NONE: Held = Held { base: [0; AXES] };
+    pub const NONE: Held = Held { base: core::ptr::null_mut() };
 
     /// Prepares what has been queued since: to be called after something was.
     #[inline(never)]
@@ -416,7 +417,9 @@ impl Held {
 
     /// The axis rests: its travel begins here.
     fn settle(&mut self, axis: u8, position: i64) {
-        if let Some(base) = self.base.get_mut(usize::from(axis)) {
+        // SAFETY: `start` has made it, and nobody else has it.
+        let bases = unsafe { &mut *self.base };
+        if let Some(base) = bases.get_mut(usize::from(axis)) {
             *base = position;
         }
         let at = pointed(place(axis));
@@ -545,7 +548,9 @@ impl Control for Held {
 
     fn position(&self, axis: u8) -> i64 {
         let made = self.made(axis);
-        let base = self.base.get(usize::from(axis)).copied().unwrap_or(0);
+        // SAFETY: as in `settle`.
+        let bases = unsafe { &*self.base };
+        let base = bases.get(usize::from(axis)).copied().unwrap_or(0);
         if self.is_forward(axis) { base.wrapping_add(made) } else { base.wrapping_sub(made) }
     }
 

@@ -18,6 +18,9 @@ static MOTORS: Slot<Steppers> =
     // SAFETY: `start` powers them up before anything else.
     Slot::new(unsafe { Steppers::blank(Held::NONE) });
 
+/// Where their present travels began.
+static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);
+
 /// Their board.
 #[unsafe(link_section = ".progmem.data")]
 static BOARD: InFlash<Given<AXES>> = InFlash::new(Given::new(board::description()));
@@ -61,7 +64,7 @@ pub unsafe fn start() -> &'static mut Steppers {
     // SAFETY: the only time that anybody asks for them.
     let motors = unsafe { MOTORS.get() };
     // SAFETY: called once, with interrupts off.
-    *motors.engine() = unsafe { step::start(pins) };
+    *motors.engine() = unsafe { step::start(pins, BASE.get()) };
     // SAFETY: nobody else asks for the feeds, and the board is in flash.
     let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
     motors.power_up(feed, |given| unsafe { BOARD.load(given) });

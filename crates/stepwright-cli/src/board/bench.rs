@@ -1,7 +1,7 @@
 //! A virtual board on the bench: of either timer width, with its recordings.
 
+use stepwright::AxisSet;
 use stepwright::timer::Count;
-use stepwright_protocol::{AxisId, Machine};
 use stepwright_sim::{AXES, Description, Queues, VirtualBoard};
 
 use super::recording::Recording;
@@ -61,10 +61,7 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
         VirtualBoard::late(self)
     }
     fn brake(&mut self) {
-        let mut machine = self.controller();
-        for axis in AxisId::first(machine.axes()) {
-            machine.brake(axis);
-        }
+        self.motors().stop(AxisSet::ALL);
     }
     fn set_switch(&mut self, axis: u8, high: bool) {
         VirtualBoard::set_switch(self, axis, high);

@@ -9,8 +9,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use stepwright::profile::{Fit, Ramp};
 use stepwright::timer::Count;
-use stepwright::{Accel, Change, Order, Refusal, Speed, Travel};
-use stepwright_protocol::{AxisId, Machine};
+use stepwright::{Accel, Axis, Change, Order, Refusal, Speed, Travel};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 /// A change of mind, this many µs after the one before.
@@ -120,11 +119,10 @@ pub fn play<C: Count>(description: Description, story: &Story) -> Option<Told> {
     let mut board: VirtualBoard<C, Vec<Edge>> =
         VirtualBoard::new(&mut queues, description, Vec::new());
     let (rate, timing) = (description.board.rate, description.board.timing);
-    let controller = board.controller();
-    if controller.group.start(controller.engine, [(story.axis, story.order)]).is_err() {
+    let axis = Axis::new(story.axis.into()).unwrap();
+    if board.motors().start([(axis, story.order)]).is_err() {
         return None;
     }
-    let axis = AxisId::numbered(story.axis + 1).unwrap();
     let mut said: Vec<Said> = Vec::new();
     let mut whims = story.whims.clone();
     let mut target = match story.order.travel {
@@ -137,9 +135,9 @@ pub fn play<C: Count>(description: Description, story: &Story) -> Option<Told> {
     }
     for whim in whims {
         board.run_until(board.now() + u64::from(rate.micros(whim.after)));
-        let controller = board.controller();
-        let planned = controller.group.planned(story.axis).unwrap();
-        let forward = controller.group.is_forward(story.axis);
+        let motors = board.motors();
+        let planned = motors.planned(axis).unwrap();
+        let forward = motors.is_forward(axis);
         let speed = |m| Speed::from_millisteps(m).unwrap();
         let accel = |m: u32| Accel::from_millisteps(m.into()).unwrap();
         let change = match whim.what {
@@ -151,19 +149,16 @@ pub fn play<C: Count>(description: Description, story: &Story) -> Option<Told> {
             What::Decel(d) => Some(Change::Decel(accel(d))),
             What::Stop => None,
         };
-        if !controller.busy(axis) {
+        if !motors.is_moving(axis) {
             let here = Change::Target(planned);
-            let none = controller.group.change(controller.engine, 1 << story.axis, here);
+            let none = motors.change(axis, here);
             assert_eq!(none, Err(Refusal::Resting));
             break;
         }
         let taken = match change {
-            Some(change) => {
-                controller.group.change(controller.engine, 1 << story.axis, change).is_ok()
-            }
+            Some(change) => motors.change(axis, change).is_ok(),
             None => {
-                let mut controller = controller;
-                controller.brake(axis);
+                motors.stop(axis);
                 true
             }
         };

@@ -39,7 +39,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         let pulses = way.map(i32::unsigned_abs);
         let furthest = pulses.into_iter().max().unwrap_or(0);
         // An axis of one step makes it at the beginning, and holds nothing up.
-        let ways = self.limits.iter().zip(pulses);
+        let ways = self.axes.iter().map(|own| &own.limits).zip(pulses);
         let ways = ways.filter(|(_, pulses)| *pulses > 1 || *pulses == furthest);
         let limits = ways.map(|(limits, pulses)| limits.stretched(pulses, furthest));
         let Some(limits) = limits.reduce(|all, one| all.stricter(&one)) else { return Ok(()) };

@@ -20,14 +20,14 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// # }
     /// ```
     pub fn set_limits(&mut self, axis: Axis<N>, limits: AxisLimits) {
-        if let Some(own) = self.limits.get_mut(axis.index()) {
-            *own = limits;
+        if let Some(own) = self.axes.get_mut(axis.index()) {
+            own.limits = limits;
         }
     }
 
     /// The limits of an axis.
     pub fn limits(&self, axis: Axis<N>) -> AxisLimits {
-        self.limits.get(axis.index()).copied().unwrap_or_default()
+        self.axes.get(axis.index()).map(|own| own.limits).unwrap_or_default()
     }
 
     /// Moves an axis that rests to a position, in steps. Where it is already: done at once.
@@ -177,8 +177,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
                 continue;
             }
             let now = self.origin_now(axis);
-            if let Some(origin) = self.origins.get_mut(axis.index()) {
-                *origin = now;
+            if let Some(own) = self.axes.get_mut(axis.index()) {
+                own.origin = now;
             }
         }
     }
@@ -189,11 +189,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     }
 
     fn origin(&self, axis: Axis<N>) -> i64 {
-        self.origins.get(axis.index()).copied().unwrap_or(0)
-    }
-
-    pub(super) fn must_rest(&self, axis: Axis<N>) -> Result<(), MoveError> {
-        if self.is_moving(axis) { Err(Refusal::Busy.into()) } else { Ok(()) }
+        self.axes.get(axis.index()).map_or(0, |own| own.origin)
     }
 }
 

@@ -5,28 +5,29 @@
 #![no_main]
 #![feature(asm_experimental_arch)]
 
-use stepwright::{Given, Group};
+use stepwright::{Given, Steppers};
 use stepwright_avr::board::{self, AXES};
 use stepwright_avr::in_flash::InFlash;
 use stepwright_avr::serial::{Received, Serial};
 use stepwright_avr::step::{Held, RUNS};
 use stepwright_avr::{chip, reset, slot::Slot, step, watchdog};
 use stepwright_device::Mark;
-use stepwright_protocol::{Controller, Slave};
+use stepwright_protocol::Slave;
 
 /// All that the main loop works with.
 struct Board {
     slave: SlaveOwner,
-    group: GroupOwner,
-    engine: Held,
+    motors: MotorsOwner,
     serial: Serial,
 }
 
+type Motors = Steppers<'static, Held, AXES, RUNS, ()>;
+
 /// All zeros, which take no flash; `start` does the rest.
 static SLAVE: Slot<Slave<AXES>> = Slot::new(Slave::blank());
-static GROUP: Slot<Group<'static, AXES, RUNS>> =
-    // SAFETY: `start` powers it up before anything else.
-    Slot::new(unsafe { Group::blank() });
+static MOTORS: Slot<Motors> =
+    // SAFETY: `start` powers them up before anything else.
+    Slot::new(unsafe { Steppers::blank(Held::NONE) });
 
 /// Its board.
 #[unsafe(link_section = ".progmem.data")]
@@ -37,8 +38,9 @@ stepwright_avr::serial_interrupts!();
 
 #[avr_device::entry]
 fn main() -> ! {
-    // SAFETY: called once, with interrupts off.
-    let mut board = unsafe { start() };
+    let mut base = [0; board::AXES];
+    // SAFETY: called once, with interrupts off; this frame is never left.
+    let mut board = unsafe { start(&mut *(&raw mut base)) };
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
     loop {
@@ -58,7 +60,7 @@ fn main() -> ! {
 /// # Safety
 /// To be called once, with interrupts off.
 #[inline(never)]
-unsafe fn start() -> Board {
+unsafe fn start(base: &'static mut [i64; board::AXES]) -> Board {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
     watchdog::start(&chip.WDT);
@@ -69,17 +71,18 @@ unsafe fn start() -> Board {
     levels.set_enable(false); // on while it is low
     let mut board = Board {
         slave: SlaveOwner(()),
-        group: GroupOwner(()),
-        // SAFETY: called once, with interrupts off.
-        engine: unsafe { step::start(pins) },
+        motors: MotorsOwner(()),
         serial: Serial::start(chip.USART0),
     };
     board.slave.get().begin();
+    let motors = board.motors.get();
+    // SAFETY: called once, with interrupts off.
+    *motors.engine() = unsafe { step::start(pins, base) };
     // SAFETY: nobody else asks for them, and it is in flash.
     let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
-    board.group.get().power_up(feed, |given| unsafe { BOARD.load(given) });
+    motors.power_up_for_orders(feed, |given| unsafe { BOARD.load(given) });
     if reset::doubts() {
-        board.group.get().doubt();
+        motors.doubt();
     }
     board
 }
@@ -98,33 +101,22 @@ impl SlaveOwner {
 }
 
 /// The right to the motors, likewise.
-struct GroupOwner(());
+struct MotorsOwner(());
 
-impl GroupOwner {
+impl MotorsOwner {
     /// The motors.
     #[inline(always)]
-    fn get(&mut self) -> &mut Group<'static, AXES, RUNS> {
+    fn get(&mut self) -> &mut Motors {
         // SAFETY: as above.
-        unsafe { GROUP.get() }
+        unsafe { MOTORS.get() }
     }
 }
 
 impl Board {
-    /// The motors and the engine, for a line.
-    #[inline(always)]
-    fn machine<'a>(
-        group: &'a mut GroupOwner,
-        engine: &'a mut Held,
-    ) -> Controller<'a, 'static, Held, AXES, RUNS> {
-        Controller { group: group.get(), engine, axes: AXES as u8 }
-    }
-
     /// One piece of planning.
     #[inline(never)]
     fn plan(&mut self) -> bool {
-        let more = self.group.get().poll(&mut self.engine);
-        self.engine.refill();
-        more
+        self.motors.get().plan()
     }
 
     /// Takes what has come, up to the end of a line.
@@ -133,11 +125,10 @@ impl Board {
         while let Some(received) = self.serial.receive() {
             match received {
                 Received::Byte(byte) => {
-                    let mut machine = Self::machine(&mut self.group, &mut self.engine);
-                    if self.slave.get().hear(byte, &mut machine) {
+                    if self.slave.get().hear(byte, self.motors.get()) {
                         // Never taken back: this board's RAM has to be cold for a
                         // power-up to be one of a known position.
-                        if self.group.get().any_busy(&self.engine) {
+                        if self.motors.get().any_moving() {
                             reset::set_mark(Mark::MOVING);
                         }
                         return;
@@ -151,9 +142,8 @@ impl Board {
     /// Sends of the answer as much as there is room for. Planning goes on meanwhile.
     #[inline(never)]
     fn speak(&mut self) {
-        let mut machine = Self::machine(&mut self.group, &mut self.engine);
         while self.serial.has_room()
-            && let Some(byte) = self.slave.get().speak(&mut machine)
+            && let Some(byte) = self.slave.get().speak(self.motors.get())
         {
             self.serial.send(byte);
         }

@@ -3,7 +3,7 @@
 #![no_main]
 #![feature(asm_experimental_arch)]
 
-use stepwright::{Given, Group};
+use stepwright::{Given, Steppers};
 use stepwright_avr::in_flash::InFlash;
 use stepwright_avr::panel::AvrPanel;
 use stepwright_avr::serial::{Received, Serial};
@@ -14,18 +14,17 @@ use stepwright_device::Device;
 /// All that the main loop works with.
 struct Slave {
     device: Owner,
-    engine: Held,
     panel: AvrPanel,
     serial: Serial,
 }
 
-type Controller = Device<'static, { board::AXES }, RUNS>;
+type Controller = Device<'static, Held, { board::AXES }, RUNS>;
 
 /// All zeros, which take no flash; `start` does the rest, as there is no room for a
 /// second one on the stack.
 static DEVICE: Slot<Controller> =
-    // SAFETY: `start` powers the group up before anything else.
-    Slot::new(Device::blank(unsafe { Group::blank() }));
+    // SAFETY: `start` powers the motors up before anything else.
+    Slot::new(Device::blank(unsafe { Steppers::blank(Held::NONE) }));
 
 /// Its board.
 #[unsafe(link_section = ".progmem.data")]
@@ -36,8 +35,9 @@ stepwright_avr::serial_interrupts!();
 
 #[avr_device::entry]
 fn main() -> ! {
-    // SAFETY: called once, with interrupts off.
-    let mut slave = unsafe { start() };
+    let mut base = [0; board::AXES];
+    // SAFETY: called once, with interrupts off; this frame is never left.
+    let mut slave = unsafe { start(&mut *(&raw mut base)) };
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
     loop {
@@ -48,7 +48,7 @@ fn main() -> ! {
         } else {
             slave.listen();
         }
-        slave.device.get().attend(&mut slave.engine, &mut slave.panel);
+        slave.device.get().attend(&mut slave.panel);
         // Four pieces make a run; a byte of the line may wait for that long.
         let _ = slave.plan() && slave.plan() && slave.plan() && slave.plan();
     }
@@ -59,7 +59,7 @@ fn main() -> ! {
 /// # Safety
 /// To be called once, with interrupts off.
 #[inline(never)]
-unsafe fn start() -> Slave {
+unsafe fn start(base: &'static mut [i64; board::AXES]) -> Slave {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
     watchdog::start(&chip.WDT);
@@ -69,8 +69,6 @@ unsafe fn start() -> Slave {
     let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
     let mut slave = Slave {
         device: Owner(()),
-        // SAFETY: called once, with interrupts off.
-        engine: unsafe { step::start(pins) },
         panel: AvrPanel::new(
             levels,
             eeprom::Eeprom::new(chip.EEPROM),
@@ -78,10 +76,13 @@ unsafe fn start() -> Slave {
         ),
         serial: Serial::start(chip.USART0),
     };
+    let motors = slave.device.get().motors_mut();
+    // SAFETY: called once, with interrupts off.
+    *motors.engine() = unsafe { step::start(pins, base) };
     // SAFETY: nobody else asks for them, and it is in flash.
     let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
-    slave.device.get().group_mut().power_up(feed, |given| unsafe { BOARD.load(given) });
-    slave.device.get().begin(board::AXES as u8, &mut slave.engine, &mut slave.panel);
+    motors.power_up_for_orders(feed, |given| unsafe { BOARD.load(given) });
+    slave.device.get().begin(board::AXES as u8, &mut slave.panel);
     slave
 }
 
@@ -103,9 +104,7 @@ impl Slave {
     /// One piece of planning. The bench times it by its name.
     #[inline(never)]
     fn plan(&mut self) -> bool {
-        let more = self.device.get().plan(&mut self.engine);
-        self.engine.refill();
-        more
+        self.device.get().plan()
     }
 
     /// Takes what has come, up to the end of a line. The master says the next
@@ -115,7 +114,7 @@ impl Slave {
         while let Some(received) = self.serial.receive() {
             match received {
                 Received::Byte(byte) => {
-                    if self.device.get().hear(byte, &mut self.engine, &mut self.panel) {
+                    if self.device.get().hear(byte, &mut self.panel) {
                         return;
                     }
                 }
@@ -129,7 +128,7 @@ impl Slave {
     #[inline(never)]
     fn speak(&mut self) {
         while self.serial.has_room()
-            && let Some(byte) = self.device.get().speak(&mut self.engine, &mut self.panel)
+            && let Some(byte) = self.device.get().speak(&mut self.panel)
         {
             self.serial.send(byte);
         }

@@ -319,6 +319,24 @@ fn its_code_compiles() {
     }
 }
 
+/// Every file that ARCHITECTURE.md names with its folder is there.
+#[test]
+fn the_architecture_names_files_that_are_there() {
+    let architecture = read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let words: Vec<_> = architecture.split('`').skip(1).step_by(2).collect();
+    let begins = ["stepwright", "firmware/", "xtask/"];
+    let paths = words.iter().filter(|word| {
+        word.contains('/') && !word.contains(' ') && begins.iter().any(|b| word.starts_with(b))
+    });
+    let mut seen = 0;
+    for path in paths {
+        let there = [root(), root().join("crates")].iter().any(|top| top.join(path).exists());
+        assert!(there, "{path}");
+        seen += 1;
+    }
+    assert!(seen > 30, "{seen}");
+}
+
 /// Every file and every function that `docs/promises.md` names is there.
 #[test]
 fn its_promises_name_tests_that_are_there() {

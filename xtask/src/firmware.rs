@@ -73,6 +73,8 @@ pub enum Program {
     Case3,
     /// The first in fast PWM, on an Uno.
     FastPwm,
+    /// The demo of Austin's article, on six drives.
+    Demo,
     /// The timed driver, ordered over the serial line by `stepwright timed --port`.
     Timed,
     /// Two motor shields on two timers of a Mega.
@@ -112,6 +114,7 @@ impl Program {
             Program::Case2 => "case2",
             Program::Case3 => "case3",
             Program::FastPwm => "fast-pwm",
+            Program::Demo => "demo",
             Program::Timed => "timed",
             Program::Shields => "shields",
             Program::L6219 => "l6219",
@@ -136,6 +139,7 @@ impl Program {
             | Program::Case2
             | Program::Case3
             | Program::Timed
+            | Program::Demo
             | Program::L6219
             | Program::Arithmetic
             | Program::Stacked => build.timer == 1,
@@ -163,7 +167,7 @@ impl Program {
     ];
 
     /// The first example, and those of the sources.
-    pub const EXAMPLES: [Program; 9] = [
+    pub const EXAMPLES: [Program; 10] = [
         Program::FirstMove,
         Program::Cycle,
         Program::Case1,
@@ -171,6 +175,7 @@ impl Program {
         Program::Case3,
         Program::FastPwm,
         Program::Timed,
+        Program::Demo,
         Program::Shields,
         Program::L6219,
     ];

@@ -37,6 +37,7 @@ pub use avr_device::atmega2560 as chip;
 #[cfg(all(feature = "uno", any(feature = "timer3", feature = "timer4", feature = "timer5")))]
 compile_error!("the ATmega328P has no timer of 16 bits but timer 1");
 
+pub mod asked;
 pub mod board;
 pub mod clock;
 pub mod console;

@@ -86,8 +86,8 @@ fn programs() -> Vec<Program> {
         Program {
             name: "power",
             laws: vec![
-                ("power term, p = 2", power(2), 52_359, 73_697),
-                ("power term, p = 4", power(4), 63_963, 91_909),
+                ("power term, p = 2", power(2), 54_770, 77_625),
+                ("power term, p = 4", power(4), 66_386, 95_925),
             ],
             moves: vec![
                 ("power term, p = 2", slow_power(2).collect()),

@@ -1,0 +1,207 @@
+//! Any law on any drive: the step interrupt makes the step, then asks the law for the delay
+//! to the next one.
+//!
+//! ```text
+//!   law: an iterator of delays ──► interrupt of a 16-bit timer ──► Output: step and direction,
+//!   (1 µs each; 0 is left out)     deadlines, freely running        or windings with any table
+//! ```
+//!
+//! For laws that are quick enough to be asked there: the published listing takes some 1,000
+//! cycles a step, 2,600 at most, its form with the remainder carried 700. Slower ones are asked
+//! ahead, in the main loop: `law.rs`. One line makes a motor of a timer, a law and a drive:
+//! [`asked_motor!`](crate::asked_motor).
+
+use core::marker::PhantomData;
+
+use avr_device::interrupt;
+use stepwright::drive::{Coils, Drive, Port, PortDrive};
+
+use crate::slot::Slot;
+use crate::timed::Timer;
+
+/// A drive, and its current.
+pub trait Output: Drive {
+    /// The current goes on, where the motor is.
+    fn on(&mut self) {}
+    /// The current goes off.
+    fn off(&mut self) {}
+}
+
+impl<P: Port> Output for PortDrive<P> {}
+
+impl<P: Port> Output for Coils<P> {
+    fn on(&mut self) {
+        Coils::on(self);
+    }
+    fn off(&mut self) {
+        Coils::off(self);
+    }
+}
+
+/// Clocks of the timer in a tick of the law, 1 µs.
+const TICK: u32 = 16;
+/// Clocks from the order to the first step: DIR is set up, the current has come.
+const LEAD: u32 = 16_000;
+/// Cycles that STEP is high beside the calls: 2 µs.
+const PULSE: u32 = 32;
+/// What is longer takes laps of the counter.
+const FAR: u32 = 0x8000;
+const LAP: u16 = 0x4000;
+
+/// A motor, the step interrupt's.
+pub struct Motor<L, O> {
+    law: Option<L>,
+    output: Option<O>,
+    deadline: u16,
+    /// Clocks from the deadline to the next event.
+    left: u32,
+    /// The last interval.
+    last: u32,
+    /// The event that is due switches the current off.
+    resting: bool,
+}
+
+impl<L: Iterator<Item = u32>, O: Output> Motor<L, O> {
+    /// At rest, without a drive.
+    pub const fn new() -> Motor<L, O> {
+        Motor { law: None, output: None, deadline: 0, left: 0, last: LEAD, resting: false }
+    }
+
+    fn begin(&mut self, timer: &mut impl Timer, law: L, forward: bool) {
+        let Some(output) = &mut self.output else { return };
+        output.direction(0, forward);
+        output.on();
+        (self.law, self.left, self.last, self.resting) = (Some(law), LEAD, LEAD, false);
+        self.deadline = timer.now();
+        self.aim(timer);
+        timer.clear();
+        timer.enable(true);
+    }
+
+    #[inline(always)]
+    fn aim(&mut self, timer: &mut impl Timer) {
+        let lap = if self.left >= FAR { LAP } else { self.left as u16 };
+        self.left = self.left.wrapping_sub(lap.into());
+        self.deadline = self.deadline.wrapping_add(lap);
+        timer.wake_at(self.deadline);
+    }
+
+    /// The step interrupt.
+    #[inline(always)]
+    pub fn on_compare(&mut self, timer: &mut impl Timer) {
+        loop {
+            if self.left == 0 {
+                let Some(next) = self.event() else { return timer.enable(false) };
+                self.left = next;
+            }
+            self.aim(timer);
+            if (self.deadline.wrapping_sub(timer.now()) as i16) > 0 {
+                return;
+            }
+            timer.clear();
+        }
+    }
+
+    /// Makes the step that is due, and says how many clocks later the next event is.
+    #[inline(always)]
+    fn event(&mut self) -> Option<u32> {
+        let output = self.output.as_mut()?;
+        if self.resting {
+            output.off();
+            self.law = None;
+            return None;
+        }
+        output.begin(1);
+        avr_device::asm::delay_cycles(PULSE);
+        output.end(1);
+        match self.law.as_mut()?.find(|delay| *delay != 0) {
+            Some(delay) => self.last = delay.wrapping_mul(TICK),
+            // The rotor gets as long to settle.
+            None => self.resting = true,
+        }
+        Some(self.last)
+    }
+}
+
+impl<L: Iterator<Item = u32>, O: Output> Default for Motor<L, O> {
+    fn default() -> Self {
+        Motor::new()
+    }
+}
+
+/// The foreground's hold on a motor and its timer.
+pub struct Held<L: 'static, O: 'static, T> {
+    motor: &'static Slot<Motor<L, O>>,
+    timer: PhantomData<T>,
+}
+
+impl<L: Iterator<Item = u32>, O: Output, T: Timer> Held<L, O, T> {
+    /// Lets the timer run.
+    ///
+    /// # Safety
+    /// To be called once for a motor, with interrupts off. `T` is the timer whose interrupt
+    /// is the motor's.
+    pub unsafe fn new(motor: &'static Slot<Motor<L, O>>) -> Held<L, O, T> {
+        let mut held = Held { motor, timer: PhantomData };
+        held.with(|_, timer: &mut T| timer.start());
+        held
+    }
+
+    #[inline(always)]
+    fn with<R>(&mut self, look: impl FnOnce(&mut Motor<L, O>, &mut T) -> R) -> R {
+        interrupt::free(|_| {
+            // SAFETY: no interrupt comes.
+            let (motor, mut timer) = unsafe { (self.motor.get(), T::steal()) };
+            look(motor, &mut timer)
+        })
+    }
+
+    /// Has the motor on this drive from now on, while it rests.
+    pub fn wire(&mut self, output: O) {
+        self.with(|motor, _| {
+            let output = motor.output.insert(output);
+            output.off();
+        });
+    }
+
+    /// Moves it by the delays of a law.
+    pub fn play(&mut self, law: L, forward: bool) {
+        self.with(|motor, timer| motor.begin(timer, law, forward));
+    }
+
+    /// Whether it moves.
+    pub fn is_moving(&mut self) -> bool {
+        self.with(|motor, _| motor.law.is_some())
+    }
+}
+
+/// A motor as a module with a function that takes it: a name, a law, a drive, a timer and its
+/// vector.
+#[macro_export]
+macro_rules! asked_motor {
+    ($(#[$doc:meta])* mod $name:ident, $law:ty, $drive:ty, $timer:ident, $vector:ident) => {
+        $(#[$doc])*
+        mod $name {
+            use super::*;
+            use $crate::asked::{Held, Motor};
+            use $crate::slot::Slot;
+            use $crate::timed::{Timer as _, $timer};
+
+            static MOTOR: Slot<Motor<$law, $drive>> = Slot::new(Motor::new());
+
+            $crate::handler!($vector, $vector, {
+                // SAFETY: the interrupt that owns them; it comes with interrupts off.
+                unsafe { MOTOR.get().on_compare(&mut $timer::steal()) };
+            });
+
+            /// Takes the motor.
+            ///
+            /// # Safety
+            /// To be called once, with interrupts off.
+            pub unsafe fn take() -> Held<$law, $drive, $timer> {
+                // SAFETY: the caller's promise; it is this timer's interrupt.
+                unsafe { Held::new(&MOTOR) }
+            }
+        }
+    };
+}

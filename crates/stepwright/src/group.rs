@@ -1,4 +1,4 @@
-//! N motors on one engine: what a user holds.
+//! N motors on one engine, by orders: what `Steppers` are made of.
 
 use crate::board::Board;
 use crate::clamp;

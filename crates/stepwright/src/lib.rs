@@ -18,6 +18,8 @@ mod planner;
 pub mod profile;
 pub mod queue;
 pub mod run;
+#[cfg(feature = "critical-section")]
+mod shared;
 mod steppers;
 mod stride;
 pub mod timer;
@@ -30,5 +32,7 @@ pub use group::{Control, Given, Group};
 pub use late::late_after;
 pub use order::{Change, Order, Refusal, Travel};
 pub use run::Run;
+#[cfg(feature = "critical-section")]
+pub use shared::{EngineHandle, SharedEngine};
 pub use steppers::{Axis, AxisLimits, AxisSet, Limited, MoveError, Steppers};
 pub use units::{Accel, Geometry, Jerk, OutOfRange, Rate, Speed, Ticks, Turn};

@@ -269,7 +269,8 @@ impl Build {
         let elf = folder.join(&name).with_extension("elf");
         fs::copy(from, &elf).context("copying the .elf")?;
         let hex = elf.with_extension("hex");
-        let convert = ["-O", "ihex", "-R", ".eeprom"];
+        // What is kept over a reset is no part of the flash.
+        let convert = ["-O", "ihex", "-R", ".eeprom", "-R", ".noinit"];
         run(Command::new("avr-objcopy").args(convert).arg(&elf).arg(&hex))?;
         let (flash, ram) = size(&elf)?;
         Ok(Built { board: self.board, elf, hex, flash, ram })

@@ -18,6 +18,7 @@ mod bench;
 mod check;
 mod firmware;
 mod flash;
+mod image;
 mod listing;
 mod node;
 mod python;
@@ -47,6 +48,7 @@ enum Chore {
     Check(check::Check),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
+    Image(image::Image),
     Setup(setup::Setup),
     Sim(sim::Sim),
     Stress(stress::Stress),
@@ -61,6 +63,7 @@ fn main() -> Result<()> {
         Chore::Check(check) => check.run(),
         Chore::Firmware(firmware) => firmware.run(&ws),
         Chore::Flash(flash) => flash.run(&ws),
+        Chore::Image(image) => image.run(&ws),
         Chore::Setup(setup) => setup.run(&ws),
         Chore::Sim(sim) => sim.run(&ws),
         Chore::Stress(stress) => stress.run(&ws),

@@ -110,8 +110,21 @@ pub const SIGROK: &Need = &Need {
     or_else: "",
 };
 
+/// The boot loader of a Nano from before 2018, which speaks STK500. (That of an Uno is too long
+/// for its place in Debian's build.)
+pub const BOOT_LOADER: &str =
+    "/usr/share/arduino/hardware/arduino/avr/bootloaders/atmega/ATmegaBOOT_168_atmega328.hex";
+
+/// Boot loaders for the simulated chip.
+pub const ARDUINO: &Need = &Need {
+    name: "boot loaders",
+    found: || Path::new(BOOT_LOADER).is_file(),
+    packages: &["arduino-core-avr"],
+    or_else: "",
+};
+
 /// Everything, for `setup`.
-const ALL: &[&Need] = &[CROSS, AVR_GCC, AVRDUDE, SIMAVR, PYTHON, NODE, SIGROK];
+const ALL: &[&Need] = &[CROSS, AVR_GCC, AVRDUDE, SIMAVR, PYTHON, NODE, SIGROK, ARDUINO];
 
 /// Meets `needs`: looks, and installs only what is missing.
 pub fn ensure(needs: &[&Need]) -> Result<()> {

@@ -8,6 +8,7 @@ mod code;
 mod cross;
 mod examples;
 mod firmware;
+mod flash;
 mod pyserial;
 mod rig;
 mod sigrok;
@@ -31,6 +32,9 @@ struct Step {
     run: fn(&Workspace) -> Result<()>,
 }
 
+/// What a boot loader on the simulated chip takes.
+const FLASH_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::ARDUINO];
+
 /// The quickest to say no come first.
 const STEPS: &[Step] = &[
     Step { name: "fmt", what: "the code is formatted", needs: &[], run: code::fmt },
@@ -49,6 +53,12 @@ const STEPS: &[Step] = &[
         what: "the firmwares build, fit, and can't panic",
         needs: crate::firmware::NEEDS,
         run: firmware::run,
+    },
+    Step {
+        name: "image",
+        what: "the firmwares that `stepwright flash` carries are those of the code",
+        needs: crate::firmware::NEEDS,
+        run: crate::image::check,
     },
     Step {
         name: "rig",
@@ -79,6 +89,12 @@ const STEPS: &[Step] = &[
         what: "the example on a simulated Uno: home, targets, two terminals, a pulled plug",
         needs: crate::rig::NEEDS,
         run: uno::run,
+    },
+    Step {
+        name: "flash",
+        what: "`stepwright flash` writes a firmware through a real boot loader, simulated",
+        needs: FLASH_NEEDS,
+        run: flash::run,
     },
     Step { name: "fuzz", what: "the protocol stands random bytes", needs: &[], run: code::fuzz },
 ];

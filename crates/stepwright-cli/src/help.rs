@@ -7,7 +7,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Move a motor", &["move", "line", "run", "home", "jog", "retarget", "stop", "kill"]),
     ("See where it is", &["status", "position", "watch", "zero"]),
     ("Plan and look", &["plan", "timed", "cycle", "figures", "calc"]),
-    ("Boards", &["ports", "board", "settings", "init", "send"]),
+    ("Boards", &["ports", "flash", "board", "settings", "init", "send"]),
     ("Other", &["completions", "help"]),
 ];
 

@@ -24,6 +24,7 @@ mod cycle;
 mod failure;
 mod figures;
 mod files;
+mod flash;
 mod help;
 mod interrupt;
 mod link;
@@ -83,6 +84,7 @@ enum Command {
     Ports(order::ports::Args),
     Init(machine::init::Args),
     Board(board::Args),
+    Flash(flash::Args),
     Plan(Box<plan::Args>),
     Timed(Box<timed::Args>),
     Cycle(cycle::Args),
@@ -125,6 +127,7 @@ fn main() -> ExitCode {
         Command::Ports(args) => order::ports::run(args),
         Command::Init(args) => machine::init::run(args),
         Command::Board(args) => board::run(args),
+        Command::Flash(args) => flash::run(args),
         Command::Plan(args) => plan::run(*args),
         Command::Timed(args) => timed::run(*args),
         Command::Cycle(args) => cycle::run(args),

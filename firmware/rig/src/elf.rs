@@ -74,6 +74,37 @@ impl Image {
         Ok(Image { flash, ram, symbols })
     }
 
+    /// Reads a boot loader from an Intel HEX file of up to 64 KB. The rest of the chip is erased;
+    /// at address 0 stands a jump to it, in place of the fuse that has a chip begin there.
+    ///
+    /// # Errors
+    /// The file can't be read, or is none.
+    pub fn boot_loader(path: &Path, room: usize) -> Result<Image> {
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("no boot loader at {}", path.display()))?;
+        let mut flash = vec![0xFF; room];
+        let mut begin = room;
+        for line in text.lines() {
+            let digits = line.trim().strip_prefix(':').context("a line without its colon")?;
+            let record: Vec<u8> = (0..digits.len() / 2)
+                .map(|n| u8::from_str_radix(&digits[2 * n..2 * n + 2], 16))
+                .collect::<Result<_, _>>()?;
+            let [_, high, low, kind, data @ .., _] = record.as_slice() else { continue };
+            let at = usize::from(u16::from_be_bytes([*high, *low]));
+            if *kind == 0 {
+                let place = flash.get_mut(at..at + data.len()).context("beyond the flash")?;
+                place.copy_from_slice(data);
+                // The one instruction at its end is its version.
+                if data.len() > 2 {
+                    begin = begin.min(at);
+                }
+            }
+        }
+        let [low, high, ..] = (begin / 2).to_le_bytes();
+        flash[..4].copy_from_slice(&[0x0C, 0x94, low, high]);
+        Ok(Image { flash, ram: 0, symbols: Vec::new() })
+    }
+
     /// The functions whose names contain all of `parts`.
     pub fn functions<'a>(&'a self, parts: &'a [&str]) -> impl Iterator<Item = &'a Symbol> {
         self.symbols.iter().filter(move |symbol| {

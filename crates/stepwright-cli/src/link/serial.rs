@@ -60,6 +60,19 @@ impl SerialLink {
     }
 }
 
+impl SerialLink {
+    /// Resets the board, as far as its port can: most do so when DTR rises.
+    pub fn reset(&mut self) {
+        // A port without modem lines can't.
+        let _ = self.port.set_dtr(false).and_then(|()| self.port.set_rts(false));
+        thread::sleep(Duration::from_millis(250));
+        let _ = self.port.set_dtr(true).and_then(|()| self.port.set_rts(true));
+        // The boot loader begins.
+        thread::sleep(Duration::from_millis(50));
+        let _ = self.port.discard_buffers();
+    }
+}
+
 /// Why a port can't be opened, and what to do about it.
 fn refused(path: &Path, baud: u32, error: &io::Error) -> Failure {
     let shown = path.display();

@@ -34,7 +34,7 @@ pub mod motion;
 #[cfg(test)]
 mod noise;
 pub mod ports;
-mod progress;
+pub mod progress;
 pub mod retarget;
 pub mod run;
 pub mod send;

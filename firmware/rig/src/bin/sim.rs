@@ -38,6 +38,9 @@ struct Args {
     /// The firmware, if it is not the built one
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
+    /// A boot loader instead, in Intel HEX: the chip has nothing else in it
+    #[arg(long, value_name = "FILE", conflicts_with = "elf")]
+    boot_loader: Option<PathBuf>,
     /// Also make the pseudo-terminal known by this name
     #[arg(long, value_name = "PATH")]
     pty_link: Option<PathBuf>,
@@ -49,9 +52,10 @@ struct Args {
 
 fn main() -> Result<()> {
     let args = Args::parse();
-    let image = match &args.elf {
-        Some(file) => Image::read(file)?,
-        None => firmware::load(args.board.name())?,
+    let image = match (&args.elf, &args.boot_loader) {
+        (Some(file), _) => Image::read(file)?,
+        (None, Some(file)) => Image::boot_loader(file, 0x8000)?,
+        (None, None) => firmware::load(args.board.name())?,
     };
     let ended = Arc::new(AtomicBool::new(false));
     let end = Arc::clone(&ended);
@@ -68,6 +72,10 @@ fn main() -> Result<()> {
     );
 
     let mut chip = Chip::new(args.board, &image);
+    if args.boot_loader.is_some() {
+        // It listens after a press of the button only.
+        chip.reset();
+    }
     let mut tally = Tally::default();
     let acts = acts();
     let mut closed = vec![false; args.switch.len()];

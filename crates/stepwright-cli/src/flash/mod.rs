@@ -1,0 +1,226 @@
+//! `stepwright flash`: writes the controller's firmware to a board, without a compiler.
+//!
+//! | module | what |
+//! | --- | --- |
+//! | [`image`] | the firmwares that this command carries |
+//! | [`stk500`] | the boot loader of an Uno and a Nano |
+
+mod image;
+mod stk500;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use clap::ValueEnum;
+use serde_json::json;
+
+use crate::failure::Failure;
+use crate::link::serial::{SerialLink, Share};
+use crate::order::progress::Line;
+use crate::order::target::Format;
+use crate::say;
+use image::Image;
+use stk500::{Loader, Trouble};
+
+/// Write the controller's firmware to an Uno, a Nano or a Mega
+///
+/// The firmware comes with this command, and needs no compiler. It replaces the program that
+/// is on the board; settings that the board keeps stay.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Avrdude writes it if it is installed. Else this command does, on an Uno and a Nano, and
+compares all of it afterwards; a Mega's boot loader is known to avrdude only. With --own
+avrdude is not looked for.
+
+The board must have its boot loader: one bought as an Arduino, or as a copy of one, has.
+
+Examples:
+  stepwright flash uno --port /dev/ttyACM0
+  stepwright flash nano --old-boot-loader --port /dev/ttyUSB0
+  stepwright flash uno --port /dev/ttyACM0 --dry-run")]
+pub struct Args {
+    /// Which board it is
+    board: Board,
+    /// Serial port of the board
+    #[arg(long, value_name = "PATH")]
+    port: PathBuf,
+    /// A Nano from before 2018, whose boot loader listens at 57600 bits/s
+    #[arg(long)]
+    old_boot_loader: bool,
+    /// Leave avrdude alone
+    #[arg(long)]
+    own: bool,
+    /// Say what would be done, and leave the board alone
+    #[arg(long)]
+    dry_run: bool,
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+/// A board that there is a firmware for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Board {
+    /// Arduino Uno, or a copy of it with an ATmega328P
+    Uno,
+    /// Arduino Nano, likewise
+    Nano,
+    /// Arduino Mega 2560
+    Mega,
+}
+
+impl Board {
+    fn name(self) -> &'static str {
+        match self {
+            Board::Uno => "uno",
+            Board::Nano => "nano",
+            Board::Mega => "mega",
+        }
+    }
+
+    /// What avrdude calls its chip and its boot loader.
+    fn programmer(self) -> [&'static str; 4] {
+        match self {
+            Board::Uno | Board::Nano => ["-p", "m328p", "-c", "arduino"],
+            Board::Mega => ["-p", "m2560", "-c", "wiring"],
+        }
+    }
+}
+
+/// How often the boot loader is looked for: it listens for about a second after a reset.
+const RESETS: usize = 3;
+
+/// Writes the firmware, and says what was written.
+pub fn run(args: Args) -> Result<(), Failure> {
+    if args.old_boot_loader && args.board != Board::Nano {
+        return Err(Failure::usage("--old-boot-loader is for a Nano"));
+    }
+    let image = Image::of(args.board);
+    let baud = if args.old_boot_loader { 57_600 } else { 115_200 };
+    let avrdude = !args.own && has_avrdude();
+    if args.format == Format::Text {
+        let (name, size, hash) = (args.board.name(), image.bytes().len(), image.hash());
+        say::result(format_args!("image       {name}, {size} bytes, SHA-256 {hash}"));
+    }
+    let by = if avrdude { "avrdude" } else { "stepwright" };
+    if !avrdude && args.board == Board::Mega {
+        return Err(Failure::new("a Mega's boot loader takes avrdude, which is not here")
+            .hint("install avrdude (Debian: `apt install avrdude`), and leave --own out"));
+    }
+    if !args.dry_run {
+        match avrdude {
+            true => by_avrdude(&args, &image, baud)?,
+            false => by_ourselves(&args, &image, baud)?,
+        }
+    }
+    let state = if args.dry_run { "dry-run" } else { "written" };
+    match args.format {
+        Format::Json => say::result(json!({
+            "board": args.board.name(),
+            "bytes": image.bytes().len(),
+            "sha256": image.hash(),
+            "by": by,
+            "state": state,
+        })),
+        Format::Text if args.dry_run => {
+            let port = args.port.display();
+            say::result(format_args!("dry run     {by} would write it to {port} at {baud} bits/s"));
+        }
+        Format::Text => {
+            say::result(format_args!("written     by {by}, and compared"));
+            let port = args.port.display();
+            say::note(format_args!("see it with: stepwright status --port {port}"));
+        }
+    }
+    Ok(())
+}
+
+/// Whether avrdude can be started.
+fn has_avrdude() -> bool {
+    let started = Command::new("avrdude").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    started.is_ok()
+}
+
+/// Has avrdude write and compare.
+fn by_avrdude(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
+    let mut file = tempfile::Builder::new()
+        .prefix("stepwright-")
+        .suffix(".bin")
+        .tempfile()
+        .map_err(|error| Failure::new(format!("can't make a file for avrdude: {error}")))?;
+    file.write_all(image.bytes())
+        .and_then(|()| file.flush())
+        .map_err(|error| Failure::file("write", file.path(), &error))?;
+    let flash = format!("flash:w:{}:r", file.path().display());
+    let mut avrdude = Command::new("avrdude");
+    avrdude.args(args.board.programmer()).args(["-b", &baud.to_string(), "-D"]);
+    avrdude.arg("-P").arg(&args.port).args(["-U", &flash]).stdout(Stdio::null());
+    match avrdude.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Failure::new(format!("avrdude has not written it ({status})")).hint(
+            "what it says is above. Is it this board (uno, nano, mega), and this port? An old \
+             Nano takes --old-boot-loader",
+        )),
+        Err(error) => Err(Failure::new(format!("can't start avrdude: {error}"))
+            .hint("--own does without it, on an Uno and a Nano")),
+    }
+}
+
+/// Speaks with the boot loader.
+fn by_ourselves(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
+    let link = SerialLink::open(&args.port, baud, Share::Alone)?;
+    let port = args.port.display().to_string();
+    let failed = |trouble| explain(&port, args.board, trouble);
+    let mut loader = Loader::new(link);
+    let mut met = Err(Trouble::Silent);
+    for _ in 0..RESETS {
+        loader.link().reset();
+        met = loader.meet();
+        if met.is_ok() {
+            break;
+        }
+    }
+    met.map_err(failed)?;
+    let mut line = Line::new();
+    let mut tell = |word: &str, done: usize| {
+        let text = format!("{word} {} %", 100 * done / image.bytes().len());
+        line.show(&[&text], &text, false);
+    };
+    let written = loader
+        .write(image.bytes(), &mut |done| tell("writing", done))
+        .and_then(|()| loader.compare(image.bytes(), &mut |done| tell("comparing", done)))
+        .and_then(|()| loader.leave());
+    line.end();
+    written.map_err(failed)?;
+    // Its program begins.
+    thread::sleep(Duration::from_millis(200));
+    Ok(())
+}
+
+/// What is wrong with a boot loader, and what to do.
+fn explain(port: &str, board: Board, trouble: Trouble) -> Failure {
+    let name = board.name();
+    match trouble {
+        Trouble::Silent => Failure::new(format!("no boot loader answers on {port}")).hint(format!(
+            "is it {} {name}, on this port (`stepwright ports`)? Press its reset button as the \
+             command starts; an old Nano takes --old-boot-loader",
+            if board == Board::Uno { "an" } else { "a" }
+        )),
+        Trouble::Chip(signature) => {
+            let [a, b, c] = signature;
+            Failure::new(format!("the chip on {port} is no ATmega328P: {a:02X} {b:02X} {c:02X}"))
+                .hint("nothing was written. Which board is it: uno, nano or mega?")
+        }
+        Trouble::Differs(at) => {
+            Failure::new(format!("what was written to {port} differs from byte {at} on"))
+                .hint("write it again; if it stays so, the chip's flash is worn out")
+        }
+        Trouble::Odd => Failure::new(format!("the boot loader on {port} lost its step"))
+            .hint("write it again, with a shorter cable or on another port of the computer"),
+        Trouble::Line(error) => Failure::new(format!("{port}: {error}"))
+            .hint("was it unplugged? Plug it in and write it again"),
+    }
+}

@@ -125,6 +125,7 @@ use program::Reader;
 use stepwright::Board;
 use stepwright::drive::{Axes, Drive};
 use stepwright::engine::{Engine, Timing};
+use stepwright::queue::Asked;
 use stepwright::timer::{Count, StepTimer};
 use stepwright::units::Ticks;
 use wiring::Wiring;
@@ -135,7 +136,7 @@ use wiring::Wiring;
 /// [`on_compare`](Cycle::on_compare), as an [`Engine`] does; the rest is for
 /// the foreground, with that interrupt held off.
 pub struct Cycle<'a, T: StepTimer, D, S, const N: usize> {
-    engine: Engine<T, Wiring<D>, Player<'a>, N>,
+    engine: Engine<T, Wiring<D>, Asked<Player<'a>>, N>,
     surroundings: S,
     strategies: Strategies,
     board: Board<N>,
@@ -186,15 +187,21 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         // The fixed tick has its own times, all of them ticks.
         let none = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 0 };
         let timing = if wide { none } else { board.timing };
-        let mut players = [const { Player::IDLE }; N];
+        let mut players = [const { Asked::new(Player::IDLE) }; N];
         let (mut inverted, mut n): (Axes, usize) = (0, 0);
         while n < N {
-            players[n] = Player::new(motors[n], beat, timing.hold);
+            players[n] = Asked::new(Player::new(motors[n], beat, timing.hold));
             inverted |= (motors[n].inverted as Axes) << (n & 7);
             n += 1;
         }
         Cycle {
-            engine: Engine::off(timer, Wiring::new(drive, inverted, wide), players, timing),
+            engine: Engine::off(
+                timer,
+                Wiring::new(drive, inverted, wide),
+                players,
+                timing,
+                board.rate,
+            ),
             surroundings,
             strategies: Strategies::CANCEL,
             board,
@@ -306,17 +313,17 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
     fn check(&mut self) -> Result<(), Refusal> {
         let (period, timing, board) = (self.beat.period, self.board.timing, self.board);
         let mut moving = 0usize;
-        for player in self.engine.feeds().iter().filter(|player| player.is_ready()) {
+        for player in self.engine.feeds().filter(|player| player.is_ready()) {
             moving = moving.saturating_add(player.fastest().is_some().into());
         }
-        if !self.engine.feeds().iter().any(Player::is_ready) {
+        if !self.engine.feeds().any(|player| player.is_ready()) {
             return Err(Refusal::Nothing);
         }
         if self.strategies.hard_end.brakes() {
             if !BRAKES {
                 return Err(Refusal::NoBrakes);
             }
-            let mut motors = (0u8..).zip(self.engine.feeds().iter());
+            let mut motors = (0u8..).zip(self.engine.feeds());
             if let Some((motor, _)) = motors.find(|(_, p)| p.is_ready() && p.motor.decel == 0) {
                 return Err(Refusal::NeedsDecel { motor });
             }
@@ -396,9 +403,9 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         // done, and then the cycle may be over.
         self.watch();
         self.engine.on_compare();
-        let took = self.engine.timer().now().since(begun);
-        let took = Ticks::try_from(took).unwrap_or(2 * T::Count::HOP);
-        self.took(took, behind);
+        // Modulo the counter.
+        let took = self.engine.timer().now().since(begun) as Ticks;
+        self.took(took & T::Count::HOP.wrapping_mul(4).wrapping_sub(1), behind);
         self.after();
     }
 
@@ -466,7 +473,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
     }
 
     fn player(&mut self, motor: u8) -> Option<&mut Player<'a>> {
-        self.engine.feeds().get_mut(usize::from(motor))
+        self.engine.feed(motor)
     }
 
     /// Steps of a motor. On the fixed tick one counts when STEP falls.

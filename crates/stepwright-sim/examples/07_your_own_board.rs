@@ -54,11 +54,12 @@ impl OutputPin for Pin {
 
 fn main() -> Result<(), MoveError> {
     let mut queue = Queue::<8>::new();
-    let (feed, runs) = queue.split();
+    let (feed, entries) = queue.split();
     let pins = [Pins { step: Pin("step"), direction: Pin("dir"), invert_direction: false }];
     // Up to 10,000 steps/s; more once you have measured what a step costs your chip.
     let board = Board::unmeasured(Rate::MHZ);
-    let engine = Engine::new(Timer::default(), StepDir::new(pins), [runs], board.timing);
+    let engine =
+        Engine::new(Timer::default(), StepDir::new(pins), [entries], board.timing, board.rate);
 
     let mut motors = Steppers::new(engine, [feed], board);
     let limits = AxisLimits::new(Speed::from_steps(500)?, Accel::from_steps(9_000)?);

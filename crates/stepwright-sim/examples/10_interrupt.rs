@@ -44,9 +44,10 @@ static DONE: AtomicBool = AtomicBool::new(false);
 
 fn main() -> Result<(), MoveError> {
     // On a chip: a static cell's.
-    let (feed, runs) = Box::leak(Box::<Queue<8>>::default()).split();
+    let (feed, entries) = Box::leak(Box::<Queue<8>>::default()).split();
     let board = Board::unmeasured(Rate::MHZ);
-    let engine = ENGINE.fill(Engine::new(Timer(Instant::now()), Pins, [runs], board.timing));
+    let engine =
+        ENGINE.fill(Engine::new(Timer(Instant::now()), Pins, [entries], board.timing, board.rate));
     let interrupt = thread::spawn(|| {
         while !DONE.load(Ordering::Relaxed) {
             ENGINE.on_compare();

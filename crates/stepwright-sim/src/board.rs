@@ -4,7 +4,9 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use stepwright::drive::{Axes, Drive};
-use stepwright::queue::{Consumer, Queue};
+use stepwright::engine::WIRING;
+use stepwright::entry::Wiring;
+use stepwright::queue::{Consumer, Producer, Queue};
 use stepwright::timer::Count;
 use stepwright::{Axis, Control, Engine, Steppers};
 use stepwright_device::{Device, Mark, Reset};
@@ -19,13 +21,24 @@ use crate::steppers::SimEngine;
 /// Axes of a virtual board, of which a description may connect fewer.
 pub const AXES: usize = 3;
 
-/// Runs queued for each axis, as on the Uno.
+/// Entries queued for each axis, as on the Uno.
 pub(crate) const RUNS: usize = 8;
 
-/// Where the runs of a board's axes wait. Made before the board, which borrows
+/// Where the entries of a board's axes wait. Made before the board, which borrows
 /// it.
 #[derive(Default)]
-pub struct Queues(pub(crate) [Queue<RUNS>; AXES]);
+pub struct Queues([Queue<RUNS>; AXES]);
+
+/// The two ends of an axis' queue, for foreground and engine.
+pub(crate) type Ends<'q> = (Producer<'q, RUNS>, Consumer<'q, RUNS>);
+
+impl Queues {
+    pub(crate) fn ends(&mut self, description: &Description) -> [Ends<'_>; AXES] {
+        let wiring =
+            if description.assembly { Wiring::new(WIRING.step, WIRING.turn) } else { WIRING };
+        self.0.each_mut().map(|queue| queue.split_as(wiring))
+    }
+}
 
 /// Simulated pins: every change goes to the recorder.
 pub(crate) struct Pins<R> {
@@ -129,10 +142,10 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
     ) -> Self {
         let (now, reverse) = (Now::default(), Rc::new(Cell::new(0)));
         let pins = Pins::new(now.clone(), reverse.clone(), recorder);
-        let [x, y, z] = queues.0.each_mut().map(Queue::split);
+        let [x, y, z] = queues.ends(&description);
         let board = description.board;
-        let timer = SimTimer::new(now.clone());
-        let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing);
+        let timer = SimTimer::on_grid(now.clone(), description.grid);
+        let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing, board.rate);
         let engine = SimEngine::new(now.clone(), engine);
         let mut panel = SimPanel::new(now.clone(), board.rate, reverse, reset, remains);
         let axes = description.axes.clamp(1, AXES as u8);

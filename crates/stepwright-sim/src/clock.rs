@@ -6,6 +6,8 @@ use std::rc::Rc;
 
 use stepwright::timer::{Count, StepTimer};
 
+use crate::AXES;
+
 /// The present, in ticks since the board was switched on.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Now(Rc<Cell<u64>>);
@@ -26,12 +28,18 @@ impl Now {
 pub struct SimTimer<C> {
     now: Now,
     wake: u64,
+    /// Ticks from one possible match to the next, of each axis; powers of two.
+    grid: [u32; AXES],
     count: PhantomData<C>,
 }
 
 impl<C: Count> SimTimer<C> {
     pub(crate) fn new(now: Now) -> SimTimer<C> {
-        SimTimer { now, wake: 0, count: PhantomData }
+        SimTimer::on_grid(now, [1; AXES])
+    }
+
+    pub(crate) fn on_grid(now: Now, grid: [u32; AXES]) -> SimTimer<C> {
+        SimTimer { now, wake: 0, grid, count: PhantomData }
     }
 
     /// When the compare register next matches.
@@ -59,6 +67,13 @@ impl<C: Count> StepTimer for SimTimer<C> {
         let period = 4 * i64::from(C::HOP);
         let ahead = if ahead > 0 { ahead } else { ahead + period };
         self.wake = self.now.get().wrapping_add_signed(ahead);
+    }
+
+    fn reach(&self, axis: u8, at: C) -> C {
+        let grid = self.grid.get(usize::from(axis)).copied().unwrap_or(1).max(1);
+        // Modulo the counter, which is a multiple of it.
+        let past = at.since(C::ZERO.0) as u32 & (grid - 1);
+        if past == 0 { at } else { at.plus(grid - past) }
     }
 
     fn hold_until(&mut self, at: C) {

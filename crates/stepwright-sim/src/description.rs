@@ -12,6 +12,12 @@ pub struct Description {
     pub axes: u8,
     /// Timer, driver times and the cost of a step.
     pub board: Board<AXES>,
+    /// Ticks from one possible match of an axis' compare register to the next, a power
+    /// of two: 1, or more where it is on a timer with a prescaler.
+    pub grid: [Ticks; AXES],
+    /// Whether its step interrupts are an AVR's in assembly, which need time between two
+    /// entries: see `stepwright::entry::Wiring`.
+    pub assembly: bool,
     /// Bits per second of the serial line; a byte is ten.
     pub baud: u32,
 }
@@ -21,7 +27,9 @@ impl Description {
     /// its firmware.
     pub fn uno() -> Description {
         let cost = Cost { ticks: [125, 184, 251], pulse: 45, longer: [1_250, 1_700, 4_400] };
-        Description::at(Rate::from_hz(16_000_000).unwrap_or(Rate::MHZ), cost)
+        let uno = Description::at(Rate::from_hz(16_000_000).unwrap_or(Rate::MHZ), cost);
+        // The third is on timer 2, which counts every eighth cycle.
+        Description { grid: [1, 1, 8], assembly: true, ..uno }
     }
 
     /// A board with a timer of `rate` and such a cost of a step; pulses and direction
@@ -37,7 +45,7 @@ impl Description {
             lead: rate.micros(250),
         };
         board.set_drivers(pulse, setup, hold);
-        Description { axes: AXES as u8, board, baud: 115_200 }
+        Description { axes: AXES as u8, board, grid: [1; AXES], assembly: false, baud: 115_200 }
     }
 
     /// [`at`](Description::at) for a board on which a step costs nothing but its pulse:

@@ -4,7 +4,6 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use stepwright::drive::Axes;
-use stepwright::queue::Queue;
 use stepwright::timer::Count;
 use stepwright::{Control, Engine, Report, Steppers, Ticks, Timing};
 
@@ -39,10 +38,10 @@ pub fn virtual_steppers<R: Recorder>(
 ) -> VirtualSteppers<'_, R> {
     let (now, board) = (Now::default(), description.board);
     let pins = Pins::new(now.clone(), Rc::new(Cell::new(0)), recorder);
-    let [x, y, z] = queues.0.each_mut().map(Queue::split);
-    let timer = SimTimer::new(now.clone());
-    let engine = SimEngine::new(now, Engine::new(timer, pins, [x.1, y.1, z.1], board.timing));
-    Steppers::new(engine, [x.0, y.0, z.0], board)
+    let [x, y, z] = queues.ends(&description);
+    let timer = SimTimer::on_grid(now.clone(), description.grid);
+    let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing, board.rate);
+    Steppers::new(SimEngine::new(now, engine), [x.0, y.0, z.0], board)
 }
 
 /// The engine of motors on simulated pins. Time passes only in [`pass`](SimEngine::pass).

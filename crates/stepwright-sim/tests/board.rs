@@ -208,3 +208,24 @@ fn after_a_refused_order_the_axis_is_free() {
     }
     assert_eq!(board.take_answers(), b"Y\rY\rY\rB\r");
 }
+
+/// Edges of the Uno's third axis come at the next multiple of 8 ticks from their deadline;
+/// those of the others at it.
+#[test]
+fn a_coarse_compare_register_rounds_edges_up() {
+    let edges = |grid: [u32; 3]| {
+        let mut queues = Queues::default();
+        let description = Description { grid, ..Description::uno() };
+        let mut board: VirtualBoard<u16, Vec<Edge>> =
+            VirtualBoard::new(&mut queues, description, Vec::new());
+        board.motors().start([(Axis::Z, order(1_054, Travel::By(400)))]).unwrap();
+        board.run_to_rest();
+        let steps = board.recorder().iter().filter(|edge| edge.is_step());
+        steps.map(|edge| edge.time).collect::<Vec<_>>()
+    };
+    let (exact, coarse) = (edges([1; 3]), edges(Description::uno().grid));
+    assert_eq!(exact.len(), 400);
+    assert_eq!(coarse, exact.iter().map(|time| time.next_multiple_of(8)).collect::<Vec<_>>());
+    assert_ne!(coarse, exact);
+    assert_eq!(Description::uno().grid, [1, 1, 8]);
+}

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 use stepwright::drive::{Coils, Port, sequence};
 use stepwright::engine::{Engine, Timing};
+use stepwright::queue::Asked;
 use stepwright::timer::StepTimer;
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::{
@@ -311,7 +312,9 @@ fn the_engine_plays_it() {
     let delays: Vec<u32> = timed.clone().collect();
     let coils = Coils::new(Pins::default(), sequence::SHIELD, 0b11);
     let timing = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 640 };
-    let mut engine = Engine::new(Counter { now: 0, wake: 0 }, coils, [timed], timing);
+    let rate = stepwright::Rate::from_hz(16_000_000).unwrap();
+    let mut engine =
+        Engine::new(Counter { now: 0, wake: 0 }, coils, [Asked::new(timed)], timing, rate);
     engine.start(1);
     let mut times = Vec::new();
     while !engine.report(0).idle {

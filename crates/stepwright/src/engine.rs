@@ -1,39 +1,62 @@
 //! The engine: N axes on one timer, each with an absolute deadline.
 //!
 //! ```text
-//!             deadline            deadline + interval
-//!                │ entry              │
+//!             deadline            deadline + wait
+//!                │ pins               │ pins
 //!   timer    ────┼──┬─────────────────┼──┬──────────► ticks
 //!   STEP         ┌──┴──────┐          ┌──┴──────┐
 //!            ────┘  width  └──────────┘         └────
-//!   engine       raise, advance, set compare, wait, drop
+//!   engine       pins, add the wait, set compare, drop
 //! ```
 //!
-//! `deadline += interval; interval += add` never drifts and needs no common
-//! tick; axes of unrelated speeds get their own exact edges. After the compare
-//! register is written the engine looks at the timer again: a deadline that
-//! has passed meanwhile is served at once, so no compare can be missed.
+//! Plays [entries](crate::entry): pins, then a wait. `deadline += wait` never drifts
+//! and needs no common tick; axes of unrelated speeds get their own exact edges. After
+//! the compare register is written the engine looks at the timer again: a deadline
+//! that has passed meanwhile is served at once, so no compare can be missed.
 //!
-//! **Late steps.** A step is late when its edge comes more than half an
-//! interval after its deadline: when less than half its run's shorter interval
-//! is left to the next deadline (where no near one follows, to that which would
-//! have been next). It is counted, and caught up: the following
-//! steps come at the minimum interval, never closer, until the deadlines are
-//! met again. A feed that runs dry in the middle of a travel makes the next
-//! step late too, but there the schedule slips: a motor that has stood still
-//! is not asked to catch up. So does anything that is late by a quarter of the
-//! timer's period or more.
+//! **Late steps.** A step is late when its edge comes more than half an interval and
+//! 1 µs after its deadline ([`late_after`]). It is counted, and caught up: the following
+//! steps come at the minimum interval, never closer, until the deadlines are met again.
+//! What is later than [`BEHIND`] slips: from there on the schedule is that much later.
+//!
+//! **An empty queue** in the middle of a travel is asked again at the next deadline. What
+//! has come by then is on time. If nothing has, that is one late step, and what comes
+//! then is played from there on: a motor that has stood still is not asked to catch up.
+//!
+//! On an AVR the controller has step interrupts in assembly, which do the same.
 
 mod late;
 mod pause;
 mod track;
 
 use crate::drive::{Axes, Drive};
-use crate::queue::{Feed, Fetched};
+use crate::entry::Wiring;
+use crate::late::late_after;
+use crate::queue::Source;
 use crate::timer::{Count, StepTimer};
-use crate::units::Ticks;
+use crate::units::{Rate, Ticks};
 pub use pause::Frozen;
-use track::{Event, Track, fine_of};
+use track::{State, Track, fine_of};
+
+/// STEP rises.
+pub(crate) const STEP: u8 = 1;
+/// DIR is toggled.
+pub(crate) const TURN: u8 = 2;
+/// DIR is set, toggled or not.
+pub(crate) const FACE: u8 = 4;
+
+/// What the pins of entries mean to the engine, which plays what is due at once.
+#[cfg(not(target_arch = "avr"))]
+pub const WIRING: Wiring = Wiring::new(STEP, TURN).prompt();
+/// What the pins of entries mean to the engine.
+#[cfg(target_arch = "avr")]
+pub const WIRING: Wiring = Wiring::new(STEP, TURN);
+
+/// µs behind its deadline from which on an axis slips.
+pub const BEHIND: u32 = 192;
+
+/// ns from a look at an empty queue to the next one: 8,995 ticks of 16 MHz.
+const POLL: u32 = 562_188;
 
 /// The times that drivers need, in ticks of the step timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,38 +83,49 @@ pub struct Report {
     pub forward: bool,
 }
 
-/// A turn may be this many ticks late and yet keep its schedule.
-const SLACK: i32 = 0x1000;
-
-/// Plays the runs of N ≤ 8 axes with one timer.
+/// Plays the entries of N ≤ 8 axes with one timer.
 ///
 /// Belongs to the step interrupt, which calls [`on_compare`](Engine::on_compare).
 /// The other methods are for the foreground, with that interrupt held off for
 /// the few microseconds they take.
-pub struct Engine<T: StepTimer, D, F, const N: usize> {
+pub struct Engine<T: StepTimer, D, S, const N: usize> {
     timer: T,
     drive: D,
-    feeds: [F; N],
+    sources: [S; N],
     tracks: [Track<T::Count>; N],
     timing: Timing,
+    /// Ticks of 1 µs, of [`BEHIND`] and of [`POLL`].
+    grace: Ticks,
+    slip: Ticks,
+    poll: Ticks,
     late: u32,
 }
 
-impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
+impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     const AT_MOST_8_AXES: () = assert!(N >= 1 && N <= 8);
 
-    /// All axes idle, at position 0, facing forward.
-    pub fn new(timer: T, drive: D, feeds: [F; N], timing: Timing) -> Self {
-        let mut engine = Engine::off(timer, drive, feeds, timing);
+    /// All axes idle, at position 0, facing forward. The timer counts at `rate`.
+    pub fn new(timer: T, drive: D, sources: [S; N], timing: Timing, rate: Rate) -> Self {
+        let mut engine = Engine::off(timer, drive, sources, timing, rate);
         engine.begin();
         engine
     }
 
     /// An engine that has yet to [`begin`](Engine::begin): a constant, for a static
     /// one, as it takes much code to move an engine into its place.
-    pub const fn off(timer: T, drive: D, feeds: [F; N], timing: Timing) -> Self {
+    pub const fn off(timer: T, drive: D, sources: [S; N], timing: Timing, rate: Rate) -> Self {
         let () = Self::AT_MOST_8_AXES;
-        Engine { timer, drive, feeds, tracks: [Track::IDLE; N], timing, late: 0 }
+        Engine {
+            timer,
+            drive,
+            sources,
+            tracks: [Track::IDLE; N],
+            timing,
+            grace: late_after(0, rate),
+            slip: rate.micros(BEHIND),
+            poll: rate.nanos(POLL),
+            late: 0,
+        }
     }
 
     /// Turns the axes to the front, and waits for what is ordered.
@@ -108,15 +142,19 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
 
     /// The step interrupt.
     ///
-    /// Steps what is due, and returns when the next deadline lies ahead.
+    /// Plays what is due, and returns when the next deadline lies ahead.
     pub fn on_compare(&mut self) {
         loop {
             let now = self.timer.now();
             let (mut due, mut steps, mut bit): (Axes, Axes, Axes) = (0, 0, 1);
-            for track in &self.tracks {
-                if track.event != Event::Idle && !track.wake().is_after(now) {
+            for (axis, track) in (0u8..).zip(&mut self.tracks) {
+                if track.state != State::Idle
+                    && !self.timer.reach(axis, track.wake()).is_after(now)
+                    && (track.state == State::Play
+                        || track.ask_again(&mut self.sources, axis, self.poll, &mut self.late))
+                {
                     due |= bit;
-                    if matches!(track.event, Event::Step | Event::Far) {
+                    if track.pins & STEP != 0 {
                         steps |= bit;
                     }
                 }
@@ -127,19 +165,23 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
                 self.drive.begin(steps);
                 edge = self.timer.now();
             }
-            for axis in 0..N {
-                if due & 1 != 0 {
-                    self.advance(axis, edge);
+            let least = self.timing.min_interval as i32;
+            let mut bit: Axes = 1;
+            for track in &mut self.tracks {
+                if due & bit != 0 && track.play_again(edge, least) {
+                    due ^= bit;
                 }
-                due >>= 1;
+                bit = bit.wrapping_shl(1);
+            }
+            if due != 0 {
+                self.advance_all(due, edge);
             }
             let next = self.wake_for_first(edge);
             if steps != 0 {
                 self.timer.hold_until(edge.plus(self.timing.pulse));
                 self.drive.end(steps);
             }
-            let soon = self.timer.now().plus(T::LINGER);
-            if next.is_after(soon) {
+            if next.is_after(self.timer.now().plus(T::LINGER)) {
                 return;
             }
         }
@@ -150,163 +192,100 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
         // Nothing to do: a look round, half a period from now at the latest.
         let mut next = now.plus(2 * T::Count::HOP - 1);
-        for track in &self.tracks {
-            if track.event != Event::Idle {
-                next = next.first(track.wake(), now);
+        for (axis, track) in self.tracks.iter().enumerate() {
+            if track.state != State::Idle {
+                next = next.first(self.timer.reach(axis as u8, track.wake()), now);
             }
         }
         self.timer.wake_at(next);
         next
     }
 
-    /// The event of an axis whose time has come.
-    fn advance(&mut self, axis: usize, now: T::Count) {
-        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
-        else {
-            return;
-        };
-        match track.event {
-            Event::Step => {
-                let play = feed.playing(&mut track.own).stride();
-                if play.left.count_down() {
-                    return self.finish(axis, now);
-                }
-                play.grow();
-                let half = play.half();
-                track.due = T::Count::later(track.due, play.interval);
-                let next = T::Count::of(track.due);
-                self.judge(axis, next, half, now);
-            }
-            Event::Far => {
-                // Late by half of what the timer can tell in one hop.
-                let half = (T::Count::HOP / 2) as i32;
-                let next = T::Count::of(track.due).plus(T::Count::HOP);
-                self.load_and_judge(axis, next, half, now);
-            }
-            Event::Turn => {
-                let forward = track.turn();
-                track.push = 0;
-                self.drive.direction(axis as u8, forward);
-                // The set-up time counts from now. A turn that came late keeps
-                // its schedule if that leaves enough, so that axes which begin
-                // together stay together; if not, at rest a slip costs nothing.
-                let due = track.due;
-                self.load(axis, now);
-                let setup = self.timing.setup as i32;
-                let Some(track) = self.tracks.get_mut(axis) else { return };
-                let behind = now.since(T::Count::of(due));
-                let kept = (0..SLACK).contains(&behind)
-                    && (track.event != Event::Step || track.wake().since(now) > setup);
-                if !kept {
-                    track.due = T::Count::delayed(track.due, behind.max(0) as Ticks);
-                }
-            }
-            Event::Hop => track.hop(),
-            Event::Dry => {
-                // The motor stands: what comes now starts from here.
-                track.due = fine_of(now);
-                if self.load(axis, now) {
-                    self.late = self.late.saturating_add(1);
-                }
-            }
-            Event::Idle => {}
-        }
-    }
-
-    /// The last step of a near run was made at `edge`.
-    fn finish(&mut self, axis: usize, edge: T::Count) {
-        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
-        else {
-            return;
-        };
-        let play = feed.playing(&mut track.own).stride();
-        let half = play.half();
-        let next = T::Count::of(T::Count::later(track.due, play.interval));
-        self.load_and_judge(axis, next, half, edge);
-    }
-
-    /// Loads, and judges the step at `edge` by the next deadline; by `next`
-    /// and `half`, if that is not a step in a near run.
-    fn load_and_judge(&mut self, axis: usize, next: T::Count, half: i32, edge: T::Count) {
-        self.load(axis, edge);
-        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
-        else {
-            return;
-        };
-        if track.event == Event::Step {
-            let half = feed.playing(&mut track.own).stride().half();
-            let next = T::Count::of(track.due);
-            self.judge(axis, next, half, edge);
-        } else {
-            self.judge(axis, next, half, edge);
-        }
-    }
-
-    /// The last step of a run has been made: what comes next? False if the
-    /// feed is late.
+    /// Plays the events of these axes, whose time has come, at `edge`.
     #[inline(never)]
-    fn load(&mut self, axis: usize, now: T::Count) -> bool {
-        let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
-        else {
-            return true;
-        };
-        if track.far.count == 0 {
-            match feed.fetch(&mut track.own) {
-                Fetched::Run => {
-                    let slot = feed.playing(&mut track.own);
-                    let Some(run) = slot.far() else {
-                        track.loaded = track.loaded.wrapping_add(slot.left().into());
-                        track.due = T::Count::later(track.due, slot.stride().interval);
-                        track.event = Event::Step;
-                        return true;
-                    };
-                    track.far = run;
-                    if run.count == 0 {
-                        track.wait(run.interval(), Event::Turn);
-                        return true;
-                    }
-                    track.loaded = track.loaded.wrapping_add(run.count.into());
-                }
-                Fetched::Late => {
-                    track.event = Event::Dry;
-                    // Far enough apart that the foreground gets to plan: an
-                    // interrupt that looked as often as it can would starve it.
-                    let poll = self.timing.min_interval.saturating_mul(64).min(T::Count::HOP);
-                    track.due = T::Count::delayed(fine_of(now), poll);
-                    return false;
-                }
-                Fetched::End => {
-                    track.event = Event::Idle;
-                    return true;
-                }
+    fn advance_all(&mut self, mut due: Axes, edge: T::Count) {
+        for axis in 0..N {
+            if due & 1 != 0 {
+                self.advance(axis, edge);
             }
+            due >>= 1;
         }
-        track.deal();
-        true
     }
 
-    /// Starts the axes in `axes` together: the first interval of each counts
-    /// from now. An axis that is moving already is left alone.
+    /// Plays the event of an axis.
+    #[inline(always)]
+    fn advance(&mut self, axis: usize, edge: T::Count) {
+        let (Some(track), Some(source)) = (self.tracks.get_mut(axis), self.sources.get_mut(axis))
+        else {
+            return;
+        };
+        let (due, pins, mut wait) = (track.due, track.pins, track.wait);
+        if pins & STEP != 0 {
+            track.made = track.made.wrapping_add(1);
+        }
+        if pins & (TURN | FACE) != 0 || track.made >> 31 != 0 {
+            track.set_position(track.position());
+        }
+        if pins & (TURN | FACE) != 0 {
+            track.forward ^= pins & TURN != 0;
+            self.drive.direction(axis as u8, track.forward);
+        }
+        loop {
+            track.go_on(source);
+            if wait != 0 || track.state != State::Play || track.pins != 0 {
+                break;
+            }
+            // What a program that is asked says of the wait, once the pins are set.
+            wait = track.wait;
+        }
+        if pins & STEP != 0 {
+            let left = T::Count::of(track.due).since(edge);
+            if track.pins & (TURN | FACE) == 0
+                && left >= track.room
+                && left >= self.timing.min_interval as i32
+                && wait != 0
+            {
+                // On time, and so is what comes next.
+                track.push = 0;
+            } else {
+                self.judge(axis, wait, edge);
+            }
+        } else if pins & (TURN | FACE) != 0 {
+            track.push = 0;
+            // The set-up time counts from the edge. A turn that came late keeps
+            // its schedule if that leaves enough, so that axes which begin
+            // together stay together; if not, at rest a slip costs nothing.
+            let left = T::Count::of(track.due).since(edge);
+            if track.pins & STEP != 0 && left <= self.timing.setup as i32 {
+                let behind = edge.since(T::Count::of(due)).max(0);
+                track.due = T::Count::delayed(track.due, behind as Ticks);
+            }
+        } else {
+            track.push = 0;
+        }
+    }
+
+    /// Starts the axes in `axes` together: the first entry of each is played
+    /// now. An axis that is moving already is left alone.
     pub fn start(&mut self, axes: Axes) {
         let now = self.timer.now();
-        for axis in 0..N {
-            let Some(track) = self.tracks.get_mut(axis) else { break };
-            if axes >> axis & 1 != 0 && track.event == Event::Idle {
-                track.due = fine_of(now);
-                track.push = 0;
-                self.load(axis, now);
+        for (axis, (track, source)) in self.tracks.iter_mut().zip(&mut self.sources).enumerate() {
+            if axes >> axis & 1 != 0 && track.state == State::Idle {
+                track.start(now, source);
             }
         }
         self.wake_from_outside(now);
     }
 
     /// Whether no travel is in progress.
+    #[doc(hidden)]
     pub fn rests(&self) -> bool {
-        self.tracks.iter().all(|track| track.event == Event::Idle)
+        self.tracks.iter().all(|track| track.state == State::Idle)
     }
 
-    /// [`start`](Engine::start) for feeds that take their time: the first intervals count
-    /// from when all have been asked. The axes MUST rest.
+    /// [`start`](Engine::start) for sources that take their time: the first waits count
+    /// from when all have been asked. The axes rest.
+    #[doc(hidden)]
     pub fn start_when_loaded(&mut self, axes: Axes) {
         let begun = self.timer.now();
         self.start(axes);
@@ -335,10 +314,10 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// for them. Steps already made are counted.
     pub fn halt(&mut self, axes: Axes) {
         let now = self.timer.now();
-        for (axis, (track, feed)) in self.tracks.iter_mut().zip(&mut self.feeds).enumerate() {
+        for (axis, (track, source)) in self.tracks.iter_mut().zip(&mut self.sources).enumerate() {
             if axes >> axis & 1 != 0 {
-                track.halt(feed.left(&track.own));
-                feed.clear();
+                track.state = State::Idle;
+                source.clear(track.forward);
             }
         }
         self.wake_from_outside(now);
@@ -347,19 +326,18 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// What the engine knows of an axis; of the first one if there is no such.
     pub fn report(&self, axis: u8) -> Report {
         let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
-        let (track, feed) = (&self.tracks[axis], &self.feeds[axis]);
+        let track = &self.tracks[axis];
         Report {
-            position: track.position(feed.left(&track.own)),
-            idle: track.event == Event::Idle,
+            position: track.position(),
+            idle: track.state == State::Idle,
             forward: track.forward,
         }
     }
 
     /// Sets the position of an axis. Meant for an axis at rest.
     pub fn set_position(&mut self, axis: u8, position: i64) {
-        let axis = usize::from(axis);
-        if let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get(axis)) {
-            track.set_position(feed.left(&track.own), position);
+        if let Some(track) = self.tracks.get_mut(usize::from(axis)) {
+            track.set_position(position);
         }
     }
 
@@ -381,11 +359,6 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
     /// The times that drivers need.
     pub fn timing(&self) -> Timing {
         self.timing
-    }
-
-    /// What feeds an axis, if there is one.
-    pub fn feed(&mut self, axis: u8) -> Option<&mut F> {
-        self.feeds.get_mut(usize::from(axis))
     }
 
     /// The timer.

@@ -1,6 +1,6 @@
-//! An entry: "pins, then wait", many times over, in eleven bytes.
+//! An entry: "pins, then wait", many times over.
 //!
-//! What an axis with a compare register of its own plays. An entry is a number
+//! What the engine and the step interrupts of a chip play. An entry is a number
 //! of *groups*, a group a number of *events* with the same pins and the same
 //! wait; the wait grows from group to group:
 //!
@@ -21,37 +21,40 @@
 //!
 //! # Error
 //!
-//! Waits have 8 bits behind the point, half as many as a run's intervals. Every
+//! An entry has 11 bytes on an AVR, as its step interrupts add three of them to a
+//! deadline. Waits have 8 bits behind the point then, half as many as a run's
+//! intervals, and so has what is made for such interrupts on the virtual board. Every
 //! entry rounds to the nearest, and what is left is added to the next: deadlines
 //! at the ends of runs stay within 1/512 tick a step of that run, and of the few
 //! that are joined with it, and do not drift. Steps that are joined share what
 //! their intervals are in all. Between the ends, the growth of a run is played in
 //! groups that deviate by one tick at most, and rounded to 1/256 tick a group: less
 //! than eight ticks for all that the planner makes of ramps.
+//!
+//! For a [prompt](Wiring::prompt) player an entry is its run: to the last bit, step by
+//! step.
 
-use crate::run::Run;
+#[cfg(not(target_arch = "avr"))]
+mod exact;
+mod play;
+mod wiring;
+mod writer;
+
 use crate::units::Ticks;
+pub use play::Play;
+pub use wiring::Wiring;
+pub use writer::{Sink, Writer};
 
 /// Waits of this many ticks or more are several events: half a turn of a counter
 /// of 16 bits, less what a deadline may have passed by.
 pub const NEAR: Ticks = 0x7F00;
 
-/// No event comes sooner after a turn or a hold, in ticks: the interrupts of three axes
-/// that begin together take over their next groups meanwhile.
+/// No event comes sooner after a turn or a hold on an AVR, in ticks: the interrupts of three
+/// axes that begin together take over their next groups meanwhile.
 pub const LEAST: Ticks = 1200;
 
 /// The most entries that one run becomes, with those of a run that was kept.
 pub const MOST: u8 = 3;
-
-/// At intervals below this many ticks a group of a few steps would be over before the
-/// next one is prepared: such steps are joined with those that follow.
-const FAST: Ticks = 1 << 10;
-const FEW: u16 = 4;
-/// … whose interval differs by less than this, in 2⁻¹⁶ ticks.
-const APART: u32 = 2 << 16;
-
-/// A group's deadlines may deviate by a tick, times 8, in 2⁻¹⁶ ticks.
-const LOOSE: u32 = 8 << 16;
 
 /// Events of a group, 1 … 65536, as an 8-bit chip counts them down: `high` · 256
 /// + `low`, where a `low` of 0 means 256.
@@ -79,393 +82,93 @@ impl Events {
     }
 }
 
+/// Bytes of a wait in an entry: it has 8 bits behind the point on an AVR, or 16.
+const BYTES: usize = if cfg!(target_arch = "avr") { 3 } else { 4 };
+
+/// Groups of an entry, at least one; on an AVR 0 stands for 256.
+#[cfg(target_arch = "avr")]
+type Groups = u8;
+#[cfg(not(target_arch = "avr"))]
+type Groups = u32;
+
 /// Pins, then a wait: see the [module](self).
 ///
 /// The layout is the one that step interrupts in assembly know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct Entry {
-    /// The wait after each event of the first group, in 2⁻⁸ ticks.
-    interval: [u8; 3],
-    /// What the wait grows by from group to group, in 2⁻⁸ ticks.
-    growth: [u8; 3],
+    /// The wait after each event of the first group.
+    interval: [u8; BYTES],
+    /// What the wait grows by from group to group.
+    growth: [u8; BYTES],
     /// Events of a group.
     events: Events,
-    /// Groups; 0 stands for 256.
-    groups: u8,
+    /// Groups.
+    groups: Groups,
     /// Pins of the second group and of all that follow.
     then: u8,
     /// Pins of the first group.
     pins: u8,
 }
 
+#[cfg(target_arch = "avr")]
+const _: () = assert!(size_of::<Entry>() == 11, "not what the step interrupts know");
+
+/// A wait in 2⁻¹⁶ ticks as an entry has it.
+const fn bytes(wait: u32) -> [u8; BYTES] {
+    let mut bytes = [0; BYTES];
+    let from = wait.to_le_bytes();
+    let mut n = 0;
+    while n < BYTES {
+        bytes[n] = from[n + 4 - BYTES];
+        n += 1;
+    }
+    bytes
+}
+
+/// The wait in 2⁻¹⁶ ticks that an entry has so.
+const fn wait(bytes: [u8; BYTES]) -> u32 {
+    let mut to = [0; 4];
+    let mut n = 0;
+    while n < BYTES {
+        to[n + 4 - BYTES] = bytes[n];
+        n += 1;
+    }
+    u32::from_le_bytes(to)
+}
+
 impl Entry {
     /// All zeros, so that queues need no room in flash.
     pub(crate) const EMPTY: Entry = Entry {
-        interval: [0; 3],
-        growth: [0; 3],
+        interval: [0; BYTES],
+        growth: [0; BYTES],
         events: Events { low: 0, high: 0 },
         groups: 0,
         then: 0,
         pins: 0,
     };
 
+    /// How many groups it has.
+    const fn count(self) -> u32 {
+        #[cfg(target_arch = "avr")]
+        return if self.groups == 0 { 256 } else { self.groups as u32 };
+        #[cfg(not(target_arch = "avr"))]
+        self.groups
+    }
+
+    /// Its groups: their pins, events, and the wait after each in 2⁻¹⁶ ticks.
+    pub fn groups(self) -> impl Iterator<Item = (u8, u32, u32)> {
+        let (first, growth) = (wait(self.interval), wait(self.growth));
+        (0..self.count()).map(move |n| {
+            let pins = if n == 0 { self.pins } else { self.then };
+            (pins, self.events.count(), first.wrapping_add(growth.wrapping_mul(n)))
+        })
+    }
+
     /// One event after another, as the step interrupts play them.
     pub fn play(self) -> Play {
-        Play { entry: self, groups: self.groups, left: self.events.count() }
+        Play::of(self)
     }
-}
-
-/// The events of an [`Entry`]: the pins, and the wait after them in 2⁻⁸ ticks.
-///
-/// What playing an entry means. Interrupts in assembly do the same.
-#[derive(Clone, Debug)]
-pub struct Play {
-    entry: Entry,
-    /// Groups left, the present one included; 0 stands for 256.
-    groups: u8,
-    /// Events left of the present group; 0 once all is played.
-    left: u32,
-}
-
-impl Iterator for Play {
-    type Item = (u8, u32);
-
-    fn next(&mut self) -> Option<(u8, u32)> {
-        if self.left == 0 {
-            return None;
-        }
-        let entry = &mut self.entry;
-        let [a, b, c] = entry.interval;
-        let event = (entry.pins, u32::from_le_bytes([a, b, c, 0]));
-        self.left -= 1;
-        if self.left == 0 {
-            self.groups = self.groups.wrapping_sub(1);
-            if self.groups != 0 {
-                let [d, e, f] = entry.growth;
-                let grown = event.1.wrapping_add(u32::from_le_bytes([d, e, f, 0]));
-                let [a, b, c, _] = grown.to_le_bytes();
-                entry.interval = [a, b, c];
-                entry.pins = entry.then;
-                self.left = entry.events.count();
-            }
-        }
-        Some(event)
-    }
-}
-
-/// The bits of an entry's pins that mean a step and a turn of an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wiring {
-    /// STEP rises.
-    pub step: u8,
-    /// DIR is toggled.
-    pub turn: u8,
-}
-
-/// What the next event does. It begins at 0: a blank group has zeros.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Due {
-    Nothing,
-    Step,
-    Turn,
-}
-
-/// Where entries go.
-pub trait Sink {
-    /// Appends one.
-    fn put(&mut self, entry: Entry);
-}
-
-/// Makes entries of the runs of one axis, which are handed over in order.
-#[derive(Clone, Copy, Debug)]
-pub struct Writer {
-    wiring: Wiring,
-    due: Due,
-    /// Time that entries owe to the runs so far, in 2⁻¹⁶ ticks.
-    owed: i32,
-    /// A few fast steps, which wait for what follows them.
-    kept: Steps,
-    /// What is made into entries. (A field, as arguments are dear to an 8-bit chip.)
-    part: Steps,
-}
-
-/// `count` steps, the first interval and its growth in 2⁻¹⁶ ticks.
-#[derive(Clone, Copy, Debug)]
-struct Steps {
-    first: u32,
-    add: i32,
-    count: u16,
-}
-
-impl Steps {
-    const NONE: Steps = Steps { first: 0, add: 0, count: 0 };
-}
-
-impl Writer {
-    /// For an axis at rest.
-    pub const fn new(wiring: Wiring) -> Writer {
-        Writer { wiring, due: Due::Nothing, owed: 0, kept: Steps::NONE, part: Steps::NONE }
-    }
-
-    /// Makes one of zeros what [`new`](Writer::new) makes.
-    pub(crate) fn wire(&mut self, wiring: Wiring) {
-        self.wiring = wiring;
-    }
-
-    /// Forgets what is due: the axis has been stopped.
-    pub(crate) fn forget(&mut self) {
-        (self.due, self.owed, self.kept.count) = (Due::Nothing, 0, 0);
-    }
-
-    /// The wait of a [`Run::turn`], after which DIR is toggled if `changes`.
-    #[inline(never)]
-    pub fn turn(&mut self, wait: Ticks, changes: bool, to: &mut impl Sink) {
-        self.wait(wait, 0, to);
-        self.due = if changes { Due::Turn } else { Due::Nothing };
-    }
-
-    /// A run of steps. Those of several steps have intervals below [`NEAR`].
-    #[inline(never)]
-    pub fn run(&mut self, run: &Run, to: &mut impl Sink) {
-        let first = run.ticks << 16 | Ticks::from(run.part);
-        self.part = Steps { first, add: run.add, count: run.count };
-        if self.due != Due::Step || run.count == 1 && run.ticks >= FAST {
-            // Another pin comes first, or one step alone.
-            self.wait(run.ticks, run.part, to);
-            self.due = Due::Step;
-            self.skip(1);
-        }
-        if self.part.count != 0 {
-            self.several(to);
-        }
-    }
-
-    /// The last step of the travel, if one is due. Nothing waits for what follows.
-    pub fn end(&mut self, to: &mut impl Sink) {
-        self.flush(to);
-        if self.due == Due::Step {
-            self.wait(LEAST, 0, to);
-        }
-        self.forget();
-    }
-
-    /// The pins that are due.
-    fn pins(&self) -> u8 {
-        match self.due {
-            Due::Nothing => 0,
-            Due::Step => self.wiring.step,
-            Due::Turn => self.wiring.turn,
-        }
-    }
-
-    /// What is due, and a wait of any length: 2^k events.
-    #[inline(never)]
-    fn wait(&mut self, ticks: Ticks, part: u16, to: &mut impl Sink) {
-        self.flush(to);
-        // Modulo 2³²: less than nothing may be left of a wait, too.
-        let (sum, over) = part.overflowing_add(self.owed as u16);
-        let carried = (self.owed >> 16).wrapping_add(over.into());
-        let mut ticks = ticks.wrapping_add_signed(carried);
-        let lack = (LEAST as i32).wrapping_sub(ticks as i32);
-        if self.due != Due::Step && (1..0x4000).contains(&lack) {
-            self.owed = i32::from(sum).wrapping_sub(lack << 16);
-            return to.put(self.one(LEAST << 8, 1));
-        }
-        let [part, mut low] = sum.to_le_bytes();
-        // Halved until it is near; the bits that fall off are owed.
-        let (mut k, mut bit) = (0u8, 1u32 << 8);
-        self.owed = part.into();
-        while ticks >= NEAR {
-            if low & 1 != 0 {
-                self.owed |= bit as i32;
-            }
-            low = low >> 1 | (ticks as u8) << 7;
-            ticks >>= 1;
-            bit <<= 1;
-            k += 1;
-        }
-        let interval = ticks << 8 | u32::from(low);
-        // 2^k of them; 256, and their multiples, are 0.
-        to.put(self.one(interval, (bit >> 8) as u8));
-        if k > 8 {
-            // 2^k − 256 more, in groups of 256 times as many as divide it: 33, 73, …
-            let (high, groups) = match k {
-                18 => (32, 31),
-                17 => (72, 7),
-                _ => (((bit >> 16) as u8).wrapping_sub(2), 1),
-            };
-            to.put(entry(interval, 0, Events { low: 0, high }, groups, 0, 0));
-        }
-    }
-
-    /// What is due, and then nothing, in groups of one.
-    fn one(&self, interval: u32, groups: u8) -> Entry {
-        entry(interval, 0, Events::ONE, groups, 0, self.pins())
-    }
-
-    /// The part without its first steps.
-    fn skip(&mut self, steps: u16) {
-        let Steps { first, add, count } = &mut self.part;
-        if *count == steps {
-            *count = 0; // nothing is left that it would be the first of
-            return;
-        }
-        let grown = if steps == 1 { *add } else { add.wrapping_mul(steps.into()) };
-        *first = first.wrapping_add_signed(grown);
-        *count = count.wrapping_sub(steps);
-    }
-
-    /// Steps with intervals that grow, a step being due.
-    #[inline(never)]
-    fn several(&mut self, to: &mut impl Sink) {
-        let Steps { add, count, .. } = self.part;
-        let growth = add.unsigned_abs();
-        if growth > LOOSE && count < 256 && self.kept.count == 0 {
-            return self.groups(0, to);
-        }
-        let flat = growth <= LOOSE && count < 256 && {
-            // count² · growth, within 32 bits.
-            let once = growth.wrapping_mul(count.into());
-            once <= LOOSE && once.wrapping_mul(count.into()) <= LOOSE
-        };
-        if growth == 0 || flat {
-            return self.flat(count, to);
-        }
-        let (mut bits, mut rest, mut most) = (0u8, 1u16, LOOSE >> 2);
-        while bits < 8 && count & rest == 0 && growth <= most {
-            bits += 1;
-            rest = rest << 1 | 1;
-            most >>= 2;
-        }
-        // None of the planner's is that long: its groups would deviate by more.
-        while count >> bits > 255 {
-            bits += 1;
-        }
-        let group = 1u16 << bits;
-        let rest = count & group.wrapping_sub(1);
-        if self.kept.count != 0 && rest == 0 && count > group {
-            self.flat(group, to);
-        }
-        self.flush(to);
-        self.groups(bits, to);
-        if rest != 0 {
-            self.part.count = rest;
-            self.groups(16, to);
-        }
-    }
-
-    /// The next steps at their mean interval, with those that have been kept.
-    #[inline(never)]
-    fn flat(&mut self, mut steps: u16, to: &mut impl Sink) {
-        let Steps { first, add, .. } = self.part;
-        self.skip(steps);
-        let spread = add.wrapping_mul(i32::from(steps).wrapping_sub(1));
-        let first = first.wrapping_add_signed(spread >> 1);
-        let apart = self.kept.first.wrapping_sub(first) as i32;
-        if self.kept.count != 0
-            && apart.unsigned_abs() < APART
-            && let Some(all) = steps.checked_add(self.kept.count)
-        {
-            self.owed = self.owed.wrapping_add(apart.wrapping_mul(self.kept.count.into()));
-            self.kept.count = 0;
-            steps = all;
-        }
-        self.flush(to);
-        self.kept = Steps { first, add: 0, count: steps };
-        if steps > FEW || first >= FAST << 16 {
-            self.flush(to);
-        }
-    }
-
-    /// What has been kept.
-    #[inline(never)]
-    fn flush(&mut self, to: &mut impl Sink) {
-        if self.kept.count != 0 {
-            let part = self.part;
-            self.part = self.kept;
-            self.kept.count = 0;
-            self.groups(16, to);
-            self.part = part;
-        }
-    }
-
-    /// The part in groups of 2^bits steps, as far as these go; or as a single one.
-    #[inline(never)]
-    fn groups(&mut self, bits: u8, to: &mut impl Sink) {
-        let Steps { first, add, count } = self.part;
-        let (mut group, mut groups) = (count, 1);
-        if bits < 16 {
-            (group, groups) = (1 << bits, (count >> bits) as u8);
-        }
-        // Not more than the part has: 16 bits.
-        let steps = if bits < 16 { u16::from(groups) << bits } else { count };
-        // The mean interval: so the duration of all of them is exact, but for half
-        // a step's last bit where the spread is odd.
-        let spread = match add {
-            0 => 0,
-            _ => add.wrapping_mul(steps.wrapping_sub(1).into()),
-        };
-        self.part.first = first.wrapping_add_signed(spread.wrapping_add(add));
-        self.part.count = count.wrapping_sub(steps);
-        let mut exact = first.wrapping_add_signed(spread >> 1);
-        let mut growth = 0;
-        if groups != 1 {
-            let whole = if bits == 0 { add } else { add << bits };
-            growth = whole.wrapping_add(128) >> 8;
-            let spread = growth.wrapping_mul(i32::from(groups.wrapping_sub(1)));
-            exact = exact.wrapping_sub((spread << 7) as u32);
-        }
-        // To the nearest, with what is owed.
-        self.owed =
-            self.owed.wrapping_add(u32::from(exact as u8 as u16).wrapping_mul(steps.into()) as i32);
-        let interval = (exact >> 8).wrapping_add_signed(self.settle(steps).into());
-        let step = self.wiring.step;
-        to.put(entry(interval, growth, Events::new(group), groups, step, step));
-    }
-
-    /// What each of these steps takes of what is owed, in 2⁻⁸ ticks: to the nearest.
-    ///
-    /// Most often that is 0 or 1. After steps that were joined it is up to two ticks, found
-    /// bit by bit, as a small chip has no division. 128 ticks and more are of a wait of a
-    /// minute: they are for the next wait.
-    #[inline(never)]
-    fn settle(&mut self, steps: u16) -> i16 {
-        let [low, a, b, high] = self.owed.to_le_bytes();
-        let owed = i16::from_le_bytes([a, b]);
-        if high != (b as i8 >> 7) as u8 {
-            return 0;
-        }
-        let half = steps >> 1;
-        let mut left = owed.unsigned_abs().wrapping_add(half);
-        let (mut part, mut bits) = (steps, 1u8);
-        while part <= left >> 1 {
-            part <<= 1;
-            bits += 1;
-        }
-        let mut each = 0i16;
-        while bits != 0 {
-            each <<= 1;
-            if let Some(less) = left.checked_sub(part) {
-                left = less;
-                each |= 1;
-            }
-            part >>= 1;
-            bits -= 1;
-        }
-        let mut rest = left.wrapping_sub(half) as i16;
-        if owed < 0 {
-            (each, rest) = (each.wrapping_neg(), rest.wrapping_neg());
-        }
-        self.owed = i32::from(rest) << 8 | i32::from(low);
-        each
-    }
-}
-
-fn entry(interval: u32, growth: i32, events: Events, groups: u8, then: u8, pins: u8) -> Entry {
-    let [a, b, c, _] = interval.to_le_bytes();
-    let [d, e, f, _] = growth.to_le_bytes();
-    Entry { interval: [a, b, c], growth: [d, e, f], events, groups, then, pins }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::engine::{Engine, Report, Timing};
 use crate::motor::{Horizon, Motor, Wait};
 use crate::order::{Change, Order, Refusal, Travel};
 use crate::planner::{Clock, Work};
-use crate::queue::{Feed, Producer};
+use crate::queue::{Producer, Source};
 use crate::timer::StepTimer;
 use crate::units::Ticks;
 use core::mem::MaybeUninit;
@@ -50,7 +50,7 @@ pub trait Control {
     fn refill(&mut self) {}
 }
 
-impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Control for Engine<T, D, F, N> {
+impl<T: StepTimer, D: Drive, S: Source, const N: usize> Control for Engine<T, D, S, N> {
     fn start(&mut self, axes: Axes) {
         Engine::start(self, axes);
     }
@@ -94,7 +94,7 @@ impl<const N: usize> Given<N> {
 /// N motors: orders go in, runs come out, positions are known or known to be
 /// unknown.
 ///
-/// `Q` runs of 13 bytes are queued for each; call [`poll`](Group::poll) often.
+/// `Q` entries of 11 bytes are queued for each; call [`poll`](Group::poll) often.
 pub struct Group<'q, const N: usize, const Q: usize> {
     feeds: [Producer<'q, Q>; N],
     motors: [Motor<Q>; N],

@@ -21,7 +21,6 @@ pub mod run;
 #[cfg(feature = "critical-section")]
 mod shared;
 mod steppers;
-mod stride;
 pub mod timer;
 pub mod units;
 mod wide;

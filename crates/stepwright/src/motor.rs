@@ -423,7 +423,7 @@ pub(crate) struct Wait {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::queue::{Feed, Queue, Taken};
+    use crate::queue::{Next, Queue, Source};
 
     #[test]
     fn what_is_queued_lasts_as_long_as_its_runs() {
@@ -435,14 +435,13 @@ mod tests {
         // Round the queue's places many times; a run of k + 1 units each.
         for k in 0..300u32 {
             let unit = k % 20 + 1;
-            motor.push(&mut feed, Run::steady(1, 1), horizon.span(unit << horizon.unit));
+            motor.push(&mut feed, Run::steady(2000, 1), horizon.span(unit << horizon.unit));
+            // The one before is played.
             let last = if k == 0 { 0 } else { (k - 1) % 20 + 1 };
             assert_eq!(u32::from(motor.ahead(&feed)), unit + last, "run {k}");
-            if k > 0 {
-                assert!(matches!(engine.take(), Taken::Run(_)));
-            }
+            assert!(matches!(engine.take(), Next::Entry(_)));
         }
-        engine.clear();
+        engine.clear(true);
         assert_eq!(motor.ahead(&feed), 0);
     }
 
@@ -453,10 +452,11 @@ mod tests {
         let (mut feed, mut engine) = queue.split();
         let mut motor = Motor::<8>::IDLE;
         for _ in 0..3 {
-            motor.push(&mut feed, Run::steady(1, 1), horizon.span(200 << horizon.unit));
+            motor.push(&mut feed, Run::steady(2000, 1), horizon.span(200 << horizon.unit));
         }
         assert_eq!(motor.ahead(&feed), 255);
-        engine.take();
+        // The first of them has been played to its end.
+        assert!(matches!((engine.take(), engine.take()), (Next::Entry(_), Next::Entry(_))));
         assert_eq!(motor.ahead(&feed), 55);
     }
 }

@@ -1,24 +1,20 @@
 //! The queue between planning and stepping: one producer, one consumer.
 //!
-//! The foreground pushes runs, the step interrupt takes them; neither ever
+//! The foreground pushes runs, which become entries, and the step interrupt takes these; neither ever
 //! waits for the other or holds interrupts off. `heapless::spsc` does the same
 //! with indices as wide as a pointer; here they are bytes, which an 8-bit chip
 //! reads and writes in one instruction, and the queue also says whether more
 //! is to come, so that the interrupt can tell the end of a travel from a
 //! foreground that was too slow.
 
+mod asked;
 pub mod entries;
-#[cfg(not(target_arch = "avr"))]
-mod runs;
 
-use crate::run::Run;
-use crate::stride::Slot;
+use crate::entry::Play;
+pub use asked::{Asked, Feed, Taken};
 #[cfg(target_arch = "avr")]
 use core::cell::UnsafeCell;
-#[cfg(target_arch = "avr")]
-pub use entries::{Producer, Queue};
-#[cfg(not(target_arch = "avr"))]
-pub use runs::{Consumer, Producer, Queue};
+pub use entries::{Consumer, Next, Producer, Queue};
 
 /// A byte that one side writes and the other reads; what was written before it
 /// is seen by who reads it.
@@ -33,7 +29,7 @@ impl Shared {
 
     fn get(&self) -> u8 {
         #[cfg(test)]
-        runs::tests::before_a_read();
+        entries::tests::before_a_read();
         self.0.load(core::sync::atomic::Ordering::Acquire)
     }
 
@@ -81,63 +77,30 @@ pub(crate) const fn element<T, const LEN: usize>(array: *const [T; LEN], index: 
     array.cast::<T>().wrapping_byte_add(bytes)
 }
 
-/// What a [`Feed`] has for the engine.
+/// What a [`Source`] has for the engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Taken {
-    /// Play this.
-    Run(Run),
-    /// Nothing yet, but the travel is not over: the feed is late.
+pub enum Loaded {
+    /// An entry, which is to be played.
+    Entry,
+    /// Nothing yet, but the travel is not over: the source is late.
     Late,
     /// The travel is over.
     End,
 }
 
-/// [`Taken`], for the step interrupt.
-#[doc(hidden)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fetched {
-    Run,
-    Late,
-    End,
-}
-
-/// Where the engine gets its runs: a queue, or a law that runs in the
-/// interrupt itself.
+/// Where the engine gets its entries: a queue, or a program that is asked.
 ///
-/// Called from the step interrupt, once a run: MUST NOT block, and should take
-/// no longer than the shortest run.
-pub trait Feed {
-    /// The next run.
-    fn take(&mut self) -> Taken;
+/// Called from the step interrupt, once an entry: MUST NOT block, and should take
+/// no longer than the shortest entry.
+pub trait Source {
+    /// Puts the next entry where it is played. The one before has been played to its end,
+    /// its last wait excepted.
+    fn load(&mut self, play: &mut Play) -> Loaded;
 
-    /// Forgets everything that is planned: a halt.
-    fn clear(&mut self);
-
-    /// The next run, to where [`playing`](Feed::playing) finds it.
-    #[doc(hidden)]
+    /// The last group of the present entry begins: what comes next may be taken.
     #[inline]
-    fn fetch(&mut self, own: &mut Slot) -> Fetched {
-        match self.take() {
-            Taken::Run(run) => {
-                *own = Slot::of(&run);
-                Fetched::Run
-            }
-            Taken::Late => Fetched::Late,
-            Taken::End => Fetched::End,
-        }
-    }
+    fn look_ahead(&mut self) {}
 
-    /// The run that was fetched last: in place, if the feed keeps it.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn playing<'a>(&'a mut self, own: &'a mut Slot) -> &'a mut Slot {
-        own
-    }
-
-    /// Steps that are left of it.
-    #[doc(hidden)]
-    #[inline]
-    fn left(&self, own: &Slot) -> u16 {
-        own.left()
-    }
+    /// Forgets everything that is planned: a halt. The axis faces `forward`.
+    fn clear(&mut self, forward: bool);
 }

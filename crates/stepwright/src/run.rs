@@ -17,7 +17,8 @@ use crate::units::Ticks;
 
 /// `count` steps, the first `interval` ticks after the step before it.
 ///
-/// What the engine plays. Times are multiples of 2⁻¹⁶ ticks.
+/// What planners and programs hand over; [entries](crate::entry) are made of it. Times are
+/// multiples of 2⁻¹⁶ ticks.
 ///
 /// ```
 /// use stepwright::Run;

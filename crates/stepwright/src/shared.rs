@@ -7,7 +7,7 @@ use critical_section::Mutex;
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Report, Timing};
 use crate::group::Control;
-use crate::queue::Feed;
+use crate::queue::Source;
 use crate::timer::StepTimer;
 
 /// A place for an engine, for a static that the step interrupt and the main loop share.
@@ -40,11 +40,11 @@ use crate::timer::StepTimer;
 /// fn on_compare() {
 ///     ENGINE.on_compare();
 /// }
-/// # fn main_loop(timer: Timer, pins: Pins, feed: Producer<'static, 8>, runs: Consumer<'static, 8>) -> Result<(), MoveError> {
+/// # fn main_loop(timer: Timer, pins: Pins, feed: Producer<'static, 8>, entries: Consumer<'static, 8>) -> Result<(), MoveError> {
 ///
 /// // The main function, with a queue's two ends.
 /// let board = Board::unmeasured(Rate::MHZ);
-/// let engine = ENGINE.fill(Engine::new(timer, pins, [runs], board.timing));
+/// let engine = ENGINE.fill(Engine::new(timer, pins, [entries], board.timing, board.rate));
 /// let mut motors = Steppers::new(engine, [feed], board);
 /// motors.move_to(Axis::X, 400)?;
 /// # Ok(())
@@ -74,7 +74,7 @@ impl<E> SharedEngine<E> {
     }
 }
 
-impl<T: StepTimer, D: Drive, F: Feed, const N: usize> SharedEngine<Engine<T, D, F, N>> {
+impl<T: StepTimer, D: Drive, S: Source, const N: usize> SharedEngine<Engine<T, D, S, N>> {
     /// The step interrupt: see [`Engine::on_compare`].
     pub fn on_compare(&self) {
         self.with(Engine::on_compare);

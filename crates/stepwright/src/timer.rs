@@ -20,6 +20,9 @@ pub trait Count: Copy + Eq + core::fmt::Debug + sealed::Sealed {
     /// The hop in ticks.
     const HOP: Ticks = 1 << Self::HOP_BITS;
 
+    /// Whether it tells 2²⁴ ticks.
+    const WIDE: bool = Self::HOP_BITS > 24;
+
     /// Ticks and 2⁻¹⁶ ticks.
     fn fine(ticks: Ticks, part: u16) -> Self::Fine;
     /// The whole counts of a time.
@@ -156,6 +159,14 @@ pub trait StepTimer {
     /// matches meanwhile may be forgotten too, so whoever calls this looks at the
     /// timer afterwards.)
     fn wake_at(&mut self, at: Self::Count);
+
+    /// When an interrupt for a deadline of an axis comes: at `at`, or at the next match
+    /// of a compare register that is coarser than the counter.
+    #[inline(always)]
+    fn reach(&self, axis: u8, at: Self::Count) -> Self::Count {
+        let _ = axis;
+        at
+    }
 
     /// Waits until the counter has reached `at`; at once if it has. For the
     /// rest of a pulse: a few microseconds.

@@ -6,9 +6,9 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use stepwright::drive::{Axes, Drive};
-use stepwright::queue::{Feed, Taken};
+use stepwright::queue::{Asked, Feed, Taken};
 use stepwright::timer::StepTimer;
-use stepwright::{Engine, Run, Timing};
+use stepwright::{Engine, Rate, Run, Timing};
 
 /// A 16-bit counter; `lag` is how late the interrupt comes.
 #[derive(Clone, Default)]
@@ -86,7 +86,7 @@ struct Rig<const N: usize> {
     clock: Clock,
     pins: Pins,
     feeds: [List; N],
-    engine: Engine<Clock, Pins, List, N>,
+    engine: Engine<Clock, Pins, Asked<List>, N>,
 }
 
 impl<const N: usize> Rig<N> {
@@ -95,7 +95,9 @@ impl<const N: usize> Rig<N> {
         let pins = Pins { clock: clock.clone(), ..Pins::default() };
         let feeds: [List; N] = core::array::from_fn(|_| List::default());
         let timing = Timing { pulse: 20, setup: 10, hold: 15, min_interval: MIN };
-        let engine = Engine::new(clock.clone(), pins.clone(), feeds.clone(), timing);
+        let rate = Rate::from_hz(8_000_000).unwrap();
+        let engine =
+            Engine::new(clock.clone(), pins.clone(), feeds.clone().map(Asked::new), timing, rate);
         pins.turns.borrow_mut().clear();
         Rig { clock, pins, feeds, engine }
     }
@@ -201,18 +203,19 @@ fn a_late_step_is_counted_and_caught_up_at_the_minimum_interval() {
 }
 
 #[test]
-fn half_an_interval_is_not_late() {
+fn half_an_interval_and_a_microsecond_are_not_late() {
     let mut rig = Rig::<1>::new();
     rig.feed(0, &[Run::steady(1_000, 3)]);
     rig.engine.start(1);
-    rig.clock.time.set(1_500);
+    // 8 ticks are 1 µs.
+    rig.clock.time.set(1_508);
     rig.engine.on_compare();
     assert_eq!(rig.engine.late(), 0);
-    rig.clock.time.set(2_501);
+    rig.clock.time.set(2_509);
     rig.engine.on_compare();
     assert_eq!(rig.engine.late(), 1);
     rig.run_until(10_000);
-    assert_eq!(rig.steps(0), [1_500, 2_501, 3_000]);
+    assert_eq!(rig.steps(0), [1_508, 2_509, 3_000]);
 }
 
 #[test]

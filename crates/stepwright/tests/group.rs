@@ -1,10 +1,12 @@
 //! Groups whose planning is interrupted between two pieces, as on a chip.
 
+use stepwright::engine::WIRING;
+use stepwright::entry::Entry;
 use stepwright::profile::{Fit, Ramp, Unfit};
-use stepwright::queue::{Feed, Queue, Taken};
+use stepwright::queue::{Next, Queue};
 use stepwright::{
-    Accel, Board, Change, Control, Cost, Given, Group, Order, Rate, Refusal, Report, Run, Speed,
-    Timing, Travel,
+    Accel, Board, Change, Control, Cost, Given, Group, Order, Rate, Refusal, Report, Speed, Timing,
+    Travel,
 };
 
 /// An engine that takes no part.
@@ -42,8 +44,8 @@ fn order(top: u32, accel: u32) -> Order {
     Order { start: Speed::ZERO, top, up: ramp, down: ramp, jerk: None, travel: Travel::By(3_000) }
 }
 
-/// The runs of axis 1, while something is done to axis 0 after this many pieces.
-fn runs(pieces: Option<u32>, disturb: impl Fn(&mut Group<2, 8>)) -> Vec<Run> {
+/// The entries of axis 1, while something is done to axis 0 after this many pieces.
+fn entries(pieces: Option<u32>, disturb: impl Fn(&mut Group<2, 8>)) -> Vec<Entry> {
     let mut queues = [const { Queue::<8>::new() }; 2];
     let [x, y] = &mut queues;
     let ((x, mut x_end), (y, mut y_end)) = (x.split(), y.split());
@@ -54,39 +56,41 @@ fn runs(pieces: Option<u32>, disturb: impl Fn(&mut Group<2, 8>)) -> Vec<Run> {
         }
         None => group.start(&mut Silent, [(1, order(9_000, 40_000))]).unwrap(),
     }
-    let mut runs = Vec::new();
+    let mut entries = Vec::new();
     for piece in 0.. {
         if pieces == Some(piece) {
             disturb(&mut group);
         }
         group.poll(&mut Silent);
-        x_end.take();
-        match y_end.take() {
-            Taken::Run(run) => runs.push(run),
-            Taken::Late => {}
-            Taken::End => break,
+        while let Next::Entry(_) = x_end.take() {}
+        loop {
+            match y_end.take() {
+                Next::Entry(entry) => entries.push(entry),
+                Next::Late => break,
+                Next::End => return entries,
+            }
         }
     }
-    runs
+    entries
 }
 
-/// Whatever becomes of one axis while a run of it is half planned, the runs of
+/// Whatever becomes of one axis while a run of it is half planned, the entries of
 /// another are those that it would make alone.
 #[test]
 fn what_happens_to_one_axis_leaves_the_other_as_it_is() {
-    let alone = runs(None, |_| {});
+    let alone = entries(None, |_| {});
     assert!(alone.len() > 30);
     for piece in 0..60 {
-        assert_eq!(runs(Some(piece), |group| group.brake(0)), alone, "braked at {piece}");
+        assert_eq!(entries(Some(piece), |group| group.brake(0)), alone, "braked at {piece}");
         let halt = |group: &mut Group<2, 8>| group.halt(&mut Silent, 1);
-        assert_eq!(runs(Some(piece), halt), alone, "halted at {piece}");
+        assert_eq!(entries(Some(piece), halt), alone, "halted at {piece}");
     }
 }
 
 /// A static group of zeros that is powered up plans what a new one does.
 #[test]
 fn a_blank_group_is_a_new_one_once_it_is_powered_up() {
-    let runs = |power_up: bool| {
+    let entries = |power_up: bool| {
         let mut queues = [const { Queue::<8>::new() }; 2];
         let [x, y] = &mut queues;
         let ((x, mut x_end), (y, _)) = (x.split(), y.split());
@@ -103,17 +107,17 @@ fn a_blank_group_is_a_new_one_once_it_is_powered_up() {
         assert!(group.is_forward(0) && group.is_forward(1));
         assert_eq!(group.start(&mut Silent, [(0, order(4_000, 9_000))]), Ok(()));
         let too_fast = group.start(&mut Silent, [(1, order(200_000, 50_000_000))]);
-        let mut runs = Vec::new();
+        let mut entries = Vec::new();
         while group.poll(&mut Silent) {
-            while let Taken::Run(run) = x_end.take() {
-                runs.push(run);
+            while let Next::Entry(entry) = x_end.take() {
+                entries.push(entry);
             }
         }
-        (too_fast, runs)
+        (too_fast, entries)
     };
-    let new = runs(false);
+    let new = entries(false);
     assert!(new.1.len() > 10 && matches!(new.0, Err(Refusal::TooFast { .. })));
-    assert_eq!(runs(true), new);
+    assert_eq!(entries(true), new);
 }
 
 /// A group of eight, whose axes fill the set of axes: none is beyond.
@@ -137,15 +141,20 @@ fn a_change_is_for_axes_that_move() {
     assert_eq!(two.change(&mut Silent, 0b110, further), Err(Refusal::NoAxis));
 }
 
-/// The runs that wait before the first pulse, when an order has to wait so long.
-fn beginning(wait: u32) -> [Taken; 3] {
+/// The waits before the first pulse, in 2⁻¹⁶ ticks, when an order has to wait so long.
+fn beginning(wait: u32) -> Vec<u64> {
     let mut queues = [const { Queue::<8>::new() }; 2];
     let [x, y] = &mut queues;
-    let ((x, mut runs), (y, _)) = (x.split(), y.split());
+    let ((x, mut entries), (y, _)) = (x.split(), y.split());
     let mut group = Group::new([x, y], UNO);
     group.prepare(&mut Silent, 0, &order(4_000, 9_000)).unwrap();
     group.commit(&mut Silent, wait).unwrap();
-    [runs.take(), runs.take(), runs.take()]
+    let mut waits = Vec::new();
+    while let Next::Entry(entry) = entries.take() {
+        assert!(entry.play().all(|(pins, _)| pins == 0), "nothing turns, and no step is made");
+        waits.push(entry.play().map(|(_, wait)| u64::from(wait)).sum());
+    }
+    waits
 }
 
 /// A wait that is longer than the lead is a turn, if to the same side: the first step after
@@ -155,12 +164,12 @@ fn beginning(wait: u32) -> [Taken; 3] {
 fn a_long_wait_is_a_turn() {
     // DIR's hold and set-up time are 16 ticks each.
     let (lead, half) = (4_016, 1 << 15);
-    let first = |ticks: u64| Taken::Run(Run::new(ticks << 16 | half, 0, 1));
-    assert_eq!(beginning(0)[0], first(lead + 16));
-    assert_eq!(beginning(4_000)[0], first(2 * lead));
-    let turn = |ticks| Taken::Run(Run::turn(ticks, true));
-    assert_eq!(beginning(4_001)[..2], [turn(4_017), first(lead)]);
-    assert_eq!(beginning(255_984)[..2], [turn(256_000), first(lead)]);
+    let first = |ticks: u64| ticks << 16 | half;
+    assert_eq!(beginning(0), [first(lead + 16)]);
+    assert_eq!(beginning(4_000), [first(2 * lead)]);
+    let turn = |ticks: u64| ticks << 16;
+    assert_eq!(beginning(4_001), [turn(4_017), first(lead)]);
+    assert_eq!(beginning(255_984), [turn(256_000), first(lead)]);
     assert_eq!(beginning(900_000), [turn(644_016), turn(256_000), first(lead)]);
 }
 
@@ -174,7 +183,7 @@ fn beyond_what_is_counted_a_travel_takes_no_target() {
     let cost = Cost::any_pulse([1]);
     let board = Board { rate, timing, cost, fit, horizon: 30_000_000, lead };
     let mut queue = Queue::<8>::new();
-    let (feed, mut runs) = queue.split();
+    let (feed, mut entries) = queue.split();
     let mut group = Group::new([feed], board);
     let top = Speed::from_steps(1_000_000).unwrap();
     let up = Ramp::Accel(Accel::MAX);
@@ -184,12 +193,17 @@ fn beyond_what_is_counted_a_travel_takes_no_target() {
     let (mut steps, mut told) = (0i64, 0);
     while steps < 3 << 31 {
         while group.poll(&mut Silent) {}
-        while let Taken::Run(run) = runs.take() {
-            steps += i64::from(run.count());
+        while let Next::Entry(entry) = entries.take() {
+            for (pins, events, _) in entry.groups() {
+                if pins & WIRING.step != 0 {
+                    steps += i64::from(events);
+                }
+            }
         }
+        // The last that is planned waits for what follows it.
         let planned = group.planned(0);
         assert!(
-            planned.is_none_or(|planned| i64::from(planned) == steps),
+            planned.is_none_or(|planned| i64::from(planned) == steps + 1),
             "{planned:?} of {steps}"
         );
         told = if planned.is_some() { steps } else { told };

@@ -1,15 +1,16 @@
 //! Random stories of three axes that change their minds between any two pieces of planning,
 //! as on a chip: no step is lost, made twice, or made by another axis.
 //!
-//! Judged by the runs that the queues were given. `STEPWRIGHT_CASES` sets the number of
+//! Judged by the entries that are played. `STEPWRIGHT_CASES` sets the number of
 //! stories.
 
 use std::cell::RefCell;
 
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use stepwright::engine::WIRING;
 use stepwright::profile::{Fit, Ramp};
-use stepwright::queue::{Consumer, Feed, Queue, Taken};
+use stepwright::queue::{Consumer, Next, Queue, Source};
 use stepwright::{
     Accel, Board, Change, Control, Cost, Group, Order, Rate, Refusal, Report, Speed, Timing, Travel,
 };
@@ -17,9 +18,9 @@ use stepwright::{
 const STORIES: u32 = 2_000;
 const AXES: usize = 3;
 
-/// What plays an axis: it takes runs, and counts their steps.
+/// What plays an axis: it takes entries, and counts their steps.
 struct Player<'q> {
-    runs: Consumer<'q, 8>,
+    entries: Consumer<'q, 8>,
     /// A travel is in progress.
     moving: bool,
     forward: bool,
@@ -32,14 +33,18 @@ impl Player<'_> {
         if !self.moving {
             return;
         }
-        match self.runs.take() {
-            Taken::Run(run) => match run.turns() {
-                Some(forward) => self.forward = forward,
-                None if self.forward => self.made += i32::from(run.count()),
-                None => self.made -= i32::from(run.count()),
-            },
-            Taken::Late => {}
-            Taken::End => self.moving = false,
+        match self.entries.take() {
+            Next::Entry(entry) => {
+                for (pins, events, _) in entry.groups() {
+                    self.forward ^= pins & WIRING.turn != 0;
+                    if pins & WIRING.step != 0 {
+                        let steps = events as i32;
+                        self.made += if self.forward { steps } else { -steps };
+                    }
+                }
+            }
+            Next::Late => {}
+            Next::End => self.moving = false,
         }
     }
 }
@@ -55,7 +60,7 @@ impl Control for Players<'_, '_> {
     fn halt(&mut self, axes: u8) {
         for (n, player) in self.0.borrow_mut().iter_mut().enumerate() {
             if axes >> n & 1 != 0 {
-                player.runs.clear();
+                player.entries.clear(player.forward);
                 player.moving = false;
             }
         }
@@ -95,7 +100,7 @@ enum Ends {
     Anywhere,
 }
 
-/// What is done, before some pieces of planning, after each of which some runs are played.
+/// What is done, before some pieces of planning, after each of which some entries are played.
 #[derive(Clone, Debug)]
 enum Deed {
     Start(i32),
@@ -126,13 +131,13 @@ fn order(steps: i32) -> Order {
 fn story(deeds: &[(u8, Deed, u8, u8)]) -> Result<(), TestCaseError> {
     let mut queues = [const { Queue::<8>::new() }; AXES];
     let ends = queues.each_mut().map(Queue::split);
-    let (mut feeds, mut runs) = (Vec::new(), Vec::new());
+    let (mut feeds, mut players) = (Vec::new(), Vec::new());
     for (feed, end) in ends {
         feeds.push(feed);
-        runs.push(Player { runs: end, moving: false, forward: true, made: 0 });
+        players.push(Player { entries: end, moving: false, forward: true, made: 0 });
     }
     let feeds: [_; AXES] = feeds.try_into().ok().unwrap();
-    let players = RefCell::new(runs.try_into().ok().unwrap());
+    let players = RefCell::new(players.try_into().ok().unwrap());
     let mut group = Group::new(feeds, BOARD);
     let mut engine = Players(&players);
     let mut ends = [Ends::At(0); AXES];

@@ -2,7 +2,7 @@
 //! is, it ends within the braking distance of the deceleration in force, and no interval
 //! differs from the one before by more than the limits allow.
 //!
-//! Judged by the runs alone, with f64 and the physics of a constant acceleration.
+//! Judged by the entries alone, with f64 and the physics of a constant acceleration.
 //!
 //! `STEPWRIGHT_CASES` sets the number of stories in each test.
 
@@ -10,8 +10,10 @@ use std::cell::Cell;
 
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use stepwright::engine::WIRING;
+use stepwright::entry::Entry;
 use stepwright::profile::{Fit, Ramp};
-use stepwright::queue::{Feed, Queue, Taken};
+use stepwright::queue::{Next, Queue};
 use stepwright::units::Jerk;
 use stepwright::{
     Accel, Board, Change, Control, Cost, Group, Order, Rate, Report, Speed, Timing, Travel,
@@ -100,15 +102,20 @@ struct Judge {
     /// The limits in force, in their order.
     phases: Vec<Limits>,
     leg: Vec<Interval>,
-    /// The leg's first pulse has come.
-    begun: bool,
+    /// What has been waited since the last pulse of the leg, in 2⁻¹⁶ ticks.
+    open: Option<u64>,
     /// The first phase of the leg.
     first: usize,
-    /// Pulses since the travel began, and whether they go forward.
+    /// Pulses since the travel began, forward less backward.
     made: i64,
-    forward: bool,
-    /// Pulses that were planned before the last change, and are still to be handed out.
-    before: u64,
+    /// All pulses that were handed out, and how many were planned before each change.
+    pulses: u64,
+    planned: Vec<u64>,
+    /// Pulses that were planned before the stop, and are still to be handed out; the
+    /// interval before the last of them; and pulses since.
+    ahead: Option<u64>,
+    last: Option<Interval>,
+    beyond: u64,
 }
 
 impl Judge {
@@ -130,24 +137,34 @@ impl Judge {
         2.0 / self.hz + (curve + (2.0 * slow).sqrt()) * 2f64.powi(-28)
     }
 
-    fn hear(&mut self, run: stepwright::Run) {
-        if let Some(forward) = run.turns() {
-            self.forward = forward;
-            return;
-        }
-        let steps = i64::from(run.count());
-        self.made += if self.forward { steps } else { -steps };
-        let mut interval = run.interval();
-        for _ in 0..run.count() {
-            if std::mem::replace(&mut self.begun, true) {
-                let time = interval as f64 / 65536.0 / self.hz;
-                let off = self.doubt() + time * 2f64.powi(-26);
-                let phase = self.phases.len() - 1 - usize::from(self.before != 0);
-                self.leg.push(Interval { time, off, phase });
-                self.look_back();
+    fn see(&mut self, entry: Entry, forward: bool) {
+        for (pins, wait) in entry.play() {
+            if pins & WIRING.step != 0 {
+                self.step(forward);
+                self.open = Some(0);
             }
-            self.before = self.before.saturating_sub(1);
-            interval = interval.wrapping_add_signed(run.add().into());
+            // Waits without a pin are the rest of a long interval.
+            self.open = self.open.map(|open| open + u64::from(wait));
+        }
+    }
+
+    fn step(&mut self, forward: bool) {
+        if let Some(open) = self.open {
+            let time = open as f64 / 65536.0 / self.hz;
+            let off = self.doubt() + time * 2f64.powi(-26);
+            let phase = self.planned.iter().filter(|planned| self.pulses >= **planned).count();
+            self.leg.push(Interval { time, off, phase });
+            self.look_back();
+        }
+        self.made += if forward { 1 } else { -1 };
+        self.pulses += 1;
+        match &mut self.ahead {
+            None => {}
+            Some(0) => self.beyond += 1,
+            Some(ahead) => {
+                *ahead -= 1;
+                self.last = self.leg.last().copied();
+            }
         }
     }
 
@@ -166,9 +183,9 @@ impl Judge {
         );
     }
 
-    /// The speed is at most this at the last pulse.
+    /// The speed is at most this at the last pulse before the stop.
     fn fastest(&self) -> f64 {
-        let Some(last) = self.leg.last() else { return self.phases[self.first].start };
+        let Some(last) = &self.last else { return self.phases[self.first].start };
         let phases = &self.phases[self.first..];
         let top = phases.iter().map(|limits| limits.top).fold(0.0, f64::max);
         let mean = 1.0 / (last.time - last.off).max(1e-9);
@@ -176,7 +193,8 @@ impl Judge {
     }
 
     fn ends(&mut self) {
-        (self.begun, self.first) = (false, self.phases.len() - 1);
+        // What follows the last step is no interval.
+        (self.open, self.first) = (None, self.phases.len() - 1);
         self.leg.clear();
     }
 }
@@ -273,6 +291,12 @@ struct Told {
     stopped: usize,
 }
 
+/// Pulses that are planned and have not been handed out. The last of them waits for what
+/// follows it; where a travel is too long to tell, it is the only one.
+fn planned(group: &Group<1, 8>, judge: &Judge) -> u64 {
+    group.planned(0).map_or(1, |planned| i64::from(planned).abs_diff(judge.made))
+}
+
 fn tell(story: &Story) -> Told {
     let rate = Rate::from_hz(story.hz).unwrap();
     let timing = Timing { pulse: 1, setup: 1, hold: 1, min_interval: 2 };
@@ -281,7 +305,7 @@ fn tell(story: &Story) -> Told {
     let board =
         Board { rate, timing, cost: Cost::any_pulse([1]), fit, horizon, lead: rate.micros(250) };
     let mut queue = Queue::<8>::new();
-    let (producer, mut runs) = queue.split();
+    let (producer, mut entries) = queue.split();
     let mut group = Group::new([producer], board);
     let mut engine = Player { idle: true };
     let mut told = Told::default();
@@ -292,32 +316,31 @@ fn tell(story: &Story) -> Told {
         hz: f64::from(story.hz),
         phases: vec![Limits::of(&story.order)],
         leg: Vec::new(),
-        begun: false,
+        open: None,
         first: 0,
         made: 0,
-        forward: true,
-        before: 0,
+        pulses: 0,
+        planned: Vec::new(),
+        ahead: None,
+        last: None,
+        beyond: 0,
     };
-    // Fills the queue, takes what is in it, and says how many pulses that were.
+    // Fills the queue, and takes what is in it.
     let mut fill = |group: &mut Group<1, 8>, engine: &mut Player, judge: &mut Judge, pieces| {
-        let mut pulses = 0;
         for _ in 0..pieces {
             if !group.poll(engine) {
                 break;
             }
         }
         loop {
-            match runs.take() {
-                Taken::Run(run) => {
-                    pulses += u64::from(run.count());
-                    judge.hear(run);
-                }
-                Taken::Late => return pulses,
-                Taken::End => {
+            match entries.take() {
+                Next::Entry(entry) => judge.see(entry, group.is_forward(0)),
+                Next::Late => return,
+                Next::End => {
                     if !std::mem::replace(&mut engine.idle, true) {
                         judge.ends();
                     }
-                    return pulses;
+                    return;
                 }
             }
         }
@@ -342,8 +365,7 @@ fn tell(story: &Story) -> Told {
                 told.taken += 1;
                 judge.phases.push(limits);
                 // A run that has been taken is queued yet, as it was.
-                let planned = group.planned(0).map_or(judge.made, i64::from);
-                judge.before = planned.abs_diff(judge.made);
+                judge.planned.push(judge.pulses + planned(&group, &judge));
             }
             Err(_) => told.no_stop += 1,
         }
@@ -357,8 +379,8 @@ fn tell(story: &Story) -> Told {
     told.stopped = 1;
     group.brake(0);
     // A run that has been taken is queued yet: from its end on it brakes.
-    let planned = group.planned(0).map_or(judge.made, i64::from);
-    while judge.made != planned {
+    (judge.ahead, judge.last) = (Some(planned(&group, &judge)), judge.leg.last().copied());
+    while judge.ahead != Some(0) {
         fill(&mut group, &mut engine, &mut judge, 1);
     }
     // A fall that was begun under a jerk goes on as it was.
@@ -370,7 +392,7 @@ fn tell(story: &Story) -> Told {
     let limits = Limits { d: slowest, ..limits };
     let mut v = judge.fastest();
     let mut way = 0.0;
-    if let Some(last) = judge.leg.last()
+    if let Some(last) = &judge.last
         && limits.jerk.is_finite()
     {
         // The acceleration goes first.
@@ -380,9 +402,9 @@ fn tell(story: &Story) -> Told {
     }
     way += limits.fall(v);
     let steps = way * (1.0 + 1e-6) + 2.0;
-    let mut pulses = 0;
     for _ in 0..LOOKED_AT {
-        pulses += fill(&mut group, &mut engine, &mut judge, u32::MAX);
+        fill(&mut group, &mut engine, &mut judge, u32::MAX);
+        let pulses = judge.beyond;
         assert!(pulses as f64 <= steps, "{pulses} pulses of {steps}: {:?}", judge.phases);
         if !group.is_busy(&engine, 0) {
             return told;

@@ -205,9 +205,10 @@ pub fn tell_all<S: Strategy>(cases: u32, stories: S, tell: impl Fn(S::Value) -> 
     assert!(taken.get() >= 3 * cases as usize, "only {} changes", taken.get());
 }
 
-/// Fitted to a quarter of a tick: on the curve to a tick.
+/// Fitted to a quarter of a tick, and played to the bit: on the curve to a tick.
 pub fn exact(mut description: Description) -> Description {
     let rate = description.board.rate;
     description.board.fit = Fit::EXACT.lasting(rate.micros(8_000));
+    (description.grid, description.assembly) = ([1; 3], false);
     description
 }

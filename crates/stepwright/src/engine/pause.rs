@@ -9,11 +9,11 @@
 //! counter many times over. Nothing is asked while the engine runs: a frozen
 //! axis is an idle one.
 
-use super::Engine;
-use super::track::Event;
+use super::track::State;
+use super::{Engine, STEP};
 use crate::drive::Drive;
-use crate::queue::Feed;
-use crate::stride::Left;
+use crate::entry::Play;
+use crate::queue::{Asked, Feed, Source};
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
 
@@ -21,7 +21,7 @@ use crate::units::Ticks;
 #[derive(Clone, Copy, Debug)]
 pub struct Frozen<C: Count, const N: usize> {
     at: C,
-    events: [Event; N],
+    states: [State; N],
 }
 
 impl<C: Count, const N: usize> Frozen<C, N> {
@@ -32,15 +32,15 @@ impl<C: Count, const N: usize> Frozen<C, N> {
     }
 }
 
-impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
+impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     /// Holds all axes up between two steps. Until [`thaw`](Engine::thaw) they
-    /// report to be idle, and their positions are not to be asked for.
+    /// report to be idle.
     #[must_use = "the axes go on with `thaw` only"]
     pub fn freeze(&mut self) -> Frozen<T::Count, N> {
         let at = self.timer.now();
-        let mut frozen = Frozen { at, events: [Event::Idle; N] };
-        for (track, event) in self.tracks.iter_mut().zip(&mut frozen.events) {
-            *event = core::mem::replace(&mut track.event, Event::Idle);
+        let mut frozen = Frozen { at, states: [State::Idle; N] };
+        for (track, state) in self.tracks.iter_mut().zip(&mut frozen.states) {
+            *state = core::mem::replace(&mut track.state, State::Idle);
         }
         self.wake_from_outside(at);
         frozen
@@ -51,45 +51,57 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, F, N> {
         let now = self.timer.now();
         // Modulo the counter, as deadlines are.
         let passed = now.since(frozen.at) as Ticks;
-        for (track, event) in self.tracks.iter_mut().zip(frozen.events) {
-            if event != Event::Idle {
+        for (track, state) in self.tracks.iter_mut().zip(frozen.states) {
+            if state != State::Idle {
                 track.due = T::Count::delayed(track.due, passed);
-                track.event = event;
+                track.state = state;
             }
         }
         self.wake_from_outside(now);
     }
+}
 
-    /// Steps that have been loaded for an axis, and not been made; 0 if there is no such
-    /// axis.
-    pub fn loaded(&self, axis: u8) -> u16 {
-        let axis = usize::from(axis);
-        match (self.tracks.get(axis), self.feeds.get(axis)) {
-            (Some(track), Some(feed)) => track.left(feed.left(&track.own)),
-            _ => 0,
-        }
+impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, Asked<F>, N> {
+    /// The programs of the axes.
+    pub fn feeds(&mut self) -> impl Iterator<Item = &mut F> {
+        self.sources.iter_mut().map(|asked| &mut asked.feed)
     }
 
-    /// Drops the steps that are loaded for an axis beyond the next one, which is made at
-    /// its time; then the feed is asked for what follows. Returns the number of dropped
-    /// steps. The run MUST have one interval, without growth.
+    /// The program of an axis, if there is one.
+    pub fn feed(&mut self, axis: u8) -> Option<&mut F> {
+        self.sources.get_mut(usize::from(axis)).map(|asked| &mut asked.feed)
+    }
+
+    /// Steps of an axis that its program has handed out, and that have not been made.
+    #[doc(hidden)]
+    pub fn loaded(&self, axis: u8) -> u16 {
+        let axis = usize::from(axis);
+        let (Some(track), Some(asked)) = (self.tracks.get(axis), self.sources.get(axis)) else {
+            return 0;
+        };
+        let playing = match track.state {
+            State::Play if track.pins & STEP != 0 => track.play.left().wrapping_add(1),
+            _ => 0,
+        };
+        asked.left().wrapping_add(playing)
+    }
+
+    /// Of the steps that its program has handed out only the next one is made, at
+    /// its time; then it is asked what comes. Answers how many are not made.
+    #[doc(hidden)]
     pub fn cut(&mut self, axis: u8) -> u16 {
         let cut = self.loaded(axis).saturating_sub(1);
         let axis = usize::from(axis);
-        if let (Some(track), Some(feed)) = (self.tracks.get_mut(axis), self.feeds.get_mut(axis))
+        if let (Some(track), Some(asked)) = (self.tracks.get_mut(axis), self.sources.get_mut(axis))
             && cut > 0
         {
-            track.far.count = 0;
-            if track.event == Event::Step {
-                feed.playing(&mut track.own).stride().left = Left::new(1);
+            if track.state == State::Play && track.pins & STEP != 0 {
+                (track.play, track.wait) = (Play::NONE, 0);
+                asked.cut(0);
+            } else {
+                asked.cut(1);
             }
-            track.loaded = track.loaded.wrapping_sub(cut.into());
         }
         cut
-    }
-
-    /// The feeds of the axes.
-    pub fn feeds(&mut self) -> &mut [F; N] {
-        &mut self.feeds
     }
 }

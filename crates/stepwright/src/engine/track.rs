@@ -1,78 +1,65 @@
 //! One axis in the engine.
 
-use crate::run::Run;
-use crate::stride::{NEAR, Slot};
+use super::STEP;
+use crate::entry::Play;
+use crate::queue::{Loaded, Source};
 use crate::timer::Count;
 use crate::units::Ticks;
 
-/// What an axis does at its next deadline.
+/// What an axis waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub(super) enum Event {
-    /// Steps.
-    Step,
-    /// Steps after a long interval.
-    Far,
-    /// Changes direction.
-    Turn,
-    /// Waits on: the interval is longer than the timer can tell.
-    Hop,
-    /// Looks whether the feed has caught up.
-    Dry,
+pub(super) enum State {
+    /// Its next event.
+    Play,
+    /// The queue is empty, and what is to follow is not late yet.
+    Starved,
+    /// … and it is.
+    Late,
     /// Nothing.
     Idle,
 }
 
-/// The layout up to `loaded` is the one that the short way knows.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
+/// A wait in 2⁻¹⁶ ticks: of one event, or on wide counters of many.
+#[cfg(target_arch = "avr")]
+pub(super) type Wait = u32;
+#[cfg(not(target_arch = "avr"))]
+pub(super) type Wait = u64;
+
+#[derive(Clone, Debug)]
 pub(super) struct Track<C: Count> {
     /// Time of the next event.
     pub due: C::Fine,
-    /// Where the short way finds what is played.
-    pub at: u16,
-    /// Where the axis will be when all that is loaded is made, counted in its
-    /// direction from [`ORIGIN`] on.
-    pub loaded: u64,
-    pub event: Event,
-    /// The event after the last hop.
-    pub then: Event,
-    /// Hops of a long interval that are still to come.
-    pub hops: u32,
-    /// A turn, or a run of long intervals, dealt out step by step.
-    pub far: Run,
-    /// What is played, if the feed does not keep it.
-    pub own: Slot,
     /// Ticks to wait beyond `due`, for the sake of the minimum interval or the hold time.
     pub push: Ticks,
+    pub state: State,
+    /// The next event: its pins, and the wait after it in 2⁻¹⁶ ticks.
+    pub pins: u8,
+    pub wait: Wait,
+    /// Half of the wait before it, in ticks.
+    pub room: i32,
+    /// The events after it.
+    pub play: Play,
     pub forward: bool,
-}
-
-/// What `loaded` is at position 0: so large that nobody gets below 0, for the
-/// short way carries into 40 bits. At 120,000 steps/s they last for 53 days, in
-/// one direction.
-const ORIGIN: u64 = 1 << 39;
-
-/// The position of an axis that has `left` of the loaded steps still to make.
-#[inline(always)]
-pub(super) fn position(loaded: u64, forward: bool, left: u16) -> i64 {
-    let made = loaded.wrapping_sub(ORIGIN).wrapping_sub(left.into()) as i64;
-    if forward { made } else { made.wrapping_neg() }
+    /// Where it was, and how many steps it has made since, that way: an 8-bit chip counts
+    /// half as many bytes.
+    base: i64,
+    pub made: u32,
 }
 
 impl<C: Count> Track<C> {
     /// At rest at position 0, facing forward.
     pub const IDLE: Track<C> = Track {
         due: C::ZERO.1,
-        at: 0,
-        loaded: ORIGIN,
-        event: Event::Idle,
-        then: Event::Idle,
-        hops: 0,
-        far: Run::steady(0, 0),
-        own: Slot::EMPTY,
         push: 0,
+        state: State::Idle,
+        pins: 0,
+        wait: 0,
+        room: 0,
+        play: Play::NONE,
         forward: true,
+        base: 0,
+        made: 0,
     };
 
     /// When the next event may happen.
@@ -82,73 +69,129 @@ impl<C: Count> Track<C> {
         if self.push == 0 { C::of(self.due) } else { C::of(self.due).plus(self.push) }
     }
 
-    /// Where the axis is, with `playing` steps left of a near run.
-    pub fn position(&self, playing: u16) -> i64 {
-        position(self.loaded, self.forward, self.left(playing))
+    /// Where it is.
+    pub fn position(&self) -> i64 {
+        let made = i64::from(self.made);
+        self.base.wrapping_add(if self.forward { made } else { made.wrapping_neg() })
     }
 
-    /// Steps of what was loaded that are still to be made.
-    pub fn left(&self, playing: u16) -> u16 {
-        let left = match self.event {
-            Event::Step => playing,
-            Event::Far => 1,
-            Event::Hop if self.then == Event::Far => 1,
-            _ => 0,
+    /// It is there.
+    #[cold]
+    #[inline(never)]
+    pub fn set_position(&mut self, position: i64) {
+        (self.base, self.made) = (position, 0);
+    }
+
+    /// Plays an event behind which the same comes again, at `edge`: a wait, or a step that
+    /// is on time and leaves at least so many ticks. False if it is another one, and nothing
+    /// is done.
+    #[inline(always)]
+    pub fn play_again(&mut self, edge: C, least: i32) -> bool {
+        if self.pins & !STEP != 0 || C::WIDE && self.pins == 0 {
+            return false;
+        }
+        let next = C::later(self.due, self.wait as u32);
+        let left = C::of(next).since(edge);
+        let steps = self.pins == STEP;
+        if steps && (left < least || left < half(self.wait)) || !self.play.again() {
+            return false;
+        }
+        (self.due, self.push) = (next, 0);
+        if steps {
+            self.made = self.made.wrapping_add(1);
+        }
+        true
+    }
+
+    /// Its first event is now.
+    pub fn start(&mut self, now: C, source: &mut impl Source) {
+        (self.due, self.push, self.room) = (fine_of(now), 0, 0);
+        self.play = Play::NONE;
+        self.wait = 0;
+        self.go_on_aside(source);
+        if self.state == State::Play && self.pins == 0 {
+            // It only waits: nothing that the interrupt need come for.
+            self.go_on_aside(source);
+        }
+    }
+
+    /// A queue was empty, and what was to follow is due: whether there is something now.
+    #[cold]
+    #[inline(never)]
+    pub fn ask_again<S: Source, const N: usize>(
+        &mut self,
+        sources: &mut [S; N],
+        axis: u8,
+        poll: Ticks,
+        late: &mut u32,
+    ) -> bool {
+        let Some(source) = sources.get_mut(usize::from(axis)) else { return false };
+        let counted = self.state == State::Late;
+        self.wait = 0;
+        self.go_on_aside(source);
+        if self.state == State::Starved {
+            self.state = State::Late;
+            self.due = C::delayed(self.due, poll);
+            if !counted {
+                *late = late.saturating_add(1);
+            }
+        }
+        self.state == State::Play
+    }
+
+    /// The next event comes after the wait of this one.
+    #[inline(always)]
+    pub fn go_on(&mut self, source: &mut impl Source) {
+        if self.wait != 0 {
+            self.room = half(self.wait);
+        }
+        self.due = if C::WIDE {
+            let part = C::later(self.due, (self.wait & 0xFFFF) as u32);
+            C::delayed(part, (self.wait >> 16) as Ticks)
+        } else {
+            C::later(self.due, self.wait as u32)
         };
-        left.wrapping_add(self.far.count)
+        self.take(source);
     }
 
-    /// The present position has this number.
-    pub fn set_position(&mut self, playing: u16, position: i64) {
-        let counted = if self.forward { position } else { position.wrapping_neg() };
-        let left = u64::from(self.left(playing));
-        self.loaded = ORIGIN.wrapping_add_signed(counted).wrapping_add(left);
+    /// Likewise, where it need not be fast.
+    #[cold]
+    #[inline(never)]
+    fn go_on_aside(&mut self, source: &mut impl Source) {
+        self.go_on(source);
     }
 
-    /// Nothing is left to do.
-    pub fn halt(&mut self, playing: u16) {
-        self.loaded = self.loaded.wrapping_sub(self.left(playing).into());
-        self.far.count = 0;
-        self.event = Event::Idle;
-    }
-
-    /// Changes direction as the turn says that is waited for.
-    pub fn turn(&mut self) -> bool {
-        let forward = self.far.turns().unwrap_or(true);
-        if forward != self.forward {
-            self.forward = forward;
-            self.loaded = (2 * ORIGIN).wrapping_sub(self.loaded);
-        }
-        forward
-    }
-
-    /// One step of a run whose intervals are long.
-    pub fn deal(&mut self) {
-        let interval = self.far.interval();
-        let next = interval.wrapping_add_signed(self.far.add.into());
-        (self.far.ticks, self.far.part) = ((next >> 16) as Ticks, next as u16);
-        self.far.count = self.far.count.wrapping_sub(1);
-        self.wait(interval, Event::Far);
-    }
-
-    /// Waits for an interval in 2⁻¹⁶ ticks of any length, then does `then`.
-    pub fn wait(&mut self, interval: u64, then: Event) {
-        let ticks = (interval >> 16) as Ticks;
-        let (hops, rest) =
-            if ticks < NEAR { (0, ticks) } else { (ticks >> C::HOP_BITS, ticks & (C::HOP - 1)) };
-        self.due = C::delayed(C::later(self.due, interval as u16 as u32), rest);
-        (self.hops, self.then) = (hops, then);
-        self.event = if hops == 0 { then } else { Event::Hop };
-    }
-
-    /// One hop of a long interval is over.
-    pub fn hop(&mut self) {
-        self.due = C::delayed(self.due, C::HOP);
-        self.hops = self.hops.wrapping_sub(1);
-        if self.hops == 0 {
-            self.event = self.then;
+    /// What comes next?
+    #[inline(always)] // out of line, a Mega's compiler would pass its fields on the stack
+    pub fn take(&mut self, source: &mut impl Source) {
+        loop {
+            if let Some(event) = self.play.next() {
+                (self.pins, self.wait) = (event.0, event.1.into());
+                self.state = State::Play;
+                #[cfg(not(target_arch = "avr"))]
+                if C::WIDE && self.pins == 0 && self.wait != 0 {
+                    // A wide counter need not wait in pieces.
+                    let most = (u64::from(C::HOP) << 16) / self.wait;
+                    self.wait *= 1 + self.play.leave_out(most.saturating_sub(1));
+                }
+                if self.play.is_last() {
+                    source.look_ahead();
+                }
+                return;
+            }
+            match source.load(&mut self.play) {
+                Loaded::Entry => {}
+                Loaded::Late => return self.state = State::Starved,
+                Loaded::End => return self.state = State::Idle,
+            }
         }
     }
+}
+
+/// Half of a wait, in ticks.
+#[inline(always)]
+fn half(wait: Wait) -> i32 {
+    (wait >> 17) as i32
 }
 
 /// A count as a time.

@@ -81,7 +81,7 @@ impl Planner {
                 size
             };
         }
-        // An even number: then neither a stride's mean interval nor the spread
+        // An even number: then neither a group's mean interval nor the spread
         // has a half to lose.
         let half = hand(growth).scaled(15).rounded_whole() as i32;
         work.run.add = if up { half.wrapping_neg() } else { half }.wrapping_shl(1);

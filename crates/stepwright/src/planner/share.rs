@@ -16,7 +16,7 @@ pub(super) fn share(room: u32, full: u16) -> u16 {
 }
 
 /// Likewise of a ramp, where `full` is a power of two. What is no multiple of 32
-/// comes last, in a run of its own: such a run grows step by step (`stride.rs`),
+/// comes last, in a run of its own: such a run grows step by step,
 /// or is too short to.
 pub(super) fn share_of_ramp(room: u32, full: u16) -> u16 {
     const WHOLE: u16 = 32;

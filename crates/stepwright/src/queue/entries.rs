@@ -1,23 +1,24 @@
-//! A queue of entries: what an axis plays that has a step interrupt of its own.
+//! A queue of entries.
 //!
 //! The foreground pushes runs, as into any queue; they become entries on the
 //! way. The interrupt takes entries out, and says when they have been played.
 //! Neither holds the other off: each counter has one writer and is a byte.
 
-use super::{Shared, element};
-use crate::entry::{Entry, MOST, NEAR, Sink, Wiring, Writer};
+use super::{Loaded, Shared, Source, element};
+use crate::engine::WIRING;
+use crate::entry::{Entry, MOST, NEAR, Play, Sink, Wiring, Writer};
 use crate::run::Run;
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
 use core::mem::offset_of;
 
-/// Room for `LEN` entries of 11 bytes; `LEN` is a power of two, 4 … 128.
+/// Room for `LEN` entries, of 11 bytes on an AVR; `LEN` is a power of two, 4 … 128.
 ///
 /// ```
 /// use stepwright::{Run, entry::Wiring, queue::entries::Queue};
 /// let queue = Queue::<8>::new();
 /// // SAFETY: the only ends of this queue.
-/// let mut producer = unsafe { queue.producer(Wiring { step: 4, turn: 32 }) };
+/// let mut producer = unsafe { queue.producer(Wiring::new(4, 32)) };
 /// producer.push(Run::steady(1000, 50)).unwrap();
 /// assert_eq!(producer.len(), 2); // nothing is due before the first wait
 /// ```
@@ -66,6 +67,19 @@ impl<const LEN: usize> Queue<LEN> {
             backward: Shared::new(),
             slots: [const { UnsafeCell::new(Entry::EMPTY) }; LEN],
         }
+    }
+
+    /// The two ends, for foreground and engine.
+    pub const fn split(&mut self) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
+        self.split_as(WIRING)
+    }
+
+    /// Likewise, for what is no [prompt](Wiring::prompt) player.
+    pub const fn split_as(&mut self, wiring: Wiring) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
+        let queue: &Queue<LEN> = self;
+        // SAFETY: it is borrowed mutably, so there is one.
+        let producer = unsafe { queue.producer(wiring) };
+        (producer, Consumer { queue, ahead: None })
     }
 
     /// The foreground's end.
@@ -229,6 +243,68 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
     }
 }
 
+/// The engine's end of a [`Queue`].
+pub struct Consumer<'q, const LEN: usize> {
+    queue: &'q Queue<LEN>,
+    /// What follows the present entry: it is taken when the last group of that begins.
+    ahead: Option<Entry>,
+}
+
+/// What a [`Consumer`] takes out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// The oldest entry.
+    Entry(Entry),
+    /// There is none, and more is to come.
+    Late,
+    /// There is none, and the travel is over.
+    End,
+}
+
+impl<const LEN: usize> Consumer<'_, LEN> {
+    /// The next entry. The one before counts as played.
+    #[inline]
+    pub fn take(&mut self) -> Next {
+        // Whether more is to come is read before the entries: a producer closes
+        // after its last push.
+        let open = self.queue.open.get() != 0;
+        self.look_ahead();
+        let taken = self.queue.taken.get();
+        let Some(entry) = self.ahead.take() else {
+            self.queue.played.set(taken);
+            return if open { Next::Late } else { Next::End };
+        };
+        self.queue.played.set(taken.wrapping_sub(1));
+        Next::Entry(entry)
+    }
+}
+
+impl<const LEN: usize> Source for Consumer<'_, LEN> {
+    #[inline]
+    fn load(&mut self, play: &mut Play) -> Loaded {
+        match self.take() {
+            Next::Entry(entry) => {
+                *play = entry.play();
+                Loaded::Entry
+            }
+            Next::Late => Loaded::Late,
+            Next::End => Loaded::End,
+        }
+    }
+
+    #[inline]
+    fn look_ahead(&mut self) {
+        if self.ahead.is_none() {
+            self.ahead = self.queue.take();
+        }
+    }
+
+    fn clear(&mut self, forward: bool) {
+        self.ahead = None;
+        self.queue.clear(forward);
+    }
+}
+
 /// Whether an interval of a run is not below [`NEAR`].
 fn is_far(run: &Run) -> bool {
     // By far not: 63 steps that grow by less than 256 ticks each.
@@ -253,17 +329,166 @@ impl<const LEN: usize> Sink for &Queue<LEN> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     extern crate std;
     use super::*;
+    use std::boxed::Box;
+    use std::cell::RefCell;
     use std::vec::Vec;
 
-    const WIRING: Wiring = Wiring { step: 4, turn: 32 };
+    const WIRING: Wiring = Wiring::new(4, 32);
+
+    std::thread_local! {
+        /// What the other side does before the next read of a shared byte.
+        static MEANWHILE: RefCell<Option<Box<dyn FnMut()>>> = const { RefCell::new(None) };
+    }
+
+    pub(in crate::queue) fn before_a_read() {
+        // Taken out while it runs: its own reads interrupt nothing.
+        if let Some(mut side) = MEANWHILE.take() {
+            side();
+            MEANWHILE.set(Some(side));
+        }
+    }
+
+    /// The wait of a step, in ticks: the entry is one event.
+    fn wait(entry: Entry) -> u32 {
+        let mut events = entry.play();
+        let (_, wait) = events.next().unwrap();
+        assert_eq!(events.next(), None);
+        wait >> 16
+    }
+
+    #[test]
+    fn a_last_run_is_taken_whenever_it_comes() {
+        // A producer pushes its last run before the read number `push` of a
+        // consumer, and closes before the read number `close`.
+        const READS: u32 = 24;
+        for push in 0..READS {
+            for close in push..READS {
+                let queue = Box::leak(Box::new(Queue::<4>::new()));
+                let (mut producer, mut consumer) = queue.split();
+                producer.set_open(true);
+                let mut read = 0;
+                MEANWHILE.set(Some(Box::new(move || {
+                    if read == push {
+                        producer.push(Run::steady(2000, 1)).unwrap();
+                    }
+                    if read == close {
+                        producer.set_open(false);
+                    }
+                    read += 1;
+                })));
+                let mut waits = Vec::new();
+                // Two reads at least for each: by then both have happened.
+                for _ in 0..=READS / 2 {
+                    match consumer.take() {
+                        Next::Entry(entry) => waits.push(wait(entry)),
+                        Next::Late => {}
+                        Next::End => break,
+                    }
+                }
+                MEANWHILE.take();
+                // What is before the step, and the step.
+                let both = [2000, 0];
+                assert_eq!(waits, both, "pushed before read {push}, closed before {close}");
+                assert_eq!(consumer.take(), Next::End);
+            }
+        }
+    }
+
+    #[test]
+    fn full_empty_and_wrapped() {
+        let mut queue = Queue::<4>::new();
+        let (mut producer, mut consumer) = queue.split();
+        let mut before = None;
+        for round in 0..1000u32 {
+            for k in 0..2 {
+                producer.push(Run::steady(2000 + round * 2 + k, 1)).unwrap();
+            }
+            assert!(producer.push(Run::steady(9, 9)).is_err());
+            for k in 0..2 {
+                let Next::Entry(entry) = consumer.take() else { panic!("empty") };
+                let ticks = wait(entry);
+                assert_eq!(ticks, 2000 + round * 2 + k);
+                assert!(before.is_none_or(|before| before < ticks));
+                before = Some(ticks);
+            }
+            // The queue is closed, and the last step not handed out yet.
+            assert_eq!(consumer.take(), Next::End);
+        }
+    }
+
+    #[test]
+    fn an_open_queue_is_late_not_ended() {
+        let mut queue = Queue::<4>::new();
+        let (mut producer, mut consumer) = queue.split();
+        producer.set_open(true);
+        assert_eq!(consumer.take(), Next::Late);
+        producer.push(Run::steady(2000, 1)).unwrap();
+        consumer.clear(true);
+        producer.set_open(false);
+        assert_eq!(consumer.take(), Next::End);
+        assert!(producer.is_empty());
+    }
+
+    /// The entry that is played counts, one that is taken ahead too.
+    #[test]
+    fn what_is_played_to_its_end_is_counted_out() {
+        let mut queue = Queue::<8>::new();
+        let (mut producer, mut consumer) = queue.split();
+        producer.set_open(true);
+        for ticks in [2000, 3000, 4000] {
+            producer.push(Run::steady(ticks, 1)).unwrap();
+        }
+        for left in [3, 2, 1] {
+            assert!(matches!(consumer.take(), Next::Entry(_)));
+            assert_eq!(producer.len(), left);
+            consumer.look_ahead();
+            assert_eq!(producer.len(), left);
+        }
+        assert_eq!(consumer.take(), Next::Late);
+        assert!(producer.is_empty());
+    }
+
+    #[test]
+    fn threads_lose_and_invent_nothing() {
+        let mut queue = Queue::<8>::new();
+        let (mut producer, mut consumer) = queue.split();
+        let ticks = |n: u32| 2000 + n % 30_000;
+        producer.set_open(true);
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                for n in 0..200_000u32 {
+                    let mut run = Run::steady(ticks(n), 1);
+                    while let Err(back) = producer.push(run) {
+                        run = back;
+                        std::hint::spin_loop();
+                    }
+                }
+                producer.set_open(false);
+            });
+            let mut want = 0u32;
+            loop {
+                match consumer.take() {
+                    Next::Entry(entry) if want < 200_000 => {
+                        assert_eq!(wait(entry), ticks(want));
+                        want += 1;
+                    }
+                    // The last step.
+                    Next::Entry(entry) => assert_eq!(wait(entry), 0),
+                    Next::Late => std::hint::spin_loop(),
+                    Next::End => break,
+                }
+            }
+            assert_eq!(want, 200_000);
+        });
+    }
 
     /// All events: pins, and ticks.
     fn events(queue: &Queue<8>) -> Vec<(u8, u32)> {
         let entries = core::iter::from_fn(|| queue.take());
-        entries.flat_map(Entry::play).map(|(pins, wait)| (pins, wait >> 8)).collect()
+        entries.flat_map(Entry::play).map(|(pins, wait)| (pins, wait >> 16)).collect()
     }
 
     #[test]

@@ -87,7 +87,7 @@ impl Drive for Pins {
 /// the first axis, the step interrupt puts on the port of DIR.
 pub const fn wiring(axis: u8) -> Wiring {
     let step = if axis == 0 { 1 << STEP_E } else { 1 << STEP_G };
-    Wiring { step, turn: DIRECTION_E }
+    Wiring::new(step, DIRECTION_E)
 }
 
 /// The level of DIR of an axis.

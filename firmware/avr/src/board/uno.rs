@@ -65,7 +65,7 @@ impl Drive for Pins {
 
 /// What the pins of entries mean: bits that are written to PIND.
 pub const fn wiring(axis: u8) -> Wiring {
-    Wiring { step: (1 << STEP) << (axis & 3), turn: (1 << DIRECTION) << (axis & 3) }
+    Wiring::new((1 << STEP) << (axis & 3), (1 << DIRECTION) << (axis & 3))
 }
 
 /// The level of DIR of an axis.

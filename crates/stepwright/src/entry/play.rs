@@ -1,0 +1,122 @@
+//! Entries, one event after another.
+
+use super::{Entry, wait};
+
+/// Groups that are left: on an AVR an entry has 256 at most.
+#[cfg(target_arch = "avr")]
+type Left = u16;
+#[cfg(not(target_arch = "avr"))]
+type Left = u32;
+
+/// The events of an [`Entry`]: the pins, and the wait after them in 2⁻¹⁶ ticks.
+///
+/// What playing an entry means. Interrupts in assembly do the same.
+#[derive(Clone, Debug)]
+pub struct Play {
+    /// Of the present group.
+    wait: u32,
+    pins: u8,
+    /// Events of a group, and those left of the present one; 0 stands for 65536.
+    events: u16,
+    left: u16,
+    /// Groups left, the present one included; 0 once all is played.
+    groups: Left,
+    growth: u32,
+    then: u8,
+}
+
+impl Play {
+    /// All is played.
+    pub(crate) const NONE: Play =
+        Play { wait: 0, pins: 0, events: 0, left: 0, groups: 0, growth: 0, then: 0 };
+
+    pub(super) fn of(entry: Entry) -> Play {
+        let events = entry.events.count() as u16;
+        Play {
+            wait: wait(entry.interval),
+            pins: entry.pins,
+            events,
+            left: events,
+            groups: left(entry.count()),
+            growth: wait(entry.growth),
+            then: entry.then,
+        }
+    }
+
+    /// One group of 1 … 65535 events, whose waits are in 2⁻¹⁶ ticks.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, pins: u8, wait: u32, events: u16) {
+        (self.pins, self.wait) = (pins, wait);
+        (self.events, self.left, self.groups) = (events, events, 1);
+    }
+
+    /// Passes over the next event, if it is that of before and not its group's last.
+    #[inline(always)]
+    pub(crate) fn again(&mut self) -> bool {
+        // One that is over has none left, as it had before its first event.
+        let again = self.left > 1 && self.left != self.events;
+        if again {
+            self.left = self.left.wrapping_sub(1);
+        }
+        again
+    }
+
+    /// Whether the next event is of the last group, or there is none.
+    #[inline(always)]
+    pub(crate) fn is_last(&self) -> bool {
+        self.groups <= 1
+    }
+
+    /// Takes events out that are waits of the same length, so many at most: how many.
+    #[cfg(not(target_arch = "avr"))]
+    pub(crate) fn leave_out(&mut self, most: u64) -> u64 {
+        if self.groups == 0 || self.pins != 0 {
+            return 0;
+        }
+        let count = |events: u16| u64::from(events.wrapping_sub(1)) + 1;
+        let more = u64::from(self.groups - 1);
+        let all = count(self.left) + more * count(self.events);
+        if self.then == 0 && self.growth == 0 && all <= most {
+            self.groups = 0;
+            return all;
+        }
+        // Of this group, and not its last one.
+        let some = most.min(count(self.left) - 1);
+        self.left = self.left.wrapping_sub(some as u16);
+        some
+    }
+
+    /// Events left of the present group.
+    pub(crate) fn left(&self) -> u16 {
+        if self.groups == 0 { 0 } else { self.left }
+    }
+}
+
+/// As many groups as an entry has.
+const fn left(groups: u32) -> Left {
+    #[cfg(target_arch = "avr")]
+    return groups as u16;
+    #[cfg(not(target_arch = "avr"))]
+    groups
+}
+
+impl Iterator for Play {
+    type Item = (u8, u32);
+
+    #[inline]
+    fn next(&mut self) -> Option<(u8, u32)> {
+        if self.groups == 0 {
+            return None;
+        }
+        let event = (self.pins, self.wait);
+        self.left = self.left.wrapping_sub(1);
+        if self.left == 0 {
+            self.groups -= 1;
+            if self.groups != 0 {
+                self.wait = self.wait.wrapping_add(self.growth);
+                (self.pins, self.left) = (self.then, self.events);
+            }
+        }
+        Some(event)
+    }
+}

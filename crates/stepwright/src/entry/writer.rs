@@ -1,0 +1,341 @@
+//! Runs become entries.
+
+use super::{Entry, Events, LEAST, NEAR, Wiring, bytes};
+use crate::run::Run;
+use crate::units::Ticks;
+
+/// At intervals below this many ticks a group of a few steps would be over before the
+/// next one is prepared: such steps are joined with those that follow.
+const FAST: Ticks = 1 << 10;
+pub(super) const FEW: u16 = 4;
+/// … whose interval differs by less than this, in 2⁻¹⁶ ticks.
+const APART: u32 = 2 << 16;
+
+/// A group's deadlines may deviate by a tick, times 8, in 2⁻¹⁶ ticks.
+const LOOSE: u32 = 8 << 16;
+
+/// What the next event does. It begins at 0: a blank group has zeros.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Due {
+    Nothing,
+    Step,
+    Turn,
+}
+
+/// Where entries go.
+pub trait Sink {
+    /// Appends one.
+    fn put(&mut self, entry: Entry);
+}
+
+/// Makes entries of the runs of one axis, which are handed over in order.
+#[derive(Clone, Copy, Debug)]
+pub struct Writer {
+    pub(super) wiring: Wiring,
+    pub(super) due: Due,
+    /// Time that entries owe to the runs so far, in 2⁻¹⁶ ticks.
+    pub(super) owed: i32,
+    /// A few fast steps, which wait for what follows them.
+    kept: Steps,
+    /// What is made into entries. (A field, as arguments are dear to an 8-bit chip.)
+    part: Steps,
+}
+
+/// `count` steps, the first interval and its growth in 2⁻¹⁶ ticks.
+#[derive(Clone, Copy, Debug)]
+struct Steps {
+    first: u32,
+    add: i32,
+    count: u16,
+}
+
+impl Steps {
+    const NONE: Steps = Steps { first: 0, add: 0, count: 0 };
+}
+
+impl Writer {
+    /// For an axis at rest.
+    pub const fn new(wiring: Wiring) -> Writer {
+        Writer { wiring, due: Due::Nothing, owed: 0, kept: Steps::NONE, part: Steps::NONE }
+    }
+
+    /// Makes one of zeros what [`new`](Writer::new) makes.
+    pub(crate) fn wire(&mut self, wiring: Wiring) {
+        self.wiring = wiring;
+    }
+
+    /// Forgets what is due: the axis has been stopped.
+    pub(crate) fn forget(&mut self) {
+        (self.due, self.owed, self.kept.count) = (Due::Nothing, 0, 0);
+    }
+
+    /// The wait of a [`Run::turn`], after which DIR is toggled if `changes`.
+    #[inline(never)]
+    pub fn turn(&mut self, wait: Ticks, changes: bool, to: &mut impl Sink) {
+        #[cfg(not(target_arch = "avr"))]
+        if self.wiring.is_prompt() {
+            return self.exact_turn(wait, changes, to);
+        }
+        self.wait(wait, 0, to);
+        self.due = if changes { Due::Turn } else { Due::Nothing };
+    }
+
+    /// A run of steps. Those of several steps have intervals below [`NEAR`].
+    #[inline(never)]
+    pub fn run(&mut self, run: &Run, to: &mut impl Sink) {
+        #[cfg(not(target_arch = "avr"))]
+        if self.wiring.is_prompt() {
+            return self.exact_run(run, to);
+        }
+        let first = run.ticks << 16 | Ticks::from(run.part);
+        self.part = Steps { first, add: run.add, count: run.count };
+        if self.due != Due::Step || run.count == 1 && run.ticks >= FAST {
+            // Another pin comes first, or one step alone.
+            self.wait(run.ticks, run.part, to);
+            self.due = Due::Step;
+            self.skip(1);
+        }
+        if self.part.count != 0 {
+            self.several(to);
+        }
+    }
+
+    /// The last step of the travel, if one is due. Nothing waits for what follows.
+    pub fn end(&mut self, to: &mut impl Sink) {
+        #[cfg(not(target_arch = "avr"))]
+        if self.wiring.is_prompt() {
+            return self.exact_end(to);
+        }
+        self.flush(to);
+        if self.due == Due::Step {
+            self.wait(LEAST, 0, to);
+        }
+        self.forget();
+    }
+
+    /// The pins that are due.
+    pub(super) fn pins(&self) -> u8 {
+        match self.due {
+            Due::Nothing => 0,
+            Due::Step => self.wiring.step,
+            Due::Turn => self.wiring.turn,
+        }
+    }
+
+    /// What is due, and a wait of any length: 2^k events.
+    #[inline(never)]
+    fn wait(&mut self, ticks: Ticks, part: u16, to: &mut impl Sink) {
+        self.flush(to);
+        // Modulo 2³²: less than nothing may be left of a wait, too.
+        let (sum, over) = part.overflowing_add(self.owed as u16);
+        let carried = (self.owed >> 16).wrapping_add(over.into());
+        let mut ticks = ticks.wrapping_add_signed(carried);
+        let lack = (LEAST as i32).wrapping_sub(ticks as i32);
+        if self.due != Due::Step && (1..0x4000).contains(&lack) {
+            self.owed = i32::from(sum).wrapping_sub(lack << 16);
+            return to.put(self.one(LEAST << 8, 1));
+        }
+        let [part, mut low] = sum.to_le_bytes();
+        // Halved until it is near; the bits that fall off are owed.
+        let (mut k, mut bit) = (0u8, 1u32 << 8);
+        self.owed = part.into();
+        while ticks >= NEAR {
+            if low & 1 != 0 {
+                self.owed |= bit as i32;
+            }
+            low = low >> 1 | (ticks as u8) << 7;
+            ticks >>= 1;
+            bit <<= 1;
+            k += 1;
+        }
+        let interval = ticks << 8 | u32::from(low);
+        // 2^k of them; 256, and their multiples, are 0.
+        to.put(self.one(interval, (bit >> 8) as u8));
+        if k > 8 {
+            // 2^k − 256 more, in groups of 256 times as many as divide it: 33, 73, …
+            let (high, groups) = match k {
+                18 => (32, 31),
+                17 => (72, 7),
+                _ => (((bit >> 16) as u8).wrapping_sub(2), 1),
+            };
+            to.put(entry(interval, 0, Events { low: 0, high }, groups, 0, 0));
+        }
+    }
+
+    /// What is due, and then nothing, in groups of one.
+    fn one(&self, interval: u32, groups: u8) -> Entry {
+        entry(interval, 0, Events::ONE, groups, 0, self.pins())
+    }
+
+    /// The part without its first steps.
+    fn skip(&mut self, steps: u16) {
+        let Steps { first, add, count } = &mut self.part;
+        if *count == steps {
+            *count = 0; // nothing is left that it would be the first of
+            return;
+        }
+        let grown = if steps == 1 { *add } else { add.wrapping_mul(steps.into()) };
+        *first = first.wrapping_add_signed(grown);
+        *count = count.wrapping_sub(steps);
+    }
+
+    /// Steps with intervals that grow, a step being due.
+    #[inline(never)]
+    fn several(&mut self, to: &mut impl Sink) {
+        let Steps { add, count, .. } = self.part;
+        let growth = add.unsigned_abs();
+        if growth > LOOSE && count < 256 && self.kept.count == 0 {
+            return self.groups(0, to);
+        }
+        let flat = growth <= LOOSE && count < 256 && {
+            // count² · growth, within 32 bits.
+            let once = growth.wrapping_mul(count.into());
+            once <= LOOSE && once.wrapping_mul(count.into()) <= LOOSE
+        };
+        if growth == 0 || flat {
+            return self.flat(count, to);
+        }
+        let (mut bits, mut rest, mut most) = (0u8, 1u16, LOOSE >> 2);
+        while bits < 8 && count & rest == 0 && growth <= most {
+            bits += 1;
+            rest = rest << 1 | 1;
+            most >>= 2;
+        }
+        // None of the planner's is that long: its groups would deviate by more.
+        while count >> bits > 255 {
+            bits += 1;
+        }
+        let group = 1u16 << bits;
+        let rest = count & group.wrapping_sub(1);
+        if self.kept.count != 0 && rest == 0 && count > group {
+            self.flat(group, to);
+        }
+        self.flush(to);
+        self.groups(bits, to);
+        if rest != 0 {
+            self.part.count = rest;
+            self.groups(16, to);
+        }
+    }
+
+    /// The next steps at their mean interval, with those that have been kept.
+    #[inline(never)]
+    fn flat(&mut self, mut steps: u16, to: &mut impl Sink) {
+        let Steps { first, add, .. } = self.part;
+        self.skip(steps);
+        let spread = add.wrapping_mul(i32::from(steps).wrapping_sub(1));
+        let first = first.wrapping_add_signed(spread >> 1);
+        let apart = self.kept.first.wrapping_sub(first) as i32;
+        if self.kept.count != 0
+            && apart.unsigned_abs() < APART
+            && let Some(all) = steps.checked_add(self.kept.count)
+        {
+            self.owed = self.owed.wrapping_add(apart.wrapping_mul(self.kept.count.into()));
+            self.kept.count = 0;
+            steps = all;
+        }
+        self.flush(to);
+        self.kept = Steps { first, add: 0, count: steps };
+        if steps > FEW || first >= FAST << 16 {
+            self.flush(to);
+        }
+    }
+
+    /// What has been kept.
+    #[inline(never)]
+    fn flush(&mut self, to: &mut impl Sink) {
+        if self.kept.count != 0 {
+            let part = self.part;
+            self.part = self.kept;
+            self.kept.count = 0;
+            self.groups(16, to);
+            self.part = part;
+        }
+    }
+
+    /// The part in groups of 2^bits steps, as far as these go; or as a single one.
+    #[inline(never)]
+    fn groups(&mut self, bits: u8, to: &mut impl Sink) {
+        let Steps { first, add, count } = self.part;
+        let (mut group, mut groups) = (count, 1);
+        if bits < 16 {
+            (group, groups) = (1 << bits, (count >> bits) as u8);
+        }
+        // Not more than the part has: 16 bits.
+        let steps = if bits < 16 { u16::from(groups) << bits } else { count };
+        // The mean interval: so the duration of all of them is exact, but for half
+        // a step's last bit where the spread is odd.
+        let spread = match add {
+            0 => 0,
+            _ => add.wrapping_mul(steps.wrapping_sub(1).into()),
+        };
+        self.part.first = first.wrapping_add_signed(spread.wrapping_add(add));
+        self.part.count = count.wrapping_sub(steps);
+        let mut exact = first.wrapping_add_signed(spread >> 1);
+        let mut growth = 0;
+        if groups != 1 {
+            let whole = if bits == 0 { add } else { add << bits };
+            growth = whole.wrapping_add(128) >> 8;
+            let spread = growth.wrapping_mul(i32::from(groups.wrapping_sub(1)));
+            exact = exact.wrapping_sub((spread << 7) as u32);
+        }
+        // To the nearest, with what is owed.
+        self.owed =
+            self.owed.wrapping_add(u32::from(exact as u8 as u16).wrapping_mul(steps.into()) as i32);
+        let interval = (exact >> 8).wrapping_add_signed(self.settle(steps).into());
+        let step = self.wiring.step;
+        to.put(entry(interval, growth, Events::new(group), groups, step, step));
+    }
+
+    /// What each of these steps takes of what is owed, in 2⁻⁸ ticks: to the nearest.
+    ///
+    /// Most often that is 0 or 1. After steps that were joined it is up to two ticks, found
+    /// bit by bit, as a small chip has no division. 128 ticks and more are of a wait of a
+    /// minute: they are for the next wait.
+    #[inline(never)]
+    fn settle(&mut self, steps: u16) -> i16 {
+        let [low, a, b, high] = self.owed.to_le_bytes();
+        let owed = i16::from_le_bytes([a, b]);
+        if high != (b as i8 >> 7) as u8 {
+            return 0;
+        }
+        let half = steps >> 1;
+        let mut left = owed.unsigned_abs().wrapping_add(half);
+        let (mut part, mut bits) = (steps, 1u8);
+        while part <= left >> 1 {
+            part <<= 1;
+            bits += 1;
+        }
+        let mut each = 0i16;
+        while bits != 0 {
+            each <<= 1;
+            if let Some(less) = left.checked_sub(part) {
+                left = less;
+                each |= 1;
+            }
+            part >>= 1;
+            bits -= 1;
+        }
+        let mut rest = left.wrapping_sub(half) as i16;
+        if owed < 0 {
+            (each, rest) = (each.wrapping_neg(), rest.wrapping_neg());
+        }
+        self.owed = i32::from(rest) << 8 | i32::from(low);
+        each
+    }
+}
+
+/// With an interval and a growth in 2⁻⁸ ticks.
+const fn entry(
+    interval: u32,
+    growth: i32,
+    events: Events,
+    groups: u8,
+    then: u8,
+    pins: u8,
+) -> Entry {
+    let (interval, growth) = (bytes(interval << 8), bytes((growth << 8) as u32));
+    #[cfg(not(target_arch = "avr"))]
+    let groups = if groups == 0 { 256 } else { groups as u32 };
+    Entry { interval, growth, events, groups, then, pins }
+}

@@ -1,0 +1,169 @@
+//! A program that is asked, as a source of entries.
+//!
+//! A queue is filled ahead. A program with bounds, switches and callbacks has to be
+//! obeyed at a step: so it is asked for a run when the last step of the one before has
+//! been made. An entry is "pins, then wait", and that step's wait is not known before;
+//! so the step is an entry that waits for nothing, and its wait one without pins.
+//!
+//! ```text
+//!             asked                                 asked
+//!   step        │ nothing  step     step     step     │ nothing
+//!   ────────────┴───────────┴────────┴────────┴───────┴──────────► ticks
+//!   entries   0 │ wait      │ wait   │ wait   │ 0     │ wait
+//! ```
+
+use super::{Loaded, Source};
+use crate::engine::{FACE, STEP, TURN};
+use crate::entry::{NEAR, Play};
+use crate::run::Run;
+use crate::units::Ticks;
+
+/// What a [`Feed`] says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// Play this.
+    Run(Run),
+    /// Nothing yet, but the travel is not over: the feed is late.
+    Late,
+    /// The travel is over.
+    End,
+}
+
+/// A program that is asked for one run after another.
+///
+/// Called from the step interrupt, once a run: MUST NOT block, and should take
+/// no longer than the shortest run.
+pub trait Feed {
+    /// The next run.
+    fn take(&mut self) -> Taken;
+
+    /// Forgets everything that is planned: a halt.
+    fn clear(&mut self);
+}
+
+/// A program as a source of entries.
+#[derive(Clone, Debug)]
+pub struct Asked<F> {
+    /// The program.
+    pub feed: F,
+    /// What is left of the present run.
+    run: Run,
+    /// Whole ticks that are left of its first interval.
+    wait: Ticks,
+    due: Due,
+    /// It points forward when all that was handed out is played.
+    forward: bool,
+}
+
+/// What is handed out next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Due {
+    /// The program is asked.
+    Nothing,
+    /// The wait before the run's first step, or its turn.
+    Wait,
+    /// That.
+    Pins,
+}
+
+/// A long wait is dealt out in pieces of 2^this many ticks …
+const PIECE: u32 = 14;
+/// … and so many at a time.
+const PIECES: Ticks = 1 << 15;
+
+impl<F: Feed> Asked<F> {
+    /// A program that has not been asked for anything, of an axis that faces forward.
+    pub const fn new(feed: F) -> Asked<F> {
+        Asked { feed, run: Run::steady(0, 0), wait: 0, due: Due::Nothing, forward: true }
+    }
+
+    /// Steps of the present run that have not been handed out as entries.
+    pub(crate) fn left(&self) -> u16 {
+        if self.due == Due::Nothing { 0 } else { self.run.count }
+    }
+
+    /// Of these only so many are handed out.
+    pub(crate) fn cut(&mut self, steps: u16) {
+        if steps == 0 {
+            self.due = Due::Nothing;
+        } else if self.run.count != 0 {
+            self.run.count = steps;
+        }
+    }
+
+    /// A piece of the wait.
+    #[inline(always)]
+    fn wait(&mut self, play: &mut Play) {
+        if self.wait >= NEAR {
+            let pieces = (self.wait >> PIECE).min(PIECES);
+            self.wait = self.wait.wrapping_sub(pieces << PIECE);
+            return play.set(0, 1 << (PIECE + 16), pieces as u16);
+        }
+        self.due = Due::Pins;
+        play.set(0, self.wait << 16 | Ticks::from(self.run.part), 1);
+    }
+
+    /// The turn, or the run's next steps.
+    #[inline(always)]
+    fn pins(&mut self, play: &mut Play) {
+        let Run { ticks, part, count, add } = self.run;
+        self.due = Due::Nothing;
+        if count == 1 {
+            return play.set(STEP, 0, 1);
+        }
+        if count == 0 {
+            let forward = add != 0;
+            let turns = core::mem::replace(&mut self.forward, forward) != forward;
+            return play.set(if turns { FACE | TURN } else { FACE }, 0, 1);
+        }
+        if add == 0 && ticks < NEAR {
+            // All but the last, whose wait is the program's next.
+            (self.run.count, self.due) = (1, Due::Pins);
+            return play.set(STEP, ticks << 16 | Ticks::from(part), count.wrapping_sub(1));
+        }
+        if add == 0 {
+            // Step by step, as its interval is long.
+            (self.run.count, self.wait, self.due) = (count.wrapping_sub(1), ticks, Due::Wait);
+        } else {
+            self.grow();
+        }
+        play.set(STEP, 0, 1);
+    }
+
+    /// The run without its first step.
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self) {
+        let next = self.run.interval().wrapping_add_signed(self.run.add.into());
+        self.run = Run::new(next, self.run.add, self.run.count.wrapping_sub(1));
+        (self.wait, self.due) = (self.run.ticks, Due::Wait);
+    }
+}
+
+impl<F: Feed> Source for Asked<F> {
+    #[inline]
+    fn load(&mut self, play: &mut Play) -> Loaded {
+        match self.due {
+            Due::Pins => {
+                self.pins(play);
+                return Loaded::Entry;
+            }
+            Due::Wait => {}
+            Due::Nothing => {
+                match self.feed.take() {
+                    Taken::Run(run) => (self.run, self.wait) = (run, run.ticks),
+                    Taken::Late => return Loaded::Late,
+                    Taken::End => return Loaded::End,
+                }
+                self.due = Due::Wait;
+            }
+        }
+        self.wait(play);
+        Loaded::Entry
+    }
+
+    fn clear(&mut self, forward: bool) {
+        (self.due, self.forward) = (Due::Nothing, forward);
+        self.feed.clear();
+    }
+}

@@ -165,7 +165,7 @@ fn the_published_cases_step_as_on_the_virtual_board() {
             let report = look(&mut chip, 1);
             while ideal.millis() < published::CALL_MS + report.ms {
                 ideal.run_for_millis(1);
-                if polled && (ideal.millis() - published::CALL_MS) % 50 == 0 {
+                if polled && (ideal.millis() - published::CALL_MS).is_multiple_of(50) {
                     ideal.update_check(|_| {});
                 }
             }

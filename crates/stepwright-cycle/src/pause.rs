@@ -52,7 +52,9 @@ impl<C: Count, const N: usize> Pause<C, N> {
         if self.passed == 0 {
             return 0;
         }
-        Ticks::try_from((grid - self.passed).div_ceil(1_000_000)).unwrap_or(Ticks::MAX)
+        // Rounded up.
+        let left = (grid - self.passed).wrapping_add(999_999) / 1_000_000;
+        left as Ticks
     }
 }
 

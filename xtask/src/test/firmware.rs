@@ -67,7 +67,9 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
     let listing = Listing::of(&built.elf)?;
     // A motor cycle's asks programs and callbacks, and divides where a bound is near; the
     // demo's asks Austin's law, which is a division.
-    if !matches!(program, Program::Master | Program::Cycle | Program::Demo) && !Program::LAWS.contains(&program) {
+    if !matches!(program, Program::Master | Program::Cycle | Program::Demo)
+        && !Program::LAWS.contains(&program)
+    {
         let vector = match (program, board) {
             (Program::FastPwm, _) => OVERFLOW_328P,
             (_, Board::Mega) => STEP_2560,

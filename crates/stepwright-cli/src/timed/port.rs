@@ -183,7 +183,7 @@ impl Board {
         let mut course = Course::begin(play, code, wire.phase, wire.sequence.len());
         let until = play.until_ms();
         let set_speed = &play.order.set_speed;
-        let mut logged = 0;
+        let (mut logged, mut rests) = (0, None);
         loop {
             if interrupt::asked() {
                 return Err(Failure::interrupted("interrupted: the motor is stopped"));
@@ -195,7 +195,13 @@ impl Board {
                 logged += 1;
             }
             course.look(report.ms, &report);
-            let waits = play.order.poll_ms.is_some() && report.reached.is_none();
+            // The callback comes with the next check, or never: the board may have been reset.
+            let rested = report.ms.saturating_sub(*rests.get_or_insert(report.ms));
+            if report.moving {
+                rests = None;
+            }
+            let check = play.order.poll_ms.filter(|ms| rested <= ms.saturating_add(1_000));
+            let waits = check.is_some() && report.reached.is_none();
             let over = !report.moving && !waits && play.for_ms.is_none();
             let last = over && !matches!(play.log, Some(Moments::Each(_)) if due(logged).is_some());
             if last || until.is_some_and(|until| report.ms >= until) {

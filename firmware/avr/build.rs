@@ -25,6 +25,7 @@ const ORDER: &[&str] = &[
     "10stepwright3num",
     "stepwright_numbers",
     "10stepwright7planner",
+    "stepwright_saves",
     "memcpy",
     "10stepwright5motor",
     "10stepwright5entry",

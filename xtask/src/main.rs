@@ -24,6 +24,7 @@ mod node;
 mod python;
 mod rig;
 mod setup;
+mod shrink;
 mod sim;
 mod stress;
 mod test;
@@ -49,6 +50,8 @@ enum Chore {
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
     Image(image::Image),
+    #[command(hide = true)]
+    Link(shrink::Link),
     Setup(setup::Setup),
     Sim(sim::Sim),
     Stress(stress::Stress),
@@ -56,17 +59,17 @@ enum Chore {
 }
 
 fn main() -> Result<()> {
-    let chore = Cli::parse().chore;
-    let ws = Workspace::load()?;
-    match chore {
-        Chore::Bench(bench) => bench.run(&ws),
+    let ws = Workspace::load;
+    match Cli::parse().chore {
+        Chore::Bench(bench) => bench.run(&ws()?),
         Chore::Check(check) => check.run(),
-        Chore::Firmware(firmware) => firmware.run(&ws),
-        Chore::Flash(flash) => flash.run(&ws),
-        Chore::Image(image) => image.run(&ws),
-        Chore::Setup(setup) => setup.run(&ws),
-        Chore::Sim(sim) => sim.run(&ws),
-        Chore::Stress(stress) => stress.run(&ws),
-        Chore::Test(test) => test.run(&ws),
+        Chore::Firmware(firmware) => firmware.run(&ws()?),
+        Chore::Flash(flash) => flash.run(&ws()?),
+        Chore::Image(image) => image.run(&ws()?),
+        Chore::Link(link) => link.run(),
+        Chore::Setup(setup) => setup.run(&ws()?),
+        Chore::Sim(sim) => sim.run(&ws()?),
+        Chore::Stress(stress) => stress.run(&ws()?),
+        Chore::Test(test) => test.run(&ws()?),
     }
 }

@@ -1,0 +1,96 @@
+//! Makes a program for an ATmega328P smaller: a pass over the compiler's assembly.
+//!
+//! LLVM writes every function for an AVR as if it stood alone, and a controller consists of a
+//! hundred: a sixth of its code saves and restores registers and moves the stack pointer. It
+//! compares with 0 what the flags say already, and branches over jumps where a branch would do.
+//! Three steps take that out, one a file:
+//!
+//! | file | what |
+//! | --- | --- |
+//! | `asm` | the text: functions, labels, instructions |
+//! | `frames` | one routine saves the registers of all functions, one restores them |
+//! | `compares` | what the flags say already is not compared again |
+//! | `branches` | a branch over a jump becomes a branch |
+//!
+//! **What is never touched**: assembly that a person wrote, which the compiler encloses in
+//! `;APP` and `;NO_APP` or puts before the first function. So the step interrupts and all that
+//! is timed by the cycle stay as they are.
+//!
+//! **Where it stands**: `cargo xtask firmware` has rustc call `cargo xtask link` as its linker.
+//! That reads the assembly beside the program, and hands the linker what comes of it.
+//! Only the controllers go this way. An ATmega2560 has room, and return addresses of three
+//! bytes.
+
+mod asm;
+mod branches;
+mod compares;
+mod frames;
+
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result};
+
+use crate::workspace::run;
+
+/// The text of a program, made smaller.
+pub fn shrink(text: &str) -> String {
+    let mut program = asm::Program::parse(text);
+    frames::share(&mut program);
+    compares::leave_out(&mut program);
+    branches::turn(&mut program);
+    program.to_string()
+}
+
+/// The linker that rustc calls: makes the program smaller, and has avr-gcc link it.
+#[derive(clap::Args)]
+pub struct Link {
+    /// What rustc says to a linker.
+    #[arg(allow_hyphen_values = true, trailing_var_arg = true)]
+    args: Vec<String>,
+}
+
+impl Link {
+    /// Links.
+    pub fn run(self) -> Result<()> {
+        let mut args = self.args;
+        args.retain(|arg| !arg.starts_with(VERSION));
+        let at = args.iter().position(|arg| arg == "-o").context("no -o")?;
+        let elf = Path::new(args.get(at + 1).context("nothing behind -o")?).to_path_buf();
+        let object = args.iter_mut().find(|arg| arg.ends_with(".rcgu.o"));
+        let object = object.context("no object of a program")?;
+        *object = assemble(&elf)?.to_string_lossy().into();
+        run(Command::new("avr-gcc").args(args))
+    }
+}
+
+/// Makes the assembly beside a program smaller, and assembles it.
+fn assemble(elf: &Path) -> Result<PathBuf> {
+    let from = elf.with_extension("s");
+    let text = fs::read_to_string(&from).with_context(|| format!("reading {}", from.display()))?;
+    let to = elf.with_extension("small.s");
+    fs::write(&to, shrink(&text)).with_context(|| format!("writing {}", to.display()))?;
+    let object = elf.with_extension("small.o");
+    let chip = ["-mmcu=atmega328p", "-mlink-relax", "--no-warn", "-o"];
+    run(Command::new("avr-as").args(chip).arg(&object).arg(&to))?;
+    Ok(object)
+}
+
+/// An argument for this linker alone: it names the pass to cargo, which links a program again
+/// when the pass has changed.
+const VERSION: &str = "--shrunk-by=";
+
+/// What rustc is told for it to call this linker.
+pub fn flags() -> Result<Vec<String>> {
+    let this = std::env::current_exe()?;
+    let mut hasher = DefaultHasher::new();
+    fs::read(&this)?.hash(&mut hasher);
+    Ok(vec![
+        "--emit=asm".into(),
+        format!("-Clinker={}", this.display()),
+        "-Zpre-link-args=link".into(),
+        format!("-Clink-arg={VERSION}{:x}", hasher.finish()),
+    ])
+}

@@ -1,0 +1,212 @@
+//! Assembly as LLVM writes it: functions among other text.
+
+use std::fmt;
+
+/// A line of a function.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// `name:`
+    Label(String),
+    /// An instruction of the compiler's.
+    Code(Code),
+    /// Anything else: directives, and assembly that a person wrote.
+    Other(String),
+}
+
+/// An instruction.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Code {
+    /// As `ldd`.
+    pub name: String,
+    /// As `r24, Y+3`.
+    pub operands: String,
+}
+
+impl Code {
+    /// Reads `ldd r24, Y+3`.
+    pub fn parse(text: &str) -> Code {
+        let (name, operands) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        Code { name: name.into(), operands: operands.trim().into() }
+    }
+
+    /// Whether it is this one.
+    pub fn is(&self, text: &str) -> bool {
+        *self == Code::parse(text)
+    }
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\t{}\t{}", self.name, self.operands)
+    }
+}
+
+/// A function, or what stands between two.
+#[derive(Clone, Debug)]
+pub enum Part {
+    /// As it came.
+    Text(Vec<String>),
+    /// From its label on, up to what ends it.
+    Function(Function),
+}
+
+/// A function of the compiler's.
+#[derive(Clone, Debug)]
+pub struct Function {
+    /// Its symbol.
+    pub name: String,
+    /// Its own label is the first.
+    pub lines: Vec<Line>,
+}
+
+impl Function {
+    /// Its instructions, each with its line.
+    pub fn code(&self) -> impl Iterator<Item = (usize, &Code)> {
+        self.lines.iter().enumerate().filter_map(|(at, line)| match line {
+            Line::Code(code) => Some((at, code)),
+            _ => None,
+        })
+    }
+}
+
+/// A program's assembly.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// In their order.
+    pub parts: Vec<Part>,
+}
+
+impl Program {
+    /// Reads what rustc's `--emit=asm` writes.
+    pub fn parse(text: &str) -> Program {
+        let mut parts = Vec::new();
+        let mut between = Vec::new();
+        let mut lines = text.lines();
+        // The function whose `.type` has been read, and whose label is to come.
+        let mut named: Option<&str> = None;
+        while let Some(line) = lines.next() {
+            let trimmed = line.trim();
+            if named.is_some() && trimmed.strip_suffix(':') == named {
+                let name = named.take().unwrap_or_default().to_string();
+                parts.push(Part::Text(std::mem::take(&mut between)));
+                let mut function = Function { lines: vec![Line::Label(name.clone())], name };
+                let mut foreign = false;
+                for line in lines.by_ref() {
+                    if line.starts_with(".Lfunc_end") {
+                        between.push(line.to_string());
+                        break;
+                    }
+                    function.lines.extend(self::line(line, &mut foreign));
+                }
+                parts.push(Part::Function(function));
+                continue;
+            }
+            if let Some(symbol) = trimmed.strip_prefix(".type") {
+                let symbol = symbol.trim().strip_suffix(",@function");
+                named = symbol.or(named);
+            }
+            // The GNU assembler has no sections of one name.
+            let unique = line.split(",unique,").next().unwrap_or(line);
+            between.push(unique.to_string());
+        }
+        parts.push(Part::Text(between));
+        Program { parts }
+    }
+
+    /// All functions, to be changed.
+    pub fn functions_mut(&mut self) -> impl Iterator<Item = &mut Function> {
+        self.parts.iter_mut().filter_map(|part| match part {
+            Part::Function(function) => Some(function),
+            Part::Text(_) => None,
+        })
+    }
+
+    /// Appends assembly.
+    pub fn append(&mut self, text: String) {
+        self.parts.push(Part::Text(vec![text]));
+    }
+}
+
+/// Reads a line of a function; `foreign` while a person wrote it.
+fn line(text: &str, foreign: &mut bool) -> Option<Line> {
+    let trimmed = text.trim();
+    *foreign |= trimmed == ";APP";
+    if *foreign {
+        *foreign = trimmed != ";NO_APP";
+        return Some(Line::Other(text.into()));
+    }
+    let plain = trimmed.split(';').next().unwrap_or("").trim();
+    if plain.is_empty() {
+        None
+    } else if let Some(label) = plain.strip_suffix(':') {
+        Some(Line::Label(label.into()))
+    } else if plain.starts_with('.') {
+        Some(Line::Other(text.into()))
+    } else {
+        Some(Line::Code(Code::parse(plain)))
+    }
+}
+
+impl fmt::Display for Program {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for part in &self.parts {
+            match part {
+                Part::Text(lines) => {
+                    for line in lines {
+                        writeln!(f, "{line}")?;
+                    }
+                }
+                Part::Function(function) => {
+                    for line in &function.lines {
+                        match line {
+                            Line::Label(label) => writeln!(f, "{label}:")?,
+                            Line::Code(code) => writeln!(f, "{code}")?,
+                            Line::Other(text) => writeln!(f, "{text}")?,
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "\t.section\t.text.f,\"ax\",@progbits,unique,3
+by_hand:
+\tnop ; stays
+\t.type\tf,@function
+f:
+\tldi\tr24, 1 ; one
+\t;APP
+\tcli
+\t;NO_APP
+.L1:
+\trjmp\t.L1
+.Lfunc_end0:
+\t.size\tf, .Lfunc_end0-f
+\t.type\tDATA,@object
+DATA:
+\t.ascii\t\"a;b\"
+";
+
+    #[test]
+    fn only_the_compilers_functions_are_read() {
+        let program = Program::parse(TEXT);
+        let [Part::Text(_), Part::Function(f), Part::Text(_)] = &*program.parts else {
+            panic!("{program:?}")
+        };
+        assert_eq!(f.name, "f");
+        let code: Vec<_> = f.code().map(|(at, code)| (at, code.to_string())).collect();
+        assert_eq!(code, [(1, "\tldi\tr24, 1".into()), (6, "\trjmp\t.L1".into())]);
+    }
+
+    #[test]
+    fn the_rest_is_written_as_it_was() {
+        let written = Program::parse(TEXT).to_string();
+        assert_eq!(written, TEXT.replace(",unique,3", "").replace(" ; one", ""));
+    }
+}

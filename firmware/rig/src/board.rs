@@ -88,11 +88,11 @@ impl Board {
         }
     }
 
-    /// The emergency stop and the fault of a driver, on boards that have these inputs: A0, A1.
-    pub fn stoppers(self) -> Option<[Pin; 2]> {
+    /// The emergency stop and the fault of a driver: A0, A1.
+    pub fn stoppers(self) -> [Pin; 2] {
         match self {
-            Board::Uno => None,
-            Board::Mega => Some([Pin('F', 0), Pin('F', 1)]),
+            Board::Uno => [Pin('C', 0), Pin('C', 1)],
+            Board::Mega => [Pin('F', 0), Pin('F', 1)],
         }
     }
 

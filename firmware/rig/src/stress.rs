@@ -19,7 +19,7 @@ pub fn nature(board: Board) -> Nature {
     let cost = Description::uno().board.cost;
     Nature {
         longer: cost.longer,
-        can: Can { jerk: board == Board::Mega, safety: board == Board::Mega },
+        can: Can { jerk: board == Board::Mega, safety: true },
         // An interrupt of the line in front of a step; beside other axes also their rare
         // events, which are compiled.
         jitter: (200.0, 2500.0),
@@ -114,13 +114,12 @@ impl Bench for OnChip {
     }
 
     fn input(&mut self, input: Input, high: bool) {
-        if let Some([emergency, driver]) = self.chip.board().stoppers() {
-            let pin = match input {
-                Input::Emergency => emergency,
-                Input::Driver => driver,
-            };
-            self.chip.pull(pin, !high);
-        }
+        let [emergency, driver] = self.chip.board().stoppers();
+        let pin = match input {
+            Input::Emergency => emergency,
+            Input::Driver => driver,
+        };
+        self.chip.pull(pin, !high);
     }
 
     fn patience(&self) -> u64 {

@@ -182,7 +182,11 @@ fn an_uno_says_that_it_has_no_s_curves() {
     }
     let mut chip = chip();
     chip.expect("j200000", "E");
-    assert!(chip.ask("?").unwrap().contains("last=no-jerk uncertain=0 stop=--- can=none"));
+    assert!(
+        chip.ask("?")
+            .unwrap()
+            .contains("last=no-jerk uncertain=0 stop=--- errors=- can=safety,sum")
+    );
     chip.expect("$law", "E");
 }
 

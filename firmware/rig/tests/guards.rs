@@ -1,30 +1,19 @@
-//! What guards a machine, on the boards that have room for it: the lease, soft limits,
-//! homing first, safe start, drivers off after a kill, switches that bounce.
+//! What guards a machine: the lease, soft limits, homing first, safe start, drivers off after
+//! a kill, switches that bounce.
 
 mod common;
 
-use common::{board, chip, rest, say, steps, talk};
-use stepwright_rig::{Board, Chip};
+use common::{chip, rest, say, steps, talk};
+use stepwright_rig::Chip;
 
 /// Cycles of a millisecond.
 const MS: u64 = 16_000;
 
-/// The settings that an Uno has no room for.
-const SETTINGS: [&str; 6] =
-    ["safe-start=1", "home-first=1", "kill-off=1", "soft-limits=1", "ahead-x=9", "debounce-ms=9"];
-
-/// A fresh board with these settings; `None` of an Uno, which refuses them all.
-fn guarded(settings: &str) -> Option<Chip> {
+/// A fresh board with these settings.
+fn guarded(settings: &str) -> Chip {
     let mut chip = chip();
-    if board() == Board::Uno {
-        for setting in SETTINGS {
-            chip.expect(&format!("${setting}"), "E");
-        }
-        chip.expect("L500", "E");
-        return None;
-    }
     say(&mut chip, settings);
-    Some(chip)
+    chip
 }
 
 /// The cycle of an axis's last step.
@@ -34,7 +23,7 @@ fn last(chip: &Chip, axis: u8) -> u64 {
 
 #[test]
 fn a_lease_brakes_along_the_ramp_once_the_line_is_silent() {
-    let Some(mut chip) = guarded("L300 S10 T100 R100 g+") else { return };
+    let mut chip = guarded("L300 S10 T100 R100 g+");
     for _ in 0..8 {
         chip.run_for(280 * MS);
         chip.expect("F", "B");
@@ -59,7 +48,7 @@ fn a_lease_brakes_along_the_ramp_once_the_line_is_silent() {
 
 #[test]
 fn soft_limits_end_a_run_at_the_step_and_refuse_what_lies_beyond() {
-    let Some(mut chip) = guarded("$soft-limits=1 $ahead-x=400 $behind-x=50") else { return };
+    let mut chip = guarded("$soft-limits=1 $ahead-x=400 $behind-x=50");
     talk(
         &mut chip,
         "PO Y
@@ -90,11 +79,7 @@ fn soft_limits_end_a_run_at_the_step_and_refuse_what_lies_beyond() {
 /// One board for all that asks before it moves, and for the drivers after a kill.
 #[test]
 fn after_a_kill_the_drivers_are_off_and_nothing_starts_before_it_is_acknowledged() {
-    let Some(mut chip) =
-        guarded("$safe-start=1 $home-first=1 $kill-off=1 $enable-ms=30 S50 T200 g+")
-    else {
-        return;
-    };
+    let mut chip = guarded("$safe-start=1 $home-first=1 $kill-off=1 $enable-ms=30 S50 T200 g+");
     chip.run_for(500 * MS);
     let enabled = |chip: &Chip| chip.enable_changes().last().map(|change| !change.1);
     assert_eq!(enabled(&chip), Some(true), "a low level switches the drivers on");
@@ -137,7 +122,7 @@ fn after_a_kill_the_drivers_are_off_and_nothing_starts_before_it_is_acknowledged
 /// contact, and no order towards it slips in while it bounces.
 #[test]
 fn a_bouncing_switch_stops_at_once_and_is_open_when_it_has_been_open_long_enough() {
-    let Some(mut chip) = guarded("$switches=1 $switch-forward=1 S50 T200 g+") else { return };
+    let mut chip = guarded("$switches=1 $switch-forward=1 S50 T200 g+");
     chip.run_for(500 * MS);
     chip.press(0, true);
     let pressed = chip.now();

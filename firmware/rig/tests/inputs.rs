@@ -1,4 +1,4 @@
-//! The inputs that stop everything, on the boards that have them.
+//! The inputs that stop everything.
 
 mod common;
 
@@ -10,11 +10,7 @@ const AT_ONCE: u64 = 2 * 16_000;
 
 #[test]
 fn an_emergency_stop_and_a_drivers_fault_kill() {
-    let Some(pins) = board().stoppers() else {
-        // No such settings either.
-        talk(&mut chip(), "$estop=1 E\n$driver-fault=1 E");
-        return;
-    };
+    let pins = board().stoppers();
     for (setting, letter, pin) in [("estop", "E", pins[0]), ("driver-fault", "D", pins[1])] {
         // A low level stops, and so does a contact to ground that opens.
         for level in [1, 2] {

@@ -6,6 +6,8 @@
 //! The least distance is that, as nothing can be faster than the code. Others are longer by
 //! what a step waits for: its deadline, or the minimum interval of steps that are late.
 
+use std::ops::RangeInclusive;
+
 use anyhow::{Result, ensure};
 
 use super::Subject;
@@ -14,8 +16,10 @@ use super::table::Row;
 use crate::taps::Visit;
 
 /// Steps/s about as fast as the chip can: at some of them a byte on the line makes a step
-/// come so late that the next one is due on its way out.
-const TOPS: [u32; 8] = [90_000, 100_000, 110_000, 120_000, 130_000, 140_000, 150_000, 160_000];
+/// come so late that the next one is due on its way out. At which ones, every build moves.
+const TOPS: RangeInclusive<u32> = 90_000..=160_000;
+/// Steps/s between two that are tried.
+const APART: usize = 2_500;
 /// Steps/s² that keep the whole time on the ramp.
 const ACCEL: u32 = 400_000;
 /// Cycles of the longest instruction.
@@ -33,7 +37,7 @@ pub(super) fn rows(subject: &Subject) -> Result<Vec<Row>> {
 /// The least distance of two steps in one stay in the interrupt.
 fn least(subject: &Subject, axis: impl Fn(u32) -> Axis) -> Result<u64> {
     let mut close = Vec::new();
-    for top in TOPS {
+    for top in TOPS.step_by(APART) {
         let (steps, visits) = Job::new(&[axis(top)], Traffic::NOW).begin(subject)?;
         let mut stays: Vec<Visit> = Vec::new();
         for visit in visits {

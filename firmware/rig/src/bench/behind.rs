@@ -19,7 +19,7 @@ use crate::taps::Visit;
 /// come so late that the next one is due on its way out. At which ones, every build moves.
 const TOPS: RangeInclusive<u32> = 90_000..=160_000;
 /// Steps/s between two that are tried.
-const APART: usize = 2_500;
+const APART: usize = 700;
 /// Steps/s² that keep the whole time on the ramp.
 const ACCEL: u32 = 400_000;
 /// Cycles of the longest instruction.

@@ -51,11 +51,27 @@ impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
         self.duties.apply(&mut self.motors, panel);
     }
 
-    /// Takes a byte from the line. At a CR it obeys, and returns true: see
-    /// [`Slave::hear`].
-    pub fn hear(&mut self, byte: u8, panel: &mut impl Panel) -> bool {
+    /// Whether it takes bytes: see [`Slave::listens`].
+    pub fn listens(&self) -> bool {
+        self.slave.listens()
+    }
+
+    /// Takes a byte from the line: see [`Slave::hear`].
+    pub fn hear(&mut self, byte: u8, panel: &mut impl Panel) {
         let Device { slave, motors, duties, axes } = self;
-        slave.hear(byte, &mut Joined { motors, axes: *axes, duties, panel })
+        slave.hear(byte, &mut Joined { motors, axes: *axes, duties, panel });
+    }
+
+    /// Obeys a line that is complete, or does one piece of starting an order: see
+    /// [`Slave::work`]. True while the answer is not ready; the host is not silent, for it
+    /// waits for that.
+    pub fn work(&mut self, panel: &mut impl Panel) -> bool {
+        let Device { slave, motors, duties, axes } = self;
+        let works = slave.work(&mut Joined { motors, axes: *axes, duties, panel });
+        if works {
+            self.duties.hear(panel);
+        }
+        works
     }
 
     /// Whether some of the last answer has yet to be pulled.

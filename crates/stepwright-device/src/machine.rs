@@ -1,5 +1,7 @@
 //! The slave's machine: the motors, and the duties that go with them.
 
+use core::task::Poll;
+
 use stepwright::{Axis, AxisSet, Change, Control, Order, Travel};
 use stepwright_protocol::{AxisId, Machine, Refusal, Setting, Settings};
 
@@ -38,11 +40,12 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
         Machine::prepare(self.motors, axis, order)
     }
 
-    fn commit(&mut self) -> Result<(), Refusal> {
-        let wait = self.duties.wait(self.panel);
-        self.motors.commit(wait)?;
-        self.duties.enable(self.panel);
-        Ok(())
+    fn commit(&mut self) -> Poll<Result<(), Refusal>> {
+        let done = self.motors.commit(|| self.duties.wait(self.panel)).map_err(Refusal::from);
+        if done == Poll::Ready(Ok(())) {
+            self.duties.enable(self.panel);
+        }
+        done
     }
 
     fn cancel(&mut self) {

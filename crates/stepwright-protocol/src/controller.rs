@@ -1,6 +1,7 @@
 //! The slave's machine: motors whose orders have their own limits.
 
 use core::hint::black_box;
+use core::task::Poll;
 
 use stepwright::{Axis, AxisSet, Change, Control, Order, Steppers};
 
@@ -28,8 +29,8 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Steppers<'_, E, N, 
         Ok(Steppers::prepare(self, axis, order)?)
     }
 
-    fn commit(&mut self) -> Result<(), Refusal> {
-        Ok(Steppers::commit(self, 0)?)
+    fn commit(&mut self) -> Poll<Result<(), Refusal>> {
+        Steppers::commit(self, || 0).map_err(Refusal::from)
     }
 
     fn cancel(&mut self) {
@@ -65,7 +66,7 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Steppers<'_, E, N, 
     }
 
     fn max_rate(&self) -> u32 {
-        self.board().max_speed().steps()
+        self.max_speed().steps()
     }
 
     fn late(&self) -> u32 {

@@ -58,6 +58,7 @@
 //! # A conversation
 //!
 //! ```
+//! use core::task::Poll;
 //! use stepwright_protocol::*;
 //!
 //! /// A machine with one axis that is always there already.
@@ -77,9 +78,9 @@
 //!         }
 //!         Ok(())
 //!     }
-//!     fn commit(&mut self) -> Result<(), Refusal> {
+//!     fn commit(&mut self) -> Poll<Result<(), Refusal>> {
 //!         self.here += self.ahead;
-//!         Ok(())
+//!         Poll::Ready(Ok(()))
 //!     }
 //!     fn cancel(&mut self) {}
 //!     fn brake(&mut self, _: AxisId) {}

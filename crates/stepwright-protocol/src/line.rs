@@ -38,27 +38,42 @@ impl<const N: usize> Collector<N> {
 
     /// Takes a byte. At a CR: the line without it, or what is wrong with it.
     pub(crate) fn push(&mut self, byte: u8) -> Option<Result<&[u8], BadLine>> {
+        if self.collect(byte) { Some(self.take()) } else { None }
+    }
+
+    /// Takes a byte. True at a CR: the line is complete, and is to be
+    /// [taken](Collector::take) before the next byte comes.
+    pub(crate) fn collect(&mut self, byte: u8) -> bool {
         match byte {
-            CR => {
-                let len = core::mem::take(&mut self.len);
-                Some(match self.bad.take() {
-                    None => self.bytes.get(..usize::from(len)).map(trimmed).ok_or(BadLine::Long),
-                    Some(bad) => Err(bad),
-                })
-            }
-            LF if self.len == 0 => None,
-            _ => {
-                match self.bytes.get_mut(usize::from(self.len)) {
-                    Some(place) => {
-                        *place = byte;
-                        self.len = self.len.wrapping_add(1);
-                    }
-                    None if byte == LF => {}
-                    None => self.bad = Some(BadLine::Long),
+            CR => return true,
+            LF if self.len == 0 => {}
+            _ => match self.bytes.get_mut(usize::from(self.len)) {
+                Some(place) => {
+                    *place = byte;
+                    self.len = self.len.wrapping_add(1);
                 }
-                None
-            }
+                None if byte == LF => {}
+                None => self.bad = Some(BadLine::Long),
+            },
         }
+        false
+    }
+
+    /// The line that is complete, or what is wrong with it. The next one begins.
+    pub(crate) fn take(&mut self) -> Result<&[u8], BadLine> {
+        let len = core::mem::take(&mut self.len);
+        match self.bad.take() {
+            None => self.bytes.get(..usize::from(len)).map(trimmed).ok_or(BadLine::Long),
+            Some(bad) => Err(bad),
+        }
+    }
+
+    /// The line that is complete, which stays; `None` if something is wrong with it.
+    pub(crate) fn look(&self) -> Option<&[u8]> {
+        if self.bad.is_some() {
+            return None;
+        }
+        self.bytes.get(..usize::from(self.len)).map(trimmed)
     }
 
     /// Marks the line that is being collected: it is bad, whatever it says.

@@ -1,6 +1,7 @@
 //! What a controller offers the slave.
 
 use core::fmt;
+use core::task::Poll;
 
 use crate::flash::{Text, text};
 use stepwright::{Change, Order};
@@ -13,15 +14,15 @@ use crate::{AxisId, Settings};
 /// The slave checks the grammar, the ranges, that an axis exists and is idle,
 /// and that an order keeps to the settings' limits. The machine decides whether
 /// it can carry an order out. All calls come from the foreground, from inside
-/// [`Slave::hear`](crate::Slave::hear) and [`Slave::speak`](crate::Slave::speak),
-/// and none may wait for a motion: an order is begun, not done, when `commit`
-/// returns.
+/// [`Slave::hear`](crate::Slave::hear), [`Slave::work`](crate::Slave::work) and
+/// [`Slave::speak`](crate::Slave::speak), and none may wait for a motion: an order is
+/// begun, not done, when `commit` is ready.
 ///
 /// An implementation MUST keep these promises:
 /// - Nothing moves but by `commit`.
 /// - `axes` never changes, and every axis below it is accepted everywhere.
 ///   The slave never names another one.
-/// - After `commit` returned `Ok`, `busy` is true for each axis of the order
+/// - After `commit` was ready with `Ok`, `busy` is true for each axis of the order
 ///   until its last step has been emitted, whether the travel ran to its end,
 ///   was braked, or was killed. A travel of 0 steps never is.
 /// - A position is the steps emitted since it was last set to 0. It is `None`
@@ -34,7 +35,7 @@ pub trait Machine {
     /// Does the axis move, or has it yet to?
     fn busy(&self, axis: AxisId) -> bool;
 
-    /// Lays a travel of one axis out; the slave names each axis at most once,
+    /// Takes a travel of one axis; the slave names each axis at most once,
     /// in the order of their numbers, and then calls `commit`, or `cancel` after
     /// any error.
     ///
@@ -42,15 +43,17 @@ pub trait Machine {
     /// The reason why it can't be, [`Refusal::Busy`] for an axis that is.
     fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal>;
 
-    /// Starts all that was laid out, together, or none of it.
+    /// Does a piece of starting all that was prepared, together, or none of it: called
+    /// until it is ready. Between the pieces `brake`, `kill` and `cancel` may be called, and
+    /// what is ordered is not yet busy. A machine that does it in one piece is ready at once.
     ///
     /// # Errors
     /// The reason why not. Then no axis has moved, nor will it, and after
     /// `cancel`, which follows, everything is as it was before the first
     /// `prepare`.
-    fn commit(&mut self) -> Result<(), Refusal>;
+    fn commit(&mut self) -> Poll<Result<(), Refusal>>;
 
-    /// Forgets what was laid out. Nothing may have been.
+    /// Forgets what was prepared. Nothing may have been.
     fn cancel(&mut self);
 
     /// Ramps the axis down from wherever it is on its way; its position stays

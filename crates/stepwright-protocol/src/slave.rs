@@ -17,16 +17,26 @@ use crate::stop::{self, Stop};
 use crate::sum::{self, Tail};
 #[cfg(feature = "safety")]
 use guard::Guard;
-use state::{Axis, Naming, Open};
+use state::{Axis, Naming, Open, Task};
 
 #[cfg(feature = "safety")]
 mod guard;
+mod start;
 mod state;
 
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
 /// Fed with bytes, it answers each CR with exactly one [`Reply`] and tells the
 /// [`Machine`] what to do. It holds no clock and does no I/O.
+///
+/// ```text
+///   bytes ─► hear ─► work … work ─► speak … speak ─► answer
+/// ```
+///
+/// An order is started piece by piece, one a call of [`work`](Slave::work), and answered at
+/// the end. Meanwhile the next line may come. It waits; but Z and K act at once:
+/// Z brakes what moves, K stops it and refuses the order. Z brakes what the order started
+/// when its turn comes.
 ///
 /// On an ATmega328P (rustc 1.96, `opt-level = "s"`, LTO) it takes 62 bytes of
 /// RAM and 26 more an axis. No panic is left in it.
@@ -50,8 +60,10 @@ pub struct Slave<const AXES: usize> {
     tail: Tail,
     #[cfg(feature = "safety")]
     guard: Guard<AXES>,
-    /// The axis whose position is the answer.
-    asked: u8,
+    /// What it is at.
+    task: Task,
+    /// A line is complete, and waits for its turn.
+    waits: bool,
 }
 
 /// The longest line, with its checksum.
@@ -93,7 +105,8 @@ impl<const AXES: usize> Slave<AXES> {
             tail: Tail::NONE,
             #[cfg(feature = "safety")]
             guard: Guard::NONE,
-            asked: 0,
+            task: Task::Line(0),
+            waits: false,
         }
     }
 
@@ -110,12 +123,11 @@ impl<const AXES: usize> Slave<AXES> {
 
     /// Takes a byte from the line. At a CR it obeys and returns the answer.
     ///
-    /// For a host, which wants to see it. A chip calls
-    /// [`hear`](Slave::hear) and [`speak`](Slave::speak).
+    /// For a host, which wants to see it. A chip calls [`hear`](Slave::hear),
+    /// [`work`](Slave::work) and [`speak`](Slave::speak).
     pub fn push<M: Machine>(&mut self, byte: u8, machine: &mut M) -> Option<Reply> {
-        if !self.hear(byte, machine) {
-            return None;
-        }
+        self.hear(byte, machine);
+        while self.work(machine) {}
         let mut line = Collector::<{ Reply::LONGEST + 3 }>::new();
         while let Some(byte) = self.speak(machine) {
             if let Some(line) = line.push(byte) {
@@ -128,11 +140,39 @@ impl<const AXES: usize> Slave<AXES> {
         None
     }
 
-    /// Takes a byte from the line. At a CR it obeys, and returns true: the
-    /// answer is ready to be pulled. What was left of the last is forgotten.
-    pub fn hear<M: Machine>(&mut self, byte: u8, machine: &mut M) -> bool {
+    /// Whether it takes bytes: no line is complete that waits for the answers before it.
+    pub fn listens(&self) -> bool {
+        !self.waits
+    }
+
+    /// Takes a byte from the line. At a CR the line is complete, and
+    /// [`work`](Slave::work) obeys it, once the last is answered. A byte that comes while it
+    /// does not [listen](Slave::listens) spoils the line that waits.
+    pub fn hear<M: Machine>(&mut self, byte: u8, machine: &mut M) {
+        if self.waits {
+            return self.line.garble();
+        }
+        self.waits = self.line.collect(byte);
+        if self.waits && self.is_starting() {
+            self.stop_at_once(machine);
+        }
+    }
+
+    /// Obeys a line that is complete, or does one piece of starting the order in work. True
+    /// while the answer is not ready.
+    pub fn work<M: Machine>(&mut self, machine: &mut M) -> bool {
+        if self.is_starting() {
+            return self.start(machine);
+        }
+        !self.is_speaking() && core::mem::take(&mut self.waits) && self.obey_line(machine)
+    }
+
+    /// Obeys the line that is complete, and prepares its answer. True if it is an order that
+    /// is in work now.
+    #[inline(never)]
+    fn obey_line<M: Machine>(&mut self, machine: &mut M) -> bool {
         let (mut said, mut empty) = (Said::NOTHING, false);
-        let Some(line) = self.line.push(byte) else { return false };
+        let line = self.line.take();
         #[cfg(feature = "safety")]
         let summed = line.is_ok_and(sum::is_wanted);
         #[cfg(feature = "safety")]
@@ -158,18 +198,15 @@ impl<const AXES: usize> Slave<AXES> {
             self.guard.note(errors::SUM);
         }
         let first = match read.and_then(|()| self.obey(&mut said, machine)) {
+            Ok(_) if self.is_starting() => return true,
             Ok(first) => first,
             Err(refusal) => {
                 // Masters send an empty line to get in step. That is no news.
-                if !empty {
-                    // Not `saturating_add`, which is longer.
-                    let refused = self.refused.wrapping_add(1);
-                    if refused != 0 {
-                        self.refused = refused;
-                    }
-                    self.last = Some(refusal);
+                if empty {
+                    self.spoil(refusal);
+                } else {
+                    self.refuse(refusal);
                 }
-                self.spoil(refusal);
                 line::NO
             }
         };
@@ -179,7 +216,20 @@ impl<const AXES: usize> Slave<AXES> {
             _ => 1,
         };
         self.answer.begin(first, lines);
-        true
+        false
+    }
+
+    /// A line is answered E.
+    #[inline(never)]
+    fn refuse(&mut self, refusal: Refusal) {
+        // Not `saturating_add`, which is longer.
+        let refused = self.refused.wrapping_add(1);
+        if refused != 0 {
+            self.refused = refused;
+        }
+        self.last = Some(refusal);
+        self.task = Task::Line(0);
+        self.spoil(refusal);
     }
 
     /// Whether some of the last answer has yet to be pulled.
@@ -219,7 +269,8 @@ impl<const AXES: usize> Slave<AXES> {
             let number = match n {
                 value::POSITION => {
                     // It was known when it was asked for.
-                    let axis = AxisId::at(self.asked);
+                    let Task::Line(asked) = self.task else { return NOTHING };
+                    let axis = AxisId::at(asked);
                     let steps = machine.position(axis).unwrap_or(0);
                     digits.set(&mut steps.unsigned_abs().to_le_bytes());
                     return if steps < 0 { b'-' } else { DIGITS };
@@ -365,22 +416,8 @@ impl<const AXES: usize> Slave<AXES> {
             b'F' => {
                 return Ok(if idle { line::READY } else { line::BUSY });
             }
-            b'Z' => {
-                let mut brake = busy & self.selected;
-                self.mark(brake, b'Z');
-                for index in 0..AXES as u8 {
-                    if brake & 1 != 0 {
-                        machine.brake(AxisId::at(index));
-                    }
-                    brake >>= 1;
-                }
-            }
-            b'K' => {
-                // Even if nothing seems to move: K relies on nothing.
-                machine.kill();
-                self.mark(busy, b'K');
-                self.spoil(Refusal::Killed);
-            }
+            b'Z' => self.brake(machine),
+            b'K' => self.kill(machine),
             b'I' | b'V' | b'A' => {
                 let axis = number as u8;
                 if axis > self.count(machine) {
@@ -395,7 +432,7 @@ impl<const AXES: usize> Slave<AXES> {
                     if machine.uncertain() & bit != 0 {
                         return Err(Refusal::Uncertain);
                     }
-                    self.asked = index;
+                    self.task = Task::Line(index);
                     return Ok(line::POSITION);
                 } else {
                     if busy & bit != 0 {
@@ -456,62 +493,35 @@ impl<const AXES: usize> Slave<AXES> {
             }
         }
         if go {
-            let started = self.start(machine);
-            // Outside an order nothing stays staged, whatever came of it.
-            if alone || started.is_ok() {
-                self.forget_travels();
-                self.order = Open::No;
-                if !alone {
-                    self.naming = Naming::Used;
-                }
+            if self.staged() & all(self.count(machine)) == 0 {
+                return Err(Refusal::NoTravel);
             }
-            started?;
+            self.task = Task::Check(0);
         }
         Ok(line::YES)
     }
 
-    /// Starts all that is staged, or nothing.
+    /// Brakes the selected axes.
     #[inline(never)]
-    fn start<M: Machine>(&mut self, machine: &mut M) -> Result<(), Refusal> {
-        let axes = self.count(machine);
-        let mut result = Err(Refusal::NoTravel);
-        let (mut started, mut next) = (0, 1u8);
-        for index in 0..axes {
-            let bit = next;
-            next <<= 1;
-            let Some(axis) = self.axes.get(usize::from(index)) else { break };
-            if axis.staged == 0 {
-                continue;
+    fn brake<M: Machine>(&mut self, machine: &mut M) {
+        let mut brake = self.busy(machine) & self.selected;
+        self.mark(brake, b'Z');
+        for index in 0..AXES as u8 {
+            if brake & 1 != 0 {
+                machine.brake(AxisId::at(index));
             }
-            started |= bit;
-            #[cfg_attr(not(feature = "safety"), allow(unused_mut))]
-            let mut order = axis.manner.order(axis.travel());
-            result = match machine.settings() {
-                Some(settings) => axis.manner.check(settings),
-                None => Ok(()),
-            };
-            #[cfg(feature = "safety")]
-            if result.is_ok() {
-                result = self.guard.admit(index, &mut order.travel, machine);
-            }
-            if result.is_ok() {
-                result = machine.prepare(AxisId::at(index), &order);
-            }
-            if result.is_err() {
-                break;
-            }
+            brake >>= 1;
         }
-        if result.is_ok() {
-            result = machine.commit();
-        }
-        if result.is_err() {
-            machine.cancel();
-        } else {
-            self.mark(started, stop::NONE);
-            #[cfg(feature = "safety")]
-            self.guard.started(started);
-        }
-        result
+    }
+
+    /// Stops everything.
+    #[inline(never)]
+    fn kill<M: Machine>(&mut self, machine: &mut M) {
+        let busy = self.busy(machine);
+        // Even if nothing seems to move: K relies on nothing.
+        machine.kill();
+        self.mark(busy, b'K');
+        self.spoil(Refusal::Killed);
     }
 
     /// The selected axes are to travel as G or g says.
@@ -526,8 +536,11 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
+    /// The order that is open, or in work, is not to start.
     fn spoil(&mut self, reason: Refusal) {
-        if self.order == Open::Yes {
+        if self.is_starting() {
+            self.task = Task::Refuse(reason);
+        } else if self.order == Open::Yes {
             self.order = Open::Spoiled(reason);
         }
     }

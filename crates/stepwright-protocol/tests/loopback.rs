@@ -73,6 +73,7 @@ impl Link {
             }
             for byte in bytes {
                 self.slave.hear(byte, &mut self.bench);
+                while self.slave.work(&mut self.bench) {}
                 back.extend(std::iter::from_fn(|| self.slave.speak(&mut self.bench)));
             }
         }

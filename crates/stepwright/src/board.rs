@@ -3,8 +3,8 @@
 use crate::clamp;
 use crate::drive::Axes;
 use crate::engine::Timing;
-use crate::num::{Num, whole};
 use crate::order::Refusal;
+use crate::planner::Clock;
 use crate::profile::Fit;
 use crate::units::{Rate, Speed, Ticks};
 
@@ -96,7 +96,12 @@ impl<const N: usize> Board<N> {
 impl<const N: usize, F> Board<N, F> {
     /// The highest speed of an axis that moves alone.
     pub fn max_speed(&self) -> Speed {
-        self.max_beside(&whole(0).number(), 1)
+        self.max_alone(&Clock::new(self.rate, &Fit::EXACT))
+    }
+
+    /// Likewise, on a chip that has its clock.
+    pub(crate) fn max_alone(&self, clock: &Clock) -> Speed {
+        self.max_beside(clock, 0, 1)
     }
 
     /// Ticks that a step costs while this many axes move, with the present pulse.
@@ -115,46 +120,34 @@ impl<const N: usize, F> Board<N, F> {
 
     /// The highest speed beside other axes, which make `others` thousandths of
     /// a step per second together, `moving` axes in all.
-    fn max_beside(&self, others: &Num, moving: u8) -> Speed {
-        let cost = self.step_cost(moving.into());
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn max_beside(&self, clock: &Clock, others: u32, moving: u8) -> Speed {
         // (What takes no time at all may be as fast as numbers go.)
-        let capacity = whole(1000).number();
-        let capacity = whole(self.rate.hz()).times(&capacity).number();
-        let shared = whole(cost).under(&capacity).minus(others).number();
-        let alone = whole(self.timing.min_interval).under(&capacity).number();
-        let max = if shared.at_least(&alone) { &alone } else { &shared };
-        Speed::from_millisteps(max.split().0).unwrap_or(Speed::MAX)
+        let shared = clock.in_a_second(self.step_cost(moving.into()));
+        let alone = clock.in_a_second(self.timing.min_interval);
+        Speed::from_millisteps(clamp::less(shared, others).min(alone)).unwrap_or(Speed::MAX)
     }
 
-    /// Can the board step what will move then? `peaks` are the highest speeds of
-    /// the axes in 0.001 steps/s; only those of `ordered` are judged.
+    /// Can the board step an axis beside what will move then? `peaks` are the highest speeds
+    /// of the axes in 0.001 steps/s. Together not more than 2³² of these.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn check(
         &self,
+        clock: &Clock,
         peaks: &[u32; N],
-        moving: Axes,
-        ordered: Axes,
+        mut moving: Axes,
+        axis: u8,
     ) -> Result<(), Refusal> {
-        let (mut all, mut count) = (whole(0).number(), 0u8);
-        let mut bit = 1;
+        let (mut all, mut count) = (0, 0u8);
         for &peak in peaks {
-            if moving & bit != 0 && peak != 0 {
-                whole(peak).plus(&all).to(&mut all);
-                count += 1;
+            if moving & 1 != 0 && peak != 0 {
+                all = clamp::sum(all, peak);
+                count = count.wrapping_add(1);
             }
-            bit <<= 1;
+            moving >>= 1;
         }
-        bit = 1;
-        for &peak in peaks {
-            if ordered & bit != 0 {
-                let others = whole(peak).off(&all).number();
-                let max = self.max_beside(&others, count);
-                if peak > max.millisteps() {
-                    return Err(Refusal::TooFast { max });
-                }
-            }
-            bit <<= 1;
-        }
-        Ok(())
+        let own = peaks.get(usize::from(axis)).copied().unwrap_or(0);
+        let max = self.max_beside(clock, clamp::less(all, own), count);
+        if own > max.millisteps() { Err(Refusal::TooFast { max }) } else { Ok(()) }
     }
 }

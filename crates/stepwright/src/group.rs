@@ -1,15 +1,17 @@
 //! N motors on one engine, by orders: what `Steppers` are made of.
 
+mod start;
+
 use crate::board::Board;
 use crate::clamp;
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Report, Timing};
-use crate::motor::{Horizon, Motor, Wait};
-use crate::order::{Change, Order, Refusal, Travel};
-use crate::planner::{Clock, Work};
+use crate::motor::{Horizon, Motor};
+use crate::order::{Change, Refusal};
+use crate::planner::{Clock, Layout, Work};
 use crate::queue::{Producer, Source};
 use crate::timer::StepTimer;
-use crate::units::Ticks;
+use crate::units::{Speed, Ticks};
 use core::mem::MaybeUninit;
 
 /// The few things that the foreground asks of the engine.
@@ -104,8 +106,6 @@ pub struct Group<'q, const N: usize, const Q: usize> {
     given: Given<N>,
     /// The run that is being planned, of the axis whose turn it is.
     work: Work,
-    /// Axes whose travel an order has laid out, while it is looked at.
-    prepared: Axes,
     /// Axes whose travel waits until all of them have their queues filled.
     starting: Axes,
     uncertain: Axes,
@@ -125,7 +125,6 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             peaks: [0; N],
             given: Given::new(board),
             work: Work::NONE,
-            prepared: 0,
             starting: 0,
             uncertain: 0,
             rested: 0,
@@ -156,7 +155,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             feed(axis, own);
         }
         fill(&mut self.given);
-        self.motors.iter_mut().for_each(Motor::face_forward);
+        self.motors.iter_mut().for_each(Motor::power_up);
     }
 
     /// The board.
@@ -164,97 +163,15 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         &self.given.board
     }
 
+    /// The highest speed of an axis that moves alone: [`Board::max_speed`].
+    pub fn max_speed(&self) -> Speed {
+        self.given.board.max_alone(&self.given.clock)
+    }
+
     /// The board, to be changed: holds for travels that begin from now on. New
     /// drivers' times belong into the engine too, see [`Control::set_timing`].
     pub fn board_mut(&mut self) -> &mut Board<N, ()> {
         &mut self.given.board
-    }
-
-    /// Starts the ordered axes together, all or none. They move once their
-    /// queues are filled, within a few polls.
-    ///
-    /// ```no_run
-    /// # use stepwright::{Control, Group, Order, Refusal};
-    /// # fn f(group: &mut Group<3, 8>, engine: &mut impl Control, x: Order, z: Order) -> Result<(), Refusal> {
-    /// group.start(engine, [(0, x), (2, z)])
-    /// # }
-    /// ```
-    ///
-    /// # Errors
-    /// [`Refusal`], and nothing moves.
-    pub fn start(
-        &mut self,
-        engine: &mut impl Control,
-        orders: impl IntoIterator<Item = (u8, Order)>,
-    ) -> Result<(), Refusal> {
-        let mut result = Ok(());
-        for (axis, order) in orders {
-            result = self.prepare(engine, axis, &order);
-            if result.is_err() {
-                break;
-            }
-        }
-        if result.is_ok() {
-            result = self.commit(engine, 0);
-        }
-        if result.is_err() {
-            self.cancel();
-        }
-        result
-    }
-
-    /// Lays out one travel of an order, as [`start`](Group::start) does for
-    /// each. [`commit`](Group::commit) starts all that were laid out, together.
-    ///
-    /// # Errors
-    /// [`Refusal`]; then [`cancel`](Group::cancel) what was laid out before.
-    #[inline(never)]
-    pub fn prepare(
-        &mut self,
-        engine: &mut impl Control,
-        axis: u8,
-        order: &Order,
-    ) -> Result<(), Refusal> {
-        let index = usize::from(axis);
-        if self.is_busy(engine, axis) {
-            return Err(Refusal::Busy);
-        }
-        let (Some(motor), Some(peak)) = (self.motors.get_mut(index), self.peaks.get_mut(index))
-        else {
-            return Err(Refusal::NoAxis);
-        };
-        motor.prepare(&self.given.clock, order)?;
-        *peak = motor.peak();
-        if order.travel == Travel::By(0) {
-            motor.forget();
-        } else {
-            self.prepared |= 1 << axis;
-        }
-        Ok(())
-    }
-
-    /// Starts what was laid out, `wait` ticks later than it could.
-    ///
-    /// # Errors
-    /// [`Refusal`], and nothing moves; then [`cancel`](Group::cancel) it.
-    pub fn commit(&mut self, engine: &mut impl Control, wait: Ticks) -> Result<(), Refusal> {
-        let moving = self.prepared | self.moving(engine);
-        self.given.board.check(&self.peaks, moving, self.prepared)?;
-        let timing = self.given.board.timing;
-        let prepared = core::mem::take(&mut self.prepared);
-        self.begin(prepared, clamp::sum(timing.hold, wait));
-        Ok(())
-    }
-
-    /// Forgets what was laid out; a motor that moves goes on.
-    #[inline(never)]
-    pub fn cancel(&mut self) {
-        for (axis, motor) in self.motors.iter_mut().enumerate() {
-            if self.prepared >> axis & 1 != 0 {
-                motor.forget();
-            }
-        }
-        self.prepared = 0;
     }
 
     /// Changes the travels that these axes are on, all or none: another target,
@@ -304,7 +221,11 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                 self.work.drop();
                 return Ok(());
             }
-            self.given.board.check(&peaks, moving, axes)?;
+            for axis in 0..N as u8 {
+                if axes >> axis & 1 != 0 {
+                    self.given.board.check(&self.given.clock, &peaks, moving, axis)?;
+                }
+            }
             self.peaks = peaks;
             trial = false;
         }
@@ -326,26 +247,12 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         moving
     }
 
-    /// Queues the beginning of what these axes have laid out, together: `hold` before a
-    /// turn, and none of them before it has rested.
-    #[inline(never)]
-    fn begin(&mut self, axes: Axes, mut hold: Ticks) {
-        self.starting |= axes;
-        self.rested &= !axes;
+    /// Queues the beginning of what an axis has laid out.
+    fn begin(&mut self, axis: u8) {
         let lead = clamp::sum(self.given.board.timing.setup, self.given.board.lead);
-        let mut left = axes;
-        for motor in &self.motors {
-            if left & 1 != 0 {
-                hold = hold.max(motor.rest());
-            }
-            left >>= 1;
-        }
-        left = axes;
-        for (motor, feed) in self.motors.iter_mut().zip(&mut self.feeds) {
-            if left & 1 != 0 {
-                motor.begin(feed, Wait { hold, lead }, &self.given.horizon);
-            }
-            left >>= 1;
+        let index = usize::from(axis);
+        if let (Some(motor), Some(feed)) = (self.motors.get_mut(index), self.feeds.get_mut(index)) {
+            motor.begin(feed, lead, &self.given.horizon);
         }
     }
 
@@ -372,19 +279,24 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// shortest. Call it again at once while it answers true, and at least every millisecond.
     pub fn poll(&mut self, engine: &mut impl Control) -> bool {
         if !self.work.is_begun() {
-            let (mut least, mut turns, mut axis) = (u8::MAX, false, 0);
+            let (mut least, mut turns, mut begins, mut axis) = (u8::MAX, false, false, 0);
             for (motor, feed) in self.motors.iter_mut().zip(&mut self.feeds) {
                 let ahead = motor.wants(feed, &self.given.horizon);
                 if ahead < least {
                     (least, self.turn) = (ahead, axis);
                 }
                 turns |= motor.is_to_turn();
+                begins |= motor.ordered() == Layout::Begin;
                 axis += 1;
             }
             if turns && self.turn_round(engine) {
                 return true;
             }
             if least == u8::MAX {
+                // The axes of an order start together.
+                if begins {
+                    return false;
+                }
                 let starting = core::mem::take(&mut self.starting);
                 if starting != 0 {
                     engine.start(starting);
@@ -406,7 +318,10 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         for (axis, motor) in (0u8..).zip(&mut self.motors) {
             if motor.is_to_turn() && self.starting & bit == 0 && engine.is_idle(axis) {
                 motor.turn();
-                self.begin(bit, self.given.board.timing.hold);
+                motor.hold(self.given.board.timing.hold.max(motor.rest()));
+                self.starting |= bit;
+                self.rested &= !bit;
+                self.begin(axis);
                 return true;
             }
             bit <<= 1;
@@ -426,9 +341,10 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Stops all axes between two steps. A motor that moved may have lost
-    /// steps: its position is uncertain from now on.
+    /// Stops all axes between two steps, and forgets what was prepared. A motor that moved
+    /// may have lost steps: its position is uncertain from now on.
     pub fn kill(&mut self, engine: &mut impl Control) {
+        self.cancel();
         for axis in 0..N as u8 {
             if !engine.is_idle(axis) {
                 self.uncertain |= 1 << axis;

@@ -2,7 +2,7 @@
 
 use crate::clamp;
 use crate::order::{Change, Order, Travel};
-use crate::planner::{Clock, Planned, Planner, RESTS, Work};
+use crate::planner::{Clock, Layout, Planned, Planner, RESTS, Work};
 use crate::profile::Unfit;
 use crate::queue::Producer;
 use crate::run::Run;
@@ -47,6 +47,8 @@ pub(crate) struct Motor<const Q: usize> {
 enum Leg {
     /// Planned to its end.
     Done,
+    /// It is ordered, and is being laid out: nothing moves before all axes of the order are.
+    Ordered(Layout),
     /// A leg is laid out, and not yet planned to its end.
     Open,
     /// Likewise, but it was told to stop, wherever that leads.
@@ -96,17 +98,18 @@ impl<const Q: usize> Motor<Q> {
     };
 
     /// Makes one of zeros [`IDLE`](Motor::IDLE).
-    pub(crate) fn face_forward(&mut self) {
-        self.forward = true;
+    pub(crate) fn power_up(&mut self) {
+        (self.leg, self.forward) = (Leg::Done, true);
     }
 
-    /// Lays out a travel of at least one pulse. It waits for [`begin`](Motor::begin); the motor must be idle.
+    /// Takes an order, which [`lay`](Motor::lay) then lays out, and which waits for
+    /// [`begin`](Motor::begin); the motor must be idle.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
-    pub(crate) fn prepare(&mut self, clock: &Clock, order: &Order) -> Result<(), Unfit> {
-        self.planner.lay_out(clock, order)?;
-        self.leg = Leg::Open;
+    /// [`Unfit`] for what is no motion.
+    pub(crate) fn prepare(&mut self, order: &Order) -> Result<(), Unfit> {
+        self.planner.accept(order)?;
+        self.leg = Leg::Ordered(Layout::Speeds);
         self.beyond = false;
         self.target = match order.travel {
             Travel::By(steps) => steps,
@@ -117,9 +120,41 @@ impl<const Q: usize> Motor<Q> {
         Ok(())
     }
 
-    /// The highest speed of the travel that is laid out, in 0.001 steps/s.
-    pub(crate) fn peak(&self) -> u32 {
-        self.planner.peak()
+    /// The next piece of its order; [`Layout::Nothing`] if it has none.
+    pub(crate) fn ordered(&self) -> Layout {
+        if let Leg::Ordered(piece) = self.leg { piece } else { Layout::Nothing }
+    }
+
+    /// Lays out a piece of its order; at the end it tells the highest speed, in 0.001 steps/s.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub(crate) fn lay(
+        &mut self,
+        clock: &Clock,
+        piece: Layout,
+        peak: &mut u32,
+    ) -> Result<(), Unfit> {
+        let next = self.planner.lay(clock, piece, self.left.unsigned_abs())?;
+        if next == Layout::Check {
+            *peak = self.planner.peak();
+        }
+        self.leg = Leg::Ordered(next);
+        Ok(())
+    }
+
+    /// The board can step its order.
+    pub(crate) fn admit(&mut self) {
+        self.leg = Leg::Ordered(Layout::Wait);
+    }
+
+    /// What it begins next waits for this long first: before it turns, if it does. False if
+    /// that is over at once.
+    pub(crate) fn hold(&mut self, hold: Ticks) -> bool {
+        self.rest = hold;
+        let moves = self.left != 0;
+        self.leg = if moves { Leg::Ordered(Layout::Begin) } else { Leg::Done };
+        moves
     }
 
     /// Changes what is left of a travel in progress. A trial tells the highest speed,
@@ -190,17 +225,19 @@ impl<const Q: usize> Motor<Q> {
         if self.forward { steps } else { steps.wrapping_neg() }
     }
 
-    /// Queues the beginning of the prepared travel: the change of direction
-    /// if there is one, then the first pulse `hold + lead` ticks after the
-    /// start. The queue must be empty.
+    /// Queues the beginning of the travel that is laid out: the change of direction
+    /// if there is one, then the first pulse as long after the start as it
+    /// [holds](Motor::hold), and `lead` ticks. The queue must be empty.
     ///
     /// A wait of more than the horizon is two: until the first is over, nothing is planned
     /// beyond the first pulse, so a change of mind is obeyed there.
-    pub(crate) fn begin(&mut self, feed: &mut Producer<'_, Q>, wait: Wait, horizon: &Horizon) {
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn begin(&mut self, feed: &mut Producer<'_, Q>, mut lead: Ticks, horizon: &Horizon) {
         let forward = self.forward == (self.left > 0);
         self.left = self.left.wrapping_abs().wrapping_sub(1);
+        self.leg = Leg::Open;
         feed.set_open(true);
-        let (mut lead, mut hold, ahead) = (wait.lead, wait.hold, horizon.ticks());
+        let (mut hold, ahead) = (self.rest, horizon.ticks());
         if hold > ahead {
             let early = Run::turn(hold.wrapping_sub(ahead), self.forward);
             self.push(feed, early, u8::MAX);
@@ -224,10 +261,9 @@ impl<const Q: usize> Motor<Q> {
     /// Lays out the next leg, from rest; [`begin`](Motor::begin) it then.
     pub(crate) fn turn(&mut self) {
         self.planner.lay_out_again(self.left.unsigned_abs());
-        self.leg = Leg::Open;
     }
 
-    /// Forgets a prepared travel that was not begun.
+    /// Forgets an order that was not begun.
     pub(crate) fn forget(&mut self) {
         self.leg = Leg::Done;
     }
@@ -355,6 +391,9 @@ impl<const Q: usize> Motor<Q> {
     /// Brakes from the end of what is queued, and stays there.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn brake(&mut self) {
+        if self.ordered() != Layout::Nothing {
+            return;
+        }
         let mut left = 0;
         if self.is_open() {
             if self.leg == Leg::Open {
@@ -407,17 +446,8 @@ impl<const Q: usize> Motor<Q> {
 
     /// Whether there is still something to plan.
     pub(crate) fn planning(&self) -> bool {
-        self.leg != Leg::Done
+        !matches!(self.leg, Leg::Done | Leg::Ordered(_))
     }
-}
-
-/// Times before a travel's first pulse, in ticks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Wait {
-    /// Before a change of direction.
-    pub hold: Ticks,
-    /// After it, before the first pulse.
-    pub lead: Ticks,
 }
 
 #[cfg(test)]

@@ -60,17 +60,19 @@ mod clock;
 #[cfg(feature = "s-curve")]
 mod curve;
 mod divide;
+mod layout;
 mod runs;
 mod share;
 mod work;
 
 use crate::clamp;
-use crate::num::{Hand, Num, hand, whole};
-use crate::order::{Change, Order, Travel};
-use crate::profile::{Ramp, Unfit};
-use crate::units::{Accel, Speed, Ticks};
+use crate::num::{Num, hand, whole};
+use crate::order::Change;
+use crate::profile::Unfit;
+use crate::units::Ticks;
 use bent::Bent;
 pub(crate) use clock::Clock;
+pub(crate) use layout::Layout;
 use work::Stage;
 pub(crate) use work::{Planned, Work};
 
@@ -112,7 +114,8 @@ pub(crate) struct Planner {
     /// … and at the last pulse; and the speed there.
     w_end: Num,
     v_end: Num,
-    /// Slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d.
+    /// Slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d. The last is
+    /// also the place of an interval, before there is an ease.
     a2: Num,
     d2: Num,
     slope: Num,
@@ -120,35 +123,10 @@ pub(crate) struct Planner {
     bent: Bent,
 }
 
-/// 2a in 10⁻⁶ (steps/s)² per step, at least that of [`Accel::MIN`]; 0 where a ramp in steps
-/// has nothing to gain: there is none.
+/// An acceleration in 0.001 steps/s² becomes its slope: 2a in 10⁻⁶ (steps/s)² per step.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-fn set_slope(slope: &mut Num, order: &Order, ramp: &Ramp) {
-    match ramp {
-        Ramp::Steps(steps) => {
-            let start = square(order.start).number();
-            square(order.top).minus(&start).to(slope);
-            // To the nearest 10⁻⁶, as the law holds it.
-            *slope = whole(u32::from(*steps)).under(slope).number().rounded();
-            let least = whole(2000 * Accel::MIN.millisteps() as u32).number();
-            if !slope.is_zero() && !slope.at_least(&least) {
-                *slope = least;
-            }
-        }
-        Ramp::Accel(a) => set_slope_of(slope, *a),
-    }
-}
-
-/// [`set_slope`] of an acceleration.
-#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-fn set_slope_of(slope: &mut Num, a: Accel) {
-    let a = Num::from_wide(a.millisteps());
-    whole(2000).times(&a).to(slope);
-}
-
-/// Speed² of a speed, in 10⁻⁶ (steps/s)².
-fn square(v: Speed) -> Hand {
-    whole(v.millisteps()).square()
+fn twice(a: &mut Num) {
+    whole(2000).times(a).to(a);
 }
 
 impl Planner {
@@ -176,42 +154,18 @@ impl Planner {
         size: 0,
     };
 
-    /// Lays out a travel from rest to rest, or on and on. The first pulse, at
-    /// time 0, is not part of the runs.
-    ///
-    /// In place: a chip has better things to do than to hand 100 bytes on.
-    pub(crate) fn lay_out(&mut self, clock: &Clock, order: &Order) -> Result<(), Unfit> {
-        if matches!(order.up, Ramp::Steps(0)) || matches!(order.down, Ramp::Steps(0)) {
-            return Err(Unfit::NoRamp);
-        }
-        if order.top == Speed::ZERO {
-            return Err(Unfit::Standstill);
-        }
-        self.size = 0;
-        set_slope(&mut self.a2, order, &order.up);
-        set_slope(&mut self.d2, order, &order.down);
-        whole(order.top.millisteps()).to(&mut self.top);
-        let start = whole(order.start.min(order.top).millisteps());
-        start.also(&mut self.v_end).square().to(&mut self.w_end);
-        whole(0).to(&mut self.v);
-        self.endless = matches!(order.travel, Travel::Endless(_));
-        self.bent.limit(order.jerk)?;
-        self.check(clock)?;
-        let pulses = match order.travel {
-            Travel::By(steps) => steps.unsigned_abs(),
-            Travel::Endless(_) => 0,
-        };
-        self.lay_out_again(pulses);
-        Ok(())
-    }
-
     /// Lays out another travel from rest, within the limits of the last: so
     /// many pulses, the first of which is not part of the runs.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn lay_out_again(&mut self, pulses: u32) {
+        self.begin_again();
+        self.divide(clamp::less(pulses, 1));
+    }
+
+    /// Goes back to the beginning of a travel.
+    fn begin_again(&mut self) {
         self.carry = 0;
         hand(&self.v_end).to(&mut self.v);
-        self.divide(clamp::less(pulses, 1));
     }
 
     /// Has another limit from now on: [`resume`](Planner::resume) keeps to it.
@@ -224,7 +178,9 @@ impl Planner {
             Change::Target(_) => self.endless = false,
             Change::Accel(a) | Change::Decel(a) => {
                 let up = matches!(change, Change::Accel(_));
-                set_slope_of(if up { &mut self.a2 } else { &mut self.d2 }, *a);
+                let slope = if up { &mut self.a2 } else { &mut self.d2 };
+                *slope = Num::from_wide(a.millisteps());
+                twice(slope);
             }
             Change::Top(top) => {
                 whole(top.millisteps()).to(&mut self.top);
@@ -256,34 +212,54 @@ impl Planner {
     /// No interval may exceed 2³² ticks, the one across the peak included. And where there
     /// is a speed to gain and to lose there must be ramps. On an endless travel, where no
     /// target bounds them, they take less than 2³¹ steps; a curve's less than 2²².
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn check(&mut self, clock: &Clock) -> Result<(), Unfit> {
+        let mut piece = Layout::First;
+        while piece != Layout::Rise {
+            piece = self.check_piece(clock, piece)?;
+        }
+        Ok(())
+    }
+
+    /// Does a piece of that, and tells the next.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn check_piece(&mut self, clock: &Clock, piece: Layout) -> Result<Layout, Unfit> {
         // From rest: the first step alone takes √(2/a), the last √(2/d).
         let rests = self.v_end.is_zero();
-        let first = self.first(clock);
-        let mut fits = first.is_below(32);
-        if rests {
-            let last = clock.twice.over(&self.d2.root());
-            let sum = first.plus(&last).plus(&clock.interval(&self.top));
-            fits = sum.is_below(32) && self.bent.can_start(clock);
+        match piece {
+            Layout::First => {
+                self.slope = self.first(clock);
+                return Ok(Layout::Last);
+            }
+            Layout::Last => {
+                if rests {
+                    let last = hand(&self.d2).root().under(&clock.twice).plus(&self.slope);
+                    last.to(&mut self.slope);
+                }
+                return Ok(Layout::Limits);
+            }
+            _ => {}
         }
-        if !fits {
+        if rests {
+            let top = clock.interval(&self.top);
+            hand(&top).plus(&self.slope).to(&mut self.slope);
+        }
+        if !self.slope.is_below(32) || rests && !self.bent.can_start(clock) {
             return Err(Unfit::TooSlow);
         }
         let high = if self.top.at_least(&self.v) { &self.top } else { &self.v };
         if self.v_end.at_least(high) {
-            return Ok(());
+            return Ok(Layout::Rise);
         }
         let gentle = if self.a2.at_least(&self.d2) { &self.d2 } else { &self.a2 };
-        let w = high.times(high);
+        let w = hand(high).square().number();
         let bits = match self.is_bent() {
             true => 21,
             false if self.endless => 31,
             // Its target bounds its ramps, if there are any.
             false => 127,
         };
-        let ends = w.over(gentle).is_below(bits) && self.bent.ends(high, &w);
-        if ends { Ok(()) } else { Err(Unfit::TooGentle) }
+        let ends = hand(&w).over(gentle).number().is_below(bits) && self.bent.ends(high, &w);
+        if ends { Ok(Layout::Rise) } else { Err(Unfit::TooGentle) }
     }
 
     /// The highest speed from here on, in 0.001 steps/s, rounded up; 0 if
@@ -333,7 +309,7 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn first(&self, clock: &Clock) -> Num {
         if self.v_end.is_zero() {
-            clock.twice.over(&self.a2.root())
+            hand(&self.a2).root().under(&clock.twice).number()
         } else {
             clock.interval(&self.v_end)
         }

@@ -39,6 +39,23 @@ pub(super) enum Open {
     Spoiled(Refusal),
 }
 
+/// What the slave is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Task {
+    /// The next line, or the answer to the last: of the position of this axis, if that was
+    /// asked for.
+    Line(u8),
+    /// An order, which is answered when it has started: the settings are to allow what the
+    /// axes from this one on do.
+    Check(u8),
+    /// They do so of this one, whose travel is to be handed to the machine.
+    HandOver(u8),
+    /// The machine has all of them, and starts them piece by piece.
+    Start,
+    /// The order is refused, which is to be answered. Nothing of it moves.
+    Refuse(Refusal),
+}
+
 /// Whether the lines mean the axes that are selected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Naming {

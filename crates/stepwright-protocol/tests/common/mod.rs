@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test uses its part
 
 use std::fmt::Write as _;
+use std::task::Poll;
 
 use stepwright::profile::Ramp;
 use stepwright::{Change, Order, Speed, Travel};
@@ -27,6 +28,8 @@ pub struct Bench {
     pub settings: Settings,
     /// As they were when it was set up last.
     before: Settings,
+    /// How many calls the next start takes before it is ready.
+    pub pieces: u32,
     /// What is laid out.
     prepared: Vec<(AxisId, Order)>,
     /// Every start that was asked for, also a refused one.
@@ -91,13 +94,17 @@ impl Machine for Bench {
         Ok(())
     }
 
-    fn commit(&mut self) -> Result<(), Refusal> {
+    fn commit(&mut self) -> Poll<Result<(), Refusal>> {
+        if self.pieces > 0 {
+            self.pieces -= 1;
+            return Poll::Pending;
+        }
         let orders = self.prepared.clone();
         assert!(!orders.is_empty(), "started nothing");
         assert!(orders.is_sorted_by(|(a, _), (b, _)| a < b));
         self.asked.push(orders.clone());
         if let Some(refusal) = self.refuse.take() {
-            return Err(refusal);
+            return Poll::Ready(Err(refusal));
         }
         for (axis, order) in &orders {
             self.note(&format!("start {} {}", axis.number(), words(order)));
@@ -106,7 +113,7 @@ impl Machine for Bench {
             self.axis(*axis).running = (!at_once).then_some(*order);
         }
         self.prepared.clear();
-        Ok(())
+        Poll::Ready(Ok(()))
     }
 
     fn cancel(&mut self) {
@@ -280,9 +287,11 @@ fn without_extras(said: &str, expected: &str) -> String {
 /// Sends a line and its CR; the one answer, without its CR.
 pub fn say<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench, line: &[u8]) -> String {
     for byte in line {
-        assert!(!slave.hear(*byte, bench), "an answer before the CR");
+        slave.hear(*byte, bench);
+        assert!(!slave.work(bench) && !slave.is_speaking(), "an answer before the CR");
     }
-    assert!(slave.hear(b'\r', bench), "an answer at the CR");
+    slave.hear(b'\r', bench);
+    while slave.work(bench) {}
     text(slave, bench)
 }
 

@@ -1,8 +1,8 @@
 //! What all axes share: the timer's rate, and how closely to follow a law.
 
-use crate::num::Num;
+use crate::num::{Num, hand, whole};
 use crate::profile::Fit;
-use crate::units::Rate;
+use crate::units::{Rate, Ticks};
 
 /// The timer's rate and the fit, as the formulas want them.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,14 @@ impl Clock {
     /// The interval at a speed; beyond everything for 0.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn interval(&self, v: &Num) -> Num {
-        self.twice.over(v).scaled(-1)
+        hand(v).under(&self.twice).scaled(-1).number()
+    }
+
+    /// Steps that take so many ticks each, in thousandths of a step per second, at most
+    /// `u32::MAX`.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn in_a_second(&self, ticks: Ticks) -> u32 {
+        whole(ticks).under(&self.twice).scaled(-1).split().0
     }
 
     /// Steps of this mean interval that may be one run, as a power of two: not too long,

@@ -1,9 +1,11 @@
 extern crate std;
 use super::share::{share, share_of_ramp};
 use super::*;
+use crate::order::{Order, Travel};
 use crate::profile::Fit;
+use crate::profile::Ramp;
 use crate::run::Run;
-use crate::units::Rate;
+use crate::units::{Accel, Rate, Speed};
 
 /// The run that is ready.
 fn taken(planner: &mut Planner, work: &mut Work) -> Run {

@@ -1,12 +1,14 @@
 //! Motors whose orders have their own limits: a controller's, behind a serial line.
 
+use core::task::Poll;
+
 use super::{Axis, AxisSet, Steppers};
 use crate::board::Board;
 use crate::drive::Axes;
 use crate::group::{Control, Given, Group};
 use crate::order::{Change, Order, Refusal};
 use crate::queue::Producer;
-use crate::units::Ticks;
+use crate::units::{Speed, Ticks};
 
 impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     /// All motors at rest at position 0.
@@ -39,26 +41,32 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
         self.group.start(&mut self.engine, orders)
     }
 
-    /// Lays out one travel of an order. [`commit`](Steppers::commit) starts all that were
-    /// laid out, together.
+    /// Takes one travel of an order. [`commit`](Steppers::commit) starts all that were
+    /// taken, together.
     ///
     /// # Errors
-    /// [`Refusal`]; then [`cancel`](Steppers::cancel) what was laid out before.
+    /// [`Refusal`]; then [`cancel`](Steppers::cancel) what was prepared before.
     #[inline(always)]
     pub fn prepare(&mut self, axis: Axis<N>, order: &Order) -> Result<(), Refusal> {
         self.group.prepare(&mut self.engine, axis.number(), order)
     }
 
-    /// Starts what was laid out, `wait` ticks later than it could.
+    /// Does one piece of starting what was prepared, to be called until it is ready. It
+    /// starts `wait` ticks later than it could.
     ///
     /// # Errors
     /// [`Refusal`], and nothing moves; then [`cancel`](Steppers::cancel) it.
     #[inline(always)]
-    pub fn commit(&mut self, wait: Ticks) -> Result<(), Refusal> {
+    pub fn commit(&mut self, wait: impl FnOnce() -> Ticks) -> Poll<Result<(), Refusal>> {
         self.group.commit(&mut self.engine, wait)
     }
 
-    /// Forgets what was laid out; a motor that moves goes on.
+    /// The highest speed of an axis that moves alone: [`Board::max_speed`].
+    pub fn max_speed(&self) -> Speed {
+        self.group.max_speed()
+    }
+
+    /// Forgets what was prepared; a motor that moves goes on.
     #[inline(always)]
     pub fn cancel(&mut self) {
         self.group.cancel();

@@ -49,6 +49,7 @@ fn main() -> ! {
             board.speak();
         } else {
             board.listen();
+            board.work();
         }
         // Three pieces make a run; a byte of the line may wait for that long.
         let _ = board.plan() && board.plan() && board.plan();
@@ -122,20 +123,26 @@ impl Board {
     /// Takes what has come, up to the end of a line.
     #[inline(never)]
     fn listen(&mut self) {
-        while let Some(received) = self.serial.receive() {
+        while self.slave.get().listens()
+            && let Some(received) = self.serial.receive()
+        {
             match received {
                 Received::Byte(byte) => {
-                    if self.slave.get().hear(byte, self.motors.get()) {
-                        // Never taken back: this board's RAM has to be cold for a
-                        // power-up to be one of a known position.
-                        if self.motors.get().any_moving() {
-                            reset::set_mark(Mark::MOVING);
-                        }
-                        return;
-                    }
+                    self.slave.get().hear(byte, self.motors.get());
                 }
                 Received::Garbled => self.slave.get().garbled(),
             }
+        }
+    }
+
+    /// Obeys a line, or does one piece of starting an order.
+    #[inline(never)]
+    fn work(&mut self) {
+        self.slave.get().work(self.motors.get());
+        // Never taken back: this board's RAM has to be cold for a power-up to be one of a
+        // known position.
+        if self.motors.get().any_moving() {
+            reset::set_mark(Mark::MOVING);
         }
     }
 

@@ -47,6 +47,7 @@ fn main() -> ! {
             slave.speak();
         } else {
             slave.listen();
+            slave.work();
         }
         slave.device.get().attend(&mut slave.panel);
         // Four pieces make a run; a byte of the line may wait for that long.
@@ -107,20 +108,25 @@ impl Slave {
         self.device.get().plan()
     }
 
-    /// Takes what has come, up to the end of a line. The master says the next
-    /// one after its answer.
+    /// Takes what has come, up to the end of a line.
     #[inline(never)]
     fn listen(&mut self) {
-        while let Some(received) = self.serial.receive() {
+        while self.device.get().listens()
+            && let Some(received) = self.serial.receive()
+        {
             match received {
                 Received::Byte(byte) => {
-                    if self.device.get().hear(byte, &mut self.panel) {
-                        return;
-                    }
+                    self.device.get().hear(byte, &mut self.panel);
                 }
                 Received::Garbled => self.device.get().garbled(),
             }
         }
+    }
+
+    /// Obeys a line, or does one piece of starting an order. The bench times it by its name.
+    #[inline(never)]
+    fn work(&mut self) {
+        self.device.get().work(&mut self.panel);
     }
 
     /// Sends of the answer as much as there is room for. Planning goes on

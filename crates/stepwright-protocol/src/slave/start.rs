@@ -1,0 +1,131 @@
+//! An order in work: from E, or a g alone, to its answer.
+//!
+//! ```text
+//!              each axis             until the machine is ready
+//!   E ─► Check(0) ─► HandOver(0) … ─► Start ───► Y
+//!           └───────────┴───────────────┴─► Refuse ─► E      K and faults lead there, too
+//! ```
+
+use core::task::Poll;
+
+use super::Slave;
+use super::state::{Naming, Open, Task};
+use crate::answer::line;
+use crate::axis::AxisId;
+use crate::machine::{Machine, Refusal};
+use crate::stop;
+#[cfg(feature = "safety")]
+use crate::sum;
+
+impl<const AXES: usize> Slave<AXES> {
+    /// Whether an order is in work.
+    pub(super) fn is_starting(&self) -> bool {
+        !matches!(self.task, Task::Line(_))
+    }
+
+    /// A line has come while an order is in work. A stop does not wait for its turn, in which
+    /// it is obeyed again and answered.
+    #[inline(never)]
+    pub(super) fn stop_at_once<M: Machine>(&mut self, machine: &mut M) {
+        let line = self.line.look().unwrap_or_default();
+        #[cfg(feature = "safety")]
+        let line = if sum::is_wanted(line) { sum::checked(line).unwrap_or_default() } else { line };
+        if let [letter] = line {
+            match letter {
+                b'K' => self.kill(machine),
+                b'Z' => self.brake(machine),
+                _ => {}
+            }
+        }
+    }
+
+    /// Does one piece of starting the order in work. False once its answer is ready.
+    pub(super) fn start<M: Machine>(&mut self, machine: &mut M) -> bool {
+        let result = match self.task {
+            Task::Line(_) => return false,
+            Task::Check(index) => self.check(index, machine),
+            Task::HandOver(index) => self.hand_over(index, machine),
+            Task::Start => match machine.commit() {
+                Poll::Pending => Ok(()),
+                Poll::Ready(Ok(())) => {
+                    self.started();
+                    self.close(line::YES);
+                    return false;
+                }
+                Poll::Ready(refused) => refused,
+            },
+            Task::Refuse(refusal) => {
+                machine.cancel();
+                self.refuse(refusal);
+                self.close(line::NO);
+                return false;
+            }
+        };
+        if let Err(refusal) = result {
+            self.task = Task::Refuse(refusal);
+        }
+        true
+    }
+
+    /// All axes of the order have started.
+    #[inline(always)]
+    fn started(&mut self) {
+        let started = self.staged();
+        self.mark(started, stop::NONE);
+        #[cfg(feature = "safety")]
+        self.guard.started(started);
+        if self.order == Open::Yes {
+            self.naming = Naming::Used;
+        }
+        self.order = Open::No;
+    }
+
+    /// The order is no longer in work, and this line of the text answers it.
+    #[inline(never)]
+    fn close(&mut self, answer: u8) {
+        self.forget_travels();
+        self.task = Task::Line(0);
+        self.answer.begin(answer, 1);
+    }
+
+    /// Looks whether the settings allow what an axis is to do, if it is to travel.
+    fn check<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
+        let Some(axis) = self.axes.get(usize::from(index)) else {
+            self.task = Task::Start;
+            return Ok(());
+        };
+        if axis.staged == 0 {
+            self.task = Task::Check(index.wrapping_add(1));
+            return Ok(());
+        }
+        self.task = Task::HandOver(index);
+        machine.settings().map_or(Ok(()), |settings| axis.manner.check(settings))
+    }
+
+    /// Hands the travel of an axis to the machine.
+    fn hand_over<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
+        self.task = Task::Check(index.wrapping_add(1));
+        let Some(axis) = self.axes.get(usize::from(index)) else { return Ok(()) };
+        if index >= self.count(machine) {
+            return Ok(());
+        }
+        #[cfg_attr(not(feature = "safety"), allow(unused_mut))]
+        let mut order = axis.manner.order(axis.travel());
+        #[cfg(feature = "safety")]
+        self.guard.admit(index, &mut order.travel, machine)?;
+        machine.prepare(AxisId::at(index), &order)
+    }
+
+    /// The axes that are to travel: bit 0 is axis 1.
+    #[inline(never)]
+    pub(super) fn staged(&self) -> u8 {
+        let (mut staged, mut bit) = (0, 1u8);
+        for axis in &self.axes {
+            if axis.staged != 0 {
+                staged |= bit;
+            }
+            bit <<= 1;
+        }
+        staged
+    }
+}

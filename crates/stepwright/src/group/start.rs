@@ -1,0 +1,158 @@
+//! How an order of several axes starts: all of them together, or none.
+//!
+//! ```text
+//!   prepare … prepare ─► commit ─► Pending … Pending ─► Ready(Ok)       all begin
+//!                          │ one piece a call      └──► Ready(Err) ─► cancel
+//! ```
+//!
+//! Each call does what takes a chip no longer than a piece of planning does. What moves is
+//! planned on between them; it can be braked, halted, killed. The axes of the order rest
+//! until the last call, and are not busy.
+
+use core::task::Poll;
+
+use super::{Given, Group};
+use crate::clamp;
+use crate::group::Control;
+use crate::order::{Order, Refusal};
+use crate::planner::Layout;
+use crate::units::Ticks;
+
+impl<const N: usize, const Q: usize> Group<'_, N, Q> {
+    /// Starts the ordered axes together, all or none. They move once their
+    /// queues are filled, within a few polls.
+    ///
+    /// ```no_run
+    /// # use stepwright::{Control, Group, Order, Refusal};
+    /// # fn f(group: &mut Group<3, 8>, engine: &mut impl Control, x: Order, z: Order) -> Result<(), Refusal> {
+    /// group.start(engine, [(0, x), (2, z)])
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`Refusal`], and nothing moves.
+    pub fn start(
+        &mut self,
+        engine: &mut impl Control,
+        orders: impl IntoIterator<Item = (u8, Order)>,
+    ) -> Result<(), Refusal> {
+        let mut result = Ok(());
+        for (axis, order) in orders {
+            result = self.prepare(engine, axis, &order);
+            if result.is_err() {
+                break;
+            }
+        }
+        while result.is_ok() {
+            match self.commit(engine, || 0) {
+                Poll::Pending => {}
+                Poll::Ready(Ok(())) => return Ok(()),
+                Poll::Ready(refused) => result = refused,
+            }
+        }
+        self.cancel();
+        result
+    }
+
+    /// Takes the travel of one axis, as [`start`](Group::start) does for each.
+    /// [`commit`](Group::commit) starts all that were taken, together.
+    ///
+    /// # Errors
+    /// [`Refusal`]; then [`cancel`](Group::cancel) what was prepared before.
+    #[inline(never)]
+    pub fn prepare(
+        &mut self,
+        engine: &mut impl Control,
+        axis: u8,
+        order: &Order,
+    ) -> Result<(), Refusal> {
+        if self.is_busy(engine, axis) {
+            return Err(Refusal::Busy);
+        }
+        let motor = self.motors.get_mut(usize::from(axis)).ok_or(Refusal::NoAxis)?;
+        Ok(motor.prepare(order)?)
+    }
+
+    /// Does one piece of starting what was prepared, to be called until it is ready: lays a
+    /// part of a travel out, looks whether the board can step them all, or begins them
+    /// together, `wait` ticks later than it could.
+    ///
+    /// # Errors
+    /// [`Refusal`], and nothing moves; then [`cancel`](Group::cancel) it.
+    #[inline(never)]
+    pub fn commit(
+        &mut self,
+        engine: &mut impl Control,
+        wait: impl FnOnce() -> Ticks,
+    ) -> Poll<Result<(), Refusal>> {
+        // The axis whose turn it is: one with the earliest piece.
+        let (mut turn, mut piece, mut prepared, mut bit) = (0, Layout::Nothing, 0, 1);
+        for (axis, motor) in (0u8..).zip(&self.motors) {
+            let own = motor.ordered();
+            if own != Layout::Nothing {
+                prepared |= bit;
+            }
+            if own < piece {
+                (turn, piece) = (axis, own);
+            }
+            bit <<= 1;
+        }
+        let index = usize::from(turn);
+        match piece {
+            Layout::Nothing => return Poll::Ready(Ok(())),
+            Layout::Begin => self.begin(turn),
+            Layout::Wait => self.wait_for_all(clamp::sum(self.given.board.timing.hold, wait())),
+            Layout::Check => {
+                let Given { board, clock, .. } = &self.given;
+                let moving = prepared | self.moving(engine);
+                let checked = board.check(clock, &self.peaks, moving, turn);
+                if checked.is_err() {
+                    return Poll::Ready(checked);
+                }
+                if let Some(motor) = self.motors.get_mut(index) {
+                    motor.admit();
+                }
+            }
+            _ => {
+                if let (Some(motor), Some(peak)) =
+                    (self.motors.get_mut(index), self.peaks.get_mut(index))
+                    && let Err(unfit) = motor.lay(&self.given.clock, piece, peak)
+                {
+                    return Poll::Ready(Err(unfit.into()));
+                }
+            }
+        }
+        Poll::Pending
+    }
+
+    /// The board can step what is laid out. All of it waits for this long before a turn,
+    /// and until each axis has rested.
+    fn wait_for_all(&mut self, mut hold: Ticks) {
+        for motor in &self.motors {
+            if motor.ordered() != Layout::Nothing {
+                hold = hold.max(motor.rest());
+            }
+        }
+        let mut bit = 1;
+        for motor in &mut self.motors {
+            if motor.ordered() != Layout::Nothing && motor.hold(hold) {
+                self.starting |= bit;
+                self.rested &= !bit;
+            }
+            bit <<= 1;
+        }
+    }
+
+    /// Forgets what was prepared; a motor that moves goes on.
+    #[inline(never)]
+    pub fn cancel(&mut self) {
+        let mut bit = 1;
+        for motor in &mut self.motors {
+            if motor.ordered() != Layout::Nothing {
+                motor.forget();
+                self.starting &= !bit;
+            }
+            bit <<= 1;
+        }
+    }
+}

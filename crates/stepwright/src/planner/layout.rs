@@ -1,0 +1,149 @@
+//! A travel from rest, laid out a piece a call: an order of several axes keeps the main loop
+//! for no longer than a piece of planning does.
+
+use super::{Clock, Planner, twice};
+use crate::clamp;
+use crate::num::{Num, hand, whole};
+use crate::order::{Order, Travel};
+use crate::profile::{Ramp, Unfit};
+use crate::units::{Accel, Speed};
+
+/// The next piece of laying a travel out. Until its piece an order's number is where
+/// nothing else is yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Layout {
+    /// Start and top speed, which are in `risen` and `level`.
+    Speeds,
+    /// The slope of the rise: of an acceleration, which is in `a2`, or of so many steps, in
+    /// `rise`.
+    Up,
+    /// The slope of the fall, likewise in `d2` and `fall`.
+    Down,
+    /// The first interval.
+    First,
+    /// The last one, if that is another.
+    Last,
+    /// Whether all intervals are short enough, and the ramps steep enough.
+    Limits,
+    /// The rise.
+    Rise,
+    /// The fall and the level.
+    Fall,
+    /// Where the top speed is out of reach: the length of the rise, in `v_top`.
+    Spare,
+    /// Likewise: where the rise meets the fall.
+    Meet,
+    /// It is laid out: whether the board can step it.
+    Check,
+    /// It can: how long it waits with the others.
+    Wait,
+    /// Its beginning is queued.
+    Begin,
+    /// There is no order.
+    Nothing,
+}
+
+impl Planner {
+    /// Takes a travel from rest to rest, or on and on, which [`lay`](Planner::lay) then lays
+    /// out. The first pulse, at time 0, is not part of the runs.
+    ///
+    /// In place: a chip has better things to do than to hand 100 bytes on.
+    ///
+    /// # Errors
+    /// [`Unfit`] for what is no motion, or not of this planner.
+    pub(crate) fn accept(&mut self, order: &Order) -> Result<(), Unfit> {
+        if matches!(order.up, Ramp::Steps(0)) || matches!(order.down, Ramp::Steps(0)) {
+            return Err(Unfit::NoRamp);
+        }
+        if order.top == Speed::ZERO {
+            return Err(Unfit::Standstill);
+        }
+        self.size = 0;
+        (self.risen, self.level) = (order.start.millisteps(), order.top.millisteps());
+        set_ramp(&mut self.a2, &mut self.rise, &order.up);
+        set_ramp(&mut self.d2, &mut self.fall, &order.down);
+        self.endless = matches!(order.travel, Travel::Endless(_));
+        self.bent.limit(order.jerk)
+    }
+
+    /// Does a piece of laying out the travel that was accepted, of so many pulses, and tells
+    /// the next.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub(crate) fn lay(
+        &mut self,
+        clock: &Clock,
+        piece: Layout,
+        pulses: u32,
+    ) -> Result<Layout, Unfit> {
+        let steps = clamp::less(pulses, 1);
+        Ok(match piece {
+            Layout::Speeds => {
+                whole(self.level).to(&mut self.top);
+                let start = whole(self.risen.min(self.level));
+                start.also(&mut self.v_end).square().to(&mut self.w_end);
+                whole(0).to(&mut self.v);
+                Layout::Up
+            }
+            Layout::Up => {
+                self.set_slope(true);
+                Layout::Down
+            }
+            Layout::Down => {
+                self.set_slope(false);
+                Layout::First
+            }
+            Layout::First | Layout::Last | Layout::Limits => self.check_piece(clock, piece)?,
+            Layout::Rise => {
+                self.begin_again();
+                self.divide_piece(piece, steps)
+            }
+            Layout::Fall | Layout::Spare | Layout::Meet => self.divide_piece(piece, steps),
+            Layout::Check | Layout::Wait | Layout::Begin | Layout::Nothing => piece,
+        })
+    }
+
+    /// The slope of a ramp. One in steps is at least that of [`Accel::MIN`]; 0 where it has
+    /// nothing to gain: there is none.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn set_slope(&mut self, up: bool) {
+        let (slope, steps) = if up { (&mut self.a2, self.rise) } else { (&mut self.d2, self.fall) };
+        if steps == 0 {
+            return twice(slope);
+        }
+        hand(&self.top).square().minus(&self.w_end).to(slope);
+        // To the nearest 10⁻⁶, as the law holds it.
+        *slope = whole(steps).under(slope).number().rounded();
+        let least = whole(2000 * Accel::MIN.millisteps() as u32).number();
+        if !slope.is_zero() && !slope.at_least(&least) {
+            *slope = least;
+        }
+    }
+
+    /// All at once.
+    #[cfg(test)]
+    pub(crate) fn lay_out(&mut self, clock: &Clock, order: &Order) -> Result<(), Unfit> {
+        self.accept(order)?;
+        let pulses = match order.travel {
+            Travel::By(steps) => steps.unsigned_abs(),
+            Travel::Endless(_) => 0,
+        };
+        let mut piece = Layout::Speeds;
+        while piece != Layout::Check {
+            piece = self.lay(clock, piece, pulses)?;
+        }
+        Ok(())
+    }
+}
+
+/// Sets an acceleration, or the number of steps of a ramp.
+fn set_ramp(accel: &mut Num, steps: &mut u32, ramp: &Ramp) {
+    *steps = match ramp {
+        Ramp::Steps(steps) => (*steps).into(),
+        Ramp::Accel(a) => {
+            *accel = Num::from_wide(a.millisteps());
+            0
+        }
+    };
+}

@@ -18,8 +18,8 @@ pub struct Image {
     check: bool,
 }
 
-/// A Nano takes an Uno's.
-const BOARDS: [Board; 2] = [Board::Uno, Board::Mega];
+/// Those that are carried.
+const BOARDS: [Board; 3] = [Board::Uno, Board::Nano, Board::Mega];
 
 impl Image {
     /// Builds, and writes or compares.

@@ -90,7 +90,9 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
     }
     if board != Board::Mega {
         let everywhere = program.fits(Build { board: Board::Nano, timer: 1, bench: false });
-        let flash = if everywhere { FLASH } else { ALONE };
+        // The Nano's controller is without `safety`.
+        let for_uno = !everywhere || (program == Program::Slave && board == Board::Uno);
+        let flash = if for_uno { ALONE } else { FLASH };
         let controls = matches!(program, Program::Slave | Program::Curves);
         let ram = if controls { CONTROLLER } else { RAM };
         for (what, used, most) in [("flash", built.flash, flash), ("RAM", built.ram, ram)] {

@@ -6,14 +6,13 @@ use sha2::{Digest, Sha256};
 
 use super::Board;
 
-/// A Nano is an Uno.
 static UNO: &[u8] = include_bytes!("../../images/uno.bin");
+/// A Nano is an Uno whose boot loader leaves less.
+static NANO: &[u8] = include_bytes!("../../images/nano.bin");
 static MEGA: &[u8] = include_bytes!("../../images/mega.bin");
 
-/// What a boot loader leaves of a Nano's flash.
-const NANO: usize = 30_720;
-
-const _: () = assert!(UNO.len() <= NANO, "it fits on a Nano");
+const _: () = assert!(UNO.len() <= 32_256, "the boot loader of an Uno takes 512 bytes");
+const _: () = assert!(NANO.len() <= 30_720, "that of an old Nano takes 2,048");
 
 /// A firmware, from address 0 of the flash.
 pub struct Image(&'static [u8]);
@@ -22,7 +21,8 @@ impl Image {
     /// The controller of a board.
     pub fn of(board: Board) -> Image {
         match board {
-            Board::Uno | Board::Nano => Image(UNO),
+            Board::Uno => Image(UNO),
+            Board::Nano => Image(NANO),
             Board::Mega => Image(MEGA),
         }
     }

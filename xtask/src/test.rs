@@ -13,6 +13,7 @@ mod pyserial;
 mod rig;
 mod sigrok;
 mod uno;
+mod words;
 
 use std::time::{Duration, Instant};
 
@@ -23,6 +24,7 @@ use crate::setup::{self, Need};
 use crate::workspace::Workspace;
 
 /// One thing that must hold.
+#[derive(Clone, Copy)]
 struct Step {
     name: &'static str,
     /// For `--list`.
@@ -38,6 +40,12 @@ const FLASH_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, set
 /// The quickest to say no come first.
 const STEPS: &[Step] = &[
     Step { name: "fmt", what: "the code is formatted", needs: &[], run: code::fmt },
+    Step {
+        name: "words",
+        what: "plain words, one name for one thing, short files",
+        needs: &[],
+        run: words::run,
+    },
     Step { name: "clippy", what: "no lint complains", needs: &[], run: code::clippy },
     Step { name: "unit", what: "unit, property and doc tests", needs: &[], run: code::unit },
     Step { name: "doc", what: "the documentation builds, links hold", needs: &[], run: code::doc },
@@ -99,9 +107,27 @@ const STEPS: &[Step] = &[
     Step { name: "fuzz", what: "the protocol stands random bytes", needs: &[], run: code::fuzz },
 ];
 
+/// What a contributor runs before a commit: some minutes on a built checkout.
+const QUICK: &[Step] = &[
+    STEPS[0],
+    STEPS[1],
+    STEPS[2],
+    Step { name: "unit", what: "unit tests", needs: &[], run: code::units_alone },
+    Step { name: "golden", what: "what the command prints", needs: &[], run: code::golden },
+    Step {
+        name: "chip",
+        what: "the controller talks and moves on a simulated Uno",
+        needs: crate::rig::NEEDS,
+        run: rig::run_one,
+    },
+];
+
 /// Run the tests, with all the set-up they need.
 #[derive(clap::Args)]
 pub struct Test {
+    /// The quick ones: what to run before a commit.
+    #[arg(long, conflicts_with = "only")]
+    quick: bool,
     /// Only this step; give it again for another.
     #[arg(long, value_name = "STEP", value_parser = names())]
     only: Vec<String>,
@@ -118,8 +144,9 @@ impl Test {
     /// Runs the steps, then says how each ended. The last line on stdout is
     /// `N passed, M failed`, which CI counts; the exit status is 1 if M > 0.
     pub fn run(self, ws: &Workspace) -> Result<()> {
+        let steps = if self.quick { QUICK } else { STEPS };
         if self.list {
-            for step in STEPS {
+            for step in steps {
                 println!("{:<10}{}", step.name, step.what);
             }
             return Ok(());
@@ -127,7 +154,7 @@ impl Test {
         let wanted =
             |step: &&Step| self.only.is_empty() || self.only.iter().any(|s| s == step.name);
         let mut ended: Vec<(&str, Duration, Result<()>)> = Vec::new();
-        for step in STEPS.iter().filter(wanted) {
+        for step in steps.iter().filter(wanted) {
             println!("\n=== {}: {}", step.name, step.what);
             let start = Instant::now();
             let result = setup::ensure(step.needs).and_then(|()| (step.run)(ws));

@@ -25,7 +25,7 @@
 //! speed c is c_min exactly.
 //!
 //! **A change** goes on from the present delay, and w stays (Eq 18). What Eq 13 is off
-//! near |n| = 1 (Table 1) would gather from change to change, so a w more than 1/32 beside
+//! near |n| = 1 (Table 1) would accumulate from change to change, so a w more than 1/32 beside
 //! f²/c² becomes that (Eq 16), unless a target that it leads to were out of reach by it.
 //!
 //! **Error**: each delay, and each pulse's time, within one tick of these formulas in f64

@@ -90,7 +90,7 @@ impl Model {
         };
     }
 
-    /// Eq 13's errors near n = 1 don't gather.
+    /// Eq 13's errors near n = 1 don't accumulate.
     fn correct(&mut self, ahead: i64) {
         let seen = self.seen();
         let [gained, lost] = [(seen, self.energy), (self.energy, seen)]

@@ -1,6 +1,6 @@
 //! Plots: speed and acceleration as .svg, .png or .html.
 //!
-//! A [`Figure`] is laid out once into a [`picture`] of simple shapes, which
+//! A [`Figure`] is arranged once into a [`picture`] of simple shapes, which
 //! every format then writes; so all three look the same, and none of them
 //! needs a library or a font of the system.
 //!

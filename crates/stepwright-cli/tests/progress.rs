@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use common::pty;
 use rustix::termios::{Winsize, tcsetwinsize};
 
-/// All that a terminal of so many columns shows of a command, with these keys pressed when
+/// All that a terminal of this many columns shows of a command, with these keys pressed when
 /// it shows the words before them.
 fn shown(term: &str, columns: u16, args: &[&str], keys: &[(&str, &str)]) -> String {
     let (mut terminal, path) = pty();

@@ -2,7 +2,7 @@
 //!
 //! A delay of d µs is d·f/10⁶ ticks. It is held in 2⁻¹⁶ ticks, and what a run
 //! loses by that is carried in 10⁻⁶ of these: no step is further than 1/16 tick
-//! from its time, and nothing gathers.
+//! from its time, and nothing accumulates.
 
 use stepwright::run::Run;
 use stepwright::units::{Rate, Ticks};

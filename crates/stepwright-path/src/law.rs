@@ -10,7 +10,7 @@
 //!
 //! Each change begins with the speed and the acceleration that there are, so both
 //! stay within the limits, and with a jerk the acceleration does not leap either.
-//! A brake that has begun is gone on with to rest; what is asked for meanwhile
+//! A brake that has begun goes on to rest; what is asked for meanwhile
 //! takes hold there. Changes come in the order of their times: one that is asked
 //! for earlier than the last takes hold with it.
 
@@ -207,7 +207,7 @@ impl Law {
         Ok(())
     }
 
-    /// Lays out what is left of the path again.
+    /// Sets up what is left of the path again.
     fn again(&mut self, at: f64) {
         if self.standing(at).is_some() {
             self.go_on(at);

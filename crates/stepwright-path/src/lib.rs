@@ -153,7 +153,7 @@ impl std::fmt::Debug for Held {
 /// The steps of one axis in ticks of a timer, for
 /// [`Program::Paced`](stepwright_cycle::Program::Paced).
 ///
-/// Each is at the nearest tick to its time; nothing gathers. All axes are over when
+/// Each is at the nearest tick to its time; nothing accumulates. All axes are over when
 /// the path is; one that has no step to make before that waits.
 #[derive(Debug)]
 pub struct Steps {

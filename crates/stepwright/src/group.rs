@@ -247,7 +247,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         moving
     }
 
-    /// Queues the beginning of what an axis has laid out.
+    /// Queues the beginning of what an axis has set up.
     fn begin(&mut self, axis: u8) {
         let lead = clamp::sum(self.given.board.timing.setup, self.given.board.lead);
         let index = usize::from(axis);
@@ -356,7 +356,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// Stops these axes between two steps. The position is where the last step
     /// led to, and stays known: only for a motor that stops where it is told.
     pub fn halt(&mut self, engine: &mut impl Control, axes: Axes) {
-        // What rests already goes on resting, whatever was laid out for it and refused.
+        // What rests already goes on resting, whatever was set up for it and refused.
         let moving = axes & self.moving(engine);
         engine.halt(axes);
         self.starting &= !axes;

@@ -15,7 +15,7 @@ use crate::units::Ticks;
 /// 8 ms by default), or after the present step and the next where those take longer.
 ///
 /// A travel that has to turn is two *legs*, each from rest to rest in one
-/// direction. The second is laid out once the first has been stepped to its end.
+/// direction. The second is set up once the first has been stepped to its end.
 #[derive(Clone, Copy)]
 #[repr(C)] // in this order, as `Planner` is
 pub(crate) struct Motor<const Q: usize> {
@@ -47,9 +47,9 @@ pub(crate) struct Motor<const Q: usize> {
 enum Leg {
     /// Planned to its end.
     Done,
-    /// It is ordered, and is being laid out: nothing moves before all axes of the order are.
+    /// It is ordered, and is being set up: nothing moves before all axes of the order are.
     Ordered(Layout),
-    /// A leg is laid out, and not yet planned to its end.
+    /// A leg is set up, and not yet planned to its end.
     Open,
     /// Likewise, but it was told to stop, wherever that leads.
     Braking,
@@ -102,7 +102,7 @@ impl<const Q: usize> Motor<Q> {
         (self.leg, self.forward) = (Leg::Done, true);
     }
 
-    /// Takes an order, which [`lay`](Motor::lay) then lays out, and which waits for
+    /// Takes an order, which [`lay`](Motor::lay) then sets up, and which waits for
     /// [`begin`](Motor::begin); the motor must be idle.
     ///
     /// # Errors
@@ -125,7 +125,7 @@ impl<const Q: usize> Motor<Q> {
         if let Leg::Ordered(piece) = self.leg { piece } else { Layout::Nothing }
     }
 
-    /// Lays out a piece of its order; at the end it tells the highest speed, in 0.001 steps/s.
+    /// Sets up a piece of its order; at the end it tells the highest speed, in 0.001 steps/s.
     ///
     /// # Errors
     /// [`Unfit`] if the timer can't hold it.
@@ -158,7 +158,7 @@ impl<const Q: usize> Motor<Q> {
     }
 
     /// Changes what is left of a travel in progress. A trial tells the highest speed,
-    /// for which it lays out the next leg too: it is for a copy.
+    /// for which it sets up the next leg too: it is for a copy.
     ///
     /// # Errors
     /// [`Unfit`] if the timer can't hold it, or the target is too far off to be
@@ -215,7 +215,7 @@ impl<const Q: usize> Motor<Q> {
         Ok(())
     }
 
-    /// Whether a leg is laid out, and not yet planned to its end.
+    /// Whether a leg is set up, and not yet planned to its end.
     fn is_open(&self) -> bool {
         matches!(self.leg, Leg::Open | Leg::Braking)
     }
@@ -225,7 +225,7 @@ impl<const Q: usize> Motor<Q> {
         if self.forward { steps } else { steps.wrapping_neg() }
     }
 
-    /// Queues the beginning of the travel that is laid out: the change of direction
+    /// Queues the beginning of the travel that is set up: the change of direction
     /// if there is one, then the first pulse as long after the start as it
     /// [holds](Motor::hold), and `lead` ticks. The queue must be empty.
     ///
@@ -258,7 +258,7 @@ impl<const Q: usize> Motor<Q> {
         self.push(feed, first, horizon.span(lead));
     }
 
-    /// Lays out the next leg, from rest; [`begin`](Motor::begin) it then.
+    /// Sets up the next leg, from rest; [`begin`](Motor::begin) it then.
     pub(crate) fn turn(&mut self) {
         self.planner.lay_out_again(self.left.unsigned_abs());
     }

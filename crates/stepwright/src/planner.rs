@@ -10,7 +10,7 @@
 //!   w_from, w_end      ╱                                     ╲     w = w_end + d2·(left)
 //! ```
 //!
-//! It can be laid out again from any pulse, at the speed v there, with L steps to
+//! It can be set up again from any pulse, at the speed v there, with L steps to
 //! go and other limits. Above the new top speed the rise is an *ease*: a fall to
 //! it in whole steps, at d or a little less. (Its length has 32 bits; were it not
 //! whole, what they leave out would be gone at the low speed, and take long: a
@@ -154,7 +154,7 @@ impl Planner {
         size: 0,
     };
 
-    /// Lays out another travel from rest, within the limits of the last: so
+    /// Sets up another travel from rest, within the limits of the last: so
     /// many pulses, the first of which is not part of the runs.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn lay_out_again(&mut self, pulses: u32) {

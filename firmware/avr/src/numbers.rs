@@ -171,7 +171,7 @@ extern "C" fn stepwright_numbers() {
             "39:",
             "rjmp stepwright_zero",
             // r25–r22 · 2³² / r21–r18, for a quotient below 1, a bit a round.
-            // It gathers, inverted, in r1, r0, r31, r30; the 1 that it begins
+            // It accumulates, inverted, in r1, r0, r31, r30; the 1 that it begins
             // with falls out at the end.
             "31:",
             "clr r0", "clr r31", "ldi r30, 1",

@@ -66,7 +66,7 @@ impl OnChip {
     /// A board takes a few milliseconds to start; then it answers.
     fn wake(&mut self) {
         self.low = self.chip.now();
-        // A line sent into that would be waited for in vain.
+        // A line sent into that would be waited for without success.
         self.chip.run_for(HZ / 200);
         for _ in 0..10 {
             if self.chip.ask("").is_some() {

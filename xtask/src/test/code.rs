@@ -20,6 +20,16 @@ pub fn unit(ws: &Workspace) -> Result<()> {
     run(&mut ws.cargo(["test", "--workspace", "--no-fail-fast"]))
 }
 
+/// The tests at the end of each file.
+pub fn units_alone(ws: &Workspace) -> Result<()> {
+    run(&mut ws.cargo(["test", "--workspace", "--no-fail-fast", "--lib", "--bins"]))
+}
+
+/// The texts that the command prints, against those stored.
+pub fn golden(ws: &Workspace) -> Result<()> {
+    run(&mut ws.cargo(["test", "--package", "stepwright-cli", "--test", "golden"]))
+}
+
 /// Documentation, with its links; a warning is an error.
 pub fn doc(ws: &Workspace) -> Result<()> {
     run(ws.cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))

@@ -39,6 +39,15 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     run(fmt.current_dir(ws.root.join("firmware/rig")))
 }
 
+/// The conversation with a simulated Uno alone.
+pub fn run_one(ws: &Workspace) -> Result<()> {
+    let build = Build { board: Board::Uno, timer: 1, bench: false };
+    build.make(ws, Program::Slave)?;
+    let mut cargo = rig::cargo(ws, "test");
+    cargo.args(["--release", "--test", "conversation"]);
+    run(cargo.env("STEPWRIGHT_BOARD", Board::Uno.name()))
+}
+
 /// No figure is worse than the stored one.
 pub fn run_bench(ws: &Workspace) -> Result<()> {
     bench::avr(ws, true)

@@ -168,7 +168,7 @@ mod tests {
         open: bool,
         said: Vec<u8>,
         chip: [u8; 3],
-        /// Deaf for so many commands.
+        /// Deaf for this many commands.
         deaf: usize,
         /// A byte that does not take what is written.
         worn: Option<usize>,

@@ -18,7 +18,7 @@ use crate::{interrupt, say};
 /// A speed is measured over so long, or longer where the motor is slow.
 const WINDOW: Duration = Duration::from_millis(200);
 
-/// A slow motor's speed is measured over so many steps, for so long at most.
+/// A slow motor's speed is measured over this many steps, for so long at most.
 const STEPS: u64 = 10;
 const LONGEST: Duration = Duration::from_secs(4);
 

@@ -85,7 +85,7 @@ pub fn law(asked: &Asked, c0: First, Breaks { breaks }: Breaks) -> Result<Box<dy
         let before = at.crossed;
         step(&levels, at);
         if at.crossed > before {
-            // A step that was tried in vain is tried again.
+            // A step that was tried without success is tried again.
             down.retain(|(i, _)| *i < at.i);
             down.push((at.i, at.n));
         }

@@ -1,4 +1,4 @@
-//! Panels with axes, laid out under a title.
+//! Panels with axes, arranged under a title.
 
 use super::clip::clip;
 use super::picture::{Colour, Frame, Picture, Probe, ProbeCurve, Shape, Style};

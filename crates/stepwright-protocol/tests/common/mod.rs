@@ -30,7 +30,7 @@ pub struct Bench {
     before: Settings,
     /// How many calls the next start takes before it is ready.
     pub pieces: u32,
-    /// What is laid out.
+    /// What is set up.
     prepared: Vec<(AxisId, Order)>,
     /// Every start that was asked for, also a refused one.
     pub asked: Vec<Vec<(AxisId, Order)>>,

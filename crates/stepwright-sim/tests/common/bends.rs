@@ -1,6 +1,6 @@
 //! The independent curve of a travel with a limited jerk, whose mind is changed on
 //! the way: pieces of constant jerk, in f64, from the physics alone. It shares no
-//! formula with the planner: ramps are laid out by their durations, top speeds out
+//! formula with the planner: ramps are set up by their durations, top speeds out
 //! of reach and the times of pulses are found by halving intervals.
 //!
 //! A change first lets the acceleration go, at the jerk; from the next pulse on the
@@ -370,7 +370,7 @@ impl<'a> Follower<'a> {
             && pieces.all(|(a, b)| near(a.time, b.time))
     }
 
-    /// At pulse s the acceleration goes, and all is laid out again.
+    /// At pulse s the acceleration goes, and all is set up again.
     fn turn_over(mut self, s: f64, ways: &mut Vec<Self>) {
         let stop = self.braking;
         let (passed, state) = self.leg.at(s);

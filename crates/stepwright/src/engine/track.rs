@@ -83,7 +83,7 @@ impl<C: Count> Track<C> {
     }
 
     /// Plays an event behind which the same comes again, at `edge`: a wait, or a step that
-    /// is on time and leaves at least so many ticks. False if it is another one, and nothing
+    /// is on time and leaves at least this many ticks. False if it is another one, and nothing
     /// is done.
     #[inline(always)]
     pub fn play_again(&mut self, edge: C, least: i32) -> bool {

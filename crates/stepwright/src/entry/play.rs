@@ -67,7 +67,7 @@ impl Play {
         self.groups <= 1
     }
 
-    /// Takes events out that are waits of the same length, so many at most: how many.
+    /// Takes events out that are waits of the same length, this many at most: how many.
     #[cfg(not(target_arch = "avr"))]
     pub(crate) fn leave_out(&mut self, most: u64) -> u64 {
         if self.groups == 0 || self.pins != 0 {

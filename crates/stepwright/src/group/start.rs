@@ -125,7 +125,7 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
         Poll::Pending
     }
 
-    /// The board can step what is laid out. All of it waits for this long before a turn,
+    /// The board can step what is set up. All of it waits for this long before a turn,
     /// and until each axis has rested.
     fn wait_for_all(&mut self, mut hold: Ticks) {
         for motor in &self.motors {

@@ -2,7 +2,7 @@
 //!
 //! From rest to rest they are the fastest within their limits. A change in motion
 //! first ends the ramp in progress as soon as the jerk allows; from the level that
-//! is reached the rest of the travel is laid out again. What already falls to its
+//! is reached the rest of the travel is set up again. What already falls to its
 //! target does so, and goes on from rest.
 
 use super::curve::Curve;
@@ -21,7 +21,7 @@ pub(super) struct Bent {
     at: Num,
     /// The curve is that of the fall.
     falling: bool,
-    /// To be laid out again once the level is reached.
+    /// To be set up again once the level is reached.
     again: bool,
 }
 
@@ -56,12 +56,12 @@ impl Bent {
         straight || w.times(high).over(self.curve.half_jerk()).is_below(45)
     }
 
-    /// Whether all is to be laid out again once the level is reached.
+    /// Whether all is to be set up again once the level is reached.
     pub(super) fn is_again(&self) -> bool {
         self.again
     }
 
-    /// It is laid out again now.
+    /// It is set up again now.
     pub(super) fn lays_out(&mut self) {
         self.again = false;
     }
@@ -157,7 +157,7 @@ impl Planner {
         }
         let mut curve = self.bent.curve;
         curve.lay(&self.v_end, &self.v_top, &self.d2);
-        // A little less: what was laid out to fit still does, whatever the rounding says.
+        // A little less: what was set up to fit still does, whatever the rounding says.
         let fall = curve.length();
         (self.fall, self.fall_part) = fall.minus(&fall.scaled(-28)).split();
         // Both are less than 2²³.

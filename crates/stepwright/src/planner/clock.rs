@@ -39,7 +39,7 @@ impl Clock {
         hand(v).under(&self.twice).scaled(-1).number()
     }
 
-    /// Steps that take so many ticks each, in thousandths of a step per second, at most
+    /// Steps that take this many ticks each, in thousandths of a step per second, at most
     /// `u32::MAX`.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn in_a_second(&self, ticks: Ticks) -> u32 {

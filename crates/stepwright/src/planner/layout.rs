@@ -1,4 +1,4 @@
-//! A travel from rest, laid out a piece a call: an order of several axes keeps the main loop
+//! A travel from rest, set up a piece a call: an order of several axes keeps the main loop
 //! for no longer than a piece of planning does.
 
 use super::{Clock, Planner, twice};
@@ -14,7 +14,7 @@ use crate::units::{Accel, Speed};
 pub(crate) enum Layout {
     /// Start and top speed, which are in `risen` and `level`.
     Speeds,
-    /// The slope of the rise: of an acceleration, which is in `a2`, or of so many steps, in
+    /// The slope of the rise: of an acceleration, which is in `a2`, or of this many steps, in
     /// `rise`.
     Up,
     /// The slope of the fall, likewise in `d2` and `fall`.
@@ -33,7 +33,7 @@ pub(crate) enum Layout {
     Spare,
     /// Likewise: where the rise meets the fall.
     Meet,
-    /// It is laid out: whether the board can step it.
+    /// It is set up: whether the board can step it.
     Check,
     /// It can: how long it waits with the others.
     Wait,
@@ -66,7 +66,7 @@ impl Planner {
         self.bent.limit(order.jerk)
     }
 
-    /// Does a piece of laying out the travel that was accepted, of so many pulses, and tells
+    /// Does a piece of setting up the travel that was accepted, of this many pulses, and tells
     /// the next.
     ///
     /// # Errors

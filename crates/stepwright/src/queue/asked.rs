@@ -68,7 +68,7 @@ enum Due {
 
 /// A long wait is dealt out in pieces of 2^this many ticks …
 const PIECE: u32 = 14;
-/// … and so many at a time.
+/// … and this many at a time.
 const PIECES: Ticks = 1 << 15;
 
 impl<F: Feed> Asked<F> {
@@ -82,7 +82,7 @@ impl<F: Feed> Asked<F> {
         if self.due == Due::Nothing { 0 } else { self.run.count }
     }
 
-    /// Of these only so many are handed out.
+    /// Of these only this many are handed out.
     pub(crate) fn cut(&mut self, steps: u16) {
         if steps == 0 {
             self.due = Due::Nothing;

@@ -15,7 +15,7 @@
 //! | [`quantity`] | distances, speeds and accelerations with their units |
 //! | [`sheet`] | results as text, CSV or JSON |
 //! | [`say`] | lines on standard output and error |
-//! | [`talk`] | a line and its answer, whatever happens to them on their way |
+//! | [`session`] | a line and its answer, whatever happens to them on their way |
 
 mod board;
 mod calc;
@@ -34,8 +34,8 @@ mod plan;
 mod plot;
 mod quantity;
 mod say;
+mod session;
 mod sheet;
-mod talk;
 mod timed;
 
 use std::process::ExitCode;
@@ -49,7 +49,7 @@ use failure::{Failure, unless_closed};
 #[command(after_help = "\
 Begin without any hardware:
   stepwright move 4000              a virtual motor moves, and you see how
-  stepwright board --pty            a virtual board that any serial program can talk to
+  stepwright board --pty            a virtual board that any serial program can session to
 
 Then with a board:
   stepwright ports                  where it is

@@ -48,7 +48,7 @@ use stepwright::{Accel, Geometry, Jerk, Rate, Speed};
 
 use crate::failure::{Failure, unless_closed};
 use crate::plot::PlotFile;
-use crate::quantity::{GeometryArgs, Held};
+use crate::quantity::{GeometryArgs, Rounded};
 use law::{Closeness, Plan, Value};
 use survey::Survey;
 
@@ -211,21 +211,21 @@ fn no_ramp(start: Speed, top: Speed) -> Option<String> {
 
 impl Value {
     /// A speed as held.
-    fn speed(name: &'static str, held: &Held<Speed>) -> Value {
+    fn speed(name: &'static str, held: &Rounded<Speed>) -> Value {
         let value = f64::from(held.value.millisteps()) / 1000.0;
         let (shown, given) = (held.to_string(), held.given.clone());
         Value { name, shown, given, held: value, unit: "steps/s" }
     }
 
     /// An acceleration as held.
-    fn accel(name: &'static str, held: &Held<Accel>) -> Value {
+    fn accel(name: &'static str, held: &Rounded<Accel>) -> Value {
         let value = held.value.millisteps() as f64 / 1000.0;
         let (shown, given) = (held.to_string(), held.given.clone());
         Value { name, shown, given, held: value, unit: "steps/s²" }
     }
 
     /// A jerk as held.
-    fn jerk(name: &'static str, held: &Held<Jerk>) -> Value {
+    fn jerk(name: &'static str, held: &Rounded<Jerk>) -> Value {
         let value = held.value.millisteps() as f64 / 1000.0;
         let (shown, given) = (held.to_string(), held.given.clone());
         Value { name, shown, given, held: value, unit: "steps/s³" }

@@ -7,7 +7,7 @@
 //!    without rounding, and a unit.
 //! 2. [`SpeedArg::resolve`] turns it into what the core holds, by the motor's
 //!    [`Geometry`] ([`GeometryArgs`]), rounding **once**, and keeps the text, so
-//!    that a [`Held`] can show what was understood: `120rpm → 400 steps/s`.
+//!    that a [`Rounded`] can show what was understood: `120rpm → 400 steps/s`.
 
 mod decimal;
 mod distance;
@@ -129,12 +129,12 @@ impl Quantity {
         name: &str,
         kind: Kind,
         core: impl FnOnce(u64) -> Result<T, Failure>,
-    ) -> Result<Held<T>, Failure> {
+    ) -> Result<Rounded<T>, Failure> {
         let Some(milli) = self.unit.millisteps(self.number, geometry) else {
             return Err(self.no_millimetres(name));
         };
         let bare = self.unit == Unit::STEP;
-        Ok(Held {
+        Ok(Rounded {
             value: core(milli.value)?,
             given: self.text.clone(),
             per: kind.per(),
@@ -149,7 +149,7 @@ impl Quantity {
 /// Shows as `400 steps/s`, `120rpm → 400 steps/s`, or, when it was rounded to
 /// a thousandth of a step, `10rad/s ≈ 318.31 steps/s`.
 #[derive(Clone, Debug)]
-pub struct Held<T> {
+pub struct Rounded<T> {
     /// What the core holds.
     pub value: T,
     /// What was typed.
@@ -160,14 +160,14 @@ pub struct Held<T> {
     converted: bool,
 }
 
-impl<T> Held<T> {
+impl<T> Rounded<T> {
     /// Whether it was typed in another unit than steps.
     pub fn converted(&self) -> bool {
         self.converted
     }
 }
 
-impl<T: Display> Display for Held<T> {
+impl<T: Display> Display for Rounded<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.converted || !self.exact {
             write!(f, "{} {} ", self.given, if self.exact { '→' } else { '≈' })?;
@@ -205,7 +205,7 @@ impl SpeedArg {
     }
 
     /// In steps per second; `name` is the option that it came from.
-    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Held<Speed>, Failure> {
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Speed>, Failure> {
         self.0.resolve(geometry, name, Kind::Speed, |milli| {
             let milli = u32::try_from(milli).unwrap_or(u32::MAX);
             Speed::from_millisteps(milli).map_err(|_| {
@@ -267,7 +267,7 @@ impl FromStr for AccelArg {
 
 impl AccelArg {
     /// In steps per second squared; `name` is the option that it came from.
-    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Held<Accel>, Failure> {
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Accel>, Failure> {
         self.0.resolve(geometry, name, Kind::Accel, |milli| {
             Accel::from_millisteps(milli).map_err(|_| {
                 Failure::new(if milli == 0 {
@@ -298,7 +298,7 @@ impl FromStr for JerkArg {
 
 impl JerkArg {
     /// In steps per second cubed; `name` is the option that it came from.
-    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Held<Jerk>, Failure> {
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Jerk>, Failure> {
         self.0.resolve(geometry, name, Kind::Jerk, |milli| {
             Jerk::from_millisteps(milli).map_err(|_| {
                 Failure::new(if milli == 0 {

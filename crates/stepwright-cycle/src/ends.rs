@@ -11,12 +11,12 @@ use super::brake::BRAKES;
 use super::motor::{End, Faults, Status};
 use super::player::Verdict;
 use super::strategy::AtHardEnd;
-use super::surroundings::{Surroundings, Switches};
+use super::surroundings::{MachineIo, Switches};
 use super::{Cycle, State};
 use stepwright::drive::Drive;
 use stepwright::timer::StepTimer;
 
-impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S, N> {
+impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N> {
     /// Looks at the switches, latches those that have closed, and stops the
     /// motors that go towards one.
     pub(crate) fn watch(&mut self) {

@@ -19,7 +19,7 @@ use core::fmt;
 use super::motor::{Calibration, End, Faults};
 use super::program::Program;
 use super::strategy::Refusal;
-use super::surroundings::Surroundings;
+use super::surroundings::MachineIo;
 use super::{Cycle, CycleError};
 use stepwright::drive::Drive;
 use stepwright::timer::StepTimer;
@@ -106,7 +106,7 @@ impl Homing {
     ///
     /// # Errors
     /// [`HomingError`]; it is over then.
-    pub fn poll<T: StepTimer, D: Drive, S: Surroundings, const N: usize>(
+    pub fn poll<T: StepTimer, D: Drive, S: MachineIo, const N: usize>(
         &mut self,
         cycle: &mut Cycle<'_, T, D, S, N>,
     ) -> Result<bool, HomingError> {
@@ -120,7 +120,7 @@ impl Homing {
         result
     }
 
-    fn step<T: StepTimer, D: Drive, S: Surroundings, const N: usize>(
+    fn step<T: StepTimer, D: Drive, S: MachineIo, const N: usize>(
         &mut self,
         cycle: &mut Cycle<'_, T, D, S, N>,
     ) -> Result<bool, HomingError> {
@@ -151,7 +151,7 @@ impl Homing {
     }
 
     /// A part of the way: this many steps towards the end, or away from it.
-    fn go<T: StepTimer, D: Drive, S: Surroundings, const N: usize>(
+    fn go<T: StepTimer, D: Drive, S: MachineIo, const N: usize>(
         &mut self,
         cycle: &mut Cycle<'_, T, D, S, N>,
         stage: Stage,
@@ -168,7 +168,7 @@ impl Homing {
     }
 
     /// The part ended because all steps were made.
-    fn whole<T: StepTimer, D: Drive, S: Surroundings, const N: usize>(
+    fn whole<T: StepTimer, D: Drive, S: MachineIo, const N: usize>(
         &self,
         cycle: &mut Cycle<'_, T, D, S, N>,
     ) -> Result<(), HomingError> {
@@ -180,7 +180,7 @@ impl Homing {
     }
 
     /// The part ended at the switch.
-    fn hit<T: StepTimer, D: Drive, S: Surroundings, const N: usize>(
+    fn hit<T: StepTimer, D: Drive, S: MachineIo, const N: usize>(
         &self,
         cycle: &mut Cycle<'_, T, D, S, N>,
     ) -> Result<(), HomingError> {

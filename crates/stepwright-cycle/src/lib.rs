@@ -47,12 +47,12 @@
 //! ```text
 //!        foreground         │               step interrupt
 //!                           │
-//!  Program ─► prepare ─► start ─► Player ─► run ─► Engine ─► Drive ─► pins
+//!  Program ─► prepare ─► start ─► ProgramRunner ─► run ─► Engine ─► Drive ─► pins
 //!  (steps, list, series,    │   next leg,        deadlines  STEP,
 //!   callback, paced)        │   bounds, brake               DIR
 //!                           │       ▲
 //!  Strategies ──────────────┼───────┤
-//!  Surroundings: switches ──┼───────┘
+//!  MachineIo: switches ──┼───────┘
 //!                           │
 //!  position · status · faults ◄──── steps counted where they are made
 //! ```
@@ -115,12 +115,12 @@ pub use homing::{Homing, HomingError};
 pub use motor::{Calibration, End, Faults, Motor, Status};
 pub use program::{Leg, NextDelay, Pace, Paces, Program};
 pub use strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, CycleError, Refusal, Strategies};
-pub use surroundings::{Around, Surroundings, Switches, Wires};
+pub use surroundings::{MachineIo, MotorIo, Switches, Wires};
 
 use brake::BRAKES;
 use clock::Beat;
 use pause::Pause;
-use player::{Player, Verdict};
+use player::{ProgramRunner, Verdict};
 use program::Reader;
 use stepwright::Board;
 use stepwright::drive::{Axes, Drive};
@@ -136,7 +136,7 @@ use wiring::Wiring;
 /// [`on_compare`](Cycle::on_compare), as an [`Engine`] does; the rest is for
 /// the foreground, with that interrupt held off.
 pub struct Cycle<'a, T: StepTimer, D, S, const N: usize> {
-    engine: Engine<T, Wiring<D>, Asked<Player<'a>>, N>,
+    engine: Engine<T, Wiring<D>, Asked<ProgramRunner<'a>>, N>,
     surroundings: S,
     strategies: Strategies,
     board: Board<N>,
@@ -157,7 +157,7 @@ enum State<C: Count, const N: usize> {
     Paused(Pause<C, N>),
 }
 
-impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D, S, N> {
+impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S, N> {
     /// All motors at position 0, facing forward, their drivers off.
     pub fn new(
         timer: T,
@@ -187,10 +187,10 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         // The fixed tick has its own times, all of them ticks.
         let none = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 0 };
         let timing = if wide { none } else { board.timing };
-        let mut players = [const { Asked::new(Player::IDLE) }; N];
+        let mut players = [const { Asked::new(ProgramRunner::IDLE) }; N];
         let (mut inverted, mut n): (Axes, usize) = (0, 0);
         while n < N {
-            players[n] = Asked::new(Player::new(motors[n], beat, timing.hold));
+            players[n] = Asked::new(ProgramRunner::new(motors[n], beat, timing.hold));
             inverted |= (motors[n].inverted as Axes) << (n & 7);
             n += 1;
         }
@@ -472,7 +472,7 @@ impl<'a, T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'a, T, D
         motors.find(|(_, player)| player.verdict == verdict).map(|(motor, _)| motor)
     }
 
-    fn player(&mut self, motor: u8) -> Option<&mut Player<'a>> {
+    fn player(&mut self, motor: u8) -> Option<&mut ProgramRunner<'a>> {
         self.engine.feed(motor)
     }
 

@@ -6,7 +6,7 @@ use core::fmt;
 ///
 /// stepper_h's `init_stepper` and `init_stepper_ends`. Its pins are the
 /// business of the [`Drive`](stepwright::drive::Drive) and the
-/// [`Surroundings`](super::Surroundings).
+/// [`MachineIo`](super::MachineIo).
 ///
 /// ```
 /// use stepwright_cycle::Motor;

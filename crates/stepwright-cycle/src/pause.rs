@@ -11,7 +11,7 @@
 
 use super::clock::Beat;
 use super::strategy::Refusal;
-use super::surroundings::Surroundings;
+use super::surroundings::MachineIo;
 use super::{Cycle, State};
 use stepwright::drive::{Axes, Drive};
 use stepwright::engine::Frozen;
@@ -58,7 +58,7 @@ impl<C: Count, const N: usize> Pause<C, N> {
     }
 }
 
-impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S, N> {
+impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N> {
     /// Holds all motors up where they are. On the fixed tick a pulse that is
     /// under way ends.
     ///

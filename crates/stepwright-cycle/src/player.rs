@@ -69,7 +69,7 @@ enum Stage {
     Over,
 }
 
-pub(crate) struct Player<'a> {
+pub(crate) struct ProgramRunner<'a> {
     pub motor: Motor,
     pub calibration: Calibration,
     pub status: Status,
@@ -119,13 +119,13 @@ pub(crate) struct Player<'a> {
     planned: i64,
 }
 
-impl<'a> Player<'a> {
+impl<'a> ProgramRunner<'a> {
     /// Nobody's yet.
-    pub(crate) const IDLE: Player<'a> =
-        Player::new(Motor::new(0, 1), Beat::new(Clock::Deadlines, Rate::MHZ), 0);
+    pub(crate) const IDLE: ProgramRunner<'a> =
+        ProgramRunner::new(Motor::new(0, 1), Beat::new(Clock::Deadlines, Rate::MHZ), 0);
 
-    pub(crate) const fn new(motor: Motor, beat: Beat, hold: Ticks) -> Player<'a> {
-        Player {
+    pub(crate) const fn new(motor: Motor, beat: Beat, hold: Ticks) -> ProgramRunner<'a> {
+        ProgramRunner {
             motor,
             calibration: Calibration::None,
             status: Status::Idle,
@@ -536,7 +536,7 @@ const fn product(a: u32, b: u32) -> u64 {
     (high as u64) << 32 | low as u64
 }
 
-impl Feed for Player<'_> {
+impl Feed for ProgramRunner<'_> {
     fn take(&mut self) -> Taken {
         self.heading = None;
         if BRAKES {

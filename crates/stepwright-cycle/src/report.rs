@@ -1,12 +1,12 @@
 //! How a cycle is doing: states, faults, positions, times.
 
 use super::{
-    Calibration, Cycle, CycleError, End, Faults, Motor, Refusal, State, Status, Surroundings,
+    Calibration, Cycle, CycleError, End, Faults, MachineIo, Motor, Refusal, State, Status,
 };
 use stepwright::drive::Drive;
 use stepwright::timer::StepTimer;
 
-impl<T: StepTimer, D: Drive, S: Surroundings, const N: usize> Cycle<'_, T, D, S, N> {
+impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N> {
     /// Whether a cycle is in progress, paused or not.
     pub fn is_running(&self) -> bool {
         !matches!(self.state, State::Rest)

@@ -20,7 +20,7 @@ impl Switches {
 /// Limit switches and enable pins, as far as there are any.
 ///
 /// Both are called from the step interrupt and MUST NOT block.
-pub trait Surroundings {
+pub trait MachineIo {
     /// The switches that are closed now. An axis without one: open.
     fn switches(&mut self) -> Switches {
         Switches::default()
@@ -33,11 +33,11 @@ pub trait Surroundings {
 }
 
 /// Nothing around: no switch, and drivers that are always on.
-impl Surroundings for () {}
+impl MachineIo for () {}
 
 /// The pins around one motor, each of which may be absent (`NO_PIN`).
 #[derive(Debug)]
-pub struct Around<E, L> {
+pub struct MotorIo<E, L> {
     /// Low turns the driver on, as on most of them.
     pub enable: Option<E>,
     /// Low is closed: a switch to ground, pulled up.
@@ -50,9 +50,9 @@ pub struct Around<E, L> {
 ///
 /// A pin that reports an error counts as open: an interrupt has nobody to tell.
 #[derive(Debug)]
-pub struct Wires<E, L, const N: usize>(pub [Around<E, L>; N]);
+pub struct Wires<E, L, const N: usize>(pub [MotorIo<E, L>; N]);
 
-impl<E: OutputPin, L: InputPin, const N: usize> Surroundings for Wires<E, L, N> {
+impl<E: OutputPin, L: InputPin, const N: usize> MachineIo for Wires<E, L, N> {
     fn switches(&mut self) -> Switches {
         let closed = |pin: &mut Option<L>| {
             pin.as_mut().is_some_and(|pin| pin.is_low().unwrap_or(false)).into()

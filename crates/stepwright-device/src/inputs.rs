@@ -5,12 +5,12 @@ use stepwright::{Axis, Control};
 use stepwright_protocol::{Setting, Slave, Stop};
 
 use crate::device::Motors;
-use crate::duties::Duties;
-use crate::panel::Panel;
+use crate::panel::BoardIo;
+use crate::supervisor::Supervisor;
 
-impl Duties {
+impl Supervisor {
     /// The input that is active now, if any: nothing may move.
-    pub(crate) fn stopper(&self, panel: &impl Panel) -> Option<Stop> {
+    pub(crate) fn stopper(&self, panel: &impl BoardIo) -> Option<Stop> {
         let active = |setting, high: bool| match self.settings.byte(setting) {
             0 => false,
             1 => !high,
@@ -27,11 +27,11 @@ impl Duties {
 
     /// Stops everything at once, as K does, while an input is active. No ramp: who presses
     /// the button means now, and a driver with a fault follows no ramp.
-    pub(crate) fn heed_inputs<E: Control, const N: usize, const Q: usize>(
+    pub(crate) fn check_inputs<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
         motors: &mut Motors<'_, E, N, Q>,
-        panel: &mut impl Panel,
+        panel: &mut impl BoardIo,
     ) {
         let Some(reason) = self.stopper(panel) else { return };
         let (mut busy, mut bit): (Axes, Axes) = (0, 1);

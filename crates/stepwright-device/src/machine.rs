@@ -1,4 +1,4 @@
-//! The slave's machine: the motors, and the duties that go with them.
+//! The slave's machine: the motors, and the supervisor that goes with them.
 
 use core::task::Poll;
 
@@ -6,19 +6,21 @@ use stepwright::{Axis, AxisSet, Change, Control, Order, Travel};
 use stepwright_protocol::{AxisId, Machine, Refusal, Setting, Settings};
 
 use crate::device::Motors;
-use crate::duties::Duties;
-use crate::panel::Panel;
+use crate::panel::BoardIo;
+use crate::supervisor::Supervisor;
 
 /// A device for the time of a line.
-pub(crate) struct Joined<'a, 'q, E, P, const N: usize, const Q: usize> {
+pub(crate) struct DeviceMachine<'a, 'q, E, P, const N: usize, const Q: usize> {
     pub(crate) motors: &'a mut Motors<'q, E, N, Q>,
     /// How many of the N axes the board has.
     pub(crate) axes: u8,
-    pub(crate) duties: &'a mut Duties,
+    pub(crate) supervisor: &'a mut Supervisor,
     pub(crate) panel: &'a mut P,
 }
 
-impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_, '_, E, P, N, Q> {
+impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
+    for DeviceMachine<'_, '_, E, P, N, Q>
+{
     fn axes(&self) -> u8 {
         self.axes.min(N as u8)
     }
@@ -29,11 +31,11 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
 
     fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal> {
         #[cfg(feature = "safety")]
-        if self.duties.stopper(self.panel).is_some() {
+        if self.supervisor.stopper(self.panel).is_some() {
             return Err(Refusal::Fault);
         }
         let (index, travel) = (axis.index() as u8, order.travel);
-        let blocked = self.duties.blocked(self.panel);
+        let blocked = self.supervisor.blocked(self.panel);
         if blocked.on(travel.forward()) >> index & 1 != 0 && travel != Travel::By(0) {
             return Err(Refusal::Fault);
         }
@@ -41,9 +43,9 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
     }
 
     fn commit(&mut self) -> Poll<Result<(), Refusal>> {
-        let done = self.motors.commit(|| self.duties.wait(self.panel)).map_err(Refusal::from);
+        let done = self.motors.commit(|| self.supervisor.wait(self.panel)).map_err(Refusal::from);
         if done == Poll::Ready(Ok(())) {
-            self.duties.enable(self.panel);
+            self.supervisor.enable(self.panel);
         }
         done
     }
@@ -58,7 +60,7 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
 
     fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
         if let Change::Target(steps) = change {
-            let blocked = self.duties.blocked(self.panel);
+            let blocked = self.supervisor.blocked(self.panel);
             let mut bit = 1;
             for axis in Axis::all() {
                 let forward = self.motors.leads_forward(axis, steps);
@@ -74,7 +76,7 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
     fn kill(&mut self) {
         self.motors.kill();
         #[cfg(feature = "safety")]
-        self.duties.killed(self.panel);
+        self.supervisor.killed(self.panel);
     }
 
     fn position(&self, axis: AxisId) -> Option<i64> {
@@ -90,7 +92,7 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
     }
 
     fn max_rate(&self) -> u32 {
-        self.motors.max_rate().min(self.duties.settings.get(Setting::MaxSpeed))
+        self.motors.max_rate().min(self.supervisor.settings.get(Setting::MaxSpeed))
     }
 
     fn late(&self) -> u32 {
@@ -103,16 +105,16 @@ impl<E: Control, P: Panel, const N: usize, const Q: usize> Machine for Joined<'_
 
     #[cfg(feature = "safety")]
     fn lease(&mut self, millis: u16) -> Result<(), Refusal> {
-        self.duties.lease = millis;
+        self.supervisor.lease = millis;
         Ok(())
     }
 
     fn settings(&mut self) -> Option<&mut Settings> {
-        Some(&mut self.duties.settings)
+        Some(&mut self.supervisor.settings)
     }
 
     fn set_up(&mut self) {
-        self.duties.store.save();
-        self.duties.apply(self.motors, self.panel);
+        self.supervisor.store.save();
+        self.supervisor.apply(self.motors, self.panel);
     }
 }

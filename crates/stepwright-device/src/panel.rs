@@ -25,7 +25,7 @@ pub trait Memory {
 ///
 /// In a set of axes, bit 0 is the first. All methods are called from the
 /// foreground, and none may wait.
-pub trait Panel: Memory {
+pub trait BoardIo: Memory {
     /// Milliseconds since some moment; it wraps after 2³².
     fn millis(&self) -> u32;
 

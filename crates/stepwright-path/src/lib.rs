@@ -19,7 +19,7 @@
 //! ```
 //!
 //! **While it moves** a path may be paused, made faster or slower, ended early, or
-//! led to a new end: [`Held`], which every axis' [`Steps`] share, does it to all of
+//! led to a new end: [`LivePath`], which every axis' [`Steps`] share, does it to all of
 //! them at once. What has been handed out stays as it is, which is [`LOOK`] ahead
 //! at most; so all axes stay on the path whatever is asked for, and when.
 //!
@@ -66,9 +66,9 @@ pub const LOOK: f64 = 0.002;
 /// before the one that was asked for last nor before what an axis has been handed
 /// out already ([`LOOK`]); so 0 means: at once. Every function answers when that is.
 #[derive(Clone)]
-pub struct Held(Shared<Mutex<Road>>);
+pub struct LivePath(Shared<Mutex<Road>>);
 
-impl Held {
+impl LivePath {
     fn look<T>(&self, look: impl FnOnce(&mut Road) -> T) -> T {
         look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -144,9 +144,9 @@ impl Held {
     }
 }
 
-impl std::fmt::Debug for Held {
+impl std::fmt::Debug for LivePath {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_tuple("Held").field(&self.now()).finish()
+        f.debug_tuple("LivePath").field(&self.now()).finish()
     }
 }
 
@@ -158,7 +158,7 @@ impl std::fmt::Debug for Held {
 #[derive(Debug)]
 pub struct Steps {
     axis: usize,
-    path: Held,
+    path: LivePath,
     hz: f64,
     lead: Ticks,
     look: Ticks,
@@ -170,7 +170,7 @@ pub struct Steps {
 
 impl Steps {
     fn all<const N: usize>(road: Road, rate: Rate, lead: Ticks) -> [Steps; N] {
-        let path = Held(Shared::new(Mutex::new(road)));
+        let path = LivePath(Shared::new(Mutex::new(road)));
         let hz = f64::from(rate.hz());
         let look = (hz * LOOK).ceil() as Ticks;
         std::array::from_fn(|axis| Steps {
@@ -222,7 +222,7 @@ impl Steps {
     }
 
     /// The path that they follow, with all other axes.
-    pub fn law(&self) -> Held {
+    pub fn law(&self) -> LivePath {
         self.path.clone()
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use proptest::prelude::*;
 use stepwright::Rate;
 use stepwright_cycle as cycle;
-use stepwright_path::{Arc, Held, Line, Pace, Steps, Unplannable};
+use stepwright_path::{Arc, Line, LivePath, Pace, Steps, Unplannable};
 
 const LEAD: u32 = 10_000;
 const HZ: f64 = 1e8;
@@ -28,7 +28,7 @@ enum Act {
 /// or at its end.
 type Taken = (Act, Result<f64, Unplannable>, f64);
 
-fn ask<const N: usize>(path: &Held, act: Act, at: f64, unit: [i32; N]) -> Taken {
+fn ask<const N: usize>(path: &LivePath, act: Act, at: f64, unit: [i32; N]) -> Taken {
     let held = match act {
         Act::Scale(part) => path.scale(at, part),
         Act::Pause => Ok(path.pause(at)),
@@ -359,7 +359,7 @@ proptest! {
         }
     }
 
-    /// Around a circle it is the same: round, and the same steps as without.
+    /// MotorIo a circle it is the same: round, and the same steps as without.
     #[test]
     fn feeds_and_pauses_keep_the_circle(
         radius in 100.0f64..600.0,

@@ -6,7 +6,7 @@ use stepwright::Rate;
 use stepwright_cycle::{
     AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Clock, Motor, Program, Strategies,
 };
-use stepwright_path::{Arc, Held, Line, Pace, Steps};
+use stepwright_path::{Arc, Line, LivePath, Pace, Steps};
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
 
 const HZ: u32 = 16_000_000;
@@ -112,7 +112,7 @@ fn steps(way: Way, pace: Pace) -> [Steps; 2] {
     }
 }
 
-fn ask(path: &Held, act: Act, at: f64) {
+fn ask(path: &LivePath, act: Act, at: f64) {
     match act {
         Act::Scale(part) => _ = path.scale(at, part),
         Act::Brake => _ = path.pause(at),

@@ -217,7 +217,7 @@ mod tests {
     use crate::Refusal;
     use std::string::String;
 
-    fn said(first: u8, lines: u8, number: impl Fn(u8) -> i64) -> String {
+    fn raw(first: u8, lines: u8, number: impl Fn(u8) -> i64) -> String {
         let mut answer = Answer::NONE;
         answer.begin(first, lines);
         let last = number(value::LAST) as u8;
@@ -243,19 +243,19 @@ mod tests {
         for (line, text) in
             [(line::YES, "Y\r"), (line::NO, "E\r"), (line::READY, "R\r"), (line::BUSY, "B\r")]
         {
-            assert_eq!(said(line, 1, own), text);
+            assert_eq!(raw(line, 1, own), text);
         }
-        assert_eq!(said(line::POSITION, 1, own), "-1\r");
-        assert_eq!(said(line::POSITION, 1, |_| i64::MIN), "-9223372036854775808\r");
+        assert_eq!(raw(line::POSITION, 1, own), "-1\r");
+        assert_eq!(raw(line::POSITION, 1, |_| i64::MIN), "-9223372036854775808\r");
         assert_eq!(
-            said(line::INFO, 2, own),
+            raw(line::INFO, 2, own),
             "stepwright 0.1 axes=2 max=3 late=4 refused=5 last=busy uncertain=7 stop=abc\r"
         );
         let first = value::SETTINGS - 1;
         let two = std::format!("max-speed={first} max-accel={}\r", first + 1);
-        assert_eq!(said(line::SETTINGS, 2, own), two);
+        assert_eq!(raw(line::SETTINGS, 2, own), two);
         for setting in Setting::ALL {
-            let text = said(line::SETTINGS + setting as u8, 1, own);
+            let text = raw(line::SETTINGS + setting as u8, 1, own);
             let number = value::SETTINGS + setting as u8 - 1;
             assert_eq!(text, std::format!("{}={number}\r", setting.name()));
             assert_eq!(setting_named(setting.name().as_bytes()), Some(setting as u8));
@@ -265,7 +265,7 @@ mod tests {
     #[test]
     fn every_reason_has_its_word() {
         let word = |n: i64| {
-            let text = said(line::INFO, 1, |value| if value == value::LAST { n } else { 0 });
+            let text = raw(line::INFO, 1, |value| if value == value::LAST { n } else { 0 });
             let (_, word) = text.split_once("last=").unwrap();
             String::from(word.split_once(' ').unwrap().0)
         };

@@ -1,7 +1,7 @@
 //! Axes as a line names them.
 
 use crate::grammar::{Argument, Shape};
-use crate::said::Said;
+use crate::raw_line::RawLine;
 use crate::text::Piece;
 
 /// The most axes one slave can have. One digit names each.
@@ -86,8 +86,8 @@ impl Selection {
 impl Argument for AxisId {
     const SHAPE: Shape = Shape::number(1, MAX_AXES as u32);
 
-    fn of(said: &Said) -> Option<AxisId> {
-        AxisId::numbered(said.number as u8)
+    fn of(raw: &RawLine) -> Option<AxisId> {
+        AxisId::numbered(raw.number as u8)
     }
 
     fn piece(self, n: u8) -> Option<Piece> {
@@ -98,8 +98,8 @@ impl Argument for AxisId {
 impl Argument for Selection {
     const SHAPE: Shape = Shape::number(0, MAX_AXES as u32);
 
-    fn of(said: &Said) -> Option<Selection> {
-        Some(AxisId::numbered(said.number as u8).map_or(Selection::All, Selection::One))
+    fn of(raw: &RawLine) -> Option<Selection> {
+        Some(AxisId::numbered(raw.number as u8).map_or(Selection::All, Selection::One))
     }
 
     fn piece(self, n: u8) -> Option<Piece> {

@@ -9,7 +9,7 @@ use crate::flash::text;
 pub use crate::grammar::Command;
 use crate::line::CR;
 use crate::number::{MilliSpeed, TopSpeed};
-use crate::said::Said;
+use crate::raw_line::RawLine;
 use crate::text::{Bytes, Piece, Pieces};
 
 impl Command {
@@ -23,12 +23,12 @@ impl Command {
     /// [`BadLine`] for everything that is not exactly a line of the grammar;
     /// spaces and the other case of a letter are not.
     pub fn parse(line: &[u8]) -> Result<Command, BadLine> {
-        let mut said = Said::NOTHING;
-        said.read(line).map_err(|refusal| match refusal {
+        let mut raw = RawLine::NOTHING;
+        raw.read(line).map_err(|refusal| match refusal {
             _ if line.is_empty() => BadLine::Empty,
             refusal => refusal.into(),
         })?;
-        Command::of(&said)
+        Command::of(&raw)
     }
 
     /// The line of a top speed: `t`, or `m` where it is no whole number of steps/s. `None`

@@ -11,7 +11,7 @@ use crate::number::{
     Direction, Distance, LeaseMillis, MilliSpeed, RampSteps, StartSpeed, Tens, TopSpeed,
     WholeAccel, WholeJerk,
 };
-use crate::said::Said;
+use crate::raw_line::RawLine;
 use crate::setting::{Setting, Value};
 use crate::text::Piece;
 
@@ -40,7 +40,7 @@ pub(crate) trait Argument: Copy {
     /// Its form.
     const SHAPE: Shape;
     /// The argument of this line, `None` outside its range.
-    fn of(said: &Said) -> Option<Self>;
+    fn of(raw: &RawLine) -> Option<Self>;
     /// Piece `n` of its text, counted from 0.
     fn piece(self, n: u8) -> Option<Piece>;
 }
@@ -111,7 +111,7 @@ const LARGEST: [u32; 9] = [
 impl Argument for () {
     const SHAPE: Shape = Shape::NONE;
 
-    fn of(_: &Said) -> Option<()> {
+    fn of(_: &RawLine) -> Option<()> {
         Some(())
     }
 
@@ -123,8 +123,8 @@ impl Argument for () {
 impl Argument for Setting {
     const SHAPE: Shape = Shape::setting("<name>");
 
-    fn of(said: &Said) -> Option<Setting> {
-        Some(said.setting)
+    fn of(raw: &RawLine) -> Option<Setting> {
+        Some(raw.setting)
     }
 
     fn piece(self, n: u8) -> Option<Piece> {
@@ -135,8 +135,8 @@ impl Argument for Setting {
 impl Argument for Value {
     const SHAPE: Shape = Shape::setting("<name>=<number>");
 
-    fn of(said: &Said) -> Option<Value> {
-        Value::new(said.setting, said.number)
+    fn of(raw: &RawLine) -> Option<Value> {
+        Value::new(raw.setting, raw.number)
     }
 
     fn piece(self, n: u8) -> Option<Piece> {
@@ -340,10 +340,10 @@ macro_rules! lines {
 
         impl Command {
             /// The command of a line whose letter and argument have been read.
-            pub(crate) fn of(said: &Said) -> Result<Command, BadLine> {
-                Ok(match said.letter {
+            pub(crate) fn of(raw: &RawLine) -> Result<Command, BadLine> {
+                Ok(match raw.letter {
                     $($letter => Command::$name $((
-                        <$argument as Argument>::of(said).ok_or(BadLine::Range)?
+                        <$argument as Argument>::of(raw).ok_or(BadLine::Range)?
                     ))?,)*
                     _ => return Err(BadLine::Unknown),
                 })

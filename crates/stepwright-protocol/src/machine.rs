@@ -14,8 +14,8 @@ use crate::{AxisId, Settings};
 /// The slave checks the grammar, the ranges, that an axis exists and is idle,
 /// and that an order keeps to the settings' limits. The machine decides whether
 /// it can carry an order out. All calls come from the foreground, from inside
-/// [`Slave::hear`](crate::Slave::hear), [`Slave::work`](crate::Slave::work) and
-/// [`Slave::speak`](crate::Slave::speak), and none may wait for a motion: an order is
+/// [`Slave::receive`](crate::Slave::receive), [`Slave::work`](crate::Slave::work) and
+/// [`Slave::next_byte`](crate::Slave::next_byte), and none may wait for a motion: an order is
 /// begun, not done, when `commit` is ready.
 ///
 /// An implementation MUST keep these promises:

@@ -204,14 +204,14 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    fn hear(master: &mut Master, bytes: &[u8]) -> Vec<Reply> {
+    fn receive(master: &mut Master, bytes: &[u8]) -> Vec<Reply> {
         bytes.iter().filter_map(|&byte| master.receive(byte)).collect()
     }
 
     fn ask(line: &[u8], answer: &[u8]) -> Vec<Reply> {
         let mut master = Master::new();
         let _ = master.send(Command::parse(line).unwrap()).unwrap();
-        hear(&mut master, answer)
+        receive(&mut master, answer)
     }
 
     #[test]
@@ -247,12 +247,12 @@ mod tests {
     #[test]
     fn one_line_at_a_time() {
         let mut master = Master::new();
-        assert!(hear(&mut master, b"Y\rE\rR\r1\rhalf").is_empty());
+        assert!(receive(&mut master, b"Y\rE\rR\r1\rhalf").is_empty());
         let _ = master.send(Command::Kill).unwrap();
         assert!(master.waiting());
         assert!(matches!(master.send(Command::Kill), Err(Waiting)));
-        assert_eq!(hear(&mut master, b"Y\r"), [Reply::Yes]);
-        assert!(hear(&mut master, b"Y\r").is_empty());
+        assert_eq!(receive(&mut master, b"Y\r"), [Reply::Yes]);
+        assert!(receive(&mut master, b"Y\r").is_empty());
         assert!(!master.waiting() && master.send(Command::Kill).is_ok());
         master.give_up();
         assert!(master.send(Command::Kill).is_ok());
@@ -264,7 +264,7 @@ mod tests {
         let _ = master.send(Command::Execute).unwrap();
         let bytes: Vec<u8> = master.resync().collect();
         assert_eq!(bytes, b"#\rF\r");
-        assert_eq!(hear(&mut master, b"oise\rY\rE\r17\rB\r"), [Reply::Busy]);
+        assert_eq!(receive(&mut master, b"oise\rY\rE\r17\rB\r"), [Reply::Busy]);
         assert!(!master.waiting());
     }
 
@@ -276,7 +276,7 @@ mod tests {
             let mut master = Master::new();
             let _ = master.send(command).unwrap();
             let answer: Vec<u8> = reply.bytes().collect();
-            let heard = hear(&mut master, &[&noise[..], b"\r", &answer, &more].concat());
+            let heard = receive(&mut master, &[&noise[..], b"\r", &answer, &more].concat());
             prop_assert!(heard.len() <= 1);
         }
     }

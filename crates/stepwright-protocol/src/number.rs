@@ -2,7 +2,7 @@
 
 use crate::flash::text;
 use crate::grammar::{Argument, Shape};
-use crate::said::Said;
+use crate::raw_line::RawLine;
 use crate::text::Piece;
 use crate::{BadLine, Refusal};
 
@@ -89,8 +89,8 @@ impl Distance {
 impl<const MIN: u32, const MAX: u32> Argument for Whole<MIN, MAX> {
     const SHAPE: Shape = Shape::number(MIN, MAX);
 
-    fn of(said: &Said) -> Option<Self> {
-        Whole::new(said.number)
+    fn of(raw: &RawLine) -> Option<Self> {
+        Whole::new(raw.number)
     }
 
     fn piece(self, n: u8) -> Option<Piece> {
@@ -101,8 +101,8 @@ impl<const MIN: u32, const MAX: u32> Argument for Whole<MIN, MAX> {
 impl Argument for Distance {
     const SHAPE: Shape = Shape::signed(i32::MAX as u32);
 
-    fn of(said: &Said) -> Option<Distance> {
-        Some(Distance::new(said.steps()))
+    fn of(raw: &RawLine) -> Option<Distance> {
+        Some(Distance::new(raw.steps()))
     }
 
     fn piece(self, n: u8) -> Option<Piece> {
@@ -117,8 +117,8 @@ impl Argument for Distance {
 impl Argument for Direction {
     const SHAPE: Shape = Shape::SIGN;
 
-    fn of(said: &Said) -> Option<Direction> {
-        Some(if said.backward { Direction::Backward } else { Direction::Forward })
+    fn of(raw: &RawLine) -> Option<Direction> {
+        Some(if raw.backward { Direction::Backward } else { Direction::Forward })
     }
 
     fn piece(self, n: u8) -> Option<Piece> {

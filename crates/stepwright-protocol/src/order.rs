@@ -2,7 +2,7 @@
 
 use stepwright::{Accel, Jerk, OutOfRange, Speed};
 
-use crate::manner::Manner;
+use crate::motion_params::MotionParams;
 use crate::number::{Direction, Distance, RampSteps};
 
 /// A complete order, as a machine gets it and as a master sends it.
@@ -78,7 +78,7 @@ impl Order {
     /// [`OutOfRange`] if the top speed is 0, if an acceleration rounds to less than 1
     /// step/s², or if both ramps are counted in steps and differ: R sets both.
     pub fn sendable(&self) -> Result<Order, OutOfRange> {
-        Ok(Manner::of(self)?.sent(self.travel))
+        Ok(MotionParams::of(self)?.sent(self.travel))
     }
 }
 
@@ -89,7 +89,7 @@ mod tests {
     const NEAR: Travel = Travel::By(Distance::new(1));
 
     fn order() -> Order {
-        Manner::INITIAL.sent(NEAR)
+        MotionParams::INITIAL.sent(NEAR)
     }
 
     #[test]

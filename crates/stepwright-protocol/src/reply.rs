@@ -94,7 +94,7 @@ impl Reply {
             Reply::Info(Info { last: Some(last), .. }) => last as u8 + 1,
             _ => 0,
         };
-        let said = core::iter::from_fn(move || {
+        let raw = core::iter::from_fn(move || {
             answer.next(last, |value, digits| {
                 let number = match (self, value) {
                     (Reply::Info(info), value::STOPS..value::ERRORS) => {
@@ -112,7 +112,7 @@ impl Reply {
         let errors = errors
             .into_iter()
             .flat_map(|errors| b" errors=".iter().copied().chain(errors.letters()));
-        said.filter(|byte| *byte != CR).chain(errors).chain(can).chain(core::iter::once(CR))
+        raw.filter(|byte| *byte != CR).chain(errors).chain(can).chain(core::iter::once(CR))
     }
 
     /// The number that stands in its line for a `#`.

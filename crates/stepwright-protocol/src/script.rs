@@ -4,7 +4,7 @@ use stepwright::OutOfRange;
 
 use crate::axis::{AxisId, Selection};
 use crate::command::Command;
-use crate::manner::Manner;
+use crate::motion_params::MotionParams;
 use crate::number::{Tens, Whole, WholeAccel};
 use crate::order::{Order, Travel};
 
@@ -74,7 +74,7 @@ impl<'a> Script<'a> {
     /// [`OutOfRange`] if the line can't carry one of the orders.
     pub fn new(orders: &'a [(AxisId, Order)]) -> Result<Script<'a>, OutOfRange> {
         for (_, order) in orders {
-            Manner::of(order)?;
+            MotionParams::of(order)?;
         }
         let next = if orders.is_empty() { Next::End } else { Next::Address };
         Ok(Script { orders, next, selected: AxisId::FIRST })
@@ -93,8 +93,8 @@ impl Iterator for Script<'_> {
                 return left.then_some(Command::Execute);
             };
             // Checked by `new`.
-            let manner = Manner::of(&order).ok()?;
-            let by_steps = manner.accel == 0 || manner.decel == 0;
+            let params = MotionParams::of(&order).ok()?;
+            let by_steps = params.accel == 0 || params.decel == 0;
             let select = Command::Select(Selection::One(axis));
             let (line, next) = match self.next {
                 // PO is refused while the selected axis is busy, whichever
@@ -104,23 +104,23 @@ impl Iterator for Script<'_> {
                 Next::Program => (Some(Command::Program), Next::Select),
                 Next::Select => ((axis != self.selected).then_some(select), Next::Start),
                 Next::Start => {
-                    let exact = Command::Start(Whole::clamped(manner.start));
-                    (Some(tens(manner.start).map_or(exact, Command::StartTens)), Next::Top)
+                    let exact = Command::Start(Whole::clamped(params.start));
+                    (Some(tens(params.start).map_or(exact, Command::StartTens)), Next::Top)
                 }
                 Next::Top => {
                     let exact = Command::top(order.top);
-                    let whole = manner.top.is_multiple_of(1000).then_some(manner.top / 1000);
+                    let whole = params.top.is_multiple_of(1000).then_some(params.top / 1000);
                     (whole.and_then(tens).map(Command::TopTens).or(exact), Next::Ramp)
                 }
                 Next::Ramp => {
-                    let line = Command::Ramp(Whole::clamped(manner.ramp.into()));
+                    let line = Command::Ramp(Whole::clamped(params.ramp.into()));
                     (by_steps.then_some(line), Next::Accel)
                 }
-                Next::Accel => (slope(manner.accel).map(Command::Accel), Next::Decel),
-                Next::Decel => (slope(manner.decel).map(Command::Decel), Next::Jerk),
+                Next::Accel => (slope(params.accel).map(Command::Accel), Next::Decel),
+                Next::Decel => (slope(params.decel).map(Command::Decel), Next::Jerk),
                 Next::Jerk => {
                     // PO has taken back what another master said.
-                    let jerk = manner.jerk().map(|jerk| (jerk.millisteps() / 1000) as u32);
+                    let jerk = params.jerk().map(|jerk| (jerk.millisteps() / 1000) as u32);
                     let line = jerk.map(|jerk| Command::Jerk(Whole::clamped(jerk)));
                     (line, Next::Travel)
                 }
@@ -161,10 +161,10 @@ mod tests {
     use std::string::{String, ToString};
     use std::vec::Vec;
 
-    const SLOW: Manner = Manner::INITIAL;
+    const SLOW: MotionParams = MotionParams::INITIAL;
 
-    fn order(manner: Manner) -> Order {
-        manner.sent(Travel::Endless(Direction::Backward))
+    fn order(params: MotionParams) -> Order {
+        params.sent(Travel::Endless(Direction::Backward))
     }
 
     fn axis(n: u8) -> AxisId {
@@ -178,17 +178,17 @@ mod tests {
 
     #[test]
     fn extensions_are_sent_only_where_needed() {
-        let one = |manner| lines(&[(AxisId::FIRST, order(manner))]);
+        let one = |params| lines(&[(AxisId::FIRST, order(params))]);
         assert_eq!(one(SLOW), "PO S5 T100 R200 g- E");
-        assert_eq!(one(Manner { start: 0, ..SLOW }), "PO s0 T100 R200 g- E");
-        assert_eq!(one(Manner { top: 9_990_000, ..SLOW }), "PO S5 T999 R200 g- E");
-        assert_eq!(one(Manner { top: 10_000_000, ..SLOW }), "PO S5 t10000 R200 g- E");
-        assert_eq!(one(Manner { top: 1_005_000, ..SLOW }), "PO S5 t1005 R200 g- E");
-        assert_eq!(one(Manner { top: 4, ..SLOW }), "PO S5 m4 R200 g- E");
+        assert_eq!(one(MotionParams { start: 0, ..SLOW }), "PO s0 T100 R200 g- E");
+        assert_eq!(one(MotionParams { top: 9_990_000, ..SLOW }), "PO S5 T999 R200 g- E");
+        assert_eq!(one(MotionParams { top: 10_000_000, ..SLOW }), "PO S5 t10000 R200 g- E");
+        assert_eq!(one(MotionParams { top: 1_005_000, ..SLOW }), "PO S5 t1005 R200 g- E");
+        assert_eq!(one(MotionParams { top: 4, ..SLOW }), "PO S5 m4 R200 g- E");
         let (accel, decel) = (7, 8);
-        assert_eq!(one(Manner { accel, ..SLOW }), "PO S5 T100 R200 a7 g- E");
-        assert_eq!(one(Manner { decel, ..SLOW }), "PO S5 T100 R200 d8 g- E");
-        assert_eq!(one(Manner { accel, decel, ..SLOW }), "PO S5 T100 a7 d8 g- E");
+        assert_eq!(one(MotionParams { accel, ..SLOW }), "PO S5 T100 R200 a7 g- E");
+        assert_eq!(one(MotionParams { decel, ..SLOW }), "PO S5 T100 R200 d8 g- E");
+        assert_eq!(one(MotionParams { accel, decel, ..SLOW }), "PO S5 T100 a7 d8 g- E");
     }
 
     #[test]
@@ -220,7 +220,7 @@ mod tests {
             ramp in 1u16..=999, accel: Option<u32>, decel: Option<u32>,
             jerk in prop_oneof![Just(0), 0..=4_000_000_000u32], by: i32,
         ) {
-            let order = Manner {
+            let order = MotionParams {
                 start: start >> shift,
                 top: (top >> shift).max(1),
                 ramp,
@@ -230,27 +230,27 @@ mod tests {
             }
             .sent(Travel::By(Distance::new(by)));
             let orders = [(AxisId::FIRST, order)];
-            let mut manner = Manner::INITIAL;
-            manner.set(b'a', 1);
+            let mut params = MotionParams::INITIAL;
+            params.set(b'a', 1);
             let mut travel = None;
             for command in Script::new(&orders).unwrap() {
                 match command {
-                    Command::StartTens(n) => manner.set(b's', n.get() * 10),
-                    Command::TopTens(n) => manner.set(b'm', n.get() * 10_000),
-                    Command::Start(n) => manner.set(b's', n.get()),
-                    Command::Top(n) => manner.set(b'm', n.get() * 1000),
-                    Command::Milli(n) => manner.set(b'm', n.get()),
-                    Command::Ramp(n) => manner.set(b'R', n.get()),
-                    Command::Accel(n) => manner.set(b'a', n.get()),
-                    Command::Decel(n) => manner.set(b'd', n.get()),
-                    Command::Jerk(n) => manner.set(b'j', n.get()),
+                    Command::StartTens(n) => params.set(b's', n.get() * 10),
+                    Command::TopTens(n) => params.set(b'm', n.get() * 10_000),
+                    Command::Start(n) => params.set(b's', n.get()),
+                    Command::Top(n) => params.set(b'm', n.get() * 1000),
+                    Command::Milli(n) => params.set(b'm', n.get()),
+                    Command::Ramp(n) => params.set(b'R', n.get()),
+                    Command::Accel(n) => params.set(b'a', n.get()),
+                    Command::Decel(n) => params.set(b'd', n.get()),
+                    Command::Jerk(n) => params.set(b'j', n.get()),
                     _ => {}
                 }
                 if let Command::Go(distance) = command {
                     travel = Some(Travel::By(distance));
                 }
             }
-            prop_assert_eq!(manner.sent(travel.unwrap()), order);
+            prop_assert_eq!(params.sent(travel.unwrap()), order);
         }
     }
 }

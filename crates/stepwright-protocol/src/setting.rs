@@ -5,7 +5,7 @@ use crate::answer::setting_named;
 use crate::flash::{Text, flash};
 use crate::grammar::{ONE, SET};
 use crate::number::halves;
-use crate::said::Said;
+use crate::raw_line::RawLine;
 
 /// Makes [`Setting`] of the table.
 macro_rules! settings {
@@ -286,11 +286,11 @@ impl Value {
 
     /// Reads `name=number`, or `name` alone.
     pub(crate) fn parse(text: &[u8]) -> Result<(Setting, Option<Value>), BadLine> {
-        let mut said = Said::NOTHING;
-        said.read_setting(text)?;
-        match said.letter {
-            ONE => Ok((said.setting, None)),
-            SET => Ok((said.setting, Value::new(said.setting, said.number))),
+        let mut raw = RawLine::NOTHING;
+        raw.read_setting(text)?;
+        match raw.letter {
+            ONE => Ok((raw.setting, None)),
+            SET => Ok((raw.setting, Value::new(raw.setting, raw.number))),
             _ => Err(BadLine::Setting),
         }
     }

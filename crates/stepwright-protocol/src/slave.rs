@@ -8,9 +8,9 @@ use crate::errors;
 use crate::grammar::{self, flag};
 use crate::line::Collector;
 use crate::machine::{Machine, Refusal};
-use crate::manner::Manner;
+use crate::motion_params::MotionParams;
+use crate::raw_line::RawLine;
 use crate::reply::{Reply, VERSION};
-use crate::said::Said;
 use crate::setting::{Setting, Settings};
 use crate::stop::{self, Stop};
 #[cfg(feature = "safety")]
@@ -30,7 +30,7 @@ mod state;
 /// [`Machine`] what to do. It holds no clock and does no I/O.
 ///
 /// ```text
-///   bytes ─► hear ─► work … work ─► speak … speak ─► answer
+///   bytes ─► receive ─► work … work ─► next_byte … ─► answer
 /// ```
 ///
 /// An order is started piece by piece, one a call of [`work`](Slave::work), and answered at
@@ -90,7 +90,7 @@ impl<const AXES: usize> Slave<AXES> {
     /// one takes no flash.
     pub const fn blank() -> Slave<AXES> {
         const { assert!(AXES >= 1 && AXES <= MAX_AXES as usize) };
-        let axis = Axis { manner: Manner::BLANK, staged: 0, backward: false, steps: 0 };
+        let axis = Axis { params: MotionParams::BLANK, staged: 0, backward: false, steps: 0 };
         Slave {
             line: Collector::blank(),
             axes: [axis; AXES],
@@ -117,19 +117,19 @@ impl<const AXES: usize> Slave<AXES> {
         (self.selected, self.order, self.last) = (FIRST, Open::No, None);
         self.mark(u8::MAX, stop::NONE);
         for axis in &mut self.axes {
-            axis.manner.begin();
+            axis.params.begin();
         }
     }
 
     /// Takes a byte from the line. At a CR it obeys and returns the answer.
     ///
-    /// For a host, which wants to see it. A chip calls [`hear`](Slave::hear),
-    /// [`work`](Slave::work) and [`speak`](Slave::speak).
+    /// For a host, which wants to see it. A chip calls [`receive`](Slave::receive),
+    /// [`work`](Slave::work) and [`next_byte`](Slave::next_byte).
     pub fn push<M: Machine>(&mut self, byte: u8, machine: &mut M) -> Option<Reply> {
-        self.hear(byte, machine);
+        self.receive(byte, machine);
         while self.work(machine) {}
         let mut line = Collector::<{ Reply::LONGEST + 3 }>::new();
-        while let Some(byte) = self.speak(machine) {
+        while let Some(byte) = self.next_byte(machine) {
             if let Some(line) = line.push(byte) {
                 let line = line.ok()?;
                 #[cfg(feature = "safety")]
@@ -148,7 +148,7 @@ impl<const AXES: usize> Slave<AXES> {
     /// Takes a byte from the line. At a CR the line is complete, and
     /// [`work`](Slave::work) obeys it, once the last is answered. A byte that comes while it
     /// does not [listen](Slave::listens) spoils the line that waits.
-    pub fn hear<M: Machine>(&mut self, byte: u8, machine: &mut M) {
+    pub fn receive<M: Machine>(&mut self, byte: u8, machine: &mut M) {
         if self.waits {
             return self.line.garble();
         }
@@ -164,14 +164,14 @@ impl<const AXES: usize> Slave<AXES> {
         if self.is_starting() {
             return self.start(machine);
         }
-        !self.is_speaking() && core::mem::take(&mut self.waits) && self.obey_line(machine)
+        !self.is_answering() && core::mem::take(&mut self.waits) && self.obey_line(machine)
     }
 
     /// Obeys the line that is complete, and prepares its answer. True if it is an order that
     /// is in work now.
     #[inline(never)]
     fn obey_line<M: Machine>(&mut self, machine: &mut M) -> bool {
-        let (mut said, mut empty) = (Said::NOTHING, false);
+        let (mut raw, mut empty) = (RawLine::NOTHING, false);
         let line = self.line.take();
         #[cfg(feature = "safety")]
         let summed = line.is_ok_and(sum::is_wanted);
@@ -188,7 +188,7 @@ impl<const AXES: usize> Slave<AXES> {
                 let line = Ok(line);
                 line.and_then(|line| {
                     // A line without a checksum may be no longer for the room of one.
-                    if line.len() > Command::LONGEST { Err(Refusal::Line) } else { said.read(line) }
+                    if line.len() > Command::LONGEST { Err(Refusal::Line) } else { raw.read(line) }
                 })
             }
             Err(_) => Err(Refusal::Line),
@@ -197,7 +197,7 @@ impl<const AXES: usize> Slave<AXES> {
         if read == Err(Refusal::Sum) {
             self.guard.note(errors::SUM);
         }
-        let first = match read.and_then(|()| self.obey(&mut said, machine)) {
+        let first = match read.and_then(|()| self.execute(&mut raw, machine)) {
             Ok(_) if self.is_starting() => return true,
             Ok(first) => first,
             Err(refusal) => {
@@ -212,7 +212,7 @@ impl<const AXES: usize> Slave<AXES> {
         };
         let lines = match first {
             line::INFO => line::SETTINGS - line::INFO,
-            line::SETTINGS if said.letter == b'$' => Setting::COUNT as u8,
+            line::SETTINGS if raw.letter == b'$' => Setting::COUNT as u8,
             _ => 1,
         };
         self.answer.begin(first, lines);
@@ -233,7 +233,7 @@ impl<const AXES: usize> Slave<AXES> {
     }
 
     /// Whether some of the last answer has yet to be pulled.
-    pub fn is_speaking(&self) -> bool {
+    pub fn is_answering(&self) -> bool {
         #[cfg(feature = "safety")]
         let tail = self.tail.is_left();
         #[cfg(not(feature = "safety"))]
@@ -247,22 +247,22 @@ impl<const AXES: usize> Slave<AXES> {
     /// Costs one conversion to decimal where a number begins: about 100 simple
     /// byte operations for 4000, 1,400 for 2³² − 1. Texts and further digits
     /// cost next to nothing.
-    pub fn speak<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
+    pub fn next_byte<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
         #[cfg(feature = "safety")]
         {
             if let Some(byte) = self.tail.next() {
                 return Some(byte);
             }
-            let byte = self.next_byte(machine)?;
+            let byte = self.answer_byte(machine)?;
             Some(self.tail.pass(byte))
         }
         #[cfg(not(feature = "safety"))]
-        self.next_byte(machine)
+        self.answer_byte(machine)
     }
 
     /// The next byte of the answer, but for the checksum.
     #[inline(always)]
-    fn next_byte<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
+    fn answer_byte<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
         let axes = self.count(machine);
         let last = self.last.map_or(0, |last| (last as u8).wrapping_add(1));
         self.answer.next(last, |n, digits| {
@@ -351,9 +351,9 @@ impl<const AXES: usize> Slave<AXES> {
     }
 
     /// Does what a line says, and tells which line of the text answers it.
-    fn obey<M: Machine>(&mut self, said: &mut Said, machine: &mut M) -> Result<u8, Refusal> {
-        said.unify();
-        let Said { letter, flags, number, .. } = *said;
+    fn execute<M: Machine>(&mut self, raw: &mut RawLine, machine: &mut M) -> Result<u8, Refusal> {
+        raw.unify();
+        let RawLine { letter, flags, number, .. } = *raw;
         let mut go = false;
         let busy = self.busy(machine);
         // Are all the selected axes idle?
@@ -378,12 +378,12 @@ impl<const AXES: usize> Slave<AXES> {
                 // The Nano slave's masters know no jerk.
                 #[cfg(feature = "s-curve")]
                 for axis in &mut self.axes {
-                    axis.manner.jerk = 0;
+                    axis.params.jerk = 0;
                 }
                 self.order = Open::Yes;
                 // A line of a master that knows no A means axis 1, and one that
                 // has said A may mean what it said.
-                if self.naming == Naming::Said && self.selected != FIRST {
+                if self.naming == Naming::Chosen && self.selected != FIRST {
                     self.naming = Naming::Unclear;
                     self.selected |= FIRST;
                 } else {
@@ -392,7 +392,7 @@ impl<const AXES: usize> Slave<AXES> {
                 }
             }
             b'G' | b'g' => {
-                self.stage(said);
+                self.stage(raw);
                 go = alone;
             }
             b'@' => {
@@ -401,8 +401,8 @@ impl<const AXES: usize> Slave<AXES> {
                     return Err(Refusal::NoTravel);
                 }
                 #[cfg(feature = "safety")]
-                self.guard.admit_target(axes, said.steps(), machine)?;
-                machine.change(axes, Manner::change(said))?;
+                self.guard.admit_target(axes, raw.steps(), machine)?;
+                machine.change(axes, MotionParams::change(raw))?;
                 self.mark(axes, stop::NONE);
                 #[cfg(feature = "safety")]
                 self.guard.retargeted(axes);
@@ -427,7 +427,7 @@ impl<const AXES: usize> Slave<AXES> {
                 let bit = 1u8.wrapping_shl(index.into());
                 if letter == b'A' {
                     self.selected = if axis == 0 { u8::MAX } else { bit };
-                    self.naming = Naming::Said;
+                    self.naming = Naming::Chosen;
                 } else if letter == b'V' {
                     if machine.uncertain() & bit != 0 {
                         return Err(Refusal::Uncertain);
@@ -456,7 +456,7 @@ impl<const AXES: usize> Slave<AXES> {
             grammar::SET | grammar::RESET => {
                 let settings = settings(machine)?;
                 let changed = if letter == grammar::SET {
-                    settings.put(said.setting as u8, number)
+                    settings.put(raw.setting as u8, number)
                 } else {
                     settings.reset()
                 };
@@ -466,7 +466,7 @@ impl<const AXES: usize> Slave<AXES> {
             }
             b'$' | grammar::ONE => {
                 settings(machine)?;
-                let index = if letter == grammar::ONE { said.setting as u8 } else { 0 };
+                let index = if letter == grammar::ONE { raw.setting as u8 } else { 0 };
                 return Ok(line::SETTINGS.wrapping_add(index));
             }
             // What is left says how to travel: R, s, m, a, d or j.
@@ -477,16 +477,16 @@ impl<const AXES: usize> Slave<AXES> {
                         return Err(Refusal::Busy);
                     }
                     if let Some(settings) = machine.settings() {
-                        Manner::check_change(said, settings)?;
+                        MotionParams::check_change(raw, settings)?;
                     }
                     #[cfg(feature = "safety")]
                     self.guard.admit_change(busy & self.selected, letter, machine)?;
-                    machine.change(busy & self.selected, Manner::change(said))?;
+                    machine.change(busy & self.selected, MotionParams::change(raw))?;
                 }
                 let mut selected = self.selected;
                 for axis in &mut self.axes {
                     if selected & 1 != 0 {
-                        axis.manner.set(letter, number);
+                        axis.params.set(letter, number);
                     }
                     selected >>= 1;
                 }
@@ -525,12 +525,12 @@ impl<const AXES: usize> Slave<AXES> {
     }
 
     /// The selected axes are to travel as G or g says.
-    fn stage(&mut self, said: &Said) {
+    fn stage(&mut self, raw: &RawLine) {
         let mut selected = self.selected;
         for axis in &mut self.axes {
             if selected & 1 != 0 {
-                (axis.staged, axis.backward) = (said.letter, said.backward);
-                axis.steps = said.number;
+                (axis.staged, axis.backward) = (raw.letter, raw.backward);
+                axis.steps = raw.number;
             }
             selected >>= 1;
         }

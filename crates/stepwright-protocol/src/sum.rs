@@ -48,7 +48,7 @@ pub(crate) fn checked(line: &[u8]) -> Result<&[u8], Refusal> {
     let [bare @ .., MARK, high, low] = line else { return Err(Refusal::Sum) };
     let sum = bare.iter().fold(0, |sum, byte| crc(sum, *byte));
     // Small letters are fine.
-    let is = |half: u8, said: u8| digit(half) == said.to_ascii_uppercase();
+    let is = |half: u8, raw: u8| digit(half) == raw.to_ascii_uppercase();
     if is(sum >> 4, *high) && is(sum, *low) { Ok(bare) } else { Err(Refusal::Sum) }
 }
 

@@ -29,9 +29,9 @@ fn play(seed: u64) -> (usize, usize, usize) {
         let mut entry = Entry::before(&bench);
         let (asked, changes) = (bench.asked.len(), bench.changes.len());
         bench.pieces = random.below(4) as u32;
-        slave.hear(byte, &mut bench);
+        slave.receive(byte, &mut bench);
         while slave.work(&mut bench) {}
-        let answers = slave.is_speaking();
+        let answers = slave.is_answering();
         let said = |log: &[Entry]| {
             let said: Vec<_> = log.iter().map(|e| format!("{:?} {}", e.line, e.answer)).collect();
             format!("STEPWRIGHT_FUZZ_SEED={seed}\n{}\n{}", bytes.escape_ascii(), said.join("\n"))

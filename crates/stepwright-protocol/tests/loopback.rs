@@ -72,9 +72,9 @@ impl Link {
                 self.slave.garbled();
             }
             for byte in bytes {
-                self.slave.hear(byte, &mut self.bench);
+                self.slave.receive(byte, &mut self.bench);
                 while self.slave.work(&mut self.bench) {}
-                back.extend(std::iter::from_fn(|| self.slave.speak(&mut self.bench)));
+                back.extend(std::iter::from_fn(|| self.slave.next_byte(&mut self.bench)));
             }
         }
         while let Some(byte) = back.pop_front() {

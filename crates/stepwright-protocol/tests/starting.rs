@@ -14,16 +14,16 @@ fn starting() -> (Slave<3>, Bench) {
     }
     bench.press(0);
     (bench.pieces, bench.log) = (5, String::new());
-    hear(&mut slave, &mut bench, "E\r");
+    receive(&mut slave, &mut bench, "E\r");
     for _ in 0..9 {
         assert!(slave.work(&mut bench), "the order is in work");
-        assert!(slave.listens() && !slave.is_speaking() && bench.asked.is_empty());
+        assert!(slave.listens() && !slave.is_answering() && bench.asked.is_empty());
     }
     (slave, bench)
 }
 
-fn hear(slave: &mut Slave<3>, bench: &mut Bench, bytes: &str) {
-    bytes.bytes().for_each(|byte| slave.hear(byte, bench));
+fn receive(slave: &mut Slave<3>, bench: &mut Bench, bytes: &str) {
+    bytes.bytes().for_each(|byte| slave.receive(byte, bench));
 }
 
 /// The next answer.
@@ -71,9 +71,9 @@ fn a_refused_order_starts_nothing_and_the_next_one_does() {
 fn a_line_waits_for_the_order_and_is_answered_after_it() {
     for (line, said) in [("F", "B"), ("V2", "0"), ("G+1", "E"), ("what", "E"), ("", "E")] {
         let (mut slave, mut bench) = starting();
-        hear(&mut slave, &mut bench, line);
+        receive(&mut slave, &mut bench, line);
         assert!(slave.work(&mut bench) && slave.listens());
-        hear(&mut slave, &mut bench, "\r");
+        receive(&mut slave, &mut bench, "\r");
         assert!(!slave.listens() && slave.work(&mut bench), "{line:?}");
         assert_eq!(answer(&mut slave, &mut bench), "Y", "of E, before {line:?}");
         assert!(!slave.listens());
@@ -87,9 +87,9 @@ fn a_line_waits_for_the_order_and_is_answered_after_it() {
 fn a_kill_stops_at_once_and_refuses_the_order() {
     for line in ["K", "\nK"] {
         let (mut slave, mut bench) = starting();
-        hear(&mut slave, &mut bench, line);
+        receive(&mut slave, &mut bench, line);
         assert_eq!(bench.log, "");
-        hear(&mut slave, &mut bench, "\r");
+        receive(&mut slave, &mut bench, "\r");
         assert_eq!(bench.log, "kill");
         assert_eq!(answer(&mut slave, &mut bench), "E", "of the order");
         assert_eq!(answer(&mut slave, &mut bench), "Y", "of K");
@@ -107,13 +107,13 @@ fn a_kill_stops_at_once_and_refuses_the_order() {
 #[cfg(feature = "safety")]
 fn a_kill_with_a_checksum_stops_at_once() {
     let (mut slave, mut bench) = starting();
-    hear(&mut slave, &mut bench, "K*00\r");
+    receive(&mut slave, &mut bench, "K*00\r");
     assert_eq!(bench.log, "");
     assert_eq!(answer(&mut slave, &mut bench), "Y", "of the order");
     assert!(answer(&mut slave, &mut bench).starts_with("E*"));
     let sum = "*".to_owned() + &hex(b"K");
     let (mut slave, mut bench) = starting();
-    hear(&mut slave, &mut bench, &format!("K{sum}\r"));
+    receive(&mut slave, &mut bench, &format!("K{sum}\r"));
     assert_eq!(bench.log, "kill");
     assert_eq!(answer(&mut slave, &mut bench), "E", "of the order, which had no sum");
     assert!(answer(&mut slave, &mut bench).starts_with("Y*"));
@@ -144,9 +144,9 @@ fn a_soft_stop_brakes_at_once_and_again_in_its_turn() {
     }
     bench.press(2);
     (bench.pieces, bench.log) = (5, String::new());
-    hear(&mut slave, &mut bench, "E\r");
+    receive(&mut slave, &mut bench, "E\r");
     assert!(slave.work(&mut bench) && slave.work(&mut bench));
-    hear(&mut slave, &mut bench, "Z\r");
+    receive(&mut slave, &mut bench, "Z\r");
     assert_eq!(bench.log, "brake 3");
     assert_eq!(answer(&mut slave, &mut bench), "Y");
     assert_eq!(answer(&mut slave, &mut bench), "Y");
@@ -178,7 +178,7 @@ fn a_switch_of_another_axis_lets_the_order_go_on() {
 #[test]
 fn what_comes_while_nobody_listens_spoils_the_line_that_waits() {
     let (mut slave, mut bench) = starting();
-    hear(&mut slave, &mut bench, "F\rF");
+    receive(&mut slave, &mut bench, "F\rF");
     assert_eq!(answer(&mut slave, &mut bench), "Y");
     assert_eq!(answer(&mut slave, &mut bench), "E");
     assert_eq!(say(&mut slave, &mut bench, b"F"), "B");

@@ -171,11 +171,11 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// A byte arrives on the serial line, now.
     pub fn receive(&mut self, byte: u8) {
-        self.device.hear(byte, &mut self.panel);
+        self.device.receive(byte, &mut self.panel);
         // An order is started at once: all its pieces take no time.
         while self.device.work(&mut self.panel) {}
-        if self.device.is_speaking() {
-            while let Some(byte) = self.device.speak(&mut self.panel) {
+        if self.device.is_answering() {
+            while let Some(byte) = self.device.next_byte(&mut self.panel) {
                 self.answers.push(byte);
             }
             // It may have been a setting that turns an axis round.

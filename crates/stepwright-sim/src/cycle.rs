@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use stepwright::drive::{Axes, Drive};
 use stepwright::{Board, Cost, Rate, Ticks};
-use stepwright_cycle::{Clock, Cycle, Motor, Surroundings, Switches};
+use stepwright_cycle::{Clock, Cycle, MachineIo, Motor, Switches};
 
 use crate::clock::{Now, SimTimer};
 use crate::description::Description;
@@ -89,7 +89,7 @@ impl<R: Recorder, const N: usize> Drive for Shared<R, N> {
     }
 }
 
-impl<R: Recorder, const N: usize> Surroundings for Shared<R, N> {
+impl<R: Recorder, const N: usize> MachineIo for Shared<R, N> {
     fn switches(&mut self) -> Switches {
         self.0.borrow().closed
     }
@@ -189,7 +189,7 @@ impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
     }
 
     /// The motors.
-    pub fn cycle(&mut self) -> &mut Cycle<'a, SimTimer<u32>, impl Drive, impl Surroundings, N> {
+    pub fn cycle(&mut self) -> &mut Cycle<'a, SimTimer<u32>, impl Drive, impl MachineIo, N> {
         &mut self.cycle
     }
 

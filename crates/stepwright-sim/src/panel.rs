@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use stepwright::drive::Axes;
 use stepwright::{Rate, Ticks};
-use stepwright_device::{Mark, Memory, Panel, Reset, Store};
+use stepwright_device::{BoardIo, Mark, Memory, Reset, Store};
 
 use crate::clock::Now;
 
@@ -89,7 +89,7 @@ impl Memory for SimPanel {
     }
 }
 
-impl Panel for SimPanel {
+impl BoardIo for SimPanel {
     fn millis(&self) -> u32 {
         (self.now.get() * 1000 / u64::from(self.rate.hz())) as u32
     }

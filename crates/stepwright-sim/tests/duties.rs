@@ -253,7 +253,7 @@ fn towards_a_closed_switch_nothing_moves_and_away_from_it_everything_does() {
 /// On the way too: a target towards a closed switch is refused, and one that
 /// is turned for is given up where its switch closes.
 #[test]
-fn a_change_of_mind_heeds_the_switches() {
+fn a_change_of_mind_obeys_the_switches() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);
     say(&mut board, SWITCHED);

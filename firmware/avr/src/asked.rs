@@ -130,19 +130,19 @@ impl<L: Iterator<Item = u32>, O: Output> Default for Motor<L, O> {
 }
 
 /// The foreground's hold on a motor and its timer.
-pub struct Held<L: 'static, O: 'static, T> {
+pub struct AvrEngine<L: 'static, O: 'static, T> {
     motor: &'static Slot<Motor<L, O>>,
     timer: PhantomData<T>,
 }
 
-impl<L: Iterator<Item = u32>, O: Output, T: Timer> Held<L, O, T> {
+impl<L: Iterator<Item = u32>, O: Output, T: Timer> AvrEngine<L, O, T> {
     /// Lets the timer run.
     ///
     /// # Safety
     /// To be called once for a motor, with interrupts off. `T` is the timer whose interrupt
     /// is the motor's.
-    pub unsafe fn new(motor: &'static Slot<Motor<L, O>>) -> Held<L, O, T> {
-        let mut held = Held { motor, timer: PhantomData };
+    pub unsafe fn new(motor: &'static Slot<Motor<L, O>>) -> AvrEngine<L, O, T> {
+        let mut held = AvrEngine { motor, timer: PhantomData };
         held.with(|_, timer: &mut T| timer.start());
         held
     }
@@ -183,7 +183,7 @@ macro_rules! asked_motor {
         $(#[$doc])*
         mod $name {
             use super::*;
-            use $crate::asked::{Held, Motor};
+            use $crate::asked::{AvrEngine, Motor};
             use $crate::slot::Slot;
             use $crate::timed::{Timer as _, $timer};
 
@@ -198,9 +198,9 @@ macro_rules! asked_motor {
             ///
             /// # Safety
             /// To be called once, with interrupts off.
-            pub unsafe fn take() -> Held<$law, $drive, $timer> {
+            pub unsafe fn take() -> AvrEngine<$law, $drive, $timer> {
                 // SAFETY: the caller's promise; it is this timer's interrupt.
-                unsafe { Held::new(&MOTOR) }
+                unsafe { AvrEngine::new(&MOTOR) }
             }
         }
     };

@@ -8,7 +8,7 @@
 use avr_device::interrupt;
 use stepwright::drive::Axes;
 use stepwright_cycle::{
-    Calibration, Clock, Cycle, CycleError, Motor, Program, Refusal, Surroundings, Switches,
+    Calibration, Clock, Cycle, CycleError, Motor, Program, Refusal, MachineIo, Switches,
 };
 
 use crate::board::{self, AXES, Levels, Pins};
@@ -19,7 +19,7 @@ use crate::slot::token;
 use crate::timer::Timer;
 
 /// Three motors and what is around them.
-pub type Motors = Cycle<'static, Timer, Pins, Around, AXES>;
+pub type Motors = Cycle<'static, Timer, Pins, MotorIo, AXES>;
 
 /// Begun by `start`, before interrupts are enabled; from then on the step interrupt's.
 static MOTORS: Slot<Motors> = Slot::new(Cycle::off(
@@ -29,19 +29,19 @@ static MOTORS: Slot<Motors> = Slot::new(Cycle::off(
     // SAFETY: as above.
     unsafe { token() },
     // SAFETY: as above.
-    Around { levels: unsafe { token() }, stand: Switches::NONE },
+    MotorIo { levels: unsafe { token() }, stand: Switches::NONE },
     [Motor::new(1, 1); AXES],
     Clock::Deadlines,
     board::cycle(),
 ));
 
 /// The drivers' enable, which they share, and the switches, one for each motor.
-pub struct Around {
+pub struct MotorIo {
     levels: Levels,
     stand: Switches,
 }
 
-impl Surroundings for Around {
+impl MachineIo for MotorIo {
     #[inline(always)]
     fn switches(&mut self) -> Switches {
         // Low is closed.
@@ -62,7 +62,7 @@ impl Surroundings for Around {
 /// To be called once, with interrupts off, which are on afterwards; in a program with a
 /// [`cycle_interrupt!`](crate::cycle_interrupt).
 #[inline(never)]
-pub unsafe fn start(motors: [Motor; AXES], stand: Switches) -> (Held, Console) {
+pub unsafe fn start(motors: [Motor; AXES], stand: Switches) -> (AvrEngine, Console) {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
     #[cfg(feature = "uno")]
@@ -83,7 +83,7 @@ pub unsafe fn start(motors: [Motor; AXES], stand: Switches) -> (Held, Console) {
     let console = Console::start(chip.USART0, chip.TC0);
     // SAFETY: all that an interrupt touches has been made.
     unsafe { interrupt::enable() };
-    (Held(()), console)
+    (AvrEngine(()), console)
 }
 
 /// The step interrupt; [`cycle_interrupt!`](crate::cycle_interrupt) has it called.
@@ -98,14 +98,14 @@ pub unsafe fn on_compare() {
 }
 
 /// The motors, for the foreground: the step interrupt is held off for each call.
-pub struct Held(());
+pub struct AvrEngine(());
 
-impl Held {
+impl AvrEngine {
     /// All else that can be asked of a [`Cycle`].
     #[inline(always)]
     pub fn with<R>(&mut self, ask: impl FnOnce(&mut Motors) -> R) -> R {
         interrupt::free(|_| {
-            // SAFETY: `start` made this `Held` and the motors before it, and no interrupt
+            // SAFETY: `start` made this `AvrEngine` and the motors before it, and no interrupt
             // comes.
             ask(unsafe { MOTORS.get() })
         })

@@ -26,7 +26,7 @@ use stepwright::{Accel, Control, Rate, Run, Speed};
 use crate::board;
 use crate::chip::{PORTB, Peripherals};
 use crate::slot::Slot;
-use crate::step::{self, Held, RUNS};
+use crate::step::{self, AvrEngine, RUNS};
 
 /// Steps of the move.
 pub const STEPS: u32 = 1_000;
@@ -58,7 +58,7 @@ pub struct Trial {
     pub accel: Accel,
     pins: PORTB,
     sums: &'static mut [u32],
-    engine: Held,
+    engine: AvrEngine,
     feed: Producer<'static, RUNS>,
     forward: bool,
 }

@@ -2,7 +2,7 @@
 
 use stepwright::Ticks;
 use stepwright::drive::Axes;
-use stepwright_device::{Mark, Memory, Panel, Reset};
+use stepwright_device::{Mark, Memory, BoardIo, Reset};
 
 use crate::board::{CLOCK, Levels, set_reverse};
 use crate::clock::Clock;
@@ -10,17 +10,17 @@ use crate::eeprom::Eeprom;
 use crate::reset;
 
 /// Enable, switches, EEPROM and the time.
-pub struct AvrPanel {
+pub struct AvrIo {
     levels: Levels,
     eeprom: Eeprom,
     clock: Clock,
     millis: u32,
 }
 
-impl AvrPanel {
+impl AvrIo {
     /// A panel whose time begins now.
-    pub fn new(levels: Levels, eeprom: Eeprom, clock: Clock) -> AvrPanel {
-        AvrPanel { levels, eeprom, clock, millis: 0 }
+    pub fn new(levels: Levels, eeprom: Eeprom, clock: Clock) -> AvrIo {
+        AvrIo { levels, eeprom, clock, millis: 0 }
     }
 
     /// Looks at the clock. To be called as often as [`Clock::ticked`] asks for.
@@ -31,7 +31,7 @@ impl AvrPanel {
     }
 }
 
-impl Memory for AvrPanel {
+impl Memory for AvrIo {
     fn read(&mut self, address: u16) -> u8 {
         self.eeprom.read(address)
     }
@@ -45,7 +45,7 @@ impl Memory for AvrPanel {
     }
 }
 
-impl Panel for AvrPanel {
+impl BoardIo for AvrIo {
     fn millis(&self) -> u32 {
         self.millis
     }

@@ -290,7 +290,7 @@ fn pointed(mut at: *mut Axis) -> *mut Axis {
 ///
 /// # Safety
 /// To be called once, with interrupts disabled.
-pub unsafe fn start(mut pins: Pins, base: &'static mut [i64; AXES]) -> Held {
+pub unsafe fn start(mut pins: Pins, base: &'static mut [i64; AXES]) -> AvrEngine {
     for axis in 0..AXES as u8 {
         pins.direction(axis, true);
     }
@@ -304,7 +304,7 @@ pub unsafe fn start(mut pins: Pins, base: &'static mut [i64; AXES]) -> Held {
         #[cfg(feature = "uno")]
         in_phase();
     }
-    let mut held = Held { base };
+    let mut held = AvrEngine { base };
     held.set_timing(board::description().timing);
     held
 }
@@ -339,7 +339,7 @@ unsafe fn in_phase() {
 }
 
 /// The axes with their interrupts held off for moments.
-pub struct Held {
+pub struct AvrEngine {
     /// Positions at which the present travels began: in the main function's frame, as
     /// statics are what a chip has little room for.
     base: *mut [i64; AXES],
@@ -375,9 +375,9 @@ fn live() -> Axes {
     }
 }
 
-impl Held {
+impl AvrEngine {
     /// For a static, until [`start`] makes one that may be used.
-    pub const NONE: Held = Held { base: core::ptr::null_mut() };
+    pub const NONE: AvrEngine = AvrEngine { base: core::ptr::null_mut() };
 
     /// Prepares what has been queued since: to be called after something was.
     #[inline(never)]
@@ -433,7 +433,7 @@ impl Held {
     }
 }
 
-impl Control for Held {
+impl Control for AvrEngine {
     fn start(&mut self, axes: Axes) {
         let axes = axes & !live() & 0b111;
         let mut left = axes;
@@ -564,7 +564,7 @@ impl Control for Held {
 
     #[inline(always)]
     fn refill(&mut self) {
-        Held::refill(self);
+        AvrEngine::refill(self);
     }
 
     fn set_timing(&mut self, timing: Timing) {

@@ -8,15 +8,15 @@ use crate::chip::Peripherals;
 use crate::in_flash::InFlash;
 use crate::lamp;
 use crate::slot::Slot;
-use crate::step::{self, Held, RUNS};
+use crate::step::{self, AvrEngine, RUNS};
 
 /// The motors: X, Y and Z of the shield.
-pub type Steppers = stepwright::Steppers<'static, Held, AXES, RUNS>;
+pub type Steppers = stepwright::Steppers<'static, AvrEngine, AXES, RUNS>;
 
 /// Zeros, which take no flash; `start` does the rest.
 static MOTORS: Slot<Steppers> =
     // SAFETY: `start` powers them up before anything else.
-    Slot::new(unsafe { Steppers::blank(Held::NONE) });
+    Slot::new(unsafe { Steppers::blank(AvrEngine::NONE) });
 
 /// Where their present travels began.
 static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);

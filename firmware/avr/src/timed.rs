@@ -60,7 +60,7 @@ const FAR: u32 = 0x8000;
 const LAP: u16 = 0x4000;
 
 impl<P: Port> Motor<P> {
-    /// At rest, on lines to be named by [`Held::new`].
+    /// At rest, on lines to be named by [`AvrEngine::new`].
     pub const fn new(port: P) -> Motor<P> {
         Motor { stepper: Stepper::new(Coils::new(port, SHIELD, 0)), deadline: 0, left: 0 }
     }
@@ -122,14 +122,14 @@ pub trait Windings: Hold {
 }
 
 /// The foreground's hold on a motor and its timer: the interrupt is held off for each call.
-pub struct Held<P: 'static, T> {
+pub struct AvrEngine<P: 'static, T> {
     motor: &'static Slot<Motor<P>>,
     /// A bit of its own among the motors that share a shield's enables, or 0.
     bit: u8,
     timer: PhantomData<T>,
 }
 
-impl<P: Pins, T: Timer> Held<P, T> {
+impl<P: Pins, T: Timer> AvrEngine<P, T> {
     /// Names a motor's lines, which become outputs without current, and lets its timer run.
     /// `bit` is its own among the shields, which share their enables; 0 if it is on none.
     ///
@@ -142,8 +142,8 @@ impl<P: Pins, T: Timer> Held<P, T> {
         sequence: Sequence,
         mask: u8,
         bit: u8,
-    ) -> Held<P, T> {
-        let mut held = Held { motor, bit, timer: PhantomData };
+    ) -> AvrEngine<P, T> {
+        let mut held = AvrEngine { motor, bit, timer: PhantomData };
         held.motor(|motor, timer: &mut T| {
             motor.stepper.wire(port, sequence, mask);
             motor.stepper.coils().off();
@@ -184,13 +184,13 @@ impl<P: Pins, T: Timer> Held<P, T> {
     }
 }
 
-impl<P: Pins, T: Timer> Windings for Held<P, T> {
+impl<P: Pins, T: Timer> Windings for AvrEngine<P, T> {
     fn phase(&mut self) -> u8 {
         self.motor(|motor, _| motor.stepper.phase())
     }
 }
 
-impl<P: Pins, T: Timer> Hold for Held<P, T> {
+impl<P: Pins, T: Timer> Hold for AvrEngine<P, T> {
     #[inline(always)]
     fn with<R>(&mut self, look: impl FnOnce(&mut Pace) -> R) -> R {
         self.motor(|motor, _| look(&mut motor.stepper.pace))
@@ -215,7 +215,7 @@ macro_rules! timed_motor {
         $(#[$doc])*
         mod $name {
             use $crate::slot::Slot;
-            use $crate::timed::{Held, Motor, Timer, $port, $timer};
+            use $crate::timed::{AvrEngine, Motor, Timer, $port, $timer};
 
             static MOTOR: Slot<Motor<$port>> = Slot::new(Motor::new($port));
 
@@ -233,9 +233,9 @@ macro_rules! timed_motor {
             pub unsafe fn take(
                 (sequence, mask): (stepwright::drive::Sequence, u8),
                 bit: u8,
-            ) -> Held<$port, $timer> {
+            ) -> AvrEngine<$port, $timer> {
                 // SAFETY: the caller's promise; it is this timer's interrupt.
-                unsafe { Held::new(&MOTOR, $port, sequence, mask, bit) }
+                unsafe { AvrEngine::new(&MOTOR, $port, sequence, mask, bit) }
             }
         }
     };

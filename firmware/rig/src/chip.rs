@@ -8,7 +8,7 @@ use crate::board::{Board, HZ, Pin};
 use crate::elf::Image;
 use crate::line::Line;
 use crate::silicon::{Cause, Silicon};
-use crate::taps::{Taps, Visit};
+use crate::probes::{Taps, IsrSpan};
 
 /// Cycles that a test waits for an answer, unless it says otherwise: 50 ms.
 const PATIENCE: u64 = HZ / 20;
@@ -19,7 +19,7 @@ const PATIENCE: u64 = HZ / 20;
 pub struct Chip {
     // Boxed: the callbacks hold its address.
     silicon: Box<Silicon>,
-    taps: Taps,
+    probes: Taps,
     line: Line,
     board: Board,
     ram: u32,
@@ -48,10 +48,10 @@ impl Chip {
     /// Switches a board on, with `image` in its flash and an empty EEPROM.
     pub fn new(board: Board, image: &Image) -> Chip {
         let silicon = Box::new(Silicon::new(board, image));
-        let taps = Taps::new(board, &board.channels_of(image), &silicon);
+        let probes = Taps::new(board, &board.channels_of(image), &silicon);
         Chip {
             silicon,
-            taps,
+            probes,
             line: Line::default(),
             board,
             ram: image.ram,
@@ -69,7 +69,7 @@ impl Chip {
 
     /// Cycles since it was switched on, through all resets.
     pub fn now(&self) -> u64 {
-        self.taps.heard.base + self.silicon.cycle()
+        self.probes.heard.base + self.silicon.cycle()
     }
 
     /// One instruction, and what the world does meanwhile.
@@ -97,7 +97,7 @@ impl Chip {
             _ => {}
         }
         if let Some(watch) = &mut self.watch {
-            watch.look(&self.silicon, now, self.taps.heard.inside);
+            watch.look(&self.silicon, now, self.probes.heard.inside);
         }
         if self.line.is_polling() {
             self.hear_answers(now);
@@ -106,11 +106,11 @@ impl Chip {
 
     /// A poll goes on when an answer is complete.
     fn hear_answers(&mut self, now: u64) {
-        while let Some(&(done, byte)) = self.taps.heard.said.front() {
+        while let Some(&(done, byte)) = self.probes.heard.said.front() {
             if done > now {
                 return;
             }
-            self.taps.heard.said.pop_front();
+            self.probes.heard.said.pop_front();
             if byte == b'\r' {
                 self.line.answered(done);
             }
@@ -174,14 +174,14 @@ impl Chip {
     /// The same, with the cycle at which each byte is complete.
     pub fn take_said_with_times(&mut self) -> Vec<(u64, u8)> {
         let now = self.now();
-        let said = &mut self.taps.heard.said;
+        let said = &mut self.probes.heard.said;
         let complete = said.partition_point(|&(done, _)| done <= now);
         said.drain(..complete).collect()
     }
 
     /// Everything that has begun to be sent, also what is not complete yet.
     pub(crate) fn take_begun(&mut self) -> Vec<(u64, u8)> {
-        self.taps.heard.said.drain(..).collect()
+        self.probes.heard.said.drain(..).collect()
     }
 
     /// Sends a line with its CR and waits for the answer, which comes without
@@ -192,7 +192,7 @@ impl Chip {
         self.send(b"\r");
         let mut answer = Vec::new();
         let complete = self.run_to(PATIENCE, |chip| {
-            chip.taps
+            chip.probes
                 .heard
                 .said
                 .back()
@@ -240,33 +240,33 @@ impl Chip {
 
     /// Every edge of STEP and DIR so far.
     pub fn edges(&self) -> &[Edge] {
-        &self.taps.heard.edges
+        &self.probes.heard.edges
     }
 
     /// Forgets the edges so far and returns them.
     pub fn take_edges(&mut self) -> Vec<Edge> {
-        std::mem::take(&mut self.taps.heard.edges)
+        std::mem::take(&mut self.probes.heard.edges)
     }
 
     /// Every change of ENABLE so far: cycle and level. It is low at first, as
     /// a pin that is not driven is taken to be.
     pub fn enable_changes(&self) -> &[(u64, bool)] {
-        &self.taps.heard.enable
+        &self.probes.heard.enable
     }
 
     /// Every change of the LED on D13.
     pub fn led_changes(&self) -> &[(u64, bool)] {
-        &self.taps.heard.led
+        &self.probes.heard.led
     }
 
     /// Takes down the levels of these pins from now on: they are low until they rise.
     pub fn watch_pins(&mut self, pins: &[Pin]) {
-        self.taps.watch(&self.silicon, pins);
+        self.probes.watch(&self.silicon, pins);
     }
 
     /// Every change of a watched pin: its cycle, which pin, its level.
     pub fn watched_changes(&self) -> &[(u64, u8, bool)] {
-        &self.taps.heard.watched
+        &self.probes.heard.watched
     }
 
     /// Closes the limit switch of an axis to ground, or opens it.
@@ -300,20 +300,20 @@ impl Chip {
     /// The power goes and comes back: only flash and EEPROM stay. A byte that
     /// was being written to the EEPROM is `spoilt` then.
     pub fn power_loss(&mut self, spoilt: u8) {
-        if let Some(address) = self.taps.heard.eeprom.cut() {
+        if let Some(address) = self.probes.heard.eeprom.cut() {
             self.silicon.set_eeprom(address, &[spoilt]);
         }
         let before = self.silicon.cycle();
         self.silicon.power_cycle();
         self.restarted(before);
         self.line.cut();
-        self.taps.heard.said.clear();
+        self.probes.heard.said.clear();
     }
 
     fn restarted(&mut self, before: u64) {
-        self.taps.heard.base += before;
-        self.taps.release();
-        self.taps.heard.running = false;
+        self.probes.heard.base += before;
+        self.probes.release();
+        self.probes.heard.running = false;
         self.off_since = Some(self.now());
         self.resets += 1;
         if let Some(watch) = &mut self.watch {
@@ -338,12 +338,12 @@ impl Chip {
 
     /// Whether a byte of the EEPROM is being written.
     pub fn eeprom_is_busy(&self) -> bool {
-        self.taps.heard.eeprom.is_busy()
+        self.probes.heard.eeprom.is_busy()
     }
 
     /// Bytes written to the EEPROM.
     pub fn eeprom_written(&self) -> u64 {
-        self.taps.heard.eeprom.written()
+        self.probes.heard.eeprom.written()
     }
 
     /// Burns the low fuse byte, before the chip has run. It is 0 at first, and only tells the
@@ -419,17 +419,17 @@ impl Chip {
 
     /// Cycles in interrupts so far.
     pub fn inside_interrupts(&self) -> u64 {
-        self.taps.heard.inside
+        self.probes.heard.inside
     }
 
     /// Keeps every stay in the step interrupt from now on.
     pub fn keep_visits(&mut self) {
-        self.taps.heard.keep_visits = true;
+        self.probes.heard.keep_visits = true;
     }
 
     /// The stays in the step interrupt since they are kept, or were taken.
-    pub fn take_visits(&mut self) -> Vec<Visit> {
-        std::mem::take(&mut self.taps.heard.visits)
+    pub fn take_visits(&mut self) -> Vec<IsrSpan> {
+        std::mem::take(&mut self.probes.heard.visits)
     }
 
     /// Times every call of the function at `address` from now on.

@@ -39,11 +39,11 @@ pub mod pair;
 pub mod pty;
 mod silicon;
 pub mod stress;
-mod taps;
+mod probes;
 
 pub use board::Board;
 pub use chip::Chip;
 pub use elf::Image;
 pub use pair::Pair;
 pub use silicon::Cause;
-pub use taps::Visit;
+pub use probes::IsrSpan;

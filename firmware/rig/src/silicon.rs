@@ -1,6 +1,6 @@
 //! The simulator behind a safe face: one chip, one instruction at a time.
 //!
-//! Everything unsafe of the rig is here and in `taps.rs`.
+//! Everything unsafe of the rig is here and in `probes.rs`.
 
 use std::ffi::{CStr, CString};
 use std::os::raw::c_void;
@@ -159,7 +159,7 @@ impl Silicon {
     /// Executes one instruction and what the hardware does meanwhile.
     #[inline(always)]
     pub(crate) fn step(&mut self) {
-        // SAFETY: `avr` is alive; its callbacks are ours, see `taps.rs`.
+        // SAFETY: `avr` is alive; its callbacks are ours, see `probes.rs`.
         let state = unsafe { ffi::avr_run(self.avr) } as u32;
         assert!(
             state == ffi::cpu_Running || state == ffi::cpu_Sleeping,

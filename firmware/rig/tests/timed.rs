@@ -3,7 +3,7 @@
 
 use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
 use stepwright_rig::board::Pin;
-use stepwright_rig::{Board, Chip, Visit, avr8js, firmware};
+use stepwright_rig::{Board, Chip, IsrSpan, avr8js, firmware};
 use stepwright_sim::timed::{TimedBoard, published};
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::{Control, Model, SetSpeed};
@@ -146,7 +146,7 @@ fn case_1_prints_the_published_log() {
     chip.run_for(u64::from(CALL + 15_000) * MILLIS);
     // What the step interrupt takes: plain, with an update at prescaler 1, with any update.
     let visits = chip.take_visits();
-    let long = |visit: &Visit| visit.exit - visit.entry;
+    let long = |visit: &IsrSpan| visit.exit - visit.entry;
     let mut plain: Vec<_> = visits.iter().map(long).collect();
     plain.sort_unstable();
     let plain = plain[plain.len() / 2];

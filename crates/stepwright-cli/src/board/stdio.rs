@@ -39,7 +39,7 @@ pub fn serve(board: &mut Paced) -> Result<(), Failure> {
                     // At a terminal, Enter gives LF.
                     let byte = if typed && byte == b'\n' { b'\r' } else { byte };
                     board.receive(byte);
-                    answers.hear(board)?;
+                    answers.receive(board)?;
                     last = if byte == b'\n' { last } else { byte };
                 }
             }
@@ -120,7 +120,7 @@ impl Answers {
         Answers { out, read }
     }
 
-    fn hear(&mut self, board: &mut Paced) -> Result<(), Failure> {
+    fn receive(&mut self, board: &mut Paced) -> Result<(), Failure> {
         for byte in board.bench.take_answers() {
             let bytes: &[u8] = if self.read && byte == b'\r' { b"\r\n" } else { &[byte] };
             self.out.write_all(bytes).map_err(closed)?;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use stepwright_path::{Arc, Held, Line, Steps, Unplannable};
+use stepwright_path::{Arc, Line, LivePath, Steps, Unplannable};
 
 use super::plan::{Act, MOST, Move, Plan, Task, Timed};
 use super::text::Text;
@@ -130,7 +130,7 @@ impl Changes {
 }
 
 /// What an act is to a path: for a pause it brakes, and then it goes on.
-fn change(law: &Held, seconds: f64, act: &Act, end: &[i32]) -> Result<(), Unplannable> {
+fn change(law: &LivePath, seconds: f64, act: &Act, end: &[i32]) -> Result<(), Unplannable> {
     match act {
         Act::Pause => _ = law.pause(seconds),
         Act::Resume => _ = law.resume(seconds),

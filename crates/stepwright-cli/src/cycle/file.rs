@@ -189,7 +189,7 @@ pub struct Line {
     pub jerk: Option<Spanned<f64>>,
 }
 
-/// Around a centre, which is a position.
+/// MotorIo a centre, which is a position.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Arc {

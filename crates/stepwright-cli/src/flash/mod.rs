@@ -23,7 +23,7 @@ use crate::order::progress::Line;
 use crate::order::target::Format;
 use crate::say;
 use image::Image;
-use stk500::{Loader, Trouble};
+use stk500::{LinkError, Loader};
 
 /// Write the controller's firmware to an Uno, a Nano or a Mega
 ///
@@ -175,7 +175,7 @@ fn by_ourselves(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
     let port = args.port.display().to_string();
     let failed = |trouble| explain(&port, args.board, trouble);
     let mut loader = Loader::new(link);
-    let mut met = Err(Trouble::Silent);
+    let mut met = Err(LinkError::Silent);
     for _ in 0..RESETS {
         loader.link().reset();
         met = loader.meet();
@@ -201,26 +201,28 @@ fn by_ourselves(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
 }
 
 /// What is wrong with a boot loader, and what to do.
-fn explain(port: &str, board: Board, trouble: Trouble) -> Failure {
+fn explain(port: &str, board: Board, trouble: LinkError) -> Failure {
     let name = board.name();
     match trouble {
-        Trouble::Silent => Failure::new(format!("no boot loader answers on {port}")).hint(format!(
-            "is it {} {name}, on this port (`stepwright ports`)? Press its reset button as the \
+        LinkError::Silent => {
+            Failure::new(format!("no boot loader answers on {port}")).hint(format!(
+                "is it {} {name}, on this port (`stepwright ports`)? Press its reset button as the \
              command starts; an old Nano takes --old-boot-loader",
-            if board == Board::Uno { "an" } else { "a" }
-        )),
-        Trouble::Chip(signature) => {
+                if board == Board::Uno { "an" } else { "a" }
+            ))
+        }
+        LinkError::Chip(signature) => {
             let [a, b, c] = signature;
             Failure::new(format!("the chip on {port} is no ATmega328P: {a:02X} {b:02X} {c:02X}"))
                 .hint("nothing was written. Which board is it: uno, nano or mega?")
         }
-        Trouble::Differs(at) => {
+        LinkError::Differs(at) => {
             Failure::new(format!("what was written to {port} differs from byte {at} on"))
                 .hint("write it again; if it stays so, the chip's flash is worn out")
         }
-        Trouble::Odd => Failure::new(format!("the boot loader on {port} lost its step"))
+        LinkError::Odd => Failure::new(format!("the boot loader on {port} lost its step"))
             .hint("write it again, with a shorter cable or on another port of the computer"),
-        Trouble::Line(error) => Failure::new(format!("{port}: {error}"))
+        LinkError::Line(error) => Failure::new(format!("{port}: {error}"))
             .hint("was it unplugged? Plug it in and write it again"),
     }
 }

@@ -36,7 +36,7 @@ const KNOCKS: usize = 10;
 
 /// Why nothing was written, or not all.
 #[derive(Debug)]
-pub enum Trouble {
+pub enum LinkError {
     /// Nothing answers as a boot loader does.
     Silent,
     /// Another chip.
@@ -66,7 +66,7 @@ impl<L: Link> Loader<L> {
     }
 
     /// Gets in step with a boot loader that was just reset, and begins to program.
-    pub fn meet(&mut self) -> Result<(), Trouble> {
+    pub fn meet(&mut self) -> Result<(), LinkError> {
         let mut met = false;
         for _ in 0..KNOCKS {
             self.quiet()?;
@@ -76,20 +76,20 @@ impl<L: Link> Loader<L> {
             }
         }
         if !met {
-            return Err(Trouble::Silent);
+            return Err(LinkError::Silent);
         }
         // Answers to earlier knocks may be on their way.
         self.quiet()?;
         let mut chip = [0; 3];
         self.ask(b"u", &mut chip, PATIENCE)?;
         if !CHIPS.contains(&chip) {
-            return Err(Trouble::Chip(chip));
+            return Err(LinkError::Chip(chip));
         }
         self.ask(b"P", &mut [], PATIENCE)
     }
 
     /// Writes flash from address 0 on.
-    pub fn write(&mut self, bytes: &[u8], done: &mut impl FnMut(usize)) -> Result<(), Trouble> {
+    pub fn write(&mut self, bytes: &[u8], done: &mut impl FnMut(usize)) -> Result<(), LinkError> {
         for (n, page) in bytes.chunks(PAGE).enumerate() {
             self.seek(n)?;
             let mut command = vec![b'd', 0, PAGE as u8, b'F'];
@@ -102,13 +102,13 @@ impl<L: Link> Loader<L> {
     }
 
     /// Reads flash back, and compares it.
-    pub fn compare(&mut self, bytes: &[u8], done: &mut impl FnMut(usize)) -> Result<(), Trouble> {
+    pub fn compare(&mut self, bytes: &[u8], done: &mut impl FnMut(usize)) -> Result<(), LinkError> {
         for (n, page) in bytes.chunks(PAGE).enumerate() {
             self.seek(n)?;
             let mut read = [0; PAGE];
             self.ask(&[b't', 0, PAGE as u8, b'F'], &mut read, PATIENCE)?;
             if let Some(at) = page.iter().zip(&read).position(|(right, is)| right != is) {
-                return Err(Trouble::Differs(n * PAGE + at));
+                return Err(LinkError::Differs(n * PAGE + at));
             }
             done(n * PAGE + page.len());
         }
@@ -116,43 +116,45 @@ impl<L: Link> Loader<L> {
     }
 
     /// Has the program begin.
-    pub fn leave(&mut self) -> Result<(), Trouble> {
+    pub fn leave(&mut self) -> Result<(), LinkError> {
         self.ask(b"Q", &mut [], PATIENCE)
     }
 
     /// Goes to the beginning of a page.
-    fn seek(&mut self, page: usize) -> Result<(), Trouble> {
+    fn seek(&mut self, page: usize) -> Result<(), LinkError> {
         let [low, high, ..] = (page * PAGE / 2).to_le_bytes();
         self.ask(&[b'U', low, high], &mut [], PATIENCE)
     }
 
     /// Says a command, and waits for its answer.
-    fn ask(&mut self, command: &[u8], into: &mut [u8], limit: Duration) -> Result<(), Trouble> {
-        self.link.write(&[command, &[END]].concat()).map_err(Trouble::Line)?;
+    fn ask(&mut self, command: &[u8], into: &mut [u8], limit: Duration) -> Result<(), LinkError> {
+        self.link.write(&[command, &[END]].concat()).map_err(LinkError::Line)?;
         let end = self.link.now() + limit;
         let mut answer = vec![0; into.len() + 2];
         let mut count = 0;
         while count < answer.len() {
             let left = end.saturating_sub(self.link.now());
             if left.is_zero() {
-                return Err(Trouble::Silent);
+                return Err(LinkError::Silent);
             }
             let rest = answer.get_mut(count..).unwrap_or_default();
-            count += self.link.read(rest, left).map_err(Trouble::Line)?;
+            count += self.link.read(rest, left).map_err(LinkError::Line)?;
         }
         match answer.as_slice() {
             [IN_STEP, middle @ .., OK] => {
                 into.copy_from_slice(middle);
                 Ok(())
             }
-            _ => Err(Trouble::Odd),
+            _ => Err(LinkError::Odd),
         }
     }
 
     /// Throws away what comes until nothing does.
-    fn quiet(&mut self) -> Result<(), Trouble> {
+    fn quiet(&mut self) -> Result<(), LinkError> {
         let mut rubbish = [0; 256];
-        while self.link.read(&mut rubbish, Duration::from_millis(20)).map_err(Trouble::Line)? > 0 {}
+        while self.link.read(&mut rubbish, Duration::from_millis(20)).map_err(LinkError::Line)? > 0
+        {
+        }
         Ok(())
     }
 }
@@ -274,15 +276,15 @@ mod tests {
     #[test]
     fn what_is_wrong_is_told_apart() {
         let mut silent = Loader::new(Board { deaf: usize::MAX, ..Board::new() });
-        assert!(matches!(silent.meet(), Err(Trouble::Silent)));
+        assert!(matches!(silent.meet(), Err(LinkError::Silent)));
         let mut mega = Loader::new(Board { chip: [0x1E, 0x98, 0x01], ..Board::new() });
-        assert!(matches!(mega.meet(), Err(Trouble::Chip([0x1E, 0x98, 0x01]))));
+        assert!(matches!(mega.meet(), Err(LinkError::Chip([0x1E, 0x98, 0x01]))));
         let mut worn = Loader::new(Board { worn: Some(4711), ..Board::new() });
         worn.meet().unwrap();
         worn.write(&program(), &mut |_| ()).unwrap();
-        assert!(matches!(worn.compare(&program(), &mut |_| ()), Err(Trouble::Differs(4711))));
+        assert!(matches!(worn.compare(&program(), &mut |_| ()), Err(LinkError::Differs(4711))));
         let mut odd = Loader::new(Board::new());
         odd.link().said = vec![IN_STEP, 0x11];
-        assert!(matches!(odd.ask(b"P", &mut [], PATIENCE), Err(Trouble::Odd)));
+        assert!(matches!(odd.ask(b"P", &mut [], PATIENCE), Err(LinkError::Odd)));
     }
 }

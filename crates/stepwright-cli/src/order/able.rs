@@ -5,15 +5,15 @@ use stepwright_protocol::{Ability, Command, Order, Reply, Setting};
 
 use super::target;
 use crate::failure::Failure;
-use crate::talk::Talk;
+use crate::session::Session;
 
 /// That the board bends ramps, if the order has a jerk.
-pub fn to_bend(talk: &mut Talk, order: &Order) -> Result<(), Failure> {
+pub fn to_bend(session: &mut Session, order: &Order) -> Result<(), Failure> {
     if order.jerk.is_none() {
         return Ok(());
     }
-    let name = talk.link().name();
-    let can = match talk.info() {
+    let name = session.link().name();
+    let can = match session.info() {
         None => Some(false),
         // A board that does not say is asked: it refuses what it can't.
         Some(info) => info.can.map(|can| can.has(Ability::Jerk)),
@@ -25,7 +25,7 @@ pub fn to_bend(talk: &mut Talk, order: &Order) -> Result<(), Failure> {
         ));
     }
     // A board without settings answers E: it follows the jerk.
-    let law = talk.ask(Command::Setting(Setting::Law)).map_err(target::trouble(talk))?;
+    let law = session.ask(Command::Setting(Setting::Law)).map_err(target::trouble(session))?;
     match law {
         Reply::Setting(value) if value.setting() == Setting::Law && value.number() == 0 => {
             Err(Failure::new(format!("the setting law of {name} is 0: it would ignore --jerk"))

@@ -11,11 +11,11 @@ use std::time::Duration;
 
 use stepwright_protocol::{AxisId, Command, Info, Refusal, Reply, Selection, Travel};
 
-use super::keys::{Act, Hand};
+use super::keys::{Act, KeyControl};
 use super::motion::Motion;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::talk::{Played, Talk, Trouble};
+use crate::session::{LinkError, Played, Session};
 
 /// Between two looks at a moving motor.
 pub const POLL: Duration = Duration::from_millis(50);
@@ -32,7 +32,7 @@ pub enum NotBegun {
     /// same.
     Trouble {
         /// What happened.
-        trouble: Trouble,
+        trouble: LinkError,
         /// Whether the order may have been carried out.
         moving: bool,
     },
@@ -41,11 +41,11 @@ pub enum NotBegun {
 }
 
 impl NotBegun {
-    fn safe(trouble: Trouble) -> NotBegun {
+    fn safe(trouble: LinkError) -> NotBegun {
         NotBegun::Trouble { trouble, moving: false }
     }
 
-    fn unsure(trouble: Trouble) -> NotBegun {
+    fn unsure(trouble: LinkError) -> NotBegun {
         NotBegun::Trouble { trouble, moving: true }
     }
 }
@@ -56,7 +56,7 @@ impl NotBegun {
 /// has shown that nothing came of it: it is ready, the axis has not moved, and
 /// getting in step has spoiled what may stand in it.
 pub fn begin(
-    talk: &mut Talk,
+    session: &mut Session,
     axis: AxisId,
     motion: &Motion,
     lines: &[Command],
@@ -65,23 +65,23 @@ pub fn begin(
     let mut not = NotBegun::Noise;
     for _ in 0..TRIES {
         // PO is refused while the axis that is selected is busy, whichever.
-        talk.select(Selection::One(axis)).map_err(NotBegun::safe)?;
+        session.select(Selection::One(axis)).map_err(NotBegun::safe)?;
         // An E with a checksum is of this line, and needs no count to tell.
         let before =
-            if talk.has_sums() { None } else { talk.ask_info().map_err(NotBegun::safe)? };
-        match talk.play(lines.iter().copied()) {
+            if session.has_sums() { None } else { session.ask_info().map_err(NotBegun::safe)? };
+        match session.play(lines.iter().copied()) {
             Ok(Played::Accepted) => return Ok(()),
             // Noise may have made it another line, so it is said again; if it
             // was not noise, that changes nothing.
             Ok(Played::Refused(line)) => {
-                let after = talk.ask_info().map_err(NotBegun::safe)?;
+                let after = session.ask_info().map_err(NotBegun::safe)?;
                 not = refusal(line, before, after);
             }
             Ok(Played::Unanswered(line)) => {
                 let last = line == Command::Execute;
                 let trouble = |trouble| NotBegun::Trouble { trouble, moving: last };
-                talk.resync().map_err(trouble)?;
-                if last && has_begun(talk, axis, motion, from).map_err(trouble)? {
+                session.resync().map_err(trouble)?;
+                if last && has_begun(session, axis, motion, from).map_err(trouble)? {
                     return Ok(());
                 }
             }
@@ -106,12 +106,12 @@ fn refusal(line: Command, before: Option<Info>, after: Option<Info>) -> NotBegun
 
 /// After an E without an answer: has it started the axis?
 fn has_begun(
-    talk: &mut Talk,
+    session: &mut Session,
     axis: AxisId,
     motion: &Motion,
     from: Option<i64>,
-) -> Result<bool, Trouble> {
-    if talk.is_busy(Selection::One(axis))? || talk.rest_position(axis)? != from {
+) -> Result<bool, LinkError> {
+    if session.is_busy(Selection::One(axis))? || session.rest_position(axis)? != from {
         return Ok(true);
     }
     // A travel of no steps leaves no trace, nor does it need any.
@@ -137,56 +137,56 @@ pub struct Sight {
 /// `until`, brakes it.
 /// Where it rests, or `None` if that is uncertain; and whether it was braked.
 pub fn watch(
-    talk: &mut Talk,
+    session: &mut Session,
     axis: AxisId,
     until: Option<Duration>,
-    hand: &mut Hand,
+    hand: &mut KeyControl,
     mut see: impl FnMut(Sight),
-) -> Result<Sight, Trouble> {
+) -> Result<Sight, LinkError> {
     let one = Selection::One(axis);
     let mut braking = false;
     loop {
-        let time = talk.now();
+        let time = session.now();
         let (mut told, mut change) = (None, None);
         let mut stop = interrupt::asked() || until.is_some_and(|until| time >= until);
-        match hand.act(talk, one)? {
+        match hand.act(session, one)? {
             Some(Act::Stop) => stop = true,
             Some(Act::Told(text)) => told = Some(text),
             Some(Act::Changed(line, text)) => (change, told) = (Some(line), Some(text)),
             None => {
-                if let Some(line) = talk.next_change() {
+                if let Some(line) = session.next_change() {
                     change = Command::parse(line.as_bytes()).ok();
                     told = Some(format!("another terminal says {line}"));
                 }
             }
         }
         if !braking && stop {
-            brake(talk, one)?;
+            brake(session, one)?;
             braking = true;
         }
         // First whether it rests, then where: the other way round it might
         // move on in between.
-        let busy = talk.is_busy(one)?;
-        let position = if busy { talk.position(axis)? } else { talk.rest_position(axis)? };
-        let sight = Sight { position, time: talk.now(), braking, told, change };
+        let busy = session.is_busy(one)?;
+        let position = if busy { session.position(axis)? } else { session.rest_position(axis)? };
+        let sight = Sight { position, time: session.now(), braking, told, change };
         see(sight.clone());
         if !busy {
             return Ok(sight);
         }
-        let left = until.filter(|_| !braking).map(|until| until.saturating_sub(talk.now()));
-        talk.pause(left.map_or(POLL, |left| left.min(POLL)))?;
+        let left = until.filter(|_| !braking).map(|until| until.saturating_sub(session.now()));
+        session.pause(left.map_or(POLL, |left| left.min(POLL)))?;
     }
 }
 
 /// Brakes these axes.
-pub fn brake(talk: &mut Talk, axes: Selection) -> Result<(), Trouble> {
+pub fn brake(session: &mut Session, axes: Selection) -> Result<(), LinkError> {
     for _ in 0..TRIES {
         // E: the line was damaged.
-        if talk.ask_of(axes, Command::Brake)? == Reply::Yes {
+        if session.ask_of(axes, Command::Brake)? == Reply::Yes {
             return Ok(());
         }
     }
-    Err(Trouble::Silent)
+    Err(LinkError::Silent)
 }
 
 /// Where an axis ended up, and whether that is known.
@@ -211,7 +211,7 @@ pub struct Ended {
 
 /// What became of a watched axis, whatever happened: after a second Ctrl-C
 /// everything is killed here.
-pub fn conclude(talk: &mut Talk, axis: AxisId, watched: Result<Sight, Trouble>) -> Ended {
+pub fn conclude(session: &mut Session, axis: AxisId, watched: Result<Sight, LinkError>) -> Ended {
     let uncertain = |failure| Ended { end: End::Uncertain, braked: false, failure: Some(failure) };
     match watched {
         Ok(Sight { position: Some(at), braking, .. }) => {
@@ -221,7 +221,7 @@ pub fn conclude(talk: &mut Talk, axis: AxisId, watched: Result<Sight, Trouble>) 
             Failure::new("the position is uncertain: something has killed the motion")
                 .hint("if it stands at a known place, or to go and find one: `stepwright zero`"),
         ),
-        Err(Trouble::Killed) => match killed(talk, axis) {
+        Err(LinkError::Killed) => match killed(session, axis) {
             // It had come to rest before K could do harm.
             Ok(Some(at)) => Ended { end: End::Rests(at), braked: true, failure: None },
             Ok(None) => {
@@ -230,39 +230,39 @@ pub fn conclude(talk: &mut Talk, axis: AxisId, watched: Result<Sight, Trouble>) 
                 ))
             }
             Err(()) => uncertain(adrift(
-                talk,
+                session,
                 "the board did not confirm K: the motor may still be moving",
                 "switch off the motor's power",
             )),
         },
         Err(trouble) => {
             let what = format!("lost the board on its way: {trouble}");
-            uncertain(adrift(talk, &what, "the motor may still be moving: look at it"))
+            uncertain(adrift(session, &what, "the motor may still be moving: look at it"))
         }
     }
 }
 
-fn adrift(talk: &mut Talk, what: &str, todo: &str) -> Failure {
-    let name = talk.link().name();
+fn adrift(session: &mut Session, what: &str, todo: &str) -> Failure {
+    let name = session.link().name();
     let look = format!("{todo}; then `stepwright status --port {name}`");
     let failure = Failure::new(format!("{name}: {what}")).hint(look);
     if interrupt::asked() { failure.status(interrupt::STATUS) } else { failure }
 }
 
 /// Kills everything; the position if it is still known.
-fn killed(talk: &mut Talk, axis: AxisId) -> Result<Option<i64>, ()> {
-    match talk.kill() {
-        Ok(true) => Ok(talk.rest_position(axis).unwrap_or(None)),
+fn killed(session: &mut Session, axis: AxisId) -> Result<Option<i64>, ()> {
+    match session.kill() {
+        Ok(true) => Ok(session.rest_position(axis).unwrap_or(None)),
         _ => Err(()),
     }
 }
 
 /// The failure of a start.
-pub fn not_begun(talk: &mut Talk, not: NotBegun) -> Failure {
-    let name = talk.link().name();
+pub fn not_begun(session: &mut Session, not: NotBegun) -> Failure {
+    let name = session.link().name();
     match not {
         NotBegun::Refused(line, Some(Refusal::TooFast)) => {
-            let max = talk.info().map_or(0, |info| info.max);
+            let max = session.info().map_or(0, |info| info.max);
             Failure::new(format!("{name} refused {line}: {}", Refusal::TooFast)).hint(format!(
                 "one axis alone makes at most {max} steps/s here, several together less"
             ))
@@ -273,7 +273,7 @@ pub fn not_begun(talk: &mut Talk, not: NotBegun) -> Failure {
         NotBegun::Trouble { trouble, moving: false } => super::target::lost(&name, &trouble),
         NotBegun::Trouble { trouble, moving: true } => {
             let what = format!("lost the board while giving the order: {trouble}");
-            adrift(talk, &what, "the motor may be moving: look at it")
+            adrift(session, &what, "the motor may be moving: look at it")
         }
         NotBegun::Noise => {
             Failure::new(format!("{name}: every attempt to give the order was spoiled by noise"))

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::link::serial::Share;
 use crate::say;
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 
 /// Brake: ramp down, and keep the position
 #[derive(clap::Args)]
@@ -56,58 +56,58 @@ const CONFIRM: Duration = Duration::from_secs(5);
 /// Brakes, and waits until everything rests.
 pub fn stop(args: StopArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
-    let mut talk = args.port.open("stop", Share::Anyhow)?;
-    talk.kill_at_once();
-    let met = talk.urge(Command::Brake, None).and_then(|()| talk.meet());
+    let mut session = args.port.open("stop", Share::Anyhow)?;
+    session.kill_at_once();
+    let met = session.urge(Command::Brake, None).and_then(|()| session.meet());
     if let (Ok(()), Some(axis)) = (&met, args.axis) {
-        target::has_axis(&talk, axis)?;
+        target::has_axis(&session, axis)?;
     }
-    let stopped = met.and_then(|()| brake_to_rest(&mut talk, args.axis));
-    let name = talk.link().name();
+    let stopped = met.and_then(|()| brake_to_rest(&mut session, args.axis));
+    let name = session.link().name();
     match stopped {
         Ok(states) => {
             tell(args.format, &states);
             look::all_known(&name, &states)
         }
-        Err(Trouble::Killed) => {
-            kill_now(&mut talk, args.format)?;
+        Err(LinkError::Killed) => {
+            kill_now(&mut session, args.format)?;
             Err(Failure::interrupted("killed instead of braked"))
         }
         Err(trouble) => Err(unsure(&name, &trouble)),
     }
 }
 
-fn brake_to_rest(talk: &mut Talk, only: Option<AxisId>) -> Result<Vec<State>, Trouble> {
+fn brake_to_rest(session: &mut Session, only: Option<AxisId>) -> Result<Vec<State>, LinkError> {
     let axes = only.map_or(Selection::All, Selection::One);
-    drive::brake(talk, axes)?;
-    while talk.is_busy(axes)? {
-        talk.pause(drive::POLL)?;
+    drive::brake(session, axes)?;
+    while session.is_busy(axes)? {
+        session.pause(drive::POLL)?;
     }
-    look::states(talk, only)
+    look::states(session, only)
 }
 
 /// Kills, without asking first who is there.
 pub fn kill(args: KillArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
-    let mut talk = args.port.open("kill", Share::Anyhow)?;
-    kill_now(&mut talk, args.format)
+    let mut session = args.port.open("kill", Share::Anyhow)?;
+    kill_now(&mut session, args.format)
 }
 
-fn kill_now(talk: &mut Talk, format: Format) -> Result<(), Failure> {
-    let name = talk.link().name();
-    match talk.urge(Command::Kill, Some(CONFIRM)).and_then(|()| talk.kill()) {
+fn kill_now(session: &mut Session, format: Format) -> Result<(), Failure> {
+    let name = session.link().name();
+    match session.urge(Command::Kill, Some(CONFIRM)).and_then(|()| session.kill()) {
         Ok(true) => {}
-        Ok(false) => return Err(unsure(&name, &Trouble::Silent)),
+        Ok(false) => return Err(unsure(&name, &LinkError::Silent)),
         Err(trouble) => return Err(unsure(&name, &trouble)),
     }
-    let states = talk.meet().and_then(|()| look::states(talk, None));
+    let states = session.meet().and_then(|()| look::states(session, None));
     let states = states.map_err(|trouble| unsure(&name, &trouble))?;
     tell(format, &states);
     Ok(())
 }
 
 /// The failure of a stop that was not confirmed.
-fn unsure(name: &str, trouble: &Trouble) -> Failure {
+fn unsure(name: &str, trouble: &LinkError) -> Failure {
     Failure::new(format!("{name}: {trouble}"))
         .hint("the motor may still be moving: look at it, and switch off its power if it is")
 }

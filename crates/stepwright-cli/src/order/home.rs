@@ -16,7 +16,7 @@ use stepwright_protocol::{
 };
 
 use super::drive::{self, NotBegun};
-use super::keys::Hand;
+use super::keys::KeyControl;
 use super::motion::{MOTION, Motion, RampArgs};
 use super::progress::Progress;
 use super::settings;
@@ -28,7 +28,7 @@ use crate::interrupt::{self, While};
 use crate::link::serial::Share;
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 use stepwright_sim::Switch;
 
 /// Where the switch of a virtual machine stands.
@@ -93,19 +93,19 @@ pub fn run(args: Args) -> Result<(), Failure> {
     args.motion(&args.slow, "--slow", Travel::Endless(Direction::Backward))?;
     args.motion(&args.speed, "--speed", Travel::Endless(Direction::Backward))?;
     interrupt::listen(While::Holding)?;
-    let mut talk = match args.port.port.is_some() {
+    let mut session = match args.port.port.is_some() {
         true => args.port.meet("home", Share::Host)?,
         false => virtual_machine(&args)?,
     };
-    let result = home(&mut talk, &args);
-    let finished = target::finish(&mut talk);
+    let result = home(&mut session, &args);
+    let finished = target::finish(&mut session);
     let at = result?;
     match args.format {
         Format::Json => say::result(json!({
             "axis": args.axis.number(),
             "position": at,
             "state": "ready",
-            "board": talk.link().name(),
+            "board": session.link().name(),
         })),
         Format::Text => say::result(last_line("ready", Some(at), None)),
     }
@@ -113,14 +113,14 @@ pub fn run(args: Args) -> Result<(), Failure> {
 }
 
 /// A virtual board with a switch on its machine, which it knows.
-fn virtual_machine(args: &Args) -> Result<Talk, Failure> {
+fn virtual_machine(args: &Args) -> Result<Session, Failure> {
     let heading = Heading { title: "Homing".to_owned(), notes: Vec::new() };
     let switch = Switch { axis: args.axis, at: VIRTUAL_SWITCH };
-    let mut talk = args.virt.board(heading, &[switch])?;
-    target::has_axis(&talk, args.axis)?;
+    let mut session = args.virt.board(heading, &[switch])?;
+    target::has_axis(&session, args.axis)?;
     let known = Value::new(Setting::Switches, u32::from(args.bit()));
-    known.map_or(Ok(()), |value| settings::order(&mut talk, Command::Set(value)))?;
-    Ok(talk)
+    known.map_or(Ok(()), |value| settings::order(&mut session, Command::Set(value)))?;
+    Ok(session)
 }
 
 impl Args {
@@ -143,12 +143,12 @@ impl Args {
     }
 
     /// The way towards the switch, by the settings of the board.
-    fn towards(&self, talk: &mut Talk) -> Result<(Direction, bool), Failure> {
-        let listed = settings::ask(talk)?;
+    fn towards(&self, session: &mut Session) -> Result<(Direction, bool), Failure> {
+        let listed = settings::ask(session)?;
         let number = |setting| listed.get(setting).map_or(0, |value| value.number());
         let bit = u32::from(self.bit());
         if number(Setting::Switches) & bit == 0 {
-            let name = talk.link().name();
+            let name = session.link().name();
             let axis = self.axis.number();
             return Err(Failure::new(format!("{name} knows of no limit switch of axis {axis}"))
                 .hint(format!(
@@ -172,29 +172,31 @@ enum Found {
 }
 
 /// Homes the axis; where it is then.
-fn home(talk: &mut Talk, args: &Args) -> Result<i64, Failure> {
-    target::has_axis(talk, args.axis)?;
-    let (direction, safe_start) = args.towards(talk)?;
+fn home(session: &mut Session, args: &Args) -> Result<i64, Failure> {
+    target::has_axis(session, args.axis)?;
+    let (direction, safe_start) = args.towards(session)?;
     let (way, back) = match direction {
         Direction::Forward => ("forward", -1),
         Direction::Backward => ("backward", 1),
     };
     let back_off = back * args.distance(&args.back_off, "--back-off")?;
-    let (axis, name) = (args.axis.number(), talk.link().name());
+    let (axis, name) = (args.axis.number(), session.link().name());
     tell(args, format!("axis {axis} {way} to its switch on {name}"));
     let seek = args.motion(&args.speed, "--speed", Travel::Endless(direction))?;
-    match to_switch(talk, args, &seek, safe_start)? {
+    match to_switch(session, args, &seek, safe_start)? {
         Found::Halted(Some(at)) => tell(args, format!("switch closed at {at}")),
         Found::Halted(None) => tell(args, "switch closed".to_owned()),
         Found::Closed => tell(args, "the switch is closed already".to_owned()),
     }
-    away(talk, args, back_off)?;
+    away(session, args, back_off)?;
     let approach = args.motion(&args.slow, "--slow", Travel::Endless(direction))?;
-    let end = talk.now() + OPENS;
+    let end = session.now() + OPENS;
     loop {
-        match to_switch(talk, args, &approach, safe_start)? {
+        match to_switch(session, args, &approach, safe_start)? {
             Found::Halted(_) => break,
-            Found::Closed if talk.now() < end => talk.pause(drive::POLL).map_err(lost(talk))?,
+            Found::Closed if session.now() < end => {
+                session.pause(drive::POLL).map_err(lost(session))?
+            }
             Found::Closed => {
                 let steps = back_off.abs();
                 return Err(Failure::new(format!(
@@ -205,12 +207,12 @@ fn home(talk: &mut Talk, args: &Args) -> Result<i64, Failure> {
         }
     }
     tell(args, "switch closed slowly: that is 0".to_owned());
-    away(talk, args, back_off)
+    away(session, args, back_off)
 }
 
 /// Travels to the switch.
 fn to_switch(
-    talk: &mut Talk,
+    session: &mut Session,
     args: &Args,
     motion: &Motion,
     safe_start: bool,
@@ -218,10 +220,10 @@ fn to_switch(
     let within = f64::from(args.distance(&args.within, "--within")?);
     let speed = f64::from(motion.order.top.millisteps()) / 1000.0;
     let longest = Duration::try_from_secs_f64(within / speed).unwrap_or(Duration::MAX);
-    let sight = match watch(talk, args, motion, Some(talk.now().saturating_add(longest))) {
+    let sight = match watch(session, args, motion, Some(session.now().saturating_add(longest))) {
         Ok(sight) => sight,
         Err(NotBegun::Refused(_, Some(Refusal::Fault))) => return Ok(Found::Closed),
-        Err(not) => return Err(failed(talk, args.axis, not)),
+        Err(not) => return Err(failed(session, args.axis, not)),
     };
     if sight.braking {
         if interrupt::asked() {
@@ -231,9 +233,9 @@ fn to_switch(
         return Err(Failure::new(format!("no switch of axis {axis} within {within} steps"))
             .hint("is it wired, and on this side (switch-forward)? Else a longer --within"));
     }
-    match talk.stop_of(args.axis) {
+    match session.stop_of(args.axis) {
         Some(Stop::Switch) if safe_start => {
-            talk.ask(Command::Clear).map_err(lost(talk))?;
+            session.ask(Command::Clear).map_err(lost(session))?;
             Ok(Found::Halted(sight.position))
         }
         Some(Stop::Switch) => Ok(Found::Halted(sight.position)),
@@ -244,15 +246,15 @@ fn to_switch(
 }
 
 /// Calls this place 0 and goes away from the switch; where to.
-fn away(talk: &mut Talk, args: &Args, back_off: i32) -> Result<i64, Failure> {
-    if talk.ask(Command::Zero(args.axis)).map_err(lost(talk))? != Reply::Yes {
-        return Err(Failure::new(format!("{} refused to zero the axis", talk.link().name())));
+fn away(session: &mut Session, args: &Args, back_off: i32) -> Result<i64, Failure> {
+    if session.ask(Command::Zero(args.axis)).map_err(lost(session))? != Reply::Yes {
+        return Err(Failure::new(format!("{} refused to zero the axis", session.link().name())));
     }
     let steps = Distance::new(back_off);
     let motion = args.motion(&args.speed, "--speed", Travel::By(steps))?;
-    let sight = match watch(talk, args, &motion, None) {
+    let sight = match watch(session, args, &motion, None) {
         Ok(sight) => sight,
-        Err(not) => return Err(failed(talk, args.axis, not)),
+        Err(not) => return Err(failed(session, args.axis, not)),
     };
     match sight.position {
         Some(at) if at == i64::from(back_off) => Ok(at),
@@ -264,7 +266,7 @@ fn away(talk: &mut Talk, args: &Args, back_off: i32) -> Result<i64, Failure> {
 
 /// Starts a travel and watches it to its end.
 fn watch(
-    talk: &mut Talk,
+    session: &mut Session,
     args: &Args,
     motion: &Motion,
     until: Option<Duration>,
@@ -272,35 +274,35 @@ fn watch(
     let unsure = |trouble| NotBegun::Trouble { trouble, moving: true };
     let safe = |trouble| NotBegun::Trouble { trouble, moving: false };
     if interrupt::asked() {
-        return Err(safe(Trouble::Killed));
+        return Err(safe(LinkError::Killed));
     }
-    let from = talk.rest_position(args.axis).map_err(safe)?;
+    let from = session.rest_position(args.axis).map_err(safe)?;
     let lines = motion.lines().map_err(|_| NotBegun::Noise)?;
-    drive::begin(talk, args.axis, motion, &lines, from)?;
-    let mut hand = Hand::on(talk, &motion.order);
+    drive::begin(session, args.axis, motion, &lines, from)?;
+    let mut hand = KeyControl::on(session, &motion.order);
     let mut progress = Progress::new(motion, from.unwrap_or(0), hand.listens());
-    let watched = drive::watch(talk, args.axis, until, &mut hand, |sight| progress.see(sight));
+    let watched = drive::watch(session, args.axis, until, &mut hand, |sight| progress.see(sight));
     drop(hand);
     progress.end();
     watched.map_err(unsure)
 }
 
 /// The failure of a travel; after a second Ctrl-C everything is killed here.
-fn failed(talk: &mut Talk, axis: AxisId, not: NotBegun) -> Failure {
+fn failed(session: &mut Session, axis: AxisId, not: NotBegun) -> Failure {
     match not {
         NotBegun::Trouble { trouble, moving: true } => {
-            let ended = drive::conclude(talk, axis, Err(trouble));
+            let ended = drive::conclude(session, axis, Err(trouble));
             ended.failure.unwrap_or_else(|| Failure::interrupted("stopped before 0 was found"))
         }
-        NotBegun::Trouble { trouble: Trouble::Killed, .. } => {
+        NotBegun::Trouble { trouble: LinkError::Killed, .. } => {
             Failure::interrupted("interrupted before 0 was found")
         }
-        not => drive::not_begun(talk, not),
+        not => drive::not_begun(session, not),
     }
 }
 
-fn lost(talk: &mut Talk) -> impl FnOnce(Trouble) -> Failure + use<> {
-    let name = talk.link().name();
+fn lost(session: &mut Session) -> impl FnOnce(LinkError) -> Failure + use<> {
+    let name = session.link().name();
     move |trouble| target::lost(&name, &trouble)
 }
 

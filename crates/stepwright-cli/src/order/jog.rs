@@ -22,7 +22,7 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 
 /// Run an axis by keys: as long as an arrow is held
 ///
@@ -104,16 +104,16 @@ pub fn run(args: Args) -> Result<(), Failure> {
     }
     interrupt::listen(While::Holding)?;
     let heading = Heading { title: "Jog".to_owned(), notes: Vec::new() };
-    let mut talk = args.port.or_virtual(&args.virt, "jog", heading)?;
-    let result = jog(&mut talk, &args, step.get(), motion);
-    let finished = target::finish(&mut talk);
+    let mut session = args.port.or_virtual(&args.virt, "jog", heading)?;
+    let result = jog(&mut session, &args, step.get(), motion);
+    let finished = target::finish(&mut session);
     let at = result?;
     match args.format {
         Format::Json => say::result(json!({
             "axis": args.axis.number(),
             "position": at,
             "state": "ready",
-            "board": talk.link().name(),
+            "board": session.link().name(),
         })),
         Format::Text => say::result(last_line("ready", Some(at), None)),
     }
@@ -121,10 +121,10 @@ pub fn run(args: Args) -> Result<(), Failure> {
 }
 
 /// Follows the keys until the end; where the axis is then.
-fn jog(talk: &mut Talk, args: &Args, step: i32, motion: Motion) -> Result<i64, Failure> {
-    target::has_axis(talk, args.axis)?;
-    let lease = args.lease.or_hands(talk)?;
-    let at = start_position(talk, args.axis)?;
+fn jog(session: &mut Session, args: &Args, step: i32, motion: Motion) -> Result<i64, Failure> {
+    target::has_axis(session, args.axis)?;
+    let lease = args.lease.or_hands(session)?;
+    let at = start_position(session, args.axis)?;
     let top = motion.order.top.millisteps();
     let Some(keys) = Keys::listen() else {
         return Err(Failure::new("the terminal gives no keys")
@@ -152,16 +152,16 @@ fn jog(talk: &mut Talk, args: &Args, step: i32, motion: Motion) -> Result<i64, F
         at,
         leaving: false,
     };
-    let followed = jog.follow(talk, args, &keys);
+    let followed = jog.follow(session, args, &keys);
     jog.line.end();
     let moving = jog.moving.is_some();
     let ended = match followed {
         Ok(at) => return Ok(at),
         Err(Stopped::Failure(failure)) => return Err(failure),
         Err(Stopped::Trouble(trouble)) if !moving => {
-            return Err(target::lost(&talk.link().name(), &trouble));
+            return Err(target::lost(&session.link().name(), &trouble));
         }
-        Err(Stopped::Trouble(trouble)) => drive::conclude(talk, args.axis, Err(trouble)),
+        Err(Stopped::Trouble(trouble)) => drive::conclude(session, args.axis, Err(trouble)),
     };
     if let (End::Uncertain, Format::Text) = (ended.end, args.format) {
         say::result(last_line("uncertain", None, None));
@@ -195,12 +195,12 @@ fn say_raw(word: &str) {
 
 /// Why the keys are followed no longer.
 enum Stopped {
-    Trouble(Trouble),
+    Trouble(LinkError),
     Failure(Failure),
 }
 
-impl From<Trouble> for Stopped {
-    fn from(trouble: Trouble) -> Stopped {
+impl From<LinkError> for Stopped {
+    fn from(trouble: LinkError) -> Stopped {
         Stopped::Trouble(trouble)
     }
 }
@@ -233,64 +233,64 @@ struct Jog {
 
 impl Jog {
     /// Where the axis rests in the end.
-    fn follow(&mut self, talk: &mut Talk, args: &Args, keys: &Keys) -> Result<i64, Stopped> {
+    fn follow(&mut self, session: &mut Session, args: &Args, keys: &Keys) -> Result<i64, Stopped> {
         let mut decoder = Decoder::default();
         loop {
             while let Some(byte) = keys.next() {
                 if let Some(key) = decoder.take(byte) {
-                    self.key(talk, key)?;
+                    self.key(session, key)?;
                 }
             }
             self.leaving |= interrupt::asked() || keys.are_gone();
-            let wanted = self.hold.wanted(talk.now()).filter(|_| !self.leaving);
+            let wanted = self.hold.wanted(session.now()).filter(|_| !self.leaving);
             match &self.moving {
                 None if self.leaving => return Ok(self.at),
                 None if wanted.is_some() => {
                     let travel = wanted.map(Travel::Endless);
-                    self.begin(talk, args, travel, wanted)?;
+                    self.begin(session, args, travel, wanted)?;
                 }
                 None if self.steps_due != 0 => {
                     let by = Distance::new(self.steps_due);
                     self.steps_due = 0;
-                    self.begin(talk, args, Some(Travel::By(by)), None)?;
+                    self.begin(session, args, Some(Travel::By(by)), None)?;
                 }
                 None => {}
                 Some(moving) => {
                     let let_go = moving.way.is_some() && moving.way != wanted;
                     if (let_go || self.leaving) && !moving.braking {
-                        self.brake(talk)?;
+                        self.brake(session)?;
                     }
                 }
             }
-            self.look(talk)?;
-            talk.pause(POLL)?;
+            self.look(session)?;
+            session.pause(POLL)?;
         }
     }
 
     /// Does what a key says; the arrows are seen to by the loop.
-    fn key(&mut self, talk: &mut Talk, key: Key) -> Result<(), Trouble> {
-        let now = talk.now();
+    fn key(&mut self, session: &mut Session, key: Key) -> Result<(), LinkError> {
+        let now = session.now();
         match key {
             Key::Down(way) => self.hold.down(way, now),
             Key::Up(way) => self.hold.up(way),
             Key::Sign(b'.' | b'>') => self.steps_due = self.steps_due.saturating_add(self.step),
             Key::Sign(b',' | b'<') => self.steps_due = self.steps_due.saturating_sub(self.step),
             Key::Sign(b'+' | b'=') => {
-                self.change_top(talk, self.top.saturating_add(keys::part(self.top)))?;
+                self.change_top(session, self.top.saturating_add(keys::part(self.top)))?;
             }
             Key::Sign(b'-' | b'_') => {
-                self.change_top(talk, self.top.saturating_sub(keys::part(self.top)))?;
+                self.change_top(session, self.top.saturating_sub(keys::part(self.top)))?;
             }
             Key::Sign(b' ' | b's' | b'S') => {
                 self.hold.spend(now);
                 self.steps_due = 0;
                 if self.moving.as_ref().is_some_and(|moving| !moving.braking) {
-                    self.brake(talk)?;
+                    self.brake(session)?;
                 }
             }
             Key::Sign(b'0') if self.moving.is_some() => self.line.note("it moves: 0 at rest"),
             Key::Sign(b'0') => {
-                let zeroed = talk.ask(Command::Zero(self.axis))? == Reply::Yes;
+                let zeroed = session.ask(Command::Zero(self.axis))? == Reply::Yes;
                 self.line.note(if zeroed { "this place is 0" } else { "the board refused 0" });
             }
             Key::Sign(b'q' | b'Q') => self.leaving = true,
@@ -300,13 +300,13 @@ impl Jog {
     }
 
     /// Sets the top speed, in 0.001 steps/s, of what runs and of what comes.
-    fn change_top(&mut self, talk: &mut Talk, top: u32) -> Result<(), Trouble> {
+    fn change_top(&mut self, session: &mut Session, top: u32) -> Result<(), LinkError> {
         let top = MilliSpeed::clamped(top);
         let runs = self.moving.as_ref().is_some_and(|moving| !moving.braking);
         if runs {
             let command = keys::changed_top(top.get());
-            if talk.ask_of(Selection::One(self.axis), command)? != Reply::Yes {
-                let why = talk.why()?.map_or(String::new(), |why| format!(": {why}"));
+            if session.ask_of(Selection::One(self.axis), command)? != Reply::Yes {
+                let why = session.why()?.map_or(String::new(), |why| format!(": {why}"));
                 self.line.note(&format!("the board refused {command}{why}"));
                 return Ok(());
             }
@@ -319,7 +319,7 @@ impl Jog {
     /// Starts an order; one that the board refuses is told, and its key is spent.
     fn begin(
         &mut self,
-        talk: &mut Talk,
+        session: &mut Session,
         args: &Args,
         travel: Option<Travel>,
         way: Option<Direction>,
@@ -330,22 +330,22 @@ impl Jog {
         let motion = args.motion(&top, travel).map_err(Stopped::Failure)?;
         let mut lines = self.lines_before.clone();
         lines.extend(motion.lines().map_err(Stopped::Failure)?);
-        match drive::begin(talk, self.axis, &motion, &lines, Some(self.at)) {
+        match drive::begin(session, self.axis, &motion, &lines, Some(self.at)) {
             Ok(()) => self.moving = Some(Moving { way, braking: false }),
             Err(NotBegun::Trouble { trouble, moving }) => {
                 self.moving = moving.then_some(Moving { way, braking: false });
                 return Err(Stopped::Trouble(trouble));
             }
             Err(not) => {
-                self.hold.spend(talk.now());
-                self.line.note(drive::not_begun(talk, not).message());
+                self.hold.spend(session.now());
+                self.line.note(drive::not_begun(session, not).message());
             }
         }
         Ok(())
     }
 
-    fn brake(&mut self, talk: &mut Talk) -> Result<(), Trouble> {
-        drive::brake(talk, Selection::One(self.axis))?;
+    fn brake(&mut self, session: &mut Session) -> Result<(), LinkError> {
+        drive::brake(session, Selection::One(self.axis))?;
         if let Some(moving) = &mut self.moving {
             moving.braking = true;
         }
@@ -356,11 +356,15 @@ impl Jog {
     }
 
     /// Looks at the axis, and tells where it is.
-    fn look(&mut self, talk: &mut Talk) -> Result<(), Stopped> {
+    fn look(&mut self, session: &mut Session) -> Result<(), Stopped> {
         let mut word = "ready";
         if let Some(moving) = &self.moving {
-            let busy = talk.is_busy(Selection::One(self.axis))?;
-            let at = if busy { talk.position(self.axis)? } else { talk.rest_position(self.axis)? };
+            let busy = session.is_busy(Selection::One(self.axis))?;
+            let at = if busy {
+                session.position(self.axis)?
+            } else {
+                session.rest_position(self.axis)?
+            };
             let Some(at) = at else {
                 self.moving = None;
                 return Err(Stopped::Failure(
@@ -374,8 +378,8 @@ impl Jog {
                 let by_itself = moving.way.is_some() && !moving.braking;
                 self.moving = None;
                 if by_itself {
-                    self.hold.spend(talk.now());
-                    let stop = talk.stop_of(self.axis);
+                    self.hold.spend(session.now());
+                    let stop = session.stop_of(self.axis);
                     let by = stop.map_or("something else", |stop| stop.words());
                     self.line.note(&format!("stopped by {by}"));
                 }

@@ -6,7 +6,7 @@
 use stepwright_protocol::{Command, MilliSpeed, Order, Reply, Selection};
 
 use super::terminal::{self, Keys};
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 
 /// What the keys are, for the user.
 pub const HELP: &str = "keys: + faster, - slower, s stop";
@@ -25,7 +25,7 @@ pub enum Act {
 }
 
 /// A hand on a moving motor.
-pub struct Hand {
+pub struct KeyControl {
     keys: Option<Keys>,
     /// The top speed of the travel in progress, and the lowest it can have, in
     /// 0.001 steps/s.
@@ -33,20 +33,20 @@ pub struct Hand {
     least: u32,
 }
 
-impl Hand {
+impl KeyControl {
     /// Listens to the keys if there are any, for a motor that follows this
     /// order. A board that knows only the Nano slave's lines can't change its speed.
-    pub fn on(talk: &Talk, order: &Order) -> Hand {
+    pub fn on(session: &Session, order: &Order) -> KeyControl {
         let (top, start) = (order.top.millisteps(), order.start.millisteps());
-        let able = terminal::is_there() && talk.info().is_some();
+        let able = terminal::is_there() && session.info().is_some();
         let keys = if able { Keys::listen() } else { None };
-        Hand { keys, top, least: start.min(top).max(1) }
+        KeyControl { keys, top, least: start.min(top).max(1) }
     }
 
     /// No hand.
     #[cfg(test)]
-    pub fn off() -> Hand {
-        Hand { keys: None, top: 1, least: 1 }
+    pub fn off() -> KeyControl {
+        KeyControl { keys: None, top: 1, least: 1 }
     }
 
     /// Whether there are keys.
@@ -55,15 +55,19 @@ impl Hand {
     }
 
     /// Does what the next key says.
-    pub fn act(&mut self, talk: &mut Talk, axis: Selection) -> Result<Option<Act>, Trouble> {
+    pub fn act(
+        &mut self,
+        session: &mut Session,
+        axis: Selection,
+    ) -> Result<Option<Act>, LinkError> {
         match self.keys.as_ref().and_then(Keys::next) {
-            Some(key) => self.press(key, talk, axis).map(Some),
+            Some(key) => self.press(key, session, axis).map(Some),
             None => Ok(None),
         }
     }
 
     /// Does what this key says.
-    fn press(&mut self, key: u8, talk: &mut Talk, axis: Selection) -> Result<Act, Trouble> {
+    fn press(&mut self, key: u8, session: &mut Session, axis: Selection) -> Result<Act, LinkError> {
         let step = part(self.top);
         let top = match key {
             b'+' | b'=' => self.top.saturating_add(step).min(MilliSpeed::LARGEST.get()),
@@ -72,11 +76,11 @@ impl Hand {
             _ => return Ok(Act::Told(HELP.to_owned())),
         };
         let command = changed_top(top);
-        if talk.ask_of(axis, command)? == Reply::Yes {
+        if session.ask_of(axis, command)? == Reply::Yes {
             self.top = top;
             return Ok(Act::Changed(command, format!("top speed {} steps/s", shown(top))));
         }
-        Ok(Act::Told(match talk.why()? {
+        Ok(Act::Told(match session.why()? {
             Some(why) => format!("the board refused {command}: {why}"),
             None => format!("the board refused {command}"),
         }))

@@ -4,7 +4,7 @@ use stepwright_protocol::{Ability, Command, LeaseMillis};
 
 use super::run;
 use crate::failure::Failure;
-use crate::talk::Talk;
+use crate::session::Session;
 
 /// The option that asks for a lease.
 #[derive(clap::Args, Clone, Debug)]
@@ -23,8 +23,8 @@ const SHORTEST: u128 = 200;
 const HANDS: LeaseMillis = LeaseMillis::clamped(500);
 
 /// Whether a board grants leases.
-fn grants(talk: &Talk) -> bool {
-    talk.info().and_then(|info| info.can).is_some_and(|can| can.has(Ability::Safety))
+fn grants(session: &Session) -> bool {
+    session.info().and_then(|info| info.can).is_some_and(|can| can.has(Ability::Safety))
 }
 
 /// Reads the time of a lease.
@@ -44,21 +44,21 @@ impl LeaseArgs {
 
     /// The lease that a board grants to a hand at its keys: the one that is asked for, or
     /// [`HANDS`]. None of a board that grants none, where none is asked for.
-    pub fn or_hands(&self, talk: &Talk) -> Result<Option<LeaseMillis>, Failure> {
+    pub fn or_hands(&self, session: &Session) -> Result<Option<LeaseMillis>, Failure> {
         let mut lines = Vec::new();
         if self.is_asked() {
-            self.before(talk, &mut lines)?;
+            self.before(session, &mut lines)?;
             return Ok(self.lease);
         }
-        Ok(grants(talk).then_some(HANDS))
+        Ok(grants(session).then_some(HANDS))
     }
 
     /// Puts the lease before the lines of an order, so that every attempt to give it asks
     /// for the lease again.
-    pub fn before(&self, talk: &Talk, lines: &mut Vec<Command>) -> Result<(), Failure> {
+    pub fn before(&self, session: &Session, lines: &mut Vec<Command>) -> Result<(), Failure> {
         let Some(lease) = self.lease else { return Ok(()) };
-        if !grants(talk) {
-            let name = talk.name();
+        if !grants(session) {
+            let name = session.name();
             return Err(Failure::new(format!("{name} grants no lease, which --lease asks for"))
                 .hint(format!(
                     "leave --lease out, or have it brake by its settings: `stepwright settings \
@@ -71,9 +71,9 @@ impl LeaseArgs {
     }
 
     /// Gives the lease back at the end. Where that fails it runs out by itself.
-    pub fn give_back(&self, talk: &mut Talk) {
+    pub fn give_back(&self, session: &mut Session) {
         if self.is_asked() {
-            let _ = talk.ask(Command::Lease(LeaseMillis::SMALLEST));
+            let _ = session.ask(Command::Lease(LeaseMillis::SMALLEST));
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
-use crate::talk::{Played, Talk, Trouble};
+use crate::session::{LinkError, Played, Session};
 
 /// Between two lines about where the axes are.
 const LINES: Duration = Duration::from_secs(1);
@@ -84,9 +84,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let line = Line::of(&args, &axes, &ways, &vec![0; axes.len()])?;
     interrupt::listen(While::Holding)?;
     let title = format!("A line of {} steps", numbers(line.steps()));
-    let mut talk = args.port.or_virtual(&args.virt, "line", line.motion.heading(title))?;
-    let result = go(&mut talk, &args, &axes, &ways);
-    let finished = target::finish(&mut talk);
+    let mut session = args.port.or_virtual(&args.virt, "line", line.motion.heading(title))?;
+    let result = go(&mut session, &args, &axes, &ways);
+    let finished = target::finish(&mut session);
     result.and(finished)
 }
 
@@ -155,39 +155,39 @@ fn shares(motion: &Motion, steps: &[Distance]) -> Result<Vec<(AxisId, Order)>, F
         .collect()
 }
 
-fn go(talk: &mut Talk, args: &Args, axes: &[AxisId], ways: &[Way]) -> Result<(), Failure> {
+fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Result<(), Failure> {
     if let Some(last) = axes.last() {
-        target::has_axis(talk, *last)?;
+        target::has_axis(session, *last)?;
     }
     let mut from = Vec::new();
     for axis in axes {
-        from.push(start_position(talk, *axis)?);
+        from.push(start_position(session, *axis)?);
     }
     let line = Line::of(args, axes, ways, &from)?;
     let Line { motion, orders, .. } = &line;
-    able::to_bend(talk, &motion.order)?;
+    able::to_bend(session, &motion.order)?;
     let lines: Vec<Command> = Script::new(orders)?.collect();
     let apart = apart(orders);
     if args.format == Format::Text {
         let steps = numbers(line.steps());
-        say::result(format_args!("line of {steps} steps on {}", talk.link().name()));
+        say::result(format_args!("line of {steps} steps on {}", session.link().name()));
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
     if apart > 0.000_5 {
         say::note(format_args!("the axes end up to {} apart", seconds(apart)));
     }
-    let begun = talk.now();
-    begin(talk, &lines)?;
-    let watched = watch(talk, axes);
-    let took = talk.now().saturating_sub(begun).as_secs_f64();
+    let begun = session.now();
+    begin(session, &lines)?;
+    let watched = watch(session, axes);
+    let took = session.now().saturating_sub(begun).as_secs_f64();
     let (braked, at) = match watched {
         Ok(watched) => watched,
         Err(trouble) => {
             if args.format == Format::Text {
                 say::result("position uncertain");
             }
-            return Err(lost(talk, &trouble));
+            return Err(lost(session, &trouble));
         }
     };
     let targets: Vec<i64> =
@@ -207,7 +207,7 @@ fn go(talk: &mut Talk, args: &Args, axes: &[AxisId], ways: &[Way]) -> Result<(),
             "state": state,
             "seconds": took,
             "apart": apart,
-            "board": talk.link().name(),
+            "board": session.link().name(),
             "motion": motion.json(),
             "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })),
@@ -223,15 +223,15 @@ fn go(talk: &mut Talk, args: &Args, axes: &[AxisId], ways: &[Way]) -> Result<(),
         "ready" => Ok(()),
         "stopped" if braked => Err(Failure::interrupted("braked before the end of the line")
             .hint("the positions are known")),
-        "stopped" => Err(stopped(talk, axes)),
+        "stopped" => Err(stopped(session, axes)),
         _ => Err(Failure::new("a position is uncertain: something has killed the motion")
             .hint("if it stands at a known place, or to go and find one: `stepwright zero`")),
     }
 }
 
 /// Some rest elsewhere: the first that something has stopped, and why.
-fn stopped(talk: &mut Talk, axes: &[AxisId]) -> Failure {
-    let why = axes.iter().find_map(|axis| Some((axis.number(), talk.stop_of(*axis)?)));
+fn stopped(session: &mut Session, axes: &[AxisId]) -> Failure {
+    let why = axes.iter().find_map(|axis| Some((axis.number(), session.stop_of(*axis)?)));
     match why {
         Some((axis, stop)) => Failure::new(format!("axis {axis} was stopped by {}", stop.words()))
             .hint("the positions are known"),
@@ -241,72 +241,74 @@ fn stopped(talk: &mut Talk, axes: &[AxisId]) -> Failure {
 }
 
 /// Starts all, or nothing.
-fn begin(talk: &mut Talk, lines: &[Command]) -> Result<(), Failure> {
+fn begin(session: &mut Session, lines: &[Command]) -> Result<(), Failure> {
     let mut not = NotBegun::Noise;
     for _ in 0..TRIES {
-        not = match attempt(talk, lines)? {
+        not = match attempt(session, lines)? {
             None => return Ok(()),
             // Nothing has moved: the whole order again.
             Some(NotBegun::Refused(_, Some(Refusal::Sum))) => NotBegun::Noise,
-            Some(not) => return Err(drive::not_begun(talk, not)),
+            Some(not) => return Err(drive::not_begun(session, not)),
         };
     }
-    Err(drive::not_begun(talk, not))
+    Err(drive::not_begun(session, not))
 }
 
 /// Gives the order once; `None` if all have started.
-fn attempt(talk: &mut Talk, lines: &[Command]) -> Result<Option<NotBegun>, Failure> {
+fn attempt(session: &mut Session, lines: &[Command]) -> Result<Option<NotBegun>, Failure> {
     // The lines name every axis but the first, which PO selects unless A has named others.
-    let not = match talk.select(Selection::FIRST).and_then(|()| talk.play(lines.iter().copied())) {
-        Ok(Played::Accepted) => return Ok(None),
-        Ok(Played::Refused(line)) => match talk.why() {
-            Ok(why) => NotBegun::Refused(line, why),
-            Err(trouble) => NotBegun::Trouble { trouble, moving: false },
-        },
-        Ok(Played::Unanswered(line)) => {
-            let moving = line == Command::Execute;
-            NotBegun::Trouble { trouble: Trouble::Silent, moving }
-        }
-        // What may have begun by then is killed as well.
-        Err(Trouble::Killed) => return Err(lost(talk, &Trouble::Killed)),
-        Err(trouble) => NotBegun::Trouble { trouble, moving: true },
-    };
+    let not =
+        match session.select(Selection::FIRST).and_then(|()| session.play(lines.iter().copied())) {
+            Ok(Played::Accepted) => return Ok(None),
+            Ok(Played::Refused(line)) => match session.why() {
+                Ok(why) => NotBegun::Refused(line, why),
+                Err(trouble) => NotBegun::Trouble { trouble, moving: false },
+            },
+            Ok(Played::Unanswered(line)) => {
+                let moving = line == Command::Execute;
+                NotBegun::Trouble { trouble: LinkError::Silent, moving }
+            }
+            // What may have begun by then is killed as well.
+            Err(LinkError::Killed) => return Err(lost(session, &LinkError::Killed)),
+            Err(trouble) => NotBegun::Trouble { trouble, moving: true },
+        };
     Ok(Some(not))
 }
 
 /// Waits until all rest; whether they were braked, and where each is, if that is known.
-fn watch(talk: &mut Talk, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64>>), Trouble> {
+fn watch(session: &mut Session, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64>>), LinkError> {
     let (mut braked, mut told) = (false, Instant::now());
-    while talk.is_busy(Selection::All)? {
+    while session.is_busy(Selection::All)? {
         if !braked && interrupt::asked() {
-            drive::brake(talk, Selection::All)?;
+            drive::brake(session, Selection::All)?;
             braked = true;
             say::note(interrupt::braking());
         }
         if told.elapsed() >= LINES {
             told = Instant::now();
-            let at = axes.iter().map(|axis| talk.position(*axis)).collect::<Result<Vec<_>, _>>()?;
+            let at =
+                axes.iter().map(|axis| session.position(*axis)).collect::<Result<Vec<_>, _>>()?;
             let at: Vec<_> = at.into_iter().flatten().map(|at| at.to_string()).collect();
             say::note(format_args!("position {}", at.join(" ")));
         }
-        talk.pause(drive::POLL)?;
+        session.pause(drive::POLL)?;
     }
-    let at = axes.iter().map(|axis| talk.rest_position(*axis)).collect::<Result<_, _>>()?;
+    let at = axes.iter().map(|axis| session.rest_position(*axis)).collect::<Result<_, _>>()?;
     Ok((braked, at))
 }
 
 /// The failure of a watch: after a second Ctrl-C everything is killed here.
-fn lost(talk: &mut Talk, trouble: &Trouble) -> Failure {
+fn lost(session: &mut Session, trouble: &LinkError) -> Failure {
     let look =
         "the motors may still be moving: look at them, and switch off their power if they are";
-    if let Trouble::Killed = trouble {
-        return match talk.kill() {
+    if let LinkError::Killed = trouble {
+        return match session.kill() {
             Ok(true) => Failure::interrupted("killed: the motors may have lost steps")
                 .hint("if one stands at a known place, or to go and find one: `stepwright zero`"),
             _ => Failure::interrupted("the board did not confirm K").hint(look),
         };
     }
-    Failure::new(format!("{}: {trouble}", talk.link().name())).hint(look)
+    Failure::new(format!("{}: {trouble}", session.link().name())).hint(look)
 }
 
 /// Seconds between the first axis' end and the last's.

@@ -10,7 +10,7 @@ use super::travel::last_line;
 use crate::failure::Failure;
 use crate::link::serial::Share;
 use crate::say;
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 
 /// What the board is, and what its axes are doing
 #[derive(clap::Args)]
@@ -98,20 +98,20 @@ impl State {
 }
 
 /// Asks for the state of one axis, or of all.
-pub fn states(talk: &mut Talk, only: Option<AxisId>) -> Result<Vec<State>, Trouble> {
-    let axes = talk.info().map_or(1, |info| info.axes);
+pub fn states(session: &mut Session, only: Option<AxisId>) -> Result<Vec<State>, LinkError> {
+    let axes = session.info().map_or(1, |info| info.axes);
     let mut states = Vec::new();
     for axis in AxisId::first(axes).filter(|axis| only.is_none_or(|only| only == *axis)) {
-        let busy = talk.is_busy(Selection::One(axis))?;
-        let position = if busy { talk.position(axis)? } else { talk.rest_position(axis)? };
+        let busy = session.is_busy(Selection::One(axis))?;
+        let position = if busy { session.position(axis)? } else { session.rest_position(axis)? };
         states.push(State { axis, busy, position, stop: None });
     }
-    let stops = talk.ask_info()?.and_then(|info| info.stops);
+    let stops = session.ask_info()?.and_then(|info| info.stops);
     for state in states.iter_mut().filter(|state| !state.busy) {
         state.stop = stops.and_then(|stops| stops.of(state.axis));
     }
     // As a master finds it that knows of one axis only.
-    talk.select(Selection::FIRST)?;
+    session.select(Selection::FIRST)?;
     Ok(states)
 }
 
@@ -151,10 +151,10 @@ pub fn all_known(name: &str, states: &[State]) -> Result<(), Failure> {
 
 /// Says what the board is and does.
 pub fn status(args: StatusArgs) -> Result<(), Failure> {
-    let mut talk = args.port.meet("status", Share::Guest)?;
-    let states = states(&mut talk, None).map_err(target::trouble(&mut talk))?;
-    let info = talk.info().copied();
-    let changed = changed(&mut talk).map_err(target::trouble(&mut talk))?;
+    let mut session = args.port.meet("status", Share::Guest)?;
+    let states = states(&mut session, None).map_err(target::trouble(&mut session))?;
+    let info = session.info().copied();
+    let changed = changed(&mut session).map_err(target::trouble(&mut session))?;
     match args.format {
         Format::Json => say::result(json!({
             "board": info.map(board),
@@ -182,13 +182,13 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
 }
 
 /// The settings that differ from their defaults; none of a board that has no settings.
-fn changed(talk: &mut Talk) -> Result<Vec<Set>, Trouble> {
-    if talk.info().is_none() {
+fn changed(session: &mut Session) -> Result<Vec<Set>, LinkError> {
+    if session.info().is_none() {
         return Ok(Vec::new());
     }
     let differs = |value: &Set| value.number() != value.setting().default();
     // Once: a board that has none, or answers otherwise, is no trouble here.
-    Ok(match talk.once(Command::Settings)? {
+    Ok(match session.once(Command::Settings)? {
         Some(Reply::Settings(settings)) => settings.values().filter(differs).collect(),
         _ => Vec::new(),
     })
@@ -236,28 +236,28 @@ fn show(info: Option<Info>) {
 /// Says where an axis is.
 pub fn position(args: PositionArgs) -> Result<(), Failure> {
     let OneArgs { port, axis, format } = args.one;
-    let mut talk = port.meet("position", Share::Guest)?;
-    target::has_axis(&talk, axis)?;
-    let states = states(&mut talk, Some(axis)).map_err(target::trouble(&mut talk))?;
+    let mut session = port.meet("position", Share::Guest)?;
+    target::has_axis(&session, axis)?;
+    let states = states(&mut session, Some(axis)).map_err(target::trouble(&mut session))?;
     tell(format, &states);
-    all_known(&talk.link().name(), &states)
+    all_known(&session.link().name(), &states)
 }
 
 /// Calls the place where an axis stands 0.
 pub fn zero(args: ZeroArgs) -> Result<(), Failure> {
     let OneArgs { port, axis, format } = args.one;
-    let mut talk = port.meet("zero", Share::Alone)?;
-    target::has_axis(&talk, axis)?;
-    let name = talk.link().name();
+    let mut session = port.meet("zero", Share::Alone)?;
+    target::has_axis(&session, axis)?;
+    let name = session.link().name();
     let lost = |trouble| target::lost(&name, &trouble);
-    if talk.ask(Command::Zero(axis)).map_err(lost)? != Reply::Yes {
-        return Err(match talk.why().map_err(lost)? {
+    if session.ask(Command::Zero(axis)).map_err(lost)? != Reply::Yes {
+        return Err(match session.why().map_err(lost)? {
             Some(why) => Failure::new(format!("{name} refused I{}: {why}", axis.number())),
             None => Failure::new(format!("{name} refused I{}", axis.number()))
                 .hint("is the axis still travelling?"),
         });
     }
-    let states = states(&mut talk, Some(axis)).map_err(lost)?;
+    let states = states(&mut session, Some(axis)).map_err(lost)?;
     tell(format, &states);
     all_known(&name, &states)
 }

@@ -10,7 +10,7 @@ use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Trave
 use super::course::Course;
 use crate::board::recording::Heading;
 use crate::failure::Failure;
-use crate::quantity::{AccelArg, GeometryArgs, Held, JerkArg, SpeedArg, bounds};
+use crate::quantity::{AccelArg, GeometryArgs, JerkArg, Rounded, SpeedArg, bounds};
 
 /// Above the options that say how to move.
 pub const MOTION: &str =
@@ -49,8 +49,8 @@ pub struct Motion {
     axis: AxisId,
     /// What the board will understand.
     pub order: Order,
-    start: Held<Speed>,
-    top: Held<Speed>,
+    start: Rounded<Speed>,
+    top: Rounded<Speed>,
     /// Where the ramps were given as accelerations.
     accel: Option<String>,
     decel: Option<String>,
@@ -90,9 +90,9 @@ impl RampArgs {
             Failure::new(format!("{error}"))
                 .hint("the line carries accelerations of 1 step/s² or more, speeds of 0.001")
         })?;
-        let shown = |held: &Held<_>| held.to_string();
+        let shown = |held: &Rounded<_>| held.to_string();
         let (accel, decel) = (accel.as_ref().map(shown), decel.as_ref().map(shown));
-        let jerk = jerk.as_ref().map(Held::to_string);
+        let jerk = jerk.as_ref().map(Rounded::to_string);
         Ok(Motion { axis, order, start, top, accel, decel, jerk })
     }
 }
@@ -140,7 +140,7 @@ impl Motion {
     pub fn show(&self) -> Vec<String> {
         let mut rows = Vec::new();
         let mut row = |name: &str, text: String| rows.push(format!("  {name:<12}{text}"));
-        let speed = |held: &Held<Speed>, sent: Speed| sent_as(held, held.value != sent, sent);
+        let speed = |held: &Rounded<Speed>, sent: Speed| sent_as(held, held.value != sent, sent);
         row("start speed", speed(&self.start, self.order.start));
         row("top speed", speed(&self.top, self.order.top));
         if self.order.top <= self.order.start {

@@ -11,14 +11,14 @@ use stepwright_protocol::{AxisId, Command, Distance, Reply, Travel};
 use stepwright_sim::Description;
 
 use super::drive::{self, End, Ended};
-use super::keys::Hand;
+use super::keys::KeyControl;
 use super::motion::{Motion, RampArgs};
 use crate::board::bench::{Bench, Width};
 use crate::board::recording::Recording;
 use crate::link::Link;
 use crate::link::lossy::{Harm, Lossy};
 use crate::link::virtual_board::VirtualLink;
-use crate::talk::Talk;
+use crate::session::Session;
 
 /// The line to a board that the test looks at too.
 #[derive(Clone)]
@@ -64,14 +64,14 @@ fn motion(axis: AxisId) -> Motion {
 }
 
 /// What `move` does.
-fn say(talk: &mut Talk, axis: AxisId) -> Result<i64, String> {
+fn say(session: &mut Session, axis: AxisId) -> Result<i64, String> {
     let motion = motion(axis);
     let lines = motion.lines().unwrap();
-    talk.meet().map_err(|trouble| trouble.to_string())?;
-    let from = talk.rest_position(axis).map_err(|trouble| trouble.to_string())?;
-    drive::begin(talk, axis, &motion, &lines, from).map_err(|not| format!("{not:?}"))?;
-    let watched = drive::watch(talk, axis, None, &mut Hand::off(), |_| ());
-    match drive::conclude(talk, axis, watched) {
+    session.meet().map_err(|trouble| trouble.to_string())?;
+    let from = session.rest_position(axis).map_err(|trouble| trouble.to_string())?;
+    drive::begin(session, axis, &motion, &lines, from).map_err(|not| format!("{not:?}"))?;
+    let watched = drive::watch(session, axis, None, &mut KeyControl::off(), |_| ());
+    match drive::conclude(session, axis, watched) {
         Ended { end: End::Rests(at), .. } => Ok(at),
         Ended { failure, .. } => Err(format!("{failure:?}")),
     }
@@ -80,8 +80,8 @@ fn say(talk: &mut Talk, axis: AxisId) -> Result<i64, String> {
 fn go(axis: AxisId, harm: Harm) -> Went {
     let bench = Bench::new(Description::uno(), Width::Narrow, Recording::default());
     let board = Shared(Rc::new(RefCell::new(VirtualLink::new(bench, true))));
-    let mut talk = Talk::new(Box::new(Lossy::new(board.clone(), harm)));
-    let said = say(&mut talk, axis);
+    let mut session = Session::new(Box::new(Lossy::new(board.clone(), harm)));
+    let said = say(&mut session, axis);
     let mut link = board.0.borrow_mut();
     let took = link.now();
     let bench = link.bench();
@@ -157,10 +157,10 @@ fn a_question_is_asked_again_when_it_arrived_damaged() {
     for bit in 0..8 * 17 {
         let bench = Bench::new(Description::uno(), Width::Narrow, Recording::default());
         let board = VirtualLink::new(bench, true);
-        let mut talk = Talk::new(Box::new(Lossy::new(board, Harm::FlipThere(bit))));
-        talk.meet().unwrap();
-        assert_eq!(talk.ask(Command::Zero(axis)).unwrap(), Reply::Yes, "{bit}");
-        assert_eq!(talk.ask(Command::Position(axis)).unwrap(), Reply::Position(0), "{bit}");
+        let mut session = Session::new(Box::new(Lossy::new(board, Harm::FlipThere(bit))));
+        session.meet().unwrap();
+        assert_eq!(session.ask(Command::Zero(axis)).unwrap(), Reply::Yes, "{bit}");
+        assert_eq!(session.ask(Command::Position(axis)).unwrap(), Reply::Position(0), "{bit}");
     }
 }
 

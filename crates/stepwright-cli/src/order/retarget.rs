@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::link::serial::Share;
 use crate::quantity::{AccelArg, DistanceArg, GeometryArgs, SpeedArg};
 use crate::say;
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 
 /// Change the travel that an axis is on: its target, its speed, its ramps
 ///
@@ -95,11 +95,12 @@ fn too_small() -> Failure {
 /// Changes the travel, and says where the axis is.
 pub fn run(args: Args) -> Result<(), Failure> {
     let lines = args.lines()?;
-    let mut talk = args.port.meet("retarget", Share::Guest)?;
-    target::has_axis(&talk, args.axis)?;
-    let told = tell(&mut talk, args.axis, &lines).map_err(target::trouble(&mut talk))?;
-    let states = look::states(&mut talk, Some(args.axis)).map_err(target::trouble(&mut talk))?;
-    let name = talk.link().name();
+    let mut session = args.port.meet("retarget", Share::Guest)?;
+    target::has_axis(&session, args.axis)?;
+    let told = tell(&mut session, args.axis, &lines).map_err(target::trouble(&mut session))?;
+    let states =
+        look::states(&mut session, Some(args.axis)).map_err(target::trouble(&mut session))?;
+    let name = session.link().name();
     if let Some((line, why)) = told {
         return Err(refused(&name, args.axis, line, why));
     }
@@ -111,18 +112,18 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 /// Says the lines, each harmless twice; the one that was refused, and why.
 fn tell(
-    talk: &mut Talk,
+    session: &mut Session,
     axis: AxisId,
     lines: &[Command],
-) -> Result<Option<(Command, Option<Refusal>)>, Trouble> {
+) -> Result<Option<(Command, Option<Refusal>)>, LinkError> {
     let one = Selection::One(axis);
     for &line in lines {
         // At rest the board would keep them for later.
-        if !talk.is_busy(one)? {
+        if !session.is_busy(one)? {
             return Ok(Some((line, Some(Refusal::NoTravel))));
         }
-        if talk.ask_of(one, line)? != Reply::Yes {
-            return Ok(Some((line, talk.why()?)));
+        if session.ask_of(one, line)? != Reply::Yes {
+            return Ok(Some((line, session.why()?)));
         }
     }
     Ok(None)

@@ -7,7 +7,7 @@ use stepwright_protocol::{AxisId, Direction, Selection, Stop, Travel};
 
 use super::able;
 use super::drive::{self, End, NotBegun};
-use super::keys::Hand;
+use super::keys::KeyControl;
 use super::lease::LeaseArgs;
 use super::look::stop_word;
 use super::motion::{Motion, RampArgs, listed};
@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::SignedSpeedArg;
 use crate::say;
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 
 /// Run an axis at a speed until it is stopped
 #[derive(clap::Args)]
@@ -82,60 +82,60 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let motion = args.ramps.motion(args.axis, &args.speed.speed, "the speed", travel)?;
     interrupt::listen(While::Holding)?;
     let title = format!("Axis {} until it is stopped", args.axis.number());
-    let mut talk = args.port.or_virtual(&args.virt, "run", motion.heading(title))?;
-    let result = run_on(&mut talk, &args, &motion);
-    let finished = target::finish(&mut talk);
+    let mut session = args.port.or_virtual(&args.virt, "run", motion.heading(title))?;
+    let result = run_on(&mut session, &args, &motion);
+    let finished = target::finish(&mut session);
     result.and(finished)
 }
 
-fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> {
-    target::has_axis(talk, args.axis)?;
-    able::to_bend(talk, &motion.order)?;
+fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Failure> {
+    target::has_axis(session, args.axis)?;
+    able::to_bend(session, &motion.order)?;
     let mut lines = motion.lines()?;
-    args.lease.before(talk, &mut lines)?;
+    args.lease.before(session, &mut lines)?;
     let leave = args.port.port.is_some() && args.time.is_none() && !args.lease.is_asked();
     if args.format == Format::Text {
         let way = if args.speed.forward { "forward" } else { "backward" };
-        let (axis, name) = (args.axis.number(), talk.link().name());
+        let (axis, name) = (args.axis.number(), session.link().name());
         say::result(format_args!("axis {axis} {way} without end on {name}"));
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
-    let from = start_position(talk, args.axis)?;
-    let watched = match drive::begin(talk, args.axis, motion, &lines, Some(from)) {
-        Ok(()) if leave && !interrupt::asked() => return left_alone(talk, args),
+    let from = start_position(session, args.axis)?;
+    let watched = match drive::begin(session, args.axis, motion, &lines, Some(from)) {
+        Ok(()) if leave && !interrupt::asked() => return left_alone(session, args),
         Ok(()) => {
             if args.time.is_none() {
                 say::note("running; Ctrl-C brakes");
             }
-            let until = args.time.map(|time| talk.now() + time);
-            let mut hand = Hand::on(talk, &motion.order);
+            let until = args.time.map(|time| session.now() + time);
+            let mut hand = KeyControl::on(session, &motion.order);
             let mut progress = Progress::new(motion, from, hand.listens());
             let watched =
-                drive::watch(talk, args.axis, until, &mut hand, |sight| progress.see(sight));
+                drive::watch(session, args.axis, until, &mut hand, |sight| progress.see(sight));
             drop(hand);
             progress.end();
             watched
         }
-        Err(NotBegun::Trouble { trouble: Trouble::Killed, .. }) => Err(Trouble::Killed),
+        Err(NotBegun::Trouble { trouble: LinkError::Killed, .. }) => Err(LinkError::Killed),
         Err(not) => {
             if matches!(not, NotBegun::Trouble { moving: true, .. }) {
-                tell(talk, args, "uncertain", None, None);
+                tell(session, args, "uncertain", None, None);
             }
-            return Err(drive::not_begun(talk, not));
+            return Err(drive::not_begun(session, not));
         }
     };
-    let ended = drive::conclude(talk, args.axis, watched);
+    let ended = drive::conclude(session, args.axis, watched);
     if ended.failure.is_none() {
-        args.lease.give_back(talk);
+        args.lease.give_back(session);
     }
     let (state, position) = match ended.end {
         End::Rests(at) if ended.braked => ("ready", Some(at)),
         End::Rests(at) => ("stopped", Some(at)),
         End::Uncertain => ("uncertain", None),
     };
-    let why = if state == "stopped" { talk.stop_of(args.axis) } else { None };
-    tell(talk, args, state, position, why);
+    let why = if state == "stopped" { session.stop_of(args.axis) } else { None };
+    tell(session, args, state, position, why);
     match ended.failure {
         Some(failure) => Err(failure),
         None if state == "stopped" => Err(stopped(why)),
@@ -144,20 +144,21 @@ fn run_on(talk: &mut Talk, args: &Args, motion: &Motion) -> Result<(), Failure> 
 }
 
 /// It runs, and we go.
-fn left_alone(talk: &mut Talk, args: &Args) -> Result<(), Failure> {
-    let running = talk.is_busy(Selection::One(args.axis)).and_then(|busy| {
-        let position = talk.position(args.axis)?;
+fn left_alone(session: &mut Session, args: &Args) -> Result<(), Failure> {
+    let running = session.is_busy(Selection::One(args.axis)).and_then(|busy| {
+        let position = session.position(args.axis)?;
         Ok((busy, position))
     });
-    let (busy, position) = running
-        .map_err(|trouble| drive::not_begun(talk, NotBegun::Trouble { trouble, moving: true }))?;
+    let (busy, position) = running.map_err(|trouble| {
+        drive::not_begun(session, NotBegun::Trouble { trouble, moving: true })
+    })?;
     if !busy {
-        let why = talk.stop_of(args.axis);
-        tell(talk, args, "stopped", position, why);
+        let why = session.stop_of(args.axis);
+        tell(session, args, "stopped", position, why);
         return Err(stopped(why));
     }
-    tell(talk, args, "busy", position, None);
-    say::note(format_args!("stop it with: stepwright stop --port {}", talk.link().name()));
+    tell(session, args, "busy", position, None);
+    say::note(format_args!("stop it with: stepwright stop --port {}", session.link().name()));
     Ok(())
 }
 
@@ -170,14 +171,14 @@ fn stopped(why: Option<Stop>) -> Failure {
     }
 }
 
-fn tell(talk: &mut Talk, args: &Args, state: &str, position: Option<i64>, why: Option<Stop>) {
+fn tell(session: &mut Session, args: &Args, state: &str, position: Option<i64>, why: Option<Stop>) {
     match args.format {
         Format::Json => say::result(json!({
             "axis": args.axis.number(),
             "position": position,
             "state": state,
             "stop": why.map(stop_word),
-            "board": talk.link().name(),
+            "board": session.link().name(),
         })),
         Format::Text => say::result(last_line(state, position, why)),
     }

@@ -46,12 +46,12 @@ fn line(text: &str) -> Result<String, String> {
 
 /// Sends them one by one.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let mut talk = args.port.meet("send", Share::Alone)?;
+    let mut session = args.port.meet("send", Share::Alone)?;
     let mut refused = Vec::new();
     for line in &args.lines {
-        let answer = talk.say(line.as_bytes()).map_err(target::trouble(&mut talk))?;
+        let answer = session.say(line.as_bytes()).map_err(target::trouble(&mut session))?;
         let Some(answer) = answer else {
-            let name = talk.link().name();
+            let name = session.link().name();
             return Err(Failure::new(format!("{name}: no answer to {line}"))
                 .hint("it may have been carried out all the same: look with `stepwright status`"));
         };
@@ -64,7 +64,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     if refused.is_empty() {
         return Ok(());
     }
-    let why = talk.why().map_err(target::trouble(&mut talk))?;
+    let why = session.why().map_err(target::trouble(&mut session))?;
     let failure = Failure::new(format!("refused: {}", refused.join(" ")));
     let form = refused.last().and_then(|line| Form::of(line.as_bytes()));
     let form = form.map(|form| format!("`{form}`: {}; when: {}", form.help(), form.when()));

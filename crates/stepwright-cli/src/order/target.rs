@@ -16,7 +16,7 @@ use crate::link::serial::{SerialLink, Share};
 use crate::link::virtual_board::VirtualLink;
 use crate::plot::PlotFile;
 use crate::quantity::bounds;
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 use stepwright_sim::Description;
 use stepwright_sim::Switch;
 
@@ -71,14 +71,14 @@ pub fn axis(text: &str) -> Result<AxisId, String> {
 
 impl PortArgs {
     /// Opens the port and meets the board on it. `order` is the subcommand.
-    pub fn meet(&self, order: &str, share: Share) -> Result<Talk, Failure> {
-        let mut talk = self.open(order, share)?;
-        met(&mut talk)?;
-        Ok(talk)
+    pub fn meet(&self, order: &str, share: Share) -> Result<Session, Failure> {
+        let mut session = self.open(order, share)?;
+        met(&mut session)?;
+        Ok(session)
     }
 
     /// Opens the port and says nothing yet.
-    pub fn open(&self, order: &str, share: Share) -> Result<Talk, Failure> {
+    pub fn open(&self, order: &str, share: Share) -> Result<Session, Failure> {
         let Some(path) = &self.port else {
             return Err(Failure::usage(format!("`stepwright {order}` needs a board: --port PATH"))
                 .hint(
@@ -88,15 +88,15 @@ impl PortArgs {
         };
         #[cfg(unix)]
         if let (Share::Guest, Some(guest)) = (share, GuestLink::open(path)) {
-            return Ok(Talk::new(Box::new(guest)));
+            return Ok(Session::new(Box::new(guest)));
         }
         #[allow(unused_mut, reason = "where no guests can be let in")]
-        let mut talk = Talk::new(Box::new(SerialLink::open(path, self.baud, share)?));
+        let mut session = Session::new(Box::new(SerialLink::open(path, self.baud, share)?));
         #[cfg(unix)]
         if share == Share::Host {
-            talk.serve(path);
+            session.serve(path);
         }
-        Ok(talk)
+        Ok(session)
     }
 
     /// The port if there is one, otherwise a virtual board of its own, whose
@@ -106,7 +106,7 @@ impl PortArgs {
         virt: &VirtualArgs,
         order: &str,
         heading: Heading,
-    ) -> Result<Talk, Failure> {
+    ) -> Result<Session, Failure> {
         if self.port.is_some() {
             return self.meet(order, Share::Host);
         }
@@ -116,23 +116,23 @@ impl PortArgs {
 
 impl VirtualArgs {
     /// A virtual board of its own, with these switches on its machine.
-    pub fn board(&self, heading: Heading, switches: &[Switch]) -> Result<Talk, Failure> {
+    pub fn board(&self, heading: Heading, switches: &[Switch]) -> Result<Session, Failure> {
         let virt = self;
         let description = Description::uno();
         let plot = virt.plot.as_ref().map(|file| (file, heading));
         let recording = Recording::begin(&description, virt.vcd.as_deref(), plot)?;
         let bench = Bench::new(description, Width::Narrow, recording).with_switches(switches);
-        let mut talk = Talk::new(Box::new(VirtualLink::new(bench, virt.fast)));
-        met(&mut talk)?;
-        Ok(talk)
+        let mut session = Session::new(Box::new(VirtualLink::new(bench, virt.fast)));
+        met(&mut session)?;
+        Ok(session)
     }
 }
 
-fn met(talk: &mut Talk) -> Result<(), Failure> {
-    talk.meet().map_err(|trouble| {
-        let name = talk.link().name();
+fn met(session: &mut Session) -> Result<(), Failure> {
+    session.meet().map_err(|trouble| {
+        let name = session.link().name();
         match trouble {
-            Trouble::Silent => Failure::new(format!("no answer from {name}")).hint(
+            LinkError::Silent => Failure::new(format!("no answer from {name}")).hint(
                 "is it the board's port (`stepwright ports`), at its rate (--baud), with \
                  Stepwright's or the Nano slave's program on it?",
             ),
@@ -142,19 +142,19 @@ fn met(talk: &mut Talk) -> Result<(), Failure> {
 }
 
 /// The failure of a conversation in which nothing was moving.
-pub fn lost(name: &str, trouble: &Trouble) -> Failure {
+pub fn lost(name: &str, trouble: &LinkError) -> Failure {
     match trouble {
-        Trouble::Killed => Failure::interrupted(format!("{name}: interrupted")),
-        Trouble::Silent => Failure::new(format!("{name} does not answer any more"))
+        LinkError::Killed => Failure::interrupted(format!("{name}: interrupted")),
+        LinkError::Silent => Failure::new(format!("{name} does not answer any more"))
             .hint("look at its cable and its power, then at `stepwright status`"),
-        Trouble::Gone(_) => Failure::new(format!("{name}: {trouble}"))
+        LinkError::Gone(_) => Failure::new(format!("{name}: {trouble}"))
             .hint("was it unplugged? Plug it in and try again"),
     }
 }
 
 /// That the board has this axis.
-pub fn has_axis(talk: &Talk, axis: AxisId) -> Result<(), Failure> {
-    match talk.info() {
+pub fn has_axis(session: &Session, axis: AxisId) -> Result<(), Failure> {
+    match session.info() {
         Some(info) if axis.number() > info.axes => {
             Err(Failure::new(format!("the board has no axis {}", axis.number()))
                 .hint(format!("give --axis 1 to {}", info.axes)))
@@ -167,14 +167,14 @@ pub fn has_axis(talk: &Talk, axis: AxisId) -> Result<(), Failure> {
     }
 }
 
-/// The name of a talk's board and the failure that goes with a trouble.
-pub fn trouble(talk: &mut Talk) -> impl FnOnce(Trouble) -> Failure + use<> {
-    let name = talk.link().name();
+/// The name of a session's board and the failure that goes with a trouble.
+pub fn trouble(session: &mut Session) -> impl FnOnce(LinkError) -> Failure + use<> {
+    let name = session.link().name();
     move |trouble| lost(&name, &trouble)
 }
 
-/// A link that a talk was made of is finished with it.
-pub fn finish(talk: &mut Talk) -> Result<(), Failure> {
-    let link: &mut dyn Link = talk.link();
+/// A link that a session was made of is finished with it.
+pub fn finish(session: &mut Session) -> Result<(), Failure> {
+    let link: &mut dyn Link = session.link();
     link.finish()
 }

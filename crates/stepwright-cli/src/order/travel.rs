@@ -6,7 +6,7 @@ use stepwright_protocol::{AxisId, Distance, Stop, Travel};
 
 use super::able;
 use super::drive::{self, End, Ended, NotBegun};
-use super::keys::Hand;
+use super::keys::KeyControl;
 use super::lease::LeaseArgs;
 use super::look::stop_word;
 use super::motion::{MOTION, Motion, RampArgs, listed};
@@ -15,9 +15,9 @@ use super::target::{self, Format, PortArgs, VirtualArgs};
 use super::watch;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::{DistanceArg, Held, SpeedArg};
+use crate::quantity::{DistanceArg, Rounded, SpeedArg};
 use crate::say;
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 
 /// Move an axis by a distance or to a position, on a virtual board or a real one
 ///
@@ -93,9 +93,9 @@ pub struct Args {
 /// How far an axis is to go.
 pub enum Way {
     /// From where it stands.
-    By(Held<i64>),
+    By(Rounded<i64>),
     /// To a position.
-    To(Held<i64>),
+    To(Rounded<i64>),
 }
 
 impl Way {
@@ -154,49 +154,49 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let motion = args.motion(steps)?;
     interrupt::listen(While::Holding)?;
     let title = format!("Axis {} by {:+} steps", args.axis.number(), steps.get());
-    let mut talk = args.port.or_virtual(&args.virt, "move", motion.heading(title))?;
-    let result = travel_on(&mut talk, &args, &way);
+    let mut session = args.port.or_virtual(&args.virt, "move", motion.heading(title))?;
+    let result = travel_on(&mut session, &args, &way);
     // Also what was recorded of a motion that went wrong is worth a look.
-    let finished = target::finish(&mut talk);
+    let finished = target::finish(&mut session);
     result.and(finished)
 }
 
-fn travel_on(talk: &mut Talk, args: &Args, way: &Way) -> Result<(), Failure> {
-    target::has_axis(talk, args.axis)?;
-    let from = start_position(talk, args.axis)?;
+fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failure> {
+    target::has_axis(session, args.axis)?;
+    let from = start_position(session, args.axis)?;
     let steps = way.steps(from)?;
     let motion = &args.motion(steps)?;
-    able::to_bend(talk, &motion.order)?;
+    able::to_bend(session, &motion.order)?;
     let mut lines = motion.lines()?;
-    args.lease.before(talk, &mut lines)?;
+    args.lease.before(session, &mut lines)?;
     if args.format == Format::Text {
-        let (axis, by, name) = (args.axis.number(), steps.get(), talk.link().name());
+        let (axis, by, name) = (args.axis.number(), steps.get(), session.link().name());
         say::result(format_args!("axis {axis} by {by:+} steps on {name}"));
         way.show().iter().for_each(say::result);
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
-    let late_before = talk.info().map(|info| info.late);
-    let begun = talk.now();
-    let ended = match drive::begin(talk, args.axis, motion, &lines, Some(from)) {
+    let late_before = session.info().map(|info| info.late);
+    let begun = session.now();
+    let ended = match drive::begin(session, args.axis, motion, &lines, Some(from)) {
         Ok(()) if args.detach && !interrupt::asked() => {
-            return watch::left(talk, args.axis, args.format);
+            return watch::left(session, args.axis, args.format);
         }
         Ok(()) => {
-            let mut hand = Hand::on(talk, &motion.order);
+            let mut hand = KeyControl::on(session, &motion.order);
             let mut progress = Progress::new(motion, from, hand.listens());
             let watched =
-                drive::watch(talk, args.axis, None, &mut hand, |sight| progress.see(sight));
+                drive::watch(session, args.axis, None, &mut hand, |sight| progress.see(sight));
             drop(hand);
             progress.end();
-            drive::conclude(talk, args.axis, watched)
+            drive::conclude(session, args.axis, watched)
         }
-        Err(NotBegun::Trouble { trouble: Trouble::Killed, .. }) => {
-            drive::conclude(talk, args.axis, Err(Trouble::Killed))
+        Err(NotBegun::Trouble { trouble: LinkError::Killed, .. }) => {
+            drive::conclude(session, args.axis, Err(LinkError::Killed))
         }
         Err(not) => {
             let unsure = matches!(not, NotBegun::Trouble { moving: true, .. });
-            let failure = drive::not_begun(talk, not);
+            let failure = drive::not_begun(session, not);
             if !unsure {
                 return Err(failure);
             }
@@ -204,18 +204,18 @@ fn travel_on(talk: &mut Talk, args: &Args, way: &Way) -> Result<(), Failure> {
         }
     };
     if ended.failure.is_none() {
-        args.lease.give_back(talk);
+        args.lease.give_back(session);
     }
     let target = from.saturating_add(steps.get().into());
-    let late = late(talk, late_before);
-    let took = talk.now().saturating_sub(begun).as_secs_f64();
+    let late = late(session, late_before);
+    let took = session.now().saturating_sub(begun).as_secs_f64();
     let (state, position) = match ended.end {
         End::Rests(at) if at == target => ("ready", Some(at)),
         End::Rests(at) => ("stopped", Some(at)),
         End::Uncertain => ("uncertain", None),
     };
     // Where it was not us.
-    let why = if state == "stopped" && !ended.braked { talk.stop_of(args.axis) } else { None };
+    let why = if state == "stopped" && !ended.braked { session.stop_of(args.axis) } else { None };
     match args.format {
         Format::Json => say::result(json!({
             "axis": args.axis.number(),
@@ -227,7 +227,7 @@ fn travel_on(talk: &mut Talk, args: &Args, way: &Way) -> Result<(), Failure> {
             "stop": why.map(stop_word),
             "seconds": took,
             "late": late,
-            "board": talk.link().name(),
+            "board": session.link().name(),
             "motion": motion.json(),
             "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })),
@@ -235,7 +235,7 @@ fn travel_on(talk: &mut Talk, args: &Args, way: &Way) -> Result<(), Failure> {
     }
     match (ended.failure, ended.end) {
         (Some(failure), _) => Err(failure),
-        (None, End::Rests(at)) if at != target && talk.was_changed() && why.is_none() => {
+        (None, End::Rests(at)) if at != target && session.was_changed() && why.is_none() => {
             Err(Failure::new(format!("the axis rests at {at}, not at {target} as ordered"))
                 .hint("another terminal has changed the travel"))
         }
@@ -245,8 +245,8 @@ fn travel_on(talk: &mut Talk, args: &Args, way: &Way) -> Result<(), Failure> {
 }
 
 /// Steps that came late on the way, if the board counts them; said if any.
-fn late(talk: &mut Talk, before: Option<u32>) -> Option<u32> {
-    let late = talk.ask_info().ok()??.late.saturating_sub(before?);
+fn late(session: &mut Session, before: Option<u32>) -> Option<u32> {
+    let late = session.ask_info().ok()??.late.saturating_sub(before?);
     if late > 0 {
         say::note(format_args!("{late} steps came late: the board is too slow for this speed"));
     }
@@ -263,16 +263,16 @@ pub fn last_line(state: &str, position: Option<i64>, why: Option<Stop>) -> Strin
 }
 
 /// Where the axis stands before it moves.
-pub fn start_position(talk: &mut Talk, axis: AxisId) -> Result<i64, Failure> {
+pub fn start_position(session: &mut Session, axis: AxisId) -> Result<i64, Failure> {
     if interrupt::asked() {
         return Err(Failure::interrupted("interrupted before anything moved"));
     }
-    let position = match talk.rest_position(axis) {
+    let position = match session.rest_position(axis) {
         Ok(position) => position,
-        Err(trouble) => return Err(target::lost(&talk.link().name(), &trouble)),
+        Err(trouble) => return Err(target::lost(&session.link().name(), &trouble)),
     };
     position.ok_or_else(|| {
-        let name = talk.link().name();
+        let name = session.link().name();
         Failure::new(format!("{name}: the position of axis {} is uncertain", axis.number())).hint(
             format!(
                 "a kill has lost it. If it stands at a known place, or to go and find one, \

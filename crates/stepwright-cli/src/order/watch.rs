@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::link::serial::Share;
 use crate::say;
-use crate::talk::{Talk, Trouble};
+use crate::session::{LinkError, Session};
 
 /// Between two lines about where the axis is.
 const LINES: Duration = Duration::from_secs(1);
@@ -39,35 +39,35 @@ pub struct Args {
 pub fn run(args: Args) -> Result<(), Failure> {
     let args = args.one;
     interrupt::listen(While::Waiting)?;
-    let mut talk = meet(&args)?;
+    let mut session = meet(&args)?;
     let state = loop {
-        match follow(&mut talk, &args) {
+        match follow(&mut session, &args) {
             Ok(state) => break state,
-            Err(Trouble::Killed) => {
+            Err(LinkError::Killed) => {
                 return Err(Failure::interrupted("not watched to its end; nothing was stopped"));
             }
             // Whom it was asked through has seen its own motion end.
-            Err(Trouble::Gone(_)) => talk = meet(&args)?,
-            Err(trouble) => return Err(target::lost(&talk.link().name(), &trouble)),
+            Err(LinkError::Gone(_)) => session = meet(&args)?,
+            Err(trouble) => return Err(target::lost(&session.link().name(), &trouble)),
         }
     };
-    tell(&mut talk, args.format, &state);
-    look::all_known(&talk.link().name(), &[state])
+    tell(&mut session, args.format, &state);
+    look::all_known(&session.link().name(), &[state])
 }
 
-fn meet(args: &OneArgs) -> Result<Talk, Failure> {
-    let mut talk = args.port.meet("watch", Share::Guest)?;
-    target::has_axis(&talk, args.axis)?;
-    talk.kill_at_once();
-    Ok(talk)
+fn meet(args: &OneArgs) -> Result<Session, Failure> {
+    let mut session = args.port.meet("watch", Share::Guest)?;
+    target::has_axis(&session, args.axis)?;
+    session.kill_at_once();
+    Ok(session)
 }
 
 /// Looks at the axis until it rests.
-fn follow(talk: &mut Talk, args: &OneArgs) -> Result<State, Trouble> {
+fn follow(session: &mut Session, args: &OneArgs) -> Result<State, LinkError> {
     let one = Selection::One(args.axis);
     let (mut told, mut seen) = (Instant::now(), None);
-    while talk.is_busy(one)? {
-        let (now, position) = (talk.now(), talk.position(args.axis)?);
+    while session.is_busy(one)? {
+        let (now, position) = (session.now(), session.position(args.axis)?);
         if told.elapsed() >= LINES {
             told = Instant::now();
             let speed = seen.zip(position).map(|((then, from), at): ((Duration, i64), i64)| {
@@ -80,20 +80,20 @@ fn follow(talk: &mut Talk, args: &OneArgs) -> Result<State, Trouble> {
         } else if seen.is_none() {
             seen = position.map(|at| (now, at));
         }
-        talk.pause(drive::POLL)?;
+        session.pause(drive::POLL)?;
     }
-    let states = look::states(talk, Some(args.axis))?;
-    states.into_iter().next().ok_or(Trouble::Silent)
+    let states = look::states(session, Some(args.axis))?;
+    states.into_iter().next().ok_or(LinkError::Silent)
 }
 
-fn tell(talk: &mut Talk, format: Format, state: &State) {
+fn tell(session: &mut Session, format: Format, state: &State) {
     match format {
         Format::Json => say::result(json!({
             "axis": state.axis.number(),
             "position": state.position,
             "state": state.word(),
             "stop": state.stop.map(stop_word),
-            "board": talk.link().name(),
+            "board": session.link().name(),
         })),
         Format::Text if state.position.is_some() && state.stop.is_some() => {
             say::result(last_line("stopped", state.position, state.stop));
@@ -103,12 +103,13 @@ fn tell(talk: &mut Talk, format: Format, state: &State) {
 }
 
 /// Says where an axis is that goes on by itself.
-pub fn left(talk: &mut Talk, axis: AxisId, format: Format) -> Result<(), Failure> {
-    let states = look::states(talk, Some(axis))
-        .map_err(|trouble| drive::not_begun(talk, NotBegun::Trouble { trouble, moving: true }))?;
+pub fn left(session: &mut Session, axis: AxisId, format: Format) -> Result<(), Failure> {
+    let states = look::states(session, Some(axis)).map_err(|trouble| {
+        drive::not_begun(session, NotBegun::Trouble { trouble, moving: true })
+    })?;
     for state in &states {
-        tell(talk, format, state);
+        tell(session, format, state);
     }
-    say::note(format_args!("see it with: stepwright watch --port {}", talk.link().name()));
-    look::all_known(&talk.link().name(), &states)
+    say::note(format_args!("see it with: stepwright watch --port {}", session.link().name()));
+    look::all_known(&session.link().name(), &states)
 }

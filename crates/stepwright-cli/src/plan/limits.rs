@@ -8,7 +8,7 @@ use super::Steps;
 use super::law::Value;
 use crate::failure::Failure;
 use crate::figures::law::Motor;
-use crate::quantity::{AccelArg, Held, SpeedArg};
+use crate::quantity::{AccelArg, Rounded, SpeedArg};
 
 /// How far, and within which limits.
 #[derive(clap::Args)]
@@ -45,11 +45,11 @@ pub struct Asked {
     /// Pulses.
     pub steps: u32,
     /// Acceleration.
-    pub accel: Held<Accel>,
+    pub accel: Rounded<Accel>,
     /// Deceleration; the same unless it was given.
-    pub decel: Held<Accel>,
+    pub decel: Rounded<Accel>,
     /// Top speed.
-    pub top: Held<Speed>,
+    pub top: Rounded<Speed>,
 }
 
 impl Asked {
@@ -76,7 +76,7 @@ impl Asked {
     /// very first step would be too fast to brake from is lowered, as the core
     /// does: to that which leaves J = m − ½ in Eq 18.
     pub fn accels(&self) -> (f64, f64) {
-        let held = |a: &Held<Accel>| a.value.millisteps() as f64 / 1e3;
+        let held = |a: &Rounded<Accel>| a.value.millisteps() as f64 / 1e3;
         let (accel, decel) = (held(&self.accel), held(&self.decel));
         (accel.min((2.0 * f64::from(self.steps.max(1)) - 1.0) * decel), decel)
     }

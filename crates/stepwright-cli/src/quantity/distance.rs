@@ -5,7 +5,7 @@ use std::str::FromStr;
 use stepwright::Geometry;
 
 use super::unit::{Kind, Unit};
-use super::{Held, Quantity};
+use super::{Quantity, Rounded};
 use crate::failure::Failure;
 
 /// A number of steps with its sign, or a length in another unit, as typed: for clap's
@@ -42,13 +42,13 @@ impl FromStr for DistanceArg {
 impl DistanceArg {
     /// In whole steps, rounded once to the nearest; `name` is the argument, for the message.
     /// Beyond ±2⁶³ it stays there.
-    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Held<i64>, Failure> {
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<i64>, Failure> {
         let Quantity { text, number, unit } = &self.size;
         let Some(steps) = unit.whole_steps(*number, geometry) else {
             return Err(self.size.no_millimetres(name));
         };
         let size = i64::try_from(steps.value).unwrap_or(i64::MAX);
-        Ok(Held {
+        Ok(Rounded {
             value: if self.backward { -size } else { size },
             given: if self.backward { format!("-{text}") } else { text.clone() },
             per: Kind::Distance.per(),
@@ -62,7 +62,7 @@ impl DistanceArg {
 mod tests {
     use super::*;
 
-    fn held(text: &str) -> Held<i64> {
+    fn held(text: &str) -> Rounded<i64> {
         let geometry = Geometry::new(200).unwrap().travelling_nm(40_000_000).unwrap();
         text.parse::<DistanceArg>().unwrap().resolve(&geometry, "STEPS").unwrap()
     }

@@ -2,10 +2,10 @@
 //! one before, the step where it falls. What a delay leaves over of a tick goes into the
 //! next.
 
-use super::{Faults, Player, Stage, Taken};
+use super::{Faults, ProgramRunner, Stage, Taken};
 use stepwright::units::Ticks;
 
-impl Player<'_> {
+impl ProgramRunner<'_> {
     /// Ticks from the last step to one `us` µs later, in µs; the rest is kept.
     fn ticked(&mut self, us: u64) -> u64 {
         let period = u64::from(self.beat.period.max(1));

@@ -8,7 +8,7 @@ use stepwright::drive::{Axes, Drive};
 use stepwright::profile::Fit;
 use stepwright::timer::StepTimer;
 use stepwright::{Board, Cost, Rate, Timing};
-use stepwright_cycle::{Clock, Cycle, Motor, Surroundings, Switches};
+use stepwright_cycle::{Clock, Cycle, MachineIo, Motor, Switches};
 
 /// What happened on a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,7 +78,7 @@ pub struct World {
     pub closed: Rc<Cell<Switches>>,
 }
 
-impl Surroundings for World {
+impl MachineIo for World {
     fn switches(&mut self) -> Switches {
         self.closed.get()
     }

@@ -99,7 +99,7 @@ impl<const AXES: usize> Slave<AXES> {
             return Ok(());
         }
         self.task = Task::HandOver(index);
-        machine.settings().map_or(Ok(()), |settings| axis.manner.check(settings))
+        machine.settings().map_or(Ok(()), |settings| axis.params.check(settings))
     }
 
     /// Hands the travel of an axis to the machine.
@@ -110,7 +110,7 @@ impl<const AXES: usize> Slave<AXES> {
             return Ok(());
         }
         #[cfg_attr(not(feature = "safety"), allow(unused_mut))]
-        let mut order = axis.manner.order(axis.travel());
+        let mut order = axis.params.order(axis.travel());
         #[cfg(feature = "safety")]
         self.guard.admit(index, &mut order.travel, machine)?;
         machine.prepare(AxisId::at(index), &order)

@@ -3,12 +3,12 @@
 use stepwright::Travel;
 
 use crate::machine::Refusal;
-use crate::manner::Manner;
+use crate::motion_params::MotionParams;
 
 /// What the lines have said of one axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
-    pub(super) manner: Manner,
+    pub(super) params: MotionParams,
     /// Whether it is to travel once E comes: g or G, and else 0.
     pub(super) staged: u8,
     pub(super) backward: bool,
@@ -62,7 +62,7 @@ pub(super) enum Naming {
     /// Yes: an order has used them, or nobody has ever said A.
     Used,
     /// Yes: A has said so, and no order has used it yet.
-    Said,
+    Chosen,
     /// No: PO has selected axis 1, and A had said others, which stay selected with
     /// it. No line may set or move anything before A says which are meant.
     Unclear,

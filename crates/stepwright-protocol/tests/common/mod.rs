@@ -287,18 +287,18 @@ fn without_extras(said: &str, expected: &str) -> String {
 /// Sends a line and its CR; the one answer, without its CR.
 pub fn say<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench, line: &[u8]) -> String {
     for byte in line {
-        slave.hear(*byte, bench);
-        assert!(!slave.work(bench) && !slave.is_speaking(), "an answer before the CR");
+        slave.receive(*byte, bench);
+        assert!(!slave.work(bench) && !slave.is_answering(), "an answer before the CR");
     }
-    slave.hear(b'\r', bench);
+    slave.receive(b'\r', bench);
     while slave.work(bench) {}
     text(slave, bench)
 }
 
 /// The answer as a person reads it.
 pub fn text<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench) -> String {
-    let bytes: Vec<u8> = std::iter::from_fn(|| slave.speak(bench)).collect();
-    assert!(!slave.is_speaking());
+    let bytes: Vec<u8> = std::iter::from_fn(|| slave.next_byte(bench)).collect();
+    assert!(!slave.is_answering());
     let mut text = String::from_utf8(bytes).unwrap();
     assert_eq!(text.pop(), Some('\r'));
     assert!(!text.contains('\r'));

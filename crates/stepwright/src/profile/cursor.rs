@@ -184,7 +184,7 @@ impl Cursor {
     }
 
     fn n_is_rising(&self) -> bool {
-        u64::from(self.n) << 32 < self.path.crest
+        u64::from(self.n) << 32 < self.path.accel_end
     }
 
     /// A level run of at most `room` steps.
@@ -199,7 +199,7 @@ impl Cursor {
         let run = Run::new(shr(time >> 16, size), 0, 1 << size);
         self.lag = time.wrapping_sub(run.duration() << 16) as i64;
         if self.path.is_endless() {
-            self.n = self.n.max(floor(self.path.crest).saturating_add(1));
+            self.n = self.n.max(floor(self.path.accel_end).saturating_add(1));
         } else {
             self.n = self.n.wrapping_add(1 << size);
         }
@@ -213,17 +213,17 @@ impl Cursor {
         let from = u64::from(self.n) << 32;
         let to = from.saturating_add(ONE);
         let mut time = 0u64;
-        if from < path.crest {
+        if from < path.accel_end {
             time = path.rise.time(path.v_peak.abs_diff(self.v));
         }
-        let level = to.min(path.brink).saturating_sub(from.max(path.crest));
+        let level = to.min(path.decel_start).saturating_sub(from.max(path.accel_end));
         time = time.saturating_add(match level {
             ONE => path.level,
             part => portion(path.level, part as u32),
         });
         let w = path.w_at(self.n + 1);
         let v = root(w);
-        if to > path.brink {
+        if to > path.decel_start {
             time = time.saturating_add(path.fall.time(path.v_peak.abs_diff(v)));
         }
         let (run, lag) = single(time, self.lag);
@@ -249,19 +249,19 @@ impl Iterator for Cursor {
             return None;
         }
         let at = u64::from(self.n) << 32;
-        let (crest, brink) = (self.path.crest, self.path.brink);
-        let run = if at < crest {
-            match floor(crest) - self.n {
+        let (accel_end, decel_start) = (self.path.accel_end, self.path.decel_start);
+        let run = if at < accel_end {
+            match floor(accel_end) - self.n {
                 0 => self.corner(),
                 room => self.ramp(room, self.path.a2, !self.path.sinks),
             }
-        } else if at < brink {
-            match floor(brink).saturating_sub(self.n) {
+        } else if at < decel_start {
+            match floor(decel_start).saturating_sub(self.n) {
                 0 => self.corner(),
                 room => self.level(room),
             }
         } else {
-            if self.n == floor(brink) {
+            if self.n == floor(decel_start) {
                 // A peak between steps that rounding put on a step: the fall
                 // has its own, exact line.
                 self.stand(self.n);

@@ -9,14 +9,14 @@
 //!                ╱│                      │╲        w(n) = w_begin ± a2·n
 //!   w_begin     ╱ │                      │ ╲       w(n) = w_end + d2·(length − n)
 //!   w_end                                   ╲
-//!              0  crest                 brink length   → n (steps)
+//!              0  accel_end                 decel_start length   → n (steps)
 //! ```
 //!
 //! with a2 = 2a and d2 = 2d. The time of pulse n follows from the speed alone,
 //!
 //! ```text
 //!   rise   t(n) = (v(n) − v_begin) / a
-//!   level  t(n) = t(crest) + (n − crest) / v_peak
+//!   level  t(n) = t(accel_end) + (n − accel_end) / v_peak
 //!   fall   t(n) = t(length) − (v(n) − v_end) / d
 //! ```
 //!
@@ -95,15 +95,15 @@ pub struct Path {
     pub(crate) d2: u64,
     pub(crate) sinks: bool,
     /// End of the first and begin of the last piece.
-    pub(crate) crest: Q32,
-    pub(crate) brink: Q32,
+    pub(crate) accel_end: Q32,
+    pub(crate) decel_start: Q32,
     pub(crate) rise: Scale,
     pub(crate) fall: Scale,
     /// The interval at the top speed.
     pub(crate) level: Q32,
 }
 
-/// A brink that never comes: an endless run.
+/// A decel_start that never comes: an endless run.
 const NEVER: Q32 = u64::MAX;
 
 impl Path {
@@ -126,7 +126,7 @@ impl Path {
         let (w_top, w_end) = (top.squared(), start.min(top).squared().min(w));
         let sinks = w > w_top;
         let slope = if sinks { d2 } else { a2 };
-        let crest = ratio(w.abs_diff(w_top), slope);
+        let accel_end = ratio(w.abs_diff(w_top), slope);
         let brake = ratio(w_top - w_end.min(w_top), d2);
         let mut path = Path {
             rate,
@@ -138,13 +138,13 @@ impl Path {
             a2: slope,
             d2,
             sinks,
-            crest,
-            brink: length.saturating_sub(brake),
+            accel_end,
+            decel_start: length.saturating_sub(brake),
             rise: Scale::new(rate, slope),
             fall: Scale::new(rate, d2),
             level: fixed::interval(rate, top),
         };
-        if crest.saturating_add(brake) > length {
+        if accel_end.saturating_add(brake) > length {
             path.turn_early(length);
         }
         path
@@ -154,8 +154,8 @@ impl Path {
     pub(crate) fn endless(bounds: &Bounds, w: u64) -> Path {
         let mut path = Path::from_motion(bounds, w, u32::MAX);
         let top = bounds.top.squared();
-        path.crest = ratio(w.abs_diff(top), path.a2);
-        (path.w_peak, path.v_peak, path.brink) = (top, root(top), NEVER);
+        path.accel_end = ratio(w.abs_diff(top), path.a2);
+        (path.w_peak, path.v_peak, path.decel_start) = (top, root(top), NEVER);
         path
     }
 
@@ -169,18 +169,18 @@ impl Path {
         let above = self.w_begin - self.w_end.min(self.w_begin);
         if self.sinks {
             // Only the brake's own curve is left: it begins at once.
-            (self.crest, self.w_peak, self.v_peak) = (0, self.w_begin, root(self.w_begin));
+            (self.accel_end, self.w_peak, self.v_peak) = (0, self.w_begin, root(self.w_begin));
         } else if self.a2 <= self.d2 {
             let fall = ratio(self.a2.wrapping_mul(steps).wrapping_add(above), self.a2 + self.d2);
-            self.crest = length.saturating_sub(fall);
-            (self.w_peak, self.v_peak) = along(self.w_begin, self.a2, self.crest);
+            self.accel_end = length.saturating_sub(fall);
+            (self.w_peak, self.v_peak) = along(self.w_begin, self.a2, self.accel_end);
         } else {
             let reach = self.d2.wrapping_mul(steps).saturating_sub(above);
-            self.crest = ratio(reach, self.a2 + self.d2);
-            let left = length.saturating_sub(self.crest);
+            self.accel_end = ratio(reach, self.a2 + self.d2);
+            let left = length.saturating_sub(self.accel_end);
             (self.w_peak, self.v_peak) = along(self.w_end, self.d2, left);
         }
-        self.brink = self.crest;
+        self.decel_start = self.accel_end;
     }
 
     /// Pulses in this path, 0 … 2³¹; `u32::MAX` if it is endless.
@@ -190,7 +190,7 @@ impl Path {
 
     /// Whether it never ends by itself.
     pub const fn is_endless(&self) -> bool {
-        self.brink == NEVER
+        self.decel_start == NEVER
     }
 
     /// Steps from the first pulse to the last.
@@ -201,14 +201,14 @@ impl Path {
     /// w at pulse n: exact on the ramps.
     pub(crate) fn w_at(&self, n: u32) -> u64 {
         let at = u64::from(n) << 32;
-        if at < self.crest {
+        if at < self.accel_end {
             let change = self.a2.wrapping_mul(n.into());
             if self.sinks {
                 self.w_begin.saturating_sub(change)
             } else {
                 self.w_begin.wrapping_add(change)
             }
-        } else if at < self.brink {
+        } else if at < self.decel_start {
             self.w_peak
         } else {
             let left = self.length().saturating_sub(n);
@@ -227,9 +227,9 @@ impl Path {
     /// for pulse 0 that of the first interval.
     pub fn phase_of(&self, n: u32) -> Phase {
         let middle = (u64::from(n.max(1)) << 32) - ONE / 2;
-        if middle < self.crest {
+        if middle < self.accel_end {
             Phase::Up
-        } else if middle < self.brink || self.is_endless() {
+        } else if middle < self.decel_start || self.is_endless() {
             Phase::Cruise
         } else {
             Phase::Down
@@ -239,7 +239,7 @@ impl Path {
     /// Steps that the fall takes, rounded up; 0 for an endless path.
     pub fn braking_steps(&self) -> u32 {
         let length = u64::from(self.length()) << 32;
-        (length.saturating_sub(self.brink).saturating_add(ONE - 1) >> 32) as u32
+        (length.saturating_sub(self.decel_start).saturating_add(ONE - 1) >> 32) as u32
     }
 
     /// 2a of the rise and 2d of the fall as held, in 10⁻⁶ (steps/s)² per step.
@@ -249,7 +249,7 @@ impl Path {
 
     /// Speed² from which the fall begins, and the rise ends.
     pub(crate) fn corner(&self) -> (Q32, Q32) {
-        (self.crest, self.brink)
+        (self.accel_end, self.decel_start)
     }
 
     /// When pulse `n` comes, in ticks after pulse 0, to the nearest tick; `n`
@@ -257,18 +257,18 @@ impl Path {
     pub fn time_of(&self, n: u32) -> u64 {
         let n = if self.is_endless() { n } else { n.min(self.length()) };
         let at = u64::from(n) << 32;
-        let (crest, brink) = self.corner();
+        let (accel_end, decel_start) = self.corner();
         let v_begin = root(self.w_begin);
-        let mut time = self.rise.long_time(v_begin.abs_diff(if at < crest {
+        let mut time = self.rise.long_time(v_begin.abs_diff(if at < accel_end {
             root(self.w_at(n))
         } else {
             self.v_peak
         }));
-        if at > crest {
-            let level = u128::from(at.min(brink).saturating_sub(crest));
+        if at > accel_end {
+            let level = u128::from(at.min(decel_start).saturating_sub(accel_end));
             time = time.wrapping_add(level.wrapping_mul(self.level.into()) >> 48);
         }
-        if at > brink {
+        if at > decel_start {
             time = time.wrapping_add(self.fall.long_time(self.v_peak.abs_diff(root(self.w_at(n)))));
         }
         u64::try_from((time + 0x8000) >> 16).unwrap_or(u64::MAX)

@@ -9,7 +9,7 @@ use stepwright::{Given, Steppers};
 use stepwright_avr::board::{self, AXES};
 use stepwright_avr::in_flash::InFlash;
 use stepwright_avr::serial::{Received, Serial};
-use stepwright_avr::step::{Held, RUNS};
+use stepwright_avr::step::{AvrEngine, RUNS};
 use stepwright_avr::{chip, reset, slot::Slot, step, watchdog};
 use stepwright_device::Mark;
 use stepwright_protocol::Slave;
@@ -21,13 +21,13 @@ struct Board {
     serial: Serial,
 }
 
-type Motors = Steppers<'static, Held, AXES, RUNS, ()>;
+type Motors = Steppers<'static, AvrEngine, AXES, RUNS, ()>;
 
 /// All zeros, which take no flash; `start` does the rest.
 static SLAVE: Slot<Slave<AXES>> = Slot::new(Slave::blank());
 static MOTORS: Slot<Motors> =
     // SAFETY: `start` powers them up before anything else.
-    Slot::new(unsafe { Steppers::blank(Held::NONE) });
+    Slot::new(unsafe { Steppers::blank(AvrEngine::NONE) });
 
 /// Its board.
 #[unsafe(link_section = ".progmem.data")]
@@ -45,8 +45,8 @@ fn main() -> ! {
     unsafe { avr_device::interrupt::enable() };
     loop {
         watchdog::feed();
-        if board.slave.get().is_speaking() {
-            board.speak();
+        if board.slave.get().is_answering() {
+            board.next_byte();
         } else {
             board.listen();
             board.work();
@@ -128,7 +128,7 @@ impl Board {
         {
             match received {
                 Received::Byte(byte) => {
-                    self.slave.get().hear(byte, self.motors.get());
+                    self.slave.get().receive(byte, self.motors.get());
                 }
                 Received::Garbled => self.slave.get().garbled(),
             }
@@ -148,9 +148,9 @@ impl Board {
 
     /// Sends of the answer as much as there is room for. Planning goes on meanwhile.
     #[inline(never)]
-    fn speak(&mut self) {
+    fn next_byte(&mut self) {
         while self.serial.has_room()
-            && let Some(byte) = self.slave.get().speak(self.motors.get())
+            && let Some(byte) = self.slave.get().next_byte(self.motors.get())
         {
             self.serial.send(byte);
         }

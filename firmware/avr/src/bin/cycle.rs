@@ -6,7 +6,7 @@
 
 use stepwright_avr::board::{X, Y, Z};
 use stepwright_avr::console::Console;
-use stepwright_avr::cycle::{self, Held};
+use stepwright_avr::cycle::{self, AvrEngine};
 use stepwright_cycle::{Motor, Program, Refusal, Switches};
 
 stepwright_avr::cycle_interrupt!();
@@ -52,14 +52,14 @@ fn main() -> ! {
 }
 
 /// 150 mm, 75 mm and 7.5 mm, all three in 20 s.
-fn go(motors: &mut Held) -> Result<(), Refusal> {
+fn go(motors: &mut AvrEngine) -> Result<(), Refusal> {
     motors.prepare(X, Program::Steps { count: 20_000, delay: 1_000 })?;
     motors.prepare(Y, Program::Steps { count: 10_000, delay: 2_000 })?;
     motors.prepare(Z, Program::Steps { count: 1_000, delay: 20_000 })?;
     motors.start()
 }
 
-fn print(console: &mut Console, motors: &mut Held) {
+fn print(console: &mut Console, motors: &mut AvrEngine) {
     // All of them first: sending a number takes longer than a step.
     let at = [X, Y, Z].map(|motor| motors.position(motor));
     for (name, at) in ["X.pos=", ", Y.pos=", ", Z.pos="].iter().zip(at) {

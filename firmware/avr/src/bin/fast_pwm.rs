@@ -148,9 +148,9 @@ stepwright_avr::handler!(TIMER1_OVF, TIMER1_OVF, {
 });
 
 /// The foreground's hold.
-struct Held;
+struct AvrEngine;
 
-impl Held {
+impl AvrEngine {
     #[inline(always)]
     fn motor<R>(&mut self, look: impl FnOnce(&mut Motor, &TC1) -> R) -> R {
         avr_device::interrupt::free(|_| {
@@ -161,7 +161,7 @@ impl Held {
     }
 }
 
-impl Hold for Held {
+impl Hold for AvrEngine {
     #[inline(always)]
     fn with<R>(&mut self, look: impl FnOnce(&mut Pace) -> R) -> R {
         self.motor(|motor, _| look(&mut motor.stepper.pace))
@@ -179,7 +179,7 @@ impl Hold for Held {
     }
 }
 
-impl Windings for Held {
+impl Windings for AvrEngine {
     fn phase(&mut self) -> u8 {
         self.motor(|motor, _| motor.stepper.phase())
     }
@@ -189,10 +189,10 @@ impl Windings for Held {
 fn main() -> ! {
     shield::pins();
     let (sequence, mask) = shield::lines(shield::DIRECTION);
-    Held.motor(|motor, _| {
+    AvrEngine.motor(|motor, _| {
         motor.stepper.wire(PortB, sequence, mask);
         motor.stepper.coils().port().drive(mask);
     });
     // SAFETY: called once, with interrupts off, and the motor is made.
-    unsafe { example::logged(&mut Held, &ORDER) }
+    unsafe { example::logged(&mut AvrEngine, &ORDER) }
 }

@@ -152,7 +152,7 @@ impl Board {
     fn ask(&mut self, command: Command) -> Result<Reply, Fault> {
         let line = self.master.send(command).map_err(|_| Fault::Silent)?;
         self.send(line);
-        self.hear().ok_or(Fault::Silent)
+        self.receive().ok_or(Fault::Silent)
     }
 
     /// Begins afresh after a silence: see [`Master::resync`].
@@ -160,7 +160,7 @@ impl Board {
         for _ in 0..TRIES {
             let line = self.master.resync();
             self.send(line);
-            if self.hear().is_some() {
+            if self.receive().is_some() {
                 return Ok(());
             }
         }
@@ -175,7 +175,7 @@ impl Board {
     }
 
     /// The answer, or `None` after a silence.
-    fn hear(&mut self) -> Option<Reply> {
+    fn receive(&mut self) -> Option<Reply> {
         let mut silent = 0;
         while silent < SILENCE {
             match self.serial.receive() {

@@ -5,26 +5,26 @@
 
 use stepwright::{Given, Steppers};
 use stepwright_avr::in_flash::InFlash;
-use stepwright_avr::panel::AvrPanel;
+use stepwright_avr::panel::AvrIo;
 use stepwright_avr::serial::{Received, Serial};
-use stepwright_avr::step::{Held, RUNS};
+use stepwright_avr::step::{AvrEngine, RUNS};
 use stepwright_avr::{board, chip, clock, eeprom, slot::Slot, step, watchdog};
 use stepwright_device::Device;
 
 /// All that the main loop works with.
 struct Slave {
     device: Owner,
-    panel: AvrPanel,
+    panel: AvrIo,
     serial: Serial,
 }
 
-type Controller = Device<'static, Held, { board::AXES }, RUNS>;
+type Controller = Device<'static, AvrEngine, { board::AXES }, RUNS>;
 
 /// All zeros, which take no flash; `start` does the rest, as there is no room for a
 /// second one on the stack.
 static DEVICE: Slot<Controller> =
     // SAFETY: `start` powers the motors up before anything else.
-    Slot::new(Device::blank(unsafe { Steppers::blank(Held::NONE) }));
+    Slot::new(Device::blank(unsafe { Steppers::blank(AvrEngine::NONE) }));
 
 /// Its board.
 #[unsafe(link_section = ".progmem.data")]
@@ -43,13 +43,13 @@ fn main() -> ! {
     loop {
         watchdog::feed();
         slave.panel.tick();
-        if slave.device.get().is_speaking() {
-            slave.speak();
+        if slave.device.get().is_answering() {
+            slave.next_byte();
         } else {
             slave.listen();
             slave.work();
         }
-        slave.device.get().attend(&mut slave.panel);
+        slave.device.get().poll_io(&mut slave.panel);
         // Four pieces make a run; a byte of the line may wait for that long.
         let _ = slave.plan() && slave.plan() && slave.plan() && slave.plan();
     }
@@ -70,7 +70,7 @@ unsafe fn start(base: &'static mut [i64; board::AXES]) -> Slave {
     let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
     let mut slave = Slave {
         device: Owner(()),
-        panel: AvrPanel::new(
+        panel: AvrIo::new(
             levels,
             eeprom::Eeprom::new(chip.EEPROM),
             clock::Clock::start(chip.TC0),
@@ -116,7 +116,7 @@ impl Slave {
         {
             match received {
                 Received::Byte(byte) => {
-                    self.device.get().hear(byte, &mut self.panel);
+                    self.device.get().receive(byte, &mut self.panel);
                 }
                 Received::Garbled => self.device.get().garbled(),
             }
@@ -132,9 +132,9 @@ impl Slave {
     /// Sends of the answer as much as there is room for. Planning goes on
     /// meanwhile.
     #[inline(never)]
-    fn speak(&mut self) {
+    fn next_byte(&mut self) {
         while self.serial.has_room()
-            && let Some(byte) = self.device.get().speak(&mut self.panel)
+            && let Some(byte) = self.device.get().next_byte(&mut self.panel)
         {
             self.serial.send(byte);
         }

@@ -9,7 +9,7 @@
 
 use stepwright_avr::chip;
 use stepwright_avr::console::Console;
-use stepwright_avr::timed::{AnyPort, Held, Timer, Timer1, Windings, io_clock_now, shield};
+use stepwright_avr::timed::{AnyPort, AvrEngine, Timer, Timer1, Windings, io_clock_now, shield};
 #[cfg(feature = "mega")]
 use stepwright_avr::timed::{Timer3, Timer4, Timer5};
 use stepwright_timed::fit::Hardware;
@@ -21,7 +21,7 @@ macro_rules! motor {
         mod $name {
             use stepwright::drive::sequence::SHIELD;
             use stepwright_avr::slot::Slot;
-            use stepwright_avr::timed::{AnyPort, Held, Motor, Timer, $timer};
+            use stepwright_avr::timed::{AnyPort, AvrEngine, Motor, Timer, $timer};
 
             static MOTOR: Slot<Motor<AnyPort>> = Slot::new(Motor::new(AnyPort::NONE));
 
@@ -34,9 +34,9 @@ macro_rules! motor {
             ///
             /// # Safety
             /// To be called once, with interrupts off.
-            pub unsafe fn take() -> Held<AnyPort, $timer> {
+            pub unsafe fn take() -> AvrEngine<AnyPort, $timer> {
                 // SAFETY: the caller's promise; it is this timer's interrupt.
-                unsafe { Held::new(&MOTOR, AnyPort::NONE, SHIELD, 0, 0) }
+                unsafe { AvrEngine::new(&MOTOR, AnyPort::NONE, SHIELD, 0, 0) }
             }
         }
     };
@@ -61,7 +61,7 @@ const TIMERS: &str = " timers=1";
 
 /// A motor and its driver.
 struct Station<T: Timer> {
-    held: Held<AnyPort, T>,
+    held: AvrEngine<AnyPort, T>,
     driver: Driver,
     /// Its own among the motors that share a shield's enables.
     bit: u8,
@@ -77,7 +77,7 @@ struct Station<T: Timer> {
 }
 
 impl<T: Timer> Station<T> {
-    fn new(held: Held<AnyPort, T>, bit: u8) -> Station<T> {
+    fn new(held: AvrEngine<AnyPort, T>, bit: u8) -> Station<T> {
         Station {
             held,
             driver: Driver::new(Hardware::avr16(io_clock_now()), Model::Ideal),

@@ -13,7 +13,7 @@ use anyhow::{Result, ensure};
 use super::Subject;
 use super::job::{Axis, Job, Traffic};
 use super::table::Row;
-use crate::taps::Visit;
+use crate::probes::IsrSpan;
 
 /// Steps/s about as fast as the chip can: at some of them a byte on the line makes a step
 /// come so late that the next one is due on its way out. At which ones, every build moves.
@@ -39,7 +39,7 @@ fn least(subject: &Subject, axis: impl Fn(u32) -> Axis) -> Result<u64> {
     let mut close = Vec::new();
     for top in TOPS.step_by(APART) {
         let (steps, visits) = Job::new(&[axis(top)], Traffic::NOW).begin(subject)?;
-        let mut stays: Vec<Visit> = Vec::new();
+        let mut stays: Vec<IsrSpan> = Vec::new();
         for visit in visits {
             match stays.last_mut() {
                 Some(stay) if visit.entry <= stay.exit + INSTRUCTION => stay.exit = visit.exit,

@@ -7,14 +7,14 @@ use super::table::Row;
 use super::{Subject, Way};
 use crate::board::HZ;
 use crate::chip::Chip;
-use crate::taps::Visit;
+use crate::probes::IsrSpan;
 
 /// One axis so slow that each step has an interrupt of its own.
 pub(super) fn isolated(subject: &Subject) -> Result<Vec<Row>> {
     let constant = visits(subject, Axis::constant(2_000, 6_000))?;
     // The ramps fill the whole travel.
     let ramp = visits(subject, Axis::ramps(4_000, 2_600, 6_000))?;
-    let cycles = |visits: &[Visit]| -> Vec<u64> {
+    let cycles = |visits: &[IsrSpan]| -> Vec<u64> {
         // Without the beginning, which waits for hold and set-up.
         visits.iter().skip(100).map(|visit| visit.exit - visit.entry).collect()
     };
@@ -28,7 +28,7 @@ pub(super) fn isolated(subject: &Subject) -> Result<Vec<Row>> {
     ])
 }
 
-fn visits(subject: &Subject, axis: Axis) -> Result<Vec<Visit>> {
+fn visits(subject: &Subject, axis: Axis) -> Result<Vec<IsrSpan>> {
     let outcome = Job::new(&[axis], Traffic::Silent).keeping_visits().run(subject, |_| {})?;
     let mut outcome = outcome.map_err(Error::msg)?;
     let last = outcome.steps[0].last().context("no steps")?.time;

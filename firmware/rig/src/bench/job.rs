@@ -10,7 +10,7 @@ use super::Subject;
 use crate::board::HZ;
 use crate::chip::Chip;
 use crate::edges::{Step, steps_of};
-use crate::taps::Visit;
+use crate::probes::IsrSpan;
 
 /// One axis's part.
 #[derive(Clone, Copy, Debug)]
@@ -160,7 +160,7 @@ impl Job {
 
     /// What the first axis does in the first 100 ms, however late: its steps,
     /// and the stays in the step interrupt.
-    pub(super) fn begin(&self, subject: &Subject) -> Result<(Vec<Step>, Vec<Visit>)> {
+    pub(super) fn begin(&self, subject: &Subject) -> Result<(Vec<Step>, Vec<IsrSpan>)> {
         let mut chip = self.told(subject)?;
         chip.keep_visits();
         chip.send(b"E\r");

@@ -14,7 +14,7 @@ use crate::failure::{Failure, unless_closed};
 use crate::files;
 use crate::link::serial::Share;
 use crate::say;
-use crate::talk::Talk;
+use crate::session::Session;
 
 /// A file of settings has this many bytes at most; one with all of them and what they mean
 /// has some two thousand.
@@ -170,15 +170,15 @@ fn row(value: Value) -> String {
 }
 
 fn set(args: &SetArgs) -> Result<(), Failure> {
-    let (mut talk, settings) = meet(&args.port, "settings set")?;
-    change(&mut talk, settings, &args.values)?;
+    let (mut session, settings) = meet(&args.port, "settings set")?;
+    change(&mut session, settings, &args.values)?;
     args.values.iter().for_each(|value| say::result(row(*value)));
     Ok(())
 }
 
 fn reset(args: &ResetArgs) -> Result<(), Failure> {
-    let (mut talk, _) = meet(&args.port, "settings reset")?;
-    order(&mut talk, Command::Reset)?;
+    let (mut session, _) = meet(&args.port, "settings reset")?;
+    order(&mut session, Command::Reset)?;
     say::result("all settings have their defaults");
     Ok(())
 }
@@ -190,15 +190,15 @@ fn load(args: &LoadArgs) -> Result<(), Failure> {
         Failure::new(format!("{}: {}", path.display(), wrong.join("\n       ")))
             .hint("nothing was set; `stepwright settings save` writes a file that is right")
     })?;
-    let (mut talk, settings) = meet(&args.port, "settings load")?;
-    let changed = change(&mut talk, settings, &values)?;
+    let (mut session, settings) = meet(&args.port, "settings load")?;
+    let changed = change(&mut session, settings, &values)?;
     say::result(format_args!("{changed} of {} settings changed", values.len()));
     Ok(())
 }
 
 fn save(args: &SaveArgs) -> Result<(), Failure> {
-    let (mut talk, settings) = meet(&args.port, "settings save")?;
-    let text = file::write(&settings, &talk.link().name());
+    let (mut session, settings) = meet(&args.port, "settings save")?;
+    let text = file::write(&settings, &session.link().name());
     if args.file == Path::new("-") {
         use std::io::Write;
         return unless_closed(std::io::stdout().write_all(text.as_bytes()));
@@ -207,28 +207,28 @@ fn save(args: &SaveArgs) -> Result<(), Failure> {
 }
 
 /// Meets a board that has settings.
-fn meet(port: &PortArgs, order: &str) -> Result<(Talk, Listed), Failure> {
-    let mut talk = port.meet(order, Share::Alone)?;
-    let settings = ask(&mut talk)?;
-    Ok((talk, settings))
+fn meet(port: &PortArgs, order: &str) -> Result<(Session, Listed), Failure> {
+    let mut session = port.meet(order, Share::Alone)?;
+    let settings = ask(&mut session)?;
+    Ok((session, settings))
 }
 
 /// The settings of a board.
-pub fn ask(talk: &mut Talk) -> Result<Listed, Failure> {
+pub fn ask(session: &mut Session) -> Result<Listed, Failure> {
     // A line may be damaged on its way, and is answered E then.
     for _ in 0..3 {
-        let reply = talk.ask(Command::Settings).map_err(target::trouble(talk))?;
+        let reply = session.ask(Command::Settings).map_err(target::trouble(session))?;
         if let Reply::Settings(settings) = reply {
             return Ok(settings);
         }
     }
-    let name = talk.link().name();
+    let name = session.link().name();
     Err(Failure::new(format!("{name} has no settings: it answers `$` with E"))
         .hint("is it a board with the Nano slave's program? It can't be set up over the line"))
 }
 
 /// Sets those that have another value; how many.
-fn change(talk: &mut Talk, settings: Listed, values: &[Value]) -> Result<usize, Failure> {
+fn change(session: &mut Session, settings: Listed, values: &[Value]) -> Result<usize, Failure> {
     let mut now = Settings::new();
     for value in values {
         now.set(there(&settings, value.setting())?);
@@ -236,7 +236,7 @@ fn change(talk: &mut Talk, settings: Listed, values: &[Value]) -> Result<usize, 
     let mut changed = 0;
     for value in values {
         if now.set(*value) {
-            order(talk, Command::Set(*value))?;
+            order(session, Command::Set(*value))?;
             changed += 1;
         }
     }
@@ -244,13 +244,13 @@ fn change(talk: &mut Talk, settings: Listed, values: &[Value]) -> Result<usize, 
 }
 
 /// Says a line that changes settings; it is harmless twice.
-pub fn order(talk: &mut Talk, line: Command) -> Result<(), Failure> {
+pub fn order(session: &mut Session, line: Command) -> Result<(), Failure> {
     for _ in 0..3 {
-        let reply = talk.ask(line).map_err(target::trouble(talk))?;
+        let reply = session.ask(line).map_err(target::trouble(session))?;
         if reply == Reply::Yes {
             return Ok(());
         }
-        let why = talk.why().map_err(target::trouble(talk))?;
+        let why = session.why().map_err(target::trouble(session))?;
         match why {
             // It was damaged on its way: once more.
             None | Some(Refusal::Line | Refusal::Sum) => {}

@@ -1,4 +1,4 @@
-//! The duties: drivers, switches, the silent host.
+//! The supervisor: drivers, switches, the silent host.
 
 use stepwright::drive::Axes;
 use stepwright::{Axis, Control, Ticks};
@@ -7,7 +7,7 @@ use stepwright_protocol::{Setting, Settings, Slave, Stop};
 #[cfg(feature = "safety")]
 use crate::contacts::Contacts;
 use crate::device::Motors;
-use crate::panel::Panel;
+use crate::panel::BoardIo;
 use crate::reset::Mark;
 use crate::store::Store;
 
@@ -25,7 +25,7 @@ impl Blocked {
 }
 
 /// What a device keeps in mind besides its motors and its line.
-pub(crate) struct Duties {
+pub(crate) struct Supervisor {
     pub(crate) settings: Settings,
     pub(crate) store: Store,
     /// Whether the drivers are on.
@@ -49,9 +49,9 @@ pub(crate) struct Duties {
     now: u8,
 }
 
-impl Duties {
+impl Supervisor {
     /// Before power-up.
-    pub(crate) const OFF: Duties = Duties {
+    pub(crate) const OFF: Supervisor = Supervisor {
         settings: Settings::blank(),
         store: Store::NEW,
         enabled: false,
@@ -68,9 +68,9 @@ impl Duties {
 
     /// As at power-up: the settings are those of the memory, the drivers off.
     /// True if the position is unknown.
-    pub(crate) fn begin(&mut self, panel: &mut impl Panel) -> bool {
+    pub(crate) fn begin(&mut self, panel: &mut impl BoardIo) -> bool {
         self.store.find(panel, &mut self.settings);
-        self.hear(panel);
+        self.receive(panel);
         let doubts = panel.reset().doubts(panel.mark());
         panel.set_mark(if doubts { Mark::MOVED } else { Mark::NONE });
         doubts
@@ -86,7 +86,7 @@ impl Duties {
     pub(crate) fn apply<E: Control, const N: usize, const Q: usize>(
         &mut self,
         motors: &mut Motors<'_, E, N, Q>,
-        panel: &mut impl Panel,
+        panel: &mut impl BoardIo,
     ) {
         motors.set_drivers(
             self.ticks(panel, Setting::Pulse),
@@ -100,24 +100,24 @@ impl Duties {
 
     /// A setting in microseconds, in ticks.
     #[inline(never)]
-    fn ticks(&self, panel: &impl Panel, setting: Setting) -> Ticks {
+    fn ticks(&self, panel: &impl BoardIo, setting: Setting) -> Ticks {
         panel.ticks(self.settings.get(setting) as u16)
     }
 
     /// Sets the pin that enables the drivers.
     #[cfg_attr(target_arch = "avr", inline(never))]
-    fn set_enable(&self, panel: &mut impl Panel) {
+    fn set_enable(&self, panel: &mut impl BoardIo) {
         panel.set_enable(self.enabled == (self.settings.byte(Setting::EnableHigh) != 0));
     }
 
     /// Axes whose switch is closed.
-    fn closed(&self, panel: &impl Panel) -> Axes {
+    fn closed(&self, panel: &impl BoardIo) -> Axes {
         !(panel.switches() ^ self.axes(Setting::SwitchHigh)) & self.axes(Setting::Switches)
     }
 
     /// Axes that may not travel forward now, and those that may not backward:
     /// their switch is closed, or was so lately.
-    pub(crate) fn blocked(&self, panel: &impl Panel) -> Blocked {
+    pub(crate) fn blocked(&self, panel: &impl BoardIo) -> Blocked {
         let closed = self.closed(panel);
         #[cfg(feature = "safety")]
         let closed = closed | self.contacts.held() & self.axes(Setting::Switches);
@@ -126,7 +126,7 @@ impl Duties {
     }
 
     /// How long a travel that is ordered now has to wait for the drivers.
-    pub(crate) fn wait(&self, panel: &impl Panel) -> Ticks {
+    pub(crate) fn wait(&self, panel: &impl BoardIo) -> Ticks {
         let left = if self.enabled { self.settling } else { self.delay() };
         panel.ticks(1000).wrapping_mul(left.into())
     }
@@ -141,7 +141,7 @@ impl Duties {
     }
 
     /// A travel begins.
-    pub(crate) fn enable(&mut self, panel: &mut impl Panel) {
+    pub(crate) fn enable(&mut self, panel: &mut impl BoardIo) {
         self.moved_at = panel.millis();
         panel.set_mark(Mark::MOVING);
         if !self.enabled {
@@ -155,7 +155,7 @@ impl Duties {
     /// Everything was stopped at once: the drivers go off if they are to. What moved is at
     /// rest, which is the last that they can tell.
     #[cfg(feature = "safety")]
-    pub(crate) fn killed(&mut self, panel: &mut impl Panel) {
+    pub(crate) fn killed(&mut self, panel: &mut impl BoardIo) {
         if self.enabled && self.settings.byte(Setting::KillOff) != 0 {
             panel.set_mark(Mark::MOVED);
             self.enabled = false;
@@ -164,14 +164,14 @@ impl Duties {
     }
 
     /// A line is complete, whatever it says: the host is there.
-    pub(crate) fn hear(&mut self, panel: &impl Panel) {
+    pub(crate) fn receive(&mut self, panel: &impl BoardIo) {
         self.heard_at = panel.millis();
         self.silent = false;
     }
 
     /// Milliseconds since the last look at the time, modulo 256.
     #[inline(always)]
-    fn passed(&self, panel: &impl Panel) -> u8 {
+    fn passed(&self, panel: &impl BoardIo) -> u8 {
         (panel.millis() as u8).wrapping_sub(self.now)
     }
 
@@ -180,16 +180,16 @@ impl Duties {
         &mut self,
         slave: &mut Slave<N>,
         motors: &mut Motors<'_, E, N, Q>,
-        panel: &mut impl Panel,
+        panel: &mut impl BoardIo,
     ) {
         #[cfg(feature = "safety")]
         {
-            self.heed_inputs(slave, motors, panel);
+            self.check_inputs(slave, motors, panel);
             let closed = self.closed(panel);
             let debounce = self.settings.byte(Setting::Debounce);
             self.contacts.sample(self.passed(panel), closed, debounce);
         }
-        self.heed_switches(slave, motors, panel);
+        self.check_switches(slave, motors, panel);
         self.store.poll(panel, &self.settings);
         let passed = self.passed(panel);
         if passed != 0 {
@@ -197,16 +197,16 @@ impl Duties {
             self.settling = self.settling.saturating_sub(passed.into());
             // One at a time, for they mostly are one: a rest may be longer.
             motors.pass(panel.ticks(1000));
-            self.heed_time(slave, motors, panel);
+            self.check_time(slave, motors, panel);
         }
     }
 
     /// Stops what moves towards a closed switch.
-    fn heed_switches<E: Control, const N: usize, const Q: usize>(
+    fn check_switches<E: Control, const N: usize, const Q: usize>(
         &self,
         slave: &mut Slave<N>,
         motors: &mut Motors<'_, E, N, Q>,
-        panel: &impl Panel,
+        panel: &impl BoardIo,
     ) {
         let blocked = self.blocked(panel);
         let mut bit: Axes = 1;
@@ -221,11 +221,11 @@ impl Duties {
     }
 
     /// A millisecond has passed, or some.
-    fn heed_time<E: Control, const N: usize, const Q: usize>(
+    fn check_time<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
         motors: &mut Motors<'_, E, N, Q>,
-        panel: &mut impl Panel,
+        panel: &mut impl BoardIo,
     ) {
         let busy = motors.any_moving();
         let now = panel.millis();
@@ -236,7 +236,7 @@ impl Duties {
             panel.set_mark(Mark::MOVED);
         }
         #[cfg(feature = "safety")]
-        self.heed_lease(now, slave, motors);
+        self.check_lease(now, slave, motors);
         let (setting, since) =
             if busy { (Setting::Timeout, &self.heard_at) } else { (Setting::Idle, &self.moved_at) };
         let limit = self.settings.get(setting);
@@ -259,7 +259,7 @@ impl Duties {
     /// A lease ends with the first silence of its length, and so does all motion: the
     /// next host may know nothing of it.
     #[cfg(feature = "safety")]
-    fn heed_lease<E: Control, const N: usize, const Q: usize>(
+    fn check_lease<E: Control, const N: usize, const Q: usize>(
         &mut self,
         now: u32,
         slave: &mut Slave<N>,

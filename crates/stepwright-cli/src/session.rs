@@ -2,12 +2,12 @@
 //! answer does not come.
 //!
 //! ```text
-//!   order ──► Talk ──► Master ──► Link ──► … the board
+//!   order ──► Session ──► Master ──► Link ──► … the board
 //!                 ◄── Reply ◄──      ◄── bytes, in their time
 //! ```
 //!
 //! A line that got no answer was lost, or its answer was; nobody knows which.
-//! So [`Talk`] gets in step with the board again, and then
+//! So [`Session`] gets in step with the board again, and then
 //! - says once more what is harmless twice: questions, A, Z, K, I;
 //! - leaves it to the caller to look, after a line of an order.
 //!
@@ -54,7 +54,7 @@ const SLICE: Duration = Duration::from_millis(20);
 
 /// Why a conversation can't go on.
 #[derive(Debug)]
-pub enum Trouble {
+pub enum LinkError {
     /// The line is gone: unplugged, or its other end was closed.
     Gone(io::Error),
     /// The board has stopped answering.
@@ -63,16 +63,16 @@ pub enum Trouble {
     Killed,
 }
 
-impl fmt::Display for Trouble {
+impl fmt::Display for LinkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // What a port says when it goes is of no use to a reader.
-            Trouble::Gone(error) if error.kind() == ErrorKind::UnexpectedEof => {
+            LinkError::Gone(error) if error.kind() == ErrorKind::UnexpectedEof => {
                 f.write_str("the line was closed at its other end")
             }
-            Trouble::Gone(error) => write!(f, "the line is gone ({error})"),
-            Trouble::Silent => f.write_str("the board does not answer"),
-            Trouble::Killed => f.write_str("killed"),
+            LinkError::Gone(error) => write!(f, "the line is gone ({error})"),
+            LinkError::Silent => f.write_str("the board does not answer"),
+            LinkError::Killed => f.write_str("killed"),
         }
     }
 }
@@ -89,7 +89,7 @@ pub enum Played {
 }
 
 /// A conversation with a board.
-pub struct Talk {
+pub struct Session {
     link: Box<dyn Link>,
     master: Master,
     /// What the board said of itself; `None` if it knows only the Nano slave's lines.
@@ -109,10 +109,10 @@ pub struct Talk {
     changed: bool,
 }
 
-impl Talk {
+impl Session {
     /// A conversation that has yet to begin.
-    pub fn new(link: Box<dyn Link>) -> Talk {
-        Talk {
+    pub fn new(link: Box<dyn Link>) -> Session {
+        Session {
             link,
             master: Master::new(),
             info: None,
@@ -144,7 +144,7 @@ impl Talk {
 
     /// Says what other programs want to be said.
     #[cfg(unix)]
-    fn serve_guests(&mut self) -> Result<(), Trouble> {
+    fn serve_guests(&mut self) -> Result<(), LinkError> {
         while let Some(asked) = self.host.as_ref().and_then(Host::next) {
             // An axis line is its own selection.
             if let Some(selection) = asked.selection.filter(|said| *said != asked.line) {
@@ -164,12 +164,12 @@ impl Talk {
     }
 
     #[cfg(not(unix))]
-    fn serve_guests(&mut self) -> Result<(), Trouble> {
+    fn serve_guests(&mut self) -> Result<(), LinkError> {
         Ok(())
     }
 
     /// Gets in step with the board, and asks what it is.
-    pub fn meet(&mut self) -> Result<(), Trouble> {
+    pub fn meet(&mut self) -> Result<(), LinkError> {
         let end = self.link.now() + BOOT;
         // A question first: getting in step by force counts as a refused line,
         // and would hide from the user which one was refused before.
@@ -178,11 +178,11 @@ impl Talk {
             while !self.step()? {
                 // Nothing moves by us yet, so the first request is enough.
                 if self.kill_at == BRAKED_FIRST && interrupt::asked() {
-                    return Err(Trouble::Killed);
+                    return Err(LinkError::Killed);
                 }
                 self.check_kill()?;
                 if self.link.now() >= end {
-                    return Err(Trouble::Silent);
+                    return Err(LinkError::Silent);
                 }
             }
         }
@@ -234,16 +234,16 @@ impl Talk {
     }
 
     /// Puts bytes on the line that are no line of ours.
-    pub fn put(&mut self, bytes: &[u8]) -> Result<(), Trouble> {
+    pub fn put(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         match self.link.write(bytes) {
             // The answer will not come either; that is when it is dealt with.
             Err(error) if error.kind() == ErrorKind::TimedOut => Ok(()),
-            other => other.map_err(Trouble::Gone),
+            other => other.map_err(LinkError::Gone),
         }
     }
 
     /// Says a line once. `None` if no answer came.
-    pub fn once(&mut self, command: Command) -> Result<Option<Reply>, Trouble> {
+    pub fn once(&mut self, command: Command) -> Result<Option<Reply>, LinkError> {
         self.master.give_up();
         let Ok(bytes) = self.master.send(command) else { return Ok(None) };
         let bytes: Vec<u8> = bytes.collect();
@@ -252,15 +252,15 @@ impl Talk {
     }
 
     /// Whether the user wants to kill, rather than hear more answers.
-    fn check_kill(&self) -> Result<(), Trouble> {
+    fn check_kill(&self) -> Result<(), LinkError> {
         if interrupt::presses() >= self.kill_at {
-            return Err(Trouble::Killed);
+            return Err(LinkError::Killed);
         }
         Ok(())
     }
 
     /// Waits for the answer to what was said last.
-    fn answer(&mut self) -> Result<Option<Reply>, Trouble> {
+    fn answer(&mut self) -> Result<Option<Reply>, LinkError> {
         let end = self.link.now() + PATIENCE;
         loop {
             self.check_kill()?;
@@ -269,7 +269,7 @@ impl Talk {
                 return Ok(None);
             }
             let mut buffer = [0; 256];
-            let count = self.link.read(&mut buffer, left.min(SLICE)).map_err(Trouble::Gone)?;
+            let count = self.link.read(&mut buffer, left.min(SLICE)).map_err(LinkError::Gone)?;
             let mut bytes = buffer.iter().take(count);
             if let Some(reply) = bytes.find_map(|&byte| self.master.receive(byte)) {
                 return Ok(Some(reply));
@@ -279,14 +279,14 @@ impl Talk {
 
     /// Says a line that need not be one of the protocol, and gives the answer
     /// as it is; `None` if none came.
-    pub fn say(&mut self, line: &[u8]) -> Result<Option<String>, Trouble> {
+    pub fn say(&mut self, line: &[u8]) -> Result<Option<String>, LinkError> {
         self.selected = None;
         self.put(&[line, b"\r"].concat())?;
         let end = self.link.now() + PATIENCE;
         let mut answer = Vec::new();
         while self.link.now() < end {
             let mut byte = [0];
-            if self.link.read(&mut byte, SLICE).map_err(Trouble::Gone)? == 0 {
+            if self.link.read(&mut byte, SLICE).map_err(LinkError::Gone)? == 0 {
                 continue;
             }
             match byte[0] {
@@ -300,7 +300,7 @@ impl Talk {
     }
 
     /// One attempt to get in step; true if it worked.
-    fn step(&mut self) -> Result<bool, Trouble> {
+    fn step(&mut self) -> Result<bool, LinkError> {
         self.selected = None;
         let bytes: Vec<u8> = self.master.resync().collect();
         self.put(&bytes)?;
@@ -309,17 +309,17 @@ impl Talk {
 
     /// Gets in step with the board again. An order that was being programmed
     /// can't be started any more after this; nothing that moves is touched.
-    pub fn resync(&mut self) -> Result<(), Trouble> {
+    pub fn resync(&mut self) -> Result<(), LinkError> {
         for _ in 0..TRIES {
             if self.step()? {
                 return Ok(());
             }
         }
-        Err(Trouble::Silent)
+        Err(LinkError::Silent)
     }
 
     /// Says a line until it is answered: only for one that is harmless twice.
-    pub fn ask(&mut self, command: Command) -> Result<Reply, Trouble> {
+    pub fn ask(&mut self, command: Command) -> Result<Reply, LinkError> {
         for _ in 0..if command == Command::Info { INFO_TRIES } else { TRIES } {
             match self.once(command)? {
                 Some(reply) if self.was_damaged(command, reply)? => {}
@@ -327,12 +327,12 @@ impl Talk {
                 None => self.resync()?,
             }
         }
-        Err(Trouble::Silent)
+        Err(LinkError::Silent)
     }
 
     /// Whether this is the answer to a line that noise has changed on its way, as a board
     /// that checks sums can tell.
-    fn was_damaged(&mut self, command: Command, reply: Reply) -> Result<bool, Trouble> {
+    fn was_damaged(&mut self, command: Command, reply: Reply) -> Result<bool, LinkError> {
         if !self.sums || reply != Reply::No || command == Command::Info {
             return Ok(false);
         }
@@ -341,7 +341,7 @@ impl Talk {
 
     /// Says a line that speaks of the selected axis, F or Z, having selected
     /// it. A slave that knows only the Nano slave's lines has nothing to select.
-    pub fn ask_of(&mut self, axes: Selection, command: Command) -> Result<Reply, Trouble> {
+    pub fn ask_of(&mut self, axes: Selection, command: Command) -> Result<Reply, LinkError> {
         for _ in 0..TRIES {
             self.select(axes)?;
             match self.once(command)? {
@@ -350,11 +350,11 @@ impl Talk {
                 None => self.resync()?,
             }
         }
-        Err(Trouble::Silent)
+        Err(LinkError::Silent)
     }
 
     /// Has the following lines speak of these axes.
-    pub fn select(&mut self, axes: Selection) -> Result<(), Trouble> {
+    pub fn select(&mut self, axes: Selection) -> Result<(), LinkError> {
         if self.info.is_some() && self.selected != Some(axes) {
             for _ in 0..TRIES {
                 // E: the line was damaged, for the axis is one it has.
@@ -363,13 +363,13 @@ impl Talk {
                     return Ok(());
                 }
             }
-            return Err(Trouble::Silent);
+            return Err(LinkError::Silent);
         }
         Ok(())
     }
 
     /// Whether any of these axes is busy.
-    pub fn is_busy(&mut self, axes: Selection) -> Result<bool, Trouble> {
+    pub fn is_busy(&mut self, axes: Selection) -> Result<bool, LinkError> {
         for _ in 0..TRIES {
             match self.ask_of(axes, Command::Status)? {
                 Reply::Ready => return Ok(false),
@@ -378,11 +378,11 @@ impl Talk {
                 _ => {}
             }
         }
-        Err(Trouble::Silent)
+        Err(LinkError::Silent)
     }
 
     /// Where the axis is; `None` if the board does not know.
-    pub fn position(&mut self, axis: AxisId) -> Result<Option<i64>, Trouble> {
+    pub fn position(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
         for _ in 0..TRIES {
             match self.ask(Command::Position(axis))? {
                 Reply::Position(steps) => return Ok(Some(steps)),
@@ -397,7 +397,7 @@ impl Talk {
 
     /// Where an axis is that rests: said twice alike, for a digit may be lost
     /// on its way.
-    pub fn rest_position(&mut self, axis: AxisId) -> Result<Option<i64>, Trouble> {
+    pub fn rest_position(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
         let mut last = self.position(axis)?;
         for _ in 0..TRIES {
             let again = self.position(axis)?;
@@ -406,17 +406,17 @@ impl Talk {
             }
             last = again;
         }
-        Err(Trouble::Silent)
+        Err(LinkError::Silent)
     }
 
-    fn is_uncertain(&mut self, axis: AxisId) -> Result<bool, Trouble> {
+    fn is_uncertain(&mut self, axis: AxisId) -> Result<bool, LinkError> {
         let bit = 1u8.wrapping_shl(axis.index() as u32);
         Ok(self.ask_info()?.is_some_and(|info| info.uncertain & bit != 0))
     }
 
     /// What the board says of itself now; `None` if it knows only document
     /// 004.
-    pub fn ask_info(&mut self) -> Result<Option<Info>, Trouble> {
+    pub fn ask_info(&mut self) -> Result<Option<Info>, LinkError> {
         if self.info.is_some() {
             for _ in 0..TRIES {
                 if let Reply::Info(info) = self.ask(Command::Info)? {
@@ -429,7 +429,7 @@ impl Talk {
     }
 
     /// Why the last line was answered E; `None` if the board can't tell.
-    pub fn why(&mut self) -> Result<Option<Refusal>, Trouble> {
+    pub fn why(&mut self) -> Result<Option<Refusal>, LinkError> {
         Ok(self.ask_info()?.and_then(|info| info.last))
     }
 
@@ -440,7 +440,7 @@ impl Talk {
     }
 
     /// Leaves the line alone for a while.
-    pub fn pause(&mut self, time: Duration) -> Result<(), Trouble> {
+    pub fn pause(&mut self, time: Duration) -> Result<(), LinkError> {
         let end = self.link.now() + time;
         loop {
             self.check_kill()?;
@@ -450,13 +450,13 @@ impl Talk {
                 return Ok(());
             }
             // What comes unasked is noise; but a line that is gone shows here.
-            self.link.read(&mut [0; 256], left.min(SLICE)).map_err(Trouble::Gone)?;
+            self.link.read(&mut [0; 256], left.min(SLICE)).map_err(LinkError::Gone)?;
         }
     }
 
     /// Says the lines of an order, each after the Y of the one before, and
     /// none again.
-    pub fn play(&mut self, lines: impl Iterator<Item = Command>) -> Result<Played, Trouble> {
+    pub fn play(&mut self, lines: impl Iterator<Item = Command>) -> Result<Played, LinkError> {
         for command in lines {
             // PO and A move the selection.
             self.selected = None;
@@ -472,7 +472,7 @@ impl Talk {
     /// Says a line that stops a motor before anything else is said, and until
     /// no other program talks to the board: one of ours leaves when its motor
     /// rests. Its answer is theirs to hear meanwhile; ask for it afterwards.
-    pub fn urge(&mut self, command: Command, limit: Option<Duration>) -> Result<(), Trouble> {
+    pub fn urge(&mut self, command: Command, limit: Option<Duration>) -> Result<(), LinkError> {
         let begin = self.link.now();
         let bytes: Vec<u8> = command.bytes().collect();
         loop {
@@ -487,7 +487,7 @@ impl Talk {
     }
 
     /// Kills all axes, whatever was going on. True if the board said Y.
-    pub fn kill(&mut self) -> Result<bool, Trouble> {
+    pub fn kill(&mut self) -> Result<bool, LinkError> {
         self.kill_at = usize::MAX;
         for _ in 0..TRIES {
             if self.once(Command::Kill)? == Some(Reply::Yes) {

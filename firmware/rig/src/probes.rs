@@ -17,7 +17,7 @@ use crate::silicon::{Silicon, opaque};
 /// One stay in an interrupt: cycles of its first instruction and of the first
 /// one after its RETI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Visit {
+pub struct IsrSpan {
     /// The first cycle inside.
     pub entry: u64,
     /// The first cycle outside.
@@ -40,7 +40,7 @@ pub(crate) struct Heard {
     /// Bytes from USART0 with the cycle at which they are complete.
     pub said: VecDeque<(u64, u8)>,
     /// Stays in the step interrupt, if asked for.
-    pub visits: Vec<Visit>,
+    pub visits: Vec<IsrSpan>,
     pub keep_visits: bool,
     /// Cycles in all interrupts together.
     pub inside: u64,
@@ -85,7 +85,7 @@ enum Wire {
 /// Keeps what simavr holds pointers to.
 pub(crate) struct Taps {
     pub heard: Box<Heard>,
-    taps: Box<[Tap]>,
+    probes: Box<[Tap]>,
     /// Those of the pins that a test watches.
     watched: Vec<Box<[Tap]>>,
     /// The mended timers.
@@ -173,9 +173,9 @@ impl Taps {
         }
         let all = &raw mut *heard;
         let tap = |&(_, wire): &(_, Wire)| Tap { heard: all, wire, level: false };
-        let mut taps: Box<[Tap]> = wires.iter().map(tap).collect();
-        for ((pin, _), tap) in wires.iter().zip(&mut taps) {
-            // SAFETY: the boxed taps do not move and live as long as the chip.
+        let mut probes: Box<[Tap]> = wires.iter().map(tap).collect();
+        for ((pin, _), tap) in wires.iter().zip(&mut probes) {
+            // SAFETY: the boxed probes do not move and live as long as the chip.
             unsafe { ffi::avr_irq_register_notify(silicon.pin(*pin), Some(on_pin), opaque(tap)) }
         }
         let param = opaque(&mut *heard);
@@ -202,24 +202,24 @@ impl Taps {
         for (timer, matched) in timers.iter().zip(&mut matches) {
             watches.push(Watch::new(avr, timer.compare, on_compare_value, opaque(matched)));
         }
-        Taps { heard, taps, watched: Vec::new(), _matches: matches, _watches: watches }
+        Taps { heard, probes, watched: Vec::new(), _matches: matches, _watches: watches }
     }
 
     /// Takes down the levels of these pins from now on.
     pub(crate) fn watch(&mut self, silicon: &Silicon, pins: &[Pin]) {
         let all = &raw mut *self.heard;
         let tap = |which| Tap { heard: all, wire: Wire::Watched(which), level: false };
-        let mut taps: Box<[Tap]> = (0..pins.len() as u8).map(tap).collect();
-        for (pin, tap) in pins.iter().zip(&mut taps) {
-            // SAFETY: the boxed taps do not move and live as long as the chip.
+        let mut probes: Box<[Tap]> = (0..pins.len() as u8).map(tap).collect();
+        for (pin, tap) in pins.iter().zip(&mut probes) {
+            // SAFETY: the boxed probes do not move and live as long as the chip.
             unsafe { ffi::avr_irq_register_notify(silicon.pin(*pin), Some(on_pin), opaque(tap)) }
         }
-        self.watched.push(taps);
+        self.watched.push(probes);
     }
 
     /// After a reset every pin is an input: what was high has fallen.
     pub(crate) fn release(&mut self) {
-        for tap in self.taps.iter_mut().chain(self.watched.iter_mut().flatten()) {
+        for tap in self.probes.iter_mut().chain(self.watched.iter_mut().flatten()) {
             if std::mem::take(&mut tap.level) {
                 let time = self.heard.base;
                 self.heard.note(tap.wire, time, false);
@@ -292,7 +292,7 @@ unsafe extern "C" fn on_step_interrupt(_: *mut ffi::avr_irq_t, value: u32, param
         heard.step_entry = heard.now();
     } else if heard.keep_visits {
         let exit = heard.now() + heard.reti;
-        heard.visits.push(Visit { entry: heard.step_entry, exit });
+        heard.visits.push(IsrSpan { entry: heard.step_entry, exit });
     }
 }
 

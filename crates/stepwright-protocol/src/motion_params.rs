@@ -7,13 +7,13 @@ use crate::grammar::MILLI;
 use crate::number::WholeJerk;
 use crate::number::{Whole, WholeAccel};
 use crate::order::{Order, Ramp, Travel};
-use crate::said::Said;
+use crate::raw_line::RawLine;
 use crate::{Refusal, Setting, Settings};
 
 /// All of an order but where to, in the numbers of the line. Each is inside
-/// the range of its line: [`Said`](crate::said::Said) has seen to it.
+/// the range of its line: [`RawLine`](crate::raw_line::RawLine) has seen to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Manner {
+pub(crate) struct MotionParams {
     /// Start/stop speed, in steps/s.
     pub(crate) start: u32,
     /// Top speed, in 0.001 steps/s.
@@ -29,20 +29,20 @@ pub(crate) struct Manner {
     pub(crate) ramp: u16,
 }
 
-impl Manner {
+impl MotionParams {
     /// S5 T100 R200, which an axis begins with.
-    pub(crate) const INITIAL: Manner =
-        Manner { start: 50, top: 1_000_000, ramp: 200, ..Manner::BLANK };
+    pub(crate) const INITIAL: MotionParams =
+        MotionParams { start: 50, top: 1_000_000, ramp: 200, ..MotionParams::BLANK };
 
-    /// Sets a [blank](Manner::BLANK) one to [`INITIAL`](Manner::INITIAL). What
+    /// Sets a [blank](MotionParams::BLANK) one to [`INITIAL`](MotionParams::INITIAL). What
     /// is 0 needs no code, and a constant of them all would take RAM.
     pub(crate) fn begin(&mut self) {
-        (self.start, self.top) = (Manner::INITIAL.start, Manner::INITIAL.top);
-        self.ramp = Manner::INITIAL.ramp;
+        (self.start, self.top) = (MotionParams::INITIAL.start, MotionParams::INITIAL.top);
+        self.ramp = MotionParams::INITIAL.ramp;
     }
 
-    /// All 0, which is no manner.
-    pub(crate) const BLANK: Manner = Manner {
+    /// All 0, which is no motion.
+    pub(crate) const BLANK: MotionParams = MotionParams {
         start: 0,
         top: 0,
         accel: 0,
@@ -80,10 +80,10 @@ impl Manner {
     }
 
     /// What a line changes of a travel in progress: @, t, a or d.
-    pub(crate) fn change(said: &Said) -> Change {
-        let number = said.number;
-        match said.letter {
-            b'@' => Change::Target(said.steps()),
+    pub(crate) fn change(raw: &RawLine) -> Change {
+        let number = raw.number;
+        match raw.letter {
+            b'@' => Change::Target(raw.steps()),
             MILLI => Change::Top(top(number)),
             b'a' => Change::Accel(Accel::clamped(number)),
             _ => Change::Decel(Accel::clamped(number)),
@@ -124,10 +124,10 @@ impl Manner {
 
     /// Whether the settings of the board allow what t, a or d says on the way.
     #[inline(always)]
-    pub(crate) fn check_change(said: &Said, settings: &Settings) -> Result<(), Refusal> {
-        let (number, limit, refusal) = match said.letter {
-            MILLI => (whole_speed(said.number), Setting::MaxSpeed, Refusal::TooFast),
-            _ => (said.number, Setting::MaxAccel, Refusal::Ramp),
+    pub(crate) fn check_change(raw: &RawLine, settings: &Settings) -> Result<(), Refusal> {
+        let (number, limit, refusal) = match raw.letter {
+            MILLI => (whole_speed(raw.number), Setting::MaxSpeed, Refusal::TooFast),
+            _ => (raw.number, Setting::MaxAccel, Refusal::Ramp),
         };
         if number > settings.get(limit) { Err(refusal) } else { Ok(()) }
     }
@@ -164,8 +164,8 @@ impl Manner {
         Ok(())
     }
 
-    /// The manner of an order: all but the top speed rounded to whole steps.
-    pub(crate) fn of(order: &Order) -> Result<Manner, OutOfRange> {
+    /// The motion parameters of an order: all but the top speed rounded to whole steps.
+    pub(crate) fn of(order: &Order) -> Result<MotionParams, OutOfRange> {
         let (mut steps, mut accel, mut decel) = (None, 0, 0);
         for (ramp, own) in [(order.up, &mut accel), (order.down, &mut decel)] {
             match ramp {
@@ -188,11 +188,11 @@ impl Manner {
             let (what, unit) = ("top speed", "thousandths of a step/s");
             return Err(OutOfRange { what, min: 1, max: 1_000_000_000, unit });
         }
-        Ok(Manner {
+        Ok(MotionParams {
             start: whole(start, (0, 1_000_000), "start speed", "steps/s")?,
             top,
             // With accelerations on both sides no ramp in steps is asked for.
-            ramp: steps.map_or(Manner::INITIAL.ramp, |steps| steps.get() as u16),
+            ramp: steps.map_or(MotionParams::INITIAL.ramp, |steps| steps.get() as u16),
             accel,
             decel,
             #[cfg(feature = "s-curve")]
@@ -207,12 +207,12 @@ impl Manner {
     }
 }
 
-/// A start speed of a manner, in steps/s.
+/// A start speed of a motion, in steps/s.
 fn speed(steps: u32) -> Speed {
     top(steps.wrapping_mul(1000))
 }
 
-/// A top speed of a manner, which is inside the core's range: MAX never comes.
+/// A top speed of a motion, which is inside the core's range: MAX never comes.
 #[inline(never)]
 fn top(millisteps: u32) -> Speed {
     Speed::from_millisteps(millisteps).unwrap_or(Speed::MAX)
@@ -271,33 +271,33 @@ mod tests {
     #[test]
     fn a_and_d_replace_their_half_and_r_both() {
         use stepwright::profile::Ramp;
-        let mut manner = Manner::INITIAL;
-        let begin = manner.order(NEAR);
+        let mut params = MotionParams::INITIAL;
+        let begin = params.order(NEAR);
         assert_eq!((begin.start.millisteps(), begin.top.millisteps()), (50_000, 1_000_000));
-        let mut blank = Manner::BLANK;
+        let mut blank = MotionParams::BLANK;
         blank.begin();
-        assert_eq!(blank, Manner::INITIAL);
+        assert_eq!(blank, MotionParams::INITIAL);
         assert_eq!((begin.up, begin.down), (Ramp::Steps(200), Ramp::Steps(200)));
-        manner.set(b'a', 7000);
+        params.set(b'a', 7000);
         let fast = Ramp::Accel(Accel::from_steps(7000).unwrap());
-        assert_eq!((manner.order(NEAR).up, manner.order(NEAR).down), (fast, Ramp::Steps(200)));
-        manner.set(b'd', 100_000_000);
-        assert_eq!(manner.order(NEAR).down, Ramp::Accel(Accel::MAX));
-        manner.set(b'R', 9);
+        assert_eq!((params.order(NEAR).up, params.order(NEAR).down), (fast, Ramp::Steps(200)));
+        params.set(b'd', 100_000_000);
+        assert_eq!(params.order(NEAR).down, Ramp::Accel(Accel::MAX));
+        params.set(b'R', 9);
         assert_eq!(
-            (manner.order(NEAR).up, manner.order(NEAR).down),
+            (params.order(NEAR).up, params.order(NEAR).down),
             (Ramp::Steps(9), Ramp::Steps(9))
         );
-        manner.set(b's', 1);
-        manner.set(b'm', 1_000_000_000);
+        params.set(b's', 1);
+        params.set(b'm', 1_000_000_000);
         assert_eq!(
-            (manner.order(NEAR).start.millisteps(), manner.order(NEAR).top),
+            (params.order(NEAR).start.millisteps(), params.order(NEAR).top),
             (1000, Speed::MAX)
         );
     }
 
-    fn manner(start: u32, top: u32, ramp: u16) -> Manner {
-        Manner { start, top: top * 1000, ramp, ..Manner::BLANK }
+    fn params(start: u32, top: u32, ramp: u16) -> MotionParams {
+        MotionParams { start, top: top * 1000, ramp, ..MotionParams::BLANK }
     }
 
     fn with(setting: Setting, number: u32) -> Settings {
@@ -309,31 +309,31 @@ mod tests {
     #[test]
     fn the_defaults_forbid_nothing() {
         let settings = Settings::new();
-        assert_eq!(manner(0, 1_000_000, 1).check(&settings), Ok(()));
+        assert_eq!(params(0, 1_000_000, 1).check(&settings), Ok(()));
         let settings = with(Setting::MaxAccel, 99_999_999);
-        assert_eq!(manner(0, 1_000_000, 999).check(&settings), Err(Refusal::Ramp));
-        assert_eq!(manner(0, 440_000, 999).check(&settings), Ok(()));
-        assert_eq!(manner(1_000_000, 1_000_000, 1).check(&settings), Ok(()));
-        assert_eq!(manner(1_000_000, 999_999, 1).check(&settings), Ok(()));
+        assert_eq!(params(0, 1_000_000, 999).check(&settings), Err(Refusal::Ramp));
+        assert_eq!(params(0, 440_000, 999).check(&settings), Ok(()));
+        assert_eq!(params(1_000_000, 1_000_000, 1).check(&settings), Ok(()));
+        assert_eq!(params(1_000_000, 999_999, 1).check(&settings), Ok(()));
     }
 
     #[test]
     fn limits_hold_to_the_step() {
         let settings = with(Setting::MaxSpeed, 4000);
-        assert_eq!(manner(50, 4000, 200).check(&settings), Ok(()));
-        assert_eq!(manner(50, 4001, 200).check(&settings), Err(Refusal::TooFast));
+        assert_eq!(params(50, 4000, 200).check(&settings), Ok(()));
+        assert_eq!(params(50, 4001, 200).check(&settings), Err(Refusal::TooFast));
         // (1000² − 50²) / 400 = 2493.75
-        let ramp = manner(50, 1000, 200);
+        let ramp = params(50, 1000, 200);
         assert_eq!(ramp.check(&with(Setting::MaxAccel, 2494)), Ok(()));
         assert_eq!(ramp.check(&with(Setting::MaxAccel, 2493)), Err(Refusal::Ramp));
         let settings = with(Setting::MaxAccel, 5000);
         for (accel, decel, fits) in
             [(5000, 5000, true), (5001, 5000, false), (5000, 5001, false), (1, 1, true)]
         {
-            assert_eq!(Manner { accel, decel, ..ramp }.check(&settings).is_ok(), fits);
+            assert_eq!(MotionParams { accel, decel, ..ramp }.check(&settings).is_ok(), fits);
         }
         // Of a ramp that an acceleration stands in for nothing is asked.
-        let short = Manner { accel: 1, decel: 1, ..manner(0, 1000, 1) };
+        let short = MotionParams { accel: 1, decel: 1, ..params(0, 1000, 1) };
         assert_eq!(short.check(&settings), Ok(()));
     }
 
@@ -347,7 +347,7 @@ mod tests {
             }
         }
         let settings = with(Setting::MaxSpeed, 4000);
-        let top = |top| Manner { top, ..manner(50, 1, 200) }.check(&settings);
+        let top = |top| MotionParams { top, ..params(50, 1, 200) }.check(&settings);
         assert_eq!((top(4_000_000), top(4_000_001)), (Ok(()), Err(Refusal::TooFast)));
         assert_eq!(top(4), Ok(()));
     }

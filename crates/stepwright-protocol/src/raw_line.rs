@@ -10,7 +10,7 @@ use crate::setting::Setting;
 /// says in types is here in three plain numbers: a chip that acts upon them at
 /// once needs a quarter of the flash.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Said {
+pub(crate) struct RawLine {
     /// The line's letter, or [`ONE`], [`SET`] or [`RESET`].
     pub(crate) letter: u8,
     /// When it is taken: bits of [`flag`].
@@ -23,10 +23,10 @@ pub(crate) struct Said {
     pub(crate) number: u32,
 }
 
-impl Said {
+impl RawLine {
     /// No line yet.
-    pub(crate) const NOTHING: Said =
-        Said { letter: 0, flags: 0, backward: false, setting: Setting::MaxSpeed, number: 0 };
+    pub(crate) const NOTHING: RawLine =
+        RawLine { letter: 0, flags: 0, backward: false, setting: Setting::MaxSpeed, number: 0 };
 
     /// Reads a complete line, without its CR. After an error the letter is
     /// what it was.

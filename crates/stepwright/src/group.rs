@@ -199,7 +199,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         axes: Axes,
         change: Change,
     ) -> Result<(), Refusal> {
-        let moving = self.moving(engine);
+        let moving = self.moving(engine, 0);
         let resting = axes & !moving;
         if resting != 0 {
             return Err(if resting & !Self::ALL == 0 { Refusal::Resting } else { Refusal::NoAxis });
@@ -234,12 +234,12 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// All axes.
     const ALL: Axes = if N < 8 { (1 << N) - 1 } else { Axes::MAX };
 
-    /// The axes that move, or are about to.
+    /// These axes, and those that move.
     #[inline(never)]
-    fn moving(&self, engine: &impl Control) -> Axes {
-        let (mut moving, mut bit) = (0, 1);
+    fn moving(&self, engine: &impl Control, mut moving: Axes) -> Axes {
+        let mut bit = 1;
         for axis in 0..N as u8 {
-            if self.is_busy(engine, axis) {
+            if moving & bit == 0 && self.is_busy(engine, axis) {
                 moving |= bit;
             }
             bit <<= 1;
@@ -357,7 +357,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// led to, and stays known: only for a motor that stops where it is told.
     pub fn halt(&mut self, engine: &mut impl Control, axes: Axes) {
         // What rests already goes on resting, whatever was set up for it and refused.
-        let moving = axes & self.moving(engine);
+        let moving = axes & self.moving(engine, 0);
         engine.halt(axes);
         self.starting &= !axes;
         // Its run is never queued; another axis' may have been taken from its travel.
@@ -398,7 +398,9 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     pub fn is_busy(&self, engine: &impl Control, axis: u8) -> bool {
         match self.motors.get(usize::from(axis)) {
             Some(motor) => {
-                motor.planning() || self.starting >> axis & 1 != 0 || !engine.is_idle(axis)
+                // What is ordered has no direction yet, and rests until it begins.
+                let begins = self.starting >> axis & 1 != 0 && motor.ordered() == Layout::Nothing;
+                motor.planning() || begins || !engine.is_idle(axis)
             }
             None => false,
         }

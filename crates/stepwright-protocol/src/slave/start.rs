@@ -2,11 +2,14 @@
 //!
 //! ```text
 //!              each axis             until the machine is ready
-//!   E ─► Check(0) ─► HandOver(0) … ─► Start ───► Y
-//!           └───────────┴───────────────┴─► Refuse ─► E      K and faults lead there, too
+//!   E ─► Check(0) ─► Admit(0) ─► HandOver(0) … ─► Start ───► Y
+//!           └───────────┴───────────┴───────────────┴─► Refuse ─► E      K and faults, too
 //! ```
 
 use core::task::Poll;
+
+#[cfg(feature = "safety")]
+use stepwright::Travel;
 
 use super::Slave;
 use super::state::{Naming, Open, Task};
@@ -44,6 +47,8 @@ impl<const AXES: usize> Slave<AXES> {
         let result = match self.task {
             Task::Line(_) => return false,
             Task::Check(index) => self.check(index, machine),
+            #[cfg(feature = "safety")]
+            Task::Admit(index) => self.admit(index, machine),
             Task::HandOver(index) => self.hand_over(index, machine),
             Task::Start => match machine.commit() {
                 Poll::Pending => Ok(()),
@@ -98,8 +103,33 @@ impl<const AXES: usize> Slave<AXES> {
             self.task = Task::Check(index.wrapping_add(1));
             return Ok(());
         }
-        self.task = Task::HandOver(index);
+        #[cfg(feature = "safety")]
+        {
+            self.task = Task::Admit(index);
+        }
+        #[cfg(not(feature = "safety"))]
+        {
+            self.task = Task::HandOver(index);
+        }
         machine.settings().map_or(Ok(()), |settings| axis.params.check(settings))
+    }
+
+    /// Looks whether the limits of an axis allow its travel. They may end it earlier.
+    #[cfg(feature = "safety")]
+    fn admit<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
+        self.task = Task::HandOver(index);
+        let count = self.count(machine);
+        if let Some(axis) = self.axes.get_mut(usize::from(index))
+            && index < count
+        {
+            let mut travel = axis.travel();
+            self.guard.admit(index, &mut travel, machine)?;
+            if let Travel::By(steps) = travel {
+                (axis.staged, axis.backward) = (b'G', steps < 0);
+                axis.steps = steps.unsigned_abs();
+            }
+        }
+        Ok(())
     }
 
     /// Hands the travel of an axis to the machine.
@@ -109,10 +139,7 @@ impl<const AXES: usize> Slave<AXES> {
         if index >= self.count(machine) {
             return Ok(());
         }
-        #[cfg_attr(not(feature = "safety"), allow(unused_mut))]
-        let mut order = axis.params.order(axis.travel());
-        #[cfg(feature = "safety")]
-        self.guard.admit(index, &mut order.travel, machine)?;
+        let order = axis.params.order(axis.travel());
         machine.prepare(AxisId::at(index), &order)
     }
 

@@ -48,7 +48,10 @@ pub(super) enum Task {
     /// An order, which is answered when it has started: the settings are to allow what the
     /// axes from this one on do.
     Check(u8),
-    /// They do so of this one, whose travel is to be handed to the machine.
+    /// They do so of this one, whose limits are to allow its travel.
+    #[cfg(feature = "safety")]
+    Admit(u8),
+    /// All of that holds for this one, whose travel is to be handed to the machine.
     HandOver(u8),
     /// The machine has all of them, and starts them piece by piece.
     Start,

@@ -104,7 +104,7 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
             Layout::Wait => self.wait_for_all(clamp::sum(self.given.board.timing.hold, wait())),
             Layout::Check => {
                 let Given { board, clock, .. } = &self.given;
-                let moving = prepared | self.moving(engine);
+                let moving = self.moving(engine, prepared);
                 let checked = board.check(clock, &self.peaks, moving, turn);
                 if checked.is_err() {
                     return Poll::Ready(checked);

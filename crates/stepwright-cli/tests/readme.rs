@@ -184,7 +184,7 @@ fn its_settings_are_those_of_a_board() {
         let (least, most) = setting.range().into_inner();
         assert_eq!(said, (is(least), is(most), is(setting.default())), "{}", row[1]);
         assert!(range.contains(setting.unit()), "{}: {range}", setting.name());
-        let elsewhere = row[2].contains("ot on an Uno") || row[2].contains("nor this setting");
+        let elsewhere = row[2].contains("ot on a Nano") || row[2].contains("nor this setting");
         assert_eq!(elsewhere, !setting.is_everywhere(), "{}: {}", setting.name(), row[2]);
     }
 }

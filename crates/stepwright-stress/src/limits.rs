@@ -212,6 +212,6 @@ mod tests {
         let limits = Limits::new(50, 1_000_000, 200, 0, 4000, 0);
         assert!((limits.up - 2493.75).abs() < 1e-9 && limits.down == 4000.0);
         assert!(Limits::new(1000, 50_000, 200, 0, 0, 0).up.is_infinite());
-        assert_eq!(Limits::new(1000, 50, 200, 0, 0, 0).start, 50.0);
+        assert_eq!(Limits::new(1000, 50_000, 200, 0, 0, 0).start, 50.0);
     }
 }

@@ -66,7 +66,7 @@
 //! | `driver` | the foreground's half |
 //! | `dump` | the article's debug dump |
 //! | `profile` | an iterator of delays, and a feed of the engine |
-//! | [`line`] | the driver over a serial line, both sides |
+//! | [`line`](mod@line) | the driver over a serial line, both sides |
 //!
 //! # Source
 //!

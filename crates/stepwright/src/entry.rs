@@ -16,7 +16,7 @@
 //! interval is a step followed by waits without a pin. What plays them looks at
 //! nothing but the next deadline.
 //!
-//! A [`Run`] is "wait, then step", so its last step belongs to the entry that
+//! A [`Run`](crate::run::Run) is "wait, then step", so its last step belongs to the entry that
 //! follows it: [`Writer`] keeps what is due and makes entries of runs.
 //!
 //! # Error

@@ -7,8 +7,8 @@ use stepwright_sim::Edge;
 use crate::board::{Board, HZ, Pin};
 use crate::elf::Image;
 use crate::line::Line;
+use crate::probes::{IsrSpan, Taps};
 use crate::silicon::{Cause, Silicon};
-use crate::probes::{Taps, IsrSpan};
 
 /// Cycles that a test waits for an answer, unless it says otherwise: 50 ms.
 const PATIENCE: u64 = HZ / 20;

@@ -36,14 +36,14 @@ pub mod elf;
 pub mod firmware;
 mod line;
 pub mod pair;
+mod probes;
 pub mod pty;
 mod silicon;
 pub mod stress;
-mod probes;
 
 pub use board::Board;
 pub use chip::Chip;
 pub use elf::Image;
 pub use pair::Pair;
-pub use silicon::Cause;
 pub use probes::IsrSpan;
+pub use silicon::Cause;

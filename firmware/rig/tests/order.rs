@@ -47,7 +47,8 @@ fn no_piece_of_an_order_takes_long() {
 
 #[test]
 fn a_refused_third_axis_moves_none_and_takes_no_longer() {
-    let order = "PO s0 t9000 a20000 d18000 G+4000 A2 t9000 G+4000 A3 s0 t62000 a90000 d90000 G+90000";
+    let order =
+        "PO s0 t9000 a20000 d18000 G+4000 A2 t9000 G+4000 A3 s0 t62000 a90000 d90000 G+90000";
     let mut chip = chip();
     say(&mut chip, order);
     let longest = calls(&mut chip, "4work", "E").into_iter().max().unwrap();

@@ -95,7 +95,8 @@ impl<const AXES: usize> Slave<AXES> {
 
     /// Looks whether the settings allow what an axis is to do, if it is to travel.
     fn check<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
-        let Some(axis) = self.axes.get(usize::from(index)) else {
+        let count = self.count(machine);
+        let Some(axis) = self.axes.get(usize::from(index)).filter(|_| index < count) else {
             self.task = Task::Start;
             return Ok(());
         };
@@ -118,10 +119,7 @@ impl<const AXES: usize> Slave<AXES> {
     #[cfg(feature = "safety")]
     fn admit<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
         self.task = Task::HandOver(index);
-        let count = self.count(machine);
-        if let Some(axis) = self.axes.get_mut(usize::from(index))
-            && index < count
-        {
+        if let Some(axis) = self.axes.get_mut(usize::from(index)) {
             let mut travel = axis.travel();
             self.guard.admit(index, &mut travel, machine)?;
             if let Travel::By(steps) = travel {
@@ -136,9 +134,6 @@ impl<const AXES: usize> Slave<AXES> {
     fn hand_over<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
         self.task = Task::Check(index.wrapping_add(1));
         let Some(axis) = self.axes.get(usize::from(index)) else { return Ok(()) };
-        if index >= self.count(machine) {
-            return Ok(());
-        }
         let order = axis.params.order(axis.travel());
         machine.prepare(AxisId::at(index), &order)
     }

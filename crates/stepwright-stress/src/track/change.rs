@@ -42,7 +42,11 @@ impl Track {
         let before = self.in_force(now);
         let v = self.speed(measure);
         let slowest = self.slowest().max(limits.first()).max(limits.last());
-        let lag = limits.lag(v) + 3.0 * slowest;
+        // The present step and the next are planned. Where an axis waits for its first step,
+        // the present one is at the end of the wait.
+        let waits = self.interval.is_none();
+        let wait = if waits { self.longest_rest().max(self.rested) } else { 0.0 };
+        let lag = limits.lag(v) + 3.0 * slowest + wait;
         let way = self.lazy(now).lazier(&limits).way(v.max(before.top.min(v * 4.0)), slowest);
         let until = now + self.ticks(lag, measure);
         let top_until = until + self.ticks(way.time, measure);

@@ -14,7 +14,7 @@ pub struct Wiring {
 
 impl Wiring {
     /// For step interrupts in assembly, which need time between two entries: no event comes
-    /// sooner than [`LEAST`] after a turn or a hold, and a few fast steps are joined with
+    /// sooner than [`LEAST`](super::LEAST) after a turn or a hold, and a few fast steps are joined with
     /// those that follow.
     pub const fn new(step: u8, turn: u8) -> Wiring {
         Wiring {

@@ -123,7 +123,8 @@ impl Judge {
     fn steepest(&self, from: &Interval, to: &Interval) -> f64 {
         // A bend that was begun under other limits goes on.
         let from = if self.phases[to.phase].jerk.is_finite() { self.first } else { from.phase };
-        let phases = &self.phases[from..=to.phase];
+        // An interval may have been planned before the limits that the leg began with came.
+        let phases = &self.phases[from.min(to.phase)..=to.phase];
         phases.iter().map(|limits| limits.a.max(limits.d)).fold(0.0, f64::max)
     }
 

@@ -458,6 +458,27 @@ fn a_gentle_motion_after_a_stop() {
     walk(16_000_000, first, &story).unwrap();
 }
 
+/// A braking that led to rest on a step, but for rounding: the speed that was left there was
+/// forward, the motion backward. The next change began at rest, not at 119 steps/s.
+#[test]
+fn a_rest_on_a_step_that_is_driven_through() {
+    let first = Order { top: 4999, accel: 100_000, decel: 100_000, jerk: 999_999 };
+    let quick = Order { top: 981_862, accel: 78_826_742, decel: 78_826_742, jerk: 375_886_248 };
+    let change = |order, wish, after| Change { order, wish, after };
+    let story = [
+        change(None, Wish::Go(1), 0.0),
+        change(Some(quick), Wish::Home, 0.0),
+        change(None, Wish::Go(13), 0.14880902225021583),
+        change(None, Wish::Go(7), 0.7816716434667343),
+        change(None, Wish::Go(2), 0.4035772611801931),
+        change(None, Wish::Home, 0.689846905657301),
+        change(None, Wish::Home, 0.7124257050432806),
+        change(None, Wish::Home, 0.0),
+        change(None, Wish::Go(-3), 0.0),
+    ];
+    walk(16_000_000, first, &story).unwrap();
+}
+
 fn config() -> ProptestConfig {
     let cases = std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok());
     ProptestConfig::with_cases(cases.unwrap_or(4_000))

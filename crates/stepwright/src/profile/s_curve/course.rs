@@ -140,7 +140,12 @@ impl Stage {
         let sign = if a.is_zero() { b } else { a };
         let there = (a.squared() - (self.jerk * v).scaled(1)).sqrt().flipped(sign.is_minus());
         let half = |v: Wide, a: Wide| (v.scaled(1) / (a + there)).abs();
-        self.cut(half(v, a), Motion { v: Wide::ZERO, a: there }, half(u, b))
+        let (at, rest) = (half(v, a), half(u, b));
+        if at.max(rest) > self.time.scaled(1) {
+            // Both speeds are what rounding left of 0: there is nothing to divide.
+            return [self, Stage::NONE];
+        }
+        self.cut(at, Motion { v: Wide::ZERO, a: there }, rest)
     }
 }
 

@@ -137,7 +137,9 @@ impl Piece {
         let backward = (stage.from.v + stage.to.v).is_minus();
         let speeds_up = stage.from.v.abs() <= stage.to.v.abs();
         let slow = if speeds_up { stage.from } else { stage.to };
-        let (v, a) = (slow.v.flipped(backward), slow.a.flipped(backward == speeds_up));
+        // Below 0 there is but what rounding left of it.
+        let v = slow.v.flipped(backward).max(Wide::ZERO);
+        let a = slow.a.flipped(backward == speeds_up);
         let (jerk, time) = (stage.jerk.flipped(backward), stage.time);
         let phase = match (jerk.is_zero(), jerk.is_minus() == speeds_up) {
             (true, _) if a.is_zero() => Phase::Cruise,

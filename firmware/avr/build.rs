@@ -32,13 +32,13 @@ const ORDER: &[&str] = &[
 ];
 
 fn main() {
-    println!("cargo:rustc-link-arg-bins=-Wl,--relax");
+    println!("cargo:rustc-link-arg=-Wl,--relax");
     println!("cargo:rerun-if-changed=build.rs");
     // Where the linker is missing the link fails, and says so.
     if let Some(script) = script() {
         let path = PathBuf::from(env::var_os("OUT_DIR").unwrap()).join("order.x");
         fs::write(&path, script).unwrap();
-        println!("cargo:rustc-link-arg-bins=-Wl,-T,{}", path.display());
+        println!("cargo:rustc-link-arg=-Wl,-T,{}", path.display());
     }
 }
 

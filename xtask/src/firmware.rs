@@ -8,6 +8,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 
+use crate::program::{CONTROLLER, Program};
 use crate::toolchain::{ATMEGA328P, ATMEGA2560, Chip, Cross};
 use crate::workspace::{Workspace, output, run};
 use crate::{check, setup, shrink};
@@ -23,16 +24,36 @@ pub struct Firmware {
     /// entry themselves.
     #[arg(long)]
     bench: bool,
+    /// Only this program; give it again for another.
+    #[arg(long, value_name = "NAME")]
+    program: Vec<String>,
+    /// Say which programs there are for the board, and build none.
+    #[arg(long)]
+    list: bool,
 }
 
 impl Firmware {
     /// Builds, and says what came of it.
     pub fn run(self, ws: &Workspace) -> Result<()> {
-        setup::ensure(NEEDS)?;
         let timer = self.timer.parse()?;
         let build = Build { board: self.board, timer, bench: self.bench };
-        for program in Program::value_variants().iter().filter(|program| program.fits(build)) {
-            build.make(ws, *program)?.print();
+        let programs = if self.program.is_empty() {
+            let mut all = Program::all(ws)?;
+            all.retain(|program| program.fits(&build) && !program.is_test());
+            all
+        } else {
+            let named = self.program.iter().map(|name| Program::named(ws, name));
+            named.collect::<Result<_>>()?
+        };
+        if self.list {
+            for Program { name, what, .. } in programs {
+                println!("{name:<16}{what}");
+            }
+            return Ok(());
+        }
+        setup::ensure(NEEDS)?;
+        for program in &programs {
+            build.make(ws, program)?.print();
         }
         Ok(())
     }
@@ -50,135 +71,6 @@ pub enum Board {
     Nano,
     /// Arduino Mega 2560.
     Mega,
-}
-
-/// One of the firmware's programs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Program {
-    /// The controller.
-    Slave,
-    /// One with S-curves for the Uno, without settings and switches.
-    Curves,
-    /// The other end of the wire.
-    Master,
-    /// The README's first example: a motor that moves while the main loop works.
-    FirstMove,
-    /// stepper_h's basic example: a motor cycle.
-    Cycle,
-    /// The Arduino driver's first validation case: the timed driver, slower.
-    Case1,
-    /// Its second: faster.
-    Case2,
-    /// Its third: polled, with a callback.
-    Case3,
-    /// The first in fast PWM, on an Uno.
-    FastPwm,
-    /// The demo of Austin's article, on six drives.
-    Demo,
-    /// The timed driver, ordered over the serial line by `stepwright timed --port`.
-    Timed,
-    /// Two motor shields on two timers of a Mega.
-    Shields,
-    /// An L6219 in quarter steps.
-    L6219,
-    /// What a step of the closed form costs an Uno.
-    LawsClosed,
-    /// Austin's laws, asked step by step, move a motor: the listing, its remainder carried.
-    LawsListing,
-    /// Likewise: general form, c/2n, a ramp that changes.
-    LawsGeneral,
-    /// Likewise: power term.
-    LawsPower,
-    /// Likewise: linear factor.
-    LawsLinear,
-    /// Likewise: piecewise.
-    LawsPiecewise,
-    /// For tests: what the compiler makes of wide numbers.
-    #[value(skip)]
-    Arithmetic,
-    /// For tests: a function with arguments on its stack, which is refused for a Mega.
-    #[value(skip)]
-    Stacked,
-}
-
-impl Program {
-    /// As in file names and in cargo's.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Program::Slave => "slave",
-            Program::Curves => "curves",
-            Program::Master => "master",
-            Program::FirstMove => "first-move",
-            Program::Cycle => "cycle",
-            Program::Case1 => "case1",
-            Program::Case2 => "case2",
-            Program::Case3 => "case3",
-            Program::FastPwm => "fast-pwm",
-            Program::Demo => "demo",
-            Program::Timed => "timed",
-            Program::Shields => "shields",
-            Program::L6219 => "l6219",
-            Program::LawsClosed => "laws-closed",
-            Program::LawsGeneral => "laws-general",
-            Program::LawsPower => "laws-power",
-            Program::LawsListing => "laws-listing",
-            Program::LawsLinear => "laws-linear",
-            Program::LawsPiecewise => "laws-piecewise",
-            Program::Arithmetic => "arithmetic",
-            Program::Stacked => "stacked",
-        }
-    }
-
-    /// Whether there is such a program for a board. The examples have their own timers.
-    pub fn fits(self, build: Build) -> bool {
-        match self {
-            Program::Slave | Program::Master => true,
-            Program::FirstMove
-            | Program::Cycle
-            | Program::Case1
-            | Program::Case2
-            | Program::Case3
-            | Program::Timed
-            | Program::Demo
-            | Program::L6219
-            | Program::Arithmetic
-            | Program::Stacked => build.timer == 1,
-            // A Nano's boot loader leaves too little, and the Mega's controller has them.
-            Program::Curves
-            | Program::LawsClosed
-            | Program::LawsGeneral
-            | Program::LawsPower
-            | Program::LawsListing
-            | Program::LawsLinear
-            | Program::LawsPiecewise => build.timer == 1 && build.board == Board::Uno,
-            Program::FastPwm => build.board != Board::Mega,
-            Program::Shields => build.timer == 1 && build.board == Board::Mega,
-        }
-    }
-
-    /// Laws that are asked step by step.
-    pub const LAWS: [Program; 6] = [
-        Program::LawsClosed,
-        Program::LawsListing,
-        Program::LawsGeneral,
-        Program::LawsPower,
-        Program::LawsLinear,
-        Program::LawsPiecewise,
-    ];
-
-    /// The first example, and those of the sources.
-    pub const EXAMPLES: [Program; 10] = [
-        Program::FirstMove,
-        Program::Cycle,
-        Program::Case1,
-        Program::Case2,
-        Program::Case3,
-        Program::FastPwm,
-        Program::Timed,
-        Program::Demo,
-        Program::Shields,
-        Program::L6219,
-    ];
 }
 
 impl Board {
@@ -221,19 +113,24 @@ pub struct Build {
 }
 
 impl Build {
+    /// Builds the controller.
+    pub fn controller(self, ws: &Workspace) -> Result<Built> {
+        self.make(ws, &Program::named(ws, CONTROLLER)?)
+    }
+
     /// Builds a program and copies it to `target/firmware`, where it is named
     /// after its board: `uno.elf`, `uno-master.hex`, `mega-timer3-bench.elf`.
-    pub fn make(self, ws: &Workspace, program: Program) -> Result<Built> {
-        if !program.fits(self) {
-            let (program, board) = (program.name(), self.board.name());
+    pub fn make(self, ws: &Workspace, program: &Program) -> Result<Built> {
+        if !program.fits(&self) {
+            let (program, board) = (&program.name, self.board.name());
             bail!("the program {program} is not for a {board} on timer {}", self.timer);
         }
         let (chip, feature) = self.board.chip();
         let mut features = String::from(feature);
         let mut name = String::from(self.board.name());
-        if program != Program::Slave {
+        if program.name != CONTROLLER {
             name += "-";
-            name += program.name();
+            name += &program.name;
         }
         if self.timer != 1 {
             if feature != "mega" {
@@ -246,13 +143,9 @@ impl Build {
             features += ",bench";
             name += "-bench";
         }
-        match program {
-            Program::Curves => features += ",s-curve",
-            Program::Slave if self.board == Board::Mega => features += ",full",
-            // A Nano's boot loader leaves 1,536 bytes less.
-            Program::Slave if self.board == Board::Nano => {}
-            Program::Slave => features += ",safety",
-            _ => {}
+        for wanted in program.features(self.board) {
+            features += ",";
+            features += wanted;
         }
 
         let cross =
@@ -261,14 +154,13 @@ impl Build {
         let built = ws.target.join("avr").join(feature);
         let mut cargo = cross.cargo_in(ws, "rustc", &[chip], &built);
         cargo.current_dir(ws.root.join("firmware/avr"));
-        cargo.args(["--release", "--features", &features, "--bin", program.name()]);
+        cargo.args(["--release", "--features", &features]).args(program.target());
         // The others fit, and are measured as the compiler makes them.
-        if self.board != Board::Mega && matches!(program, Program::Slave | Program::Curves) {
+        if self.board != Board::Mega && program.is_controller() {
             cargo.arg("--").args(shrink::flags()?);
         }
         run(&mut cargo)?;
-        let from = built.join(chip.triple).join("release").join(program.name());
-        let from = from.with_extension("elf");
+        let from = built.join(chip.triple).join("release").join(program.place());
         check::refuse(&from)?;
 
         let folder = ws.target.join("firmware");

@@ -5,7 +5,8 @@ use std::process::Command;
 
 use anyhow::Result;
 
-use crate::firmware::{self, Board, Build, Program};
+use crate::firmware::{self, Board, Build};
+use crate::program::{CONTROLLER, Program};
 use crate::setup;
 use crate::workspace::{Workspace, run};
 
@@ -16,9 +17,9 @@ pub struct Flash {
     /// Where the board is: /dev/ttyACM0, /dev/ttyUSB0, COM3 …
     #[arg(long, value_name = "PORT")]
     port: OsString,
-    /// Which of the firmware's programs.
-    #[arg(long, value_enum, default_value_t = Program::Slave)]
-    program: Program,
+    /// Another program than the controller: see `cargo xtask firmware BOARD --list`.
+    #[arg(long, value_name = "NAME", default_value = CONTROLLER)]
+    program: String,
     /// A Nano from before 2018, whose boot loader listens at 57600 baud.
     #[arg(long)]
     old_boot_loader: bool,
@@ -30,9 +31,10 @@ pub struct Flash {
 impl Flash {
     /// Builds and writes.
     pub fn run(self, ws: &Workspace) -> Result<()> {
+        let program = Program::named(ws, &self.program)?;
         setup::ensure(firmware::NEEDS)?;
         let build = Build { board: self.board, timer: 1, bench: false };
-        let hex = build.make(ws, self.program)?.hex;
+        let hex = build.make(ws, &program)?.hex;
 
         let mut avrdude = Command::new("avrdude");
         avrdude.args(programmer(self.board, self.old_boot_loader)).arg("-P").arg(&self.port);

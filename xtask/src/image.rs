@@ -11,7 +11,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::firmware::{self, Board, Build, Program};
+use crate::firmware::{self, Board, Build};
 use crate::setup;
 use crate::workspace::{Workspace, run};
 
@@ -27,9 +27,11 @@ pub struct Image {
 const BOARDS: [Board; 3] = [Board::Uno, Board::Nano, Board::Mega];
 
 /// All that the controllers are built from.
-const SOURCES: [&str; 13] = [
+const SOURCES: [&str; 16] = [
     "crates/stepwright/Cargo.toml",
     "crates/stepwright/src",
+    "crates/stepwright-avr/Cargo.toml",
+    "crates/stepwright-avr/src",
     "crates/stepwright-device/Cargo.toml",
     "crates/stepwright-device/src",
     "crates/stepwright-protocol/Cargo.toml",
@@ -37,8 +39,9 @@ const SOURCES: [&str; 13] = [
     "firmware/avr/Cargo.lock",
     "firmware/avr/Cargo.toml",
     "firmware/avr/build.rs",
-    "firmware/avr/src",
+    "firmware/avr/src/bin/slave.rs",
     "xtask/src/firmware.rs",
+    "xtask/src/program.rs",
     "xtask/src/shrink",
     "xtask/src/shrink.rs",
 ];
@@ -84,7 +87,7 @@ fn place(ws: &Workspace, board: Board) -> PathBuf {
 
 /// The controller as it lies in flash.
 fn build(ws: &Workspace, board: Board) -> Result<Vec<u8>> {
-    let built = Build { board, timer: 1, bench: false }.make(ws, Program::Slave)?;
+    let built = Build { board, timer: 1, bench: false }.controller(ws)?;
     let bin = built.elf.with_extension("bin");
     let convert = ["-O", "binary", "-j", ".text", "-j", ".data"];
     run(Command::new("avr-objcopy").args(convert).arg(&built.elf).arg(&bin))?;

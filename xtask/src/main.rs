@@ -10,6 +10,7 @@
 //! | `setup` | what the machine must have, and how to get it |
 //! | `toolchain` | the compiler that builds for small chips |
 //! | `listing` | a firmware's symbols and instructions |
+//! | `program` | the programs of the AVR firmware |
 //! | `rig` | the firmware on a simulated chip |
 //! | `python` | a Python with pyserial |
 //! | `node` | a Node with avr8js |
@@ -21,6 +22,7 @@ mod flash;
 mod image;
 mod listing;
 mod node;
+mod program;
 mod python;
 mod rig;
 mod setup;

@@ -6,7 +6,8 @@ use std::process::Command;
 
 use anyhow::Result;
 
-use crate::firmware::{Board, Build, Program};
+use crate::firmware::{Board, Build};
+use crate::program::{CONTROLLER, Program, REFUSED};
 use crate::setup::{self, Need};
 use crate::workspace::{Workspace, run};
 
@@ -40,18 +41,17 @@ pub fn program(ws: &Workspace, name: &str) -> Result<PathBuf> {
 /// Builds the firmwares that the rig runs on `board`.
 pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
     let build = Build { board, timer: 1, bench };
-    build.make(ws, Program::Slave)?;
+    build.controller(ws)?;
     if bench {
-        build.make(ws, Program::Cycle)?;
-    } else {
-        // The bench's rates are tested with the bench's build.
-        Build { bench: true, ..build }.make(ws, Program::Slave)?;
-        build.make(ws, Program::Master)?;
-        build.make(ws, Program::Arithmetic)?;
-        let others = Program::EXAMPLES.into_iter().chain([Program::Curves]).chain(Program::LAWS);
-        for program in others.filter(|program| program.fits(build)) {
-            build.make(ws, program)?;
-        }
+        build.make(ws, &Program::named(ws, "cycle")?)?;
+        return Ok(());
+    }
+    // The bench's rates are tested with the bench's build.
+    Build { bench: true, ..build }.controller(ws)?;
+    let others = Program::all(ws)?;
+    let others = others.iter().filter(|program| ![CONTROLLER, REFUSED].contains(&&*program.name));
+    for program in others.filter(|program| program.fits(&build)) {
+        build.make(ws, program)?;
     }
     Ok(())
 }

@@ -8,7 +8,8 @@ use anyhow::Result;
 #[cfg(not(unix))]
 use anyhow::bail;
 
-use crate::firmware::{Board, Build, Program};
+use crate::firmware::{Board, Build};
+use crate::program::{CONTROLLER, Program};
 use crate::workspace::Workspace;
 use crate::{rig, setup};
 
@@ -22,9 +23,9 @@ pub struct Sim {
     /// Also make the pseudo-terminal known by this name.
     #[arg(long, value_name = "PATH")]
     pty_link: Option<PathBuf>,
-    /// Another program than the controller.
-    #[arg(long, value_enum, default_value_t = Program::Slave)]
-    program: Program,
+    /// Another program than the controller: see `cargo xtask firmware BOARD --list`.
+    #[arg(long, value_name = "NAME", default_value = CONTROLLER)]
+    program: String,
     /// Another firmware than the one of this checkout.
     #[arg(long, value_name = "FILE", conflicts_with = "program")]
     elf: Option<PathBuf>,
@@ -42,7 +43,7 @@ impl Sim {
             Some(elf) => elf,
             None => {
                 let build = Build { board: self.board, timer: 1, bench: false };
-                build.make(ws, self.program)?.elf
+                build.make(ws, &Program::named(ws, &self.program)?)?.elf
             }
         };
         let mut sim = Command::new(rig::program(ws, "sim")?);

@@ -49,7 +49,7 @@ impl Workspace {
 }
 
 /// The cargo that runs this chore.
-fn cargo_path() -> OsString {
+pub fn cargo_path() -> OsString {
     env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 

@@ -309,7 +309,7 @@ fn its_code_compiles() {
     library::example().unwrap();
     let [chip, board, law] = rust().try_into().unwrap();
     let file = |path: &str| lines(&read_to_string(root().join(path)).unwrap());
-    assert_eq!(chip, file("firmware/avr/src/bin/first_move.rs"));
+    assert_eq!(chip, file("firmware/avr/examples/first_move.rs"));
     assert!(chip.len() <= 20, "{} lines", chip.len());
     for (code, path) in [
         (board, "crates/stepwright-sim/examples/04_virtual_board.rs"),

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use stepwright_rig::{Chip, firmware};
 
-include!("../../avr/src/operations.rs");
+include!("../../avr/examples/arithmetic/operations.rs");
 
 /// A name, and what two operands give.
 type Operation = (&'static str, fn(u64, u64) -> (u64, u64));

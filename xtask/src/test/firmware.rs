@@ -1,10 +1,10 @@
 //! The firmwares build, and what is true of their code is looked up there.
 
 use anyhow::{Result, bail, ensure};
-use clap::ValueEnum;
 
-use crate::firmware::{Board, Build, Built, Program};
+use crate::firmware::{Board, Build, Built};
 use crate::listing::{Listing, symbols};
+use crate::program::{CONTROLLER, Program, REFUSED};
 use crate::workspace::Workspace;
 
 /// What the slave should take of an Uno's flash, in bytes: the rest is for its
@@ -17,7 +17,7 @@ const FLASH: u32 = 30_720;
 const RAM: u32 = 1_229;
 /// And what the controllers may, which leaves a stack of 700 bytes: the deepest that was ever
 /// measured is 309.
-const CONTROLLER: u32 = 1_348;
+const CONTROLLER_RAM: u32 = 1_348;
 /// All that an Uno's boot loader leaves, for what is for an Uno alone.
 const ALONE: u32 = 32_256;
 
@@ -30,9 +30,11 @@ const OVERFLOW_328P: &str = "__vector_13";
 /// Builds all programs for all boards, and looks at them.
 pub fn run(ws: &Workspace) -> Result<()> {
     let mut complaints = Vec::new();
+    let mut programs = Program::all(ws)?;
+    programs.retain(|program| !program.is_test());
     for board in [Board::Uno, Board::Nano, Board::Mega] {
         let build = Build { board, timer: 1, bench: false };
-        for program in Program::value_variants().iter().copied().filter(|one| one.fits(build)) {
+        for program in programs.iter().filter(|one| one.fits(&build)) {
             match build.make(ws, program) {
                 Ok(built) => {
                     for complaint in look(board, program, &built)? {
@@ -44,38 +46,37 @@ pub fn run(ws: &Workspace) -> Result<()> {
             }
         }
     }
-    complaints.extend(refused(ws));
+    complaints.extend(refused(ws)?);
     ensure!(complaints.is_empty(), "{}", complaints.join("\n"));
     Ok(())
 }
 
 /// Whether arguments on the stack are refused where the compiler gets them wrong, and only
 /// there: what is wrong with that.
-fn refused(ws: &Workspace) -> Option<String> {
-    let stacked = |board| Build { board, timer: 1, bench: false }.make(ws, Program::Stacked);
+fn refused(ws: &Workspace) -> Result<Option<String>> {
+    let program = Program::named(ws, REFUSED)?;
+    let stacked = |board| Build { board, timer: 1, bench: false }.make(ws, &program);
     if let Err(error) = stacked(Board::Uno) {
-        return Some(format!("arguments on the stack are right on an Uno: {error:#}"));
+        return Ok(Some(format!("arguments on the stack are right on an Uno: {error:#}")));
     }
-    match stacked(Board::Mega) {
+    Ok(match stacked(Board::Mega) {
         Ok(_) => Some("arguments on the stack are not refused for a Mega".into()),
         Err(error) if format!("{error:#}").contains("7stacked") => None,
         Err(error) => Some(format!("not what was refused: {error:#}")),
-    }
+    })
 }
 
 /// What is wrong with a firmware.
-fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
+fn look(board: Board, program: &Program, built: &Built) -> Result<Vec<String>> {
     let mut wrong: Vec<String> =
         symbols(&built.elf)?.iter().filter_map(|name| forbidden(name)).collect();
     let listing = Listing::of(&built.elf)?;
     // A motor cycle's asks programs and callbacks, and divides where a bound is near; the
     // demo's asks Austin's law, which is a division.
-    if !matches!(program, Program::Master | Program::Cycle | Program::Demo)
-        && !Program::LAWS.contains(&program)
-    {
-        let vector = match (program, board) {
-            (Program::FastPwm, _) => OVERFLOW_328P,
-            (_, Board::Mega) => STEP_2560,
+    if !program.divides() {
+        let vector = match board {
+            _ if program.overflows() => OVERFLOW_328P,
+            Board::Mega => STEP_2560,
             _ => STEP_328P,
         };
         let reached = listing.reached(vector);
@@ -89,18 +90,17 @@ fn look(board: Board, program: Program, built: &Built) -> Result<Vec<String>> {
         }
     }
     if board != Board::Mega {
-        let everywhere = program.fits(Build { board: Board::Nano, timer: 1, bench: false });
+        let everywhere = program.fits(&Build { board: Board::Nano, timer: 1, bench: false });
         // The Nano's controller is without `safety`.
-        let for_uno = !everywhere || (program == Program::Slave && board == Board::Uno);
+        let for_uno = !everywhere || (program.name == CONTROLLER && board == Board::Uno);
         let flash = if for_uno { ALONE } else { FLASH };
-        let controls = matches!(program, Program::Slave | Program::Curves);
-        let ram = if controls { CONTROLLER } else { RAM };
+        let ram = if program.is_controller() { CONTROLLER_RAM } else { RAM };
         for (what, used, most) in [("flash", built.flash, flash), ("RAM", built.ram, ram)] {
             if used > most {
                 wrong.push(format!("{used} bytes of {what}, and only {most} are allowed"));
             }
         }
-        if program != Program::Slave {
+        if program.name != CONTROLLER {
             return Ok(wrong);
         }
         if built.flash <= AIM {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
-use crate::firmware::{Board, Build, Program};
+use crate::firmware::{Board, Build};
 use crate::rig;
 use crate::setup::BOOT_LOADER;
 use crate::workspace::{self, Guard, Workspace, output, run_within};
@@ -20,7 +20,7 @@ const PRESSES: usize = 4;
 /// Writes, compares, and then the firmware answers.
 pub fn run(ws: &Workspace) -> Result<()> {
     // The simulator asks for one.
-    Build { board: Board::Uno, timer: 1, bench: false }.make(ws, Program::Slave)?;
+    Build { board: Board::Uno, timer: 1, bench: false }.controller(ws)?;
     let sim = rig::program(ws, "sim")?;
     workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
     let mut sim = Command::new(sim);

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 
-use crate::firmware::{Board, Build, Program};
+use crate::firmware::{Board, Build};
 use crate::workspace::{Workspace, run};
 use crate::{bench, node, rig};
 
@@ -20,7 +20,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     // the same: what looks at every edge, and the line, tell.
     for timer in [3, 4, 5] {
         let build = Build { board: Board::Mega, timer, bench: false };
-        build.make(ws, Program::Slave)?;
+        build.controller(ws)?;
         let mut cargo = rig::cargo(ws, "test");
         cargo.args([
             "--release",
@@ -42,7 +42,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
 /// The conversation with a simulated Uno alone.
 pub fn run_one(ws: &Workspace) -> Result<()> {
     let build = Build { board: Board::Uno, timer: 1, bench: false };
-    build.make(ws, Program::Slave)?;
+    build.controller(ws)?;
     let mut cargo = rig::cargo(ws, "test");
     cargo.args(["--release", "--test", "conversation"]);
     run(cargo.env("STEPWRIGHT_BOARD", Board::Uno.name()))

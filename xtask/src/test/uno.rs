@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::Result;
 
-use crate::firmware::{Board, Build, Program};
+use crate::firmware::{Board, Build};
 use crate::rig;
 use crate::workspace::{self, Workspace, run_within};
 
@@ -15,7 +15,7 @@ const LIMIT: Duration = Duration::from_secs(300);
 
 /// The script checks its results itself.
 pub fn run(ws: &Workspace) -> Result<()> {
-    Build { board: Board::Uno, timer: 1, bench: false }.make(ws, Program::Slave)?;
+    Build { board: Board::Uno, timer: 1, bench: false }.controller(ws)?;
     let sim = rig::program(ws, "sim")?;
     workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
     let built = ws.built("stepwright");

@@ -112,7 +112,7 @@ fn is_library(root: &Path, name: &str) -> bool {
     };
     let src = root.join("crates").join(own).join("src");
     // The stress is a tool of the tests.
-    own != "stepwright-stress" && src.join("lib.rs").exists()
+    !["stepwright-avr", "stepwright-stress"].contains(&own) && src.join("lib.rs").exists()
 }
 
 /// Lines with a word of the list: in prose, which in code is the comments.

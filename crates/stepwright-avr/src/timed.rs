@@ -13,7 +13,7 @@
 //! set; and a change of the prescaler, which on an AVR is one for several timers and divides
 //! on whatever they do, costs nothing. CTC, whose counter starts again too, would have all
 //! three troubles. Fast PWM's late compare register is modelled in software:
-//! `Model::Latched`. `bin/fast_pwm.rs` does it the article's way.
+//! `Model::Latched`. The example `fast_pwm` does it the article's way.
 //!
 //! | file | what |
 //! | --- | --- |

@@ -7,7 +7,7 @@ use core::hint::black_box;
 
 use stepwright_avr::slot::Slot;
 
-include!("../operations.rs");
+include!("operations.rs");
 
 /// The two operands, and then the two results.
 #[unsafe(no_mangle)]

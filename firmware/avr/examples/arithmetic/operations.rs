@@ -1,5 +1,5 @@
 // Operations of wide numbers whose code a compiler for 8 bits has to get right, as one text
-// for the chip (`bin/arithmetic.rs`) and for the host that knows the results
+// for the chip (`main.rs`) and for the host that knows the results
 // (`firmware/rig/tests/arithmetic.rs`): each makes two numbers of two. The macro hands all of
 // them to another.
 

@@ -1,4 +1,4 @@
-//! Stepwright on a 16 MHz AVR: what is the same in all its firmware.
+//! Stepwright on a 16 MHz AVR: board support for Uno, Nano and Mega.
 //!
 //! | file | what |
 //! | --- | --- |
@@ -21,11 +21,7 @@
 //! | `law` | what a step of a law costs |
 //! | `interrupt` | how handlers are declared, and what a simulator leaves out |
 //!
-//! `bin/slave.rs` is the controller, `bin/first_move.rs` the README's first example, `bin/cycle.rs` stepper_h's basic example, `bin/case1.rs` to
-//! `case3.rs` are the Arduino driver's, `bin/fast_pwm.rs` the first of these in fast PWM,
-//! `bin/shields.rs` drives two shields at once, `bin/l6219.rs` an L6219. `bin/curves.rs` is
-//! the controller with S-curves on an Uno, and `bin/laws_*.rs` measure the laws.
-//! `bin/arithmetic.rs` and `bin/stacked.rs` are for tests of the compiler.
+//! The programs of `firmware/avr` are made of it, and yours can be.
 #![no_std]
 #![feature(asm_experimental_arch)]
 
@@ -52,6 +48,7 @@ pub mod law;
 mod memory;
 mod numbers;
 pub mod panel;
+#[cfg(feature = "panic-handler")]
 mod panic;
 pub mod reset;
 pub mod serial;

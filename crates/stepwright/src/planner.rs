@@ -325,8 +325,7 @@ impl Planner {
         if self.rise > 0 {
             self.ramp(clock, work, true)
         } else if self.bent.is_again() && self.rise_part == 0 {
-            self.bent.lays_out();
-            self.divide(self.level.wrapping_add(self.fall));
+            self.divide_again();
             Planned::Again
         } else if self.level > 0 {
             if !self.is_bent() && work.stage == Stage::Begin && self.rise_part | self.fall_part != 0

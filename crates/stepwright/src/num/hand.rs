@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn a_chain_is_the_operations_one_by_one() {
-        let (a, b, c) = (Num::from(1_000_003), Num::from(77), Num::part(5 << 29));
+        let (a, b, c) = (Num::from(1_000_003), Num::from(77), part(5 << 29).number());
         let mut d = Num::UNSET;
         hand(&a).times(&b).plus(&c).root().to(&mut d);
         assert_eq!(d, a.times(&b).plus(&c).root());

@@ -42,13 +42,6 @@ impl Num {
         Num::of(1 << 31, e - 31)
     }
 
-    /// A constant of 1 … 65535.
-    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
-    pub(crate) const fn small(x: u16) -> Num {
-        let up = x.leading_zeros();
-        Num { high: x << up, low: 0, e: -16 - up as i16 }
-    }
-
     /// An integer from 1 on, its upper 32 bits, and 1 / it: for constants, with
     /// arithmetic that a small chip has not.
     #[inline(always)]
@@ -95,12 +88,6 @@ impl Num {
     pub(crate) fn rounded_whole(&self) -> u32 {
         let (whole, part) = self.split();
         whole.saturating_add(part >> 31)
-    }
-
-    /// A part of one, in 2⁻³².
-    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
-    pub(crate) fn part(x: u32) -> Num {
-        Num::new(x, -32)
     }
 
     /// A power of two near the cube root, for small exponents.
@@ -441,13 +428,6 @@ mod tests {
         #[test]
         fn wide_integers(x: u64) {
             prop_assert!(close(Num::from_wide(x), x as f64));
-        }
-    }
-
-    #[test]
-    fn constants_are_normalised() {
-        for x in [1, 2, 1000, 2000, 65535] {
-            assert_eq!(Num::small(x), Num::from(u32::from(x)));
         }
     }
 

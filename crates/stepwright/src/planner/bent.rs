@@ -6,8 +6,8 @@
 //! target does so, and goes on from rest.
 
 use super::curve::Curve;
-use super::{Clock, Planned, Planner, Stage, Work};
-use crate::num::Num;
+use super::{Clock, Layout, Planned, Planner, Stage, Work};
+use crate::num::{Num, hand, part, whole};
 use crate::profile::Unfit;
 use crate::units::Jerk;
 
@@ -21,14 +21,20 @@ pub(super) struct Bent {
     at: Num,
     /// The curve is that of the fall.
     falling: bool,
-    /// To be set up again once the level is reached.
+    /// To be set up again once the level is reached: from this piece on, if it is.
     again: bool,
+    piece: Layout,
 }
 
 impl Bent {
     /// No limit. All zeros.
-    pub(super) const NONE: Bent =
-        Bent { curve: Curve::STRAIGHT, at: Num::UNSET, falling: false, again: false };
+    pub(super) const NONE: Bent = Bent {
+        curve: Curve::STRAIGHT,
+        at: Num::UNSET,
+        falling: false,
+        again: false,
+        piece: Layout::Speeds,
+    };
 
     /// Sets the limit of another travel, or takes it away.
     #[expect(clippy::unnecessary_wraps)] // a planner of trapezoids refuses
@@ -53,7 +59,7 @@ impl Bent {
         // v·√(v/J) steps. Times in a ramp are good to 2⁻²⁹ of all of it: to 2⁻⁶ of an
         // interval at its high end then, and not to several intervals.
         let straight = cfg!(feature = "trapezoid") && !self.curve.is_bent();
-        straight || w.times(high).over(self.curve.half_jerk()).is_below(45)
+        straight || hand(w).times(high).over(self.curve.half_jerk()).number().is_below(45)
     }
 
     /// Whether all is to be set up again once the level is reached.
@@ -61,14 +67,9 @@ impl Bent {
         self.again
     }
 
-    /// It is set up again now.
-    pub(super) fn lays_out(&mut self) {
-        self.again = false;
-    }
-
     /// A run has been handed out, that ends there.
     pub(super) fn goes_to(&mut self, work: &Work) {
-        self.at = work.time;
+        hand(&work.time).to(&mut self.at);
     }
 }
 
@@ -79,55 +80,94 @@ impl Planner {
         !cfg!(feature = "trapezoid") || self.bent.curve.is_bent()
     }
 
-    /// Divides `steps` from here, where the speed is v and level, into rise or
-    /// ease, level and fall.
+    /// Does a piece of setting up what is left once more, on the level.
+    pub(super) fn divide_again(&mut self) {
+        self.bent.piece = self.divide_bent(self.bent.piece, self.level.wrapping_add(self.fall));
+    }
+
+    /// Does a piece of dividing `steps` from here, where the speed is v and level, into rise
+    /// or ease, level and fall, and tells the next.
     ///
     /// Where the top speed is out of reach, the highest speed that rise and fall
-    /// leave room for is found by Newton's method, from above, inside bounds.
+    /// leave room for is found by Newton's method, from above, inside bounds. Until it is
+    /// found they are in `w_from` and `w_end`, of which a curve has no need; the length of the
+    /// fall is in `at`, what it grows by in `slope`, and how often may still be tried in `risen`.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn divide_bent(&mut self, steps: u32) {
-        let length = Num::from(steps);
-        (self.risen, self.bent.falling, self.bent.again) = (0, false, false);
-        self.ease = !self.top.at_least(&self.v);
-        self.v_top = self.top;
-        let (mut least, mut most) = (self.v, self.top);
-        for left in (0..40u8).rev() {
-            if length.is_zero() && !self.endless || left == 0 {
-                // A single step, which is taken; or, never seen, no speed was found.
-                self.ease = false;
-                self.v_top = least;
-            }
-            self.bent.curve.lay(&self.v_end, &self.v_top, &self.d2);
-            let growth = self.bent.curve.growth();
-            let fall = *self.bent.curve.length();
-            (self.fall, self.fall_part) = fall.split();
-            if self.ease {
-                self.bent.curve.lay(&self.v_top, &self.v, &self.d2);
-            } else {
-                self.bent.curve.lay(&self.v, &self.v_top, &self.a2);
-            }
-            let growth = growth.plus(&self.bent.curve.growth());
-            let both = fall.plus(self.bent.curve.length());
-            if self.endless || left == 0 || length.at_least(&both) {
-                let spare = length.minus(&both);
-                let close = !spare.scaled(25).at_least(&length);
-                if self.endless || left == 0 || self.v_top == most || close {
-                    break;
+    pub(super) fn divide_bent(&mut self, piece: Layout, steps: u32) -> Layout {
+        match piece {
+            Layout::Fall => {
+                if steps == 0 && !self.endless || self.risen == 0 {
+                    // A single step, which is taken; or, never seen, no speed was found.
+                    self.ease = false;
+                    hand(&self.w_from).to(&mut self.v_top);
                 }
-                least = self.v_top;
-                let next = least.plus(&spare.over(&growth));
-                self.v_top.set_between(&least, &next, &most);
-            } else if self.ease {
-                // No room: it keeps its speed, and then falls.
-                self.ease = false;
-                self.v_top = self.v;
-                most = self.v;
-            } else {
-                most = self.v_top;
-                let next = most.minus(&both.minus(&length).over(&growth)).minus(&most.scaled(-28));
-                self.v_top.set_between(&least, &next, &most);
+                self.curve_of_fall();
+                hand(self.bent.curve.length()).to(&mut self.bent.at);
+                Layout::Spare
+            }
+            Layout::Spare => {
+                self.bent.curve.growth().to(&mut self.slope);
+                Layout::Meet
+            }
+            Layout::Meet => {
+                let curve = &mut self.bent.curve;
+                if self.ease {
+                    curve.lay(&self.v_top, &self.v, &self.d2);
+                } else {
+                    curve.lay(&self.v, &self.v_top, &self.a2);
+                }
+                Layout::Join
+            }
+            Layout::Join => self.meet(steps),
+            // The first: also where a change begins it once more.
+            _ => {
+                (self.risen, self.bent.falling) = (TRIES, false);
+                self.ease = !self.top.at_least(&self.v);
+                hand(&self.v).to(&mut self.w_from);
+                hand(&self.top).also(&mut self.w_end).to(&mut self.v_top);
+                Layout::Fall
             }
         }
+    }
+
+    /// Rise and fall are laid: they fit, or the next speed is tried.
+    fn meet(&mut self, steps: u32) -> Layout {
+        let last = self.endless || self.risen == 0;
+        let curve = &self.bent.curve;
+        let growth = curve.growth().plus(&self.slope).number();
+        let mut off = hand(curve.length()).plus(&self.bent.at).number();
+        let (least, most) = (&mut self.w_from, &mut self.w_end);
+        if last || whole(steps).at_least(&off) {
+            whole(steps).minus(&off).to(&mut off);
+            let length = whole(steps).number();
+            if last || self.v_top == *most || !hand(&off).scaled(25).at_least(&length) {
+                self.share(steps);
+                return Layout::Check;
+            }
+            hand(&self.v_top).to(least);
+            hand(&off).over(&growth).plus(least).to(&mut off);
+        } else if self.ease {
+            // No room: it keeps its speed, and then falls.
+            self.ease = false;
+            hand(&self.v).also(most).to(&mut self.v_top);
+            self.risen = self.risen.wrapping_sub(1);
+            return Layout::Fall;
+        } else {
+            let length = whole(steps).number();
+            hand(&self.v_top).to(most);
+            hand(&off).minus(&length).over(&growth).off(most).to(&mut off);
+            hand(most).scaled(-28).off(&off).to(&mut off);
+        }
+        self.risen = self.risen.wrapping_sub(1);
+        self.v_top.set_between(least, &off, most);
+        Layout::Fall
+    }
+
+    /// The speed is found: rise, level and fall take their steps.
+    fn share(&mut self, steps: u32) {
+        self.risen = 0;
+        self.bent.again = false;
+        (self.fall, self.fall_part) = self.bent.at.split();
         (self.rise, self.rise_part) = self.bent.curve.length().split();
         if self.endless {
             (self.fall, self.fall_part, self.level) = (0, 0, u32::MAX);
@@ -137,7 +177,8 @@ impl Planner {
             self.fall = self.fall.min(rest);
             self.level = rest.wrapping_sub(self.fall);
         }
-        self.bent.at = if self.ease { *self.bent.curve.whole() } else { Num::ZERO };
+        let at = if self.ease { hand(self.bent.curve.whole()) } else { whole(0) };
+        at.to(&mut self.bent.at);
     }
 
     /// Goes on after a change, or brakes: this many steps to its target.
@@ -149,17 +190,18 @@ impl Planner {
         if self.rise != 0 || self.rise_part != 0 {
             self.level_out();
         } else {
-            self.v_top = self.v;
+            hand(&self.v).to(&mut self.v_top);
         }
-        self.bent.again = true;
+        (self.bent.again, self.bent.piece) = (true, Layout::Rise);
         if self.endless {
             return;
         }
-        let mut curve = self.bent.curve;
-        curve.lay(&self.v_end, &self.v_top, &self.d2);
+        let curve = self.bent.curve;
+        self.curve_of_fall();
         // A little less: what was set up to fit still does, whatever the rounding says.
-        let fall = curve.length();
-        (self.fall, self.fall_part) = fall.minus(&fall.scaled(-28)).split();
+        let fall = *self.bent.curve.length();
+        self.bent.curve = curve;
+        (self.fall, self.fall_part) = hand(&fall).scaled(-28).off(&fall).split();
         // Both are less than 2²³.
         let ramps = self.rise.wrapping_add(self.fall);
         let (parts, more) = self.rise_part.overflowing_add(self.fall_part);
@@ -173,63 +215,79 @@ impl Planner {
 
     /// Ends the rise, or the ease, as soon as the jerk allows.
     fn level_out(&mut self) {
-        let rest;
-        if self.ease {
-            let left = Num::from(self.rise).plus(&Num::part(self.rise_part));
-            let gone = self.bent.curve.length().minus(&left);
-            self.bent.curve.level_out_below(&mut self.bent.at);
-            self.v_top = *self.bent.curve.low();
-            rest = self.bent.curve.length().minus(&gone);
+        let curve = &mut self.bent.curve;
+        let mut gone = if self.ease {
+            let left = part(self.rise_part).number();
+            let left = whole(self.rise).plus(&left).number();
+            hand(curve.length()).minus(&left).number()
         } else {
-            self.bent.curve.level_out(&self.bent.at);
-            self.v_top = *self.bent.curve.high();
-            rest = self.bent.curve.length().minus(&Num::from(self.risen));
-        }
-        (self.rise, self.rise_part) = rest.split();
+            whole(self.risen).number()
+        };
+        curve.level_out(&mut self.bent.at, !self.ease);
+        let level = if self.ease { curve.low() } else { curve.high() };
+        hand(level).to(&mut self.v_top);
+        hand(curve.length()).minus(&gone).to(&mut gone);
+        (self.rise, self.rise_part) = gone.split();
+    }
+
+    /// Lays the curve of a fall from the top speed.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn curve_of_fall(&mut self) {
+        self.bent.curve.lay(&self.v_end, &self.v_top, &self.d2);
     }
 
     /// Lays the fall's curve.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn lay_fall(&mut self) {
-        self.bent.curve.lay(&self.v_end, &self.v_top, &self.d2);
-        self.bent.at = *self.bent.curve.whole();
+        self.curve_of_fall();
+        hand(self.bent.curve.whole()).to(&mut self.bent.at);
         self.bent.falling = true;
     }
 
     /// Where on its curve the pulse this many steps ahead is.
-    fn place_after(&self, steps: u32) -> Num {
-        let (whole, part) = if self.bent.falling {
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn place_after(&self, steps: u16) -> Num {
+        let steps = u32::from(steps);
+        let (n, rest) = if self.bent.falling {
             (self.fall.wrapping_sub(steps), 0)
         } else if self.ease {
             (self.rise.wrapping_sub(steps), self.rise_part)
         } else {
             (self.risen.wrapping_add(steps), 0)
         };
-        Num::from(whole).plus(&Num::part(part))
+        let rest = part(rest).number();
+        whole(n).plus(&rest).number()
     }
 
-    /// Finds, in a call or several, when the pulse this many steps ahead comes,
+    /// Finds, in several calls, when the pulse this many steps ahead comes,
     /// and its speed: `time` and `pending`. Whether it has.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn find(&self, work: &mut Work, steps: u16) -> bool {
-        let steps = u32::from(steps);
         let x = self.place_after(steps);
+        let curve = &self.bent.curve;
         match work.stage {
             Stage::Begin => {
-                let up = !self.bent.falling && !self.ease;
-                // A fall begins in its corner.
-                let begins = self.bent.falling && self.level != 0;
-                let t = if begins { self.bent.curve.whole() } else { &self.bent.at };
-                work.time = self.bent.curve.guess(t, &self.v, &Num::from(steps), &x, up);
                 if x.is_zero() {
-                    work.time = Num::ZERO;
-                    work.pending = *self.bent.curve.low();
+                    whole(0).to(&mut work.time);
+                    hand(curve.low()).to(&mut work.pending);
                     return true;
                 }
+                // A fall begins in its corner.
+                let begins = self.bent.falling && self.level != 0;
+                let t = if begins { curve.whole() } else { &self.bent.at };
+                hand(t).to(&mut work.time);
+                let up = !self.bent.falling && !self.ease;
+                let steps = whole(steps.into()).number();
+                curve.guess(&mut work.time, &self.v, &steps, &x, up);
                 work.stage = Stage::Half;
             }
+            Stage::Half => {
+                curve.at(&work.time, &mut work.pending, &mut work.mean);
+                work.stage = Stage::Last;
+            }
             _ => {
-                let here = self.bent.curve.at(&work.time);
-                work.pending = here.v;
-                return self.bent.curve.correct(&mut work.time, &here, &x);
+                work.stage = Stage::Half;
+                return curve.correct(&mut work.time, &work.pending, &work.mean, &x);
             }
         }
         false
@@ -239,53 +297,60 @@ impl Planner {
     pub(super) fn follow(&mut self, clock: &Clock, work: &mut Work, first: bool) -> bool {
         if !first && !self.bent.falling {
             self.lay_fall();
-        }
-        if !self.find(work, work.run.count) {
             return false;
         }
-        let up = work.time.at_least(&self.bent.at);
-        let time = if up { work.time.minus(&self.bent.at) } else { self.bent.at.minus(&work.time) };
-        work.mean = ticks(clock, &time).over(&Num::from(u32::from(work.run.count)));
-        let v = &work.pending;
-        let change = if up { v.minus(&self.v) } else { self.v.minus(v) };
-        work.delta = work.mean.roughly(&clock.inverse).roughly(&change).scaled(1);
+        if work.stage != Stage::Found {
+            if self.find(work, work.run.count) {
+                work.stage = Stage::Found;
+            }
+            return false;
+        }
+        let at = &self.bent.at;
+        let up = work.time.at_least(at);
+        let count = whole(work.run.count.into()).number();
+        difference(up, &work.time, at, &mut work.mean);
+        hand(&work.mean).times(&clock.twice).scaled(-1).over(&count).to(&mut work.mean);
+        difference(up, &work.pending, &self.v, &mut work.delta);
+        let delta = hand(&work.mean).roughly(&clock.inverse).roughly(&work.delta).scaled(1);
+        delta.to(&mut work.delta);
         true
     }
 
     /// What follows from δ, and it: see [`settle`](Planner::settle). Where the acceleration changes the jerk adds to δ²
     /// J·Δt²/v, for its third.
     pub(super) fn bent_shape(&self, clock: &Clock, work: &Work, size: u8) -> [Num; 3] {
-        let (mean, delta) = (&work.mean, work.delta);
-        let mut spread = delta.roughly(&delta);
-        let straight = |t| self.bent.curve.is_straight(t);
-        if !(straight(&self.bent.at) && straight(&work.time)) {
-            let interval = mean.roughly(&clock.inverse).scaled(1);
-            let cube = interval.roughly(&interval).roughly(&interval);
-            let jerk = cube.roughly(self.bent.curve.half_jerk()).scaled(i16::from(size) << 1);
-            spread = spread.plus(&jerk);
+        let (mean, delta, curve) = (&work.mean, work.delta, &self.bent.curve);
+        let mut error = hand(&delta).roughly(&delta).number();
+        if !(curve.is_straight(&self.bent.at) && curve.is_straight(&work.time)) {
+            let interval = hand(mean).roughly(&clock.inverse).scaled(1).number();
+            let cube = hand(&interval).roughly(&interval).roughly(&interval);
+            let jerk = cube.roughly(curve.half_jerk()).scaled((size << 1) as i8);
+            jerk.plus(&error).to(&mut error);
         }
-        let error = spread.roughly(mean).scaled(i16::from(size) - 5);
-        let growth = delta.roughly(mean).over(&Num::from(u32::from(work.run.count)));
+        let error = hand(&error).roughly(mean).scaled((size as i8).wrapping_sub(5)).number();
+        let count = whole(work.run.count.into()).number();
+        let growth = hand(&delta).roughly(mean).over(&count).number();
         [delta, error, growth]
     }
 
     /// The one step that the level's end divides.
     pub(super) fn bent_corner(&mut self, clock: &Clock, work: &mut Work, last: bool) -> Planned {
         if work.stage == Stage::Begin && !self.bent.falling {
-            let rise = Num::part(self.rise_part);
-            let fall = Num::part(if last { self.fall_part } else { 0 });
-            work.delta = Num::from(1).minus(&rise).minus(&fall).over(&self.v_top);
+            let rise = part(self.rise_part).number();
+            let fall = part(if last { self.fall_part } else { 0 }).number();
+            whole(1).minus(&rise).minus(&fall).over(&self.v_top).to(&mut work.delta);
             if self.rise_part != 0 {
-                let mut time = self.bent.at;
-                if !self.ease {
-                    time = self.bent.curve.whole().minus(&time);
-                }
-                work.delta = work.delta.plus(&time);
+                let time = if self.ease {
+                    hand(&self.bent.at).number()
+                } else {
+                    self.bent.curve.tail(&self.bent.at).number()
+                };
+                hand(&time).plus(&work.delta).to(&mut work.delta);
             }
             if last {
                 self.lay_fall();
                 // Until the corner is done: what a change can't take back.
-                self.bent.at = work.delta;
+                hand(&work.delta).to(&mut self.bent.at);
                 return Planned::Again;
             }
         }
@@ -293,18 +358,24 @@ impl Planner {
             if !self.find(work, 0) {
                 return Planned::Again;
             }
-            work.delta = self.bent.at.plus(&self.bent.curve.tail(&work.time));
-            (self.v, self.bent.at) = (work.pending, work.time);
+            self.bent.curve.tail(&work.time).plus(&self.bent.at).to(&mut work.delta);
+            hand(&work.pending).to(&mut self.v);
+            hand(&work.time).to(&mut self.bent.at);
             self.fall_part = 0;
         } else {
-            self.v = self.v_top;
+            hand(&self.v_top).to(&mut self.v);
         }
-        work.mean = ticks(clock, &work.delta);
+        hand(&work.delta).times(&clock.twice).scaled(-1).to(&mut work.mean);
         self.turned(work)
     }
 }
 
-/// A time of 1000 s, in ticks.
-fn ticks(clock: &Clock, time: &Num) -> Num {
-    clock.twice.times(time).scaled(-1)
+/// The larger of two less the other: the first is, or it is not.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn difference(first: bool, a: &Num, b: &Num, to: &mut Num) {
+    let (more, less) = if first { (a, b) } else { (b, a) };
+    hand(more).minus(less).to(to);
 }
+
+/// How often a speed is looked for.
+const TRIES: u32 = 39;

@@ -23,7 +23,7 @@
 //! ramp's time; and where it eases down to a level, 2⁻²⁸ of its steps, which are
 //! gone at the low speed. **Cost** on an ATmega328P: see `planner`.
 
-use crate::num::Num;
+use crate::num::{Hand, Num, hand, whole};
 
 /// One ramp, up or down. Times are in 1000 s, as speeds are in 0.001 steps/s.
 #[derive(Clone, Copy, Debug)]
@@ -41,13 +41,6 @@ pub(super) struct Curve {
     length: Num,
 }
 
-/// Speed and place on a ramp.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Moment {
-    pub(super) v: Num,
-    pub(super) x: Num,
-}
-
 impl Curve {
     /// No ramp, and no limit of jerk.
     pub(super) const STRAIGHT: Curve = Curve {
@@ -62,7 +55,8 @@ impl Curve {
     /// Has a jerk, in 0.001 steps/s³, or none (0).
     pub(super) fn set_jerk(&mut self, jerk: u64) {
         // J/2 in 0.001 steps/s per (1000 s)²: 500,000 J.
-        self.half_jerk = Num::from_wide(jerk).times(&Num::small(62_500)).scaled(3);
+        let jerk = Num::from_wide(jerk);
+        whole(500_000).times(&jerk).to(&mut self.half_jerk);
     }
 
     /// Has a jerk so large that the shortest bend lasts less than 10⁻¹⁵ s.
@@ -79,28 +73,30 @@ impl Curve {
     /// Whether the first step from rest takes less than 1000 s · 2^e.
     pub(super) fn starts_within(&self, e: i8) -> bool {
         // x = J/6·t³.
-        Num::small(3).over(&self.half_jerk).is_below(e.wrapping_mul(3))
+        whole(3).over(&self.half_jerk).number().is_below(e.wrapping_mul(3))
     }
 
     /// Lays the ramp between two speeds, at this slope (2A).
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn lay(&mut self, low: &Num, high: &Num, slope: &Num) {
-        let gain = high.minus(low);
-        (self.low, self.high) = (*low, *high);
-        self.bend = slope.over(&self.half_jerk).scaled(-2);
+        hand(low).to(&mut self.low);
+        hand(high).also(&mut self.high).minus(low).to(&mut self.length);
+        hand(slope).over(&self.half_jerk).scaled(-2).to(&mut self.bend);
         // What both bends gain: A²/J.
-        if gain.at_least(&slope.times(&self.bend).scaled(-1)) {
-            self.whole = gain.over(slope).scaled(1).plus(&self.bend);
+        hand(&self.bend).times(slope).scaled(-1).to(&mut self.whole);
+        if hand(&self.length).at_least(&self.whole) {
+            hand(&self.length).over(slope).scaled(1).plus(&self.bend).to(&mut self.whole);
         } else {
-            self.bend = gain.over(&self.half_jerk).scaled(-1).root();
-            self.whole = self.bend.scaled(1);
+            let bend = hand(&self.length).over(&self.half_jerk).scaled(-1).root();
+            bend.also(&mut self.bend).scaled(1).to(&mut self.whole);
         }
         self.measure();
     }
 
     /// The length follows from the rest.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn measure(&mut self) {
-        self.length = self.low.plus(&self.high).times(&self.whole).scaled(-1);
+        hand(&self.low).plus(&self.high).times(&self.whole).scaled(-1).to(&mut self.length);
     }
 
     /// Steps of the ramp.
@@ -114,17 +110,19 @@ impl Curve {
     }
 
     /// Steps more for each 0.001 steps/s that its high end is higher.
-    pub(super) fn growth(&self) -> Num {
-        let peak = self.half_jerk.times(&self.bend).scaled(2);
-        self.whole.plus(&self.low.plus(&self.high).over(&peak).scaled(1)).scaled(-1)
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn growth(&self) -> Hand {
+        let peak = hand(&self.half_jerk).times(&self.bend).scaled(2).number();
+        hand(&self.low).plus(&self.high).over(&peak).scaled(1).plus(&self.whole).scaled(-1)
     }
 
     /// Time from there to the high end.
-    pub(super) fn tail(&self, t: &Num) -> Num {
-        self.whole.minus(t)
+    pub(super) fn tail(&self, t: &Num) -> Hand {
+        hand(&self.whole).minus(t)
     }
 
     /// Whether the acceleration is constant at that time.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn is_straight(&self, t: &Num) -> bool {
         t.at_least(&self.bend) && self.tail(t).at_least(&self.bend)
     }
@@ -146,95 +144,111 @@ impl Curve {
 
     /// Speed and place at a time from the low end.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn at(&self, t: &Num) -> Moment {
-        let tail = self.whole.minus(t);
-        let ending = self.bend.at_least(&tail);
-        let t = if ending { &tail } else { t };
-        let bent = if t.at_least(&self.bend) { &self.bend } else { t };
-        let straight = t.minus(bent);
-        let e = self.half_jerk.times(bent);
-        let v = e.times(&t.plus(&straight));
-        let x = bent.times(bent).times(&THIRD).plus(&straight.times(t)).times(&e);
+    pub(super) fn at(&self, t: &Num, v: &mut Num, x: &mut Num) {
+        let mut near = self.tail(t).number();
+        let ending = self.bend.at_least(&near);
+        if !ending {
+            hand(t).to(&mut near);
+        }
+        let bent = if near.at_least(&self.bend) { &self.bend } else { &near };
+        let straight = hand(&near).minus(bent).number();
+        let e = hand(&self.half_jerk).times(bent).number();
+        hand(&near).plus(&straight).times(&e).to(v);
+        hand(bent).square().times(&THIRD).to(x);
+        hand(&near).times(&straight).plus(x).times(&e).to(x);
         if ending {
-            let back = self.high.times(t).minus(&x);
-            Moment { v: self.high.minus(&v), x: self.length.minus(&back) }
+            hand(&self.high).times(&near).minus(x).off(&self.length).to(x);
+            hand(&self.high).minus(v).to(v);
         } else {
-            Moment { v: self.low.plus(&v), x: self.low.times(t).plus(&x) }
+            hand(&self.low).times(&near).plus(x).to(x);
+            hand(&self.low).plus(v).to(v);
         }
     }
 
     /// A time near which x is, when the last pulse, at t, was this many steps
     /// before (on the way up) or after it, at v.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn guess(&self, t: &Num, v: &Num, steps: &Num, x: &Num, up: bool) -> Num {
-        let t = if v.is_zero() {
+    pub(super) fn guess(&self, t: &mut Num, v: &Num, steps: &Num, x: &Num, up: bool) {
+        if v.is_zero() {
             // From rest: x = J/6·t³, to a power of two.
-            x.over(&self.half_jerk).scaled(1).near_cube_root()
+            *t = hand(x).over(&self.half_jerk).scaled(1).number().near_cube_root();
         } else {
             // At the acceleration here: n/v, and from that the mean speed.
-            let tail = self.tail(t);
-            let mut bent = if t.at_least(&tail) { &tail } else { t };
-            if bent.at_least(&self.bend) {
-                bent = &self.bend;
+            let mut by = self.tail(t).number();
+            if !t.at_least(&by) {
+                hand(t).to(&mut by);
             }
-            let change = self.half_jerk.roughly(bent).roughly(&steps.over(v));
-            let mean = if up { v.plus(&change) } else { v.minus(&change) };
-            let by = steps.over(if mean.at_least(&v.scaled(-2)) { &mean } else { v });
-            if up { t.plus(&by) } else { t.minus(&by) }
-        };
-        if t.at_least(&self.whole) { self.whole } else { t }
+            if by.at_least(&self.bend) {
+                hand(&self.bend).to(&mut by);
+            }
+            hand(&self.half_jerk).roughly(&by).to(&mut by);
+            hand(steps).over(v).roughly(&by).to(&mut by);
+            let mut mean = hand(v).number();
+            move_by(up, &mut mean, &by);
+            hand(v).scaled(-2).to(&mut by);
+            let mean = if mean.at_least(&by) { &mean } else { v };
+            hand(steps).over(mean).to(&mut by);
+            move_by(up, t, &by);
+        }
+        self.clamp(t);
     }
 
-    /// Brings t nearer to when x is; whether it is there.
+    /// Brings t nearer to when x is: at t are a speed and a place. Whether it is there.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn correct(&self, t: &mut Num, here: &Moment, x: &Num) -> bool {
-        let behind = x.at_least(&here.x);
-        let off = if behind { x.minus(&here.x) } else { here.x.minus(x) }.over(&here.v);
-        *t = if behind { t.plus(&off) } else { t.minus(&off) };
-        if t.at_least(&self.whole) {
-            *t = self.whole;
-        }
+    pub(super) fn correct(&self, t: &mut Num, v: &Num, place: &Num, x: &Num) -> bool {
+        let behind = x.at_least(place);
+        let (more, less) = if behind { (x, place) } else { (place, x) };
+        let mut off = hand(more).minus(less).over(v).number();
+        move_by(behind, t, &off);
+        self.clamp(t);
         // What is left is less than off²/t, and 2⁻³⁰ of t.
-        t.at_least(&off.scaled(15))
+        hand(&off).scaled(15).to(&mut off);
+        t.at_least(&off)
     }
 
-    /// Ends the ramp up as soon as the jerk allows, t after its beginning.
-    pub(super) fn level_out(&mut self, t: &Num) {
-        if self.bend.at_least(&self.tail(t)) {
+    /// No time is beyond the high end.
+    fn clamp(&self, t: &mut Num) {
+        if t.at_least(&self.whole) {
+            hand(&self.whole).to(t);
+        }
+    }
+
+    /// Ends the ramp as soon as the jerk allows, t from its low end; of one down this place is
+    /// told as it is then.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn level_out(&mut self, t: &mut Num, up: bool) {
+        let mut done = hand(t).number();
+        let mut rest = self.tail(t).number();
+        if !up {
+            core::mem::swap(&mut done, &mut rest);
+        }
+        if self.bend.at_least(&rest) {
             return;
         }
-        self.high = self.at(t).v;
-        self.shorten(t);
-        self.high = self.high.plus(&self.lost());
+        // Only so much of the ramp is done, and a bend that ends it.
+        let (mut v, mut x) = (Num::UNSET, Num::UNSET);
+        self.at(t, &mut v, &mut x);
+        if self.bend.at_least(&done) {
+            hand(&done).to(&mut self.bend);
+        }
+        hand(&done).plus(&self.bend).to(&mut self.whole);
+        // What a bend changes the speed by.
+        let lost = hand(&self.half_jerk).times(&self.bend).times(&self.bend).number();
+        if up {
+            hand(&lost).plus(&v).to(&mut self.high);
+        } else {
+            hand(&self.bend).to(t);
+            hand(&lost).off(&v).to(&mut self.low);
+        }
         self.measure();
     }
+}
 
-    /// Ends the ramp down as soon as the jerk allows, where t is left of it; how much
-    /// was left is t's place then.
-    pub(super) fn level_out_below(&mut self, t: &mut Num) {
-        if self.bend.at_least(t) {
-            return;
-        }
-        let v = self.at(t).v;
-        let done = self.tail(t);
-        self.shorten(&done);
-        *t = self.bend;
-        self.low = v.minus(&self.lost());
-        self.measure();
-    }
-
-    /// Only so much of the ramp is done, and a bend that ends it.
-    fn shorten(&mut self, done: &Num) {
-        if self.bend.at_least(done) {
-            self.bend = *done;
-        }
-        self.whole = done.plus(&self.bend);
-    }
-
-    /// What a bend changes the speed by.
-    fn lost(&self) -> Num {
-        self.half_jerk.times(&self.bend).times(&self.bend)
-    }
+/// Adds to a number, or subtracts from it.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn move_by(up: bool, a: &mut Num, by: &Num) {
+    let place = hand(a);
+    if up { place.plus(by) } else { place.minus(by) }.to(a);
 }
 
 /// 1/3.

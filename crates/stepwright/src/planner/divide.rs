@@ -19,7 +19,7 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn divide_piece(&mut self, piece: Layout, steps: u32) -> Layout {
         match piece {
-            Layout::Rise if self.is_bent() => self.divide_bent(steps),
+            _ if self.is_bent() => return self.divide_bent(piece, steps),
             Layout::Rise => {
                 let w_top = hand(&self.top).square().number();
                 self.ease = !self.top.at_least(&self.v);

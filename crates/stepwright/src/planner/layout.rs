@@ -33,6 +33,8 @@ pub(crate) enum Layout {
     Spare,
     /// Likewise: where the rise meets the fall.
     Meet,
+    /// Whether rise and fall fit, of an S-curve.
+    Join,
     /// It is set up: whether the board can step it.
     Check,
     /// It can: how long it waits with the others.
@@ -99,7 +101,9 @@ impl Planner {
                 self.begin_again();
                 self.divide_piece(piece, steps)
             }
-            Layout::Fall | Layout::Spare | Layout::Meet => self.divide_piece(piece, steps),
+            Layout::Fall | Layout::Spare | Layout::Meet | Layout::Join => {
+                self.divide_piece(piece, steps)
+            }
             Layout::Check | Layout::Wait | Layout::Begin | Layout::Nothing => piece,
         })
     }

@@ -184,7 +184,7 @@ impl Planner {
                     return Planned::Again;
                 }
             }
-            Stage::Late | Stage::Last | Stage::Taken => self.v = work.pending,
+            Stage::Late | Stage::Last | Stage::Found | Stage::Taken => self.v = work.pending,
         }
         if !self.endless {
             self.level = self.level.wrapping_sub(work.run.count.into());
@@ -220,7 +220,7 @@ impl Planner {
                 work.stage = Stage::Last;
                 fall
             }
-            Stage::Last | Stage::Taken => {
+            Stage::Last | Stage::Found | Stage::Taken => {
                 hand(&work.mean).to(&mut self.v);
                 hand(&work.pending).to(&mut work.mean);
                 if last {

@@ -2,7 +2,7 @@
 //! curves: what it has in the place of `bent.rs`. An
 //! order that names a jerk is refused.
 
-use super::{Clock, Planned, Planner, Work};
+use super::{Clock, Layout, Planned, Planner, Work};
 use crate::num::Num;
 use crate::profile::Unfit;
 use crate::units::Jerk;
@@ -30,8 +30,6 @@ impl Bent {
         false
     }
 
-    pub(super) fn lays_out(&mut self) {}
-
     pub(super) fn goes_to(&mut self, _: &Work) {}
 }
 
@@ -42,7 +40,11 @@ impl Planner {
         false
     }
 
-    pub(super) fn divide_bent(&mut self, _: u32) {}
+    pub(super) fn divide_bent(&mut self, _: Layout, _: u32) -> Layout {
+        Layout::Check
+    }
+
+    pub(super) fn divide_again(&mut self) {}
 
     pub(super) fn go_on(&mut self, _: i32) {}
 

@@ -14,7 +14,9 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 sim=${SIM:-cargo xtask sim}
-port=${PORT_LINK:-$(mktemp -u /tmp/stepwright-uno-XXXXXX)}
+# In $TMPDIR, or in /tmp.
+scratch=$(mktemp -d)
+port=${PORT_LINK:-$scratch/port}
 export STEPWRIGHT_MACHINE=none
 
 fail() {
@@ -33,7 +35,7 @@ show() {
 coproc SIM_UNO { exec $sim uno --switch 1:-300 --pty-link "$port"; }
 simulator=$SIM_UNO_PID
 exec 3>&"${SIM_UNO[1]}"
-trap 'kill "$simulator" 2>/dev/null || true; rm -f "$port"' EXIT
+trap 'kill "$simulator" 2>/dev/null || true; rm -rf "$scratch"' EXIT
 read -r said <&"${SIM_UNO[0]}" || fail "the simulator does not start"
 echo "the simulated Uno is at $port ($said)"
 motor=(--steps-per-rev 3200)
@@ -62,7 +64,7 @@ wait "$first" && fail "the first terminal calls another target its own"
 
 echo
 echo "## The plug is pulled on the way"
-notes=$(mktemp)
+notes=$scratch/notes
 stepwright move 20000 --port "$port" >"$notes" 2>&1 &
 first=$!
 until [[ $(stepwright position --port "$port") == *busy ]]; do sleep 0.1; done
@@ -70,7 +72,6 @@ sleep 1
 echo power >&3
 wait "$first" && fail "a travel that was cut short counts as done"
 tail -n 2 "$notes"
-rm -f "$notes"
 # It counts from where it was switched on again, and its settings are still there.
 [[ $(stepwright position --port "$port") == "position 0 ready" ]] || fail "not as at power-up"
 show stepwright home --port "$port" --speed 800 --slow 50 --back-off 40 --within 20000

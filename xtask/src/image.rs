@@ -74,6 +74,11 @@ pub fn check(ws: &Workspace) -> Result<()> {
     Ok(())
 }
 
+/// The image of a board, if it is carried and was built from the code that is there.
+pub fn carried(ws: &Workspace, board: Board) -> Option<PathBuf> {
+    (BOARDS.contains(&board) && check(ws).is_ok()).then(|| place(ws, board))
+}
+
 /// The file of the digests, beside the images.
 const DIGESTS: &str = "digests.txt";
 

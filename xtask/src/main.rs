@@ -16,6 +16,7 @@
 //! | `node` | a Node with avr8js |
 
 mod bench;
+mod book;
 mod check;
 mod firmware;
 mod flash;
@@ -48,6 +49,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Chore {
     Bench(bench::Bench),
+    Book(book::Book),
     Check(check::Check),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
@@ -64,6 +66,7 @@ fn main() -> Result<()> {
     let ws = Workspace::load;
     match Cli::parse().chore {
         Chore::Bench(bench) => bench.run(&ws()?),
+        Chore::Book(book) => book.run(&ws()?),
         Chore::Check(check) => check.run(),
         Chore::Firmware(firmware) => firmware.run(&ws()?),
         Chore::Flash(flash) => flash.run(&ws()?),

@@ -14,6 +14,9 @@ use crate::workspace::{Workspace, run};
 /// What building the firmware and the rig takes.
 pub const NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR];
 
+/// What building the rig alone takes.
+pub const SIM_NEEDS: &[&Need] = &[setup::SIMAVR];
+
 /// What its tests take: one of them is for another simulator.
 pub const TESTS_NEED: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
 

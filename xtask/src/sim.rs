@@ -8,10 +8,10 @@ use anyhow::Result;
 #[cfg(not(unix))]
 use anyhow::bail;
 
-use crate::firmware::{Board, Build};
+use crate::firmware::{self, Board, Build};
 use crate::program::{CONTROLLER, Program};
 use crate::workspace::Workspace;
-use crate::{rig, setup};
+use crate::{image, rig, setup};
 
 /// Run the firmware on a simulated chip, on a pseudo-terminal.
 ///
@@ -38,18 +38,12 @@ pub struct Sim {
 impl Sim {
     /// Builds what is needed and becomes the simulator, which ends at Ctrl-C.
     pub fn run(self, ws: &Workspace) -> Result<()> {
-        setup::ensure(rig::NEEDS)?;
-        let elf = match self.elf {
-            Some(elf) => elf,
-            None => {
-                let build = Build { board: self.board, timer: 1, bench: false };
-                build.make(ws, &Program::named(ws, &self.program)?)?.elf
-            }
-        };
+        let (kind, firmware) = self.firmware(ws)?;
+        setup::ensure(rig::SIM_NEEDS)?;
         let mut sim = Command::new(rig::program(ws, "sim")?);
         rig::with_firmware(ws, &mut sim);
         sim.arg(self.board.name());
-        sim.arg("--elf").arg(elf);
+        sim.arg(kind).arg(firmware);
         for switch in &self.switch {
             sim.args(["--switch", switch]);
         }
@@ -57,6 +51,25 @@ impl Sim {
             sim.arg("--pty-link").arg(link);
         }
         become_it(sim)
+    }
+}
+
+impl Sim {
+    /// What the chip runs, behind the simulator's option for its kind. The controller takes
+    /// neither a cross compiler nor minutes where the carried image is that of this code.
+    fn firmware(&self, ws: &Workspace) -> Result<(&'static str, PathBuf)> {
+        if let Some(elf) = &self.elf {
+            return Ok(("--elf", elf.clone()));
+        }
+        if self.program == CONTROLLER
+            && let Some(carried) = image::carried(ws, self.board)
+        {
+            eprintln!("the firmware is the carried one: {}", carried.display());
+            return Ok(("--flash", carried));
+        }
+        setup::ensure(firmware::NEEDS)?;
+        let build = Build { board: self.board, timer: 1, bench: false };
+        Ok(("--elf", build.make(ws, &Program::named(ws, &self.program)?)?.elf))
     }
 }
 

@@ -4,6 +4,7 @@
 //! the others, so that one run tells all. A step whose subject is absent
 //! fails: nothing is ever skipped in silence.
 
+mod book;
 mod code;
 mod cross;
 mod examples;
@@ -49,6 +50,12 @@ const STEPS: &[Step] = &[
     Step { name: "clippy", what: "no lint complains", needs: &[], run: code::clippy },
     Step { name: "unit", what: "unit, property and doc tests", needs: &[], run: code::unit },
     Step { name: "doc", what: "the documentation builds, links hold", needs: &[], run: code::doc },
+    Step {
+        name: "book",
+        what: "the book builds without a warning, and all links of the documentation hold",
+        needs: &[],
+        run: book::run,
+    },
     Step { name: "examples", what: "numbered examples run", needs: &[], run: examples::run },
     Step {
         name: "cross",

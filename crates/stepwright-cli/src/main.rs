@@ -49,7 +49,7 @@ use failure::{Failure, unless_closed};
 #[command(after_help = "\
 Begin without any hardware:
   stepwright move 4000              a virtual motor moves, and you see how
-  stepwright board --pty            a virtual board that any serial program can session to
+  stepwright board --pty            a virtual board behind a serial port of its own
 
 Then with a board:
   stepwright ports                  where it is

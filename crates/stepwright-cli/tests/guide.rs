@@ -9,8 +9,12 @@ use std::process::Command;
 
 use common::{Running, Scratch};
 
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
+}
+
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/guide/src")
+    root().join("docs/guide/src")
 }
 
 /// A block of code: its language, and its lines.
@@ -37,13 +41,34 @@ fn blocks(page: &str) -> Vec<Block> {
     blocks
 }
 
+/// Blocks that are not commands of `stepwright` alone, and where they are tried.
+const ELSEWHERE: &[(&str, &str)] = &[
+    ("cargo install --path crates/stepwright-cli", "the step `package`"),
+    ("stepwright board --pty", "each page has one behind its port"),
+    ("cargo xtask sim uno", "the step `uno`"),
+    ("stepwright jog --port /dev/ttyUSB0 --step 0.1mm", "it asks for a terminal: `jog.rs`"),
+    ("cargo xtask sim uno --program first-move", "the rig's test `first_move`"),
+    ("cargo xtask flash uno --program first-move --port /dev/ttyACM0", "it asks for a board"),
+    ("cargo run -p stepwright-sim --example 07_your_own_board", "the step `examples`"),
+];
+
+/// The board behind the port of a page: a virtual one, or the simulator that
+/// `STEPWRIGHT_GUIDE_SIM` names.
+fn board() -> Running {
+    match std::env::var_os("STEPWRIGHT_GUIDE_SIM") {
+        Some(sim) => Running::of(Command::new(sim).args(["uno", "--switch", "1:-300"])),
+        None => Running::start(&["board", "--pty", "--switch", "1:-300"]),
+    }
+}
+
 /// Plays a page in a folder of its own, with a board behind its port; how many commands.
 fn play(page: &Path) -> usize {
-    let mut board = Running::start(&["board", "--pty", "--switch", "1:-300"]);
+    let mut board = board();
     let port = board.wait_out("").strip_prefix("pty ").expect("the first line").to_owned();
     let name = page.file_stem().unwrap().to_str().unwrap();
     let folder = Scratch::new(&format!("guide-{name}"));
     fs::create_dir(folder.path()).unwrap();
+    std::os::unix::fs::symlink(root().join("examples"), folder.0.join("examples")).unwrap();
     let (mut said, mut tried) = (String::new(), 0);
     for (language, lines) in blocks(&read_to_string(page).unwrap()) {
         match &*language {
@@ -60,7 +85,15 @@ fn play(page: &Path) -> usize {
                 let file = read_to_string(folder.0.join("stepwright.toml")).unwrap();
                 assert_eq!(file.lines().collect::<Vec<_>>(), lines, "{name}");
             }
-            "" | "python" => {}
+            "" => {
+                for line in lines {
+                    let known = ELSEWHERE.iter().any(|(command, _)| *command == line);
+                    assert!(known, "{name}: nothing tries {line}: name its block `sh`");
+                }
+            }
+            "rust" => assert!(is_excerpt(&lines), "{name}: in no program: {lines:#?}"),
+            // The next test, and the step `pyserial`.
+            "python" => {}
             other => panic!("{name}: what is {other}?"),
         }
     }
@@ -68,6 +101,34 @@ fn play(page: &Path) -> usize {
     board.signal(rustix::process::Signal::INT);
     board.end();
     tried
+}
+
+/// Whether these lines follow one another in an example or a program of the firmware, which
+/// others compile.
+fn is_excerpt(lines: &[String]) -> bool {
+    let mut folders = vec![root().join("firmware/avr/src"), root().join("firmware/avr/examples")];
+    folders.extend(
+        ["stepwright", "stepwright-sim"]
+            .map(|own| root().join("crates").join(own).join("examples")),
+    );
+    while let Some(folder) = folders.pop() {
+        for entry in folder.read_dir().into_iter().flatten() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let file = read_to_string(&path).unwrap();
+                let file: Vec<_> = file.lines().map(str::trim).collect();
+                if file
+                    .windows(lines.len())
+                    .any(|part| part.iter().zip(lines).all(|(there, here)| *there == here.trim()))
+                {
+                    return true;
+                }
+            }
+        }
+    }
+    false
 }
 
 /// Runs a command in a folder; what it says.
@@ -102,6 +163,29 @@ fn every_page_is_in_the_summary_and_its_commands_work() {
         tried += play(&page);
     }
     assert!(tried > 25, "{tried}");
+}
+
+/// The commands in the sentences are there, and so are their options.
+#[test]
+fn the_commands_in_its_sentences_are_there() {
+    let mut seen = 0;
+    for entry in folder().read_dir().unwrap() {
+        let page = read_to_string(entry.unwrap().path()).unwrap();
+        let prose = page.split("```").step_by(2).collect::<String>();
+        for code in prose.split('`').skip(1).step_by(2) {
+            let Some(rest) = code.strip_prefix("stepwright ") else { continue };
+            let words: Vec<_> = rest.split_whitespace().collect();
+            let plain = |word: &&&str| word.chars().all(|c| c.is_ascii_lowercase());
+            let at = usize::from(words.get(1).filter(plain).is_some() && words[0] == "calc");
+            let ended = common::stepwright(&[&words[..=at], &["--help"]].concat());
+            assert_eq!(ended.code(), Some(0), "{code}: {ended:#?}");
+            for option in words.iter().filter(|word| word.starts_with("--")) {
+                assert!(ended.stdout.contains(*option), "{code}: no {option}");
+            }
+            seen += 1;
+        }
+    }
+    assert!(seen > 10, "{seen}");
 }
 
 /// Python's example does what it says.

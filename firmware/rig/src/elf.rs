@@ -74,6 +74,16 @@ impl Image {
         Ok(Image { flash, ram, symbols })
     }
 
+    /// Reads the bytes of a flash from address 0. Nothing in it has a name.
+    ///
+    /// # Errors
+    /// The file can't be read.
+    pub fn flash(path: &Path) -> Result<Image> {
+        let flash =
+            std::fs::read(path).with_context(|| format!("no firmware at {}", path.display()))?;
+        Ok(Image { flash, ram: 0, symbols: Vec::new() })
+    }
+
     /// Reads a boot loader from an Intel HEX file of up to 64 KB. The rest of the chip is erased;
     /// at address 0 stands a jump to it, in place of the fuse that has a chip begin there.
     ///

@@ -1,4 +1,5 @@
-//! `examples/uno.sh`: a motor of a simulated Uno, moved by the command from two terminals.
+//! `examples/uno.sh`: a motor of a simulated Uno, moved by the command from two terminals. Then
+//! the commands of the guide, on the same chip.
 
 use std::env;
 use std::process::Command;
@@ -24,6 +25,9 @@ pub fn run(ws: &Workspace) -> Result<()> {
     path.push(env::var_os("PATH").unwrap_or_default());
     let mut script = Command::new("bash");
     rig::with_firmware(ws, &mut script);
-    script.arg(ws.root.join("examples/uno.sh")).env("SIM", sim).env("PATH", path);
-    run_within(LIMIT, &mut script)
+    script.arg(ws.root.join("examples/uno.sh")).env("SIM", &sim).env("PATH", path);
+    run_within(LIMIT, &mut script)?;
+    let mut guide = ws.cargo(["test", "--package", "stepwright-cli", "--test", "guide"]);
+    rig::with_firmware(ws, &mut guide);
+    workspace::run(guide.env("STEPWRIGHT_GUIDE_SIM", sim))
 }

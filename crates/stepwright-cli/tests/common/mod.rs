@@ -73,13 +73,18 @@ fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
 
 impl Running {
     pub fn start<S: AsRef<str>>(args: &[S]) -> Running {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_stepwright"))
-            .args(args.iter().map(AsRef::as_ref))
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stepwright"));
+        Running::of(command.args(args.iter().map(AsRef::as_ref)))
+    }
+
+    /// Another program than the command.
+    pub fn of(command: &mut Command) -> Running {
+        let mut child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
-            .expect("the command starts");
+            .expect("it starts");
         let out = lines(child.stdout.take().unwrap());
         let err = lines(child.stderr.take().unwrap());
         Running { child, out, err, said: String::new(), complained: String::new() }

@@ -38,8 +38,11 @@ struct Args {
     /// The firmware, if it is not the built one
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
-    /// A boot loader instead, in Intel HEX: the chip has nothing else in it
+    /// The bytes of its flash instead
     #[arg(long, value_name = "FILE", conflicts_with = "elf")]
+    flash: Option<PathBuf>,
+    /// A boot loader instead, in Intel HEX: the chip has nothing else in it
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "flash"])]
     boot_loader: Option<PathBuf>,
     /// Also make the pseudo-terminal known by this name
     #[arg(long, value_name = "PATH")]
@@ -52,10 +55,11 @@ struct Args {
 
 fn main() -> Result<()> {
     let args = Args::parse();
-    let image = match (&args.elf, &args.boot_loader) {
-        (Some(file), _) => Image::read(file)?,
-        (None, Some(file)) => Image::boot_loader(file, 0x8000)?,
-        (None, None) => firmware::load(args.board.name())?,
+    let image = match (&args.elf, &args.flash, &args.boot_loader) {
+        (Some(file), ..) => Image::read(file)?,
+        (None, Some(file), _) => Image::flash(file)?,
+        (None, None, Some(file)) => Image::boot_loader(file, 0x8000)?,
+        (None, None, None) => firmware::load(args.board.name())?,
     };
     let ended = Arc::new(AtomicBool::new(false));
     let end = Arc::clone(&ended);

@@ -1,4 +1,4 @@
-//! Plots: speed and acceleration as .svg, .png or .html.
+//! Plots: position, speed and acceleration as .svg, .png or .html.
 //!
 //! A [`Figure`] is arranged once into a [`picture`] of simple shapes, which
 //! every format then writes; so all three look the same, and none of them
@@ -27,7 +27,7 @@ use std::str::FromStr;
 use crate::failure::Failure;
 use crate::say;
 
-pub use figure::{Band, Curve, Figure, PALETTE, Panel, View};
+pub use figure::{Band, Curve, Figure, GAP, PALETTE, Panel, View};
 pub use picture::{Frame, Picture, Shape, Style};
 pub use scale::{Scale, number, time_unit};
 
@@ -107,9 +107,9 @@ impl PlotFile {
     }
 }
 
-/// Speed over time of one or more axes.
+/// What one or more axes did over time: position, speed and acceleration.
 #[derive(Clone, Debug)]
-pub struct SpeedPlot {
+pub struct MotionPlot {
     /// The heading.
     pub title: String,
     /// Smaller lines below it.
@@ -118,42 +118,62 @@ pub struct SpeedPlot {
     pub series: Vec<Series>,
 }
 
-/// The speed of one axis.
-#[derive(Clone, Debug)]
+/// What one axis did: points in the order of time, each of seconds and a value, which is
+/// negative backwards.
+#[derive(Clone, Debug, Default)]
 pub struct Series {
     /// `axis 1`
     pub name: String,
-    /// Seconds and steps/s, in the order of time; a speed backwards is
-    /// negative.
-    pub points: Vec<(f64, f64)>,
+    /// Steps.
+    pub position: Vec<(f64, f64)>,
+    /// Steps/s.
+    pub speed: Vec<(f64, f64)>,
+    /// Steps/s².
+    pub accel: Vec<(f64, f64)>,
+    /// Over so many seconds the speeds were compared.
+    pub window: f64,
 }
 
-impl SpeedPlot {
+impl MotionPlot {
     /// Draws into the file.
     pub fn save(&self, file: &PlotFile) -> Result<(), Failure> {
         file.save(&self.figure())
     }
 
     fn figure(&self) -> Figure {
-        let last = |series: &Series| series.points.last().map_or(0.0, |(t, _)| *t);
-        let (unit, per_second) = time_unit(self.series.iter().map(last).fold(0.0, f64::max));
-        let curves = self.series.iter().zip(PALETTE.iter().cycle()).map(|(series, colour)| Curve {
-            name: series.name.clone(),
-            colour: *colour,
-            points: series.points.iter().map(|(t, v)| (t * per_second, *v)).collect(),
-            filled: self.series.len() == 1,
-            ..Curve::default()
-        });
-        let panel = Panel {
-            y: ("Speed".into(), "steps/s".into()),
-            x: ("time".into(), unit.into()),
-            curves: curves.collect(),
-            ..Panel::default()
+        let end = |series: &Series| series.speed.last().map_or(0.0, |(t, _)| *t);
+        let end = self.series.iter().map(end).fold(0.0, f64::max);
+        let (unit, per_second) = time_unit(end);
+        let panel = |y: (&str, &str), x: &str, points: fn(&Series) -> &Vec<(f64, f64)>| {
+            let curves = self.series.iter().zip(PALETTE.iter().cycle());
+            let curves = curves.map(|(series, colour)| Curve {
+                name: series.name.clone(),
+                colour: *colour,
+                points: points(series).iter().map(|(t, v)| (t * per_second, *v)).collect(),
+                filled: self.series.len() == 1 && y.0 != "Position",
+                ..Curve::default()
+            });
+            Panel {
+                y: (y.0.into(), y.1.into()),
+                x: (x.into(), unit.into()),
+                curves: curves.collect(),
+                // The same time in all three.
+                view: View { x: Some((0.0, end * per_second)), y: None },
+                ..Panel::default()
+            }
         };
+        let position = panel(("Position", "steps from the start"), "", |s| &s.position);
+        let speed = panel(("Speed", "steps/s"), "", |s| &s.speed);
+        let window = self.series.iter().map(|series| series.window).fold(0.0, f64::max);
+        // What is shorter has no height of its own.
+        let means =
+            if window >= 0.1 { format!(", mean of up to {window:.1} s") } else { String::new() };
+        let unit_of_accel = format!("steps/s²{means}");
+        let accel = panel(("Acceleration", &unit_of_accel), "time", |s| &s.accel);
         Figure {
             title: self.title.clone(),
             notes: self.notes.clone(),
-            rows: vec![(460.0, vec![panel])],
+            rows: vec![(280.0, vec![position]), (300.0, vec![speed]), (270.0, vec![accel])],
         }
     }
 }

@@ -5,8 +5,8 @@ pub mod pace;
 #[cfg(unix)]
 mod pty;
 pub mod recording;
-pub mod speeds;
 mod stdio;
+pub mod traces;
 
 use std::path::PathBuf;
 

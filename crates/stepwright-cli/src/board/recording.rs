@@ -1,5 +1,5 @@
 //! What a virtual board leaves behind: its edges as a Value Change Dump, and
-//! the speed of its motors as a picture.
+//! what its motors did as a picture.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use stepwright_sim::vcd::VcdWriter;
 use stepwright_sim::{AXES, Description, Edge, Pin, Recorder};
 
-use super::speeds::Speeds;
+use super::traces::Traces;
 use crate::failure::Failure;
-use crate::plot::{PlotFile, SpeedPlot};
+use crate::plot::{MotionPlot, PlotFile};
 use crate::say;
 
 /// What a motor's shaft has done.
@@ -34,7 +34,7 @@ pub struct Heading {
 pub struct Recording {
     shafts: [Shaft; AXES],
     vcd: Option<(PathBuf, VcdWriter<BufWriter<File>>)>,
-    plot: Option<(PlotFile, Heading, Speeds)>,
+    plot: Option<(PlotFile, Heading, Traces)>,
 }
 
 impl Recording {
@@ -57,7 +57,7 @@ impl Recording {
         let plot = match plot {
             Some((file, heading)) => {
                 file.check()?;
-                Some((file.clone(), heading, Speeds::new(description.board.rate)))
+                Some((file.clone(), heading, Traces::new(description.board.rate)))
             }
             None => None,
         };
@@ -74,13 +74,13 @@ impl Recording {
         if let Some((path, writer)) = self.vcd.take() {
             writer.finish(time).map_err(|error| Failure::file("write", &path, &error))?;
         }
-        if let Some((file, heading, speeds)) = self.plot.take() {
-            let series = speeds.series();
+        if let Some((file, heading, traces)) = self.plot.take() {
+            let series = traces.series(traces.first());
             if series.is_empty() {
                 say::note("nothing has moved: there is nothing to plot");
             } else {
                 let Heading { title, notes } = heading;
-                SpeedPlot { title, notes, series }.save(&file)?;
+                MotionPlot { title, notes, series }.save(&file)?;
             }
         }
         Ok(())
@@ -99,8 +99,8 @@ impl Recorder for Recording {
         if let Some((_, writer)) = &mut self.vcd {
             writer.edge(edge);
         }
-        if let Some((_, _, speeds)) = &mut self.plot {
-            speeds.edge(edge);
+        if let Some((_, _, traces)) = &mut self.plot {
+            traces.edge(edge);
         }
     }
 }

@@ -18,7 +18,7 @@ mod play;
 mod taken;
 mod text;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
@@ -64,7 +64,7 @@ pub struct Args {
     /// How to print it
     #[arg(long, value_enum, default_value_t = Format::List, help_heading = "Output")]
     format: Format,
-    /// Draw the speeds over time (.svg, .png or .html)
+    /// Draw positions, speeds and accelerations over time (.svg, .png or .html)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     plot: Option<PlotFile>,
     /// Record every edge of the pins, for GTKWave or PulseView
@@ -106,7 +106,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let wanted = Wanted {
         inverted,
         vcd: args.vcd.as_deref(),
-        speeds: args.plot.is_some(),
+        motions: args.plot.is_some(),
         events: args.format == Format::Csv || args.xy.is_some(),
     };
     let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
@@ -115,21 +115,31 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut session = Session::new(&plan, &text, taken, args.format, pair, args.limit);
     let played = session.play(&mut stages);
     // What was recorded of cycles that went wrong is worth a look too.
-    let title = format!("{}: motor cycles", args.file.display());
+    let name = title(&args.file);
     let seconds = session.seconds();
     let finished = session.taken(|taken| taken.finish(seconds));
     if let Some(file) = &args.plot {
-        session.taken(|taken| taken.plot(file, &title, &plan))?;
+        session.taken(|taken| taken.plot(file, &format!("{name}: motor cycles"), &plan))?;
     }
     if let (Some(file), Some(way)) = (&args.xy, session.way()) {
-        let title =
-            format!("{}: the way of {} and {}", args.file.display(), way.names.0, way.names.1);
+        let title = format!("{name}: the way of {} and {}", way.names.0, way.names.1);
         file.save_picture(&title, &path::picture(&title, way))?;
     }
     if args.format == Format::Json {
         say::result(session.json());
     }
     played.and(finished)
+}
+
+/// What a plot calls the file: its name alone, without folders and ending.
+fn title(file: &Path) -> String {
+    let stem = file.file_stem().filter(|_| file != Path::new("-"));
+    let mut name = stem.map_or_else(|| "Input".into(), |stem| stem.to_string_lossy());
+    if let Some(first) = name.get(..1) {
+        let upper = first.to_uppercase();
+        name = format!("{upper}{}", &name[1..]).into();
+    }
+    name.into_owned()
 }
 
 /// The two motors whose way is drawn.
@@ -144,6 +154,7 @@ fn pair(args: &Args, plan: &plan::Plan) -> Result<Option<(u8, u8)>, Failure> {
         })
     };
     match args.xy_motors.as_slice() {
+        [x, y] if x == y => Err(Failure::usage("--xy-motors takes two motors, not one twice")),
         [x, y] => Ok(Some((find(x)? as u8, find(y)? as u8))),
         [_, ..] => Err(Failure::usage("--xy-motors takes two names, like X,Y")),
         _ if plan.names.len() < 2 => {

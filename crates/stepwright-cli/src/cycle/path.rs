@@ -66,7 +66,7 @@ pub fn picture(title: &str, way: &Way) -> Picture {
     let span = if span > 0.0 { span } else { 1.0 };
     // Some air around it, and a strip for a way that is a straight line.
     let side = |(low, high): (f64, f64)| {
-        let half = (high - low).max(span * 0.1) / 2.0 + span * 0.06;
+        let half = (high - low).max(span * 0.2) / 2.0 + span * 0.06;
         ((low + high) / 2.0 - half, (low + high) / 2.0 + half)
     };
     let (x, y) = (side(x), side(y));
@@ -78,13 +78,13 @@ pub fn picture(title: &str, way: &Way) -> Picture {
     let mut picture = Picture::new((frame.right() + 40.0).max(640.0), frame.bottom() + 66.0);
     picture.text((28.0, 46.0), Style::new(21.0, INK).bold(), title);
     let label = Style::new(13.0, SOFT);
-    let (values, decimals) = x.ticks((width / 75.0) as usize);
+    let (values, decimals) = x.ticks((width / 85.0) as usize);
     for value in values {
         let at = x.at(value);
         picture.line(vec![(at, frame.top), (at, frame.bottom())], GRID, 1.0);
         picture.text((at, frame.bottom() + 20.0), label.middle(), number(value, decimals));
     }
-    let (values, decimals) = y.ticks((height / 75.0) as usize);
+    let (values, decimals) = y.ticks((height / 56.0) as usize);
     for value in values {
         let at = y.at(value);
         picture.line(vec![(frame.left, at), (frame.right(), at)], GRID, 1.0);
@@ -96,10 +96,97 @@ pub fn picture(title: &str, way: &Way) -> Picture {
     picture.text(below, heading.middle(), format!("{}, {unit}", way.names.0));
     let line: Vec<_> = points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
     let ends = [line.first().copied(), line.last().copied()];
-    picture.line(line, PALETTE[0], 2.0);
+    // Of a way with very many corners a wide line would be a block.
+    let corners = corners(&line) as f64;
+    picture.line(line, PALETTE[0], (300.0 / corners.max(1.0)).clamp(1.0, 2.0));
     // A larger dot where it begins, a smaller one where it ends.
     for ((end, fill), radius) in ends.into_iter().flatten().zip(PALETTE).zip([6.0, 4.0]) {
         picture.shapes.push(Shape::Dots { points: vec![end], fill, radius });
     }
+    if let [Some(start), Some(end)] = ends {
+        if near(start, end) {
+            let name = if start == end { "start and end" } else { "start, end" };
+            label_at(&mut picture, frame, start, name);
+        } else {
+            label_at(&mut picture, frame, start, "start");
+            label_at(&mut picture, frame, end, "end");
+        }
+    }
     picture
+}
+
+/// Corners between stretches that can be told apart: an arc's steps are none.
+fn corners(line: &[(f64, f64)]) -> usize {
+    let length = |a: &(f64, f64), b: &(f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
+    let seen = |three: &&[(f64, f64)]| {
+        length(&three[0], &three[1]) > 9.0 && length(&three[1], &three[2]) > 9.0
+    };
+    line.windows(3).filter(seen).count()
+}
+
+/// Whether names at both would lie over one another.
+fn near(a: (f64, f64), b: (f64, f64)) -> bool {
+    (a.0 - b.0).abs() < 60.0 && (a.1 - b.1).abs() < 28.0
+}
+
+/// A name above a point, on paper of its own, so that no line runs through it.
+fn label_at(picture: &mut Picture, frame: Frame, (x, y): (f64, f64), name: &str) {
+    let width = 10.0 + 7.5 * name.chars().count() as f64;
+    let left = (x + 8.0).min(frame.right() - width);
+    let top = if y - 32.0 < frame.top { y + 10.0 } else { y - 30.0 };
+    picture.fill(Frame { left, top, width, height: 20.0 }, [0xff; 3], 0.88);
+    let style = Style::new(13.5, INK).bold();
+    picture.text((left + 5.0, top + 15.0), style, name);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The texts of a way's picture, and where they lie.
+    fn texts(points: &[(i64, i64)]) -> Vec<(String, f64, f64)> {
+        let mut way = Way::new(("X".into(), "Y".into()), "nm".into());
+        points.iter().for_each(|(x, y)| way.go(*x, *y));
+        let shapes = picture("A way", &way).shapes.into_iter();
+        let texts = shapes.filter_map(|shape| match shape {
+            Shape::Text { text, x, y, .. } => Some((text, x, y)),
+            _ => None,
+        });
+        texts.collect()
+    }
+
+    fn place(texts: &[(String, f64, f64)], name: &str) -> (f64, f64) {
+        let found: Vec<_> = texts.iter().filter(|(text, ..)| text == name).collect();
+        assert_eq!(found.len(), 1, "{name}: {texts:?}");
+        (found[0].1, found[0].2)
+    }
+
+    #[test]
+    fn start_and_end_have_their_names() {
+        let mm = 1_000_000;
+        let open = texts(&[(0, 0), (50 * mm, 0), (50 * mm, 30 * mm)]);
+        let (start, end) = (place(&open, "start"), place(&open, "end"));
+        assert!(start.0 + 300.0 < end.0 && end.1 + 200.0 < start.1, "{open:?}");
+        // Where both are one place, or nearly, one name is there.
+        place(&texts(&[(0, 0), (50 * mm, 0), (50 * mm, 30 * mm), (0, 0)]), "start and end");
+        place(&texts(&[(0, 0), (50 * mm, 0), (50 * mm, 30 * mm), (mm, mm)]), "start, end");
+        // A way of one point.
+        place(&texts(&[(5, 5)]), "start and end");
+    }
+
+    /// Both axes can be read, of a way that is a straight line, too.
+    #[test]
+    fn each_axis_has_its_numbers() {
+        for end in [(50, 0), (0, 50), (50, 50), (3, 2000), (123_456, 7)] {
+            let texts = texts(&[(0, 0), end]);
+            let numbers = |x_axis: bool| {
+                let (_, _, y) = texts.iter().find(|(t, ..)| t.starts_with("X, ")).unwrap();
+                let name = y - 26.0;
+                let is_number =
+                    |text: &str| text.starts_with(|c: char| c.is_ascii_digit() || c == '−');
+                texts.iter().filter(|(t, _, y)| is_number(t) && (*y == name) == x_axis).count()
+            };
+            assert!(numbers(true) >= 4 && numbers(false) >= 4, "{end:?}: {texts:?}");
+        }
+    }
 }

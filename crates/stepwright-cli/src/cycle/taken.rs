@@ -9,16 +9,16 @@ use stepwright_sim::vcd::VcdWriter;
 use stepwright_sim::{Edge, Pin, Recorder};
 
 use super::plan::Plan;
-use crate::board::speeds::Speeds;
+use crate::board::traces::Traces;
 use crate::failure::Failure;
-use crate::plot::{PlotFile, SpeedPlot};
+use crate::plot::{MotionPlot, PlotFile};
 use crate::say;
 
 /// What is asked for.
 pub struct Wanted<'a> {
     pub inverted: u8,
     pub vcd: Option<&'a Path>,
-    pub speeds: bool,
+    pub motions: bool,
     pub events: bool,
 }
 
@@ -26,7 +26,7 @@ pub struct Wanted<'a> {
 pub struct Taken {
     rate: Rate,
     vcd: Option<(PathBuf, VcdWriter<BufWriter<File>>)>,
-    speeds: Option<Speeds>,
+    traces: Option<Traces>,
     /// Motors whose forward is a low DIR.
     inverted: u8,
     /// Edges since they were last fetched.
@@ -46,9 +46,9 @@ impl Taken {
             }
             None => None,
         };
-        let speeds = wanted.speeds.then(|| Speeds::new(rate));
+        let traces = wanted.motions.then(|| Traces::new(rate));
         let (inverted, events) = (wanted.inverted, wanted.events.then(Vec::new));
-        Ok(Taken { rate, vcd, speeds, inverted, events })
+        Ok(Taken { rate, vcd, traces, inverted, events })
     }
 
     /// The edges since the last call.
@@ -66,10 +66,10 @@ impl Taken {
         Ok(())
     }
 
-    /// Draws the speeds.
+    /// Draws what the motors did.
     pub fn plot(&self, file: &PlotFile, title: &str, plan: &Plan) -> Result<(), Failure> {
-        let Some(speeds) = &self.speeds else { return Ok(()) };
-        let mut series = speeds.series();
+        let Some(traces) = &self.traces else { return Ok(()) };
+        let mut series = traces.series(0);
         for series in &mut series {
             // `axis 1` has a name here.
             let number = series.name.rsplit(' ').next().and_then(|n| n.parse::<usize>().ok());
@@ -81,8 +81,8 @@ impl Taken {
             say::note("nothing has moved: there is nothing to plot");
             return Ok(());
         }
-        let notes = vec!["Between two steps: one step over the time between them.".to_owned()];
-        SpeedPlot { title: title.to_owned(), notes, series }.save(file)
+        let notes = vec!["A speed is one step over the time between two.".to_owned()];
+        MotionPlot { title: title.to_owned(), notes, series }.save(file)
     }
 }
 
@@ -91,9 +91,9 @@ impl Recorder for Taken {
         if let Some((_, writer)) = &mut self.vcd {
             writer.edge(edge);
         }
-        if let Some(speeds) = &mut self.speeds {
+        if let Some(traces) = &mut self.traces {
             let turned = edge.pin == Pin::Direction && self.inverted >> edge.axis & 1 != 0;
-            speeds.edge(Edge { level: edge.level != turned, ..edge });
+            traces.edge(Edge { level: edge.level != turned, ..edge });
         }
         if let Some(events) = &mut self.events {
             events.push(edge);

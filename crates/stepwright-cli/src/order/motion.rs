@@ -10,6 +10,7 @@ use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Trave
 use super::course::Course;
 use crate::board::recording::Heading;
 use crate::failure::Failure;
+use crate::plot::GAP;
 use crate::quantity::{AccelArg, GeometryArgs, JerkArg, Rounded, SpeedArg, bounds};
 
 /// Above the options that say how to move.
@@ -24,21 +25,21 @@ pub const RAMP: RangeInclusive<u32> = 1..=999;
 #[command(next_help_heading = MOTION)]
 pub struct RampArgs {
     /// Speed that the motor jumps to from rest, and stops from
-    #[arg(long, value_name = "SPEED", default_value = "50")]
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "50")]
     start_speed: SpeedArg,
     /// Length of both ramps in steps [default: a fifth of the top speed, 200 at 1000 steps/s]
     #[arg(long, value_name = "STEPS", conflicts_with = "accel")]
     #[arg(value_parser = clap::value_parser!(u32).range(bounds(RAMP)))]
     ramp: Option<u32>,
     /// Acceleration from the start speed up, instead of a length
-    #[arg(long, value_name = "ACCEL")]
+    #[arg(long, value_name = "ACCEL", allow_negative_numbers = true)]
     accel: Option<AccelArg>,
     /// Deceleration back down, if it differs from the way up
-    #[arg(long, value_name = "ACCEL")]
+    #[arg(long, value_name = "ACCEL", allow_negative_numbers = true)]
     decel: Option<AccelArg>,
     /// How fast the acceleration comes and goes, like 400000 or 200rad/s3: an
     /// S-curve [default: at once]
-    #[arg(long, value_name = "JERK")]
+    #[arg(long, value_name = "JERK", allow_negative_numbers = true)]
     jerk: Option<JerkArg>,
     #[command(flatten)]
     geometry: GeometryArgs,
@@ -87,7 +88,7 @@ impl RampArgs {
         let order = Order { start: start.value, top: top.value, up, down, jerk: bend, travel };
         // What the line can't say is, in words: no speed at all.
         let order = order.sendable().map_err(|error| {
-            Failure::new(format!("{error}"))
+            Failure::usage(format!("{error}"))
                 .hint("the line carries accelerations of 1 step/s² or more, speeds of 0.001")
         })?;
         let shown = |held: &Rounded<_>| held.to_string();
@@ -167,7 +168,7 @@ impl Motion {
     pub fn heading(&self, title: String) -> Heading {
         let rows = self.show().into_iter();
         let note = rows.map(|row| row.split_whitespace().collect::<Vec<_>>().join(" "));
-        Heading { title, notes: vec![note.collect::<Vec<_>>().join("   ·   ")] }
+        Heading { title, notes: vec![note.collect::<Vec<_>>().join(GAP)] }
     }
 
     fn ramp(&self, ramp: Ramp, given: Option<&str>) -> String {
@@ -221,12 +222,13 @@ fn sent_as(held: &impl Display, rounded: bool, sent: impl Display) -> String {
 
 /// A time for people.
 pub fn seconds(time: f64) -> String {
+    let whole = time.round();
     if time < 100.0 {
         format!("{time:.3} s")
-    } else if time < 6000.0 {
-        format!("{:.0} min {:02.0} s", (time / 60.0).floor(), time % 60.0)
+    } else if whole < 6000.0 {
+        format!("{:.0} min {:02.0} s", (whole / 60.0).floor(), whole % 60.0)
     } else {
-        format!("{:.0} h {:02.0} min", (time / 3600.0).floor(), (time % 3600.0 / 60.0).floor())
+        format!("{:.0} h {:02.0} min", (whole / 3600.0).floor(), (whole % 3600.0 / 60.0).floor())
     }
 }
 
@@ -234,4 +236,24 @@ pub fn seconds(time: f64) -> String {
 pub fn listed(lines: &[Command]) -> String {
     let lines: Vec<String> = lines.iter().map(Command::to_string).collect();
     lines.join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::seconds;
+
+    #[test]
+    fn times_are_rounded_as_a_whole() {
+        for (time, text) in [
+            (1.2345, "1.234 s"),
+            (99.9, "99.900 s"),
+            (119.4, "1 min 59 s"),
+            (119.6, "2 min 00 s"),
+            (5639.9, "94 min 00 s"),
+            (5999.7, "1 h 40 min"),
+            (21474.8, "5 h 57 min"),
+        ] {
+            assert_eq!(seconds(time), text);
+        }
+    }
 }

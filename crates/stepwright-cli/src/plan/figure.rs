@@ -5,13 +5,10 @@ use stepwright::profile::Phase;
 use super::law::{Plan, Value};
 use super::survey::{Sample, Survey};
 use super::text::{counted, lasting, peak};
-use crate::plot::{Band, Curve, Figure, PALETTE, Panel, number, time_unit};
+use crate::plot::{Band, Curve, Figure, GAP, PALETTE, Panel, number, time_unit};
 
 /// Up to this many steps, each is marked with a dot.
 const FEW: usize = 80;
-
-/// Between values; a browser would take plain spaces for one.
-const GAP: &str = "\u{2002}·\u{2002}";
 
 /// The figure of a plan.
 ///
@@ -168,6 +165,13 @@ impl View<'_> {
         };
         let middle = |a: &Sample, b: &Sample| (self.x(by, a) + self.x(by, b)) / 2.0;
         let mut points = Vec::new();
+        if let [a, b] = samples.as_slice() {
+            // One interval: up to twice its mean speed in the middle, and back.
+            let (end, (mean, seconds)) = (self.plan.law.ends(), stretch(a, b));
+            let accel = 4.0 * (mean - end) / seconds;
+            let (x, half) = ((self.x(by, a), self.x(by, b)), middle(a, b));
+            return vec![(x.0, accel), (half, accel), (half, -accel), (x.1, -accel)];
+        }
         for three in samples.windows(3) {
             let (a, b, c) = (&three[0], &three[1], &three[2]);
             let ((v1, t1), (v2, t2)) = (stretch(a, b), stretch(b, c));

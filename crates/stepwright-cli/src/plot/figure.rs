@@ -97,11 +97,12 @@ const LEGEND: f64 = 21.0;
 impl Figure {
     /// Lays it out.
     pub fn picture(&self) -> Picture {
-        let head = 58.0 + 21.0 * self.notes.len() as f64 + 10.0;
+        let notes: Vec<String> = self.notes.iter().flat_map(|note| broken(note)).collect();
+        let head = 58.0 + 21.0 * notes.len() as f64 + 10.0;
         let tall: f64 = self.rows.iter().map(|(height, _)| height).sum();
         let mut picture = Picture::new(WIDTH, head + tall + 14.0);
         picture.text((EDGE, 46.0), Style::new(24.0, INK).bold(), &*self.title);
-        for (i, note) in self.notes.iter().enumerate() {
+        for (i, note) in notes.iter().enumerate() {
             let y = 74.0 + 21.0 * i as f64;
             picture.text((EDGE, y), Style::new(14.0, SOFT), &**note);
         }
@@ -124,6 +125,27 @@ impl Figure {
         }
         picture
     }
+}
+
+/// Between two facts of a note; a browser would take plain spaces for one.
+pub const GAP: &str = "\u{2002}·\u{2002}";
+
+/// Characters of a note that stand beside each other.
+const NOTE: usize = 150;
+
+/// A note in lines that have room: broken between two facts.
+fn broken(note: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for fact in note.split(GAP) {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + fact.chars().count() + 3 <= NOTE => {
+                line.push_str(GAP);
+                line.push_str(fact);
+            }
+            _ => lines.push(fact.to_owned()),
+        }
+    }
+    lines
 }
 
 impl Panel {
@@ -170,7 +192,9 @@ impl Panel {
             let low = if low < 0.0 { low - room } else { low };
             (low, if high > 0.0 { high + room } else { high })
         };
-        let across = self.view.x.unwrap_or_else(|| range(&mut points().map(|(x, _)| x)));
+        let bands = || self.bands.iter().flat_map(|band| [band.from, band.to]);
+        let across = || range(&mut points().map(|(x, _)| x).chain(bands()));
+        let across = self.view.x.unwrap_or_else(across);
         let up = self.view.y.unwrap_or_else(all);
         (
             Scale::new(across, (frame.left, frame.right())),
@@ -195,9 +219,14 @@ impl Panel {
             picture.text((frame.left - 9.0, at + 4.5), label.end(), name.clone());
         }
         let (values, decimals) = y.ticks((frame.height / 56.0) as usize);
-        for value in values.into_iter().filter(|_| self.lanes.is_empty()) {
+        let millions = if in_millions(&values) { 1e-6 } else { 1.0 };
+        for value in values.iter().copied().filter(|_| self.lanes.is_empty()) {
             let at = y.at(value);
             picture.line(vec![(frame.left, at), (frame.right(), at)], GRID, 1.0);
+            let (value, decimals) = match millions < 1.0 {
+                true => (value * millions, fewest_decimals(&values)),
+                false => (value, decimals),
+            };
             picture.text((frame.left - 9.0, at + 4.5), label.end(), number(value, decimals));
         }
         let (values, decimals) = x.ticks((frame.width / 85.0) as usize);
@@ -222,7 +251,12 @@ impl Panel {
         let heading = Style::new(14.5, INK).bold();
         let more = self.legend_rows(frame.width).len().saturating_sub(1);
         let over = frame.top - 15.0 - LEGEND * more as f64;
-        picture.text((frame.left - 66.0, over), heading, name(&self.y));
+        let unit = if millions < 1.0 { "million " } else { "" };
+        let y_name = (self.y.0.clone(), format!("{unit}{}", self.y.1));
+        picture.text((frame.left - 66.0, over), heading, name(&y_name));
+        if self.x.0.is_empty() {
+            return;
+        }
         let below = ((frame.left + frame.right()) / 2.0, frame.bottom() + 42.0);
         picture.text(below, Style::new(13.5, INK).middle(), name(&self.x));
     }
@@ -273,6 +307,16 @@ impl Panel {
     }
 }
 
+/// Whether the numbers of a y axis have no room before it.
+fn in_millions(values: &[f64]) -> bool {
+    values.iter().any(|value| value.abs() >= 1e7)
+}
+
+/// The decimals that these values need in millions.
+fn fewest_decimals(values: &[f64]) -> usize {
+    usize::from(values.iter().any(|value| value % 1e6 != 0.0))
+}
+
 /// Of the line before a name of the legend, in pixels.
 const SAMPLE: f64 = 24.0;
 
@@ -314,8 +358,8 @@ impl Curve {
             points.push(ends.1);
             picture.shapes.push(Shape::Area { points, fill: self.colour, opacity: 0.10 });
         }
-        let (colour, dashed) = (self.colour, self.dashed);
-        picture.shapes.push(Shape::Line { points, colour, width: 2.4, dashed });
+        let (colour, dashed, width) = (self.colour, self.dashed, stroke(&points));
+        picture.shapes.push(Shape::Line { points, colour, width, dashed });
     }
 
     /// Draws the dots of it that are in view.
@@ -329,6 +373,28 @@ impl Curve {
         }
     }
 }
+
+/// The width of a line: thinner where its turns up and down lie so close that it would
+/// become a block.
+fn stroke(points: &[(f64, f64)]) -> f64 {
+    let [first, .., last] = points else { return 2.4 };
+    let (mut turns, mut up) = (0u32, true);
+    let mut extreme = first.1;
+    for (_, y) in points {
+        let further = if up { *y > extreme } else { *y < extreme };
+        if further {
+            extreme = *y;
+        } else if (y - extreme).abs() > SWING {
+            (turns, up, extreme) = (turns + 1, !up, *y);
+        }
+    }
+    // Pixels from turn to turn.
+    let apart = (last.0 - first.0) / f64::from(turns + 1);
+    if turns < 100 { 2.4 } else { (apart * 0.27).clamp(1.0, 2.4) }
+}
+
+/// Pixels: a line that goes up and down by less is a level one.
+const SWING: f64 = 10.0;
 
 /// What can be seen of many points: the first, lowest, highest and last of
 /// every half pixel. Points are in the order of x.

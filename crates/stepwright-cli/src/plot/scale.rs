@@ -1,5 +1,10 @@
 //! From values to pixels, and the round numbers along an axis.
 
+use std::ops::RangeInclusive;
+
+/// With fewer numbers an axis can't be read.
+const FEWEST: usize = 4;
+
 /// An axis: values from `low` to `high` along some pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
@@ -23,15 +28,23 @@ impl Scale {
         self.from + (value - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
-    /// Round values on the axis, about `wanted` of them, with the decimals
-    /// that they need.
+    /// Round values on the axis, about `wanted` of them, four at least unless fewer are
+    /// wanted, with the decimals that they need.
     pub fn ticks(&self, wanted: usize) -> (Vec<f64>, usize) {
-        let step = round_step((self.high - self.low) / wanted.max(1) as f64);
+        let mut step = round_step((self.high - self.low) / wanted.max(1) as f64);
+        while wanted > 1 && self.every(step).count() < FEWEST {
+            // The next smaller of 1, 2 and 5.
+            step = round_step(step * 0.45);
+        }
         let decimals = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
+        (self.every(step).map(|i| i as f64 * step).collect(), decimals)
+    }
+
+    /// Which multiples of a step lie on the axis.
+    fn every(&self, step: f64) -> RangeInclusive<i64> {
         let slack = step * 1e-9;
         let first = ((self.low - slack) / step).ceil() as i64;
-        let last = ((self.high + slack) / step).floor() as i64;
-        ((first..=last).map(|i| i as f64 * step).collect(), decimals)
+        first..=((self.high + slack) / step).floor() as i64
     }
 }
 
@@ -91,6 +104,12 @@ mod tests {
         assert_eq!((values.len(), decimals), (4, 1));
         // Never so few that the axis can't be read.
         assert_eq!(ticks(-432.0, 432.0, 3).0, [-400.0, -200.0, 0.0, 200.0, 400.0]);
+        assert_eq!(ticks(0.0, 9612.0, 3).0, [0.0, 2000.0, 4000.0, 6000.0, 8000.0]);
+        for n in 1..2000 {
+            let (low, high) = (-f64::from(n % 7) * 13.7, f64::from(n) * 0.37);
+            let (few, more) = (ticks(low, high, 2).0.len(), ticks(low, high, 12).0.len());
+            assert!((4..=10).contains(&few) && (6..=20).contains(&more), "{n}: {few}, {more}");
+        }
         let (values, _) = ticks(-1000.0, 1000.0, 4);
         assert_eq!(values, [-1000.0, -500.0, 0.0, 500.0, 1000.0]);
     }

@@ -3,19 +3,19 @@
 use super::*;
 
 /// Three axes: one there and back, one slow, one that never moves.
-fn axes() -> SpeedPlot {
+fn axes() -> MotionPlot {
     let there = (0..=400).map(|i| {
         let t = f64::from(i) * 0.01;
         (t, 900.0 * (t * std::f64::consts::FRAC_PI_2).sin())
     });
     let slow = vec![(0.0, 0.0), (0.5, 300.0), (3.5, 300.0), (4.0, 0.0)];
-    SpeedPlot {
+    MotionPlot {
         title: "Three axes <&>".into(),
         notes: vec!["as the virtual board stepped them".into()],
         series: vec![
-            Series { name: "axis 1".into(), points: there.collect() },
-            Series { name: "axis 2".into(), points: slow },
-            Series { name: "axis 3".into(), points: Vec::new() },
+            Series { name: "axis 1".into(), speed: there.collect(), ..Series::default() },
+            Series { name: "axis 2".into(), speed: slow, ..Series::default() },
+            Series { name: "axis 3".into(), ..Series::default() },
         ],
     }
 }
@@ -44,6 +44,8 @@ fn every_format_is_written() {
     assert!(svg.starts_with("<svg xmlns="));
     assert!(svg.contains(">Three axes &lt;&amp;&gt;</text>"));
     assert!(svg.contains(">time, s</text>") && svg.contains(">Speed, steps/s</text>"));
+    assert!(svg.contains(">Acceleration, steps/s²</text>"));
+    assert!(svg.contains(">Position, steps from the start</text>"));
     let page = String::from_utf8(bytes("a.html")).unwrap();
     assert!(page.starts_with("<!doctype html>") && page.contains(&svg));
     // One file, which asks nobody for anything.
@@ -60,14 +62,14 @@ fn where_nothing_can_be_written_it_is_said() {
 #[test]
 fn a_million_points_stay_a_small_file() {
     let points = (0..1_000_000).map(|i| (f64::from(i) * 1e-5, f64::from(i % 7))).collect();
-    let series = vec![Series { name: "a".into(), points }];
-    let plot = SpeedPlot { title: "Noise".into(), notes: Vec::new(), series };
+    let series = vec![Series { name: "a".into(), speed: points, ..Series::default() }];
+    let plot = MotionPlot { title: "Noise".into(), notes: Vec::new(), series };
     assert!(svg::render(&plot.figure().picture()).len() < 300_000);
 }
 
 #[test]
 fn nothing_at_all_is_a_picture_too() {
-    let plot = SpeedPlot { title: String::new(), notes: Vec::new(), series: Vec::new() };
+    let plot = MotionPlot { title: String::new(), notes: Vec::new(), series: Vec::new() };
     let svg = svg::render(&plot.figure().picture());
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
@@ -147,4 +149,68 @@ fn dashes_are_dashes() {
 fn several_files_have_names_of_their_own() {
     let file: PlotFile = "dir/figure.png".parse().unwrap();
     assert_eq!(file.numbered("8").path, PathBuf::from("dir/figure-8.png"));
+}
+
+/// A panel whose y axis goes that far.
+fn far(values: [f64; 2]) -> String {
+    let mut figure = panel(&["one"], View::default());
+    figure.rows[0].1[0].curves[0].points = vec![(0.0, values[0]), (1.0, values[1])];
+    svg::render(&figure.picture())
+}
+
+#[test]
+fn long_numbers_are_in_millions() {
+    let svg = far([0.0, 2_147_483_647.0]);
+    assert!(svg.contains(">Speed, million rpm</text>") && svg.contains(">2000</text>"), "{svg}");
+    let svg = far([-90_000_000.0, 0.0]);
+    assert!(svg.contains(">Speed, million rpm</text>") && svg.contains(">−80</text>"), "{svg}");
+    assert!(far([0.0, 900_000.0]).contains(">Speed, rpm</text>"));
+}
+
+/// Shaded stretches are in sight also where there is no curve, and never beyond the frame.
+#[test]
+fn bands_stay_within_their_panel() {
+    let mut figure = panel(&["one"], View::default());
+    let panel = &mut figure.rows[0].1[0];
+    panel.curves[0].points.clear();
+    panel.bands = vec![Band { from: 0.0, to: 63.0, name: "up".into(), tint: [1, 2, 3] }];
+    let picture = figure.picture();
+    let frame = picture.probes[0].frame;
+    let band = picture.shapes.iter().find_map(|shape| match shape {
+        Shape::Box { x, width, fill: [1, 2, 3], .. } => Some((*x, *width)),
+        _ => None,
+    });
+    assert_eq!(band, Some((frame.left, frame.width)));
+}
+
+/// Where a line turns hundreds of times it is thin, so that its strokes stay apart.
+#[test]
+fn hundreds_of_joints_are_drawn_thin() {
+    let widths = |turns: u32| -> Vec<f64> {
+        let mut figure = panel(&["one"], View::default());
+        figure.rows[0].1[0].curves[0].points =
+            (0..turns).map(|n| (f64::from(n), f64::from(n % 2) * 9.0)).collect();
+        let lines = figure.picture().shapes.into_iter().filter_map(|shape| match shape {
+            Shape::Line { points, width, .. } if points.len() > 2 => Some(width),
+            _ => None,
+        });
+        lines.collect()
+    };
+    assert_eq!(widths(40), [2.4]);
+    assert!(widths(700)[0] < 1.3, "{:?}", widths(700));
+}
+
+/// A note that has no room is broken between two facts, a small jitter leaves the line as
+/// wide as it is.
+#[test]
+fn notes_are_broken_and_jitter_is_no_joint() {
+    let mut figure = panel(&["one"], View::default());
+    figure.rows[0].1[0].curves[0].points =
+        (0..700).map(|n| (f64::from(n), 9.0 + f64::from(n % 2) * 0.1)).collect();
+    let facts: Vec<_> = (0..12).map(|n| format!("fact number {n} of twelve")).collect();
+    figure.notes = vec![facts.join(GAP)];
+    let svg = svg::render(&figure.picture());
+    assert!(svg.contains("stroke-width=\"2.4\""));
+    let line = |n: usize| svg.lines().find(|l| l.contains(&format!("number {n} of"))).unwrap();
+    assert!(line(0) == line(4) && line(0) != line(6) && line(6) != line(11), "{svg:.2000}");
 }

@@ -5,10 +5,8 @@ use std::str::FromStr;
 
 use super::course::Course;
 use super::wiring::{What, Wiring};
-use crate::plot::{Curve, Figure, PALETTE, Panel, View, number};
+use crate::plot::{Curve, Figure, GAP, PALETTE, Panel, View, number};
 
-/// Between values; a browser would take plain spaces for one.
-const GAP: &str = "\u{2002}·\u{2002}";
 /// Of signals this many steps are shown, unless a window is chosen.
 const FEW: usize = 16;
 

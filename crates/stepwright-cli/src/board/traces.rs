@@ -1,0 +1,403 @@
+//! Position, speed and acceleration over time, from the steps that were made.
+//!
+//! Between two steps the speed is that of their distance, at the middle of the
+//! time between them. The acceleration is the change of the mean speed from one window of
+//! time to the next: from step to step the ticks of the timer would make noise of it.
+//! However long a motor moves, this many points are kept: when there are too many, every
+//! second one goes.
+
+use stepwright::Rate;
+use stepwright_sim::{Edge, Pin};
+
+use crate::plot::Series;
+
+/// Points of an axis: more than a picture has columns.
+const MARKS: usize = 4096;
+
+/// A pause is this many times longer than the interval before it. A ramp that
+/// begins or ends at rest never grows an interval by more than 2.5 times.
+const PAUSE: u64 = 5;
+
+/// Windows of the acceleration in the time that an axis takes.
+const WINDOWS: u64 = 300;
+
+/// Up to this many steps, each is drawn.
+const FEW: usize = 80;
+
+/// Axes that a board may have.
+const AXES: usize = 8;
+
+/// The steps of a board's axes.
+pub struct Traces {
+    rate: Rate,
+    axes: [Axis; AXES],
+}
+
+#[derive(Clone, Default)]
+struct Axis {
+    backward: bool,
+    position: i64,
+    /// Steps since the last mark that was kept, and how many make one.
+    skipped: u32,
+    every: u32,
+    marks: Vec<Mark>,
+    last: Option<Mark>,
+    /// The last interval, in this motion.
+    interval: Option<u64>,
+}
+
+/// A step.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    time: u64,
+    position: i64,
+    /// It is the first after a pause.
+    first: bool,
+    /// It is the last before one.
+    last: bool,
+}
+
+impl Traces {
+    /// Of a board whose timer runs at `rate`.
+    pub fn new(rate: Rate) -> Traces {
+        Traces { rate, axes: Default::default() }
+    }
+
+    /// Takes an edge down.
+    pub fn edge(&mut self, edge: Edge) {
+        let Some(axis) = self.axes.get_mut(usize::from(edge.axis)) else { return };
+        match edge.pin {
+            Pin::Direction => {
+                axis.pause();
+                axis.backward = !edge.level;
+            }
+            Pin::Step if edge.level => axis.step(edge.time),
+            _ => {}
+        }
+    }
+
+    /// When the first step was made, in ticks.
+    pub fn first(&self) -> u64 {
+        let first = self.axes.iter().filter_map(|axis| Some(axis.marks.first()?.time)).min();
+        first.unwrap_or(0)
+    }
+
+    /// What the axes did that have moved; times count from `zero` ticks.
+    pub fn series(&self, zero: u64) -> Vec<Series> {
+        let axes = self.axes.iter().enumerate().filter(|(_, axis)| axis.last.is_some());
+        let clock = Clock { hz: f64::from(self.rate.hz()), zero: zero as f64 };
+        axes.map(|(n, axis)| {
+            let marks = axis.all_marks();
+            let window = window(&marks);
+            Series {
+                name: format!("axis {}", n + 1),
+                position: position(&marks, clock),
+                speed: speed(&marks, clock),
+                accel: accel(&marks, window, clock),
+                window: window as f64 / clock.hz,
+            }
+        })
+        .collect()
+    }
+}
+
+impl Axis {
+    fn step(&mut self, time: u64) {
+        let position = self.position + if self.backward { -1 } else { 1 };
+        let interval = self.last.map(|last| time - last.time);
+        if let (Some(now), Some(before)) = (interval, self.interval)
+            && now > PAUSE.saturating_mul(before)
+        {
+            self.pause();
+        }
+        let first = self.last.is_none_or(|last| last.last);
+        self.interval = interval.filter(|_| !first);
+        self.position = position;
+        let mark = Mark { time, position, first, last: false };
+        self.last = Some(mark);
+        self.skipped += 1;
+        if first || self.skipped >= self.every {
+            self.keep(mark);
+        }
+    }
+
+    /// The step before was the last of its motion.
+    fn pause(&mut self) {
+        self.interval = None;
+        if let Some(last) = self.last.filter(|last| !last.last) {
+            let last = Mark { last: true, ..last };
+            self.last = Some(last);
+            match self.marks.last_mut().filter(|mark| mark.time == last.time) {
+                Some(mark) => mark.last = true,
+                None => self.keep(last),
+            }
+        }
+    }
+
+    fn keep(&mut self, mark: Mark) {
+        self.skipped = 0;
+        if self.marks.len() >= MARKS {
+            let mut odd = false;
+            self.marks.retain(|mark| {
+                odd = !odd;
+                odd || mark.first || mark.last
+            });
+            self.every = self.every.max(1).saturating_mul(2);
+        }
+        // Nothing but pauses is left: that is no picture any more.
+        if self.marks.len() < 2 * MARKS {
+            self.marks.push(mark);
+        }
+    }
+
+    /// The marks with that of the last step.
+    fn all_marks(&self) -> Vec<Mark> {
+        let mut marks = self.marks.clone();
+        if let (Some(last), Some(mark)) = (self.last, marks.last()) {
+            if mark.time != last.time {
+                marks.push(last);
+            }
+            if let Some(mark) = marks.last_mut() {
+                mark.last = true;
+            }
+        }
+        marks
+    }
+}
+
+/// Ticks as seconds.
+#[derive(Clone, Copy)]
+struct Clock {
+    hz: f64,
+    /// The ticks at 0 s.
+    zero: f64,
+}
+
+impl Clock {
+    fn at(self, mark: &Mark) -> f64 {
+        (mark.time as f64 - self.zero) / self.hz
+    }
+
+    /// Between two marks.
+    fn middle(self, a: &Mark, b: &Mark) -> f64 {
+        ((a.time as f64 + b.time as f64) / 2.0 - self.zero) / self.hz
+    }
+
+    /// Steps/s from a mark to a later one.
+    fn speed(self, a: &Mark, b: &Mark) -> f64 {
+        (b.position - a.position) as f64 * self.hz / (b.time - a.time) as f64
+    }
+}
+
+/// Seconds and steps: of few steps each, of many a line through them.
+fn position(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
+    let mut points = Vec::new();
+    let mut before = 0.0;
+    for mark in marks {
+        let (time, position) = (clock.at(mark), mark.position as f64);
+        if marks.len() <= FEW || mark.first {
+            points.push((time, before));
+        }
+        points.push((time, position));
+        before = position;
+    }
+    points
+}
+
+/// Seconds and steps/s.
+fn speed(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
+    let mut points = Vec::new();
+    let mut speed = 0.0;
+    for (n, mark) in marks.iter().enumerate() {
+        let time = clock.at(mark);
+        let next = marks.get(n + 1).filter(|_| !mark.last);
+        let until = next.map(|next| (clock.middle(mark, next), clock.speed(mark, next)));
+        if mark.first {
+            points.push((time, 0.0));
+            points.push((time, until.map_or(0.0, |(_, speed)| speed)));
+        }
+        match until {
+            Some((middle, now)) => {
+                speed = now;
+                points.push((middle, speed));
+            }
+            None => {
+                points.push((time, speed));
+                points.push((time, 0.0));
+                speed = 0.0;
+            }
+        }
+    }
+    points
+}
+
+/// Ticks over which speeds are compared, at most.
+fn window(marks: &[Mark]) -> u64 {
+    match marks {
+        [first, .., last] => (last.time - first.time) / WINDOWS,
+        _ => 0,
+    }
+}
+
+/// Seconds and steps/s², 0 at rest.
+fn accel(marks: &[Mark], window: u64, clock: Clock) -> Vec<(f64, f64)> {
+    let mut points = Vec::new();
+    for motion in marks.chunk_by(|mark, _| !mark.last) {
+        let (Some(begin), Some(end)) = (motion.first(), motion.last()) else { continue };
+        // A short motion among others is looked at more closely.
+        let window = window.min((end.time - begin.time) / 24);
+        let mut changes = Vec::new();
+        for three in windows(motion, window).windows(3) {
+            let [a, b, c] = three else { continue };
+            let gain = clock.speed(b, c) - clock.speed(a, b);
+            changes.push((clock.at(b), gain / (clock.middle(b, c) - clock.middle(a, b))));
+        }
+        points.push((clock.at(begin), 0.0));
+        // At the ends it is what it is beside them.
+        points.extend(changes.first().map(|(_, accel)| (clock.at(begin), *accel)));
+        points.extend(&changes);
+        points.extend(changes.last().map(|(_, accel)| (clock.at(end), *accel)));
+        points.push((clock.at(end), 0.0));
+    }
+    points
+}
+
+/// Marks of a motion that lie a window apart, or more; its ends among them.
+fn windows(motion: &[Mark], window: u64) -> Vec<Mark> {
+    let mut ends: Vec<Mark> = Vec::new();
+    for mark in motion {
+        if ends.last().is_none_or(|last| mark.time - last.time >= window.max(1)) {
+            ends.push(*mark);
+        }
+    }
+    // The end belongs to it, even if that makes the last window longer.
+    if let Some(last) = motion.last().filter(|end| ends.last().is_some_and(|l| l.time < end.time)) {
+        if ends.len() > 1 {
+            ends.pop();
+        }
+        ends.push(*last);
+    }
+    ends
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn traced(times: impl IntoIterator<Item = u64>) -> Series {
+        let mut traces = Traces::new(Rate::MHZ);
+        for time in times {
+            traces.edge(Edge { time, axis: 1, pin: Pin::Step, level: true });
+            traces.edge(Edge { time: time + 2, axis: 1, pin: Pin::Step, level: false });
+        }
+        let mut series = traces.series(0);
+        assert!(series.len() == 1 && series[0].name == "axis 2");
+        series.remove(0)
+    }
+
+    fn speeds(times: impl IntoIterator<Item = u64>) -> Vec<(f64, f64)> {
+        traced(times).speed
+    }
+
+    #[test]
+    fn a_pause_is_a_gap() {
+        let ms = |n: u64| n * 1000;
+        assert_eq!(
+            speeds([ms(10), ms(11), ms(12), ms(100), ms(102)]),
+            [
+                (0.01, 0.0),
+                (0.01, 1000.0),
+                (0.0105, 1000.0),
+                (0.0115, 1000.0),
+                (0.012, 1000.0),
+                (0.012, 0.0),
+                (0.1, 0.0),
+                (0.1, 500.0),
+                (0.101, 500.0),
+                (0.102, 500.0),
+                (0.102, 0.0),
+            ]
+        );
+        assert_eq!(speeds([7]), [(7e-6, 0.0), (7e-6, 0.0), (7e-6, 0.0), (7e-6, 0.0)]);
+    }
+
+    #[test]
+    fn a_turn_is_a_gap_and_backward_is_negative() {
+        let mut traces = Traces::new(Rate::MHZ);
+        for (time, pin, level) in [
+            (0, Pin::Step, true),
+            (50, Pin::Step, true),
+            (90, Pin::Direction, false),
+            (100, Pin::Step, true),
+            (150, Pin::Step, true),
+        ] {
+            traces.edge(Edge { time, axis: 0, pin, level });
+        }
+        let points = &traces.series(0)[0].speed;
+        let v = 20_000.0;
+        let speeds: Vec<f64> = points.iter().map(|(_, speed)| *speed).collect();
+        assert_eq!(speeds, [0.0, v, v, v, 0.0, 0.0, -v, -v, -v, 0.0]);
+        assert_eq!((points[4].0, points[5].0), (50e-6, 100e-6));
+    }
+
+    /// From rest by 2500 steps/s² to 1000 steps/s, on, and back, in whole µs: the
+    /// acceleration is there to 3 %, although a tick more or less is 25 % of an interval's
+    /// change.
+    #[test]
+    fn the_acceleration_is_that_of_the_ramps() {
+        let up = |n: f64| (2.0 * n / 2500.0).sqrt();
+        let times = (0..=1000u32).map(|n| {
+            let n = f64::from(n);
+            let s = match n {
+                n if n < 200.0 => up(n),
+                n if n <= 800.0 => 0.4 + (n - 200.0) / 1000.0,
+                n => 1.4 - up(1000.0 - n),
+            };
+            (s * 1e6).round() as u64
+        });
+        let Series { position, accel, .. } = traced(times);
+        assert_eq!(position.last(), Some(&(1.4, 1001.0)));
+        assert_eq!((position[0], position[1]), ((0.0, 0.0), (0.0, 1.0)));
+        let within = |from: f64, to: f64, accel: f64, points: &[(f64, f64)]| {
+            let points: Vec<_> = points.iter().filter(|(t, _)| from < *t && *t < to).collect();
+            assert!(points.len() > 40, "{points:?}");
+            let off = points.iter().map(|(_, a)| (a - accel).abs()).fold(0.0, f64::max);
+            assert!(off < 2500.0 * 0.03, "{off} from {from}");
+        };
+        within(0.02, 0.38, 2500.0, &accel);
+        within(0.42, 0.98, 0.0, &accel);
+        within(1.02, 1.38, -2500.0, &accel);
+        assert_eq!((accel[0], accel[accel.len() - 1]), ((0.0, 0.0), (1.4, 0.0)));
+        // One step has none, two intervals have one.
+        assert_eq!(traced([7]).accel, [(7e-6, 0.0), (7e-6, 0.0)]);
+        let two = traced([0, 100, 180]).accel; // 10,000 and 12,500 steps/s, 90 µs apart
+        assert_eq!(two.len(), 5);
+        assert!((two[1].1 * 90e-6 - 2500.0).abs() < 1e-6 && two[1].1 == two[3].1, "{two:?}");
+    }
+
+    #[test]
+    fn times_count_from_where_one_likes() {
+        let mut traces = Traces::new(Rate::MHZ);
+        for (axis, time) in [(1, 2000), (0, 3000), (1, 4000)] {
+            traces.edge(Edge { time, axis, pin: Pin::Step, level: true });
+        }
+        assert_eq!(traces.first(), 2000);
+        let series = traces.series(2000);
+        assert_eq!(series[0].position, [(0.001, 0.0), (0.001, 1.0)]);
+        // Each of few steps.
+        let each = [(0.0, 0.0), (0.0, 1.0), (0.002, 1.0), (0.002, 2.0)];
+        assert_eq!(series[1].position, each);
+    }
+
+    #[test]
+    fn memory_is_bounded_and_the_speed_stays_true() {
+        let points = speeds((0..1_000_000).map(|n| n * 250));
+        assert!(points.len() < 2 * MARKS, "{}", points.len());
+        let inner = &points[1..points.len() - 1];
+        assert!(inner.iter().all(|(_, v)| *v == 4000.0));
+        assert_eq!(points.last().unwrap().0, 249.99975);
+        // Motions of a single step: nothing can be thinned.
+        let lone = speeds((0..100_000).map(|n| n * n * n));
+        assert!(lone.len() < 20 * MARKS);
+    }
+}

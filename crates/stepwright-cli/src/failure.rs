@@ -20,8 +20,8 @@ use crate::{interrupt, say};
 /// | status | meaning |
 /// | --- | --- |
 /// | 0 | done |
-/// | 1 | refused, or it failed |
-/// | 2 | the command line makes no sense |
+/// | 1 | refused by the board, the file or the calculation, or it failed |
+/// | 2 | the command line makes no sense whatever the board: nothing was touched |
 /// | 130 | Ctrl-C or another signal ended it before it was done |
 #[derive(Debug)]
 pub struct Failure {

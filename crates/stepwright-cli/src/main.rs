@@ -55,9 +55,14 @@ Then with a board:
   stepwright ports                  where it is
   stepwright move 4000 --port PATH
 
-Exit status: 0 done; 1 refused, or it failed; 2 the command line makes no sense;
-130 ended by Ctrl-C or another signal before it was done. Errors begin with `error: `; with
---format json the last line on standard error is one of JSON.")]
+Exit status:
+  0    done
+  1    refused by the board, a file or a calculation, or it failed
+  2    the command line makes no sense, whatever the board: an option, a number out of its
+       range, a unit; nothing was touched
+  130  ended by Ctrl-C or another signal before it was done
+Errors begin with `error: `, and ` hint: ` says what to do; with --format json the last line on
+standard error is both as JSON.")]
 struct Cli {
     #[command(flatten)]
     machine: machine::MachineArgs,

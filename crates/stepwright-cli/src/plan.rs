@@ -11,6 +11,7 @@
 //! | [`compare`] | several laws over one another |
 //! | [`ideal`], [`real`] | the profile that delays are measured against |
 //! | [`survey`] | one walk over the pulses: duration, error, phases, samples |
+//! | [`work`] | how far a long walk is |
 //! | [`runs`] | what a board gets |
 //! | `text`, `csv`, `json` | the formats |
 //! | [`figure`] | the plot |
@@ -40,6 +41,7 @@ mod s_curve;
 mod survey;
 mod text;
 mod trapezoid;
+mod work;
 
 use std::io::{self, BufWriter, Write};
 

@@ -130,7 +130,7 @@ pub struct Series {
     pub speed: Vec<(f64, f64)>,
     /// Steps/s².
     pub accel: Vec<(f64, f64)>,
-    /// Over so many seconds the speeds were compared.
+    /// Seconds over which speeds were compared, at most.
     pub window: f64,
 }
 

@@ -47,9 +47,12 @@ pub struct GeometryArgs {
 }
 
 impl GeometryArgs {
-    /// Of a motor that moves nothing along a line.
-    pub fn of(steps_per_rev: u32) -> GeometryArgs {
-        GeometryArgs { steps_per_rev, mm_per_rev: None }
+    /// Of a motor whose turn moves its load by this many millimetres.
+    pub fn leading(steps_per_rev: u32, mm: f64) -> GeometryArgs {
+        let nm = (mm * 1e6).round();
+        // Beyond 4 m a turn there are no millimetres.
+        let nm = (1.0..=f64::from(u32::MAX)).contains(&nm).then_some(MmArg(nm as u32));
+        GeometryArgs { steps_per_rev, mm_per_rev: nm }
     }
 
     /// What the core makes of them.
@@ -209,7 +212,7 @@ impl SpeedArg {
         self.0.resolve(geometry, name, Kind::Speed, |milli| {
             let milli = u32::try_from(milli).unwrap_or(u32::MAX);
             Speed::from_millisteps(milli).map_err(|_| {
-                Failure::new(format!("{name} {} is more than 1000000 steps/s", self.0.text)).hint(
+                Failure::usage(format!("{name} {} is more than 1000000 steps/s", self.0.text)).hint(
                     "a speed is 0 to 1000000 steps/s; are the unit and --steps-per-rev right?",
                 )
             })
@@ -270,7 +273,7 @@ impl AccelArg {
     pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Accel>, Failure> {
         self.0.resolve(geometry, name, Kind::Accel, |milli| {
             Accel::from_millisteps(milli).map_err(|_| {
-                Failure::new(if milli == 0 {
+                Failure::usage(if milli == 0 {
                     format!("{name} {} is less than 0.001 steps/s²", self.0.text)
                 } else {
                     format!("{name} {} is more than 100000000 steps/s²", self.0.text)
@@ -301,7 +304,7 @@ impl JerkArg {
     pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Jerk>, Failure> {
         self.0.resolve(geometry, name, Kind::Jerk, |milli| {
             Jerk::from_millisteps(milli).map_err(|_| {
-                Failure::new(if milli == 0 {
+                Failure::usage(if milli == 0 {
                     format!("{name} {} is less than 0.001 steps/s³", self.0.text)
                 } else {
                     format!("{name} {} is more than 1000000000000000 steps/s³", self.0.text)

@@ -4,7 +4,11 @@
 
 mod common;
 
-use common::{Running, stepwright};
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
+use std::process::Command;
+
+use common::{Running, Scratch, stepwright};
 
 #[test]
 fn a_dry_run_shows_the_image_and_leaves_the_board_alone() {
@@ -34,4 +38,51 @@ fn what_can_not_be_written_is_told() {
     let ended = own(&["uno", "--port", &port]);
     ended.assert_error("no boot loader answers on");
     assert_eq!(ended.code(), Some(1), "{ended:?}");
+}
+
+/// Where avrdude is, it writes: it is told the chip, the boot loader, the rate and the port,
+/// and gets the image that was shown.
+#[test]
+fn avrdude_is_told_all_of_it_and_believed() {
+    let folder = Scratch::new("bin");
+    fs::create_dir_all(&folder.0).unwrap();
+    let avrdude = folder.0.join("avrdude");
+    // Asked for nothing it says how it is used, as the real one does.
+    let script = "#!/bin/sh\n[ $# = 0 ] && exit 0\necho \"$@\" > \"$0.told\"\n\
+                  for word; do case $word in flash:w:*:r) file=${word#flash:w:}; \
+                  cp \"${file%:r}\" \"$0.image\";; esac; done\n\
+                  case \"$*\" in *broken*) exit 1;; esac\n";
+    fs::write(&avrdude, script).unwrap();
+    fs::set_permissions(&avrdude, Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", folder.path(), std::env::var("PATH").unwrap());
+    let flash = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stepwright"));
+        let output = command.arg("flash").args(words).env("PATH", &path).output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (output.status.code(), text(output.stdout), text(output.stderr))
+    };
+    for (board, old, told) in [
+        ("uno", false, "-p m328p -c arduino -b 115200 -D -P /dev/x -U flash:w:"),
+        ("nano", true, "-p m328p -c arduino -b 57600 -D -P /dev/x -U flash:w:"),
+        ("mega", false, "-p m2560 -c wiring -b 115200 -D -P /dev/x -U flash:w:"),
+    ] {
+        let mut words = vec![board, "--port", "/dev/x"];
+        words.extend(old.then_some("--old-boot-loader"));
+        let (code, stdout, stderr) = flash(&words);
+        assert_eq!(code, Some(0), "{stdout}{stderr}");
+        assert!(stdout.ends_with("written     by avrdude, and compared\n"), "{stdout}");
+        assert!(stderr.contains("stepwright status --port /dev/x"), "{stderr}");
+        let said = fs::read_to_string(folder.0.join("avrdude.told")).unwrap();
+        assert!(said.starts_with(told), "{said}");
+        let image = fs::read(folder.0.join("avrdude.image")).unwrap();
+        assert!(
+            stdout.contains(&format!("image       {board}, {} bytes", image.len())),
+            "{stdout}"
+        );
+    }
+    let (code, _, stderr) = flash(&["uno", "--port", "/dev/broken"]);
+    assert_eq!(code, Some(1), "{stderr}");
+    assert!(stderr.contains("error: avrdude has not written it"), "{stderr}");
+    assert!(stderr.contains(" hint: what it says is above"), "{stderr}");
+    fs::remove_dir_all(&folder.0).unwrap();
 }

@@ -172,7 +172,7 @@ fn what_makes_no_sense_is_a_usage_error() {
 #[test]
 fn values_out_of_range_say_what_is_allowed() {
     let ended = stepwright(&["move", "10", "--top-speed", "0"]);
-    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    assert_eq!(ended.code(), Some(2), "{ended:?}");
     ended.assert_error("1 to 1000000000 thousandths of a step/s");
     let ended = stepwright(&["move", "10", "--axis", "4"]);
     assert_eq!(ended.code(), Some(1), "{ended:?}");

@@ -284,7 +284,7 @@ fn the_reason_of_a_stop_is_said() {
 
     // Of a board that keeps its errors, those are told too.
     let ended = order(&board("70", "S-T errors=STl"), &["status"]);
-    let row = "since !     a limit switch, the silence of the host, late steps\n";
+    let row = "faults      a limit switch, the silence of the host, late steps since the last !\n";
     assert!(ended.stdout.contains(row), "{ended:?}");
     let ended = order(&board("70", "--- errors=c"), &["status", "--format", "json"]);
     let json: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();

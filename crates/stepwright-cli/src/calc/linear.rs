@@ -18,7 +18,8 @@ use crate::sheet::{Cell, Sheet};
 Examples:
   stepwright calc belt --teeth 20                        GT2, steps from 1/1 to 1/32
   stepwright calc belt --teeth 20 --microsteps 16 --delays 80us
-  stepwright calc belt --teeth 16 --pitch 3mm --speed 200rpm")]
+  stepwright calc belt --teeth 16 --pitch 3mm --speed 200rpm
+  stepwright calc belt --teeth 20 --speed 60mm/s")]
 pub struct BeltArgs {
     /// Teeth of the pulley
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
@@ -59,7 +60,7 @@ struct Common {
     /// Delay from step to step, one for all or one for each of --microsteps: 80, 1.5ms
     #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = micros)]
     delays: Vec<f64>,
-    /// A speed of the motor: 3.3rev/s, 120rpm (a bare number is full steps/s)
+    /// A speed: 3.3rev/s, 120rpm, 60mm/s (a bare number is full steps/s)
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<SpeedArg>,
     /// Full steps of one turn: 200 for 1.8°
@@ -120,7 +121,8 @@ impl Common {
         let mut sheet = Sheet::new(what);
         sheet.fact("mm_rev", "travel of a turn", Cell::digits(travel, 9), "mm");
         if let Some(speed) = &self.speed {
-            let geometry = GeometryArgs::of(self.steps_per_rev).geometry()?;
+            // The travel of a turn is known here: mm/s need no more.
+            let geometry = GeometryArgs::leading(self.steps_per_rev, travel).geometry()?;
             let turns = speed.steps(&geometry, "--speed")? / f64::from(self.steps_per_rev);
             sheet.fact("turns_s", "speed", Cell::digits(turns, 6), "rev/s");
             sheet.fact("mm_s", "… linear", Cell::digits(turns * travel, 6), "mm/s");
@@ -204,6 +206,14 @@ mod tests {
         ];
         assert_eq!(steps, want);
         assert_eq!(real(&sheet.rows[5][2]), 6.25);
+    }
+
+    /// The travel of a turn is that of the belt, in millimetres per second too.
+    #[test]
+    fn a_speed_of_the_belt() {
+        let sheet = sheet("belt --teeth 20 --speed 60mm/s").unwrap();
+        let facts: Vec<_> = sheet.facts.iter().map(|fact| real(&fact.value)).collect();
+        assert_eq!(facts, [40.0, 1.5, 60.0]);
     }
 
     /// stepper_h's speeds: it cuts rev/s after a digit, and computes mm/s from that.

@@ -13,6 +13,7 @@ use stepwright_protocol::{AxisId, Command, Info, Refusal, Reply, Selection, Trav
 
 use super::keys::{Act, KeyControl};
 use super::motion::Motion;
+use super::refused;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::session::{LinkError, Played, Session};
@@ -261,13 +262,7 @@ fn killed(session: &mut Session, axis: AxisId) -> Result<Option<i64>, ()> {
 pub fn not_begun(session: &mut Session, not: NotBegun) -> Failure {
     let name = session.link().name();
     match not {
-        NotBegun::Refused(line, Some(Refusal::TooFast)) => {
-            let max = session.info().map_or(0, |info| info.max);
-            Failure::new(format!("{name} refused {line}: {}", Refusal::TooFast)).hint(format!(
-                "one axis alone makes at most {max} steps/s here, several together less"
-            ))
-        }
-        NotBegun::Refused(line, Some(why)) => Failure::new(format!("{name} refused {line}: {why}")),
+        NotBegun::Refused(line, Some(why)) => refused::by(session, &line, why),
         NotBegun::Refused(line, None) => Failure::new(format!("{name} refused {line}"))
             .hint("it does not say why; is it still travelling, is the speed too high for it?"),
         NotBegun::Trouble { trouble, moving: false } => super::target::lost(&name, &trouble),

@@ -17,10 +17,10 @@ use stepwright_protocol::{
 
 use super::drive::{self, NotBegun};
 use super::keys::KeyControl;
-use super::motion::{MOTION, Motion, RampArgs};
+use super::motion::{MOTION, Motion};
 use super::progress::Progress;
 use super::settings;
-use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::travel::{Way, last_line};
 use crate::board::recording::Heading;
 use crate::failure::Failure;
@@ -58,14 +58,11 @@ Examples:
   stepwright home --axis 2 --speed 20mm/s --slow 1mm/s --back-off 2mm --mm-per-rev 8 \\
       --port /dev/ttyUSB0")]
 pub struct Args {
-    /// How to write the result
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
     /// Speed towards the switch, the first time
-    #[arg(long, value_name = "SPEED", default_value = "500", help_heading = MOTION)]
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "500", help_heading = MOTION)]
     speed: SpeedArg,
     /// Speed towards the switch, the second time
-    #[arg(long, value_name = "SPEED", default_value = "50", help_heading = MOTION)]
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "50", help_heading = MOTION)]
     slow: SpeedArg,
     /// How far to go from the closed switch: steps, or like 2mm
     #[arg(long, value_name = "DISTANCE", default_value = "50", help_heading = MOTION)]
@@ -74,15 +71,9 @@ pub struct Args {
     #[arg(long, value_name = "DISTANCE", default_value = "100000", help_heading = MOTION)]
     within: DistanceArg,
     #[command(flatten)]
-    ramps: RampArgs,
+    order: MotionArgs,
     #[command(flatten)]
-    port: PortArgs,
-    /// Which axis of the board: 1 to 3
-    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
-    #[arg(help_heading = "Board")]
-    axis: AxisId,
-    #[command(flatten)]
-    virt: VirtualArgs,
+    on: AxisArgs,
 }
 
 /// Homes, and says where the axis is.
@@ -93,16 +84,16 @@ pub fn run(args: Args) -> Result<(), Failure> {
     args.motion(&args.slow, "--slow", Travel::Endless(Direction::Backward))?;
     args.motion(&args.speed, "--speed", Travel::Endless(Direction::Backward))?;
     interrupt::listen(While::Holding)?;
-    let mut session = match args.port.port.is_some() {
-        true => args.port.meet("home", Share::Host)?,
+    let mut session = match args.order.port.port.is_some() {
+        true => args.order.port.meet("home", Share::Host)?,
         false => virtual_machine(&args)?,
     };
     let result = home(&mut session, &args);
     let finished = target::finish(&mut session);
     let at = result?;
-    match args.format {
+    match args.order.format {
         Format::Json => say::result(json!({
-            "axis": args.axis.number(),
+            "axis": args.on.axis.number(),
             "position": at,
             "state": "ready",
             "board": session.link().name(),
@@ -115,9 +106,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
 /// A virtual board with a switch on its machine, which it knows.
 fn virtual_machine(args: &Args) -> Result<Session, Failure> {
     let heading = Heading { title: "Homing".to_owned(), notes: Vec::new() };
-    let switch = Switch { axis: args.axis, at: VIRTUAL_SWITCH };
-    let mut session = args.virt.board(heading, &[switch])?;
-    target::has_axis(&session, args.axis)?;
+    let switch = Switch { axis: args.on.axis, at: VIRTUAL_SWITCH };
+    let mut session = args.order.virt.board(heading, &[switch])?;
+    target::has_axis(&session, args.on.axis)?;
     let known = Value::new(Setting::Switches, u32::from(args.bit()));
     known.map_or(Ok(()), |value| settings::order(&mut session, Command::Set(value)))?;
     Ok(session)
@@ -125,16 +116,16 @@ fn virtual_machine(args: &Args) -> Result<Session, Failure> {
 
 impl Args {
     fn bit(&self) -> u8 {
-        1u8.checked_shl(self.axis.index() as u32).unwrap_or(0)
+        1u8.checked_shl(self.on.axis.index() as u32).unwrap_or(0)
     }
 
     fn motion(&self, speed: &SpeedArg, name: &str, travel: Travel) -> Result<Motion, Failure> {
-        self.ramps.motion(self.axis, speed, name, travel)
+        self.order.ramps.motion(self.on.axis, speed, name, travel)
     }
 
     /// A distance of 1 step or more.
     fn distance(&self, distance: &DistanceArg, name: &str) -> Result<i32, Failure> {
-        let held = distance.resolve(&self.ramps.geometry()?, name)?;
+        let held = distance.resolve(&self.order.ramps.geometry()?, name)?;
         let steps = Way::By(held).steps(0)?.get();
         if steps < 1 {
             return Err(Failure::usage(format!("{name} {steps}: a distance of 1 step or more")));
@@ -149,7 +140,7 @@ impl Args {
         let bit = u32::from(self.bit());
         if number(Setting::Switches) & bit == 0 {
             let name = session.link().name();
-            let axis = self.axis.number();
+            let axis = self.on.axis.number();
             return Err(Failure::new(format!("{name} knows of no limit switch of axis {axis}"))
                 .hint(format!(
                     "if there is one: `stepwright settings set --port {name} switches={}` \
@@ -173,14 +164,14 @@ enum Found {
 
 /// Homes the axis; where it is then.
 fn home(session: &mut Session, args: &Args) -> Result<i64, Failure> {
-    target::has_axis(session, args.axis)?;
+    target::has_axis(session, args.on.axis)?;
     let (direction, safe_start) = args.towards(session)?;
     let (way, back) = match direction {
         Direction::Forward => ("forward", -1),
         Direction::Backward => ("backward", 1),
     };
     let back_off = back * args.distance(&args.back_off, "--back-off")?;
-    let (axis, name) = (args.axis.number(), session.link().name());
+    let (axis, name) = (args.on.axis.number(), session.link().name());
     tell(args, format!("axis {axis} {way} to its switch on {name}"));
     let seek = args.motion(&args.speed, "--speed", Travel::Endless(direction))?;
     match to_switch(session, args, &seek, safe_start)? {
@@ -223,17 +214,17 @@ fn to_switch(
     let sight = match watch(session, args, motion, Some(session.now().saturating_add(longest))) {
         Ok(sight) => sight,
         Err(NotBegun::Refused(_, Some(Refusal::Fault))) => return Ok(Found::Closed),
-        Err(not) => return Err(failed(session, args.axis, not)),
+        Err(not) => return Err(failed(session, args.on.axis, not)),
     };
     if sight.braking {
         if interrupt::asked() {
             return Err(Failure::interrupted("braked before the switch was found"));
         }
-        let axis = args.axis.number();
+        let axis = args.on.axis.number();
         return Err(Failure::new(format!("no switch of axis {axis} within {within} steps"))
             .hint("is it wired, and on this side (switch-forward)? Else a longer --within"));
     }
-    match session.stop_of(args.axis) {
+    match session.stop_of(args.on.axis) {
         Some(Stop::Switch) if safe_start => {
             session.ask(Command::Clear).map_err(lost(session))?;
             Ok(Found::Halted(sight.position))
@@ -247,14 +238,14 @@ fn to_switch(
 
 /// Calls this place 0 and goes away from the switch; where to.
 fn away(session: &mut Session, args: &Args, back_off: i32) -> Result<i64, Failure> {
-    if session.ask(Command::Zero(args.axis)).map_err(lost(session))? != Reply::Yes {
+    if session.ask(Command::Zero(args.on.axis)).map_err(lost(session))? != Reply::Yes {
         return Err(Failure::new(format!("{} refused to zero the axis", session.link().name())));
     }
     let steps = Distance::new(back_off);
     let motion = args.motion(&args.speed, "--speed", Travel::By(steps))?;
     let sight = match watch(session, args, &motion, None) {
         Ok(sight) => sight,
-        Err(not) => return Err(failed(session, args.axis, not)),
+        Err(not) => return Err(failed(session, args.on.axis, not)),
     };
     match sight.position {
         Some(at) if at == i64::from(back_off) => Ok(at),
@@ -276,12 +267,13 @@ fn watch(
     if interrupt::asked() {
         return Err(safe(LinkError::Killed));
     }
-    let from = session.rest_position(args.axis).map_err(safe)?;
+    let from = session.rest_position(args.on.axis).map_err(safe)?;
     let lines = motion.lines().map_err(|_| NotBegun::Noise)?;
-    drive::begin(session, args.axis, motion, &lines, from)?;
+    drive::begin(session, args.on.axis, motion, &lines, from)?;
     let mut hand = KeyControl::on(session, &motion.order);
     let mut progress = Progress::new(motion, from.unwrap_or(0), hand.listens());
-    let watched = drive::watch(session, args.axis, until, &mut hand, |sight| progress.see(sight));
+    let watched =
+        drive::watch(session, args.on.axis, until, &mut hand, |sight| progress.see(sight));
     drop(hand);
     progress.end();
     watched.map_err(unsure)
@@ -307,7 +299,7 @@ fn lost(session: &mut Session) -> impl FnOnce(LinkError) -> Failure + use<> {
 }
 
 fn tell(args: &Args, text: String) {
-    if args.format == Format::Text {
+    if args.order.format == Format::Text {
         say::result(text);
     }
 }

@@ -12,9 +12,9 @@ use super::drive::{self, End, NotBegun};
 use super::held::{ASK_RELEASES, Decoder, Hold, Key, NO_RELEASES};
 use super::keys;
 use super::lease::LeaseArgs;
-use super::motion::{MOTION, Motion, RampArgs};
+use super::motion::{MOTION, Motion};
 use super::progress::Line;
-use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::terminal::{self, Keys};
 use super::travel::{Way, last_line, start_position};
 use crate::board::recording::Heading;
@@ -55,24 +55,15 @@ pub struct Args {
     /// How far . and , go: steps, or like 0.1mm, 1deg
     #[arg(long, value_name = "DISTANCE", default_value = "1", allow_negative_numbers = true)]
     step: DistanceArg,
-    /// How to write the result
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
     /// Speed while a key is held
-    #[arg(long, value_name = "SPEED", default_value = "1000", help_heading = MOTION)]
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "1000", help_heading = MOTION)]
     top_speed: SpeedArg,
     #[command(flatten)]
-    ramps: RampArgs,
+    order: MotionArgs,
     #[command(flatten)]
-    port: PortArgs,
-    /// Which axis of the board: 1 to 8
-    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
-    #[arg(help_heading = "Board")]
-    axis: AxisId,
+    on: AxisArgs,
     #[command(flatten)]
     lease: LeaseArgs,
-    #[command(flatten)]
-    virt: VirtualArgs,
 }
 
 /// What the keys are, for the user.
@@ -84,18 +75,18 @@ const POLL: Duration = Duration::from_millis(20);
 
 impl Args {
     fn motion(&self, top: &SpeedArg, travel: Travel) -> Result<Motion, Failure> {
-        self.ramps.motion(self.axis, top, "--top-speed", travel)
+        self.order.ramps.motion(self.on.axis, top, "--top-speed", travel)
     }
 }
 
 /// Jogs, and says where to.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let step = Way::of(Some(&args.step), None, &args.ramps.geometry()?)?.steps(0)?;
+    let step = Way::of(Some(&args.step), None, &args.order.ramps.geometry()?)?.steps(0)?;
     if step.get() < 1 {
         return Err(Failure::usage(format!("--step {}: 1 step or more", step.get())));
     }
     let motion = args.motion(&args.top_speed, Travel::Endless(Direction::Forward))?;
-    if args.virt.fast {
+    if args.order.virt.fast {
         return Err(Failure::usage("a jog is as fast as your fingers: leave --fast out"));
     }
     if !terminal::is_there() {
@@ -104,13 +95,13 @@ pub fn run(args: Args) -> Result<(), Failure> {
     }
     interrupt::listen(While::Holding)?;
     let heading = Heading { title: "Jog".to_owned(), notes: Vec::new() };
-    let mut session = args.port.or_virtual(&args.virt, "jog", heading)?;
+    let mut session = args.order.port.or_virtual(&args.order.virt, "jog", heading)?;
     let result = jog(&mut session, &args, step.get(), motion);
     let finished = target::finish(&mut session);
     let at = result?;
-    match args.format {
+    match args.order.format {
         Format::Json => say::result(json!({
-            "axis": args.axis.number(),
+            "axis": args.on.axis.number(),
             "position": at,
             "state": "ready",
             "board": session.link().name(),
@@ -122,9 +113,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 /// Follows the keys until the end; where the axis is then.
 fn jog(session: &mut Session, args: &Args, step: i32, motion: Motion) -> Result<i64, Failure> {
-    target::has_axis(session, args.axis)?;
+    target::has_axis(session, args.on.axis)?;
     let lease = args.lease.or_hands(session)?;
-    let at = start_position(session, args.axis)?;
+    let at = start_position(session, args.on.axis)?;
     let top = motion.order.top.millisteps();
     let Some(keys) = Keys::listen() else {
         return Err(Failure::new("the terminal gives no keys")
@@ -133,14 +124,14 @@ fn jog(session: &mut Session, args: &Args, step: i32, motion: Motion) -> Result<
     let _releases = Releases::ask();
     let line = Line::new();
     line.note(HELP);
-    if lease.is_none() && args.port.port.is_some() {
+    if lease.is_none() && args.order.port.port.is_some() {
         line.note(
             "this board grants no lease: if the cable is pulled it brakes by its setting \
              timeout-ms, and goes on where that is 0",
         );
     }
     let mut jog = Jog {
-        axis: args.axis,
+        axis: args.on.axis,
         lines_before: lease.map(Command::Lease).into_iter().collect(),
         step,
         top,
@@ -161,9 +152,9 @@ fn jog(session: &mut Session, args: &Args, step: i32, motion: Motion) -> Result<
         Err(Stopped::Trouble(trouble)) if !moving => {
             return Err(target::lost(&session.link().name(), &trouble));
         }
-        Err(Stopped::Trouble(trouble)) => drive::conclude(session, args.axis, Err(trouble)),
+        Err(Stopped::Trouble(trouble)) => drive::conclude(session, args.on.axis, Err(trouble)),
     };
-    if let (End::Uncertain, Format::Text) = (ended.end, args.format) {
+    if let (End::Uncertain, Format::Text) = (ended.end, args.order.format) {
         say::result(last_line("uncertain", None, None));
     }
     Err(ended.failure.unwrap_or_else(|| Failure::interrupted("interrupted while it moved")))

@@ -11,8 +11,8 @@ use stepwright_protocol::{
 use super::able;
 use super::course::Course;
 use super::drive::{self, NotBegun, TRIES};
-use super::motion::{MOTION, Motion, RampArgs, listed, seconds};
-use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::motion::{MOTION, Motion, listed, seconds};
+use super::target::{self, Format, MotionArgs};
 use super::travel::{Way, start_position};
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
@@ -56,23 +56,16 @@ pub struct Args {
     #[arg(long, value_name = "POSITION", num_args = 1..=AXES, group = "way")]
     #[arg(allow_negative_numbers = true)]
     to: Vec<DistanceArg>,
-    /// How to write the result
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
     /// Speed between the ramps, of the axis that goes furthest
-    #[arg(long, value_name = "SPEED", default_value = "1000", help_heading = MOTION)]
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "1000", help_heading = MOTION)]
     top_speed: SpeedArg,
     #[command(flatten)]
-    ramps: RampArgs,
-    #[command(flatten)]
-    port: PortArgs,
-    #[command(flatten)]
-    virt: VirtualArgs,
+    order: MotionArgs,
 }
 
 /// Moves, and says where to.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let geometry = args.ramps.geometry()?;
+    let geometry = args.order.ramps.geometry()?;
     let ways: Vec<Way> = args
         .distance
         .iter()
@@ -84,7 +77,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let line = Line::of(&args, &axes, &ways, &vec![0; axes.len()])?;
     interrupt::listen(While::Holding)?;
     let title = format!("A line of {} steps", numbers(line.steps()));
-    let mut session = args.port.or_virtual(&args.virt, "line", line.motion.heading(title))?;
+    let mut session =
+        args.order.port.or_virtual(&args.order.virt, "line", line.motion.heading(title))?;
     let result = go(&mut session, &args, &axes, &ways);
     let finished = target::finish(&mut session);
     result.and(finished)
@@ -107,7 +101,8 @@ impl Line {
         let each = axes.iter().copied().zip(steps.iter().copied());
         let furthest = each.max_by_key(|(axis, way)| (way.get().unsigned_abs(), !axis.number()));
         let Some((lead, way)) = furthest else { return Err(Failure::usage("no axis moves")) };
-        let motion = args.ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
+        let motion =
+            args.order.ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
         let orders = shares(&motion, &steps)?;
         Ok(Line { steps, motion, orders })
     }
@@ -157,7 +152,10 @@ fn shares(motion: &Motion, steps: &[Distance]) -> Result<Vec<(AxisId, Order)>, F
 
 fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Result<(), Failure> {
     if let Some(last) = axes.last() {
-        target::has_axis(session, *last)?;
+        target::has_axis(session, *last).map_err(|failure| {
+            let there = session.info().map_or(1, |info| info.axes);
+            failure.hint(format!("a line has a number for each axis: {there} at most here"))
+        })?;
     }
     let mut from = Vec::new();
     for axis in axes {
@@ -168,7 +166,7 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
     able::to_bend(session, &motion.order)?;
     let lines: Vec<Command> = Script::new(orders)?.collect();
     let apart = apart(orders);
-    if args.format == Format::Text {
+    if args.order.format == Format::Text {
         let steps = numbers(line.steps());
         say::result(format_args!("line of {steps} steps on {}", session.link().name()));
         motion.show().iter().for_each(say::result);
@@ -184,7 +182,7 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
     let (braked, at) = match watched {
         Ok(watched) => watched,
         Err(trouble) => {
-            if args.format == Format::Text {
+            if args.order.format == Format::Text {
                 say::result("position uncertain");
             }
             return Err(lost(session, &trouble));
@@ -198,7 +196,7 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
         Some(_) => "stopped",
         None => "uncertain",
     };
-    match args.format {
+    match args.order.format {
         Format::Json => say::result(json!({
             "from": from,
             "steps": line.steps().collect::<Vec<_>>(),

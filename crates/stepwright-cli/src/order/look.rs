@@ -2,10 +2,12 @@
 
 use serde_json::{Map, Value, json};
 use stepwright_protocol::{
-    AxisId, BoardError, Command, Errors, Info, Reply, Selection, Stop, Value as Set,
+    Abilities, Ability, AxisId, BoardError, Command, Info, Listed, Reply, Selection, Setting, Stop,
+    Value as Set,
 };
 
-use super::target::{self, Format, PortArgs};
+use super::refused;
+use super::target::{self, AxisArgs, Format, PortArgs};
 use super::travel::last_line;
 use crate::failure::Failure;
 use crate::link::serial::Share;
@@ -16,8 +18,10 @@ use crate::session::{LinkError, Session};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Behind an axis that has not come to the end of its order stands the reason, until the
-axis moves again: `stopped by its limit switch`. The last line has the settings that
-differ from their defaults.
+axis moves again: `stopped by its limit switch`. `extras` are jerk (S-curves), safety (leases,
+soft limits and the other guards) and sum (checksums), of a board that has them. `faults` are those since the last `!`
+(`stepwright send '!'` forgets them). Then come the limit switches that the board knows of, and
+the settings that differ from their defaults.
 
 Example:
   stepwright status --port /dev/ttyUSB0")]
@@ -62,10 +66,8 @@ pub struct OneArgs {
     pub format: Format,
     #[command(flatten)]
     pub port: PortArgs,
-    /// Which axis of the board: 1 to 8
-    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
-    #[arg(help_heading = "Board")]
-    pub axis: AxisId,
+    #[command(flatten)]
+    pub on: AxisArgs,
 }
 
 /// What an axis is doing.
@@ -154,11 +156,14 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
     let mut session = args.port.meet("status", Share::Guest)?;
     let states = states(&mut session, None).map_err(target::trouble(&mut session))?;
     let info = session.info().copied();
-    let changed = changed(&mut session).map_err(target::trouble(&mut session))?;
+    let listed = settings(&mut session).map_err(target::trouble(&mut session))?;
+    let changed = changed(listed.as_ref());
+    let switches = switches(listed.as_ref(), &states);
     match args.format {
         Format::Json => say::result(json!({
             "board": info.map(board),
             "axes": json(&states),
+            "switches": switches.iter().map(LimitSwitch::json).collect::<Value>(),
             "settings": changed.iter().map(pair).collect::<Map<_, _>>(),
         })),
         Format::Text => {
@@ -168,6 +173,10 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
                 let why = state.stop.map(|stop| format!(", stopped by {}", stop.words()));
                 let why = why.unwrap_or_default();
                 say::result(format_args!("axis {number}      {}{why}", state.line()));
+            }
+            if !switches.is_empty() {
+                let words: Vec<_> = switches.iter().map(LimitSwitch::words).collect();
+                say::result(format_args!("switches    {}", words.join(", ")));
             }
             if !changed.is_empty() {
                 let words = changed
@@ -181,17 +190,76 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The settings that differ from their defaults; none of a board that has no settings.
-fn changed(session: &mut Session) -> Result<Vec<Set>, LinkError> {
+/// The settings; none of a board that has none.
+fn settings(session: &mut Session) -> Result<Option<Listed>, LinkError> {
     if session.info().is_none() {
-        return Ok(Vec::new());
+        return Ok(None);
     }
-    let differs = |value: &Set| value.number() != value.setting().default();
     // Once: a board that has none, or answers otherwise, is no trouble here.
     Ok(match session.once(Command::Settings)? {
-        Some(Reply::Settings(settings)) => settings.values().filter(differs).collect(),
-        _ => Vec::new(),
+        Some(Reply::Settings(settings)) => Some(settings),
+        _ => None,
     })
+}
+
+/// The settings that differ from their defaults.
+fn changed(listed: Option<&Listed>) -> Vec<Set> {
+    let all = listed.into_iter().flat_map(Listed::values);
+    all.filter(|value| value.number() != value.setting().default()).collect()
+}
+
+/// A limit switch that the board knows of.
+struct LimitSwitch {
+    axis: AxisId,
+    /// The end of the travel that it stands at.
+    forward: bool,
+    /// It reads high when it is closed.
+    high: bool,
+    /// It has stopped its axis.
+    stopped: bool,
+}
+
+/// The limit switches of these axes.
+fn switches(listed: Option<&Listed>, states: &[State]) -> Vec<LimitSwitch> {
+    let has = |setting, axis: AxisId| {
+        let set = listed.and_then(|listed| listed.get(setting)).map_or(0, |value| value.number());
+        set >> axis.index() & 1 != 0
+    };
+    let known = states.iter().filter(|state| has(Setting::Switches, state.axis));
+    known
+        .map(|state| LimitSwitch {
+            axis: state.axis,
+            forward: has(Setting::SwitchForward, state.axis),
+            high: has(Setting::SwitchHigh, state.axis),
+            stopped: state.stop == Some(Stop::Switch),
+        })
+        .collect()
+}
+
+impl LimitSwitch {
+    fn end(&self) -> &'static str {
+        if self.forward { "forward" } else { "backward" }
+    }
+
+    fn level(&self) -> &'static str {
+        if self.high { "high" } else { "low" }
+    }
+
+    /// `axis 1 backward (closed: low)`.
+    fn words(&self) -> String {
+        let (axis, end, level) = (self.axis.number(), self.end(), self.level());
+        let stopped = if self.stopped { ", has stopped it" } else { "" };
+        format!("axis {axis} {end} (closed: {level}{stopped})")
+    }
+
+    fn json(&self) -> Value {
+        json!({
+            "axis": self.axis.number(),
+            "end": self.end(),
+            "closed": self.level(),
+            "stopped": self.stopped,
+        })
+    }
 }
 
 /// A setting for programs.
@@ -207,8 +275,14 @@ fn board(info: Info) -> Value {
         "late": info.late,
         "refused": info.refused,
         "last": info.last.map(|last| last.name()),
+        "can": info.can.map(|can| abilities(can).collect::<Vec<_>>()),
         "errors": info.errors.map(|errors| errors.iter().map(BoardError::name).collect::<Vec<_>>()),
     })
+}
+
+/// What a board can do that not every board can, by the words of `can=`.
+fn abilities(can: Abilities) -> impl Iterator<Item = &'static str> {
+    Ability::ALL.into_iter().filter(move |ability| can.has(*ability)).map(Ability::name)
 }
 
 fn show(info: Option<Info>) {
@@ -221,21 +295,27 @@ fn show(info: Option<Info>) {
         info.version.0, info.version.1, info.axes, info.max
     ));
     say::result(format_args!("late        {} steps", info.late));
+    if let Some(can) = info.can {
+        let words: Vec<_> = abilities(can).collect();
+        let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
+        say::result(format_args!("extras      {words}"));
+    }
     let lines = if info.refused == 1 { "line" } else { "lines" };
     let last = match info.last {
         Some(last) => format!(", the last as {}: {last}", last.name()),
         None => String::new(),
     };
     say::result(format_args!("refused     {} {lines}{last}", info.refused));
-    if let Some(errors) = info.errors.filter(|errors| *errors != Errors::NONE) {
+    if let Some(errors) = info.errors {
         let words: Vec<_> = errors.iter().map(BoardError::words).collect();
-        say::result(format_args!("since !     {}", words.join(", ")));
+        let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
+        say::result(format_args!("faults      {words} since the last !"));
     }
 }
 
 /// Says where an axis is.
 pub fn position(args: PositionArgs) -> Result<(), Failure> {
-    let OneArgs { port, axis, format } = args.one;
+    let OneArgs { port, on: AxisArgs { axis }, format } = args.one;
     let mut session = port.meet("position", Share::Guest)?;
     target::has_axis(&session, axis)?;
     let states = states(&mut session, Some(axis)).map_err(target::trouble(&mut session))?;
@@ -245,14 +325,14 @@ pub fn position(args: PositionArgs) -> Result<(), Failure> {
 
 /// Calls the place where an axis stands 0.
 pub fn zero(args: ZeroArgs) -> Result<(), Failure> {
-    let OneArgs { port, axis, format } = args.one;
+    let OneArgs { port, on: AxisArgs { axis }, format } = args.one;
     let mut session = port.meet("zero", Share::Alone)?;
     target::has_axis(&session, axis)?;
     let name = session.link().name();
     let lost = |trouble| target::lost(&name, &trouble);
     if session.ask(Command::Zero(axis)).map_err(lost)? != Reply::Yes {
         return Err(match session.why().map_err(lost)? {
-            Some(why) => Failure::new(format!("{name} refused I{}: {why}", axis.number())),
+            Some(why) => refused::by(&mut session, &format_args!("I{}", axis.number()), why),
             None => Failure::new(format!("{name} refused I{}", axis.number()))
                 .hint("is the axis still travelling?"),
         });

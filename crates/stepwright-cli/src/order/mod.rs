@@ -14,7 +14,7 @@
 //! | [`settings`] | `settings` |
 //! | [`ports`] | `ports` |
 //!
-//! They share [`target`] (which board), [`able`] (what it can do), [`motion`] (which speeds), [`drive`]
+//! They share [`target`] (which board), [`able`] (what it can do), [`refused`] (why it does not), [`motion`] (which speeds), [`drive`]
 //! (start, watch, stop), [`lease`] (what the board does without us), [`progress`] (what the user sees meanwhile) and [`keys`]
 //! (what the user presses meanwhile, on a [`terminal`]).
 
@@ -35,6 +35,7 @@ pub mod motion;
 mod noise;
 pub mod ports;
 pub mod progress;
+pub mod refused;
 pub mod retarget;
 pub mod run;
 pub mod send;

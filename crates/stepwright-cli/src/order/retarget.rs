@@ -6,7 +6,8 @@ use stepwright_protocol::{AxisId, Command, Refusal, Reply, Selection, WholeAccel
 
 use super::look::{self, State};
 use super::motion::{MOTION, listed};
-use super::target::{self, Format, PortArgs};
+use super::refused;
+use super::target::{self, AxisArgs, Format, PortArgs};
 use super::travel::Way;
 use crate::failure::Failure;
 use crate::link::serial::Share;
@@ -40,22 +41,20 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
     /// Speed between the ramps
-    #[arg(long, value_name = "SPEED", group = "what", help_heading = MOTION)]
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, group = "what", help_heading = MOTION)]
     top_speed: Option<SpeedArg>,
     /// Acceleration, also in place of a ramp that was counted in steps
-    #[arg(long, value_name = "ACCEL", group = "what", help_heading = MOTION)]
+    #[arg(long, value_name = "ACCEL", allow_negative_numbers = true, group = "what", help_heading = MOTION)]
     accel: Option<AccelArg>,
     /// Deceleration, likewise
-    #[arg(long, value_name = "ACCEL", group = "what", help_heading = MOTION)]
+    #[arg(long, value_name = "ACCEL", allow_negative_numbers = true, group = "what", help_heading = MOTION)]
     decel: Option<AccelArg>,
     #[command(flatten)]
     geometry: GeometryArgs,
     #[command(flatten)]
     port: PortArgs,
-    /// Which axis of the board: 1 to 8
-    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
-    #[arg(help_heading = "Board")]
-    axis: AxisId,
+    #[command(flatten)]
+    on: AxisArgs,
 }
 
 impl Args {
@@ -96,13 +95,13 @@ fn too_small() -> Failure {
 pub fn run(args: Args) -> Result<(), Failure> {
     let lines = args.lines()?;
     let mut session = args.port.meet("retarget", Share::Guest)?;
-    target::has_axis(&session, args.axis)?;
-    let told = tell(&mut session, args.axis, &lines).map_err(target::trouble(&mut session))?;
+    target::has_axis(&session, args.on.axis)?;
+    let told = tell(&mut session, args.on.axis, &lines).map_err(target::trouble(&mut session))?;
     let states =
-        look::states(&mut session, Some(args.axis)).map_err(target::trouble(&mut session))?;
+        look::states(&mut session, Some(args.on.axis)).map_err(target::trouble(&mut session))?;
     let name = session.link().name();
     if let Some((line, why)) = told {
-        return Err(refused(&name, args.axis, line, why));
+        return Err(refusal(&mut session, args.on.axis, line, why));
     }
     for state in &states {
         show(&args, &name, &lines, state);
@@ -129,14 +128,15 @@ fn tell(
     Ok(None)
 }
 
-fn refused(name: &str, axis: AxisId, line: Command, why: Option<Refusal>) -> Failure {
+fn refusal(session: &mut Session, axis: AxisId, line: Command, why: Option<Refusal>) -> Failure {
+    let name = session.name();
     match why {
         Some(Refusal::NoTravel) => {
             let axis = axis.number();
             Failure::new(format!("{name}: axis {axis} is at rest, there is no travel to change"))
                 .hint("`stepwright move` and `stepwright run` begin one")
         }
-        Some(why) => Failure::new(format!("{name} refused {line}: {why}")),
+        Some(why) => refused::by(session, &line, why),
         None => Failure::new(format!("{name} refused {line}")).hint(
             "a board that knows only the Nano slave's lines can't change a travel in progress",
         ),
@@ -146,14 +146,18 @@ fn refused(name: &str, axis: AxisId, line: Command, why: Option<Refusal>) -> Fai
 fn show(args: &Args, name: &str, lines: &[Command], state: &State) {
     match args.format {
         Format::Json => say::result(json!({
-            "axis": args.axis.number(),
+            "axis": args.on.axis.number(),
             "position": state.position,
             "state": state.word(),
             "board": name,
             "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })),
         Format::Text => {
-            say::result(format_args!("axis {} on {name}: {}", args.axis.number(), listed(lines)));
+            say::result(format_args!(
+                "axis {} on {name}: {}",
+                args.on.axis.number(),
+                listed(lines)
+            ));
             say::result(state.line());
         }
     }

@@ -3,16 +3,16 @@
 use std::time::Duration;
 
 use serde_json::json;
-use stepwright_protocol::{AxisId, Direction, Selection, Stop, Travel};
+use stepwright_protocol::{Direction, Selection, Stop, Travel};
 
 use super::able;
 use super::drive::{self, End, NotBegun};
 use super::keys::KeyControl;
 use super::lease::LeaseArgs;
 use super::look::stop_word;
-use super::motion::{Motion, RampArgs, listed};
+use super::motion::{Motion, listed};
 use super::progress::Progress;
-use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::travel::{last_line, start_position};
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
@@ -41,21 +41,12 @@ pub struct Args {
     /// Brake after so long: 3s, 500ms, 2min
     #[arg(long = "for", value_name = "TIME", value_parser = time)]
     time: Option<Duration>,
-    /// How to write the result
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
     #[command(flatten)]
-    ramps: RampArgs,
+    order: MotionArgs,
     #[command(flatten)]
-    port: PortArgs,
-    /// Which axis of the board: 1 to 8
-    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
-    #[arg(help_heading = "Board")]
-    axis: AxisId,
+    on: AxisArgs,
     #[command(flatten)]
     lease: LeaseArgs,
-    #[command(flatten)]
-    virt: VirtualArgs,
 }
 
 /// Reads a time: a number and its unit, seconds by default.
@@ -79,30 +70,30 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let forward = args.speed.forward;
     let direction = if forward { Direction::Forward } else { Direction::Backward };
     let travel = Travel::Endless(direction);
-    let motion = args.ramps.motion(args.axis, &args.speed.speed, "the speed", travel)?;
+    let motion = args.order.ramps.motion(args.on.axis, &args.speed.speed, "the speed", travel)?;
     interrupt::listen(While::Holding)?;
-    let title = format!("Axis {} until it is stopped", args.axis.number());
-    let mut session = args.port.or_virtual(&args.virt, "run", motion.heading(title))?;
+    let title = format!("Axis {} until it is stopped", args.on.axis.number());
+    let mut session = args.order.port.or_virtual(&args.order.virt, "run", motion.heading(title))?;
     let result = run_on(&mut session, &args, &motion);
     let finished = target::finish(&mut session);
     result.and(finished)
 }
 
 fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Failure> {
-    target::has_axis(session, args.axis)?;
+    target::has_axis(session, args.on.axis)?;
     able::to_bend(session, &motion.order)?;
     let mut lines = motion.lines()?;
     args.lease.before(session, &mut lines)?;
-    let leave = args.port.port.is_some() && args.time.is_none() && !args.lease.is_asked();
-    if args.format == Format::Text {
+    let leave = args.order.port.port.is_some() && args.time.is_none() && !args.lease.is_asked();
+    if args.order.format == Format::Text {
         let way = if args.speed.forward { "forward" } else { "backward" };
-        let (axis, name) = (args.axis.number(), session.link().name());
+        let (axis, name) = (args.on.axis.number(), session.link().name());
         say::result(format_args!("axis {axis} {way} without end on {name}"));
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
-    let from = start_position(session, args.axis)?;
-    let watched = match drive::begin(session, args.axis, motion, &lines, Some(from)) {
+    let from = start_position(session, args.on.axis)?;
+    let watched = match drive::begin(session, args.on.axis, motion, &lines, Some(from)) {
         Ok(()) if leave && !interrupt::asked() => return left_alone(session, args),
         Ok(()) => {
             if args.time.is_none() {
@@ -112,7 +103,7 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
             let mut hand = KeyControl::on(session, &motion.order);
             let mut progress = Progress::new(motion, from, hand.listens());
             let watched =
-                drive::watch(session, args.axis, until, &mut hand, |sight| progress.see(sight));
+                drive::watch(session, args.on.axis, until, &mut hand, |sight| progress.see(sight));
             drop(hand);
             progress.end();
             watched
@@ -125,7 +116,7 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
             return Err(drive::not_begun(session, not));
         }
     };
-    let ended = drive::conclude(session, args.axis, watched);
+    let ended = drive::conclude(session, args.on.axis, watched);
     if ended.failure.is_none() {
         args.lease.give_back(session);
     }
@@ -134,7 +125,7 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
         End::Rests(at) => ("stopped", Some(at)),
         End::Uncertain => ("uncertain", None),
     };
-    let why = if state == "stopped" { session.stop_of(args.axis) } else { None };
+    let why = if state == "stopped" { session.stop_of(args.on.axis) } else { None };
     tell(session, args, state, position, why);
     match ended.failure {
         Some(failure) => Err(failure),
@@ -145,15 +136,15 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
 
 /// It runs, and we go.
 fn left_alone(session: &mut Session, args: &Args) -> Result<(), Failure> {
-    let running = session.is_busy(Selection::One(args.axis)).and_then(|busy| {
-        let position = session.position(args.axis)?;
+    let running = session.is_busy(Selection::One(args.on.axis)).and_then(|busy| {
+        let position = session.position(args.on.axis)?;
         Ok((busy, position))
     });
     let (busy, position) = running.map_err(|trouble| {
         drive::not_begun(session, NotBegun::Trouble { trouble, moving: true })
     })?;
     if !busy {
-        let why = session.stop_of(args.axis);
+        let why = session.stop_of(args.on.axis);
         tell(session, args, "stopped", position, why);
         return Err(stopped(why));
     }
@@ -172,9 +163,9 @@ fn stopped(why: Option<Stop>) -> Failure {
 }
 
 fn tell(session: &mut Session, args: &Args, state: &str, position: Option<i64>, why: Option<Stop>) {
-    match args.format {
+    match args.order.format {
         Format::Json => say::result(json!({
-            "axis": args.axis.number(),
+            "axis": args.on.axis.number(),
             "position": position,
             "state": state,
             "stop": why.map(stop_word),

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use stepwright_protocol::AxisId;
 
+use super::motion::RampArgs;
 use crate::board::bench::{Bench, Width};
 use crate::board::recording::{Heading, Recording};
 use crate::failure::Failure;
@@ -58,9 +59,33 @@ pub struct VirtualArgs {
     /// Record every edge of its pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     pub vcd: Option<PathBuf>,
-    /// Draw the speed of its motor over time: .svg, .png or .html
+    /// Draw its motors over time, position, speed and acceleration: .svg, .png or .html
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     pub plot: Option<PlotFile>,
+}
+
+/// The option that names an axis.
+#[derive(clap::Args, Clone, Copy, Debug)]
+#[command(next_help_heading = "Board")]
+pub struct AxisArgs {
+    /// Which axis of the board: 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = axis)]
+    pub axis: AxisId,
+}
+
+/// The options of every order that moves a motor: how it starts and stops, on which board,
+/// and how the result is written.
+#[derive(clap::Args, Clone, Debug)]
+pub struct MotionArgs {
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+    #[command(flatten)]
+    pub ramps: RampArgs,
+    #[command(flatten)]
+    pub port: PortArgs,
+    #[command(flatten)]
+    pub virt: VirtualArgs,
 }
 
 /// Reads an axis number, 1 … 8.

@@ -9,9 +9,9 @@ use super::drive::{self, End, Ended, NotBegun};
 use super::keys::KeyControl;
 use super::lease::LeaseArgs;
 use super::look::stop_word;
-use super::motion::{MOTION, Motion, RampArgs, listed};
+use super::motion::{MOTION, Motion, listed};
 use super::progress::Progress;
-use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::watch;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
@@ -67,27 +67,18 @@ pub struct Args {
     /// Where to: a position in the same units, counted from where the board has 0
     #[arg(long, value_name = "POSITION", allow_negative_numbers = true, group = "way")]
     to: Option<DistanceArg>,
-    /// How to write the result
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
     /// Speed between the ramps
-    #[arg(long, value_name = "SPEED", default_value = "1000", help_heading = MOTION)]
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "1000", help_heading = MOTION)]
     top_speed: SpeedArg,
     #[command(flatten)]
-    ramps: RampArgs,
+    order: MotionArgs,
     #[command(flatten)]
-    port: PortArgs,
-    /// Which axis of the board: 1 to 8
-    #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
-    #[arg(help_heading = "Board")]
-    axis: AxisId,
+    on: AxisArgs,
     /// Return as soon as the motor moves; `stepwright watch` shows how it goes on
     #[arg(long, requires = "port", conflicts_with = "lease", help_heading = "Board")]
     detach: bool,
     #[command(flatten)]
     lease: LeaseArgs,
-    #[command(flatten)]
-    virt: VirtualArgs,
 }
 
 /// How far an axis is to go.
@@ -142,19 +133,20 @@ impl Way {
 
 impl Args {
     fn motion(&self, steps: Distance) -> Result<Motion, Failure> {
-        self.ramps.motion(self.axis, &self.top_speed, "--top-speed", Travel::By(steps))
+        self.order.ramps.motion(self.on.axis, &self.top_speed, "--top-speed", Travel::By(steps))
     }
 }
 
 /// Moves, and says where to.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let way = Way::of(args.distance.as_ref(), args.to.as_ref(), &args.ramps.geometry()?)?;
+    let way = Way::of(args.distance.as_ref(), args.to.as_ref(), &args.order.ramps.geometry()?)?;
     // A virtual board begins at 0.
     let steps = way.steps(0)?;
     let motion = args.motion(steps)?;
     interrupt::listen(While::Holding)?;
-    let title = format!("Axis {} by {:+} steps", args.axis.number(), steps.get());
-    let mut session = args.port.or_virtual(&args.virt, "move", motion.heading(title))?;
+    let title = format!("Axis {} by {:+} steps", args.on.axis.number(), steps.get());
+    let mut session =
+        args.order.port.or_virtual(&args.order.virt, "move", motion.heading(title))?;
     let result = travel_on(&mut session, &args, &way);
     // Also what was recorded of a motion that went wrong is worth a look.
     let finished = target::finish(&mut session);
@@ -162,15 +154,15 @@ pub fn run(args: Args) -> Result<(), Failure> {
 }
 
 fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failure> {
-    target::has_axis(session, args.axis)?;
-    let from = start_position(session, args.axis)?;
+    target::has_axis(session, args.on.axis)?;
+    let from = start_position(session, args.on.axis)?;
     let steps = way.steps(from)?;
     let motion = &args.motion(steps)?;
     able::to_bend(session, &motion.order)?;
     let mut lines = motion.lines()?;
     args.lease.before(session, &mut lines)?;
-    if args.format == Format::Text {
-        let (axis, by, name) = (args.axis.number(), steps.get(), session.link().name());
+    if args.order.format == Format::Text {
+        let (axis, by, name) = (args.on.axis.number(), steps.get(), session.link().name());
         say::result(format_args!("axis {axis} by {by:+} steps on {name}"));
         way.show().iter().for_each(say::result);
         motion.show().iter().for_each(say::result);
@@ -178,21 +170,21 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     }
     let late_before = session.info().map(|info| info.late);
     let begun = session.now();
-    let ended = match drive::begin(session, args.axis, motion, &lines, Some(from)) {
+    let ended = match drive::begin(session, args.on.axis, motion, &lines, Some(from)) {
         Ok(()) if args.detach && !interrupt::asked() => {
-            return watch::left(session, args.axis, args.format);
+            return watch::left(session, args.on.axis, args.order.format);
         }
         Ok(()) => {
             let mut hand = KeyControl::on(session, &motion.order);
             let mut progress = Progress::new(motion, from, hand.listens());
             let watched =
-                drive::watch(session, args.axis, None, &mut hand, |sight| progress.see(sight));
+                drive::watch(session, args.on.axis, None, &mut hand, |sight| progress.see(sight));
             drop(hand);
             progress.end();
-            drive::conclude(session, args.axis, watched)
+            drive::conclude(session, args.on.axis, watched)
         }
         Err(NotBegun::Trouble { trouble: LinkError::Killed, .. }) => {
-            drive::conclude(session, args.axis, Err(LinkError::Killed))
+            drive::conclude(session, args.on.axis, Err(LinkError::Killed))
         }
         Err(not) => {
             let unsure = matches!(not, NotBegun::Trouble { moving: true, .. });
@@ -215,10 +207,11 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
         End::Uncertain => ("uncertain", None),
     };
     // Where it was not us.
-    let why = if state == "stopped" && !ended.braked { session.stop_of(args.axis) } else { None };
-    match args.format {
+    let why =
+        if state == "stopped" && !ended.braked { session.stop_of(args.on.axis) } else { None };
+    match args.order.format {
         Format::Json => say::result(json!({
-            "axis": args.axis.number(),
+            "axis": args.on.axis.number(),
             "from": from,
             "steps": steps.get(),
             "target": target,

@@ -57,17 +57,17 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 fn meet(args: &OneArgs) -> Result<Session, Failure> {
     let mut session = args.port.meet("watch", Share::Guest)?;
-    target::has_axis(&session, args.axis)?;
+    target::has_axis(&session, args.on.axis)?;
     session.kill_at_once();
     Ok(session)
 }
 
 /// Looks at the axis until it rests.
 fn follow(session: &mut Session, args: &OneArgs) -> Result<State, LinkError> {
-    let one = Selection::One(args.axis);
+    let one = Selection::One(args.on.axis);
     let (mut told, mut seen) = (Instant::now(), None);
     while session.is_busy(one)? {
-        let (now, position) = (session.now(), session.position(args.axis)?);
+        let (now, position) = (session.now(), session.position(args.on.axis)?);
         if told.elapsed() >= LINES {
             told = Instant::now();
             let speed = seen.zip(position).map(|((then, from), at): ((Duration, i64), i64)| {
@@ -82,7 +82,7 @@ fn follow(session: &mut Session, args: &OneArgs) -> Result<State, LinkError> {
         }
         session.pause(drive::POLL)?;
     }
-    let states = look::states(session, Some(args.axis))?;
+    let states = look::states(session, Some(args.on.axis))?;
     states.into_iter().next().ok_or(LinkError::Silent)
 }
 

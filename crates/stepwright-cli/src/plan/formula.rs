@@ -8,6 +8,7 @@
 use std::cell::RefCell;
 
 use super::real::Real;
+use super::work::Work;
 
 /// Both ramps of a law.
 pub trait Ramps {
@@ -85,7 +86,11 @@ impl Formula {
         let up = (turns.up + 1).min(delays - down);
         let begin = Cursor { pulse: 0, at: At { c: first.1, ..At::default() }, time: Real::ZERO };
         let mut at = begin.at;
-        (1..up).for_each(|_| ramps.faster(&mut at));
+        let mut work = Work::new("ramp at", pulses);
+        for n in 1..up {
+            ramps.faster(&mut at);
+            work.at(n);
+        }
         Formula {
             pulses,
             ramps,
@@ -184,9 +189,11 @@ pub fn shadow(
     };
     to(&mut fall, rise.c, u64::MAX);
     let turns = |rise: &At, fall: &At, complete| Turns { up: rise.i, down: fall.i, complete };
+    let mut work = Work::new("turn sought at", pulses);
     while rise.c > enough {
         let mut next = rise;
         faster(&mut next);
+        work.at(next.i);
         let left = u64::from(pulses).checked_sub(u64::from(next.i) + 1);
         if !left.is_some_and(|left| to(&mut fall, next.c, left)) {
             return turns(&rise, &fall, false);

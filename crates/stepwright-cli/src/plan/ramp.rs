@@ -5,9 +5,9 @@ use stepwright::{Geometry, Rate};
 
 use super::law::{Plan, Value};
 use super::path::PathLaw;
-use super::{Common, Planned, Steps};
+use super::{Common, Planned};
 use crate::failure::Failure;
-use crate::quantity::SpeedArg;
+use crate::quantity::{self, SpeedArg};
 
 /// A ramp of a given number of steps, as the serial line orders it (S, T, R, G)
 ///
@@ -22,8 +22,9 @@ Examples:
     stepwright plan ramp --steps 4000 --start-speed 50 --top-speed 1000 --ramp 200 \\
       --timer-hz 16000000 --runs")]
 pub struct Args {
-    #[command(flatten)]
-    steps: Steps,
+    /// Steps to travel, -2147483648 to 2147483647, as in G; the way back is planned like the way there
+    #[arg(long, value_name = "±M", allow_negative_numbers = true, value_parser = travel)]
+    steps: u32,
     /// Speed that the motor jumps to and stops from: 50, 15rpm …
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     start_speed: SpeedArg,
@@ -38,6 +39,16 @@ pub struct Args {
     common: Common,
 }
 
+/// Reads a travel as G has it; how many steps it is.
+fn travel(text: &str) -> Result<u32, String> {
+    let steps = text.strip_prefix('+').unwrap_or(text);
+    match steps.strip_prefix('-') {
+        Some("2147483648") => Ok(1 << 31),
+        Some(back) => quantity::count(back),
+        None => quantity::count(steps),
+    }
+}
+
 impl Planned for Args {
     fn common(&self) -> &Common {
         &self.common
@@ -48,7 +59,7 @@ impl Planned for Args {
         let top = self.top_speed.resolve(geometry, "--top-speed")?;
 
         let law = RampSteps::new(rate, start.value, top.value, self.ramp)?;
-        let (path, delays) = (law.path(self.steps.get())?, law.delays(self.steps.get())?);
+        let (path, delays) = (law.path(self.steps)?, law.delays(self.steps)?);
         let (slope, _) = path.slopes();
         let law = PathLaw::new(path, delays, rate, start.value, top.value);
         let note = super::no_ramp(start.value, top.value);

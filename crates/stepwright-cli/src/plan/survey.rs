@@ -5,6 +5,7 @@ use stepwright::profile::Phase;
 
 use super::law::{Law, Plan};
 use super::real::Real;
+use super::work::Work;
 
 /// Up to this many pulses, every one is measured against its ideal. Of a longer
 /// travel the first and the last million are, and between them every run at
@@ -142,8 +143,10 @@ impl Survey {
         if law.pulses() > 0 {
             sample(&mut marks, 0, 0);
         }
+        let mut work = Work::new("planned", law.pulses());
         for run in law.stretches() {
             player.play(run, marks.next, |n, time| sample(&mut marks, n, time));
+            work.at(player.n);
         }
         let parts = parts(law, &samples);
         Survey { duration: player.time, worst: player.worst, parts, samples }

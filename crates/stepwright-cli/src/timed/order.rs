@@ -13,7 +13,6 @@ use crate::quantity::{GeometryArgs, SpeedArg};
 pub struct OrderArgs {
     /// Clocks between two steps at first: the virtual top
     #[arg(long, value_name = "CLOCKS", conflicts_with_all = ["speed", "case"])]
-    #[arg(required_unless_present_any = ["speed", "case"])]
     top: Option<u32>,
     /// Speed at first: 250, 75rpm … (a bare number is steps/s)
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, conflicts_with = "case")]
@@ -108,7 +107,12 @@ impl OrderArgs {
             (None, Some(top)) => {
                 hardware.check(top).map_err(|error| misfit(&format!("--top {top}"), error))?
             }
-            (None, None) => return Err(Failure::usage("give --top, --speed or --case")),
+            (None, None) => {
+                return Err(Failure::usage("no speed: give --speed, --top or --case").hint(
+                    "`stepwright timed --speed 250 --steps 1000` makes 1000 steps at 250 steps/s; \
+                     `stepwright timed --help` has more examples",
+                ));
+            }
         };
         let mut control = Control::DRV_EN;
         let mut set = |bit, on| {

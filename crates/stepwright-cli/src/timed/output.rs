@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
+use stepwright_sim::vcd::unit;
 use stepwright_timed::{Call, Control, Field, Status};
 
 use super::course::{Course, Logged};
@@ -146,16 +147,18 @@ pub fn csv(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result
     Ok(())
 }
 
-/// The pins' edges as a Value Change Dump, in picoseconds from the call.
+/// The pins' edges as a Value Change Dump, from the call on.
 pub fn vcd(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result<()> {
     writeln!(out, "$version stepwright {} $end", env!("CARGO_PKG_VERSION"))?;
-    writeln!(out, "$timescale 1 ps $end\n$scope module timed $end")?;
+    let hz = course.hardware.hz();
+    let (units, name) = unit(hz.into());
+    writeln!(out, "$timescale {name} $end\n$scope module timed $end")?;
     // A letter a signal: there are eight at most, and enables and brakes.
     for (letter, signal) in ('a'..).zip(&wiring.signals) {
         writeln!(out, "$var wire 1 {letter} {} $end", signal.name.replace(' ', "_"))?;
     }
     writeln!(out, "$upscope $end\n$enddefinitions $end")?;
-    let hz = u128::from(course.hardware.hz());
+    let at = |clock: u64| u128::from(clock) * units / u128::from(hz);
     let mut before: Vec<Option<bool>> = vec![None; wiring.signals.len()];
     let mut told = None;
     for change in &course.changes {
@@ -165,12 +168,12 @@ pub fn vcd(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result
                 continue;
             }
             if told.replace(change.time) != Some(change.time) {
-                writeln!(out, "#{}", u128::from(change.time) * 1_000_000_000_000 / hz)?;
+                writeln!(out, "#{}", at(change.time))?;
             }
             writeln!(out, "{}{letter}", u8::from(high))?;
         }
     }
-    writeln!(out, "#{}", u128::from(course.end) * 1_000_000_000_000 / hz)
+    writeln!(out, "#{}", at(course.end))
 }
 
 /// The article's dumps, as its serial monitor shows them: each line with the time after

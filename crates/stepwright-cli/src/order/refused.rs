@@ -1,0 +1,133 @@
+//! Why a board refused an order: its reason, and the setting, switch or missing feature
+//! behind it.
+
+use std::fmt::Display;
+
+use stepwright_protocol::{Command, Listed, Refusal, Reply, Setting, Stop};
+
+use crate::failure::Failure;
+use crate::session::Session;
+
+/// The failure of an order whose line was refused for this reason.
+pub fn by(session: &mut Session, line: &dyn Display, why: Refusal) -> Failure {
+    let name = session.name();
+    let failure = Failure::new(format!("{name} refused {line}: {why}"));
+    match hint(session, &name, why) {
+        Some(hint) => failure.hint(hint),
+        None => failure,
+    }
+}
+
+/// What refused it, and what can be done about that.
+fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
+    let set = Changed::ask(session);
+    let port = if name.starts_with("the ") { String::new() } else { format!(" --port {name}") };
+    let change = |what: &str| format!("`stepwright settings set {what}{port}`");
+    Some(match why {
+        Refusal::TooFast => match set.words(&[Setting::MaxSpeed]) {
+            Some(words) => format!(
+                "the setting {words} refuses more: lower the speed, or {}",
+                change("max-speed=N")
+            ),
+            None => {
+                let max = session.info().map_or(0, |info| info.max);
+                let slow = set.words(&[Setting::Pulse]);
+                let slow = slow.map(|words| format!("; the setting {words} makes it slower"));
+                let slow = slow.unwrap_or_default();
+                format!(
+                    "one axis alone makes at most {max} steps/s here, several together less{slow}"
+                )
+            }
+        },
+        Refusal::Ramp => match set.words(&[Setting::MaxAccel]) {
+            Some(words) => format!(
+                "the setting {words} refuses steeper ramps: a lower --accel or a longer --ramp, \
+                 or {}",
+                change("max-accel=N")
+            ),
+            None => "give another --ramp or --accel".to_owned(),
+        },
+        Refusal::TooGentle => {
+            "give a steeper --accel and --decel, or a lower --top-speed".to_owned()
+        }
+        Refusal::NoJerk => match set.words(&[Setting::Law]) {
+            Some(words) => {
+                format!("the setting {words} refuses --jerk: leave it out, or {}", change("law=1"))
+            }
+            None => "the board has no S-curves: leave --jerk out".to_owned(),
+        },
+        Refusal::Limit => {
+            let words = set.words(&[
+                Setting::SoftLimits,
+                Setting::AheadX,
+                Setting::AheadY,
+                Setting::AheadZ,
+                Setting::BehindX,
+                Setting::BehindY,
+                Setting::BehindZ,
+            ]);
+            let words = words.unwrap_or_else(|| "soft-limits".to_owned());
+            format!("the range is that of the settings {words}: go less far, or {}", change("…"))
+        }
+        Refusal::Stopped => format!(
+            "the setting safe-start=1 asks for a word after a stop: look what it was \
+             (`stepwright status{port}`), then `stepwright send{port} '!'`"
+        ),
+        Refusal::Uncertain => {
+            let words = set.words(&[Setting::HomeFirst]);
+            let words = words.map(|words| format!("the setting {words} asks for it: "));
+            format!(
+                "{}`stepwright home{port}`, or `stepwright zero{port}` where it stands",
+                words.unwrap_or_default()
+            )
+        }
+        Refusal::Fault => fault(session, &set, &port),
+        Refusal::Busy => format!("`stepwright watch{port}` waits, `stepwright stop{port}` brakes"),
+        _ => return None,
+    })
+}
+
+/// Which input it is that holds the axis.
+fn fault(session: &mut Session, set: &Changed, port: &str) -> String {
+    let stops = session.ask_info().ok().flatten().and_then(|info| info.stops);
+    let inputs = [
+        (Setting::Switches, Stop::Switch, "a limit switch is closed; the way back from it is free"),
+        (Setting::Emergency, Stop::Emergency, "the emergency stop is pressed"),
+        (Setting::DriverFault, Stop::Driver, "a driver has a fault"),
+    ];
+    let known = inputs.iter().filter_map(|(setting, stop, words)| {
+        let held = set.words(&[*setting])?;
+        Some((held, stops.is_some_and(|stops| stops.letters().contains(&stop.letter())), *words))
+    });
+    let known: Vec<_> = known.collect();
+    // The one that has stopped something, or else those there are.
+    let seen: Vec<_> = known.iter().filter(|(_, stopped, _)| *stopped).collect();
+    let said = if seen.is_empty() { known.iter().collect() } else { seen };
+    let said: Vec<_> = said.iter().map(|(held, _, words)| format!("{words} ({held})")).collect();
+    let look = format!("`stepwright status{port}` says more");
+    if said.is_empty() { look } else { format!("{}; {look}", said.join(", or ")) }
+}
+
+/// The settings of a board that differ from their defaults.
+struct Changed(Option<Listed>);
+
+impl Changed {
+    /// None of a board that has no settings, or does not answer.
+    fn ask(session: &mut Session) -> Changed {
+        match session.once(Command::Settings) {
+            Ok(Some(Reply::Settings(settings))) => Changed(Some(settings)),
+            _ => Changed(None),
+        }
+    }
+
+    /// Those of these that were changed: `soft-limits=1 ahead-x=100`.
+    fn words(&self, settings: &[Setting]) -> Option<String> {
+        let values = self.0.as_ref()?.values();
+        let changed = values.filter(|value| {
+            settings.contains(&value.setting()) && value.number() != value.setting().default()
+        });
+        let words: Vec<_> =
+            changed.map(|value| format!("{}={}", value.setting().name(), value.number())).collect();
+        (!words.is_empty()).then(|| words.join(" "))
+    }
+}

@@ -19,9 +19,14 @@
 
 use core::arch::asm;
 
+use stepwright::number_layout as layout;
+
 /// The number in hand: the foreground's alone.
 #[unsafe(no_mangle)]
-static mut STEPWRIGHT_HAND: [u8; 6] = [0; 6];
+static mut STEPWRIGHT_HAND: [u8; layout::SIZE] = [0; layout::SIZE];
+
+// What goes through X or Z reads a number from its first byte to its last.
+const _: () = assert!(layout::MANTISSA == 0 && layout::EXPONENT == 4 && layout::SIZE == 6);
 
 /// Where the routines live. (Assembly outside a function is not told that the
 /// chip can multiply.) Never called; its own code is a `ret`.
@@ -51,7 +56,7 @@ extern "C" fn stepwright_numbers() {
             "20:",
             "pop r31", "pop r30",
             "st Z, r22", "std Z+1, r23", "std Z+2, r24", "std Z+3, r25",
-            "std Z+4, r26", "std Z+5, r27",
+            "std Z+{e}, r26", "std Z+{e}+1, r27",
             "ret",
 
             // m in r23–r20, e in r19–r18, to be normalised.
@@ -84,8 +89,8 @@ extern "C" fn stepwright_numbers() {
             "movw r26, r22",
             "ld r22, X+", "ld r23, X+", "ld r24, X+", "ld r25, X+",
             "ld r0, X+", "ld r27, X", "mov r26, r0",
-            "ld r18, Z", "ldd r19, Z+1", "ldd r20, Z+2", "ldd r21, Z+3",
-            "ldd r0, Z+4", "ldd r31, Z+5", "mov r30, r0",
+            "ld r18, Z", "ldd r19, Z+{m}+1", "ldd r20, Z+{m}+2", "ldd r21, Z+{m}+3",
+            "ldd r0, Z+{e}", "ldd r31, Z+{e}+1", "mov r30, r0",
             "ret",
 
             ".global stepwright_times",
@@ -253,8 +258,8 @@ extern "C" fn stepwright_numbers() {
             "stepwright_root:",
             "push r24", "push r25",
             "movw r30, r22",
-            "ld r22, Z", "ldd r23, Z+1", "ldd r24, Z+2", "ldd r25, Z+3",
-            "ldd r26, Z+4", "ldd r27, Z+5",
+            "ld r22, Z", "ldd r23, Z+{m}+1", "ldd r24, Z+{m}+2", "ldd r25, Z+{m}+3",
+            "ldd r26, Z+{e}", "ldd r27, Z+{e}+1",
             "tst r25", "breq 69b",
             // An even exponent; the bit that falls off is half a unit.
             "clr r0",
@@ -317,8 +322,8 @@ extern "C" fn stepwright_numbers() {
             ".global stepwright_split",
             "stepwright_split:",
             "movw r30, r24",
-            "ld r22, Z", "ldd r23, Z+1", "ldd r24, Z+2", "ldd r25, Z+3",
-            "ldd r26, Z+4", "ldd r27, Z+5",
+            "ld r22, Z", "ldd r23, Z+{m}+1", "ldd r24, Z+{m}+2", "ldd r25, Z+{m}+3",
+            "ldd r26, Z+{e}", "ldd r27, Z+{e}+1",
             "clr r18", "clr r19", "movw r20, r18",
             // by = −e
             "com r27", "neg r26", "sbci r27, 255",
@@ -418,9 +423,9 @@ extern "C" fn stepwright_numbers() {
             "stepwright_hand_scale:",
             "mov r25, r24", "lsl r25", "sbc r25, r25",
             "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
-            "ldd r22, Z+4", "ldd r23, Z+5",
+            "ldd r22, Z+{e}", "ldd r23, Z+{e}+1",
             "add r22, r24", "adc r23, r25",
-            "std Z+4, r22", "std Z+5, r23",
+            "std Z+{e}, r22", "std Z+{e}+1, r23",
             "ret",
             ".global stepwright_hand_store",
             "stepwright_hand_store:",
@@ -432,11 +437,13 @@ extern "C" fn stepwright_numbers() {
             "movw r30, r24",
             "ldi r26, lo8({hand})", "ldi r27, hi8({hand})",
             "92:", // six bytes from Z to X
-            "ld r18, Z", "ldd r19, Z+1", "ldd r20, Z+2", "ldd r21, Z+3", "ldd r22, Z+4", "ldd r23, Z+5",
+            "ld r18, Z", "ldd r19, Z+{m}+1", "ldd r20, Z+{m}+2", "ldd r21, Z+{m}+3", "ldd r22, Z+{e}", "ldd r23, Z+{e}+1",
             "st X+, r18", "st X+, r19", "st X+, r20", "st X+, r21", "st X+, r22", "st X, r23",
             "ret",
             "99:",
             hand = sym STEPWRIGHT_HAND,
+            m = const layout::MANTISSA,
+            e = const layout::EXPONENT,
             options(nomem, nostack),
         );
     }

@@ -60,7 +60,7 @@ use core::mem::offset_of;
 use avr_device::interrupt;
 use stepwright::drive::{Axes, Drive};
 use stepwright::queue::{Producer, Queue};
-use stepwright::{Control, Report, Ticks, Timing};
+use stepwright::{Control, Report, Ticks, Timing, entry::Entry};
 
 use crate::board::{self, AXES, Pins};
 use crate::slot::Slot;
@@ -132,10 +132,25 @@ impl Axis {
     pub const STARVED: usize = offset_of!(Axis, starved);
     pub const LOADED: usize = offset_of!(Axis, loaded);
     pub const QUEUE: usize = offset_of!(Axis, queue);
+    /// A group.
+    pub const NOW: usize = offset_of!(Axis, now);
+    pub const GROUP: usize = size_of::<Group>();
+    pub const WAIT: usize = offset_of!(Group, interval);
+    pub const ROOM: usize = offset_of!(Group, room);
+    pub const LEFT: usize = offset_of!(Group, left);
+    pub const PINS: usize = offset_of!(Group, pins);
+
     const LAYOUT: () = {
-        assert!(offset_of!(Axis, now) == 0 && offset_of!(Group, room) == 3);
-        assert!(offset_of!(Group, left) == 5 && offset_of!(Group, pins) == 7);
-        assert!(size_of::<Group>() == 8 && size_of::<Axis>() < 256);
+        // Of fields with several bytes the assembly knows how many these are.
+        assert!(size_of::<Group>() == 3 + 2 + 2 + 1);
+        assert!(Self::LOADED + 5 <= size_of::<Axis>() && size_of::<Axis>() < 256);
+        // An entry is read from its first byte to its last, and its place is 11 times its
+        // number.
+        assert!(size_of::<Entry>() == 11);
+        assert!(Entry::INTERVAL == 0 && Entry::GROWTH == 3 && Entry::EVENTS == 6);
+        assert!(Entry::GROUPS == 8 && Entry::THEN == 9 && Entry::PINS == 10);
+        // Places are what is left of a counter when the upper bits are masked.
+        assert!(RUNS.is_power_of_two());
         // What the assembly reaches through Z.
         assert!(Self::QUEUE + Queue::<RUNS>::PLAYED < 64);
     };
@@ -198,8 +213,13 @@ macro_rules! step_interrupts {
             axes = sym $crate::step::STEPPERS,
             common = sym $crate::step::COMMON,
             axis = const size_of::<$crate::step::Axis>(),
-            now = const 0,
+            now = const $crate::step::Axis::NOW,
             next = const $crate::step::Axis::NEXT,
+            group = const $crate::step::Axis::GROUP,
+            wait = const $crate::step::Axis::WAIT,
+            room = const $crate::step::Axis::ROOM,
+            left = const $crate::step::Axis::LEFT,
+            pins = const $crate::step::Axis::PINS,
             growth = const $crate::step::Axis::GROWTH,
             events = const $crate::step::Axis::EVENTS,
             groups = const $crate::step::Axis::GROUPS,

@@ -40,6 +40,8 @@ mod play;
 mod wiring;
 mod writer;
 
+use core::mem::offset_of;
+
 use crate::units::Ticks;
 pub use play::Play;
 pub use wiring::Wiring;
@@ -111,9 +113,6 @@ pub struct Entry {
     pins: u8,
 }
 
-#[cfg(target_arch = "avr")]
-const _: () = assert!(size_of::<Entry>() == 11, "not what the step interrupts know");
-
 /// A wait in 2⁻¹⁶ ticks as an entry has it.
 const fn bytes(wait: u32) -> [u8; BYTES] {
     let mut bytes = [0; BYTES];
@@ -138,6 +137,19 @@ const fn wait(bytes: [u8; BYTES]) -> u32 {
 }
 
 impl Entry {
+    /// Where an entry has what step interrupts in assembly read.
+    pub const INTERVAL: usize = offset_of!(Entry, interval);
+    /// See [`INTERVAL`](Entry::INTERVAL).
+    pub const GROWTH: usize = offset_of!(Entry, growth);
+    /// See [`INTERVAL`](Entry::INTERVAL).
+    pub const EVENTS: usize = offset_of!(Entry, events);
+    /// See [`INTERVAL`](Entry::INTERVAL).
+    pub const GROUPS: usize = offset_of!(Entry, groups);
+    /// See [`INTERVAL`](Entry::INTERVAL).
+    pub const THEN: usize = offset_of!(Entry, then);
+    /// See [`INTERVAL`](Entry::INTERVAL).
+    pub const PINS: usize = offset_of!(Entry, pins);
+
     /// All zeros, so that queues need no room in flash.
     pub(crate) const EMPTY: Entry = Entry {
         interval: [0; BYTES],

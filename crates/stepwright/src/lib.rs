@@ -29,6 +29,8 @@ pub use board::{Board, Cost};
 pub use engine::{Engine, Report, Timing};
 pub use group::{Control, Given, Group};
 pub use late::late_after;
+#[cfg(feature = "external-numbers")]
+pub use num::layout as number_layout;
 pub use order::{Change, Order, Refusal, Travel};
 pub use run::Run;
 #[cfg(feature = "critical-section")]

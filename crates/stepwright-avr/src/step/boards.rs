@@ -59,18 +59,18 @@ __vector_{vector2}:
     sbic sw_flags, sw_long
     rjmp .Lsw_turns
 .Lsw_serve2:
-    lds r24, sw_a2+{now}+7
+    lds r24, sw_a2+{now}+{pins}
     sw_out2
     lds r24, sw_a2+{due}
-    lds r25, sw_a2+{now}
+    lds r25, sw_a2+{now}+{wait}
     add r24, r25
     sts sw_a2+{due}, r24
     lds r24, sw_a2+{due}+1
-    lds r25, sw_a2+{now}+1
+    lds r25, sw_a2+{now}+{wait}+1
     adc r24, r25
     sts sw_a2+{due}+1, r24
     lds r25, sw_a2+{due}+2
-    lds r26, sw_a2+{now}+2
+    lds r26, sw_a2+{now}+{wait}+2
     adc r25, r26
     sts sw_a2+{due}+2, r25
     cpi r26, 7
@@ -89,24 +89,24 @@ __vector_{vector2}:
     sub r24, r26
     lds r26, {tcnt}+1
     sbc r25, r26
-    lds r26, sw_a2+{now}+3
+    lds r26, sw_a2+{now}+{room}
     cp r24, r26
-    lds r26, sw_a2+{now}+4
+    lds r26, sw_a2+{now}+{room}+1
     cpc r25, r26
     brlt .Lsw_late2
 .Lsw_intime2:
     sw_drop2
-    lds r24, sw_a2+{now}+5
+    lds r24, sw_a2+{now}+{left}
     dec r24
-    sts sw_a2+{now}+5, r24
+    sts sw_a2+{now}+{left}, r24
     breq .Lsw_zero2
 .Lsw_leave2:
     sw_leave
 .Lsw_zero2:
-    lds r24, sw_a2+{now}+6
+    lds r24, sw_a2+{now}+{left}+1
     subi r24, 1
     brcs 1f
-    sts sw_a2+{now}+6, r24
+    sts sw_a2+{now}+{left}+1, r24
     sw_leave
 1:  rjmp .Lsw_over2
 .Lsw_far: ; more than one turn of the timer

@@ -51,21 +51,21 @@ sw_prepare:
     dec r24
     breq sw_load
     std Z+{groups}, r24
-    ldd r24, Z+{next}
+    ldd r24, Z+{next}+{wait}
     ldd r25, Z+{growth}
     add r24, r25
-    std Z+{next}, r24
-    ldd r26, Z+{next}+1
+    std Z+{next}+{wait}, r24
+    ldd r26, Z+{next}+{wait}+1
     ldd r25, Z+{growth}+1
     adc r26, r25
-    std Z+{next}+1, r26
-    ldd r24, Z+{next}+2
+    std Z+{next}+{wait}+1, r26
+    ldd r24, Z+{next}+{wait}+2
     ldd r25, Z+{growth}+2
     adc r24, r25
-    std Z+{next}+2, r24
+    std Z+{next}+{wait}+2, r24
     ldd r25, Z+{then}
 sw_prepared: ; its interval's upper bytes in r24 and r26, its pins in r25
-    std Z+{next}+7, r25
+    std Z+{next}+{pins}, r25
     lsr r24
     ror r26
     subi r26, {look}
@@ -77,12 +77,12 @@ sw_prepared: ; its interval's upper bytes in r24 and r26, its pins in r25
     tst r27
     breq 2f
     ldi r24, 0x7F ; a pulse to be held goes the late way
-2:  std Z+{next}+3, r26
-    std Z+{next}+4, r24
+2:  std Z+{next}+{room}, r26
+    std Z+{next}+{room}+1, r24
     ldd r24, Z+{events}
-    std Z+{next}+5, r24
+    std Z+{next}+{left}, r24
     ldd r26, Z+{events}+1
-    std Z+{next}+6, r26
+    std Z+{next}+{left}+1, r26
     andi r25, {steps}
     breq 5f
     cpi r24, 1 ; a low byte of 0 is 256
@@ -107,8 +107,8 @@ sw_prepared: ; its interval's upper bytes in r24 and r26, its pins in r25
     inc r25
     std Z+{loaded}+4, r25
 4:  ret
-5:  std Z+{next}+3, r25 ; what is no step is not late
-    std Z+{next}+4, r25
+5:  std Z+{next}+{room}, r25 ; what is no step is not late
+    std Z+{next}+{room}+1, r25
     ret
 sw_load:
     ldd r26, Z+{queue}+{taken}
@@ -130,11 +130,11 @@ sw_load:
     add r26, r30
     adc r27, r31
     ld r24, X+
-    std Z+{next}, r24
+    std Z+{next}+{wait}, r24
     ld r24, X+
-    std Z+{next}+1, r24
+    std Z+{next}+{wait}+1, r24
     ld r24, X+
-    std Z+{next}+2, r24
+    std Z+{next}+{wait}+2, r24
     ld r24, X+
     std Z+{growth}, r24
     ld r24, X+
@@ -150,30 +150,20 @@ sw_load:
     ld r24, X+
     std Z+{then}, r24
     ld r25, X
-    ldd r24, Z+{next}+2
-    ldd r26, Z+{next}+1
+    ldd r24, Z+{next}+{wait}+2
+    ldd r26, Z+{next}+{wait}+1
     rjmp sw_prepared
 6:  set
     ret
 
 ; The next group of axis Z is the present one. 35
 sw_turn:
-    ldd r24, Z+{next}
-    std Z+{now}, r24
-    ldd r24, Z+{next}+1
-    std Z+{now}+1, r24
-    ldd r24, Z+{next}+2
-    std Z+{now}+2, r24
-    ldd r24, Z+{next}+3
-    std Z+{now}+3, r24
-    ldd r24, Z+{next}+4
-    std Z+{now}+4, r24
-    ldd r24, Z+{next}+5
-    std Z+{now}+5, r24
-    ldd r24, Z+{next}+6
-    std Z+{now}+6, r24
-    ldd r24, Z+{next}+7
-    std Z+{now}+7, r24
+    .set sw_byte, 0
+    .rept {group}
+    ldd r24, Z+{next}+sw_byte
+    std Z+{now}+sw_byte, r24
+    .set sw_byte, sw_byte+1
+    .endr
     ret
 
 ; ---- all next groups ----
@@ -296,7 +286,7 @@ sw_refill:
     rjmp sw_refill ; the present group is not over
     cli
     ldi r25, 0
-    sts \a+{now}+7, r25
+    sts \a+{now}+{pins}, r25
     lds r24, \a+{queue}+{open}
     tst r24
     breq 6f
@@ -307,15 +297,15 @@ sw_refill:
     rcall sw_count ; … and now it is late
 5:  inc r24
     sts \a+{starved}, r24
-7:  sts \a+{now}+6, r25
-    sts \a+{now}+4, r25
-    sts \a+{now}+3, r25
-    sts \a+{now}, r25
+7:  sts \a+{now}+{left}+1, r25
+    sts \a+{now}+{room}+1, r25
+    sts \a+{now}+{room}, r25
+    sts \a+{now}+{wait}, r25
     ldi r25, 1
-    sts \a+{now}+5, r25
+    sts \a+{now}+{left}, r25
     ldi r25, {poll}
-    sts \a+{now}+1, r25
-    sts \a+{now}+2, r25
+    sts \a+{now}+{wait}+1, r25
+    sts \a+{now}+{wait}+2, r25
     rjmp .Lsw_go\n
 6:  sts \a+{starved}, r25 ; the end
     lds r24, \a+{queue}+{taken}

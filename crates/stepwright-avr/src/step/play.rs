@@ -22,14 +22,14 @@ macro_rules! step_play_text {
 
 ; Counts an event; over: where to go when it was the group's last. 6
 .macro sw_counted a, over
-    lds r24, \a+{now}+5
+    lds r24, \a+{now}+{left}
     dec r24
-    sts \a+{now}+5, r24
+    sts \a+{now}+{left}, r24
     brne 1f
-    lds r24, \a+{now}+6
+    lds r24, \a+{now}+{left}+1
     subi r24, 1
     brcs \over
-    sts \a+{now}+6, r24
+    sts \a+{now}+{left}+1, r24
 1:
 .endm
 
@@ -55,22 +55,12 @@ macro_rules! step_play_text {
 1:  sbis sw_flags, \n
     rjmp .Lsw_wait\n
     cbi sw_flags, \n
-    lds r24, \a+{next}
-    sts \a+{now}, r24
-    lds r24, \a+{next}+1
-    sts \a+{now}+1, r24
-    lds r24, \a+{next}+2
-    sts \a+{now}+2, r24
-    lds r24, \a+{next}+3
-    sts \a+{now}+3, r24
-    lds r24, \a+{next}+4
-    sts \a+{now}+4, r24
-    lds r24, \a+{next}+5
-    sts \a+{now}+5, r24
-    lds r24, \a+{next}+6
-    sts \a+{now}+6, r24
-    lds r24, \a+{next}+7
-    sts \a+{now}+7, r24
+    .set sw_byte, 0
+    .rept {group}
+    lds r24, \a+{next}+sw_byte
+    sts \a+{now}+sw_byte, r24
+    .set sw_byte, sw_byte+1
+    .endr
     sbis sw_flags, sw_busy
     rjmp 2f
     sw_leave
@@ -128,8 +118,8 @@ sw_pause:
     rcall sw_count
     rjmp 3f
 1:  push r27
-    lds r26, \a+{now}+1
-    lds r27, \a+{now}+2
+    lds r26, \a+{now}+{wait}+1
+    lds r27, \a+{now}+{wait}+2
     rcall sw_held
     pop r27
 3:
@@ -147,17 +137,17 @@ sw_pause:
     push r25
     push r26
 .Lsw_serve\n:
-    lds r24, \a+{now}+7
+    lds r24, \a+{now}+{pins}
     sw_out\n
     lds r24, \a+{due}
-    lds r25, \a+{now}
+    lds r25, \a+{now}+{wait}
     add r24, r25
     sts \a+{due}, r24
     lds r24, \ocr
-    lds r25, \a+{now}+1
+    lds r25, \a+{now}+{wait}+1
     adc r24, r25
     lds r25, \ocr+1
-    lds r26, \a+{now}+2
+    lds r26, \a+{now}+{wait}+2
     adc r25, r26
     sts \ocr+1, r25
     sts \ocr, r24
@@ -165,24 +155,24 @@ sw_pause:
     sub r24, r26
     lds r26, {tcnt}+1
     sbc r25, r26
-    lds r26, \a+{now}+3
+    lds r26, \a+{now}+{room}
     cp r24, r26
-    lds r26, \a+{now}+4
+    lds r26, \a+{now}+{room}+1
     cpc r25, r26
     brlt .Lsw_late\n
 .Lsw_intime\n:
     sw_drop\n
-    lds r24, \a+{now}+5
+    lds r24, \a+{now}+{left}
     dec r24
-    sts \a+{now}+5, r24
+    sts \a+{now}+{left}, r24
     breq .Lsw_zero\n
 .Lsw_leave\n:
     sw_leave
 .Lsw_zero\n:
-    lds r24, \a+{now}+6
+    lds r24, \a+{now}+{left}+1
     subi r24, 1
     brcs 1f
-    sts \a+{now}+6, r24
+    sts \a+{now}+{left}+1, r24
     sw_leave
 1:  rjmp .Lsw_over\n
     sw_rarely \n, \a

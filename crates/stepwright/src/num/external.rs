@@ -54,12 +54,19 @@ unsafe extern "C" {
     fn stepwright_hand_at_least(a: *const Num) -> u8;
 }
 
-const _: () = assert!(
-    size_of::<Num>() == 6
-        && core::mem::offset_of!(Num, low) == 0
-        && core::mem::offset_of!(Num, high) == 2
-        && core::mem::offset_of!(Num, e) == 4
-);
+/// Where a number has its parts, in bytes.
+pub mod layout {
+    use super::Num;
+    use core::mem::offset_of;
+
+    /// m, least byte first.
+    pub const MANTISSA: usize = offset_of!(Num, low);
+    /// e, likewise.
+    pub const EXPONENT: usize = offset_of!(Num, e);
+    /// All of it.
+    pub const SIZE: usize = size_of::<Num>();
+    const _: () = assert!(offset_of!(Num, high) == MANTISSA + 2, "the halves of m are apart");
+}
 
 /// The right to the number in hand (`hand.rs`): there is one chain at a time.
 pub(super) struct Place(());

@@ -15,6 +15,8 @@
 mod external;
 mod hand;
 
+#[cfg(feature = "external-numbers")]
+pub use external::layout;
 pub(crate) use hand::{Hand, hand, part, whole};
 
 /// A number ≥ 0 with 32 significant bits.

@@ -12,14 +12,15 @@ use std::{env, fs};
 /// The order of the code behind the assembly, by parts of its symbols' names: a path in
 /// the source, each name with its length before it. Other code comes last.
 const ORDER: &[&str] = &[
-    "5Slave5speak",
-    "5Slave6listen",
+    "9main_loop6answer",
+    "9main_loop6listen",
     "19stepwright_protocol",
-    "17stepwright_device",
+    // All of its modules but the main loop, whose planning lies beside the planner.
+    "17stepwright_device[!9]",
     "avr_device_rt_main",
     "5slave5start",
     "14stepwright_avr4step",
-    "5Slave4plan",
+    "9main_loop4plan",
     "10stepwright5group",
     "10stepwright5board",
     "10stepwright3num",

@@ -11,11 +11,10 @@
 //! ahead, in the main loop: `law.rs`. One line makes a motor of a timer, a law and a drive:
 //! [`asked_motor!`](crate::asked_motor).
 
-use core::marker::PhantomData;
-
-use avr_device::interrupt;
 use stepwright::drive::{Coils, Drive, Port, PortDrive};
 
+use crate::guarded::Guarded;
+use crate::laps::Laps;
 use crate::slot::Slot;
 use crate::timed::Timer;
 
@@ -44,17 +43,11 @@ const TICK: u32 = 16;
 const LEAD: u32 = 16_000;
 /// Cycles that STEP is high beside the calls: 2 µs.
 const PULSE: u32 = 32;
-/// What is longer takes laps of the counter.
-const FAR: u32 = 0x8000;
-const LAP: u16 = 0x4000;
-
 /// A motor, the step interrupt's.
 pub struct Motor<L, O> {
     law: Option<L>,
     output: Option<O>,
-    deadline: u16,
-    /// Clocks from the deadline to the next event.
-    left: u32,
+    laps: Laps,
     /// The last interval.
     last: u32,
     /// The event that is due switches the current off.
@@ -64,41 +57,28 @@ pub struct Motor<L, O> {
 impl<L: Iterator<Item = u32>, O: Output> Motor<L, O> {
     /// At rest, without a drive.
     pub const fn new() -> Motor<L, O> {
-        Motor { law: None, output: None, deadline: 0, left: 0, last: LEAD, resting: false }
+        Motor { law: None, output: None, laps: Laps::new(), last: LEAD, resting: false }
     }
 
     fn begin(&mut self, timer: &mut impl Timer, law: L, forward: bool) {
         let Some(output) = &mut self.output else { return };
         output.direction(0, forward);
         output.on();
-        (self.law, self.left, self.last, self.resting) = (Some(law), LEAD, LEAD, false);
-        self.deadline = timer.now();
-        self.aim(timer);
-        timer.clear();
-        timer.enable(true);
-    }
-
-    #[inline(always)]
-    fn aim(&mut self, timer: &mut impl Timer) {
-        let lap = if self.left >= FAR { LAP } else { self.left as u16 };
-        self.left = self.left.wrapping_sub(lap.into());
-        self.deadline = self.deadline.wrapping_add(lap);
-        timer.wake_at(self.deadline);
+        (self.law, self.last, self.resting) = (Some(law), LEAD, false);
+        self.laps.begin(timer, LEAD);
     }
 
     /// The step interrupt.
     #[inline(always)]
     pub fn on_compare(&mut self, timer: &mut impl Timer) {
         loop {
-            if self.left == 0 {
+            if self.laps.is_due() {
                 let Some(next) = self.event() else { return timer.enable(false) };
-                self.left = next;
+                self.laps.next(next);
             }
-            self.aim(timer);
-            if (self.deadline.wrapping_sub(timer.now()) as i16) > 0 {
+            if self.laps.wait(timer) {
                 return;
             }
-            timer.clear();
         }
     }
 
@@ -130,35 +110,21 @@ impl<L: Iterator<Item = u32>, O: Output> Default for Motor<L, O> {
 }
 
 /// The foreground's hold on a motor and its timer.
-pub struct AvrEngine<L: 'static, O: 'static, T> {
-    motor: &'static Slot<Motor<L, O>>,
-    timer: PhantomData<T>,
-}
+pub struct AvrEngine<L: 'static, O: 'static, T>(Guarded<Motor<L, O>, T>);
 
 impl<L: Iterator<Item = u32>, O: Output, T: Timer> AvrEngine<L, O, T> {
     /// Lets the timer run.
     ///
     /// # Safety
-    /// To be called once for a motor, with interrupts off. `T` is the timer whose interrupt
-    /// is the motor's.
+    /// See [`Guarded::new`].
     pub unsafe fn new(motor: &'static Slot<Motor<L, O>>) -> AvrEngine<L, O, T> {
-        let mut held = AvrEngine { motor, timer: PhantomData };
-        held.with(|_, timer: &mut T| timer.start());
-        held
-    }
-
-    #[inline(always)]
-    fn with<R>(&mut self, look: impl FnOnce(&mut Motor<L, O>, &mut T) -> R) -> R {
-        interrupt::free(|_| {
-            // SAFETY: no interrupt comes.
-            let (motor, mut timer) = unsafe { (self.motor.get(), T::steal()) };
-            look(motor, &mut timer)
-        })
+        // SAFETY: the caller's promise.
+        AvrEngine(unsafe { Guarded::new(motor) })
     }
 
     /// Has the motor on this drive from now on, while it rests.
     pub fn wire(&mut self, output: O) {
-        self.with(|motor, _| {
+        self.0.with(|motor, _| {
             let output = motor.output.insert(output);
             output.off();
         });
@@ -166,12 +132,12 @@ impl<L: Iterator<Item = u32>, O: Output, T: Timer> AvrEngine<L, O, T> {
 
     /// Moves it by the delays of a law.
     pub fn play(&mut self, law: L, forward: bool) {
-        self.with(|motor, timer| motor.begin(timer, law, forward));
+        self.0.with(|motor, timer| motor.begin(timer, law, forward));
     }
 
     /// Whether it moves.
     pub fn is_moving(&mut self) -> bool {
-        self.with(|motor, _| motor.law.is_some())
+        self.0.with(|motor, _| motor.law.is_some())
     }
 }
 

@@ -2,19 +2,27 @@
 
 /// Declares a handler in Rust: its vector's name on the Uno, on the Mega, and
 /// what it does.
+#[cfg(feature = "uno")]
 #[doc(hidden)]
 #[macro_export]
 macro_rules! handler {
     ($uno:ident, $mega:ident, $body:expr) => {
         // Not public, and so in need of no documentation.
         const _: () = {
-            #[cfg(feature = "uno")]
             #[avr_device::interrupt(atmega328p)]
             fn $uno() {
                 $crate::interrupt::entry();
                 $body
             }
-            #[cfg(feature = "mega")]
+        };
+    };
+}
+#[cfg(feature = "mega")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! handler {
+    ($uno:ident, $mega:ident, $body:expr) => {
+        const _: () = {
             #[avr_device::interrupt(atmega2560)]
             fn $mega() {
                 $crate::interrupt::entry();

@@ -2,12 +2,12 @@
 
 use stepwright::Ticks;
 use stepwright::drive::Axes;
-use stepwright_device::{Mark, Memory, BoardIo, Reset};
+use stepwright_device::{BoardIo, Mark, Memory, Reset};
 
 use crate::board::{CLOCK, Levels, set_reverse};
 use crate::clock::Clock;
 use crate::eeprom::Eeprom;
-use crate::reset;
+use crate::{reset, watchdog};
 
 /// Enable, switches, EEPROM and the time.
 pub struct AvrIo {
@@ -21,13 +21,6 @@ impl AvrIo {
     /// A panel whose time begins now.
     pub fn new(levels: Levels, eeprom: Eeprom, clock: Clock) -> AvrIo {
         AvrIo { levels, eeprom, clock, millis: 0 }
-    }
-
-    /// Looks at the clock. To be called as often as [`Clock::ticked`] asks for.
-    pub fn tick(&mut self) {
-        while self.clock.ticked() {
-            self.millis = self.millis.wrapping_add(1);
-        }
     }
 }
 
@@ -46,6 +39,14 @@ impl Memory for AvrIo {
 }
 
 impl BoardIo for AvrIo {
+    #[inline(always)]
+    fn tick(&mut self) {
+        watchdog::feed();
+        while self.clock.ticked() {
+            self.millis = self.millis.wrapping_add(1);
+        }
+    }
+
     fn millis(&self) -> u32 {
         self.millis
     }

@@ -7,6 +7,8 @@
 use core::cell::UnsafeCell;
 use core::mem::offset_of;
 
+use stepwright_device::main_loop::{Received, SerialPort};
+
 use crate::chip::{TC0, USART0};
 
 /// What the receiver puts in place of a byte that it lost or that came
@@ -48,15 +50,6 @@ pub static RECEIVED: Inbox = Inbox::new();
 #[doc(hidden)] // the handlers use it
 pub static TO_SEND: Ring = Ring::new();
 
-/// A byte of the line, or what has become of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Received {
-    /// It came.
-    Byte(u8),
-    /// It was lost or damaged on the way.
-    Garbled,
-}
-
 /// The serial line, for the main program.
 pub struct Serial(());
 
@@ -72,9 +65,10 @@ impl Serial {
         set_control(LISTENING);
         Serial(())
     }
+}
 
-    /// The next byte that has come, if one has.
-    pub fn receive(&mut self) -> Option<Received> {
+impl SerialPort for Serial {
+    fn receive(&mut self) -> Option<Received> {
         // SAFETY: there is one line, and this is its only reader.
         unsafe { RECEIVED.take() }.map(|byte| match byte {
             GARBLED => Received::Garbled,
@@ -82,13 +76,12 @@ impl Serial {
         })
     }
 
-    /// Whether there is room for a byte to send.
-    pub fn has_room(&self) -> bool {
+    fn has_room(&self) -> bool {
         !TO_SEND.is_full()
     }
 
-    /// Sends a byte; forgets it if there is no room.
-    pub fn send(&mut self, byte: u8) {
+    /// Forgets the byte if there is no room.
+    fn send(&mut self, byte: u8) {
         // The handler stops its interrupts when it has taken the last byte, and may
         // have taken this one when they start again: then it finds none, and stops
         // them again.
@@ -306,6 +299,8 @@ unsafe impl Sync for Ring {}
 impl Ring {
     const fn new() -> Ring {
         const { assert!(SIZE.is_power_of_two() && SIZE <= 128) };
+        // Where the handlers look for the bytes.
+        const { assert!(offset_of!(Ring, bytes) == 0 && offset_of!(Inbox, bytes) == 0) };
         Ring {
             bytes: UnsafeCell::new([0; SIZE as usize]),
             put: UnsafeCell::new(0),

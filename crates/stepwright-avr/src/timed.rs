@@ -37,51 +37,33 @@ pub use timer::{Timer, Timer1};
 #[cfg(feature = "mega")]
 pub use timer::{Timer3, Timer4, Timer5};
 
-use core::marker::PhantomData;
-
 use avr_device::interrupt;
-use stepwright::drive::{Coils, Port, Sequence, sequence::SHIELD};
+pub use stepwright::drive::Sequence;
+use stepwright::drive::{Coils, Port, sequence::SHIELD};
 use stepwright_timed::{Hold, Pace, Stepper};
 
+use crate::guarded::Guarded;
+use crate::laps::Laps;
 use crate::slot::Slot;
 
 /// One motor, the step interrupt's.
 pub struct Motor<P> {
     /// When it steps, and its windings.
     stepper: Stepper<P>,
-    /// What the compare register holds.
-    deadline: u16,
-    /// Clocks from there to the next event.
-    left: u32,
+    laps: Laps,
 }
-
-/// Longer than half the counter a time can't be told from the past: it takes laps.
-const FAR: u32 = 0x8000;
-const LAP: u16 = 0x4000;
 
 impl<P: Port> Motor<P> {
     /// At rest, on lines to be named by [`AvrEngine::new`].
     pub const fn new(port: P) -> Motor<P> {
-        Motor { stepper: Stepper::new(Coils::new(port, SHIELD, 0)), deadline: 0, left: 0 }
+        Motor { stepper: Stepper::new(Coils::new(port, SHIELD, 0)), laps: Laps::new() }
     }
 
     /// A motion begins now.
     fn begin(&mut self, timer: &mut impl Timer, pace: Pace, forward: bool) {
-        self.left = pace.interval();
+        let first = pace.interval();
         self.stepper.begin(pace, forward);
-        self.deadline = timer.now();
-        self.aim(timer);
-        timer.clear();
-        timer.enable(true);
-    }
-
-    /// The next lap, or the rest of the interval.
-    #[inline(always)]
-    fn aim(&mut self, timer: &mut impl Timer) {
-        let lap = if self.left >= FAR { LAP } else { self.left as u16 };
-        self.left = self.left.wrapping_sub(lap.into());
-        self.deadline = self.deadline.wrapping_add(lap);
-        timer.wake_at(self.deadline);
+        self.laps.begin(timer, first);
     }
 
     /// The step interrupt. The edge comes first, always as many cycles after the match. What
@@ -93,7 +75,7 @@ impl<P: Port> Motor<P> {
     #[inline(always)]
     pub unsafe fn on_compare(&mut self, timer: &mut impl Timer) {
         loop {
-            if self.left == 0 {
+            if self.laps.is_due() {
                 self.stepper.edge();
                 timer.enable(false);
                 // SAFETY: nobody else has the motor: its own interrupt is held off, others
@@ -102,15 +84,12 @@ impl<P: Port> Motor<P> {
                 let next = self.stepper.advance();
                 interrupt::disable();
                 let Some(interval) = next else { return };
-                self.left = interval;
+                self.laps.next(interval);
                 timer.enable(true);
             }
-            self.aim(timer);
-            if (self.deadline.wrapping_sub(timer.now()) as i16) > 0 {
+            if self.laps.wait(timer) {
                 return;
             }
-            // Past already: what is due is done at once, and its interrupt not waited for.
-            timer.clear();
         }
     }
 }
@@ -123,10 +102,9 @@ pub trait Windings: Hold {
 
 /// The foreground's hold on a motor and its timer: the interrupt is held off for each call.
 pub struct AvrEngine<P: 'static, T> {
-    motor: &'static Slot<Motor<P>>,
+    motor: Guarded<Motor<P>, T>,
     /// A bit of its own among the motors that share a shield's enables, or 0.
     bit: u8,
-    timer: PhantomData<T>,
 }
 
 impl<P: Pins, T: Timer> AvrEngine<P, T> {
@@ -143,30 +121,17 @@ impl<P: Pins, T: Timer> AvrEngine<P, T> {
         mask: u8,
         bit: u8,
     ) -> AvrEngine<P, T> {
-        let mut held = AvrEngine { motor, bit, timer: PhantomData };
-        held.motor(|motor, timer: &mut T| {
-            motor.stepper.wire(port, sequence, mask);
-            motor.stepper.coils().off();
-            motor.stepper.coils().port().drive(mask);
-            timer.start();
-        });
+        // SAFETY: the caller's promise.
+        let mut held = AvrEngine { motor: unsafe { Guarded::new(motor) }, bit };
+        held.rewire(port, sequence, mask, bit);
         held
-    }
-
-    #[inline(always)]
-    fn motor<R>(&mut self, look: impl FnOnce(&mut Motor<P>, &mut T) -> R) -> R {
-        interrupt::free(|_| {
-            // SAFETY: no interrupt comes.
-            let (motor, mut timer) = unsafe { (self.motor.get(), T::steal()) };
-            look(motor, &mut timer)
-        })
     }
 
     /// Names the motor's lines once more, while it rests. These become outputs without
     /// current; the lines before stay as they are.
     pub fn rewire(&mut self, port: P, sequence: Sequence, mask: u8, bit: u8) {
         self.bit = bit;
-        self.motor(|motor, _| {
+        self.motor.with(|motor, _| {
             motor.stepper.wire(port, sequence, mask);
             motor.stepper.coils().off();
             motor.stepper.coils().port().drive(mask);
@@ -175,7 +140,7 @@ impl<P: Pins, T: Timer> AvrEngine<P, T> {
 
     /// Says at which row the motor is, before it moves: at power-up.
     pub fn restore(&mut self, phase: u8) {
-        self.motor(|motor, _| motor.stepper.coils().restore(phase));
+        self.motor.with(|motor, _| motor.stepper.coils().restore(phase));
     }
 
     /// Whether it moves.
@@ -186,21 +151,21 @@ impl<P: Pins, T: Timer> AvrEngine<P, T> {
 
 impl<P: Pins, T: Timer> Windings for AvrEngine<P, T> {
     fn phase(&mut self) -> u8 {
-        self.motor(|motor, _| motor.stepper.phase())
+        self.motor.with(|motor, _| motor.stepper.phase())
     }
 }
 
 impl<P: Pins, T: Timer> Hold for AvrEngine<P, T> {
     #[inline(always)]
     fn with<R>(&mut self, look: impl FnOnce(&mut Pace) -> R) -> R {
-        self.motor(|motor, _| look(&mut motor.stepper.pace))
+        self.motor.with(|motor, _| look(&mut motor.stepper.pace))
     }
     fn begin(&mut self, pace: Pace, forward: bool) {
         shield::power(self.bit, true);
-        self.motor(|motor, timer| motor.begin(timer, pace, forward));
+        self.motor.with(|motor, timer| motor.begin(timer, pace, forward));
     }
     fn stop(&mut self) {
-        self.motor(|motor, timer| {
+        self.motor.with(|motor, timer| {
             timer.enable(false);
             motor.stepper.stop();
         });
@@ -231,7 +196,7 @@ macro_rules! timed_motor {
             /// # Safety
             /// To be called once, with interrupts off.
             pub unsafe fn take(
-                (sequence, mask): (stepwright::drive::Sequence, u8),
+                (sequence, mask): ($crate::timed::Sequence, u8),
                 bit: u8,
             ) -> AvrEngine<$port, $timer> {
                 // SAFETY: the caller's promise; it is this timer's interrupt.

@@ -26,6 +26,7 @@ mod device;
 #[cfg(feature = "safety")]
 mod inputs;
 mod machine;
+pub mod main_loop;
 mod panel;
 mod reset;
 mod store;

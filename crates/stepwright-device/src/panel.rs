@@ -26,6 +26,10 @@ pub trait Memory {
 /// In a set of axes, bit 0 is the first. All methods are called from the
 /// foreground, and none may wait.
 pub trait BoardIo: Memory {
+    /// A round of the main loop begins: the time to look at a clock, and to tell a watchdog
+    /// that all is well.
+    fn tick(&mut self) {}
+
     /// Milliseconds since some moment; it wraps after 2³².
     fn millis(&self) -> u32;
 

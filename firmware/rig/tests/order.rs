@@ -18,11 +18,11 @@ const ORDERS: [&str; 5] = [
 /// Cycles of a call of the main loop.
 const PIECE: u64 = 3_200;
 
-/// Sends E, and tells the calls of a method of the main loop up to the answer.
+/// Sends E, and tells the calls of a part of the main loop up to the answer.
 fn calls(chip: &mut Chip, method: &str, answer: &str) -> Vec<u64> {
     let image = image();
-    let parts = ["5Slave", method];
-    let function = image.functions(&parts).next().expect("a method of the main loop");
+    let parts = ["9main_loop", method];
+    let function = image.functions(&parts).next().expect("a part of the main loop");
     chip.watch_calls(function.address);
     assert_eq!(chip.ask("E").as_deref(), Some(answer));
     chip.take_calls()

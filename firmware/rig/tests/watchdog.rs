@@ -30,7 +30,8 @@ struct Hung {
 
 /// Has the main loop hang in its next round.
 fn hang(chip: &mut Chip, code: &[u8]) -> Hung {
-    let (address, _) = image().function("5Slave4plan");
+    let image = image();
+    let address = image.functions(&["9main_loop4plan"]).next().expect("a main loop").address;
     assert!(chip.run_to(16_000_000, |chip| chip.pc() == address), "it never plans");
     Hung { address, code: chip.set_code(address, code) }
 }

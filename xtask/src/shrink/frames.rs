@@ -37,7 +37,7 @@ const LEAST: usize = 12;
 
 /// Functions that stay as they are, by parts of their symbols: one piece of planning, which
 /// is bounded to 200 µs (`planning_burst`).
-const KEPT: [&str; 2] = ["5Slave4plan", "7Planner4ramp"];
+const KEPT: [&str; 2] = ["9main_loop4plan", "7Planner4ramp"];
 
 /// Shares the beginnings and ends of a program's functions.
 pub fn share(program: &mut Program) {

@@ -8,17 +8,17 @@
 use stepwright::{Given, Steppers};
 use stepwright_avr::board::{self, AXES};
 use stepwright_avr::in_flash::InFlash;
-use stepwright_avr::serial::{Received, Serial};
+use stepwright_avr::serial::Serial;
 use stepwright_avr::step::{AvrEngine, RUNS};
 use stepwright_avr::{chip, reset, slot::Slot, step, watchdog};
 use stepwright_device::Mark;
+use stepwright_device::main_loop::{self, Foreground};
 use stepwright_protocol::Slave;
 
 /// All that the main loop works with.
 struct Board {
     slave: SlaveOwner,
     motors: MotorsOwner,
-    serial: Serial,
 }
 
 type Motors = Steppers<'static, AvrEngine, AXES, RUNS, ()>;
@@ -40,20 +40,10 @@ stepwright_avr::serial_interrupts!();
 fn main() -> ! {
     let mut base = [0; board::AXES];
     // SAFETY: called once, with interrupts off; this frame is never left.
-    let mut board = unsafe { start(&mut *(&raw mut base)) };
+    let (mut board, mut line) = unsafe { start(&mut *(&raw mut base)) };
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
-    loop {
-        watchdog::feed();
-        if board.slave.get().is_answering() {
-            board.next_byte();
-        } else {
-            board.listen();
-            board.work();
-        }
-        // Three pieces make a run; a byte of the line may wait for that long.
-        let _ = board.plan() && board.plan() && board.plan();
-    }
+    main_loop::run(&mut board, &mut line)
 }
 
 /// Makes everything, as at power-up.
@@ -61,7 +51,7 @@ fn main() -> ! {
 /// # Safety
 /// To be called once, with interrupts off.
 #[inline(never)]
-unsafe fn start(base: &'static mut [i64; board::AXES]) -> Board {
+unsafe fn start(base: &'static mut [i64; board::AXES]) -> (Board, Serial) {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
     watchdog::start(&chip.WDT);
@@ -70,11 +60,8 @@ unsafe fn start(base: &'static mut [i64; board::AXES]) -> Board {
     #[cfg(feature = "mega")]
     let (pins, mut levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
     levels.set_enable(false); // on while it is low
-    let mut board = Board {
-        slave: SlaveOwner(()),
-        motors: MotorsOwner(()),
-        serial: Serial::start(chip.USART0),
-    };
+    let line = Serial::start(chip.USART0);
+    let mut board = Board { slave: SlaveOwner(()), motors: MotorsOwner(()) };
     board.slave.get().begin();
     let motors = board.motors.get();
     // SAFETY: called once, with interrupts off.
@@ -85,7 +72,7 @@ unsafe fn start(base: &'static mut [i64; board::AXES]) -> Board {
     if reset::doubts() {
         motors.doubt();
     }
-    board
+    (board, line)
 }
 
 /// The right to the line's end, which only `start` makes, once.
@@ -113,30 +100,28 @@ impl MotorsOwner {
     }
 }
 
-impl Board {
-    /// One piece of planning.
-    #[inline(never)]
-    fn plan(&mut self) -> bool {
-        self.motors.get().plan()
+impl Foreground for Board {
+    #[inline(always)]
+    fn tick(&mut self) {
+        watchdog::feed();
     }
-
-    /// Takes what has come, up to the end of a line.
-    #[inline(never)]
-    fn listen(&mut self) {
-        while self.slave.get().listens()
-            && let Some(received) = self.serial.receive()
-        {
-            match received {
-                Received::Byte(byte) => {
-                    self.slave.get().receive(byte, self.motors.get());
-                }
-                Received::Garbled => self.slave.get().garbled(),
-            }
-        }
+    #[inline(always)]
+    fn is_answering(&mut self) -> bool {
+        self.slave.get().is_answering()
     }
-
-    /// Obeys a line, or does one piece of starting an order.
-    #[inline(never)]
+    #[inline(always)]
+    fn listens(&mut self) -> bool {
+        self.slave.get().listens()
+    }
+    #[inline(always)]
+    fn receive(&mut self, byte: u8) {
+        self.slave.get().receive(byte, self.motors.get());
+    }
+    #[inline(always)]
+    fn garbled(&mut self) {
+        self.slave.get().garbled();
+    }
+    #[inline(always)]
     fn work(&mut self) {
         self.slave.get().work(self.motors.get());
         // Never taken back: this board's RAM has to be cold for a power-up to be one of a
@@ -145,14 +130,12 @@ impl Board {
             reset::set_mark(Mark::MOVING);
         }
     }
-
-    /// Sends of the answer as much as there is room for. Planning goes on meanwhile.
-    #[inline(never)]
-    fn next_byte(&mut self) {
-        while self.serial.has_room()
-            && let Some(byte) = self.slave.get().next_byte(self.motors.get())
-        {
-            self.serial.send(byte);
-        }
+    #[inline(always)]
+    fn next_byte(&mut self) -> Option<u8> {
+        self.slave.get().next_byte(self.motors.get())
+    }
+    #[inline(always)]
+    fn plan(&mut self) -> bool {
+        self.motors.get().plan()
     }
 }

@@ -19,8 +19,9 @@
 use stepwright::Speed;
 use stepwright_avr::chip::{self, PORTB};
 use stepwright_avr::clock::Clock;
-use stepwright_avr::serial::{Received, Serial};
+use stepwright_avr::serial::Serial;
 use stepwright_avr::watchdog;
+use stepwright_device::main_loop::{Received, SerialPort};
 use stepwright_protocol::{
     AxisId, Command, Distance, Master, Order, Ramp, RampSteps, Reply, Script, Travel,
 };

@@ -3,20 +3,16 @@
 #![no_main]
 #![feature(asm_experimental_arch)]
 
+use core::ops::{Deref, DerefMut};
+
 use stepwright::{Given, Steppers};
 use stepwright_avr::in_flash::InFlash;
 use stepwright_avr::panel::AvrIo;
-use stepwright_avr::serial::{Received, Serial};
+use stepwright_avr::serial::Serial;
 use stepwright_avr::step::{AvrEngine, RUNS};
 use stepwright_avr::{board, chip, clock, eeprom, slot::Slot, step, watchdog};
 use stepwright_device::Device;
-
-/// All that the main loop works with.
-struct Slave {
-    device: Owner,
-    panel: AvrIo,
-    serial: Serial,
-}
+use stepwright_device::main_loop::{self, OnBoard};
 
 type Controller = Device<'static, AvrEngine, { board::AXES }, RUNS>;
 
@@ -37,22 +33,10 @@ stepwright_avr::serial_interrupts!();
 fn main() -> ! {
     let mut base = [0; board::AXES];
     // SAFETY: called once, with interrupts off; this frame is never left.
-    let mut slave = unsafe { start(&mut *(&raw mut base)) };
+    let (mut board, mut line) = unsafe { start(&mut *(&raw mut base)) };
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
-    loop {
-        watchdog::feed();
-        slave.panel.tick();
-        if slave.device.get().is_answering() {
-            slave.next_byte();
-        } else {
-            slave.listen();
-            slave.work();
-        }
-        slave.device.get().poll_io(&mut slave.panel);
-        // Four pieces make a run; a byte of the line may wait for that long.
-        let _ = slave.plan() && slave.plan() && slave.plan() && slave.plan();
-    }
+    main_loop::run(&mut board, &mut line)
 }
 
 /// Makes everything, as at power-up.
@@ -60,7 +44,7 @@ fn main() -> ! {
 /// # Safety
 /// To be called once, with interrupts off.
 #[inline(never)]
-unsafe fn start(base: &'static mut [i64; board::AXES]) -> Slave {
+unsafe fn start(base: &'static mut [i64; board::AXES]) -> (OnBoard<Owner, AvrIo>, Serial) {
     // SAFETY: the only time that anybody takes them.
     let chip = unsafe { chip::Peripherals::steal() };
     watchdog::start(&chip.WDT);
@@ -68,75 +52,42 @@ unsafe fn start(base: &'static mut [i64; board::AXES]) -> Slave {
     let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
     #[cfg(feature = "mega")]
     let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
-    let mut slave = Slave {
-        device: Owner(()),
-        panel: AvrIo::new(
-            levels,
-            eeprom::Eeprom::new(chip.EEPROM),
-            clock::Clock::start(chip.TC0),
-        ),
-        serial: Serial::start(chip.USART0),
-    };
-    let motors = slave.device.get().motors_mut();
+    let mut io = AvrIo::new(
+        levels,
+        eeprom::Eeprom::new(chip.EEPROM),
+        clock::Clock::start(chip.TC0),
+    );
+    let line = Serial::start(chip.USART0);
+    let mut device = Owner(());
+    let motors = device.motors_mut();
     // SAFETY: called once, with interrupts off.
     *motors.engine() = unsafe { step::start(pins, base) };
     // SAFETY: nobody else asks for them, and it is in flash.
     let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
     motors.power_up_for_orders(feed, |given| unsafe { BOARD.load(given) });
-    slave.device.get().begin(board::AXES as u8, &mut slave.panel);
-    slave
+    device.begin(board::AXES as u8, &mut io);
+    (OnBoard { device, io }, line)
 }
 
-/// The right to the device, which only `start` makes, once.
+/// The right to the device, which only `start` makes, once. At a fixed address, and not
+/// through a pointer: that makes all that works on it shorter by a tenth.
 struct Owner(());
 
-impl Owner {
-    /// The device. At a fixed address, and not through a pointer: that makes all
-    /// that works on it shorter by a tenth.
+impl Deref for Owner {
+    type Target = Controller;
+
     #[inline(always)]
-    fn get(&mut self) -> &mut Controller {
+    fn deref(&self) -> &Controller {
         // SAFETY: there is one owner, which is borrowed for as long, and no interrupt
         // asks for the device.
         unsafe { DEVICE.get() }
     }
 }
 
-impl Slave {
-    /// One piece of planning. The bench times it by its name.
-    #[inline(never)]
-    fn plan(&mut self) -> bool {
-        self.device.get().plan()
-    }
-
-    /// Takes what has come, up to the end of a line.
-    #[inline(never)]
-    fn listen(&mut self) {
-        while self.device.get().listens()
-            && let Some(received) = self.serial.receive()
-        {
-            match received {
-                Received::Byte(byte) => {
-                    self.device.get().receive(byte, &mut self.panel);
-                }
-                Received::Garbled => self.device.get().garbled(),
-            }
-        }
-    }
-
-    /// Obeys a line, or does one piece of starting an order. The bench times it by its name.
-    #[inline(never)]
-    fn work(&mut self) {
-        self.device.get().work(&mut self.panel);
-    }
-
-    /// Sends of the answer as much as there is room for. Planning goes on
-    /// meanwhile.
-    #[inline(never)]
-    fn next_byte(&mut self) {
-        while self.serial.has_room()
-            && let Some(byte) = self.device.get().next_byte(&mut self.panel)
-        {
-            self.serial.send(byte);
-        }
+impl DerefMut for Owner {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut Controller {
+        // SAFETY: likewise.
+        unsafe { DEVICE.get() }
     }
 }

@@ -8,7 +8,7 @@
 use avr_device::interrupt;
 use stepwright::drive::Axes;
 use stepwright_cycle::{
-    Calibration, Clock, Cycle, CycleError, Motor, Program, Refusal, MachineIo, Switches,
+    Calibration, Clock, Cycle, CycleError, MachineIo, Motor, Program, Refusal, Switches,
 };
 
 use crate::board::{self, AXES, Levels, Pins};

@@ -72,10 +72,7 @@ pub use avr_device::atmega328p as chip;
 #[cfg(feature = "mega")]
 pub use avr_device::atmega2560 as chip;
 
-#[cfg(any(
-    all(feature = "uno", feature = "mega"),
-    not(any(feature = "uno", feature = "mega"))
-))]
+#[cfg(any(all(feature = "uno", feature = "mega"), not(any(feature = "uno", feature = "mega"))))]
 compile_error!("choose a chip: the feature `uno` (for a Nano too) or `mega`");
 
 #[cfg(all(feature = "uno", any(feature = "timer3", feature = "timer4", feature = "timer5")))]

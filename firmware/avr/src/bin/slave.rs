@@ -52,11 +52,8 @@ unsafe fn start(base: &'static mut [i64; board::AXES]) -> (OnBoard<Owner, AvrIo>
     let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
     #[cfg(feature = "mega")]
     let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
-    let mut io = AvrIo::new(
-        levels,
-        eeprom::Eeprom::new(chip.EEPROM),
-        clock::Clock::start(chip.TC0),
-    );
+    let mut io =
+        AvrIo::new(levels, eeprom::Eeprom::new(chip.EEPROM), clock::Clock::start(chip.TC0));
     let line = Serial::start(chip.USART0);
     let mut device = Owner(());
     let motors = device.motors_mut();

@@ -123,16 +123,17 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// A call plans one run at most: on a 16 MHz AVR some 7,000 cycles, 0.4 ms.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
     /// // The main loop of a program that can sleep.
     /// match motors.poll() {
     ///     Some(0) => {} // call it again
     ///     Some(_ticks) => { /* sleep for as long, or until an input changes */ }
     ///     None => { /* sleep until there is something to move */ }
     /// }
-    /// # Ok(())
-    /// # }
+    /// # Ok::<(), MoveError>(())
     /// ```
     pub fn poll(&mut self) -> Option<Ticks> {
         for _ in 0..PIECES {
@@ -146,6 +147,16 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// One piece of planning, at most 200 µs on a 16 MHz AVR: a part of one run of the axis
     /// whose queue lasts the shortest. True if there may be more. [`poll`](Steppers::poll) is
     /// made of these.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.move_by(Axis::X, 200)?;
+    /// while motors.plan() {} // all that is wanted now; `poll` does as much
+    /// # Ok::<(), MoveError>(())
+    /// ```
     #[inline(always)]
     pub fn plan(&mut self) -> bool {
         let more = self.group.poll(&mut self.engine);
@@ -156,6 +167,16 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// Tells that this many ticks have passed since the last call. Optional: a motor rests
     /// between two moves, √(2/a) from rest, and with these calls every few milliseconds the
     /// time that has passed since the last move counts.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.pass(16_000); // a millisecond of a 16 MHz timer
+    /// motors.move_by(Axis::X, 200)?;
+    /// # Ok::<(), MoveError>(())
+    /// ```
     pub fn pass(&mut self, ticks: Ticks) {
         self.group.pass(&self.engine, ticks);
     }
@@ -166,11 +187,18 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// rests stays at rest.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.run(Axis::X, 400)?;
     /// motors.stop(Axis::X | Axis::Z);
-    /// # Ok(())
-    /// # }
+    /// while motors.is_moving(Axis::X) {
+    ///     motors.poll();
+    ///     # motors.engine().pass(16_000);
+    /// }
+    /// assert!(motors.position(Axis::X).is_some());
+    /// # Ok::<(), MoveError>(())
     /// ```
     pub fn stop(&mut self, axes: impl Into<AxisSet<N>>) {
         for axis in axes.into().iter() {
@@ -182,28 +210,76 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// [`position`](Steppers::position) is not known until it is set.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
-    /// motors.halt(AxisSet::ALL);
-    /// # Ok(())
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.run(Axis::X, 400)?;
+    /// # for _ in 0..100 {
+    /// #     motors.poll();
+    /// #     motors.engine().pass(16_000);
     /// # }
+    /// motors.halt(AxisSet::ALL);
+    /// assert!(!motors.is_moving(Axis::X));
+    /// assert_eq!(motors.position(Axis::X), None);
+    /// # Ok::<(), MoveError>(())
     /// ```
     pub fn halt(&mut self, axes: impl Into<AxisSet<N>>) {
         self.group.kill_some(&mut self.engine, axes.into().bits());
     }
 
     /// Whether an axis moves, or is about to.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// assert!(!motors.is_moving(Axis::X));
+    /// motors.move_by(Axis::X, 200)?;
+    /// assert!(motors.is_moving(Axis::X) && !motors.is_moving(Axis::Y));
+    /// # Ok::<(), MoveError>(())
+    /// ```
     pub fn is_moving(&self, axis: Axis<N>) -> bool {
         self.group.is_busy(&self.engine, axis.number())
     }
 
     /// Whether any axis moves.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.move_by(Axis::Z, 3)?;
+    /// while motors.any_moving() {
+    ///     motors.poll();
+    ///     # motors.engine().pass(16_000);
+    /// }
+    /// assert_eq!(motors.position(Axis::Z), Some(3));
+    /// # Ok::<(), MoveError>(())
+    /// ```
     pub fn any_moving(&self) -> bool {
         self.group.any_busy(&self.engine)
     }
 
     /// The position in steps, also on the way. `None` where it is not known: after a
     /// [`halt`](Steppers::halt) on the way.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// assert_eq!(motors.position(Axis::X), Some(0));
+    /// motors.move_by(Axis::X, -2)?;
+    /// while motors.is_moving(Axis::X) {
+    ///     motors.poll();
+    ///     # motors.engine().pass(16_000);
+    /// }
+    /// assert_eq!(motors.position(Axis::X), Some(-2));
+    /// # Ok::<(), MoveError>(())
+    /// ```
     pub fn position(&self, axis: Axis<N>) -> Option<i64> {
         self.group.position(&self.engine, axis.number())
     }
@@ -211,12 +287,13 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// Says that an axis stands at this position.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
     /// motors.set_position(Axis::X, 0)?;
     /// assert_eq!(motors.position(Axis::X), Some(0));
-    /// # Ok(())
-    /// # }
+    /// # Ok::<(), MoveError>(())
     /// ```
     ///
     /// # Errors
@@ -229,16 +306,52 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
 
     /// Steps that came late since they were [cleared](Steppers::clear_late), of all axes: a
     /// main loop that was too slow for `poll`, or other interrupts that took too long.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.run(Axis::X, 400)?;
+    /// # for _ in 0..1_000 {
+    /// #     motors.poll();
+    /// #     motors.engine().pass(16_000);
+    /// # }
+    /// assert_eq!(motors.late(), 0);
+    /// # motors.engine().pass(16_000_000);
+    /// // The main loop is away for a second.
+    /// assert!(motors.late() > 0);
+    /// # Ok::<(), MoveError>(())
+    /// ```
     pub fn late(&self) -> u32 {
         self.engine.late()
     }
 
     /// Forgets late steps.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.clear_late();
+    /// assert_eq!(motors.late(), 0);
+    /// # Ok::<(), MoveError>(())
+    /// ```
     pub fn clear_late(&mut self) {
         self.group.clear(&mut self.engine);
     }
 
     /// The board.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// assert_eq!(motors.board().rate.hz(), 16_000_000);
+    /// # Ok::<(), MoveError>(())
+    /// ```
     pub fn board(&self) -> &Board<N, ()> {
         self.group.board()
     }
@@ -247,13 +360,15 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// is set before a step, and kept after it. Meant for axes at rest.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
     /// // 3 µs, 0.7 µs and 0.7 µs.
     /// let rate = motors.board().rate;
     /// motors.set_drivers(rate.nanos(3_000), rate.nanos(700), rate.nanos(700));
-    /// # Ok(())
-    /// # }
+    /// assert_eq!(motors.board().timing.pulse, 48);
+    /// # Ok::<(), MoveError>(())
     /// ```
     pub fn set_drivers(&mut self, pulse: Ticks, setup: Ticks, hold: Ticks) {
         let board = self.group.board_mut();
@@ -263,6 +378,15 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     }
 
     /// The engine, or what reaches it.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.engine().pass(16_000); // a simulated engine: a millisecond passes
+    /// # Ok::<(), MoveError>(())
+    /// ```
     pub fn engine(&mut self) -> &mut E {
         &mut self.engine
     }

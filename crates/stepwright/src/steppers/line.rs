@@ -11,10 +11,13 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// as fast as the limits of its axes allow.
     ///
     /// ```
-    /// # use stepwright::{Axis, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
-    /// motors.move_line_to([(Axis::X, 20_000), (Axis::Y, -6_666)])
-    /// # }
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.move_line_to([(Axis::X, 20_000), (Axis::Y, -6_666)])?;
+    /// assert_eq!(motors.distance_to_go(Axis::Y), Some(-6_666));
+    /// # Ok::<(), MoveError>(())
     /// ```
     ///
     /// # Errors

@@ -10,14 +10,15 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// Sets the limits of an axis: they hold for moves that begin from now on.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
     /// for axis in Axis::all() {
     ///     motors.set_limits(axis, AxisLimits::DEFAULT);
     /// }
     /// assert_eq!(motors.limits(Axis::X), AxisLimits::DEFAULT);
-    /// # Ok(())
-    /// # }
+    /// # Ok::<(), MoveError>(())
     /// ```
     pub fn set_limits(&mut self, axis: Axis<N>, limits: AxisLimits) {
         if let Some(own) = self.axes.get_mut(axis.index()) {
@@ -26,6 +27,17 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     }
 
     /// The limits of an axis.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// let limits = motors.limits(Axis::Y).deceleration(stepwright::Accel::from_steps(5_000)?);
+    /// motors.set_limits(Axis::Y, limits);
+    /// assert_eq!(motors.limits(Axis::Y), limits);
+    /// # Ok::<(), MoveError>(())
+    /// ```
     pub fn limits(&self, axis: Axis<N>) -> AxisLimits {
         self.axes.get(axis.index()).map(|own| own.limits).unwrap_or_default()
     }
@@ -33,11 +45,13 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// Moves an axis that rests to a position, in steps. Where it is already: done at once.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
     /// motors.move_to(Axis::X, -2_000)?;
-    /// # Ok(())
-    /// # }
+    /// assert!(motors.move_to(Axis::X, 0).is_err(), "it moves");
+    /// # Ok::<(), MoveError>(())
     /// ```
     ///
     /// # Errors
@@ -55,11 +69,13 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// not be known.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
     /// motors.move_by(Axis::Y, 200)?;
-    /// # Ok(())
-    /// # }
+    /// assert!(motors.is_moving(Axis::Y));
+    /// # Ok::<(), MoveError>(())
     /// ```
     ///
     /// # Errors
@@ -78,12 +94,15 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// below. An axis that runs the same way already has this speed from now on; 0 stops it.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
     /// motors.run(Axis::X, -300)?;
     /// motors.run(Axis::X, -400)?; // faster, the same way
-    /// # Ok(())
-    /// # }
+    /// assert!(motors.run(Axis::X, 400).is_err(), "stop it first");
+    /// assert!(motors.run(Axis::Y, 501).is_err(), "above its limit");
+    /// # Ok::<(), MoveError>(())
     /// ```
     ///
     /// # Errors
@@ -113,12 +132,14 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// keeps the limits that the move began with: along a line its share of them.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
     /// motors.move_to(Axis::X, 2_000)?;
     /// motors.retarget(Axis::X, 1_500)?;
-    /// # Ok(())
-    /// # }
+    /// assert_eq!(motors.distance_to_go(Axis::X), Some(1_500));
+    /// # Ok::<(), MoveError>(())
     /// ```
     ///
     /// # Errors
@@ -136,12 +157,13 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// rest; 0 at rest. `None` for a run, which has no target.
     ///
     /// ```
-    /// # use stepwright::{Axis, AxisLimits, AxisSet, Control, MoveError, Steppers};
-    /// # fn f(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
     /// motors.move_by(Axis::X, 200)?;
     /// assert_eq!(motors.distance_to_go(Axis::X), Some(200));
-    /// # Ok(())
-    /// # }
+    /// # Ok::<(), MoveError>(())
     /// ```
     pub fn distance_to_go(&self, axis: Axis<N>) -> Option<i64> {
         if !self.is_moving(axis) {

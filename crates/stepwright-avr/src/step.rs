@@ -53,18 +53,19 @@ mod boards;
 #[allow(missing_docs)]
 pub mod channels;
 mod fill;
+mod layout;
 mod play;
-
-use core::mem::offset_of;
 
 use avr_device::interrupt;
 use stepwright::drive::{Axes, Drive};
 use stepwright::queue::{Producer, Queue};
-use stepwright::{Control, Report, Ticks, Timing, entry::Entry};
+use stepwright::{Control, Report, Ticks, Timing};
 
 use crate::board::{self, AXES, Pins};
 use crate::slot::Slot;
 use channels::{OCR, TCCRA, TCNT, TIFR, TIMSK};
+#[doc(hidden)] // for the assembly
+pub use layout::{Axis, Common};
 
 /// Entries queued for each axis, 11 bytes each.
 pub const RUNS: usize = 8;
@@ -77,121 +78,11 @@ pub const SLIP: u8 = 0xF4;
 /// How long an axis looks for nothing while its queue is empty, in 257 ticks.
 pub const POLL: u8 = 0x23;
 
-/// Events with the same pins and the same wait.
-#[derive(Clone, Copy)]
-#[repr(C)]
-struct Group {
-    /// In 2⁻⁸ ticks.
-    interval: [u8; 3],
-    /// Half of it less [`LOOK`], in ticks: with less to the next deadline a step is late.
-    room: [u8; 2],
-    /// As `entry::Events`.
-    left: [u8; 2],
-    pins: u8,
-}
-
-impl Group {
-    const NONE: Group = Group { interval: [0; 3], room: [0; 2], left: [0; 2], pins: 0 };
-}
-
 /// Steps that are `left` of a group with these pins.
 fn steps(left: [u8; 2], pins: u8) -> u32 {
     let [low, high] = left;
     let high = if low == 0 { high.wrapping_add(1) } else { high };
     if pins & channels::STEPS == 0 { 0 } else { u16::from_le_bytes([low, high]).into() }
-}
-
-/// What the interrupt of an axis plays.
-#[doc(hidden)]
-#[repr(C)]
-pub struct Axis {
-    now: Group,
-    next: Group,
-    growth: [u8; 3],
-    events: [u8; 2],
-    groups: u8,
-    then: u8,
-    /// The deadline in 2⁻⁸ ticks; its upper bytes are the compare register's, where
-    /// that has 16 bits.
-    due: [u8; 3],
-    /// 1: the queue is empty, and the next event is not late yet; 2: it is.
-    starved: u8,
-    /// Steps that the groups had which were prepared since the travel began.
-    loaded: [u8; 5],
-    queue: Queue<RUNS>,
-}
-
-#[doc(hidden)] // for the assembly
-impl Axis {
-    pub const NEXT: usize = offset_of!(Axis, next);
-    pub const GROWTH: usize = offset_of!(Axis, growth);
-    pub const EVENTS: usize = offset_of!(Axis, events);
-    pub const GROUPS: usize = offset_of!(Axis, groups);
-    pub const THEN: usize = offset_of!(Axis, then);
-    pub const DUE: usize = offset_of!(Axis, due);
-    pub const STARVED: usize = offset_of!(Axis, starved);
-    pub const LOADED: usize = offset_of!(Axis, loaded);
-    pub const QUEUE: usize = offset_of!(Axis, queue);
-    /// A group.
-    pub const NOW: usize = offset_of!(Axis, now);
-    pub const GROUP: usize = size_of::<Group>();
-    pub const WAIT: usize = offset_of!(Group, interval);
-    pub const ROOM: usize = offset_of!(Group, room);
-    pub const LEFT: usize = offset_of!(Group, left);
-    pub const PINS: usize = offset_of!(Group, pins);
-
-    const LAYOUT: () = {
-        // Of fields with several bytes the assembly knows how many these are.
-        assert!(size_of::<Group>() == 3 + 2 + 2 + 1);
-        assert!(Self::LOADED + 5 <= size_of::<Axis>() && size_of::<Axis>() < 256);
-        // An entry is read from its first byte to its last, and its place is 11 times its
-        // number.
-        assert!(size_of::<Entry>() == 11);
-        assert!(Entry::INTERVAL == 0 && Entry::GROWTH == 3 && Entry::EVENTS == 6);
-        assert!(Entry::GROUPS == 8 && Entry::THEN == 9 && Entry::PINS == 10);
-        // Places are what is left of a counter when the upper bits are masked.
-        assert!(RUNS.is_power_of_two());
-        // What the assembly reaches through Z.
-        assert!(Self::QUEUE + Queue::<RUNS>::PLAYED < 64);
-    };
-
-    const fn new() -> Axis {
-        let () = Self::LAYOUT;
-        Axis {
-            now: Group::NONE,
-            next: Group::NONE,
-            growth: [0; 3],
-            events: [0; 2],
-            groups: 0,
-            then: 0,
-            due: [0; 3],
-            starved: 0,
-            loaded: [0; 5],
-            queue: Queue::new(),
-        }
-    }
-}
-
-/// What all axes share.
-#[doc(hidden)]
-#[repr(C)]
-pub struct Common {
-    /// Late steps.
-    late: [u8; 3],
-    /// Axes for which there is nothing to prepare.
-    resting: Axes,
-    /// Beyond its own 36 cycles a pulse lasts this many times 3; 0 for a pulse as it is.
-    hold: u8,
-    /// What a late step waits for, in 3 cycles.
-    pace: u8,
-}
-
-#[doc(hidden)] // for the assembly
-impl Common {
-    pub const LATE: usize = offset_of!(Common, late);
-    pub const RESTING: usize = offset_of!(Common, resting);
-    pub const HOLD: usize = offset_of!(Common, hold);
-    pub const PACE: usize = offset_of!(Common, pace);
 }
 
 #[doc(hidden)] // the step interrupts play them

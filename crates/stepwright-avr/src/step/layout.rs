@@ -1,0 +1,121 @@
+//! What the step interrupts and the foreground share, field by field: the assembly's offsets
+//! are constants of these structures, and what else it knows of them is asserted here.
+
+use core::mem::offset_of;
+
+use stepwright::drive::Axes;
+use stepwright::entry::Entry;
+use stepwright::queue::Queue;
+
+use super::RUNS;
+
+/// Events with the same pins and the same wait.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub(super) struct Group {
+    /// In 2⁻⁸ ticks.
+    pub(super) interval: [u8; 3],
+    /// Half of it less [`LOOK`](super::LOOK), in ticks: with less
+    /// to the next deadline a step is late.
+    pub(super) room: [u8; 2],
+    /// As `entry::Events`.
+    pub(super) left: [u8; 2],
+    pub(super) pins: u8,
+}
+
+impl Group {
+    const NONE: Group = Group { interval: [0; 3], room: [0; 2], left: [0; 2], pins: 0 };
+}
+
+/// What the interrupt of an axis plays.
+#[doc(hidden)]
+#[repr(C)]
+pub struct Axis {
+    pub(super) now: Group,
+    pub(super) next: Group,
+    pub(super) growth: [u8; 3],
+    pub(super) events: [u8; 2],
+    pub(super) groups: u8,
+    pub(super) then: u8,
+    /// The deadline in 2⁻⁸ ticks; its upper bytes are the compare register's, where
+    /// that has 16 bits.
+    pub(super) due: [u8; 3],
+    /// 1: the queue is empty, and the next event is not late yet; 2: it is.
+    pub(super) starved: u8,
+    /// Steps that the groups had which were prepared since the travel began.
+    pub(super) loaded: [u8; 5],
+    pub(super) queue: Queue<RUNS>,
+}
+
+#[doc(hidden)] // for the assembly
+impl Axis {
+    pub const NEXT: usize = offset_of!(Axis, next);
+    pub const GROWTH: usize = offset_of!(Axis, growth);
+    pub const EVENTS: usize = offset_of!(Axis, events);
+    pub const GROUPS: usize = offset_of!(Axis, groups);
+    pub const THEN: usize = offset_of!(Axis, then);
+    pub const DUE: usize = offset_of!(Axis, due);
+    pub const STARVED: usize = offset_of!(Axis, starved);
+    pub const LOADED: usize = offset_of!(Axis, loaded);
+    pub const QUEUE: usize = offset_of!(Axis, queue);
+    /// A group.
+    pub const NOW: usize = offset_of!(Axis, now);
+    pub const GROUP: usize = size_of::<Group>();
+    pub const WAIT: usize = offset_of!(Group, interval);
+    pub const ROOM: usize = offset_of!(Group, room);
+    pub const LEFT: usize = offset_of!(Group, left);
+    pub const PINS: usize = offset_of!(Group, pins);
+
+    const LAYOUT: () = {
+        // Of fields with several bytes the assembly knows how many these are.
+        assert!(size_of::<Group>() == 3 + 2 + 2 + 1);
+        assert!(Self::LOADED + 5 <= size_of::<Axis>() && size_of::<Axis>() < 256);
+        // An entry is read from its first byte to its last, and its place is 11 times its
+        // number.
+        assert!(size_of::<Entry>() == 11);
+        assert!(Entry::INTERVAL == 0 && Entry::GROWTH == 3 && Entry::EVENTS == 6);
+        assert!(Entry::GROUPS == 8 && Entry::THEN == 9 && Entry::PINS == 10);
+        // Places are what is left of a counter when the upper bits are masked.
+        assert!(RUNS.is_power_of_two());
+        // What the assembly reaches through Z.
+        assert!(Self::QUEUE + Queue::<RUNS>::PLAYED < 64);
+    };
+
+    pub(super) const fn new() -> Axis {
+        let () = Self::LAYOUT;
+        Axis {
+            now: Group::NONE,
+            next: Group::NONE,
+            growth: [0; 3],
+            events: [0; 2],
+            groups: 0,
+            then: 0,
+            due: [0; 3],
+            starved: 0,
+            loaded: [0; 5],
+            queue: Queue::new(),
+        }
+    }
+}
+
+/// What all axes share.
+#[doc(hidden)]
+#[repr(C)]
+pub struct Common {
+    /// Late steps.
+    pub(super) late: [u8; 3],
+    /// Axes for which there is nothing to prepare.
+    pub(super) resting: Axes,
+    /// Beyond its own 36 cycles a pulse lasts this many times 3; 0 for a pulse as it is.
+    pub(super) hold: u8,
+    /// What a late step waits for, in 3 cycles.
+    pub(super) pace: u8,
+}
+
+#[doc(hidden)] // for the assembly
+impl Common {
+    pub const LATE: usize = offset_of!(Common, late);
+    pub const RESTING: usize = offset_of!(Common, resting);
+    pub const HOLD: usize = offset_of!(Common, hold);
+    pub const PACE: usize = offset_of!(Common, pace);
+}

@@ -65,7 +65,7 @@ use crate::board::{self, AXES, Pins};
 use crate::slot::Slot;
 use channels::{OCR, TCCRA, TCNT, TIFR, TIMSK};
 #[doc(hidden)] // for the assembly
-pub use layout::{Axis, Common};
+pub use layout::{AxisState, Common};
 
 /// Entries queued for each axis, 11 bytes each.
 pub const RUNS: usize = 8;
@@ -86,7 +86,7 @@ fn steps(left: [u8; 2], pins: u8) -> u32 {
 }
 
 #[doc(hidden)] // the step interrupts play them
-pub static STEPPERS: Slot<[Axis; AXES]> = Slot::new([const { Axis::new() }; AXES]);
+pub static STEPPERS: Slot<[AxisState; AXES]> = Slot::new([const { AxisState::new() }; AXES]);
 #[doc(hidden)]
 pub static COMMON: Slot<Common> = Slot::new(Common { late: [0; 3], resting: 0, hold: 0, pace: 1 });
 
@@ -103,22 +103,22 @@ macro_rules! step_interrupts {
             $crate::step_board_text!(),
             axes = sym $crate::step::STEPPERS,
             common = sym $crate::step::COMMON,
-            axis = const size_of::<$crate::step::Axis>(),
-            now = const $crate::step::Axis::NOW,
-            next = const $crate::step::Axis::NEXT,
-            group = const $crate::step::Axis::GROUP,
-            wait = const $crate::step::Axis::WAIT,
-            room = const $crate::step::Axis::ROOM,
-            left = const $crate::step::Axis::LEFT,
-            pins = const $crate::step::Axis::PINS,
-            growth = const $crate::step::Axis::GROWTH,
-            events = const $crate::step::Axis::EVENTS,
-            groups = const $crate::step::Axis::GROUPS,
-            then = const $crate::step::Axis::THEN,
-            due = const $crate::step::Axis::DUE,
-            starved = const $crate::step::Axis::STARVED,
-            loaded = const $crate::step::Axis::LOADED,
-            queue = const $crate::step::Axis::QUEUE,
+            axis = const size_of::<$crate::step::AxisState>(),
+            now = const $crate::step::AxisState::NOW,
+            next = const $crate::step::AxisState::NEXT,
+            group = const $crate::step::AxisState::GROUP,
+            wait = const $crate::step::AxisState::WAIT,
+            room = const $crate::step::AxisState::ROOM,
+            left = const $crate::step::AxisState::LEFT,
+            pins = const $crate::step::AxisState::PINS,
+            growth = const $crate::step::AxisState::GROWTH,
+            events = const $crate::step::AxisState::EVENTS,
+            groups = const $crate::step::AxisState::GROUPS,
+            then = const $crate::step::AxisState::THEN,
+            due = const $crate::step::AxisState::DUE,
+            starved = const $crate::step::AxisState::STARVED,
+            loaded = const $crate::step::AxisState::LOADED,
+            queue = const $crate::step::AxisState::QUEUE,
             taken = const $crate::step::EntryQueue::TAKEN,
             pushed = const $crate::step::EntryQueue::PUSHED,
             open = const $crate::step::EntryQueue::OPEN,
@@ -172,23 +172,23 @@ pub unsafe fn lend(axis: u8, producer: &mut Producer<'static, RUNS>) {
 
 /// Where an axis is.
 #[inline(always)]
-fn place(axis: u8) -> *mut Axis {
+fn place(axis: u8) -> *mut AxisState {
     let axis = if usize::from(axis) < AXES { axis } else { 0 };
-    let offset = axis.wrapping_mul(size_of::<Axis>() as u8);
+    let offset = axis.wrapping_mul(size_of::<AxisState>() as u8);
     // A product of bytes where that is enough.
-    let offset = if size_of::<Axis>() * AXES <= 256 {
+    let offset = if size_of::<AxisState>() * AXES <= 256 {
         usize::from(offset)
     } else {
-        usize::from(axis).wrapping_mul(size_of::<Axis>())
+        usize::from(axis).wrapping_mul(size_of::<AxisState>())
     };
-    STEPPERS.address().cast_mut().cast::<Axis>().wrapping_byte_add(offset)
+    STEPPERS.address().cast_mut().cast::<AxisState>().wrapping_byte_add(offset)
 }
 
 /// The same pointer, of which the compiler does not know what it is: so it is loaded once,
 /// where the address of each field would be added up. In registers: `black_box` goes by the
 /// stack.
 #[inline(always)]
-fn pointed(mut at: *mut Axis) -> *mut Axis {
+fn pointed(mut at: *mut AxisState) -> *mut AxisState {
     // SAFETY: no instruction.
     unsafe {
         core::arch::asm!("/* {0} */", inout(reg_pair) at, options(pure, nomem, nostack, preserves_flags));
@@ -311,7 +311,7 @@ impl AvrEngine {
         let (loaded, now, pins, next, then, flags) = interrupt::free(|_| {
             // SAFETY: no interrupt comes, and none refills.
             unsafe {
-                let Axis { loaded, now, next, .. } = &*at;
+                let AxisState { loaded, now, next, .. } = &*at;
                 (*loaded, now.left, now.pins, next.left, next.pins, FLAGS.read_volatile())
             }
         });

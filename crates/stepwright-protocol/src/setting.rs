@@ -50,15 +50,19 @@ macro_rules! settings {
                 match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $name,)* }
             }
 
+            /// The feature of the boards that have it; empty for a setting of every board.
+            pub const fn feature(self) -> &'static str {
+                match self {
+                    $($(#[cfg(feature = $feature)])? Setting::$setting => {
+                        concat!("", $($feature)?)
+                    })*
+                }
+            }
+
             /// Whether every board has it, also one without room for what a
             /// feature adds.
             pub const fn is_everywhere(self) -> bool {
-                match self {
-                    $($(#[cfg(feature = $feature)])? Setting::$setting => {
-                        let features: &[&str] = &[$($feature)?];
-                        features.is_empty()
-                    })*
-                }
+                self.feature().is_empty()
             }
 
             /// The unit of its number; empty for a switch or a set of axes.

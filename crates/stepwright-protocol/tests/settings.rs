@@ -3,6 +3,7 @@
 mod common;
 
 use common::talk;
+use stepwright_protocol::Setting;
 
 #[test]
 fn settings_are_asked_and_set() {
@@ -56,4 +57,37 @@ fn settings_may_stand_inside_an_order() {
          $hold-us=-1   E
          E       E",
     );
+}
+
+/// `docs/settings.md`, which is the table's.
+fn page() -> String {
+    let mut page = String::from(
+        "# Settings\n\nAll settings of a board, in the order of the answer to `$`. The\n\
+         [README](../README.md#settings) says more of some. `stepwright settings set --help` has\n\
+         the same texts. Sets of axes are sums: 1 for X, 2 for Y, 4 for Z.\n\n\
+         | setting | range | default | what it does | boards |\n|---|---|---|---|---|\n",
+    );
+    for setting in Setting::ALL {
+        let (name, unit, help) = (setting.name(), setting.unit(), setting.help());
+        let (least, most) = setting.range().into_inner();
+        let boards = match setting.feature() {
+            "" => "all",
+            "s-curve" => "with `jerk`",
+            _ => "with `safety`",
+        };
+        let range = format!("{least} to {most} {unit}");
+        let range = range.trim_end();
+        page += &format!("| `{name}` | {range} | {} | {help} | {boards} |\n", setting.default());
+    }
+    page + "\nThe `can=` words in the answer to `?` say whether a board has `safety` and `jerk`.\n"
+}
+
+#[test]
+fn the_page_of_settings_is_the_table() {
+    let place = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/settings.md");
+    if std::env::var("STEPWRIGHT_GOLDEN").is_ok_and(|golden| golden == "write") {
+        std::fs::write(place, page()).unwrap();
+    }
+    let text = std::fs::read_to_string(place).unwrap();
+    assert_eq!(text, page(), "STEPWRIGHT_GOLDEN=write cargo test writes it");
 }

@@ -22,12 +22,18 @@ pub struct Description {
     pub baud: u32,
 }
 
+/// The timer of an Uno.
+const UNO: Rate = match Rate::from_hz(16_000_000) {
+    Ok(rate) => rate,
+    Err(_) => panic!("16 MHz is a rate"),
+};
+
 impl Description {
     /// An Arduino Uno: 16 MHz, 16 bits, three axes; the costs are those of
     /// its firmware.
     pub fn uno() -> Description {
         let cost = Cost { ticks: [125, 184, 251], pulse: 45, longer: [1_250, 1_700, 4_400] };
-        let uno = Description::at(Rate::from_hz(16_000_000).unwrap_or(Rate::MHZ), cost);
+        let uno = Description::at(UNO, cost);
         // The third is on timer 2, which counts every eighth cycle.
         Description { grid: [1, 1, 8], assembly: true, ..uno }
     }

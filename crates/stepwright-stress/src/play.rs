@@ -286,7 +286,7 @@ impl<'q, C: Count> Simulated<'q, C> {
         reset: Reset,
         remains: Remains,
     ) -> VirtualBoard<'q, C, Taken> {
-        let rate = Rate::from_hz(board.hz).unwrap_or(Rate::MHZ);
+        let rate = Rate::from_hz(board.hz).expect("a story's board has a rate of its list");
         let description = Description { axes: board.axes, ..Description::quick(rate, board.cost) };
         let reset = match reset {
             Reset::Power | Reset::Blink => Cause::Power,

@@ -4,9 +4,13 @@ use anyhow::Result;
 
 use crate::workspace::{Workspace, run};
 
-/// `cargo fmt --all` puts right what this finds.
+/// `cargo fmt --all` puts right what this finds, in the folder that it names.
 pub fn fmt(ws: &Workspace) -> Result<()> {
-    run(&mut ws.cargo(["fmt", "--all", "--check"]))
+    // The firmware is a workspace of its own, with the board support.
+    for folder in [".", "firmware/avr"] {
+        run(ws.cargo(["fmt", "--all", "--check"]).current_dir(ws.root.join(folder)))?;
+    }
+    Ok(())
 }
 
 /// Lints, in tests and examples too; a warning is an error.

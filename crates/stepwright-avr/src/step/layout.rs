@@ -30,7 +30,7 @@ impl Group {
 /// What the interrupt of an axis plays.
 #[doc(hidden)]
 #[repr(C)]
-pub struct Axis {
+pub struct AxisState {
     pub(super) now: Group,
     pub(super) next: Group,
     pub(super) growth: [u8; 3],
@@ -48,18 +48,18 @@ pub struct Axis {
 }
 
 #[doc(hidden)] // for the assembly
-impl Axis {
-    pub const NEXT: usize = offset_of!(Axis, next);
-    pub const GROWTH: usize = offset_of!(Axis, growth);
-    pub const EVENTS: usize = offset_of!(Axis, events);
-    pub const GROUPS: usize = offset_of!(Axis, groups);
-    pub const THEN: usize = offset_of!(Axis, then);
-    pub const DUE: usize = offset_of!(Axis, due);
-    pub const STARVED: usize = offset_of!(Axis, starved);
-    pub const LOADED: usize = offset_of!(Axis, loaded);
-    pub const QUEUE: usize = offset_of!(Axis, queue);
+impl AxisState {
+    pub const NEXT: usize = offset_of!(AxisState, next);
+    pub const GROWTH: usize = offset_of!(AxisState, growth);
+    pub const EVENTS: usize = offset_of!(AxisState, events);
+    pub const GROUPS: usize = offset_of!(AxisState, groups);
+    pub const THEN: usize = offset_of!(AxisState, then);
+    pub const DUE: usize = offset_of!(AxisState, due);
+    pub const STARVED: usize = offset_of!(AxisState, starved);
+    pub const LOADED: usize = offset_of!(AxisState, loaded);
+    pub const QUEUE: usize = offset_of!(AxisState, queue);
     /// A group.
-    pub const NOW: usize = offset_of!(Axis, now);
+    pub const NOW: usize = offset_of!(AxisState, now);
     pub const GROUP: usize = size_of::<Group>();
     pub const WAIT: usize = offset_of!(Group, interval);
     pub const ROOM: usize = offset_of!(Group, room);
@@ -69,7 +69,7 @@ impl Axis {
     const LAYOUT: () = {
         // Of fields with several bytes the assembly knows how many these are.
         assert!(size_of::<Group>() == 3 + 2 + 2 + 1);
-        assert!(Self::LOADED + 5 <= size_of::<Axis>() && size_of::<Axis>() < 256);
+        assert!(Self::LOADED + 5 <= size_of::<AxisState>() && size_of::<AxisState>() < 256);
         // An entry is read from its first byte to its last, and its place is 11 times its
         // number.
         assert!(size_of::<Entry>() == 11);
@@ -81,9 +81,9 @@ impl Axis {
         assert!(Self::QUEUE + Queue::<RUNS>::PLAYED < 64);
     };
 
-    pub(super) const fn new() -> Axis {
+    pub(super) const fn new() -> AxisState {
         let () = Self::LAYOUT;
-        Axis {
+        AxisState {
             now: Group::NONE,
             next: Group::NONE,
             growth: [0; 3],

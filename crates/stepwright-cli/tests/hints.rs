@@ -73,6 +73,16 @@ fn a_speed_beyond_max_speed_names_the_setting() {
 }
 
 #[test]
+fn a_speed_that_is_too_slow_names_the_option_that_helps() {
+    let board = Board::start(&[]);
+    let slow = ["move", "2", "--top-speed", "0.004"];
+    let hint = board.refused(&[&slow[..], &["--start-speed", "0.001"]].concat());
+    holds(&hint, &["--start-speed"]);
+    let ended = stepwright(&[&slow[..], &["--start-speed", "1", "--fast"]].concat());
+    ended.assert(0, "position 2 ready");
+}
+
+#[test]
 fn a_ramp_beyond_max_accel_names_the_setting() {
     let board = Board::start(&[]);
     board.set(&["max-accel=5000"]);

@@ -47,6 +47,11 @@ fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
             ),
             None => "give another --ramp or --accel".to_owned(),
         },
+        Refusal::TooSlow => {
+            "a ramp from rest begins slower than its top speed; a --start-speed of \
+                             a step/s or more, not below the top speed, leaves the ramp out"
+                .to_owned()
+        }
         Refusal::TooGentle => {
             "give a steeper --accel and --decel, or a lower --top-speed".to_owned()
         }

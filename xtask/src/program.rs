@@ -61,6 +61,16 @@ impl Program {
             });
         }
         for (key, row) in data {
+            let Some(of) = row["of"].as_str() else { continue };
+            let other = programs.iter().find(|program| program.name == of);
+            let (target, example) = match other {
+                Some(program) => (program.target.clone(), program.example),
+                None => bail!("firmware/avr/Cargo.toml: {key}: there is no program {of}"),
+            };
+            let what = row["what"].as_str().unwrap_or_default().into();
+            programs.push(Program { name: key.clone(), what, target, example, data: row.clone() });
+        }
+        for (key, row) in data {
             if !programs.iter().any(|program| covers(key, &program.name)) {
                 bail!("firmware/avr/Cargo.toml: there is no program {key}");
             }
@@ -141,8 +151,8 @@ impl Program {
 }
 
 /// What the manifest may say of a program.
-const WORDS: [&str; 7] =
-    ["boards", "timers", "features", "controller", "divides", "vector", "test"];
+const WORDS: [&str; 9] =
+    ["boards", "timers", "features", "of", "what", "controller", "divides", "vector", "test"];
 
 /// Whether a row of the manifest is for a program: by its name, or by how that begins.
 fn covers(key: &str, name: &str) -> bool {

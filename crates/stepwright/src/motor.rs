@@ -2,7 +2,7 @@
 
 use crate::clamp;
 use crate::order::{Change, Order, Travel};
-use crate::planner::{Clock, Layout, Planned, Planner, RESTS, Work};
+use crate::planner::{Clock, Layout, Planned, Planner, Work};
 use crate::profile::Unfit;
 use crate::queue::Producer;
 use crate::run::Run;
@@ -367,15 +367,13 @@ impl<const Q: usize> Motor<Q> {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn finish(&mut self, feed: &mut Producer<'_, Q>, clock: &Clock) {
         self.leg = self.next();
-        if RESTS {
-            self.rest = self.planner.rest(clock);
-        }
+        self.rest = self.planner.rest(clock);
         feed.set_open(false);
     }
 
     /// How long it is to rest before its next travel, in ticks.
     pub(crate) fn rest(&self) -> Ticks {
-        if RESTS { self.rest } else { 0 }
+        self.rest
     }
 
     /// It has rested for these ticks.

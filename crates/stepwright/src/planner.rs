@@ -76,10 +76,6 @@ pub(crate) use layout::Layout;
 use work::Stage;
 pub(crate) use work::{Planned, Work};
 
-/// Travels lie apart: see [`Planner::rest`]. The Uno's program with S-curves alone, which is
-/// built so, has no clock and no room for it.
-pub(crate) const RESTS: bool = cfg!(any(feature = "trapezoid", not(feature = "s-curve")));
-
 /// Plans the runs of one travel, one at a time.
 ///
 /// The order of the fields is for an AVR, which reaches 63 bytes from a pointer
@@ -291,9 +287,6 @@ impl Planner {
     /// one may. By the limits of the last travel that was planned, or refused: to be asked at
     /// its end.
     pub(crate) fn rest(&self, clock: &Clock) -> Ticks {
-        if !RESTS {
-            return 0;
-        }
         if !self.v_end.is_zero() {
             return self.first(clock).split().0;
         }

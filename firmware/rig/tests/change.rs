@@ -190,7 +190,7 @@ fn an_uno_says_that_it_has_no_s_curves() {
     chip.expect("$law", "E");
 }
 
-// ---- the Uno's program with S-curves, and nothing else ----
+// ---- the Uno's program with S-curves, where every ramp is one ----
 
 #[test]
 fn without_a_jerk_its_ramps_are_straight() {
@@ -217,17 +217,22 @@ fn without_a_jerk_its_ramps_are_straight() {
 }
 
 #[test]
-fn it_has_no_settings_and_says_so() {
+fn it_has_settings_and_none_of_the_safety_features() {
     if common::board() != Board::Uno {
         return;
     }
     let mut chip = common::program("curves");
     common::talk(
         &mut chip,
-        "$law E
-         $ E
+        "$law law=1
+         $max-speed=3000 Y
+         $home-first E
          j200000 Y
-         ? stepwright*last=setting uncertain=0 stop=--- can=jerk",
+         t3001 Y
+         PO Y
+         G+100 Y
+         E E
+         ? stepwright*last=too-fast uncertain=0 stop=--- can=jerk",
     );
 }
 

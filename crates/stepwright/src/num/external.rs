@@ -25,12 +25,8 @@ use super::Num;
 use core::mem::MaybeUninit;
 
 unsafe extern "C" {
-    fn stepwright_times(a: *const Num, b: *const Num) -> Num;
-    fn stepwright_roughly(a: *const Num, b: *const Num) -> Num;
     fn stepwright_over(a: *const Num, b: *const Num) -> Num;
     fn stepwright_plus(a: *const Num, b: *const Num) -> Num;
-    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
-    fn stepwright_minus(a: *const Num, b: *const Num) -> Num;
     fn stepwright_root(a: *const Num) -> Num;
     fn stepwright_new(m: u32, e: i16) -> Num;
     fn stepwright_split(a: *const Num) -> u64;
@@ -176,11 +172,8 @@ impl Num {
     #![cfg_attr(not(feature = "s-curve"), allow(dead_code))]
 
     operations! {
-        times = stepwright_times,
-        roughly = stepwright_roughly,
         over = stepwright_over,
-        plus = stepwright_plus,
-        minus = stepwright_minus
+        plus = stepwright_plus
     }
 
     #[inline(always)]

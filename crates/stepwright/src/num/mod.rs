@@ -32,6 +32,7 @@ pub(crate) struct Num {
 
 impl Num {
     /// Its exponent is below every other: it is never the larger of two.
+    #[cfg(not(all(feature = "external-numbers", feature = "s-curve")))]
     pub(crate) const ZERO: Num = Num::of(0, i16::MIN / 2);
     /// For what is set before it is read.
     pub(crate) const UNSET: Num = Num::of(0, 0);

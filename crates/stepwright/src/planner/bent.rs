@@ -96,8 +96,8 @@ impl Planner {
     pub(super) fn divide_bent(&mut self, piece: Layout, steps: u32) -> Layout {
         match piece {
             Layout::Fall => {
-                if steps == 0 && !self.endless || self.risen == 0 {
-                    // A single step, which is taken; or, never seen, no speed was found.
+                if self.risen == 0 {
+                    // A single step, which is taken; or there is no speed between the two.
                     self.ease = false;
                     hand(&self.w_from).to(&mut self.v_top);
                 }
@@ -125,6 +125,9 @@ impl Planner {
                 self.ease = !self.top.at_least(&self.v);
                 hand(&self.v).to(&mut self.w_from);
                 hand(&self.top).also(&mut self.w_end).to(&mut self.v_top);
+                if steps == 0 && !self.endless {
+                    self.risen = 0;
+                }
                 Layout::Fall
             }
         }
@@ -133,33 +136,38 @@ impl Planner {
     /// Rise and fall are laid: they fit, or the next speed is tried.
     fn meet(&mut self, steps: u32) -> Layout {
         let last = self.endless || self.risen == 0;
+        self.risen = self.risen.wrapping_sub(1);
         let curve = &self.bent.curve;
         let growth = curve.growth().plus(&self.slope).number();
         let mut off = hand(curve.length()).plus(&self.bent.at).number();
         let (least, most) = (&mut self.w_from, &mut self.w_end);
-        if last || whole(steps).at_least(&off) {
-            whole(steps).minus(&off).to(&mut off);
-            let length = whole(steps).number();
+        let length = whole(steps).number();
+        if last || length.at_least(&off) {
+            hand(&length).minus(&off).to(&mut off);
             if last || self.v_top == *most || !hand(&off).scaled(25).at_least(&length) {
                 self.share(steps);
                 return Layout::Check;
             }
             hand(&self.v_top).to(least);
             hand(&off).over(&growth).plus(least).to(&mut off);
+            if least.at_least(&off) {
+                // The next number: where a curve is steep it is too much, and the last to try.
+                hand(least).scaled(-31).plus(least).to(&mut off);
+            }
         } else if self.ease {
             // No room: it keeps its speed, and then falls.
             self.ease = false;
             hand(&self.v).also(most).to(&mut self.v_top);
-            self.risen = self.risen.wrapping_sub(1);
             return Layout::Fall;
         } else {
-            let length = whole(steps).number();
             hand(&self.v_top).to(most);
             hand(&off).minus(&length).over(&growth).off(most).to(&mut off);
             hand(most).scaled(-28).off(&off).to(&mut off);
         }
-        self.risen = self.risen.wrapping_sub(1);
         self.v_top.set_between(least, &off, most);
+        if least.at_least(&self.v_top) {
+            self.risen = 0;
+        }
         Layout::Fall
     }
 
@@ -281,30 +289,28 @@ impl Planner {
                 curve.guess(&mut work.time, &self.v, &steps, &x, up);
                 work.stage = Stage::Half;
             }
-            Stage::Half => {
-                curve.at(&work.time, &mut work.pending, &mut work.mean);
-                work.stage = Stage::Last;
-            }
             _ => {
-                work.stage = Stage::Half;
+                curve.at(&work.time, &mut work.pending, &mut work.mean);
                 return curve.correct(&mut work.time, &work.pending, &work.mean, &x);
             }
         }
         false
     }
 
-    /// A ramp run's end, mean interval and δ. Whether they are found.
-    pub(super) fn follow(&mut self, clock: &Clock, work: &mut Work, first: bool) -> bool {
+    /// A piece of planning a ramp run: its end, its mean interval and δ, and what follows.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn follow(&mut self, clock: &Clock, work: &mut Work, first: bool) {
         if !first && !self.bent.falling {
             self.lay_fall();
-            return false;
         }
-        if work.stage != Stage::Found {
-            if self.find(work, work.run.count) {
-                work.stage = Stage::Found;
-            }
-            return false;
+        if self.find(work, work.run.count) {
+            self.measure(clock, work);
+            self.shape(clock, work, first);
         }
+    }
+
+    /// The mean interval of a ramp run and its δ.
+    fn measure(&self, clock: &Clock, work: &mut Work) {
         let at = &self.bent.at;
         let up = work.time.at_least(at);
         let count = whole(work.run.count.into()).number();
@@ -313,24 +319,25 @@ impl Planner {
         difference(up, &work.pending, &self.v, &mut work.delta);
         let delta = hand(&work.mean).roughly(&clock.inverse).roughly(&work.delta).scaled(1);
         delta.to(&mut work.delta);
-        true
     }
 
-    /// What follows from δ, and it: see [`settle`](Planner::settle). Where the acceleration changes the jerk adds to δ²
-    /// J·Δt²/v, for its third.
-    pub(super) fn bent_shape(&self, clock: &Clock, work: &Work, size: u8) -> [Num; 3] {
-        let (mean, delta, curve) = (&work.mean, work.delta, &self.bent.curve);
+    /// What follows from δ: see [`settle`](Planner::settle). Where the acceleration changes
+    /// the jerk adds to δ² J·Δt²/v, for its third.
+    fn shape(&mut self, clock: &Clock, work: &mut Work, first: bool) {
+        let curve = &self.bent.curve;
+        let size = self.size.min(clock.ramp_size);
+        let delta = hand(&work.delta).number();
         let mut error = hand(&delta).roughly(&delta).number();
         if !(curve.is_straight(&self.bent.at) && curve.is_straight(&work.time)) {
-            let interval = hand(mean).roughly(&clock.inverse).scaled(1).number();
+            let interval = hand(&work.mean).roughly(&clock.inverse).scaled(1).number();
             let cube = hand(&interval).roughly(&interval).roughly(&interval);
             let jerk = cube.roughly(curve.half_jerk()).scaled((size << 1) as i8);
             jerk.plus(&error).to(&mut error);
         }
-        let error = hand(&error).roughly(mean).scaled((size as i8).wrapping_sub(5)).number();
+        hand(&error).roughly(&work.mean).scaled((size as i8).wrapping_sub(5)).to(&mut error);
         let count = whole(work.run.count.into()).number();
-        let growth = hand(&delta).roughly(mean).over(&count).number();
-        [delta, error, growth]
+        let growth = hand(&delta).roughly(&work.mean).over(&count).number();
+        self.settle(clock, work, first, [&delta, &error, &growth]);
     }
 
     /// The one step that the level's end divides.

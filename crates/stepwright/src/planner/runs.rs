@@ -29,10 +29,7 @@ impl Planner {
             work.run.count = share_of_ramp(if first { self.rise } else { self.fall }, full);
         }
         if self.is_bent() {
-            if self.follow(clock, work, first) {
-                let [delta, error, growth] = self.bent_shape(clock, work, size);
-                self.settle(clock, work, first, [&delta, &error, &growth]);
-            }
+            self.follow(clock, work, first);
         } else if work.stage == Stage::Begin {
             self.speed_after(work.run.count, first).to(&mut work.pending);
             work.stage = Stage::Half;
@@ -55,7 +52,7 @@ impl Planner {
     /// A ramp run of this shape is handed out next, or a shorter one is tried: by its δ, the
     /// largest error of a step between its ends and what the interval grows by in a step,
     /// both in ticks.
-    fn settle(&mut self, clock: &Clock, work: &mut Work, first: bool, shape: [&Num; 3]) {
+    pub(super) fn settle(&mut self, clock: &Clock, work: &mut Work, first: bool, shape: [&Num; 3]) {
         let [delta, error, growth] = shape;
         let size = self.size.min(clock.ramp_size);
         let up = first && !self.ease;
@@ -184,7 +181,7 @@ impl Planner {
                     return Planned::Again;
                 }
             }
-            Stage::Late | Stage::Last | Stage::Found | Stage::Taken => self.v = work.pending,
+            Stage::Late | Stage::Last | Stage::Taken => self.v = work.pending,
         }
         if !self.endless {
             self.level = self.level.wrapping_sub(work.run.count.into());
@@ -220,7 +217,7 @@ impl Planner {
                 work.stage = Stage::Last;
                 fall
             }
-            Stage::Last | Stage::Found | Stage::Taken => {
+            Stage::Last | Stage::Taken => {
                 hand(&work.mean).to(&mut self.v);
                 hand(&work.pending).to(&mut work.mean);
                 if last {

@@ -48,13 +48,7 @@ impl Planner {
 
     pub(super) fn go_on(&mut self, _: i32) {}
 
-    pub(super) fn follow(&mut self, _: &Clock, _: &mut Work, _: bool) -> bool {
-        true
-    }
-
-    pub(super) fn bent_shape(&self, _: &Clock, _: &Work, _: u8) -> [Num; 3] {
-        [Num::ZERO; 3]
-    }
+    pub(super) fn follow(&mut self, _: &Clock, _: &mut Work, _: bool) {}
 
     pub(super) fn bent_corner(&mut self, _: &Clock, _: &mut Work, _: bool) -> Planned {
         Planned::End

@@ -216,3 +216,64 @@ mod bent {
         }
     }
 }
+
+/// What is left of a travel, run by run.
+fn rest_of(mut planner: Planner, clock: &Clock) -> std::vec::Vec<(u32, u16, u16, i32)> {
+    let (mut work, mut runs) = (Work::NONE, std::vec::Vec::new());
+    loop {
+        match planner.next(clock, &mut work) {
+            Planned::Ready => {
+                let run = taken(&mut planner, &mut work);
+                runs.push((run.ticks, run.part, run.count, run.add));
+            }
+            Planned::Again => {}
+            Planned::End => return runs,
+        }
+    }
+}
+
+/// The rest of a changed S-curve is divided in pieces. A change between two of them finds the
+/// planner as if it had come before the first.
+#[test]
+fn a_change_between_the_pieces_of_a_division_begins_it_again() {
+    let rate = Rate::from_hz(16_000_000).unwrap();
+    let clock = Clock::new(rate, &Fit::board(rate));
+    let ramp = Ramp::Accel(Accel::from_steps(20_000).unwrap());
+    let v = |steps| Speed::from_steps(steps).unwrap();
+    let jerk = Some(crate::units::Jerk::from_steps(200_000).unwrap());
+    let (start, travel) = (Speed::ZERO, Travel::By(4_000));
+    let order = Order { start, top: v(4_000), up: ramp, down: ramp, jerk, travel };
+    let mut planner = Planner::IDLE;
+    planner.lay_out(&clock, &order).unwrap();
+    let (mut work, mut left) = (Work::NONE, 3_999);
+    while left > 3_700 {
+        if planner.next(&clock, &mut work) == Planned::Ready {
+            left -= i32::from(taken(&mut planner, &mut work).count as i16);
+        }
+    }
+    // A higher top speed than the rest has room for, so that several are tried.
+    planner.limit(&clock, &Change::Top(v(90_000))).unwrap();
+    planner.resume(left);
+    while planner.rise > 0 || planner.rise_part != 0 {
+        if planner.next(&clock, &mut work) == Planned::Ready {
+            left -= i32::from(taken(&mut planner, &mut work).count as i16);
+        }
+    }
+    assert!(planner.bent.is_again());
+    let mut pieces = 0;
+    let mut midway = planner;
+    while midway.bent.is_again() {
+        for change in [Change::Top(v(1_500)), Change::Target(0)] {
+            let (mut before, mut between) = (planner, midway);
+            for planner in [&mut before, &mut between] {
+                planner.limit(&clock, &change).unwrap();
+                planner.resume(left / 2);
+            }
+            assert_eq!(between.peak(), before.peak());
+            assert_eq!(rest_of(between, &clock), rest_of(before, &clock), "{pieces}: {change:?}");
+        }
+        assert_eq!(midway.next(&clock, &mut work), Planned::Again);
+        pieces += 1;
+    }
+    assert!(pieces > 8, "{pieces}");
+}

@@ -76,11 +76,8 @@ pub(super) enum Stage {
     Half,
     /// All of a ramp run is known; of a corner the time of its rise and level.
     Late,
-    /// The speed at the end of a corner is known; of a curve's run that near its end.
+    /// The speed at the end of a corner is known.
     Last,
-    /// When a curve's run ends is known, and the speed there.
-    #[cfg_attr(not(feature = "s-curve"), expect(dead_code))]
-    Found,
     /// The run has been taken, and is to be queued.
     Taken,
 }

@@ -138,6 +138,12 @@ impl<L: Law> Pulses<L> {
         self.phase
     }
 
+    /// The law, and the delays to come, one more where its first step is the next of them.
+    pub(crate) fn law(&mut self) -> (&mut L, u32) {
+        let left = self.left + u32::from(self.lead.is_none()); // at most 2³¹
+        (&mut self.law, left)
+    }
+
     /// Brakes from here: ends as many steps further on as the way down takes,
     /// or where it would have ended anyway.
     pub fn brake(&mut self) {

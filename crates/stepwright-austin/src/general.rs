@@ -11,6 +11,9 @@
 //! travelled at the speed reached. On reaching c_min the delay is held there;
 //! down it goes from the delay that was cut short, as the way up came.
 //!
+//! On the way up another acceleration may be ordered (Eq 18: n₂ + ½ = (n₁ + ½)·a₁/a₂); the
+//! divisor is 4n₂ + 1 from there on, to 2⁻¹⁶.
+//!
 //! The variant with c/2n instead of 2c/(4n+1): c₀ is √π/2 (88.6 %) of the exact
 //! one, the half step of Eq 18 a quarter, and down is another equation:
 //!
@@ -39,6 +42,10 @@ pub enum Divisor {
     /// c/2n: c₀ at √π/2 of the exact one.
     TwoN,
 }
+
+/// One step in the units of n where that is no whole number, and the largest n: 2³³ steps.
+const STEP: u64 = 1 << 28;
+const LARGEST: u64 = STEP << 33;
 
 /// √π/2 in 2⁻³².
 const HALF_ROOT_PI: u64 = 3_806_315_662;
@@ -92,6 +99,14 @@ impl Austin {
     /// # Errors
     /// [`Unfit`] if the timer can't hold it.
     pub fn delays(&self, pulses: u32) -> Result<Pulses<Travel<Ramps>>, Unfit> {
+        Ok(self.constants(pulses)?.delays(pulses))
+    }
+
+    /// What the steps of a travel of `pulses` pulses need to know.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub fn constants(&self, pulses: u32) -> Result<RampConstants, Unfit> {
         let order = self.order.fitted(pulses)?;
         let exact = order.exact(order.accel);
         let (lead, count) = match self.divisor {
@@ -101,19 +116,47 @@ impl Austin {
                 (count, count)
             }
         };
-        let mut ramps = Ramps {
-            count,
-            shortest: order.shortest(),
-            accel: order.accel.millisteps(),
-            decel: order.decel.millisteps(),
-            divisor: self.divisor,
-            n: 0,
-            turn: 0,
-        };
-        ramps.turn = ramps.turn(pulses);
-        let shortest = ramps.shortest;
-        Ok(Pulses::new(Travel::new(ramps), lead, shortest, pulses))
+        let (accel, decel, divisor) = (order.accel, order.decel, self.divisor);
+        Ok(RampConstants { lead, count, shortest: order.shortest(), accel, decel, divisor })
     }
+}
+
+/// The numbers of a travel with constant acceleration: delays in 2⁻³² ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RampConstants {
+    /// The first delay.
+    pub lead: Q32,
+    /// The delay that the formula goes on from.
+    pub count: Q32,
+    /// c_min.
+    pub shortest: Q32,
+    /// Acceleration.
+    pub accel: Accel,
+    /// Deceleration.
+    pub decel: Accel,
+    /// What the change of a step is divided by.
+    pub divisor: Divisor,
+}
+
+impl RampConstants {
+    /// The delay before each of `pulses` pulses; the first is 0.
+    pub fn delays(&self, pulses: u32) -> Pulses<Travel<Ramps>> {
+        let RampConstants { lead, count, shortest, accel, decel, divisor } = *self;
+        let (accel, decel) = (accel.millisteps(), decel.millisteps());
+        let place = Place::Whole(0);
+        let mut ramps = Ramps { count, shortest, accel, decel, divisor, place, room: 0 };
+        ramps.room = ramps.room(pulses.saturating_sub(1));
+        Pulses::new(Travel::new(ramps), lead, shortest, pulses)
+    }
+}
+
+/// n: where a ramp is, from rest at its present acceleration.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    /// n.
+    Whole(u32),
+    /// n + ½ in 2⁻²⁸ steps, where a change of acceleration has led (Eq 18).
+    Between(u64),
 }
 
 /// Both ramps of a travel.
@@ -125,51 +168,114 @@ pub struct Ramps {
     accel: u64,
     decel: u64,
     divisor: Divisor,
-    /// Steps up so far.
-    n: u32,
-    /// The last step up for which there is room.
-    turn: u32,
+    place: Place,
+    /// Steps up for which there is room still.
+    room: u32,
 }
 
 impl Ramps {
-    /// J for N = n: Eq 18, to the nearest.
-    fn steps_down(&self, n: u32) -> u32 {
-        let (a, d, n) = (self.accel, self.decel, u64::from(n));
-        let steps = match self.divisor {
+    /// J, `more` steps up from here: Eq 18, to the nearest.
+    fn steps_down(&self, more: u32) -> u32 {
+        let (a, d) = (self.accel, self.decel);
+        let steps = match (self.divisor, self.place) {
             // (n + ½)·a/d − ½ + ½
-            Divisor::FourN => mul_div(2 * n + 1, a, 2 * d).0,
+            (Divisor::FourN, Place::Whole(n)) => {
+                mul_div(2 * (u64::from(n) + u64::from(more)) + 1, a, 2 * d).0
+            }
+            (Divisor::FourN, Place::Between(far)) => {
+                mul_div(far + u64::from(more) * STEP, a, d).0 / STEP
+            }
             // (n + ¼)·a/d − ¼ + ½
-            Divisor::TwoN => {
+            (Divisor::TwoN, Place::Whole(n)) => {
+                let n = u64::from(n) + u64::from(more);
                 let (q, rest) = mul_div(4 * n + 1, a, 4 * d);
                 q.saturating_add(u64::from(rest >= 3 * d))
             }
+            // It changes nowhere.
+            (Divisor::TwoN, Place::Between(_)) => 0,
         };
         u32::try_from(steps).unwrap_or(u32::MAX)
     }
 
-    /// Eq 19: the last step up of a travel of `pulses`.
-    fn turn(&self, pulses: u32) -> u32 {
-        let m = u64::from(pulses);
-        let (most, _) = mul_div(m, self.decel, self.accel + self.decel);
-        let mut turn = most as u32; // at most m
-        while turn > 0 && u64::from(turn) + 1 + u64::from(self.steps_down(turn)) > m {
-            turn -= 1;
+    /// Steps up for which there is room, the next of them the first of `left` delays but one:
+    /// k + J(k) ≤ left, which is Eq 19 for a ramp from rest.
+    fn room(&self, left: u32) -> u32 {
+        let (m, sum) = (u64::from(left) + 1, self.accel + self.decel);
+        let most = mul_div(m, self.decel, sum).0;
+        let most = most.saturating_sub(mul_div(self.far(), self.accel, sum).0 / STEP);
+        let mut room = most.min(left.into()) as u32;
+        while room > 0 && u64::from(room) + u64::from(self.steps_down(room)) > left.into() {
+            room -= 1;
         }
-        turn
+        room
+    }
+
+    /// n + ½ in 2⁻²⁸ steps.
+    fn far(&self) -> u64 {
+        match self.place {
+            Place::Whole(n) => (2 * u64::from(n) + 1) * (STEP / 2),
+            Place::Between(far) => far,
+        }
+    }
+
+    /// Another acceleration from here on: Eq 18. The next step up is the first of `left` delays
+    /// but one. False, and nothing done, where c/2n is what a change is divided by.
+    fn set_accel(&mut self, accel: Accel, left: u32) -> bool {
+        if self.divisor == Divisor::TwoN {
+            return false;
+        }
+        let to = accel.millisteps();
+        if to != self.accel {
+            self.place = Place::Between(share(self.far(), self.accel, to).min(LARGEST));
+            self.accel = to;
+        }
+        self.room = self.room(left);
+        true
+    }
+}
+
+impl Pulses<Travel<Ramps>> {
+    /// Another acceleration from the next delay on: Eq 18. False, and nothing done, where the
+    /// way up is over, and with [`Divisor::TwoN`].
+    ///
+    /// ```
+    /// use stepwright_austin::Austin;
+    /// use stepwright::{Accel, Rate, Speed};
+    /// let a = |n| Accel::from_steps(n).unwrap();
+    /// let mut delays = Austin::new(Rate::MHZ, Speed::from_steps(400)?, a(200)).delays(1000)?;
+    /// let slow: Vec<u32> = delays.by_ref().take(101).collect();
+    /// assert!(delays.set_accel(a(400)));
+    /// // 200 steps/s², and from 200 steps/s on 400.
+    /// assert_eq!((slow[100], delays.next()), (5_013, Some(4_963)));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn set_accel(&mut self, accel: Accel) -> bool {
+        let (travel, left) = self.law();
+        travel.rising().is_some_and(|ramps| ramps.set_accel(accel, left))
     }
 }
 
 impl Slopes for Ramps {
     #[inline]
     fn faster(&mut self, _left: u32) -> bool {
-        if self.n >= self.turn || self.count <= self.shortest {
+        if self.room == 0 || self.count <= self.shortest {
             return false;
         }
-        self.n += 1;
-        let n = u64::from(self.n);
-        self.count -= match self.divisor {
-            Divisor::FourN => share(self.count, 2, 4 * n + 1),
-            Divisor::TwoN => share(self.count, 1, 2 * n),
+        self.room -= 1;
+        self.count -= match (&mut self.place, self.divisor) {
+            (Place::Whole(n), Divisor::FourN) => {
+                *n += 1;
+                share(self.count, 2, 4 * u64::from(*n) + 1)
+            }
+            (Place::Whole(n), Divisor::TwoN) => {
+                *n += 1;
+                share(self.count, 1, 2 * u64::from(*n))
+            }
+            (Place::Between(far), _) => {
+                *far = (*far + STEP).min(LARGEST);
+                // 4n + 1 in 2⁻¹⁶: of more places a delay shows none, and the product is long.
+                share(self.count, 2 << 16, (4 * *far - STEP + (1 << 11)) >> 12)
+            }
         };
         true
     }
@@ -185,7 +291,7 @@ impl Slopes for Ramps {
     }
 
     fn braking(&self) -> u32 {
-        self.steps_down(self.n)
+        self.steps_down(0)
     }
 
     fn count(&self) -> Q32 {

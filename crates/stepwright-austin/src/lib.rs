@@ -58,6 +58,9 @@
 //! | a power of n in the divisor | [`power`] | Eq 20, 21 |
 //! | the change scaled by a linear factor | [`linear`] | Eq 22–25 |
 //!
+//! Any of them by its constants is a [`Recipe`]; a [`Station`] goes by one as the serial line of
+//! [`line`] says.
+//!
 //! All but the first two hold c in 2⁻³² ticks, round each change to the nearest, and
 //! carry the part of a tick from delay to delay: each delay lies within a tick
 //! of its formula, and so does each pulse's time.
@@ -68,19 +71,23 @@
 //! 30 December 2004. Equation, figure and table numbers in these files are the article's.
 
 pub mod carried;
+pub mod choice;
 mod count;
 pub mod direct;
 pub mod fixed;
 pub mod general;
+pub mod line;
 pub mod linear;
 pub mod motion;
 pub mod piecewise;
 pub mod power;
 pub mod ramp;
 mod share;
+pub mod station;
 mod travel;
 
 pub use carried::Carried;
+pub use choice::{AnyLaw, LawName, Recipe};
 pub use count::{C0, Law, Pulses};
 pub use direct::Direct;
 pub use fixed::Fixed;
@@ -90,4 +97,5 @@ pub use motion::Motion;
 pub use piecewise::Piecewise;
 pub use power::PowerTerm;
 pub use ramp::{Ramp, Slope};
+pub use station::Station;
 pub use travel::{Shadowed, Travel};

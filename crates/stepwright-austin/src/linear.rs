@@ -158,10 +158,39 @@ impl LinearFactor {
     /// # Errors
     /// [`Unfit`] if the timer can't hold it.
     pub fn delays(&self, pulses: u32) -> Result<Pulses<Factor>, Unfit> {
+        Ok(self.constants(pulses)?.delays(pulses))
+    }
+
+    /// What the steps of a travel of `pulses` pulses need to know.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub fn constants(&self, pulses: u32) -> Result<FactorConstants, Unfit> {
         let order = self.order.fitted(pulses)?;
         let (lead, count) = order.c0.counts(order.exact(order.accel));
         let corners = self.fit(&order, pulses);
-        Ok(Pulses::new(Factor { count, corners, n: 0 }, lead, order.shortest(), pulses))
+        Ok(FactorConstants { lead, count, shortest: order.shortest(), corners })
+    }
+}
+
+/// The numbers of a travel with linear factors: delays in 2⁻³² ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FactorConstants {
+    /// The first delay.
+    pub lead: Q32,
+    /// The delay that the formula goes on from.
+    pub count: Q32,
+    /// c_min.
+    pub shortest: Q32,
+    /// Where the factor begins and ends.
+    pub corners: Corners,
+}
+
+impl FactorConstants {
+    /// The delay before each of `pulses` pulses; the first is 0.
+    pub fn delays(&self, pulses: u32) -> Pulses<Factor> {
+        let FactorConstants { lead, count, shortest, corners } = *self;
+        Pulses::new(Factor { count, corners, n: 0 }, lead, shortest, pulses)
     }
 }
 

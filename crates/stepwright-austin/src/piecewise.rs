@@ -75,24 +75,51 @@ impl Piecewise {
     /// # Errors
     /// [`Unfit`] if the timer can't hold it.
     pub fn delays(&self, pulses: u32) -> Result<Pulses<Travel<Shadowed<Stages>>>, Unfit> {
+        Ok(self.constants(pulses)?.delays(pulses))
+    }
+
+    /// What the steps of a travel of `pulses` pulses need to know.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub fn constants(&self, pulses: u32) -> Result<StageConstants, Unfit> {
         let order = self.order.fitted(pulses)?;
-        let shortest = order.shortest();
-        let from_rest = |accel| {
-            let (lead, count) = order.c0.counts(order.exact(accel));
-            let stages = Stages {
-                count,
-                shortest,
-                n: 0,
-                steps: 0,
-                breaks: self.breaks,
-                crossed: 0,
-                at: [0; MOST_BREAKS as usize],
-            };
-            (lead, stages)
+        let (lead, rise) = order.c0.counts(order.exact(order.accel));
+        let (_, fall) = order.c0.counts(order.exact(order.decel));
+        Ok(StageConstants { lead, shortest: order.shortest(), rise, fall, breaks: self.breaks })
+    }
+}
+
+/// The numbers of a piecewise travel: delays in 2⁻³² ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StageConstants {
+    /// The first delay.
+    pub lead: Q32,
+    /// c_min.
+    pub shortest: Q32,
+    /// The delay that the way up goes on from.
+    pub rise: Q32,
+    /// Likewise the way down, as a ramp from rest.
+    pub fall: Q32,
+    /// At most [`MOST_BREAKS`].
+    pub breaks: u8,
+}
+
+impl StageConstants {
+    /// The delay before each of `pulses` pulses; the first is 0.
+    pub fn delays(&self, pulses: u32) -> Pulses<Travel<Shadowed<Stages>>> {
+        let StageConstants { lead, shortest, rise, fall, breaks } = *self;
+        let stages = |count| Stages {
+            count,
+            shortest,
+            n: 0,
+            steps: 0,
+            breaks,
+            crossed: 0,
+            at: [0; MOST_BREAKS as usize],
         };
-        let ((lead, rise), (_, fall)) = (from_rest(order.accel), from_rest(order.decel));
-        let travel = Travel::new(Shadowed::new(rise, fall, shortest));
-        Ok(Pulses::new(travel, lead, shortest, pulses))
+        let travel = Travel::new(Shadowed::new(stages(rise), stages(fall), shortest));
+        Pulses::new(travel, lead, shortest, pulses)
     }
 }
 

@@ -68,20 +68,50 @@ impl PowerTerm {
     /// # Errors
     /// [`Unfit`] if the timer can't hold it.
     pub fn delays(&self, pulses: u32) -> Result<Pulses<Travel<Shadowed<Knee>>>, Unfit> {
+        Ok(self.constants(pulses)?.delays(pulses))
+    }
+
+    /// What the steps of a travel of `pulses` pulses need to know.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't hold it.
+    pub fn constants(&self, pulses: u32) -> Result<PowerConstants, Unfit> {
         let order = self.order.fitted(pulses)?;
-        let shortest = order.shortest();
         let from_rest = |accel| {
             let (lead, count) = order.c0.counts(order.exact(accel));
             let (slope, top) = (slope_of(accel), order.top.squared());
             // 1/n_t = 2a / v²; less than a step to the top speed counts as one.
             let (n, d) = order.c0.part();
             let quarter = divide(slope.min(4 * top), 4 * top, 63); // top ≤ 10¹⁸
-            let part = share(quarter, 4 * n, d).min(1 << 63);
-            (lead, Knee { count, change: count, n: 0, part, power: self.power })
+            (lead, (count, share(quarter, 4 * n, d).min(1 << 63)))
         };
         let ((lead, rise), (_, fall)) = (from_rest(order.accel), from_rest(order.decel));
-        let travel = Travel::new(Shadowed::new(rise, fall, shortest));
-        Ok(Pulses::new(travel, lead, shortest, pulses))
+        Ok(PowerConstants { lead, shortest: order.shortest(), rise, fall, power: self.power })
+    }
+}
+
+/// The numbers of a travel with a power term: delays in 2⁻³² ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PowerConstants {
+    /// The first delay.
+    pub lead: Q32,
+    /// c_min.
+    pub shortest: Q32,
+    /// Of the way up: the delay that the formula goes on from, and 1/n_t in 2⁻⁶³, at most 1.
+    pub rise: (Q32, u64),
+    /// Likewise of the way down, as a ramp from rest.
+    pub fall: (Q32, u64),
+    /// p, one of [`POWERS`].
+    pub power: u8,
+}
+
+impl PowerConstants {
+    /// The delay before each of `pulses` pulses; the first is 0.
+    pub fn delays(&self, pulses: u32) -> Pulses<Travel<Shadowed<Knee>>> {
+        let PowerConstants { lead, shortest, rise, fall, power } = *self;
+        let knee = |(count, part)| Knee { count, change: count, n: 0, part, power };
+        let travel = Travel::new(Shadowed::new(knee(rise), knee(fall), shortest));
+        Pulses::new(travel, lead, shortest, pulses)
     }
 }
 
@@ -103,12 +133,10 @@ struct Wide(u64, i32);
 
 impl Wide {
     /// (high, low) · 2^power.
-    fn new((high, low): (u64, u64), power: i32) -> Wide {
-        match zeros(high) {
-            0 => Wide(high, power + 64),
-            64 => Wide(shl(low, zeros(low)), power - i32::from(zeros(low))),
-            by => Wide(shl(high, by) | shr(low, 64 - by), power + 64 - i32::from(by)),
-        }
+    #[inline(always)]
+    fn new(product: (u64, u64), power: i32) -> Wide {
+        let (top, by) = normal(&product);
+        Wide(top, power + by)
     }
 
     fn times(self, other: Wide) -> Wide {
@@ -121,6 +149,18 @@ impl Wide {
             by @ 0..=63 => shr(self.0, by as u8),
             _ => 0,
         }
+    }
+}
+
+/// The upper 64 bits of (high, low) from its first one on, and their power of two.
+///
+/// By reference: numbers of 16 bytes and more are too many arguments for a Mega.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn normal(&(high, low): &(u64, u64)) -> (u64, i32) {
+    match zeros(high) {
+        0 => (high, 64),
+        64 => (shl(low, zeros(low)), -i32::from(zeros(low))),
+        by => (shl(high, by) | shr(low, 64 - by), 64 - i32::from(by)),
     }
 }
 

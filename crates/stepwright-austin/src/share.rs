@@ -4,27 +4,48 @@ use stepwright::fixed::{multiply, shl, zeros};
 
 /// x · n / d, rounded down, and the remainder; saturating, and d = 0 counts
 /// as 1.
-#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+#[inline(always)]
 pub(crate) fn mul_div(x: u64, n: u64, d: u64) -> (u64, u64) {
-    let d = d.max(1);
-    if let Some(p) = x.checked_mul(n) {
-        return (p / d, p % d);
-    }
-    let (high, low) = multiply(x, n);
-    if high >= d {
-        return (u64::MAX, 0);
-    }
-    long_divide(high, low, d)
+    let mut terms = [x, n, d];
+    mul_div_in_place(&mut terms);
+    (terms[0], terms[1])
 }
 
 /// x · n / d to the nearest; saturating, and d = 0 counts as 1.
-#[inline]
+#[inline(always)]
 pub(crate) fn share(x: u64, n: u64, d: u64) -> u64 {
-    let (q, rest) = mul_div(x, n, d);
-    q.saturating_add(u64::from(rest >= d.wrapping_sub(rest) && rest != 0))
+    let mut terms = [x, n, d];
+    share_in_place(&mut terms);
+    terms[0]
+}
+
+/// [`share`] of x, n and d; its result in the place of x. In place: three numbers are too many
+/// arguments for a Mega (`xtask/src/check.rs`).
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn share_in_place(terms: &mut [u64; 3]) {
+    let d = terms[2].max(1);
+    mul_div_in_place(terms);
+    let rest = terms[1];
+    let up = rest >= d.wrapping_sub(rest) && rest != 0;
+    terms[0] = terms[0].saturating_add(u64::from(up));
+}
+
+/// [`mul_div`] of x, n and d; its result in the places of x and n.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+fn mul_div_in_place(terms: &mut [u64; 3]) {
+    let [x, n, d] = *terms;
+    let d = d.max(1);
+    let (q, rest) = if let Some(p) = x.checked_mul(n) {
+        (p / d, p % d)
+    } else {
+        let (high, low) = multiply(x, n);
+        if high >= d { (u64::MAX, 0) } else { long_divide(high, low, d) }
+    };
+    (terms[0], terms[1]) = (q, rest);
 }
 
 /// (high, low) / d and the remainder, for high < d.
+#[inline(always)]
 fn long_divide(high: u64, low: u64, d: u64) -> (u64, u64) {
     #[cfg(target_pointer_width = "64")]
     {
@@ -39,8 +60,7 @@ fn long_divide(high: u64, low: u64, d: u64) -> (u64, u64) {
     }
 }
 
-/// [`long_divide`] without 128 bits: one subtraction a bit. In place: three numbers are too many
-/// arguments for a Mega (`xtask/src/check.rs`).
+/// [`long_divide`] without 128 bits: one subtraction a bit. In place, as above.
 #[cfg(any(test, not(target_pointer_width = "64")))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn long_divide_bitwise(wide: &mut (u64, u64), d: u64) {

@@ -38,6 +38,11 @@ impl<S: Slopes> Travel<S> {
     pub(crate) fn new(slopes: S) -> Travel<S> {
         Travel { slopes, phase: Phase::Up, brake: 0 }
     }
+
+    /// Its ramps, while it goes up.
+    pub(crate) fn rising(&mut self) -> Option<&mut S> {
+        (self.phase == Phase::Up).then_some(&mut self.slopes)
+    }
 }
 
 impl<S: Slopes> Law for Travel<S> {

@@ -50,6 +50,7 @@
 //! | [`cycle`], [`timer`] | motor cycles on the step timer |
 //! | [`asked`] | any law on any drive, asked in the step interrupt |
 //! | `law` | laws that are asked in the main loop, and what a step of them costs (Uno) |
+//! | `laws` | Austin's laws, ordered over the line |
 //! | [`timed`] | the timed driver |
 //! | [`laps`], [`guarded`] | a far time on a counter of 16 bits; a motor that an interrupt owns |
 //! | [`serial`] | the serial line, by interrupts |
@@ -92,6 +93,8 @@ pub mod lamp;
 pub mod laps;
 #[cfg(feature = "uno")]
 pub mod law;
+#[cfg(any(feature = "constant", feature = "transitions", feature = "power"))]
+pub mod laws;
 mod memory;
 mod numbers;
 pub mod panel;

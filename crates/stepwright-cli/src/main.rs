@@ -12,6 +12,7 @@
 //! | [`link`] | the bytes to a board, real or virtual, and back |
 //! | [`machine`] | the machine file: other defaults for the options |
 //! | [`plot`] | figures as .svg, .png and .html |
+//! | [`programs`] | the programs that a board may have in it |
 //! | [`quantity`] | distances, speeds and accelerations with their units |
 //! | [`sheet`] | results as text, CSV or JSON |
 //! | [`say`] | lines on standard output and error |
@@ -32,6 +33,7 @@ mod machine;
 mod order;
 mod plan;
 mod plot;
+mod programs;
 mod quantity;
 mod say;
 mod session;

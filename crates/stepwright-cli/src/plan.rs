@@ -18,7 +18,7 @@
 //!
 //! Another law is another file beside `trapezoid`, and a line in [`Law`].
 
-mod austin;
+pub mod austin;
 mod austin_fixed;
 mod bends;
 mod compare;
@@ -29,8 +29,8 @@ mod formula;
 mod ideal;
 mod json;
 mod law;
-mod limits;
-mod linear_factor;
+pub mod limits;
+pub mod linear_factor;
 mod path;
 mod piecewise;
 mod power;

@@ -2,7 +2,7 @@
 
 use stepwright::AxisSet;
 use stepwright::timer::Count;
-use stepwright_sim::{AXES, Description, Queues, VirtualBoard};
+use stepwright_sim::{AXES, Description, LawBoard, Queues, VirtualBoard};
 
 use super::recording::Recording;
 use crate::failure::Failure;
@@ -71,6 +71,41 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
     }
 }
 
+/// The program `laws`: one motor, which goes by a law.
+impl Board for LawBoard<'static, Recording> {
+    fn now(&self) -> u64 {
+        LawBoard::now(self)
+    }
+    fn receive(&mut self, byte: u8) {
+        LawBoard::receive(self, byte);
+    }
+    fn take_answers(&mut self) -> Vec<u8> {
+        LawBoard::take_answers(self)
+    }
+    fn run_until(&mut self, time: u64) {
+        LawBoard::run_until(self, time);
+    }
+    fn is_busy(&self) -> bool {
+        LawBoard::is_busy(self)
+    }
+    fn is_endless(&self) -> bool {
+        false
+    }
+    fn position(&self, axis: u8) -> Option<i64> {
+        if axis == 0 { LawBoard::position(self) } else { Some(0) }
+    }
+    fn late(&self) -> u32 {
+        0
+    }
+    fn brake(&mut self) {
+        b"Z\r".iter().for_each(|byte| LawBoard::receive(self, *byte));
+    }
+    fn set_switch(&mut self, _: u8, _: bool) {}
+    fn recording(&mut self) -> &mut Recording {
+        self.recorder()
+    }
+}
+
 /// A virtual board that is switched on.
 pub struct Bench {
     board: Box<dyn Board>,
@@ -89,6 +124,13 @@ impl Bench {
             Width::Narrow => Box::new(VirtualBoard::<u16, _>::new(queues, description, recording)),
             Width::Wide => Box::new(VirtualBoard::<u32, _>::new(queues, description, recording)),
         };
+        Bench { board, description, moved: [false; AXES], switches: Vec::new() }
+    }
+
+    /// Switches a board on that has the program `laws` in it.
+    pub fn laws(description: Description, recording: Recording) -> Bench {
+        let queues = Box::leak(Box::<Queues>::default());
+        let board = Box::new(LawBoard::new(queues, description, recording));
         Bench { board, description, moved: [false; AXES], switches: Vec::new() }
     }
 

@@ -9,6 +9,7 @@ pub mod guest;
 #[cfg(unix)]
 pub mod host;
 pub mod serial;
+pub mod talk;
 pub mod virtual_board;
 
 #[cfg(test)]

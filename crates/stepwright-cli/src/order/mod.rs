@@ -14,11 +14,12 @@
 //! | [`settings`] | `settings` |
 //! | [`ports`] | `ports` |
 //!
-//! They share [`target`] (which board), [`able`] (what it can do), [`refused`] (why it does not), [`motion`] (which speeds), [`drive`]
+//! They share [`target`] (which board), [`able`] (what it can do), [`refused`] (why it does not), [`motion`] (which speeds), [`law`] (which ramps; [`by_law`] carries Austin's out), [`drive`]
 //! (start, watch, stop), [`lease`] (what the board does without us), [`progress`] (what the user sees meanwhile) and [`keys`]
 //! (what the user presses meanwhile, on a [`terminal`]).
 
 mod able;
+mod by_law;
 mod course;
 mod drive;
 pub mod halt;
@@ -26,6 +27,7 @@ mod held;
 pub mod home;
 pub mod jog;
 mod keys;
+mod law;
 pub mod lease;
 mod left;
 pub mod line;

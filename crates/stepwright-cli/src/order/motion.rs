@@ -64,6 +64,35 @@ impl RampArgs {
         self.geometry.geometry()
     }
 
+    /// Whether a jerk was given.
+    pub fn has_jerk(&self) -> bool {
+        self.jerk.is_some()
+    }
+
+    /// Acceleration and deceleration of a law that begins at rest. Where none is named, the top
+    /// speed is there in 0.4 s.
+    pub fn from_rest(
+        &self,
+        geometry: &Geometry,
+        top: &Rounded<Speed>,
+    ) -> Result<(Rounded<Accel>, Rounded<Accel>), Failure> {
+        if self.ramp.is_some() {
+            return Err(Failure::usage("--ramp is for the ramps that a controller plans")
+                .hint("give --accel"));
+        }
+        let accel = match &self.accel {
+            Some(accel) => accel.resolve(geometry, "--accel")?,
+            None => {
+                let whole = (u64::from(top.value.millisteps()) / 400).max(1);
+                let suited: AccelArg = whole.to_string().parse().map_err(Failure::usage)?;
+                suited.resolve(geometry, "--accel")?
+            }
+        };
+        let decel = self.decel.as_ref().map(|d| d.resolve(geometry, "--decel")).transpose()?;
+        let decel = decel.unwrap_or_else(|| accel.clone());
+        Ok((accel, decel))
+    }
+
     /// The order of one axis.
     pub fn motion(
         &self,

@@ -6,8 +6,10 @@ use serde_json::json;
 use stepwright_protocol::{Direction, Selection, Stop, Travel};
 
 use super::able;
+use super::by_law::{Goal, LawOrder};
 use super::drive::{self, End, NotBegun};
 use super::keys::KeyControl;
+use super::law::LawArgs;
 use super::lease::LeaseArgs;
 use super::look::stop_word;
 use super::motion::{Motion, listed};
@@ -29,8 +31,11 @@ Ctrl-C, it brakes, says `position N ready`, and ends with status 0. A second
 Ctrl-C stops dead: `position uncertain`, status 130. While it stays, keys change
 the speed on a terminal: + faster and - slower, by a tenth; s brakes.
 
+With one of Austin's laws (--law) it stays on a real board, too.
+
 Examples:
   stepwright run 200
+  stepwright run 400 --law austin --accel 500 --for 3s
   stepwright run -120rpm --for 3s --plot speed.svg
   stepwright run +200 --port /dev/ttyUSB0
   stepwright stop --port /dev/ttyUSB0")]
@@ -43,6 +48,8 @@ pub struct Args {
     time: Option<Duration>,
     #[command(flatten)]
     order: MotionArgs,
+    #[command(flatten)]
+    law: LawArgs,
     #[command(flatten)]
     on: AxisArgs,
     #[command(flatten)]
@@ -68,6 +75,16 @@ pub fn time(text: &str) -> Result<Duration, String> {
 /// Runs, and stays with it unless the board can be left alone.
 pub fn run(args: Args) -> Result<(), Failure> {
     let forward = args.speed.forward;
+    if let Some(law) = args.law.austin(args.order.ramps.has_jerk())? {
+        if args.lease.is_asked() {
+            return Err(Failure::usage("a board that goes by a law takes no lease")
+                .hint("leave --lease out"));
+        }
+        let (options, ramps, goal) = (&args.law, &args.order.ramps, Goal::Endless(forward));
+        let (top, time, format) = ((&args.speed.speed, "the speed"), args.time, args.order.format);
+        let order = LawOrder { law, options, ramps, top, goal, time, format };
+        return order.run(args.on.axis, &args.order.port, &args.order.virt);
+    }
     let direction = if forward { Direction::Forward } else { Direction::Backward };
     let travel = Travel::Endless(direction);
     let motion = args.order.ramps.motion(args.on.axis, &args.speed.speed, "the speed", travel)?;

@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::ValueEnum;
 use stepwright_protocol::AxisId;
@@ -16,6 +17,7 @@ use crate::link::guest::GuestLink;
 use crate::link::serial::{SerialLink, Share};
 use crate::link::virtual_board::VirtualLink;
 use crate::plot::PlotFile;
+use crate::programs;
 use crate::quantity::bounds;
 use crate::session::{LinkError, Session};
 use stepwright_sim::Description;
@@ -156,6 +158,12 @@ impl VirtualArgs {
 fn met(session: &mut Session) -> Result<(), Failure> {
     session.meet().map_err(|trouble| {
         let name = session.link().name();
+        if matches!(trouble, LinkError::Silent)
+            && let Some(Err(another)) = greeting(session)
+                .map(|answer| programs::is_wanted(&name, &answer, programs::CONTROLLER))
+        {
+            return another;
+        }
         match trouble {
             LinkError::Silent => Failure::new(format!("no answer from {name}")).hint(
                 "is it the board's port (`stepwright ports`), at its rate (--baud), with \
@@ -164,6 +172,20 @@ fn met(session: &mut Session) -> Result<(), Failure> {
             other => lost(&name, &other),
         }
     })
+}
+
+/// What a board that speaks no word of the controller's says of itself.
+fn greeting(session: &mut Session) -> Option<String> {
+    let link = session.link();
+    link.write(b"\r?\r").ok()?;
+    let (end, mut heard) = (link.now() + Duration::from_millis(300), Vec::new());
+    while link.now() < end {
+        let mut bytes = [0; 64];
+        let count = link.read(&mut bytes, end - link.now()).ok()?;
+        heard.extend_from_slice(bytes.get(..count)?);
+    }
+    let lines = String::from_utf8_lossy(&heard).into_owned();
+    lines.split('\r').find(|line| line.starts_with("stepwright-")).map(str::to_owned)
 }
 
 /// The failure of a conversation in which nothing was moving.

@@ -2,11 +2,14 @@
 
 use serde_json::json;
 use stepwright::Geometry;
+use stepwright_austin::LawName;
 use stepwright_protocol::{AxisId, Distance, Stop, Travel};
 
 use super::able;
+use super::by_law::{Goal, LawOrder};
 use super::drive::{self, End, Ended, NotBegun};
 use super::keys::KeyControl;
+use super::law::LawArgs;
 use super::lease::LeaseArgs;
 use super::look::stop_word;
 use super::motion::{MOTION, Motion, listed};
@@ -58,6 +61,8 @@ Examples:
   stepwright move --to 0 --port /dev/ttyUSB0
   stepwright move --to 0 --port /dev/ttyUSB0 --detach
   stepwright move 4000 --fast --plot speed.svg --vcd edges.vcd
+  stepwright move 4000 --law linear-factor --accel 2000 --port /dev/ttyUSB0
+  stepwright move 1000 --law austin --accel 200 --change 100:500 --fast
   stepwright move 4000 --port /dev/ttyUSB0 --format json")]
 #[command(group(clap::ArgGroup::new("way").required(true)))]
 pub struct Args {
@@ -72,6 +77,8 @@ pub struct Args {
     top_speed: SpeedArg,
     #[command(flatten)]
     order: MotionArgs,
+    #[command(flatten)]
+    law: LawArgs,
     #[command(flatten)]
     on: AxisArgs,
     /// Return as soon as the motor moves; `stepwright watch` shows how it goes on
@@ -132,6 +139,21 @@ impl Way {
 }
 
 impl Args {
+    fn by_law(&self, law: LawName, way: &Way) -> Result<(), Failure> {
+        if self.detach || self.lease.is_asked() {
+            return Err(Failure::usage("a board that goes by a law is watched to the end")
+                .hint("leave --detach and --lease out"));
+        }
+        let goal = match way {
+            Way::By(held) => Goal::By(held.value),
+            Way::To(held) => Goal::To(held.value),
+        };
+        let (top, format) = ((&self.top_speed, "--top-speed"), self.order.format);
+        let (options, ramps) = (&self.law, &self.order.ramps);
+        let order = LawOrder { law, options, ramps, top, goal, time: None, format };
+        order.run(self.on.axis, &self.order.port, &self.order.virt)
+    }
+
     fn motion(&self, steps: Distance) -> Result<Motion, Failure> {
         self.order.ramps.motion(self.on.axis, &self.top_speed, "--top-speed", Travel::By(steps))
     }
@@ -140,6 +162,9 @@ impl Args {
 /// Moves, and says where to.
 pub fn run(args: Args) -> Result<(), Failure> {
     let way = Way::of(args.distance.as_ref(), args.to.as_ref(), &args.order.ramps.geometry()?)?;
+    if let Some(law) = args.law.austin(args.order.ramps.has_jerk())? {
+        return args.by_law(law, &way);
+    }
     // A virtual board begins at 0.
     let steps = way.steps(0)?;
     let motion = args.motion(steps)?;

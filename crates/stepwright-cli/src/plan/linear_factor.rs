@@ -44,7 +44,8 @@ pub struct Knee {
     pub knee: u16,
 }
 
-fn thousandths(text: &str) -> Result<u16, String> {
+/// A part in thousandths, of 0 to 0.9.
+pub fn thousandths(text: &str) -> Result<u16, String> {
     let part: f64 = text.parse().map_err(|_| "give a part of the top speed, like 0.5")?;
     if (0.0..=0.9).contains(&part) {
         Ok((part * 1e3).round() as u16)

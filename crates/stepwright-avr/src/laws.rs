@@ -1,0 +1,114 @@
+//! Austin's laws over the serial line: the motor on axis 1 goes by any of them, ordered by
+//! `stepwright move --law … --port`, or by whoever writes the lines of `stepwright_austin::line`.
+//!
+//! ```text
+//!   serial interrupts ──► Station ──► delays, up to 6 steps ahead ──► step interrupt of axis 1
+//!   (two rings)           (main loop, interrupts on)
+//! ```
+//!
+//! A Mega holds all laws in the program `laws`. An Uno has three: `laws` with the general form
+//! and the published listing, `transitions` with linear factor and piecewise, `power-term`.
+
+use core::mem::MaybeUninit;
+
+use stepwright_austin::Station;
+use stepwright_austin::station::{About, Costs};
+
+use crate::board::{self, AXES};
+use crate::serial::{Received, Serial};
+use crate::slot::Slot;
+use crate::step::{self, AvrEngine, RUNS};
+use crate::{chip, watchdog};
+
+/// Where the present travel began.
+static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);
+/// The motor; `start` makes it.
+static STATION: Slot<MaybeUninit<Motor>> = Slot::new(MaybeUninit::uninit());
+
+type Motor = Station<'static, AvrEngine, RUNS>;
+
+const ABOUT: About = About {
+    name: if cfg!(feature = "mega") { "mega" } else { "uno" },
+    mhz: board::CLOCK / 1_000_000,
+    costs: Costs::AVR,
+};
+
+/// The motor and its line.
+pub struct Desk {
+    motor: &'static mut Motor,
+    serial: Serial,
+}
+
+impl Desk {
+    /// Makes everything, as at power-up.
+    ///
+    /// # Safety
+    /// To be called once, with interrupts off.
+    #[inline(never)]
+    pub unsafe fn start() -> Desk {
+        // SAFETY: the only time that anybody takes them.
+        let chip = unsafe { chip::Peripherals::steal() };
+        watchdog::start(&chip.WDT);
+        #[cfg(feature = "uno")]
+        let (pins, mut levels) = board::pins(chip.PORTD, chip.PORTB);
+        #[cfg(feature = "mega")]
+        let (pins, mut levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
+        levels.set_enable(false); // on while it is low
+        // SAFETY: the caller's promise. A producer of zeros is what `lend` asks for, and this
+        // one is the only one of its axis.
+        let (engine, feed) = unsafe {
+            let engine = step::start(pins, BASE.get());
+            let mut feed = MaybeUninit::zeroed().assume_init();
+            step::lend(0, &mut feed);
+            (engine, feed)
+        };
+        // SAFETY: the only time that anybody asks for it.
+        let motor = unsafe { STATION.get() }.write(Station::new(engine, feed, ABOUT));
+        Desk { motor, serial: Serial::start(chip.USART0) }
+    }
+
+    /// Hears lines, makes delays, for ever.
+    pub fn serve(mut self) -> ! {
+        loop {
+            watchdog::feed();
+            self.talk();
+            self.motor.work();
+        }
+    }
+
+    /// Takes what has come, and sends what there is room for.
+    #[inline(never)]
+    fn talk(&mut self) {
+        while !self.motor.is_answering()
+            && let Some(received) = self.serial.receive()
+        {
+            self.motor.receive(match received {
+                Received::Byte(byte) => Some(byte),
+                Received::Garbled => None,
+            });
+        }
+        while self.serial.has_room()
+            && let Some(byte) = self.motor.next_byte()
+        {
+            self.serial.send(byte);
+        }
+    }
+}
+
+/// A program that goes by the laws of its features.
+#[macro_export]
+macro_rules! ordered_laws {
+    () => {
+        $crate::step_interrupts!();
+        $crate::serial_interrupts!();
+
+        #[avr_device::entry]
+        fn main() -> ! {
+            // SAFETY: called once, with interrupts off.
+            let desk = unsafe { $crate::laws::Desk::start() };
+            // SAFETY: all that an interrupt touches has been made.
+            unsafe { avr_device::interrupt::enable() };
+            desk.serve()
+        }
+    };
+}

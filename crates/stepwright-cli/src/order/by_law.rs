@@ -1,0 +1,323 @@
+//! `move` and `run` by one of Austin's laws: on a board with the program for it, or a virtual
+//! one.
+
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use stepwright_austin::line::{Line, NAME, Progress, Refused, can};
+use stepwright_austin::{LawName, Recipe};
+use stepwright_protocol::AxisId;
+
+use super::law::{Change, LawArgs};
+use super::motion::{RampArgs, seconds};
+use super::target::{Format, PortArgs, VirtualArgs};
+use super::travel::last_line;
+use crate::board::bench::Bench;
+use crate::board::recording::{Heading, Recording};
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::link::Link;
+use crate::link::serial::{SerialLink, Share};
+use crate::link::talk::Talk;
+use crate::link::virtual_board::VirtualLink;
+use crate::programs;
+use crate::quantity::{Rounded, SpeedArg};
+use crate::say;
+use stepwright::{Accel, Geometry, Speed};
+use stepwright_sim::Description;
+
+/// Between two looks at a moving motor.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Where to, as typed.
+#[derive(Clone, Copy)]
+pub enum Goal {
+    /// This many steps from where it stands.
+    By(i64),
+    /// To a position.
+    To(i64),
+    /// Until it is stopped: true is forward.
+    Endless(bool),
+}
+
+/// An order by a law.
+pub struct LawOrder<'a> {
+    /// Which law.
+    pub law: LawName,
+    /// Its options.
+    pub options: &'a LawArgs,
+    /// Its accelerations.
+    pub ramps: &'a RampArgs,
+    /// Its top speed, and the option's name.
+    pub top: (&'a SpeedArg, &'static str),
+    /// Where to.
+    pub goal: Goal,
+    /// How long an endless one lasts.
+    pub time: Option<Duration>,
+    /// How to write the result.
+    pub format: Format,
+}
+
+/// What was understood.
+struct Understood {
+    top: Rounded<Speed>,
+    accel: Rounded<Accel>,
+    decel: Rounded<Accel>,
+    changes: Vec<Change>,
+}
+
+impl LawOrder<'_> {
+    /// Carries it out.
+    pub fn run(&self, axis: AxisId, port: &PortArgs, virt: &VirtualArgs) -> Result<(), Failure> {
+        if axis != AxisId::FIRST {
+            return Err(Failure::usage(format!("a law moves axis 1, not {}", axis.number()))
+                .hint("leave --axis out"));
+        }
+        let geometry: Geometry = self.ramps.geometry()?;
+        let top = self.top.0.resolve(&geometry, self.top.1)?;
+        let (accel, decel) = self.ramps.from_rest(&geometry, &top)?;
+        let changes = self.options.changes(&geometry)?;
+        let held = Understood { top, accel, decel, changes };
+        // What no timer can hold is known before anything is opened; a virtual board begins at 0.
+        self.recipe(&held, self.steps(0)?)?;
+        interrupt::listen(interrupt::While::Holding)?;
+        let link: Box<dyn Link> = match &port.port {
+            Some(path) => Box::new(SerialLink::open(path, port.baud, Share::Alone)?),
+            None => self.virtual_link(&held, virt)?,
+        };
+        let mut talk = Talk::new(link);
+        let result = self.on(&mut talk, &held);
+        // Also what was recorded of a motion that went wrong is worth a look.
+        let finished = talk.link().finish();
+        result.and(finished)
+    }
+
+    fn virtual_link(
+        &self,
+        held: &Understood,
+        virt: &VirtualArgs,
+    ) -> Result<Box<dyn Link>, Failure> {
+        let description = Description::uno();
+        let title = format!("Axis 1 by the law {}", self.law.name());
+        let note = self
+            .rows(held)
+            .iter()
+            .map(|row| row.split_whitespace().collect::<Vec<_>>().join(" "))
+            .collect::<Vec<_>>();
+        let heading = Heading { title, notes: vec![note.join("   ·   ")] };
+        let plot = virt.plot.as_ref().map(|file| (file, heading));
+        let recording = Recording::begin(&description, virt.vcd.as_deref(), plot)?;
+        Ok(Box::new(VirtualLink::new(Bench::laws(description, recording), virt.fast)))
+    }
+
+    /// Steps from `from`, and the pulses that they take.
+    fn steps(&self, from: i64) -> Result<i32, Failure> {
+        let steps = match self.goal {
+            Goal::By(steps) => steps,
+            Goal::To(to) => to.saturating_sub(from),
+            Goal::Endless(_) => return Ok(0),
+        };
+        i32::try_from(steps).map_err(|_| {
+            Failure::usage(format!("{steps} steps are too far for one travel"))
+                .hint("a travel has at most 2147483647 steps forward, 2147483648 backward")
+        })
+    }
+
+    fn recipe(&self, held: &Understood, steps: i32) -> Result<Recipe, Failure> {
+        let endless = matches!(self.goal, Goal::Endless(_));
+        let pulses = if endless { stepwright_austin::line::ENDLESS } else { steps.unsigned_abs() };
+        let (accel, decel) = (held.accel.value, held.decel.value);
+        self.options.recipe(self.law, pulses, held.top.value, accel, decel)
+    }
+
+    /// What was understood, for people.
+    fn rows(&self, held: &Understood) -> Vec<String> {
+        let mut rows = vec![
+            format!("  {:<12}{}, from rest", "law", self.law.name()),
+            format!("  {:<12}{}", "top speed", held.top),
+            format!("  {:<12}{}", "ramp up", held.accel),
+            format!("  {:<12}{}", "ramp down", held.decel),
+        ];
+        for (steps, accel) in &held.changes {
+            rows.push(format!("  {:<12}{accel} after {steps} steps", "change"));
+        }
+        rows
+    }
+
+    fn on(&self, talk: &mut Talk, held: &Understood) -> Result<(), Failure> {
+        let at = talk.name();
+        let about = talk.meet(NAME, program(self.law, ""))?;
+        let laws = about.split(' ').find_map(|word| word.strip_prefix("can=")).unwrap_or("");
+        if !can(laws).any(|law| law == self.law) {
+            let name = self.law.name();
+            return Err(Failure::new(format!("{at} has the laws {laws}, and not {name}"))
+                .hint(programs::flash(&about, program(self.law, &about))));
+        }
+        let seen = look(talk)?;
+        if seen.moving {
+            return Err(Failure::new(format!("{at} moves already")).hint("wait until it rests"));
+        }
+        let Some(from) = seen.position else {
+            return Err(Failure::new(format!("{at}: the position of axis 1 is uncertain"))
+                .hint("a kill has lost it; a reset of the board makes the present place 0"));
+        };
+        let steps = self.steps(from.into())?;
+        let mut lines = vec![Line::Law(self.recipe(held, steps)?)];
+        lines.extend(held.changes.iter().map(|(after, accel)| Line::Change(*after, accel.value)));
+        let (title, go) = match self.goal {
+            Goal::Endless(forward) => {
+                let way = if forward { "forward" } else { "backward" };
+                (format!("axis 1 {way} without end on {at}"), Line::Run(forward))
+            }
+            _ => (format!("axis 1 by {steps:+} steps on {at}"), Line::Go(steps)),
+        };
+        lines.push(go);
+        if self.format == Format::Text {
+            say::result(title);
+            self.rows(held).iter().for_each(say::result);
+        }
+        for line in &lines {
+            obeyed(self.law, &at, *line, &talk.ask(&line.to_string())?)?;
+        }
+        let begun = talk.link().now();
+        let (end, braked) = self.watch(talk)?;
+        let took = (talk.link().now() - begun).as_secs_f64();
+        let target = (!matches!(self.goal, Goal::Endless(_))).then(|| from.saturating_add(steps));
+        let (state, position) = match end.position {
+            Some(at) if target.is_none_or(|target| at == target) => ("ready", Some(at)),
+            Some(at) => ("stopped", Some(at)),
+            None => ("uncertain", None),
+        };
+        let late = end.late.saturating_sub(seen.late);
+        if late > 0 {
+            say::note(format_args!("{late} steps came late: the board is too slow for this speed"));
+        }
+        match self.format {
+            Format::Json => say::result(self.json(held, &at, (from, target), state, end, took)),
+            Format::Text => {
+                say::result(format_args!("  {:<12}{}", "took", seconds(took)));
+                say::result(last_line(state, position.map(i64::from), None));
+            }
+        }
+        match (position, target) {
+            (None, _) => Err(Failure::interrupted("killed: the position is lost")),
+            (Some(at), Some(target)) if at != target && braked => {
+                Err(Failure::interrupted(format!("braked at {at}, before {target}")))
+            }
+            (Some(at), Some(target)) if at != target => {
+                Err(Failure::new(format!("the axis rests at {at}, not at {target} as ordered")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn json(
+        &self,
+        held: &Understood,
+        board: &str,
+        (from, target): (i32, Option<i32>),
+        state: &str,
+        end: Progress,
+        took: f64,
+    ) -> Value {
+        let accel = |accel: &Rounded<Accel>| accel.value.millisteps() as f64 / 1000.0;
+        let changes = held.changes.iter();
+        json!({
+            "axis": 1,
+            "law": self.law.name(),
+            "from": from,
+            "target": target,
+            "position": end.position,
+            "state": state,
+            "seconds": took,
+            "late": end.late,
+            "board": board,
+            "top_speed": f64::from(held.top.value.millisteps()) / 1000.0,
+            "accel": accel(&held.accel),
+            "decel": accel(&held.decel),
+            "changes": changes
+                .map(|(after, to)| json!({ "steps": after, "accel": accel(to) }))
+                .collect::<Vec<_>>(),
+        })
+    }
+
+    /// Watches it until it rests. Ctrl-C or the end of its time brakes it, a second Ctrl-C kills
+    /// it. How it rests, and whether it was braked by a signal.
+    fn watch(&self, talk: &mut Talk) -> Result<(Progress, bool), Failure> {
+        let until = self.time.map(|time| talk.link().now() + time);
+        let (mut braking, mut braked) = (false, false);
+        loop {
+            if interrupt::presses() > 1 {
+                talk.ask(&Line::Kill.to_string())?;
+                return Ok((look(talk)?, true));
+            }
+            let over = until.is_some_and(|until| talk.link().now() >= until);
+            if !braking && (over || interrupt::asked()) {
+                braked = !over;
+                braking = true;
+                talk.ask(&Line::Stop.to_string())?;
+                if braked {
+                    say::note(interrupt::braking());
+                }
+            }
+            let seen = look(talk)?;
+            if !seen.moving {
+                return Ok((seen, braked));
+            }
+            talk.rest(LOOK)?;
+        }
+    }
+}
+
+/// The program that has a law, on the board of this answer.
+fn program(law: LawName, about: &str) -> &'static str {
+    if about.contains(" mega ") {
+        return "laws";
+    }
+    match law {
+        LawName::Austin | LawName::AustinFixed => "laws",
+        LawName::LinearFactor | LawName::Piecewise => "transitions",
+        LawName::Power => "power-term",
+    }
+}
+
+fn look(talk: &mut Talk) -> Result<Progress, Failure> {
+    // A question is harmless twice.
+    for _ in 0..3 {
+        if let Some(seen) = Progress::read(&talk.ask(&Line::Look.to_string())?) {
+            return Ok(seen);
+        }
+    }
+    Err(Failure::new(format!("{} does not say where its motor is", talk.name())))
+}
+
+/// That a line was taken.
+fn obeyed(law: LawName, at: &str, line: Line, answer: &str) -> Result<(), Failure> {
+    if answer == "Y" {
+        return Ok(());
+    }
+    let name = law.name();
+    Err(match Refused::read(answer) {
+        Some(Refused::Fast(ticks)) => {
+            let what = match line {
+                Line::Change(..) => "changes of acceleration".to_owned(),
+                _ => format!("the law {name}"),
+            };
+            let most = 1_000_000 / ticks.max(1);
+            Failure::new(format!("{at} is too slow for {what} at this top speed"))
+                .hint(format!("give a top speed of at most {most} steps/s"))
+        }
+        Some(Refused::Range) => {
+            Failure::new(format!("{at} can't hold this travel by the law {name}")).hint(
+                "a delay is at most 4 s, a ramp has at most 1073741824 steps, and power and \
+                 piecewise take a --decel of at least --accel",
+            )
+        }
+        Some(Refused::Moving) => Failure::new(format!("{at} moves already")),
+        Some(Refused::Law) if matches!(line, Line::Change(..)) => {
+            Failure::usage("this form of the law does not change on its way")
+                .hint("leave --change or --divisor out")
+        }
+        _ => Failure::new(format!("{at} answered {answer:?} to {line}")),
+    })
+}

@@ -35,7 +35,7 @@ show() {
 coproc SIM_UNO { exec $sim uno --switch 1:-300 --pty-link "$port"; }
 simulator=$SIM_UNO_PID
 exec 3>&"${SIM_UNO[1]}"
-trap 'kill "$simulator" 2>/dev/null || true; rm -rf "$scratch"' EXIT
+trap 'kill "$simulator" 2>/dev/null && wait "$simulator" || true; rm -rf "$scratch"' EXIT
 read -r said <&"${SIM_UNO[0]}" || fail "the simulator does not start"
 echo "the simulated Uno is at $port ($said)"
 motor=(--steps-per-rev 3200)
@@ -55,7 +55,7 @@ echo
 echo "## A second terminal watches, and changes the travel of the first"
 stepwright move --to 720deg "${motor[@]}" --top-speed 800 --port "$port" >/dev/null 2>&1 &
 first=$!
-until [[ $(stepwright position --port "$port") == *busy ]]; do sleep 0.1; done
+until [[ $(stepwright position --port "$port" 2>/dev/null) == *busy ]]; do sleep 0.1; done
 show stepwright retarget 180deg "${motor[@]}" --port "$port"
 show stepwright watch --port "$port"
 wait "$first" && fail "the first terminal calls another target its own"
@@ -67,7 +67,7 @@ echo "## The plug is pulled on the way"
 notes=$scratch/notes
 stepwright move 20000 --port "$port" >"$notes" 2>&1 &
 first=$!
-until [[ $(stepwright position --port "$port") == *busy ]]; do sleep 0.1; done
+until [[ $(stepwright position --port "$port" 2>/dev/null) == *busy ]]; do sleep 0.1; done
 sleep 1
 echo power >&3
 wait "$first" && fail "a travel that was cut short counts as done"

@@ -10,6 +10,7 @@ mod cross;
 mod examples;
 mod firmware;
 mod flash;
+mod package;
 mod pyserial;
 mod rig;
 mod sigrok;
@@ -57,6 +58,12 @@ const STEPS: &[Step] = &[
         run: book::run,
     },
     Step { name: "examples", what: "numbered examples run", needs: &[], run: examples::run },
+    Step {
+        name: "package",
+        what: "what ships can be published, installed and depended on",
+        needs: &[],
+        run: package::run,
+    },
     Step {
         name: "cross",
         what: "core and protocol build for AVR and Cortex-M0",

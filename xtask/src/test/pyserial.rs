@@ -1,16 +1,17 @@
 //! Masters written in Python drive the virtual board through a
 //! pseudo-terminal, as they would drive a real one through a serial port.
 
+use std::fs;
 use std::io::{self, BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 use crate::python;
-use crate::workspace::{self, Guard, Workspace, run_within};
+use crate::workspace::{self, Guard, Workspace, output, run_within};
 
 /// With the original slave's lines, and with checksums in noise.
 const MASTERS: [&str; 2] = ["examples/master.py", "examples/checksums.py"];
@@ -60,8 +61,22 @@ pub fn run(ws: &Workspace) -> Result<()> {
             bail!("the board ended under its master: {status}");
         }
     }
+    the_guides_own(ws, path)?;
     // Its last words come before ours.
     drop(board);
     let _ = carrier.join();
+    Ok(())
+}
+
+/// The program of the guide's page, at this port: it moves the motor, and prints where it is.
+fn the_guides_own(ws: &Workspace, port: &str) -> Result<()> {
+    let page = fs::read_to_string(ws.root.join("docs/guide/src/python.md"))?;
+    let program = page.split("```python\n").nth(1).and_then(|rest| rest.split("```").next());
+    let program = program.context("the page has no program")?.replace("/dev/ttyUSB0", port);
+    let mut zero = Command::new(ws.built("stepwright"));
+    zero.args(["zero", "--port", port]).env("STEPWRIGHT_MACHINE", "none");
+    workspace::run(&mut zero)?;
+    let said = output(Command::new(python::interpreter(ws)).args(["-c", &program]))?;
+    ensure!(said == "4000\n", "the program of python.md says {said:?}");
     Ok(())
 }

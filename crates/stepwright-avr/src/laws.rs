@@ -13,9 +13,10 @@ use core::mem::MaybeUninit;
 
 use stepwright_austin::Station;
 use stepwright_austin::station::{About, Costs};
+use stepwright_device::main_loop::{Received, SerialPort};
 
 use crate::board::{self, AXES};
-use crate::serial::{Received, Serial};
+use crate::serial::Serial;
 use crate::slot::Slot;
 use crate::step::{self, AvrEngine, RUNS};
 use crate::{chip, watchdog};

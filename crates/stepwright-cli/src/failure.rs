@@ -96,6 +96,11 @@ impl Failure {
         &self.message
     }
 
+    /// What can be done about it.
+    pub fn hinted(&self) -> Option<&str> {
+        self.hint.as_deref()
+    }
+
     /// Says it on standard error, and gives the exit status. For programs it is one line of
     /// JSON, the last one there.
     pub fn report(&self) -> ExitCode {

@@ -4,7 +4,7 @@ use clap::Command;
 
 /// A heading, and the subcommands beneath it.
 const GROUPS: [(&str, &[&str]); 5] = [
-    ("Move a motor", &["move", "line", "run", "home", "jog", "retarget", "stop", "kill"]),
+    ("Move a motor", &["move", "line", "run", "home", "jog", "retarget", "stop", "kill", "serve"]),
     ("See where it is", &["status", "position", "watch", "zero"]),
     ("Plan and look", &["plan", "timed", "cycle", "figures", "calc"]),
     ("Boards", &["ports", "flash", "board", "settings", "init", "send"]),

@@ -36,6 +36,7 @@ mod plot;
 mod programs;
 mod quantity;
 mod say;
+mod serve;
 mod session;
 mod sheet;
 mod timed;
@@ -90,6 +91,7 @@ enum Command {
     Settings(order::settings::Args),
     Ports(order::ports::Args),
     Init(machine::init::Args),
+    Serve(serve::Args),
     Board(board::Args),
     Flash(flash::Args),
     Plan(Box<plan::Args>),
@@ -133,6 +135,7 @@ fn main() -> ExitCode {
         Command::Settings(args) => order::settings::run(args),
         Command::Ports(args) => order::ports::run(args),
         Command::Init(args) => machine::init::run(args),
+        Command::Serve(args) => serve::run(args),
         Command::Board(args) => board::run(args),
         Command::Flash(args) => flash::run(args),
         Command::Plan(args) => plan::run(*args),

@@ -65,6 +65,16 @@ impl GeometryArgs {
     }
 }
 
+impl GeometryArgs {
+    /// The unit that positions are shown in, and the steps of one: millimetres where the
+    /// load moves along a line.
+    pub fn unit(&self) -> Result<(&'static str, f64), Failure> {
+        self.geometry()?;
+        let steps = f64::from(self.steps_per_rev);
+        Ok(self.mm_per_rev.map_or(("steps", 1.0), |MmArg(nm)| ("mm", steps * 1e6 / f64::from(nm))))
+    }
+}
+
 /// A distance in millimetres, held in whole nanometres.
 #[derive(Clone, Copy, Debug)]
 pub struct MmArg(u32);

@@ -109,9 +109,9 @@ fn deepest(matches: &ArgMatches) -> (Vec<String>, &ArgMatches) {
 /// Whether a subcommand orders a board, or plans.
 fn takes_defaults(path: &[String]) -> bool {
     let first = path.first().map(String::as_str);
-    const ORDERS: [&str; 15] = [
+    const ORDERS: [&str; 16] = [
         "move", "line", "run", "home", "jog", "retarget", "watch", "stop", "kill", "status",
-        "position", "zero", "send", "settings", "plan",
+        "position", "zero", "send", "settings", "plan", "serve",
     ];
     first.is_some_and(|name| ORDERS.contains(&name))
 }

@@ -9,10 +9,9 @@
 
 use std::time::Duration;
 
-use stepwright_protocol::{AxisId, Command, Info, Refusal, Reply, Selection, Travel};
+use stepwright_protocol::{AxisId, Command, Info, Order, Refusal, Reply, Selection, Travel};
 
 use super::keys::{Act, KeyControl};
-use super::motion::Motion;
 use super::refused;
 use crate::failure::Failure;
 use crate::interrupt;
@@ -59,7 +58,7 @@ impl NotBegun {
 pub fn begin(
     session: &mut Session,
     axis: AxisId,
-    motion: &Motion,
+    order: &Order,
     lines: &[Command],
     from: Option<i64>,
 ) -> Result<(), NotBegun> {
@@ -82,7 +81,7 @@ pub fn begin(
                 let last = line == Command::Execute;
                 let trouble = |trouble| NotBegun::Trouble { trouble, moving: last };
                 session.resync().map_err(trouble)?;
-                if last && has_begun(session, axis, motion, from).map_err(trouble)? {
+                if last && has_begun(session, axis, order, from).map_err(trouble)? {
                     return Ok(());
                 }
             }
@@ -109,14 +108,14 @@ fn refusal(line: Command, before: Option<Info>, after: Option<Info>) -> NotBegun
 fn has_begun(
     session: &mut Session,
     axis: AxisId,
-    motion: &Motion,
+    order: &Order,
     from: Option<i64>,
 ) -> Result<bool, LinkError> {
     if session.is_busy(Selection::One(axis))? || session.rest_position(axis)? != from {
         return Ok(true);
     }
     // A travel of no steps leaves no trace, nor does it need any.
-    Ok(matches!(motion.order.travel, Travel::By(distance) if distance.get() == 0))
+    Ok(matches!(order.travel, Travel::By(distance) if distance.get() == 0))
 }
 
 /// What a look at the motor shows.

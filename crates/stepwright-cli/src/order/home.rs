@@ -269,7 +269,7 @@ fn watch(
     }
     let from = session.rest_position(args.on.axis).map_err(safe)?;
     let lines = motion.lines().map_err(|_| NotBegun::Noise)?;
-    drive::begin(session, args.on.axis, motion, &lines, from)?;
+    drive::begin(session, args.on.axis, &motion.order, &lines, from)?;
     let mut hand = KeyControl::on(session, &motion.order);
     let mut progress = Progress::new(motion, from.unwrap_or(0), hand.listens());
     let watched =

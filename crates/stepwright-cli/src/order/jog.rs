@@ -321,7 +321,7 @@ impl Jog {
         let motion = args.motion(&top, travel).map_err(Stopped::Failure)?;
         let mut lines = self.lines_before.clone();
         lines.extend(motion.lines().map_err(Stopped::Failure)?);
-        match drive::begin(session, self.axis, &motion, &lines, Some(self.at)) {
+        match drive::begin(session, self.axis, &motion.order, &lines, Some(self.at)) {
             Ok(()) => self.moving = Some(Moving { way, braking: false }),
             Err(NotBegun::Trouble { trouble, moving }) => {
                 self.moving = moving.then_some(Moving { way, braking: false });

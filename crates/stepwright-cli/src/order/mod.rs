@@ -18,10 +18,10 @@
 //! (start, watch, stop), [`lease`] (what the board does without us), [`progress`] (what the user sees meanwhile) and [`keys`]
 //! (what the user presses meanwhile, on a [`terminal`]).
 
-mod able;
+pub mod able;
 mod by_law;
-mod course;
-mod drive;
+pub mod course;
+pub mod drive;
 pub mod halt;
 mod held;
 pub mod home;

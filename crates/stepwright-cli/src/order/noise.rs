@@ -69,7 +69,7 @@ fn say(session: &mut Session, axis: AxisId) -> Result<i64, String> {
     let lines = motion.lines().unwrap();
     session.meet().map_err(|trouble| trouble.to_string())?;
     let from = session.rest_position(axis).map_err(|trouble| trouble.to_string())?;
-    drive::begin(session, axis, &motion, &lines, from).map_err(|not| format!("{not:?}"))?;
+    drive::begin(session, axis, &motion.order, &lines, from).map_err(|not| format!("{not:?}"))?;
     let watched = drive::watch(session, axis, None, &mut KeyControl::off(), |_| ());
     match drive::conclude(session, axis, watched) {
         Ended { end: End::Rests(at), .. } => Ok(at),

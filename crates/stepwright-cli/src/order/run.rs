@@ -110,7 +110,7 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
     let from = start_position(session, args.on.axis)?;
-    let watched = match drive::begin(session, args.on.axis, motion, &lines, Some(from)) {
+    let watched = match drive::begin(session, args.on.axis, &motion.order, &lines, Some(from)) {
         Ok(()) if leave && !interrupt::asked() => return left_alone(session, args),
         Ok(()) => {
             if args.time.is_none() {

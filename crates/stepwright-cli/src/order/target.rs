@@ -155,7 +155,8 @@ impl VirtualArgs {
     }
 }
 
-fn met(session: &mut Session) -> Result<(), Failure> {
+/// Meets the board at the other end.
+pub fn met(session: &mut Session) -> Result<(), Failure> {
     session.meet().map_err(|trouble| {
         let name = session.link().name();
         if matches!(trouble, LinkError::Silent)

@@ -195,7 +195,7 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     }
     let late_before = session.info().map(|info| info.late);
     let begun = session.now();
-    let ended = match drive::begin(session, args.on.axis, motion, &lines, Some(from)) {
+    let ended = match drive::begin(session, args.on.axis, &motion.order, &lines, Some(from)) {
         Ok(()) if args.detach && !interrupt::asked() => {
             return watch::left(session, args.on.axis, args.order.format);
         }

@@ -1,0 +1,164 @@
+//! `stepwright serve`: a board in a browser.
+//!
+//! ```text
+//!   browser ─► stepwright-serve ─► Desk ─► keeper, a thread ─► Session ─► Tap ─► Link
+//! ```
+//!
+//! | module | what |
+//! | --- | --- |
+//! | [`keeper`] | keeps the conversation with the board, also when it is lost and comes back |
+//! | [`orders`] | carries out what pages ask for |
+//! | [`sight`] | looks at the axes, and says what it sees |
+//! | [`sheet`] | what the board is |
+//! | [`forecast`] | where an order will take an axis |
+//! | [`tap`] | the lines as they are said |
+
+mod forecast;
+mod keeper;
+mod orders;
+mod sheet;
+mod sight;
+mod tap;
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
+use std::str::FromStr;
+use std::sync::{Arc, mpsc};
+use std::thread;
+
+use stepwright_serve::{Desk, Guard, Token};
+
+use crate::failure::Failure;
+use crate::interrupt::{self, While};
+use crate::order::target::PortArgs;
+use crate::quantity::GeometryArgs;
+use crate::say;
+use keeper::Keeper;
+
+/// Where the page is, unless `--bind` says otherwise.
+const PORT: u16 = 8480;
+
+/// Drive a board from a browser, and from programs over HTTP
+#[derive(clap::Args)]
+#[command(after_help = "\
+The first line on standard output is `page ADDRESS`: open it in a browser. Without --port
+a virtual board is served: the real engine with simulated pins.
+
+One page controls, others watch, and everybody may stop. A motor that runs without end
+brakes when the page that runs it is closed, or silent for a second. A board that is
+unplugged is met again when it is back; nothing is started again.
+
+The page asks the same of the server that programs can: `GET /api/openapi.json` describes
+it. Orders need a key, which `POST /api/control` gives.
+
+Only this machine reaches the page, unless --bind says otherwise. From elsewhere a token is
+needed then, which the address has that the command says. The connection is not encrypted.
+
+Ctrl-C brakes every axis, and ends when they rest; a second Ctrl-C kills.
+
+Examples:
+  stepwright serve
+  stepwright serve --port /dev/ttyUSB0 --mm-per-rev 8
+  stepwright serve --port /dev/ttyUSB0 --bind 0.0.0.0
+  curl http://127.0.0.1:8480/api/state
+  curl --json '{}' http://127.0.0.1:8480/api/stop")]
+pub struct Args {
+    /// Address to serve at: 192.168.0.7, 0.0.0.0:80; port 0 is any that is free
+    /// [default: 127.0.0.1:8480]
+    #[arg(long, value_name = "ADDR", default_value_t = Bind::LOOPBACK, hide_default_value = true)]
+    bind: Bind,
+    #[command(flatten)]
+    geometry: GeometryArgs,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Serve a virtual board, also where the machine file names a port
+    #[arg(id = "virtual", long = "virtual", conflicts_with = "port", help_heading = "Board")]
+    _virtual_board: bool,
+}
+
+/// An address to listen at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Bind(SocketAddr);
+
+impl Bind {
+    const LOOPBACK: Bind = Bind(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), PORT));
+}
+
+impl FromStr for Bind {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Bind, &'static str> {
+        let address = text
+            .parse()
+            .or_else(|_| text.parse().map(|address: IpAddr| SocketAddr::new(address, PORT)));
+        address.map(Bind).map_err(|_| "an IP address, with or without a port: 127.0.0.1:8480")
+    }
+}
+
+impl std::fmt::Display for Bind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// Serves until Ctrl-C, or another signal.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let unit = args.geometry.unit()?;
+    let listener = TcpListener::bind(args.bind.0).map_err(|error| {
+        Failure::new(format!("can't serve at {}: {error}", args.bind))
+            .hint("another address: --bind 127.0.0.1:0 takes any port that is free")
+    })?;
+    let failed = |error: std::io::Error| Failure::new(format!("can't serve: {error}"));
+    let address = listener.local_addr().map_err(failed)?;
+    interrupt::listen(While::Holding)?;
+    let desk = Arc::new(Desk::default());
+    let (tell, met) = mpsc::channel();
+    let board = thread::spawn({
+        let desk = desk.clone();
+        move || {
+            let kept = Keeper::begin(args.port, unit, desk.clone()).and_then(|keeper| {
+                // The other thread waits for nothing else.
+                let _ = tell.send(());
+                keeper.keep()
+            });
+            desk.end();
+            kept
+        }
+    });
+    // Without a board there is nothing to serve.
+    if met.recv().is_ok() {
+        let guard = Guard { token: (!address.ip().is_loopback()).then(Token::new) };
+        greet(address, &guard);
+        stepwright_serve::serve(listener, desk, guard).map_err(failed)?;
+    }
+    board.join().unwrap_or_else(|_| Err(Failure::new("the conversation with the board broke off")))
+}
+
+fn greet(address: SocketAddr, guard: &Guard) {
+    match &guard.token {
+        None => say::result(format_args!("page http://{address}/")),
+        Some(token) => {
+            say::result(format_args!("page http://{address}/#token={}", token.text()));
+            say::note("whoever has this address can move the motors; it is not encrypted");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Bind;
+
+    #[test]
+    fn an_address_has_a_port_or_the_usual_one() {
+        for (text, address) in [
+            ("127.0.0.1", "127.0.0.1:8480"),
+            ("0.0.0.0:80", "0.0.0.0:80"),
+            ("::1", "[::1]:8480"),
+            ("[::]:0", "[::]:0"),
+        ] {
+            assert_eq!(text.parse::<Bind>().map(|bind| bind.to_string()), Ok(address.to_owned()));
+        }
+        for wrong in ["", "localhost", "127.0.0.1:65536", ":80", "8480"] {
+            assert!(wrong.parse::<Bind>().is_err(), "{wrong}");
+        }
+    }
+}

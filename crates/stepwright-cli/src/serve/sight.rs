@@ -1,0 +1,183 @@
+//! Looks at the axes, and says what it sees.
+
+use std::collections::VecDeque;
+
+use stepwright_protocol::{AxisId, BoardError, Selection, Stop};
+use stepwright_serve::Hand;
+use stepwright_serve::report::{AxisState, Reason};
+
+use super::keeper::Keeper;
+use crate::order::look::stop_word;
+use crate::session::LinkError;
+
+/// A speed is measured over so long, in s.
+const WINDOW: f64 = 0.1;
+
+/// What is known of an axis.
+pub struct Watched {
+    pub id: AxisId,
+    pub position: Option<i64>,
+    /// Whether it moves, as far as it was looked at.
+    pub moving: bool,
+    pub stop: Option<Stop>,
+    /// Whose run without end it is on.
+    pub hand: Option<Hand>,
+    /// Where its travel began.
+    pub from: Option<i64>,
+    /// Times in s, and positions then, the last ones.
+    seen: VecDeque<(f64, i64)>,
+}
+
+impl Watched {
+    /// Nothing is known of it.
+    pub fn new(id: AxisId) -> Watched {
+        Watched {
+            id,
+            position: None,
+            moving: false,
+            stop: None,
+            hand: None,
+            from: None,
+            seen: VecDeque::new(),
+        }
+    }
+
+    /// It was seen there at a time in s.
+    pub fn see(&mut self, time: f64, position: Option<i64>) {
+        self.position = position;
+        match position {
+            Some(at) => self.seen.push_back((time, at)),
+            None => self.seen.clear(),
+        }
+        while self.seen.get(1).is_some_and(|(then, _)| time - then >= WINDOW) {
+            self.seen.pop_front();
+        }
+    }
+
+    /// Its speed in steps/s: the slope of the line through its last places.
+    fn speed(&self) -> f64 {
+        let Some((first, from)) = self.seen.front().copied().filter(|_| self.moving) else {
+            return 0.0;
+        };
+        let count = self.seen.len() as f64;
+        let places = || self.seen.iter().map(|(time, at)| (time - first, (at - from) as f64));
+        let (times, ways) = places().fold((0.0, 0.0), |(t, s), (time, way)| (t + time, s + way));
+        let (time, way) = (times / count, ways / count);
+        let (mut above, mut below) = (0.0, 0.0);
+        for (t, s) in places() {
+            above += (t - time) * (s - way);
+            below += (t - time) * (t - time);
+        }
+        if below > 0.0 { above / below } else { 0.0 }
+    }
+
+    /// For pages. `now` is the time where it was not seen yet.
+    pub fn state(&self, now: f64) -> AxisState {
+        let reason = |stop: Stop| Reason { name: stop_word(stop), words: stop.words() };
+        AxisState {
+            axis: self.id.number(),
+            position: self.position,
+            time: self.seen.back().map_or(now, |(time, _)| *time),
+            speed: self.speed(),
+            moving: self.moving,
+            state: match (self.position, self.moving) {
+                (None, _) => "uncertain",
+                (_, true) => "busy",
+                (_, false) => "ready",
+            },
+            stop: self.stop.map(reason),
+        }
+    }
+}
+
+impl Keeper {
+    /// Looks at the axes that move.
+    pub(super) fn look(&mut self) -> Result<(), LinkError> {
+        let mut ended = false;
+        for place in 0..self.axes.len() {
+            if self.axes.get(place).is_some_and(|axis| axis.moving) {
+                // A stop is waited for: it goes first.
+                if self.desk.is_urgent() {
+                    return Ok(());
+                }
+                ended |= self.look_at(place)?;
+            }
+        }
+        if ended {
+            self.ask_why()?;
+            self.end_lease()?;
+        }
+        Ok(())
+    }
+
+    /// Looks at all axes, and at what has gone wrong.
+    pub(super) fn look_at_all(&mut self) -> Result<(), LinkError> {
+        for place in 0..self.axes.len() {
+            if self.desk.is_urgent() {
+                return Ok(());
+            }
+            self.look_at(place)?;
+        }
+        self.ask_why()?;
+        self.end_lease()
+    }
+
+    /// Looks at one axis; whether it has come to rest since the last look.
+    fn look_at(&mut self, place: usize) -> Result<bool, LinkError> {
+        let Some(axis) = self.axes.get_mut(place) else { return Ok(false) };
+        let id = axis.id;
+        // First whether it rests, then where: the other way round it might move on.
+        let busy = self.session.is_busy(Selection::One(id))?;
+        let position = self.session.position(id)?;
+        axis.see(self.desk.time(), position);
+        let ended = axis.moving && !busy;
+        axis.moving = busy;
+        if !busy {
+            axis.hand = None;
+        }
+        Ok(ended)
+    }
+
+    /// Asks what has stopped axes, and what has gone wrong.
+    fn ask_why(&mut self) -> Result<(), LinkError> {
+        let Some(info) = self.session.ask_info()? else { return Ok(()) };
+        for axis in &mut self.axes {
+            axis.stop = info.stops.and_then(|stops| stops.of(axis.id)).filter(|_| !axis.moving);
+        }
+        let reason =
+            |error: BoardError| Reason { name: error.name().to_owned(), words: error.words() };
+        self.told.late = info.late;
+        self.told.refused = info.refused;
+        self.told.errors = info.errors.into_iter().flat_map(|e| e.iter()).map(reason).collect();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_speed_is_that_of_the_last_tenth_of_a_second() {
+        let mut axis = Watched::new(AxisId::FIRST);
+        axis.moving = true;
+        assert_eq!(axis.speed(), 0.0);
+        // 200 steps/s, then −1000 steps/s for longer than the window.
+        let mut at = 0;
+        for look in 0..40 {
+            at += if look < 20 { 4 } else { -20 };
+            axis.see(f64::from(look) * 0.02, Some(at));
+            let right = match look {
+                3..20 => 200.0,
+                26.. => -1000.0,
+                _ => continue,
+            };
+            assert!((axis.speed() - right).abs() < 1e-6, "{look}: {}", axis.speed());
+        }
+        axis.moving = false;
+        assert_eq!(axis.speed(), 0.0);
+        axis.moving = true;
+        axis.see(1.0, None);
+        assert_eq!((axis.speed(), axis.state(0.0).state), (0.0, "uncertain"));
+    }
+}

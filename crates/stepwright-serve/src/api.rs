@@ -1,0 +1,262 @@
+//! The requests over HTTP, and their description.
+//!
+//! Every order but a stop, a kill and an acknowledgement needs control: the key that
+//! `POST /api/control` gives, in the header `Stepwright-Control`.
+
+use std::fmt;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use axum::extract::{FromRequest, Request, State};
+use axum::http::HeaderMap;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::IntoResponse;
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{DeserializeOwned, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use utoipa::OpenApi;
+
+use crate::control::{Hand, LEASE};
+use crate::decline::Declined;
+use crate::desk::Desk;
+use crate::live;
+use crate::report::{BoardSheet, ControlGiven, Done, LiveMessage, LiveState};
+use crate::request::{
+    ControlRequest, EmptyRequest, MoveRequest, RetargetRequest, RunRequest, SetRequest,
+    StopRequest, Wish, ZeroRequest,
+};
+
+/// The header that carries the key of who controls.
+const CONTROL: &str = "stepwright-control";
+
+type Shared = State<Arc<Desk>>;
+type Answer = Result<Json<Done>, Declined>;
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "stepwright serve",
+        description = "Drive a stepper board: JSON over HTTP, and one WebSocket at /api/live \
+                       that tells what the board does. Lengths are steps, times seconds."
+    ),
+    paths(
+        board,
+        state,
+        travel,
+        run,
+        retarget,
+        stop,
+        kill,
+        zero,
+        set,
+        acknowledge,
+        take,
+        beat,
+        release
+    ),
+    components(schemas(LiveMessage))
+)]
+struct Description;
+
+/// Every address under `/api`.
+pub(crate) fn routes() -> Router<Arc<Desk>> {
+    Router::new()
+        .route("/api/board", get(board))
+        .route("/api/state", get(state))
+        .route("/api/move", post(travel))
+        .route("/api/run", post(run))
+        .route("/api/retarget", post(retarget))
+        .route("/api/stop", post(stop))
+        .route("/api/kill", post(kill))
+        .route("/api/zero", post(zero))
+        .route("/api/set", post(set))
+        .route("/api/acknowledge", post(acknowledge))
+        .route("/api/control", post(take))
+        .route("/api/control/beat", post(beat))
+        .route("/api/control/release", post(release))
+        .route("/api/live", get(live::join))
+        .route("/api/openapi.json", get(description))
+        .method_not_allowed_fallback(async || {
+            Declined::nowhere("this address takes another method")
+                .remedy("GET /api/openapi.json lists them")
+        })
+}
+
+/// The description of the API, as OpenAPI has it.
+pub(crate) fn openapi() -> String {
+    Description::openapi().to_json().unwrap_or_default()
+}
+
+async fn description() -> impl IntoResponse {
+    ([(CONTENT_TYPE, "application/json")], openapi())
+}
+
+/// A body, read and found to be of this kind.
+struct Body<T>(T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Body<T> {
+    type Rejection = Declined;
+
+    async fn from_request(request: Request, state: &S) -> Result<Body<T>, Declined> {
+        let Json(Object(body)) = Json::from_request(request, state).await?;
+        Ok(Body(body))
+    }
+}
+
+/// A JSON object: fields in an array, by their places, would be taken otherwise.
+struct Object<T>(T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Object<T>, D::Error> {
+        from.deserialize_map(Fields(PhantomData)).map(Object)
+    }
+}
+
+struct Fields<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
+    type Value = T;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, fields: A) -> Result<T, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(fields))
+    }
+}
+
+/// The hand that gives an order: it has control.
+fn hand(desk: &Desk, headers: &HeaderMap) -> Result<Hand, Declined> {
+    let key = headers.get(CONTROL).and_then(|value| value.to_str().ok());
+    desk.control(|control, now| control.hear(key, now))
+}
+
+async fn wish(desk: &Desk, wish: Wish) -> Answer {
+    desk.wish(wish).await.map(Json)
+}
+
+/// What the board is, and its settings.
+#[utoipa::path(get, path = "/api/board", responses((status = 200, body = BoardSheet)))]
+async fn board(State(desk): Shared) -> Json<BoardSheet> {
+    Json(desk.sheet())
+}
+
+/// What the board does now.
+#[utoipa::path(get, path = "/api/state", responses((status = 200, body = LiveState)))]
+async fn state(State(desk): Shared) -> Json<LiveState> {
+    Json(desk.state())
+}
+
+/// Travel by a distance, or to a position. Answered when the motor has started.
+#[utoipa::path(post, path = "/api/move", request_body = MoveRequest,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn travel(State(desk): Shared, headers: HeaderMap, Body(body): Body<MoveRequest>) -> Answer {
+    let asked = body.wish()?;
+    hand(&desk, &headers)?;
+    wish(&desk, asked).await
+}
+
+/// Run until a stop, or until the one who controls is silent for longer than the lease.
+#[utoipa::path(post, path = "/api/run", request_body = RunRequest,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn run(State(desk): Shared, headers: HeaderMap, Body(body): Body<RunRequest>) -> Answer {
+    let hand = hand(&desk, &headers)?;
+    wish(&desk, body.wish(hand)?).await
+}
+
+/// Change the travel that an axis is on: its target, its speed, its ramps.
+#[utoipa::path(post, path = "/api/retarget", request_body = RetargetRequest,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn retarget(
+    State(desk): Shared,
+    headers: HeaderMap,
+    Body(body): Body<RetargetRequest>,
+) -> Answer {
+    let asked = body.wish()?;
+    hand(&desk, &headers)?;
+    wish(&desk, asked).await
+}
+
+/// Brake one axis, or all; the position is kept. For everybody.
+#[utoipa::path(post, path = "/api/stop", request_body = StopRequest,
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn stop(State(desk): Shared, Body(body): Body<StopRequest>) -> Answer {
+    wish(&desk, body.wish()?).await
+}
+
+/// Stop every axis dead; the position of one that moves is lost. For everybody.
+#[utoipa::path(post, path = "/api/kill", request_body = EmptyRequest,
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn kill(State(desk): Shared, Body(_): Body<EmptyRequest>) -> Answer {
+    wish(&desk, Wish::Kill).await
+}
+
+/// Call the place where an axis stands 0.
+#[utoipa::path(post, path = "/api/zero", request_body = ZeroRequest,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn zero(State(desk): Shared, headers: HeaderMap, Body(body): Body<ZeroRequest>) -> Answer {
+    let asked = body.wish()?;
+    hand(&desk, &headers)?;
+    wish(&desk, asked).await
+}
+
+/// Set a setting of the board, which it keeps when its power goes off.
+#[utoipa::path(post, path = "/api/set", request_body = SetRequest,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn set(State(desk): Shared, headers: HeaderMap, Body(body): Body<SetRequest>) -> Answer {
+    let asked = body.wish()?;
+    hand(&desk, &headers)?;
+    wish(&desk, asked).await
+}
+
+/// Have the board forget what has gone wrong.
+#[utoipa::path(post, path = "/api/acknowledge", request_body = EmptyRequest,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn acknowledge(
+    State(desk): Shared,
+    headers: HeaderMap,
+    Body(_): Body<EmptyRequest>,
+) -> Answer {
+    hand(&desk, &headers)?;
+    wish(&desk, Wish::Acknowledge).await
+}
+
+/// Take control.
+#[utoipa::path(post, path = "/api/control", request_body = ControlRequest,
+    responses((status = 200, body = ControlGiven), (status = "4XX", body = Declined)))]
+async fn take(
+    State(desk): Shared,
+    Body(body): Body<ControlRequest>,
+) -> Result<Json<ControlGiven>, Declined> {
+    let grant = desk.control(|control, now| control.take(&body.name, body.take_over, now))?;
+    let lease_ms = LEASE.as_millis() as u32;
+    Ok(Json(ControlGiven { hand: grant.hand.0, key: grant.key, lease_ms }))
+}
+
+/// Be heard of.
+#[utoipa::path(post, path = "/api/control/beat", request_body = EmptyRequest,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined)))]
+async fn beat(State(desk): Shared, headers: HeaderMap, Body(_): Body<EmptyRequest>) -> Answer {
+    hand(&desk, &headers)?;
+    Ok(Json(Done::default()))
+}
+
+/// Give control back.
+#[utoipa::path(post, path = "/api/control/release", request_body = EmptyRequest,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined)))]
+async fn release(State(desk): Shared, headers: HeaderMap, Body(_): Body<EmptyRequest>) -> Answer {
+    let key = headers.get(CONTROL).and_then(|value| value.to_str().ok());
+    desk.control(|control, now| control.release(key, now))?;
+    Ok(Json(Done::default()))
+}

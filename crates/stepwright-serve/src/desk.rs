@@ -1,0 +1,306 @@
+//! Between the server and the thread that speaks with the board.
+//!
+//! ```text
+//!   request ─► Wish ─► Desk (waiting orders) ─► the board's thread
+//!   pages   ◄─ JSON ◄─ Desk (state, lines)   ◄─ the board's thread
+//! ```
+//!
+//! A stop or a kill goes before every order that waits, and these orders are declined: who
+//! stops a machine does not want to see it start.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use axum::extract::ws::Utf8Bytes;
+use tokio::sync::{Notify, broadcast, oneshot, watch};
+
+use crate::control::{ControlLease, Hand};
+use crate::conversation;
+use crate::decline::Declined;
+use crate::report::{BoardSheet, Controller, Done, LiveMessage, LiveState, PlannedCurve};
+use crate::request::Wish;
+
+/// Orders that wait, at most.
+const WAITING: usize = 16;
+
+/// Lines that a page may be behind, before it misses some.
+const BEHIND: usize = 256;
+
+/// A wish, and where its answer goes.
+#[derive(Debug)]
+pub struct Job {
+    /// What is to be done.
+    pub wish: Wish,
+    answer: oneshot::Sender<Result<Done, Declined>>,
+}
+
+impl Job {
+    /// Answers it. Who asked may be gone.
+    pub fn answer(self, answer: Result<Done, Declined>) {
+        let _ = self.answer.send(answer);
+    }
+}
+
+/// The jobs that wait.
+#[derive(Debug, Default)]
+struct Waiting {
+    jobs: VecDeque<Job>,
+    /// Why none is taken.
+    closed: Option<Declined>,
+}
+
+/// A message as it goes to every page.
+#[derive(Clone, Debug)]
+pub(crate) struct Told {
+    pub text: Utf8Bytes,
+    /// A question, which only those want who listen to everything.
+    pub question: bool,
+}
+
+/// What both sides share.
+#[derive(Debug)]
+pub struct Desk {
+    begun: Instant,
+    waiting: Mutex<Waiting>,
+    come: Condvar,
+    control: Mutex<ControlLease>,
+    sheet: Mutex<BoardSheet>,
+    state: watch::Sender<(LiveState, Utf8Bytes)>,
+    told: broadcast::Sender<Told>,
+    /// How many pages want to hear the questions as well.
+    pub(crate) listeners: AtomicUsize,
+    gone: Notify,
+    ended: AtomicBool,
+}
+
+/// What a thread that panicked has left is whole: nothing here is changed by halves.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Default for Desk {
+    fn default() -> Desk {
+        Desk {
+            begun: Instant::now(),
+            waiting: Mutex::default(),
+            come: Condvar::new(),
+            control: Mutex::default(),
+            sheet: Mutex::default(),
+            state: watch::Sender::default(),
+            told: broadcast::Sender::new(BEHIND),
+            listeners: AtomicUsize::new(0),
+            gone: Notify::new(),
+            ended: AtomicBool::new(false),
+        }
+    }
+}
+
+/// The side of the board's thread.
+impl Desk {
+    /// Seconds since the server began.
+    pub fn time(&self) -> f64 {
+        // Whole microseconds are shorter to write.
+        self.begun.elapsed().as_micros() as f64 / 1e6
+    }
+
+    /// Waits for a job, at most `limit`.
+    pub fn next(&self, limit: Duration) -> Option<Job> {
+        let waiting = lock(&self.waiting);
+        let empty = |waiting: &mut Waiting| waiting.jobs.is_empty();
+        let waited = self.come.wait_timeout_while(waiting, limit, empty);
+        waited.unwrap_or_else(PoisonError::into_inner).0.jobs.pop_front()
+    }
+
+    /// Whether a stop or a kill waits.
+    pub fn is_urgent(&self) -> bool {
+        lock(&self.waiting).jobs.front().is_some_and(|job| job.wish.is_urgent())
+    }
+
+    /// Tells what the board is.
+    pub fn describe(&self, sheet: BoardSheet) {
+        *lock(&self.sheet) = sheet;
+    }
+
+    /// Tells what the board does.
+    pub fn publish(&self, state: LiveState) {
+        let state = LiveState { time: self.time(), control: self.controller(), ..state };
+        let text = json(&LiveMessage::State(state.clone()));
+        self.state.send_replace((state, text));
+    }
+
+    /// Tells what was said to the board, and what it answered.
+    pub fn heard(&self, line: &str, answer: Option<&str>) {
+        let exchange = conversation::explain(self.time(), line, answer);
+        let question = exchange.question;
+        if !question || self.listeners.load(Ordering::Relaxed) > 0 {
+            self.tell(&LiveMessage::Line(exchange), question);
+        }
+    }
+
+    /// Tells something that people should know.
+    pub fn note(&self, text: impl Into<String>) {
+        self.tell(&LiveMessage::Note { time: self.time(), text: text.into() }, false);
+    }
+
+    /// Tells what an axis is going to do.
+    pub fn plan(&self, curve: PlannedCurve) {
+        self.tell(&LiveMessage::Plan(curve), false);
+    }
+
+    /// Tells that the plan of this axis holds no longer.
+    pub fn unplan(&self, axis: u8) {
+        self.tell(&LiveMessage::Unplanned { axis, time: self.time() }, false);
+    }
+
+    /// Whether this hand has control and was heard of a moment ago.
+    pub fn is_live(&self, hand: Hand) -> bool {
+        lock(&self.control).is_live(hand, Instant::now())
+    }
+
+    /// Takes no jobs until [`open`](Desk::open), for this reason; those that wait are
+    /// declined with it.
+    pub fn close(&self, why: Declined) {
+        let mut waiting = lock(&self.waiting);
+        waiting.jobs.drain(..).for_each(|job| job.answer(Err(why.clone())));
+        waiting.closed = Some(why);
+    }
+
+    /// Takes jobs again.
+    pub fn open(&self) {
+        lock(&self.waiting).closed = None;
+    }
+
+    /// The board's thread ends: nothing is carried out any more, and the server ends.
+    pub fn end(&self) {
+        self.close(ended());
+        self.ended.store(true, Ordering::Relaxed);
+        self.gone.notify_waiters();
+        self.gone.notify_one();
+    }
+
+    fn tell(&self, message: &LiveMessage, question: bool) {
+        // Nobody may be there to hear.
+        let _ = self.told.send(Told { text: json(message), question });
+    }
+}
+
+/// The side of the server.
+impl Desk {
+    /// Has the board's thread do this, and waits for what becomes of it.
+    pub(crate) async fn wish(&self, wish: Wish) -> Result<Done, Declined> {
+        let answered = self.put(wish)?;
+        answered.await.unwrap_or_else(|_| Err(ended()))
+    }
+
+    fn put(&self, wish: Wish) -> Result<oneshot::Receiver<Result<Done, Declined>>, Declined> {
+        let (answer, answered) = oneshot::channel();
+        let job = Job { wish, answer };
+        let mut waiting = lock(&self.waiting);
+        if let Some(why) = &waiting.closed {
+            return Err(why.clone());
+        }
+        if job.wish.is_urgent() {
+            let (before, orders): (VecDeque<_>, VecDeque<_>) =
+                waiting.jobs.drain(..).partition(|job| job.wish.is_urgent());
+            for order in orders {
+                order.answer(Err(Declined::refused("a stop came before this order was given")
+                    .remedy("give it again if it is still wanted")));
+            }
+            waiting.jobs = before;
+        } else if waiting.jobs.len() >= WAITING {
+            return Err(Declined::away("too many orders wait").remedy("give one after another"));
+        }
+        waiting.jobs.push_back(job);
+        self.come.notify_one();
+        Ok(answered)
+    }
+
+    /// Who controls.
+    pub(crate) fn control<T>(&self, ask: impl FnOnce(&mut ControlLease, Instant) -> T) -> T {
+        ask(&mut lock(&self.control), Instant::now())
+    }
+
+    fn controller(&self) -> Option<Controller> {
+        self.control(|control, now| {
+            let (hand, name, live) = control.holder(now)?;
+            Some(Controller { hand: hand.0, name: name.to_owned(), live })
+        })
+    }
+
+    /// What the board is.
+    pub(crate) fn sheet(&self) -> BoardSheet {
+        lock(&self.sheet).clone()
+    }
+
+    /// What the board does.
+    pub(crate) fn state(&self) -> LiveState {
+        let state = self.state.borrow().0.clone();
+        LiveState { control: self.controller(), ..state }
+    }
+
+    /// The states as they come, as text.
+    pub(crate) fn states(&self) -> watch::Receiver<(LiveState, Utf8Bytes)> {
+        self.state.subscribe()
+    }
+
+    /// The lines and plans as they come.
+    pub(crate) fn lines(&self) -> broadcast::Receiver<Told> {
+        self.told.subscribe()
+    }
+
+    /// Waits until the board's thread has ended.
+    pub(crate) async fn until_ended(&self) {
+        while !self.ended.load(Ordering::Relaxed) {
+            self.gone.notified().await;
+        }
+    }
+}
+
+fn ended() -> Declined {
+    Declined::away("the server is ending")
+}
+
+fn json(message: &LiveMessage) -> Utf8Bytes {
+    // Numbers and words: there is nothing in it that JSON can't say.
+    serde_json::to_string(message).unwrap_or_default().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stepwright_protocol::{AxisId, Selection};
+
+    #[test]
+    fn a_stop_goes_before_orders_and_ends_them() {
+        let desk = Desk::default();
+        let zero = || Wish::Zero(AxisId::FIRST);
+        let mut first = desk.put(zero()).unwrap();
+        let mut second = desk.put(zero()).unwrap();
+        assert!(!desk.is_urgent());
+        desk.put(Wish::Stop(Selection::All)).unwrap();
+        assert!(desk.is_urgent());
+        for declined in [&mut first, &mut second] {
+            assert_eq!(declined.try_recv().unwrap().unwrap_err().status(), 409);
+        }
+        // What is ordered after it is not declined by it.
+        desk.put(zero()).unwrap();
+        desk.put(Wish::Kill).unwrap();
+        let next = || desk.next(Duration::ZERO).map(|job| job.wish);
+        assert_eq!(next(), Some(Wish::Stop(Selection::All)));
+        assert_eq!(next(), Some(Wish::Kill));
+        assert_eq!(next(), None);
+    }
+
+    #[test]
+    fn no_crowd_of_orders_keeps_a_stop_out() {
+        let desk = Desk::default();
+        let waiting: Vec<_> = (0..WAITING).map(|_| desk.put(Wish::Acknowledge).unwrap()).collect();
+        assert_eq!(desk.put(Wish::Acknowledge).unwrap_err().status(), 503);
+        assert!(desk.put(Wish::Kill).is_ok());
+        drop(waiting);
+        desk.end();
+        assert_eq!(desk.put(Wish::Kill).unwrap_err().status(), 503);
+    }
+}

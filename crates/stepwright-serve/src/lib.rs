@@ -1,0 +1,100 @@
+//! A board in a browser: a page and an API, and what stands between them and the motors.
+//!
+//! ```text
+//!   browser ─► guard ─► api ─► Wish ─► Desk ─► the board's thread
+//!     (Host, Origin,  (JSON,                    (the `stepwright` command:
+//!      token, size)    ranges, control)          lines, ramps, safety)
+//!   browser ◄─ live ◄───────────────── Desk ◄─ LiveState, Exchange, PlannedCurve
+//! ```
+//!
+//! This crate knows HTTP, JSON and who may do what; it opens no port and says no line. The
+//! one who does takes [`Job`]s from a [`Desk`] on a thread of its own, and tells the desk
+//! what the board does. A board that vanishes takes no request with it, and a page that
+//! vanishes no motor: whoever runs one without end must be heard of.
+//!
+//! | module | what |
+//! | --- | --- |
+//! | [`guard`] | who may ask at all |
+//! | [`control`] | who moves the motors, and is heard of |
+//! | [`request`] | what may be asked, checked |
+//! | [`report`] | what is told |
+//! | [`decline`] | refusals: what, what is allowed, what to do |
+//! | [`desk`] | between the server and the board's thread |
+
+mod api;
+pub mod control;
+pub mod conversation;
+pub mod decline;
+pub mod desk;
+pub mod guard;
+mod live;
+mod page;
+pub mod report;
+pub mod request;
+mod secret;
+#[cfg(test)]
+mod tests;
+
+use std::io;
+use std::net::TcpListener;
+use std::sync::Arc;
+
+use axum::extract::DefaultBodyLimit;
+use axum::http::header::{
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, HeaderValue, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+};
+use axum::response::Response;
+use axum::{Router, middleware};
+
+pub use control::Hand;
+pub use decline::Declined;
+pub use desk::{Desk, Job};
+pub use guard::Guard;
+pub use request::Wish;
+pub use secret::Token;
+
+/// A request has a body of this many bytes at most.
+pub const BODY: usize = 4096;
+
+/// Everything that the server answers.
+pub(crate) fn router(desk: Arc<Desk>, guard: Guard) -> Router {
+    let guard = Arc::new(guard);
+    api::routes()
+        .merge(page::routes())
+        .fallback(async || Declined::nowhere("there is nothing at this address"))
+        .layer(DefaultBodyLimit::max(BODY))
+        .layer(middleware::map_response(with_headers))
+        .layer(middleware::from_fn_with_state(guard, guard::judge))
+        .with_state(desk)
+}
+
+/// What a browser is told with every answer: this page loads nothing from elsewhere, and no
+/// other page shows it in a frame.
+async fn with_headers(mut response: Response) -> Response {
+    let headers = response.headers_mut();
+    let policy = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; \
+                  img-src 'self' data:; connect-src 'self'; base-uri 'none'; \
+                  form-action 'none'; frame-ancestors 'none'";
+    headers.insert(CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
+    headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    headers.insert(REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    headers.insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    response
+}
+
+/// Serves on this listener until the board's thread [ends](Desk::end).
+///
+/// # Errors
+/// The listener can't be used.
+pub fn serve(listener: TcpListener, desk: Arc<Desk>, guard: Guard) -> io::Result<()> {
+    listener.set_nonblocking(true)?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(async {
+        let listener = tokio::net::TcpListener::from_std(listener)?;
+        let app = router(desk.clone(), guard);
+        tokio::select! {
+            served = async { axum::serve(listener, app).await } => served,
+            () = desk.until_ended() => Ok(()),
+        }
+    })
+}

@@ -1,0 +1,137 @@
+//! `/api/live`: what the board does, as it does it; and the beats of who controls.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use axum::extract::State;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::response::Response;
+use serde::Deserialize;
+use tokio::sync::broadcast::error::RecvError;
+
+use crate::decline::Declined;
+use crate::desk::Desk;
+
+/// Pages at once, at most.
+const PAGES: usize = 32;
+
+/// A page says little.
+const LONGEST: usize = 512;
+
+/// How many pages are here.
+static HERE: AtomicUsize = AtomicUsize::new(0);
+
+/// What a page says.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "lowercase")]
+enum Said {
+    /// The one with this key is here.
+    Beat(String),
+    /// Whether the questions are wanted as well as the orders.
+    Questions(bool),
+}
+
+/// A place for a page, free again when it is dropped.
+struct Place;
+
+impl Place {
+    fn take() -> Option<Place> {
+        let more = |here| (here < PAGES).then_some(here + 1);
+        HERE.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more).ok().map(|_| Place)
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        HERE.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// Joins those who watch.
+pub(crate) async fn join(
+    State(desk): State<Arc<Desk>>,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Result<Response, Declined> {
+    let upgrade = upgrade.map_err(|rejection| {
+        Declined::malformed(rejection.body_text()).remedy("open it as a WebSocket")
+    })?;
+    let place = Place::take().ok_or_else(|| {
+        Declined::away("too many pages are open").allowed(format!("at most {PAGES}"))
+    })?;
+    let upgrade = upgrade.max_message_size(LONGEST).max_frame_size(LONGEST);
+    Ok(upgrade.on_upgrade(async move |socket| {
+        let mut page = Page { desk, questions: false };
+        page.follow(socket).await;
+        drop(place);
+    }))
+}
+
+struct Page {
+    desk: Arc<Desk>,
+    questions: bool,
+}
+
+impl Page {
+    /// Tells and hears until the page is gone, or says nonsense.
+    async fn follow(&mut self, mut socket: WebSocket) {
+        let (mut states, mut lines) = (self.desk.states(), self.desk.lines());
+        states.mark_changed();
+        loop {
+            let text = tokio::select! {
+                said = socket.recv() => match said {
+                    Some(Ok(said)) if self.hear(&said) => continue,
+                    _ => return,
+                },
+                // A page that is slow gets the newest state, and misses those before.
+                changed = states.changed() => match changed {
+                    Ok(()) => states.borrow_and_update().1.clone(),
+                    Err(_) => return,
+                },
+                line = lines.recv() => match line {
+                    Ok(told) if told.question && !self.questions => continue,
+                    Ok(told) => told.text,
+                    Err(RecvError::Lagged(_)) => continue,
+                    Err(RecvError::Closed) => return,
+                },
+            };
+            if !text.is_empty() && socket.send(Message::Text(text)).await.is_err() {
+                return;
+            }
+        }
+    }
+
+    /// Whether it is something that a page says.
+    fn hear(&mut self, message: &Message) -> bool {
+        let Message::Text(text) = message else {
+            return matches!(message, Message::Ping(_) | Message::Pong(_));
+        };
+        match serde_json::from_str(text) {
+            Ok(Said::Beat(key)) => {
+                // Another one may have taken control meanwhile: the state says so.
+                let _ = self.desk.control(|control, now| control.hear(Some(&key), now));
+                true
+            }
+            Ok(Said::Questions(wanted)) => {
+                self.want(wanted);
+                true
+            }
+            Err(_) => false,
+        }
+    }
+
+    fn want(&mut self, wanted: bool) {
+        if wanted && !self.questions {
+            self.desk.listeners.fetch_add(1, Ordering::Relaxed);
+        } else if !wanted && self.questions {
+            self.desk.listeners.fetch_sub(1, Ordering::Relaxed);
+        }
+        self.questions = wanted;
+    }
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        self.want(false);
+    }
+}

@@ -1,0 +1,186 @@
+// The card of one axis: where it is, and the buttons that move it.
+
+import { post } from "./server.js";
+
+const format = new Intl.NumberFormat("en", { maximumFractionDigits: 3, useGrouping: false });
+const words = { ready: "at rest", busy: "moving", uncertain: "position uncertain", lost: "no board" };
+
+/** A speed to begin with, in steps/s, and the time up to it, in s. */
+const SPEED = 1000;
+const RISE = 0.4;
+
+export class Axis {
+  /** `sheet` as GET /api/board has it; `tell(error)` shows what was declined. */
+  constructor(sheet, canJerk, tell) {
+    this.number = sheet.axis;
+    this.scale = sheet.steps_per_unit;
+    this.tell = tell;
+    this.moving = false;
+    this.holding = null;
+    const template = document.getElementById("axis");
+    this.card = template.content.firstElementChild.cloneNode(true);
+    this.card.style.setProperty("--own", `var(--axis-${((sheet.axis - 1) % 3) + 1})`);
+    this.card.dataset.axis = sheet.axis;
+    this.find("h2").textContent = `Axis ${sheet.axis}`;
+    this.card.setAttribute("aria-label", `Axis ${sheet.axis}`);
+    this.find(".unit").textContent = sheet.unit;
+    [1, 2, 3].forEach((n) => {
+      this.find(`.per${n}`).textContent = `${sheet.unit}/s${["", "²", "³"][n - 1]}`;
+    });
+    this.unit = sheet.unit;
+    this.field("speed").value = this.shown(SPEED);
+    this.field("accel").value = this.shown(SPEED / RISE);
+    this.field("step").value = this.shown(100);
+    this.find(".motion").classList.toggle("straight", !canJerk);
+    this.listen();
+  }
+
+  find(selector) {
+    return this.card.querySelector(selector);
+  }
+
+  field(name) {
+    return this.find(`[name=${name}]`);
+  }
+
+  /** Steps as a number in the unit of the axis. */
+  shown(steps) {
+    return format.format(steps / this.scale);
+  }
+
+  /** A number in the unit of the axis in steps. */
+  steps(name) {
+    return this.field(name).valueAsNumber * this.scale;
+  }
+
+  /** How to move, as requests have it. */
+  motion() {
+    const jerk = this.steps("jerk");
+    return { accel: this.steps("accel"), ...(jerk > 0 && { jerk }) };
+  }
+
+  /** Whether what stands in these fields can be sent. */
+  valid(...names) {
+    return names.every((name) => this.field(name).reportValidity());
+  }
+
+  /** Sends a request about this axis. */
+  async send(path, body) {
+    try {
+      return await post(path, { axis: this.number, ...body });
+    } catch (declined) {
+      this.tell(declined);
+      return null;
+    }
+  }
+
+  /** To a position or by a distance; on its way the axis gets another target. */
+  go(way) {
+    if (!this.valid("speed", "accel", "jerk")) return;
+    const top_speed = this.steps("speed");
+    if (!this.moving) {
+      this.send("/api/move", { ...way, top_speed, ...this.motion() });
+    } else if ("to" in way) {
+      this.send("/api/retarget", { ...way, top_speed, accel: this.steps("accel") });
+    }
+  }
+
+  run(sign) {
+    if (!this.valid("speed", "accel", "jerk")) return Promise.resolve(null);
+    return this.send("/api/run", { speed: sign * this.steps("speed"), ...this.motion() });
+  }
+
+  stop() {
+    return this.send("/api/stop", {});
+  }
+
+  /** Runs while it is held. A key or a finger that is let go before the run was answered
+   *  stops it all the same: the stop is sent behind it. */
+  hold(sign) {
+    if (this.holding || this.moving || this.field("ahead").disabled) return;
+    this.field(sign > 0 ? "ahead" : "back").classList.add("held");
+    this.holding = { sign, begun: this.run(sign) };
+  }
+
+  letGo() {
+    if (!this.holding) return;
+    const { begun } = this.holding;
+    this.holding = null;
+    for (const name of ["ahead", "back"]) this.field(name).classList.remove("held");
+    // Also behind an order that has no answer yet, which a stop alone would not wait for.
+    this.stop();
+    begun.then((taken) => taken && this.stop());
+  }
+
+  listen() {
+    const on = (name, act) => this.field(name).addEventListener("click", act);
+    this.find(".go").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.go({ to: Math.round(this.steps("target")) });
+    });
+    on("by", () => this.valid("target") && this.go({ by: Math.round(this.steps("target")) }));
+    on("less", () => this.valid("step") && this.go({ by: -Math.round(this.steps("step")) }));
+    on("more", () => this.valid("step") && this.go({ by: Math.round(this.steps("step")) }));
+    on("run-back", () => this.run(-1));
+    on("run-ahead", () => this.run(1));
+    on("halt", () => this.stop());
+    on("zero", () => this.send("/api/zero", {}));
+    // A new speed or acceleration holds at once, also on the way.
+    for (const [name, as] of [["speed", "top_speed"], ["accel", "accel"]]) {
+      this.field(name).addEventListener("change", () => {
+        if (this.moving && this.valid(name)) this.send("/api/retarget", { [as]: this.steps(name) });
+      });
+    }
+    for (const [name, sign] of [["back", -1], ["ahead", 1]]) {
+      const button = this.field(name);
+      button.addEventListener("pointerdown", (event) => {
+        if (event.button !== 0) return;
+        button.setPointerCapture(event.pointerId);
+        this.hold(sign);
+      });
+      for (const end of ["pointerup", "pointercancel", "lostpointercapture", "contextmenu"]) {
+        button.addEventListener(end, (event) => {
+          if (end === "contextmenu") event.preventDefault();
+          this.letGo();
+        });
+      }
+      // Enter on the button, for who has no pointer.
+      button.addEventListener("keydown", (event) => {
+        if (event.key === "Enter") {
+          event.preventDefault();
+          if (!event.repeat) this.hold(sign);
+        }
+      });
+      button.addEventListener("keyup", (event) => event.key === "Enter" && this.letGo());
+      button.addEventListener("blur", () => this.letGo());
+    }
+  }
+
+  /** Shows what the axis does; `ours` if this page controls. */
+  show(state, ours) {
+    this.moving = state.moving;
+    const known = state.position !== null;
+    this.find(".position").textContent = known ? this.shown(state.position) : "?";
+    const steps = this.unit !== "steps" && known ? ` · ${state.position} steps` : "";
+    const speed = state.moving ? `${this.shown(Math.round(state.speed))} ${this.unit}/s` : "";
+    this.find(".speed").textContent = `${speed}${speed ? steps : steps.replace(" · ", "")}`;
+    const word = this.find(".state");
+    if (word.textContent !== words[state.state]) {
+      word.textContent = words[state.state];
+      word.className = `state ${state.state}`;
+    }
+    const why = this.find(".why");
+    why.hidden = !state.stop;
+    if (state.stop) why.textContent = `Stopped by ${state.stop.words}`;
+    const able = ours && state.state !== "lost";
+    const rests = able && known && !state.moving;
+    const set = (name, on) => (this.field(name).disabled = !on);
+    for (const name of ["by", "less", "more", "run-back", "run-ahead"]) set(name, rests);
+    // What is held stays, or letting it go would not be noticed.
+    for (const name of ["back", "ahead"]) set(name, rests || this.holding !== null);
+    set("to", able && known);
+    set("zero", able && !state.moving);
+    set("halt", state.state !== "lost");
+    this.field("to").textContent = state.moving ? "Retarget" : "Go to";
+  }
+}

@@ -1,0 +1,225 @@
+// The page: what is shown, who controls, and the keys.
+
+import { Axis } from "./axis.js";
+import { Plots } from "./plots.js";
+import { follow, get, hand, post, release, take } from "./server.js";
+import * as talk from "./talk.js";
+
+const by = (id) => document.getElementById(id);
+const plots = new Plots();
+let axes = [];
+let sheet = -1;
+let ours = false;
+/** A page that has just come takes control if nobody has it; until then, in ms. */
+let comes = 0;
+const COMES = 3000;
+let asking = false;
+let chosen = null;
+
+/** Shows an error until it is put away. The same one is shown once. */
+function tell(error) {
+  const text = error.message ?? String(error);
+  const notices = by("notices");
+  if ([...notices.children].some((notice) => notice.firstChild.textContent === text)) return;
+  const notice = document.createElement("p");
+  const words = document.createElement("span");
+  words.textContent = text;
+  const close = document.createElement("button");
+  close.textContent = "Dismiss";
+  close.onclick = () => notice.remove();
+  notice.append(words, close);
+  notices.append(notice);
+  while (notices.children.length > 4) notices.firstChild.remove();
+}
+
+const attempt = (promise) => promise.catch(tell);
+
+/** Shows another board, or other settings. */
+async function describe(count) {
+  sheet = count;
+  const board = await get("/api/board");
+  by("board").textContent = board.name;
+  document.title = `${board.name} – Stepwright`;
+  const same = axes.length === board.axes.length &&
+    axes.every((axis, i) => axis.scale === board.axes[i].steps_per_unit);
+  if (same) return;
+  axes = board.axes.map((one) => new Axis(one, board.can.includes("jerk"), tell));
+  by("axes").replaceChildren(...axes.map((axis) => axis.card));
+  choose(axes[0]);
+  plots.describe(board.axes);
+}
+
+/** The axis that the arrow keys move. */
+function choose(axis) {
+  chosen = axis;
+  axes.forEach((one) => one.card.classList.toggle("chosen", one === axis && axes.length > 1));
+}
+by("axes").addEventListener("focusin", (event) => {
+  const number = Number(event.target.closest(".axis")?.dataset.axis);
+  const axis = axes.find((one) => one.number === number);
+  if (axis) choose(axis);
+});
+
+let trouble = null;
+let errors = "";
+
+function show(state) {
+  if (!comes && sheet === -1) comes = performance.now() + COMES;
+  if (state.sheet !== sheet) attempt(describe(state.sheet));
+  ours = state.control !== null && state.control.hand === hand;
+  for (const one of state.axes) axes.find((axis) => axis.number === one.axis)?.show(one, ours);
+  showControl(state.control, state.connected);
+  by("board").classList.toggle("lost", !state.connected);
+  const now = state.trouble?.what ?? null;
+  if (now && now !== trouble) tell(`${state.trouble.what}. ${state.trouble.do ?? ""}`);
+  trouble = now;
+  showErrors(state);
+  plots.see(state);
+}
+
+function showControl(control, connected) {
+  const who = by("who");
+  const words = ours ? "You control" : control ? `${control.name} controls, you watch` : "Nobody controls";
+  if (who.textContent !== words) who.textContent = words;
+  by("release").hidden = !ours;
+  by("take").hidden = ours;
+  by("take").textContent = control?.live ? "Take over" : "Take control";
+  by("take").disabled = !connected;
+  // The first page that is opened controls, and so does one that is loaded again.
+  if (!asking && !control?.live && connected && performance.now() < comes) {
+    asking = true;
+    take(false).then(() => (comes = 0), () => {}).finally(() => (asking = false));
+  }
+}
+
+/** What has gone wrong since it was last acknowledged. */
+function showErrors(state) {
+  const words = state.errors.map((error) => error.words);
+  if (state.late) words.push(`${state.late} late steps`);
+  const now = words.join(", ");
+  if (now === errors) return;
+  errors = now;
+  by("notices").querySelector("#errors")?.remove();
+  if (!now) return;
+  const notice = document.createElement("p");
+  notice.id = "errors";
+  const said = document.createElement("span");
+  said.textContent = `Since the last acknowledgement: ${now}`;
+  const button = document.createElement("button");
+  button.textContent = "Acknowledge";
+  button.onclick = () => attempt(post("/api/acknowledge"));
+  notice.append(said, button);
+  by("notices").prepend(notice);
+}
+
+const live = follow(
+  (message) => {
+    if (message.type === "state") show(message);
+    else if (message.type === "line") talk.line(message);
+    else if (message.type === "plan") plots.plan(message);
+    else if (message.type === "unplanned") plots.unplan(message.axis, message.time);
+    else if (message.type === "note") talk.note(message);
+  },
+  () => {
+    by("board").classList.add("lost");
+    by("who").textContent = "The server does not answer";
+    axes.forEach((axis) => axis.show({ position: null, moving: false, state: "lost", stop: null }, false));
+    sheet = -1;
+    comes = 0;
+  },
+);
+
+const frame = () => {
+  plots.draw();
+  requestAnimationFrame(frame);
+};
+requestAnimationFrame(frame);
+
+// Buttons.
+const stop = () => attempt(post("/api/stop"));
+by("stop").addEventListener("pointerdown", (event) => event.button === 0 && stop());
+// Enter, and what speaks for a pointer: a click without one.
+by("stop").addEventListener("click", (event) => event.detail === 0 && stop());
+by("take").onclick = () => attempt(take(true));
+by("release").onclick = () => attempt(release());
+by("questions").onchange = (event) => live.questions(event.target.checked);
+by("clear").onclick = talk.clear;
+by("span").onchange = (event) => {
+  plots.span = Number(event.target.value);
+  plots.draw(true);
+};
+const showPause = () => {
+  const on = plots.paused !== null;
+  by("pause").setAttribute("aria-pressed", on);
+  by("pause").textContent = on ? "Go on" : "Pause";
+};
+plots.onpause = showPause;
+by("pause").onclick = () => {
+  plots.pause(plots.paused === null);
+  showPause();
+};
+
+/** A kill is held for so long, in ms. */
+const HELD = 600;
+const kill = () => attempt(post("/api/kill"));
+let pressed = null;
+const press = () => {
+  if (pressed) return;
+  by("kill").classList.add("held");
+  pressed = setTimeout(() => (letGo(), kill()), HELD);
+};
+const letGo = () => {
+  clearTimeout(pressed);
+  pressed = null;
+  by("kill").classList.remove("held");
+};
+by("kill").addEventListener("pointerdown", (event) => event.button === 0 && press());
+for (const end of ["pointerup", "pointerleave", "pointercancel", "blur"]) by("kill").addEventListener(end, letGo);
+by("kill").addEventListener("contextmenu", (event) => event.preventDefault());
+by("kill").addEventListener("keydown", (event) => event.key === "Enter" && press());
+by("kill").addEventListener("keyup", (event) => event.key === "Enter" && letGo());
+
+// Keys. The space bar stops wherever the focus is.
+addEventListener("keydown", (event) => {
+  if (event.key === " ") {
+    // It ticks a box as well, but presses no button.
+    if (!event.target.matches("[type=checkbox], select")) event.preventDefault();
+    if (!event.repeat) stop();
+    return;
+  }
+  if (event.key === "K" && event.shiftKey && !event.repeat) {
+    kill();
+    return;
+  }
+  if (event.ctrlKey || event.altKey || event.metaKey || event.target.matches("input, select")) return;
+  const sign = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+  if (sign && chosen) {
+    event.preventDefault();
+    if (!event.repeat) chosen.hold(sign);
+  }
+  const axis = axes.find((one) => String(one.number) === event.key);
+  if (axis) {
+    choose(axis);
+    axis.card.focus();
+  }
+}, { capture: true });
+addEventListener("keyup", (event) => {
+  if (event.key === " " && !event.target.matches("[type=checkbox]")) event.preventDefault();
+  if (event.key.startsWith("Arrow")) axes.forEach((axis) => axis.letGo());
+}, { capture: true });
+// A key that comes up elsewhere is not heard here.
+for (const end of ["blur", "pagehide"]) addEventListener(end, () => axes.forEach((axis) => axis.letGo()));
+document.addEventListener("visibilitychange", () => document.hidden && axes.forEach((axis) => axis.letGo()));
+
+// Views, where they are not beside one another.
+const view = () => {
+  const name = ["control", "plots", "talk"].find((one) => location.hash === `#${one}`) ?? "control";
+  document.body.dataset.view = name;
+  for (const link of document.querySelectorAll("nav a")) {
+    if (link.hash === `#${name}`) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+  plots.resize();
+};
+addEventListener("hashchange", view);
+view();

@@ -1,0 +1,193 @@
+// Position, speed and acceleration of every axis on one time line: planned beneath real.
+
+import { Track, planned } from "./curves.js";
+
+/** So long is kept, in s. */
+const KEPT = 130;
+
+/** Between two drawings, in ms. */
+const DRAW = 33;
+
+const charts = document.getElementById("charts");
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+
+/** A colour as the page has it now: a canvas knows no light-dark(). */
+function colour(name) {
+  const probe = document.createElement("i");
+  probe.style.color = style(name);
+  document.body.append(probe);
+  const { color } = getComputedStyle(probe);
+  probe.remove();
+  return color;
+}
+
+const number = new Intl.NumberFormat("en", { maximumSignificantDigits: 6, useGrouping: false });
+
+export class Plots {
+  constructor() {
+    this.axes = [];
+    this.plots = [];
+    this.span = 10;
+    this.now = 0;
+    this.paused = null;
+    this.zoom = null;
+    this.drawn = 0;
+    dark.addEventListener("change", () => this.build());
+    new ResizeObserver(() => this.resize()).observe(charts);
+  }
+
+  /** The axes of a board, as GET /api/board has them. */
+  describe(sheets) {
+    this.axes = sheets.map((sheet) => {
+      const known = this.axes.find((axis) => axis.number === sheet.axis);
+      const begin = { track: new Track(KEPT), plans: [] };
+      return { ...begin, ...known, number: sheet.axis, scale: sheet.steps_per_unit, unit: sheet.unit };
+    });
+    this.build();
+  }
+
+  axis(number) {
+    return this.axes.find((axis) => axis.number === number);
+  }
+
+  /** What the board does. */
+  see(state) {
+    this.now = state.time;
+    for (const axis of state.axes) {
+      const mine = this.axis(axis.axis);
+      if (!mine) continue;
+      if (axis.position === null) mine.track.break(state.time);
+      // An axis that rests is where it was seen last.
+      else mine.track.add(axis.moving ? axis.time : state.time, axis.position, axis.moving);
+    }
+  }
+
+  /** What an axis is going to do. */
+  plan(curve) {
+    const axis = this.axis(curve.axis);
+    if (!axis) return;
+    this.unplan(curve.axis, curve.begin);
+    axis.plans.push(curve);
+    while (axis.plans.length > 1 && axis.plans[1].begin < this.now - KEPT) axis.plans.shift();
+  }
+
+  /** The plan of an axis holds no longer. */
+  unplan(number, time) {
+    const plan = this.axis(number)?.plans.at(-1);
+    if (plan) plan.until ??= time;
+  }
+
+  pause(on) {
+    this.paused = on ? this.now : null;
+    this.zoom = null;
+  }
+
+  /** Makes the charts for the axes and colours there are. */
+  build() {
+    this.plots.forEach((plot) => plot.destroy());
+    if (!this.axes.length) return;
+    const { unit } = this.axes[0];
+    const [ink, grid] = [colour("--soft"), colour("--line")];
+    const titles = [`Position in ${unit}`, `Speed in ${unit}/s`, `Acceleration in ${unit}/s²`];
+    const show = (_, value) => (value === null || value === undefined ? "–" : number.format(value));
+    const series = this.axes.flatMap(({ number: axis }) => {
+      const own = colour(`--axis-${((axis - 1) % 3) + 1}`);
+      const pale = own.replace("rgb(", "rgba(").replace(")", ", 0.38)");
+      const line = { spanGaps: true, points: { show: false }, value: show };
+      return [
+        { ...line, label: `${axis} planned`, stroke: pale, width: 6 },
+        { ...line, label: `axis ${axis}`, stroke: own, width: 2 },
+      ];
+    });
+    const height = this.height();
+    this.plots = titles.map((title, at) => {
+      const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 } };
+      const options = {
+        title,
+        width: this.width(),
+        height,
+        class: "chart",
+        scales: { x: { time: false, range: () => this.window() }, y: { range: comfortable } },
+        axes: [
+          { ...axis, size: 30, values: (_, splits) => splits.map((s) => (s < 0 ? "" : `${number.format(s)} s`)) },
+          { ...axis, size: 62, values: (_, splits) => splits.map((s) => number.format(s)) },
+        ],
+        series: [{ label: "time", value: (_, v) => (v === null ? "–" : `${v.toFixed(2)} s`) }, ...series],
+        cursor: { sync: { key: "time" }, drag: { setScale: false } },
+        legend: { show: at === 2 },
+        hooks: { setSelect: [(plot) => this.select(plot)] },
+      };
+      const plot = new uPlot(options, [[], ...series.map(() => [])], charts);
+      plot.over.addEventListener("dblclick", () => (this.zoom = null));
+      return plot;
+    });
+    this.draw(true);
+  }
+
+  /** The time that is shown, from and to, in s. */
+  window() {
+    const end = this.paused ?? this.now;
+    return this.zoom ?? [end - this.span, end];
+  }
+
+  select(plot) {
+    const { left, width } = plot.select;
+    if (width < 5) return;
+    this.zoom = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+    this.paused ??= this.now;
+    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    this.onpause?.();
+    this.draw(true);
+  }
+
+  width() {
+    return Math.max(240, charts.clientWidth);
+  }
+
+  height() {
+    return Math.round(Math.min(190, Math.max(120, innerHeight / 5.2)));
+  }
+
+  resize() {
+    this.plots.forEach((plot) => plot.setSize({ width: this.width(), height: plot.height }));
+  }
+
+  /** Draws what is new, if it is time to. */
+  draw(now = false) {
+    const time = performance.now();
+    if (!this.plots.length || !charts.clientWidth || (!now && time - this.drawn < DRAW)) return;
+    if (!now && this.paused !== null) return;
+    this.drawn = time;
+    const [from, to] = this.window();
+    const tables = [[], [], []];
+    for (const { track, plans, scale } of this.axes) {
+      const ahead = [[], [], [], []];
+      for (const plan of plans) {
+        // A gap between two plans.
+        if (ahead[0].length) ahead.forEach((list, i) => list.push(i ? null : plan.begin - 1e-4));
+        planned(plan, to).forEach((list, i) => ahead[i].push(...list));
+      }
+      const seen = track.columns(from);
+      for (const columns of [ahead, seen]) {
+        tables.forEach((table, i) => {
+          const scaled = columns[i + 1].map((value) => (value === null ? null : value / scale));
+          table.push([columns[0], scaled]);
+        });
+      }
+    }
+    // A gap is a gap (null); a time of another line is none.
+    this.plots.forEach((plot, i) => {
+      const gaps = tables[i].map(() => [0, 2]);
+      plot.setData(uPlot.join(tables[i], gaps), true);
+    });
+  }
+}
+
+/** A range with some air, and never narrower than what can be read. */
+function comfortable(_, low, high) {
+  if (low === null || low === undefined || high === null) return [-1, 1];
+  const air = Math.max((high - low) * 0.08, Math.abs(high) * 1e-6, 0.5);
+  return [low - air, high + air];
+}

@@ -1,0 +1,99 @@
+// The way to the server: requests, and the WebSocket that tells what the board does.
+//
+// The page asks nothing that a program could not: /api/openapi.json describes it all.
+
+/** The token of a server beyond loopback: behind the # of the address, which stays here. */
+const token = (() => {
+  const said = new URLSearchParams(location.hash.slice(1)).get("token");
+  if (said) {
+    sessionStorage.setItem("token", said);
+    history.replaceState(null, "", location.pathname);
+  }
+  return sessionStorage.getItem("token");
+})();
+
+/** A request that was declined: what, what is allowed, what to do. */
+export class Declined extends Error {
+  constructor(body, status) {
+    const parts = [body.what, body.allowed && `Allowed: ${body.allowed}`, body.do];
+    super(parts.filter(Boolean).join(". "));
+    this.status = status;
+  }
+}
+
+/** The key of who controls, once it was given. */
+let key = null;
+/** The number of the hand whose key it is. */
+export let hand = null;
+
+async function ask(path, options = {}) {
+  const headers = { ...options.headers };
+  if (token) headers.Authorization = `Bearer ${token}`;
+  if (key) headers["Stepwright-Control"] = key;
+  let answer;
+  try {
+    answer = await fetch(path, { ...options, headers });
+  } catch {
+    throw new Declined({ what: "the server does not answer", do: "is `stepwright serve` still running?" }, 0);
+  }
+  const body = await answer.json();
+  if (!answer.ok) throw new Declined(body, answer.status);
+  return body;
+}
+
+/** GET. */
+export const get = (path) => ask(path);
+
+/** POST. What is declined is thrown. */
+export const post = (path, body = {}) =>
+  ask(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+
+/** Takes control; also from another page, if that is wanted. */
+export async function take(over) {
+  const given = await post("/api/control", { take_over: over });
+  ({ key, hand } = given);
+}
+
+/** Gives control back. */
+export async function release() {
+  await post("/api/control/release");
+  key = hand = null;
+}
+
+/** Between two beats, in ms: a beat answers a frame, so a page in the background has them too. */
+const BEAT = 200;
+
+/** Follows the board: `hear(message)` for each message, `lost()` while the server is gone. */
+export function follow(hear, lost) {
+  let socket;
+  let beaten = 0;
+  let wanted = false;
+  const open = () => {
+    const query = token ? `?token=${encodeURIComponent(token)}` : "";
+    socket = new WebSocket(`ws://${location.host}/api/live${query}`);
+    socket.onopen = () => wanted && socket.send(JSON.stringify({ questions: true }));
+    socket.onmessage = (event) => {
+      const message = JSON.parse(event.data);
+      const now = performance.now();
+      if (key && message.type === "state" && now - beaten >= BEAT) {
+        beaten = now;
+        socket.send(JSON.stringify({ beat: key }));
+      }
+      hear(message);
+    };
+    socket.onclose = () => {
+      // A server that was started again knows no key of the old one.
+      key = hand = null;
+      lost();
+      setTimeout(open, 1000);
+    };
+  };
+  open();
+  return {
+    /** Whether the questions to the board are wanted as well. */
+    questions(on) {
+      wanted = on;
+      if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ questions: on }));
+    },
+  };
+}

@@ -1,0 +1,40 @@
+//! Random words that nobody guesses.
+
+use subtle::ConstantTimeEq;
+
+/// 128 random bits in hexadecimal digits.
+///
+/// # Panics
+/// If the system has no random numbers: then there is no safe way to go on.
+pub(crate) fn random() -> String {
+    let mut bytes = [0u8; 16];
+    getrandom::fill(&mut bytes).expect("the system's random numbers");
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// What a request from beyond this machine has to know.
+#[derive(Clone, Debug)]
+pub struct Token(String);
+
+impl Token {
+    /// A new one.
+    pub fn new() -> Token {
+        Token(random())
+    }
+
+    /// Whether this is it. The time that it takes says nothing of how much of it is right.
+    pub fn is(&self, said: &str) -> bool {
+        said.as_bytes().ct_eq(self.0.as_bytes()).into()
+    }
+
+    /// As it is printed.
+    pub fn text(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Default for Token {
+    fn default() -> Token {
+        Token::new()
+    }
+}

@@ -1,0 +1,230 @@
+//! Requests to the server without a board: what they come to, and that what is declined
+//! never reaches the board's thread.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::http::{Method, Request, StatusCode, header};
+use serde_json::{Value, json};
+use tower::ServiceExt;
+
+use crate::report::Done;
+use crate::{Desk, Guard, Token, Wish};
+
+/// A server, and a board's thread that writes down what it is asked for.
+struct Bench {
+    router: Router,
+    desk: Arc<Desk>,
+    wishes: Arc<Mutex<Vec<Wish>>>,
+}
+
+impl Bench {
+    fn new(guard: Guard) -> Bench {
+        let (desk, wishes) = (Arc::new(Desk::default()), Arc::new(Mutex::default()));
+        let bench = Bench { router: crate::router(desk.clone(), guard), desk, wishes };
+        let (desk, wishes) = (bench.desk.clone(), bench.wishes.clone());
+        std::thread::spawn(move || {
+            // Until nobody holds the desk but this thread.
+            while Arc::strong_count(&desk) > 1 {
+                if let Some(job) = desk.next(Duration::from_millis(20)) {
+                    wishes.lock().unwrap().push(job.wish.clone());
+                    job.answer(Ok(Done::default()));
+                }
+            }
+        });
+        bench
+    }
+
+    async fn send(&self, request: Request<Body>) -> (StatusCode, Value) {
+        let answer = self.router.clone().oneshot(request).await.unwrap();
+        let status = answer.status();
+        let body = to_bytes(answer.into_body(), 1 << 20).await.unwrap();
+        (status, serde_json::from_slice(&body).unwrap_or(Value::Null))
+    }
+
+    async fn post(&self, path: &str, key: Option<&str>, body: &str) -> (StatusCode, Value) {
+        let mut request = Request::post(path)
+            .header(header::HOST, "localhost:8480")
+            .header(header::CONTENT_TYPE, "application/json");
+        if let Some(key) = key {
+            request = request.header("Stepwright-Control", key);
+        }
+        self.send(request.body(Body::from(body.to_owned())).unwrap()).await
+    }
+
+    async fn key(&self) -> String {
+        let (status, given) = self.post("/api/control", None, "{}").await;
+        assert_eq!(status, StatusCode::OK);
+        given["key"].as_str().unwrap().to_owned()
+    }
+
+    fn wishes(&self) -> Vec<Wish> {
+        self.wishes.lock().unwrap().clone()
+    }
+}
+
+fn open() -> Bench {
+    Bench::new(Guard { token: None })
+}
+
+/// Every address that moves something, with a body that is right.
+const ORDERS: [(&str, &str); 8] = [
+    ("/api/move", r#"{"axis":1,"by":4000}"#),
+    ("/api/run", r#"{"axis":1,"speed":-400}"#),
+    ("/api/retarget", r#"{"axis":1,"to":10}"#),
+    ("/api/zero", r#"{"axis":1}"#),
+    ("/api/set", r#"{"name":"idle-ms","value":5}"#),
+    ("/api/acknowledge", "{}"),
+    ("/api/stop", "{}"),
+    ("/api/kill", "{}"),
+];
+
+#[tokio::test]
+async fn orders_reach_the_board() {
+    let bench = open();
+    let key = bench.key().await;
+    for (path, body) in ORDERS {
+        let (status, said) = bench.post(path, Some(&key), body).await;
+        assert_eq!(status, StatusCode::OK, "{path}: {said}");
+    }
+    assert_eq!(bench.wishes().len(), ORDERS.len());
+}
+
+#[tokio::test]
+async fn without_control_only_a_stop_and_a_kill_reach_it() {
+    let bench = open();
+    for other in [false, true] {
+        if other {
+            bench.key().await;
+        }
+        for (path, body) in ORDERS {
+            for key in [None, Some(""), Some("0123456789abcdef0123456789abcdef")] {
+                let (status, said) = bench.post(path, key, body).await;
+                let urgent = ["/api/stop", "/api/kill"].contains(&path);
+                let right = if urgent { StatusCode::OK } else { StatusCode::CONFLICT };
+                assert_eq!(status, right, "{path}: {said}");
+                assert!(urgent || said["do"].is_string(), "{said}");
+            }
+        }
+    }
+    assert!(bench.wishes().iter().all(Wish::is_urgent));
+}
+
+#[tokio::test]
+async fn nonsense_is_declined_with_the_reason_and_the_remedy() {
+    let bench = open();
+    let key = bench.key().await;
+    let bodies =
+        ["", "{", "[]", "[null]", "null", "4000", "\"G+4000\"", "{\"axis\":1,\"axis\":1}", "\u{0}"];
+    let more = [
+        "[1]",
+        "[1,4000]",
+        r#"{"axis":1}x"#,
+        r#"{"unknown":1}"#,
+        r#"{"axis":1e99,"by":1}"#,
+        "{}{}",
+    ];
+    for (path, _) in ORDERS {
+        for body in bodies.iter().chain(&more) {
+            let (status, said) = bench.post(path, Some(&key), body).await;
+            assert!(status.is_client_error(), "{path} {body:?}: {status} {said}");
+            assert!(said["what"].is_string() && said["do"].is_string(), "{path} {body:?}: {said}");
+        }
+        let long = format!("{{\"axis\":1,\"by\":1{}}}", " ".repeat(crate::BODY));
+        let (status, said) = bench.post(path, Some(&key), &long).await;
+        assert_eq!(status, StatusCode::PAYLOAD_TOO_LARGE, "{path}");
+        assert_eq!(said["allowed"], "at most 4096 bytes");
+    }
+    let (status, said) =
+        bench.post("/api/move", Some(&key), r#"{"axis":1,"by":1,"accel":0.5}"#).await;
+    assert_eq!(status, StatusCode::UNPROCESSABLE_ENTITY);
+    assert_eq!(said, json!({"what": "accel is 0.5", "allowed": "1 to 100000000 steps/s²"}));
+    assert_eq!(bench.wishes(), []);
+}
+
+#[tokio::test]
+async fn a_form_of_another_page_is_no_order() {
+    let bench = open();
+    let key = bench.key().await;
+    for kind in ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data"] {
+        for (path, body) in ORDERS {
+            let request = Request::post(path)
+                .header(header::HOST, "localhost")
+                .header("Stepwright-Control", &key)
+                .header(header::CONTENT_TYPE, kind);
+            let (status, _) = bench.send(request.body(Body::from(body)).unwrap()).await;
+            assert_eq!(status, StatusCode::UNSUPPORTED_MEDIA_TYPE, "{path}");
+        }
+    }
+    assert_eq!(bench.wishes(), []);
+}
+
+#[tokio::test]
+async fn who_may_not_ask_reaches_nothing() {
+    let token = Token::new();
+    let bench = Bench::new(Guard { token: Some(token.clone()) });
+    let ask = async |host: &str, origin: Option<&str>, token: Option<&str>| {
+        for (path, body) in ORDERS {
+            let mut request = Request::post(path)
+                .header(header::HOST, host)
+                .header(header::CONTENT_TYPE, "application/json");
+            if let Some(origin) = origin {
+                request = request.header(header::ORIGIN, origin);
+            }
+            if let Some(token) = token {
+                request = request.header(header::AUTHORIZATION, format!("Bearer {token}"));
+            }
+            let (status, said) = bench.send(request.body(Body::from(body)).unwrap()).await;
+            let closed = [StatusCode::UNAUTHORIZED, StatusCode::FORBIDDEN].contains(&status);
+            assert!(closed, "{path}: {status} {said}");
+        }
+    };
+    ask("192.168.0.7:8480", None, None).await;
+    ask("192.168.0.7:8480", None, Some("0")).await;
+    ask("192.168.0.7:8480", Some("http://evil.example"), Some(token.text())).await;
+    ask("evil.example", None, Some(token.text())).await;
+    let request = Request::get("/api/live").header(header::HOST, "192.168.0.7:8480");
+    let (status, _) = bench.send(request.body(Body::empty()).unwrap()).await;
+    assert_eq!(status, StatusCode::UNAUTHORIZED);
+    assert_eq!(bench.wishes(), []);
+}
+
+#[tokio::test]
+async fn what_is_told_says_so_and_stays_on_this_page() {
+    let bench = open();
+    for path in ["/", "/style.css", "/main.js", "/api/state", "/api/board", "/api/openapi.json"] {
+        let request = Request::get(path).header(header::HOST, "localhost");
+        let answer = bench.router.clone().oneshot(request.body(Body::empty()).unwrap()).await;
+        let answer = answer.unwrap();
+        assert_eq!(answer.status(), StatusCode::OK, "{path}");
+        let policy = answer.headers()[header::CONTENT_SECURITY_POLICY].to_str().unwrap();
+        assert!(policy.starts_with("default-src 'none'"), "{policy}");
+        assert!(policy.contains("frame-ancestors 'none'"), "{policy}");
+    }
+    for (method, path) in
+        [(Method::GET, "/nowhere"), (Method::GET, "/api/move"), (Method::PUT, "/api/stop")]
+    {
+        let request = Request::builder().method(method).uri(path).header(header::HOST, "localhost");
+        let (status, said) = bench.send(request.body(Body::empty()).unwrap()).await;
+        assert_eq!(status, StatusCode::NOT_FOUND, "{path}");
+        assert!(said["what"].is_string(), "{said}");
+    }
+}
+
+#[test]
+fn the_description_has_every_address_and_what_it_takes() {
+    let api: Value = serde_json::from_str(&crate::api::openapi()).unwrap();
+    let described: Vec<_> = api["paths"].as_object().unwrap().keys().cloned().collect();
+    for (path, _) in ORDERS {
+        assert!(described.iter().any(|one| one == path), "{path}");
+        let body = &api["paths"][path]["post"]["requestBody"]["content"]["application/json"];
+        let name = body["schema"]["$ref"].as_str().unwrap().rsplit('/').next().unwrap();
+        let schema = &api["components"]["schemas"][name];
+        assert_eq!(schema["additionalProperties"], false, "{path}: {schema}");
+    }
+    for read in ["/api/board", "/api/state", "/api/control", "/api/control/beat"] {
+        assert!(described.iter().any(|one| one == read), "{read}");
+    }
+}

@@ -13,7 +13,7 @@
 //! | `program` | the programs of the AVR firmware |
 //! | `rig` | the firmware on a simulated chip |
 //! | `python` | a Python with pyserial |
-//! | `node` | a Node with avr8js |
+//! | `node` | a Node with packages: avr8js, Playwright |
 
 mod bench;
 mod book;
@@ -23,6 +23,7 @@ mod flash;
 mod image;
 mod listing;
 mod node;
+mod page;
 mod program;
 mod python;
 mod rig;
@@ -56,6 +57,7 @@ enum Chore {
     Image(image::Image),
     #[command(hide = true)]
     Link(shrink::Link),
+    Page(page::Page),
     Setup(setup::Setup),
     Sim(sim::Sim),
     Stress(stress::Stress),
@@ -72,6 +74,7 @@ fn main() -> Result<()> {
         Chore::Flash(flash) => flash.run(&ws()?),
         Chore::Image(image) => image.run(&ws()?),
         Chore::Link(link) => link.run(),
+        Chore::Page(page) => page.run(&ws()?),
         Chore::Setup(setup) => setup.run(&ws()?),
         Chore::Sim(sim) => sim.run(&ws()?),
         Chore::Stress(stress) => stress.run(&ws()?),

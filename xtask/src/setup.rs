@@ -24,7 +24,7 @@ impl Setup {
     pub fn run(self, ws: &Workspace) -> Result<()> {
         ensure(ALL)?;
         python::prepare(ws)?;
-        node::prepare(ws)?;
+        node::AVR8JS.prepare(ws)?;
         for need in ALL {
             println!("{:<16}found", need.name);
         }
@@ -94,7 +94,7 @@ pub const PYTHON: &Need = &Need {
     or_else: "",
 };
 
-/// A Node for the second simulator: [`node::prepare`] installs it.
+/// A Node for the second simulator and for the browser: [`node::Packages`] installs both.
 pub const NODE: &Need = &Need {
     name: "node 18 and npm",
     found: node::found,
@@ -120,6 +120,15 @@ pub const ARDUINO: &Need = &Need {
     name: "boot loaders",
     found: || Path::new(BOOT_LOADER).is_file(),
     packages: &["arduino-core-avr"],
+    or_else: "",
+};
+
+/// A browser for the page of `stepwright serve`; any Chromium will do, and the tests go
+/// without one where there is none to be had.
+pub const CHROMIUM: &Need = &Need {
+    name: "chromium",
+    found: || succeeds("chromium", &["--version"]),
+    packages: &["chromium"],
     or_else: "",
 };
 

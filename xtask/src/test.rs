@@ -11,6 +11,7 @@ mod examples;
 mod firmware;
 mod flash;
 mod package;
+mod page;
 mod pyserial;
 mod rig;
 mod sigrok;
@@ -117,6 +118,12 @@ const STEPS: &[Step] = &[
         what: "`stepwright flash` writes a firmware through a real boot loader, simulated",
         needs: FLASH_NEEDS,
         run: flash::run,
+    },
+    Step {
+        name: "page",
+        what: "a browser drives a board by the page of `stepwright serve`",
+        needs: &[setup::NODE],
+        run: page::run,
     },
     Step { name: "fuzz", what: "the protocol stands random bytes", needs: &[], run: code::fuzz },
 ];

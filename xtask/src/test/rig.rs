@@ -9,12 +9,12 @@ use crate::{bench, node, rig};
 
 /// The same tests on both chips, and some of them on the Mega's other timers.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
-    node::prepare(ws)?;
+    node::AVR8JS.prepare(ws)?;
     for board in [Board::Uno, Board::Mega] {
         rig::firmware(ws, board, false)?;
         let mut cargo = rig::cargo(ws, "test");
         cargo.args(["--release", "--no-fail-fast"]).env("STEPWRIGHT_BOARD", board.name());
-        run(cargo.env("STEPWRIGHT_NODE_MODULES", node::modules(ws)))?;
+        run(cargo.env("STEPWRIGHT_NODE_MODULES", node::AVR8JS.modules(ws)))?;
     }
     // Another step timer is other registers and another vector, and all else is
     // the same: what looks at every edge, and the line, tell.

@@ -1,0 +1,78 @@
+//! `cargo xtask page`: what the page of `stepwright serve` carries from elsewhere.
+//!
+//! The files lie in the repository, so that nobody needs npm to build the command. Their
+//! digests stand here: a file that was changed by hand is noticed.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::{Result, ensure};
+
+use crate::setup;
+use crate::workspace::{Workspace, output, run};
+
+/// Fetch what the page of `stepwright serve` carries from elsewhere.
+#[derive(clap::Args)]
+pub struct Page {
+    /// Fetch nothing, and fail if what is there is not that.
+    #[arg(long)]
+    check: bool,
+}
+
+/// The package of the plots, and its version.
+const PACKAGE: &str = "uplot@1.6.32";
+const ARCHIVE: &str = "uplot-1.6.32.tgz";
+
+/// The files of the package, as they are called here, and their SHA-256.
+const FILES: [(&str, &str, &str); 3] = [
+    (
+        "dist/uPlot.iife.min.js",
+        "uPlot.iife.min.js",
+        "19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f",
+    ),
+    (
+        "dist/uPlot.min.css",
+        "uPlot.min.css",
+        "df630c6a8d6f8eeaff264b50f73ce5b114f646ffd9a0bb74f049b0a00135fa04",
+    ),
+    (
+        "LICENSE",
+        "uPlot.LICENSE",
+        "8f989229699b4fe2f1a0432d0e9edc338a8a911e250e2d1b01ecd770a5f5b1bd",
+    ),
+];
+
+impl Page {
+    /// Fetches, or compares.
+    pub fn run(self, ws: &Workspace) -> Result<()> {
+        if !self.check {
+            setup::ensure(&[setup::NODE])?;
+            let place = ws.target.join("page");
+            fs::create_dir_all(&place)?;
+            run(Command::new("npm").current_dir(&place).args(["pack", PACKAGE]))?;
+            run(Command::new("tar").current_dir(&place).args(["-xzf", ARCHIVE]))?;
+            fs::create_dir_all(folder(ws))?;
+            for (from, to, _) in FILES {
+                fs::copy(place.join("package").join(from), folder(ws).join(to))?;
+            }
+        }
+        check(ws)
+    }
+}
+
+/// Whether the files are those of the package.
+pub fn check(ws: &Workspace) -> Result<()> {
+    for (_, name, digest) in FILES {
+        let said = output(Command::new("sha256sum").arg(folder(ws).join(name)))?;
+        ensure!(
+            said.starts_with(digest),
+            "{name} is not that of {PACKAGE}: run `cargo xtask page`"
+        );
+    }
+    Ok(())
+}
+
+fn folder(ws: &Workspace) -> PathBuf {
+    ws.root.join("crates/stepwright-serve/src/page/vendor")
+}

@@ -20,7 +20,7 @@ use utoipa::OpenApi;
 
 use crate::control::{Hand, LEASE};
 use crate::decline::Declined;
-use crate::desk::Desk;
+use crate::desk::ServeDesk;
 use crate::live;
 use crate::report::{BoardSheet, ControlGiven, Done, LiveMessage, LiveState};
 use crate::request::{
@@ -31,7 +31,7 @@ use crate::request::{
 /// The header that carries the key of who controls.
 const CONTROL: &str = "stepwright-control";
 
-type Shared = State<Arc<Desk>>;
+type Shared = State<Arc<ServeDesk>>;
 type Answer = Result<Json<Done>, Declined>;
 
 #[derive(OpenApi)]
@@ -61,7 +61,7 @@ type Answer = Result<Json<Done>, Declined>;
 struct Description;
 
 /// Every address under `/api`.
-pub(crate) fn routes() -> Router<Arc<Desk>> {
+pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
     Router::new()
         .route("/api/board", get(board))
         .route("/api/state", get(state))
@@ -129,12 +129,12 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
 }
 
 /// The hand that gives an order: it has control.
-fn hand(desk: &Desk, headers: &HeaderMap) -> Result<Hand, Declined> {
+fn hand(desk: &ServeDesk, headers: &HeaderMap) -> Result<Hand, Declined> {
     let key = headers.get(CONTROL).and_then(|value| value.to_str().ok());
     desk.control(|control, now| control.hear(key, now))
 }
 
-async fn wish(desk: &Desk, wish: Wish) -> Answer {
+async fn wish(desk: &ServeDesk, wish: Wish) -> Answer {
     desk.wish(wish).await.map(Json)
 }
 

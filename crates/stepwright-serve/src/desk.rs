@@ -1,8 +1,8 @@
 //! Between the server and the thread that speaks with the board.
 //!
 //! ```text
-//!   request ─► Wish ─► Desk (waiting orders) ─► the board's thread
-//!   pages   ◄─ JSON ◄─ Desk (state, lines)   ◄─ the board's thread
+//!   request ─► Wish ─► ServeDesk (waiting orders) ─► the board's thread
+//!   pages   ◄─ JSON ◄─ ServeDesk (state, lines)   ◄─ the board's thread
 //! ```
 //!
 //! A stop or a kill goes before every order that waits, and these orders are declined: who
@@ -61,7 +61,7 @@ pub(crate) struct Told {
 
 /// What both sides share.
 #[derive(Debug)]
-pub struct Desk {
+pub struct ServeDesk {
     begun: Instant,
     waiting: Mutex<Waiting>,
     come: Condvar,
@@ -80,9 +80,9 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Default for Desk {
-    fn default() -> Desk {
-        Desk {
+impl Default for ServeDesk {
+    fn default() -> ServeDesk {
+        ServeDesk {
             begun: Instant::now(),
             waiting: Mutex::default(),
             come: Condvar::new(),
@@ -98,7 +98,7 @@ impl Default for Desk {
 }
 
 /// The side of the board's thread.
-impl Desk {
+impl ServeDesk {
     /// Seconds since the server began.
     pub fn time(&self) -> f64 {
         // Whole microseconds are shorter to write.
@@ -159,7 +159,7 @@ impl Desk {
         lock(&self.control).is_live(hand, Instant::now())
     }
 
-    /// Takes no jobs until [`open`](Desk::open), for this reason; those that wait are
+    /// Takes no jobs until [`open`](ServeDesk::open), for this reason; those that wait are
     /// declined with it.
     pub fn close(&self, why: Declined) {
         let mut waiting = lock(&self.waiting);
@@ -187,7 +187,7 @@ impl Desk {
 }
 
 /// The side of the server.
-impl Desk {
+impl ServeDesk {
     /// Has the board's thread do this, and waits for what becomes of it.
     pub(crate) async fn wish(&self, wish: Wish) -> Result<Done, Declined> {
         let answered = self.put(wish)?;
@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn a_stop_goes_before_orders_and_ends_them() {
-        let desk = Desk::default();
+        let desk = ServeDesk::default();
         let zero = || Wish::Zero(AxisId::FIRST);
         let mut first = desk.put(zero()).unwrap();
         let mut second = desk.put(zero()).unwrap();
@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn no_crowd_of_orders_keeps_a_stop_out() {
-        let desk = Desk::default();
+        let desk = ServeDesk::default();
         let waiting: Vec<_> = (0..WAITING).map(|_| desk.put(Wish::Acknowledge).unwrap()).collect();
         assert_eq!(desk.put(Wish::Acknowledge).unwrap_err().status(), 503);
         assert!(desk.put(Wish::Kill).is_ok());

@@ -1,14 +1,14 @@
 //! A board in a browser: a page and an API, and what stands between them and the motors.
 //!
 //! ```text
-//!   browser ─► guard ─► api ─► Wish ─► Desk ─► the board's thread
+//!   browser ─► guard ─► api ─► Wish ─► ServeDesk ─► the board's thread
 //!     (Host, Origin,  (JSON,                    (the `stepwright` command:
 //!      token, size)    ranges, control)          lines, ramps, safety)
-//!   browser ◄─ live ◄───────────────── Desk ◄─ LiveState, Exchange, PlannedCurve
+//!   browser ◄─ live ◄───────────────── ServeDesk ◄─ LiveState, Exchange, PlannedCurve
 //! ```
 //!
 //! This crate knows HTTP, JSON and who may do what; it opens no port and says no line. The
-//! one who does takes [`Job`]s from a [`Desk`] on a thread of its own, and tells the desk
+//! one who does takes [`Job`]s from a [`ServeDesk`] on a thread of its own, and tells the desk
 //! what the board does. A board that vanishes takes no request with it, and a page that
 //! vanishes no motor: whoever runs one without end must be heard of.
 //!
@@ -48,7 +48,7 @@ use axum::{Router, middleware};
 
 pub use control::Hand;
 pub use decline::Declined;
-pub use desk::{Desk, Job};
+pub use desk::{Job, ServeDesk};
 pub use guard::Guard;
 pub use request::Wish;
 pub use secret::Token;
@@ -57,7 +57,7 @@ pub use secret::Token;
 pub const BODY: usize = 4096;
 
 /// Everything that the server answers.
-pub(crate) fn router(desk: Arc<Desk>, guard: Guard) -> Router {
+pub(crate) fn router(desk: Arc<ServeDesk>, guard: Guard) -> Router {
     let guard = Arc::new(guard);
     api::routes()
         .merge(page::routes())
@@ -82,11 +82,11 @@ async fn with_headers(mut response: Response) -> Response {
     response
 }
 
-/// Serves on this listener until the board's thread [ends](Desk::end).
+/// Serves on this listener until the board's thread [ends](ServeDesk::end).
 ///
 /// # Errors
 /// The listener can't be used.
-pub fn serve(listener: TcpListener, desk: Arc<Desk>, guard: Guard) -> io::Result<()> {
+pub fn serve(listener: TcpListener, desk: Arc<ServeDesk>, guard: Guard) -> io::Result<()> {
     listener.set_nonblocking(true)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {

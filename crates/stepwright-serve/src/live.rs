@@ -11,7 +11,7 @@ use serde::Deserialize;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::decline::Declined;
-use crate::desk::Desk;
+use crate::desk::ServeDesk;
 
 /// Pages at once, at most.
 const PAGES: usize = 32;
@@ -50,7 +50,7 @@ impl Drop for Place {
 
 /// Joins those who watch.
 pub(crate) async fn join(
-    State(desk): State<Arc<Desk>>,
+    State(desk): State<Arc<ServeDesk>>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Declined> {
     let upgrade = upgrade.map_err(|rejection| {
@@ -68,7 +68,7 @@ pub(crate) async fn join(
 }
 
 struct Page {
-    desk: Arc<Desk>,
+    desk: Arc<ServeDesk>,
     questions: bool,
 }
 

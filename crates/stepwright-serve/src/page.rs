@@ -6,7 +6,7 @@ use axum::Router;
 use axum::http::header::CONTENT_TYPE;
 use axum::routing::get;
 
-use crate::desk::Desk;
+use crate::desk::ServeDesk;
 
 const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
@@ -29,7 +29,7 @@ const FILES: &[(&str, &str, &str)] = &[
 ];
 
 /// Their addresses.
-pub(crate) fn routes() -> Router<Arc<Desk>> {
+pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
     FILES.iter().fold(Router::new(), |routes, (path, kind, text)| {
         routes.route(path, get(async move || ([(CONTENT_TYPE, *kind)], *text)))
     })

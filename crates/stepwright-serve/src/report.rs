@@ -62,7 +62,7 @@ pub struct LiveState {
     /// Why it does not, and what can be done.
     pub trouble: Option<Trouble>,
     /// Its axes.
-    pub axes: Vec<AxisState>,
+    pub axes: Vec<LiveAxis>,
     /// Steps that came late since the last acknowledgement.
     pub late: u32,
     /// Lines that the board has refused since then.
@@ -77,7 +77,7 @@ pub struct LiveState {
 
 /// What an axis does.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct AxisState {
+pub struct LiveAxis {
     /// Its number, from 1.
     pub axis: u8,
     /// Where it is, in steps; nothing if that is not known.

@@ -11,18 +11,18 @@ use serde_json::{Value, json};
 use tower::ServiceExt;
 
 use crate::report::Done;
-use crate::{Desk, Guard, Token, Wish};
+use crate::{Guard, ServeDesk, Token, Wish};
 
 /// A server, and a board's thread that writes down what it is asked for.
 struct Bench {
     router: Router,
-    desk: Arc<Desk>,
+    desk: Arc<ServeDesk>,
     wishes: Arc<Mutex<Vec<Wish>>>,
 }
 
 impl Bench {
     fn new(guard: Guard) -> Bench {
-        let (desk, wishes) = (Arc::new(Desk::default()), Arc::new(Mutex::default()));
+        let (desk, wishes) = (Arc::new(ServeDesk::default()), Arc::new(Mutex::default()));
         let bench = Bench { router: crate::router(desk.clone(), guard), desk, wishes };
         let (desk, wishes) = (bench.desk.clone(), bench.wishes.clone());
         std::thread::spawn(move || {

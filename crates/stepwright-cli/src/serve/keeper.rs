@@ -11,8 +11,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use stepwright_protocol::{AxisId, Command, LeaseMillis, Selection};
-use stepwright_serve::report::{AxisState, LiveState, Trouble};
-use stepwright_serve::{Declined, Desk, Hand};
+use stepwright_serve::report::{LiveAxis, LiveState, Trouble};
+use stepwright_serve::{Declined, Hand, ServeDesk};
 use stepwright_sim::Description;
 
 use super::sheet;
@@ -43,7 +43,7 @@ const AGAIN: Duration = Duration::from_millis(500);
 pub struct Keeper {
     port: PortArgs,
     unit: (&'static str, f64),
-    pub(super) desk: Arc<Desk>,
+    pub(super) desk: Arc<ServeDesk>,
     pub(super) session: Session,
     pub(super) axes: Vec<Watched>,
     /// Whether the board brakes by itself when we fall silent.
@@ -53,7 +53,7 @@ pub struct Keeper {
 }
 
 /// Opens the way to the board and meets it.
-fn open(port: &PortArgs, desk: &Arc<Desk>) -> Result<Session, Failure> {
+fn open(port: &PortArgs, desk: &Arc<ServeDesk>) -> Result<Session, Failure> {
     let link: Box<dyn Link> = match &port.port {
         Some(path) => Box::new(SerialLink::open(path, port.baud, Share::Host)?),
         None => {
@@ -76,7 +76,7 @@ impl Keeper {
     pub fn begin(
         port: PortArgs,
         unit: (&'static str, f64),
-        desk: Arc<Desk>,
+        desk: Arc<ServeDesk>,
     ) -> Result<Keeper, Failure> {
         let session = open(&port, &desk)?;
         let (axes, told) = (Vec::new(), LiveState::default());
@@ -259,7 +259,7 @@ impl Keeper {
         let time = self.desk.time();
         let state = |axis: &Watched| match connected {
             true => axis.state(time),
-            false => AxisState { position: None, moving: false, state: "lost", ..axis.state(time) },
+            false => LiveAxis { position: None, moving: false, state: "lost", ..axis.state(time) },
         };
         let axes = self.axes.iter().map(state).collect();
         self.desk.publish(LiveState { axes, ..self.told.clone() });

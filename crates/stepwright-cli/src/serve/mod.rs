@@ -1,7 +1,7 @@
 //! `stepwright serve`: a board in a browser.
 //!
 //! ```text
-//!   browser ─► stepwright-serve ─► Desk ─► keeper, a thread ─► Session ─► Tap ─► Link
+//!   browser ─► stepwright-serve ─► ServeDesk ─► keeper, a thread ─► Session ─► Tap ─► Link
 //! ```
 //!
 //! | module | what |
@@ -25,7 +25,7 @@ use std::str::FromStr;
 use std::sync::{Arc, mpsc};
 use std::thread;
 
-use stepwright_serve::{Desk, Guard, Token};
+use stepwright_serve::{Guard, ServeDesk, Token};
 
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
@@ -110,7 +110,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let failed = |error: std::io::Error| Failure::new(format!("can't serve: {error}"));
     let address = listener.local_addr().map_err(failed)?;
     interrupt::listen(While::Holding)?;
-    let desk = Arc::new(Desk::default());
+    let desk = Arc::new(ServeDesk::default());
     let (tell, met) = mpsc::channel();
     let board = thread::spawn({
         let desk = desk.clone();

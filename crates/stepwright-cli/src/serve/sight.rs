@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use stepwright_protocol::{AxisId, BoardError, Selection, Stop};
 use stepwright_serve::Hand;
-use stepwright_serve::report::{AxisState, Reason};
+use stepwright_serve::report::{LiveAxis, Reason};
 
 use super::keeper::Keeper;
 use crate::order::look::stop_word;
@@ -72,9 +72,9 @@ impl Watched {
     }
 
     /// For pages. `now` is the time where it was not seen yet.
-    pub fn state(&self, now: f64) -> AxisState {
+    pub fn state(&self, now: f64) -> LiveAxis {
         let reason = |stop: Stop| Reason { name: stop_word(stop), words: stop.words() };
-        AxisState {
+        LiveAxis {
             axis: self.id.number(),
             position: self.position,
             time: self.seen.back().map_or(now, |(time, _)| *time),

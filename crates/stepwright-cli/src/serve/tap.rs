@@ -4,7 +4,7 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
-use stepwright_serve::Desk;
+use stepwright_serve::ServeDesk;
 
 use crate::failure::Failure;
 use crate::link::Link;
@@ -15,7 +15,7 @@ const LONGEST: usize = 1024;
 /// A line whose conversation is told to a desk.
 pub struct Tap {
     line: Box<dyn Link>,
-    desk: Arc<Desk>,
+    desk: Arc<ServeDesk>,
     /// What was said since the last CR, and what was answered.
     saying: Vec<u8>,
     answer: Vec<u8>,
@@ -25,7 +25,7 @@ pub struct Tap {
 
 impl Tap {
     /// Listens to this line.
-    pub fn new(line: Box<dyn Link>, desk: Arc<Desk>) -> Tap {
+    pub fn new(line: Box<dyn Link>, desk: Arc<ServeDesk>) -> Tap {
         Tap { line, desk, saying: Vec::new(), answer: Vec::new(), said: None }
     }
 

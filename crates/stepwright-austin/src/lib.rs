@@ -71,11 +71,13 @@
 //! 30 December 2004. Equation, figure and table numbers in these files are the article's.
 
 pub mod carried;
+#[cfg(any(feature = "constant", feature = "transitions", feature = "power"))]
 pub mod choice;
 mod count;
 pub mod direct;
 pub mod fixed;
 pub mod general;
+#[cfg(any(feature = "constant", feature = "transitions", feature = "power"))]
 pub mod line;
 pub mod linear;
 pub mod motion;
@@ -83,10 +85,12 @@ pub mod piecewise;
 pub mod power;
 pub mod ramp;
 mod share;
+#[cfg(any(feature = "constant", feature = "transitions", feature = "power"))]
 pub mod station;
 mod travel;
 
 pub use carried::Carried;
+#[cfg(any(feature = "constant", feature = "transitions", feature = "power"))]
 pub use choice::{AnyLaw, LawName, Recipe};
 pub use count::{C0, Law, Pulses};
 pub use direct::Direct;
@@ -97,5 +101,6 @@ pub use motion::Motion;
 pub use piecewise::Piecewise;
 pub use power::PowerTerm;
 pub use ramp::{Ramp, Slope};
+#[cfg(any(feature = "constant", feature = "transitions", feature = "power"))]
 pub use station::Station;
 pub use travel::{Shadowed, Travel};

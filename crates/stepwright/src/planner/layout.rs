@@ -34,6 +34,7 @@ pub(crate) enum Layout {
     /// Likewise: where the rise meets the fall.
     Meet,
     /// Whether rise and fall fit, of an S-curve.
+    #[cfg_attr(not(feature = "s-curve"), expect(dead_code))]
     Join,
     /// It is set up: whether the board can step it.
     Check,

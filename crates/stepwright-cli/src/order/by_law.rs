@@ -75,7 +75,7 @@ impl LawOrder<'_> {
         }
         let geometry: Geometry = self.ramps.geometry()?;
         let top = self.top.0.resolve(&geometry, self.top.1)?;
-        let (accel, decel) = self.ramps.from_rest(&geometry, &top)?;
+        let (accel, decel) = self.ramps.slopes_from_rest(&geometry, &top)?;
         let changes = self.options.changes(&geometry)?;
         let held = Understood { top, accel, decel, changes };
         // What no timer can hold is known before anything is opened; a virtual board begins at 0.

@@ -71,7 +71,7 @@ impl RampArgs {
 
     /// Acceleration and deceleration of a law that begins at rest. Where none is named, the top
     /// speed is there in 0.4 s.
-    pub fn from_rest(
+    pub fn slopes_from_rest(
         &self,
         geometry: &Geometry,
         top: &Rounded<Speed>,

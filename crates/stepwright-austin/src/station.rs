@@ -24,9 +24,6 @@ pub const AHEAD: u8 = 6;
 const AXIS: u8 = 0;
 /// From the order to the change of direction, and from there to the first step: 250 µs.
 const LEAD: Ticks = 250;
-/// The longest answer.
-const ANSWER: usize = 112;
-
 /// The shortest delay of each law that a board makes without being late, in ticks of 1 MHz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Costs {
@@ -83,9 +80,9 @@ pub struct About {
     pub costs: Costs,
 }
 
-/// An answer on its way.
+/// A line as it comes, then, when it has been read, its answer on the way.
 struct Answer {
-    bytes: [u8; ANSWER],
+    bytes: [u8; LONGEST],
     length: u8,
     sent: u8,
 }
@@ -134,7 +131,7 @@ pub struct Station<'q, E, const LEN: usize> {
     /// The engine plays the travel.
     begun: bool,
     uncertain: bool,
-    line: [u8; LONGEST],
+    /// Bytes of the line that have come.
     length: u8,
     /// A byte of the line was damaged, or there were too many.
     bad: bool,
@@ -156,10 +153,9 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
             last: 0,
             begun: false,
             uncertain: false,
-            line: [0; LONGEST],
             length: 0,
             bad: false,
-            answer: Answer { bytes: [0; ANSWER], length: 0, sent: 0 },
+            answer: Answer { bytes: [0; LONGEST], length: 0, sent: 0 },
         }
     }
 
@@ -184,7 +180,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
         match byte {
             Some(b'\r') => self.obey(),
             Some(b'\n') => {}
-            Some(byte) => match self.line.get_mut(usize::from(self.length)) {
+            Some(byte) => match self.answer.bytes.get_mut(usize::from(self.length)) {
                 Some(place) => {
                     *place = byte;
                     self.length = self.length.wrapping_add(1);
@@ -265,7 +261,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
 
     /// Does what the line says, and answers.
     fn obey(&mut self) {
-        let text = self.line.get(..usize::from(self.length)).unwrap_or_default();
+        let text = self.answer.bytes.get(..usize::from(self.length)).unwrap_or_default();
         let line = if self.bad { None } else { Line::read(text) };
         (self.length, self.bad) = (0, false);
         (self.answer.length, self.answer.sent) = (0, 0);

@@ -99,10 +99,16 @@ pub const fn description() -> Board<AXES> {
 
 /// Likewise, where it plays motor cycles.
 pub const fn cycle() -> Board<AXES> {
-    with(Cost::any_pulse(CYCLE_COST), CYCLE_COST[0])
+    any_cycle(CYCLE_COST, CYCLE_COST)
 }
 
-const fn with(cost: Cost<AXES>, min_interval: u32) -> Board<AXES> {
+/// Likewise, with any number of motors, where a step takes this many cycles, and two of a motor
+/// are no closer than that.
+pub const fn any_cycle<const N: usize>(cost: u32, min_interval: u32) -> Board<N> {
+    with(Cost::any_pulse([cost; N]), min_interval)
+}
+
+const fn with<const N: usize>(cost: Cost<N>, min_interval: u32) -> Board<N> {
     let rate = RATE;
     Board {
         rate,
@@ -134,14 +140,14 @@ const LONGER: [u32; AXES] = [1_250, 1_700, 4_400];
 /// The longest stay in the step interrupt that makes one step, a look at another motor's
 /// wait included (`firmware/rig/tests/cycle.rs`). Steps that are due together take less.
 #[cfg(not(feature = "bench"))]
-const CYCLE_COST: [u32; AXES] = [1_600; AXES];
+const CYCLE_COST: u32 = 1_600;
 /// What a step may take is what the bench looks for: nothing is refused.
 #[cfg(feature = "bench")]
 const COST: [u32; AXES] = [MIN_INTERVAL; AXES];
 #[cfg(feature = "bench")]
 const LONGER: [u32; AXES] = [MIN_INTERVAL; AXES];
 #[cfg(feature = "bench")]
-const CYCLE_COST: [u32; AXES] = [MIN_INTERVAL; AXES];
+const CYCLE_COST: u32 = MIN_INTERVAL;
 
 /// Cycles between two steps of an axis.
 #[cfg(not(feature = "bench"))]

@@ -54,7 +54,13 @@ impl Console {
         Some(whole.then_some(byte))
     }
 
-    fn byte(&mut self, byte: u8) {
+    /// Whether the line takes a byte at once.
+    pub fn is_free(&self) -> bool {
+        self.usart.ucsr0a().read().udre0().bit_is_set()
+    }
+
+    /// Sends a byte; waits for the line if it is not free.
+    pub fn byte(&mut self, byte: u8) {
         while self.usart.ucsr0a().read().udre0().bit_is_clear() {
             self.millis();
         }

@@ -47,7 +47,7 @@
 //! | [`board`] | which chip it is, its pins, what its steps cost |
 //! | [`step`] | the step interrupts that play queues, and the foreground's hold on them |
 //! | `numbers` | the planner's numbers in assembly |
-//! | [`cycle`], [`timer`] | motor cycles on the step timer |
+//! | [`cycle`], [`cycles`], [`timer`] | motor cycles on the step timer; on any pins, ordered over the line |
 //! | [`asked`] | any law on any drive, asked in the step interrupt |
 //! | `law` | laws that are asked in the main loop, and what a step of them costs (Uno) |
 //! | `laws` | Austin's laws, ordered over the line |
@@ -84,6 +84,7 @@ pub mod board;
 pub mod clock;
 pub mod console;
 pub mod cycle;
+pub mod cycles;
 pub mod eeprom;
 pub mod guarded;
 #[doc(hidden)]

@@ -13,7 +13,7 @@
 
 /// Whether motors can brake at a switch: with it a cycle does not fit into an Uno, and
 /// where this is false nothing of it is compiled.
-pub(crate) const BRAKES: bool = cfg!(not(target_arch = "avr"));
+pub(crate) const BRAKES: bool = cfg!(feature = "brakes");
 
 /// The speed of a motor that brakes.
 #[derive(Clone, Copy, Debug)]

@@ -31,6 +31,11 @@ pub enum Clock {
 /// Millionths.
 const MILLION: u64 = 1_000_000;
 
+/// Whether there is a fixed tick: where there is none, nothing of it is compiled.
+pub(crate) const TICKS: bool = cfg!(feature = "tick");
+/// Whether the timer may have any rate. If not, nothing is ever divided by it in 64 bits.
+const ANY_RATE: bool = cfg!(feature = "any-rate");
+
 /// A clock's times in ticks of the timer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beat {
@@ -53,7 +58,7 @@ impl Beat {
         let hz = rate.hz();
         Beat {
             hz,
-            whole: if hz.is_multiple_of(1_000_000) { hz / 1_000_000 } else { 0 },
+            whole: if ANY_RATE && !hz.is_multiple_of(1_000_000) { 0 } else { hz / 1_000_000 },
             period: match clock {
                 Clock::Deadlines => 0,
                 Clock::Tick { period: 0 } => 1,
@@ -76,7 +81,7 @@ impl Beat {
     /// An interval of `us` ≤ [`piece`](Beat::piece), in 2⁻¹⁶ ticks, of which
     /// `count` ≥ 1 come one after another.
     fn interval(&mut self, us: u32, count: u16) -> u64 {
-        if self.whole != 0 {
+        if self.is_whole() {
             // Below 2³¹: `piece` says so.
             return u64::from(us.wrapping_mul(self.whole)) << 16;
         }
@@ -104,15 +109,24 @@ impl Beat {
     /// `us` ≤ [`piece`](Beat::piece) in whole ticks, the rest kept.
     pub(crate) fn wait(&mut self, us: u32) -> Ticks {
         let fine = self.interval(us, 1);
-        if self.whole != 0 {
+        if self.is_whole() {
             return (fine >> 16) as Ticks;
         }
         self.lost = self.lost.wrapping_add((fine & 0xFFFF) * MILLION);
         Ticks::try_from(fine >> 16).unwrap_or(Ticks::MAX)
     }
 
+    /// Whether this is the fixed tick.
+    #[inline(always)]
+    pub(crate) const fn is_fixed(&self) -> bool {
+        TICKS && self.period != 0
+    }
+
     /// The fixed tick in 10⁻⁶ ticks of the timer: below 2⁶⁰. 0: there is none.
     pub(crate) fn grid(&self) -> u64 {
+        if !TICKS {
+            return 0;
+        }
         u64::from(self.period) * u64::from(self.hz)
     }
 
@@ -123,14 +137,22 @@ impl Beat {
 
     /// µs in ticks of the timer, rounded down.
     pub(crate) fn ticks(&self, us: u32) -> u64 {
-        match self.whole {
-            0 => u64::from(us) * u64::from(self.hz) / MILLION,
-            whole => u64::from(us) * u64::from(whole),
+        match self.is_whole() {
+            false => u64::from(us) * u64::from(self.hz) / MILLION,
+            true => u64::from(us) * u64::from(self.whole),
         }
+    }
+
+    /// Whether a µs is a whole number of ticks.
+    fn is_whole(&self) -> bool {
+        !ANY_RATE || self.whole != 0
     }
 
     /// Ticks of the timer, rounded up to µs.
     pub(crate) fn micros(&self, ticks: Ticks) -> u32 {
+        if self.is_whole() {
+            return ticks.div_ceil(self.whole.max(1));
+        }
         let us = (u64::from(ticks) * MILLION).div_ceil(u64::from(self.hz.max(1)));
         u32::try_from(us).unwrap_or(u32::MAX)
     }

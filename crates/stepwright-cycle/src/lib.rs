@@ -101,27 +101,31 @@ mod brake;
 mod clock;
 mod ends;
 mod homing;
+pub mod line;
 mod motor;
 mod pause;
 mod player;
 mod program;
+mod remote;
 mod report;
 mod strategy;
 mod surroundings;
+mod wide;
 mod wiring;
 
 pub use clock::Clock;
 pub use homing::{Homing, HomingError};
 pub use motor::{Calibration, End, Faults, Motor, Status};
-pub use program::{Leg, NextDelay, Pace, Paces, Program};
+pub use program::{DelayRamp, Leg, NextDelay, Pace, Paces, Program};
+pub use remote::{CycleHold, Remote};
 pub use strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, CycleError, Refusal, Strategies};
 pub use surroundings::{MachineIo, MotorIo, Switches, Wires};
 
 use brake::BRAKES;
-use clock::Beat;
+use clock::{Beat, TICKS};
 use pause::Pause;
 use player::{ProgramRunner, Verdict};
-use program::Reader;
+use program::{PACED, Reader};
 use stepwright::Board;
 use stepwright::drive::{Axes, Drive};
 use stepwright::engine::{Engine, Timing};
@@ -183,10 +187,8 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         board: Board<N>,
     ) -> Self {
         let beat = Beat::new(clock, board.rate);
-        let wide = beat.period != 0;
-        // The fixed tick has its own times, all of them ticks.
-        let none = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 0 };
-        let timing = if wide { none } else { board.timing };
+        let wide = beat.is_fixed();
+        let timing = if wide { ON_TICKS } else { board.timing };
         let mut players = [const { Asked::new(ProgramRunner::IDLE) }; N];
         let (mut inverted, mut n): (Axes, usize) = (0, 0);
         while n < N {
@@ -236,6 +238,46 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         player.motor = what;
         let forward = self.engine.report(motor).forward;
         self.engine.drive().set_inverted(motor, what.inverted, forward);
+        Ok(())
+    }
+
+    /// The drive has other pins for a motor: it is told which way that faces.
+    pub fn rewired(&mut self, motor: u8) {
+        let forward = self.engine.report(motor).forward;
+        self.engine.drive().tell_again(motor, forward);
+    }
+
+    /// Has another clock from now on.
+    ///
+    /// # Errors
+    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoTick`] where the fixed tick is left
+    /// out.
+    pub fn set_clock(&mut self, clock: Clock) -> Result<(), Refusal> {
+        if self.is_running() {
+            return Err(Refusal::Running);
+        }
+        if !TICKS {
+            return if clock == Clock::Deadlines { Ok(()) } else { Err(Refusal::NoTick) };
+        }
+        self.beat = Beat::new(clock, self.board.rate);
+        let wide = self.beat.is_fixed();
+        let timing = if wide { ON_TICKS } else { self.board.timing };
+        self.engine.drive().wide = wide;
+        self.engine.set_timing(timing);
+        let beat = self.beat;
+        self.engine.feeds().for_each(|player| player.set_beat(beat, timing.hold));
+        Ok(())
+    }
+
+    /// Forgets what was prepared.
+    ///
+    /// # Errors
+    /// [`Refusal::Running`] while a cycle is.
+    pub fn forget(&mut self) -> Result<(), Refusal> {
+        if self.is_running() {
+            return Err(Refusal::Running);
+        }
+        self.engine.feeds().for_each(ProgramRunner::forget);
         Ok(())
     }
 
@@ -301,7 +343,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             return Err(Refusal::SmallDelay { motor, needs });
         }
         self.surroundings.enable(axes);
-        if self.beat.period != 0 {
+        if self.beat.is_fixed() {
             // What is due at once belongs to tick 0.
             self.engine.on_compare();
         }
@@ -311,7 +353,8 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
 
     /// What the clock needs, motor by motor.
     fn check(&mut self) -> Result<(), Refusal> {
-        let (period, timing, board) = (self.beat.period, self.board.timing, self.board);
+        let (timing, board) = (self.board.timing, self.board);
+        let (fixed, period) = (self.beat.is_fixed(), self.beat.period);
         let mut moving = 0usize;
         for player in self.engine.feeds().filter(|player| player.is_ready()) {
             moving = moving.saturating_add(player.fastest().is_some().into());
@@ -328,15 +371,17 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
                 return Err(Refusal::NeedsDecel { motor });
             }
         }
-        let cost = board.step_cost(moving);
-        let cost = u64::from(cost) << FULL;
+        let cost = board.step_cost(moving).min(u32::MAX >> FULL) << FULL;
         let least = timing.min_interval.max(timing.hold.saturating_add(timing.setup));
         let least = self.beat.micros(least).max(1);
-        let mut load = 0u64;
+        let mut load = 0u32;
         for (motor, player) in (0u8..).zip(self.engine.feeds()) {
             let Some(fastest) = player.fastest().filter(|_| player.is_ready()) else { continue };
             let smallest = player.motor.smallest_delay;
-            if period != 0 {
+            if player.is_paced() && !PACED {
+                return Err(Refusal::NoPaths { motor });
+            }
+            if fixed {
                 if player.is_paced() {
                     return Err(Refusal::NeedsDeadlines { motor });
                 }
@@ -354,11 +399,12 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
                 return Err(Refusal::TooFast { motor, needs: least });
             }
             // Steps of all motors together may take all the time there is.
-            let room = (1u64 << FULL).saturating_sub(load);
-            let needs = cost.checked_div(room).unwrap_or(u64::MAX);
-            load = load.saturating_add(cost / self.beat.ticks(fastest).max(1));
+            let room = (1u32 << FULL).saturating_sub(load);
+            let needs = cost.checked_div(room).unwrap_or(Ticks::MAX);
+            let ticks = Ticks::try_from(self.beat.ticks(fastest)).unwrap_or(Ticks::MAX);
+            load = load.saturating_add(cost / ticks.max(1));
             if load > 1 << FULL {
-                let needs = self.beat.micros(Ticks::try_from(needs).unwrap_or(Ticks::MAX));
+                let needs = self.beat.micros(needs);
                 return Err(Refusal::TooFast { motor, needs });
             }
         }
@@ -398,7 +444,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             return self.wait();
         }
         // On the fixed tick the time counts from the tick that it is for.
-        let behind = if self.beat.period == 0 { 0 } else { self.engine.behind() };
+        let behind = if self.beat.is_fixed() { self.engine.behind() } else { 0 };
         // Motors that a switch stops are out; what is due for the others is
         // done, and then the cycle may be over.
         self.watch();
@@ -421,7 +467,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
     /// The handler took so long, and came so late.
     fn took(&mut self, ticks: Ticks, behind: Ticks) {
         self.longest = self.longest.max(ticks);
-        let slow = self.beat.period != 0 && self.is_slow(ticks.saturating_add(behind));
+        let slow = self.beat.is_fixed() && self.is_slow(ticks.saturating_add(behind));
         let late = self.engine.late();
         if slow || late != self.late {
             self.late = late;
@@ -432,7 +478,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
     /// Whether this many ticks are more than a fixed tick.
     #[inline(never)]
     fn is_slow(&self, ticks: Ticks) -> bool {
-        self.beat.micros(ticks) > self.beat.period
+        u64::from(ticks) > self.beat.ticks(self.beat.period)
     }
 
     /// The handler took too long, or steps came late.
@@ -488,5 +534,8 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
     }
 }
 
-/// Bits of a load: 1 << 20 is all the time there is.
-const FULL: u32 = 20;
+/// Bits of a load: 1 << 16 is all the time there is. A small chip divides 32 bits.
+const FULL: u32 = 16;
+
+/// The fixed tick has its own times, all of them ticks.
+const ON_TICKS: Timing = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 0 };

@@ -134,6 +134,11 @@ impl Faults {
         }
     }
 
+    /// A set of these flags; what is none is left out.
+    pub const fn from_bits(bits: u8) -> Faults {
+        Faults(bits & 31)
+    }
+
     /// The flags as stepper_h numbers them.
     pub const fn bits(self) -> u8 {
         self.0

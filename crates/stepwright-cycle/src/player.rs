@@ -22,8 +22,9 @@ mod by_tick;
 use super::brake::{BRAKES, Brake};
 use super::clock::{Beat, Clock};
 use super::motor::{Calibration, Faults, Motor, Status};
-use super::program::{Next, Pace, Reader};
+use super::program::{Next, PACED, Pace, Reader};
 use super::strategy::{AtSmallDelay, AtSoftEnd, Strategies};
+use super::wide::{product, quotient};
 use stepwright::queue::{Feed, Taken};
 use stepwright::run::Run;
 use stepwright::units::{Rate, Ticks};
@@ -171,6 +172,16 @@ impl<'a> ProgramRunner<'a> {
         self.heading = None;
     }
 
+    /// Nothing is prepared any more.
+    pub(crate) fn forget(&mut self) {
+        (self.reader, self.ready) = (Reader::NONE, false);
+    }
+
+    /// Has another clock.
+    pub(crate) fn set_beat(&mut self, beat: Beat, hold: Ticks) {
+        (self.beat, self.hold) = (beat, hold);
+    }
+
     /// Has a program that waits for the start.
     pub(crate) fn is_ready(&self) -> bool {
         self.ready
@@ -277,7 +288,7 @@ impl<'a> ProgramRunner<'a> {
         if product(count, distance) <= way {
             return count;
         }
-        u32::try_from(way / u64::from(distance)).unwrap_or(count)
+        quotient(way, distance)
     }
 
     /// `count` steps are handed out.
@@ -362,6 +373,7 @@ impl<'a> ProgramRunner<'a> {
                     }
                     return Some(Stage::Steps);
                 }
+                Next::Pace(_) if !PACED => return Some(Stage::Over),
                 Next::Pace(Pace::Step { ticks, forward }) => {
                     (self.left, self.free, self.forward, self.pace) = (1, 0, forward, ticks);
                     let waited = core::mem::take(&mut self.waited);
@@ -525,43 +537,16 @@ impl<'a> ProgramRunner<'a> {
     }
 }
 
-/// a · b from products of 16 bits: with one of 64 a small chip takes 660 cycles.
-#[inline(never)] // 200 bytes there
-const fn product(a: u32, b: u32) -> u64 {
-    let (a1, a0, b1, b0) = (a >> 16, a & 0xFFFF, b >> 16, b & 0xFFFF);
-    let (cross, above) = a1.wrapping_mul(b0).overflowing_add(a0.wrapping_mul(b1));
-    let (low, carry) = a0.wrapping_mul(b0).overflowing_add(cross << 16);
-    let high = a1.wrapping_mul(b1).wrapping_add(cross >> 16);
-    let high = high.wrapping_add((above as u32) << 16).wrapping_add(carry as u32);
-    (high as u64) << 32 | low as u64
-}
-
 impl Feed for ProgramRunner<'_> {
     fn take(&mut self) -> Taken {
         self.heading = None;
         if BRAKES {
             self.rolling |= core::mem::take(&mut self.handed) > 0;
         }
-        if self.beat.period == 0 { self.by_deadline() } else { self.by_tick() }
+        if self.beat.is_fixed() { self.by_tick() } else { self.by_deadline() }
     }
 
     fn clear(&mut self) {
         self.end();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn a_product_of_halves_is_the_product(
-            a in prop_oneof![any::<u32>(), Just(u32::MAX), 0u32..70_000],
-            b in prop_oneof![any::<u32>(), Just(u32::MAX), 0u32..70_000],
-        ) {
-            prop_assert_eq!(product(a, b), u64::from(a) * u64::from(b));
-        }
     }
 }

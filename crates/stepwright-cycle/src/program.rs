@@ -6,14 +6,20 @@
 //! | `prepare_whirl` | [`Program::Whirl`] |
 //! | `prepare_simple_buffered_steps` | [`Program::List`] |
 //! | `prepare_buffered_steps` | [`Program::Series`] |
-//! | `prepare_dynamic_steps` | [`Program::Dynamic`] |
-//! | `prepare_dynamic_whirl` | [`Program::DynamicWhirl`] |
+//! | `prepare_dynamic_steps` | [`Program::Dynamic`], [`Program::Ramp`] |
+//! | `prepare_dynamic_whirl` | [`Program::DynamicWhirl`], [`Program::Ramp`] |
 //!
 //! [`Program::Paced`] has no counterpart: it plays what is planned elsewhere.
 //! A count's sign is its direction, as in the README of stepper_h; a delay
 //! is in µs, and 0 means the motor's smallest.
 
+use core::cell::Cell;
+
 use stepwright::units::Ticks;
+
+/// Whether there are programs to a tick of the timer: where there are none, nothing of them is
+/// compiled.
+pub(crate) const PACED: bool = cfg!(feature = "paced");
 
 /// A callback that gives the delay before each next step, in µs.
 ///
@@ -49,6 +55,19 @@ pub enum Program<'a> {
     },
     /// Legs one after another.
     Series(&'a [Leg]),
+    /// The same in memory that is written between cycles: what is written there while a cycle
+    /// runs is played, or not.
+    Stored(&'a [Cell<Leg>]),
+    /// Steps whose delays go from one value to another and stay there: the callback that needs
+    /// no closure.
+    Ramp {
+        /// How many; without end if it is not said.
+        steps: Option<u32>,
+        /// Which way.
+        forward: bool,
+        /// The delays.
+        ramp: DelayRamp,
+    },
     /// `count` steps, whose delays a callback gives.
     Dynamic {
         /// How many; backward if negative.
@@ -66,6 +85,37 @@ pub enum Program<'a> {
     /// Steps to a tick of the timer, either way: any law, a line, a curve. By
     /// deadlines only.
     Paced(Paces<'a>),
+}
+
+/// Delays that go from one value to another and stay there.
+///
+/// ```
+/// use stepwright_cycle::DelayRamp;
+/// let ramp = DelayRamp { from: 3_000, to: 600, by: 1_000 };
+/// assert_eq!([0, 1, 2, 3, 4].map(|step| ramp.delay(step)), [3_000, 2_000, 1_000, 600, 600]);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DelayRamp {
+    /// µs before the first step.
+    pub from: u32,
+    /// µs in the end.
+    pub to: u32,
+    /// µs by which each delay differs from the one before.
+    pub by: u32,
+}
+
+impl DelayRamp {
+    /// The delay before a step, of which the first is 0, in µs.
+    pub const fn delay(self, step: u32) -> u32 {
+        let way = self.by.saturating_mul(step);
+        if self.from < self.to {
+            let delay = self.from.saturating_add(way);
+            if delay < self.to { delay } else { self.to }
+        } else {
+            let delay = self.from.saturating_sub(way);
+            if delay > self.to { delay } else { self.to }
+        }
+    }
 }
 
 /// What comes next in a [`Program::Paced`], in ticks of the timer from what came
@@ -108,6 +158,16 @@ pub enum Leg {
         /// µs.
         delay: u32,
     },
+}
+
+impl Leg {
+    /// µs from step to step, if it makes one.
+    fn delay(self) -> Option<u32> {
+        match self {
+            Leg::Steps { count: 0, .. } | Leg::Wait { .. } => None,
+            Leg::Steps { delay, .. } => Some(delay),
+        }
+    }
 }
 
 /// What comes next in a program.
@@ -163,6 +223,16 @@ impl<'a> Reader<'a> {
                 }
                 None => Next::Over,
             },
+            Program::Stored(legs) => match legs.get(at).map(Cell::get) {
+                Some(Leg::Steps { count, delay }) => steps(count, delay),
+                Some(Leg::Wait { count, delay }) => Next::Wait(u64::from(count) * u64::from(delay)),
+                None => Next::Over,
+            },
+            Program::Ramp { steps, forward, ramp } if steps.is_none_or(|all| self.asked < all) => {
+                let delay = ramp.delay(self.asked);
+                self.asked = self.asked.wrapping_add(1);
+                Next::Steps { count: 1, delay, forward: *forward }
+            }
             Program::Dynamic { count, next } if self.asked < count.unsigned_abs() => {
                 let delay = next(self.asked);
                 self.asked = self.asked.wrapping_add(1);
@@ -174,7 +244,7 @@ impl<'a> Reader<'a> {
                 Next::Steps { count: 1, delay, forward: *forward }
             }
             Program::Paced(paces) => paces.next().map_or(Next::Over, Next::Pace),
-            Program::Steps { .. } | Program::Dynamic { .. } => Next::Over,
+            Program::Steps { .. } | Program::Dynamic { .. } | Program::Ramp { .. } => Next::Over,
         }
     }
 
@@ -191,19 +261,29 @@ impl<'a> Reader<'a> {
             Program::Steps { count: 0, .. } | Program::Dynamic { count: 0, .. } => None,
             Program::Steps { delay, .. } | Program::Whirl { delay, .. } => Some(held(*delay)),
             Program::List { each: 0, .. } => None,
-            Program::List { delays, .. } => delays.iter().copied().map(held).min(),
-            Program::Series(legs) => legs
-                .iter()
-                .filter_map(|leg| match *leg {
-                    Leg::Steps { count: 0, .. } | Leg::Wait { .. } => None,
-                    Leg::Steps { delay, .. } => Some(held(delay)),
-                })
-                .min(),
+            Program::List { delays, .. } => quickest(delays, |delay| Some(*delay)).map(held),
+            Program::Series(legs) => quickest(legs, |leg| leg.delay()).map(held),
+            Program::Stored(legs) => quickest(legs, |leg| leg.get().delay()).map(held),
+            Program::Ramp { steps: Some(0), .. } => None,
+            Program::Ramp { ramp, .. } => Some(held(ramp.from.min(ramp.to))),
             Program::Dynamic { .. } | Program::DynamicWhirl { .. } | Program::Paced(_) => {
                 Some(smallest)
             }
         }
     }
+}
+
+/// The smallest delay of a list.
+fn quickest<T>(list: &[T], delay: impl Fn(&T) -> Option<u32>) -> Option<u32> {
+    let mut least = None;
+    for item in list {
+        match (delay(item), least) {
+            (Some(delay), Some(known)) if delay >= known => {}
+            (None, _) => {}
+            (some, _) => least = some,
+        }
+    }
+    least
 }
 
 fn steps(count: i32, delay: u32) -> Next {

@@ -10,14 +10,14 @@ pub enum AtHardEnd {
     /// It stops at once, and its program is over; the others go on.
     StopMotor,
     /// It brakes by its [deceleration](super::Motor::decel), and its program is
-    /// over when it stands; the others go on. Not on an AVR:
-    /// [`NoBrakes`](Refusal::NoBrakes).
+    /// over when it stands; the others go on. By the feature `brakes`:
+    /// [`NoBrakes`](Refusal::NoBrakes) without it.
     BrakeMotor,
     /// All stop at once; all programs are over.
     #[default]
     Cancel,
     /// All brake, each by its own deceleration, and all programs are over when the
-    /// last one stands. Not on an AVR either.
+    /// last one stands. By the feature `brakes`, too.
     BrakeAll,
 }
 
@@ -156,8 +156,16 @@ pub enum Refusal {
         /// Its smallest, in µs.
         needs: u32,
     },
-    /// Motors are to brake at a switch, for which there is no room on an AVR.
+    /// Motors are to brake at a switch, for which this board has no room (feature `brakes`).
     NoBrakes,
+    /// The fixed tick is asked for, for which this board has no room (feature `tick`).
+    NoTick,
+    /// What the motor does was planned elsewhere, for which this board has no room (feature
+    /// `paced`).
+    NoPaths {
+        /// Which motor.
+        motor: u8,
+    },
     /// The motor is to brake at its switch, and has no deceleration.
     NeedsDecel {
         /// Which motor.
@@ -180,8 +188,10 @@ impl Refusal {
             | Refusal::NotRunning
             | Refusal::Nothing
             | Refusal::NoMotor
+            | Refusal::NoTick
             | Refusal::NoBrakes => None,
-            Refusal::PeriodTooLong { motor, .. }
+            Refusal::NoPaths { motor }
+            | Refusal::PeriodTooLong { motor, .. }
             | Refusal::PeriodAliquant { motor, .. }
             | Refusal::NeedsDeadlines { motor }
             | Refusal::NeedsDecel { motor }
@@ -250,6 +260,12 @@ impl<M: fmt::Display> fmt::Display for Named<M> {
             Refusal::NoBrakes => f.write_str(
                 "this board has no room for braking at a switch: stop at once, or cancel",
             ),
+            Refusal::NoTick => {
+                f.write_str("this board has no room for the fixed tick: leave tick-us out")
+            }
+            Refusal::NoPaths { .. } => {
+                write!(f, "this board has no room for a line or an arc, which {name} is to follow")
+            }
             Refusal::NeedsDecel { .. } => write!(
                 f,
                 "{name} is to brake at its switch and has no deceleration: give it one, or let it \

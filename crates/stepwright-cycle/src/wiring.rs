@@ -39,9 +39,14 @@ impl<D: Drive> Wiring<D> {
         let bit = 1u8.checked_shl(axis.into()).unwrap_or(0);
         if inverted != (self.inverted & bit != 0) {
             self.inverted ^= bit;
-            self.told &= !bit;
-            self.direction(axis, forward);
+            self.tell_again(axis, forward);
         }
+    }
+
+    /// Says once more which way an axis faces.
+    pub(crate) fn tell_again(&mut self, axis: u8, forward: bool) {
+        self.told &= !1u8.checked_shl(axis.into()).unwrap_or(0);
+        self.direction(axis, forward);
     }
 }
 

@@ -8,6 +8,7 @@
 //! up to 8 bits; of what is left, one in 256 passes.
 
 use crate::Refusal;
+use crate::crc::crc;
 use crate::line::CR;
 
 /// Stands before the two digits, and in no line otherwise.
@@ -15,16 +16,6 @@ const MARK: u8 = b'*';
 
 /// How many bytes a checksum adds to a line.
 pub(crate) const LENGTH: usize = 3;
-
-/// The CRC of one more byte.
-const fn crc(sum: u8, byte: u8) -> u8 {
-    let (mut sum, mut bit) = (sum ^ byte, 0);
-    while bit < 8 {
-        sum = if sum & 0x80 == 0 { sum << 1 } else { sum << 1 ^ 0x07 };
-        bit += 1;
-    }
-    sum
-}
 
 /// The lower half of a byte as a digit.
 const fn digit(half: u8) -> u8 {

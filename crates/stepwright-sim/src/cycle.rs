@@ -6,7 +6,8 @@ use std::rc::Rc;
 
 use stepwright::drive::{Axes, Drive};
 use stepwright::{Board, Cost, Rate, Ticks};
-use stepwright_cycle::{Clock, Cycle, MachineIo, Motor, Switches};
+use stepwright_cycle::line::MotorPins;
+use stepwright_cycle::{Clock, Cycle, CycleHold, MachineIo, Motor, Switches};
 
 use crate::clock::{Now, SimTimer};
 use crate::description::Description;
@@ -59,9 +60,9 @@ impl<R: Recorder, const N: usize> Shafts<R, N> {
 }
 
 /// Both sides of the cycle: its drive and its surroundings.
-struct Shared<R, const N: usize>(Rc<RefCell<Shafts<R, N>>>);
+pub struct CyclePins<R, const N: usize>(Rc<RefCell<Shafts<R, N>>>);
 
-impl<R: Recorder, const N: usize> Drive for Shared<R, N> {
+impl<R: Recorder, const N: usize> Drive for CyclePins<R, N> {
     fn begin(&mut self, axes: Axes) {
         let mut shafts = self.0.borrow_mut();
         for axis in (0..N as u8).filter(|axis| axes >> axis & 1 != 0) {
@@ -89,7 +90,7 @@ impl<R: Recorder, const N: usize> Drive for Shared<R, N> {
     }
 }
 
-impl<R: Recorder, const N: usize> MachineIo for Shared<R, N> {
+impl<R: Recorder, const N: usize> MachineIo for CyclePins<R, N> {
     fn switches(&mut self) -> Switches {
         self.0.borrow().closed
     }
@@ -148,7 +149,8 @@ pub struct CycleBoard<'a, R: Recorder, const N: usize> {
     cycle: BoardCycle<'a, R, N>,
 }
 
-type BoardCycle<'a, R, const N: usize> = Cycle<'a, SimTimer<u32>, Shared<R, N>, Shared<R, N>, N>;
+type BoardCycle<'a, R, const N: usize> =
+    Cycle<'a, SimTimer<u32>, CyclePins<R, N>, CyclePins<R, N>, N>;
 
 impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
     /// Switches a board on whose timer runs at `rate`; its edges go to `recorder`.
@@ -174,7 +176,7 @@ impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
             closed: Switches::default(),
             enabled: None,
         }));
-        let (pins, world) = (Shared(shafts.clone()), Shared(shafts.clone()));
+        let (pins, world) = (CyclePins(shafts.clone()), CyclePins(shafts.clone()));
         let timer = SimTimer::new(now.clone());
         let cycle = Cycle::new(timer, pins, world, motors, clock, board);
         for axis in 0..N as u8 {
@@ -227,5 +229,32 @@ impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
     /// The recorder.
     pub fn with_recorder<T>(&mut self, look: impl FnOnce(&mut R) -> T) -> T {
         look(&mut self.shafts.borrow_mut().recorder)
+    }
+}
+
+/// The virtual board at the end of a line. Its motors are on all pins.
+impl<'a, R: Recorder, const N: usize> CycleHold<'a, N> for CycleBoard<'a, R, N> {
+    type Timer = SimTimer<u32>;
+    type Drive = CyclePins<R, N>;
+    type Io = CyclePins<R, N>;
+
+    fn with<T>(
+        &mut self,
+        ask: impl FnOnce(&mut Cycle<'a, SimTimer<u32>, CyclePins<R, N>, CyclePins<R, N>, N>) -> T,
+    ) -> T {
+        ask(&mut self.cycle)
+    }
+
+    fn wire(&mut self, _: u8, pins: &MotorPins) -> Result<(), u8> {
+        // Ports A to L.
+        let known = |code: u8| code < 96 || code == MotorPins::NO_PIN;
+        let place = (0u8..).zip(pins.codes).find(|(_, code)| !known(*code));
+        place.map_or(Ok(()), |(place, _)| Err(place))
+    }
+
+    fn about(&self, at: u8) -> Option<u8> {
+        const ABOUT: &str = "stepwright-cycle virtual hz=16000000 motors=3 legs=24 \
+                             can=brakes,home,tick";
+        ABOUT.bytes().nth(at.into())
     }
 }

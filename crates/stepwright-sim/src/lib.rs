@@ -32,7 +32,7 @@ pub mod vcd;
 
 pub use board::{AXES, Queues, VirtualBoard};
 pub use clock::SimTimer;
-pub use cycle::{CycleBoard, Stand};
+pub use cycle::{CycleBoard, CyclePins, Stand};
 pub use description::Description;
 pub use edge::{Edge, Pin, Recorder};
 pub use laws::LawBoard;

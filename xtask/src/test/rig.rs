@@ -10,10 +10,13 @@ use crate::{bench, node, rig};
 /// The same tests on both chips, and some of them on the Mega's other timers.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     node::AVR8JS.prepare(ws)?;
+    // One of them has the command talk to the chip.
+    run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
     for board in [Board::Uno, Board::Mega] {
         rig::firmware(ws, board, false)?;
         let mut cargo = rig::cargo(ws, "test");
         cargo.args(["--release", "--no-fail-fast"]).env("STEPWRIGHT_BOARD", board.name());
+        cargo.env("STEPWRIGHT_COMMAND", ws.built("stepwright"));
         run(cargo.env("STEPWRIGHT_NODE_MODULES", node::AVR8JS.modules(ws)))?;
     }
     // Another step timer is other registers and another vector, and all else is

@@ -87,6 +87,11 @@ impl AnyPort {
         (mask & !pins == 0).then_some(AnyPort(place))
     }
 
+    /// Where PINx lies; DDRx and PORTx are behind it.
+    pub const fn place(&self) -> u16 {
+        self.0
+    }
+
     /// PINx, DDRx or PORTx: 0, 1, 2.
     #[inline(always)]
     fn register(&self, which: u16) -> *mut u8 {

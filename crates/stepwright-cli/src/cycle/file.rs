@@ -6,7 +6,9 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use stepwright_cycle::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Strategies};
+use stepwright_cycle::{
+    AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, DelayRamp, Strategies,
+};
 use toml::Spanned;
 
 /// The whole file.
@@ -125,12 +127,24 @@ pub struct Motor {
     pub inverted: bool,
     pub min: Option<i64>,
     pub max: Option<Spanned<i64>>,
-    /// Where it is when it is switched on.
-    #[serde(default)]
-    pub position: i64,
+    /// Where it is when it is switched on; 0, or on a board where that says it is.
+    pub position: Option<i64>,
+    /// The pins of a board.
+    pub pins: Option<Spanned<Pins>>,
     /// Where the virtual switches stand: from here on they are closed.
     pub switch_min: Option<i64>,
     pub switch_max: Option<i64>,
+}
+
+/// Pins of a board, by the names that are printed on it.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pins {
+    pub step: Option<Spanned<String>>,
+    pub dir: Option<Spanned<String>>,
+    pub enable: Option<Spanned<String>>,
+    pub min: Option<Spanned<String>>,
+    pub max: Option<Spanned<String>>,
 }
 
 /// One cycle: what each motor does.
@@ -290,14 +304,8 @@ pub struct Ramp {
     pub by: u32,
 }
 
-impl Ramp {
-    /// The delay before a step.
-    pub fn delay(self, step: u32) -> u32 {
-        let way = self.by.saturating_mul(step);
-        if self.from < self.to {
-            self.from.saturating_add(way).min(self.to)
-        } else {
-            self.from.saturating_sub(way).max(self.to)
-        }
+impl From<Ramp> for DelayRamp {
+    fn from(Ramp { from, to, by }: Ramp) -> DelayRamp {
+        DelayRamp { from, to, by }
     }
 }

@@ -7,16 +7,22 @@
 //! | `plan` | the same, checked |
 //! | `along` | lines and arcs, from where the motors stand |
 //! | `play` | on the virtual board |
+//! | `port`, `remote`, `pins` | on a real one: the line to it, what is played there, on which pins |
+//! | `told` | what is said of a cycle on either |
 //! | `taken` | what is written down of it: csv, vcd, plots |
 //! | `path` | the way of two motors, drawn |
 
 mod along;
 mod file;
 mod path;
+mod pins;
 mod plan;
 mod play;
+mod port;
+mod remote;
 mod taken;
 mod text;
+mod told;
 
 use std::path::{Path, PathBuf};
 
@@ -24,17 +30,21 @@ use clap::ValueEnum;
 
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
+use crate::link::serial::{SerialLink, Share};
 use crate::plot::PlotFile;
 use crate::say;
 use play::Session;
+use port::Board;
+use remote::RemoteSession;
 use taken::{Taken, Wanted};
 use text::Text;
 
-/// Play motor cycles from a file, on a virtual board
+/// Play motor cycles from a file, on a virtual board or a real one
 ///
 /// The file says what motors there are, what each does in each cycle, and what
 /// to do when one comes to an end. Positions are printed each second while
-/// motors move, and every ten while none does.
+/// motors move, and every ten while none does. With --port a board that runs the
+/// program `cycles` plays it; Ctrl-C ends the cycle.
 #[derive(clap::Args)]
 #[command(after_help = "\
 A file:
@@ -56,7 +66,9 @@ command line makes no sense.
 Examples:
   stepwright cycle examples/cycles/readme.toml
   stepwright cycle examples/cycles/triangle.toml --xy triangle.svg
-  stepwright cycle examples/cycles/series.toml --format csv --vcd edges.vcd")]
+  stepwright cycle examples/cycles/series.toml --format csv --vcd edges.vcd
+  On a board, after `cargo xtask flash mega --program cycles --port /dev/ttyACM0`:
+    stepwright cycle examples/cycles/readme.toml --port /dev/ttyACM0")]
 pub struct Args {
     /// The file; - is standard input
     #[arg(value_name = "FILE")]
@@ -65,22 +77,29 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Format::List, help_heading = "Output")]
     format: Format,
     /// Draw positions, speeds and accelerations over time (.svg, .png or .html)
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     plot: Option<PlotFile>,
     /// Record every edge of the pins, for GTKWave or PulseView
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     vcd: Option<PathBuf>,
     /// Draw the way of two motors (.svg, .png or .html)
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     xy: Option<PlotFile>,
     /// Which two motors --xy draws; the first two if it is not given
     #[arg(long, value_name = "X,Y", requires = "xy", value_delimiter = ',')]
     #[arg(help_heading = "Output")]
     xy_motors: Vec<String>,
-    /// Simulated seconds after which a cycle is finished that has not ended
+    /// Seconds, on the virtual board simulated ones, after which a cycle is finished that has not ended
     #[arg(long, value_name = "S", default_value_t = 3600)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     limit: u32,
+    /// Serial port of a board that runs the program `cycles`
+    #[arg(long, value_name = "PATH", help_heading = "Board")]
+    port: Option<PathBuf>,
+    /// Speed of the serial port in bits/s
+    #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
+    #[arg(value_parser = clap::value_parser!(u32).range(50..=12_000_000), help_heading = "Board")]
+    baud: u32,
 }
 
 /// How cycles are printed.
@@ -88,7 +107,7 @@ pub struct Args {
 enum Format {
     /// Positions each second, as stepper_h prints them
     List,
-    /// Every event: time_us,motor,event,value,position
+    /// Every event: time_us,motor,event,value,position; of a board positions at each look
     Csv,
     /// What became of each motor and cycle
     Json,
@@ -98,6 +117,9 @@ enum Format {
 pub fn run(args: Args) -> Result<(), Failure> {
     let text = Text::read(&args.file)?;
     let mut plan = plan::read(&text)?;
+    if let Some(path) = &args.port {
+        return on_board(&args, path, &mut plan, &text);
+    }
     let pair = pair(&args, &plan)?;
     for file in args.plot.iter().chain(&args.xy) {
         file.check()?;
@@ -140,6 +162,19 @@ fn title(file: &Path) -> String {
         name = format!("{upper}{}", &name[1..]).into();
     }
     name.into_owned()
+}
+
+/// Plays it on a board.
+fn on_board(args: &Args, path: &Path, plan: &mut plan::Plan, text: &Text) -> Result<(), Failure> {
+    let stages = std::mem::take(&mut plan.stages);
+    let board = Board::meet(Box::new(SerialLink::open(path, args.baud, Share::Alone)?))?;
+    interrupt::listen(While::Holding)?;
+    let mut session = RemoteSession::new(board, plan, text, args.format, args.limit);
+    let played = session.play(&stages);
+    if args.format == Format::Json {
+        say::result(session.json());
+    }
+    played
 }
 
 /// The two motors whose way is drawn.

@@ -4,14 +4,16 @@
 use std::ops::Range;
 
 use stepwright::{OutOfRange, Rate};
+use stepwright_cycle::line::LineProgram;
 use stepwright_cycle::{
-    Calibration, Clock, End, Homing, Leg, Motor, NextDelay, Program, Strategies,
+    Calibration, Clock, DelayRamp, End, Homing, Leg, Motor, Program, Strategies,
 };
 use stepwright_path::{Pace, SCALES, Steps, Unplannable};
 use stepwright_sim::Stand;
 use toml::Spanned;
 
-use super::file::{self, File, Ramp, Way};
+use super::file::{self, File, Way};
+use super::pins::Pins;
 use super::text::Text;
 use crate::failure::Failure;
 
@@ -28,6 +30,12 @@ pub struct Plan {
     pub motors: [Motor; MOST],
     pub stands: [Stand; MOST],
     pub positions: [i64; MOST],
+    /// Whose position the file gives.
+    pub placed: [bool; MOST],
+    /// The pins of a board.
+    pub pins: Vec<Pins>,
+    /// Where each motor stands in the file.
+    pub at: Vec<Range<usize>>,
     pub stages: Vec<Stage>,
 }
 
@@ -85,7 +93,7 @@ enum Does {
     Whirl(bool, u32),
     List(Vec<u32>, u32, bool),
     Series(Vec<Leg>),
-    Dynamic(Option<i32>, bool, Box<dyn FnMut(u32) -> u32 + Send>),
+    Ramp(Option<u32>, bool, DelayRamp),
     Paced(Steps),
 }
 
@@ -105,14 +113,30 @@ impl Move {
             }
             Does::Series(legs) => Program::Series(legs),
             Does::Paced(steps) => Program::Paced(steps),
-            Does::Dynamic(count, forward, next) => {
-                let next: NextDelay<'_> = &mut **next;
-                match *count {
-                    Some(count) => Program::Dynamic { count, next },
-                    None => Program::DynamicWhirl { forward: *forward, next },
-                }
-            }
+            &mut Does::Ramp(steps, forward, ramp) => Program::Ramp { steps, forward, ramp },
         }
+    }
+
+    /// For a line to a board, whose legs are put behind those that there are. `None`: it is no
+    /// program of a line.
+    pub fn line(&self, legs: &mut Vec<Leg>) -> Option<LineProgram> {
+        let first = u16::try_from(legs.len()).ok()?;
+        match &self.does {
+            &Does::Steps(count, delay) => return Some(LineProgram::Steps { count, delay }),
+            &Does::Whirl(forward, delay) => return Some(LineProgram::Whirl { forward, delay }),
+            &Does::Ramp(steps, forward, ramp) => {
+                return Some(LineProgram::Ramp { steps, forward, ramp });
+            }
+            Does::Series(series) => legs.extend(series),
+            Does::List(delays, each, forward) => {
+                let count = i32::try_from(*each).ok()?;
+                let count = if *forward { count } else { -count };
+                legs.extend(delays.iter().map(|delay| Leg::Steps { count, delay: *delay }));
+            }
+            Does::Paced(_) => return None,
+        }
+        let count = u16::try_from(legs.len() - usize::from(first)).ok()?;
+        Some(LineProgram::Legs { first, count })
     }
 }
 
@@ -145,6 +169,9 @@ pub fn read(text: &Text) -> Result<Plan, Failure> {
         motors: [Motor::new(1, 1); MOST],
         stands: [Stand::default(); MOST],
         positions: [0; MOST],
+        placed: [false; MOST],
+        pins: Vec::new(),
+        at: Vec::new(),
         stages: Vec::new(),
     };
     for motor in &file.motors {
@@ -204,7 +231,8 @@ impl Plan {
         let (inverted, min) = (motor.inverted, motor.min);
         let settings = Motor { inverted, min, max, decel, ..Motor::new(step, smallest) };
         // Switches stand where a position is reached: in whole steps.
-        let from = |at: i64| i128::from(at) - i128::from(motor.position);
+        let position = motor.position.unwrap_or(0);
+        let from = |at: i64| i128::from(at) - i128::from(position);
         let step = i128::from(step);
         let fit = |steps: i128| steps.clamp(i64::MIN.into(), i64::MAX.into()) as i64;
         self.stands[n] = Stand {
@@ -212,7 +240,10 @@ impl Plan {
             max: motor.switch_max.map(|at| fit(-(-from(at)).div_euclid(step))),
         };
         self.motors[n] = settings;
-        self.positions[n] = motor.position;
+        self.positions[n] = position;
+        self.placed[n] = motor.position.is_some();
+        self.pins.push(Pins::read(text, motor)?);
+        self.at.push(at);
         self.names.push(name.clone());
         Ok(())
     }
@@ -425,8 +456,8 @@ fn does(given: &file::Move) -> Result<Does, String> {
     let delay = given.delay_us.unwrap_or(0);
     let forward = |way: Option<Way>| way != Some(Way::Backward);
     if let Some(ramp) = given.ramp_us {
-        let next: Box<dyn FnMut(u32) -> u32 + Send> = Box::new(move |step| Ramp::delay(ramp, step));
-        return Ok(Does::Dynamic(given.steps, forward(given.whirl), next));
+        let way = given.steps.map_or(forward(given.whirl), |count| count >= 0);
+        return Ok(Does::Ramp(given.steps.map(i32::unsigned_abs), way, ramp.into()));
     }
     if let Some(steps) = given.steps {
         return Ok(Does::Steps(steps, delay));

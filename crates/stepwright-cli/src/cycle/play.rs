@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use serde_json::json;
-use stepwright_cycle::{CycleError, Faults, Homing, HomingError, Refusal, Status};
+use stepwright_cycle::{Faults, Homing, HomingError, Status};
 use stepwright_sim::{CycleBoard, Edge, Pin};
 
 use super::Format;
@@ -12,6 +11,7 @@ use super::path::Way;
 use super::plan::{Act, MOST, Plan, Stage, Task, Timed};
 use super::taken::Taken;
 use super::text::Text;
+use super::told::{Ended, Ending, Told};
 use crate::failure::Failure;
 use crate::sheet::quoted;
 use crate::{interrupt, say};
@@ -20,6 +20,7 @@ use crate::{interrupt, say};
 pub struct Session<'p> {
     plan: &'p Plan,
     text: &'p Text,
+    told: Told<'p>,
     board: CycleBoard<'p, Taken, MOST>,
     format: Format,
     way: Option<((u8, u8), Way)>,
@@ -29,8 +30,6 @@ pub struct Session<'p> {
     shown: Option<Vec<i64>>,
     /// Faults that have been told.
     faults: [Faults; MOST],
-    /// What became of each cycle.
-    cycles: Vec<serde_json::Value>,
 }
 
 impl<'p> Session<'p> {
@@ -57,18 +56,13 @@ impl<'p> Session<'p> {
         });
         let limit = u64::from(limit) * 1_000_000;
         let (looked, shown, faults) = (0, None, [Faults::NONE; MOST]);
-        let cycles = Vec::new();
-        Session { plan, text, board, format, way, limit, looked, shown, faults, cycles }
-    }
-
-    /// Ticks of this many µs.
-    fn ticks(&self, us: u64) -> u64 {
-        (u128::from(us) * u128::from(self.plan.rate.hz()) / 1_000_000) as u64
+        let told = Told::new(plan, text, format);
+        Session { plan, text, told, board, format, way, limit, looked, shown, faults }
     }
 
     /// Since the board was switched on.
     pub fn seconds(&self) -> f64 {
-        self.board.now() as f64 / f64::from(self.plan.rate.hz())
+        self.told.seconds(self.board.now())
     }
 
     /// The recordings.
@@ -79,11 +73,6 @@ impl<'p> Session<'p> {
     /// The way of two motors.
     pub fn way(&self) -> Option<&Way> {
         self.way.as_ref().map(|(_, way)| way)
-    }
-
-    /// What the file calls a motor.
-    fn name(&self, motor: u8) -> &'p str {
-        self.plan.names.get(usize::from(motor)).map_or("", String::as_str)
     }
 
     fn positions(&mut self) -> Vec<i64> {
@@ -103,7 +92,7 @@ impl<'p> Session<'p> {
         for (n, stage) in stages.iter_mut().enumerate() {
             result = self.stage(n + 1, stage);
             if let Err(failure) = &result {
-                self.note(n, failure);
+                self.told.note(n, failure);
                 break;
             }
         }
@@ -114,25 +103,12 @@ impl<'p> Session<'p> {
         result
     }
 
-    /// A cycle that failed, for json: what is wrong, in which line of the file, with which
-    /// motor. One that was refused took no time.
-    fn note(&mut self, n: usize, failure: &Failure) {
-        if self.cycles.len() <= n {
-            let what = failure.place().map_or(failure.message(), |place| &place.what);
-            self.cycles.push(json!({ "seconds": 0.0, "error": what }));
-        }
-        if let (Some(place), Some(cycle)) = (failure.place(), self.cycles.get_mut(n)) {
-            cycle["line"] = json!(place.line);
-            cycle["motor"] = json!(place.motor);
-        }
-    }
-
     fn stage(&mut self, number: usize, stage: &'p mut Stage) -> Result<(), Failure> {
         let Stage { at, task, moves, acts, rest } = stage;
         let rest = *rest;
         if let Task::Home(homing) = task {
             self.home(number, *homing, at.clone())?;
-            return self.go(self.board.now() + self.ticks(rest));
+            return self.go(self.board.now() + self.told.ticks(rest));
         }
         let positions = self.positions();
         moves.extend(along(self.plan, self.text, &positions, task, acts, at)?);
@@ -143,18 +119,18 @@ impl<'p> Session<'p> {
         for part in moves {
             let (motor, calibration) = (part.motor, part.calibration);
             let prepared = self.board.cycle().prepare(motor, part.program(), calibration);
-            prepared.map_err(|refusal| self.refused(refusal, at.clone()))?;
+            prepared.map_err(|refusal| self.told.refused(refusal, at.clone()))?;
         }
         if let Err(refusal) = self.board.cycle().start() {
             let span = spans.iter().find(|(motor, _)| Some(*motor) == refusal.motor());
             let span = span.map_or_else(|| at.clone(), |(_, span)| span.clone());
-            return Err(self.refused(refusal, span));
+            return Err(self.told.refused(refusal, span));
         }
         let begun = self.board.now();
         self.row("start");
         self.events();
         for Timed { us, act, .. } in acts.iter() {
-            self.go_to_rest(begun + self.ticks(*us))?;
+            self.go_to_rest(begun + self.told.ticks(*us))?;
             if !self.board.cycle().is_running() {
                 break;
             }
@@ -178,7 +154,7 @@ impl<'p> Session<'p> {
             self.row(name);
             self.events();
         }
-        let limit = begun + self.ticks(self.limit);
+        let limit = begun + self.told.ticks(self.limit);
         self.go_to_rest(limit)?;
         let over = self.board.cycle().is_running();
         if over {
@@ -186,15 +162,15 @@ impl<'p> Session<'p> {
         }
         self.report(number, begun);
         if over {
-            let what = format!("cycle {number} has not ended after {} s", self.limit / 1_000_000);
-            return Err(self
-                .text
-                .blame(at.clone(), what)
-                .hint("give finish-s, or a longer --limit"));
+            return Err(self.told.endless(number, self.limit / 1_000_000, at.clone()));
         }
         match self.board.cycle().error() {
-            Some(error) => Err(self.cancelled(number, begun, error, &spans, at.clone())),
-            None => self.go(self.board.now() + self.ticks(rest)),
+            Some(error) => {
+                let seconds = self.told.seconds(self.board.now() - begun);
+                let faults = |motor| self.board.cycle().faults(motor);
+                Err(self.told.cancelled(number, seconds, error, faults, &spans, at.clone()))
+            }
+            None => self.go(self.board.now() + self.told.ticks(rest)),
         }
     }
 
@@ -202,21 +178,18 @@ impl<'p> Session<'p> {
     fn nothing(&mut self, number: usize, rest: u64) -> Result<(), Failure> {
         self.row("start");
         self.row("end");
-        self.cycles.push(json!({ "seconds": 0.0, "error": null }));
-        if self.format == Format::List {
-            say::note(format_args!("cycle {number}: the motors stand at the end of it already"));
-        }
-        self.go(self.board.now() + self.ticks(rest))
+        self.told.nothing(number);
+        self.go(self.board.now() + self.told.ticks(rest))
     }
 
     /// Homes a motor.
     fn home(&mut self, number: usize, mut homing: Homing, at: Range<usize>) -> Result<(), Failure> {
         let begun = self.board.now();
-        let limit = begun + self.ticks(self.limit);
+        let limit = begun + self.told.ticks(self.limit);
         self.row("start");
         loop {
             let done = homing.poll(self.board.cycle()).map_err(|error| match error {
-                HomingError::Refused(refusal) => self.refused(refusal, at.clone()),
+                HomingError::Refused(refusal) => self.told.refused(refusal, at.clone()),
                 error => self.text.blame(at.clone(), format_args!("cycle {number}: {error}")),
             })?;
             if done {
@@ -226,91 +199,25 @@ impl<'p> Session<'p> {
             self.board.cycle().finish();
         }
         self.row("end");
-        let seconds = (self.board.now() - begun) as f64 / f64::from(self.plan.rate.hz());
-        self.cycles.push(json!({ "seconds": seconds, "error": null }));
-        if self.format == Format::List {
-            let name = &self.plan.names[usize::from(homing.motor)];
-            say::note(format_args!("cycle {number}: {name} is home after {seconds:.3} s"));
-        }
+        let seconds = self.told.seconds(self.board.now() - begun);
+        self.told.home(number, homing.motor, seconds);
         Ok(())
-    }
-
-    /// Why a cycle did not start: the motor by its name in the file.
-    fn refused(&self, refusal: Refusal, at: Range<usize>) -> Failure {
-        let name = refusal.motor().map_or("", |motor| self.name(motor));
-        let failure = self.text.blame(at, refusal.named(name));
-        if name.is_empty() { failure } else { failure.motor(name) }
-    }
-
-    /// Why a cycle was cancelled.
-    fn cancelled(
-        &mut self,
-        number: usize,
-        begun: u64,
-        error: CycleError,
-        spans: &[(u8, Range<usize>)],
-        at: Range<usize>,
-    ) -> Failure {
-        let after = self.time_from(begun);
-        match error {
-            CycleError::MotorError { motor } => {
-                let faults = self.board.cycle().faults(motor);
-                let name = self.name(motor);
-                let span = spans.iter().find(|(known, _)| *known == motor);
-                let span = span.map_or(at, |(_, span)| span.clone());
-                let what =
-                    format!("cycle {number} was cancelled after {after} s: {name}: {faults}");
-                let end = match faults.has(Faults::HARD_END_MIN | Faults::HARD_END_MAX) {
-                    true => "hard-end",
-                    false if faults.has(Faults::STEP_DELAY_SMALL) => "small-delay",
-                    false => "soft-end",
-                };
-                self.text.blame(span, what).motor(name).hint(format!(
-                    "with {end} = \"stop-motor\" under [strategies] the others go on"
-                ))
-            }
-            error => {
-                let what = format!("cycle {number} was cancelled after {after} s: {error}");
-                self.text.blame(at, what)
-            }
-        }
     }
 
     /// What became of a cycle, for csv, json and standard error.
     fn report(&mut self, number: usize, begun: u64) {
         let error = self.board.cycle().error();
-        let word = if error.is_some() { "cancelled" } else { "end" };
+        let mut stopped = Vec::new();
         for motor in 0..self.plan.names.len() as u8 {
             let faults = self.board.cycle().faults(motor);
             if !faults.is_none() && self.board.cycle().status(motor) == Status::Finished {
-                let name = &self.plan.names[usize::from(motor)];
-                if error.is_none() {
-                    say::note(format_args!("cycle {number}: {name} stopped: {faults}"));
-                }
+                stopped.push((motor, faults));
             }
         }
-        self.row(word);
+        self.row(if error.is_some() { "cancelled" } else { "end" });
         let (late, longest) = (self.board.cycle().late(), self.board.cycle().longest());
-        let seconds = self.time_from(begun);
-        let cycle = json!({
-            "seconds": (self.board.now() - begun) as f64 / f64::from(self.plan.rate.hz()),
-            "error": error.map(|error| match error {
-                CycleError::MotorError { motor } => format!("an error of {}", self.name(motor)),
-                CycleError::TimingExceeded => error.to_string(),
-            }),
-        });
-        self.cycles.push(cycle);
-        if error.is_none() && self.format == Format::List {
-            say::note(format_args!(
-                "cycle {number}: {seconds} s, {late} steps late, the handler took {longest} µs at most"
-            ));
-        }
-    }
-
-    /// Seconds since a time, to a thousandth.
-    fn time_from(&self, begun: u64) -> String {
-        let seconds = (self.board.now() - begun) as f64 / f64::from(self.plan.rate.hz());
-        format!("{seconds:.3}")
+        let seconds = self.told.seconds(self.board.now() - begun);
+        self.told.ended(number, &Ending { seconds, error, late, longest, stopped });
     }
 
     /// Lets time pass until `time`.
@@ -366,11 +273,7 @@ impl<'p> Session<'p> {
     fn look(&mut self) {
         let positions = self.positions();
         self.looked = self.board.now();
-        if self.format == Format::List {
-            let each = self.plan.names.iter().zip(&positions);
-            let each: Vec<_> = each.map(|(name, at)| format!("{name}.pos={at}")).collect();
-            say::result(each.join(", "));
-        }
+        self.told.list(&positions);
         self.shown = Some(positions);
     }
 
@@ -390,7 +293,7 @@ impl<'p> Session<'p> {
                 let faults = self.board.cycle().faults(motor);
                 let told = &mut self.faults[usize::from(motor)];
                 if std::mem::replace(told, faults) != faults && !faults.is_none() {
-                    let (time, faults) = (self.micros(self.board.now()), faults.to_string());
+                    let (time, faults) = (self.told.micros(self.board.now()), faults.to_string());
                     let position = self.board.cycle().position(motor).unwrap_or(0);
                     let faults = faults.replace(", ", " ");
                     let name = quoted(name);
@@ -411,7 +314,7 @@ impl<'p> Session<'p> {
             Pin::Max => ("switch-max", edge.level),
         };
         let position = self.board.cycle().position(edge.axis).unwrap_or(0);
-        let (time, name) = (self.micros(edge.time), quoted(name));
+        let (time, name) = (self.told.micros(edge.time), quoted(name));
         say::result(format_args!("{time},{name},{event},{},{position}", u8::from(value)));
     }
 
@@ -419,53 +322,23 @@ impl<'p> Session<'p> {
     fn row(&mut self, value: &str) {
         if self.format == Format::Csv {
             self.events();
-            let time = self.micros(self.board.now());
+            let time = self.told.micros(self.board.now());
             say::result(format_args!("{time},,cycle,{value},"));
-        }
-    }
-
-    /// A time in µs, as exact as the timer is.
-    fn micros(&self, ticks: u64) -> String {
-        let hz = u128::from(self.plan.rate.hz());
-        let nanos = (u128::from(ticks) * 1_000_000_000 + hz / 2) / hz;
-        match (nanos / 1000, nanos % 1000) {
-            (us, 0) => us.to_string(),
-            (us, part) => format!("{us}.{part:03}").trim_end_matches('0').to_owned(),
         }
     }
 
     /// What became of all of it.
     pub fn json(&mut self) -> String {
         let positions = self.positions();
-        let motors: Vec<_> = (0u8..)
-            .zip(&self.plan.names)
-            .zip(&positions)
-            .map(|((motor, name), position)| {
+        let motors = (0u8..).zip(&positions);
+        let motors: Vec<_> = motors
+            .map(|(motor, position)| {
                 let cycle = self.board.cycle();
-                let status = match cycle.status(motor) {
-                    Status::Idle => "idle",
-                    Status::Running => "running",
-                    Status::Finished => "finished",
-                };
-                let known = cycle.motor(motor);
-                json!({
-                    "name": name,
-                    "position": position,
-                    "status": status,
-                    "faults": cycle.faults(motor).bits(),
-                    "min": known.and_then(|m| m.min),
-                    "max": known.and_then(|m| m.max),
-                })
+                let (status, faults) = (cycle.status(motor), cycle.faults(motor));
+                Ended { position: *position, status, faults, known: cycle.motor(motor) }
             })
             .collect();
-        let all = json!({
-            "unit": self.plan.unit,
-            "seconds": self.seconds(),
-            "late": self.board.cycle().late(),
-            "longest_us": self.board.cycle().longest(),
-            "cycles": self.cycles,
-            "motors": motors,
-        });
-        format!("{all:#}")
+        let (late, longest) = (self.board.cycle().late(), self.board.cycle().longest());
+        self.told.json(self.seconds(), late, longest, &motors)
     }
 }

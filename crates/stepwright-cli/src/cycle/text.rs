@@ -33,6 +33,12 @@ impl Text {
         Ok(Text { path: path.to_owned(), text: text? })
     }
 
+    /// A file that is not on a disk.
+    #[cfg(test)]
+    pub fn of(text: &str) -> Text {
+        Text { path: "file.toml".into(), text: text.to_owned() }
+    }
+
     /// What is wrong at this place: the file, the line, and the line itself, of a long
     /// one the part around it.
     pub fn blame(&self, span: Range<usize>, what: impl std::fmt::Display) -> Failure {

@@ -10,8 +10,12 @@ impl ProgramRunner<'_> {
     fn ticked(&mut self, us: u64) -> u64 {
         let period = u64::from(self.beat.period.max(1));
         let us = us.saturating_add(self.over.into());
-        self.over = (us % period) as u32;
-        us - us % period
+        // A small chip takes ten times as long for the division of 64 bits.
+        self.over = match u32::try_from(us) {
+            Ok(us) => us % self.beat.period.max(1),
+            Err(_) => (us % period) as u32,
+        };
+        us - u64::from(self.over)
     }
 
     /// The next run on the fixed tick.

@@ -1,0 +1,376 @@
+//! Motor cycles on any pins, ordered over the serial line.
+//!
+//! ```text
+//!   line ─► Remote ─► Cycle ◄── step interrupt ─► AnyPins: STEP, DIR
+//!           (main loop)   └───────────────────► AnyIo: ENABLE, switches
+//! ```
+//!
+//! As `cycle.rs`, with pins that are named while the program runs: a pin is a register and a
+//! mask, so that an edge costs some 10 cycles more.
+
+use core::cell::Cell;
+
+use avr_device::interrupt;
+use stepwright::drive::{Axes, Drive};
+use stepwright_cycle::line::MotorPins;
+use stepwright_cycle::{Clock, Cycle, CycleHold, Leg, MachineIo, Motor, Remote, Switches};
+
+use crate::board;
+use crate::chip;
+use crate::console::Console;
+use crate::in_flash::InFlash;
+use crate::slot::{Slot, token};
+use crate::timed::AnyPort;
+use crate::timer::Timer;
+
+/// Motors of the board, and legs of all their series.
+#[cfg(feature = "uno")]
+pub const MOTORS: usize = 3;
+#[cfg(feature = "uno")]
+const LEGS: usize = 24;
+/// Motors of the board, and legs of all their series.
+#[cfg(feature = "mega")]
+pub const MOTORS: usize = 4;
+#[cfg(feature = "mega")]
+const LEGS: usize = 400;
+
+#[cfg(feature = "uno")]
+const ABOUT: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=24 can=";
+#[cfg(all(feature = "mega", feature = "cycles-full"))]
+const ABOUT: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home";
+#[cfg(all(feature = "mega", not(feature = "cycles-full")))]
+const ABOUT: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=";
+
+#[unsafe(link_section = ".progmem.data")]
+static SAID: InFlash<[u8; ABOUT.len()]> = InFlash::new(bytes());
+
+const fn bytes() -> [u8; ABOUT.len()] {
+    let (mut bytes, mut at) = ([0; ABOUT.len()], 0);
+    while at < bytes.len() {
+        bytes[at] = ABOUT.as_bytes()[at];
+        at += 1;
+    }
+    bytes
+}
+
+/// The longest stay in the step interrupt that makes one step, a look at another motor's wait
+/// included (`firmware/rig/tests/cycles.rs`).
+const COST: u32 = 2_000;
+
+/// Between two steps of a motor: a step counts as late half of that after its time, and may wait
+/// for a question of the line and a look at closed switches.
+const MIN_INTERVAL: u32 = 4_800;
+
+/// A pin: where PINx of its port lies, DDRx and PORTx behind it, and its mask; 0 if there is
+/// none.
+#[derive(Clone, Copy)]
+struct Pin {
+    place: u16,
+    mask: u8,
+}
+
+impl Pin {
+    const NONE: Pin = Pin { place: AnyPort::NONE.place(), mask: 0 };
+
+    /// The pin of a line's code, if it is the board's.
+    fn of(code: u8) -> Option<Pin> {
+        if code == MotorPins::NO_PIN {
+            return Some(Pin::NONE);
+        }
+        let mask = 1 << (code & 7);
+        let port = AnyPort::of((code >> 3).wrapping_add(b'A'), mask)?;
+        Some(Pin { place: port.place(), mask })
+    }
+
+    fn is(&self, other: &Pin) -> bool {
+        self.mask != 0 && (self.mask, self.place) == (other.mask, other.place)
+    }
+
+    /// PINx, DDRx or PORTx: 0, 1, 2.
+    #[inline(always)]
+    fn register(&self, which: u16) -> *mut u8 {
+        usize::from(self.place.wrapping_add(which)) as *mut u8
+    }
+
+    /// The other level.
+    #[inline(always)]
+    fn toggle(&self) {
+        // SAFETY: a port's register, for `of` gives no other; ones toggle their pins.
+        unsafe { self.register(0).write_volatile(self.mask) }
+    }
+
+    /// A level of an output, or a pull-up.
+    fn set(&self, high: bool) {
+        // SAFETY: as above; reading disturbs nobody.
+        let now = unsafe { self.register(2).read_volatile() } & self.mask != 0;
+        if now != high {
+            self.toggle();
+        }
+    }
+
+    /// Makes it an output or an input.
+    fn drive(&self, output: bool) {
+        // SAFETY: as above; only the main program sets directions of pins, one at a time.
+        unsafe {
+            let register = self.register(1);
+            let now = register.read_volatile();
+            register.write_volatile(if output { now | self.mask } else { now & !self.mask });
+        }
+    }
+
+    /// Whether it is there and low.
+    #[inline(always)]
+    fn is_low(&self) -> bool {
+        // SAFETY: reading a port disturbs nobody.
+        self.mask != 0 && unsafe { self.register(0).read_volatile() } & self.mask == 0
+    }
+}
+
+/// STEP and DIR.
+pub struct AnyPins {
+    step: [Pin; MOTORS],
+    direction: [Pin; MOTORS],
+}
+
+impl AnyPins {
+    // Each `begin` has its `end`.
+    #[inline(always)]
+    fn toggle(&self, mut axes: Axes) {
+        for pin in &self.step {
+            if axes & 1 != 0 {
+                pin.toggle();
+            }
+            axes >>= 1;
+        }
+    }
+}
+
+impl Drive for AnyPins {
+    #[inline(always)]
+    fn begin(&mut self, axes: Axes) {
+        self.toggle(axes);
+    }
+
+    #[inline(always)]
+    fn end(&mut self, axes: Axes) {
+        self.toggle(axes);
+    }
+
+    #[inline(never)]
+    fn direction(&mut self, axis: u8, forward: bool) {
+        if let Some(pin) = self.direction.get(usize::from(axis)) {
+            pin.set(forward);
+        }
+    }
+}
+
+/// ENABLE and switches.
+pub struct AnyIo {
+    enable: [Pin; MOTORS],
+    min: [Pin; MOTORS],
+    max: [Pin; MOTORS],
+    /// Motors that have any.
+    watched: Axes,
+}
+
+impl MachineIo for AnyIo {
+    #[inline(always)]
+    fn switches(&mut self) -> Switches {
+        if self.watched == 0 { Switches::NONE } else { self.closed() }
+    }
+
+    #[inline(never)]
+    fn enable(&mut self, axes: Axes) {
+        for pin in &self.enable {
+            // Motors may share one: on while one of them is wanted. Low is on.
+            let mut others = axes;
+            let mut wanted = false;
+            for other in &self.enable {
+                wanted |= others & 1 != 0 && pin.is(other);
+                others >>= 1;
+            }
+            pin.set(!wanted);
+        }
+    }
+}
+
+impl AnyIo {
+    #[inline(never)]
+    fn closed(&self) -> Switches {
+        let (mut switches, mut bit): (Switches, Axes) = (Switches::NONE, 1);
+        for (min, max) in self.min.iter().zip(&self.max) {
+            if min.is_low() {
+                switches.min |= bit;
+            }
+            if max.is_low() {
+                switches.max |= bit;
+            }
+            bit <<= 1;
+        }
+        switches
+    }
+}
+
+/// The motors and what is around them.
+type Motors = Cycle<'static, Timer, AnyPins, AnyIo, MOTORS>;
+
+/// Begun by `start`, before interrupts are enabled; from then on the step interrupt's.
+static CYCLE: Slot<Motors> = Slot::new(Cycle::off(
+    // SAFETY: it takes no memory, and nothing is done with it before `start`, whose caller
+    // has the right to it.
+    unsafe { token() },
+    AnyPins { step: [Pin::NONE; MOTORS], direction: [Pin::NONE; MOTORS] },
+    AnyIo {
+        enable: [Pin::NONE; MOTORS],
+        min: [Pin::NONE; MOTORS],
+        max: [Pin::NONE; MOTORS],
+        watched: 0,
+    },
+    [Motor::new(1, 1); MOTORS],
+    Clock::Deadlines,
+    board::any_cycle(COST, MIN_INTERVAL),
+));
+
+// No step, as all bits of it are 0: a wait would lie in flash, too.
+static STORE: Slot<[Cell<Leg>; LEGS]> =
+    Slot::new([const { Cell::new(Leg::Steps { count: 0, delay: 0 }) }; LEGS]);
+
+/// The foreground's hold on the motors: the step interrupt is held off for each call.
+pub struct Held(());
+
+impl CycleHold<'static, MOTORS> for Held {
+    type Timer = Timer;
+    type Drive = AnyPins;
+    type Io = AnyIo;
+
+    #[inline(always)]
+    fn with<R>(&mut self, ask: impl FnOnce(&mut Motors) -> R) -> R {
+        interrupt::free(|_| {
+            // SAFETY: `start` made this and the motors before it, and no interrupt comes.
+            ask(unsafe { CYCLE.get() })
+        })
+    }
+
+    #[inline(never)]
+    fn wire(&mut self, motor: u8, pins: &MotorPins) -> Result<(), u8> {
+        let mut all = [Pin::NONE; 5];
+        for ((pin, code), place) in all.iter_mut().zip(&pins.codes).zip(0u8..) {
+            *pin = Pin::of(*code).ok_or(place)?;
+        }
+        let [step, direction, enable, min, max] = all;
+        self.with(|cycle| {
+            for (place, pin) in (0u8..).zip(&all) {
+                if cycle_has(cycle, motor, pin, place == ENABLE)
+                    || all.iter().filter(|other| pin.is(other)).count() > 1
+                {
+                    return Err(place);
+                }
+            }
+            let n = usize::from(motor);
+            let drive = cycle.drive();
+            let (Some(to_step), Some(to_direction)) =
+                (drive.step.get_mut(n), drive.direction.get_mut(n))
+            else {
+                return Err(0);
+            };
+            (*to_step, *to_direction) = (step, direction);
+            let io = cycle.surroundings();
+            for (to, pin) in [(&mut io.enable, enable), (&mut io.min, min), (&mut io.max, max)] {
+                if let Some(to) = to.get_mut(n) {
+                    *to = pin;
+                }
+            }
+            io.watched &= !(1 << n);
+            if min.mask | max.mask != 0 {
+                io.watched |= 1 << n;
+            }
+            // Steps low and drivers off before they are outputs; pull-ups at the switches.
+            step.set(false);
+            enable.set(true);
+            for pin in [step, direction, enable] {
+                pin.drive(true);
+            }
+            for pin in [min, max] {
+                pin.drive(false);
+                pin.set(true);
+            }
+            Ok(())
+        })
+    }
+
+    #[inline(never)]
+    fn about(&self, at: u8) -> Option<u8> {
+        let mut text = [0; ABOUT.len()];
+        // SAFETY: it is in its section.
+        unsafe { SAID.load(&mut text) };
+        text.get(usize::from(at)).copied()
+    }
+}
+
+/// The place of ENABLE among a motor's pins.
+const ENABLE: u8 = 2;
+
+/// Whether another motor is on a pin; motors may share an ENABLE.
+fn cycle_has(cycle: &mut Motors, motor: u8, pin: &Pin, enables: bool) -> bool {
+    let has = |pins: &[Pin; MOTORS]| {
+        (0u8..).zip(pins).any(|(other, theirs)| other != motor && pin.is(theirs))
+    };
+    let drive = cycle.drive();
+    let drives = has(&drive.step) || has(&drive.direction);
+    let io = cycle.surroundings();
+    drives || has(&io.min) || has(&io.max) || (!enables && has(&io.enable))
+}
+
+/// Takes the chip: motors on no pins, and a serial line of 115200 baud, which are served for
+/// ever.
+///
+/// # Safety
+/// To be called once, with interrupts off; in a program with a
+/// [`cycles_interrupt!`](crate::cycles_interrupt).
+#[inline(never)]
+pub unsafe fn serve() -> ! {
+    // SAFETY: the only time that anybody takes them.
+    let chip = unsafe { chip::Peripherals::steal() };
+    // SAFETY: called once.
+    let _ = unsafe { Timer::start() };
+    // SAFETY: interrupts are off.
+    unsafe { CYCLE.get() }.begin();
+    let mut console = Console::start(chip.USART0, chip.TC0);
+    // SAFETY: nobody gets it.
+    let mut remote = Remote::new(Held(()), unsafe { STORE.share() });
+    // SAFETY: all that an interrupt touches has been made.
+    unsafe { interrupt::enable() };
+    loop {
+        remote.poll();
+        if let Some(byte) = console.received() {
+            remote.take(byte);
+        }
+        if console.is_free()
+            && let Some(byte) = remote.next_byte()
+        {
+            console.byte(byte);
+        }
+    }
+}
+
+/// The step interrupt; [`cycles_interrupt!`](crate::cycles_interrupt) has it called.
+///
+/// # Safety
+/// For the step interrupt alone, once there are motors.
+#[doc(hidden)]
+#[inline(always)]
+pub unsafe fn on_compare() {
+    // SAFETY: the caller's promise; the foreground gets them only with interrupts off.
+    unsafe { CYCLE.get() }.on_compare();
+}
+
+/// Puts the step interrupt of motor cycles on any pins into a program.
+#[macro_export]
+macro_rules! cycles_interrupt {
+    () => {
+        $crate::handler!(TIMER1_COMPA, TIMER1_COMPA, {
+            // SAFETY: this is the step interrupt, which `serve` lets come.
+            unsafe { $crate::cycles::on_compare() }
+        });
+    };
+}

@@ -1,0 +1,431 @@
+//! The cycles of a file on a board, and what is printed of them.
+//!
+//! The board says where its motors are and when a cycle began, was paused and ended; not when
+//! each of its steps came. So csv has a row `at` for each look instead of one for each edge.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use stepwright_cycle::line::{CycleLine, CycleReport, LineAct, LineFault, MotorPins, MotorReport};
+use stepwright_cycle::{Clock, Faults, Leg, Motor, Refusal, Status};
+
+use super::Format;
+use super::pins::Pins;
+use super::plan::{Act, Plan, Stage, Task, Timed};
+use super::port::Board;
+use super::text::Text;
+use super::told::{Ended, Ending, Told};
+use crate::failure::Failure;
+use crate::sheet::quoted;
+use crate::{interrupt, say};
+
+/// From one look at the motors to the next, at most.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// The motors of a file on a board.
+pub struct RemoteSession<'p> {
+    board: Board,
+    plan: &'p Plan,
+    text: &'p Text,
+    told: Told<'p>,
+    /// The number of the last cycle.
+    number: u8,
+    /// Ticks of all cycles and rests before the present one: as if one followed the other.
+    before: u64,
+    /// Where that is in seconds, the next line of positions.
+    due: u64,
+    limit: u64,
+    shown: Option<Vec<i64>>,
+    /// Faults that have been told.
+    faults: Vec<u8>,
+    last: Option<CycleReport>,
+}
+
+impl<'p> RemoteSession<'p> {
+    pub fn new(
+        board: Board,
+        plan: &'p Plan,
+        text: &'p Text,
+        format: Format,
+        limit: u32,
+    ) -> RemoteSession<'p> {
+        let told = Told::new(plan, text, format);
+        let faults = vec![0; plan.names.len()];
+        let (limit, last) = (limit.into(), None);
+        let (number, before, due, shown) = (0, 0, 0, None);
+        RemoteSession { board, plan, text, told, number, before, due, limit, shown, faults, last }
+    }
+
+    /// Plays all cycles. Whatever comes of it, no motor is left moving.
+    pub fn play(&mut self, stages: &[Stage]) -> Result<(), Failure> {
+        self.check(stages)?;
+        let report = self.board.look()?;
+        if report.running {
+            return Err(Failure::new(format!("{} plays a cycle", self.board.called()))
+                .hint("let it end, or end it by a reset of the board"));
+        }
+        self.number = report.number;
+        self.set_up()?;
+        if self.told.format == Format::Csv {
+            say::result("time_us,motor,event,value,position");
+        }
+        let report = self.board.look()?;
+        self.print(&report);
+        let mut result = Ok(());
+        for (n, stage) in stages.iter().enumerate() {
+            result = self.stage(n + 1, stage);
+            if let Err(failure) = &result {
+                // The line may be what has failed.
+                _ = self.board.say(CycleLine::Now(LineAct::Finish));
+                self.told.note(n, failure);
+                break;
+            }
+        }
+        if let Ok(report) = self.board.look()
+            && self.shown.as_ref() != Some(&self.positions(&report))
+        {
+            self.print(&report);
+        }
+        result
+    }
+
+    /// That the board can do all of it, before anything moves.
+    fn check(&self, stages: &[Stage]) -> Result<(), Failure> {
+        let (board, called) = (&self.board, self.board.called());
+        let (has, name) = (self.plan.names.len(), &board.name);
+        if has > board.motors {
+            return Err(self
+                .text
+                .blame(
+                    self.plan.at[board.motors].clone(),
+                    format_args!(
+                        "this {name} moves {} motors, and the file has {has}",
+                        board.motors
+                    ),
+                )
+                .hint("leave motors out, or play it on a Mega, which moves four"));
+        }
+        if self.plan.rate.hz() != board.hz {
+            return Err(Failure::new(format!("the timer of {called} runs at {} Hz", board.hz))
+                .hint("leave timer-hz out of the file"));
+        }
+        if self.plan.strategies.hard_end.brakes() && !board.can("brakes") {
+            return Err(Failure::new(format!("a {name} has no room for braking at a switch"))
+                .hint("let hard-end be \"stop-motor\" or \"cancel\", or play it on a Mega"));
+        }
+        if self.plan.clock != Clock::Deadlines && !board.can("tick") {
+            let what = format!("a {name} is too slow for the fixed tick");
+            return Err(Failure::new(what)
+                .hint("leave tick-us out of the file: every step has its own deadline then"));
+        }
+        for (n, stage) in stages.iter().enumerate() {
+            match stage.task {
+                Task::Line(..) | Task::Arc(..) => {
+                    let what = "a board plays no line and no arc: these are planned on a host";
+                    return Err(self
+                        .text
+                        .blame(stage.at.clone(), what)
+                        .hint("`stepwright line --port` moves the controller along a line"));
+                }
+                Task::Home(_) if !board.can("home") => {
+                    let what = format_args!("a {name} has no room for homing");
+                    return Err(self
+                        .text
+                        .blame(stage.at.clone(), what)
+                        .hint("home by a whirl with calibrate = \"start-min\", or on a Mega"));
+                }
+                _ => {}
+            }
+            let mut legs = Vec::new();
+            for part in &stage.moves {
+                if part.line(&mut legs).is_none() {
+                    let what = "each is 1 to 2147483647 on a board";
+                    return Err(self.text.blame(part.at.clone(), what));
+                }
+                if legs.len() > board.legs {
+                    let what = format_args!(
+                        "cycle {} has {} delays and legs of series so far, and a {name} keeps {}",
+                        n + 1,
+                        legs.len(),
+                        board.legs
+                    );
+                    return Err(self.text.blame(part.at.clone(), what).hint(
+                        "make two cycles of it, a ramp-us of the list, or play it on a Mega, \
+                         which keeps 400",
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Says a line that must be fine.
+    fn say(&mut self, line: CycleLine) -> Result<(), Failure> {
+        self.board.say(line)?.map_err(|fault| self.board.unfit(line, fault))
+    }
+
+    /// Says what motors there are.
+    fn set_up(&mut self) -> Result<(), Failure> {
+        self.say(CycleLine::New)?;
+        // Pins may change places from one file to the next.
+        for motor in 0..self.board.motors as u8 {
+            self.say(CycleLine::Wire(motor, MotorPins::NONE))?;
+        }
+        self.say(CycleLine::Clock(self.plan.clock, self.plan.strategies))?;
+        for (n, pins) in self.plan.pins.iter().enumerate() {
+            let (motor, at) = (n as u8, self.plan.at[n].clone());
+            let codes = pins.codes(self.text, n, at.clone(), self.board.arduino())?;
+            self.say(CycleLine::Motor(motor, bounded(self.plan.motors[n])))?;
+            match self.board.say(CycleLine::Wire(motor, codes))? {
+                Ok(()) => {}
+                Err(LineFault::Pin { number }) => {
+                    let which = Pins::name(usize::from(number).saturating_sub(2));
+                    let what = format_args!(
+                        "its pin {which} is one of the serial line's, or has another part already"
+                    );
+                    return Err(self.text.blame(at, what));
+                }
+                Err(fault) => return Err(self.board.unfit(CycleLine::Wire(motor, codes), fault)),
+            }
+            if self.plan.placed[n] {
+                let at = self.plan.positions[n].max(i64::MIN + 1);
+                self.say(CycleLine::Position(motor, at))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn stage(&mut self, number: usize, stage: &Stage) -> Result<(), Failure> {
+        self.say(CycleLine::New)?;
+        let mut spans = Vec::new();
+        let mut legs: Vec<Leg> = Vec::new();
+        let mut lines = Vec::new();
+        for part in &stage.moves {
+            spans.push((part.motor, part.at.clone()));
+            if let Some(program) = part.line(&mut legs) {
+                lines.push(CycleLine::Prepare(part.motor, part.calibration, program));
+            }
+        }
+        for (place, leg) in (0u16..).zip(&legs) {
+            self.say(CycleLine::Leg(place, *leg))?;
+        }
+        for line in lines {
+            self.say(line)?;
+        }
+        for Timed { us, act, .. } in &stage.acts {
+            let act = match act {
+                Act::Pause => LineAct::Pause,
+                Act::Resume => LineAct::Resume,
+                Act::Finish => LineAct::Finish,
+                Act::Feed(_) | Act::To(_) => continue,
+            };
+            self.say(CycleLine::Act(act, self.told.ticks(*us)))?;
+        }
+        self.number = self.number.checked_add(1).unwrap_or(1);
+        let home = match stage.task {
+            Task::Home(homing) => Some(homing),
+            _ => None,
+        };
+        let go = match home {
+            Some(homing) => CycleLine::Home(self.number, homing),
+            None => CycleLine::Start(self.number),
+        };
+        match self.board.say(go)? {
+            Ok(()) => {}
+            Err(LineFault::Refused(refusal)) => {
+                return Err(self.refused(refusal, &spans, &stage.at));
+            }
+            Err(fault) => return Err(self.board.unfit(go, fault)),
+        }
+        let report = self.watch(number, stage)?;
+        let seconds = self.told.seconds(report.time);
+        let at = stage.at.clone();
+        if let Some(homing) = home {
+            let failed = |what| self.text.blame(at.clone(), format_args!("cycle {number}: {what}"));
+            match report.home {
+                2 => self.told.home(number, homing.motor, seconds),
+                3 => {
+                    return Err(failed(
+                        "the switch was not found: is it connected, and the reach long enough?",
+                    ));
+                }
+                4 => {
+                    return Err(failed(
+                        "the switch is still closed after backing off: back off further",
+                    ));
+                }
+                _ => match report.home_refusal(homing.motor) {
+                    Some(refusal) => return Err(self.told.refused(refusal, at)),
+                    None => return Err(failed("stopped on the way")),
+                },
+            }
+        } else {
+            let (late, longest, error) = (report.late, report.longest, report.error);
+            let motors = self.motors(&report);
+            let stopped = (0u8..).zip(motors).filter(|(_, m)| m.status == 2 && m.faults != 0);
+            let stopped = stopped.map(|(motor, m)| (motor, Faults::from_bits(m.faults))).collect();
+            self.told.ended(number, &Ending { seconds, error, late, longest, stopped });
+            if let Some(error) = error {
+                let faults = |motor: u8| {
+                    let motor = report.motors.get(usize::from(motor));
+                    Faults::from_bits(motor.map_or(0, |motor| motor.faults))
+                };
+                return Err(self.told.cancelled(number, seconds, error, faults, &spans, at));
+            }
+        }
+        self.before += report.time;
+        self.stand(stage.rest)
+    }
+
+    /// Why a cycle did not start, at the line of the motor that was the reason.
+    fn refused(
+        &self,
+        refusal: Refusal,
+        spans: &[(u8, Range<usize>)],
+        at: &Range<usize>,
+    ) -> Failure {
+        let span = spans.iter().find(|(motor, _)| Some(*motor) == refusal.motor());
+        self.told.refused(refusal, span.map_or_else(|| at.clone(), |(_, span)| span.clone()))
+    }
+
+    /// Watches the cycle until it is over, and says how it was then.
+    fn watch(&mut self, number: usize, stage: &Stage) -> Result<CycleReport, Failure> {
+        if self.told.format == Format::Csv {
+            let time = self.told.micros(self.before);
+            say::result(format_args!("{time},,cycle,start,"));
+        }
+        let limit = self.told.ticks(self.limit * 1_000_000);
+        let mut acts = [None; 3];
+        loop {
+            if interrupt::asked() {
+                self.say(CycleLine::Now(LineAct::Finish))?;
+                return Err(Failure::interrupted("interrupted: the motors stand"));
+            }
+            let mut report = self.board.look()?;
+            let known = self.motors(&report).iter().map(|motor| motor.faults);
+            if !known.eq(self.faults.iter().copied()) {
+                // Positions were taken before the faults: now they are those of the end.
+                report = self.board.look()?;
+            }
+            self.tell(&report, &mut acts);
+            if !report.running {
+                return Ok(report);
+            }
+            if report.time > limit {
+                self.say(CycleLine::Now(LineAct::Finish))?;
+                return Err(self.told.endless(number, self.limit, stage.at.clone()));
+            }
+            let now = self.told.seconds(self.before + report.time);
+            if now >= self.due as f64 {
+                self.due = now as u64 + 1;
+                if !report.paused {
+                    self.print(&report);
+                }
+            }
+            let left = Duration::from_secs_f64((self.due as f64 - now).max(0.001));
+            self.board.rest(left.min(LOOK));
+        }
+    }
+
+    /// What is new in a report, in the order of its times.
+    fn tell(&mut self, report: &CycleReport, acts: &mut [Option<u64>; 3]) {
+        if self.told.format != Format::Csv {
+            self.faults = self.motors(report).iter().map(|motor| motor.faults).collect();
+            return;
+        }
+        let mut rows: Vec<(u64, String, &str, String, String)> = Vec::new();
+        for (which, word) in ["pause", "resume", "finish"].into_iter().enumerate() {
+            if let (Some(at), None) = (report.acts[which], acts[which]) {
+                rows.push((at, String::new(), "cycle", word.into(), String::new()));
+            }
+        }
+        *acts = report.acts;
+        for (n, motor) in self.motors(report).iter().enumerate() {
+            let told = std::mem::replace(&mut self.faults[n], motor.faults);
+            if motor.faults != 0 && motor.faults != told {
+                let faults = Faults::from_bits(motor.faults).to_string().replace(", ", " ");
+                let (name, at) = (quoted(&self.plan.names[n]), motor.position.to_string());
+                let time = motor.fault_at.unwrap_or(report.time);
+                rows.push((time, name.to_string(), "fault", faults, at));
+            }
+        }
+        for (n, motor) in self.motors(report).iter().enumerate() {
+            let (name, at) = (quoted(&self.plan.names[n]), motor.position.to_string());
+            rows.push((report.time, name.to_string(), "at", String::new(), at));
+        }
+        if !report.running {
+            let word = if report.error.is_some() { "cancelled" } else { "end" };
+            rows.push((report.time, String::new(), "cycle", word.into(), String::new()));
+        }
+        rows.sort_by_key(|row| row.0);
+        for (time, motor, event, value, position) in rows {
+            let time = self.told.micros(self.before + time);
+            say::result(format_args!("{time},{motor},{event},{value},{position}"));
+        }
+    }
+
+    /// Stands still for this many µs.
+    fn stand(&mut self, us: u64) -> Result<(), Failure> {
+        let (mut left, mut shown) = (Duration::from_micros(us), Duration::ZERO);
+        while !left.is_zero() {
+            if interrupt::asked() {
+                return Err(Failure::interrupted("interrupted: the motors stand"));
+            }
+            let piece = left.min(LOOK);
+            self.board.rest(piece);
+            left -= piece;
+            shown += piece;
+            if shown >= Duration::from_secs(10) {
+                shown = Duration::ZERO;
+                let report = self.board.look()?;
+                self.print(&report);
+            }
+        }
+        self.before += self.told.ticks(us);
+        Ok(())
+    }
+
+    /// The motors of the file.
+    fn motors<'r>(&self, report: &'r CycleReport) -> &'r [MotorReport] {
+        report.motors.get(..self.plan.names.len()).unwrap_or(&report.motors)
+    }
+
+    fn positions(&self, report: &CycleReport) -> Vec<i64> {
+        self.motors(report).iter().map(|motor| motor.position).collect()
+    }
+
+    /// Prints the positions.
+    fn print(&mut self, report: &CycleReport) {
+        let positions = self.positions(report);
+        self.told.list(&positions);
+        self.shown = Some(positions);
+        self.last = Some(*report);
+    }
+
+    /// What became of all of it.
+    pub fn json(&self) -> String {
+        let Some(report) = &self.last else { return self.told.json(0.0, 0, 0, &[]) };
+        let motors: Vec<_> = (self.motors(report).iter().zip(&self.plan.motors))
+            .map(|(motor, known)| Ended {
+                position: motor.position,
+                status: match motor.status {
+                    0 => Status::Idle,
+                    1 => Status::Running,
+                    _ => Status::Finished,
+                },
+                faults: Faults::from_bits(motor.faults),
+                known: Some(Motor { max: motor.max, ..*known }),
+            })
+            .collect();
+        self.told.json(self.told.seconds(self.before), report.late, report.longest, &motors)
+    }
+}
+
+/// A motor whose bounds fit a line.
+fn bounded(motor: Motor) -> Motor {
+    let fit = |at: i64| at.max(i64::MIN + 1);
+    Motor { min: motor.min.map(fit), max: motor.max.map(fit), ..motor }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,211 @@
+//! Files on a board that is the virtual one behind the line: what it refuses, and where its
+//! motors end.
+
+use std::cell::Cell;
+use std::collections::VecDeque;
+use std::io;
+
+use stepwright::Rate;
+use stepwright_cycle::Remote;
+use stepwright_sim::{CycleBoard, Edge, Stand};
+
+use super::*;
+use crate::cycle::plan;
+use crate::link::Link;
+
+const UNO: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=24 can=";
+const MEGA: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home";
+const CONTROLLER: &str = "stepwright 1 16000000 3";
+
+type Host = CycleBoard<'static, Vec<Edge>, 4>;
+
+/// A board whose time is that of the caller's waiting.
+struct Chip {
+    about: &'static str,
+    remote: Remote<'static, Host, 4>,
+    line: Vec<u8>,
+    answers: VecDeque<u8>,
+    /// One byte in this many of those that it says is spoiled; 0: none.
+    noise: usize,
+    said: usize,
+}
+
+impl Chip {
+    fn new(about: &'static str, noise: usize) -> Chip {
+        let rate = Rate::from_hz(16_000_000).unwrap();
+        let stand = Stand { min: Some(-3_000), max: Some(13_600) };
+        let board =
+            CycleBoard::new([Motor::new(1, 1); 4], [stand; 4], Clock::Deadlines, rate, Vec::new());
+        let legs = (0..400).map(|_| Cell::new(Leg::Steps { count: 0, delay: 0 }));
+        let legs: &'static [Cell<Leg>] = legs.collect::<Vec<_>>().leak();
+        let (line, answers) = (Vec::new(), VecDeque::new());
+        Chip { about, remote: Remote::new(board, legs), line, answers, noise, said: 0 }
+    }
+
+    fn say(&mut self, byte: u8) {
+        self.said += 1;
+        let spoiled = self.noise != 0 && self.said.is_multiple_of(self.noise);
+        self.answers.push_back(if spoiled && byte != b'\r' { byte ^ 2 } else { byte });
+    }
+}
+
+impl Link for Chip {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        for byte in bytes {
+            self.line.push(*byte);
+            if *byte != b'\r' {
+                continue;
+            }
+            let line = std::mem::take(&mut self.line);
+            if line == b"?\r" {
+                let about = self.about;
+                about.bytes().chain([b'\r']).for_each(|byte| self.answers.push_back(byte));
+                continue;
+            }
+            line.iter().for_each(|byte| self.remote.take(Some(*byte)));
+            while let Some(byte) = self.remote.next_byte() {
+                self.say(byte);
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        match (self.answers.pop_front(), buffer) {
+            (Some(byte), [first, ..]) => {
+                *first = byte;
+                Ok(1)
+            }
+            _ => {
+                self.rest(limit);
+                Ok(0)
+            }
+        }
+    }
+
+    fn now(&self) -> Duration {
+        // Only waiting takes time.
+        Duration::from_micros(self.remote.held().now() / 16)
+    }
+
+    fn name(&self) -> String {
+        "the chip".into()
+    }
+
+    fn rest(&mut self, time: Duration) {
+        let end = self.remote.hold().now() + time.as_micros() as u64 * 16;
+        while self.remote.hold().now() < end {
+            let now = self.remote.hold().now();
+            self.remote.hold().run_until((now + 1_600).min(end));
+            self.remote.poll();
+        }
+    }
+}
+
+/// Plays a file; the positions in the end.
+fn play(about: &'static str, noise: usize, file: &str) -> Result<Vec<i64>, Failure> {
+    let text = Text::of(file);
+    let mut plan = plan::read(&text)?;
+    let stages = std::mem::take(&mut plan.stages);
+    let board = Board::meet(Box::new(Chip::new(about, noise)))?;
+    let mut session = RemoteSession::new(board, &plan, &text, Format::Json, 60);
+    session.play(&stages)?;
+    Ok(session.shown.clone().unwrap())
+}
+
+/// A file of motors named A, B …, and what follows.
+fn file(motors: usize, rest: &str) -> String {
+    let names = ["A", "B", "C", "D", "E"];
+    let motor = |name| format!("[[motor]]\nname = \"{name}\"\nstep = 1\nsmallest-delay-us = 500\n");
+    let motors: String = names[..motors].iter().map(motor).collect();
+    format!("{motors}{rest}")
+}
+
+#[track_caller]
+fn refused(about: &'static str, file: &str, what: &str) {
+    let failure = play(about, 0, file).expect_err(what);
+    assert!(failure.message().contains(what), "{}", failure.message());
+}
+
+const GO: &str = "[[cycle]]\nmove.A = { steps = 10 }\n";
+
+#[test]
+fn files_play_and_motors_keep_their_places() {
+    let moves = "[[cycle]]\nmove.A = { steps = 100 }\nmove.B = { steps = -50, delay-us = 700 }\n\
+                 [[cycle]]\nmove.A = { series = [{ steps = -30 }, { wait = 2, delay-us = 900 }] }\n";
+    for about in [UNO, MEGA] {
+        assert_eq!(play(about, 0, &file(2, moves)).unwrap(), [70, -50]);
+    }
+    // A list, a ramp, a time to finish.
+    let moves = "[[cycle]]\nmove.A = { delays-us = [900, 800], each = 7, direction = \"backward\" }\n\
+                 move.B = { whirl = \"forward\", ramp-us = { from = 2000, to = 600, by = 100 } }\n\
+                 finish-s = 0.0205\n";
+    let at = play(UNO, 0, &file(2, moves)).unwrap();
+    assert_eq!(at[0], -14);
+    // 2000, 1900 … 600, and 600 from then on: the 15th step comes after 19.5 ms.
+    assert_eq!(at[1], 16);
+    let home = "[[cycle]]\nhome = { motor = \"A\", end = \"max\", reach = 20000, back-off = 20 }\n";
+    assert_eq!(play(MEGA, 0, &file(1, home)).unwrap(), [0]);
+}
+
+#[test]
+fn spoiled_answers_are_asked_for_again() {
+    let moves = "[[cycle]]\nmove.A = { steps = 1000 }\n[[cycle]]\nmove.A = { steps = -100 }\n";
+    for noise in [211, 331, 499] {
+        assert_eq!(play(UNO, noise, &file(1, moves)).unwrap(), [900]);
+    }
+}
+
+#[test]
+fn what_a_board_can_not_do_is_refused() {
+    refused(CONTROLLER, &file(1, GO), "the chip runs the controller, which plays no cycle files");
+    let timed = "stepwright-timed uno hz=16000000 timers=1";
+    refused(timed, &file(1, GO), "runs the program stepwright-timed");
+    refused(UNO, &file(4, GO), "this uno moves 3 motors, and the file has 4");
+    refused(MEGA, &file(5, GO), "this mega moves 4 motors, and the file has 5");
+    let tick = format!("[clock]\ntick-us = 100\n{}", file(1, GO));
+    refused(UNO, &tick, "a uno is too slow for the fixed tick");
+    refused(MEGA, &tick, "a mega is too slow for the fixed tick");
+    refused(UNO, &format!("[clock]\ntimer-hz = 8000000\n{}", file(1, GO)), "runs at 16000000 Hz");
+    let brakes = format!(
+        "[strategies]\nhard-end = \"brake-all\"\n{}",
+        file(1, "").replace("name", "decel = 100\nname") + GO
+    );
+    refused(UNO, &brakes, "no room for braking at a switch");
+    assert_eq!(play(MEGA, 0, &brakes).unwrap(), [10]);
+    let home = "[[cycle]]\nhome = { motor = \"A\", end = \"min\", reach = 10, back-off = 2 }\n";
+    refused(UNO, &file(1, home), "no room for homing");
+    refused(MEGA, &file(1, home), "the switch was not found");
+    let line = "[[cycle]]\nline = { to = { A = 10 }, speed = 100, accel = 1000 }\n";
+    refused(MEGA, &file(1, &format!("{GO}{line}")), "a board plays no line and no arc");
+    let long = vec!["900"; 25].join(",");
+    let list = format!("[[cycle]]\nmove.A = {{ delays-us = [{long}] }}\n");
+    let what = "cycle 1 has 25 delays and legs of series so far, and a uno keeps 24";
+    refused(UNO, &file(1, &list), what);
+    assert_eq!(play(MEGA, 0, &file(1, &list)).unwrap(), [25]);
+    // The board's own refusals, with the motor's name.
+    let small = "[[cycle]]\nmove.A = { steps = 10 }\nmove.B = { steps = 10, delay-us = 400 }\n";
+    refused(UNO, &file(2, small), "the first delay of B is below its smallest: at least 500 µs");
+    let bound = file(1, "").replace("step =", "max = 5\nstep =") + GO;
+    refused(UNO, &bound, "A: soft-end-max");
+    let endless = "[[cycle]]\nmove.A = { whirl = \"forward\", delay-us = 20000 }\n";
+    refused(UNO, &file(1, endless), "cycle 1 has not ended after 60 s");
+}
+
+#[test]
+fn pins_are_looked_up() {
+    let on = |pins: &str, rest: &str| {
+        file(1, "").replace("name", &format!("pins = {{ {pins} }}\n{rest}\nname")) + GO
+    };
+    assert_eq!(play(UNO, 0, &on("step = \"A0\", enable = \"none\"", "")).unwrap(), [10]);
+    refused(UNO, &on("step = \"D22\"", ""), "this board has no pin D22");
+    assert_eq!(play(MEGA, 0, &on("step = \"D22\"", "")).unwrap(), [10]);
+    refused(UNO, &on("dir = \"X1\"", ""), "\"X1\" is no pin: D0 to D53, A0 to A15, or none");
+    // A shield has one switch for each motor.
+    let switches = "switch-min = -5\nswitch-max = 100";
+    refused(UNO, &on("step = \"D2\"", switches), "a board has to know its pin: max");
+    assert_eq!(play(UNO, 0, &on("max = \"D12\"", switches)).unwrap(), [10]);
+    // A fourth motor has no pins of a shield.
+    let four = file(4, GO);
+    refused(MEGA, &four, "a board has to know its pin: step");
+}

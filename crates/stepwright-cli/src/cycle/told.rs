@@ -1,0 +1,206 @@
+//! What is said of a cycle, wherever it is played.
+
+use std::ops::Range;
+
+use serde_json::{Value, json};
+use stepwright_cycle::{CycleError, Faults, Motor, Refusal, Status};
+
+use super::Format;
+use super::plan::Plan;
+use super::text::Text;
+use crate::failure::Failure;
+use crate::say;
+
+/// What became of each cycle, and how it is said.
+pub struct Told<'p> {
+    pub plan: &'p Plan,
+    pub text: &'p Text,
+    pub format: Format,
+    cycles: Vec<Value>,
+}
+
+/// How a cycle ended.
+pub struct Ending {
+    pub seconds: f64,
+    pub error: Option<CycleError>,
+    pub late: u32,
+    pub longest: u32,
+    /// Motors that stopped on the way.
+    pub stopped: Vec<(u8, Faults)>,
+}
+
+/// How a motor is in the end.
+pub struct Ended {
+    pub position: i64,
+    pub status: Status,
+    pub faults: Faults,
+    pub known: Option<Motor>,
+}
+
+impl<'p> Told<'p> {
+    pub fn new(plan: &'p Plan, text: &'p Text, format: Format) -> Told<'p> {
+        Told { plan, text, format, cycles: Vec::new() }
+    }
+
+    /// What the file calls a motor.
+    pub fn name(&self, motor: u8) -> &'p str {
+        self.plan.names.get(usize::from(motor)).map_or("", String::as_str)
+    }
+
+    /// Positions of all.
+    pub fn list(&self, positions: &[i64]) {
+        if self.format == Format::List {
+            let each = self.plan.names.iter().zip(positions);
+            let each: Vec<_> = each.map(|(name, at)| format!("{name}.pos={at}")).collect();
+            say::result(each.join(", "));
+        }
+    }
+
+    /// A cycle that failed, for json: what is wrong, in which line of the file, with which
+    /// motor. One that was refused took no time.
+    pub fn note(&mut self, n: usize, failure: &Failure) {
+        if self.cycles.len() <= n {
+            let what = failure.place().map_or(failure.message(), |place| &place.what);
+            self.cycles.push(json!({ "seconds": 0.0, "error": what }));
+        }
+        if let (Some(place), Some(cycle)) = (failure.place(), self.cycles.get_mut(n)) {
+            cycle["line"] = json!(place.line);
+            cycle["motor"] = json!(place.motor);
+        }
+    }
+
+    /// A cycle in which nothing had to move.
+    pub fn nothing(&mut self, number: usize) {
+        self.cycles.push(json!({ "seconds": 0.0, "error": null }));
+        if self.format == Format::List {
+            say::note(format_args!("cycle {number}: the motors stand at the end of it already"));
+        }
+    }
+
+    /// A motor is home.
+    pub fn home(&mut self, number: usize, motor: u8, seconds: f64) {
+        self.cycles.push(json!({ "seconds": seconds, "error": null }));
+        if self.format == Format::List {
+            let name = self.name(motor);
+            say::note(format_args!("cycle {number}: {name} is home after {seconds:.3} s"));
+        }
+    }
+
+    /// Why a cycle did not start: the motor by its name in the file.
+    pub fn refused(&self, refusal: Refusal, at: Range<usize>) -> Failure {
+        let name = refusal.motor().map_or("", |motor| self.name(motor));
+        let failure = self.text.blame(at, refusal.named(name));
+        if name.is_empty() { failure } else { failure.motor(name) }
+    }
+
+    /// Why a cycle was cancelled.
+    pub fn cancelled(
+        &self,
+        number: usize,
+        seconds: f64,
+        error: CycleError,
+        faults: impl FnOnce(u8) -> Faults,
+        spans: &[(u8, Range<usize>)],
+        at: Range<usize>,
+    ) -> Failure {
+        match error {
+            CycleError::MotorError { motor } => {
+                let faults = faults(motor);
+                let name = self.name(motor);
+                let span = spans.iter().find(|(known, _)| *known == motor);
+                let span = span.map_or(at, |(_, span)| span.clone());
+                let what =
+                    format!("cycle {number} was cancelled after {seconds:.3} s: {name}: {faults}");
+                let end = match faults.has(Faults::HARD_END_MIN | Faults::HARD_END_MAX) {
+                    true => "hard-end",
+                    false if faults.has(Faults::STEP_DELAY_SMALL) => "small-delay",
+                    false => "soft-end",
+                };
+                self.text.blame(span, what).motor(name).hint(format!(
+                    "with {end} = \"stop-motor\" under [strategies] the others go on"
+                ))
+            }
+            error => {
+                let what = format!("cycle {number} was cancelled after {seconds:.3} s: {error}");
+                self.text.blame(at, what)
+            }
+        }
+    }
+
+    /// A cycle that has not ended by itself.
+    pub fn endless(&self, number: usize, limit: u64, at: Range<usize>) -> Failure {
+        let what = format!("cycle {number} has not ended after {limit} s");
+        self.text.blame(at, what).hint("give finish-s, or a longer --limit")
+    }
+
+    /// What became of a cycle, for json and standard error.
+    pub fn ended(&mut self, number: usize, ending: &Ending) {
+        let Ending { seconds, error, late, longest, stopped } = ending;
+        for (motor, faults) in stopped {
+            if error.is_none() {
+                say::note(format_args!("cycle {number}: {} stopped: {faults}", self.name(*motor)));
+            }
+        }
+        let error = error.map(|error| match error {
+            CycleError::MotorError { motor } => format!("an error of {}", self.name(motor)),
+            CycleError::TimingExceeded => error.to_string(),
+        });
+        if error.is_none() && self.format == Format::List {
+            say::note(format_args!(
+                "cycle {number}: {seconds:.3} s, {late} steps late, the handler took {longest} µs \
+                 at most"
+            ));
+        }
+        self.cycles.push(json!({ "seconds": seconds, "error": error }));
+    }
+
+    /// What became of all of it.
+    pub fn json(&self, seconds: f64, late: u32, longest: u32, motors: &[Ended]) -> String {
+        let motors: Vec<_> = (self.plan.names.iter().zip(motors))
+            .map(|(name, motor)| {
+                let status = match motor.status {
+                    Status::Idle => "idle",
+                    Status::Running => "running",
+                    Status::Finished => "finished",
+                };
+                json!({
+                    "name": name,
+                    "position": motor.position,
+                    "status": status,
+                    "faults": motor.faults.bits(),
+                    "min": motor.known.and_then(|m| m.min),
+                    "max": motor.known.and_then(|m| m.max),
+                })
+            })
+            .collect();
+        let all = json!({
+            "unit": self.plan.unit,
+            "seconds": seconds,
+            "late": late,
+            "longest_us": longest,
+            "cycles": self.cycles,
+            "motors": motors,
+        });
+        format!("{all:#}")
+    }
+
+    /// A time in µs, as exact as the timer is.
+    pub fn micros(&self, ticks: u64) -> String {
+        let hz = u128::from(self.plan.rate.hz());
+        let nanos = (u128::from(ticks) * 1_000_000_000 + hz / 2) / hz;
+        match (nanos / 1000, nanos % 1000) {
+            (us, 0) => us.to_string(),
+            (us, part) => format!("{us}.{part:03}").trim_end_matches('0').to_owned(),
+        }
+    }
+
+    /// Ticks of this many µs.
+    pub fn ticks(&self, us: u64) -> u64 {
+        (u128::from(us) * u128::from(self.plan.rate.hz()) / 1_000_000) as u64
+    }
+
+    /// Seconds of this many ticks.
+    pub fn seconds(&self, ticks: u64) -> f64 {
+        ticks as f64 / f64::from(self.plan.rate.hz())
+    }
+}

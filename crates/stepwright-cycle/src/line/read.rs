@@ -1,0 +1,156 @@
+//! A line is read, and every number of it checked.
+
+use super::numbers::Numbers;
+use super::{CycleLine, LineAct, LineFault, LineProgram, MotorPins};
+use crate::clock::Clock;
+use crate::homing::Homing;
+use crate::motor::{Calibration, End, Motor};
+use crate::program::Leg;
+use crate::strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Strategies};
+
+/// Whether the board can home by itself.
+pub(crate) const HOMES: bool = cfg!(feature = "homing");
+/// Longest fixed tick in µs.
+const TICK: u32 = 1_000_000;
+
+impl CycleLine {
+    /// Reads a line without its carriage return and checksum, for a board of this many
+    /// motors and legs.
+    ///
+    /// # Errors
+    /// [`LineFault`]: it is none, or a number is out of its range.
+    pub fn read(line: &[u8], motors: u8, legs: u16) -> Result<CycleLine, LineFault> {
+        let Some((letter, text)) = line.split_first() else { return Err(LineFault::Unknown) };
+        let mut numbers = Numbers::of(text);
+        match parse(*letter, &mut numbers, motors, legs) {
+            Some(line) if numbers.end() => Ok(line),
+            Some(_) => Err(LineFault::Unknown),
+            None => Err(numbers.fault),
+        }
+    }
+}
+
+/// A line of this letter; `None` with the fault among its numbers.
+#[inline(always)]
+fn parse(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<CycleLine> {
+    let line = match letter {
+        b'?' => CycleLine::Info,
+        b'N' => CycleLine::New,
+        b'V' => CycleLine::Look,
+        b'K' => CycleLine::Now(LineAct::Pause),
+        b'O' => CycleLine::Now(LineAct::Resume),
+        b'F' => CycleLine::Now(LineAct::Finish),
+        b'G' => CycleLine::Start(n.from(1, 255)? as u8),
+        b'C' => {
+            let clock = match n.from(0, TICK)? {
+                0 => Clock::Deadlines,
+                period => Clock::Tick { period },
+            };
+            CycleLine::Clock(clock, strategies(n)?)
+        }
+        b'T' => {
+            let act = match n.upto(2)? {
+                0 => LineAct::Pause,
+                1 => LineAct::Resume,
+                _ => LineAct::Finish,
+            };
+            let ticks = n.next()?;
+            match u64::try_from(ticks) {
+                Ok(ticks) => CycleLine::Act(act, ticks),
+                Err(_) => return n.range(0, i64::MAX),
+            }
+        }
+        b'A' | b'B' => {
+            let at = n.from(0, u32::from(legs).saturating_sub(1))? as u16;
+            let leg = match letter {
+                b'A' => Leg::Steps { count: n.count()?, delay: n.delay()? },
+                _ => Leg::Wait { count: n.delay()?, delay: n.delay()? },
+            };
+            CycleLine::Leg(at, leg)
+        }
+        b'U' if HOMES => {
+            let number = n.from(1, 255)? as u8;
+            let motor = n.upto(motors.saturating_sub(1))?;
+            let end = if n.upto(1)? == 0 { End::Min } else { End::Max };
+            let homing = Homing::new(motor, end, n.delay()?, n.delay()?);
+            CycleLine::Home(number, homing.delays(n.delay()?, n.delay()?))
+        }
+        b'W' | b'M' | b'P' | b'S' | b'H' | b'D' | b'R' | b'L' => {
+            let motor = n.upto(motors.saturating_sub(1))?;
+            match letter {
+                b'W' => {
+                    let mut pins = MotorPins::NONE;
+                    for code in &mut pins.codes {
+                        *code = n.upto(MotorPins::NO_PIN)?;
+                    }
+                    CycleLine::Wire(motor, pins)
+                }
+                b'M' => CycleLine::Motor(motor, read_motor(n)?),
+                b'P' => CycleLine::Position(motor, n.next()?),
+                _ => {
+                    let calibration = match n.upto(2)? {
+                        0 => Calibration::None,
+                        1 => Calibration::StartMin,
+                        _ => Calibration::BoundsMax,
+                    };
+                    CycleLine::Prepare(motor, calibration, program(letter, n, legs)?)
+                }
+            }
+        }
+        _ => return None,
+    };
+    Some(line)
+}
+
+#[inline(never)]
+fn strategies(n: &mut Numbers<'_>) -> Option<Strategies> {
+    Some(Strategies {
+        hard_end: match n.upto(3)? {
+            0 => AtHardEnd::StopMotor,
+            1 => AtHardEnd::BrakeMotor,
+            2 => AtHardEnd::Cancel,
+            _ => AtHardEnd::BrakeAll,
+        },
+        soft_end: if n.flag()? { AtSoftEnd::Cancel } else { AtSoftEnd::StopMotor },
+        small_delay: match n.upto(2)? {
+            0 => AtSmallDelay::Fix,
+            1 => AtSmallDelay::StopMotor,
+            _ => AtSmallDelay::Cancel,
+        },
+        timing: if n.flag()? { AtTiming::Cancel } else { AtTiming::Ignore },
+    })
+}
+
+#[inline(never)]
+fn read_motor(n: &mut Numbers<'_>) -> Option<Motor> {
+    let mut motor = Motor::new(n.from(1, u32::MAX)?, n.from(1, u32::MAX)?);
+    motor.inverted = n.flag()?;
+    motor.decel = n.delay()?;
+    let ends = n.upto(3)?;
+    let (min, max) = (n.next()?, n.next()?);
+    motor.min = (ends & 1 != 0).then_some(min);
+    motor.max = (ends & 2 != 0).then_some(max);
+    if ends == 3 && min > max {
+        return n.range(min, i64::MAX);
+    }
+    Some(motor)
+}
+
+#[inline(never)]
+fn program(letter: u8, n: &mut Numbers<'_>, legs: u16) -> Option<LineProgram> {
+    Some(match letter {
+        b'S' => LineProgram::Steps { count: n.count()?, delay: n.delay()? },
+        b'H' => LineProgram::Whirl { forward: n.flag()?, delay: n.delay()? },
+        b'D' => {
+            let count = n.count()?;
+            let steps = Some(count.unsigned_abs());
+            LineProgram::Ramp { steps, forward: count >= 0, ramp: n.ramp()? }
+        }
+        b'R' => LineProgram::Ramp { steps: None, forward: n.flag()?, ramp: n.ramp()? },
+        _ => {
+            let first = n.from(0, legs.into())?;
+            let count = n.from(0, u32::from(legs).saturating_sub(first))?;
+            LineProgram::Legs { first: first as u16, count: count as u16 }
+        }
+    })
+}

@@ -1,0 +1,116 @@
+//! A line as it is sent.
+
+use core::fmt;
+
+use super::{CycleLine, LineProgram, MotorPins};
+use crate::clock::Clock;
+use crate::homing::Homing;
+use crate::motor::{End, Motor};
+use crate::program::{DelayRamp, Leg};
+use crate::strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Strategies};
+
+/// A number as a line has it.
+struct Hex(i64);
+
+impl fmt::Display for Hex {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.0 < 0 { "-" } else { "" };
+        write!(f, "{sign}{:X}", self.0.unsigned_abs())
+    }
+}
+
+/// A letter and its numbers.
+fn write(f: &mut fmt::Formatter<'_>, letter: char, numbers: &[i64]) -> fmt::Result {
+    write!(f, "{letter}")?;
+    let mut comma = "";
+    for number in numbers {
+        write!(f, "{comma}{}", Hex(*number))?;
+        comma = ",";
+    }
+    Ok(())
+}
+
+/// As it is sent, without its checksum and carriage return.
+impl fmt::Display for CycleLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let now = ['K', 'O', 'F'];
+        match *self {
+            CycleLine::Info => write(f, '?', &[]),
+            CycleLine::New => write(f, 'N', &[]),
+            CycleLine::Look => write(f, 'V', &[]),
+            CycleLine::Now(act) => write(f, now[act as usize % 3], &[]),
+            CycleLine::Clock(clock, Strategies { hard_end, soft_end, small_delay, timing }) => {
+                let tick = match clock {
+                    Clock::Deadlines => 0,
+                    Clock::Tick { period } => period.max(1),
+                };
+                let hard = match hard_end {
+                    AtHardEnd::StopMotor => 0,
+                    AtHardEnd::BrakeMotor => 1,
+                    AtHardEnd::Cancel => 2,
+                    AtHardEnd::BrakeAll => 3,
+                };
+                let small = match small_delay {
+                    AtSmallDelay::Fix => 0,
+                    AtSmallDelay::StopMotor => 1,
+                    AtSmallDelay::Cancel => 2,
+                };
+                let soft = (soft_end == AtSoftEnd::Cancel).into();
+                let late = (timing == AtTiming::Cancel).into();
+                write(f, 'C', &[tick.into(), hard, soft, small, late])
+            }
+            CycleLine::Wire(motor, MotorPins { codes: [a, b, c, d, e] }) => {
+                write(f, 'W', &[motor, a, b, c, d, e].map(i64::from))
+            }
+            CycleLine::Motor(motor, what) => {
+                let Motor { distance, smallest_delay, inverted, min, max, decel } = what;
+                let ends = i64::from(min.is_some()) + 2 * i64::from(max.is_some());
+                let (min, max) = (min.unwrap_or(0), max.unwrap_or(0));
+                let [motor, distance, delay] = [motor.into(), distance, smallest_delay];
+                let first = [motor, distance, delay, inverted.into(), decel].map(i64::from);
+                let [a, b, c, d, e] = first;
+                write(f, 'M', &[a, b, c, d, e, ends, min, max])
+            }
+            CycleLine::Position(motor, at) => write(f, 'P', &[motor.into(), at]),
+            CycleLine::Prepare(motor, calibration, program) => {
+                let (motor, kind) = (motor.into(), calibration as i64);
+                match program {
+                    LineProgram::Steps { count, delay } => {
+                        write(f, 'S', &[motor, kind, count.into(), delay.into()])
+                    }
+                    LineProgram::Whirl { forward, delay } => {
+                        write(f, 'H', &[motor, kind, forward.into(), delay.into()])
+                    }
+                    LineProgram::Ramp { steps, forward, ramp: DelayRamp { from, to, by } } => {
+                        let [from, to, by] = [from, to, by].map(i64::from);
+                        let (letter, count) = match (steps, forward) {
+                            (None, forward) => ('R', forward.into()),
+                            (Some(steps), true) => ('D', steps.into()),
+                            (Some(steps), false) => ('D', -i64::from(steps)),
+                        };
+                        write(f, letter, &[motor, kind, count, from, to, by])
+                    }
+                    LineProgram::Legs { first, count } => {
+                        write(f, 'L', &[motor, kind, first.into(), count.into()])
+                    }
+                }
+            }
+            CycleLine::Leg(at, Leg::Steps { count, delay }) => {
+                write(f, 'A', &[at.into(), count.into(), delay.into()])
+            }
+            CycleLine::Leg(at, Leg::Wait { count, delay }) => {
+                write(f, 'B', &[at.into(), count.into(), delay.into()])
+            }
+            CycleLine::Act(act, ticks) => {
+                let ticks = i64::try_from(ticks).unwrap_or(i64::MAX);
+                write(f, 'T', &[act as i64, ticks])
+            }
+            CycleLine::Start(number) => write(f, 'G', &[number.into()]),
+            CycleLine::Home(number, Homing { motor, end, fast, slow, reach, back_off, .. }) => {
+                let end = u32::from(end == End::Max);
+                let all = [number.into(), motor.into(), end, reach, back_off, fast, slow];
+                write(f, 'U', &all.map(i64::from))
+            }
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Products and quotients of 64 bits from 32, as a small chip can afford them.
+
+/// a / b, where it is below 2³²: bit by bit in 32 bits, in a tenth of the code that a small chip
+/// has for any two numbers of 64, and in a third of the time.
+pub(crate) fn quotient(a: u64, b: u32) -> u32 {
+    let (mut rest, mut low) = ((a >> 32) as u32, a as u32);
+    for _ in 0..32 {
+        let over = rest >> 31 != 0;
+        rest = rest << 1 | low >> 31;
+        low <<= 1;
+        if over || rest >= b {
+            rest = rest.wrapping_sub(b);
+            low |= 1;
+        }
+    }
+    low
+}
+
+/// a · b from products of 16 bits: with one of 64 a small chip takes 660 cycles.
+#[inline(never)] // 200 bytes there
+pub(crate) const fn product(a: u32, b: u32) -> u64 {
+    let (a1, a0, b1, b0) = (a >> 16, a & 0xFFFF, b >> 16, b & 0xFFFF);
+    let (cross, above) = a1.wrapping_mul(b0).overflowing_add(a0.wrapping_mul(b1));
+    let (low, carry) = a0.wrapping_mul(b0).overflowing_add(cross << 16);
+    let high = a1.wrapping_mul(b1).wrapping_add(cross >> 16);
+    let high = high.wrapping_add((above as u32) << 16).wrapping_add(carry as u32);
+    (high as u64) << 32 | low as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_product_of_halves_is_the_product(
+            a in prop_oneof![any::<u32>(), Just(u32::MAX), 0u32..70_000],
+            b in prop_oneof![any::<u32>(), Just(u32::MAX), 0u32..70_000],
+        ) {
+            prop_assert_eq!(product(a, b), u64::from(a) * u64::from(b));
+        }
+
+        #[test]
+        fn a_quotient_is_the_quotient(
+            most in prop_oneof![any::<u32>(), Just(u32::MAX), 0u32..70_000],
+            b in prop_oneof![1..=u32::MAX, Just(u32::MAX), 1u32..70_000],
+            rest in any::<u32>(),
+        ) {
+            let a = u64::from(most) * u64::from(b) + u64::from(rest % b);
+            prop_assert_eq!(quotient(a, b), most);
+        }
+    }
+}

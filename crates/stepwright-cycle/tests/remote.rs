@@ -1,0 +1,331 @@
+//! Cycles ordered over the line, on the virtual board: the edges are those of the same cycle
+//! prepared by a program, and every wrong line is refused with what is allowed.
+
+use std::cell::Cell;
+
+use stepwright::Rate;
+use stepwright_cycle::line::{CycleLine, CycleReport, LineAct, LineFault, LineProgram, MotorPins};
+use stepwright_cycle::{
+    AtHardEnd, AtSoftEnd, Calibration, Clock, DelayRamp, End, Faults, Homing, Leg, Motor, Program,
+    Refusal, Remote, Strategies,
+};
+use stepwright_protocol::crc;
+use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
+
+const HZ: u64 = 16_000_000;
+/// From look to look of the board's main loop, in ticks.
+const LOOK: u64 = 1_600;
+
+type Host<'a> = CycleBoard<'a, Vec<Edge>, 3>;
+
+struct Chip<'a>(Remote<'a, Host<'a>, 3>);
+
+fn legs() -> [Cell<Leg>; 24] {
+    std::array::from_fn(|_| Cell::new(Leg::Wait { count: 0, delay: 0 }))
+}
+
+fn virtual_board<'a>(motors: [Motor; 3], stands: [Stand; 3], clock: Clock) -> Host<'a> {
+    CycleBoard::new(motors, stands, clock, Rate::from_hz(HZ as u32).unwrap(), Vec::new())
+}
+
+impl<'a> Chip<'a> {
+    fn new(stands: [Stand; 3], legs: &'a [Cell<Leg>]) -> Chip<'a> {
+        let motors = [Motor::new(1, 1); 3];
+        Chip(Remote::new(virtual_board(motors, stands, Clock::Deadlines), legs))
+    }
+
+    /// Sends a line as it is, and says what is answered.
+    fn text(&mut self, line: &str) -> String {
+        line.bytes().chain([b'\r']).for_each(|byte| self.0.take(Some(byte)));
+        let mut answer: Vec<u8> = std::iter::from_fn(|| self.0.next_byte()).collect();
+        assert_eq!(answer.pop(), Some(b'\r'), "{line}");
+        String::from_utf8(answer).unwrap()
+    }
+
+    /// Likewise with a checksum, which the answer must have too.
+    fn ask(&mut self, line: CycleLine) -> String {
+        let line = line.to_string();
+        let summed = |line: &str| {
+            let sum = line.bytes().fold(0, crc);
+            format!("{line}*{sum:02X}")
+        };
+        let answer = self.text(&summed(&line));
+        let (bare, _) = answer.rsplit_once('*').unwrap_or_else(|| panic!("{line}: {answer}"));
+        assert_eq!(answer, summed(bare), "{line}");
+        bare.to_owned()
+    }
+
+    #[track_caller]
+    fn say(&mut self, line: CycleLine) {
+        assert_eq!(self.ask(line), "Y", "{line}");
+    }
+
+    fn fault(&mut self, line: CycleLine) -> LineFault {
+        let answer = self.ask(line);
+        let text = answer.strip_prefix('E').unwrap_or_else(|| panic!("{line}: {answer}"));
+        LineFault::read(text.as_bytes()).unwrap_or_else(|| panic!("{line}: {answer}"))
+    }
+
+    fn look(&mut self) -> CycleReport {
+        let answer = self.ask(CycleLine::Look);
+        CycleReport::read(answer.as_bytes()).unwrap_or_else(|| panic!("{answer}"))
+    }
+
+    /// Lets time pass, in µs, while the main loop looks about.
+    fn run(&mut self, us: u64) {
+        let end = self.0.hold().now() + us * HZ / 1_000_000;
+        while self.0.hold().now() < end {
+            let now = self.0.hold().now();
+            self.0.hold().run_until((now + LOOK).min(end));
+            self.0.poll();
+        }
+    }
+
+    /// Until the cycle is over, at most a simulated minute.
+    fn rest(&mut self) -> CycleReport {
+        for _ in 0..600 {
+            self.run(100_000);
+            let report = self.look();
+            if !report.running {
+                return report;
+            }
+        }
+        panic!("it never ends");
+    }
+
+    fn edges(&mut self) -> Vec<Edge> {
+        self.0.hold().with_recorder(std::mem::take)
+    }
+}
+
+/// Steps and turns from the first step on.
+fn from_first(edges: &[Edge]) -> Vec<Edge> {
+    let moves = edges.iter().filter(|edge| matches!(edge.pin, Pin::Step | Pin::Direction));
+    let moves: Vec<Edge> = moves.copied().collect();
+    let first = moves.iter().position(|edge| edge.pin == Pin::Step).expect("a step");
+    let begun = moves[first].time;
+    moves[first..].iter().map(|edge| Edge { time: edge.time - begun, ..*edge }).collect()
+}
+
+const X: Motor = Motor::new(7_500, 500);
+const LEGS: [Leg; 3] = [
+    Leg::Steps { count: 30, delay: 1_000 },
+    Leg::Wait { count: 1, delay: 30_000 },
+    Leg::Steps { count: -31, delay: 700 },
+];
+const RAMP: DelayRamp = DelayRamp { from: 3_000, to: 600, by: 100 };
+
+/// Every kind of program, three at a time.
+fn programs<'a>() -> Vec<[(LineProgram, Program<'a>); 3]> {
+    let steps =
+        |count, delay| (LineProgram::Steps { count, delay }, Program::Steps { count, delay });
+    let ramp = |steps, forward| {
+        let ramp = RAMP;
+        (LineProgram::Ramp { steps, forward, ramp }, Program::Ramp { steps, forward, ramp })
+    };
+    let whirl =
+        |forward, delay| (LineProgram::Whirl { forward, delay }, Program::Whirl { forward, delay });
+    let series = (LineProgram::Legs { first: 2, count: 3 }, Program::Series(&LEGS));
+    vec![
+        [steps(100, 1_000), series, ramp(Some(80), false)],
+        [steps(-300, 0), whirl(true, 900), ramp(None, true)],
+    ]
+}
+
+#[test]
+fn every_program_steps_as_when_a_program_prepares_it() {
+    for clock in [Clock::Deadlines, Clock::Tick { period: 100 }] {
+        for (n, all) in programs().into_iter().enumerate() {
+            let (legs, finish) = (legs(), 200_000);
+            let mut chip = Chip::new([Stand::default(); 3], &legs);
+            let mut ideal = virtual_board([X; 3], [Stand::default(); 3], clock);
+            chip.say(CycleLine::New);
+            chip.say(CycleLine::Clock(clock, Strategies::CANCEL));
+            for (place, leg) in (2..).zip(LEGS) {
+                chip.say(CycleLine::Leg(place, leg));
+            }
+            for (motor, (line, program)) in (0..).zip(all) {
+                chip.say(CycleLine::Motor(motor, X));
+                chip.say(CycleLine::Prepare(motor, Calibration::None, line));
+                ideal.cycle().prepare(motor, program, Calibration::None).unwrap();
+            }
+            chip.say(CycleLine::Act(LineAct::Finish, finish * HZ / 1_000_000));
+            chip.say(CycleLine::Start(1));
+            ideal.cycle().start().unwrap();
+            let report = chip.rest();
+            ideal.run_until(finish * HZ / 1_000_000);
+            ideal.cycle().finish();
+            assert_eq!((report.number, report.error, report.late), (1, None, 0));
+            let (real, ideal) = (from_first(&chip.edges()), ideal.with_recorder(std::mem::take));
+            assert_eq!(real, from_first(&ideal), "{clock:?} {n}");
+            assert!(real.len() > 400);
+        }
+    }
+}
+
+#[test]
+fn a_pause_on_the_way_comes_at_its_time() {
+    let legs = legs();
+    let mut chip = Chip::new([Stand::default(); 3], &legs);
+    chip.say(CycleLine::Motor(0, X));
+    let program = LineProgram::Steps { count: 100, delay: 1_000 };
+    chip.say(CycleLine::Prepare(0, Calibration::None, program));
+    chip.say(CycleLine::Act(LineAct::Pause, 30_500 * 16));
+    chip.say(CycleLine::Act(LineAct::Resume, 80_700 * 16));
+    chip.say(CycleLine::Start(9));
+    chip.run(60_000);
+    let report = chip.look();
+    assert!(report.paused && report.running);
+    assert_eq!(report.motors[0].position, 30 * 7_500);
+    let report = chip.rest();
+    assert_eq!(report.motors[0].position, 100 * 7_500);
+    // Within a look.
+    let near = |at: Option<u64>, us: u64| (us * 16..us * 16 + LOOK + 2).contains(&at.unwrap());
+    assert!(near(report.acts[0], 30_500) && near(report.acts[1], 80_700), "{report:?}");
+    assert!(report.acts[2].is_none() && near(Some(report.time), 150_200), "{report:?}");
+}
+
+#[test]
+fn now_is_now() {
+    let legs = legs();
+    let mut chip = Chip::new([Stand::default(); 3], &legs);
+    chip.say(CycleLine::Motor(2, X));
+    let program = LineProgram::Whirl { forward: false, delay: 500 };
+    chip.say(CycleLine::Prepare(2, Calibration::None, program));
+    chip.say(CycleLine::Start(1));
+    chip.run(10_000);
+    chip.say(CycleLine::Now(LineAct::Pause));
+    let at = chip.look().motors[2].position;
+    chip.run(10_000);
+    assert_eq!(chip.look().motors[2].position, at);
+    chip.say(CycleLine::Now(LineAct::Resume));
+    chip.run(10_000);
+    assert!(chip.look().motors[2].position < at);
+    chip.say(CycleLine::Now(LineAct::Finish));
+    chip.run(1_000);
+    let report = chip.look();
+    assert!(!report.running && report.acts[2].is_some() && report.error.is_none());
+    // Nothing is left to finish; that is fine.
+    chip.say(CycleLine::Now(LineAct::Finish));
+}
+
+#[test]
+fn ends_and_faults_are_reported_with_their_times() {
+    let legs = legs();
+    let stands = [Stand { min: Some(-20), max: None }, Stand::default(), Stand::default()];
+    let mut chip = Chip::new(stands, &legs);
+    let strategies = Strategies {
+        hard_end: AtHardEnd::StopMotor,
+        soft_end: AtSoftEnd::StopMotor,
+        ..Strategies::CANCEL
+    };
+    chip.say(CycleLine::Clock(Clock::Deadlines, strategies));
+    chip.say(CycleLine::Motor(0, X));
+    chip.say(CycleLine::Motor(1, X.between(0, 75_000)));
+    chip.say(CycleLine::Position(0, 1_000_000));
+    for (motor, count) in [(0, -100), (1, 100)] {
+        let program = LineProgram::Steps { count, delay: 1_000 };
+        chip.say(CycleLine::Prepare(motor, Calibration::None, program));
+    }
+    chip.say(CycleLine::Start(1));
+    let report = chip.rest();
+    let [x, y, _] = [report.motors[0], report.motors[1], report.motors[2]];
+    assert_eq!(x.position, 1_000_000 - 20 * 7_500);
+    assert_eq!((x.faults, y.faults), (Faults::HARD_END_MIN.bits(), Faults::SOFT_END_MAX.bits()));
+    assert_eq!((y.position, y.max), (75_000, Some(75_000)));
+    let near = |at: Option<u64>, ms: u64| (ms * 16_000..(ms + 1) * 16_000).contains(&at.unwrap());
+    assert!(near(x.fault_at, 20) && near(y.fault_at, 11), "{report:?}");
+    assert!(report.error.is_none());
+    // The next cycle has none, and starts from there; a motor without a part keeps its own.
+    chip.say(CycleLine::New);
+    let program = LineProgram::Steps { count: 10, delay: 0 };
+    chip.say(CycleLine::Prepare(0, Calibration::None, program));
+    chip.say(CycleLine::Start(2));
+    let report = chip.rest();
+    assert_eq!((report.motors[0].faults, report.motors[0].status), (0, 2));
+    assert_eq!(report.motors[0].position, 1_000_000 - 10 * 7_500);
+    assert_eq!((report.motors[1].fault_at, report.motors[1].status), (None, 0));
+}
+
+#[test]
+fn a_motor_is_homed_and_its_way_calibrated() {
+    let legs = legs();
+    let stands = [Stand { min: Some(-50), max: Some(200) }, Stand::default(), Stand::default()];
+    let mut chip = Chip::new(stands, &legs);
+    chip.say(CycleLine::Motor(0, X.between(0, 1_000_000_000)));
+    chip.say(CycleLine::Home(1, Homing::new(0, End::Min, 1_000, 20).delays(600, 2_000)));
+    let report = chip.rest();
+    assert_eq!((report.home, report.motors[0].position), (2, 0));
+    let strategies = Strategies { hard_end: AtHardEnd::StopMotor, ..Strategies::CANCEL };
+    chip.say(CycleLine::Clock(Clock::Deadlines, strategies));
+    let program = LineProgram::Whirl { forward: true, delay: 600 };
+    chip.say(CycleLine::Prepare(0, Calibration::BoundsMax, program));
+    chip.say(CycleLine::Start(2));
+    let report = chip.rest();
+    assert_eq!(report.motors[0].position, 250 * 7_500);
+    assert_eq!(report.motors[0].max, Some(250 * 7_500));
+    // No switch within the reach.
+    chip.say(CycleLine::Motor(1, X));
+    chip.say(CycleLine::Home(3, Homing::new(1, End::Min, 10, 5)));
+    assert_eq!(chip.rest().home, 3);
+    // Given up.
+    chip.say(CycleLine::Home(4, Homing::new(1, End::Min, 100_000, 5)));
+    chip.run(10_000);
+    chip.say(CycleLine::Now(LineAct::Finish));
+    assert_eq!(chip.rest().home, 5);
+}
+
+#[test]
+fn what_is_wrong_is_refused_and_nothing_moves() {
+    let legs = legs();
+    let mut chip = Chip::new([Stand::default(); 3], &legs);
+    assert_eq!(chip.fault(CycleLine::Start(1)), LineFault::Refused(Refusal::Nothing));
+    let program = LineProgram::Steps { count: 10, delay: 400 };
+    chip.say(CycleLine::Motor(0, X));
+    chip.say(CycleLine::Prepare(0, Calibration::None, program));
+    let small = LineFault::Refused(Refusal::SmallDelay { motor: 0, needs: 500 });
+    assert_eq!(chip.fault(CycleLine::Start(1)), small);
+    chip.say(CycleLine::Prepare(0, Calibration::None, program));
+    chip.say(CycleLine::New);
+    assert_eq!(chip.fault(CycleLine::Start(1)), LineFault::Refused(Refusal::Nothing));
+    let pins = MotorPins { codes: [1, 2, 3, 99, MotorPins::NO_PIN] };
+    assert_eq!(chip.fault(CycleLine::Wire(0, pins)), LineFault::Pin { number: 5 });
+    // A line that was spoiled, one that is too long, one without a checksum.
+    assert_eq!(chip.text("S0,0,A,3E8*00"), "E1,0,0,0*AD");
+    assert!(chip.text(&"1".repeat(100)).starts_with("E1,"));
+    // A line behind another waits for the answer of that.
+    let mut said = Vec::new();
+    for byte in *b"\r?\r" {
+        chip.0.take(Some(byte));
+        said.extend(chip.0.next_byte());
+    }
+    said.extend(std::iter::from_fn(|| chip.0.next_byte()));
+    let said = String::from_utf8(said).unwrap();
+    assert!(said.starts_with("E0,0,0,0\rstepwright-cycle "), "{said:?}");
+    assert_eq!(chip.text("S0,0,A,3E8"), "Y");
+    assert_eq!(chip.text("S0,3,A,3E8"), "E2,2,0,2");
+    // While a cycle runs there are other lines.
+    chip.say(CycleLine::Start(1));
+    chip.say(CycleLine::Start(1));
+    let running = LineFault::Refused(Refusal::Running);
+    for line in [
+        CycleLine::New,
+        CycleLine::Start(2),
+        CycleLine::Motor(1, X),
+        CycleLine::Wire(1, MotorPins::NONE),
+        CycleLine::Position(0, 1),
+        CycleLine::Leg(0, LEGS[0]),
+        CycleLine::Prepare(1, Calibration::None, program),
+        CycleLine::Clock(Clock::Deadlines, Strategies::CANCEL),
+        CycleLine::Home(2, Homing::new(1, End::Min, 1, 1)),
+    ] {
+        assert_eq!(chip.fault(line), running, "{line}");
+    }
+    let report = chip.rest();
+    assert_eq!(report.motors[0].position, 75_000);
+    // The same number again is the same cycle: it is over.
+    chip.say(CycleLine::Start(1));
+    chip.run(20_000);
+    assert_eq!(chip.look().motors[0].position, 75_000);
+    assert!(chip.ask(CycleLine::Info).starts_with("stepwright-cycle virtual hz=16000000 "));
+}

@@ -1,0 +1,15 @@
+//! Motor cycles over the serial line: orders by `stepwright cycle FILE --port`, or by whoever
+//! writes the lines of `stepwright_cycle::line`.
+//!
+//! An Uno has three motors, a Mega four, each on any pins but the serial line's.
+#![no_std]
+#![no_main]
+#![feature(abi_avr_interrupt)]
+
+stepwright_avr::cycles_interrupt!();
+
+#[avr_device::entry]
+fn main() -> ! {
+    // SAFETY: called once, with interrupts off.
+    unsafe { stepwright_avr::cycles::serve() }
+}

@@ -1,0 +1,410 @@
+//! `stepwright cycle FILE --port` with the program `cycles` on the chip: every file of
+//! `examples/cycles` plays as on the virtual board, edge for edge and row for row of csv, or is
+//! refused before anything moves.
+//!
+//! The command talks to the simulated chip over a pseudo-terminal. The chip's time runs as fast
+//! as this machine lets it.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::env;
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use common::board;
+use stepwright_rig::board::Pin as ChipPin;
+use stepwright_rig::pty::Pty;
+use stepwright_rig::{Board, Chip};
+
+/// Cycles of a µs.
+const MICRO: f64 = 16.0;
+/// The largest difference between an edge and the virtual board's, in cycles.
+const EDGE: f64 = 1_600.0;
+/// Likewise beside a leg that turns, which takes that long.
+const BESIDE_TURNS: f64 = 6_400.0;
+/// Likewise after a pause, which the main loop begins and ends: 0.5 ms.
+const AFTER_PAUSE: f64 = 8_000.0;
+/// And of a time that the board reports, in µs.
+const REPORT: f64 = 1_000.0;
+/// From look to look at the switches, in cycles.
+const SLICE: u64 = 400;
+/// On a busy machine.
+const LIMIT: Duration = Duration::from_secs(400);
+
+fn command(args: &[&str]) -> Command {
+    let path = env::var_os("STEPWRIGHT_COMMAND").expect("STEPWRIGHT_COMMAND: where it is built");
+    let mut command = Command::new(PathBuf::from(path));
+    command.arg("cycle").args(args).stdin(Stdio::null());
+    command
+}
+
+fn example(name: &str) -> String {
+    format!("{}/../../examples/cycles/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A switch between a pin and ground, closed where its motor is at `at` steps or beyond.
+struct Switch {
+    pin: ChipPin,
+    motor: usize,
+    at: i64,
+    below: bool,
+    closed: bool,
+}
+
+/// A motor's pins.
+struct Wires {
+    step: ChipPin,
+    direction: ChipPin,
+}
+
+/// A step of the chip: when, and where it leads.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    time: f64,
+    forward: bool,
+}
+
+/// The board with its motors.
+struct Machine {
+    chip: Chip,
+    pty: Pty,
+    switches: Vec<Switch>,
+    /// By motor.
+    steps: Vec<Vec<Step>>,
+    at: Vec<i64>,
+    levels: Vec<bool>,
+    read: usize,
+}
+
+impl Machine {
+    fn new(program: &str, wires: &[Wires], mut switches: Vec<Switch>) -> Machine {
+        let mut chip = common::program(program);
+        let pins: Vec<_> = wires.iter().flat_map(|w| [w.step, w.direction]).collect();
+        chip.watch_pins(&pins);
+        for switch in &mut switches {
+            switch.closed = false;
+        }
+        Machine {
+            chip,
+            pty: Pty::open().unwrap(),
+            switches,
+            steps: vec![Vec::new(); wires.len()],
+            at: vec![0; wires.len()],
+            levels: vec![false; wires.len()],
+            read: 0,
+        }
+    }
+
+    /// A slice of time: the line, the motors, the switches.
+    fn pass(&mut self) {
+        let bytes = self.pty.read().unwrap();
+        self.chip.send(&bytes);
+        for _ in 0..20 {
+            self.chip.run_for(SLICE);
+            self.look();
+        }
+        let said = self.chip.take_said();
+        self.pty.write(&said);
+    }
+
+    fn look(&mut self) {
+        let changes = &self.chip.watched_changes()[self.read..];
+        self.read += changes.len();
+        for (time, which, level) in changes {
+            let motor = usize::from(which / 2);
+            if which % 2 == 1 {
+                self.levels[motor] = *level;
+            } else if *level {
+                let forward = self.levels[motor];
+                self.at[motor] += if forward { 1 } else { -1 };
+                self.steps[motor].push(Step { time: *time as f64, forward });
+            }
+        }
+        for switch in &mut self.switches {
+            let at = self.at[switch.motor];
+            let closed = if switch.below { at <= switch.at } else { at >= switch.at };
+            if closed != switch.closed {
+                switch.closed = closed;
+                self.chip.pull(switch.pin, closed);
+            }
+        }
+    }
+
+    fn port(&self) -> String {
+        self.pty.path().to_str().unwrap().to_owned()
+    }
+
+    /// Lets time pass until a command has ended.
+    fn until_ended(&mut self, mut child: Child) -> Output {
+        let begun = Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            self.pass();
+            if begun.elapsed() > LIMIT {
+                _ = child.kill();
+                panic!("it does not end: {:?}", child.wait_with_output());
+            }
+        }
+        child.wait_with_output().unwrap()
+    }
+
+    fn play(&mut self, file: &str, format: &str) -> Output {
+        let port = self.port();
+        let mut command = command(&[file, "--port", &port, "--format", format]);
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+        self.until_ended(child.expect("the command"))
+    }
+}
+
+/// The shield's pins of three motors.
+fn shield() -> Vec<Wires> {
+    let board = board();
+    let pins = board.step().into_iter().zip(board.direction());
+    pins.map(|(step, direction)| Wires { step, direction }).collect()
+}
+
+/// A row of csv.
+#[derive(Clone, Debug)]
+struct Row {
+    us: f64,
+    motor: String,
+    event: String,
+    value: String,
+    position: String,
+}
+
+fn rows(csv: &[u8]) -> Vec<Row> {
+    let text = std::str::from_utf8(csv).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("time_us,motor,event,value,position"));
+    let row = |line: &str| {
+        let cells: Vec<_> = line.split(',').collect();
+        let [us, motor, event, value, position] = cells[..] else { panic!("{line}") };
+        let [motor, event, value, position] = [motor, event, value, position].map(String::from);
+        Row { us: us.parse().unwrap(), motor, event, value, position }
+    };
+    lines.map(row).collect()
+}
+
+/// A cycle of the virtual board: its first step's time, the time from which on it was resumed,
+/// and the steps of each motor, by its place.
+#[derive(Default)]
+struct Segment {
+    steps: BTreeMap<usize, Vec<Step>>,
+    resumed: Option<f64>,
+    paused: f64,
+}
+
+/// Cycles one after another, with motors by their places in the file.
+fn segments(rows: &[Row], names: &[&str]) -> Vec<Segment> {
+    let (mut all, mut forward): (Vec<Segment>, Vec<bool>) = (Vec::new(), vec![false; names.len()]);
+    for row in rows {
+        let motor = names.iter().position(|name| *name == row.motor);
+        let high = row.value == "1";
+        let time = row.us * MICRO;
+        match (row.event.as_str(), motor) {
+            ("cycle", _) if row.value == "start" => all.push(Segment::default()),
+            ("cycle", _) if row.value == "resume" => {
+                all.last_mut().unwrap().resumed = Some(time);
+            }
+            ("cycle", _) if row.value == "pause" => all.last_mut().unwrap().paused = time,
+            ("dir", Some(motor)) => forward[motor] = high,
+            ("step", Some(motor)) if high => {
+                let step = Step { time, forward: forward[motor] };
+                all.last_mut().unwrap().steps.entry(motor).or_default().push(step);
+            }
+            _ => {}
+        }
+    }
+    all
+}
+
+fn first(steps: &BTreeMap<usize, Vec<Step>>) -> f64 {
+    steps.values().map(|steps| steps[0].time).fold(f64::MAX, f64::min)
+}
+
+/// Every step against the virtual board's. The largest difference, and that behind a pause.
+fn compare_edges(machine: &Machine, ideal: &[Segment]) -> (f64, f64) {
+    let mut done = vec![0; machine.steps.len()];
+    let (mut worst, mut paused, mut early) = (0f64, 0f64, 0);
+    for (n, segment) in ideal.iter().enumerate().filter(|(_, s)| !s.steps.is_empty()) {
+        let real: BTreeMap<usize, Vec<Step>> = (segment.steps.iter())
+            .map(|(&motor, steps)| {
+                let from = done[motor];
+                done[motor] += steps.len();
+                let real = machine.steps[motor].get(from..done[motor]);
+                let made = machine.steps[motor].len();
+                (motor, real.unwrap_or_else(|| panic!("cycle {n}: {made} steps")).to_vec())
+            })
+            .collect();
+        let (begun, ideally) = (first(&real), first(&segment.steps));
+        for (motor, ideal) in &segment.steps {
+            for (k, (real, ideal)) in real[motor].iter().zip(ideal).enumerate() {
+                assert_eq!(real.forward, ideal.forward, "cycle {n}, motor {motor}, step {k}");
+                let off = ((real.time - begun) - (ideal.time - ideally)).abs();
+                match segment.resumed {
+                    // One that is due in the moment of the pause may be made before it.
+                    Some(resumed) if ideal.time > resumed && off > AFTER_PAUSE => {
+                        let late = (real.time - begun) - (segment.paused - ideally);
+                        assert!((0.0..AFTER_PAUSE).contains(&late), "motor {motor}, step {k}");
+                        early += 1;
+                    }
+                    Some(resumed) if ideal.time > resumed => paused = paused.max(off),
+                    _ => worst = worst.max(off),
+                }
+            }
+        }
+    }
+    assert!(early <= machine.steps.len(), "{early} steps in the moment of a pause");
+    for (motor, steps) in machine.steps.iter().enumerate() {
+        assert_eq!(steps.len(), done[motor], "steps of motor {motor}");
+    }
+    (worst, paused)
+}
+
+/// What the virtual board says of cycles and faults, and where its motors are.
+fn compare_rows(real: &[Row], ideal: &[Row]) -> usize {
+    let told = |rows: &[Row]| -> Vec<Row> {
+        let rows = rows.iter().filter(|row| matches!(&*row.event, "cycle" | "fault"));
+        rows.cloned().collect()
+    };
+    let (told_real, told_ideal) = (told(real), told(ideal));
+    let what = |rows: &[Row]| -> Vec<String> {
+        let said = |r: &Row| [&*r.motor, &*r.event, &*r.value, &*r.position].join(",");
+        rows.iter().map(said).collect()
+    };
+    assert_eq!(what(&told_real), what(&told_ideal));
+    // The errors of cycles one after another add up.
+    let mut cycles = 0.0;
+    for (real, ideal) in told_real.iter().zip(&told_ideal) {
+        let off = (real.us - ideal.us).abs();
+        assert!(off <= REPORT * (1.0 + cycles), "{real:?} instead of {ideal:?}");
+        cycles += f64::from(real.value == "start");
+    }
+    let mut looks = 0;
+    for row in real.iter().filter(|row| row.event == "at") {
+        let of = |ideal: &&Row| ideal.motor == row.motor && ideal.event != "fault";
+        let steps: Vec<_> = ideal.iter().filter(of).collect();
+        let near = REPORT * (1.0 + cycles);
+        let at: i64 = row.position.parse().unwrap();
+        // Positions within the time that the report may be off, and the next one: a pause may
+        // come a step later.
+        let from = steps.partition_point(|step| step.us < row.us - near).saturating_sub(1);
+        let next = steps.partition_point(|step| step.us <= row.us + near);
+        let rest = steps[next..].iter().take(2);
+        let known: Vec<i64> =
+            steps[from..next].iter().chain(rest).map(|s| s.position.parse().unwrap()).collect();
+        assert!(known.contains(&at), "{row:?}: {known:?}");
+        looks += 1;
+    }
+    looks
+}
+
+/// Plays an example there and here.
+fn agrees(file: &str, names: &[&str], wires: &[Wires], switches: Vec<Switch>, bound: f64) {
+    let name = file.rsplit('/').next().unwrap_or(file);
+    let ideal = command(&[file, "--format", "csv"]).output().expect("the command");
+    assert!(ideal.status.success());
+    let ideal = rows(&ideal.stdout);
+    let mut machine = Machine::new("cycles", wires, switches);
+    let ended = machine.play(file, "csv");
+    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert!(ended.status.success(), "{said}");
+    let segments = segments(&ideal, names);
+    let (worst, paused) = compare_edges(&machine, &segments);
+    let looks = compare_rows(&rows(&ended.stdout), &ideal);
+    println!("{name}: {worst} cycles, {paused} behind a pause, {looks} looks");
+    assert!(worst <= bound && paused <= AFTER_PAUSE, "{worst}, {paused}");
+    assert!(looks > 0);
+}
+
+/// What is refused, and that nothing has moved.
+#[track_caller]
+fn refuses(program: &str, name: &str, message: &str, hint: &str) {
+    let mut machine = Machine::new(program, &shield(), Vec::new());
+    let ended = machine.play(&example(name), "list");
+    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    assert!(said.contains(message) && said.contains(hint), "{said}");
+    assert!(machine.steps.iter().all(Vec::is_empty));
+}
+
+#[test]
+fn the_basic_example_plays_as_on_the_virtual_board() {
+    agrees(&example("readme"), &["X", "Y", "Z"], &shield(), Vec::new(), EDGE);
+}
+
+#[test]
+fn calibrations_find_the_switches() {
+    let board = board();
+    // 50 mm from where it stands, and 170: closed where the virtual ones are.
+    let max = if board == Board::Uno { ChipPin('B', 4) } else { ChipPin('B', 6) };
+    let switch = |pin, at, below| Switch { pin, motor: 0, at, below, closed: false };
+    let switches = vec![switch(board.switch()[0], -3_000, true), switch(max, 13_600, false)];
+    agrees(&example("calibrate"), &["X"], &shield()[..1], switches, EDGE);
+}
+
+#[test]
+fn lines_and_arcs_are_refused() {
+    refuses("cycles", "feed", "a board plays no line and no arc", "stepwright line --port");
+    // It begins with a home.
+    match board() {
+        Board::Uno => refuses("cycles", "drawing", "a uno has no room for homing", "on a Mega"),
+        Board::Mega => refuses("cycles", "drawing", "no line and no arc", "stepwright line"),
+    }
+}
+
+#[test]
+fn another_program_is_named() {
+    let flash = "cargo xtask flash mega --program cycles";
+    refuses("timed", "readme", "runs the program stepwright-timed", flash);
+}
+
+/// Its handler would take longer than a tick of stepper_h's.
+#[test]
+fn the_fixed_tick_is_refused() {
+    refuses("cycles", "triangle", "is too slow for the fixed tick", "leave tick-us out");
+}
+
+/// Four motors on the Mega, one of them on pins of its own.
+#[test]
+fn every_way_of_preparing_plays_as_on_the_virtual_board() {
+    if board() == Board::Uno {
+        return refuses("cycles", "series", "moves 3 motors, and the file has 4", "Mega");
+    }
+    let mut wires = shield();
+    wires.push(Wires { step: ChipPin('F', 0), direction: ChipPin('F', 1) });
+    let names = ["list", "series", "callback", "bounded"];
+    agrees(&example("series"), &names, &wires, Vec::new(), BESIDE_TURNS);
+}
+
+#[test]
+fn ctrl_c_ends_the_cycle() {
+    let mut machine = Machine::new("cycles", &shield(), Vec::new());
+    let (file, port) = (example("readme"), machine.port());
+    let child = command(&[&file, "--port", &port])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command");
+    let begun = Instant::now();
+    while machine.steps[0].len() < 500 {
+        machine.pass();
+        assert!(begun.elapsed() < LIMIT);
+    }
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(sent.expect("kill").success());
+    let ended = machine.until_ended(child);
+    assert_eq!(ended.status.code(), Some(130), "{}", String::from_utf8_lossy(&ended.stderr));
+    let made = machine.steps[0].len();
+    assert!(made < 15_000, "{made}");
+    for _ in 0..100 {
+        machine.pass();
+    }
+    assert_eq!(machine.steps[0].len(), made);
+    // The last line says where they stand: X counts 7500 nm a step.
+    let text = String::from_utf8_lossy(&ended.stdout).into_owned();
+    let last = text.lines().last().unwrap_or_default().to_owned();
+    assert!(last.starts_with(&format!("X.pos={},", made * 7_500)), "{last}");
+}

@@ -256,5 +256,14 @@ fn its_planner_keeps_up() {
         for axis in 0..axes {
             assert_eq!(steps(&chip, axis).last().unwrap().position, i64::from(way));
         }
+        // All three axes, a change and a stop: what takes the most stack is left some.
+        say(&mut chip, "PO A1 G+30000 A2 G+20000 A3 s0 t9000 a20000 d20000 j100000 G+9000 E");
+        chip.run_for(6_000_000);
+        say(&mut chip, "A1 @+1000");
+        chip.run_for(6_000_000);
+        say(&mut chip, "Z");
+        rest(&mut chip);
+        let (statics, stack) = chip.ram();
+        assert!(statics + stack + 64 <= 2_048, "{statics} bytes of statics, {stack} of stack");
     }
 }

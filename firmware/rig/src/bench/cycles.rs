@@ -96,7 +96,9 @@ pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
 fn function(subject: &Subject, name: &str) -> Result<u32> {
     let parts = ["9main_loop", name];
     let found = subject.queued.bench.functions(&parts).next();
-    Ok(found.with_context(|| format!("the bench build has no part {name} of the main loop"))?.address)
+    Ok(found
+        .with_context(|| format!("the bench build has no part {name} of the main loop"))?
+        .address)
 }
 
 /// Starting an order: the longest call of those that take its `E`, and of those that each do

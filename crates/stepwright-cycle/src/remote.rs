@@ -463,7 +463,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             self.answer.digits = left;
             let bytes = self.answer.number.to_le_bytes();
             let byte = bytes.get(usize::from(left / 2)).copied().unwrap_or(0);
-            return Some(digit(if left % 2 == 0 { byte } else { byte >> 4 }));
+            return Some(digit(if left.is_multiple_of(2) { byte } else { byte >> 4 }));
         }
         let part = self.answer.part;
         self.answer.part = part.wrapping_add(1);
@@ -477,7 +477,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             Saying::Yes => None,
             Saying::Fault(_) if part == 0 => return Some(b'E'),
             // A number, a comma, a number …
-            Saying::Fault(_) if part % 2 == 0 => return self.comma(part < 8),
+            Saying::Fault(_) if part.is_multiple_of(2) => return self.comma(part < 8),
             Saying::Fault(fault) => fault.numbers().get(usize::from(part / 2)).copied(),
             Saying::Report if part % 2 == 1 => {
                 let all = CycleReport::HEAD + CycleReport::EACH * N as u8;
@@ -489,11 +489,11 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         match number {
             None => self.comma(false),
             Some(number) => {
-                let (size, mut digits) = (number.unsigned_abs(), 16);
+                let (size, mut digits) = (number.unsigned_abs(), 16u8);
                 let bytes = size.to_le_bytes();
                 while digits > 1 {
                     let byte = bytes.get(usize::from((digits - 1) / 2)).copied().unwrap_or(0);
-                    if (if digits % 2 == 0 { byte >> 4 } else { byte & 15 }) != 0 {
+                    if (if digits.is_multiple_of(2) { byte >> 4 } else { byte & 15 }) != 0 {
                         break;
                     }
                     digits -= 1;

@@ -255,6 +255,6 @@ impl<'a, R: Recorder, const N: usize> CycleHold<'a, N> for CycleBoard<'a, R, N> 
     fn about(&self, at: u8) -> Option<u8> {
         const ABOUT: &str = "stepwright-cycle virtual hz=16000000 motors=3 legs=24 \
                              can=brakes,home,tick";
-        ABOUT.bytes().nth(at.into())
+        ABOUT.as_bytes().get(usize::from(at)).copied()
     }
 }

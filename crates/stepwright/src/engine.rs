@@ -289,15 +289,17 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     pub fn start_when_loaded(&mut self, axes: Axes) {
         let begun = self.timer.now();
         self.start(axes);
-        // Who turns first does it here: a small chip asks some programs for longer than their
-        // first delay lasts.
-        let mut turns: Axes = 0;
-        for (axis, track) in self.tracks.iter().enumerate() {
-            if axes >> axis & 1 != 0 && track.state == State::Play && track.pins & STEP == 0 {
-                turns |= u8::from(track.pins != 0) << axis;
+        // Where asking takes time, who turns first does it here: a small chip asks some programs
+        // for longer than their first delay lasts.
+        if self.timer.now().since(begun) != 0 {
+            let mut turns: Axes = 0;
+            for (axis, track) in self.tracks.iter().enumerate() {
+                if axes >> axis & 1 != 0 && track.state == State::Play && track.pins & STEP == 0 {
+                    turns |= u8::from(track.pins != 0) << axis;
+                }
             }
+            self.advance_all(turns, begun);
         }
-        self.advance_all(turns, begun);
         // Modulo the counter, so for any time.
         let took = self.timer.now().since(begun) as Ticks;
         for (axis, track) in self.tracks.iter_mut().enumerate() {

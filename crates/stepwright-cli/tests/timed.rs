@@ -30,8 +30,9 @@ fn the_pins_of_a_drive_stand_in_csv_and_vcd() {
         ["0,0,1,0", "0,0,1,1", "0,0,0,1", "1,0,0,1", "1,0,0,0", "1,1,0,0", "0,1,0,0", "0,1,1,0"];
     assert_eq!(pins, wanted);
 
-    // The same edges in the dump: 10 ms a step.
+    // The same edges in the dump: 10 ms a step, in units of 100 ps.
     let text = std::fs::read_to_string(vcd.path()).unwrap();
+    assert!(text.contains("$timescale 100 ps $end"), "{text}");
     let names: Vec<&str> = (text.lines())
         .filter_map(|line| line.strip_prefix("$var wire 1 ")?.strip_suffix(" $end"))
         .collect();
@@ -48,7 +49,7 @@ fn the_pins_of_a_drive_stand_in_csv_and_vcd() {
     }
     let steps: Vec<_> = (1..=8u64)
         .map(|step| {
-            let time = step * 10_000_000_000;
+            let time = step * 100_000_000;
             seen.iter().rfind(|(at, _)| *at <= time).map(|(_, levels)| *levels).unwrap()
         })
         .map(|levels| levels.map(|level: u8| level.to_string()).join(","))

@@ -164,7 +164,7 @@ fn pair() -> impl Strategy<Value = (Num, Num)> {
     prop_oneof![
         (number(), number()),
         (number(), any::<u32>(), -34i16..34)
-            .prop_map(|(a, m, by)| (a, a.scaled(by).times(&Num::part(m | 1 << 31)))),
+            .prop_map(|(a, m, by)| (a, a.scaled(by).times(&Num::new(m | 1 << 31, -32)))),
         (number(), -2i16..2).prop_map(|(a, by)| (a, a.scaled(by))),
     ]
 }

@@ -39,7 +39,7 @@ pub struct CycleReport {
 pub struct MotorReport {
     /// 0 idle, 1 running, 2 finished.
     pub status: u8,
-    /// Its [faults](super::Faults).
+    /// Its [faults](crate::Faults).
     pub faults: u8,
     /// When the last of these came, in ticks after the start.
     pub fault_at: Option<u64>,

@@ -59,7 +59,7 @@
 //! | the change scaled by a linear factor | [`linear`] | Eq 22–25 |
 //!
 //! Any of them by its constants is a [`Recipe`]; a [`Station`] goes by one as the serial line of
-//! [`line`] says.
+//! [`line`](mod@line) says.
 //!
 //! All but the first two hold c in 2⁻³² ticks, round each change to the nearest, and
 //! carry the part of a tick from delay to delay: each delay lies within a tick

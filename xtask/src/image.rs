@@ -6,11 +6,12 @@
 
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
+use crate::digest::Digest;
 use crate::firmware::{self, Board, Build};
 use crate::setup;
 use crate::workspace::{Workspace, run};
@@ -105,50 +106,11 @@ fn digests(ws: &Workspace) -> Result<String> {
     for source in SOURCES {
         sources.add_all(&ws.root, &ws.root.join(source))?;
     }
-    let mut text = format!("sources {:016x}\n", sources.0);
+    let mut text = format!("sources {:016x}\n", sources.value());
     for board in BOARDS {
         let mut image = Digest::NEW;
         image.add(&fs::read(place(ws, board)).unwrap_or_default());
-        let _ = writeln!(text, "{} {:016x}", board.name(), image.0);
+        let _ = writeln!(text, "{} {:016x}", board.name(), image.value());
     }
     Ok(text)
-}
-
-/// FNV-1a in 64 bits: against what was forgotten, not against malice.
-struct Digest(u64);
-
-impl Digest {
-    const NEW: Digest = Digest(0xcbf2_9ce4_8422_2325);
-
-    fn add(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-
-    /// A file with its name, or all files below a folder in the order of their names.
-    fn add_all(&mut self, root: &Path, path: &Path) -> Result<()> {
-        if path.is_dir() {
-            let mut inside =
-                fs::read_dir(path)?.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
-            inside.sort();
-            return inside.iter().try_for_each(|path| self.add_all(root, path));
-        }
-        let name = path.strip_prefix(root).unwrap_or(path).to_string_lossy().replace('\\', "/");
-        self.add(name.as_bytes());
-        self.add(&fs::read(path).with_context(|| path.display().to_string())?);
-        Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_digest_is_the_published_one() {
-        let mut digest = Digest::NEW;
-        digest.add(b"foobar");
-        assert_eq!(digest.0, 0x8594_4171_f739_67e8);
-    }
 }

@@ -9,6 +9,7 @@
 //! | `workspace` | where things are; starting a program and waiting for it |
 //! | `setup` | what the machine must have, and how to get it |
 //! | `toolchain` | the compiler that builds for small chips |
+//! | `digest` | whether what was built is built from what is there |
 //! | `listing` | a firmware's symbols and instructions |
 //! | `program` | the programs of the AVR firmware |
 //! | `rig` | the firmware on a simulated chip |
@@ -18,6 +19,7 @@
 mod bench;
 mod book;
 mod check;
+mod digest;
 mod firmware;
 mod flash;
 mod image;
@@ -33,6 +35,7 @@ mod sim;
 mod stress;
 mod test;
 mod toolchain;
+mod wasm;
 mod workspace;
 
 use anyhow::Result;
@@ -62,6 +65,7 @@ enum Chore {
     Sim(sim::Sim),
     Stress(stress::Stress),
     Test(test::Test),
+    Wasm(wasm::Wasm),
 }
 
 fn main() -> Result<()> {
@@ -79,5 +83,6 @@ fn main() -> Result<()> {
         Chore::Sim(sim) => sim.run(&ws()?),
         Chore::Stress(stress) => stress.run(&ws()?),
         Chore::Test(test) => test.run(&ws()?),
+        Chore::Wasm(wasm) => wasm.run(&ws()?),
     }
 }

@@ -16,6 +16,7 @@ mod pyserial;
 mod rig;
 mod sigrok;
 mod uno;
+mod wasm;
 mod words;
 
 use std::time::{Duration, Instant};
@@ -118,6 +119,12 @@ const STEPS: &[Step] = &[
         what: "`stepwright flash` writes a firmware through a real boot loader, simulated",
         needs: FLASH_NEEDS,
         run: flash::run,
+    },
+    Step {
+        name: "wasm",
+        what: "the page's planner was built from the code, and plans as the host does",
+        needs: &[setup::NODE],
+        run: wasm::run_tests,
     },
     Step {
         name: "page",

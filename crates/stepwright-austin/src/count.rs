@@ -138,6 +138,12 @@ impl<L: Law> Pulses<L> {
         self.phase
     }
 
+    /// The delay that was handed out last, before it was rounded to ticks, from the third on;
+    /// the second is the law's first delay. In 2⁻³² ticks.
+    pub fn unrounded(&self) -> Q32 {
+        self.law.count().max(self.shortest)
+    }
+
     /// The law, and the delays to come, one more where its first step is the next of them.
     pub(crate) fn law(&mut self) -> (&mut L, u32) {
         let left = self.left + u32::from(self.lead.is_none()); // at most 2³¹

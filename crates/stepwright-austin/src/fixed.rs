@@ -86,6 +86,12 @@ impl Fixed {
         self.phase
     }
 
+    /// The delay that was handed out last, before it was rounded to ticks, from the second on.
+    /// In 2⁻³² ticks.
+    pub fn unrounded(&self) -> Q32 {
+        self.travel.count().max(self.shortest)
+    }
+
     /// Brakes from here, in as many steps as the ramp has taken; from c_min in three
     /// fewer.
     pub fn brake(&mut self) {
@@ -108,8 +114,7 @@ impl Iterator for Fixed {
             self.phase = self.travel.advance(self.left);
         }
         self.left -= 1;
-        let count = self.travel.count().max(self.shortest);
-        Some((count.saturating_add(1 << 31) >> 32) as Ticks)
+        Some((self.unrounded().saturating_add(1 << 31) >> 32) as Ticks)
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {

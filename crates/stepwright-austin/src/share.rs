@@ -47,12 +47,12 @@ fn mul_div_in_place(terms: &mut [u64; 3]) {
 /// (high, low) / d and the remainder, for high < d.
 #[inline(always)]
 fn long_divide(high: u64, low: u64, d: u64) -> (u64, u64) {
-    #[cfg(target_pointer_width = "64")]
+    #[cfg(any(target_pointer_width = "64", target_family = "wasm"))]
     {
-        let n = u128::from(high) << 64 | u128::from(low);
-        ((n / u128::from(d)) as u64, (n % u128::from(d)) as u64)
+        let (n, d) = (u128::from(high) << 64 | u128::from(low), u128::from(d.max(1)));
+        ((n / d) as u64, (n % d) as u64)
     }
-    #[cfg(not(target_pointer_width = "64"))]
+    #[cfg(not(any(target_pointer_width = "64", target_family = "wasm")))]
     {
         let mut wide = (high, low);
         long_divide_bitwise(&mut wide, d);
@@ -61,7 +61,7 @@ fn long_divide(high: u64, low: u64, d: u64) -> (u64, u64) {
 }
 
 /// [`long_divide`] without 128 bits: one subtraction a bit. In place, as above.
-#[cfg(any(test, not(target_pointer_width = "64")))]
+#[cfg(any(test, not(any(target_pointer_width = "64", target_family = "wasm"))))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn long_divide_bitwise(wide: &mut (u64, u64), d: u64) {
     let (mut rest, mut low, mut quotient) = (wide.0, wide.1, 0u64);

@@ -76,11 +76,11 @@ pub fn root_fine(w: u64, part: u32) -> u64 {
 
 /// floor(√w).
 fn isqrt(w: u64) -> u64 {
-    #[cfg(target_pointer_width = "64")]
+    #[cfg(any(target_pointer_width = "64", target_family = "wasm"))]
     {
         w.isqrt()
     }
-    #[cfg(not(target_pointer_width = "64"))]
+    #[cfg(not(any(target_pointer_width = "64", target_family = "wasm")))]
     {
         isqrt_bitwise(w)
     }
@@ -88,7 +88,7 @@ fn isqrt(w: u64) -> u64 {
 
 /// [`isqrt`] without divisions: a bit a round. (The standard library's brings
 /// a table, which on an AVR stands in RAM.)
-#[cfg(any(test, not(target_pointer_width = "64")))]
+#[cfg(any(test, not(any(target_pointer_width = "64", target_family = "wasm"))))]
 fn isqrt_bitwise(w: u64) -> u64 {
     let (mut rest, mut root, mut bit) = (w, 0u64, 1u64 << 62);
     while bit != 0 {
@@ -167,19 +167,19 @@ fn shift_wide((high, low): (u64, u64), by: u8) -> u64 {
 
 /// The full product of two 64-bit numbers as (high, low).
 pub fn multiply(a: u64, b: u64) -> (u64, u64) {
-    #[cfg(target_pointer_width = "64")]
+    #[cfg(any(target_pointer_width = "64", target_family = "wasm"))]
     {
         let p = u128::from(a) * u128::from(b);
         ((p >> 64) as u64, p as u64)
     }
-    #[cfg(not(target_pointer_width = "64"))]
+    #[cfg(not(any(target_pointer_width = "64", target_family = "wasm")))]
     {
         multiply_halves(a, b)
     }
 }
 
 /// [`multiply`] without 128 bits: four products of 32-bit halves.
-#[cfg(any(test, not(target_pointer_width = "64")))]
+#[cfg(any(test, not(any(target_pointer_width = "64", target_family = "wasm"))))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn multiply_halves(a: u64, b: u64) -> (u64, u64) {
     const LOW: u64 = 0xFFFF_FFFF;
@@ -193,18 +193,18 @@ fn multiply_halves(a: u64, b: u64) -> (u64, u64) {
 
 /// floor(n · 2^bits / d), for n < 2d and `bits` ≤ 63.
 pub fn divide(n: u64, d: u64, bits: u8) -> u64 {
-    #[cfg(target_pointer_width = "64")]
+    #[cfg(any(target_pointer_width = "64", target_family = "wasm"))]
     {
-        ((u128::from(n) << bits) / u128::from(d)) as u64
+        ((u128::from(n) << bits) / u128::from(d.max(1))) as u64
     }
-    #[cfg(not(target_pointer_width = "64"))]
+    #[cfg(not(any(target_pointer_width = "64", target_family = "wasm")))]
     {
         divide_bitwise(n, d, bits)
     }
 }
 
 /// [`divide`] without 128 bits: one subtraction a bit.
-#[cfg(any(test, not(target_pointer_width = "64")))]
+#[cfg(any(test, not(any(target_pointer_width = "64", target_family = "wasm"))))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn divide_bitwise(n: u64, d: u64, bits: u8) -> u64 {
     let (mut rest, mut quotient) = (n, 0u64);

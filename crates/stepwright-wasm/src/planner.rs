@@ -1,0 +1,401 @@
+//! One law's pulses: curves to draw, and figures.
+//!
+//! Every pulse is walked over. The curves keep few of them: a point is kept when it lies so far
+//! in time behind the one before that both can be told apart in a picture. Where that were too
+//! many, every second one is dropped, and the distance doubles.
+
+use stepwright::Ticks;
+
+use crate::ideal::{ConstantIdeal, steps_per_second};
+use crate::order::{PlanLaw, PlanOrder, PlanRefusal};
+
+/// The most points of a curve.
+pub const MOST_POINTS: usize = 2048;
+
+/// Points of a curve that is as long as constant acceleration would be.
+const POINTS: f64 = 1400.0;
+
+/// The curves, each a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlanColumn {
+    /// Seconds after the first pulse.
+    Time,
+    /// Steps from the first pulse.
+    Position,
+    /// Steps/s.
+    Speed,
+    /// Steps/s².
+    Accel,
+    /// Between pulses, in µs; NaN at the first.
+    Interval,
+    /// How far delays are above those of constant acceleration, in per cent; NaN at the first.
+    Deviation,
+}
+
+impl PlanColumn {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [PlanColumn; 6] = [
+        PlanColumn::Time,
+        PlanColumn::Position,
+        PlanColumn::Speed,
+        PlanColumn::Accel,
+        PlanColumn::Interval,
+        PlanColumn::Deviation,
+    ];
+}
+
+/// What comes of a plan. A page reads it as numbers in this order.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct Figures {
+    /// Pulses.
+    pub pulses: f64,
+    /// From the first pulse to the last, in ticks.
+    pub ticks: f64,
+    /// The same in seconds.
+    pub seconds: f64,
+    /// The highest speed, in steps/s.
+    pub peak: f64,
+    /// Braking distance in steps.
+    pub braking_steps: f64,
+    /// The time that it takes, in s.
+    pub braking_seconds: f64,
+    /// The pulse that is furthest from where its law has it: how far, in ticks.
+    pub error: f64,
+    /// Which it is, counted from 1; 0 if there is none.
+    pub error_step: f64,
+    /// The delay that differs most from that of constant acceleration, in per cent of it.
+    pub deviation: f64,
+    /// The pulse behind it, counted from 1; 0 if there is none.
+    pub deviation_step: f64,
+    /// Root mean square of these differences, in per cent.
+    pub deviation_rms: f64,
+    /// Seconds lost against constant acceleration.
+    pub lost: f64,
+    /// The first delay, in ticks.
+    pub first: f64,
+    /// The shortest delay, in ticks.
+    pub shortest: f64,
+    /// Points of the curves.
+    pub points: f64,
+}
+
+impl Figures {
+    /// How many numbers they are.
+    pub const COUNT: usize = size_of::<Figures>() / size_of::<f64>();
+}
+
+/// A pulse that the curves show.
+#[derive(Clone, Copy, Debug)]
+struct Shown {
+    n: f64,
+    /// When its law has it, and when constant acceleration would, in seconds.
+    time: f64,
+    constant: f64,
+}
+
+/// Plans travels, one after the other, in the same memory.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    shown: [Shown; MOST_POINTS],
+    count: usize,
+    columns: [[f64; MOST_POINTS]; PlanColumn::ALL.len()],
+    figures: Figures,
+    hash: u64,
+}
+
+impl Default for Planner {
+    fn default() -> Planner {
+        Planner::new()
+    }
+}
+
+impl Planner {
+    /// Has planned nothing.
+    pub const fn new() -> Planner {
+        const FIGURES: Figures = Figures {
+            pulses: 0.0,
+            ticks: 0.0,
+            seconds: 0.0,
+            peak: 0.0,
+            braking_steps: 0.0,
+            braking_seconds: 0.0,
+            error: 0.0,
+            error_step: 0.0,
+            deviation: 0.0,
+            deviation_step: 0.0,
+            deviation_rms: 0.0,
+            lost: 0.0,
+            first: 0.0,
+            shortest: 0.0,
+            points: 0.0,
+        };
+        Planner {
+            shown: [Shown { n: 0.0, time: 0.0, constant: 0.0 }; MOST_POINTS],
+            count: 0,
+            columns: [[0.0; MOST_POINTS]; PlanColumn::ALL.len()],
+            figures: FIGURES,
+            hash: 0,
+        }
+    }
+
+    /// Plans a travel by a law.
+    ///
+    /// # Errors
+    /// The law or the timer can't hold it. Nothing is planned then.
+    pub fn plan(&mut self, law: PlanLaw, order: &PlanOrder) -> Result<(), PlanRefusal> {
+        self.count = 0;
+        self.figures = Figures::default();
+        self.hash = SEED;
+        law.walk(order, self)
+    }
+
+    /// What has come of it.
+    pub fn figures(&self) -> &Figures {
+        &self.figures
+    }
+
+    /// A hash of all delays: FNV-1a over words of 32 bits.
+    pub fn hash(&self) -> u64 {
+        self.hash
+    }
+
+    /// A curve's points.
+    pub fn column(&self, column: PlanColumn) -> &[f64] {
+        let all = self.columns.get(column as usize).map_or(&[][..], |all| all);
+        all.get(..self.count).unwrap_or(&[])
+    }
+
+    /// All curves as they lie in memory, [`MOST_POINTS`] numbers each.
+    pub(crate) fn columns(&self) -> *const f64 {
+        self.columns.as_ptr().cast()
+    }
+
+    /// Makes the curves of what was shown. `start` is the speed at both ends.
+    fn draw(&mut self, pulses: u32, start: f64) {
+        let shown = self.shown.get(..self.count).unwrap_or(&[]);
+        let [times, places, speeds, accels, intervals, deviations] = &mut self.columns;
+        let last = f64::from(pulses.saturating_sub(1));
+        let slope = |a: &Shown, b: &Shown| (b.n - a.n) / (b.time - a.time);
+        for (i, here) in shown.iter().enumerate() {
+            let before = i.checked_sub(1).and_then(|at| shown.get(at));
+            let behind = shown.get(i + 1);
+            let (speed, accel) = match (before, behind) {
+                (Some(a), Some(b)) => {
+                    // Of the parabola through three points.
+                    let (v1, v2) = (slope(a, here), slope(here, b));
+                    let (t1, t2) = (here.time - a.time, b.time - here.time);
+                    ((v1 * t2 + v2 * t1) / (t1 + t2), 2.0 * (v2 - v1) / (t1 + t2))
+                }
+                (None, None) => (start, 0.0),
+                // The ends of the travel, or of the window.
+                _ if here.n == 0.0 || here.n == last => (start, f64::NAN),
+                (Some(a), None) => (slope(a, here), f64::NAN),
+                (None, Some(b)) => (slope(here, b), f64::NAN),
+            };
+            let (mut interval, mut deviation) = (f64::NAN, f64::NAN);
+            if let Some(a) = before {
+                interval = 1e6 / slope(a, here);
+                deviation = ((here.time - a.time) / (here.constant - a.constant) - 1.0) * 100.0;
+            }
+            let row = [here.time, here.n, speed, accel, interval, deviation];
+            let columns = [&mut *times, places, speeds, accels, intervals, deviations];
+            for (column, value) in columns.into_iter().zip(row) {
+                if let Some(place) = column.get_mut(i) {
+                    *place = value;
+                }
+            }
+        }
+        // An acceleration at an end is that beside it.
+        if let [first, second, .., before, end] = accels.get_mut(..shown.len()).unwrap_or(&mut []) {
+            (*first, *end) = (*second, *before);
+        }
+    }
+}
+
+const SEED: u64 = 0xcbf2_9ce4_8422_2325;
+
+/// A walk over the pulses of a law.
+pub(crate) struct Walk<'a> {
+    planner: &'a mut Planner,
+    order: PlanOrder,
+    constant: ConstantIdeal,
+    /// Whether that is the law itself.
+    is_constant: bool,
+    /// What constant acceleration takes for the same pulses, in s.
+    least: f64,
+    start: f64,
+    /// The last pulse, counted from 0, when it comes in ticks, and when constant acceleration
+    /// would have it.
+    n: u32,
+    ticks: u64,
+    before: f64,
+    /// Seconds between points.
+    gap: f64,
+    /// The sum of the squares of all differences from constant acceleration.
+    squares: f64,
+    /// The shortest delay as the law has it.
+    fastest: f64,
+    /// When the way down begins, in ticks.
+    down: Option<u64>,
+    down_steps: u32,
+}
+
+impl<'a> Walk<'a> {
+    /// Has made the first pulse. `start` is the speed at both ends. A law that `holds` leaves
+    /// its last delay out, and is held against a travel that is a step longer.
+    pub fn new(planner: &'a mut Planner, order: &PlanOrder, holds: bool) -> Walk<'a> {
+        let PlanOrder { steps, top, accel, decel, .. } = *order;
+        let start = if holds { stepwright::Speed::ZERO } else { order.start };
+        let of = |steps| ConstantIdeal::new(start, top, accel, decel, steps);
+        let (constant, least) = (of(steps.saturating_add(holds.into())), of(steps).total());
+        let (from, to) = order.window;
+        let mut walk = Walk {
+            planner,
+            order: *order,
+            constant,
+            is_constant: false,
+            least,
+            start: steps_per_second(start.min(top)),
+            n: 0,
+            ticks: 0,
+            before: 0.0,
+            gap: (to.min(least) - from).max(0.0) / POINTS,
+            squares: 0.0,
+            fastest: f64::INFINITY,
+            down: None,
+            down_steps: 0,
+        };
+        if steps > 0 {
+            walk.mix(0);
+            walk.show(0.0, || 0.0);
+        }
+        walk
+    }
+
+    /// A walk over constant acceleration itself.
+    pub fn constant(planner: &'a mut Planner, order: &PlanOrder) -> Walk<'a> {
+        Walk { is_constant: true, ..Walk::new(planner, order, false) }
+    }
+
+    /// A delay and the pulse behind it: the delay in whole ticks and as its law has it, whether
+    /// it belongs to the way down, and when the law has pulse `n`, in ticks.
+    #[inline]
+    pub fn pulse(&mut self, delay: Ticks, exact: f64, down: bool, due: impl Fn(u32) -> f64) {
+        let hz = self.order.hz();
+        if down {
+            self.down.get_or_insert(self.ticks);
+            self.down_steps += 1;
+        }
+        self.n += 1;
+        self.ticks += u64::from(delay);
+        self.mix(delay);
+        self.fastest = self.fastest.min(exact);
+        let figures = &mut self.planner.figures;
+        let whole = f64::from(delay);
+        if self.n == 1 {
+            (figures.first, figures.shortest) = (whole, whole);
+        }
+        figures.shortest = figures.shortest.min(whole);
+        if self.is_constant {
+            let n = self.n;
+            return self.show(self.ticks as f64 / hz, || due(n) / hz);
+        }
+        let constant = self.constant.time(self.n);
+        let deviation = exact / ((constant - self.before) * hz) - 1.0;
+        self.before = constant;
+        self.squares += deviation * deviation;
+        if deviation.abs() > figures.deviation.abs() {
+            (figures.deviation, figures.deviation_step) = (deviation, f64::from(self.n) + 1.0);
+        }
+        let n = self.n;
+        self.show(self.ticks as f64 / hz, || due(n) / hz);
+    }
+
+    /// Measures the last pulse against when its law has it, in ticks.
+    #[inline]
+    pub fn measure(&mut self, due: f64) {
+        let off = (self.ticks as f64 - due).abs();
+        let figures = &mut self.planner.figures;
+        if off > figures.error || figures.error_step == 0.0 {
+            (figures.error, figures.error_step) = (off, f64::from(self.n) + 1.0);
+        }
+    }
+
+    /// The last pulse has been made. `peak` is the highest speed, if the law says it.
+    pub fn end(self, peak: Option<f64>) {
+        let hz = self.order.hz();
+        let planner = self.planner;
+        let figures = &mut planner.figures;
+        let delays = f64::from(self.n).max(1.0);
+        figures.pulses = f64::from(self.order.steps);
+        figures.ticks = self.ticks as f64;
+        figures.seconds = figures.ticks / hz;
+        figures.peak = match peak {
+            _ if self.n == 0 => 0.0,
+            Some(peak) => peak,
+            None => hz / self.fastest,
+        };
+        figures.braking_steps = self.down_steps.into();
+        figures.braking_seconds = self.down.map_or(0.0, |at| (self.ticks - at) as f64 / hz);
+        figures.deviation *= 100.0;
+        figures.deviation_rms = libm::sqrt(self.squares / delays) * 100.0;
+        figures.lost = figures.seconds - self.least;
+        figures.points = planner.count as f64;
+        planner.draw(self.order.steps, self.start);
+    }
+
+    #[inline]
+    fn mix(&mut self, delay: Ticks) {
+        let hash = &mut self.planner.hash;
+        *hash = (*hash ^ u64::from(delay)).wrapping_mul(0x0100_0000_01b3);
+    }
+
+    /// Keeps the last pulse for the curves, if it lies in the window and far enough behind the
+    /// one before; `exact` says when its law has it.
+    #[inline]
+    fn show(&mut self, time: f64, exact: impl FnOnce() -> f64) {
+        let planner = &mut *self.planner;
+        let (from, to) = self.order.window;
+        let last = planner.count.checked_sub(1).and_then(|at| planner.shown.get(at).copied());
+        let end = self.n.saturating_add(1) >= self.order.steps;
+        let Some(last) = last else {
+            return self.keep(exact());
+        };
+        if time <= from && planner.count == 1 {
+            // The last one before the window begins it.
+            planner.count = 0;
+            return self.keep(if from > 0.0 { time } else { exact() });
+        }
+        if last.time > to || (time - last.time < self.gap && !end) {
+            return;
+        }
+        if planner.count == MOST_POINTS {
+            let mut kept = 0;
+            for from in (0..MOST_POINTS).step_by(2) {
+                if let Some(&shown) = planner.shown.get(from)
+                    && let Some(place) = planner.shown.get_mut(kept)
+                {
+                    *place = shown;
+                    kept += 1;
+                }
+            }
+            planner.count = kept;
+            self.gap *= 2.0;
+        }
+        self.keep(exact());
+    }
+
+    fn keep(&mut self, time: f64) {
+        let constant = match self.n {
+            0 => 0.0,
+            _ if self.is_constant => time,
+            n => self.constant.time(n),
+        };
+        let shown = Shown { n: self.n.into(), time, constant };
+        if let Some(place) = self.planner.shown.get_mut(self.planner.count) {
+            *place = shown;
+            self.planner.count += 1;
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! The page's planner says what the host says, delay for delay.
+
+use std::fs::{self, File};
+use std::process::{Command, Stdio};
+
+use anyhow::{Result, ensure};
+
+use crate::wasm;
+use crate::workspace::{Workspace, line, run};
+
+/// Moves of each law.
+const MOVES: &str = "10000";
+
+/// The module that is carried was built from the code, needs nothing from the page, stands any
+/// number, and plans as the host does.
+pub fn run_tests(ws: &Workspace) -> Result<()> {
+    wasm::check(ws)?;
+    let folder = ws.target.join("wasm");
+    fs::create_dir_all(&folder)?;
+    let list = folder.join("moves.jsonl");
+    let mut moves =
+        ws.cargo(["run", "--package", "stepwright-wasm", "--example", "01_moves", "--", MOVES]);
+    eprintln!("$ {} > {}", line(&moves), list.display());
+    let status = moves.stdin(Stdio::null()).stdout(File::create(&list)?).status()?;
+    ensure!(status.success(), "no moves: {status}");
+    let script = ws.root.join("crates/stepwright-wasm/tests/equal.mjs");
+    run(Command::new("node").arg(script).arg(wasm::place(ws)).arg(list).arg(MOVES))
+}

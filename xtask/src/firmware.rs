@@ -127,11 +127,7 @@ impl Build {
         }
         let (chip, feature) = self.board.chip();
         let mut features = String::from(feature);
-        let mut name = String::from(self.board.name());
-        if program.name != CONTROLLER {
-            name += "-";
-            name += &program.name;
-        }
+        let mut name = program.on(self.board);
         if self.timer != 1 {
             if feature != "mega" {
                 bail!("the {} has no timer of 16 bits but timer 1", self.board.name());

@@ -13,6 +13,7 @@ use anyhow::{Context, Result, ensure};
 
 use crate::digest::Digest;
 use crate::firmware::{self, Board, Build};
+use crate::program::Program;
 use crate::setup;
 use crate::workspace::{Workspace, run};
 
@@ -24,23 +25,28 @@ pub struct Image {
     check: bool,
 }
 
-/// Those that are carried.
 const BOARDS: [Board; 3] = [Board::Uno, Board::Nano, Board::Mega];
 
-/// All that the controllers are built from.
-const SOURCES: [&str; 16] = [
+/// All that they are built from.
+const SOURCES: [&str; 22] = [
     "crates/stepwright/Cargo.toml",
     "crates/stepwright/src",
+    "crates/stepwright-austin/Cargo.toml",
+    "crates/stepwright-austin/src",
     "crates/stepwright-avr/Cargo.toml",
     "crates/stepwright-avr/src",
+    "crates/stepwright-cycle/Cargo.toml",
+    "crates/stepwright-cycle/src",
     "crates/stepwright-device/Cargo.toml",
     "crates/stepwright-device/src",
     "crates/stepwright-protocol/Cargo.toml",
     "crates/stepwright-protocol/src",
+    "crates/stepwright-timed/Cargo.toml",
+    "crates/stepwright-timed/src",
     "firmware/avr/Cargo.lock",
     "firmware/avr/Cargo.toml",
     "firmware/avr/build.rs",
-    "firmware/avr/src/bin/slave.rs",
+    "firmware/avr/src/bin",
     "xtask/src/firmware.rs",
     "xtask/src/program.rs",
     "xtask/src/shrink",
@@ -55,13 +61,23 @@ impl Image {
         }
         setup::ensure(firmware::NEEDS)?;
         fs::create_dir_all(folder(ws))?;
-        for board in BOARDS {
-            let built = build(ws, board)?;
-            fs::write(place(ws, board), &built)?;
-            println!("{}  {} bytes", place(ws, board).display(), built.len());
+        for (board, program) in all(ws)? {
+            let (built, place) = (build(ws, board, &program)?, place(ws, board, &program));
+            fs::write(&place, &built)?;
+            println!("{}  {} bytes", place.display(), built.len());
         }
         Ok(fs::write(folder(ws).join(DIGESTS), digests(ws)?)?)
     }
+}
+
+/// Those that are carried.
+fn all(ws: &Workspace) -> Result<Vec<(Board, Program)>> {
+    let mut all = Vec::new();
+    for board in BOARDS {
+        let programs = Program::all(ws)?.into_iter();
+        all.extend(programs.filter(|one| one.is_carried(board)).map(|one| (board, one)));
+    }
+    Ok(all)
 }
 
 /// Whether the images are those that were built, from the code that is there.
@@ -75,9 +91,9 @@ pub fn check(ws: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// The image of a board, if it is carried and was built from the code that is there.
-pub fn carried(ws: &Workspace, board: Board) -> Option<PathBuf> {
-    (BOARDS.contains(&board) && check(ws).is_ok()).then(|| place(ws, board))
+/// The image of a program, if it is carried and was built from the code that is there.
+pub fn carried(ws: &Workspace, board: Board, program: &Program) -> Option<PathBuf> {
+    (program.is_carried(board) && check(ws).is_ok()).then(|| place(ws, board, program))
 }
 
 /// The file of the digests, beside the images.
@@ -87,13 +103,13 @@ fn folder(ws: &Workspace) -> PathBuf {
     ws.root.join("crates/stepwright-cli/images")
 }
 
-fn place(ws: &Workspace, board: Board) -> PathBuf {
-    folder(ws).join(board.name()).with_extension("bin")
+fn place(ws: &Workspace, board: Board, program: &Program) -> PathBuf {
+    folder(ws).join(program.on(board)).with_extension("bin")
 }
 
-/// The controller as it lies in flash.
-fn build(ws: &Workspace, board: Board) -> Result<Vec<u8>> {
-    let built = Build { board, timer: 1, bench: false }.controller(ws)?;
+/// A program as it lies in flash.
+fn build(ws: &Workspace, board: Board, program: &Program) -> Result<Vec<u8>> {
+    let built = Build { board, timer: 1, bench: false }.make(ws, program)?;
     let bin = built.elf.with_extension("bin");
     let convert = ["-O", "binary", "-j", ".text", "-j", ".data"];
     run(Command::new("avr-objcopy").args(convert).arg(&built.elf).arg(&bin))?;
@@ -107,10 +123,10 @@ fn digests(ws: &Workspace) -> Result<String> {
         sources.add_all(&ws.root, &ws.root.join(source))?;
     }
     let mut text = format!("sources {:016x}\n", sources.value());
-    for board in BOARDS {
+    for (board, program) in all(ws)? {
         let mut image = Digest::NEW;
-        image.add(&fs::read(place(ws, board)).unwrap_or_default());
-        let _ = writeln!(text, "{} {:016x}", board.name(), image.value());
+        image.add(&fs::read(place(ws, board, &program)).unwrap_or_default());
+        let _ = writeln!(text, "{} {:016x}", program.on(board), image.value());
     }
     Ok(text)
 }

@@ -12,6 +12,7 @@
 //! | `digest` | whether what was built is built from what is there |
 //! | `listing` | a firmware's symbols and instructions |
 //! | `program` | the programs of the AVR firmware |
+//! | `outside` | a firmware outside the repository |
 //! | `rig` | the firmware on a simulated chip |
 //! | `python` | a Python with pyserial |
 //! | `node` | a Node with packages: avr8js, Playwright |
@@ -25,6 +26,7 @@ mod flash;
 mod image;
 mod listing;
 mod node;
+mod outside;
 mod page;
 mod program;
 mod python;

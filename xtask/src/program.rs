@@ -129,6 +129,22 @@ impl Program {
         self.data["vector"] == "overflow"
     }
 
+    /// Whether `stepwright flash` carries it for a board of its own. What a Nano can run of an
+    /// Uno's is that image.
+    pub fn is_carried(&self, board: Board) -> bool {
+        let same = || self.features(Board::Nano).eq(self.features(Board::Uno));
+        let build = Build { board, timer: 1, bench: false };
+        self.says("carried") && self.fits(&build) && !(board == Board::Nano && same())
+    }
+
+    /// The name of its files: that of the board, and its own, which the controller has not.
+    pub fn on(&self, board: Board) -> String {
+        match &*self.name {
+            CONTROLLER => board.name().into(),
+            name => format!("{}-{name}", board.name()),
+        }
+    }
+
     /// Whether it is for tests alone.
     pub fn is_test(&self) -> bool {
         self.says("test")
@@ -151,8 +167,18 @@ impl Program {
 }
 
 /// What the manifest may say of a program.
-const WORDS: [&str; 9] =
-    ["boards", "timers", "features", "of", "what", "controller", "divides", "vector", "test"];
+const WORDS: [&str; 10] = [
+    "boards",
+    "timers",
+    "features",
+    "of",
+    "what",
+    "controller",
+    "divides",
+    "vector",
+    "carried",
+    "test",
+];
 
 /// Whether a row of the manifest is for a program: by its name, or by how that begins.
 fn covers(key: &str, name: &str) -> bool {
@@ -206,6 +232,18 @@ mod tests {
         let each = program("b", serde_json::json!({ "features": { "uno": ["safety"] } }));
         assert_eq!(each.features(Board::Uno).collect::<Vec<_>>(), ["safety"]);
         assert_eq!(each.features(Board::Mega).count(), 0);
+    }
+
+    #[test]
+    fn a_nano_takes_an_unos_image_where_it_is_the_same() {
+        let laws =
+            program("laws", serde_json::json!({ "carried": true, "features": ["constant"] }));
+        assert!(laws.is_carried(Board::Uno) && !laws.is_carried(Board::Nano));
+        let data = serde_json::json!({ "carried": true, "features": { "uno": ["safety"] } });
+        assert!(program("slave", data).is_carried(Board::Nano));
+        assert!(!program("demo", Value::Null).is_carried(Board::Uno));
+        assert_eq!(laws.on(Board::Mega), "mega-laws");
+        assert_eq!(program(CONTROLLER, Value::Null).on(Board::Mega), "mega");
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::process::Command;
 use anyhow::Result;
 
 use crate::firmware::{Board, Build};
+use crate::outside;
 use crate::program::{CONTROLLER, Program, REFUSED};
 use crate::setup::{self, Need};
 use crate::workspace::{Workspace, run};
@@ -56,5 +57,5 @@ pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
     for program in others.filter(|program| program.fits(&build)) {
         build.make(ws, program)?;
     }
-    Ok(())
+    outside::make(ws, board)
 }

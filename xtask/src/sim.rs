@@ -55,21 +55,20 @@ impl Sim {
 }
 
 impl Sim {
-    /// What the chip runs, behind the simulator's option for its kind. The controller takes
-    /// neither a cross compiler nor minutes where the carried image is that of this code.
+    /// What the chip runs, behind the simulator's option for its kind. A program
+    /// that is carried takes neither a cross compiler nor minutes, if its image is that of this code.
     fn firmware(&self, ws: &Workspace) -> Result<(&'static str, PathBuf)> {
         if let Some(elf) = &self.elf {
             return Ok(("--elf", elf.clone()));
         }
-        if self.program == CONTROLLER
-            && let Some(carried) = image::carried(ws, self.board)
-        {
+        let program = Program::named(ws, &self.program)?;
+        if let Some(carried) = image::carried(ws, self.board, &program) {
             eprintln!("the firmware is the carried one: {}", carried.display());
             return Ok(("--flash", carried));
         }
         setup::ensure(firmware::NEEDS)?;
         let build = Build { board: self.board, timer: 1, bench: false };
-        Ok(("--elf", build.make(ws, &Program::named(ws, &self.program)?)?.elf))
+        Ok(("--elf", build.make(ws, &program)?.elf))
     }
 }
 

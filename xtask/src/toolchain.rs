@@ -97,16 +97,22 @@ impl Cross {
 
     /// Likewise, and keeps what it builds in `folder`.
     pub fn cargo_in(&self, ws: &Workspace, verb: &str, chips: &[&Chip], folder: &Path) -> Command {
-        let mut cargo = ws.cargo([verb, "-Zbuild-std=core", "--target-dir"]);
-        cargo.arg(folder);
-        cargo.env("RUSTC", &self.rustc).env("RUSTC_BOOTSTRAP", "1");
-        // These would take the place of the chip's own flags.
-        cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
+        let mut cargo = self.cargo_plain(ws, verb, folder);
         for chip in chips {
             cargo.args(["--target", chip.triple]);
             let name = chip.triple.to_uppercase().replace('-', "_");
             cargo.env(format!("CARGO_TARGET_{name}_RUSTFLAGS"), chip.flags);
         }
+        cargo
+    }
+
+    /// Likewise, for no chip yet.
+    pub fn cargo_plain(&self, ws: &Workspace, verb: &str, folder: &Path) -> Command {
+        let mut cargo = ws.cargo([verb, "-Zbuild-std=core", "--target-dir"]);
+        cargo.arg(folder);
+        cargo.env("RUSTC", &self.rustc).env("RUSTC_BOOTSTRAP", "1");
+        // These would take the place of the chip's own flags.
+        cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
         cargo
     }
 }

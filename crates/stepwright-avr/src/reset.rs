@@ -41,11 +41,3 @@ pub fn set_mark(mark: Mark) {
     // SAFETY: as above; the static's memory may be written.
     unsafe { MARK.address().cast::<u16>().cast_mut().write_volatile(mark.0) };
 }
-
-/// Whether the position is unknown, where no [`Device`](stepwright_device::Device)
-/// asks. Sets the first mark.
-pub fn doubts() -> bool {
-    let doubts = reason().doubts(mark());
-    set_mark(if doubts { Mark::MOVED } else { Mark::NONE });
-    doubts
-}

@@ -26,6 +26,27 @@ fn a_dry_run_shows_the_image_and_leaves_the_board_alone() {
 }
 
 #[test]
+fn every_program_is_carried_for_the_boards_that_it_fits() {
+    let dry = |board, program| {
+        let words = ["flash", board, "--program", program, "--own", "--dry-run", "--port", "x"];
+        stepwright(&words)
+    };
+    let uno = ["slave", "curves", "timed", "cycles", "laws", "transitions", "power-term"];
+    let nano = ["slave", "timed", "laws", "transitions", "power-term"];
+    for (board, programs) in [("uno", &uno[..]), ("nano", &nano)] {
+        for program in programs {
+            let ended = dry(board, program);
+            let shown = format!("image       {board} {program}, ");
+            assert!(ended.stdout.starts_with(&shown), "{ended:?}");
+        }
+    }
+    let ended = dry("nano", "cycles");
+    ended.assert_error("there is no program cycles for a nano");
+    assert!(ended.stderr.contains("one of slave, timed, laws, transitions, power-term"));
+    dry("mega", "curves").assert_error("there is no program curves for a mega");
+}
+
+#[test]
 fn what_can_not_be_written_is_told() {
     let own = |words: &[&str]| stepwright(&[&["flash"], words, &["--own"]].concat());
     own(&["uno", "--port", "/dev/none"]).assert_error("there is no port /dev/none");
@@ -76,7 +97,7 @@ fn avrdude_is_told_all_of_it_and_believed() {
         assert!(said.starts_with(told), "{said}");
         let image = fs::read(folder.0.join("avrdude.image")).unwrap();
         assert!(
-            stdout.contains(&format!("image       {board}, {} bytes", image.len())),
+            stdout.contains(&format!("image       {board} slave, {} bytes", image.len())),
             "{stdout}"
         );
     }

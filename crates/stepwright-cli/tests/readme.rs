@@ -1,5 +1,4 @@
-//! What the README says, held against what there is: its figures, its table of settings,
-//! its commands and its code.
+//! What the README says, held against what there is: its figures, its commands and its code.
 
 #![cfg(unix)]
 
@@ -12,7 +11,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use common::{Running, Scratch, stepwright, stepwright_with};
-use stepwright_protocol::Setting;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -130,11 +128,10 @@ fn its_highest_speeds_are_those_that_are_admitted() {
         assert!(admits(2, axes, speed) && !admits(2, axes, speed + 1), "{axes} at {speed}");
     }
     // With a longer pulse, to two figures.
-    let rows = table("| setting | range, default | what it does |");
-    let row = rows.iter().find(|row| row[0] == "`pulse-us`").unwrap();
-    let (from, rest) = row[2].split_once("from ").unwrap().1.split_once("axes reach ").unwrap();
-    let pulse = number(from).unwrap() as u32;
-    for (axes, speed) in (1..).zip(rest.split(", ")) {
+    let (_, rest) = readme.split_once("With pulses from ").unwrap();
+    let pulse = number(rest).unwrap() as u32;
+    let (_, rest) = rest.split_once("axes reach ").unwrap();
+    for (axes, speed) in (1..).zip(rest.split(" steps/s").next().unwrap().split(", ")) {
         let speed = number(speed).unwrap() as u32;
         let above = speed + speed / 40;
         assert!(admits(pulse, axes, speed) && !admits(pulse, axes, above), "{axes} at {speed}");
@@ -151,43 +148,6 @@ fn admits(pulse: u32, axes: usize, top: u32) -> bool {
     let answers: Vec<_> = ended.stdout.split('\r').take(3 + 4 * axes).collect();
     assert!(answers[..2 + 4 * axes].iter().all(|answer| *answer == "Y"), "{}", ended.stdout);
     answers[2 + 4 * axes] == "Y"
-}
-
-// ---- Settings ----
-
-/// A row has the range and the default of its setting. All settings are in `docs/settings.md`,
-/// which the protocol's test writes.
-#[test]
-fn its_settings_are_those_of_a_board() {
-    let mut rows = HashMap::new();
-    for row in table("| setting | range, default | what it does |") {
-        // `ahead-x` `-y` `-z`, `behind-x` …
-        let mut last = String::new();
-        for name in row[0].split('`').skip(1).step_by(2) {
-            last = match name.strip_prefix('-') {
-                Some(axis) => format!("{}-{axis}", last.rsplit_once('-').unwrap().0),
-                None => name.to_owned(),
-            };
-            rows.insert(last.clone(), row.clone());
-        }
-    }
-    assert!(rows.len() > 20);
-    for (name, row) in &rows {
-        let setting = Setting::named(name.as_bytes()).unwrap_or_else(|| panic!("no {name}"));
-        let (range, default) = row[1].split_once(", ").map_or((&row[1][..], ""), |_| {
-            // Commas stand in numbers too: the default is behind the last `, `.
-            row[1].rsplit_once(", ").unwrap()
-        });
-        let ends: Vec<_> =
-            range.split(if range.contains(" or ") { " or " } else { " to " }).collect();
-        let said = (number(ends[0]), number(ends[1]), number(default));
-        let is = |n: u32| Some(f64::from(n));
-        let (least, most) = setting.range().into_inner();
-        assert_eq!(said, (is(least), is(most), is(setting.default())), "{}", row[1]);
-        assert!(range.contains(setting.unit()), "{}: {range}", setting.name());
-        let elsewhere = row[2].contains("ot on a Nano") || row[2].contains("nor this setting");
-        assert_eq!(elsewhere, !setting.is_everywhere(), "{}: {}", setting.name(), row[2]);
-    }
 }
 
 // ---- Commands ----

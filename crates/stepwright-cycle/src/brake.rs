@@ -39,7 +39,7 @@ impl Brake {
         Some(Brake { hz, decel, left, interval, rest: 0, first: true })
     }
 
-    /// Whether it stands by now, so long after its last step, in 2⁻¹⁶ ticks.
+    /// Whether it stands by now, this long after its last step, in 2⁻¹⁶ ticks.
     pub(crate) fn is_over(&self, waited: u64) -> bool {
         way(self.hz, waited, self.decel).is_none()
     }

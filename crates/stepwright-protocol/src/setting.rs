@@ -102,29 +102,29 @@ settings! {
     MaxAccel, "max-accel", "steps/s²", 1..=100_000_000, 100_000_000,
         "an order with a steeper ramp is refused; 100000000: no limit";
     Idle, "idle-ms", "ms", 0..=3_600_000, 0,
-        "the drivers are switched off after so long a rest; 0: never";
+        "the drivers are switched off after a rest of this length; 0: never";
     ["safety"] AheadX, "ahead-x", "steps", 0..=1_000_000_000, 0,
-        "the soft limit of X, so far forward of 0";
+        "the soft limit of X, this far forward of 0";
     ["safety"] AheadY, "ahead-y", "steps", 0..=1_000_000_000, 0,
-        "the soft limit of Y, so far forward of 0";
+        "the soft limit of Y, this far forward of 0";
     ["safety"] AheadZ, "ahead-z", "steps", 0..=1_000_000_000, 0,
-        "the soft limit of Z, so far forward of 0";
+        "the soft limit of Z, this far forward of 0";
     ["safety"] BehindX, "behind-x", "steps", 0..=1_000_000_000, 0,
-        "the soft limit of X, so far backward of 0";
+        "the soft limit of X, this far backward of 0";
     ["safety"] BehindY, "behind-y", "steps", 0..=1_000_000_000, 0,
-        "the soft limit of Y, so far backward of 0";
+        "the soft limit of Y, this far backward of 0";
     ["safety"] BehindZ, "behind-z", "steps", 0..=1_000_000_000, 0,
-        "the soft limit of Z, so far backward of 0";
+        "the soft limit of Z, this far backward of 0";
     Timeout, "timeout-ms", "ms", 0..=60_000, 0,
-        "moving axes brake when no line came for so long; 0: never";
+        "moving axes brake when no line has come for this time; 0: never";
     Enable, "enable-ms", "ms", 0..=1000, 1,
         "from switching the drivers on to the first step";
     Setup, "setup-us", "µs", 0..=1000, 1,
-        "DIR is set so long before a step";
+        "DIR is set this long before a step";
     Hold, "hold-us", "µs", 0..=1000, 1,
-        "DIR is kept so long after a step";
+        "DIR is kept this long after a step";
     Pulse, "pulse-us", "µs", 1..=20, 2,
-        "STEP stays high so long";
+        "STEP stays high for this time";
     Reverse, "reverse", "", 0..=7, 0,
         "axes that turn the other way round: 1 X, 2 Y, 4 Z, added up";
     EnableHigh, "enable-high", "", 0..=1, 0,
@@ -136,7 +136,7 @@ settings! {
     SwitchHigh, "switch-high", "", 0..=7, 0,
         "axes whose closed switch reads high; of the others, low";
     ["safety"] Debounce, "debounce-ms", "ms", 0..=250, 25,
-        "a switch that was closed counts as open when it has been open for so long; 0: at once";
+        "a switch that was closed counts as open once it has been open for this time; 0: at once";
     ["s-curve"] Law, "law", "", 0..=1, 1,
         "1: a jerk that an order names bends its ramps (S-curve); 0: such an order is refused";
     ["safety"] SafeStart, "safe-start", "", 0..=1, 0,

@@ -59,12 +59,31 @@ fn settings_may_stand_inside_an_order() {
     );
 }
 
+/// What `docs/settings.md` says below its table.
+const BELOW: &str = "
+Sets of axes are sums: 1 for X, 2 for Y, 4 for Z. The `can=` words in the answer to `?` say
+whether a board has `safety` and `jerk`: a Nano has neither, an Uno has `safety`, or with the
+program `curves` `jerk`; a Mega and the virtual board have both.
+
+On the serial line `$` lists the settings, `$idle-ms` asks for one, `$idle-ms=60000` sets it, and
+`$reset` brings the defaults back. No setting is changed while a motor moves.
+
+A closed switch stops its axis at once. The position stays what the steps so far make it. A motor
+that was faster than its start speed may have slipped some steps beyond: approach a switch slowly,
+or zero the axis afterwards. An order towards the switch is then refused (`fault`); an order away
+from it is not.
+
+A motor whose driver is switched off holds no load: leave `idle-ms` at 0 where a load could turn
+the motor.
+
+What the inputs, the limits and the locks do in detail: [safety.md](safety.md).
+";
+
 /// `docs/settings.md`, which is the table's.
 fn page() -> String {
     let mut page = String::from(
-        "# Settings\n\nAll settings of a board, in the order of the answer to `$`. The\n\
-         [README](../README.md#settings) says more of some. `stepwright settings set --help` has\n\
-         the same texts. Sets of axes are sums: 1 for X, 2 for Y, 4 for Z.\n\n\
+        "# Settings\n\nAll settings of a board, in the order of the answer to `$`. \
+         `stepwright settings set --help` has\nthe same texts.\n\n\
          | setting | range | default | what it does | boards |\n|---|---|---|---|---|\n",
     );
     for setting in Setting::ALL {
@@ -79,7 +98,7 @@ fn page() -> String {
         let range = range.trim_end();
         page += &format!("| `{name}` | {range} | {} | {help} | {boards} |\n", setting.default());
     }
-    page + "\nThe `can=` words in the answer to `?` say whether a board has `safety` and `jerk`.\n"
+    page + BELOW
 }
 
 #[test]

@@ -17,7 +17,7 @@ use subtle::ConstantTimeEq;
 use crate::decline::Declined;
 use crate::secret;
 
-/// A hand counts as lost after so long a silence.
+/// A hand counts as lost after this much silence.
 pub const LEASE: Duration = Duration::from_millis(1000);
 
 /// A name has this many characters at most.

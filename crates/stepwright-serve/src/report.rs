@@ -131,7 +131,7 @@ pub struct ControlGiven {
     pub hand: u64,
     /// The word that orders need, in the header `Stepwright-Control`.
     pub key: String,
-    /// A run without end brakes after so long a silence, in ms. A beat over `/api/live`,
+    /// A run without end brakes after this much silence, in ms. A beat over `/api/live`,
     /// an order or `POST /api/control/beat` ends a silence.
     pub lease_ms: u32,
 }

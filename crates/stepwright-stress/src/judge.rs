@@ -196,7 +196,7 @@ impl Judge {
         Ok(())
     }
 
-    /// Moving axes brake when no line came for so long.
+    /// Moving axes brake when no line has come for this time.
     fn hear_silence(&mut self, now: u64) {
         let timeout = self.settings.get(settings::TIMEOUT);
         let limits = [(timeout, Known::Yes), self.guard.lease];

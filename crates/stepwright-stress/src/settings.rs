@@ -12,7 +12,7 @@ impl std::fmt::Debug for Name {
     }
 }
 
-/// Name, least, most, default, and which boards have it: the table of the README.
+/// Name, least, most, default, and which boards have it, written down apart from the protocol's.
 const TABLE: [(&str, u32, u32, u32, On); COUNT] = [
     ("max-speed", 1, 1_000_000, 1_000_000, On::Every),
     ("max-accel", 1, 100_000_000, 100_000_000, On::Every),
@@ -99,13 +99,13 @@ pub const KILL_OFF: Name = Name(25);
 /// How long a switch that has opened counts as closed, in ms.
 pub const DEBOUNCE: Name = Name(26);
 
-/// The setting of this name, on a board that can so much.
+/// The setting of this name, on a board with these features.
 pub fn named(name: &str, can: Can) -> Option<Name> {
     Name::all(can).find(|known| known.word() == name)
 }
 
 impl Name {
-    /// Every setting of a board that can so much.
+    /// Every setting of a board with these features.
     pub fn all(can: Can) -> impl Iterator<Item = Name> {
         (0..COUNT).map(Name).filter(move |name| match TABLE[name.0].4 {
             On::Every => true,
@@ -130,7 +130,7 @@ impl Name {
 pub struct Settings([u32; COUNT]);
 
 impl Settings {
-    /// The defaults of a board that can so much; what it has no setting for is off.
+    /// The defaults of a board with these features; what it has no setting for is off.
     pub fn new(can: Can) -> Settings {
         let mut settings = Settings([0; COUNT]);
         Name::all(can).for_each(|name| settings.set(name, TABLE[name.0].3));

@@ -44,9 +44,9 @@ impl Known {
 pub struct Measure {
     /// Ticks per second.
     pub hz: f64,
-    /// An edge may come so much beside its time.
+    /// The most that an edge may be off its time.
     pub jitter: f64,
-    /// Within a run an interval may be so much beside that of the law.
+    /// The most that an interval within a run may be off that of the law.
     pub fit: f64,
     /// The widths that the settings ask for.
     pub pulse: u64,
@@ -56,7 +56,7 @@ pub struct Measure {
     pub hold: u64,
     /// Edges are this many ticks early or late in a simulation.
     pub slack: u64,
-    /// A closed switch has stopped its axis after so long.
+    /// A closed switch has stopped its axis after this time.
     pub switch: u64,
     /// The rules that are looked at.
     pub rules: Rules,

@@ -61,11 +61,11 @@ const POLL: u32 = 562_188;
 /// The times that drivers need, in ticks of the step timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {
-    /// STEP stays high for at least so long.
+    /// STEP stays high for at least this long.
     pub pulse: Ticks,
-    /// DIR is set at least so long before the rising edge of STEP.
+    /// DIR is set at least this long before the rising edge of STEP.
     pub setup: Ticks,
-    /// DIR is kept at least so long after the rising edge of STEP.
+    /// DIR is kept at least this long after the rising edge of STEP.
     pub hold: Ticks,
     /// Two steps of one axis never come closer: at least the pulse width and
     /// as long a pause, and what the board can do.

@@ -41,7 +41,7 @@ pub fn intervals_of(edges: &[Edge], axis: u8) -> Vec<u64> {
 /// What a driver asks of its pins, in cycles.
 #[derive(Clone, Copy, Debug)]
 pub struct Needs {
-    /// STEP stays high for at least so long.
+    /// STEP stays high for at least this long.
     pub pulse: u64,
     /// From DIR to the rising edge of STEP.
     pub setup: u64,

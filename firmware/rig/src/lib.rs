@@ -20,7 +20,7 @@
 //! | received bytes wait in 64 places | 2 and the one that arrives | mended: one more is lost, and the flag says so |
 //! | an interrupt enabled after its compare match never comes | it comes | mended |
 //! | a compare match close behind the counter's overflow is missed | it comes | mended for the timers that the firmware steps by |
-//! | an EEPROM byte is written at once | 3.4 ms | mended: busy for so long, and a power loss in between spoils it |
+//! | an EEPROM byte is written at once | 3.4 ms | mended: busy for that time, and a power loss in between spoils it |
 //! | the watchdog's 128 kHz are exact | up to a tenth off | left so |
 //! | another time-out of the running watchdog counts from the next `wdr` on | at once | left so: the firmware's main loop begins with one |
 //! | a timer in fast PWM, mode 15, comes round without a flag | it has one | left so: that firmware runs on avr8js ([`avr8js`]) |

@@ -27,7 +27,18 @@ fn ideal() -> Vec<Edge> {
 
 #[test]
 fn a_motor_reaches_its_position_while_the_main_loop_works() {
-    let image = firmware::load(&format!("{}-first-move", board().name()))
+    reaches_its_position("first-move");
+}
+
+/// The same program, which depends on `stepwright-avr` from another folder.
+#[test]
+fn a_firmware_outside_the_repository_moves_its_motor() {
+    reaches_its_position("outside");
+}
+
+#[track_caller]
+fn reaches_its_position(program: &str) {
+    let image = firmware::load(&format!("{}-{program}", board().name()))
         .unwrap_or_else(|error| panic!("{error:#}"));
     let mut chip = Chip::new(board(), &image);
     chip.run_for(HZ);

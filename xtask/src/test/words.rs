@@ -22,6 +22,11 @@ const WORDS: &[(&str, &str)] = &[
     ("laying out", "setting up, arranging"),
     ("gone on with", "continued"),
     ("in vain", "without success"),
+    ("for so long", "for this time"),
+    ("after so long", "after this time"),
+    ("so far forward", "this far forward"),
+    ("so far backward", "this far backward"),
+    ("can so much", "has these features"),
     ("document 00", "the title of the document: docs/sources.md"),
 ];
 

@@ -300,7 +300,7 @@ pub struct Leg {
 pub struct Ramp {
     pub from: u32,
     pub to: u32,
-    /// By so much from step to step.
+    /// The change from step to step.
     pub by: u32,
 }
 

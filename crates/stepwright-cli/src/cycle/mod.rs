@@ -67,7 +67,7 @@ Examples:
   stepwright cycle examples/cycles/readme.toml
   stepwright cycle examples/cycles/triangle.toml --xy triangle.svg
   stepwright cycle examples/cycles/series.toml --format csv --vcd edges.vcd
-  On a board, after `cargo xtask flash mega --program cycles --port /dev/ttyACM0`:
+  On a board, after `stepwright flash mega --program cycles --port /dev/ttyACM0`:
     stepwright cycle examples/cycles/readme.toml --port /dev/ttyACM0")]
 pub struct Args {
     /// The file; - is standard input

@@ -323,7 +323,7 @@ impl<'p> RemoteSession<'p> {
                 }
             }
             let left = Duration::from_secs_f64((self.due as f64 - now).max(0.001));
-            self.board.rest(left.min(LOOK));
+            self.board.rest(left.min(LOOK))?;
         }
     }
 
@@ -372,7 +372,7 @@ impl<'p> RemoteSession<'p> {
                 return Err(Failure::interrupted("interrupted: the motors stand"));
             }
             let piece = left.min(LOOK);
-            self.board.rest(piece);
+            self.board.rest(piece)?;
             left -= piece;
             shown += piece;
             if shown >= Duration::from_secs(10) {

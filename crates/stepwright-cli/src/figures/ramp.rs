@@ -113,7 +113,7 @@ pub fn whole() -> Drawing {
             ("computed", "computed"),
         ],
         rows: cells,
-        notes: vec!["(15) ends 0.024 s early: its first steps are faster by so much.".into()],
+        notes: vec!["(15) ends 0.024 s early: its first steps are that much faster.".into()],
         ..Sheet::new(title)
     };
     let note = "The speed of each step by (2): a true profile lies close to the line";

@@ -1,4 +1,4 @@
-//! `stepwright flash`: writes the controller's firmware to a board, without a compiler.
+//! `stepwright flash`: writes a firmware to a board, without a compiler.
 //!
 //! | module | what |
 //! | --- | --- |
@@ -22,10 +22,10 @@ use crate::link::serial::{SerialLink, Share};
 use crate::order::progress::Line;
 use crate::order::target::Format;
 use crate::say;
-use image::Image;
+use image::{Image, Program};
 use stk500::{LinkError, Loader};
 
-/// Write the controller's firmware to an Uno, a Nano or a Mega
+/// Write a firmware to an Uno, a Nano or a Mega
 ///
 /// The firmware comes with this command, and needs no compiler. It replaces the program that
 /// is on the board; settings that the board keeps stay.
@@ -40,6 +40,7 @@ The board must have its boot loader: one bought as an Arduino, or as a copy of o
 Examples:
   stepwright flash uno --port /dev/ttyACM0
   stepwright flash nano --old-boot-loader --port /dev/ttyUSB0
+  stepwright flash mega --program cycles --port /dev/ttyACM0
   stepwright flash uno --port /dev/ttyACM0 --dry-run")]
 pub struct Args {
     /// Which board it is
@@ -47,6 +48,9 @@ pub struct Args {
     /// Serial port of the board
     #[arg(long, value_name = "PATH")]
     port: PathBuf,
+    /// Which firmware
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Program::Slave)]
+    program: Program,
     /// A Nano from before 2018, whose boot loader listens at 57600 bits/s
     #[arg(long)]
     old_boot_loader: bool,
@@ -98,12 +102,13 @@ pub fn run(args: Args) -> Result<(), Failure> {
     if args.old_boot_loader && args.board != Board::Nano {
         return Err(Failure::usage("--old-boot-loader is for a Nano"));
     }
-    let image = Image::of(args.board);
+    let image = Image::of(args.board, args.program)?;
     let baud = if args.old_boot_loader { 57_600 } else { 115_200 };
     let avrdude = !args.own && has_avrdude();
     if args.format == Format::Text {
         let (name, size, hash) = (args.board.name(), image.bytes().len(), image.hash());
-        say::result(format_args!("image       {name}, {size} bytes, SHA-256 {hash}"));
+        let program = args.program.name();
+        say::result(format_args!("image       {name} {program}, {size} bytes, SHA-256 {hash}"));
     }
     let by = if avrdude { "avrdude" } else { "stepwright" };
     if !avrdude && args.board == Board::Mega {
@@ -120,6 +125,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     match args.format {
         Format::Json => say::result(json!({
             "board": args.board.name(),
+            "program": args.program.name(),
             "bytes": image.bytes().len(),
             "sha256": image.hash(),
             "by": by,
@@ -132,7 +138,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         Format::Text => {
             say::result(format_args!("written     by {by}, and compared"));
             let port = args.port.display();
-            say::note(format_args!("see it with: stepwright status --port {port}"));
+            say::note(format_args!("try it with: {}", args.program.seen_with(&port.to_string())));
         }
     }
     Ok(())

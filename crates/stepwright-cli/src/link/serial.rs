@@ -10,10 +10,10 @@ use serial2::SerialPort;
 use super::Link;
 use crate::failure::Failure;
 
-/// A port that takes no byte for so long is stuck.
+/// A port that takes no byte for this time is stuck.
 const WRITE_LIMIT: Duration = Duration::from_millis(500);
 
-/// A stepwright that only asks a question has the port for so long.
+/// A stepwright that only asks a question has the port for this time.
 const TURN: Duration = Duration::from_millis(500);
 
 /// Whether others may use the port meanwhile.

@@ -11,7 +11,9 @@ use crate::programs;
 const PATIENCE: Duration = Duration::from_millis(500);
 /// How often it is asked before it counts as silent: one that the port's opening has reset
 /// passes its boot loader first.
-const TRIES: usize = 8;
+pub const TRIES: usize = 8;
+/// What there is to do about a board that was there a moment ago.
+const LOST: &str = "is it still plugged in? what it plays goes on; a reset ends it";
 
 /// Lines that end with a carriage return, one answer each.
 pub struct Talk {
@@ -35,8 +37,7 @@ impl Talk {
     }
 
     fn lost(&self, error: &io::Error) -> Failure {
-        Failure::new(format!("{} is gone: {error}", self.link.name()))
-            .hint("is it still plugged in?")
+        Failure::new(format!("{} is gone: {error}", self.link.name())).hint(LOST)
     }
 
     /// Sends these bytes.
@@ -64,7 +65,12 @@ impl Talk {
     pub fn ask(&mut self, line: &str) -> Result<String, Failure> {
         self.send(&format!("{line}\r"))?;
         let answer = self.line()?;
-        answer.ok_or_else(|| Failure::new(format!("{} does not answer any more", self.name())))
+        answer.ok_or_else(|| self.silent())
+    }
+
+    /// It has answered, and does not any more.
+    pub fn silent(&self) -> Failure {
+        Failure::new(format!("{} does not answer any more", self.name())).hint(LOST)
     }
 
     /// Lets time pass. Nothing is expected from the board.
@@ -77,23 +83,21 @@ impl Talk {
         Ok(())
     }
 
-    /// Asks the board what it is; its answer, which begins with the greeting of the program
-    /// that is wanted.
+    /// Asks the board what it is; its answer, which begins with the greeting that is wanted.
     ///
     /// # Errors
-    /// It is silent, or runs another program.
+    /// It is silent, or runs another program; `program` is the one to flash.
     pub fn meet(&mut self, wanted: &str, program: &str) -> Result<String, Failure> {
         let at = self.name();
         for _ in 0..TRIES {
             // An empty line ends what was left of another.
             self.send("\r?\r")?;
             while let Some(answer) = self.line()? {
-                if programs::is_wanted(&at, &answer, wanted)?.is_some() {
+                if programs::is_wanted(&at, &answer, wanted, program)?.is_some() {
                     return Ok(answer);
                 }
             }
         }
-        Err(Failure::new(format!("{at} does not answer"))
-            .hint(programs::flash("", program).replace("the other program", "the program")))
+        Err(Failure::new(format!("{at} does not answer")).hint(programs::flash("", program)))
     }
 }

@@ -25,7 +25,7 @@ command is run, else ~/.config/stepwright/machine.toml (%APPDATA% on Windows).
 The file, with all there may be in it:
   port = \"/dev/ttyUSB0\"       every command goes to this board
   baud = 115200
-  lease = \"2s\"                the board brakes when the command falls silent for so long
+  lease = \"2s\"                the board brakes when the command is silent for this time
 
   [axis.1]
   steps-per-rev = 3200        full steps of a turn times microsteps

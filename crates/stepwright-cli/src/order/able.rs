@@ -21,7 +21,7 @@ pub fn to_bend(session: &mut Session, order: &Order) -> Result<(), Failure> {
     if can == Some(false) {
         return Err(Failure::new(format!("{name} has no S-curves, which --jerk asks for")).hint(
             "leave --jerk out. The Mega and the virtual board have them, an Uno with \
-             `cargo xtask flash uno --program curves`",
+             `stepwright flash uno --program curves`",
         ));
     }
     // A board without settings answers E: it follows the jerk.

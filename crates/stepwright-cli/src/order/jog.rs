@@ -30,7 +30,7 @@ use crate::session::{LinkError, Session};
 /// go. The last line on standard output says where it is.
 #[derive(clap::Args)]
 #[command(mut_arg("lease", |arg| arg.help("\
-    Have the board brake when it hears nothing from here for so long: 500ms, 2s; from \
+    Have the board brake when it hears nothing from here for this time: 500ms, 2s; from \
     200ms to 60s [default: 500ms, of a board that grants a lease]")))]
 #[command(after_help = "\
 Keys:

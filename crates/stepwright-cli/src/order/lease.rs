@@ -10,7 +10,7 @@ use crate::session::Session;
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Board")]
 pub struct LeaseArgs {
-    /// Have the board brake when it hears nothing from here for so long: 500ms, 2s;
+    /// Have the board brake when it hears nothing from here for this time: 500ms, 2s;
     /// from 200ms to 60s [default: never]
     #[arg(long = "lease", value_name = "TIME", value_parser = millis)]
     lease: Option<LeaseMillis>,

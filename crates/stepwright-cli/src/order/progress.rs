@@ -15,10 +15,10 @@ use super::motion::{Motion, seconds};
 use super::terminal;
 use crate::{interrupt, say};
 
-/// A speed is measured over so long, or longer where the motor is slow.
+/// A speed is measured over this time, or longer where the motor is slow.
 const WINDOW: Duration = Duration::from_millis(200);
 
-/// A slow motor's speed is measured over this many steps, for so long at most.
+/// A slow motor's speed is measured over this many steps, for this time at most.
 const STEPS: u64 = 10;
 const LONGEST: Duration = Duration::from_secs(4);
 

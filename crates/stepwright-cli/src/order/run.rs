@@ -43,7 +43,7 @@ pub struct Args {
     /// How fast; a minus runs backward
     #[arg(allow_hyphen_values = true, value_name = "±SPEED")]
     speed: SignedSpeedArg,
-    /// Brake after so long: 3s, 500ms, 2min
+    /// Brake after this time: 3s, 500ms, 2min
     #[arg(long = "for", value_name = "TIME", value_parser = time)]
     time: Option<Duration>,
     #[command(flatten)]

@@ -160,8 +160,9 @@ pub fn met(session: &mut Session) -> Result<(), Failure> {
     session.meet().map_err(|trouble| {
         let name = session.link().name();
         if matches!(trouble, LinkError::Silent)
-            && let Some(Err(another)) = greeting(session)
-                .map(|answer| programs::is_wanted(&name, &answer, programs::CONTROLLER))
+            && let Some(Err(another)) = greeting(session).map(|answer| {
+                programs::is_wanted(&name, &answer, programs::CONTROLLER, programs::SLAVE)
+            })
         {
             return another;
         }

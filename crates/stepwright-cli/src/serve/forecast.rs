@@ -8,7 +8,7 @@ use crate::order::course::Course;
 /// Points of a ramp.
 const RAMP: u32 = 80;
 
-/// A run without end is told for so long, in s.
+/// A run without end is predicted this far ahead, in s.
 const LONG: f64 = 3600.0;
 
 /// The curve of an axis that stands at `from` and begins now; `None` if the law has no

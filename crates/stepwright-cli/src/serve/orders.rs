@@ -15,7 +15,7 @@ use crate::order::able;
 use crate::order::drive::{self, NotBegun};
 use crate::session::LinkError;
 
-/// The board brakes by itself when it hears nothing from here for so long, while an axis
+/// The board brakes by itself when it hears nothing from here for this time, while an axis
 /// runs without end.
 const LEASE: LeaseMillis = LeaseMillis::clamped(1000);
 

@@ -10,7 +10,7 @@ use super::keeper::Keeper;
 use crate::order::look::stop_word;
 use crate::session::LinkError;
 
-/// A speed is measured over so long, in s.
+/// A speed is measured over this time, in s.
 const WINDOW: f64 = 0.1;
 
 /// What is known of an axis.

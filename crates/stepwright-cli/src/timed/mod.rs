@@ -49,7 +49,7 @@ Examples:
   The pins of a unipolar motor in half steps:
     stepwright timed --speed 100 --steps 16 --drive unipolar-half:D4,D39,D40,D41 \\
       --board mega --plot pins.svg
-  On a board, after `cargo xtask flash uno --program timed --port /dev/ttyACM0`:
+  On a board, after `stepwright flash uno --program timed --port /dev/ttyACM0`:
     stepwright timed --case 1 --latched --log 166.9+1001 --port /dev/ttyACM0
 
 Result codes: 0 fine; 1 the speed stays as it is, for want of updates; 2 the updates lead

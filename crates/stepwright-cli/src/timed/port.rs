@@ -1,6 +1,5 @@
 //! `timed --port`: the order on a board that runs the program `timed`, by its serial line.
 
-use std::io;
 use std::time::Duration;
 
 use stepwright::drive::Arduino;
@@ -12,18 +11,14 @@ use super::course::{Course, Logged, Moments, Play, Update};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::link::Link;
+use crate::link::talk::{TRIES, Talk};
 
-/// A board answers within milliseconds.
-const PATIENCE: Duration = Duration::from_millis(500);
-/// How often it is asked before it counts as silent: one that the port's opening has reset
-/// passes its boot loader first.
-const TRIES: usize = 8;
 /// From one look at the motor to the next, at most.
 const LOOK: u32 = 100;
 
 /// A board that has the timed driver.
 pub struct Board {
-    link: Box<dyn Link>,
+    talk: Talk,
     /// Its name: uno or mega.
     pub name: String,
     hz: u32,
@@ -33,45 +28,21 @@ pub struct Board {
 impl Board {
     /// Meets the board at the end of a line.
     pub fn meet(link: Box<dyn Link>) -> Result<Board, Failure> {
-        let mut board = Board { link, name: String::new(), hz: 0, timers: Vec::new() };
-        let at = board.link.name();
-        let silent = || {
-            Failure::new(format!("{at} does not answer"))
-                .hint("flash the program: `cargo xtask flash uno --program timed --port PATH`")
-        };
-        for _ in 0..TRIES {
-            // An empty line ends what was left of another.
-            board.send("\r?\r")?;
-            while let Some(answer) = board.line()? {
-                let mut words = answer.split(' ');
-                match words.next() {
-                    Some(NAME) => {}
-                    Some("stepwright") => {
-                        return Err(Failure::new(format!(
-                            "{at} runs the controller, which has no timed driver"
-                        ))
-                        .hint(
-                            "flash the other program: `cargo xtask flash uno --program timed \
-                             --port PATH`; `--program slave` brings the controller back",
-                        ));
-                    }
-                    _ => continue,
+        let mut talk = Talk::new(link);
+        let answer = talk.meet(NAME, "timed")?;
+        let mut words = answer.split(' ').skip(1);
+        let name = words.next().unwrap_or("").to_owned();
+        let mut board = Board { talk, name, hz: 0, timers: Vec::new() };
+        for word in words {
+            match word.split_once('=') {
+                Some(("hz", hz)) => board.hz = hz.parse().unwrap_or(0),
+                Some(("timers", all)) => {
+                    board.timers = all.split(',').filter_map(|n| n.parse().ok()).collect();
                 }
-                let mut words = words.peekable();
-                board.name = words.next().unwrap_or("").to_owned();
-                for word in words {
-                    match word.split_once('=') {
-                        Some(("hz", hz)) => board.hz = hz.parse().unwrap_or(0),
-                        Some(("timers", all)) => {
-                            board.timers = all.split(',').filter_map(|n| n.parse().ok()).collect();
-                        }
-                        _ => {}
-                    }
-                }
-                return Ok(board);
+                _ => {}
             }
         }
-        Err(silent())
+        Ok(board)
     }
 
     /// Which Arduino it is.
@@ -83,35 +54,8 @@ impl Board {
         }
     }
 
-    fn lost(&self, error: &io::Error) -> Failure {
-        Failure::new(format!("{} is gone: {error}", self.link.name()))
-            .hint("is it still plugged in?")
-    }
-
-    fn send(&mut self, text: &str) -> Result<(), Failure> {
-        self.link.write(text.as_bytes()).map_err(|error| self.lost(&error))
-    }
-
-    /// The next line of the board's; `None` if none comes for a while.
-    fn line(&mut self) -> Result<Option<String>, Failure> {
-        let (begun, mut text) = (self.link.now(), Vec::new());
-        loop {
-            let left = PATIENCE.saturating_sub(self.link.now() - begun);
-            let mut byte = [0];
-            let count = self.link.read(&mut byte, left).map_err(|error| self.lost(&error))?;
-            match byte {
-                _ if count == 0 && left.is_zero() => return Ok(None),
-                _ if count == 0 => {}
-                [b'\r'] => return Ok(Some(String::from_utf8_lossy(&text).into_owned())),
-                [byte] => text.push(byte),
-            }
-        }
-    }
-
     fn ask(&mut self, line: Line) -> Result<String, Failure> {
-        self.send(&format!("{line}\r"))?;
-        let answer = self.line()?;
-        answer.ok_or_else(|| Failure::new(format!("{} does not answer any more", self.link.name())))
+        self.talk.ask(&line.to_string())
     }
 
     fn look(&mut self, timer: u8) -> Result<Report, Failure> {
@@ -121,14 +65,14 @@ impl Board {
                 return Ok(report);
             }
         }
-        Err(Failure::new(format!("{} gives no report", self.link.name())))
+        Err(Failure::new(format!("{} gives no report", self.talk.name())))
     }
 
     /// Says a line that is to be answered `Y`.
     fn say(&mut self, line: Line, what: &str) -> Result<(), Failure> {
         match self.ask(line)?.as_str() {
             "Y" => Ok(()),
-            _ => Err(Failure::new(format!("{} refused {what}", self.link.name())).hint(
+            _ => Err(Failure::new(format!("{} refused {what}", self.talk.name())).hint(
                 "a motor is wired while it rests, to pins of one port that the board has, other \
                  than those of the serial line",
             )),
@@ -151,7 +95,7 @@ impl Board {
         if hardware != Hardware::avr16(self.hz) {
             return Err(Failure::usage(format!(
                 "the timers of {} have 16 bits and run at {} Hz",
-                self.link.name(),
+                self.talk.name(),
                 self.hz
             ))
             .hint("leave --timer and --clock out, or give those of the board"));
@@ -162,7 +106,7 @@ impl Board {
         self.say(Line::Check(timer, check), "the interval of its checks")?;
         let code = self.ask(Line::Move(timer, order.set_speed, order.call_ms()))?;
         let code = code.parse().map(Code::new).map_err(|_| {
-            Failure::new(format!("{} answered {code:?} to the order", self.link.name()))
+            Failure::new(format!("{} answered {code:?} to the order", self.talk.name()))
         })?;
         if code.is_error() {
             return Err(super::course::refused(code));
@@ -219,7 +163,7 @@ impl Board {
             }
             let next = due(logged).map_or(LOOK, |ms| (ms.ceil() as u32).saturating_sub(report.ms));
             let left = until.map_or(LOOK, |until| until.saturating_sub(report.ms));
-            self.link.rest(Duration::from_millis(next.min(left).clamp(1, LOOK).into()));
+            self.talk.rest(Duration::from_millis(next.min(left).clamp(1, LOOK).into()))?;
         }
     }
 }

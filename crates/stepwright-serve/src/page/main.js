@@ -159,7 +159,7 @@ by("pause").onclick = () => {
   showPause();
 };
 
-/** A kill is held for so long, in ms. */
+/** A kill is held for this time, in ms. */
 const HELD = 600;
 const kill = () => attempt(post("/api/kill"));
 let pressed = null;

@@ -110,7 +110,7 @@ impl Track {
         Ok(())
     }
 
-    /// The first step of a leg: so long after the last one of another.
+    /// The first step of a leg: this long after the last one of another.
     fn dwell(&self, now: u64, ticks: u64, measure: &Measure) -> Result<(), Fault> {
         let least = self.rests.min(self.rested) * measure.hz;
         if (ticks as f64) + measure.jitter < least * 0.99 {

@@ -158,9 +158,9 @@ fn spoiled_answers_are_asked_for_again() {
 
 #[test]
 fn what_a_board_can_not_do_is_refused() {
-    refused(CONTROLLER, &file(1, GO), "the chip runs the controller, which plays no cycle files");
+    refused(CONTROLLER, &file(1, GO), "the chip runs the controller, which has no such orders");
     let timed = "stepwright-timed uno hz=16000000 timers=1";
-    refused(timed, &file(1, GO), "runs the program stepwright-timed");
+    refused(timed, &file(1, GO), "the chip runs the timed driver");
     refused(UNO, &file(4, GO), "this uno moves 3 motors, and the file has 4");
     refused(MEGA, &file(5, GO), "this mega moves 4 motors, and the file has 5");
     let tick = format!("[clock]\ntick-us = 100\n{}", file(1, GO));

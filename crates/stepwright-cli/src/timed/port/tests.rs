@@ -1,6 +1,7 @@
 //! The conversation with a board, which is the virtual one behind the line.
 
 use std::collections::VecDeque;
+use std::io;
 
 use stepwright_sim::timed::TimedBoard;
 use stepwright_timed::Model;
@@ -94,7 +95,7 @@ impl Link for Chip {
                 Ok(1)
             }
             None => {
-                self.now += limit;
+                self.rest(limit);
                 Ok(0)
             }
         }

@@ -1,0 +1,67 @@
+//! A firmware outside the repository: the README's first program on `stepwright-avr`, built as
+//! that crate's README says, without anything of `firmware/avr`.
+
+use std::fs;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::firmware::Board;
+use crate::toolchain::Cross;
+use crate::workspace::{Workspace, run};
+
+/// Its name in `target/firmware`: `uno-outside.elf`.
+const NAME: &str = "outside";
+
+/// Builds it for a board.
+pub fn make(ws: &Workspace, board: Board) -> Result<()> {
+    let (chip, feature) = match board {
+        Board::Uno | Board::Nano => ("atmega328p", "uno"),
+        Board::Mega => ("atmega2560", "mega"),
+    };
+    let guide = fs::read_to_string(ws.root.join("crates/stepwright-avr/README.md"))?;
+    let manifest = block(&guide, "toml").context("stepwright-avr's README has no manifest")?;
+    let flags = "-C target-cpu=atmega328p";
+    ensure!(guide.contains(flags), "stepwright-avr's README builds otherwise than {flags}");
+    let source = fs::read_to_string(ws.root.join("README.md"))?;
+    let source = block(&source, "rust").context("the README has no first program")?;
+
+    let folder = ws.target.join("xtask").join(NAME).join(feature);
+    fs::create_dir_all(folder.join("src"))?;
+    let manifest = manifest
+        .replace("\"../stepwright/", &format!("\"{}/", ws.root.display()))
+        .replace("\"uno\"", &format!("\"{feature}\""));
+    let package = format!("[package]\nname = \"{NAME}\"\nedition = \"2024\"\n\n[workspace]\n\n");
+    fs::write(folder.join("Cargo.toml"), package + &manifest)?;
+    fs::write(folder.join("src/main.rs"), source)?;
+
+    let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
+    let built = ws.target.join("avr").join(format!("{NAME}-{feature}"));
+    let chip = flags.replace("atmega328p", chip);
+    let mut cargo = cross.cargo_plain(ws, "build", &built);
+    cargo.args(["--release", "--target", "avr-none"]).current_dir(&folder);
+    run(cargo.env("CARGO_TARGET_AVR_NONE_RUSTFLAGS", chip))?;
+    let elf = built.join("avr-none/release").join(NAME).with_extension("elf");
+    let place = ws.target.join("firmware");
+    fs::create_dir_all(&place)?;
+    fs::copy(elf, place.join(format!("{}-{NAME}.elf", board.name())))?;
+    Ok(())
+}
+
+/// The first block of code in this language.
+fn block<'a>(text: &'a str, language: &str) -> Option<&'a str> {
+    let (_, rest) = text.split_once(&format!("```{language}\n"))?;
+    rest.split("```").next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_block_of_a_language() {
+        let text = "```toml\na = 1\n```\n```rust\nfn a() {}\n```\n```rust\nfn b() {}\n```\n";
+        assert_eq!(block(text, "rust"), Some("fn a() {}\n"));
+        assert_eq!(block(text, "toml"), Some("a = 1\n"));
+        assert_eq!(block(text, "python"), None);
+    }
+}

@@ -135,7 +135,7 @@ fn main() -> ExitCode {
         Command::Settings(args) => order::settings::run(args),
         Command::Ports(args) => order::ports::run(args),
         Command::Init(args) => machine::init::run(args),
-        Command::Serve(args) => serve::run(args),
+        Command::Serve(args) => serve::run(args, &cli.machine),
         Command::Board(args) => board::run(args),
         Command::Flash(args) => flash::run(args),
         Command::Plan(args) => plan::run(*args),

@@ -86,7 +86,7 @@ impl Cell {
     }
 
     /// As text, for reading.
-    fn shown(&self) -> String {
+    pub fn shown(&self) -> String {
         match self {
             Cell::Empty => String::new(),
             Cell::Text(text) | Cell::Real(_, text) => text.clone(),

@@ -1,131 +1,18 @@
 //! `stepwright serve`, as programs and pages meet it: over HTTP, and over its WebSocket.
 
 mod common;
+#[path = "common/served.rs"]
+mod served;
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use common::{LIMIT, Running};
+use common::Running;
 use serde_json::{Value, json};
+use served::{Served, next};
+use tungstenite::Message;
 use tungstenite::client::IntoClientRequest;
-use tungstenite::{Message, WebSocket};
-
-/// A served board, and the key of who controls.
-struct Served {
-    command: Running,
-    address: String,
-    key: String,
-}
-
-impl Served {
-    fn start(args: &[&str]) -> Served {
-        let args = [&["serve", "--machine", "none", "--bind", "127.0.0.1:0"], args].concat();
-        let mut command = Running::start(&args);
-        let page = command.wait_out("page ");
-        let address = page.trim_start_matches("page http://").trim_end_matches('/').to_owned();
-        let mut served = Served { command, address, key: String::new() };
-        served.key = served.taken(false);
-        served
-    }
-
-    fn board() -> Served {
-        Served::start(&["--virtual"])
-    }
-
-    /// The key of a new hand.
-    fn taken(&self, over: bool) -> String {
-        let (status, given) = self.post("/api/control", json!({"take_over": over}));
-        assert_eq!(status, 200, "{given}");
-        given["key"].as_str().unwrap().to_owned()
-    }
-
-    fn ask(&self, method: &str, path: &str, body: &str) -> (u16, Value) {
-        let mut stream = TcpStream::connect(&self.address).unwrap();
-        stream.set_read_timeout(Some(LIMIT)).unwrap();
-        let (address, key, length) = (&self.address, &self.key, body.len());
-        write!(
-            stream,
-            "{method} {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\
-             Stepwright-Control: {key}\r\nContent-Type: application/json\r\n\
-             Content-Length: {length}\r\n\r\n{body}"
-        )
-        .unwrap();
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).unwrap();
-        let status = answer.split(' ').nth(1).unwrap().parse().unwrap();
-        let body = answer.split_once("\r\n\r\n").unwrap().1;
-        (status, serde_json::from_str(body).unwrap_or(Value::Null))
-    }
-
-    fn get(&self, path: &str) -> Value {
-        let (status, said) = self.ask("GET", path, "");
-        assert_eq!(status, 200, "{path}: {said}");
-        said
-    }
-
-    fn post(&self, path: &str, body: Value) -> (u16, Value) {
-        self.ask("POST", path, &body.to_string())
-    }
-
-    /// What has to be taken.
-    #[track_caller]
-    fn order(&self, path: &str, body: Value) -> Value {
-        let (status, said) = self.post(path, body);
-        assert_eq!(status, 200, "{path}: {said}");
-        said
-    }
-
-    /// What has to be declined; the reason.
-    #[track_caller]
-    fn declined(&self, path: &str, body: Value, as_status: u16) -> String {
-        let (status, said) = self.post(path, body);
-        assert_eq!(status, as_status, "{path}: {said}");
-        said["what"].as_str().unwrap().to_owned()
-    }
-
-    fn axis(&self, number: usize) -> Value {
-        self.get("/api/state")["axes"][number - 1].clone()
-    }
-
-    /// Waits until an axis does this; how it was then.
-    #[track_caller]
-    fn wait(&self, number: usize, until: impl Fn(&Value) -> bool) -> Value {
-        let begin = Instant::now();
-        loop {
-            let axis = self.axis(number);
-            if until(&axis) {
-                return axis;
-            }
-            assert!(begin.elapsed() < LIMIT, "{axis}");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    }
-
-    #[track_caller]
-    fn rest(&self, number: usize) -> Value {
-        self.wait(number, |axis| axis["moving"] == false)
-    }
-
-    fn live(&self) -> WebSocket<TcpStream> {
-        let request = format!("ws://{}/api/live", self.address).into_client_request().unwrap();
-        let stream = TcpStream::connect(&self.address).unwrap();
-        stream.set_read_timeout(Some(LIMIT)).unwrap();
-        tungstenite::client(request, stream).unwrap().0
-    }
-}
-
-/// The next message of a kind.
-fn next(live: &mut WebSocket<TcpStream>, kind: &str) -> Value {
-    loop {
-        if let Message::Text(text) = live.read().unwrap() {
-            let message: Value = serde_json::from_str(&text).unwrap();
-            if message["type"] == kind {
-                return message;
-            }
-        }
-    }
-}
 
 #[test]
 fn an_axis_travels_where_it_is_told_and_nowhere_else() {
@@ -264,10 +151,32 @@ fn settings_have_the_names_they_have_everywhere() {
     let settings = board["settings"].as_array().unwrap();
     let pulse = settings.iter().find(|one| one["name"] == "pulse-us").unwrap();
     assert_eq!((&pulse["value"], &pulse["max"]), (&json!(7), &json!(20)));
-    served.declined("/api/set", json!({"name": "pulse-us", "value": 21}), 422);
+    for wrong in [json!(21), json!(-1), json!(2.5), json!(1e300)] {
+        let why = served.declined("/api/set", json!({"name": "pulse-us", "value": wrong}), 422);
+        assert!(why.starts_with("pulse-us is "), "{why}");
+    }
     served.order("/api/move", json!({"axis": 1, "by": 3000}));
     let why = served.declined("/api/set", json!({"name": "pulse-us", "value": 3}), 409);
     assert!(why.contains("refused $pulse-us=3"), "{why}");
+}
+
+/// The machine file is told as it stands there.
+#[test]
+fn the_machine_file_is_told() {
+    let text = "lease = '2s'\n[axis.2]\nmm-per-rev = 8\naccel = '200mm/s2'\n";
+    let file = common::Scratch::new("machine.toml");
+    std::fs::write(&file.0, text).unwrap();
+    let served = Served::on(&["--machine", file.path(), "--virtual"]);
+    let machine = &served.get("/api/board")["machine"];
+    assert_eq!(machine["file"], file.path());
+    let told = |axis: Value, name: &str, value: &str| {
+        let row = json!({"axis": axis, "name": name, "value": value});
+        assert!(machine["values"].as_array().unwrap().contains(&row), "{machine}");
+    };
+    told(Value::Null, "lease", "2s");
+    told(json!(2), "mm-per-rev", "8");
+    told(json!(2), "accel", "200mm/s2");
+    assert_eq!(Served::board().get("/api/board")["machine"], Value::Null);
 }
 
 #[test]

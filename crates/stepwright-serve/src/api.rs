@@ -21,12 +21,13 @@ use utoipa::OpenApi;
 use crate::control::{Hand, LEASE};
 use crate::decline::Declined;
 use crate::desk::ServeDesk;
-use crate::live;
+use crate::homing::HomeRequest;
 use crate::report::{BoardSheet, ControlGiven, Done, LiveMessage, LiveState};
 use crate::request::{
     ControlRequest, EmptyRequest, MoveRequest, RetargetRequest, RunRequest, SetRequest,
     StopRequest, Wish, ZeroRequest,
 };
+use crate::{calc, live, scope};
 
 /// The header that carries the key of who controls.
 const CONTROL: &str = "stepwright-control";
@@ -46,6 +47,7 @@ type Answer = Result<Json<Done>, Declined>;
         state,
         travel,
         run,
+        home,
         retarget,
         stop,
         kill,
@@ -54,7 +56,12 @@ type Answer = Result<Json<Done>, Declined>;
         acknowledge,
         take,
         beat,
-        release
+        release,
+        calc::list,
+        calc::answer,
+        scope::scope,
+        scope::as_vcd,
+        scope::as_csv
     ),
     components(schemas(LiveMessage))
 )]
@@ -67,6 +74,7 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
         .route("/api/state", get(state))
         .route("/api/move", post(travel))
         .route("/api/run", post(run))
+        .route("/api/home", post(home))
         .route("/api/retarget", post(retarget))
         .route("/api/stop", post(stop))
         .route("/api/kill", post(kill))
@@ -78,6 +86,8 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
         .route("/api/control/release", post(release))
         .route("/api/live", get(live::join))
         .route("/api/openapi.json", get(description))
+        .merge(calc::routes())
+        .merge(scope::routes())
         .method_not_allowed_fallback(async || {
             Declined::nowhere("this address takes another method")
                 .remedy("GET /api/openapi.json lists them")
@@ -94,7 +104,7 @@ async fn description() -> impl IntoResponse {
 }
 
 /// A body, read and found to be of this kind.
-struct Body<T>(T);
+pub(crate) struct Body<T>(pub T);
 
 impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Body<T> {
     type Rejection = Declined;
@@ -165,6 +175,16 @@ async fn travel(State(desk): Shared, headers: HeaderMap, Body(body): Body<MoveRe
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
 async fn run(State(desk): Shared, headers: HeaderMap, Body(body): Body<RunRequest>) -> Answer {
+    let hand = hand(&desk, &headers)?;
+    wish(&desk, body.wish(hand)?).await
+}
+
+/// Find 0 by the limit switch of an axis. Answered when the motor has started; the state says
+/// how it goes on. The one who asks has to be heard of until it is done.
+#[utoipa::path(post, path = "/api/home", request_body = HomeRequest,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn home(State(desk): Shared, headers: HeaderMap, Body(body): Body<HomeRequest>) -> Answer {
     let hand = hand(&desk, &headers)?;
     wish(&desk, body.wish(hand)?).await
 }

@@ -10,17 +10,19 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use axum::extract::ws::Utf8Bytes;
 use tokio::sync::{Notify, broadcast, oneshot, watch};
 
+use crate::calc::Calculators;
 use crate::control::{ControlLease, Hand};
 use crate::conversation;
 use crate::decline::Declined;
 use crate::report::{BoardSheet, Controller, Done, LiveMessage, LiveState, PlannedCurve};
 use crate::request::Wish;
+use crate::scope::{ScopeRecord, ScopeSource};
 
 /// Orders that wait, at most.
 const WAITING: usize = 16;
@@ -60,13 +62,14 @@ pub(crate) struct Told {
 }
 
 /// What both sides share.
-#[derive(Debug)]
 pub struct ServeDesk {
     begun: Instant,
     waiting: Mutex<Waiting>,
     come: Condvar,
     control: Mutex<ControlLease>,
     sheet: Mutex<BoardSheet>,
+    scope: Mutex<Option<Arc<dyn ScopeSource>>>,
+    calculators: OnceLock<Calculators>,
     state: watch::Sender<(LiveState, Utf8Bytes)>,
     told: broadcast::Sender<Told>,
     /// How many pages want to hear the questions as well.
@@ -88,6 +91,8 @@ impl Default for ServeDesk {
             come: Condvar::new(),
             control: Mutex::default(),
             sheet: Mutex::default(),
+            scope: Mutex::default(),
+            calculators: OnceLock::new(),
             state: watch::Sender::default(),
             told: broadcast::Sender::new(BEHIND),
             listeners: AtomicUsize::new(0),
@@ -123,6 +128,16 @@ impl ServeDesk {
         *lock(&self.sheet) = sheet;
     }
 
+    /// Has the edges of the board's pins come from here.
+    pub fn probe(&self, source: Arc<dyn ScopeSource>) {
+        *lock(&self.scope) = Some(source);
+    }
+
+    /// Has these calculators answer; once.
+    pub fn calculate_by(&self, calculators: Calculators) {
+        let _ = self.calculators.set(calculators);
+    }
+
     /// Tells what the board does.
     pub fn publish(&self, state: LiveState) {
         let state = LiveState { time: self.time(), control: self.controller(), ..state };
@@ -151,7 +166,11 @@ impl ServeDesk {
 
     /// Tells that the plan of this axis holds no longer.
     pub fn unplan(&self, axis: u8) {
-        self.tell(&LiveMessage::Unplanned { axis, time: self.time() }, false);
+        let time = self.time();
+        if let Some(source) = &*lock(&self.scope) {
+            source.unplan(axis, time);
+        }
+        self.tell(&LiveMessage::Unplanned { axis, time }, false);
     }
 
     /// Whether this hand has control and was heard of a moment ago.
@@ -232,6 +251,18 @@ impl ServeDesk {
     /// What the board is.
     pub(crate) fn sheet(&self) -> BoardSheet {
         lock(&self.sheet).clone()
+    }
+
+    /// The edges of the last seconds.
+    pub(crate) fn scope(&self, seconds: f64) -> Result<ScopeRecord, Declined> {
+        let source = lock(&self.scope).clone();
+        let source = source.ok_or_else(|| Declined::away("no board was met yet"))?;
+        Ok(source.record(seconds, self.time()))
+    }
+
+    /// The calculators, if there are any.
+    pub(crate) fn calculators(&self) -> Option<&Calculators> {
+        self.calculators.get()
     }
 
     /// What the board does.

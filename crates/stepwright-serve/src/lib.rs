@@ -17,20 +17,26 @@
 //! | [`guard`] | who may ask at all |
 //! | [`control`] | who moves the motors, and is heard of |
 //! | [`request`] | what may be asked, checked |
+//! | [`homing`] | the same of a homing |
 //! | [`report`] | what is told |
+//! | [`calc`] | the calculators |
+//! | [`scope`] | the pins of the last seconds |
 //! | [`decline`] | refusals: what, what is allowed, what to do |
 //! | [`desk`] | between the server and the board's thread |
 
 mod api;
+pub mod calc;
 pub mod control;
 pub mod conversation;
 pub mod decline;
 pub mod desk;
 pub mod guard;
+pub mod homing;
 mod live;
 mod page;
 pub mod report;
 pub mod request;
+pub mod scope;
 mod secret;
 #[cfg(test)]
 mod tests;

@@ -3,6 +3,8 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use crate::homing::HomeReport;
+
 /// What the board is: `GET /api/board`.
 #[derive(Clone, Debug, Default, Serialize, ToSchema)]
 pub struct BoardSheet {
@@ -18,6 +20,28 @@ pub struct BoardSheet {
     pub axes: Vec<AxisSheet>,
     /// Its settings; none of a board that has none.
     pub settings: Vec<SettingSheet>,
+    /// The machine file that was read when the server started.
+    pub machine: Option<MachineSheet>,
+}
+
+/// A machine file: how a machine's axes are built.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct MachineSheet {
+    /// Its path.
+    pub file: String,
+    /// What stands in it.
+    pub values: Vec<MachineValue>,
+}
+
+/// A value of a machine file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct MachineValue {
+    /// The axis that it is of; none for the board's own.
+    pub axis: Option<u8>,
+    /// Its name there.
+    pub name: &'static str,
+    /// What stands there, with its unit.
+    pub value: String,
 }
 
 /// What an axis is.
@@ -86,12 +110,17 @@ pub struct LiveAxis {
     pub time: f64,
     /// Its speed over the last tenth of a second, in steps/s.
     pub speed: f64,
-    /// Whether it moves.
+    /// Whether it moves, or is being homed.
     pub moving: bool,
     /// `ready`, `busy` or `uncertain`.
     pub state: &'static str,
     /// What has stopped it before the end of its order.
     pub stop: Option<Reason>,
+    /// Its homing, if it is being homed, or was.
+    pub home: Option<HomeReport>,
+    /// Counts the times that another place was called 0: positions from before it are not
+    /// to be compared with those after.
+    pub origin: u32,
 }
 
 /// A reason, for programs and for people.

@@ -15,6 +15,7 @@ use utoipa::ToSchema;
 
 use crate::control::Hand;
 use crate::decline::Declined;
+use crate::homing::HomeLimits;
 
 /// What the board is to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub enum Wish {
     Travel(AxisId, Way, Limits),
     /// Run without end, as long as this hand is heard of.
     Run(AxisId, Direction, Limits, Hand),
+    /// Find 0 by the limit switch, as long as this hand is heard of.
+    Home(AxisId, HomeLimits, Hand),
     /// Change the travel on its way.
     Retarget(AxisId, TravelChange),
     /// Brake; the position is kept.
@@ -64,6 +67,11 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// The speed between the ramps.
+    pub fn top(&self) -> Speed {
+        self.top
+    }
+
     /// The order of a travel, as the line carries it.
     ///
     /// # Errors
@@ -190,9 +198,9 @@ pub struct SetRequest {
     /// Its name: `GET /api/board` lists them with their ranges.
     #[schema(example = "idle-ms")]
     name: String,
-    /// Its number.
-    #[schema(example = 60000)]
-    value: u32,
+    /// Its number, a whole one.
+    #[schema(value_type = u32, example = 60000)]
+    value: f64,
 }
 
 /// A request without anything to say: `{}`.
@@ -301,7 +309,9 @@ impl SetRequest {
                 .remedy("GET /api/board lists them"));
         };
         let range = setting.range();
-        let value = Value::new(setting, self.value).ok_or_else(|| {
+        let whole = (self.value.fract() == 0.0).then_some(self.value as u32);
+        let whole = whole.filter(|number| f64::from(*number) == self.value);
+        let value = whole.and_then(|number| Value::new(setting, number)).ok_or_else(|| {
             outside(self.value, setting.name(), range.start(), range.end(), setting.unit())
         })?;
         Ok(Wish::Set(value))
@@ -316,7 +326,7 @@ const JERK: RangeInclusive<f64> = 1.0..=4e9;
 /// From the start speed to the top speed, where no acceleration is given, in s.
 const RISE: f64 = 0.4;
 
-fn outside(
+pub(crate) fn outside(
     number: impl Display,
     name: &str,
     from: impl Display,
@@ -327,7 +337,7 @@ fn outside(
     Declined::range(format!("{name} is {number}")).allowed(allowed.trim_end())
 }
 
-fn axis(number: u8) -> Result<AxisId, Declined> {
+pub(crate) fn axis(number: u8) -> Result<AxisId, Declined> {
     AxisId::numbered(number).ok_or_else(|| outside(number, "axis", 1, 8, ""))
 }
 
@@ -364,7 +374,7 @@ fn speed(number: f64, name: &str, range: RangeInclusive<f64>) -> Result<Speed, D
     speed.ok_or_else(|| outside(number, name, TOP.start(), TOP.end(), "steps/s"))
 }
 
-fn limits(
+pub(crate) fn limits(
     top: f64,
     name: &str,
     start: Option<f64>,
@@ -473,12 +483,16 @@ mod tests {
 
     #[test]
     fn settings_have_names_and_ranges() {
-        let set = |name: &str, value: u32| {
+        let set = |name: &str, value: f64| {
             read::<SetRequest>(json!({"name": name, "value": value})).unwrap().wish()
         };
-        assert!(matches!(set("pulse-us", 3), Ok(Wish::Set(_))));
-        assert_eq!(set("pulse-us", 21).unwrap_err().allowed.as_deref(), Some("1 to 20 µs"));
-        assert_eq!(set("pulse", 3).unwrap_err().status(), 422);
-        assert_eq!(set("reset", 0).unwrap_err().status(), 422);
+        let right = Value::new(Setting::Pulse, 3).unwrap();
+        assert_eq!(set("pulse-us", 3.0).unwrap(), Wish::Set(right));
+        for wrong in [21.0, 0.0, -1.0, -0.4, 2.5, 4_294_967_298.0, 1e300] {
+            let declined = set("pulse-us", wrong).unwrap_err();
+            assert_eq!(declined.allowed.as_deref(), Some("1 to 20 µs"), "{wrong}");
+        }
+        assert_eq!(set("pulse", 3.0).unwrap_err().status(), 422);
+        assert_eq!(set("reset", 0.0).unwrap_err().status(), 422);
     }
 }

@@ -70,9 +70,10 @@ fn open() -> Bench {
 }
 
 /// Every address that moves something, with a body that is right.
-const ORDERS: [(&str, &str); 8] = [
+const ORDERS: [(&str, &str); 9] = [
     ("/api/move", r#"{"axis":1,"by":4000}"#),
     ("/api/run", r#"{"axis":1,"speed":-400}"#),
+    ("/api/home", r#"{"axis":1,"slow":20}"#),
     ("/api/retarget", r#"{"axis":1,"to":10}"#),
     ("/api/zero", r#"{"axis":1}"#),
     ("/api/set", r#"{"name":"idle-ms","value":5}"#),

@@ -280,6 +280,12 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         self.panel.enable
     }
 
+    /// When the pin that enables the drivers has changed since the last call, in ticks, and
+    /// to which level: the last 64 times at most.
+    pub fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
+        std::mem::take(&mut self.panel.enable_changes)
+    }
+
     /// What its EEPROM holds now.
     pub fn eeprom(&self) -> Eeprom {
         self.panel.remains.eeprom

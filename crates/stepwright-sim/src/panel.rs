@@ -28,6 +28,9 @@ pub struct Remains {
 /// Time that the writing of a byte takes, in µs, as on an AVR.
 const WRITE: u32 = 3400;
 
+/// Changes of the enable pin that are kept until they are asked for.
+const MOST_CHANGES: usize = 64;
+
 /// The simulated panel.
 pub(crate) struct SimPanel {
     now: Now,
@@ -39,6 +42,8 @@ pub(crate) struct SimPanel {
     pub(crate) driver_fault: bool,
     /// Level of the enable pin.
     pub(crate) enable: bool,
+    /// When that has changed, and to which level, since it was last asked for.
+    pub(crate) enable_changes: Vec<(u64, bool)>,
     /// Axes that turn the other way round; the drive looks here too.
     reverse: Rc<Cell<Axes>>,
     reset: Reset,
@@ -64,6 +69,7 @@ impl SimPanel {
             emergency,
             driver_fault,
             enable,
+            enable_changes: Vec::new(),
             reverse,
             reset,
             remains,
@@ -111,6 +117,10 @@ impl BoardIo for SimPanel {
     }
 
     fn set_enable(&mut self, high: bool) {
+        // Who never asks for the changes needs none.
+        if self.enable != high && self.enable_changes.len() < MOST_CHANGES {
+            self.enable_changes.push((self.now.get(), high));
+        }
         self.enable = high;
     }
 

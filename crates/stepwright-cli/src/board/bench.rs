@@ -32,6 +32,7 @@ trait Board {
     fn late(&self) -> u32;
     fn brake(&mut self);
     fn set_switch(&mut self, axis: u8, high: bool);
+    fn take_enable_changes(&mut self) -> Vec<(u64, bool)>;
     fn recording(&mut self) -> &mut Recording;
 }
 
@@ -65,6 +66,9 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
     }
     fn set_switch(&mut self, axis: u8, high: bool) {
         VirtualBoard::set_switch(self, axis, high);
+    }
+    fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
+        VirtualBoard::take_enable_changes(self)
     }
     fn recording(&mut self) -> &mut Recording {
         self.recorder()
@@ -101,6 +105,9 @@ impl Board for LawBoard<'static, Recording> {
         b"Z\r".iter().for_each(|byte| LawBoard::receive(self, *byte));
     }
     fn set_switch(&mut self, _: u8, _: bool) {}
+    fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
+        Vec::new()
+    }
     fn recording(&mut self) -> &mut Recording {
         self.recorder()
     }
@@ -161,6 +168,10 @@ impl Bench {
         }
         self.board.run_until(time);
         self.set_switches();
+        let (now, enables) = (self.board.now(), self.board.take_enable_changes());
+        if let Some(edges) = self.board.recording().kept() {
+            edges.pass(now, &enables);
+        }
         if self.board.is_busy() {
             self.notice();
         }

@@ -1,6 +1,7 @@
 //! `stepwright board`: the virtual board as a program of its own.
 
 pub mod bench;
+pub mod edges;
 pub mod pace;
 #[cfg(unix)]
 mod pty;

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use stepwright_sim::vcd::VcdWriter;
 use stepwright_sim::{AXES, Description, Edge, Pin, Recorder};
 
+use super::edges::EdgeStore;
 use super::traces::Traces;
 use crate::failure::Failure;
 use crate::plot::{MotionPlot, PlotFile};
@@ -35,6 +36,7 @@ pub struct Recording {
     shafts: [Shaft; AXES],
     vcd: Option<(PathBuf, VcdWriter<BufWriter<File>>)>,
     plot: Option<(PlotFile, Heading, Traces)>,
+    edges: Option<EdgeStore>,
 }
 
 impl Recording {
@@ -61,7 +63,17 @@ impl Recording {
             }
             None => None,
         };
-        Ok(Recording { vcd, plot, shafts: Default::default() })
+        Ok(Recording { vcd, plot, edges: None, shafts: Default::default() })
+    }
+
+    /// Keeps the last edges here, too.
+    pub fn keep(self, edges: EdgeStore) -> Recording {
+        Recording { edges: Some(edges), ..self }
+    }
+
+    /// Where the last edges are kept.
+    pub fn kept(&self) -> Option<&EdgeStore> {
+        self.edges.as_ref()
     }
 
     /// Where the shaft of an axis is by its edges alone, whatever the board believes.
@@ -102,5 +114,6 @@ impl Recorder for Recording {
         if let Some((_, _, traces)) = &mut self.plot {
             traces.edge(edge);
         }
+        self.edges.edge(edge);
     }
 }

@@ -9,6 +9,7 @@
 //! | `delay` | which delays fit a timer's period, how far one can count |
 //! | `driver` | reference voltage, jumpers for microsteps |
 //! | [`clock`] | the options that say which timer it is |
+//! | [`remote`] | all of them for a page |
 //! | [`measure`] | numbers with a unit |
 //!
 //! Each makes a [`Sheet`]; fitting a timer is `stepwright_timed::fit`.
@@ -19,10 +20,12 @@ mod driver;
 mod linear;
 mod measure;
 mod range;
+mod remote;
 mod timed;
 mod timer;
 
 pub use clock::{ClockArgs, misfit};
+pub use remote::calculators;
 
 use std::io::{self, Write};
 
@@ -67,18 +70,25 @@ struct Output {
     format: Format,
 }
 
+impl Args {
+    /// Computes.
+    fn sheet(&self) -> Result<(Sheet, Output), Failure> {
+        Ok(match &self.what {
+            What::Timer(args) => (args.sheet()?, args.output),
+            What::Timed(args) => (args.sheet()?, args.output),
+            What::Range(args) => (args.sheet()?, args.output),
+            What::Belt(args) => (args.sheet()?, args.output()),
+            What::Screw(args) => (args.sheet()?, args.output()),
+            What::Delay(args) => (args.sheet()?, args.output),
+            What::Vref(args) => (args.sheet(), args.output),
+            What::Microstep(args) => (args.sheet()?, args.output),
+        })
+    }
+}
+
 /// Computes and prints.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let (sheet, Output { format }): (Sheet, Output) = match args.what {
-        What::Timer(args) => (args.sheet()?, args.output),
-        What::Timed(args) => (args.sheet()?, args.output),
-        What::Range(args) => (args.sheet()?, args.output),
-        What::Belt(args) => (args.sheet()?, args.output()),
-        What::Screw(args) => (args.sheet()?, args.output()),
-        What::Delay(args) => (args.sheet()?, args.output),
-        What::Vref(args) => (args.sheet(), args.output),
-        What::Microstep(args) => (args.sheet()?, args.output),
-    };
+    let (sheet, Output { format }) = args.sheet()?;
     let mut out = io::stdout().lock();
     unless_closed(sheet.write(&mut out, format).and_then(|()| out.flush()))
 }

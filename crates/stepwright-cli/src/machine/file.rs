@@ -164,6 +164,11 @@ impl Machine {
         found.map(|(_, values)| values.clone()).unwrap_or_default()
     }
 
+    /// What is known of each axis.
+    pub fn axes(&self) -> &[(AxisId, Values)] {
+        &self.axes
+    }
+
     /// What all axes of the file have in common.
     pub fn common(&self) -> Values {
         let Some(((_, first), rest)) = self.axes.split_first() else { return Vec::new() };

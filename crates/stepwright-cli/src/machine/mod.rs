@@ -21,8 +21,9 @@ use clap::{ArgMatches, Command};
 
 use crate::failure::Failure;
 use crate::{files, say};
-use file::{About, Machine, Values};
+use file::{About, Key, Machine, Values};
 use stepwright_protocol::AxisId;
+use stepwright_serve::report::{MachineSheet, MachineValue};
 
 /// The file that is found where the command is run.
 const HERE: &str = "stepwright.toml";
@@ -94,6 +95,23 @@ pub fn read(
     command.try_get_matches_from(words).map_err(|error| {
         Failure::usage(format!("{} does not fit this command: {error}", from.display()))
     })
+}
+
+/// What stands in the machine file, for people who look at a board.
+pub fn shown(machine: &MachineArgs) -> Result<Option<MachineSheet>, Failure> {
+    let Some(from) = machine.path() else { return Ok(None) };
+    let machine = Machine::parse(&files::read(&from, MOST)?, &from)?;
+    let value = |axis: Option<AxisId>, (key, value): (&'static Key, String)| MachineValue {
+        axis: axis.map(AxisId::number),
+        name: key.name,
+        value,
+    };
+    let board = machine.board().into_iter().map(|one| value(None, one));
+    let axes = machine.axes().iter();
+    let axes =
+        axes.flat_map(|(axis, values)| values.iter().map(|one| value(Some(*axis), one.clone())));
+    let values = board.chain(axes).collect();
+    Ok(Some(MachineSheet { file: from.display().to_string(), values }))
 }
 
 /// The subcommand that was typed, by its names from the outermost, and its options.

@@ -1,21 +1,14 @@
-//! `stepwright home`: finds 0 by a limit switch.
-//!
-//! ```text
-//!   seek ──► I, back off ──► approach slowly ──► I, back off
-//!     switch closes: halt      switch closes: halt, 0 is here
-//! ```
-//!
-//! The halt from the speed of the seek may lose steps, so the place that counts is that of
-//! the slow approach.
+//! `stepwright home`: finds 0 by a limit switch, as [`homing`] says.
 
 use std::time::Duration;
 
 use serde_json::json;
 use stepwright_protocol::{
-    AxisId, Command, Direction, Distance, Refusal, Reply, Setting, Stop, Travel, Value,
+    AxisId, Command, Direction, Distance, Refusal, Reply, Setting, Travel, Value,
 };
 
 use super::drive::{self, NotBegun};
+use super::homing::{self, HomeLeg, HomingAct, HomingEvent, SwitchHoming, SwitchSide};
 use super::keys::KeyControl;
 use super::motion::{MOTION, Motion};
 use super::progress::Progress;
@@ -33,8 +26,6 @@ use stepwright_sim::Switch;
 
 /// Where the switch of a virtual machine stands.
 const VIRTUAL_SWITCH: i64 = -1000;
-/// The board takes no order towards a switch until it has stopped bouncing: 250 ms at most.
-const OPENS: Duration = Duration::from_millis(300);
 
 /// Find position 0 by the limit switch of an axis
 ///
@@ -133,126 +124,94 @@ impl Args {
         Ok(steps)
     }
 
-    /// The way towards the switch, by the settings of the board.
-    fn towards(&self, session: &mut Session) -> Result<(Direction, bool), Failure> {
+    /// The side of its switch, by the settings of the board.
+    fn side(&self, session: &mut Session) -> Result<SwitchSide, Failure> {
         let listed = settings::ask(session)?;
-        let number = |setting| listed.get(setting).map_or(0, |value| value.number());
-        let bit = u32::from(self.bit());
-        if number(Setting::Switches) & bit == 0 {
-            let name = session.link().name();
-            let axis = self.on.axis.number();
-            return Err(Failure::new(format!("{name} knows of no limit switch of axis {axis}"))
-                .hint(format!(
-                    "if there is one: `stepwright settings set --port {name} switches={}` \
-                     (1 X, 2 Y, 4 Z, added up)",
-                    number(Setting::Switches) | bit
-                )));
-        }
-        let forward = number(Setting::SwitchForward) & bit != 0;
-        let direction = if forward { Direction::Forward } else { Direction::Backward };
-        Ok((direction, number(Setting::SafeStart) != 0))
+        SwitchSide::of(self.on.axis, &listed).map_err(|switches| {
+            let (name, axis) = (session.link().name(), self.on.axis.number());
+            homing::no_switch(&name, axis).hint(format!(
+                "if there is one: `stepwright settings set --port {name} switches={switches}` \
+                 (1 X, 2 Y, 4 Z, added up)"
+            ))
+        })
     }
-}
 
-/// How a way to the switch has ended.
-enum Found {
-    /// The switch has halted the axis, here if that is known.
-    Halted(Option<i64>),
-    /// It was closed before: nothing has moved.
-    Closed,
+    /// How a leg is travelled.
+    fn leg(
+        &self,
+        leg: HomeLeg,
+        side: &SwitchSide,
+        homing: &SwitchHoming,
+    ) -> Result<Motion, Failure> {
+        let travel = match leg.is_towards() {
+            true => Travel::Endless(side.towards),
+            false => Travel::By(Distance::new(homing.back_off())),
+        };
+        match leg {
+            HomeLeg::Approach => self.motion(&self.slow, "--slow", travel),
+            _ => self.motion(&self.speed, "--speed", travel),
+        }
+    }
 }
 
 /// Homes the axis; where it is then.
 fn home(session: &mut Session, args: &Args) -> Result<i64, Failure> {
     target::has_axis(session, args.on.axis)?;
-    let (direction, safe_start) = args.towards(session)?;
-    let (way, back) = match direction {
-        Direction::Forward => ("forward", -1),
-        Direction::Backward => ("backward", 1),
+    let side = args.side(session)?;
+    let way = match side.towards {
+        Direction::Forward => "forward",
+        Direction::Backward => "backward",
     };
-    let back_off = back * args.distance(&args.back_off, "--back-off")?;
     let (axis, name) = (args.on.axis.number(), session.link().name());
     tell(args, format!("axis {axis} {way} to its switch on {name}"));
-    let seek = args.motion(&args.speed, "--speed", Travel::Endless(direction))?;
-    match to_switch(session, args, &seek, safe_start)? {
-        Found::Halted(Some(at)) => tell(args, format!("switch closed at {at}")),
-        Found::Halted(None) => tell(args, "switch closed".to_owned()),
-        Found::Closed => tell(args, "the switch is closed already".to_owned()),
-    }
-    away(session, args, back_off)?;
-    let approach = args.motion(&args.slow, "--slow", Travel::Endless(direction))?;
-    let end = session.now() + OPENS;
+    let back_off = args.distance(&args.back_off, "--back-off")?.unsigned_abs();
+    let within = args.distance(&args.within, "--within")?.unsigned_abs();
+    let mut homing = SwitchHoming::new(side, name, back_off, within);
+    let mut act = HomingAct::Travel(homing.leg());
     loop {
-        match to_switch(session, args, &approach, safe_start)? {
-            Found::Halted(_) => break,
-            Found::Closed if session.now() < end => {
-                session.pause(drive::POLL).map_err(lost(session))?
+        let event = match act {
+            HomingAct::Travel(leg) => travel(session, args, &side, leg, &homing)?,
+            HomingAct::Say(line) => {
+                HomingEvent::Said(session.ask(line).map_err(lost(session))? == Reply::Yes)
             }
-            Found::Closed => {
-                let steps = back_off.abs();
-                return Err(Failure::new(format!(
-                    "the switch of axis {axis} is closed still, {steps} steps away from it"
-                ))
-                .hint("a longer --back-off, or look at the switch, its wiring and switch-high"));
+            HomingAct::Wait => {
+                session.pause(drive::POLL).map_err(lost(session))?;
+                HomingEvent::Waited
             }
+            HomingAct::Done(at) => return Ok(at),
+        };
+        let leg = homing.leg();
+        act = homing.next(event, session.now()).map_err(|failure| match leg.is_towards() {
+            _ if !interrupt::asked() => failure,
+            true => Failure::interrupted("braked before the switch was found"),
+            false => Failure::interrupted("braked while backing off"),
+        })?;
+        if let Some(note) = homing.take_note() {
+            tell(args, note);
         }
     }
-    tell(args, "switch closed slowly: that is 0".to_owned());
-    away(session, args, back_off)
 }
 
-/// Travels to the switch.
-fn to_switch(
+/// Travels a leg to its end.
+fn travel(
     session: &mut Session,
     args: &Args,
-    motion: &Motion,
-    safe_start: bool,
-) -> Result<Found, Failure> {
-    let within = f64::from(args.distance(&args.within, "--within")?);
-    let speed = f64::from(motion.order.top.millisteps()) / 1000.0;
-    let longest = Duration::try_from_secs_f64(within / speed).unwrap_or(Duration::MAX);
-    let sight = match watch(session, args, motion, Some(session.now().saturating_add(longest))) {
+    side: &SwitchSide,
+    leg: HomeLeg,
+    homing: &SwitchHoming,
+) -> Result<HomingEvent, Failure> {
+    let motion = args.leg(leg, side, homing)?;
+    let longest = homing.longest(motion.order.top);
+    let until = leg.is_towards().then(|| session.now().saturating_add(longest));
+    let sight = match watch(session, args, &motion, until) {
         Ok(sight) => sight,
-        Err(NotBegun::Refused(_, Some(Refusal::Fault))) => return Ok(Found::Closed),
+        Err(NotBegun::Refused(_, Some(Refusal::Fault))) if leg.is_towards() => {
+            return Ok(HomingEvent::Closed);
+        }
         Err(not) => return Err(failed(session, args.on.axis, not)),
     };
-    if sight.braking {
-        if interrupt::asked() {
-            return Err(Failure::interrupted("braked before the switch was found"));
-        }
-        let axis = args.on.axis.number();
-        return Err(Failure::new(format!("no switch of axis {axis} within {within} steps"))
-            .hint("is it wired, and on this side (switch-forward)? Else a longer --within"));
-    }
-    match session.stop_of(args.on.axis) {
-        Some(Stop::Switch) if safe_start => {
-            session.ask(Command::Clear).map_err(lost(session))?;
-            Ok(Found::Halted(sight.position))
-        }
-        Some(Stop::Switch) => Ok(Found::Halted(sight.position)),
-        Some(stop) => Err(Failure::new(format!("stopped by {}", stop.words()))),
-        None => Err(Failure::new("the axis rests, and its switch has not stopped it")
-            .hint("did another master or a reset stop it?")),
-    }
-}
-
-/// Calls this place 0 and goes away from the switch; where to.
-fn away(session: &mut Session, args: &Args, back_off: i32) -> Result<i64, Failure> {
-    if session.ask(Command::Zero(args.on.axis)).map_err(lost(session))? != Reply::Yes {
-        return Err(Failure::new(format!("{} refused to zero the axis", session.link().name())));
-    }
-    let steps = Distance::new(back_off);
-    let motion = args.motion(&args.speed, "--speed", Travel::By(steps))?;
-    let sight = match watch(session, args, &motion, None) {
-        Ok(sight) => sight,
-        Err(not) => return Err(failed(session, args.on.axis, not)),
-    };
-    match sight.position {
-        Some(at) if at == i64::from(back_off) => Ok(at),
-        _ if interrupt::asked() => Err(Failure::interrupted("braked while backing off")),
-        _ => Err(Failure::new("the axis did not get away from its switch")
-            .hint("`stepwright status` may say what stopped it")),
-    }
+    let stop = session.stop_of(args.on.axis);
+    Ok(HomingEvent::Rests { position: sight.position, stop, braked: sight.braking })
 }
 
 /// Starts a travel and watches it to its end.

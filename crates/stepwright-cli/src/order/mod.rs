@@ -15,7 +15,7 @@
 //! | [`ports`] | `ports` |
 //!
 //! They share [`target`] (which board), [`able`] (what it can do), [`refused`] (why it does not), [`motion`] (which speeds), [`law`] (which ramps; [`by_law`] carries Austin's out), [`drive`]
-//! (start, watch, stop), [`lease`] (what the board does without us), [`progress`] (what the user sees meanwhile) and [`keys`]
+//! (start, watch, stop), [`homing`] (what comes after what), [`lease`] (what the board does without us), [`progress`] (what the user sees meanwhile) and [`keys`]
 //! (what the user presses meanwhile, on a [`terminal`]).
 
 pub mod able;
@@ -25,6 +25,7 @@ pub mod drive;
 pub mod halt;
 mod held;
 pub mod home;
+pub mod homing;
 pub mod jog;
 mod keys;
 mod law;

@@ -10,15 +10,17 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use stepwright_protocol::{AxisId, Command, LeaseMillis, Selection};
-use stepwright_serve::report::{LiveAxis, LiveState, Trouble};
+use stepwright_protocol::{AxisId, Command, LeaseMillis, Selection, Setting};
+use stepwright_serve::report::{BoardSheet, LiveAxis, LiveState, MachineSheet, Trouble};
 use stepwright_serve::{Declined, Hand, ServeDesk};
-use stepwright_sim::Description;
+use stepwright_sim::{Description, Switch};
 
-use super::sheet;
+use super::pulses::PlannedPins;
 use super::sight::Watched;
 use super::tap::Tap;
+use super::{homing, sheet};
 use crate::board::bench::{Bench, Width};
+use crate::board::edges::EdgeStore;
 use crate::board::recording::Recording;
 use crate::failure::Failure;
 use crate::interrupt;
@@ -39,12 +41,25 @@ const ALL: Duration = Duration::from_millis(500);
 /// Between two attempts to meet a board that is gone.
 const AGAIN: Duration = Duration::from_millis(500);
 
+/// Which board is served.
+pub struct ServedBoard {
+    /// Its port, or a virtual board's absence of one.
+    pub port: PortArgs,
+    /// The unit of its positions, and the steps of one.
+    pub unit: (&'static str, f64),
+    /// The limit switches of a virtual machine.
+    pub switches: Vec<Switch>,
+    /// What stands in the machine file.
+    pub machine: Option<MachineSheet>,
+}
+
 /// Keeps a board.
 pub struct Keeper {
-    port: PortArgs,
-    unit: (&'static str, f64),
+    board: ServedBoard,
     pub(super) desk: Arc<ServeDesk>,
     pub(super) session: Session,
+    /// What the scope shows of a board whose edges are not seen.
+    pub(super) pulses: Arc<PlannedPins>,
     pub(super) axes: Vec<Watched>,
     /// Whether the board brakes by itself when we fall silent.
     pub(super) leased: bool,
@@ -53,13 +68,17 @@ pub struct Keeper {
 }
 
 /// Opens the way to the board and meets it.
-fn open(port: &PortArgs, desk: &Arc<ServeDesk>) -> Result<Session, Failure> {
+fn open(board: &ServedBoard, desk: &Arc<ServeDesk>) -> Result<Session, Failure> {
+    let port = &board.port;
     let link: Box<dyn Link> = match &port.port {
         Some(path) => Box::new(SerialLink::open(path, port.baud, Share::Host)?),
         None => {
             let description = Description::uno();
-            let recording = Recording::begin(&description, None, None)?;
-            Box::new(VirtualLink::new(Bench::new(description, Width::Narrow, recording), false))
+            let edges = EdgeStore::new(&description);
+            desk.probe(Arc::new(edges.clone()));
+            let recording = Recording::begin(&description, None, None)?.keep(edges);
+            let bench = Bench::new(description, Width::Narrow, recording);
+            Box::new(VirtualLink::new(bench.with_switches(&board.switches), false))
         }
     };
     let mut session = Session::new(Box::new(Tap::new(link, desk.clone())));
@@ -73,14 +92,14 @@ fn open(port: &PortArgs, desk: &Arc<ServeDesk>) -> Result<Session, Failure> {
 
 impl Keeper {
     /// Meets the board.
-    pub fn begin(
-        port: PortArgs,
-        unit: (&'static str, f64),
-        desk: Arc<ServeDesk>,
-    ) -> Result<Keeper, Failure> {
-        let session = open(&port, &desk)?;
+    pub fn begin(board: ServedBoard, desk: Arc<ServeDesk>) -> Result<Keeper, Failure> {
+        let session = open(&board, &desk)?;
         let (axes, told) = (Vec::new(), LiveState::default());
-        let mut keeper = Keeper { port, unit, desk, session, axes, leased: false, told };
+        let pulses = Arc::new(PlannedPins::default());
+        if board.port.port.is_some() {
+            desk.probe(pulses.clone());
+        }
+        let mut keeper = Keeper { board, desk, session, pulses, axes, leased: false, told };
         let begun = keeper.learn().and_then(|()| keeper.look_at_all());
         begun.map_err(|trouble| target::lost(&keeper.session.name(), &trouble))?;
         keeper.publish();
@@ -121,7 +140,7 @@ impl Keeper {
             if interrupt::asked() {
                 return self.leave();
             }
-            let moving = self.axes.iter().any(|axis| axis.moving);
+            let moving = self.axes.iter().any(|axis| axis.moving || axis.homing.is_some());
             let pause = if moving { LOOK } else { IDLE };
             if let Some(job) = self.desk.next(pause.saturating_sub(looked.elapsed())) {
                 self.carry_out(job)?;
@@ -130,9 +149,15 @@ impl Keeper {
             self.session.pause(Duration::ZERO)?;
             while let Some(line) = self.session.next_change() {
                 self.desk.note(format!("another terminal says {line}"));
+                if line.starts_with(['Z', 'K']) {
+                    for axis in self.give_up_homing(Selection::All, &homing::stopped()) {
+                        drive::brake(&mut self.session, Selection::One(axis))?;
+                    }
+                }
                 self.desk.unplan(AxisId::FIRST.number());
             }
             self.brake_lost_hands()?;
+            self.go_on_homing()?;
             if looked.elapsed() < pause || self.desk.is_urgent() {
                 continue;
             }
@@ -170,11 +195,14 @@ impl Keeper {
 
     /// Asks the board what it is.
     pub(super) fn learn(&mut self) -> Result<(), LinkError> {
-        let sheet = sheet::of(&mut self.session, self.unit)?;
+        let sheet = sheet::of(&mut self.session, self.board.unit)?;
+        let sheet = BoardSheet { machine: self.board.machine.clone(), ..sheet };
         let count = sheet.axes.len() as u8;
         if self.axes.len() != sheet.axes.len() {
             self.axes = AxisId::first(count).map(Watched::new).collect();
         }
+        let pulse = sheet.settings.iter().find(|one| one.name == Setting::Pulse.name());
+        self.pulses.describe(count, pulse.map_or(Setting::Pulse.default(), |one| one.value));
         self.told.sheet += 1;
         self.told.connected = true;
         self.told.trouble = None;
@@ -184,7 +212,8 @@ impl Keeper {
 
     /// Has the board brake by itself if we fall silent; and no longer.
     pub(super) fn end_lease(&mut self) -> Result<(), LinkError> {
-        if self.leased && self.axes.iter().all(|axis| axis.hand.is_none()) {
+        let is_free = |axis: &Watched| axis.hand.is_none() && axis.homing.is_none();
+        if self.leased && self.axes.iter().all(is_free) {
             self.session.ask(Command::Lease(LeaseMillis::SMALLEST))?;
             self.leased = false;
         }
@@ -199,6 +228,7 @@ impl Keeper {
             if hand.is_some_and(|hand: Hand| !self.desk.is_live(hand)) {
                 drive::brake(&mut self.session, Selection::One(id))?;
                 self.axes[place].hand = None;
+                self.end_homing(id, &homing::gone());
                 self.desk.unplan(id.number());
                 self.desk.note(format!(
                     "axis {} brakes: the page that ran it is gone, or gave control away",
@@ -213,8 +243,10 @@ impl Keeper {
         let name = self.session.name();
         let what = format!("{name}: {trouble}");
         let remedy = "look at its cable and its power; it is met again when it is back";
-        self.desk.close(Declined::away(what.clone()).remedy(remedy));
+        let why = Declined::away(what.clone()).remedy(remedy);
+        self.desk.close(why.clone());
         self.desk.note(what.clone());
+        self.give_up_homing(Selection::All, &why);
         self.told.connected = false;
         self.told.trouble = Some(Trouble { what, remedy: Some(remedy.to_owned()) });
         self.leased = false;
@@ -232,7 +264,7 @@ impl Keeper {
                 self.publish();
                 std::thread::sleep(IDLE);
             }
-            if let Ok(session) = open(&self.port, &self.desk) {
+            if let Ok(session) = open(&self.board, &self.desk) {
                 self.session = session;
                 let ran: Vec<_> = self.axes.iter().filter(|axis| axis.hand.is_some()).collect();
                 let ran: Vec<_> = ran.iter().map(|axis| axis.id).collect();

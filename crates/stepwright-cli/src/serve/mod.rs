@@ -8,14 +8,18 @@
 //! | --- | --- |
 //! | [`keeper`] | keeps the conversation with the board, also when it is lost and comes back |
 //! | [`orders`] | carries out what pages ask for |
+//! | [`homing`] | homes an axis |
 //! | [`sight`] | looks at the axes, and says what it sees |
 //! | [`sheet`] | what the board is |
 //! | [`forecast`] | where an order will take an axis |
+//! | [`pulses`] | which pulses an order has, for the scope |
 //! | [`tap`] | the lines as they are said |
 
 mod forecast;
+mod homing;
 mod keeper;
 mod orders;
+mod pulses;
 mod sheet;
 mod sight;
 mod tap;
@@ -27,15 +31,21 @@ use std::thread;
 
 use stepwright_serve::{Guard, ServeDesk, Token};
 
+use crate::calc;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
+use crate::machine::{self, MachineArgs};
 use crate::order::target::PortArgs;
 use crate::quantity::GeometryArgs;
 use crate::say;
-use keeper::Keeper;
+use keeper::{Keeper, ServedBoard};
+use stepwright_sim::Switch;
 
 /// Where the page is, unless `--bind` says otherwise.
 const PORT: u16 = 8480;
+
+/// Where the switch of a virtual machine stands, unless `--switch` says otherwise.
+const SWITCH: &str = "1:-1000";
 
 /// Drive a board from a browser, and from programs over HTTP
 #[derive(clap::Args)]
@@ -73,6 +83,10 @@ pub struct Args {
     /// Serve a virtual board, also where the machine file names a port
     #[arg(id = "virtual", long = "virtual", conflicts_with = "port", help_heading = "Board")]
     _virtual_board: bool,
+    /// A limit switch on the machine of the virtual board, which the axis closes at this place
+    /// and beyond, in steps; the setting `switches` has the board look at it [default: 1:-1000]
+    #[arg(long, value_name = "AXIS:PLACE", conflicts_with = "port", help_heading = "Board")]
+    switch: Vec<Switch>,
 }
 
 /// An address to listen at.
@@ -101,8 +115,9 @@ impl std::fmt::Display for Bind {
 }
 
 /// Serves until Ctrl-C, or another signal.
-pub fn run(args: Args) -> Result<(), Failure> {
+pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let unit = args.geometry.unit()?;
+    let machine = machine::shown(machine)?;
     let listener = TcpListener::bind(args.bind.0).map_err(|error| {
         Failure::new(format!("can't serve at {}: {error}", args.bind))
             .hint("another address: --bind 127.0.0.1:0 takes any port that is free")
@@ -111,11 +126,17 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let address = listener.local_addr().map_err(failed)?;
     interrupt::listen(While::Holding)?;
     let desk = Arc::new(ServeDesk::default());
+    desk.calculate_by(calc::calculators());
+    let switches = match args.switch.is_empty() {
+        true => SWITCH.parse().into_iter().collect(),
+        false => args.switch,
+    };
+    let served = ServedBoard { port: args.port, unit, switches, machine };
     let (tell, met) = mpsc::channel();
     let board = thread::spawn({
         let desk = desk.clone();
         move || {
-            let kept = Keeper::begin(args.port, unit, desk.clone()).and_then(|keeper| {
+            let kept = Keeper::begin(served, desk.clone()).and_then(|keeper| {
                 // The other thread waits for nothing else.
                 let _ = tell.send(());
                 keeper.keep()

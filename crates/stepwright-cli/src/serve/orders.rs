@@ -1,15 +1,15 @@
 //! Carries out what pages ask for.
 
 use stepwright_protocol::{
-    Ability, AxisId, Command, Distance, LeaseMillis, Reply, Script, Selection, Travel,
+    Ability, AxisId, Command, Distance, LeaseMillis, Order, Reply, Script, Selection, Travel,
 };
 use stepwright_serve::report::Done;
 use stepwright_serve::request::{Limits, TravelChange, Way};
 use stepwright_serve::{Declined, Hand, Job, Wish};
 
-use super::forecast;
 use super::keeper::Keeper;
 use super::sight::Watched;
+use super::{forecast, homing};
 use crate::failure::Failure;
 use crate::order::able;
 use crate::order::drive::{self, NotBegun};
@@ -20,7 +20,7 @@ use crate::session::LinkError;
 const LEASE: LeaseMillis = LeaseMillis::clamped(1000);
 
 /// Why a wish is not carried out.
-enum Undone {
+pub enum Undone {
     /// The page is told.
     Declined(Declined),
     /// The page is told, and the conversation can't go on.
@@ -50,7 +50,7 @@ impl From<Failure> for Undone {
 }
 
 /// The lines that were taken.
-type Taken = Result<Vec<Command>, Undone>;
+pub type Taken = Result<Vec<Command>, Undone>;
 
 impl Keeper {
     /// Does what was asked for, and answers.
@@ -60,6 +60,7 @@ impl Keeper {
             Wish::Run(axis, direction, limits, hand) => {
                 self.run(axis, Travel::Endless(direction), &limits, hand)
             }
+            Wish::Home(axis, limits, hand) => self.home(axis, limits, hand),
             Wish::Retarget(axis, change) => self.retarget(axis, change),
             Wish::Stop(axes) => self.stop(axes),
             Wish::Kill => self.kill_all(),
@@ -80,8 +81,8 @@ impl Keeper {
                 Ok(())
             }
             Err(Undone::Lost(trouble)) => {
-                let may =
-                    job.wish.is_urgent() || matches!(job.wish, Wish::Run(..) | Wish::Travel(..));
+                let starts = matches!(job.wish, Wish::Run(..) | Wish::Travel(..) | Wish::Home(..));
+                let may = job.wish.is_urgent() || starts;
                 let remedy = if may { "a motor may be moving: look at it" } else { "try again" };
                 let what = format!("{}: {trouble}", self.session.name());
                 job.answer(Err(Declined::away(what).remedy(remedy)));
@@ -91,7 +92,7 @@ impl Keeper {
     }
 
     /// The axis that a wish is about.
-    fn axis(&mut self, axis: AxisId) -> Result<&mut Watched, Undone> {
+    pub(super) fn axis(&mut self, axis: AxisId) -> Result<&mut Watched, Undone> {
         let count = self.axes.len();
         let number = axis.number();
         self.axes.get_mut(axis.index()).ok_or_else(|| {
@@ -123,7 +124,7 @@ impl Keeper {
 
     /// Where an axis stands that is to move.
     fn stands_at(&mut self, axis: AxisId) -> Result<i64, Undone> {
-        self.axis(axis)?;
+        self.not_homed(axis)?;
         let number = axis.number();
         if self.session.is_busy(Selection::One(axis))? {
             return Err(Declined::refused(format!("axis {number} is on its way"))
@@ -146,8 +147,23 @@ impl Keeper {
         hand: Option<Hand>,
     ) -> Taken {
         let order = limits.order(travel)?;
-        able::to_bend(&mut self.session, &order)?;
-        let orders = [(axis, order)];
+        let begun = self.set_off(axis, Some(from), &order, hand)?;
+        // A homing that has failed is past.
+        let watched = self.axis(axis)?;
+        watched.home = watched.home.take().filter(|home| home.stage == "done");
+        begun.map_err(|not| drive::not_begun(&mut self.session, not).into())
+    }
+
+    /// Starts an axis that stands at `from`; the lines, or why it did not start.
+    pub(super) fn set_off(
+        &mut self,
+        axis: AxisId,
+        from: Option<i64>,
+        order: &Order,
+        hand: Option<Hand>,
+    ) -> Result<Result<Vec<Command>, NotBegun>, Undone> {
+        able::to_bend(&mut self.session, order)?;
+        let orders = [(axis, *order)];
         let mut lines: Vec<Command> = Script::new(&orders).map_err(Failure::from)?.collect();
         let grants = |can: stepwright_protocol::Abilities| can.has(Ability::Safety);
         if hand.is_some() && self.session.info().and_then(|info| info.can).is_some_and(grants) {
@@ -155,7 +171,7 @@ impl Keeper {
             self.leased = true;
         }
         let began = self.desk.time();
-        let begun = drive::begin(&mut self.session, axis, &order, &lines, Some(from));
+        let begun = drive::begin(&mut self.session, axis, order, &lines, from);
         let watched = self.axis(axis)?;
         match begun {
             Ok(()) => {}
@@ -164,19 +180,21 @@ impl Keeper {
                 watched.hand = hand.filter(|_| moving);
                 return Err(trouble.into());
             }
-            Err(not) => return Err(drive::not_begun(&mut self.session, not).into()),
+            Err(not) => return Ok(Err(not)),
         }
         (watched.moving, watched.hand, watched.stop) = (true, hand, None);
-        watched.from = Some(from);
-        watched.see(began, Some(from));
-        if let Some(curve) = forecast::of(axis.number(), from, &order, began) {
+        watched.from = from;
+        watched.see(began, from);
+        self.pulses.begin(axis.number(), order, began);
+        if let Some(curve) = from.and_then(|from| forecast::of(axis.number(), from, order, began)) {
             self.desk.plan(curve);
         }
-        Ok(lines)
+        Ok(Ok(lines))
     }
 
     fn retarget(&mut self, axis: AxisId, change: TravelChange) -> Taken {
         let from = self.axis(axis)?.from;
+        self.not_homed(axis)?;
         let number = axis.number();
         let one = Selection::One(axis);
         self.on_its_way(one, number)?;
@@ -226,6 +244,7 @@ impl Keeper {
             self.axis(axis)?;
         }
         drive::brake(&mut self.session, axes)?;
+        self.give_up_homing(axes, &homing::stopped());
         for axis in self.axes.iter_mut().filter(|axis| axes.contains(axis.id) && axis.moving) {
             // From here on it needs nobody: it ends by itself.
             axis.hand = None;
@@ -238,6 +257,10 @@ impl Keeper {
         if self.session.ask(Command::Kill)? != Reply::Yes {
             return Err(self.refused(Command::Kill)?);
         }
+        for axis in self.axes.iter_mut().filter(|axis| axis.moving && axis.homing.is_none()) {
+            axis.home = None;
+        }
+        self.give_up_homing(Selection::All, &homing::stopped());
         for axis in self.axes.iter_mut().filter(|axis| axis.moving) {
             axis.hand = None;
             self.desk.unplan(axis.id.number());
@@ -246,8 +269,11 @@ impl Keeper {
     }
 
     fn zero(&mut self, axis: AxisId) -> Taken {
-        self.axis(axis)?;
+        self.not_homed(axis)?;
         let lines = self.say(Command::Zero(axis))?;
+        let watched = self.axis(axis)?;
+        watched.shift_origin();
+        watched.home = None;
         self.look_at_all()?;
         Ok(lines)
     }

@@ -30,6 +30,7 @@ pub fn of(
             .map(|axis| AxisSheet { axis, unit, steps_per_unit, switch: has_switch(axis) })
             .collect(),
         settings: listed.as_ref().map_or_else(Vec::new, settings),
+        machine: None,
     })
 }
 

@@ -4,8 +4,10 @@ use std::collections::VecDeque;
 
 use stepwright_protocol::{AxisId, BoardError, Selection, Stop};
 use stepwright_serve::Hand;
+use stepwright_serve::homing::HomeReport;
 use stepwright_serve::report::{LiveAxis, Reason};
 
+use super::homing::AxisHoming;
 use super::keeper::Keeper;
 use crate::order::look::stop_word;
 use crate::session::LinkError;
@@ -24,6 +26,12 @@ pub struct Watched {
     pub hand: Option<Hand>,
     /// Where its travel began.
     pub from: Option<i64>,
+    /// The homing that it is on.
+    pub homing: Option<AxisHoming>,
+    /// What is told of that, or of the last one.
+    pub home: Option<HomeReport>,
+    /// How often another place was called 0.
+    origin: u32,
     /// Times in s, and positions then, the last ones.
     seen: VecDeque<(f64, i64)>,
 }
@@ -38,6 +46,9 @@ impl Watched {
             stop: None,
             hand: None,
             from: None,
+            homing: None,
+            home: None,
+            origin: 0,
             seen: VecDeque::new(),
         }
     }
@@ -52,6 +63,12 @@ impl Watched {
         while self.seen.get(1).is_some_and(|(then, _)| time - then >= WINDOW) {
             self.seen.pop_front();
         }
+    }
+
+    /// Another place is 0: what was seen before says nothing any more.
+    pub fn shift_origin(&mut self) {
+        self.seen.clear();
+        self.origin = self.origin.wrapping_add(1);
     }
 
     /// Its speed in steps/s: the slope of the line through its last places.
@@ -73,19 +90,23 @@ impl Watched {
 
     /// For pages. `now` is the time where it was not seen yet.
     pub fn state(&self, now: f64) -> LiveAxis {
+        // Between two legs of a homing it is on its way still.
+        let moving = self.moving || self.homing.is_some();
         let reason = |stop: Stop| Reason { name: stop_word(stop), words: stop.words() };
         LiveAxis {
             axis: self.id.number(),
             position: self.position,
             time: self.seen.back().map_or(now, |(time, _)| *time),
             speed: self.speed(),
-            moving: self.moving,
-            state: match (self.position, self.moving) {
+            moving,
+            state: match (self.position, moving) {
                 (None, _) => "uncertain",
                 (_, true) => "busy",
                 (_, false) => "ready",
             },
             stop: self.stop.map(reason),
+            home: self.home.clone(),
+            origin: self.origin,
         }
     }
 }

@@ -9,6 +9,9 @@ const words = { ready: "at rest", busy: "moving", uncertain: "position uncertain
 const SPEED = 1000;
 const RISE = 0.4;
 
+/** A homing to begin with, in steps/s and steps. */
+const HOMING = { seek: 500, slow: 50, "back-off": 50, within: 100_000 };
+
 export class Axis {
   /** `sheet` as GET /api/board has it; `tell(error)` shows what was declined. */
   constructor(sheet, canJerk, tell) {
@@ -16,6 +19,7 @@ export class Axis {
     this.scale = sheet.steps_per_unit;
     this.tell = tell;
     this.moving = false;
+    this.homing = false;
     this.holding = null;
     const template = document.getElementById("axis");
     this.card = template.content.firstElementChild.cloneNode(true);
@@ -23,14 +27,14 @@ export class Axis {
     this.card.dataset.axis = sheet.axis;
     this.find("h2").textContent = `Axis ${sheet.axis}`;
     this.card.setAttribute("aria-label", `Axis ${sheet.axis}`);
-    this.find(".unit").textContent = sheet.unit;
-    [1, 2, 3].forEach((n) => {
-      this.find(`.per${n}`).textContent = `${sheet.unit}/s${["", "²", "³"][n - 1]}`;
-    });
+    const label = (selector, text) => this.card.querySelectorAll(selector).forEach((one) => (one.textContent = text));
+    label(".unit", sheet.unit);
+    [1, 2, 3].forEach((n) => label(`.per${n}`, `${sheet.unit}/s${["", "²", "³"][n - 1]}`));
     this.unit = sheet.unit;
     this.field("speed").value = this.shown(SPEED);
     this.field("accel").value = this.shown(SPEED / RISE);
     this.field("step").value = this.shown(100);
+    for (const [name, steps] of Object.entries(HOMING)) this.field(name).value = this.shown(steps);
     this.find(".motion").classList.toggle("straight", !canJerk);
     this.listen();
   }
@@ -94,6 +98,16 @@ export class Axis {
     return this.send("/api/stop", {});
   }
 
+  /** Finds 0 by the limit switch. */
+  home() {
+    // What is wrong is seen only where it is shown.
+    if (!Object.keys(HOMING).every((name) => this.field(name).validity.valid)) this.find(".homing").open = true;
+    if (!this.valid(...Object.keys(HOMING))) return;
+    const whole = (name) => Math.round(this.steps(name));
+    const [back_off, within] = [whole("back-off"), whole("within")];
+    this.send("/api/home", { speed: this.steps("seek"), slow: this.steps("slow"), back_off, within });
+  }
+
   /** Runs while it is held. A key or a finger that is let go before the run was answered
    *  stops it all the same: the stop is sent behind it. */
   hold(sign) {
@@ -124,6 +138,7 @@ export class Axis {
     on("run-back", () => this.run(-1));
     on("run-ahead", () => this.run(1));
     on("halt", () => this.stop());
+    on("home", () => this.home());
     on("zero", () => this.send("/api/zero", {}));
     // A new speed or acceleration holds at once, also on the way.
     for (const [name, as] of [["speed", "top_speed"], ["accel", "accel"]]) {
@@ -170,17 +185,32 @@ export class Axis {
       word.className = `state ${state.state}`;
     }
     const why = this.find(".why");
-    why.hidden = !state.stop;
+    this.showHome(state.home);
+    why.hidden = !state.stop || this.homing;
     if (state.stop) why.textContent = `Stopped by ${state.stop.words}`;
     const able = ours && state.state !== "lost";
-    const rests = able && known && !state.moving;
+    const free = able && !state.moving && !this.homing;
+    const rests = free && known;
     const set = (name, on) => (this.field(name).disabled = !on);
     for (const name of ["by", "less", "more", "run-back", "run-ahead"]) set(name, rests);
     // What is held stays, or letting it go would not be noticed.
     for (const name of ["back", "ahead"]) set(name, rests || this.holding !== null);
-    set("to", able && known);
-    set("zero", able && !state.moving);
+    set("to", able && known && !this.homing);
+    set("home", free);
+    set("zero", free);
     set("halt", state.state !== "lost");
-    this.field("to").textContent = state.moving ? "Retarget" : "Go to";
+    this.field("to").textContent = state.moving && !this.homing ? "Retarget" : "Go to";
+  }
+
+  /** Shows where a homing is, or how it has ended. */
+  showHome(home) {
+    const told = this.find(".home");
+    this.homing = Boolean(home) && home.stage !== "done" && home.stage !== "failed";
+    told.hidden = !home;
+    if (!home) return;
+    const failed = home.stage === "failed";
+    const text = failed ? ["Not homed: " + home.words, home.do].filter(Boolean).join(". ") : home.words;
+    if (told.textContent !== text) told.textContent = text;
+    told.className = `home ${home.stage}`;
   }
 }

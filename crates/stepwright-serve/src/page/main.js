@@ -2,11 +2,17 @@
 
 import { Axis } from "./axis.js";
 import { Plots } from "./plots.js";
+import { Calculators } from "./calc.js";
 import { follow, get, hand, post, release, take } from "./server.js";
+import { Scope } from "./scope.js";
+import { Settings } from "./settings.js";
 import * as talk from "./talk.js";
 
 const by = (id) => document.getElementById(id);
 const plots = new Plots();
+const settings = new Settings(by("settings"));
+new Scope(tell);
+new Calculators(by("calc"));
 let axes = [];
 let sheet = -1;
 let ours = false;
@@ -40,6 +46,7 @@ async function describe(count) {
   const board = await get("/api/board");
   by("board").textContent = board.name;
   document.title = `${board.name} – Stepwright`;
+  settings.describe(board);
   const same = axes.length === board.axes.length &&
     axes.every((axis, i) => axis.scale === board.axes[i].steps_per_unit);
   if (same) return;
@@ -68,6 +75,7 @@ function show(state) {
   if (state.sheet !== sheet) attempt(describe(state.sheet));
   ours = state.control !== null && state.control.hand === hand;
   for (const one of state.axes) axes.find((axis) => axis.number === one.axis)?.show(one, ours);
+  settings.allow(ours && state.connected);
   showControl(state.control, state.connected);
   by("board").classList.toggle("lost", !state.connected);
   const now = state.trouble?.what ?? null;
@@ -123,7 +131,7 @@ const live = follow(
   () => {
     by("board").classList.add("lost");
     by("who").textContent = "The server does not answer";
-    axes.forEach((axis) => axis.show({ position: null, moving: false, state: "lost", stop: null }, false));
+    axes.forEach((axis) => axis.show({ position: null, moving: false, state: "lost", stop: null, home: null }, false));
     sheet = -1;
     comes = 0;
   },
@@ -192,6 +200,8 @@ addEventListener("keydown", (event) => {
     return;
   }
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.matches("input, select")) return;
+  // What is not seen is not moved.
+  if (document.body.classList.contains("alone")) return;
   const sign = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
   if (sign && chosen) {
     event.preventDefault();
@@ -211,13 +221,20 @@ addEventListener("keyup", (event) => {
 for (const end of ["blur", "pagehide"]) addEventListener(end, () => axes.forEach((axis) => axis.letGo()));
 document.addEventListener("visibilitychange", () => document.hidden && axes.forEach((axis) => axis.letGo()));
 
-// Views, where they are not beside one another.
+// Views: control, plots and the line stand beside one another where there is room; others
+// (`full`) always have the page to themselves.
 const view = () => {
-  const name = ["control", "plots", "talk"].find((one) => location.hash === `#${one}`) ?? "control";
-  document.body.dataset.view = name;
+  const sections = [...document.querySelectorAll("main > section")];
+  const shown = sections.find((one) => location.hash === `#${one.id}`) ?? sections[0];
+  for (const one of sections) one.classList.toggle("shown", one === shown);
+  document.body.classList.toggle("alone", shown.classList.contains("full"));
   for (const link of document.querySelectorAll("nav a")) {
-    if (link.hash === `#${name}`) link.setAttribute("aria-current", "page");
-    else link.removeAttribute("aria-current");
+    if (link.hash !== `#${shown.id}`) {
+      link.removeAttribute("aria-current");
+      continue;
+    }
+    link.setAttribute("aria-current", "page");
+    link.scrollIntoView({ block: "nearest", inline: "center" });
   }
   plots.resize();
 };

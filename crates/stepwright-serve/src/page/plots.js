@@ -14,7 +14,7 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
 
 /** A colour as the page has it now: a canvas knows no light-dark(). */
-function colour(name) {
+export function colour(name) {
   const probe = document.createElement("i");
   probe.style.color = style(name);
   document.body.append(probe);
@@ -58,9 +58,12 @@ export class Plots {
     for (const axis of state.axes) {
       const mine = this.axis(axis.axis);
       if (!mine) continue;
-      if (axis.position === null) mine.track.break(state.time);
+      // Where 0 is elsewhere now, places from before are of another line.
+      if (axis.position === null || axis.origin !== mine.origin) mine.track.break(state.time);
+      mine.origin = axis.origin;
+      if (axis.position === null) continue;
       // An axis that rests is where it was seen last.
-      else mine.track.add(axis.moving ? axis.time : state.time, axis.position, axis.moving);
+      mine.track.add(axis.moving ? axis.time : state.time, axis.position, axis.moving);
     }
   }
 

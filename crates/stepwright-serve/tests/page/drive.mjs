@@ -11,6 +11,8 @@ import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
+import * as views from "./views.mjs";
+
 const { chromium } = createRequire(import.meta.url)("playwright-core");
 const [stepwright, executablePath, folder] = process.argv.slice(2);
 const running = new Set();
@@ -308,8 +310,9 @@ async function pictures(url) {
 
 let failed = 0;
 try {
-  const { child, said: url } = await serve("--virtual");
-  for (const [name, test] of Object.entries(tests)) {
+  const { child, said: url } = await serve("--virtual", "--switch", "1:-300");
+  const more = views.tests({ open, controls, until, rests, moves, axis, shown, click, fill });
+  for (const [name, test] of Object.entries({ ...more, ...tests })) {
     try {
       await test(url);
       console.log(`passed: ${name}`);
@@ -329,7 +332,10 @@ try {
     failed++;
     console.log(`FAILED: a board that vanishes\n${error.stack}`);
   }
-  if (folder) await pictures(url);
+  if (folder) {
+    await pictures(url);
+    await views.pictures({ start, end, open, controls, until, rests, axis, click, fill, folder });
+  }
   await end(child);
 } finally {
   await browser.close();

@@ -1,0 +1,205 @@
+//! The last edges of a virtual board's pins, for who looks at them while it runs.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use stepwright_serve::scope::{LONGEST, ScopeRecord, ScopeSignal, ScopeSource};
+use stepwright_sim::{AXES, Description, Edge, Pin, Recorder};
+
+/// So many edges are kept: 10 s of one axis at 10,000 steps/s.
+const KEPT: usize = 200_000;
+
+/// The pins that are kept. All axes have one enable: it is that of the first.
+const PINS: [(Pin, &str); 3] =
+    [(Pin::Step, "step"), (Pin::Direction, "dir"), (Pin::Enable, "enable")];
+
+/// The edges of the last seconds, shared between the board and who looks at them.
+#[derive(Clone)]
+pub struct EdgeStore(Arc<Mutex<Kept>>);
+
+struct Kept {
+    hz: u32,
+    axes: u8,
+    /// The present, in ticks.
+    now: u64,
+    edges: VecDeque<Edge>,
+    /// The levels before the first edge that is kept.
+    before: [[Option<bool>; PINS.len()]; AXES],
+    /// Nothing is known of what was before.
+    since: u64,
+}
+
+/// Which of the pins it is.
+fn place(pin: Pin) -> Option<usize> {
+    PINS.iter().position(|(kept, _)| *kept == pin)
+}
+
+impl EdgeStore {
+    /// Of a board that was just switched on.
+    pub fn new(description: &Description) -> EdgeStore {
+        let mut before = [[None; PINS.len()]; AXES];
+        for levels in &mut before {
+            levels[0] = Some(false);
+        }
+        let (hz, axes) = (description.board.rate.hz(), description.axes);
+        let edges = VecDeque::new();
+        EdgeStore(Arc::new(Mutex::new(Kept { hz, axes, now: 0, edges, before, since: 0 })))
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        // Nothing here is changed by halves.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// It is this time, in ticks, and the enable pin has changed so meanwhile.
+    pub fn pass(&self, now: u64, enables: &[(u64, bool)]) {
+        let mut kept = self.kept();
+        kept.now = now;
+        for &(time, level) in enables {
+            kept.add(Edge { time, axis: 0, pin: Pin::Enable, level });
+        }
+        let longest = (LONGEST * f64::from(kept.hz)) as u64;
+        while kept.edges.front().is_some_and(|edge| edge.time + longest < now) {
+            kept.forget();
+        }
+    }
+}
+
+impl Recorder for EdgeStore {
+    fn edge(&mut self, edge: Edge) {
+        self.kept().add(edge);
+    }
+}
+
+impl Kept {
+    fn add(&mut self, edge: Edge) {
+        self.edges.push_back(edge);
+        if self.edges.len() > KEPT {
+            self.forget();
+        }
+    }
+
+    /// Forgets the oldest edge.
+    fn forget(&mut self) {
+        if let Some(edge) = self.edges.pop_front() {
+            self.since = self.since.max(edge.time);
+            put(&mut self.before, edge);
+        }
+    }
+}
+
+/// The level of a pin after this edge.
+fn put(levels: &mut [[Option<bool>; PINS.len()]; AXES], edge: Edge) {
+    let axis = levels.get_mut(usize::from(edge.axis));
+    if let (Some(levels), Some(place)) = (axis, place(edge.pin)) {
+        levels[place] = Some(edge.level);
+    }
+}
+
+impl ScopeSource for EdgeStore {
+    fn record(&self, seconds: f64, _: f64) -> ScopeRecord {
+        let kept = self.kept();
+        let (hz, axes, end) = (kept.hz, kept.axes, kept.now);
+        let (mut levels, mut edges) = (kept.before, Vec::from_iter(kept.edges.iter().copied()));
+        let long = (seconds * f64::from(hz)) as u64;
+        let begin = end.saturating_sub(long).max(kept.since);
+        // The board goes on meanwhile.
+        drop(kept);
+        // The enable pin is looked at a little later than the others.
+        edges.sort_by_key(|edge| edge.time);
+        let first = edges.partition_point(|edge| edge.time < begin);
+        edges.iter().take(first).for_each(|edge| put(&mut levels, *edge));
+        let mut signals = Vec::new();
+        for axis in 0..axes {
+            for (place, (pin, name)) in PINS.iter().enumerate() {
+                let shared = *pin == Pin::Enable;
+                if shared && axis > 0 {
+                    continue;
+                }
+                let mut signal = ScopeSignal::new((!shared).then_some(axis + 1), name);
+                signal.level = levels.get(usize::from(axis)).and_then(|levels| levels[place]);
+                let (mut last, mut level) = (begin, signal.level);
+                let mine = |edge: &&Edge| edge.axis == axis && edge.pin == *pin;
+                for edge in edges.iter().skip(first).filter(mine) {
+                    // Its first level, of a pin of which none was known.
+                    if level.is_none() {
+                        signal.level = Some(!edge.level);
+                    }
+                    if level != Some(edge.level) {
+                        signal.edges.push(edge.time - last);
+                        (last, level) = (edge.time, Some(edge.level));
+                    }
+                }
+                signals.push(signal);
+            }
+        }
+        // That of all axes comes last.
+        signals.sort_by_key(|signal| signal.axis.is_none());
+        let words = "the edges of the virtual board's pins";
+        ScopeRecord { source: "pins", words, hz, begin, end, signals }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn store() -> EdgeStore {
+        EdgeStore::new(&Description::uno())
+    }
+
+    fn signal(record: &ScopeRecord, name: &str) -> ScopeSignal {
+        record.signals.iter().find(|signal| signal.name == name).cloned().unwrap()
+    }
+
+    fn edge(time: u64, axis: u8, pin: Pin, level: bool) -> Edge {
+        Edge { time, axis, pin, level }
+    }
+
+    #[test]
+    fn the_last_seconds_are_told_by_their_edges() {
+        let mut store = store();
+        for (time, pin, level) in
+            [(10, Pin::Direction, false), (100, Pin::Step, true), (132, Pin::Step, false)]
+        {
+            store.edge(edge(time, 1, pin, level));
+        }
+        store.pass(16_000, &[(50, false)]);
+        let record = store.record(1.0, 0.0);
+        assert_eq!((record.hz, record.begin, record.end), (16_000_000, 0, 16_000));
+        let names: Vec<_> = record.signals.iter().map(|signal| signal.name.as_str()).collect();
+        assert_eq!(names, ["step1", "dir1", "step2", "dir2", "step3", "dir3", "enable"]);
+        let step = signal(&record, "step2");
+        assert_eq!((step.level, step.edges), (Some(false), vec![100, 32]));
+        let dir = signal(&record, "dir2");
+        assert_eq!((dir.level, dir.edges), (Some(true), vec![10]));
+        assert_eq!(signal(&record, "enable").edges, [50]);
+        assert_eq!(signal(&record, "dir1").level, None);
+        // Later, in a shorter record: the levels from before it.
+        store.edge(edge(31_990_000, 1, Pin::Step, true));
+        store.pass(32_000_000, &[]);
+        let record = store.record(0.001, 0.0);
+        assert_eq!(record.begin, 32_000_000 - 16_000);
+        let step = signal(&record, "step2");
+        assert_eq!((step.level, step.edges), (Some(false), vec![6_000]));
+        assert_eq!(signal(&record, "dir2").level, Some(false));
+    }
+
+    #[test]
+    fn memory_is_bounded_and_what_is_forgotten_is_not_told() {
+        let mut store = store();
+        for n in 0..KEPT as u64 + 1000 {
+            store.edge(edge(n * 10, 0, Pin::Step, n % 2 == 0));
+        }
+        store.pass(10 * (KEPT as u64 + 1000), &[]);
+        assert_eq!(store.kept().edges.len(), KEPT);
+        let record = store.record(10.0, 0.0);
+        assert_eq!(record.begin, 9990);
+        let step = signal(&record, "step1");
+        assert_eq!((step.level, step.edges.len(), step.edges[0]), (Some(false), KEPT, 10));
+        // And nothing is older than the longest record.
+        store.pass(16_000_000 * 20, &[]);
+        assert_eq!(store.kept().edges.len(), 0);
+        assert_eq!(signal(&store.record(1.0, 0.0), "step1").level, Some(false));
+    }
+}

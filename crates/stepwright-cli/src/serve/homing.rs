@@ -1,0 +1,246 @@
+//! Homes an axis for a page: [`crate::order::homing`] says what is next, and this does it,
+//! beside whatever else there is to do.
+
+use std::time::{Duration, Instant};
+
+use stepwright_protocol::{AxisId, Command, Distance, Order, Refusal, Reply, Selection, Travel};
+use stepwright_serve::homing::{HomeLimits, HomeReport};
+use stepwright_serve::{Declined, Hand};
+
+use super::keeper::Keeper;
+use super::orders::{Taken, Undone};
+use crate::order::drive::{self, NotBegun};
+use crate::order::homing::{HomeLeg, HomingAct, HomingEvent, SwitchHoming, SwitchSide, no_switch};
+use crate::order::settings;
+use crate::session::LinkError;
+
+/// The homing that an axis is on.
+pub struct AxisHoming {
+    course: SwitchHoming,
+    side: SwitchSide,
+    limits: HomeLimits,
+    /// Who has asked for it, and must be heard of.
+    pub hand: Hand,
+    /// The leg is braked then, by the clock of the line.
+    until: Option<Duration>,
+    braked: bool,
+    /// The next attempt is made then.
+    again: Option<Instant>,
+}
+
+impl AxisHoming {
+    fn order(&self, leg: HomeLeg) -> Result<Order, Declined> {
+        let travel = match leg.is_towards() {
+            true => Travel::Endless(self.side.towards),
+            false => Travel::By(Distance::new(self.course.back_off())),
+        };
+        let limits = if leg == HomeLeg::Approach { self.limits.approach } else { self.limits.seek };
+        limits.order(travel)
+    }
+
+    fn report(&self) -> HomeReport {
+        let (stage, words) = match self.course.leg() {
+            HomeLeg::Seek => ("seek", "seeks its switch"),
+            HomeLeg::BackOff => ("back-off", "backs off from its switch"),
+            HomeLeg::Approach => ("approach", "approaches its switch slowly"),
+            HomeLeg::Leave => ("leave", "leaves its switch: 0 is there"),
+        };
+        HomeReport { stage, words: words.to_owned(), remedy: None }
+    }
+}
+
+/// Where a homing ended before it was done.
+fn failed(declined: &Declined) -> HomeReport {
+    let remedy = declined.remedy.clone();
+    HomeReport { stage: "failed", words: declined.what.clone(), remedy }
+}
+
+impl Keeper {
+    /// Begins to home an axis.
+    pub(super) fn home(&mut self, axis: AxisId, limits: HomeLimits, hand: Hand) -> Taken {
+        self.axis(axis)?;
+        let number = axis.number();
+        self.not_homed(axis)?;
+        if self.session.is_busy(Selection::One(axis))? {
+            return Err(Declined::refused(format!("axis {number} is on its way"))
+                .remedy("wait, or stop it")
+                .into());
+        }
+        let listed = settings::ask(&mut self.session)?;
+        let board = self.session.name();
+        let side = SwitchSide::of(axis, &listed).map_err(|switches| {
+            Declined::refused(no_switch(&board, number).message()).remedy(format!(
+                "if there is one, the setting `switches` says so: {switches} (1 X, 2 Y, 4 Z, \
+                 added up)"
+            ))
+        })?;
+        let course = SwitchHoming::new(side, board, limits.back_off, limits.within);
+        let homing =
+            AxisHoming { course, side, limits, hand, until: None, braked: false, again: None };
+        self.axis(axis)?.homing = Some(homing);
+        let begun = self.act(axis, HomingAct::Travel(HomeLeg::Seek));
+        if begun.is_err() {
+            let watched = self.axis(axis)?;
+            (watched.homing, watched.home) = (None, None);
+        }
+        begun
+    }
+
+    /// That an axis is not being homed: then nothing else is ordered.
+    pub(super) fn not_homed(&mut self, axis: AxisId) -> Result<(), Undone> {
+        if self.axis(axis)?.homing.is_none() {
+            return Ok(());
+        }
+        Err(Declined::refused(format!("axis {} is being homed", axis.number()))
+            .remedy("wait, or stop it")
+            .into())
+    }
+
+    /// Goes on with what is being homed.
+    pub(super) fn go_on_homing(&mut self) -> Result<(), LinkError> {
+        for place in 0..self.axes.len() {
+            // A stop is waited for: it goes first.
+            if self.desk.is_urgent() {
+                return Ok(());
+            }
+            let Some(id) = self.axes.get(place).map(|axis| axis.id) else { continue };
+            match self.go_on(id) {
+                Ok(()) => {}
+                Err(Undone::Lost(trouble)) => return Err(trouble),
+                Err(Undone::Declined(declined)) => self.end_homing(id, &declined),
+            }
+        }
+        Ok(())
+    }
+
+    fn go_on(&mut self, axis: AxisId) -> Result<(), Undone> {
+        let watched = self.axis(axis)?;
+        let moving = watched.moving;
+        let Some(AxisHoming { again, until, braked, .. }) = watched.homing else { return Ok(()) };
+        let event = match again {
+            Some(again) if Instant::now() < again => return Ok(()),
+            Some(_) => HomingEvent::Waited,
+            None if moving => {
+                if !braked && until.is_some_and(|until| self.session.now() >= until) {
+                    drive::brake(&mut self.session, Selection::One(axis))?;
+                    self.desk.unplan(axis.number());
+                    if let Some(homing) = &mut self.axis(axis)?.homing {
+                        homing.braked = true;
+                    }
+                }
+                return Ok(());
+            }
+            None => {
+                let position = self.session.rest_position(axis)?;
+                let stop = self.session.stop_of(axis);
+                self.desk.unplan(axis.number());
+                HomingEvent::Rests { position, stop, braked }
+            }
+        };
+        let act = self.next_act(axis, event)?;
+        self.act(axis, act).map(drop)
+    }
+
+    fn next_act(&mut self, axis: AxisId, event: HomingEvent) -> Result<HomingAct, Undone> {
+        let now = self.session.now();
+        let Some(homing) = &mut self.axis(axis)?.homing else {
+            return Err(Declined::refused("the homing has ended").into());
+        };
+        (homing.again, homing.until) = (None, None);
+        let act = homing.course.next(event, now)?;
+        if let Some(note) = homing.course.take_note() {
+            self.desk.note(format!("axis {}: {note}", axis.number()));
+        }
+        Ok(act)
+    }
+
+    /// Does what is to be done until that takes time; the lines.
+    fn act(&mut self, axis: AxisId, mut act: HomingAct) -> Taken {
+        let mut lines = Vec::new();
+        loop {
+            let event = match act {
+                HomingAct::Travel(leg) => match self.begin_leg(axis, leg)? {
+                    Some(said) => {
+                        lines.extend(said);
+                        return Ok(lines);
+                    }
+                    None => HomingEvent::Closed,
+                },
+                HomingAct::Say(line) => {
+                    let taken = self.session.ask(line)? == Reply::Yes;
+                    if taken && line == Command::Zero(axis) {
+                        self.axis(axis)?.shift_origin();
+                    }
+                    lines.push(line);
+                    HomingEvent::Said(taken)
+                }
+                HomingAct::Wait => {
+                    if let Some(homing) = &mut self.axis(axis)?.homing {
+                        homing.again = Some(Instant::now() + drive::POLL);
+                    }
+                    return Ok(lines);
+                }
+                HomingAct::Done(at) => {
+                    let watched = self.axis(axis)?;
+                    watched.homing = None;
+                    let words = "homed: 0 is where its switch closes".to_owned();
+                    watched.home = Some(HomeReport { stage: "done", words, remedy: None });
+                    self.desk.note(format!("axis {} is homed, and stands at {at}", axis.number()));
+                    return Ok(lines);
+                }
+            };
+            act = self.next_act(axis, event)?;
+        }
+    }
+
+    /// Begins a leg; `None` if the board takes none towards a closed switch.
+    fn begin_leg(&mut self, axis: AxisId, leg: HomeLeg) -> Result<Option<Vec<Command>>, Undone> {
+        let watched = self.axis(axis)?;
+        let Some(homing) = &mut watched.homing else { return Ok(Some(Vec::new())) };
+        let (order, hand) = (homing.order(leg)?, homing.hand);
+        let longest = homing.course.longest(order.top);
+        watched.home = Some(homing.report());
+        // Its page may have gone since the last leg.
+        if !self.desk.is_live(hand) {
+            return Err(gone().into());
+        }
+        let from = self.session.rest_position(axis)?;
+        let lines = match self.set_off(axis, from, &order, Some(hand))? {
+            Ok(lines) => lines,
+            Err(NotBegun::Refused(_, Some(Refusal::Fault))) if leg.is_towards() => return Ok(None),
+            Err(not) => return Err(drive::not_begun(&mut self.session, not).into()),
+        };
+        let until = leg.is_towards().then(|| self.session.now().saturating_add(longest));
+        if let Some(homing) = &mut self.axis(axis)?.homing {
+            (homing.until, homing.braked) = (until, false);
+        }
+        Ok(Some(lines))
+    }
+
+    /// The homing of an axis has come to nothing, for this reason.
+    pub(super) fn end_homing(&mut self, axis: AxisId, why: &Declined) {
+        let Some(watched) = self.axes.get_mut(axis.index()) else { return };
+        if watched.homing.take().is_some() {
+            watched.home = Some(failed(why));
+            self.desk.note(format!("axis {} is not homed: {}", axis.number(), why.what));
+        }
+    }
+
+    /// Ends the homings of these axes for this reason; those that ended.
+    pub(super) fn give_up_homing(&mut self, axes: Selection, why: &Declined) -> Vec<AxisId> {
+        let homed = self.axes.iter().filter(|axis| axis.homing.is_some()).map(|axis| axis.id);
+        let homed: Vec<_> = homed.filter(|axis| axes.contains(*axis)).collect();
+        homed.iter().for_each(|axis| self.end_homing(*axis, why));
+        homed
+    }
+}
+
+/// Why a homing ends that was stopped.
+pub fn stopped() -> Declined {
+    Declined::refused("stopped before 0 was found")
+}
+
+/// Why a homing ends whose page is not heard of any more.
+pub fn gone() -> Declined {
+    Declined::refused("the page that homed it is gone, or gave control away")
+}

@@ -1,0 +1,135 @@
+//! `POST /api/home`: what may be asked of a homing, and what is told of it.
+
+use serde::{Deserialize, Serialize};
+use stepwright_protocol::AxisId;
+use utoipa::ToSchema;
+
+use crate::control::Hand;
+use crate::decline::Declined;
+use crate::request::{self, Limits, Wish};
+
+/// The longest way of a homing, in steps.
+const FAR: i64 = i32::MAX as i64;
+
+/// `POST /api/home`: find 0 by the limit switch of an axis.
+#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HomeRequest {
+    /// Which axis, from 1.
+    #[schema(minimum = 1, maximum = 8, example = 1)]
+    axis: u8,
+    /// Speed towards the switch the first time, in steps/s [default: 500].
+    #[schema(minimum = 0.001, maximum = 1_000_000)]
+    speed: Option<f64>,
+    /// Speed towards the switch the second time, in steps/s [default: 50].
+    #[schema(minimum = 0.001, maximum = 1_000_000)]
+    slow: Option<f64>,
+    /// How far to go from the closed switch, in steps [default: 50].
+    #[schema(minimum = 1, maximum = 2147483647)]
+    back_off: Option<i64>,
+    /// How far the switch may be, in steps: the axis brakes about there [default: 100000].
+    #[schema(minimum = 1, maximum = 2147483647)]
+    within: Option<i64>,
+    /// Speed that the motor jumps to from rest, and stops from, in steps/s [default: 50].
+    #[schema(minimum = 0, maximum = 1_000_000)]
+    start_speed: Option<f64>,
+    /// Acceleration in steps/s²: 1 to 100000000 [default: up to the top speed in 0.4 s].
+    #[schema(minimum = 1, maximum = 100_000_000)]
+    accel: Option<f64>,
+}
+
+/// A homing, checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HomeLimits {
+    /// Towards the switch the first time, and away from it.
+    pub seek: Limits,
+    /// Towards the switch the second time.
+    pub approach: Limits,
+    /// How far to go from the closed switch, in steps.
+    pub back_off: u32,
+    /// How far the switch may be, in steps.
+    pub within: u32,
+}
+
+impl HomeRequest {
+    /// The homing, for this hand.
+    ///
+    /// # Errors
+    /// A value outside its range.
+    pub fn wish(self, hand: Hand) -> Result<Wish, Declined> {
+        let axis: AxisId = request::axis(self.axis)?;
+        let limits = |speed: f64, name| {
+            request::limits(speed, name, self.start_speed, self.accel, None, None)
+        };
+        let way = |steps: Option<i64>, default: u32, name| match steps {
+            None => Ok(default),
+            Some(steps) => u32::try_from(steps)
+                .ok()
+                .filter(|_| (1..=FAR).contains(&steps))
+                .ok_or_else(|| request::outside(steps, name, 1, FAR, "steps")),
+        };
+        let home = HomeLimits {
+            seek: limits(self.speed.unwrap_or(500.0), "speed")?,
+            approach: limits(self.slow.unwrap_or(50.0), "slow")?,
+            back_off: way(self.back_off, 50, "back_off")?,
+            within: way(self.within, 100_000, "within")?,
+        };
+        Ok(Wish::Home(axis, home, hand))
+    }
+}
+
+/// Where the last homing of an axis is, or how it has ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct HomeReport {
+    /// `seek`, `back-off`, `approach` and `leave` on the way, then `done` or `failed`.
+    pub stage: &'static str,
+    /// The same for people; of one that has failed, the reason.
+    pub words: String,
+    /// What can be done about a failure.
+    #[serde(rename = "do")]
+    pub remedy: Option<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    fn asked(body: Value) -> Result<Wish, Declined> {
+        serde_json::from_value::<HomeRequest>(body).unwrap().wish(Hand(7))
+    }
+
+    #[test]
+    fn a_homing_has_the_defaults_of_the_command() {
+        let Ok(Wish::Home(axis, home, hand)) = asked(json!({"axis": 2})) else { panic!() };
+        assert_eq!((axis.number(), hand), (2, Hand(7)));
+        assert_eq!((home.back_off, home.within), (50, 100_000));
+        assert_eq!((home.seek.top().steps(), home.approach.top().steps()), (500, 50));
+        let own = json!({"axis": 1, "speed": 2000, "slow": 100.5, "back_off": 7, "within": 900});
+        let Ok(Wish::Home(_, home, _)) = asked(own) else { panic!() };
+        assert_eq!((home.back_off, home.within), (7, 900));
+        assert_eq!(home.approach.top().millisteps(), 100_500);
+    }
+
+    #[test]
+    fn what_is_outside_its_range_is_no_homing() {
+        for (name, wrong) in [
+            ("axis", json!(0)),
+            ("axis", json!(9)),
+            ("speed", json!(0)),
+            ("speed", json!(-500)),
+            ("slow", json!(1e7)),
+            ("back_off", json!(0)),
+            ("back_off", json!(-1)),
+            ("within", json!(0)),
+            ("within", json!(2_147_483_648_i64)),
+            ("accel", json!(0.5)),
+        ] {
+            let mut body = json!({"axis": 1});
+            body[name] = wrong.clone();
+            let declined = asked(body).unwrap_err();
+            assert_eq!(declined.status(), 422, "{name} {wrong}");
+            assert!(declined.what.starts_with(name), "{declined:?}");
+        }
+    }
+}

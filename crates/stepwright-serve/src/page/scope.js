@@ -1,0 +1,314 @@
+// The scope: STEP, DIR and enable of the last seconds, with two cursors.
+
+import { Edges, firstFrom } from "./edges.js";
+import { colour } from "./plots.js";
+import { get } from "./server.js";
+
+/** Between two records, in ms. */
+const AGAIN = 400;
+/** A lane, the time scale above, and the names beside them, in px. */
+const LANE = 34;
+const TOP = 26;
+const NAMES = 64;
+/** A cursor goes to an edge that is so near, in px. */
+const NEAR = 8;
+
+const byId = (id) => document.getElementById(id);
+
+/** A time in µs as people read it, to the tick. */
+function shown(us) {
+  const size = Math.abs(us);
+  const [value, unit] = size >= 1e6 ? [us / 1e6, "s"] : size >= 1e4 ? [us / 1e3, "ms"] : [us, "µs"];
+  const digits = unit === "s" ? 6 : unit === "ms" ? 3 : 2;
+  return `${value.toFixed(digits)} ${unit}`;
+}
+
+export class Scope {
+  constructor(tell) {
+    this.tell = tell;
+    this.edges = null;
+    this.held = false;
+    this.window = null;
+    this.cursors = [null, null];
+    this.next = 0;
+    this.canvas = byId("scope-lanes");
+    byId("scope-span").onchange = () => this.live();
+    byId("scope-hold").onclick = () => (this.held ? this.live() : this.hold());
+    byId("scope-in").onclick = () => this.zoom(0.5);
+    byId("scope-out").onclick = () => this.zoom(2);
+    byId("scope-fit").onclick = () => this.fit();
+    byId("scope-vcd").onclick = () => this.save("stepwright.vcd", "vcd");
+    byId("scope-csv").onclick = () => this.save("stepwright.csv", "csv");
+    this.listen();
+    new ResizeObserver(() => this.draw()).observe(this.canvas.parentElement);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
+    setInterval(() => this.look(), AGAIN);
+  }
+
+  /** Fetches the last seconds, if somebody looks. */
+  async look() {
+    if (this.held || this.asking || document.hidden || !this.canvas.clientWidth) return;
+    this.asking = true;
+    try {
+      const record = await get(`/api/scope?seconds=${byId("scope-span").value}`);
+      if (this.held) return;
+      this.edges = new Edges(record);
+      this.window = [0, this.edges.length];
+      const note = byId("scope-source");
+      if (note.textContent !== record.words) note.textContent = record.words;
+      note.classList.toggle("planned", record.source === "plan");
+      this.draw();
+    } catch (error) {
+      this.hold();
+      this.tell(error);
+    } finally {
+      this.asking = false;
+    }
+  }
+
+  hold() {
+    this.held = true;
+    byId("scope-hold").textContent = "Go on";
+    byId("scope-hold").setAttribute("aria-pressed", "true");
+  }
+
+  live() {
+    this.held = false;
+    this.cursors = [null, null];
+    byId("scope-hold").textContent = "Hold";
+    byId("scope-hold").setAttribute("aria-pressed", "false");
+    this.look();
+  }
+
+  fit() {
+    if (!this.edges) return;
+    this.window = [0, this.edges.length];
+    this.draw();
+  }
+
+  /** Shows so many times as much, around a time. */
+  zoom(factor, around = null) {
+    if (!this.edges) return;
+    this.hold();
+    const [from, to] = this.window;
+    const middle = around ?? this.middle();
+    const least = 8 * this.edges.tick;
+    const length = Math.min(this.edges.length, Math.max(least, (to - from) * factor));
+    const begin = middle - (length * (middle - from)) / (to - from);
+    this.show(begin, length);
+  }
+
+  /** Between the cursors if both are seen, else that of what is shown. */
+  middle() {
+    const [from, to] = this.window;
+    const seen = this.cursors.filter((time) => time !== null && time >= from && time <= to);
+    return seen.length ? seen.reduce((sum, time) => sum + time, 0) / seen.length : (from + to) / 2;
+  }
+
+  show(begin, length) {
+    const from = Math.max(0, Math.min(this.edges.length - length, begin));
+    this.window = [from, from + length];
+    this.draw();
+  }
+
+  pan(part) {
+    if (!this.edges) return;
+    this.hold();
+    const [from, to] = this.window;
+    this.show(from + part * (to - from), to - from);
+  }
+
+  timeAt(x) {
+    const [from, to] = this.window;
+    return from + ((x - NAMES) / (this.canvas.clientWidth - NAMES)) * (to - from);
+  }
+
+  xOf(time) {
+    const [from, to] = this.window;
+    return NAMES + ((time - from) / (to - from)) * (this.canvas.clientWidth - NAMES);
+  }
+
+  /** Puts a cursor there, or on the edge beside it. */
+  put(n, x) {
+    const time = Math.max(0, Math.min(this.edges.length, this.timeAt(x)));
+    const edge = this.edges.nearest(time);
+    const near = edge !== null && Math.abs(this.xOf(edge) - this.xOf(time)) <= NEAR;
+    this.cursors[n] = near ? edge : time;
+    this.hold();
+    this.draw();
+  }
+
+  listen() {
+    const { canvas } = this;
+    let drag = null;
+    canvas.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0 || !this.edges) return;
+      canvas.setPointerCapture(event.pointerId);
+      const x = event.offsetX;
+      const near = this.cursors.findIndex((time) => time !== null && Math.abs(this.xOf(time) - x) <= NEAR);
+      drag = { x, from: this.window[0], cursor: near, moved: false };
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!drag) return;
+      if (Math.abs(event.offsetX - drag.x) > 3) drag.moved = true;
+      if (!drag.moved) return;
+      if (drag.cursor >= 0) {
+        this.put(drag.cursor, event.offsetX);
+        return;
+      }
+      this.hold();
+      const [from, to] = this.window;
+      const length = to - from;
+      this.show(drag.from - ((event.offsetX - drag.x) / (canvas.clientWidth - NAMES)) * length, length);
+    });
+    canvas.addEventListener("pointerup", (event) => {
+      if (drag && !drag.moved) {
+        this.put(this.next, event.offsetX);
+        this.next = 1 - this.next;
+      }
+      drag = null;
+    });
+    canvas.addEventListener("pointercancel", () => (drag = null));
+    canvas.addEventListener("wheel", (event) => {
+      if (!this.edges) return;
+      event.preventDefault();
+      if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) this.pan((event.deltaX || event.deltaY) / 1000);
+      else this.zoom(1.0015 ** event.deltaY, this.timeAt(event.offsetX));
+    }, { passive: false });
+    canvas.addEventListener("keydown", (event) => {
+      const act = {
+        ArrowLeft: () => this.pan(-0.1),
+        ArrowRight: () => this.pan(0.1),
+        "+": () => this.zoom(0.5),
+        "-": () => this.zoom(2),
+        0: () => this.fit(),
+      }[event.key];
+      if (!act || !this.edges) return;
+      event.preventDefault();
+      act();
+    });
+  }
+
+  /** Gives what is shown as a file. */
+  save(name, as) {
+    if (!this.edges) return;
+    this.hold();
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([this.edges[as]()], { type: "text/plain" }));
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+
+  draw() {
+    const { canvas, edges } = this;
+    const width = canvas.clientWidth;
+    if (!edges || !width) return;
+    const height = TOP + LANE * edges.signals.length + 6;
+    const scale = devicePixelRatio || 1;
+    canvas.style.height = `${height}px`;
+    canvas.width = Math.round(width * scale);
+    canvas.height = Math.round(height * scale);
+    const pen = canvas.getContext("2d");
+    pen.scale(scale, scale);
+    pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
+    const colours = { ink: colour("--ink"), soft: colour("--soft"), line: colour("--line"), accent: colour("--accent") };
+    this.drawTimes(pen, width, height, colours);
+    edges.signals.forEach((signal, n) => {
+      const own = signal.axis ? colour(`--axis-${((signal.axis - 1) % 3) + 1}`) : colours.ink;
+      this.drawLane(pen, signal, TOP + n * LANE, width, own, colours);
+    });
+    this.drawCursors(pen, height, colours);
+    this.tellCursors();
+  }
+
+  drawTimes(pen, width, height, { soft, line }) {
+    const [from, to] = this.window;
+    const rough = (to - from) / Math.max(2, (width - NAMES) / 110);
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 5, 10].map((n) => n * power).find((one) => one >= rough);
+    const [size, unit] = step >= 1e5 ? [1e6, "s"] : step >= 100 ? [1e3, "ms"] : [1, "µs"];
+    const digits = Math.max(0, -Math.floor(Math.log10(step / size) + 1e-9));
+    pen.textBaseline = "middle";
+    pen.textAlign = "center";
+    for (let n = Math.ceil(from / step); n * step <= to; n++) {
+      const x = this.xOf(n * step);
+      pen.fillStyle = line;
+      pen.fillRect(Math.round(x), TOP - 6, 1, height - TOP);
+      pen.fillStyle = soft;
+      // Where a cursor has its name, a time would be under it.
+      const free = this.cursors.every((time) => time === null || Math.abs(this.xOf(time) - x) > 30);
+      if (free && x > NAMES + 16 && x < width - 30) pen.fillText(`${((n * step) / size).toFixed(digits)} ${unit}`, x, TOP / 2 - 2);
+    }
+  }
+
+  drawLane(pen, signal, top, width, own, { soft, line }) {
+    const [from, to] = this.window;
+    const [high, low] = [top + 7.5, top + LANE - 6.5];
+    pen.fillStyle = own;
+    pen.textAlign = "left";
+    pen.fillText(signal.name, 4, (high + low) / 2);
+    pen.fillStyle = line;
+    pen.fillRect(0, top + LANE, width, 1);
+    const { times } = signal;
+    if (signal.level === null) {
+      pen.fillStyle = soft;
+      pen.fillText("not known", NAMES + 8, (high + low) / 2);
+      return;
+    }
+    const first = firstFrom(times, from);
+    const last = firstFrom(times, to);
+    let level = (first % 2 === 1) !== signal.level;
+    pen.strokeStyle = own;
+    pen.lineWidth = 1.5;
+    pen.beginPath();
+    let y = level ? high : low;
+    pen.moveTo(NAMES, y);
+    let column = -1;
+    for (let n = first; n < last; n++) {
+      const x = this.xOf(times[n]);
+      level = !level;
+      const next = level ? high : low;
+      // Of many edges in a column one line is as good as all.
+      if (Math.floor(x) !== column) {
+        pen.lineTo(x, y);
+        pen.lineTo(x, next);
+        column = Math.floor(x);
+      } else {
+        pen.moveTo(x, next);
+      }
+      y = next;
+    }
+    pen.lineTo(width, y);
+    pen.stroke();
+  }
+
+  drawCursors(pen, height, { ink, accent }) {
+    this.cursors.forEach((time, n) => {
+      if (time === null) return;
+      const x = this.xOf(time);
+      if (x < NAMES) return;
+      pen.fillStyle = n ? ink : accent;
+      pen.fillRect(x - 0.75, TOP - 8, 1.5, height);
+      pen.textAlign = "center";
+      pen.fillText(n ? "B" : "A", x, TOP - 14);
+    });
+  }
+
+  /** Times and counts of the cursors. */
+  tellCursors() {
+    const [a, b] = this.cursors;
+    const parts = [];
+    if (a !== null) parts.push(`A ${shown(a)}`);
+    if (b !== null) parts.push(`B ${shown(b)}`);
+    if (a !== null && b !== null) {
+      const between = Math.abs(b - a);
+      parts.push(`between ${shown(between)}`);
+      if (between > 0) parts.push(`${(1e6 / between).toFixed(2)} Hz`);
+      const steps = this.edges.signals.filter((one) => one.pin === "step");
+      const counts = steps.map((one) => `${one.name} ${this.edges.rises(one, Math.min(a, b), Math.max(a, b))}`);
+      parts.push(`rising: ${counts.join(", ")}`);
+    }
+    byId("scope-cursors").textContent = parts.length ? parts.join(" · ") : "Click twice: cursors A and B, which go to the next edge.";
+  }
+}

@@ -1,0 +1,212 @@
+// The settings of the board, by the names that they have everywhere, and the machine file.
+
+import { post } from "./server.js";
+
+function element(tag, text, name) {
+  const made = document.createElement(tag);
+  if (text) made.textContent = text;
+  if (name) made.className = name;
+  return made;
+}
+
+/** One setting: its number, what is allowed, and what it does. */
+class Row {
+  constructor(sheet) {
+    this.name = sheet.name;
+    this.row = element("tr");
+    this.row.dataset.name = sheet.name;
+    this.input = element("input");
+    this.input.type = "text";
+    this.input.inputMode = "numeric";
+    this.input.autocomplete = "off";
+    this.input.id = `set-${sheet.name}`;
+    this.set = element("button", "Set");
+    this.reset = element("button", "Reset", "quiet");
+    this.set.type = this.reset.type = "button";
+    this.set.setAttribute("aria-label", `Set ${sheet.name}`);
+    this.reset.setAttribute("aria-label", `Reset ${sheet.name}`);
+    this.error = element("p", "", "no");
+    this.error.setAttribute("role", "alert");
+    this.error.id = `${this.input.id}-error`;
+    this.error.hidden = true;
+    const label = element("label", sheet.name);
+    label.htmlFor = this.input.id;
+    this.mark = element("span", "changed", "mark");
+    const name = element("th");
+    name.scope = "row";
+    name.append(label, " ", this.mark);
+    const number = element("td", "", "number");
+    number.append(this.input, element("span", sheet.unit));
+    const unit = sheet.unit ? ` ${sheet.unit}` : "";
+    const range = element("td", `${sheet.min} to ${sheet.max}${unit}`, "range");
+    const help = element("td", sheet.help, "help");
+    help.append(this.error);
+    const buttons = element("td", "", "buttons");
+    buttons.append(this.set, this.reset);
+    this.row.append(name, number, range, help, buttons);
+    this.input.addEventListener("input", () => this.show());
+    this.input.addEventListener("keydown", (event) => {
+      if (event.key === "Enter") this.send();
+      if (event.key === "Escape") this.undo();
+    });
+    this.set.onclick = () => this.send();
+    this.reset.onclick = () => this.send(this.sheet.default);
+    this.describe(sheet);
+  }
+
+  /** The setting as the board has it now. What is being typed stays. */
+  describe(sheet) {
+    const typed = this.sheet && this.isTyped();
+    this.sheet = sheet;
+    if (!typed) this.input.value = sheet.value;
+    this.show();
+  }
+
+  isTyped() {
+    return this.input.value.trim() !== String(this.sheet.value);
+  }
+
+  get changed() {
+    return this.sheet.value !== this.sheet.default;
+  }
+
+  undo() {
+    this.input.value = this.sheet.value;
+    this.tell(null);
+    this.show();
+  }
+
+  show() {
+    this.mark.hidden = !this.changed;
+    this.mark.title = `default: ${this.sheet.default}`;
+    this.row.classList.toggle("changed", this.changed);
+    this.set.disabled = !this.able || !this.isTyped();
+    this.reset.disabled = !this.able || !this.changed;
+    this.reset.title = `to ${this.sheet.default}`;
+    this.input.disabled = !this.able;
+  }
+
+  tell(error) {
+    this.error.hidden = !error;
+    this.error.textContent = error?.message ?? "";
+    this.input.toggleAttribute("aria-invalid", Boolean(error));
+    if (error) this.input.setAttribute("aria-describedby", this.error.id);
+    else this.input.removeAttribute("aria-describedby");
+  }
+
+  /** Sets it; what was declined is said beside it. */
+  async send(number) {
+    const text = this.input.value.trim();
+    const value = number ?? Number(text);
+    if (number === undefined && (text === "" || Number.isNaN(value))) {
+      const { min, max, unit } = this.sheet;
+      this.tell({ message: `'${text}' is no number. Allowed: ${min} to ${max} ${unit}`.trim() });
+      return;
+    }
+    try {
+      await post("/api/set", { name: this.name, value });
+      this.tell(null);
+      this.sheet = { ...this.sheet, value };
+      this.input.value = value;
+    } catch (declined) {
+      this.tell(declined);
+    }
+    this.show();
+  }
+
+  allow(able) {
+    this.able = able;
+    this.show();
+  }
+}
+
+export class Settings {
+  constructor(section) {
+    this.rows = [];
+    this.able = false;
+    const head = element("div", "", "head");
+    const title = element("h2", "Settings of the board");
+    title.id = "settings-title";
+    this.count = element("p", "", "count");
+    this.all = element("button", "Reset all", "quiet");
+    this.all.type = "button";
+    this.all.onclick = () => this.resetAll();
+    this.all.onblur = () => this.ask(false);
+    head.append(title, this.count, this.all);
+    const hint = element("p", "A setting holds at once, and outlasts the loss of power. None is changed while a motor moves.", "soft");
+    this.table = element("table", "", "settings");
+    this.machine = element("div", "", "machine");
+    section.append(head, hint, this.table, this.machine);
+  }
+
+  /** A board as GET /api/board has it. */
+  describe(board) {
+    const names = board.settings.map((sheet) => sheet.name).join();
+    if (names !== this.rows.map((row) => row.name).join()) {
+      this.rows = board.settings.map((sheet) => new Row(sheet));
+      const body = element("tbody");
+      body.append(...this.rows.map((row) => row.row));
+      this.table.replaceChildren(body);
+      this.allow(this.able, true);
+    } else {
+      board.settings.forEach((sheet, i) => this.rows[i].describe(sheet));
+    }
+    const changed = this.rows.filter((row) => row.changed).length;
+    this.count.textContent = this.rows.length
+      ? `${changed} of ${this.rows.length} differ from their defaults`
+      : "This board has none that can be set over its line";
+    this.ask(false);
+    this.describeMachine(board.machine);
+  }
+
+  /** Whether they can be set: this page controls. */
+  allow(able, anew = false) {
+    if (able === this.able && !anew) return;
+    this.able = able;
+    this.rows.forEach((row) => row.allow(able));
+    this.ask(false);
+  }
+
+  /** The button asks again before it resets them all. */
+  ask(on) {
+    const changed = this.rows.filter((row) => row.changed).length;
+    this.asked = on;
+    this.all.textContent = on ? `Reset these ${changed}?` : "Reset all";
+    this.all.disabled = !this.able || changed === 0;
+  }
+
+  async resetAll() {
+    if (!this.asked) {
+      this.ask(true);
+      return;
+    }
+    for (const row of this.rows.filter((one) => one.changed)) await row.send(row.sheet.default);
+    this.ask(false);
+  }
+
+  /** The machine file, as it was read. */
+  describeMachine(machine) {
+    const title = element("h2", "Machine file");
+    if (!machine) {
+      const none = element("p", "None was read: lengths are steps. ", "soft");
+      none.append(element("code", "stepwright init"), " asks what the machine is like, and writes one.");
+      this.machine.replaceChildren(title, none);
+      return;
+    }
+    const from = element("p", "", "soft");
+    from.append(element("code", machine.file), ". It is read when the server starts; what was typed behind the command goes before it.");
+    const table = element("table", "", "values");
+    const head = element("tr");
+    const axes = [...new Set(machine.values.map((one) => one.axis))].sort((a, b) => (a ?? 0) - (b ?? 0));
+    const names = [...new Set(machine.values.map((one) => one.name))];
+    head.append(element("td"), ...axes.map((axis) => element("th", axis === null ? "all" : `Axis ${axis}`)));
+    const rows = names.map((name) => {
+      const row = element("tr");
+      const said = (axis) => machine.values.find((one) => one.name === name && one.axis === axis)?.value ?? "";
+      row.append(element("th", name), ...axes.map((axis) => element("td", said(axis))));
+      return row;
+    });
+    table.append(head, ...rows);
+    this.machine.replaceChildren(title, from, table);
+  }
+}

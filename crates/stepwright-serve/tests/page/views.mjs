@@ -1,0 +1,235 @@
+// The views beside the controls: homing, settings, scope.
+
+import assert from "node:assert/strict";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+/** The tests, by the helpers of drive.mjs. Their machine has a switch of axis 1 at -300. */
+export function tests({ open, controls, until, rests, moves, axis, shown, click, fill }) {
+  const view = async (page, name) => {
+    await page.click(`nav a[href="#${name}"]`);
+    await page.locator(`#${name}`).waitFor();
+  };
+  const setting = (page, name) => page.locator(`tr[data-name=${name}]`);
+  const board = async (url) => (await fetch(`${url}api/board`)).json();
+  const held = async (url, name) => (await board(url)).settings.find((one) => one.name === name).value;
+
+  return {
+    async "an axis is homed, and what prevents it is told"(url) {
+      const { page, card, faults, context } = await open(url);
+      await controls(page);
+      // The board does not know its switch yet.
+      await click(card, "home");
+      await page.locator("#notices").getByText("knows of no limit switch of axis 1").waitFor();
+      await page.getByRole("button", { name: "Dismiss" }).click();
+      await view(page, "settings");
+      const switches = setting(page, "switches");
+      await switches.locator("input").fill("1");
+      await switches.locator("input").press("Enter");
+      await until("it is set", async () => (await held(url, "switches")) === 1);
+      await view(page, "control");
+      await card.locator("summary").click();
+      await fill(card, "seek", 2000);
+      await fill(card, "slow", 400);
+      await click(card, "home");
+      await card.getByText("seeks its switch").waitFor();
+      assert.ok(await card.locator("[name=to]").isDisabled());
+      assert.ok(await card.locator("[name=home]").isDisabled());
+      await card.getByText("homed: 0 is where its switch closes").waitFor();
+      await until("50 is shown", async () => (await shown(card)) === "50");
+      assert.equal((await rests(url)).position, 50);
+      // A stop on the way ends it.
+      await fill(card, "back-off", 2000);
+      await click(card, "home");
+      await card.getByText("backs off").waitFor();
+      await page.keyboard.press("Space");
+      await card.getByText("Not homed: stopped before 0 was found").waitFor();
+      assert.equal((await rests(url)).state, "ready");
+      assert.deepEqual(faults.filter((one) => !one.includes("409")), []);
+      await context.close();
+    },
+
+    async "a page that is closed homes nothing"(url) {
+      const { page, card, context } = await open(url);
+      await controls(page);
+      await card.locator("summary").click();
+      await fill(card, "seek", 50);
+      await fill(card, "slow", 20);
+      await fill(card, "back-off", 4000);
+      await click(card, "home");
+      await moves(url);
+      await context.close();
+      const one = await rests(url);
+      assert.equal(one.home.stage, "failed");
+      assert.match(one.home.words, /gone/);
+    },
+
+    async "settings are set and reset, and what is wrong is told in its place"(url) {
+      const { page, context } = await open(url);
+      await controls(page);
+      await view(page, "settings");
+      const pulse = setting(page, "pulse-us");
+      assert.equal(await pulse.locator("input").inputValue(), "2");
+      assert.match(await pulse.innerText(), /1 to 20 µs[\s\S]*STEP stays high/);
+      await pulse.locator("input").fill("7");
+      await pulse.getByRole("button", { name: "Set pulse-us", exact: true }).click();
+      await pulse.getByText("changed", { exact: true }).waitFor();
+      assert.equal(await held(url, "pulse-us"), 7);
+      for (const wrong of ["21", "-1", "2.5", "x"]) {
+        await pulse.locator("input").fill(wrong);
+        await pulse.locator("input").press("Enter");
+        await pulse.getByText("Allowed: 1 to 20 µs").waitFor();
+      }
+      assert.equal(await held(url, "pulse-us"), 7);
+      // Also while a motor moves: that the board refuses, and says so there.
+      await view(page, "control");
+      await page.locator(".axis").first().locator("[name=run-ahead]").click();
+      await moves(url);
+      await view(page, "settings");
+      await pulse.locator("input").fill("3");
+      await pulse.locator("input").press("Enter");
+      await pulse.getByText("settings change while every axis rests").waitFor();
+      // No key but the space bar moves or stops anything here.
+      await page.locator("h1").click();
+      await page.keyboard.press("ArrowLeft");
+      await page.keyboard.press("Space");
+      await rests(url);
+      // Another page shows it too; what is being typed here stays.
+      const other = await open(url);
+      await view(other.page, "settings");
+      assert.equal(await setting(other.page, "pulse-us").locator("input").inputValue(), "7");
+      assert.ok(await setting(other.page, "pulse-us").getByRole("button", { name: "Reset pulse-us" }).isDisabled());
+      await pulse.getByRole("button", { name: "Reset pulse-us" }).click();
+      await until("it is reset", async () => (await held(url, "pulse-us")) === 2);
+      await until("the other page sees it", async () => (await setting(other.page, "pulse-us").locator("input").inputValue()) === "2");
+      await other.context.close();
+      await page.getByRole("button", { name: "Reset all" }).click();
+      await page.getByRole("button", { name: /Reset these/ }).click();
+      await until("all are reset", async () => (await board(url)).settings.every((one) => one.value === one.default));
+      await context.close();
+    },
+
+    async "the scope shows each edge, and gives what it shows as files"(url) {
+      const { page, card, faults, context } = await open(url);
+      await controls(page);
+      await fill(card, "speed", 1000);
+      await fill(card, "accel", 100_000);
+      await fill(card, "target", 400);
+      await click(card, "by");
+      await moves(url);
+      await rests(url);
+      await view(page, "scope");
+      await page.getByText("the edges of the virtual board's pins").waitFor();
+      await page.locator("#scope-span").selectOption("10");
+      await until("it is shown", async () => (await page.locator("#scope-hold").textContent()) === "Hold");
+      await new Promise((later) => setTimeout(later, 800));
+      await page.locator("#scope-hold").click();
+      const lanes = page.locator("#scope-lanes");
+      const box = await lanes.boundingBox();
+      await lanes.click({ position: { x: 80, y: 20 } });
+      await lanes.click({ position: { x: box.width - 4, y: 20 } });
+      const said = await page.locator("#scope-cursors").textContent();
+      const rising = Number(/step1 (\d+)/.exec(said)[1]);
+      // The files have the same steps as the cursors count, and as the board has made.
+      const saved = async (name) => {
+        const [file] = await Promise.all([page.waitForEvent("download"), page.locator(`#scope-${name}`).click()]);
+        return readFileSync(await file.path(), "utf8");
+      };
+      const vcd = await saved("vcd");
+      const letter = /\$var wire 1 (\S) step1 /.exec(vcd)[1];
+      const rises = vcd.split("$end\n").at(-1).split("\n").filter((one) => one === `1${letter}`).length;
+      assert.ok(rises >= 400, `${rises}`);
+      const rows = (await saved("csv")).trim().split("\n").map((row) => row.split(","));
+      const column = rows[0].indexOf("step1");
+      const ups = rows.slice(2).filter((row, n) => row[column] === "1" && rows[n + 1][column] === "0");
+      assert.equal(ups.length, rises);
+      // At 1000 steps/s, between the ramps, two steps are a millisecond apart.
+      const times = ups.map((row) => Number(row[0]));
+      const [from, to] = [...said.matchAll(/[AB] ([\d.]+) (µs|ms|s)/g)].map(([, n, unit]) => n * { µs: 1, ms: 1e3, s: 1e6 }[unit]);
+      const between = times.filter((time) => time >= from && time < to).length;
+      assert.ok(between >= 400 && Math.abs(between - rising) <= 1, `${between}: ${said}`);
+      const level = times.slice(-200, -100).map((time, n, all) => (n ? time - all[n - 1] : 1000));
+      assert.ok(level.every((one) => Math.abs(one - 1000) < 1), `${level}`);
+      // What the server gives is the same.
+      const ours = await (await fetch(`${url}api/scope.csv?seconds=10`)).text();
+      assert.ok(ours.startsWith(rows[0].join()));
+      // The keys look around there, and move nothing.
+      await lanes.focus();
+      for (const key of ["+", "ArrowRight", "ArrowLeft", "-", "0"]) await page.keyboard.press(key);
+      assert.equal((await axis(url)).moving, false);
+      assert.deepEqual(faults, []);
+      await context.close();
+    },
+  };
+}
+
+const MACHINE = `[axis.1]
+steps-per-rev = 3200
+mm-per-rev = 8
+top-speed = "40mm/s"
+accel = "200mm/s2"
+home-speed = "10mm/s"
+home-slow = "1mm/s"
+`;
+
+/** Pictures of these views, light and dark, wide and narrow, by the helpers of drive.mjs. */
+export async function pictures({ start, end, open, controls, until, rests, axis, click, fill, folder }) {
+  const place = mkdtempSync(join(tmpdir(), "stepwright-views-"));
+  const file = join(place, "mill.toml");
+  writeFileSync(file, MACHINE);
+  for (const colorScheme of ["light", "dark"]) {
+    for (const [size, viewport, more] of [
+      ["wide", { width: 1440, height: 1000 }, {}],
+      ["phone", { width: 390, height: 844 }, { isMobile: true, hasTouch: true }],
+    ]) {
+      const options = ["--virtual", "--switch", "1:-300", "--bind", "127.0.0.1:0"];
+      const { child, said: url } = await start("page ", "serve", "--machine", file, ...options);
+      const { page, card, context } = await open(url, { viewport, colorScheme, ...more });
+      await controls(page);
+      const view = (name) => page.click(`nav a[href="#${name}"]`);
+      const shot = async (name) => {
+        await page.evaluate(() => scrollTo(0, 0));
+        await page.screenshot({ path: join(folder, `${name}-${size}-${colorScheme}.png`) });
+      };
+      await view("settings");
+      for (const [name, value] of [["switches", 1], ["idle-ms", 60_000]]) {
+        await page.fill(`#set-${name}`, String(value));
+        await page.press(`#set-${name}`, "Enter");
+        await page.locator(`tr[data-name=${name}]`).getByText("changed", { exact: true }).waitFor();
+      }
+      await page.fill("#set-pulse-us", "21");
+      await page.press("#set-pulse-us", "Enter");
+      await page.getByText("Allowed: 1 to 20 µs").waitFor();
+      await shot("settings");
+      await view("control");
+      await card.locator("summary").click();
+      await fill(card, "seek", 2);
+      await click(card, "home");
+      await until("it approaches", async () => (await axis(url)).home?.stage === "approach");
+      await shot("home");
+      await until("it is homed", async () => (await axis(url)).home?.stage === "done");
+      await fill(card, "speed", 5);
+      await fill(card, "accel", 100);
+      for (const by of [0.5, -0.25]) {
+        await fill(card, "target", by);
+        await click(card, "by");
+        await rests(url);
+      }
+      await view("scope");
+      await new Promise((later) => setTimeout(later, 900));
+      await page.locator("#scope-hold").click();
+      const lanes = page.locator("#scope-lanes");
+      const { width } = await lanes.boundingBox();
+      await lanes.click({ position: { x: width - 30, y: 20 } });
+      await lanes.hover({ position: { x: width * 0.8, y: 60 } });
+      await page.evaluate(() => document.getElementById("scope-in").click());
+      await lanes.click({ position: { x: width * 0.4, y: 20 } });
+      await lanes.click({ position: { x: width * 0.7, y: 20 } });
+      await shot("scope");
+      await context.close();
+      await end(child);
+    }
+  }
+  rmSync(place, { recursive: true });
+}

@@ -119,11 +119,12 @@ impl ScopeSource for PlannedPins {
             let mut step = ScopeSignal::new(Some(axis), "step");
             let mut dir = ScopeSignal::new(Some(axis), "dir");
             step.level = Some(false);
-            let (mut last, mut turned) = (begin, begin);
+            let (mut last, mut turned, mut forward) = (begin, begin, None);
             for (travel, pulses) in of(axis, from) {
-                if dir.level.is_none() || travel.begin <= from {
+                let before = forward.replace(travel.forward);
+                if before.is_none() || travel.begin <= from {
                     dir.level = Some(travel.forward);
-                } else if (dir.edges.len() % 2 == 0) != (dir.level == Some(travel.forward)) {
+                } else if before != forward {
                     let time = micros(travel.begin).clamp(turned, end);
                     dir.edges.push(time - turned);
                     turned = time;

@@ -14,7 +14,7 @@
 //! | `program` | the programs of the AVR firmware |
 //! | `outside` | a firmware outside the repository |
 //! | `rig` | the firmware on a simulated chip |
-//! | `python` | a Python with pyserial |
+//! | `python` | Pythons with packages |
 //! | `node` | a Node with packages: avr8js, Playwright |
 
 mod bench;

@@ -1,4 +1,4 @@
-//! A Python with pyserial, in a virtual environment of its own: `target/venv`.
+//! Pythons with packages, each in a virtual environment of its own under `target`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,8 +8,26 @@ use anyhow::{Context, Result, ensure};
 
 use crate::workspace::{Workspace, run, succeeds};
 
-/// Pinned, and the same for a person who follows the example by hand.
-const REQUIREMENTS: &str = "examples/requirements.txt";
+/// A virtual environment.
+pub struct Environment {
+    /// Where it is, under `target`.
+    name: &'static str,
+    /// What is in it, pinned, and the same for a person who follows by hand.
+    requirements: &'static str,
+    /// A module of it.
+    module: &'static str,
+}
+
+/// pyserial, for masters in Python.
+pub const SERIAL: Environment =
+    Environment { name: "venv", requirements: "examples/requirements.txt", module: "serial" };
+
+/// Schemathesis, which asks the API of `stepwright serve`.
+pub const API: Environment = Environment {
+    name: "venv-api",
+    requirements: "crates/stepwright-serve/tests/api/requirements.txt",
+    module: "schemathesis",
+};
 
 /// A Python that can make virtual environments: the user's, else Debian's.
 pub fn base() -> Option<&'static str> {
@@ -17,39 +35,40 @@ pub fn base() -> Option<&'static str> {
     ["python3", "/usr/bin/python3"].into_iter().find(able)
 }
 
-/// The environment's interpreter.
-pub fn interpreter(ws: &Workspace) -> PathBuf {
-    ws.target.join("venv/bin/python")
-}
-
-/// Whether the environment works and holds what `examples/requirements.txt`
-/// asks for today.
-fn ready(ws: &Workspace) -> bool {
-    let read = |path: &Path| fs::read(path).ok();
-    let asked = read(&ws.root.join(REQUIREMENTS));
-    asked.is_some()
-        && asked == read(&stamp(ws))
-        && succeeds(interpreter(ws), &["-c", "import serial"])
-}
-
-/// Makes the environment, unless it is ready.
-pub fn prepare(ws: &Workspace) -> Result<()> {
-    if ready(ws) {
-        return Ok(());
+impl Environment {
+    /// Its interpreter.
+    pub fn interpreter(&self, ws: &Workspace) -> PathBuf {
+        ws.target.join(self.name).join("bin/python")
     }
-    let base = base().context("no Python that can make virtual environments")?;
-    run(Command::new(base).args(["-m", "venv", "--clear"]).arg(ws.target.join("venv")))?;
-    let requirements = ws.root.join(REQUIREMENTS);
-    run(Command::new(interpreter(ws))
-        .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
-        .arg(&requirements))?;
-    // Last, so that an install that was cut short is done again.
-    fs::copy(&requirements, stamp(ws))?;
-    ensure!(ready(ws), "{} can't import serial", interpreter(ws).display());
-    Ok(())
-}
 
-/// A copy of the requirements that the environment was made from.
-fn stamp(ws: &Workspace) -> PathBuf {
-    ws.target.join("venv/requirements.txt")
+    /// Whether it works and holds what its requirements ask for today.
+    fn ready(&self, ws: &Workspace) -> bool {
+        let read = |path: &Path| fs::read(path).ok();
+        let asked = read(&ws.root.join(self.requirements));
+        asked.is_some()
+            && asked == read(&self.stamp(ws))
+            && succeeds(self.interpreter(ws), &["-c", &format!("import {}", self.module)])
+    }
+
+    /// Makes it, unless it is ready.
+    pub fn prepare(&self, ws: &Workspace) -> Result<()> {
+        if self.ready(ws) {
+            return Ok(());
+        }
+        let base = base().context("no Python that can make virtual environments")?;
+        run(Command::new(base).args(["-m", "venv", "--clear"]).arg(ws.target.join(self.name)))?;
+        let requirements = ws.root.join(self.requirements);
+        run(Command::new(self.interpreter(ws))
+            .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
+            .arg(&requirements))?;
+        // Last, so that an install that was cut short is done again.
+        fs::copy(&requirements, self.stamp(ws))?;
+        ensure!(self.ready(ws), "{} can't import {}", self.interpreter(ws).display(), self.module);
+        Ok(())
+    }
+
+    /// A copy of the requirements that the environment was made from.
+    fn stamp(&self, ws: &Workspace) -> PathBuf {
+        ws.target.join(self.name).join("requirements.txt")
+    }
 }

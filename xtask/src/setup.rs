@@ -23,7 +23,8 @@ impl Setup {
     /// Meets every need, of chores that are not tests too.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         ensure(ALL)?;
-        python::prepare(ws)?;
+        python::SERIAL.prepare(ws)?;
+        python::API.prepare(ws)?;
         node::AVR8JS.prepare(ws)?;
         for need in ALL {
             println!("{:<16}found", need.name);
@@ -86,7 +87,7 @@ pub const SIMAVR: &Need = &Need {
     or_else: "",
 };
 
-/// A Python that can make virtual environments: [`python::prepare`] makes one.
+/// A Python that can make virtual environments: [`python::Environment`] makes one.
 pub const PYTHON: &Need = &Need {
     name: "python",
     found: || python::base().is_some(),

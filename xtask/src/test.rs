@@ -4,6 +4,7 @@
 //! the others, so that one run tells all. A step whose subject is absent
 //! fails: nothing is ever skipped in silence.
 
+mod api;
 mod book;
 mod code;
 mod cross;
@@ -131,6 +132,12 @@ const STEPS: &[Step] = &[
         what: "a browser drives a board by the page of `stepwright serve`",
         needs: &[setup::NODE],
         run: page::run,
+    },
+    Step {
+        name: "api",
+        what: "nothing moves without control, and the API answers as it is described",
+        needs: &[setup::PYTHON],
+        run: api::run,
     },
     Step { name: "fuzz", what: "the protocol stands random bytes", needs: &[], run: code::fuzz },
 ];

@@ -89,7 +89,7 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
         .merge(calc::routes())
         .merge(scope::routes())
         .method_not_allowed_fallback(async || {
-            Declined::nowhere("this address takes another method")
+            Declined::otherwise("this address takes another method")
                 .remedy("GET /api/openapi.json lists them")
         })
 }

@@ -48,6 +48,11 @@ impl Declined {
         Declined::of(StatusCode::NOT_FOUND, what)
     }
 
+    /// This address takes another method: 405.
+    pub fn otherwise(what: impl Into<String>) -> Declined {
+        Declined::of(StatusCode::METHOD_NOT_ALLOWED, what)
+    }
+
     /// Not now, or not by this board: 409.
     pub fn refused(what: impl Into<String>) -> Declined {
         Declined::of(StatusCode::CONFLICT, what)

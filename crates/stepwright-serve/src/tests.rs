@@ -204,12 +204,15 @@ async fn what_is_told_says_so_and_stays_on_this_page() {
         assert!(policy.starts_with("default-src 'none'"), "{policy}");
         assert!(policy.contains("frame-ancestors 'none'"), "{policy}");
     }
-    for (method, path) in
-        [(Method::GET, "/nowhere"), (Method::GET, "/api/move"), (Method::PUT, "/api/stop")]
-    {
+    for (method, path, right) in [
+        (Method::GET, "/nowhere", StatusCode::NOT_FOUND),
+        (Method::GET, "/api/move", StatusCode::METHOD_NOT_ALLOWED),
+        (Method::PUT, "/api/stop", StatusCode::METHOD_NOT_ALLOWED),
+        (Method::POST, "/api/scope", StatusCode::METHOD_NOT_ALLOWED),
+    ] {
         let request = Request::builder().method(method).uri(path).header(header::HOST, "localhost");
         let (status, said) = bench.send(request.body(Body::empty()).unwrap()).await;
-        assert_eq!(status, StatusCode::NOT_FOUND, "{path}");
+        assert_eq!(status, right, "{path}");
         assert!(said["what"].is_string(), "{said}");
     }
 }

@@ -23,7 +23,7 @@ const MASTER_LIMIT: Duration = Duration::from_secs(180);
 /// `stepwright board --pty` says `pty PATH` first; then `master.py PATH`, and the others
 /// behind it, end with 0 if all went as it should.
 pub fn run(ws: &Workspace) -> Result<()> {
-    python::prepare(ws)?;
+    python::SERIAL.prepare(ws)?;
     workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
 
     println!("$ stepwright board --pty");
@@ -55,7 +55,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     for master in MASTERS {
         run_within(
             MASTER_LIMIT,
-            Command::new(python::interpreter(ws)).current_dir(&ws.root).args([master, path]),
+            Command::new(python::SERIAL.interpreter(ws)).current_dir(&ws.root).args([master, path]),
         )?;
         if let Some(status) = board.0.try_wait()? {
             bail!("the board ended under its master: {status}");
@@ -76,7 +76,7 @@ fn the_guides_own(ws: &Workspace, port: &str) -> Result<()> {
     let mut zero = Command::new(ws.built("stepwright"));
     zero.args(["zero", "--port", port]).env("STEPWRIGHT_MACHINE", "none");
     workspace::run(&mut zero)?;
-    let said = output(Command::new(python::interpreter(ws)).args(["-c", &program]))?;
+    let said = output(Command::new(python::SERIAL.interpreter(ws)).args(["-c", &program]))?;
     ensure!(said == "4000\n", "the program of python.md says {said:?}");
     Ok(())
 }

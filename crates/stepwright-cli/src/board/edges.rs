@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use stepwright_serve::scope::{LONGEST, ScopeRecord, ScopeSignal, ScopeSource};
 use stepwright_sim::{AXES, Description, Edge, Pin, Recorder};
 
-/// So many edges are kept: 10 s of one axis at 10,000 steps/s.
+/// This many edges are kept: 10 s of one axis at 10,000 steps/s.
 const KEPT: usize = 200_000;
 
 /// The pins that are kept. All axes have one enable: it is that of the first.

@@ -161,7 +161,7 @@ impl SwitchHoming {
         self.back_off
     }
 
-    /// A travel to the switch at this speed is braked after so long.
+    /// A travel to the switch at this speed is braked after this time.
     pub fn longest(&self, speed: Speed) -> Duration {
         let speed = f64::from(speed.millisteps()) / 1000.0;
         Duration::try_from_secs_f64(f64::from(self.within) / speed).unwrap_or(Duration::MAX)

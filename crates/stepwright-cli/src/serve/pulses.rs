@@ -71,7 +71,7 @@ impl PlannedPins {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Of a board with so many axes, whose STEP stays high for so many µs.
+    /// Of a board with this number of axes, whose STEP stays high for this many µs.
     pub fn describe(&self, axes: u8, pulse: u32) {
         let mut plans = self.plans();
         (plans.axes, plans.pulse) = (axes, pulse.max(1).into());

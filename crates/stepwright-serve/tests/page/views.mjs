@@ -110,6 +110,23 @@ export function tests({ open, controls, until, rests, moves, axis, shown, click,
       await context.close();
     },
 
+    async "a calculator computes what the command does, and says what is missing"(url) {
+      const { page, context } = await open(url);
+      await view(page, "calc");
+      await page.getByText("Needed: teeth").waitFor();
+      await page.fill("[name='--teeth']", "20");
+      await page.getByText("A belt of 2 mm pitch on a pulley of 20").waitFor();
+      assert.match(await page.locator(".result").innerText(), /40 mm/);
+      assert.match(await page.locator("#calc code").innerText(), /^stepwright calc belt --teeth 20$/);
+      await page.fill("[name='--teeth']", "x");
+      await page.getByText("invalid value 'x'").waitFor();
+      await page.locator("#calc select").first().selectOption("vref");
+      await page.fill("[name='CURRENT']", "1.7A 600mA");
+      await page.locator("[name='--driver']").selectOption("a4988");
+      await until("it is computed", async () => /A4988/.test(await page.locator(".result").innerText()));
+      await context.close();
+    },
+
     async "the scope shows each edge, and gives what it shows as files"(url) {
       const { page, card, faults, context } = await open(url);
       await controls(page);
@@ -211,22 +228,45 @@ export async function pictures({ start, end, open, controls, until, rests, axis,
       await until("it is homed", async () => (await axis(url)).home?.stage === "done");
       await fill(card, "speed", 5);
       await fill(card, "accel", 100);
-      for (const by of [0.5, -0.25]) {
-        await fill(card, "target", by);
-        await click(card, "by");
-        await rests(url);
+      const [second, third] = [1, 2].map((n) => page.locator(".axis").nth(n));
+      for (const [other, speed, by] of [[second, 3, 5], [third, 7, 12]]) {
+        await fill(other, "speed", speed);
+        await fill(other, "accel", 60);
+        await fill(other, "target", by);
+        await click(other, "by");
       }
+      await fill(card, "target", -0.06);
+      await click(card, "by");
+      await rests(url);
+      await fill(card, "target", 0.5);
+      await click(card, "by");
+      for (const n of [1, 2, 3]) await rests(url, n);
       await view("scope");
+      await page.locator("#scope-span").selectOption("10");
       await new Promise((later) => setTimeout(later, 900));
       await page.locator("#scope-hold").click();
+      // Around the turn of axis 1, until single pulses are seen.
       const lanes = page.locator("#scope-lanes");
       const { width } = await lanes.boundingBox();
-      await lanes.click({ position: { x: width - 30, y: 20 } });
-      await lanes.hover({ position: { x: width * 0.8, y: 60 } });
-      await page.evaluate(() => document.getElementById("scope-in").click());
-      await lanes.click({ position: { x: width * 0.4, y: 20 } });
-      await lanes.click({ position: { x: width * 0.7, y: 20 } });
+      const [dumped] = await Promise.all([page.waitForEvent("download"), page.locator("#scope-vcd").click()]);
+      const dump = readFileSync(await dumped.path(), "utf8").split("$enddefinitions");
+      const dir = /\$var wire 1 (\S) dir1 /.exec(dump[0])[1];
+      let [time, turned] = [0, 0];
+      for (const line of dump[1].split("$end\n").at(-1).split("\n")) {
+        if (line.startsWith("#")) time = Number(line.slice(1));
+        if (line.slice(1) === dir) turned = time;
+      }
+      const turn = turned / time;
+      const x = 64 + (width - 64) * turn;
+      await lanes.click({ position: { x, y: 45 } });
+      for (let n = 0; n < 8; n++) await page.locator("#scope-in").click();
+      await lanes.click({ position: { x: width * 0.8, y: 45 } });
       await shot("scope");
+      await view("calc");
+      await page.fill("[name='--teeth']", "20");
+      await page.fill("[name='--speed']", "60mm/s");
+      await page.getByText("pulley of 20").waitFor();
+      await shot("calc");
       await context.close();
       await end(child);
     }

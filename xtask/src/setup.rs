@@ -113,13 +113,17 @@ pub const SIGROK: &Need = &Need {
 
 /// The boot loader of a Nano from before 2018, which speaks STK500. (That of an Uno is too long
 /// for its place in Debian's build.)
-pub const BOOT_LOADER: &str =
+pub const NANO_LOADER: &str =
     "/usr/share/arduino/hardware/arduino/avr/bootloaders/atmega/ATmegaBOOT_168_atmega328.hex";
+
+/// The boot loader of a Mega, which speaks STK500 version 2.
+pub const MEGA_LOADER: &str =
+    "/usr/share/arduino/hardware/arduino/avr/bootloaders/stk500v2/stk500boot_v2_mega2560.hex";
 
 /// Boot loaders for the simulated chip.
 pub const ARDUINO: &Need = &Need {
     name: "boot loaders",
-    found: || Path::new(BOOT_LOADER).is_file(),
+    found: || [NANO_LOADER, MEGA_LOADER].iter().all(|file| Path::new(file).is_file()),
     packages: &["arduino-core-avr"],
     or_else: "",
 };

@@ -117,7 +117,7 @@ const STEPS: &[Step] = &[
     },
     Step {
         name: "flash",
-        what: "`stepwright flash` writes a firmware through a real boot loader, simulated",
+        what: "`stepwright flash` writes firmwares through real boot loaders, simulated",
         needs: FLASH_NEEDS,
         run: flash::run,
     },

@@ -12,7 +12,7 @@ use common::{Running, Scratch, stepwright};
 
 #[test]
 fn a_dry_run_shows_the_image_and_leaves_the_board_alone() {
-    for board in ["uno", "nano"] {
+    for board in ["uno", "nano", "mega"] {
         let ended = stepwright(&["flash", board, "--own", "--dry-run", "--port", "/dev/none"]);
         assert_eq!(ended.code(), Some(0), "{ended:?}");
         let hash = ended.stdout.lines().next().unwrap().rsplit(' ').next().unwrap();
@@ -50,15 +50,17 @@ fn every_program_is_carried_for_the_boards_that_it_fits() {
 fn what_can_not_be_written_is_told() {
     let own = |words: &[&str]| stepwright(&[&["flash"], words, &["--own"]].concat());
     own(&["uno", "--port", "/dev/none"]).assert_error("there is no port /dev/none");
-    own(&["mega", "--port", "/dev/none"]).assert_error("takes avrdude");
+    own(&["mega", "--port", "/dev/none"]).assert_error("there is no port /dev/none");
     let ended = own(&["uno", "--old-boot-loader", "--port", "/dev/none"]);
     assert_eq!(ended.code(), Some(2), "{ended:?}");
     // A board that answers, but not as a boot loader does.
     let mut board = Running::start(&["board", "--pty"]);
     let port = board.wait_out("pty ").replace("pty ", "");
-    let ended = own(&["uno", "--port", &port]);
-    ended.assert_error("no boot loader answers on");
-    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    for name in ["uno", "mega"] {
+        let ended = own(&[name, "--port", &port]);
+        ended.assert_error("no boot loader answers on");
+        assert_eq!(ended.code(), Some(1), "{ended:?}");
+    }
 }
 
 /// Where avrdude is, it writes: it is told the chip, the boot loader, the rate and the port,

@@ -56,6 +56,14 @@ impl Board {
         }
     }
 
+    /// Bytes of its flash, with what the boot loader takes.
+    pub fn flash(self) -> usize {
+        match self {
+            Board::Uno => 0x8000,
+            Board::Mega => 0x4_0000,
+        }
+    }
+
     /// As in file names and on the command line.
     pub fn name(self) -> &'static str {
         match self {

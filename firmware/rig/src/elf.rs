@@ -84,8 +84,9 @@ impl Image {
         Ok(Image { flash, ram: 0, symbols: Vec::new() })
     }
 
-    /// Reads a boot loader from an Intel HEX file of up to 64 KB. The rest of the chip is erased;
-    /// at address 0 stands a jump to it, in place of the fuse that has a chip begin there.
+    /// Reads a boot loader from an Intel HEX file, for a chip with `room` bytes of flash. The rest
+    /// of it is erased; at address 0 stands a jump to the boot loader, in place of the fuse that
+    /// has a chip begin there.
     ///
     /// # Errors
     /// The file can't be read, or is none.
@@ -93,14 +94,19 @@ impl Image {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("no boot loader at {}", path.display()))?;
         let mut flash = vec![0xFF; room];
-        let mut begin = room;
+        let (mut begin, mut base) = (room, 0);
         for line in text.lines() {
             let digits = line.trim().strip_prefix(':').context("a line without its colon")?;
             let record: Vec<u8> = (0..digits.len() / 2)
                 .map(|n| u8::from_str_radix(&digits[2 * n..2 * n + 2], 16))
                 .collect::<Result<_, _>>()?;
             let [_, high, low, kind, data @ .., _] = record.as_slice() else { continue };
-            let at = usize::from(u16::from_be_bytes([*high, *low]));
+            let at = base + usize::from(u16::from_be_bytes([*high, *low]));
+            // What the addresses behind it are counted from: in 16 bytes, or in 64 KiB.
+            if let (2 | 4, [high, low]) = (*kind, data) {
+                let shift = if *kind == 2 { 4 } else { 16 };
+                base = usize::from(u16::from_be_bytes([*high, *low])) << shift;
+            }
             if *kind == 0 {
                 let place = flash.get_mut(at..at + data.len()).context("beyond the flash")?;
                 place.copy_from_slice(data);
@@ -110,8 +116,9 @@ impl Image {
                 }
             }
         }
-        let [low, high, ..] = (begin / 2).to_le_bytes();
-        flash[..4].copy_from_slice(&[0x0C, 0x94, low, high]);
+        // JMP has the 17th bit of its address, in words, as its own lowest one.
+        let [low, high, top, ..] = (begin / 2).to_le_bytes();
+        flash[..4].copy_from_slice(&[0x0C | top & 1, 0x94, low, high]);
         Ok(Image { flash, ram: 0, symbols: Vec::new() })
     }
 

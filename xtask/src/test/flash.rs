@@ -1,6 +1,7 @@
-//! `stepwright flash` writes a whole firmware through a real boot loader on the simulated chip.
+//! `stepwright flash` writes whole firmwares through real boot loaders on the simulated chips.
 
 use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -8,7 +9,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::firmware::{Board, Build};
 use crate::rig;
-use crate::setup::BOOT_LOADER;
+use crate::setup::{MEGA_LOADER, NANO_LOADER};
 use crate::workspace::{self, Guard, Workspace, output, run_within};
 
 /// A chip that is simulated in real time takes half a minute, a loaded machine longer.
@@ -17,15 +18,34 @@ const LIMIT: Duration = Duration::from_secs(300);
 /// The boot loader listens for a moment after a reset: the button is pressed so often.
 const PRESSES: usize = 4;
 
+/// A board with a boot loader.
+struct Case {
+    /// As the simulator calls the chip's board.
+    chip: &'static str,
+    boot_loader: &'static str,
+    /// Behind `stepwright flash`.
+    words: &'static [&'static str],
+}
+
+const CASES: [Case; 2] = [
+    Case { chip: "uno", boot_loader: NANO_LOADER, words: &["nano", "--old-boot-loader"] },
+    Case { chip: "mega", boot_loader: MEGA_LOADER, words: &["mega"] },
+];
+
 /// Writes, compares, and then the firmware answers.
 pub fn run(ws: &Workspace) -> Result<()> {
     // The simulator asks for one.
     Build { board: Board::Uno, timer: 1, bench: false }.controller(ws)?;
     let sim = rig::program(ws, "sim")?;
     workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    CASES.iter().try_for_each(|case| through(ws, &sim, case).context(case.chip))
+}
+
+fn through(ws: &Workspace, sim: &Path, case: &Case) -> Result<()> {
     let mut sim = Command::new(sim);
     rig::with_firmware(ws, &mut sim);
-    sim.args(["uno", "--boot-loader", BOOT_LOADER]).stdin(Stdio::piped()).stdout(Stdio::piped());
+    sim.args([case.chip, "--boot-loader", case.boot_loader]);
+    sim.stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut sim = Guard(sim.spawn().context("starting the simulator")?);
     let mut acts = sim.0.stdin.take().context("the simulator has no stdin")?;
     let mut stdout = BufReader::new(sim.0.stdout.take().context("the simulator has no stdout")?);
@@ -44,7 +64,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     // in the moment in which the boot loader listens depends on the machine's load.
     for press in 1.. {
         writeln!(acts, "reset")?;
-        match run_within(LIMIT, &mut order(&["flash", "nano", "--old-boot-loader", "--own"])) {
+        match run_within(LIMIT, order(&["flash", "--own"]).args(case.words)) {
             Ok(()) => break,
             Err(error) if press == PRESSES => return Err(error),
             Err(error) => println!("again: {error}"),

@@ -3,10 +3,14 @@
 //! | module | what |
 //! | --- | --- |
 //! | [`image`] | the firmwares that this command carries |
+//! | [`loader`] | what the boot loaders have in common |
 //! | [`stk500`] | the boot loader of an Uno and a Nano |
+//! | [`stk500v2`] | the boot loader of a Mega |
 
 mod image;
+mod loader;
 mod stk500;
+mod stk500v2;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -23,7 +27,9 @@ use crate::order::progress::Line;
 use crate::order::target::Format;
 use crate::say;
 use image::{Image, Program};
-use stk500::{LinkError, Loader};
+use loader::{LinkError, Loader};
+use stk500::Stk500;
+use stk500v2::Stk500v2;
 
 /// Write a firmware to an Uno, a Nano or a Mega
 ///
@@ -31,9 +37,8 @@ use stk500::{LinkError, Loader};
 /// is on the board; settings that the board keeps stay.
 #[derive(clap::Args)]
 #[command(after_help = "\
-Avrdude writes it if it is installed. Else this command does, on an Uno and a Nano, and
-compares all of it afterwards; a Mega's boot loader is known to avrdude only. With --own
-avrdude is not looked for.
+Avrdude writes it if it is installed. Else this command does, and compares all of it
+afterwards. With --own avrdude is not looked for.
 
 The board must have its boot loader: one bought as an Arduino, or as a copy of one, has.
 
@@ -111,10 +116,6 @@ pub fn run(args: Args) -> Result<(), Failure> {
         say::result(format_args!("image       {name} {program}, {size} bytes, SHA-256 {hash}"));
     }
     let by = if avrdude { "avrdude" } else { "stepwright" };
-    if !avrdude && args.board == Board::Mega {
-        return Err(Failure::new("a Mega's boot loader takes avrdude, which is not here")
-            .hint("install avrdude (Debian: `apt install avrdude`), and leave --own out"));
-    }
     if !args.dry_run {
         match avrdude {
             true => by_avrdude(&args, &image, baud)?,
@@ -170,17 +171,25 @@ fn by_avrdude(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
             "what it says is above. Is it this board (uno, nano, mega), and this port? An old \
              Nano takes --old-boot-loader",
         )),
-        Err(error) => Err(Failure::new(format!("can't start avrdude: {error}"))
-            .hint("--own does without it, on an Uno and a Nano")),
+        Err(error) => {
+            Err(Failure::new(format!("can't start avrdude: {error}")).hint("--own does without it"))
+        }
     }
 }
 
 /// Speaks with the boot loader.
 fn by_ourselves(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
     let link = SerialLink::open(&args.port, baud, Share::Alone)?;
+    let written = match args.board {
+        Board::Uno | Board::Nano => through(Stk500::new(link), image),
+        Board::Mega => through(Stk500v2::new(link), image),
+    };
     let port = args.port.display().to_string();
-    let failed = |trouble| explain(&port, args.board, trouble);
-    let mut loader = Loader::new(link);
+    written.map_err(|trouble| explain(&port, args.board, trouble))
+}
+
+/// Writes and compares through a boot loader, and has the program begin.
+fn through(mut loader: impl Loader<Link = SerialLink>, image: &Image) -> Result<(), LinkError> {
     let mut met = Err(LinkError::Silent);
     for _ in 0..RESETS {
         loader.link().reset();
@@ -189,7 +198,7 @@ fn by_ourselves(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
             break;
         }
     }
-    met.map_err(failed)?;
+    met?;
     let mut line = Line::new();
     let mut tell = |word: &str, done: usize| {
         let text = format!("{word} {} %", 100 * done / image.bytes().len());
@@ -200,7 +209,7 @@ fn by_ourselves(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
         .and_then(|()| loader.compare(image.bytes(), &mut |done| tell("comparing", done)))
         .and_then(|()| loader.leave());
     line.end();
-    written.map_err(failed)?;
+    written?;
     // Its program begins.
     thread::sleep(Duration::from_millis(200));
     Ok(())
@@ -219,13 +228,16 @@ fn explain(port: &str, board: Board, trouble: LinkError) -> Failure {
         }
         LinkError::Chip(signature) => {
             let [a, b, c] = signature;
-            Failure::new(format!("the chip on {port} is no ATmega328P: {a:02X} {b:02X} {c:02X}"))
+            let wanted = if board == Board::Mega { "ATmega2560" } else { "ATmega328P" };
+            Failure::new(format!("the chip on {port} is no {wanted}: {a:02X} {b:02X} {c:02X}"))
                 .hint("nothing was written. Which board is it: uno, nano or mega?")
         }
         LinkError::Differs(at) => {
             Failure::new(format!("what was written to {port} differs from byte {at} on"))
                 .hint("write it again; if it stays so, the chip's flash is worn out")
         }
+        LinkError::Refused => Failure::new(format!("the boot loader on {port} refused to go on"))
+            .hint("press the board's reset button and write it again; if it stays so, avrdude may know its boot loader"),
         LinkError::Odd => Failure::new(format!("the boot loader on {port} lost its step"))
             .hint("write it again, with a shorter cable or on another port of the computer"),
         LinkError::Line(error) => Failure::new(format!("{port}: {error}"))

@@ -13,9 +13,9 @@
 //!   Q ' '                          programming ends, and the program begins
 //! ```
 
-use std::io;
 use std::time::Duration;
 
+use super::loader::{KNOCK, LinkError, Loader, PATIENCE, fill};
 use crate::link::Link;
 
 /// Ends a command.
@@ -26,120 +26,30 @@ const IN_STEP: u8 = 0x14;
 const OK: u8 = 0x10;
 /// Of an ATmega328P, and of its sister without the P.
 const CHIPS: [[u8; 3]; 2] = [[0x1E, 0x95, 0x0F], [0x1E, 0x95, 0x14]];
-/// Bytes of flash that are written at once.
-pub const PAGE: usize = 128;
-/// A page takes 5 ms to write, and 12 to send; at 57600 bits/s 23.
-const PATIENCE: Duration = Duration::from_millis(1000);
-/// How long an answer to the first word may take, and how often it is said.
-const KNOCK: Duration = Duration::from_millis(150);
-const KNOCKS: usize = 10;
 
-/// Why nothing was written, or not all.
-#[derive(Debug)]
-pub enum LinkError {
-    /// Nothing answers as a boot loader does.
-    Silent,
-    /// Another chip.
-    Chip([u8; 3]),
-    /// An answer that is none.
-    Odd,
-    /// What was read back differs, from this byte on.
-    Differs(usize),
-    /// The line is gone.
-    Line(io::Error),
-}
-
-/// A conversation with a boot loader.
-pub struct Loader<L> {
+/// A conversation with the boot loader of an Uno or a Nano.
+pub struct Stk500<L> {
     link: L,
 }
 
-impl<L: Link> Loader<L> {
+impl<L: Link> Stk500<L> {
     /// Of a board on this line.
-    pub fn new(link: L) -> Loader<L> {
-        Loader { link }
+    pub fn new(link: L) -> Stk500<L> {
+        Stk500 { link }
     }
 
-    /// The line.
-    pub fn link(&mut self) -> &mut L {
-        &mut self.link
-    }
-
-    /// Gets in step with a boot loader that was just reset, and begins to program.
-    pub fn meet(&mut self) -> Result<(), LinkError> {
-        let mut met = false;
-        for _ in 0..KNOCKS {
-            self.quiet()?;
-            met = self.ask(b"0", &mut [], KNOCK).is_ok();
-            if met {
-                break;
-            }
-        }
-        if !met {
-            return Err(LinkError::Silent);
-        }
-        // Answers to earlier knocks may be on their way.
-        self.quiet()?;
-        let mut chip = [0; 3];
-        self.ask(b"u", &mut chip, PATIENCE)?;
-        if !CHIPS.contains(&chip) {
-            return Err(LinkError::Chip(chip));
-        }
-        self.ask(b"P", &mut [], PATIENCE)
-    }
-
-    /// Writes flash from address 0 on.
-    pub fn write(&mut self, bytes: &[u8], done: &mut impl FnMut(usize)) -> Result<(), LinkError> {
-        for (n, page) in bytes.chunks(PAGE).enumerate() {
-            self.seek(n)?;
-            let mut command = vec![b'd', 0, PAGE as u8, b'F'];
-            command.extend(page);
-            command.resize(4 + PAGE, 0xFF);
-            self.ask(&command, &mut [], PATIENCE)?;
-            done(n * PAGE + page.len());
-        }
-        Ok(())
-    }
-
-    /// Reads flash back, and compares it.
-    pub fn compare(&mut self, bytes: &[u8], done: &mut impl FnMut(usize)) -> Result<(), LinkError> {
-        for (n, page) in bytes.chunks(PAGE).enumerate() {
-            self.seek(n)?;
-            let mut read = [0; PAGE];
-            self.ask(&[b't', 0, PAGE as u8, b'F'], &mut read, PATIENCE)?;
-            if let Some(at) = page.iter().zip(&read).position(|(right, is)| right != is) {
-                return Err(LinkError::Differs(n * PAGE + at));
-            }
-            done(n * PAGE + page.len());
-        }
-        Ok(())
-    }
-
-    /// Has the program begin.
-    pub fn leave(&mut self) -> Result<(), LinkError> {
-        self.ask(b"Q", &mut [], PATIENCE)
-    }
-
-    /// Goes to the beginning of a page.
-    fn seek(&mut self, page: usize) -> Result<(), LinkError> {
-        let [low, high, ..] = (page * PAGE / 2).to_le_bytes();
+    /// Goes to an address.
+    fn seek(&mut self, address: usize) -> Result<(), LinkError> {
+        let [low, high, ..] = (address / 2).to_le_bytes();
         self.ask(&[b'U', low, high], &mut [], PATIENCE)
     }
 
-    /// Says a command, and waits for its answer.
+    /// Sends a command, and waits for its answer.
     fn ask(&mut self, command: &[u8], into: &mut [u8], limit: Duration) -> Result<(), LinkError> {
         self.link.write(&[command, &[END]].concat()).map_err(LinkError::Line)?;
         let end = self.link.now() + limit;
         let mut answer = vec![0; into.len() + 2];
-        let mut count = 0;
-        while count < answer.len() {
-            let left = end.saturating_sub(self.link.now());
-            if left.is_zero() {
-                return Err(LinkError::Silent);
-            }
-            let rest = answer.get_mut(count..).unwrap_or_default();
-            count += self.link.read(rest, left).map_err(LinkError::Line)?;
-        }
+        fill(&mut self.link, &mut answer, end)?;
         match answer.as_slice() {
             [IN_STEP, middle @ .., OK] => {
                 into.copy_from_slice(middle);
@@ -148,20 +58,53 @@ impl<L: Link> Loader<L> {
             _ => Err(LinkError::Odd),
         }
     }
+}
 
-    /// Throws away what comes until nothing does.
-    fn quiet(&mut self) -> Result<(), LinkError> {
-        let mut rubbish = [0; 256];
-        while self.link.read(&mut rubbish, Duration::from_millis(20)).map_err(LinkError::Line)? > 0
-        {
+impl<L: Link> Loader for Stk500<L> {
+    type Link = L;
+    const PAGE: usize = 128;
+
+    fn link(&mut self) -> &mut L {
+        &mut self.link
+    }
+
+    fn knock(&mut self) -> Result<(), LinkError> {
+        self.ask(b"0", &mut [], KNOCK)
+    }
+
+    fn enter(&mut self) -> Result<(), LinkError> {
+        let mut chip = [0; 3];
+        self.ask(b"u", &mut chip, PATIENCE)?;
+        if !CHIPS.contains(&chip) {
+            return Err(LinkError::Chip(chip));
         }
-        Ok(())
+        self.ask(b"P", &mut [], PATIENCE)
+    }
+
+    fn write_page(&mut self, address: usize, page: &[u8]) -> Result<(), LinkError> {
+        self.seek(address)?;
+        let [high, low] = (page.len() as u16).to_be_bytes();
+        self.ask(&[&[b'd', high, low, b'F'], page].concat(), &mut [], PATIENCE)
+    }
+
+    fn read_page(&mut self, address: usize, into: &mut [u8]) -> Result<(), LinkError> {
+        self.seek(address)?;
+        let [high, low] = (into.len() as u16).to_be_bytes();
+        self.ask(&[b't', high, low, b'F'], into, PATIENCE)
+    }
+
+    fn leave(&mut self) -> Result<(), LinkError> {
+        self.ask(b"Q", &mut [], PATIENCE)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io;
+
     use super::*;
+
+    const PAGE: usize = Stk500::<Board>::PAGE;
 
     /// A boot loader by the application note: flash of 32 KiB, 512 bytes of it its own.
     struct Board {
@@ -260,7 +203,7 @@ mod tests {
 
     #[test]
     fn a_program_is_written_and_compared() {
-        let mut loader = Loader::new(Board::new());
+        let mut loader = Stk500::new(Board::new());
         loader.link().deaf = 3;
         loader.meet().unwrap();
         let (program, mut told) = (program(), 0);
@@ -275,15 +218,15 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_told_apart() {
-        let mut silent = Loader::new(Board { deaf: usize::MAX, ..Board::new() });
+        let mut silent = Stk500::new(Board { deaf: usize::MAX, ..Board::new() });
         assert!(matches!(silent.meet(), Err(LinkError::Silent)));
-        let mut mega = Loader::new(Board { chip: [0x1E, 0x98, 0x01], ..Board::new() });
+        let mut mega = Stk500::new(Board { chip: [0x1E, 0x98, 0x01], ..Board::new() });
         assert!(matches!(mega.meet(), Err(LinkError::Chip([0x1E, 0x98, 0x01]))));
-        let mut worn = Loader::new(Board { worn: Some(4711), ..Board::new() });
+        let mut worn = Stk500::new(Board { worn: Some(4711), ..Board::new() });
         worn.meet().unwrap();
         worn.write(&program(), &mut |_| ()).unwrap();
         assert!(matches!(worn.compare(&program(), &mut |_| ()), Err(LinkError::Differs(4711))));
-        let mut odd = Loader::new(Board::new());
+        let mut odd = Stk500::new(Board::new());
         odd.link().said = vec![IN_STEP, 0x11];
         assert!(matches!(odd.ask(b"P", &mut [], PATIENCE), Err(LinkError::Odd)));
     }

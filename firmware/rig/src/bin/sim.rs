@@ -58,7 +58,7 @@ fn main() -> Result<()> {
     let image = match (&args.elf, &args.flash, &args.boot_loader) {
         (Some(file), ..) => Image::read(file)?,
         (None, Some(file), _) => Image::flash(file)?,
-        (None, None, Some(file)) => Image::boot_loader(file, 0x8000)?,
+        (None, None, Some(file)) => Image::boot_loader(file, args.board.flash())?,
         (None, None, None) => firmware::load(args.board.name())?,
     };
     let ended = Arc::new(AtomicBool::new(false));

@@ -7,14 +7,18 @@
 //! | module | what |
 //! | --- | --- |
 //! | [`figure`] | panels, axes, curves, shaded stretches |
+//! | [`font`] | glyphs, and how wide a text is |
 //! | [`clip`] | the part of a line that is in view |
 //! | [`scale`] | from values to pixels, round numbers |
 //! | [`picture`] | the shapes |
+//! | [`palette`] | few colours, for small files |
 //! | `svg`, `png`, `html` | the formats |
 
 mod clip;
 mod figure;
+mod font;
 mod html;
+mod palette;
 mod picture;
 mod png;
 mod scale;
@@ -27,7 +31,9 @@ use std::str::FromStr;
 use crate::failure::Failure;
 use crate::say;
 
+pub use clip::clip;
 pub use figure::{Band, Curve, Figure, GAP, PALETTE, Panel, View};
+pub use font::width;
 pub use picture::{Frame, Picture, Shape, Style};
 pub use scale::{Scale, number, time_unit};
 

@@ -92,6 +92,8 @@ impl Recording {
                 say::note("nothing has moved: there is nothing to plot");
             } else {
                 let Heading { title, notes } = heading;
+                // The minus of a number, not the hyphen of a word.
+                let title = title.replace(" -", " −");
                 MotionPlot { title, notes, series }.save(&file)?;
             }
         }

@@ -1,6 +1,6 @@
 //! The way of two motors on paper, both axes to the same scale.
 
-use crate::plot::{Frame, PALETTE, Picture, Scale, Shape, Style, number};
+use crate::plot::{self, Frame, PALETTE, Picture, Scale, Shape, Style, number};
 
 /// Where two motors have been.
 pub struct Way {
@@ -98,18 +98,19 @@ pub fn picture(title: &str, way: &Way) -> Picture {
     let ends = [line.first().copied(), line.last().copied()];
     // Of a way with very many corners a wide line would be a block.
     let corners = corners(&line) as f64;
-    picture.line(line, PALETTE[0], (300.0 / corners.max(1.0)).clamp(1.0, 2.0));
+    picture.line(line.clone(), PALETTE[0], (300.0 / corners.max(1.0)).clamp(1.0, 2.0));
     // A larger dot where it begins, a smaller one where it ends.
     for ((end, fill), radius) in ends.into_iter().flatten().zip(PALETTE).zip([6.0, 4.0]) {
         picture.shapes.push(Shape::Dots { points: vec![end], fill, radius });
     }
     if let [Some(start), Some(end)] = ends {
+        let mut labels = Labels { picture: &mut picture, frame, line: &line, taken: None };
         if near(start, end) {
             let name = if start == end { "start and end" } else { "start, end" };
-            label_at(&mut picture, frame, start, name);
+            labels.add(start, name);
         } else {
-            label_at(&mut picture, frame, start, "start");
-            label_at(&mut picture, frame, end, "end");
+            labels.add(start, "start");
+            labels.add(end, "end");
         }
     }
     picture
@@ -129,14 +130,62 @@ fn near(a: (f64, f64), b: (f64, f64)) -> bool {
     (a.0 - b.0).abs() < 60.0 && (a.1 - b.1).abs() < 28.0
 }
 
-/// A name above a point, on paper of its own, so that no line runs through it.
-fn label_at(picture: &mut Picture, frame: Frame, (x, y): (f64, f64), name: &str) {
-    let width = 10.0 + 7.5 * name.chars().count() as f64;
-    let left = (x + 8.0).min(frame.right() - width);
-    let top = if y - 32.0 < frame.top { y + 10.0 } else { y - 30.0 };
-    picture.fill(Frame { left, top, width, height: 20.0 }, [0xff; 3], 0.88);
-    let style = Style::new(13.5, INK).bold();
-    picture.text((left + 5.0, top + 15.0), style, name);
+/// Names of points, where they hide as little as can be.
+struct Labels<'a> {
+    picture: &'a mut Picture,
+    frame: Frame,
+    line: &'a [(f64, f64)],
+    /// Where a name is already.
+    taken: Option<Frame>,
+}
+
+/// Of a name, and of its paper.
+const LABEL: Style = Style::new(13.5, INK).bold();
+const HEIGHT: f64 = 20.0;
+
+impl Labels<'_> {
+    /// A name beside a point, on paper of its own: where the line runs by least.
+    fn add(&mut self, (x, y): (f64, f64), name: &str) {
+        let width = 10.0 + plot::width(name, LABEL);
+        let middle = -width / 2.0;
+        let places = [
+            (8.0, -30.0),
+            (8.0, 10.0),
+            (-8.0 - width, -30.0),
+            (-8.0 - width, 10.0),
+            (12.0, -HEIGHT / 2.0),
+            (-12.0 - width, -HEIGHT / 2.0),
+            (middle, -34.0),
+            (middle, 14.0),
+        ];
+        let place = |(dx, dy)| Frame { left: x + dx, top: y + dy, width, height: HEIGHT };
+        // Of those as good as each other, the first.
+        let best =
+            places.map(place).into_iter().min_by(|a, b| self.cost(a).total_cmp(&self.cost(b)));
+        let Some(paper) = best else { return };
+        self.picture.fill(paper, [0xff; 3], 0.88);
+        self.picture.text((paper.left + 5.0, paper.top + 15.0), LABEL, name);
+        self.taken = Some(paper);
+    }
+
+    /// Pixels of the line that would be hidden; more than any line for what is outside the
+    /// frame or over another name.
+    fn cost(&self, paper: &Frame) -> f64 {
+        // Some air around it, for a line has a width.
+        let x = (paper.left - 3.0, paper.right() + 3.0);
+        let y = (paper.top - 3.0, paper.bottom() + 3.0);
+        let out = x.0 < self.frame.left
+            || x.1 > self.frame.right()
+            || y.0 < self.frame.top
+            || y.1 > self.frame.bottom();
+        let over = self.taken.is_some_and(|other| {
+            x.0 < other.right() && other.left < x.1 && y.0 < other.bottom() && other.top < y.1
+        });
+        let length = |pair: &[(f64, f64)]| (pair[0].0 - pair[1].0).hypot(pair[0].1 - pair[1].1);
+        let hidden = plot::clip(self.line, x, y);
+        let hidden: f64 = hidden.iter().flat_map(|piece| piece.windows(2)).map(length).sum();
+        hidden + if out || over { 1e9 } else { 0.0 }
+    }
 }
 
 #[cfg(test)]
@@ -172,6 +221,18 @@ mod tests {
         place(&texts(&[(0, 0), (50 * mm, 0), (50 * mm, 30 * mm), (mm, mm)]), "start, end");
         // A way of one point.
         place(&texts(&[(5, 5)]), "start and end");
+    }
+
+    /// Above the start runs the line, and below it none: there is its name.
+    #[test]
+    fn names_hide_no_line() {
+        let mm = 1_000_000;
+        let low = [(0, 0), (0, 1_400_000), (50 * mm, 1_400_000), (50 * mm, 50 * mm)];
+        let texts = texts(&low);
+        let bottom = place(&texts, "X, mm").1 - 46.0;
+        // The way begins 46 pixels above the edge.
+        let start = place(&texts, "start");
+        assert!(start.1 > bottom - 40.0 && start.1 < bottom, "{start:?} {bottom}");
     }
 
     /// Both axes can be read, of a way that is a straight line, too.

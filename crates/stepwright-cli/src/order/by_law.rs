@@ -20,6 +20,7 @@ use crate::link::Link;
 use crate::link::serial::{SerialLink, Share};
 use crate::link::talk::Talk;
 use crate::link::virtual_board::VirtualLink;
+use crate::plot::GAP;
 use crate::programs;
 use crate::quantity::{Rounded, SpeedArg};
 use crate::say;
@@ -104,7 +105,7 @@ impl LawOrder<'_> {
             .iter()
             .map(|row| row.split_whitespace().collect::<Vec<_>>().join(" "))
             .collect::<Vec<_>>();
-        let heading = Heading { title, notes: vec![note.join("   ·   ")] };
+        let heading = Heading { title, notes: vec![note.join(GAP)] };
         let plot = virt.plot.as_ref().map(|file| (file, heading));
         let recording = Recording::begin(&description, virt.vcd.as_deref(), plot)?;
         Ok(Box::new(VirtualLink::new(Bench::laws(description, recording), virt.fast)))

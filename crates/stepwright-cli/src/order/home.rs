@@ -96,7 +96,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 /// A virtual board with a switch on its machine, which it knows.
 fn virtual_machine(args: &Args) -> Result<Session, Failure> {
-    let heading = Heading { title: "Homing".to_owned(), notes: Vec::new() };
+    let title = format!("Axis {} homing", args.on.axis.number());
+    let heading = Heading { title, notes: Vec::new() };
     let switch = Switch { axis: args.on.axis, at: VIRTUAL_SWITCH };
     let mut session = args.order.virt.board(heading, &[switch])?;
     target::has_axis(&session, args.on.axis)?;

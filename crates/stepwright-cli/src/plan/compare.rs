@@ -208,7 +208,14 @@ impl Course {
             time += c;
             (time / self.motor.hz * per_second, accel)
         };
-        self.delays.iter().zip(self.accels()).map(at).collect()
+        let mut points: Vec<_> = self.delays.iter().zip(self.accels()).map(at).collect();
+        // Within the first and the last delay it is not known to be another.
+        if let (Some(first), Some(last)) = (points.first().copied(), points.last().copied()) {
+            let all: f64 = self.delays.iter().sum();
+            points.insert(0, (0.0, first.1));
+            points.push((all / self.motor.hz * per_second, last.1));
+        }
+        points
     }
 }
 

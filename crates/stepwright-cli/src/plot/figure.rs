@@ -1,6 +1,7 @@
 //! Panels with axes, arranged under a title.
 
 use super::clip::clip;
+use super::font;
 use super::picture::{Colour, Frame, Picture, Probe, ProbeCurve, Shape, Style};
 use super::scale::{Scale, number};
 
@@ -88,6 +89,10 @@ pub struct Band {
     /// The shade.
     pub tint: Colour,
 }
+
+/// Above a panel, and of a curve beside it.
+const HEADING: Style = Style::new(14.5, INK).bold();
+const NAME: Style = Style::new(13.0, INK);
 
 const WIDTH: f64 = 1200.0;
 const EDGE: f64 = 28.0;
@@ -187,7 +192,7 @@ impl Panel {
         let all = || {
             let (low, high) = range(&mut points().map(|(_, y)| y));
             // Room above for the names of the bands, and so that no line is cut.
-            let high = if high > low { high } else { low + 1.0 };
+            let (low, high) = if high > low { (low, high) } else { (low - 1.0, low + 1.0) };
             let room = (high - low) * if self.named { 0.16 } else { 0.08 };
             let low = if low < 0.0 { low - room } else { low };
             (low, if high > 0.0 { high + room } else { high })
@@ -200,6 +205,12 @@ impl Panel {
             Scale::new(across, (frame.left, frame.right())),
             Scale::new(up, (frame.bottom(), frame.top)),
         )
+    }
+
+    /// Whether all curves are 0 all along.
+    fn is_flat(&self) -> bool {
+        let mut points = self.curves.iter().flat_map(|curve| &curve.points);
+        self.view.y.is_none() && points.all(|(_, y)| *y == 0.0)
     }
 
     /// What is seen of a curve.
@@ -218,7 +229,11 @@ impl Panel {
             let at = y.at(f64::from(above) + 0.35);
             picture.text((frame.left - 9.0, at + 4.5), label.end(), name.clone());
         }
-        let (values, decimals) = y.ticks((frame.height / 56.0) as usize);
+        let (mut values, decimals) = y.ticks((frame.height / 56.0) as usize);
+        if self.is_flat() {
+            // Nothing but 0 is known of such an axis.
+            values.retain(|value| *value == 0.0);
+        }
         let millions = if in_millions(&values) { 1e-6 } else { 1.0 };
         for value in values.iter().copied().filter(|_| self.lanes.is_empty()) {
             let at = y.at(value);
@@ -248,12 +263,11 @@ impl Panel {
             "" => name.clone(),
             unit => format!("{name}, {unit}"),
         };
-        let heading = Style::new(14.5, INK).bold();
         let more = self.legend_rows(frame.width).len().saturating_sub(1);
         let over = frame.top - 15.0 - LEGEND * more as f64;
         let unit = if millions < 1.0 { "million " } else { "" };
         let y_name = (self.y.0.clone(), format!("{unit}{}", self.y.1));
-        picture.text((frame.left - 66.0, over), heading, name(&y_name));
+        picture.text((frame.left - 66.0, over), HEADING, name(&y_name));
         if self.x.0.is_empty() {
             return;
         }
@@ -269,7 +283,7 @@ impl Panel {
             let (mut right, y) = (frame.right(), frame.top - 15.0 - LEGEND * above as f64);
             for curve in row.iter().rev() {
                 right -= name_width(&curve.name);
-                picture.text((right, y), Style::new(13.0, INK), &*curve.name);
+                picture.text((right, y), NAME, &*curve.name);
                 right -= 8.0;
                 let line = vec![(right - SAMPLE, y - 4.5), (right, y - 4.5)];
                 picture.shapes.push(Shape::Line {
@@ -292,8 +306,8 @@ impl Panel {
         if named.len() < 2 {
             return Vec::new();
         }
-        let heading = 8.4 * (self.y.0.chars().count() + self.y.1.chars().count() + 2) as f64;
-        let (mut rows, mut left) = (vec![Vec::new()], width + 66.0 - heading);
+        let heading = font::width(&format!("{}, {}", self.y.0, self.y.1), HEADING);
+        let (mut rows, mut left) = (vec![Vec::new()], width + 66.0 - heading - 20.0);
         for curve in named {
             let wide = name_width(&curve.name) + 8.0 + SAMPLE + 20.0;
             if wide > left {
@@ -320,9 +334,9 @@ fn fewest_decimals(values: &[f64]) -> usize {
 /// Of the line before a name of the legend, in pixels.
 const SAMPLE: f64 = 24.0;
 
-/// About the width of a name in the legend, in pixels.
+/// Of a name in the legend, in pixels.
 fn name_width(name: &str) -> f64 {
-    7.0 * name.chars().count() as f64
+    font::width(name, NAME)
 }
 
 impl Band {
@@ -334,13 +348,13 @@ impl Band {
     /// A name that would not fit is left out; the neighbours tell.
     fn name(&self, picture: &mut Picture, frame: Frame, x: &Scale) {
         let (left, right) = (x.at(self.from), x.at(self.to));
-        let width = 10.0 + 8.0 * self.name.len() as f64;
+        let style = Style::new(13.0, SOFT).middle();
+        let width = 10.0 + font::width(&self.name, style);
         if right - left > width {
             let middle = (left + right) / 2.0;
             // A gap in the grid, so that no line runs through the name.
             let (top, left) = (frame.top + 2.0, middle - width / 2.0);
             picture.fill(Frame { left, top, width, height: 20.0 }, self.tint, 1.0);
-            let style = Style::new(13.0, SOFT).middle();
             picture.text((middle, frame.top + 17.0), style, &*self.name);
         }
     }

@@ -4,6 +4,8 @@
 use tiny_skia::{FillRule, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
 use ttf_parser::{Face, OutlineBuilder};
 
+use super::font::{self, Faces};
+use super::palette::Indexed;
 use super::picture::{Anchor, Colour, DASH, Picture, Shape};
 
 /// Pixels of the PNG for one of the picture: sharp on today's screens.
@@ -11,31 +13,43 @@ const SCALE: f32 = 2.0;
 
 /// The picture, as the bytes of a file.
 pub fn render(picture: &Picture) -> Result<Vec<u8>, String> {
+    encode(&drawn(picture)?).map_err(|error| error.to_string())
+}
+
+/// The picture in all its colours.
+fn drawn(picture: &Picture) -> Result<Pixmap, String> {
     let pixels = |length: f64| (length * f64::from(SCALE)).round() as u32;
     let map = Pixmap::new(pixels(picture.width), pixels(picture.height));
-    let mut canvas = Canvas { map: map.ok_or("no memory for the picture")?, fonts: Fonts::load()? };
+    let faces = font::faces().ok_or("its font can't be read")?;
+    let mut canvas = Canvas { map: map.ok_or("no memory for the picture")?, faces };
     for shape in &picture.shapes {
         canvas.draw(shape);
     }
-    canvas.map.encode_png().map_err(|error| error.to_string())
+    Ok(canvas.map)
 }
 
-/// The two faces of the text.
-struct Fonts {
-    regular: Face<'static>,
-    bold: Face<'static>,
-}
-
-impl Fonts {
-    fn load() -> Result<Fonts, String> {
-        let face = |bytes| Face::parse(bytes, 0).map_err(|error| format!("font: {error}"));
-        Ok(Fonts { regular: face(ttf_noto_sans::REGULAR)?, bold: face(ttf_noto_sans::BOLD)? })
-    }
+/// The bytes of a file with a palette. No filter: neighbours are the same, or nothing alike.
+fn encode(map: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
+    // The background covers all of it, so nothing is transparent.
+    let colours: Vec<Colour> =
+        map.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect();
+    let indexed = Indexed::of(&colours);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, map.width(), map.height());
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(indexed.palette.concat());
+    encoder.set_compression(png::Compression::High);
+    encoder.set_filter(png::Filter::NoFilter);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&indexed.pixels)?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 struct Canvas {
     map: Pixmap,
-    fonts: Fonts,
+    faces: &'static Faces,
 }
 
 impl Canvas {
@@ -74,8 +88,8 @@ impl Canvas {
                 }
             }
             Shape::Text { x, y, size, bold, anchor, colour, text } => {
-                let face = if *bold { &self.fonts.bold } else { &self.fonts.regular };
-                if let Some(path) = outline(face, text, (*x, *y), *size, *anchor) {
+                if let Some(path) = outline(self.faces.face(*bold), text, (*x, *y), *size, *anchor)
+                {
                     self.fill(&path, *colour, 1.0);
                 }
             }
@@ -121,8 +135,7 @@ fn outline(
     anchor: Anchor,
 ) -> Option<Path> {
     let scale = size as f32 / f32::from(face.units_per_em());
-    let glyph = |c| face.glyph_index(c).unwrap_or_default();
-    let advance = |c| f32::from(face.glyph_hor_advance(glyph(c)).unwrap_or(0)) * scale;
+    let advance = |c| font::advance(face, c, size) as f32;
     let width: f32 = text.chars().map(advance).sum();
     let back = match anchor {
         Anchor::Start => 0.0,
@@ -131,7 +144,7 @@ fn outline(
     };
     let mut pen = Pen { path: PathBuilder::new(), x: x as f32 - back, y: y as f32, scale };
     for c in text.chars() {
-        face.outline_glyph(glyph(c), &mut pen);
+        face.outline_glyph(font::glyph(face, c), &mut pen);
         pen.x += advance(c);
     }
     pen.path.finish()
@@ -174,5 +187,62 @@ impl OutlineBuilder for Pen {
 
     fn close(&mut self) {
         self.path.close();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::{Band, Curve, Figure, PALETTE, Panel};
+
+    /// Six curves over two tints: more colours than a palette has.
+    fn colourful() -> Picture {
+        let curve = |n: usize| Curve {
+            name: format!("curve {n}"),
+            colour: PALETTE[n],
+            points: (0..=300)
+                .map(|i| f64::from(i))
+                .map(|x| (x, (x / (9.0 + n as f64)).sin()))
+                .collect(),
+            filled: n == 0,
+            ..Curve::default()
+        };
+        let band = |from: f64, tint| Band { from, to: from + 90.0, name: "up".into(), tint };
+        let panel = Panel {
+            y: ("Speed".into(), "rpm".into()),
+            curves: (0..6).map(curve).collect(),
+            bands: vec![band(20.0, [0xeb, 0xf2, 0xfd]), band(150.0, [0xfd, 0xf2, 0xe9])],
+            named: true,
+            ..Panel::default()
+        };
+        let title = "Six curves".to_owned();
+        Figure { title, notes: Vec::new(), rows: vec![(500.0, vec![panel])] }.picture()
+    }
+
+    #[test]
+    fn a_file_shows_what_was_drawn_in_few_bytes() {
+        let map = drawn(&colourful()).unwrap();
+        let bytes = encode(&map).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        assert_eq!((reader.info().width, reader.info().height), (map.width(), map.height()));
+        let palette = reader.info().palette.clone().unwrap();
+        let mut places = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut places).unwrap();
+        let colours = |place: &u8| &palette[3 * usize::from(*place)..][..3];
+        let mut worst = 0;
+        for (pixel, place) in map.pixels().iter().zip(&places) {
+            assert_eq!(pixel.alpha(), 255, "what is transparent would be lost");
+            let pixel = [pixel.red(), pixel.green(), pixel.blue()];
+            for (drawn, stored) in pixel.iter().zip(colours(place)) {
+                worst = worst.max(drawn.abs_diff(*stored));
+            }
+        }
+        // At the edges of lines, where nobody sees it.
+        assert!((1..=31).contains(&worst), "{worst}");
+        let mut all = Vec::new();
+        let mut encoder = png::Encoder::new(&mut all, map.width(), map.height());
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.write_header().unwrap().write_image_data(map.data()).unwrap();
+        assert!(2 * bytes.len() < all.len(), "{} bytes of {}", bytes.len(), all.len());
     }
 }

@@ -4,6 +4,7 @@
 use std::str::FromStr;
 
 use super::course::Course;
+use super::output::called;
 use super::wiring::{What, Wiring};
 use crate::plot::{Curve, Figure, GAP, PALETTE, Panel, View, number};
 
@@ -124,7 +125,7 @@ fn notes(course: &Course) -> Vec<String> {
     parts.push(if course.latched { "latched tops" } else { "tops at once" }.into());
     let mut notes = vec![parts.join(GAP)];
     for (ms, call) in &course.calls {
-        notes.push(format!("called back at {ms} ms: {call:?}"));
+        notes.push(format!("called back at {ms} ms: {}", called(*call)));
     }
     notes
 }

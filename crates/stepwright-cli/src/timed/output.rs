@@ -48,7 +48,8 @@ fn status(status: Status) -> String {
     bits(status.bits(), set.map(|(_, name)| *name))
 }
 
-fn called(call: Call) -> &'static str {
+/// What has been called back for.
+pub fn called(call: Call) -> &'static str {
     match call {
         Call::Reached => "position reached",
         Call::Fault => "fault",

@@ -27,9 +27,9 @@ use crate::session::{LinkError, Session};
 #[command(after_help = "\
 On a real board this returns as soon as the motor runs; `stepwright stop` brakes
 it. With --for or --lease, and on the virtual board, it stays: after that time, or at
-Ctrl-C, it brakes, says `position N ready`, and ends with status 0. A second
-Ctrl-C stops dead: `position uncertain`, status 130. While it stays, keys change
-the speed on a terminal: + faster and - slower, by a tenth; s brakes.
+Ctrl-C, it brakes, says `position N ready`, and ends with status 0, before the time of
+--for with 130. A second Ctrl-C stops dead: `position uncertain`, status 130. While it
+stays, keys change the speed on a terminal: + faster and - slower, by a tenth; s brakes.
 
 With one of Austin's laws (--law) it stays on a real board, too.
 
@@ -110,6 +110,8 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
     let from = start_position(session, args.on.axis)?;
+    // Whether it was the signal that it braked for, and not the end of its time.
+    let mut cut = None;
     let watched = match drive::begin(session, args.on.axis, &motion.order, &lines, Some(from)) {
         Ok(()) if leave && !interrupt::asked() => return left_alone(session, args),
         Ok(()) => {
@@ -119,8 +121,12 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
             let until = args.time.map(|time| session.now() + time);
             let mut hand = KeyControl::on(session, &motion.order);
             let mut progress = Progress::new(motion, from, hand.listens());
-            let watched =
-                drive::watch(session, args.on.axis, until, &mut hand, |sight| progress.see(sight));
+            let watched = drive::watch(session, args.on.axis, until, &mut hand, |sight| {
+                if sight.braking {
+                    cut.get_or_insert_with(interrupt::asked);
+                }
+                progress.see(sight);
+            });
             drop(hand);
             progress.end();
             watched
@@ -147,6 +153,9 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
     match ended.failure {
         Some(failure) => Err(failure),
         None if state == "stopped" => Err(stopped(why)),
+        None if args.time.is_some() && cut.unwrap_or_else(interrupt::asked) => {
+            Err(Failure::interrupted("braked before the time of --for was over"))
+        }
         None => Ok(()),
     }
 }

@@ -46,16 +46,29 @@ fn the_switches_that_the_board_knows_of() {
     let board = Board::start();
     assert_eq!((board.row("switches"), &board.json()["switches"]), (None, &json!([])));
     board.send(&["$switches=5", "$switch-forward=4", "$switch-high=4"]);
-    let row = "axis 1 backward (closed: low), axis 3 forward (closed: high)";
+    // Z of this machine is wired to nothing: its pull-up is a closed switch to 5 V.
+    let row = "axis 1 backward open (reads high), axis 3 forward closed (reads high)";
     assert_eq!(board.row("switches").as_deref(), Some(row));
-    // Z of this machine is wired to nothing, and reads low: with switch-high it is open.
     stepwright(&["move", "-400", "--port", &board.port])
         .assert(1, "position -100 stopped by its limit switch");
-    let row = "axis 1 backward (closed: low, has stopped it), axis 3 forward (closed: high)";
+    let row =
+        "axis 1 backward closed (reads low, has stopped it), axis 3 forward closed (reads high)";
     assert_eq!(board.row("switches").as_deref(), Some(row));
-    let first = json!({ "axis": 1, "end": "backward", "closed": "low", "stopped": true });
+    let mut first = json!({
+        "axis": 1, "end": "backward", "closed": true, "level_when_closed": "low", "stopped": true
+    });
     assert_eq!(board.json()["switches"][0], first);
-    assert_eq!(board.json()["switches"][1]["end"], "forward");
+    let third = json!({
+        "axis": 3, "end": "forward", "closed": true, "level_when_closed": "high", "stopped": false
+    });
+    assert_eq!(board.json()["switches"][1], third);
+    // Away from it, and it is open.
+    stepwright(&["move", "60", "--port", &board.port]).assert(0, "position -40 ready");
+    let row = "axis 1 backward open (reads high), axis 3 forward closed (reads high)";
+    assert_eq!(board.row("switches").as_deref(), Some(row));
+    first["closed"] = json!(false);
+    first["stopped"] = json!(false);
+    assert_eq!(board.json()["switches"][0], first);
 }
 
 #[test]

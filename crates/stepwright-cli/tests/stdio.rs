@@ -122,13 +122,13 @@ fn more_axes_are_reported_before_the_first() {
 fn the_board_tells_about_itself() {
     plays(
         "? ",
-        "stepwright 0.1 axes=3 max=128000 late=0 refused=0 last=none uncertain=0 stop=--- errors=- can=jerk,safety,sum ",
+        "stepwright 0.1 axes=3 max=128000 late=0 refused=0 last=none uncertain=0 stop=--- errors=- can=jerk,safety,sum closed=0 ",
         "position 0 ready",
     );
     plays(
         "PO t200000 a100000000 G+99999 E ? ! ? ",
-        "Y Y Y Y E stepwright 0.1 axes=3 max=128000 late=0 refused=1 last=too-fast uncertain=0 stop=--- errors=- can=jerk,safety,sum \
-         Y stepwright 0.1 axes=3 max=128000 late=0 refused=0 last=none uncertain=0 stop=--- errors=- can=jerk,safety,sum ",
+        "Y Y Y Y E stepwright 0.1 axes=3 max=128000 late=0 refused=1 last=too-fast uncertain=0 stop=--- errors=- can=jerk,safety,sum closed=0 \
+         Y stepwright 0.1 axes=3 max=128000 late=0 refused=0 last=none uncertain=0 stop=--- errors=- can=jerk,safety,sum closed=0 ",
         "position 0 ready",
     );
 }
@@ -192,7 +192,7 @@ fn other_boards() {
     // A step costs 8 µs of this timer.
     assert_eq!(
         ended.stdout,
-        "stepwright 0.1 axes=1 max=125000 late=0 refused=0 last=none uncertain=0 stop=- errors=- can=jerk,safety,sum\rE\r"
+        "stepwright 0.1 axes=1 max=125000 late=0 refused=0 last=none uncertain=0 stop=- errors=- can=jerk,safety,sum closed=0\rE\r"
     );
     for bits in ["16", "32"] {
         for hz in ["100000", "2000000", "200000000"] {

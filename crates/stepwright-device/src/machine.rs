@@ -87,6 +87,10 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
         self.motors.uncertain()
     }
 
+    fn closed(&self) -> u8 {
+        self.supervisor.closed(self.panel)
+    }
+
     fn zero(&mut self, axis: AxisId) {
         Machine::zero(self.motors, axis);
     }

@@ -111,7 +111,7 @@ impl Supervisor {
     }
 
     /// Axes whose switch is closed.
-    fn closed(&self, panel: &impl BoardIo) -> Axes {
+    pub(crate) fn closed(&self, panel: &impl BoardIo) -> Axes {
         !(panel.switches() ^ self.axes(Setting::SwitchHigh)) & self.axes(Setting::Switches)
     }
 

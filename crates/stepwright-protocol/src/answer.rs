@@ -20,6 +20,7 @@ const LINES: &[&[u8]] = &[
     #[cfg(feature = "safety")]
     b"errors=#########\n",
     can::LINE,
+    b"closed=#\n",
     NAMES,
     // No answer, but looked for among the names.
     b"reset=#\n",
@@ -59,10 +60,10 @@ pub(crate) mod line {
     pub(crate) const READY: u8 = 2;
     pub(crate) const BUSY: u8 = 3;
     pub(crate) const POSITION: u8 = 4;
-    /// With the lines behind it: `stop=`, on some boards `errors=`, and `can=`.
+    /// With the lines behind it: `stop=`, on some boards `errors=`, `can=` and `closed=`.
     pub(crate) const INFO: u8 = 5;
     /// The first setting.
-    pub(crate) const SETTINGS: u8 = if cfg!(feature = "safety") { 9 } else { 8 };
+    pub(crate) const SETTINGS: u8 = if cfg!(feature = "safety") { 10 } else { 9 };
     /// `none`; the reasons follow.
     pub(crate) const REASONS: u8 = SETTINGS + super::RESET + 1;
 }
@@ -83,9 +84,10 @@ pub(crate) mod value {
     pub(crate) const STOPS: u8 = 9;
     /// The letter of the first of the errors.
     pub(crate) const ERRORS: u8 = 17;
-    /// The first setting.
-    pub(crate) const SETTINGS: u8 =
+    pub(crate) const CLOSED: u8 =
         if cfg!(feature = "safety") { ERRORS + crate::errors::COUNT } else { ERRORS };
+    /// The first setting.
+    pub(crate) const SETTINGS: u8 = CLOSED + 1;
 }
 
 /// The digits are all.

@@ -31,7 +31,7 @@
 //!
 //! ```text
 //! stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
-//!    … errors=- can=jerk,safety,sum                           (it is one line)
+//!    … errors=- can=jerk,safety,sum closed=0                  (it is one line)
 //! ```
 //!
 //! the protocol's version; how many axes; the fastest the board can step one,
@@ -41,8 +41,9 @@
 //! why each axis has stopped before the end of its order, a letter of [`Stop`] an
 //! axis, `-` for one that went as ordered;
 //! on a board that can `safety`, which [`BoardError`]s have come since the last `!`, their
-//! letters or `-`; and which [`Ability`]s the board has, or `none`. A board that says nothing of
-//! `can` was built before there was the word.
+//! letters or `-`; which [`Ability`]s the board has, or `none`; and whose limit switch is closed
+//! now, of the axes in the setting `switches`, as the sum of 1 for axis 1, 2 for axis 2, and so
+//! on. A board that says nothing of `can` or `closed` was built before there was the word.
 //!
 //! The answer to `$` is all [`Setting`]s of the board with their numbers, and
 //! that to `$` and a name is the one:

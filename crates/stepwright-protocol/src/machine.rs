@@ -85,6 +85,12 @@ pub trait Machine {
         unknown.fold(0, |mask, axis| mask | 1u8.wrapping_shl(axis.index() as u32))
     }
 
+    /// Axes whose limit switch is closed now, of those that the settings name: bit 0 is
+    /// axis 1.
+    fn closed(&self) -> u8 {
+        0
+    }
+
     /// Where the axis is now is 0, and certain. Only for an idle axis.
     fn zero(&mut self, axis: AxisId);
 

@@ -9,6 +9,7 @@ use crate::number::digits;
 use crate::number::halves;
 use crate::setting::{self, Listed, Setting, Value};
 use crate::stop::Stops;
+use crate::text::Decimal;
 
 /// The protocol's version, which the answer to `?` begins with: 0.1.
 pub const VERSION: (u8, u8) = (0, 1);
@@ -65,6 +66,9 @@ pub struct Info {
     /// What it can do; `None` if it does not say: it was built before the word
     /// `can`.
     pub can: Option<Abilities>,
+    /// Axes whose limit switch is closed now, of those that the settings name: bit 0 is
+    /// axis 1. Decimal on the line. `None` if it does not say.
+    pub closed: Option<u8>,
 }
 
 impl Reply {
@@ -86,9 +90,9 @@ impl Reply {
             Reply::Setting(value) => answer.begin(settings + value.setting() as u8, 1),
             Reply::Settings(_) => answer.begin(settings, Setting::COUNT as u8),
         }
-        let (can, errors) = match self {
-            Reply::Info(info) => (info.can, info.errors),
-            _ => (None, None),
+        let (can, errors, closed) = match self {
+            Reply::Info(info) => (info.can, info.errors, info.closed),
+            _ => (None, None, None),
         };
         let last = match self {
             Reply::Info(Info { last: Some(last), .. }) => last as u8 + 1,
@@ -112,7 +116,14 @@ impl Reply {
         let errors = errors
             .into_iter()
             .flat_map(|errors| b" errors=".iter().copied().chain(errors.letters()));
-        raw.filter(|byte| *byte != CR).chain(errors).chain(can).chain(core::iter::once(CR))
+        let closed = closed.into_iter().flat_map(|axes| {
+            let mut digits = Decimal::NONE;
+            digits.set(&mut [axes]);
+            let digits = core::iter::from_fn(move || digits.next());
+            b" closed=".iter().copied().chain(digits)
+        });
+        let tail = errors.chain(can).chain(closed);
+        raw.filter(|byte| *byte != CR).chain(tail).chain(core::iter::once(CR))
     }
 
     /// The number that stands in its line for a `#`.
@@ -141,8 +152,8 @@ impl Reply {
     ///
     /// It reads what later versions may say: a position with a plus sign, and
     /// in the answer to `?` further words, fields in another order and reasons
-    /// that have no name here. The fields of [`Info`] must be there but for `can`,
-    /// and every [`Setting`] that [is everywhere](Setting::is_everywhere) in the
+    /// that have no name here. The fields of [`Info`] must be there but for those that are an
+    /// `Option`, and every [`Setting`] that [is everywhere](Setting::is_everywhere) in the
     /// answer to `$`.
     pub fn parse(line: &[u8]) -> Option<Reply> {
         match line {
@@ -189,7 +200,7 @@ impl Info {
         let version = (small(major)?, small(minor)?);
         let (mut axes, mut max, mut late) = (None, None, None);
         let (mut refused, mut last, mut uncertain) = (None, None, None);
-        let (mut stops, mut errors, mut can) = (None, None, None);
+        let (mut stops, mut errors, mut can, mut closed) = (None, None, None, None);
         for word in words {
             let Some((key, value)) = halves(word, b'=') else { continue };
             match key {
@@ -203,6 +214,7 @@ impl Info {
                 b"stop" => stops = Some(Stops::parse(value)?),
                 b"errors" => errors = Some(Errors::parse(value)),
                 b"can" => can = Some(Abilities::parse(value)),
+                b"closed" => closed = Some(small(value)?),
                 _ => {}
             }
         }
@@ -217,6 +229,7 @@ impl Info {
             stops,
             errors,
             can,
+            closed,
         })
     }
 }
@@ -248,25 +261,36 @@ pub(crate) mod tests {
         stops: None,
         errors: None,
         can: Some(Abilities::OWN),
+        closed: Some(5),
     };
+
+    /// Of a board from before the words `can` and `closed`.
+    fn old() -> Info {
+        Info { can: None, closed: None, ..INFO }
+    }
 
     fn info() -> impl Strategy<Value = Info> {
         let last = proptest::option::of(proptest::sample::select(&Refusal::ALL[..]));
         let can = proptest::option::of(any_abilities());
         let (stops, errors) =
             (proptest::option::of(any_stops()), proptest::option::of(any_errors()));
-        (any::<((u8, u8), u8, u32, u32, u32, u8)>(), last, stops, errors, can).prop_map(
-            |((version, axes, max, late, refused, uncertain), last, stops, errors, can)| Info {
-                version,
-                axes,
-                max,
-                late,
-                refused,
-                last,
-                uncertain,
-                stops,
-                errors,
-                can,
+        type Numbers = ((u8, u8), u8, u32, u32, u32, u8, Option<u8>);
+        (any::<Numbers>(), last, stops, errors, can).prop_map(
+            |(numbers, last, stops, errors, can)| {
+                let (version, axes, max, late, refused, uncertain, closed) = numbers;
+                Info {
+                    version,
+                    axes,
+                    max,
+                    late,
+                    refused,
+                    last,
+                    uncertain,
+                    stops,
+                    errors,
+                    can,
+                    closed,
+                }
             },
         )
     }
@@ -307,13 +331,12 @@ pub(crate) mod tests {
         assert_eq!(
             core::str::from_utf8(&line),
             Ok("stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 \
-                can=jerk,safety,sum\r")
+                can=jerk,safety,sum closed=5\r")
         );
-        // A board from before the word, and one without any ability.
-        let old = Info { can: None, ..INFO };
+        // An old board, and one without any ability.
         let line = b"stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0";
-        assert_eq!(Reply::parse(line), Some(Reply::Info(old)));
-        let uno = Reply::Info(Info { can: Some(Abilities::NONE), ..INFO });
+        assert_eq!(Reply::parse(line), Some(Reply::Info(old())));
+        let uno = Reply::Info(Info { can: Some(Abilities::NONE), ..old() });
         assert_eq!(Reply::parse(&[line, &b" can=none"[..]].concat()), Some(uno));
     }
 
@@ -348,6 +371,7 @@ pub(crate) mod tests {
             last,
             uncertain: b,
             can,
+            closed: Some(b),
             stops: Stops::parse(b"ZZZZZZZZ"),
             errors: Some(Errors::parse(b"STKEDRlcg")),
         };
@@ -363,7 +387,7 @@ pub(crate) mod tests {
     #[test]
     fn a_later_version_is_understood() {
         let line = b"stepwright 12.34 hello max=120000 axes=3 last=asleep late=0 new=x=y refused=0 uncertain=0";
-        let later = Info { version: (12, 34), last: Some(Refusal::Other), can: None, ..INFO };
+        let later = Info { version: (12, 34), last: Some(Refusal::Other), ..old() };
         assert_eq!(Reply::parse(line), Some(Reply::Info(later)));
         assert_eq!(Reply::parse(b"+12"), Some(Reply::Position(12)));
     }

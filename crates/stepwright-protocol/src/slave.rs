@@ -284,7 +284,7 @@ impl<const AXES: usize> Slave<AXES> {
                     return stop.unwrap_or(NOTHING);
                 }
                 #[cfg(feature = "safety")]
-                value::ERRORS..value::SETTINGS => {
+                value::ERRORS..value::CLOSED => {
                     let late = machine.late() != 0;
                     let index = n.wrapping_sub(value::ERRORS);
                     return self.guard.errors(late).letter(index).unwrap_or(NOTHING);
@@ -296,6 +296,7 @@ impl<const AXES: usize> Slave<AXES> {
                 value::LATE => machine.late(),
                 value::REFUSED => self.refused.into(),
                 value::UNCERTAIN => (machine.uncertain() & all(axes)).into(),
+                value::CLOSED => machine.closed().into(),
                 _ => match (machine.settings(), n.wrapping_sub(value::SETTINGS)) {
                     (Some(settings), index) => settings.number(index),
                     (None, _) => 0,

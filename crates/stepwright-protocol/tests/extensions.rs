@@ -111,6 +111,18 @@ fn a_board_says_what_it_can_do() {
 }
 
 #[test]
+fn a_board_says_which_switches_are_closed_now() {
+    let rest = "stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0";
+    talk(&format!(
+        "? {rest} closed=0
+         *closed 5
+         ? {rest} closed=5
+         *closed 255
+         ? {rest} can=jerk,safety,sum closed=255",
+    ));
+}
+
+#[test]
 fn an_empty_line_is_answered_but_no_news() {
     talk(
         "\"\"    E

@@ -163,6 +163,7 @@ fn an_order_goes_through_and_is_watched() {
         stops: Stops::parse(b"-K-"),
         errors: Some(Errors::parse(b"K")),
         can: Some(Abilities::OWN),
+        closed: Some(0),
     };
     assert_eq!(link.send(Command::Info), Some(Reply::Info(info)));
 }

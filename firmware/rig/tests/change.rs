@@ -232,7 +232,7 @@ fn it_has_settings_and_none_of_the_safety_features() {
          PO Y
          G+100 Y
          E E
-         ? stepwright*last=too-fast uncertain=0 stop=--- can=jerk",
+         ? stepwright*last=too-fast uncertain=0 stop=--- can=jerk closed=0",
     );
 }
 

@@ -13,6 +13,7 @@ fn a_pressed_switch_stops_its_axis_and_travel_towards_it_is_refused() {
     let mut chip = chip();
     say(&mut chip, "$switches=1 $switch-forward=1 PO T200 G+3000 A2 T100 G+700 E");
     chip.run_for(10_000_000);
+    talk(&mut chip, "? * closed=0");
     chip.press(0, true);
     let pressed = chip.now();
     chip.run_for(4_000_000);
@@ -27,10 +28,11 @@ fn a_pressed_switch_stops_its_axis_and_travel_towards_it_is_refused() {
     chip.expect("V2", "700");
     let stopped = chip.ask("V1");
     assert!(stopped.as_deref() == Some(&count.to_string()) || stopped.as_deref() == Some("E"));
-    talk(&mut chip, "A1 Y\nI1 Y\nPO Y\nG+5 Y\nE E\n? stepwright * uncertain=0*");
+    talk(&mut chip, "A1 Y\nI1 Y\nPO Y\nG+5 Y\nE E\n? stepwright * uncertain=0* closed=1");
     // Away from it is fine, pressed or not.
     talk(&mut chip, "PO Y\nG-5 Y\nE Y\n*rest\nV1 -5");
     chip.press(0, false);
+    talk(&mut chip, "? * closed=0");
     talk(&mut chip, "*wait 50\nPO Y\nG+5 Y\nE Y\n*rest\nV1 0");
 }
 

@@ -19,9 +19,10 @@ use crate::session::{LinkError, Session};
 #[command(after_help = "\
 Behind an axis that has not come to the end of its order stands the reason, until the
 axis moves again: `stopped by its limit switch`. `extras` are jerk (S-curves), safety (leases,
-soft limits and the other guards) and sum (checksums), of a board that has them. `faults` are those since the last `!`
-(`stepwright send '!'` forgets them). Then come the limit switches that the board knows of, and
-the settings that differ from their defaults.
+soft limits and the other guards) and sum (checksums), of a board that has them. `faults` are
+those since the last `!` (`stepwright send '!'` forgets them). Then come the limit switches that
+the board knows of, whether each is closed now and how its pin reads, and the settings that
+differ from their defaults.
 
 Example:
   stepwright status --port /dev/ttyUSB0")]
@@ -158,7 +159,8 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
     let info = session.info().copied();
     let listed = settings(&mut session).map_err(target::trouble(&mut session))?;
     let changed = changed(listed.as_ref());
-    let switches = switches(listed.as_ref(), &states);
+    let closed = info.and_then(|info| info.closed);
+    let switches = switches(listed.as_ref(), closed, &states);
     match args.format {
         Format::Json => say::result(json!({
             "board": info.map(board),
@@ -215,12 +217,14 @@ struct LimitSwitch {
     forward: bool,
     /// It reads high when it is closed.
     high: bool,
+    /// It is closed now; `None` if the board does not say.
+    closed: Option<bool>,
     /// It has stopped its axis.
     stopped: bool,
 }
 
-/// The limit switches of these axes.
-fn switches(listed: Option<&Listed>, states: &[State]) -> Vec<LimitSwitch> {
+/// The limit switches of these axes, of which the board says that `closed` are closed.
+fn switches(listed: Option<&Listed>, closed: Option<u8>, states: &[State]) -> Vec<LimitSwitch> {
     let has = |setting, axis: AxisId| {
         let set = listed.and_then(|listed| listed.get(setting)).map_or(0, |value| value.number());
         set >> axis.index() & 1 != 0
@@ -231,6 +235,7 @@ fn switches(listed: Option<&Listed>, states: &[State]) -> Vec<LimitSwitch> {
             axis: state.axis,
             forward: has(Setting::SwitchForward, state.axis),
             high: has(Setting::SwitchHigh, state.axis),
+            closed: closed.map(|closed| closed >> state.axis.index() & 1 != 0),
             stopped: state.stop == Some(Stop::Switch),
         })
         .collect()
@@ -241,22 +246,28 @@ impl LimitSwitch {
         if self.forward { "forward" } else { "backward" }
     }
 
-    fn level(&self) -> &'static str {
-        if self.high { "high" } else { "low" }
+    /// How its pin reads, closed or open.
+    fn level(&self, closed: bool) -> &'static str {
+        if self.high == closed { "high" } else { "low" }
     }
 
-    /// `axis 1 backward (closed: low)`.
+    /// `axis 1 backward closed (reads low, has stopped it)`.
     fn words(&self) -> String {
-        let (axis, end, level) = (self.axis.number(), self.end(), self.level());
+        let (axis, end) = (self.axis.number(), self.end());
         let stopped = if self.stopped { ", has stopped it" } else { "" };
-        format!("axis {axis} {end} (closed: {level}{stopped})")
+        let Some(closed) = self.closed else {
+            return format!("axis {axis} {end} (reads {} when closed{stopped})", self.level(true));
+        };
+        let state = if closed { "closed" } else { "open" };
+        format!("axis {axis} {end} {state} (reads {}{stopped})", self.level(closed))
     }
 
     fn json(&self) -> Value {
         json!({
             "axis": self.axis.number(),
             "end": self.end(),
-            "closed": self.level(),
+            "closed": self.closed,
+            "level_when_closed": self.level(true),
             "stopped": self.stopped,
         })
     }

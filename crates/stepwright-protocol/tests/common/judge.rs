@@ -472,7 +472,7 @@ fn should_tell(log: &[Entry], now: &Entry) -> String {
     let uncertain: u8 = (0..AXES).map(|n| u8::from(now.position[n].is_none()) << n).sum();
     format!(
         "stepwright 0.1 axes={AXES} max=120000 late=0 refused={refused} uncertain={uncertain} \
-         stop={} errors={} can=jerk,safety,sum",
+         stop={} errors={} can=jerk,safety,sum closed=0",
         stops(log),
         errors(log)
     )

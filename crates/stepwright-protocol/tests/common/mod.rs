@@ -25,6 +25,8 @@ pub struct Bench {
     /// The next start is refused for this reason.
     pub refuse: Option<Refusal>,
     pub late: u32,
+    /// Axes whose switch is closed.
+    pub closed: u8,
     pub settings: Settings,
     /// As they were when it was set up last.
     before: Settings,
@@ -162,6 +164,10 @@ impl Machine for Bench {
         (!axis.uncertain).then_some(axis.position)
     }
 
+    fn closed(&self) -> u8 {
+        self.closed
+    }
+
     fn zero(&mut self, axis: AxisId) {
         self.note(&format!("zero {}", axis.number()));
         assert!(!self.busy(axis), "zeroed while busy");
@@ -238,7 +244,7 @@ pub fn change_in_words(change: Change) -> String {
 /// Each row is a line of the master, the slave's answer and, behind `->`, what
 /// the machine was told. `""` is an empty line. What begins with `*` happens
 /// to the machine: `*arrive 1`, `*press 1`, `*refuse too-fast`, `*late 7`,
-/// `*switch 1`, `*silent 1`, `*emergency 1`, or 0 at rest.
+/// `*closed 5`, `*switch 1`, `*silent 1`, `*emergency 1`, or 0 at rest.
 pub fn talk(table: &str) {
     let (mut slave, mut bench) = (Slave::<3>::new(), Bench::new(3));
     for (n, row) in table.lines().map(str::trim).enumerate().filter(|(_, row)| !row.is_empty()) {
@@ -259,6 +265,7 @@ pub fn talk(table: &str) {
             "*press" => bench.press(answer.parse::<usize>().unwrap() - 1),
             "*refuse" => bench.refuse = Some(Refusal::named(answer.as_bytes())),
             "*late" => bench.late = answer.parse().unwrap(),
+            "*closed" => bench.closed = answer.parse().unwrap(),
             _ => {
                 let line = line.replace("\"\"", "").replace("\\n", "\n").replace("\\0", "\0");
                 let mut said = say(&mut slave, &mut bench, line.as_bytes());
@@ -272,11 +279,11 @@ pub fn talk(table: &str) {
     }
 }
 
-/// The answer to `?` without the words `stop`, `errors` and `can` where they are not
-/// expected by name.
+/// The answer to `?` without the words `stop`, `errors`, `can` and `closed` where they are
+/// not expected by name.
 fn without_extras(said: &str, expected: &str) -> String {
     let words = said.split(' ').filter(|word| {
-        let extra = ["stop", "errors", "can"]
+        let extra = ["stop", "errors", "can", "closed"]
             .into_iter()
             .find(|name| word.starts_with(&format!("{name}=")));
         extra.is_none_or(|name| expected.contains(&format!(" {name}=")))

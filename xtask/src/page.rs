@@ -1,13 +1,14 @@
-//! `cargo xtask page`: what the page of `stepwright serve` carries from elsewhere.
+//! `cargo xtask page`: what the page of `stepwright serve` carries from elsewhere, and the page
+//! for any host.
 //!
 //! The files lie in the repository, so that nobody needs npm to build the command. Their
 //! digests stand here: a file that was changed by hand is noticed.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 
 use crate::setup;
 use crate::workspace::{Workspace, output, run};
@@ -18,6 +19,9 @@ pub struct Page {
     /// Fetch nothing, and fail if what is there is not that.
     #[arg(long)]
     check: bool,
+    /// Write the page into a folder, for any host: without a server it plans.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "check")]
+    r#static: Option<PathBuf>,
 }
 
 /// The package of the plots, and its version.
@@ -46,6 +50,9 @@ const FILES: [(&str, &str, &str); 3] = [
 impl Page {
     /// Fetches, or compares.
     pub fn run(self, ws: &Workspace) -> Result<()> {
+        if let Some(folder) = &self.r#static {
+            return write_static(ws, folder);
+        }
         if !self.check {
             setup::ensure(&[setup::NODE])?;
             let place = ws.target.join("page");
@@ -69,6 +76,30 @@ pub fn check(ws: &Workspace) -> Result<()> {
             said.starts_with(digest),
             "{name} is not that of {PACKAGE}: run `cargo xtask page`"
         );
+    }
+    Ok(())
+}
+
+/// Writes every file of the page by the name that the page calls it.
+pub fn write_static(ws: &Workspace, to: &Path) -> Result<()> {
+    check(ws)?;
+    fs::create_dir_all(to)?;
+    let vendor = folder(ws);
+    let page = vendor.parent().context("the page has a folder")?;
+    let mut files = vec![
+        (vendor.join("uPlot.iife.min.js"), "uplot.js".to_owned()),
+        (vendor.join("uPlot.min.css"), "uplot.css".to_owned()),
+        (vendor.join("uPlot.LICENSE"), "uplot.LICENSE".to_owned()),
+    ];
+    for entry in fs::read_dir(page)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if path.is_file() && !name.ends_with(".txt") {
+            files.push((path, name));
+        }
+    }
+    for (from, name) in files {
+        fs::copy(&from, to.join(name)).with_context(|| from.display().to_string())?;
     }
     Ok(())
 }

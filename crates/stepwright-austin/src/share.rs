@@ -47,7 +47,11 @@ fn mul_div_in_place(terms: &mut [u64; 3]) {
 /// (high, low) / d and the remainder, for high < d.
 #[inline(always)]
 fn long_divide(high: u64, low: u64, d: u64) -> (u64, u64) {
-    #[cfg(any(target_pointer_width = "64", target_family = "wasm"))]
+    #[cfg(target_family = "wasm")]
+    {
+        long_divide_by_halves(high, low, d)
+    }
+    #[cfg(target_pointer_width = "64")]
     {
         let (n, d) = (u128::from(high) << 64 | u128::from(low), u128::from(d.max(1)));
         ((n / d) as u64, (n % d) as u64)
@@ -58,6 +62,36 @@ fn long_divide(high: u64, low: u64, d: u64) -> (u64, u64) {
         long_divide_bitwise(&mut wide, d);
         wide
     }
+}
+
+/// [`long_divide`] by two digits of 32 bits (Knuth's algorithm D): in WebAssembly, which divides
+/// 64 bits by 64 and no more.
+#[cfg(any(test, target_family = "wasm"))]
+fn long_divide_by_halves(high: u64, low: u64, d: u64) -> (u64, u64) {
+    const HALF: u64 = 1 << 32;
+    let by = d.leading_zeros();
+    let d = d.wrapping_shl(by);
+    let moved = u128::from(high) << 64 | u128::from(low);
+    let moved = moved.wrapping_shl(by);
+    let (top, bottom) = ((moved >> 64) as u64, moved as u64);
+    let (first, second) = (d / HALF, d % HALF);
+    // A digit by the upper halves, at most two too large, and what it leaves.
+    let digit = |rest: u64, next: u64| {
+        let mut digit = rest / first.max(1);
+        let mut left = rest % first.max(1);
+        while digit >= HALF || digit * second > left * HALF + next {
+            digit -= 1;
+            left += first;
+            if left >= HALF {
+                break;
+            }
+        }
+        let rest = rest.wrapping_mul(HALF).wrapping_add(next).wrapping_sub(digit.wrapping_mul(d));
+        (digit, rest)
+    };
+    let (upper, rest) = digit(top, bottom / HALF);
+    let (lower, rest) = digit(rest, bottom % HALF);
+    (upper.wrapping_mul(HALF).wrapping_add(lower), rest.wrapping_shr(by))
 }
 
 /// [`long_divide`] without 128 bits: one subtraction a bit. In place, as above.
@@ -101,8 +135,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn both_long_divisions_agree(high: u64, low: u64, d in 1u64..) {
+        fn all_long_divisions_agree(high: u64, low: u64, d in 1u64.., by in 0u8..64) {
+            let d = (d >> by).max(1);
             let high = high % d;
+            prop_assert_eq!(long_divide_by_halves(high, low, d), long_divide(high, low, d));
             let mut wide = (high, low);
             long_divide_bitwise(&mut wide, d);
             prop_assert_eq!(long_divide(high, low, d), wide);

@@ -12,30 +12,39 @@ const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const PICTURE: &str = "image/svg+xml";
+const WASM: &str = "application/wasm";
 
-/// Every file of the page: its address, its type and its text.
-const FILES: &[(&str, &str, &str)] = &[
-    ("/", HTML, include_str!("page/index.html")),
-    ("/style.css", CSS, include_str!("page/style.css")),
-    ("/icon.svg", PICTURE, include_str!("page/icon.svg")),
-    ("/main.js", SCRIPT, include_str!("page/main.js")),
-    ("/server.js", SCRIPT, include_str!("page/server.js")),
-    ("/axis.js", SCRIPT, include_str!("page/axis.js")),
-    ("/scope.js", SCRIPT, include_str!("page/scope.js")),
-    ("/edges.js", SCRIPT, include_str!("page/edges.js")),
-    ("/calc.js", SCRIPT, include_str!("page/calc.js")),
-    ("/settings.js", SCRIPT, include_str!("page/settings.js")),
-    ("/talk.js", SCRIPT, include_str!("page/talk.js")),
-    ("/plots.js", SCRIPT, include_str!("page/plots.js")),
-    ("/curves.js", SCRIPT, include_str!("page/curves.js")),
-    ("/uplot.css", CSS, include_str!("page/vendor/uPlot.min.css")),
-    ("/uplot.js", SCRIPT, include_str!("page/vendor/uPlot.iife.min.js")),
+/// Every file of the page: its address, its type and its bytes.
+const FILES: &[(&str, &str, &[u8])] = &[
+    ("/", HTML, include_bytes!("page/index.html")),
+    ("/style.css", CSS, include_bytes!("page/style.css")),
+    ("/icon.svg", PICTURE, include_bytes!("page/icon.svg")),
+    ("/main.js", SCRIPT, include_bytes!("page/main.js")),
+    ("/server.js", SCRIPT, include_bytes!("page/server.js")),
+    ("/axis.js", SCRIPT, include_bytes!("page/axis.js")),
+    ("/scope.js", SCRIPT, include_bytes!("page/scope.js")),
+    ("/edges.js", SCRIPT, include_bytes!("page/edges.js")),
+    ("/calc.js", SCRIPT, include_bytes!("page/calc.js")),
+    ("/settings.js", SCRIPT, include_bytes!("page/settings.js")),
+    ("/talk.js", SCRIPT, include_bytes!("page/talk.js")),
+    ("/plots.js", SCRIPT, include_bytes!("page/plots.js")),
+    ("/curves.js", SCRIPT, include_bytes!("page/curves.js")),
+    ("/start.js", SCRIPT, include_bytes!("page/start.js")),
+    ("/plan.css", CSS, include_bytes!("page/plan.css")),
+    ("/plan.js", SCRIPT, include_bytes!("page/plan.js")),
+    ("/plan-board.js", SCRIPT, include_bytes!("page/plan-board.js")),
+    ("/plan-charts.js", SCRIPT, include_bytes!("page/plan-charts.js")),
+    ("/plan-copy.js", SCRIPT, include_bytes!("page/plan-copy.js")),
+    ("/planner.js", SCRIPT, include_bytes!("page/planner.js")),
+    ("/plan.wasm", WASM, include_bytes!("page/plan.wasm")),
+    ("/uplot.css", CSS, include_bytes!("page/vendor/uPlot.min.css")),
+    ("/uplot.js", SCRIPT, include_bytes!("page/vendor/uPlot.iife.min.js")),
 ];
 
 /// Their addresses.
 pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
-    FILES.iter().fold(Router::new(), |routes, (path, kind, text)| {
-        routes.route(path, get(async move || ([(CONTENT_TYPE, *kind)], *text)))
+    FILES.iter().fold(Router::new(), |routes, (path, kind, bytes)| {
+        routes.route(path, get(async move || ([(CONTENT_TYPE, *kind)], *bytes)))
     })
 }
 
@@ -45,9 +54,11 @@ mod tests {
 
     #[test]
     fn the_page_is_small_and_has_all_that_it_names() {
-        let bytes: usize = FILES.iter().map(|(_, _, text)| text.len()).sum();
+        let bytes: usize = FILES.iter().map(|(_, _, bytes)| bytes.len()).sum();
         assert!(bytes <= 300_000, "{bytes}");
-        for (path, kind, text) in FILES.iter().filter(|(path, ..)| !path.starts_with("/uplot")) {
+        let own = |path: &str| !path.starts_with("/uplot") && !path.ends_with(".wasm");
+        for (path, kind, bytes) in FILES.iter().filter(|(path, ..)| own(path)) {
+            let text = str::from_utf8(bytes).unwrap();
             for quoted in text.split(['"', '\'']).filter(|word| word.starts_with("./")) {
                 let named = quoted.trim_start_matches('.');
                 assert!(FILES.iter().any(|(path, ..)| *path == named), "{path} ({kind}): {named}");

@@ -66,7 +66,7 @@ fn trapezoid(order: &PlanOrder, to: &mut Planner) -> Result<(), PlanRefusal> {
         walk.measure(due);
         before = due;
     });
-    walk.end(Some(ideal.peak()));
+    walk.end(Some(ideal.peak()), None);
     Ok(())
 }
 
@@ -89,7 +89,7 @@ fn s_curve(order: &PlanOrder, to: &mut Planner) -> Result<(), PlanRefusal> {
             walk.measure(due(n));
         }
     });
-    walk.end(Some(ideal.peak()));
+    walk.end(Some(ideal.peak()), Some(0.0));
     Ok(())
 }
 
@@ -134,7 +134,7 @@ fn counted<L: Law>(mut pulses: Pulses<L>, lead: Q32, order: &PlanOrder, to: &mut
         walk.pulse(delay, exact, pulses.phase() == Phase::Down, |_| due);
         walk.measure(due);
     }
-    walk.end(None);
+    walk.end(None, None);
 }
 
 /// The published listing, which rounds each delay by itself.
@@ -148,5 +148,5 @@ fn listing(mut pulses: Fixed, order: &PlanOrder, to: &mut Planner) {
         walk.pulse(delay, exact, pulses.phase() == Phase::Down, |_| due);
         walk.measure(due);
     }
-    walk.end(None);
+    walk.end(None, None);
 }

@@ -171,8 +171,9 @@ impl Planner {
         self.columns.as_ptr().cast()
     }
 
-    /// Makes the curves of what was shown. `start` is the speed at both ends.
-    fn draw(&mut self, pulses: u32, start: f64) {
+    /// Makes the curves of what was shown. `start` is the speed at both ends, `edge` the
+    /// acceleration there, if the law says it.
+    fn draw(&mut self, pulses: u32, start: f64, edge: Option<f64>) {
         let shown = self.shown.get(..self.count).unwrap_or(&[]);
         let [times, places, speeds, accels, intervals, deviations] = &mut self.columns;
         let last = f64::from(pulses.saturating_sub(1));
@@ -206,9 +207,12 @@ impl Planner {
                 }
             }
         }
-        // An acceleration at an end is that beside it.
-        if let [first, second, .., before, end] = accels.get_mut(..shown.len()).unwrap_or(&mut []) {
-            (*first, *end) = (*second, *before);
+        // Otherwise it is that beside the end.
+        if let ([first, second, .., before, end], [begin, .., stop]) =
+            (accels.get_mut(..shown.len()).unwrap_or(&mut []), shown)
+        {
+            *first = edge.filter(|_| begin.n == 0.0).unwrap_or(*second);
+            *end = edge.filter(|_| stop.n == last).unwrap_or(*before);
         }
     }
 }
@@ -322,8 +326,9 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The last pulse has been made. `peak` is the highest speed, if the law says it.
-    pub fn end(self, peak: Option<f64>) {
+    /// The last pulse has been made. `peak` is the highest speed, and `edge` the acceleration at
+    /// both ends, if the law says them.
+    pub fn end(self, peak: Option<f64>, edge: Option<f64>) {
         let hz = self.order.hz();
         let planner = self.planner;
         let figures = &mut planner.figures;
@@ -342,7 +347,7 @@ impl<'a> Walk<'a> {
         figures.deviation_rms = libm::sqrt(self.squares / delays) * 100.0;
         figures.lost = figures.seconds - self.least;
         figures.points = planner.count as f64;
-        planner.draw(self.order.steps, self.start);
+        planner.draw(self.order.steps, self.start, edge);
     }
 
     #[inline]

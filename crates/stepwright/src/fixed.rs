@@ -167,20 +167,20 @@ fn shift_wide((high, low): (u64, u64), by: u8) -> u64 {
 
 /// The full product of two 64-bit numbers as (high, low).
 pub fn multiply(a: u64, b: u64) -> (u64, u64) {
-    #[cfg(any(target_pointer_width = "64", target_family = "wasm"))]
+    #[cfg(target_pointer_width = "64")]
     {
         let p = u128::from(a) * u128::from(b);
         ((p >> 64) as u64, p as u64)
     }
-    #[cfg(not(any(target_pointer_width = "64", target_family = "wasm")))]
+    #[cfg(not(target_pointer_width = "64"))]
     {
         multiply_halves(a, b)
     }
 }
 
 /// [`multiply`] without 128 bits: four products of 32-bit halves.
-#[cfg(any(test, not(any(target_pointer_width = "64", target_family = "wasm"))))]
-#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+#[cfg(any(test, not(target_pointer_width = "64")))]
+#[cfg_attr(not(any(target_pointer_width = "64", target_family = "wasm")), inline(never))]
 fn multiply_halves(a: u64, b: u64) -> (u64, u64) {
     const LOW: u64 = 0xFFFF_FFFF;
     let (ah, al, bh, bl) = (a >> 32, a & LOW, b >> 32, b & LOW);

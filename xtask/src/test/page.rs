@@ -2,7 +2,8 @@
 //! that the system has.
 
 use std::env;
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
@@ -41,15 +42,34 @@ pub fn run(ws: &Workspace) -> Result<()> {
     };
     workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
     node::PLAYWRIGHT.prepare(ws)?;
-    let script = "crates/stepwright-serve/tests/page/drive.mjs";
-    let mut drive = Command::new("node");
-    drive.current_dir(&ws.root).arg(script).arg(ws.built("stepwright")).arg(browser);
-    if let Some(folder) = env::var_os("STEPWRIGHT_PICTURES") {
-        drive.arg(folder);
+    let place = ws.target.join("page");
+    let (alone, copied) = (place.join("static"), place.join("copied"));
+    page::write_static(ws, &alone)?;
+    for (script, folders) in [("drive.mjs", vec![]), ("plan.mjs", vec![&alone, &copied])] {
+        let mut drive = Command::new("node");
+        drive.current_dir(&ws.root).arg(format!("crates/stepwright-serve/tests/page/{script}"));
+        drive.arg(ws.built("stepwright")).arg(&browser).args(folders);
+        if let Some(folder) = env::var_os("STEPWRIGHT_PICTURES") {
+            drive.arg(folder);
+        }
+        drive.env("NODE_PATH", node::PLAYWRIGHT.modules(ws));
+        if run_within(LIMIT, &mut drive).is_err() {
+            bail!("the page does not do what it shows");
+        }
     }
-    drive.env("NODE_PATH", node::PLAYWRIGHT.modules(ws));
-    if run_within(LIMIT, &mut drive).is_err() {
-        bail!("the page does not do what it shows");
-    }
-    Ok(())
+    compile(ws, &copied)
+}
+
+/// Runs what "copy as Rust" has given, against the durations that the page has shown.
+fn compile(ws: &Workspace, copied: &Path) -> Result<()> {
+    let crates = ws.root.join("crates");
+    let text = format!(
+        "[package]\nname = \"copied\"\nedition = \"2024\"\n\n[[bin]]\nname = \"copied\"\n\
+         path = \"main.rs\"\n\n[dependencies]\nstepwright = {{ path = \"{0}/stepwright\" }}\n\
+         stepwright-austin = {{ path = \"{0}/stepwright-austin\" }}\n\n[workspace]\n",
+        crates.display()
+    );
+    fs::write(copied.join("Cargo.toml"), text)?;
+    let mut program = ws.cargo(["run", "--target-dir"]);
+    workspace::run(program.arg(&ws.target).current_dir(copied))
 }

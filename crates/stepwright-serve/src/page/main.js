@@ -1,6 +1,7 @@
 // The page: what is shown, who controls, and the keys.
 
 import { Axis } from "./axis.js";
+import { PlanView } from "./plan.js";
 import { Plots } from "./plots.js";
 import { Calculators } from "./calc.js";
 import { follow, get, hand, post, release, take } from "./server.js";
@@ -13,6 +14,7 @@ const plots = new Plots();
 const settings = new Settings(by("settings"));
 new Scope(tell);
 new Calculators(by("calc"));
+const plan = new PlanView(tell);
 let axes = [];
 let sheet = -1;
 let ours = false;
@@ -44,6 +46,7 @@ const attempt = (promise) => promise.catch(tell);
 async function describe(count) {
   sheet = count;
   const board = await get("/api/board");
+  plan.board(board);
   by("board").textContent = board.name;
   document.title = `${board.name} – Stepwright`;
   settings.describe(board);
@@ -83,6 +86,7 @@ function show(state) {
   trouble = now;
   showErrors(state);
   plots.see(state);
+  plan.state(state, ours);
 }
 
 function showControl(control, connected) {

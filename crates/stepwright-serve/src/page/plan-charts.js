@@ -1,0 +1,183 @@
+// The curves of several laws over one another.
+
+import { LAWS } from "./planner.js";
+
+/** Points across a picture. */
+const GRID = 1200;
+
+const dark = matchMedia("(prefers-color-scheme: dark)");
+const number = new Intl.NumberFormat("en", { maximumSignificantDigits: 5, useGrouping: false });
+
+/** What can be shown: its name and unit, and whether 0 belongs to it. */
+export const QUANTITIES = {
+  speed: ["Speed", "steps/s", true],
+  accel: ["Acceleration", "steps/s²", true],
+  position: ["Position", "steps", true],
+  interval: ["Interval between steps", "µs", false],
+  deviation: ["Delays above those of constant acceleration", "%", true],
+};
+
+/** Colours as the page has them now: a canvas knows no light-dark(). */
+function colours() {
+  const probe = document.createElement("i");
+  document.body.append(probe);
+  const of = (name) => ((probe.style.color = `var(${name})`), getComputedStyle(probe).color);
+  const found = { ink: of("--soft"), grid: of("--line"), laws: LAWS.map((_, i) => of(`--law-${i}`)) };
+  probe.remove();
+  return found;
+}
+
+const faint = (colour, alpha) => colour.replace("rgb(", "rgba(").replace(")", `, ${alpha})`);
+
+export class PlanCharts {
+  /** Into these elements, with the value under the pointer in those beside them;
+   *  `zoomed(from, to)` is told what was dragged, in s, or nothing. */
+  constructor(places, values, zoomed) {
+    this.places = places;
+    this.values = values;
+    this.zoomed = zoomed;
+    this.names = ["speed", "accel", "position"];
+    this.plans = [];
+    this.chosen = 0;
+    this.window = [0, 1];
+    dark.addEventListener("change", () => this.build());
+    new ResizeObserver(() => this.resize()).observe(places[0]);
+  }
+
+  /** Shows another quantity in the last chart. */
+  third(name) {
+    this.names[2] = name;
+    this.build();
+  }
+
+  /** A plan of each law, or nothing; which one stands out; what is shown, in s. */
+  show(plans, chosen, window) {
+    const again = this.window.some((end, i) => end !== window[i]);
+    Object.assign(this, { plans, chosen, window });
+    if (!this.plots) this.build();
+    else this.draw(again);
+  }
+
+  width() {
+    return Math.max(240, this.places[0].clientWidth);
+  }
+
+  height(at) {
+    const narrow = innerWidth < 900;
+    return [narrow ? 180 : 280, narrow ? 170 : 190, narrow ? 170 : 190][at];
+  }
+
+  resize() {
+    this.plots?.forEach((plot, at) => plot.setSize({ width: this.width(), height: this.height(at) }));
+  }
+
+  build() {
+    this.plots?.forEach((plot) => plot.destroy());
+    const { ink, grid, laws } = colours();
+    const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 } };
+    const line = (stroke, width, more) => ({ stroke, width, points: { show: false }, ...more });
+    this.plots = this.names.map((name, at) => {
+      const [, unit, zero] = QUANTITIES[name];
+      const series = [
+        {},
+        ...laws.map((colour) => line(colour, 1.5)),
+        // The one that was chosen lies on top.
+        line(() => laws[this.chosen], 3, {
+          fill: name === "speed" ? () => faint(laws[this.chosen], 0.1) : undefined,
+        }),
+      ];
+      return new uPlot(
+        {
+          width: this.width(),
+          height: this.height(at),
+          scales: { x: { time: false, range: () => this.window }, y: { range: airy(zero) } },
+          axes: [
+            { ...axis, size: 28, values: (_, splits) => splits.map((s) => `${number.format(s)} s`) },
+            { ...axis, size: 62, values: (_, splits) => splits.map((s) => number.format(s)) },
+          ],
+          series,
+          cursor: { sync: { key: "plan" }, drag: { setScale: false }, points: { show: false } },
+          legend: { show: false },
+          hooks: {
+            drawClear: [(plot) => this.band(plot, faint(ink, 0.09))],
+            setSelect: [(plot) => this.select(plot)],
+            setCursor: [(plot) => this.say(plot, at, unit)],
+          },
+        },
+        [[], ...series.slice(1).map(() => [])],
+        this.places[at],
+      );
+    });
+    this.plots.forEach((plot) => plot.over.addEventListener("dblclick", () => this.zoomed()));
+    this.draw(true);
+  }
+
+  select(plot) {
+    const { left, width } = plot.select;
+    if (width < 5) return;
+    const ends = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    this.zoomed(...ends);
+  }
+
+  /** The value of the chosen law under the pointer. */
+  say(plot, at, unit) {
+    const place = this.values[at];
+    const { idx } = plot.cursor;
+    const value = idx === null || idx === undefined ? null : plot.data[LAWS.length + 1]?.[idx];
+    place.textContent =
+      value === null || value === undefined ? "" : `${number.format(value)} ${unit} at ${plot.data[0][idx].toFixed(4)} s`;
+  }
+
+  /** A tint over the time that the chosen law brakes. */
+  band(plot, tint) {
+    const figures = this.plans[this.chosen]?.figures;
+    if (!figures?.brakingSteps) return;
+    const { ctx, bbox } = plot;
+    const at = (time) => Math.min(Math.max(plot.valToPos(time, "x", true), bbox.left), bbox.left + bbox.width);
+    const [from, to] = [at(figures.seconds - figures.brakingSeconds), at(figures.seconds)];
+    ctx.save();
+    ctx.fillStyle = tint;
+    ctx.fillRect(from, bbox.top, to - from, bbox.height);
+    ctx.restore();
+  }
+
+  /** Draws what was planned last; `moved` if another time is shown. */
+  draw(moved) {
+    const [from, to] = this.window;
+    if (moved || !this.grid) this.grid = Float64Array.from({ length: GRID + 1 }, (_, i) => from + ((to - from) * i) / GRID);
+    const times = Array.from(this.grid);
+    this.plots.forEach((plot, at) => {
+      const lines = LAWS.map((_, law) => {
+        const curves = this.plans[law]?.curves;
+        return curves ? resampled(curves.time, curves[this.names[at]], this.grid) : [];
+      });
+      plot.setData([times, ...lines, lines[this.chosen]], true);
+    });
+  }
+}
+
+/** Values between points, at the times of a grid; nothing beyond the ends. */
+function resampled(times, values, grid) {
+  const out = new Array(grid.length).fill(null);
+  const last = times.length - 1;
+  for (let i = 0, at = 0; i < grid.length && last >= 0; i++) {
+    const time = grid[i];
+    if (time < times[0] || time > times[last]) continue;
+    while (at < last - 1 && times[at + 1] < time) at++;
+    const [before, behind] = [values[at], values[Math.min(at + 1, last)]];
+    const way = times[Math.min(at + 1, last)] - times[at];
+    const value = way > 0 ? before + ((behind - before) * (time - times[at])) / way : before;
+    if (Number.isFinite(value)) out[i] = value;
+    else if (Number.isFinite(behind)) out[i] = behind;
+  }
+  return out;
+}
+
+/** A range with some air; from 0 where that belongs to it. */
+const airy = (zero) => (_, low, high) => {
+  if (low === null || low === undefined || high === null) return [0, 1];
+  const [from, to] = zero ? [Math.min(0, low), Math.max(0, high)] : [low, high];
+  const air = Math.max((to - from) * 0.06, Math.abs(to) * 1e-6, 1e-9);
+  return [from < 0 || !zero ? from - air : from, to > 0 || !zero ? to + air : to];
+};

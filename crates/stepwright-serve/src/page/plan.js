@@ -1,0 +1,324 @@
+// The Plan view: a travel by every law, before anything moves.
+
+import { refusals } from "./plan-board.js";
+import { PlanCharts } from "./plan-charts.js";
+import { command, rust } from "./plan-copy.js";
+import { LAWS, NUMBERS, Planner } from "./planner.js";
+import { post } from "./server.js";
+
+const by = (id) => document.getElementById(id);
+const digits = (value, most) => new Intl.NumberFormat("en", { maximumSignificantDigits: most, useGrouping: false }).format(value);
+
+/** Each law in words, and the numbers that are its own. */
+const ABOUT = {
+  trapezoid: ["Trapezoid", "Constant acceleration up to the top speed, and constant deceleration. A controller plans it.", ["start"]],
+  "s-curve": ["S-curve", "The acceleration comes and goes at a limited jerk: gentle to what hangs on the motor. A controller plans it.", ["jerk", "start"]],
+  austin: ["Austin", "Each delay from the one before, with one division a step (Eq 12 to 19).", ["c0", "divisor"]],
+  "austin-fixed": ["Austin’s listing", "The same as it was published: fixed point, delay for delay. It brakes as it speeds up.", []],
+  "linear-factor": ["Linear factor", "Austin’s recommended transition: from the knee on the acceleration falls to 0 at the top speed.", ["knee", "c0"]],
+  power: ["Power term", "A power of the step number ends the acceleration; the approach is asymptotic.", ["power", "c0"]],
+  piecewise: ["Piecewise", "The acceleration is reduced in stages near the top speed.", ["breaks", "c0"]],
+};
+
+/** Numbers on sliders: name, unit, from, to, and whether they are whole or of one size. */
+const SLIDERS = {
+  steps: ["Steps", "", 1, 1e6, "whole"],
+  top: ["Top speed", "steps/s", 1, 2e5],
+  accel: ["Acceleration", "steps/s²", 1, 1e7],
+  decel: ["Deceleration", "steps/s²", 1, 1e7],
+  start: ["Start speed", "steps/s", 0, 5000, "square"],
+  jerk: ["Jerk", "steps/s³", 10, 1e10],
+  knee: ["Knee", "of the top", 0, 0.9, "even", 0.01],
+  power: ["Power", "", 2, 9, "even", 1],
+  breaks: ["Breaks", "", 0, 8, "even", 1],
+};
+
+/** Numbers to choose from. */
+const CHOICES = {
+  rate: ["Timer", [[1e5, "100 kHz"], [1e6, "1 MHz"], [2e6, "2 MHz"], [16e6, "16 MHz"], [84e6, "84 MHz"], [2e8, "200 MHz"]]],
+  c0: ["First delay", [[0, "exact (Eq 7)"], [1, "0.676 of it (Eq 15)"], [2, "exact, then 0.4056"]]],
+  divisor: ["Divisor", [[0, "4n + 1"], [1, "2n"]]],
+};
+
+/** A slider has so many places. */
+const PLACES = 1000;
+
+export class PlanView {
+  /** `tell(error)` shows what was declined. */
+  constructor(tell) {
+    this.tell = tell;
+    this.travel = {
+      rate: 16e6, steps: 1000, start: 0, top: 1000, accel: 2000, decel: 2000, jerk: 20000,
+      c0: 1, divisor: 0, knee: 0, power: 4, breaks: 7,
+    };
+    this.law = 0;
+    this.shown = new Set([0, 1, 4]);
+    this.zoom = null;
+    this.plans = [];
+    this.sheet = null;
+    this.place = new Map();
+    this.ours = false;
+    this.fields = {};
+    for (const name of ["rate", "steps", "top", "accel", "decel"]) by("travel-values").append(this.control(name));
+    for (const name of ["start", "jerk", "divisor", "c0", "knee", "power", "breaks"]) by("law-values").append(this.control(name));
+    by("plan").view = this;
+    this.table();
+    this.listen();
+    this.choose(0);
+  }
+
+  /** Opens when it is looked at first. */
+  async open() {
+    this.opened ??= (async () => {
+      const answer = await fetch("./plan.wasm");
+      this.planner = await Planner.open(await answer.arrayBuffer());
+      const all = (kind) => [...document.querySelectorAll(`#plan ${kind}`)];
+      this.charts = new PlanCharts(all(".place"), all(".at"), (from, to) => this.zoomTo(from, to));
+      this.plan();
+    })();
+    return this.opened;
+  }
+
+  /** A row with a number, and a slider or choices. */
+  control(name) {
+    const row = document.createElement("label");
+    row.className = "slider";
+    row.dataset.name = name;
+    const choice = CHOICES[name];
+    const [title, unit] = choice ?? SLIDERS[name];
+    row.innerHTML = `<span class="name">${title}</span>`;
+    if (choice) {
+      const select = document.createElement("select");
+      for (const [value, words] of choice[1]) select.append(new Option(words, value));
+      row.append(select);
+      this.fields[name] = { row, show: (value) => (select.value = value) };
+      select.addEventListener("input", () => this.set(name, Number(select.value)));
+      return row;
+    }
+    const [, , low, high, kind, step] = SLIDERS[name];
+    const number = document.createElement("span");
+    number.className = "number";
+    number.innerHTML = `<input type="number" step="any" min="${low}" required aria-label="${title}"><i>${unit}</i>`;
+    const exact = number.firstChild;
+    const slide = document.createElement("input");
+    Object.assign(slide, { type: "range", min: 0, max: PLACES, step: 1 });
+    slide.setAttribute("aria-label", `${title}, slider`);
+    row.append(number, slide);
+    const part = {
+      even: [(v) => (v - low) / (high - low), (p) => low + p * (high - low)],
+      square: [(v) => Math.sqrt(v / high), (p) => high * p * p],
+    }[kind] ?? [(v) => Math.log(v / low) / Math.log(high / low), (p) => low * (high / low) ** p];
+    const rounded = (value) => {
+      if (step) return Number((Math.round(value / step) * step).toFixed(3));
+      const near = Number(value.toPrecision(value >= 100 ? 3 : 2));
+      return kind === "whole" || near >= 10 ? Math.round(near) : near;
+    };
+    this.fields[name] = {
+      row,
+      show: (value, from) => {
+        if (from !== exact) exact.value = value;
+        if (from !== slide) slide.value = Math.round(part[0](Math.min(Math.max(value, low), high)) * PLACES);
+        slide.setAttribute("aria-valuetext", `${value} ${unit}`);
+      },
+    };
+    slide.addEventListener("input", () => this.set(name, rounded(part[1](slide.value / PLACES)), slide));
+    exact.addEventListener("input", () => Number.isFinite(exact.valueAsNumber) && this.set(name, exact.valueAsNumber, exact));
+    return row;
+  }
+
+  /** Another number: its curves follow at once. */
+  set(name, value, from) {
+    const begin = performance.now();
+    this.travel[name] = value;
+    this.fields[name].show(value, from);
+    if (by("alike").checked && (name === "accel" || name === "decel")) {
+      const twin = name === "accel" ? "decel" : "accel";
+      this.travel[twin] = value;
+      this.fields[twin].show(value);
+    }
+    this.zoom = null;
+    this.plan();
+    // Drawn in a microtask of uPlot's: what was asked for before is done then.
+    queueMicrotask(() => (this.took = performance.now() - begin));
+  }
+
+  table() {
+    const rows = LAWS.map((name, law) => {
+      const row = document.createElement("tr");
+      row.style.setProperty("--own", `var(--law-${law})`);
+      row.innerHTML = `<td><span class="pick"><input type="checkbox" aria-label="Show ${ABOUT[name][0]}"><button type="button">${ABOUT[name][0]}</button></span></td>`;
+      row.querySelector("input").checked = this.shown.has(law);
+      row.querySelector("input").addEventListener("input", (event) => {
+        if (event.target.checked) this.shown.add(law);
+        else this.shown.delete(law);
+        this.plan();
+      });
+      row.querySelector("button").addEventListener("click", () => this.choose(law));
+      return row;
+    });
+    by("laws").tBodies[0].append(...rows);
+  }
+
+  /** The law whose numbers are changed, and which stands out. */
+  choose(law) {
+    this.law = law;
+    this.shown.add(law);
+    const name = LAWS[law];
+    const [title, words, own] = ABOUT[name];
+    by("law-name").textContent = title;
+    by("law-words").textContent = words;
+    for (const row of by("law-values").children) row.hidden = !own.includes(row.dataset.name);
+    [...by("laws").tBodies[0].rows].forEach((row, i) => {
+      row.classList.toggle("chosen", i === law);
+      row.querySelector("input").checked = this.shown.has(i);
+      row.querySelector("button").setAttribute("aria-pressed", i === law);
+    });
+    by("copied").hidden = true;
+    this.plan();
+  }
+
+  zoomTo(from, to) {
+    this.zoom = from === undefined ? null : [Math.max(0, from), to];
+    this.plan();
+  }
+
+  /** Plans what is shown, and draws it. */
+  plan() {
+    for (const [name, field] of Object.entries(this.fields)) if (!this.planner) field.show(this.travel[name]);
+    if (!this.planner) return;
+    const [from, to] = this.zoom ?? [0, 1e12];
+    const numbers = NUMBERS.map((name) => ({ from, to, ...this.travel })[name]);
+    this.plans = LAWS.map((_, law) => (this.shown.has(law) ? this.planner.plan(law, numbers) : null));
+    const longest = Math.max(0, ...this.plans.map((plan) => plan?.figures?.seconds ?? 0));
+    this.charts.show(this.plans, this.law, this.zoom ?? [0, longest || 1]);
+    this.figures();
+    this.ask();
+  }
+
+  /** The table. */
+  figures() {
+    const unit = (ticks) => `${digits(ticks, 3)} ticks`;
+    [...by("laws").tBodies[0].rows].forEach((row, law) => {
+      const plan = this.plans[law];
+      while (row.cells.length > 1) row.deleteCell(1);
+      row.classList.toggle("hidden", !plan);
+      if (plan?.refused) {
+        const cell = row.insertCell();
+        cell.colSpan = 6;
+        cell.className = "no";
+        cell.textContent = `${plan.refused.what}: ${plan.refused.remedy}`;
+        return;
+      }
+      const f = plan?.figures;
+      const lost = f && f.seconds > 0 ? (f.lost / (f.seconds - f.lost)) * 100 : 0;
+      const cells = f
+        ? [
+            `${digits(f.seconds, 5)} s`,
+            Math.abs(lost) < 0.005 ? "0 %" : `${lost > 0 ? "+" : "−"}${digits(Math.abs(lost), 3)} %`,
+            digits(f.peak, 5),
+            `${f.brakingSteps} in ${digits(f.brakingSeconds, 3)} s`,
+            unit(f.error),
+            f.deviationRms < 0.005 ? "0 %" : `${digits(f.deviationRms, 3)} %`,
+          ]
+        : ["–", "–", "–", "–", "–", "–"];
+      for (const text of cells) row.insertCell().textContent = text;
+      if (f) {
+        const micros = digits((f.error / this.travel.rate) * 1e6, 3);
+        row.cells[5].title = `${micros} µs, at step ${f.errorStep}`;
+        row.cells[6].title = `at most ${digits(f.deviation, 3)} %, at step ${f.deviationStep}`;
+      }
+    });
+  }
+
+  /** The board, as GET /api/board has it. */
+  board(sheet) {
+    this.sheet = sheet;
+    const select = by("plan-axis").querySelector("select");
+    const kept = select.value;
+    select.replaceChildren(...sheet.axes.map(({ axis }) => new Option(axis, axis)));
+    if (kept && kept <= sheet.axes.length) select.value = kept;
+    by("plan-axis").hidden = sheet.axes.length < 2;
+    this.ask();
+  }
+
+  /** What the board does; `ours` if this page controls. */
+  state(state, ours) {
+    const before = `${this.ours} ${this.connected} ${[...this.place.values()].map((axis) => `${axis.moving} ${axis.position}`)}`;
+    this.ours = ours;
+    this.connected = state.connected;
+    for (const axis of state.axes) this.place.set(axis.axis, axis);
+    const now = `${ours} ${state.connected} ${state.axes.map((axis) => `${axis.moving} ${axis.position}`)}`;
+    if (before !== now && by("plan").classList.contains("shown")) this.ask();
+  }
+
+  get axis() {
+    return Number(by("plan-axis").querySelector("select").value || 1);
+  }
+
+  /** Says what the board would refuse, and whether it can be sent. */
+  ask() {
+    const plan = this.plans[this.law];
+    const name = LAWS[this.law];
+    const copies = !plan?.refused && plan;
+    for (const id of ["copy-command", "copy-rust"]) by(id).disabled = !copies;
+    const place = this.place.get(this.axis);
+    let words = "There is no board here: copy it, and move a motor by it.";
+    let reasons = [];
+    let able = false;
+    if (this.sheet && copies) {
+      reasons = refusals(name, this.travel, plan.figures.peak, this.sheet, this.axis, place);
+      const axis = this.sheet.axes.find((one) => one.axis === this.axis);
+      const way = axis && axis.unit !== "steps" ? ` It is ${digits(this.travel.steps / axis.steps_per_unit, 5)} ${axis.unit}.` : "";
+      const board = this.sheet.name.replace(/^the /, "The ");
+      words = reasons.length ? `${board} would refuse it:` : `${board} takes it.${way}`;
+      able = !reasons.length && this.ours && this.connected && place && !place.moving && place.position !== null;
+      if (!reasons.length && !able) {
+        words += !this.ours ? " To send it, take control." : place?.moving ? " The axis is moving." : " It is not ready.";
+      }
+    } else if (this.sheet) words = "There is no such travel.";
+    if (by("plan-board").textContent !== words) by("plan-board").textContent = words;
+    const list = by("reasons");
+    if (reasons.join("\n") !== this.reasons) {
+      this.reasons = reasons.join("\n");
+      list.replaceChildren(...reasons.map((reason) => Object.assign(document.createElement("li"), { textContent: reason })));
+    }
+    by("send").hidden = !this.sheet;
+    by("send").disabled = !able;
+  }
+
+  async send() {
+    const { steps, top, start, accel, decel, jerk } = this.travel;
+    const order = { axis: this.axis, by: steps, top_speed: top, start_speed: start, accel, decel };
+    try {
+      await post("/api/move", LAWS[this.law] === "s-curve" ? { ...order, jerk } : order);
+    } catch (declined) {
+      this.tell(declined);
+    }
+  }
+
+  /** Copies a text, and shows it: also where the clipboard is closed. */
+  async copy(text) {
+    by("copied").textContent = text;
+    by("copied").hidden = false;
+    try {
+      await navigator.clipboard.writeText(text);
+    } catch {
+      getSelection().selectAllChildren(by("copied"));
+    }
+  }
+
+  listen() {
+    by("alike").addEventListener("input", () => by("alike").checked && this.set("decel", this.travel.accel));
+    by("third").addEventListener("input", (event) => this.charts?.third(event.target.value));
+    by("send").addEventListener("click", () => this.send());
+    by("plan-axis").addEventListener("input", () => this.ask());
+    const port = () => (this.sheet && !this.sheet.name.includes("virtual") ? this.sheet.name : null);
+    by("copy-command").addEventListener("click", () => this.copy(command(LAWS[this.law], this.travel, port())));
+    by("copy-rust").addEventListener("click", () =>
+      this.copy(rust(LAWS[this.law], this.travel, this.plans[this.law].figures)));
+    for (const id of ["travel", "own"]) by(id).addEventListener("submit", (event) => event.preventDefault());
+    const looked = () => location.hash === "#plan" && this.open().then(() => this.charts.resize(), this.tell);
+    addEventListener("hashchange", looked);
+    looked();
+  }
+}

@@ -5,19 +5,15 @@ use std::fs;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::firmware::Board;
 use crate::toolchain::Cross;
 use crate::workspace::{Workspace, run};
 
 /// Its name in `target/firmware`: `uno-outside.elf`.
 const NAME: &str = "outside";
 
-/// Builds it for a board.
-pub fn make(ws: &Workspace, board: Board) -> Result<()> {
-    let (chip, feature) = match board {
-        Board::Uno | Board::Nano => ("atmega328p", "uno"),
-        Board::Mega => ("atmega2560", "mega"),
-    };
+/// Builds it for an Uno. (For a Mega another feature and another chip are named: that takes a
+/// minute more, and shows nothing else.)
+pub fn make(ws: &Workspace) -> Result<()> {
     let guide = fs::read_to_string(ws.root.join("crates/stepwright-avr/README.md"))?;
     let manifest = block(&guide, "toml").context("stepwright-avr's README has no manifest")?;
     let flags = "-C target-cpu=atmega328p";
@@ -25,25 +21,22 @@ pub fn make(ws: &Workspace, board: Board) -> Result<()> {
     let source = fs::read_to_string(ws.root.join("README.md"))?;
     let source = block(&source, "rust").context("the README has no first program")?;
 
-    let folder = ws.target.join("xtask").join(NAME).join(feature);
+    let folder = ws.target.join("xtask").join(NAME);
     fs::create_dir_all(folder.join("src"))?;
-    let manifest = manifest
-        .replace("\"../stepwright/", &format!("\"{}/", ws.root.display()))
-        .replace("\"uno\"", &format!("\"{feature}\""));
+    let manifest = manifest.replace("\"../stepwright/", &format!("\"{}/", ws.root.display()));
     let package = format!("[package]\nname = \"{NAME}\"\nedition = \"2024\"\n\n[workspace]\n\n");
     fs::write(folder.join("Cargo.toml"), package + &manifest)?;
     fs::write(folder.join("src/main.rs"), source)?;
 
     let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
-    let built = ws.target.join("avr").join(format!("{NAME}-{feature}"));
-    let chip = flags.replace("atmega328p", chip);
+    let built = ws.target.join("avr").join(NAME);
     let mut cargo = cross.cargo_plain(ws, "build", &built);
     cargo.args(["--release", "--target", "avr-none"]).current_dir(&folder);
-    run(cargo.env("CARGO_TARGET_AVR_NONE_RUSTFLAGS", chip))?;
+    run(cargo.env("CARGO_TARGET_AVR_NONE_RUSTFLAGS", flags))?;
     let elf = built.join("avr-none/release").join(NAME).with_extension("elf");
     let place = ws.target.join("firmware");
     fs::create_dir_all(&place)?;
-    fs::copy(elf, place.join(format!("{}-{NAME}.elf", board.name())))?;
+    fs::copy(elf, place.join(format!("uno-{NAME}.elf")))?;
     Ok(())
 }
 

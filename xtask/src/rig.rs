@@ -57,5 +57,5 @@ pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
     for program in others.filter(|program| program.fits(&build)) {
         build.make(ws, program)?;
     }
-    outside::make(ws, board)
+    if board == Board::Uno { outside::make(ws) } else { Ok(()) }
 }

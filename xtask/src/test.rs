@@ -13,6 +13,7 @@ mod firmware;
 mod flash;
 mod package;
 mod page;
+mod programs;
 mod pyserial;
 mod rig;
 mod sigrok;

@@ -92,10 +92,8 @@ fn play(page: &Path) -> usize {
                 }
             }
             "rust" => assert!(is_excerpt(&lines), "{name}: in no program: {lines:#?}"),
-            // The next test, and the step `pyserial`.
-            "python" => {}
-            // `statuses.rs`
-            "json" => {}
+            // The next test, and the step `pyserial`; wires; `statuses.rs`.
+            "python" | "drawing" | "json" => {}
             other => panic!("{name}: what is {other}?"),
         }
     }

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 
+use super::programs;
 use crate::workspace::{Workspace, run};
 
 /// `cargo fmt --all` puts right what this finds, in the folder that it names.
@@ -21,7 +22,11 @@ pub fn clippy(ws: &Workspace) -> Result<()> {
 /// Unit, property and documentation tests. The dev profile on purpose: it is
 /// optimised here, and keeps overflow checks and debug assertions on.
 pub fn unit(ws: &Workspace) -> Result<()> {
-    run(&mut ws.cargo(["test", "--workspace", "--no-fail-fast"]))
+    let built = programs::build(&mut ws.cargo(["test", "--workspace"]))?;
+    let commands = built.iter().map(|program| (program.name.clone(), program.command()));
+    let ran = programs::run(commands.collect());
+    let doc = run(&mut ws.cargo(["test", "--workspace", "--doc", "--no-fail-fast"]));
+    ran.and(doc)
 }
 
 /// The tests at the end of each file.

@@ -1,8 +1,12 @@
 //! The firmwares do what they should on the simulated chip, and their figures
 //! hold.
 
-use anyhow::Result;
+use std::panic::resume_unwind;
+use std::thread;
 
+use anyhow::{Context, Result};
+
+use super::programs;
 use crate::firmware::{Board, Build};
 use crate::workspace::{Workspace, run};
 use crate::{bench, node, rig};
@@ -12,35 +16,51 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     node::AVR8JS.prepare(ws)?;
     // One of them has the command talk to the chip.
     run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
-    for board in [Board::Uno, Board::Mega] {
-        rig::firmware(ws, board, false)?;
-        let mut cargo = rig::cargo(ws, "test");
-        cargo.args(["--release", "--no-fail-fast"]).env("STEPWRIGHT_BOARD", board.name());
-        cargo.env("STEPWRIGHT_COMMAND", ws.built("stepwright"));
-        run(cargo.env("STEPWRIGHT_NODE_MODULES", node::AVR8JS.modules(ws)))?;
+    // The chips have folders of their own, and one program keeps one processor busy.
+    thread::scope(|scope| {
+        let mega = scope.spawn(|| {
+            rig::firmware(ws, Board::Mega, false)?;
+            for timer in TIMERS {
+                Build { board: Board::Mega, timer, bench: false }.controller(ws)?;
+            }
+            anyhow::Ok(())
+        });
+        rig::firmware(ws, Board::Uno, false)?;
+        mega.join().unwrap_or_else(|panic| resume_unwind(panic))
+    })?;
+    let built = programs::build(rig::cargo(ws, "test").arg("--release"))?;
+    let mut commands = Vec::new();
+    for program in &built {
+        for board in [Board::Uno, Board::Mega] {
+            let mut command = program.command();
+            rig::with_firmware(ws, &mut command);
+            command.env("STEPWRIGHT_BOARD", board.name());
+            command.env("STEPWRIGHT_COMMAND", ws.built("stepwright"));
+            command.env("STEPWRIGHT_NODE_MODULES", node::AVR8JS.modules(ws));
+            commands.push((format!("{}, {}", program.name, board.name()), command));
+        }
     }
     // Another step timer is other registers and another vector, and all else is
     // the same: what looks at every edge, and the line, tell.
-    for timer in [3, 4, 5] {
-        let build = Build { board: Board::Mega, timer, bench: false };
-        build.controller(ws)?;
-        let mut cargo = rig::cargo(ws, "test");
-        cargo.args([
-            "--release",
-            "--no-fail-fast",
-            "--test",
-            "virtual_board",
-            "--test",
-            "conversation",
-        ]);
-        cargo.env("STEPWRIGHT_BOARD", Board::Mega.name());
-        run(cargo.env("STEPWRIGHT_TIMER", timer.to_string()))?;
+    for timer in TIMERS {
+        for name in ["rig virtual_board", "rig conversation"] {
+            let program = built.iter().find(|program| program.name == name);
+            let mut command = program.with_context(|| format!("no test {name}"))?.command();
+            rig::with_firmware(ws, &mut command);
+            command.env("STEPWRIGHT_BOARD", Board::Mega.name());
+            command.env("STEPWRIGHT_TIMER", timer.to_string());
+            commands.push((format!("{name}, mega, timer {timer}"), command));
+        }
     }
+    programs::run(commands)?;
     // It is a workspace of its own: nothing else looks at its style.
     run(rig::cargo(ws, "clippy").args(["--release", "--all-targets", "--", "-D", "warnings"]))?;
     let mut fmt = ws.cargo(["fmt", "--all", "--check"]);
     run(fmt.current_dir(ws.root.join("firmware/rig")))
 }
+
+/// The Mega's other 16-bit timers.
+const TIMERS: [u8; 3] = [3, 4, 5];
 
 /// The conversation with a simulated Uno alone.
 pub fn run_one(ws: &Workspace) -> Result<()> {

@@ -1,0 +1,138 @@
+//! Test programs side by side.
+//!
+//! `cargo test` runs one after the other. Many of ours have one long test, or wait for a clock,
+//! and leave a processor idle. Cargo builds them here, and as many as there are processors run at
+//! a time; what each prints comes in one piece when it has ended.
+
+use std::collections::VecDeque;
+use std::panic::resume_unwind;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::thread;
+
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+
+use crate::workspace::{cargo_path, line};
+
+/// A test program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TestProgram {
+    /// Its package's folder and its own name, as people know it.
+    pub name: String,
+    program: PathBuf,
+    /// Where cargo runs it.
+    folder: PathBuf,
+}
+
+impl TestProgram {
+    /// A command that runs it.
+    pub fn command(&self) -> Command {
+        let mut command = Command::new(&self.program);
+        command.current_dir(&self.folder).env("CARGO", cargo_path());
+        command.env("CARGO_MANIFEST_DIR", &self.folder);
+        command
+    }
+}
+
+/// Builds the test programs of a `cargo test`, in the order in which cargo names them.
+pub fn build(cargo: &mut Command) -> Result<Vec<TestProgram>> {
+    cargo.args(["--no-run", "--message-format=json-render-diagnostics"]);
+    eprintln!("$ {}", line(cargo));
+    let out = cargo.stdin(Stdio::null()).stderr(Stdio::inherit()).output()?;
+    if !out.status.success() {
+        bail!("{}: {}", line(cargo), out.status);
+    }
+    let text = String::from_utf8_lossy(&out.stdout);
+    let mut programs = Vec::new();
+    for message in text.lines() {
+        let message: Value = serde_json::from_str(message).context("cargo's messages")?;
+        programs.extend(program(&message));
+    }
+    Ok(programs)
+}
+
+/// The test program that a message of cargo's tells of.
+fn program(message: &Value) -> Option<TestProgram> {
+    if message["reason"] != "compiler-artifact" || message["profile"]["test"] != true {
+        return None;
+    }
+    let manifest = PathBuf::from(message["manifest_path"].as_str()?);
+    let folder = manifest.parent()?.to_owned();
+    let package = folder.file_name()?.to_string_lossy().into_owned();
+    Some(TestProgram {
+        name: format!("{package} {}", message["target"]["name"].as_str()?),
+        program: message["executable"].as_str()?.into(),
+        folder,
+    })
+}
+
+/// Runs them all, whatever fails.
+///
+/// # Errors
+/// The names of those that failed.
+pub fn run(commands: Vec<(String, Command)>) -> Result<()> {
+    let waiting = Mutex::new(VecDeque::from(commands));
+    let lane = || -> Result<Vec<String>> {
+        let mut failed = Vec::new();
+        loop {
+            let next = waiting.lock().map(|mut all| all.pop_front()).ok().flatten();
+            let Some((name, mut command)) = next else { return Ok(failed) };
+            let out = command.stdin(Stdio::null()).output();
+            let out = out.with_context(|| format!("starting {}", line(&command)))?;
+            // In one piece each: two lanes print.
+            let mut text = format!("     Running {name}\n");
+            text += &String::from_utf8_lossy(&out.stderr);
+            text += &String::from_utf8_lossy(&out.stdout);
+            print!("{text}");
+            if !out.status.success() {
+                failed.push(name);
+            }
+        }
+    };
+    let lanes = thread::available_parallelism().map_or(2, usize::from);
+    let failed = thread::scope(|scope| {
+        let lanes: Vec<_> = (0..lanes).map(|_| scope.spawn(lane)).collect();
+        let ended = lanes.into_iter().map(|lane| lane.join().unwrap_or_else(|p| resume_unwind(p)));
+        ended.collect::<Result<Vec<_>>>()
+    })?;
+    let failed = failed.concat();
+    if !failed.is_empty() {
+        bail!("{} test programs failed: {}", failed.len(), failed.join(", "));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_message_tells_of_a_test_program_or_of_something_else() {
+        let mut message = json!({
+            "reason": "compiler-artifact",
+            "manifest_path": "/a/crates/core/Cargo.toml",
+            "target": { "name": "stop" },
+            "profile": { "test": true },
+            "executable": "/a/target/debug/deps/stop-1",
+        });
+        let found = program(&message).unwrap();
+        assert_eq!(found.name, "core stop");
+        assert_eq!(found.command().get_current_dir(), Some("/a/crates/core".as_ref()));
+        message["profile"]["test"] = json!(false);
+        assert_eq!(program(&message), None);
+        assert_eq!(program(&json!({ "reason": "build-finished" })), None);
+    }
+
+    #[test]
+    fn all_run_and_those_that_fail_are_named() {
+        let run_one = |name: &str| (name.to_owned(), Command::new(name));
+        assert!(run(vec![run_one("true"), run_one("true"), run_one("true")]).is_ok());
+        let error = run(vec![run_one("false"), run_one("true"), run_one("false")]).unwrap_err();
+        assert_eq!(error.to_string(), "2 test programs failed: false, false");
+        assert!(run(vec![run_one("no such program")]).is_err());
+    }
+}

@@ -341,13 +341,15 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
                 self.act(act);
             }
         }
+        // First, so that of a cycle that is over every fault is seen.
+        let running = self.hold.with(|cycle| cycle.is_running());
         for (motor, (known, at)) in (0u8..).zip(&mut self.faults) {
             let faults = self.hold.with(|cycle| cycle.faults(motor));
             if faults != *known {
                 (*known, *at) = (faults, time);
             }
         }
-        if self.hold.with(|cycle| cycle.is_running()) {
+        if running {
             return;
         }
         match &mut self.homing {

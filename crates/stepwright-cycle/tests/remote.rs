@@ -6,8 +6,8 @@ use std::cell::Cell;
 use stepwright::Rate;
 use stepwright_cycle::line::{CycleLine, CycleReport, LineAct, LineFault, LineProgram, MotorPins};
 use stepwright_cycle::{
-    AtHardEnd, AtSoftEnd, Calibration, Clock, DelayRamp, End, Faults, Homing, Leg, Motor, Program,
-    Refusal, Remote, Strategies,
+    AtHardEnd, AtSoftEnd, Calibration, Clock, Cycle, CycleHold, DelayRamp, End, Faults, Homing,
+    Leg, Motor, Program, Refusal, Remote, Strategies,
 };
 use stepwright_protocol::crc;
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
@@ -328,4 +328,67 @@ fn what_is_wrong_is_refused_and_nothing_moves() {
     chip.run(20_000);
     assert_eq!(chip.look().motors[0].position, 75_000);
     assert!(chip.ask(CycleLine::Info).starts_with("stepwright-cycle virtual hz=16000000 "));
+}
+
+/// A board on which each question of the main loop takes 3 µs, while which the motors go on.
+struct Slow<'a>(Host<'a>);
+
+impl<'a> CycleHold<'a, 3> for Slow<'a> {
+    type Timer = <Host<'a> as CycleHold<'a, 3>>::Timer;
+    type Drive = <Host<'a> as CycleHold<'a, 3>>::Drive;
+    type Io = <Host<'a> as CycleHold<'a, 3>>::Io;
+
+    fn with<R>(
+        &mut self,
+        ask: impl FnOnce(&mut Cycle<'a, Self::Timer, Self::Drive, Self::Io, 3>) -> R,
+    ) -> R {
+        let now = self.0.now();
+        self.0.run_until(now + 48);
+        self.0.with(ask)
+    }
+
+    fn wire(&mut self, motor: u8, pins: &MotorPins) -> Result<(), u8> {
+        self.0.wire(motor, pins)
+    }
+
+    fn about(&self, at: u8) -> Option<u8> {
+        self.0.about(at)
+    }
+}
+
+/// The answer to a line.
+fn asked<'a>(chip: &mut Remote<'a, Slow<'a>, 3>, line: CycleLine) -> String {
+    format!("{line}\r").bytes().for_each(|byte| chip.take(Some(byte)));
+    let answer: Vec<u8> = std::iter::from_fn(|| chip.next_byte()).collect();
+    String::from_utf8(answer).unwrap().trim_end().to_owned()
+}
+
+/// Wherever the main loop is when a switch ends the cycle.
+#[test]
+fn a_fault_in_any_moment_is_reported() {
+    for phase in 0..60 {
+        let legs = legs();
+        let stands = [Stand { min: Some(-5), max: None }, Stand::default(), Stand::default()];
+        let board = virtual_board([Motor::new(1, 1); 3], stands, Clock::Deadlines);
+        let mut chip = Remote::new(Slow(board), &legs);
+        let program = LineProgram::Steps { count: -100, delay: 500 };
+        for line in [
+            CycleLine::Motor(0, X),
+            CycleLine::Prepare(0, Calibration::None, program),
+            CycleLine::Start(1),
+        ] {
+            assert_eq!(asked(&mut chip, line), "Y", "{line}");
+        }
+        let begin = chip.hold().0.now() + phase * 7;
+        chip.hold().0.run_until(begin);
+        let report = loop {
+            chip.poll();
+            let answer = asked(&mut chip, CycleLine::Look);
+            let report = CycleReport::read(answer.as_bytes()).expect(&answer);
+            if !report.running {
+                break report;
+            }
+        };
+        assert_eq!(report.motors[0].faults, Faults::HARD_END_MIN.bits(), "{phase}");
+    }
 }

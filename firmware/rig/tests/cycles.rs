@@ -9,6 +9,7 @@ mod common;
 
 use std::collections::BTreeMap;
 use std::env;
+use std::fs;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -24,6 +25,11 @@ const MICRO: f64 = 16.0;
 const EDGE: f64 = 1_600.0;
 /// Likewise beside a leg that turns, which takes that long.
 const BESIDE_TURNS: f64 = 6_400.0;
+/// Likewise where a switch closes: the way to brake is planned then, in the step interrupt.
+const BRAKES: f64 = 20_000.0;
+/// Likewise from one part of a homing to the next, which the main loop begins between two bytes
+/// of its answers.
+const PARTS: f64 = 80_000.0;
 /// Likewise after a pause, which the main loop begins and ends, between its answers: 1 ms.
 /// 2,600 to 7,700 were seen.
 const AFTER_PAUSE: f64 = 16_000.0;
@@ -264,20 +270,28 @@ fn compare_edges(machine: &Machine, ideal: &[Segment]) -> (f64, f64) {
     (worst, paused)
 }
 
-/// What the virtual board says of cycles and faults, and where its motors are.
-fn compare_rows(real: &[Row], ideal: &[Row]) -> usize {
+/// What the virtual board says of cycles and faults, and where its motors are, in the cycles of
+/// this file.
+fn compare_rows(real: &[Row], ideal: &[Row], text: &str) -> usize {
     let told = |rows: &[Row]| -> Vec<Row> {
-        let rows = rows.iter().filter(|row| matches!(&*row.event, "cycle" | "fault"));
-        rows.cloned().collect()
+        // Of a homing the next look comes when its faults are over.
+        let faults = !text.contains("home =");
+        let told = |row: &&Row| row.event == "cycle" || row.event == "fault" && faults;
+        rows.iter().filter(told).cloned().collect()
     };
     let (told_real, told_ideal) = (told(real), told(ideal));
     let what = |rows: &[Row]| -> Vec<String> {
-        let said = |r: &Row| [&*r.motor, &*r.event, &*r.value, &*r.position].join(",");
+        // A board tells of a fault at the next look, with the position then: a motor may brake.
+        let left_out = |r: &Row| text.contains("\"brake-") && r.event == "fault";
+        let at = |r: &Row| if left_out(r) { String::new() } else { r.position.clone() };
+        let said = |r: &Row| [&*r.motor, &*r.event, &*r.value, &at(r)].join(",");
         rows.iter().map(said).collect()
     };
     assert_eq!(what(&told_real), what(&told_ideal));
-    // The errors of cycles one after another add up.
-    let mut cycles = 0.0;
+    // The errors of cycles one after another add up, and those of a homing's parts; a motor's last
+    // interval of braking is long.
+    let apart = text.contains("home =") || text.contains("\"brake-");
+    let mut cycles = if apart { 9.0 } else { 0.0 };
     for (real, ideal) in told_real.iter().zip(&told_ideal) {
         let off = (real.us - ideal.us).abs();
         assert!(off <= REPORT * (1.0 + cycles), "{real:?} instead of {ideal:?}");
@@ -302,29 +316,50 @@ fn compare_rows(real: &[Row], ideal: &[Row]) -> usize {
     looks
 }
 
-/// Plays an example there and here.
-fn agrees(file: &str, names: &[&str], wires: &[Wires], switches: Vec<Switch>, bound: f64) {
-    let name = file.rsplit('/').next().unwrap_or(file);
+/// Plays a file there and here: what the chip did, what it was to do, and what either printed.
+fn played(
+    file: &str,
+    names: &[&str],
+    wires: &[Wires],
+    switches: Vec<Switch>,
+) -> (Machine, Vec<Segment>, Vec<Row>, Vec<Row>) {
     let ideal = command(&[file, "--format", "csv"]).output().expect("the command");
-    assert!(ideal.status.success());
-    let ideal = rows(&ideal.stdout);
     let mut machine = Machine::new("cycles", wires, switches);
     let ended = machine.play(file, "csv");
     let said = String::from_utf8_lossy(&ended.stderr).into_owned();
-    assert!(ended.status.success(), "{said}");
-    let segments = segments(&ideal, names);
-    let (worst, paused) = compare_edges(&machine, &segments);
-    let looks = compare_rows(&rows(&ended.stdout), &ideal);
-    println!("{name}: {worst} cycles, {paused} behind a pause, {looks} looks");
-    assert!(worst <= bound && paused <= AFTER_PAUSE, "{worst}, {paused}");
+    assert_eq!(ended.status.code(), ideal.status.code(), "{said}");
+    let ideal = rows(&ideal.stdout);
+    (machine, segments(&ideal, names), rows(&ended.stdout), ideal)
+}
+
+/// What is printed of a file on the chip, and by the virtual board.
+fn agree(file: &str, real: &[Row], ideal: &[Row]) {
+    let text = fs::read_to_string(file).unwrap();
+    let looks = compare_rows(real, ideal, &text);
+    println!("{looks} looks");
     assert!(looks > 0);
+}
+
+/// Plays a file there and here, edge by edge.
+fn agrees(file: &str, names: &[&str], wires: &[Wires], switches: Vec<Switch>, bound: f64) {
+    let name = file.rsplit('/').next().unwrap_or(file);
+    let (machine, segments, real, ideal) = played(file, names, wires, switches);
+    let (worst, paused) = compare_edges(&machine, &segments);
+    println!("{name}: {worst} cycles, {paused} behind a pause");
+    assert!(worst <= bound && paused <= AFTER_PAUSE, "{worst}, {paused}");
+    agree(file, &real, &ideal);
 }
 
 /// What is refused, and that nothing has moved.
 #[track_caller]
 fn refuses(program: &str, name: &str, message: &str, hint: &str) {
+    refuses_file(program, &example(name), message, hint);
+}
+
+#[track_caller]
+fn refuses_file(program: &str, file: &str, message: &str, hint: &str) {
     let mut machine = Machine::new(program, &shield(), Vec::new());
-    let ended = machine.play(&example(name), "list");
+    let ended = machine.play(file, "list");
     let said = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert_eq!(ended.status.code(), Some(1), "{said}");
     assert!(said.contains(message) && said.contains(hint), "{said}");
@@ -346,6 +381,77 @@ fn calibrations_find_the_switches() {
     agrees(&example("calibrate"), &["X"], &shield()[..1], switches, EDGE);
 }
 
+/// A file of this test's own.
+fn written(name: &str, text: &str) -> String {
+    let path = format!("{}/{name}.toml", env!("CARGO_TARGET_TMPDIR"));
+    fs::write(&path, text).unwrap();
+    path
+}
+
+/// Two motors, one of which closes a switch on its way at 2,000 steps/s.
+fn braking(strategy: &str) -> String {
+    written(
+        strategy,
+        &format!(
+            "[strategies]\nhard-end = {strategy:?}\ntiming = \"ignore\"\n\
+             [[motor]]\nname = \"X\"\nstep = 1\nsmallest-delay-us = 300\ndecel = 20_000\n\
+             switch-max = 400\n\
+             [[motor]]\nname = \"Y\"\nstep = 1\nsmallest-delay-us = 300\ndecel = 9_000\n\
+             [[cycle]]\nmove.X = {{ steps = 1000, delay-us = 500 }}\n\
+             move.Y = {{ steps = -700, delay-us = 1300 }}\n"
+        ),
+    )
+}
+
+/// 100 steps beyond it: one motor, while the other goes on, or both.
+#[test]
+fn motors_brake_at_a_switch() {
+    for strategy in ["brake-motor", "brake-all"] {
+        let file = braking(strategy);
+        if board() == Board::Uno {
+            refuses_file("cycles", &file, "no room for braking at a switch", "on a Mega");
+            continue;
+        }
+        let pin = board().switch()[0];
+        let switches = vec![Switch { pin, motor: 0, at: 400, below: false, closed: false }];
+        agrees(&file, &["X", "Y"], &shield()[..2], switches, BRAKES);
+    }
+}
+
+/// Quickly to the switch, back, slowly to it again; then a way from there.
+#[test]
+fn a_motor_homes() {
+    let text = "[[motor]]\nname = \"X\"\nstep = 1\nsmallest-delay-us = 300\nswitch-min = -350\n\
+        [[cycle]]\nhome = { motor = \"X\", end = \"min\", reach = 5_000, back-off = 40, \
+        fast-us = 500, slow-us = 2000 }\n\
+        [[cycle]]\nmove.X = { steps = 100, delay-us = 800 }\n";
+    let file = written("home", text);
+    if board() == Board::Uno {
+        return refuses_file("cycles", &file, "no room for homing", "on a Mega");
+    }
+    let pin = board().switch()[0];
+    let switches = vec![Switch { pin, motor: 0, at: -350, below: true, closed: false }];
+    let (machine, segments, told, wanted) = played(&file, &["X"], &shield()[..1], switches);
+    agree(&file, &told, &wanted);
+    let ideal = &segments[0].steps[&0];
+    let real = &machine.steps[0][..ideal.len()];
+    // 350 steps there, 40 back, 40 there, and 100 from 0 on, each at its own delay.
+    assert_eq!(machine.steps[0].len(), ideal.len() + segments[1].steps[&0].len());
+    let (mut parts, mut worst) = (0, 0f64);
+    for (real, ideal) in real.windows(2).zip(ideal.windows(2)) {
+        assert_eq!(real[1].forward, ideal[1].forward);
+        let off = (real[1].time - real[0].time) - (ideal[1].time - ideal[0].time);
+        if off > EDGE {
+            assert!(off <= PARTS, "{off} cycles between two parts");
+            parts += 1;
+        } else {
+            worst = worst.max(off.abs());
+        }
+    }
+    println!("homing: {} steps, {worst} cycles", real.len());
+    assert!(parts <= 2 && worst <= EDGE, "{parts} parts, {worst} cycles");
+}
+
 #[test]
 fn lines_and_arcs_are_refused() {
     refuses("cycles", "feed", "a board plays no line and no arc", "stepwright line --port");
@@ -358,8 +464,8 @@ fn lines_and_arcs_are_refused() {
 
 #[test]
 fn another_program_is_named() {
-    let flash = "cargo xtask flash mega --program cycles";
-    refuses("timed", "readme", "runs the program stepwright-timed", flash);
+    let flash = "stepwright flash mega --program cycles";
+    refuses("timed", "readme", "runs the timed driver", flash);
 }
 
 /// Its handler would take longer than a tick of stepper_h's.

@@ -19,6 +19,9 @@ use crate::failure::Failure;
 use crate::sheet::quoted;
 use crate::{interrupt, say};
 
+/// What a report says of a homing that has found its switch.
+const HOME: u8 = 2;
+
 /// From one look at the motors to the next, at most.
 const LOOK: Duration = Duration::from_millis(100);
 
@@ -36,8 +39,8 @@ pub struct RemoteSession<'p> {
     due: u64,
     limit: u64,
     shown: Option<Vec<i64>>,
-    /// Faults that have been told.
-    faults: Vec<u8>,
+    /// Faults that have been told, and their times.
+    faults: Vec<(u8, Option<u64>)>,
     last: Option<CycleReport>,
 }
 
@@ -50,7 +53,7 @@ impl<'p> RemoteSession<'p> {
         limit: u32,
     ) -> RemoteSession<'p> {
         let told = Told::new(plan, text, format);
-        let faults = vec![0; plan.names.len()];
+        let faults = vec![(0, None); plan.names.len()];
         let (limit, last) = (limit.into(), None);
         let (number, before, due, shown) = (0, 0, 0, None);
         RemoteSession { board, plan, text, told, number, before, due, limit, shown, faults, last }
@@ -243,7 +246,7 @@ impl<'p> RemoteSession<'p> {
         if let Some(homing) = home {
             let failed = |what| self.text.blame(at.clone(), format_args!("cycle {number}: {what}"));
             match report.home {
-                2 => self.told.home(number, homing.motor, seconds),
+                HOME => self.told.home(number, homing.motor, seconds),
                 3 => {
                     return Err(failed(
                         "the switch was not found: is it connected, and the reach long enough?",
@@ -302,8 +305,7 @@ impl<'p> RemoteSession<'p> {
                 return Err(Failure::interrupted("interrupted: the motors stand"));
             }
             let mut report = self.board.look()?;
-            let known = self.motors(&report).iter().map(|motor| motor.faults);
-            if !known.eq(self.faults.iter().copied()) {
+            if faults(self.motors(&report)) != self.faults {
                 // Positions were taken before the faults: now they are those of the end.
                 report = self.board.look()?;
             }
@@ -330,7 +332,7 @@ impl<'p> RemoteSession<'p> {
     /// What is new in a report, in the order of its times.
     fn tell(&mut self, report: &CycleReport, acts: &mut [Option<u64>; 3]) {
         if self.told.format != Format::Csv {
-            self.faults = self.motors(report).iter().map(|motor| motor.faults).collect();
+            self.faults = faults(self.motors(report));
             return;
         }
         let mut rows: Vec<(u64, String, &str, String, String)> = Vec::new();
@@ -341,8 +343,9 @@ impl<'p> RemoteSession<'p> {
         }
         *acts = report.acts;
         for (n, motor) in self.motors(report).iter().enumerate() {
-            let told = std::mem::replace(&mut self.faults[n], motor.faults);
-            if motor.faults != 0 && motor.faults != told {
+            let now = (motor.faults, motor.fault_at);
+            let told = std::mem::replace(&mut self.faults[n], now);
+            if motor.faults != 0 && now != told {
                 let faults = Faults::from_bits(motor.faults).to_string().replace(", ", " ");
                 let (name, at) = (quoted(&self.plan.names[n]), motor.position.to_string());
                 let time = motor.fault_at.unwrap_or(report.time);
@@ -354,7 +357,9 @@ impl<'p> RemoteSession<'p> {
             rows.push((report.time, name.to_string(), "at", String::new(), at));
         }
         if !report.running {
-            let word = if report.error.is_some() { "cancelled" } else { "end" };
+            // The switch that a homing finds cancels its last cycle.
+            let cancelled = report.error.is_some() && report.home != HOME;
+            let word = if cancelled { "cancelled" } else { "end" };
             rows.push((report.time, String::new(), "cycle", word.into(), String::new()));
         }
         rows.sort_by_key(|row| row.0);
@@ -419,6 +424,11 @@ impl<'p> RemoteSession<'p> {
             .collect();
         self.told.json(self.told.seconds(self.before), report.late, report.longest, &motors)
     }
+}
+
+/// The faults of motors, and when they came.
+fn faults(motors: &[MotorReport]) -> Vec<(u8, Option<u64>)> {
+    motors.iter().map(|motor| (motor.faults, motor.fault_at)).collect()
 }
 
 /// A motor whose bounds fit a line.

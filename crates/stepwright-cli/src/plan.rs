@@ -7,6 +7,7 @@
 //! | [`limits`] | the options that most of them share |
 //! | [`path`] | laws in closed form: constant acceleration |
 //! | `s_curve`, [`bends`] | the law of limited jerk, and its ideal |
+//! | [`change`] | a ramp that changes its acceleration on its way |
 //! | [`counted`], [`formula`] | laws from delay to delay: Austin's |
 //! | [`compare`] | several laws over one another |
 //! | [`ideal`], [`real`] | the profile that delays are measured against |
@@ -21,6 +22,7 @@
 pub mod austin;
 mod austin_fixed;
 mod bends;
+pub mod change;
 mod compare;
 mod counted;
 mod csv;

@@ -332,6 +332,28 @@ mod austin {
             prop_assert_eq!(value["rows"].as_array().unwrap().len(), steps as usize);
         }
 
+        /// Eq 18, wherever and however often, also where the way up is over.
+        #[test]
+        fn ramps_that_change(
+            changes in prop::collection::btree_map(1u32..2_500, 50u32..90_000, 1..6),
+            steps in 0u32..3_000,
+            top in 1u32..9_000,
+            accel in 50u32..90_000,
+            decel in 50u32..90_000,
+        ) {
+            let changes: String =
+                changes.iter().map(|(after, to)| format!(" --change {after}:{to}")).collect();
+            let json = stdout(&format!(
+                "plan austin --steps {steps} --top-speed {top} --accel {accel} --decel {decel} \
+                 --format json{changes}"
+            ));
+            let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+            let number = |name: &str| value[name].as_f64().unwrap();
+            prop_assert!(number("largest_error_ticks") <= 1.0, "{json}");
+            prop_assert!(number("peak_speed") <= f64::from(top) * (1.0 + 1e-12));
+            prop_assert_eq!(value["rows"].as_array().unwrap().len(), steps as usize);
+        }
+
         #[test]
         fn runs(law in law(), steps in 2u32..2_000, micros in 1u32..50) {
             let line = format!("plan {law} --steps {steps} --top-speed 3000 --accel 9000");
@@ -343,6 +365,37 @@ mod austin {
             let count = runs.iter().map(|run| run["count"].as_u64().unwrap()).sum::<u64>();
             prop_assert_eq!(count, u64::from(steps) - 1);
         }
+    }
+
+    /// Twice the acceleration from 200 steps/s on: the speeds of that ramp follow v² = v₀² + 2as,
+    /// and both boards make these delays.
+    #[test]
+    fn a_ramp_that_changes() {
+        let order = "--accel 200 --top-speed 900 --change 101:400";
+        let plan = rows(&stdout(&format!("plan austin --steps 1200 {order} --format csv")));
+        assert_eq!((plan[100].1, plan[101].1), (5_013, 4_963));
+        for n in (110..420).step_by(50) {
+            // Eq 18 holds in the middle of the delay before, 99.5 steps from rest.
+            let (v, far) = (plan[n].3, n as f64 - 100.0);
+            let ideal = (2.0 * 200.0 * 99.5 + 2.0 * 400.0 * far).sqrt();
+            assert!((v / ideal - 1.0).abs() < 1e-3, "{n}: {v} instead of {ideal}");
+        }
+        let file = std::env::temp_dir().join(format!("stepwright-{}.vcd", std::process::id()));
+        let vcd = file.to_str().unwrap();
+        stdout(&format!("move 1200 --law austin {order} --virtual --fast --vcd {vcd}"));
+        let dump = std::fs::read_to_string(&file).unwrap();
+        std::fs::remove_file(&file).unwrap();
+        let (mut at, mut edges) = (0u64, Vec::new());
+        for line in dump.lines() {
+            match line.strip_prefix('#') {
+                Some(time) => at = time.parse().unwrap(),
+                None if line == "1a" => edges.push(at),
+                None => {}
+            }
+        }
+        // 100 ps a unit, 1 µs a tick of the plan.
+        let moved: Vec<u64> = edges.iter().map(|at| (at - edges[0]) / 10_000).collect();
+        assert_eq!(moved, plan.iter().map(|row| row.2).collect::<Vec<_>>());
     }
 
     #[test]

@@ -8,7 +8,7 @@ use stepwright_austin::line::{Line, NAME, Progress, Refused, can};
 use stepwright_austin::{LawName, Recipe};
 use stepwright_protocol::AxisId;
 
-use super::law::{Change, LawArgs};
+use super::law::LawArgs;
 use super::motion::{RampArgs, seconds};
 use super::target::{Format, PortArgs, VirtualArgs};
 use super::travel::last_line;
@@ -20,6 +20,7 @@ use crate::link::Link;
 use crate::link::serial::{SerialLink, Share};
 use crate::link::talk::Talk;
 use crate::link::virtual_board::VirtualLink;
+use crate::plan::change::Change;
 use crate::plot::GAP;
 use crate::programs;
 use crate::quantity::{Rounded, SpeedArg};

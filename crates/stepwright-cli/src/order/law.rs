@@ -1,7 +1,5 @@
 //! `--law`: which ramps, and the numbers that some of them take.
 
-use std::str::FromStr;
-
 use clap::ValueEnum;
 use stepwright::fixed::Q32;
 use stepwright::{Accel, Geometry, Rate, Speed};
@@ -9,9 +7,9 @@ use stepwright_austin::{Austin, C0, Divisor, LawName, LinearFactor, Piecewise, P
 
 use crate::failure::Failure;
 use crate::plan::austin::Divide;
+use crate::plan::change::{Change, ChangeArg, changes};
 use crate::plan::limits::First;
 use crate::plan::linear_factor::thousandths;
-use crate::quantity::{AccelArg, Rounded};
 
 /// Above the options of a ramp law.
 pub const LAW: &str = "Ramp law";
@@ -33,41 +31,6 @@ pub enum LawArg {
     Power,
     /// His piecewise ramp
     Piecewise,
-}
-
-/// An acceleration that a ramp changes to, and where.
-#[derive(Clone, Debug)]
-pub struct ChangeArg {
-    steps: u32,
-    accel: AccelArg,
-}
-
-impl FromStr for ChangeArg {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<ChangeArg, String> {
-        let (steps, accel) = text.split_once(':').ok_or("give STEPS:ACCEL, like 100:500")?;
-        let steps: u32 = steps.parse().map_err(|_| "STEPS is a whole number, like 100")?;
-        if steps == 0 {
-            return Err("a ramp changes after 1 step or more".into());
-        }
-        Ok(ChangeArg { steps, accel: accel.parse()? })
-    }
-}
-
-/// A change as held: after this many steps, which acceleration.
-pub type Change = (u32, Rounded<Accel>);
-
-/// The changes of a ramp in the order of their steps.
-pub fn changes(args: &[ChangeArg], geometry: &Geometry) -> Result<Vec<Change>, Failure> {
-    let held = |change: &ChangeArg| Ok((change.steps, change.accel.resolve(geometry, "--change")?));
-    let mut all: Vec<Change> = args.iter().map(held).collect::<Result<_, Failure>>()?;
-    all.sort_by_key(|(steps, _)| *steps);
-    if let Some(twice) = all.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-        return Err(Failure::usage(format!("two --change after {} steps", twice[0].0))
-            .hint("give one of them"));
-    }
-    Ok(all)
 }
 
 /// The options.

@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use stepwright::{Geometry, Rate};
 use stepwright_austin::{Austin, Divisor};
 
+use super::change::{self, Change, ChangeArg, Changed, Changing, changes};
 use super::counted::Counted;
 use super::formula::{At, Formula, Ramps, Turns};
 use super::law::{Law, Plan};
@@ -15,7 +16,8 @@ use crate::figures::law::{next, next_simple, turning_point};
 /// Austin's ramp: each delay from the one before (Eq 12 to 19)
 ///
 /// The motor starts and ends at rest. Down goes the ramp of the deceleration;
-/// steps that rounding leaves over are travelled at the speed reached.
+/// steps that rounding leaves over are travelled at the speed reached. On its way
+/// up it may change its acceleration.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -26,7 +28,10 @@ Examples:
       --c0 c1 --format table
   Quick to start and gentle to stop, as a picture:
     stepwright plan austin --steps 1000 --accel 2000 --decel 500 --top-speed 1000 \\
-      --plot ramp.png")]
+      --plot ramp.png
+  A ramp that changes its acceleration twice on its way (Eq 18):
+    stepwright plan austin --steps 2000 --accel 1000 --top-speed 1500 \\
+      --change 100:3000 --change 300:500 --plot changes.png")]
 pub struct Args {
     #[command(flatten)]
     limits: Limits,
@@ -35,6 +40,9 @@ pub struct Args {
     /// What the change of a step is divided by; c/2n has a first delay of its own
     #[arg(long, value_enum, default_value_t = Divide::FourN, conflicts_with = "c0")]
     divisor: Divide,
+    /// Another acceleration after this many steps, like 100:500; any number of them
+    #[arg(long = "change", value_name = "STEPS:ACCEL", conflicts_with = "divisor")]
+    changes: Vec<ChangeArg>,
     #[command(flatten)]
     common: Common,
 }
@@ -66,7 +74,12 @@ impl Planned for Args {
             begin = super::law::Value { shown, given: "2n".into(), held, ..begin };
         }
         values.push(begin);
-        let law = law(&asked, self.begin.c0, self.divisor)?;
+        let changes = changes(&self.changes, geometry)?;
+        values.extend(change::values(&changes));
+        let law = match changes.is_empty() {
+            true => law(&asked, self.begin.c0, self.divisor)?,
+            false => changing(&asked, self.begin.c0, &changes)?,
+        };
         Plan::new("austin", asked.rate, geometry, values, law)
     }
 }
@@ -90,6 +103,22 @@ pub fn law(asked: &Asked, c0: First, divisor: Divide) -> Result<Box<dyn Law>, Fa
     let least = motor.delay(asked.speed()).max(1.0);
     let ramps = Plain { two };
     let turns = ramps.turns(asked.steps, first.1, least, accel, decel);
+    let formula = Formula::new(Box::new(ramps), asked.steps, first, least, turns);
+    Ok(Box::new(Counted::new(delays, formula, asked.rate, "")))
+}
+
+/// The law that changes on its way.
+fn changing(asked: &Asked, c0: First, changes: &[Change]) -> Result<Box<dyn Law>, Failure> {
+    let core = Austin::new(asked.rate, asked.top.value, asked.accel.value)
+        .with_decel(asked.decel.value)
+        .with_c0(c0.core());
+    let delays = Changed::new(core.delays(asked.steps)?, changes);
+    let motor = asked.motor();
+    let (accel, decel) = asked.accels();
+    let first = c0.counts(motor.c0(accel));
+    let least = motor.delay(asked.speed()).max(1.0);
+    let ramps = Changing::new(accel, decel, changes);
+    let turns = ramps.turns(asked.steps, first.1, least);
     let formula = Formula::new(Box::new(ramps), asked.steps, first, least, turns);
     Ok(Box::new(Counted::new(delays, formula, asked.rate, "")))
 }

@@ -16,7 +16,7 @@ use crate::{image, rig, setup};
 /// Run the firmware on a simulated chip, on a pseudo-terminal.
 ///
 /// Lines on standard input act on the machine: `press 1`, `release 1` (the limit switch of an
-/// axis), `reset` (the button), `power` (the plug is pulled and put back).
+/// axis), `reset` (the button), `power` (the plug is pulled and put back), `end` (as Ctrl-C).
 #[derive(clap::Args)]
 pub struct Sim {
     board: Board,
@@ -30,9 +30,15 @@ pub struct Sim {
     #[arg(long, value_name = "FILE", conflicts_with = "program")]
     elf: Option<PathBuf>,
     /// Give an axis a limit switch to ground at a place, in steps from where its shaft is at
-    /// the start: 1:-300.
+    /// the start: 1:-300. On another pin than the shield's: 1:500@D12.
     #[arg(long, value_name = "AXIS:STEPS", allow_hyphen_values = true)]
     switch: Vec<String>,
+    /// Write down every change of the board's pins, for GTKWave or PulseView.
+    #[arg(long, value_name = "FILE")]
+    vcd: Option<PathBuf>,
+    /// Let its time pass as fast as this machine can, instead of in real time.
+    #[arg(long)]
+    fast: bool,
 }
 
 impl Sim {
@@ -46,6 +52,12 @@ impl Sim {
         sim.arg(kind).arg(firmware);
         for switch in &self.switch {
             sim.args(["--switch", switch]);
+        }
+        if let Some(vcd) = &self.vcd {
+            sim.arg("--vcd").arg(vcd);
+        }
+        if self.fast {
+            sim.arg("--fast");
         }
         if let Some(link) = &self.pty_link {
             sim.arg("--pty-link").arg(link);

@@ -13,10 +13,13 @@ mod firmware;
 mod flash;
 mod package;
 mod page;
+mod ports;
 mod programs;
 mod pyserial;
 mod rig;
 mod sigrok;
+#[cfg(test)]
+mod systems;
 mod uno;
 mod wasm;
 mod words;
@@ -91,6 +94,12 @@ const STEPS: &[Step] = &[
         what: "the firmwares do what they should on a simulated chip",
         needs: crate::rig::TESTS_NEED,
         run: rig::run_tests,
+    },
+    Step {
+        name: "ports",
+        what: "the command over --port on a simulated chip, edge by edge as on the virtual board",
+        needs: crate::rig::NEEDS,
+        run: ports::run,
     },
     Step {
         name: "bench",

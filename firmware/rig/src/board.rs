@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use stepwright::drive::{Arduino, BoardPin};
+
 use crate::elf::Image;
 
 /// Axes of a CNC shield.
@@ -62,6 +64,22 @@ impl Board {
             Board::Uno => 0x8000,
             Board::Mega => 0x4_0000,
         }
+    }
+
+    /// The pins of its headers by their names there, those of the serial line left out.
+    pub fn pins(self) -> Vec<(BoardPin, Pin)> {
+        let digital = (2..54).map(BoardPin::D);
+        let named = digital.chain((0..16).map(BoardPin::A));
+        named.filter_map(|name| Some((name, self.pin(name)?))).collect()
+    }
+
+    /// The pin of this name; `None` if the board has none.
+    pub fn pin(self, name: BoardPin) -> Option<Pin> {
+        let arduino = match self {
+            Board::Uno => Arduino::Uno,
+            Board::Mega => Arduino::Mega,
+        };
+        arduino.pin(name).map(|pin| Pin(pin.port, pin.bit))
     }
 
     /// As in file names and on the command line.

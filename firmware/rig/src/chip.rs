@@ -269,6 +269,11 @@ impl Chip {
         &self.probes.heard.watched
     }
 
+    /// The same, which it forgets.
+    pub fn take_watched_changes(&mut self) -> Vec<(u64, u8, bool)> {
+        std::mem::take(&mut self.probes.heard.watched)
+    }
+
     /// Closes the limit switch of an axis to ground, or opens it.
     pub fn press(&mut self, axis: usize, closed: bool) {
         self.silicon.pull(self.board.switch()[axis], closed);

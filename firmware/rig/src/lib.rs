@@ -30,6 +30,7 @@ pub mod avr8js;
 pub mod bench;
 pub mod board;
 pub mod chip;
+pub mod dump;
 pub mod edges;
 mod eeprom;
 pub mod elf;

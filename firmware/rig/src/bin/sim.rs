@@ -2,8 +2,9 @@
 //!
 //! `cargo xtask sim uno` builds the firmware and calls this.
 
-use std::io;
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +15,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::Parser;
 use stepwright_protocol::AxisId;
-use stepwright_rig::board::{AXES, HZ};
+use stepwright_rig::board::{AXES, HZ, Pin as ChipPin};
+use stepwright_rig::dump::PinDump;
 use stepwright_rig::edges::steps_of;
 use stepwright_rig::pty::Pty;
 use stepwright_rig::{Board, Chip, Image, firmware};
@@ -26,11 +28,13 @@ const SLICE: Duration = Duration::from_millis(1);
 const LAG: Duration = Duration::from_millis(250);
 /// How often the summary takes in the edges, so that they need no memory.
 const TALLY: u64 = HZ;
+/// How often a machine with switches is looked at, in cycles: a step takes longer.
+const GLANCE: u64 = HZ / 40_000;
 
 /// Run the firmware on a simulated chip, in real time, on a pseudo-terminal.
 ///
 /// Lines on standard input act on the machine: `press 1`, `release 1` (the limit switch of an
-/// axis), `reset` (the button), `power` (the plug is pulled and put back).
+/// axis), `reset` (the button), `power` (the plug is pulled and put back), `end` (as Ctrl-C).
 #[derive(Parser)]
 struct Args {
     /// uno, nano or mega
@@ -48,9 +52,41 @@ struct Args {
     #[arg(long, value_name = "PATH")]
     pty_link: Option<PathBuf>,
     /// Give an axis a limit switch to ground at a place, in steps from where its shaft is at
-    /// the start: 1:-300
+    /// the start: 1:-300. On another pin than the shield's: 1:500@D12
     #[arg(long, value_name = "AXIS:STEPS", allow_hyphen_values = true)]
-    switch: Vec<Switch>,
+    switch: Vec<Contact>,
+    /// Write down every change of the board's pins, for GTKWave or PulseView
+    #[arg(long, value_name = "FILE")]
+    vcd: Option<PathBuf>,
+    /// Let its time pass as fast as this machine can, instead of in real time
+    #[arg(long)]
+    fast: bool,
+}
+
+/// A limit switch and its pin, if that is not the shield's.
+#[derive(Clone)]
+struct Contact {
+    switch: Switch,
+    pin: Option<String>,
+}
+
+impl FromStr for Contact {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Contact, String> {
+        let (switch, pin) = text.split_once('@').map_or((text, None), |(s, pin)| (s, Some(pin)));
+        Ok(Contact { switch: switch.parse()?, pin: pin.map(str::to_owned) })
+    }
+}
+
+impl Contact {
+    /// Where it is wired to.
+    fn pin(&self, board: Board) -> Result<ChipPin> {
+        let Some(name) = &self.pin else { return Ok(board.switch()[self.switch.axis.index()]) };
+        let pins = board.pins();
+        let found = pins.iter().find(|(known, _)| known.to_string() == *name);
+        found.map(|(_, pin)| *pin).with_context(|| format!("a {board} has no pin {name}"))
+    }
 }
 
 fn main() -> Result<()> {
@@ -76,49 +112,77 @@ fn main() -> Result<()> {
     );
 
     let mut chip = Chip::new(args.board, &image);
+    let mut dump = args.vcd.as_deref().map(|path| dump(&mut chip, path)).transpose()?;
+    let mut contacts = Vec::new();
+    for contact in &args.switch {
+        contacts.push((contact.switch, contact.pin(args.board)?, false));
+    }
     if args.boot_loader.is_some() {
         // It listens after a press of the button only.
         chip.reset();
     }
     let mut tally = Tally::default();
     let acts = acts();
-    let mut closed = vec![false; args.switch.len()];
     let (mut begun, mut behind) = (Instant::now(), Duration::ZERO);
     while !ended.load(Ordering::Relaxed) {
-        let time = Duration::from_micros(chip.now() * 1_000_000 / HZ);
-        let wall = begun.elapsed();
-        if wall > time + LAG {
-            // This machine is too slow, or was asleep: time slips.
-            behind += wall - time;
-            begun += wall - time;
-        } else if wall < time {
-            thread::sleep((time - wall).max(SLICE));
+        if !args.fast {
+            let time = Duration::from_micros(chip.now() * 1_000_000 / HZ);
+            let wall = begun.elapsed();
+            if wall > time + LAG {
+                // This machine is too slow, or was asleep: time slips.
+                behind += wall - time;
+                begun += wall - time;
+            } else if wall < time {
+                thread::sleep((time - wall).max(SLICE));
+            }
         }
         let bytes = pty.read()?;
         chip.send(&bytes);
-        chip.run_for(HZ / 1000);
+        let until = chip.now() + HZ / 1000;
+        while chip.now() < until {
+            if contacts.is_empty() {
+                chip.run_until(until);
+                break;
+            }
+            chip.run_for(GLANCE);
+            tally.take(&mut chip);
+            for (switch, pin, closed) in &mut contacts {
+                let is = switch.is_closed(tally.positions[switch.axis.index()]);
+                if std::mem::replace(closed, is) != is {
+                    chip.pull(*pin, is);
+                }
+            }
+        }
         pty.write(&chip.take_said());
-        if chip.now() - tally.taken > TALLY || !closed.is_empty() {
+        if chip.now() - tally.taken > TALLY {
             tally.take(&mut chip);
         }
-        for (switch, closed) in args.switch.iter().zip(&mut closed) {
-            let axis = switch.axis.index();
-            let is = switch.is_closed(tally.positions[axis]);
-            if is != *closed {
-                chip.press(axis, is);
-                *closed = is;
-            }
+        if let Some(dump) = &mut dump {
+            dump.changes(&chip.take_watched_changes())?;
         }
         match acts.try_recv() {
             Ok(Act::Switch { axis, closed }) => chip.press(axis.index(), closed),
             Ok(Act::Reset) => chip.reset(),
             Ok(Act::Power) => chip.power_loss(0xFF),
+            Ok(Act::End) => break,
             Err(_) => {}
         }
+    }
+    if let Some(dump) = dump {
+        dump.finish(chip.now())?;
     }
     tally.take(&mut chip);
     tally.print(&mut chip, behind);
     Ok(())
+}
+
+/// A dump of every pin of the board.
+fn dump(chip: &mut Chip, path: &Path) -> Result<PinDump<BufWriter<File>>> {
+    let (names, pins): (Vec<_>, Vec<_>) =
+        chip.board().pins().into_iter().map(|(name, pin)| (name.to_string(), pin)).unzip();
+    chip.watch_pins(&pins);
+    let file = File::create(path).with_context(|| format!("writing {}", path.display()))?;
+    Ok(PinDump::begin(BufWriter::new(file), &names)?)
 }
 
 /// What happens to the machine from outside.
@@ -127,6 +191,7 @@ enum Act {
     Switch { axis: AxisId, closed: bool },
     Reset,
     Power,
+    End,
 }
 
 impl FromStr for Act {
@@ -143,7 +208,8 @@ impl FromStr for Act {
             ["release", number] => Ok(Act::Switch { axis: axis(number)?, closed: false }),
             ["reset"] => Ok(Act::Reset),
             ["power"] => Ok(Act::Power),
-            _ => Err(format!("{line:?}: there are press N, release N, reset and power")),
+            ["end"] => Ok(Act::End),
+            _ => Err(format!("{line:?}: there are press N, release N, reset, power and end")),
         }
     }
 }

@@ -1,0 +1,262 @@
+//! The command over `--port` on a simulated chip, against the same command on the virtual board:
+//! every program that moves motors, edge by edge.
+//!
+//! Positions, answers and what else is printed are other tests' (`firmware/rig/tests`); here it
+//! is the pins alone, from the words of a command line to a dump of the chip's pins.
+
+mod chip;
+mod cycles;
+mod dump;
+mod steps;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::firmware::{Board, Build};
+use crate::program::{CONTROLLER, Program};
+use crate::rig;
+use crate::workspace::{self, Workspace};
+use chip::{SimChip, command};
+use cycles::{PAUSE, worst_of_cycles};
+use dump::Dump;
+use steps::{Step, first, levels, worst, worst_of_levels, worst_of_runs};
+
+/// An order, and on which chip.
+#[derive(Clone, Copy)]
+struct Case {
+    board: Board,
+    /// In its flash.
+    program: &'static str,
+    /// Of the command.
+    words: &'static str,
+    how: How,
+    /// The largest difference of an edge, in cycles.
+    bound: f64,
+}
+
+/// What is compared.
+#[derive(Clone, Copy)]
+enum How {
+    /// The first axes, up to this one, travel to an end.
+    Travel(usize),
+    /// Axis 1 runs until it is stopped.
+    Run,
+    /// The shield's two directions: to the order's end, or until the command ends.
+    Timed { whole: bool },
+    /// The motors of a file by their names, STEP and DIR; and the machine's switches.
+    Cycles(&'static [[&'static str; 3]], &'static [&'static str]),
+    /// Nothing moves, and this is said.
+    Refused(&'static str),
+}
+
+/// Between an edge and the virtual board's: other interrupts and the way into the step's.
+const ALONE: f64 = 250.0;
+/// Likewise where other axes move.
+const BESIDE: f64 = 1_500.0;
+/// Likewise by one of Austin's laws, and by the timed driver.
+const LAW: f64 = 40.0;
+const TIMED: f64 = 40.0;
+/// Likewise in a motor cycle, and beside a leg that turns.
+const CYCLE: f64 = 1_600.0;
+const TURNS: f64 = 6_400.0;
+
+/// STEP and DIR of a CNC shield.
+const SHIELD: [[&str; 2]; 3] = [["D2", "D5"], ["D3", "D6"], ["D4", "D7"]];
+/// What the motor shield's directions are on.
+const COILS: [&str; 2] = ["D12", "D13"];
+const XYZ: &[[&str; 3]] = &[["X", "D2", "D5"], ["Y", "D3", "D6"], ["Z", "D4", "D7"]];
+/// `calibrate.toml` says where they close, from 50 mm on, in steps of 12.5 µm.
+const CALIBRATE: How = How::Cycles(&[["X", "D2", "D5"]], &["1:-3000", "1:13600@D12"]);
+const SERIES: How = How::Cycles(
+    &[
+        ["list", "D2", "D5"],
+        ["series", "D3", "D6"],
+        ["callback", "D4", "D7"],
+        ["bounded", "A0", "A1"],
+    ],
+    &[],
+);
+
+const fn case(
+    board: Board,
+    program: &'static str,
+    words: &'static str,
+    how: How,
+    bound: f64,
+) -> Case {
+    Case { board, program, words, how, bound }
+}
+
+use Board::{Mega, Uno};
+use How::{Cycles, Refused, Run, Timed, Travel};
+
+const CASES: &[Case] = &[
+    case(Uno, CONTROLLER, "move 900 --top-speed 3000 --accel 20000", Travel(1), ALONE),
+    case(Uno, CONTROLLER, "move -700 --law trapezoid --decel 4000", Travel(1), ALONE),
+    case(Uno, CONTROLLER, "run 2000 --accel 20000 --for 600ms", Run, ALONE),
+    case(Uno, CONTROLLER, "line 900 -400 150", Travel(3), BESIDE),
+    case(Uno, "curves", "move 900 --law s-curve --jerk 40000", Travel(1), ALONE),
+    case(Uno, "laws", "move 700 --law austin --accel 2000 --change 100:500", Travel(1), LAW),
+    case(Uno, "laws", "move -700 --law austin-fixed --accel 2000", Travel(1), LAW),
+    case(Uno, "laws", "run -900 --law austin --accel 9000 --for 600ms", Run, LAW),
+    case(Uno, "transitions", "move 700 --law linear-factor --accel 2000", Travel(1), LAW),
+    case(Uno, "transitions", "run 900 --law linear-factor --accel 9000 --for 600ms", Run, LAW),
+    case(
+        Uno,
+        "transitions",
+        "move 500 --law piecewise --top-speed 450 --accel 900",
+        Travel(1),
+        LAW,
+    ),
+    case(Uno, "power-term", "move -150 --law power --top-speed 95 --accel 200", Travel(1), LAW),
+    case(Uno, "cycles", "cycle examples/cycles/readme.toml", Cycles(XYZ, &[]), CYCLE),
+    case(Uno, "cycles", "cycle examples/cycles/calibrate.toml", CALIBRATE, CYCLE),
+    case(Uno, "cycles", "cycle examples/cycles/triangle.toml", Refused("fixed tick"), 0.0),
+    case(Uno, "cycles", "cycle examples/cycles/series.toml", Refused("moves 3 motors"), 0.0),
+    case(Uno, "cycles", "cycle examples/cycles/drawing.toml", Refused("no room for homing"), 0.0),
+    case(Uno, "cycles", "cycle examples/cycles/feed.toml", Refused("no line and no arc"), 0.0),
+    case(Uno, "timed", "timed --case 1 --latched", Timed { whole: true }, TIMED),
+    case(Uno, "timed", "timed --case 2 --latched", Timed { whole: false }, TIMED),
+    case(Uno, "timed", "timed --case 3", Timed { whole: true }, TIMED),
+    case(Mega, CONTROLLER, "line -300 700 500 --jerk 40000", Travel(3), BESIDE),
+    case(Mega, "laws", "move 500 --law piecewise --top-speed 450 --accel 900", Travel(1), LAW),
+    case(Mega, "cycles", "cycle examples/cycles/series.toml", SERIES, TURNS),
+    case(Mega, "cycles", "cycle examples/cycles/drawing.toml", Refused("no line and no arc"), 0.0),
+    case(Mega, "timed", "timed --speed 2000 --steps 4000", Timed { whole: true }, TIMED),
+];
+
+/// Orders that another program carries out, and what is flashed for them.
+const ELSEWHERE: &[(&str, &str, &str)] = &[
+    (CONTROLLER, "move 100 --law austin", "flash uno --program laws"),
+    (CONTROLLER, "move 100 --jerk 9000", "flash uno --program curves"),
+    (CONTROLLER, "timed --speed 100 --steps 10", "flash uno --program timed"),
+    (CONTROLLER, "cycle examples/cycles/readme.toml", "--program cycles"),
+    ("laws", "move 100", "`stepwright flash uno --port"),
+    ("laws", "move 100 --law power --top-speed 50", "flash uno --program power-term"),
+    ("laws", "move 100 --law piecewise --top-speed 50", "flash uno --program transitions"),
+    ("timed", "line 100 50", "`stepwright flash uno --port"),
+    ("timed", "run 100 --law austin --for 1s", "flash uno --program laws"),
+    ("cycles", "home", "`stepwright flash uno --port"),
+    ("cycles", "timed --speed 100 --steps 10", "flash uno --program timed"),
+];
+
+/// Every case, one after another; all that fail are told.
+pub fn run(ws: &Workspace) -> Result<()> {
+    let sim = rig::program(ws, "sim")?;
+    workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    let mut programs = HashMap::new();
+    let mut failed = 0;
+    let elsewhere = ELSEWHERE
+        .iter()
+        .map(|&(program, words, hint)| case(Uno, program, words, Refused(hint), 0.0));
+    let cases: Vec<Case> = CASES.iter().copied().chain(elsewhere).collect();
+    for case in &cases {
+        let key = (case.board.name(), case.program);
+        if !programs.contains_key(&key) {
+            let build = Build { board: case.board, timer: 1, bench: false };
+            programs.insert(key, build.make(ws, &Program::named(ws, case.program)?)?.elf);
+        }
+        let Case { words, bound, .. } = case;
+        let named = format!("{} with {}: stepwright {words}", key.0, key.1);
+        match case.play(ws, &sim, &programs[&key]) {
+            Ok(_) if matches!(case.how, Refused(_)) => println!("{named}: refused"),
+            Ok(Worst { edge, paused }) if edge <= *bound && paused <= PAUSE => {
+                println!("{named}: {edge:.0} of {bound} cycles");
+            }
+            Ok(Worst { edge, paused }) => {
+                failed += 1;
+                println!(
+                    "{named}: {edge:.0} cycles, of {bound}; after a pause {paused:.0} of {PAUSE}"
+                );
+            }
+            Err(error) => {
+                failed += 1;
+                println!("{named}: {error:#}");
+            }
+        }
+    }
+    ensure!(failed == 0, "{failed} of {} are not as on the virtual board", cases.len());
+    Ok(())
+}
+
+/// The largest differences of edges in cycles.
+#[derive(Default)]
+struct Worst {
+    edge: f64,
+    /// Of those behind a pause.
+    paused: f64,
+}
+
+impl Case {
+    fn play(&self, ws: &Workspace, sim: &Path, elf: &Path) -> Result<Worst> {
+        let words: Vec<_> = self.words.split(' ').collect();
+        let switches = if let Cycles(_, switches) = self.how { switches } else { &[] };
+        let chip = SimChip::new(ws, sim, self.board, elf, switches)?;
+        let port = chip.port().to_owned();
+        let ended = command(ws, &[&words[..], &["--port", &port]].concat())?;
+        let real = chip.end()?;
+        if let Refused(why) = self.how {
+            ensure!(ended.status == Some(1) && ended.text.contains(why), "{}", ended.text);
+            for [step, _] in SHIELD {
+                ensure!(real.wire(step)?.is_empty(), "{step} has moved");
+            }
+            return Ok(Worst::default());
+        }
+        ensure!(ended.status == Some(0), "on the chip: {}", ended.text);
+        self.compare(ws, &words, &real)
+    }
+
+    /// The chip's dump against what the virtual board does.
+    fn compare(&self, ws: &Workspace, words: &[&str], real: &Dump) -> Result<Worst> {
+        let file = ws.target.join("ports-virtual.vcd");
+        let path = file.to_str().context("a path in UTF-8")?;
+        let more: &[&str] = match self.how {
+            Cycles(..) => &["--format", "csv"],
+            Timed { .. } => &["--drive", "shield", "--board", self.board.name(), "--vcd", path],
+            _ => &["--virtual", "--fast", "--vcd", path],
+        };
+        let ended = command(ws, &[words, more].concat())?;
+        ensure!(ended.status == Some(0), "on the virtual board: {}", ended.text);
+        let ideal = || Dump::read(&file);
+        let worst_edge = |edge| Ok(Worst { edge, paused: 0.0 });
+        match &self.how {
+            Travel(axes) => {
+                let (real, ideal) = (wired(real, *axes)?, axes_of(&ideal()?, *axes)?);
+                let begun = (first(&real), first(&ideal));
+                let mut edge = 0f64;
+                for (real, ideal) in real.iter().zip(&ideal) {
+                    edge = edge.max(worst(real, ideal, begun)?);
+                }
+                worst_edge(edge)
+            }
+            Run => {
+                let (real, ideal) = (wired(real, 1)?, axes_of(&ideal()?, 1)?);
+                worst_edge(worst_of_runs(&real[0], &ideal[0], self.bound)?)
+            }
+            Timed { whole } => {
+                let (real, ideal) = (levels(real, &COILS)?, levels(&ideal()?, &COILS)?);
+                worst_edge(worst_of_levels(&real, &ideal, *whole)?)
+            }
+            Cycles(motors, _) => {
+                let real = motors.iter().map(|[_, step, dir]| steps::steps(real, step, dir));
+                let real: Vec<_> = real.collect::<Result<_>>()?;
+                let names: Vec<_> = motors.iter().map(|[name, ..]| *name).collect();
+                let (edge, paused) = worst_of_cycles(&real, &ended.text, &names)?;
+                Ok(Worst { edge, paused })
+            }
+            Refused(_) => Ok(Worst::default()),
+        }
+    }
+}
+
+/// The first axes of a controller by its pins.
+fn wired(dump: &Dump, axes: usize) -> Result<Vec<Vec<Step>>> {
+    SHIELD[..axes].iter().map(|[step, dir]| steps::steps(dump, step, dir)).collect()
+}
+
+/// Those of a virtual board.
+fn axes_of(dump: &Dump, axes: usize) -> Result<Vec<Vec<Step>>> {
+    (1..=axes).map(|n| steps::steps(dump, &format!("step{n}"), &format!("dir{n}"))).collect()
+}

@@ -1,0 +1,96 @@
+//! A simulated chip with a program in it, behind a port, and the command that orders it.
+
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{ChildStdout, Command, Stdio};
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+
+use super::dump::Dump;
+use crate::firmware::Board;
+use crate::workspace::{Guard, Workspace, line};
+
+/// The longest case takes 30 simulated seconds, a fifth of that where nothing else runs.
+const LIMIT: Duration = Duration::from_secs(240);
+/// For a simulator to write the end of its dump.
+const END: Duration = Duration::from_secs(20);
+
+/// What a command printed, and its exit status.
+pub struct Ended {
+    pub status: Option<i32>,
+    pub text: String,
+}
+
+/// Runs the command with these words; what it says goes to a file below `target`.
+pub fn command(ws: &Workspace, words: &[&str]) -> Result<Ended> {
+    let said = ws.target.join("ports.txt");
+    let file = File::create(&said)?;
+    let mut command = Command::new(ws.built("stepwright"));
+    // No machine file of the user's.
+    command.args(words).env("STEPWRIGHT_MACHINE", "none").current_dir(&ws.root);
+    command.stdin(Stdio::null());
+    command.stdout(file.try_clone()?).stderr(file);
+    let child = command.spawn().with_context(|| format!("starting {}", line(&command)))?;
+    let status = Guard(child).wait_within(LIMIT)?;
+    let text = fs::read_to_string(&said)?;
+    match status {
+        Some(status) => Ok(Ended { status: status.code(), text }),
+        None => bail!("{} does not end:\n{text}", line(&command)),
+    }
+}
+
+/// A simulator while it runs.
+pub struct SimChip {
+    sim: Guard,
+    /// Its summary goes there.
+    _out: BufReader<ChildStdout>,
+    port: String,
+    dump: PathBuf,
+}
+
+impl SimChip {
+    /// Switches a board on that runs the program `elf`, with these limit switches, as fast as
+    /// this machine can.
+    pub fn new(
+        ws: &Workspace,
+        sim: &Path,
+        board: Board,
+        elf: &Path,
+        switches: &[&str],
+    ) -> Result<SimChip> {
+        let dump = ws.target.join("ports-chip.vcd");
+        let mut command = Command::new(sim);
+        command.arg(board.name()).arg("--elf").arg(elf).arg("--fast").arg("--vcd").arg(&dump);
+        for switch in switches {
+            command.args(["--switch", switch]);
+        }
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let child = command.spawn().with_context(|| format!("starting {}", line(&command)))?;
+        let mut sim = Guard(child);
+        let mut out = BufReader::new(sim.0.stdout.take().context("the simulator's output")?);
+        let mut said = String::new();
+        out.read_line(&mut said)?;
+        let Some(port) = said.trim_end().strip_prefix("pty ") else {
+            bail!("the simulator says no port, but {said:?}");
+        };
+        Ok(SimChip { port: port.to_owned(), sim, _out: out, dump })
+    }
+
+    /// What the command opens.
+    pub fn port(&self) -> &str {
+        &self.port
+    }
+
+    /// Switches it off; what its pins did.
+    pub fn end(mut self) -> Result<Dump> {
+        let mut acts = self.sim.0.stdin.take().context("the simulator's input")?;
+        writeln!(acts, "end")?;
+        match self.sim.wait_within(END)? {
+            Some(status) if status.success() => Dump::read(&self.dump),
+            Some(status) => bail!("the simulator: {status}"),
+            None => bail!("the simulator does not end"),
+        }
+    }
+}

@@ -107,8 +107,11 @@ fn init_keeps_what_it_is_not_told_of() {
     stepwright(&["init", "--file", at, "--axis", "2", "--top-speed", "500"])
         .assert(0, &format!("{at} has axis 2"));
     assert_eq!(std::fs::read_to_string(&mill.0).unwrap(), format!("{MILL}top-speed = 500\n"));
-    stepwright(&["init", "--file", at, "--axis", "3", "--mm-per-rev", "0"])
-        .assert_error("mm-per-rev");
+    let ended = stepwright(&["init", "--file", at, "--axis", "3", "--mm-per-rev", "0"]);
+    ended.assert_error("--mm-per-rev '0': a turn moves the load by 0.000001 to ");
+    assert_eq!(ended.code(), Some(2), "{ended:?}");
+    let kept = std::fs::read_to_string(&mill.0).unwrap();
+    assert_eq!(kept, format!("{MILL}top-speed = 500\n"));
     // In braces, too; and what is no machine's file stays as it is.
     let braces = file("braces.toml", "axis = { 1 = { ramp = 100 } }\n");
     let args = ["init", "--file", braces.path(), "--top-speed", "500"];

@@ -125,6 +125,7 @@ impl Machine {
             let line = text[..place.min(text.len())].matches('\n').count() + 1;
             Failure::new(format!("{}:{line}: {why}", path.display()))
                 .hint("`stepwright init --help` says what a machine file has")
+                .at(why, line)
         };
         let raw: Raw = toml::from_str(text).map_err(|error| {
             at(error.span().map_or(0, |span| span.start), error.message().to_owned())

@@ -102,15 +102,24 @@ pub fn run(args: Args) -> Result<(), Failure> {
                     file = tried;
                     break;
                 }
-                Err(failure) if asked.any => return Err(failure),
+                Err(failure) if asked.any => return Err(wrong(key, failure)),
                 Err(failure) => say::note(failure.message()),
             }
         }
     }
     files::replace(&args.file, file.to_string().as_bytes())?;
     say::result(format_args!("{} has axis {number}", args.file.display()));
-    say::note(format_args!("try it: `stepwright move 1turns --axis {number} --virtual`"));
+    say::note(format_args!("try it: `stepwright move 360deg --axis {number} --virtual`"));
     Ok(())
+}
+
+/// What is wrong with an option, which no file has yet.
+fn wrong(key: &str, failure: Failure) -> Failure {
+    let why = failure.place().and_then(|place| place.what.strip_prefix(&format!("{key} = ")));
+    match why {
+        Some(why) => Failure::usage(format!("--{key} {why}")),
+        None => failure,
+    }
 }
 
 impl Args {

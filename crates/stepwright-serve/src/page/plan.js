@@ -128,7 +128,6 @@ export class PlanView {
 
   /** Another number: its curves follow at once. */
   set(name, value, from) {
-    const begin = performance.now();
     this.travel[name] = value;
     this.fields[name].show(value, from);
     if (by("alike").checked && (name === "accel" || name === "decel")) {
@@ -138,8 +137,6 @@ export class PlanView {
     }
     this.zoom = null;
     this.plan();
-    // Drawn in a microtask of uPlot's: what was asked for before is done then.
-    queueMicrotask(() => (this.took = performance.now() - begin));
   }
 
   table() {
@@ -182,13 +179,40 @@ export class PlanView {
     this.plan();
   }
 
-  /** Plans what is shown, and draws it. */
+  /** Plans what is shown, and draws it: the chosen law at once, the others behind it, those
+   *  first that were planned longest ago. */
   plan() {
     for (const [name, field] of Object.entries(this.fields)) if (!this.planner) field.show(this.travel[name]);
     if (!this.planner) return;
     const [from, to] = this.zoom ?? [0, 1e12];
-    const numbers = NUMBERS.map((name) => ({ from, to, ...this.travel })[name]);
-    this.plans = LAWS.map((_, law) => (this.shown.has(law) ? this.planner.plan(law, numbers) : null));
+    this.asked = NUMBERS.map((name) => ({ from, to, ...this.travel })[name]);
+    this.plans = LAWS.map((_, law) => (this.shown.has(law) ? this.plans[law] : null));
+    this.planOne(this.law);
+    const others = [...this.shown].filter((law) => law !== this.law);
+    this.waiting = others.sort((a, b) => (this.plans[a]?.turn ?? 0) - (this.plans[b]?.turn ?? 0));
+    this.draw();
+    this.later ??= setTimeout(() => this.planOthers());
+  }
+
+  planOne(law) {
+    this.turn = (this.turn ?? 0) + 1;
+    this.plans[law] = { ...this.planner.plan(law, this.asked), turn: this.turn };
+  }
+
+  /** Plans laws that wait, for a part of a frame. */
+  planOthers() {
+    this.later = null;
+    const end = performance.now() + 5;
+    do {
+      const law = this.waiting.shift();
+      if (law === undefined) return;
+      if (this.shown.has(law)) this.planOne(law);
+    } while (performance.now() < end);
+    this.draw();
+    if (this.waiting.length) this.later = setTimeout(() => this.planOthers());
+  }
+
+  draw() {
     const longest = Math.max(0, ...this.plans.map((plan) => plan?.figures?.seconds ?? 0));
     this.charts.show(this.plans, this.law, this.zoom ?? [0, longest || 1]);
     this.figures();

@@ -207,7 +207,7 @@ mod tests {
                     vec![]
                 }
                 // Addresses are in words, and go on behind what was written or read.
-                [0x06, top, a, b, c] if top == 0x80 => {
+                [0x06, 0x80, a, b, c] => {
                     self.at = 2 * u32::from_be_bytes([0, a, b, c]) as usize;
                     vec![]
                 }

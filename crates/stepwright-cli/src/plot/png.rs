@@ -200,10 +200,7 @@ mod tests {
         let curve = |n: usize| Curve {
             name: format!("curve {n}"),
             colour: PALETTE[n],
-            points: (0..=300)
-                .map(|i| f64::from(i))
-                .map(|x| (x, (x / (9.0 + n as f64)).sin()))
-                .collect(),
+            points: (0..=300).map(f64::from).map(|x| (x, (x / (9.0 + n as f64)).sin())).collect(),
             filled: n == 0,
             ..Curve::default()
         };

@@ -10,6 +10,7 @@ mod dump;
 mod steps;
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
@@ -154,9 +155,9 @@ pub fn run(ws: &Workspace) -> Result<()> {
     let cases: Vec<Case> = CASES.iter().copied().chain(elsewhere).collect();
     for case in &cases {
         let key = (case.board.name(), case.program);
-        if !programs.contains_key(&key) {
+        if let Entry::Vacant(place) = programs.entry(key) {
             let build = Build { board: case.board, timer: 1, bench: false };
-            programs.insert(key, build.make(ws, &Program::named(ws, case.program)?)?.elf);
+            place.insert(build.make(ws, &Program::named(ws, case.program)?)?.elf);
         }
         let Case { words, bound, .. } = case;
         let named = format!("{} with {}: stepwright {words}", key.0, key.1);

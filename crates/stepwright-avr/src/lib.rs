@@ -33,13 +33,15 @@
 //! ```text
 //!   Steppers ─► Queue ─► step: an interrupt an axis, in assembly ─► STEP, DIR   (planned moves)
 //!   Cycle ─────────────► cycle: one compiled interrupt ───────────► STEP, DIR   (motor cycles)
+//!   Steppers ─► Queue ─► planned: one compiled interrupt ─────────► any drive
+//!   Cycle ─────────────► cycle_drives: likewise ──────────────────► any drive for each motor
 //!   law ───────────────► asked: one compiled interrupt ───────────► any drive
 //!   Driver ─► Pace ────► timed: one compiled interrupt a timer ───► windings    (timed driver)
 //!
 //!   bytes ─► serial ─► main loop of stepwright-device ─► panel: enable, switches, EEPROM
 //! ```
 //!
-//! A program has one of the first three ways, as each has the step timer for itself.
+//! A program has one of the first five ways, as each has the step timer for itself.
 //!
 //! | file | content |
 //! | --- | --- |
@@ -48,6 +50,8 @@
 //! | [`step`] | the step interrupts that play queues, and the foreground's hold on them |
 //! | `numbers` | the planner's numbers in assembly |
 //! | [`cycle`], [`cycles`], [`timer`] | motor cycles on the step timer; on any pins, ordered over the line |
+//! | [`planned`], [`cycle_drives`] | planned moves, and motor cycles, on any drive |
+//! | [`drives`] | drives on pins that are named while the program runs |
 //! | [`asked`] | any law on any drive, asked in the step interrupt |
 //! | `law` | laws that are asked in the main loop, and what a step of them costs (Uno) |
 //! | `laws` | Austin's laws, ordered over the line |
@@ -84,7 +88,9 @@ pub mod board;
 pub mod clock;
 pub mod console;
 pub mod cycle;
+pub mod cycle_drives;
 pub mod cycles;
+pub mod drives;
 pub mod eeprom;
 pub mod guarded;
 #[doc(hidden)]
@@ -101,6 +107,7 @@ mod numbers;
 pub mod panel;
 #[cfg(feature = "panic-handler")]
 mod panic;
+pub mod planned;
 pub mod reset;
 pub mod serial;
 pub mod slot;

@@ -10,15 +10,14 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
+use stepwright::drive::Sequence;
 use stepwright::drive::sequence::{L6219_FULL, L6219_HALF, L6219_QUARTER, SHIELD, UNIPOLAR_HALF};
-use stepwright::drive::{Axes, Coils, Drive, PortDrive, Sequence};
 use stepwright_austin::Fixed;
-use stepwright_avr::asked::Output;
-use stepwright_avr::timed::{AnyPort, Pins};
+use stepwright_avr::drives::AnyDrive;
 
 stepwright_avr::asked_motor!(
     /// The motor on timer 1.
-    mod motor, Fixed, Wired, Timer1, TIMER1_COMPA
+    mod motor, Fixed, AnyDrive, Timer1, TIMER1_COMPA
 );
 
 /// Steps, the first delay and the shortest, in µs.
@@ -41,65 +40,8 @@ const TABLES: [(Sequence, u8); 5] = [
     (SHIELD, 0b11),
 ];
 
-/// What the motor is on.
-enum Wired {
-    StepDir(PortDrive<AnyPort>),
-    Coils(Coils<AnyPort>),
-}
-
-impl Drive for Wired {
-    #[inline(always)]
-    fn begin(&mut self, axes: Axes) {
-        match self {
-            Wired::StepDir(drive) => drive.begin(axes),
-            Wired::Coils(drive) => drive.begin(axes),
-        }
-    }
-
-    fn end(&mut self, axes: Axes) {
-        match self {
-            Wired::StepDir(drive) => drive.end(axes),
-            Wired::Coils(drive) => drive.end(axes),
-        }
-    }
-
-    fn direction(&mut self, axis: u8, forward: bool) {
-        match self {
-            Wired::StepDir(drive) => drive.direction(axis, forward),
-            Wired::Coils(drive) => drive.direction(axis, forward),
-        }
-    }
-}
-
-impl Output for Wired {
-    fn on(&mut self) {
-        if let Wired::Coils(drive) = self {
-            drive.on();
-        }
-    }
-
-    fn off(&mut self) {
-        if let Wired::Coils(drive) = self {
-            drive.off();
-        }
-    }
-}
-
-/// Pins of a port as outputs.
-fn port(letter: u8, mask: u8) -> Option<AnyPort> {
-    let mut port = AnyPort::of(letter, mask)?;
-    port.drive(mask);
-    Some(port)
-}
-
-fn step_dir() -> Option<Wired> {
-    let (letter, step, direction) = STEP_DIR;
-    let port = port(letter, 1 << step | 1 << direction)?;
-    Some(Wired::StepDir(PortDrive::new(port, step, direction, 0)))
-}
-
-fn windings((sequence, mask): (Sequence, u8)) -> Option<Wired> {
-    Some(Wired::Coils(Coils::new(port(WINDINGS, mask)?, sequence, mask)))
+fn windings((sequence, mask): (Sequence, u8)) -> Option<AnyDrive> {
+    AnyDrive::windings(WINDINGS, sequence, mask)
 }
 
 #[avr_device::entry]
@@ -108,7 +50,9 @@ fn main() -> ! {
     let mut motor = unsafe { motor::take() };
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
-    let drives = [step_dir()].into_iter().chain(TABLES.into_iter().map(windings));
+    let (port, step, direction) = STEP_DIR;
+    let step_dir = AnyDrive::step_dir(port, step, direction);
+    let drives = [step_dir].into_iter().chain(TABLES.into_iter().map(windings));
     for drive in drives.flatten() {
         motor.wire(drive);
         for forward in [true, false] {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -9,12 +10,16 @@ use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::response::Response;
 use serde::Deserialize;
 use tokio::sync::broadcast::error::RecvError;
+use tokio::time::{Instant, sleep_until};
 
 use crate::decline::Declined;
 use crate::desk::ServeDesk;
 
 /// Pages at once, at most.
 const PAGES: usize = 32;
+
+/// Between two states that a page is told: more than it could draw.
+const FRAME: Duration = Duration::from_millis(10);
 
 /// A page says little.
 const LONGEST: usize = 512;
@@ -77,15 +82,22 @@ impl Page {
     async fn follow(&mut self, mut socket: WebSocket) {
         let (mut states, mut lines) = (self.desk.states(), self.desk.lines());
         states.mark_changed();
+        let mut due = Instant::now();
         loop {
             let text = tokio::select! {
                 said = socket.recv() => match said {
                     Some(Ok(said)) if self.hear(&said) => continue,
                     _ => return,
                 },
-                // A page that is slow gets the newest state, and misses those before.
-                changed = states.changed() => match changed {
-                    Ok(()) => states.borrow_and_update().1.clone(),
+                // A page gets the newest state, and misses those before.
+                changed = async {
+                    sleep_until(due).await;
+                    states.changed().await
+                } => match changed {
+                    Ok(()) => {
+                        due = Instant::now() + FRAME;
+                        states.borrow_and_update().1.clone()
+                    }
                     Err(_) => return,
                 },
                 line = lines.recv() => match line {

@@ -188,6 +188,7 @@ mod tests {
     #[test]
     fn memory_is_bounded_and_what_is_forgotten_is_not_told() {
         let mut store = store();
+        store.edge(edge(0, 0, Pin::Direction, false));
         for n in 0..KEPT as u64 + 1000 {
             store.edge(edge(n * 10, 0, Pin::Step, n % 2 == 0));
         }
@@ -195,6 +196,8 @@ mod tests {
         assert_eq!(store.kept().edges.len(), KEPT);
         let record = store.record(10.0, 0.0);
         assert_eq!(record.begin, 9990);
+        // But for the level that it has left.
+        assert_eq!(signal(&record, "dir1").level, Some(false));
         let step = signal(&record, "step1");
         assert_eq!((step.level, step.edges.len(), step.edges[0]), (Some(false), KEPT, 10));
         // And nothing is older than the longest record.

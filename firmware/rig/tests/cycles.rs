@@ -464,8 +464,8 @@ fn lines_and_arcs_are_refused() {
 
 #[test]
 fn another_program_is_named() {
-    let flash = "stepwright flash mega --program cycles";
-    refuses("timed", "readme", "runs the timed driver", flash);
+    let flash = format!("stepwright flash {} --program cycles", board());
+    refuses("timed", "readme", "runs the timed driver", &flash);
 }
 
 /// Its handler would take longer than a tick of stepper_h's.

@@ -148,7 +148,12 @@ pub fn ensure(needs: &[&Need]) -> Result<()> {
         apt(&packages).with_context(|| advice(&missing))?;
     }
     if let Some(need) = missing.iter().find(|need| !(need.found)()) {
-        bail!("{} is not there although its packages are installed", need.name);
+        bail!(
+            "{} is not there, or too old, although its packages are installed. Are Debian's \
+             updates and security among the package sources? {}",
+            need.name,
+            need.or_else
+        );
     }
     Ok(())
 }

@@ -227,7 +227,7 @@ fn a_page_of_another_site_can_not_join() {
 #[cfg(unix)]
 mod unix {
     use super::*;
-    use common::Scratch;
+    use common::{Scratch, stepwright};
     use rustix::process::Signal;
 
     #[test]
@@ -288,6 +288,29 @@ mod unix {
         assert_eq!((&back["position"], &back["moving"]), (&json!(0), &json!(false)));
         served.order("/api/move", json!({"axis": 1, "by": 70, "top_speed": 2000}));
         assert_eq!(served.rest(1)["position"], 70);
+        drop(board);
+    }
+
+    #[test]
+    fn a_second_terminal_stops_what_a_page_has_started() {
+        let name = Scratch::new("stopped");
+        let board = plug(&name);
+        let served = Served::start(&["--port", name.path()]);
+        let begin = || {
+            served.order("/api/move", json!({"axis": 1, "by": 1_000_000, "accel": 20000}));
+            let from = served.get("/api/state")["axes"][0]["position"].as_i64();
+            served.wait(1, |axis| axis["position"].as_i64() > from.map(|at| at + 50));
+        };
+        begin();
+        let stopped = stepwright(&["stop", "--port", name.path()]);
+        assert_eq!(stopped.code(), Some(0), "{stopped:?}");
+        let at = served.rest(1)["position"].as_i64().unwrap();
+        stopped.assert(0, &format!("position {at} ready"));
+        // What comes afterwards is not stopped any more.
+        served.order("/api/move", json!({"axis": 1, "by": 20, "top_speed": 2000}));
+        assert_eq!(served.rest(1)["position"], at + 20);
+        begin();
+        stepwright(&["kill", "--port", name.path()]).assert(0, "position uncertain");
         drop(board);
     }
 

@@ -27,7 +27,7 @@ fn play(motors: &mut CycleMotors<AnyDrive, 2>, forward: bool) -> Result<(), Refu
     let sign = if forward { 1 } else { -1 };
     motors.with(|cycle| {
         let first = Program::Steps { count: 150 * sign, delay: 1_500 };
-        let second = Program::Steps { count: 100 * sign, delay: 2_150 };
+        let second = Program::Steps { count: 100 * sign, delay: 2_100 };
         cycle.prepare(0, first, Calibration::None)?;
         cycle.prepare(1, second, Calibration::None)?;
         cycle.start()

@@ -145,7 +145,7 @@ fn cycled() -> [Vec<u64>; 2] {
     let (motors, stands) = ([Motor::new(1, 1_000); 2], [Stand::default(); 2]);
     let mut board: CycleBoard<'_, Vec<Edge>, 2> =
         CycleBoard::new(motors, stands, Clock::Deadlines, rate, Vec::new());
-    for (motor, count, delay) in [(0, 150, 1_500), (1, 100, 2_150)] {
+    for (motor, count, delay) in [(0, 150, 1_500), (1, 100, 2_100)] {
         let program = Program::Steps { count, delay };
         board.cycle().prepare(motor, program, Calibration::None).unwrap();
     }

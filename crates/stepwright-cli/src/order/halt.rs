@@ -50,7 +50,10 @@ pub struct KillArgs {
     port: PortArgs,
 }
 
-/// So long another program may take to notice that its motor was killed.
+/// One of ours leaves the port this soon after its motor was stopped, or stays, as
+/// `stepwright serve` does, and lets others in.
+const LEAVES: Duration = Duration::from_secs(1);
+/// The most that another program may take to notice that its motor was killed.
 const CONFIRM: Duration = Duration::from_secs(5);
 
 /// Brakes, and waits until everything rests.
@@ -58,11 +61,31 @@ pub fn stop(args: StopArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
     let mut session = args.port.open("stop", Share::Anyhow)?;
     session.kill_at_once();
-    let met = session.urge(Command::Brake, None).and_then(|()| session.meet());
-    if let (Ok(()), Some(axis)) = (&met, args.axis) {
-        target::has_axis(&session, axis)?;
+    let mut urged = session.urge(Command::Brake, Some(LEAVES));
+    if urged.is_ok() && !session.link().is_alone() {
+        if let Some(mut guest) = args.port.guest() {
+            guest.kill_at_once();
+            let stopped = brake_all(&mut guest, args.axis)?;
+            // Else it has left meanwhile.
+            if matches!(stopped, Ok(_) | Err(LinkError::Killed)) {
+                return end(&mut guest, &args, stopped);
+            }
+        }
+        urged = session.urge(Command::Brake, None);
     }
-    let stopped = met.and_then(|()| brake_to_rest(&mut session, args.axis));
+    let stopped = match urged {
+        Ok(()) => brake_all(&mut session, args.axis)?,
+        Err(trouble) => Err(trouble),
+    };
+    end(&mut session, &args, stopped)
+}
+
+/// Says how it ended.
+fn end(
+    session: &mut Session,
+    args: &StopArgs,
+    stopped: Result<Vec<State>, LinkError>,
+) -> Result<(), Failure> {
     let name = session.link().name();
     match stopped {
         Ok(states) => {
@@ -70,11 +93,23 @@ pub fn stop(args: StopArgs) -> Result<(), Failure> {
             look::all_known(&name, &states)
         }
         Err(LinkError::Killed) => {
-            kill_now(&mut session, args.format)?;
+            kill_now(session, &args.port, args.format)?;
             Err(Failure::interrupted("killed instead of braked"))
         }
         Err(trouble) => Err(unsure(&name, &trouble)),
     }
+}
+
+/// Meets the board, and brakes.
+fn brake_all(
+    session: &mut Session,
+    only: Option<AxisId>,
+) -> Result<Result<Vec<State>, LinkError>, Failure> {
+    let met = session.meet();
+    if let (Ok(()), Some(axis)) = (&met, only) {
+        target::has_axis(session, axis)?;
+    }
+    Ok(met.and_then(|()| brake_to_rest(session, only)))
 }
 
 fn brake_to_rest(session: &mut Session, only: Option<AxisId>) -> Result<Vec<State>, LinkError> {
@@ -90,11 +125,21 @@ fn brake_to_rest(session: &mut Session, only: Option<AxisId>) -> Result<Vec<Stat
 pub fn kill(args: KillArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
     let mut session = args.port.open("kill", Share::Anyhow)?;
-    kill_now(&mut session, args.format)
+    kill_now(&mut session, &args.port, args.format)
 }
 
-fn kill_now(session: &mut Session, format: Format) -> Result<(), Failure> {
+fn kill_now(session: &mut Session, port: &PortArgs, format: Format) -> Result<(), Failure> {
     let name = session.link().name();
+    let urged = session.urge(Command::Kill, Some(LEAVES));
+    if urged.is_ok()
+        && !session.link().is_alone()
+        && let Some(mut guest) = port.guest()
+        && guest.kill().is_ok_and(|killed| killed)
+        && let Ok(states) = guest.meet().and_then(|()| look::states(&mut guest, None))
+    {
+        tell(format, &states);
+        return Ok(());
+    }
     match session.urge(Command::Kill, Some(CONFIRM)).and_then(|()| session.kill()) {
         Ok(true) => {}
         Ok(false) => return Err(unsure(&name, &LinkError::Silent)),

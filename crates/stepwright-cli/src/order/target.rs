@@ -126,6 +126,16 @@ impl PortArgs {
         Ok(session)
     }
 
+    /// The board through the stepwright that holds the port; `None` if none lets others in.
+    pub fn guest(&self) -> Option<Session> {
+        #[cfg(unix)]
+        let guest = self.port.as_deref().and_then(GuestLink::open);
+        #[cfg(unix)]
+        return guest.map(|guest| Session::new(Box::new(guest)));
+        #[cfg(not(unix))]
+        None
+    }
+
     /// The port if there is one, otherwise a virtual board of its own, whose
     /// plot has this heading.
     pub fn or_virtual(

@@ -95,7 +95,8 @@ impl<F: Feed> Asked<F> {
     #[inline(always)]
     fn wait(&mut self, play: &mut Play) {
         if self.wait >= NEAR {
-            let pieces = (self.wait >> PIECE).min(PIECES);
+            // The last piece is a long one: half of it is what a program's last step may be late.
+            let pieces = (self.wait >> PIECE).saturating_sub(1).clamp(1, PIECES);
             self.wait = self.wait.wrapping_sub(pieces << PIECE);
             return play.set(0, 1 << (PIECE + 16), pieces as u16);
         }
@@ -165,5 +166,45 @@ impl<F: Feed> Source for Asked<F> {
     fn clear(&mut self, forward: bool) {
         (self.due, self.forward) = (Due::Nothing, forward);
         self.feed.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Once(Option<Run>);
+
+    impl Feed for Once {
+        fn take(&mut self) -> Taken {
+            self.0.take().map_or(Taken::End, Taken::Run)
+        }
+
+        fn clear(&mut self) {}
+    }
+
+    #[test]
+    fn a_long_wait_ends_with_a_long_piece() {
+        for ticks in [1, 700, NEAR - 1, NEAR, 0x7FFF, 0x8000, 0x8001, 33_600, 1 << 20, Ticks::MAX] {
+            let mut asked = Asked::new(Once(Some(Run::steady(ticks, 1))));
+            let (mut waited, mut last) = (0, 0);
+            loop {
+                let mut play = Play::NONE;
+                assert!(matches!(asked.load(&mut play), Loaded::Entry), "{ticks}");
+                let Some((pins, wait)) = play.next() else { panic!("an entry without an event") };
+                if pins & STEP != 0 {
+                    break;
+                }
+                last = u64::from(wait);
+                waited += last;
+                while let Some((_, wait)) = play.next() {
+                    waited += u64::from(wait);
+                }
+            }
+            assert_eq!(waited, u64::from(ticks) << 16);
+            // Nor is it longer than what a near wait may be.
+            assert!(last >= (u64::from(ticks) << 16).min(16_000 << 16), "{ticks}: {last}");
+            assert!(last < u64::from(NEAR) << 16, "{ticks}: {last}");
+        }
     }
 }

@@ -197,9 +197,7 @@ mod tests {
                 }
                 last = u64::from(wait);
                 waited += last;
-                while let Some((_, wait)) = play.next() {
-                    waited += u64::from(wait);
-                }
+                waited += play.map(|(_, wait)| u64::from(wait)).sum::<u64>();
             }
             assert_eq!(waited, u64::from(ticks) << 16);
             // Nor is it longer than what a near wait may be.

@@ -120,7 +120,7 @@ const CASES: &[Case] = &[
     case(Uno, "cycles", "cycle examples/cycles/feed.toml", Refused("no line and no arc"), 0.0),
     case(Uno, "timed", "timed --case 1 --latched", Timed { whole: true }, TIMED),
     case(Uno, "timed", "timed --case 2 --latched", Timed { whole: false }, TIMED),
-    case(Uno, "timed", "timed --case 3", Timed { whole: true }, TIMED),
+    case(Uno, "timed", "timed --case 3 --latched", Timed { whole: true }, TIMED),
     case(Mega, CONTROLLER, "line -300 700 500 --jerk 40000", Travel(3), BESIDE),
     case(Mega, "laws", "move 500 --law piecewise --top-speed 450 --accel 900", Travel(1), LAW),
     case(Mega, "cycles", "cycle examples/cycles/series.toml", SERIES, TURNS),

@@ -41,12 +41,13 @@ pub const SLAVE: &str = "slave";
 /// program of ours.
 ///
 /// # Errors
-/// It is of another one: which, and that `program` is to be flashed.
+/// It is of another one: which, and the program to flash, which may depend on the board that
+/// answers.
 pub fn is_wanted(
     at: &str,
     answer: &str,
     wanted: &str,
-    program: &str,
+    program: impl Fn(&str) -> &'static str,
 ) -> Result<Option<()>, Failure> {
     let greeting = answer.split(' ').next().unwrap_or_default();
     match PROGRAMS.iter().find(|program| program.greeting == greeting) {
@@ -56,7 +57,7 @@ pub fn is_wanted(
             "{at} runs {}, which has no such orders: `{} … --port` is for it",
             there.what, there.order
         ))
-        .hint(flash(answer, program))),
+        .hint(flash(answer, program(answer)))),
     }
 }
 
@@ -75,14 +76,17 @@ mod tests {
 
     #[test]
     fn another_program_is_named_with_what_to_flash() {
-        assert_eq!(is_wanted("x", "stepwright 0.1 axes=3", CONTROLLER, SLAVE).unwrap(), Some(()));
-        assert_eq!(is_wanted("x", "E", CONTROLLER, SLAVE).unwrap(), None);
+        assert_eq!(
+            is_wanted("x", "stepwright 0.1 axes=3", CONTROLLER, |_| SLAVE).unwrap(),
+            Some(())
+        );
+        assert_eq!(is_wanted("x", "E", CONTROLLER, |_| SLAVE).unwrap(), None);
         for (answer, part) in [
             ("stepwright-timed mega hz=16000000 timers=1,3,4,5", "the timed driver"),
             ("stepwright-laws mega hz=16000000 can=austin", "Austin's laws"),
             ("stepwright-cycle mega hz=16000000 motors=4", "motor cycles"),
         ] {
-            let failure = is_wanted("x", answer, CONTROLLER, SLAVE).unwrap_err();
+            let failure = is_wanted("x", answer, CONTROLLER, |_| SLAVE).unwrap_err();
             assert!(failure.message().contains(part), "{failure:?}");
             assert!(
                 format!("{failure:?}").contains("`stepwright flash mega --port PATH`"),

@@ -134,6 +134,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     (CONTROLLER, "move 100 --jerk 9000", "flash uno --program curves"),
     (CONTROLLER, "timed --speed 100 --steps 10", "flash uno --program timed"),
     (CONTROLLER, "cycle examples/cycles/readme.toml", "--program cycles"),
+    (CONTROLLER, "run 50 --law power --for 1s", "flash uno --program power-term"),
     ("laws", "move 100", "`stepwright flash uno --port"),
     ("laws", "move 100 --law power --top-speed 50", "flash uno --program power-term"),
     ("laws", "move 100 --law piecewise --top-speed 50", "flash uno --program transitions"),

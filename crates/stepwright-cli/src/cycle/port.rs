@@ -26,7 +26,7 @@ impl Board {
     /// Meets the board at the end of a line.
     pub fn meet(link: Box<dyn Link>) -> Result<Board, Failure> {
         let mut talk = Talk::new(link);
-        let answer = talk.meet(NAME, "cycles")?;
+        let answer = talk.meet(NAME, |_| "cycles")?;
         let mut words = answer.split(' ').skip(1);
         let name = words.next().unwrap_or("").to_owned();
         let mut board = Board { talk, name, hz: 0, motors: 0, legs: 0, can: Vec::new() };

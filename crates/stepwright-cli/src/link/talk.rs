@@ -86,18 +86,22 @@ impl Talk {
     /// Asks the board what it is; its answer, which begins with the greeting that is wanted.
     ///
     /// # Errors
-    /// It is silent, or runs another program; `program` is the one to flash.
-    pub fn meet(&mut self, wanted: &str, program: &str) -> Result<String, Failure> {
+    /// It is silent, or runs another program; `program` names the one to flash, by the board's answer.
+    pub fn meet(
+        &mut self,
+        wanted: &str,
+        program: impl Fn(&str) -> &'static str,
+    ) -> Result<String, Failure> {
         let at = self.name();
         for _ in 0..TRIES {
             // An empty line ends what was left of another.
             self.send("\r?\r")?;
             while let Some(answer) = self.line()? {
-                if programs::is_wanted(&at, &answer, wanted, program)?.is_some() {
+                if programs::is_wanted(&at, &answer, wanted, &program)?.is_some() {
                     return Ok(answer);
                 }
             }
         }
-        Err(Failure::new(format!("{at} does not answer")).hint(programs::flash("", program)))
+        Err(Failure::new(format!("{at} does not answer")).hint(programs::flash("", program(""))))
     }
 }

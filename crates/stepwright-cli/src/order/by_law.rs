@@ -148,7 +148,7 @@ impl LawOrder<'_> {
 
     fn on(&self, talk: &mut Talk, held: &Understood) -> Result<(), Failure> {
         let at = talk.name();
-        let about = talk.meet(NAME, program(self.law, ""))?;
+        let about = talk.meet(NAME, |about| program(self.law, about))?;
         let laws = about.split(' ').find_map(|word| word.strip_prefix("can=")).unwrap_or("");
         if !can(laws).any(|law| law == self.law) {
             let name = self.law.name();

@@ -171,7 +171,7 @@ pub fn met(session: &mut Session) -> Result<(), Failure> {
         let name = session.link().name();
         if matches!(trouble, LinkError::Silent)
             && let Some(Err(another)) = greeting(session).map(|answer| {
-                programs::is_wanted(&name, &answer, programs::CONTROLLER, programs::SLAVE)
+                programs::is_wanted(&name, &answer, programs::CONTROLLER, |_| programs::SLAVE)
             })
         {
             return another;

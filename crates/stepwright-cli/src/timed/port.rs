@@ -29,7 +29,7 @@ impl Board {
     /// Meets the board at the end of a line.
     pub fn meet(link: Box<dyn Link>) -> Result<Board, Failure> {
         let mut talk = Talk::new(link);
-        let answer = talk.meet(NAME, "timed")?;
+        let answer = talk.meet(NAME, |_| "timed")?;
         let mut words = answer.split(' ').skip(1);
         let name = words.next().unwrap_or("").to_owned();
         let mut board = Board { talk, name, hz: 0, timers: Vec::new() };

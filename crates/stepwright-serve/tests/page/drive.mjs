@@ -5,54 +5,20 @@
 // Ends with 0 if all is as it should be. Playwright is found through NODE_PATH.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
 import { mkdirSync, mkdtempSync, rmSync, symlinkSync } from "node:fs";
-import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
+import { browser, running, serve, start, until, watched } from "./common.mjs";
 import * as views from "./views.mjs";
 
-const { chromium } = createRequire(import.meta.url)("playwright-core");
-const [stepwright, executablePath, folder] = process.argv.slice(2);
-const running = new Set();
+const folder = process.argv[4];
 
-/** Longer than anything here takes, even on a loaded machine, in ms. */
-const LIMIT = 60_000;
-
-/** A stepwright, and its first line that begins so, without that beginning. */
-function start(begin, ...args) {
-  const child = spawn(stepwright, args, { stdio: ["ignore", "pipe", "inherit"] });
-  running.add(child);
-  child.on("exit", () => running.delete(child));
-  return new Promise((tell, fail) => {
-    let text = "";
-    child.stdout.on("data", (data) => {
-      text += data;
-      const line = text.split("\n").find((one, i, all) => i < all.length - 1 && one.startsWith(begin));
-      if (line) tell({ child, said: line.slice(begin.length) });
-    });
-    child.on("exit", () => fail(new Error(`${args.join(" ")} ended: ${text}`)));
-  });
-}
-
-const serve = (...args) => start("page ", "serve", "--machine", "none", "--bind", "127.0.0.1:0", ...args);
 const end = (child) => new Promise((ended) => (child.on("exit", ended), child.kill("SIGKILL")));
 
 /** What the board does, as a program sees it. */
 const state = async (url) => (await fetch(`${url}api/state`)).json();
 const axis = async (url, number = 1) => (await state(url)).axes[number - 1];
-
-/** Waits until it holds; what held. */
-async function until(what, holds) {
-  const begin = Date.now();
-  for (;;) {
-    const held = await holds();
-    if (held) return held;
-    if (Date.now() - begin > LIMIT) throw new Error(`never: ${what}`);
-    await new Promise((later) => setTimeout(later, 20));
-  }
-}
 
 const rests = (url, number = 1) =>
   until(`axis ${number} rests`, async () => {
@@ -61,16 +27,9 @@ const rests = (url, number = 1) =>
   });
 const moves = (url, number = 1) => until(`axis ${number} moves`, async () => (await axis(url, number)).moving);
 
-const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
-
 /** A page that is watched for errors, and the card of its first axis. */
 async function open(url, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1360, height: 900 }, ...options });
-  const page = await context.newPage();
-  const faults = [];
-  page.on("pageerror", (error) => faults.push(error.message));
-  page.on("console", (said) => said.type() === "error" && faults.push(said.text()));
-  await page.goto(url);
+  const { context, page, faults } = await watched(url, { viewport: { width: 1360, height: 900 }, ...options });
   const card = page.locator(".axis").first();
   await card.waitFor();
   return { context, page, card, faults };

@@ -7,52 +7,21 @@
 // for pictures. Ends with 0 if all is as it should be.
 
 import assert from "node:assert/strict";
-import { execFileSync, spawn } from "node:child_process";
+import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
-import { createRequire } from "node:module";
 import { extname, join } from "node:path";
 
-const { chromium } = createRequire(import.meta.url)("playwright-core");
-const [stepwright, executablePath, page_, copied, folder] = process.argv.slice(2);
+import { browser, serve, stepwright, until, watched } from "./common.mjs";
 
-const LIMIT = 60_000;
-
-async function until(what, holds) {
-  const begin = Date.now();
-  for (;;) {
-    const held = await holds();
-    if (held) return held;
-    if (Date.now() - begin > LIMIT) throw new Error(`never: ${what}`);
-    await new Promise((later) => setTimeout(later, 20));
-  }
-}
-
-function serve() {
-  const args = ["serve", "--virtual", "--machine", "none", "--bind", "127.0.0.1:0"];
-  const child = spawn(stepwright, args, { stdio: ["ignore", "pipe", "inherit"] });
-  return new Promise((tell, fail) => {
-    let text = "";
-    child.stdout.on("data", (data) => {
-      const url = /^page (.*)\n/m.exec((text += data))?.[1];
-      if (url) tell({ child, url });
-    });
-    child.on("exit", () => fail(new Error(`serve ended: ${text}`)));
-  });
-}
+const [page_, copied, folder] = process.argv.slice(4);
 
 const run = (...args) =>
   execFileSync(stepwright, args, { encoding: "utf8", env: { ...process.env, STEPWRIGHT_MACHINE: "none" } });
 
-const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
-
 async function open(url, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1440, height: 1000 }, ...options });
-  const page = await context.newPage();
-  const faults = [];
-  page.on("pageerror", (error) => faults.push(error.message));
-  page.on("console", (said) => said.type() === "error" && faults.push(said.text()));
-  await page.goto(`${url}#plan`);
+  const size = { viewport: { width: 1440, height: 1000 }, ...options };
+  const { context, page, faults } = await watched(`${url}#plan`, size);
   await page.locator("#laws tbody td:nth-child(2)").first().getByText(" s").waitFor();
   return { context, page, faults };
 }
@@ -311,7 +280,7 @@ async function pictures(url) {
 }
 
 let failed = 0;
-const { child, url } = await serve();
+const { child, said: url } = await serve("--virtual");
 try {
   for (const [name, test] of [...Object.entries(tests), ["the page plans without a server, and without a network", alone]]) {
     try {

@@ -11,6 +11,42 @@ use crate::clock::Clock;
 /// 16 MHz / 8 / 115200 − 1.
 const DIVISOR: u16 = 16;
 
+/// The decimal digits of a number, found one after another without a division, which a small
+/// chip lacks.
+pub struct Digits {
+    rest: u32,
+    units: core::slice::Iter<'static, u32>,
+    /// A digit has come: zeros count from now on.
+    begun: bool,
+}
+
+impl Digits {
+    /// Those of `number`.
+    pub fn of(number: u32) -> Digits {
+        const UNITS: &[u32] =
+            &[1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
+        Digits { rest: number, units: UNITS.iter(), begun: false }
+    }
+}
+
+impl Iterator for Digits {
+    type Item = u8;
+    fn next(&mut self) -> Option<u8> {
+        loop {
+            let unit = *self.units.next()?;
+            let mut digit = b'0';
+            while self.rest >= unit {
+                self.rest = self.rest.wrapping_sub(unit);
+                digit = digit.wrapping_add(1);
+            }
+            self.begun |= digit != b'0' || unit == 1;
+            if self.begun {
+                return Some(digit);
+            }
+        }
+    }
+}
+
 /// The line and the clock.
 pub struct Console {
     usart: USART0,
@@ -81,31 +117,7 @@ impl Console {
 
     /// Sends a number in decimal digits.
     pub fn number(&mut self, number: u32) {
-        let mut rest = number;
-        let mut begun = false;
-        // Without a division, which a small chip lacks.
-        for unit in [
-            1_000_000_000,
-            100_000_000,
-            10_000_000,
-            1_000_000,
-            100_000,
-            10_000,
-            1_000,
-            100,
-            10,
-            1u32,
-        ] {
-            let mut digit = b'0';
-            while rest >= unit {
-                rest = rest.wrapping_sub(unit);
-                digit = digit.wrapping_add(1);
-            }
-            begun |= digit != b'0' || unit == 1;
-            if begun {
-                self.byte(digit);
-            }
-        }
+        Digits::of(number).for_each(|digit| self.byte(digit));
     }
 
     /// Sends a position in decimal digits.

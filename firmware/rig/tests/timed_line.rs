@@ -16,9 +16,11 @@ mod common;
 use common::board;
 
 const MILLIS: u64 = 16_000;
-/// The largest difference between an edge and the virtual board's, in cycles: the line's
-/// questions hold the interrupt off for some.
-const EDGE: u64 = 40;
+/// A question's and a check's longest stretch without the interrupt, in cycles.
+const HELD: u64 = 40;
+/// The largest difference between an edge and the virtual board's, in cycles: what holds the
+/// interrupt off, and the instruction that it waits for.
+const EDGE: u64 = HELD + 8;
 
 fn chip() -> Chip {
     let board = board();
@@ -196,6 +198,51 @@ fn the_published_cases_step_as_on_the_virtual_board() {
             assert!(report.reached.is_some() && report.fault.is_none());
             assert!(report.dump.status.has(Status::REACHED.and(Status::REACH_CALLED)));
         }
+    }
+}
+
+/// A board that is asked all the time checks as one that is left alone, and no edge is late for
+/// longer than a question holds the interrupt off.
+#[test]
+fn questions_hold_neither_a_check_nor_an_edge_up() {
+    let case = published::CASE_3;
+    for apart in [0, 3] {
+        let mut chip = chip();
+        ask(&mut chip, Line::Wire(1, shield()));
+        ask(&mut chip, Line::Latched(1, true));
+        ask(&mut chip, Line::Check(1, 50));
+        let bits: &[u8] = if board() == Board::Uno { &[4, 5] } else { &[6, 7] };
+        chip.watch_pins(&[Pin('B', bits[0]), Pin('B', bits[1])]);
+        assert_eq!(ask(&mut chip, Line::Move(1, case.order, published::CALL_MS)), "0");
+        let mut ideal = TimedBoard::new(
+            Hardware::avr16(16_000_000),
+            Model::Latched,
+            SHIELD,
+            published::CALL_MS,
+        );
+        ideal.set_speed(&case.order);
+        loop {
+            chip.run_for(apart * MILLIS + 777);
+            if !look(&mut chip, 1).moving {
+                break;
+            }
+        }
+        while ideal.is_moving() {
+            ideal.run_for_millis(1);
+            if (ideal.millis() - published::CALL_MS).is_multiple_of(50) {
+                ideal.update_check(|_| {});
+            }
+        }
+        let real: Vec<u64> = chip.watched_changes().iter().map(|(time, ..)| *time).collect();
+        let steps = ideal.steps();
+        assert_eq!(real.len(), steps.len());
+        let off = real.iter().zip(steps).map(|(r, s)| (r - real[0]).abs_diff(s - steps[0])).max();
+        println!("asked every {apart} ms: {off:?} cycles");
+        assert!(off <= Some(EDGE), "{off:?} cycles");
+        chip.clear_longest_off();
+        look(&mut chip, 1);
+        let (held, at) = chip.longest_off();
+        assert!(held <= HELD, "{held} cycles without interrupts, to {at:#x}");
     }
 }
 

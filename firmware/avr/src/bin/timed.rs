@@ -8,7 +8,7 @@
 #![feature(abi_avr_interrupt)]
 
 use stepwright_avr::chip;
-use stepwright_avr::console::Console;
+use stepwright_avr::console::{Console, Digits};
 use stepwright_avr::timed::{AnyPort, AvrEngine, Timer, Timer1, Windings, io_clock_now, shield};
 #[cfg(feature = "mega")]
 use stepwright_avr::timed::{Timer3, Timer4, Timer5};
@@ -96,9 +96,9 @@ impl<T: Timer> Station<T> {
         now.wrapping_sub(self.call).wrapping_add(self.shown)
     }
 
-    /// Does what a line says, and answers.
+    /// Does what a line says, and answers; a report goes to `answer`.
     #[inline(never)]
-    fn obey(&mut self, line: &Line, console: &mut Console) {
+    fn obey(&mut self, line: &Line, console: &mut Console, answer: &mut Answer) {
         let now = console.millis();
         let done = match line {
             Line::Wire(_, wire) => self.wire(wire),
@@ -115,7 +115,7 @@ impl<T: Timer> Station<T> {
                 true
             }
             Line::Move(_, order, shown) => return self.order(order, *shown, now, console),
-            Line::Look(_) => return self.look(now, console),
+            Line::Look(_) => return *answer = Answer::of(&self.look(now)),
             Line::Info => false,
         };
         console.text(if done { "Y\r" } else { "E\r" });
@@ -149,22 +149,16 @@ impl<T: Timer> Station<T> {
         console.text("\r");
     }
 
-    fn look(&mut self, now: u32, console: &mut Console) {
+    fn look(&mut self, now: u32) -> Report {
         let phase = self.held.phase();
         let dump = self.driver.dump(&mut self.held, phase);
-        let report = Report {
+        Report {
             ms: now.wrapping_sub(self.call),
             dump,
             moving: self.held.is_moving(),
             reached: self.reached,
             fault: self.fault,
-        };
-        let mut comma = "";
-        for number in report.numbers() {
-            console.text(core::mem::replace(&mut comma, ","));
-            console.number(number);
         }
-        console.text("\r");
     }
 
     /// The main program's check, when it is due.
@@ -219,6 +213,38 @@ impl Text {
     }
 }
 
+/// A report on its way to the line, byte by byte: whole, it takes 5 ms, and checks are due
+/// meanwhile.
+struct Answer {
+    numbers: [u32; Report::NUMBERS],
+    /// Numbers that have begun.
+    begun: usize,
+    digits: Option<Digits>,
+}
+
+impl Answer {
+    /// Nothing to be sent.
+    const SENT: Answer =
+        Answer { numbers: [0; Report::NUMBERS], begun: Report::NUMBERS, digits: None };
+
+    fn of(report: &Report) -> Answer {
+        let numbers = report.numbers();
+        let digits = numbers.first().map(|first| Digits::of(*first));
+        Answer { numbers, begun: 1, digits }
+    }
+
+    /// The byte that follows.
+    #[inline(never)]
+    fn next(&mut self) -> Option<u8> {
+        if let Some(digit) = self.digits.as_mut()?.next() {
+            return Some(digit);
+        }
+        self.digits = self.numbers.get(self.begun).map(|number| Digits::of(*number));
+        self.begun = self.begun.wrapping_add(1);
+        Some(if self.digits.is_some() { b',' } else { b'\r' })
+    }
+}
+
 /// All motors.
 struct Motors {
     first: Station<Timer1>,
@@ -243,19 +269,19 @@ impl Motors {
         }
     }
 
-    /// Answers a line.
+    /// Does what a line says, and answers.
     #[inline(never)]
-    fn answer(&mut self, line: Option<Line>, console: &mut Console) {
+    fn obey(&mut self, line: Option<Line>, console: &mut Console, answer: &mut Answer) {
         let Some(line) = line else { return console.text("E\r") };
         match line.timer() {
             0 => about(console),
-            1 => self.first.obey(&line, console),
+            1 => self.first.obey(&line, console, answer),
             #[cfg(feature = "mega")]
-            3 => self.third.obey(&line, console),
+            3 => self.third.obey(&line, console, answer),
             #[cfg(feature = "mega")]
-            4 => self.fourth.obey(&line, console),
+            4 => self.fourth.obey(&line, console, answer),
             #[cfg(feature = "mega")]
-            5 => self.fifth.obey(&line, console),
+            5 => self.fifth.obey(&line, console, answer),
             _ => console.text("E\r"),
         }
     }
@@ -296,12 +322,23 @@ fn serve(motors: &mut Motors) -> ! {
     let mut text = Text { bytes: [0; LONGEST], length: 0, bad: false };
     // SAFETY: all that an interrupt touches has been made.
     unsafe { avr_device::interrupt::enable() };
+    let mut answer = Answer::SENT;
     loop {
         motors.poll(console.millis());
+        if console.is_free()
+            && let Some(byte) = answer.next()
+        {
+            console.byte(byte);
+        }
         if let Some(byte) = console.received()
             && text.take(byte)
         {
-            motors.answer(text.line(), &mut console);
+            let line = text.line();
+            // Whoever did not wait for an answer has it whole all the same.
+            while let Some(byte) = answer.next() {
+                console.byte(byte);
+            }
+            motors.obey(line, &mut console, &mut answer);
         }
     }
 }

@@ -37,7 +37,7 @@ const LEGS: usize = 400;
 #[cfg(feature = "uno")]
 const ABOUT: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=24 can=";
 #[cfg(all(feature = "mega", feature = "cycles-full"))]
-const ABOUT: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home";
+const ABOUT: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick";
 #[cfg(all(feature = "mega", not(feature = "cycles-full")))]
 const ABOUT: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=";
 

@@ -26,13 +26,29 @@ pub enum Clock {
         /// µs, 1 and more.
         period: u32,
     },
+    /// The fixed tick for a chip that has no time for ticks without a step: one pass places a
+    /// step. STEP rises where that of [`Tick`](Clock::Tick) does, falls after the board's own
+    /// pulse, and counts as it rises.
+    ///
+    /// ```text
+    ///   tick     n−2      n−1       n
+    ///   bounds    ╳
+    ///   STEP      ________▔▔__________
+    ///                     step counted
+    /// ```
+    Grid {
+        /// µs, 1 and more.
+        period: u32,
+    },
 }
 
 /// Millionths.
 const MILLION: u64 = 1_000_000;
 
-/// Whether there is a fixed tick: where there is none, nothing of it is compiled.
+/// Whether there is a fixed tick of three passes a step, and of one: where there is none, nothing
+/// of it is compiled.
 pub(crate) const TICKS: bool = cfg!(feature = "tick");
+pub(crate) const GRID: bool = cfg!(feature = "grid");
 /// Whether the timer may have any rate. If not, nothing is ever divided by it in 64 bits.
 const ANY_RATE: bool = cfg!(feature = "any-rate");
 
@@ -45,6 +61,8 @@ pub(crate) struct Beat {
     whole: u32,
     /// The fixed tick in µs; 0: there is none.
     pub period: u32,
+    /// It takes three passes a step.
+    passes: bool,
     /// Waits are dealt out in pieces of at most this many µs, below 2³¹ ticks.
     pub piece: u32,
     /// Steps a run may have, so that it stays true to 1/16 tick.
@@ -61,9 +79,10 @@ impl Beat {
             whole: if ANY_RATE && !hz.is_multiple_of(1_000_000) { 0 } else { hz / 1_000_000 },
             period: match clock {
                 Clock::Deadlines => 0,
-                Clock::Tick { period: 0 } => 1,
-                Clock::Tick { period } => period,
+                Clock::Tick { period: 0 } | Clock::Grid { period: 0 } => 1,
+                Clock::Tick { period } | Clock::Grid { period } => period,
             },
+            passes: matches!(clock, Clock::Tick { .. }),
             piece: (1 << 31) / (hz / 1_000_000 + 1),
             longest: match hz % 1_000_000 {
                 0 => u16::MAX,
@@ -116,18 +135,38 @@ impl Beat {
         Ticks::try_from(fine >> 16).unwrap_or(Ticks::MAX)
     }
 
-    /// Whether this is the fixed tick.
+    /// Whether this is the fixed tick of three passes.
     #[inline(always)]
     pub(crate) const fn is_fixed(&self) -> bool {
-        TICKS && self.period != 0
+        TICKS && self.passes
     }
 
-    /// The fixed tick in 10⁻⁶ ticks of the timer: below 2⁶⁰. 0: there is none.
-    pub(crate) fn grid(&self) -> u64 {
-        if !TICKS {
+    /// Whether this is the fixed tick of one pass.
+    #[inline(always)]
+    pub(crate) const fn is_grid(&self) -> bool {
+        GRID && self.period != 0 && !self.is_fixed()
+    }
+
+    /// Ticks of the timer from `ticks` < 2³² after a place that lies `passed` beyond the grid of the
+    /// fixed tick to the next one that is on it, rounded up; 0 if there is no fixed tick. `passed`
+    /// is then that of the later place, in ticks, or in millionths of them if a µs is not whole.
+    pub(crate) fn until_grid(&self, passed: &mut u64, ticks: Ticks) -> Ticks {
+        if !(TICKS || GRID) || self.period == 0 {
             return 0;
         }
-        u64::from(self.period) * u64::from(self.hz)
+        // Below 2³¹: `piece` says so, and no chip has a longer tick.
+        if self.is_whole() && (!ANY_RATE || self.period <= self.piece) {
+            let grid = self.period.wrapping_mul(self.whole).max(1);
+            let beyond = (ticks % grid).wrapping_add(*passed as Ticks) % grid;
+            *passed = beyond.into();
+            return if beyond == 0 { 0 } else { grid.wrapping_sub(beyond) };
+        }
+        let grid = u64::from(self.period) * u64::from(self.hz);
+        *passed = passed.wrapping_add(u64::from(ticks) * MILLION) % grid.max(1);
+        match *passed {
+            0 => 0,
+            beyond => grid.wrapping_sub(beyond).div_ceil(MILLION) as Ticks,
+        }
     }
 
     /// Ticks of the timer in a second.

@@ -85,7 +85,8 @@
 //! **Two clocks, one engine.** By default every step has its own deadline: no
 //! delay need be a multiple of anything, and motors of unrelated speeds don't
 //! disturb each other. [`Clock::Tick`] is stepper_h's fixed tick: the same
-//! engine, deadlines rounded down to it, a step in three passes.
+//! engine, deadlines rounded down to it, a step in three passes. [`Clock::Grid`] has the same
+//! steps in one pass each, for a small chip.
 //!
 //! **Nobody else's step.** A motor that stops, or cancels the cycle, costs no
 //! other one a step that is due at that moment, and moves no edge of theirs.
@@ -122,7 +123,7 @@ pub use strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, CycleError, Ref
 pub use surroundings::{MachineIo, MotorIo, Switches, Wires};
 
 use brake::BRAKES;
-use clock::{Beat, TICKS};
+use clock::{Beat, GRID, TICKS};
 use pause::Pause;
 use player::{ProgramRunner, Verdict};
 use program::{PACED, Reader};
@@ -256,8 +257,16 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         if self.is_running() {
             return Err(Refusal::Running);
         }
-        if !TICKS {
-            return if clock == Clock::Deadlines { Ok(()) } else { Err(Refusal::NoTick) };
+        let has = match clock {
+            Clock::Deadlines => true,
+            Clock::Tick { .. } => TICKS,
+            Clock::Grid { .. } => GRID,
+        };
+        if !has {
+            return Err(Refusal::NoTick);
+        }
+        if !TICKS && !GRID {
+            return Ok(());
         }
         self.beat = Beat::new(clock, self.board.rate);
         let wide = self.beat.is_fixed();
@@ -355,6 +364,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
     fn check(&mut self) -> Result<(), Refusal> {
         let (timing, board) = (self.board.timing, self.board);
         let (fixed, period) = (self.beat.is_fixed(), self.beat.period);
+        let ticks = fixed || self.beat.is_grid();
         let mut moving = 0usize;
         for player in self.engine.feeds().filter(|player| player.is_ready()) {
             moving = moving.saturating_add(player.fastest().is_some().into());
@@ -381,7 +391,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             if player.is_paced() && !PACED {
                 return Err(Refusal::NoPaths { motor });
             }
-            if fixed {
+            if ticks {
                 if player.is_paced() {
                     return Err(Refusal::NeedsDeadlines { motor });
                 }
@@ -393,6 +403,8 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
                 if next != smallest {
                     return Err(Refusal::PeriodAliquant { motor, needs: next });
                 }
+            }
+            if fixed {
                 continue;
             }
             if fastest < least {
@@ -537,5 +549,5 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
 /// Bits of a load: 1 << 16 is all the time there is. A small chip divides 32 bits.
 const FULL: u32 = 16;
 
-/// The fixed tick has its own times, all of them ticks.
+/// The fixed tick of three passes has its own times, all of them ticks.
 const ON_TICKS: Timing = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 0 };

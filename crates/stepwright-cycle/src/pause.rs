@@ -28,7 +28,8 @@ pub(crate) struct Pause<C: Count, const N: usize> {
     pub resumed: bool,
     /// When time was counted last.
     seen: C,
-    /// Time since the beginning beyond whole ticks of the grid, in 10⁻⁶ ticks of the timer.
+    /// Time since the beginning beyond whole ticks of the grid, as
+    /// [`until_grid`](Beat::until_grid) counts it.
     passed: u64,
 }
 
@@ -41,20 +42,10 @@ impl<C: Count, const N: usize> Pause<C, N> {
     /// Counts the time until `now`, less than a turn of the counter, and says how many ticks of
     /// the timer it is from there to the grid: 0 without a fixed tick.
     pub fn until_grid(&mut self, now: C, beat: &Beat) -> Ticks {
-        let grid = beat.grid();
-        if grid == 0 {
-            return 0;
-        }
         let turn = (C::HOP << 2).wrapping_sub(1);
         let ticks = now.since(self.seen) as Ticks & turn;
         self.seen = now;
-        self.passed = self.passed.wrapping_add(u64::from(ticks) * 1_000_000) % grid;
-        if self.passed == 0 {
-            return 0;
-        }
-        // Rounded up.
-        let left = (grid - self.passed).wrapping_add(999_999) / 1_000_000;
-        left as Ticks
+        beat.until_grid(&mut self.passed, ticks)
     }
 }
 

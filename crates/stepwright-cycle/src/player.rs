@@ -11,6 +11,10 @@
 //!   fixed tick    n              m−2      m−1      m
 //!                 │ step, DIR    │ bounds │ rise   │ step
 //!                 ├──────────────┼────────┼────────┤
+//!
+//!   in one pass   n−1            m−2      m−1
+//!                 │ step         │ end?   │ step
+//!                 ├──────────────┴────────┤
 //! ```
 //!
 //! Bounds stop a motor where its step would be due (two ticks before that on
@@ -18,6 +22,7 @@
 //! ends at a bound is where it belongs.
 
 mod by_tick;
+mod on_grid;
 
 use super::brake::{BRAKES, Brake};
 use super::clock::{Beat, Clock};
@@ -113,6 +118,8 @@ pub(crate) struct ProgramRunner<'a> {
     brake: Option<Brake>,
     /// Fixed tick: µs that the last step came too early by.
     over: u32,
+    /// Fixed tick of one pass: STEP has just risen, a tick before the step's own.
+    risen: bool,
     /// Position in the user's unit when the engine had counted `counted` steps.
     base: i64,
     counted: i64,
@@ -154,6 +161,7 @@ impl<'a> ProgramRunner<'a> {
             rolling: false,
             brake: None,
             over: 0,
+            risen: false,
             base: 0,
             counted: 0,
             planned: 0,
@@ -204,7 +212,7 @@ impl<'a> ProgramRunner<'a> {
         (self.ready, self.status, self.stage) = (false, Status::Running, Stage::Leg);
         (self.left, self.pending, self.gone, self.over) = (0, 0, 0, 0);
         (self.free, self.waited, self.before, self.handed) = (0, 0, 0, 0);
-        (self.rolling, self.brake) = (false, None);
+        (self.rolling, self.brake, self.risen) = (false, None, false);
         self.beat.reset();
     }
 
@@ -482,7 +490,8 @@ impl<'a> ProgramRunner<'a> {
                     let us = self.pending as u32;
                     if self.room(1) == 0 {
                         self.stage = Stage::Out;
-                        return self.pass(us);
+                        // On the fixed tick it is looked for a tick before STEP would rise.
+                        return self.pass(us.saturating_sub(self.beat.period));
                     }
                     self.stage = Stage::Steps;
                     self.plan(1);
@@ -543,7 +552,15 @@ impl Feed for ProgramRunner<'_> {
         if BRAKES {
             self.rolling |= core::mem::take(&mut self.handed) > 0;
         }
-        if self.beat.is_fixed() { self.by_tick() } else { self.by_deadline() }
+        if self.beat.is_fixed() {
+            return self.by_tick();
+        }
+        if self.beat.is_grid()
+            && let Some(taken) = self.on_grid()
+        {
+            return taken;
+        }
+        self.by_deadline()
     }
 
     fn clear(&mut self) {

@@ -16,6 +16,14 @@ pub(crate) fn quotient(a: u64, b: u32) -> u32 {
     low
 }
 
+/// a modulo b, which is not 0, likewise.
+pub(crate) fn remainder(a: u64, b: u32) -> u32 {
+    // The same digits, of which the first are taken modulo b beforehand.
+    let above = u64::from((a >> 32) as u32 % b) << 32;
+    let a = above | u64::from(a as u32);
+    (a as u32).wrapping_sub(quotient(a, b).wrapping_mul(b))
+}
+
 /// a · b from products of 16 bits: with one of 64 a small chip takes 660 cycles.
 #[inline(never)] // 200 bytes there
 pub(crate) const fn product(a: u32, b: u32) -> u64 {
@@ -49,6 +57,12 @@ mod tests {
         ) {
             let a = u64::from(most) * u64::from(b) + u64::from(rest % b);
             prop_assert_eq!(quotient(a, b), most);
+            prop_assert_eq!(remainder(a, b), rest % b);
+        }
+
+        #[test]
+        fn a_remainder_is_the_remainder(a in any::<u64>(), b in 1..=u32::MAX) {
+            prop_assert_eq!(u64::from(remainder(a, b)), a % u64::from(b));
         }
     }
 }

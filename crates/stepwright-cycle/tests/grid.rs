@@ -1,17 +1,102 @@
-//! What a pause leaves of the grid of the fixed tick, and where positions end.
+//! The fixed tick in one pass a step against that of three, what a pause leaves of its grid, and
+//! where positions end.
 
 #[path = "common/rig.rs"]
 mod rig;
 
+use proptest::prelude::*;
 use rig::{PULSE, Rig, What};
-use stepwright_cycle::{Calibration, Clock, Faults, Motor, Program, Refusal};
+use stepwright_cycle::{
+    AtHardEnd, AtSoftEnd, Calibration, Clock, Faults, Leg, Motor, Program, Refusal, Strategies,
+};
+
+/// Two motors by these legs on a clock, each within bounds: where each STEP rises and where each
+/// DIR turns, how it ended and when.
+type Played = (Vec<(u64, u8, i64)>, Vec<(u64, u8, bool)>, [(Faults, i64); 2], u64);
+
+fn played(clock: Clock, legs: &[Vec<Leg>; 2], brake: Option<u64>) -> Played {
+    let motor = Motor::new(10, 700).between(-700, 2_000).braking(9_000);
+    let mut rig = Rig::new([motor, motor.inverted()], clock);
+    let hard_end = AtHardEnd::BrakeAll;
+    let soft_end = AtSoftEnd::StopMotor;
+    rig.cycle.set_strategies(Strategies { hard_end, soft_end, ..Strategies::CANCEL });
+    for (motor, legs) in (0..).zip(legs) {
+        rig.cycle.prepare(motor, Program::Series(legs), Calibration::None).unwrap();
+    }
+    rig.start();
+    if let Some(at) = brake {
+        rig.until(at);
+        rig.close(1, 1);
+        rig.cycle.look();
+    }
+    rig.run_out();
+    let (mut steps, mut turns, mut facing) = (Vec::new(), Vec::new(), [true, false]);
+    for &(time, axis, what) in rig.log.borrow().iter().filter(|edge| edge.1 < 2) {
+        match what {
+            What::Rise => steps.push((time, axis, i64::from(facing[usize::from(axis)]))),
+            What::Dir(forward) => {
+                facing[usize::from(axis)] = forward;
+                turns.push((time, axis, forward));
+            }
+            _ => {}
+        }
+    }
+    steps.sort();
+    let ends = [0, 1].map(|motor| (rig.cycle.faults(motor), rig.position(motor)));
+    (steps, turns, ends, rig.time.now.get())
+}
+
+fn leg() -> impl Strategy<Value = Leg> {
+    prop_oneof![
+        4 => (-40i32..60, 700u32..3_000).prop_map(|(count, delay)| Leg::Steps { count, delay }),
+        2 => (-40i32..60, 7u32..20).prop_map(|(count, n)| Leg::Steps { count, delay: n * 100 }),
+        1 => (0u32..3, 0u32..2_000).prop_map(|(count, delay)| Leg::Wait { count, delay }),
+        // Longer than a piece of a wait.
+        1 => (-2i32..2, 134_217_000u32..500_000_000)
+            .prop_map(|(count, delay)| Leg::Steps { count, delay }),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// One pass a step makes the steps of three: each at its tick, to the bounds, through waits
+    /// and turns, while they brake; and ends with them. DIR comes by its hold time later, or by a pulse.
+    #[test]
+    fn one_pass_steps_as_three(
+        legs in prop::array::uniform2(prop::collection::vec(leg(), 0..8)),
+        period in prop::sample::select(vec![100u32, 140, 175, 50, 7]),
+        brake in prop::option::of(0u64..60_000),
+    ) {
+        // In one pass the next step is under way a tick earlier, when STEP rises.
+        let freely = played(Clock::Tick { period }, &legs, None).0;
+        let rises = |at: u64| freely.iter().any(|step| step.0 / 16 / u64::from(period) == at);
+        let brake = brake.map(|us| us / u64::from(period));
+        let brake = brake.and_then(|tick| (tick..).find(|tick| !rises(*tick)));
+        let brake = brake.map(|tick| tick * u64::from(period) + 3);
+        let (steps, turns, ends, over) = played(Clock::Tick { period }, &legs, brake);
+        let (one, dirs, known, at) = played(Clock::Grid { period }, &legs, brake);
+        prop_assert_eq!(one, steps);
+        prop_assert_eq!(dirs.len(), turns.len());
+        for (dir, turn) in dirs.iter().zip(&turns) {
+            prop_assert_eq!((dir.1, dir.2), (turn.1, turn.2));
+            prop_assert!(dir.0 - turn.0 <= 16 + PULSE);
+        }
+        prop_assert_eq!(known, ends);
+        // A closed switch is seen where STEP would rise, not where the bounds are looked at.
+        let later = if brake.is_some() { 16 * u64::from(period) } else { 0 };
+        prop_assert!(at.abs_diff(over) <= 16 + PULSE + later, "{} {}", at, over);
+    }
+}
 
 /// However long a pause is, and the tick: every edge is on the grid of the start again, as late
 /// as the pause and less than a tick more.
 #[test]
 fn a_pause_on_the_fixed_tick_resumes_on_the_grid() {
-    for (tick, delay) in [(200, 1_000u64), (5_000, 15_000), (70_000, 210_000)] {
-        let clock = Clock::Tick { period: tick as u32 };
+    let ticks = [(200, 1_000u64), (5_000, 15_000), (70_000, 210_000)];
+    for ((tick, delay), passes) in ticks.into_iter().flat_map(|tick| [(tick, 3), (tick, 1)]) {
+        let period = tick as u32;
+        let clock = if passes == 1 { Clock::Grid { period } } else { Clock::Tick { period } };
         let motor = Motor::new(7_500, delay as u32);
         for pause in [1, tick - 1, tick, tick + 1, 7 * tick + 13, 12_345_678] {
             let mut rig = Rig::new([motor], clock);
@@ -34,12 +119,16 @@ fn a_pause_on_the_fixed_tick_resumes_on_the_grid() {
             }
             rig.run_out();
             let shift = pause.div_ceil(tick) * tick;
+            // A pulse that the pause ends, or of one pass, falls early.
+            let edge = if passes == 1 { What::Rise } else { What::Fall };
+            let before = if passes == 1 { tick } else { 0 };
             let falls: Vec<u64> = (rig.edges(0).iter())
-                .filter(|(_, what)| *what == What::Fall)
+                .filter(|(_, what)| *what == edge)
                 .map(|(time, _)| *time)
                 .collect();
-            let wanted: Vec<u64> =
-                (1..=6).map(|n| (n * delay + if n > 2 { shift } else { 0 }) * 16).collect();
+            let wanted: Vec<u64> = (1..=6)
+                .map(|n| (n * delay - before + if n > 2 { shift } else { 0 }) * 16)
+                .collect();
             let off = falls.iter().zip(&wanted).map(|(a, b)| a.abs_diff(*b)).max();
             assert!(off <= Some(PULSE) && falls.len() == 6, "{tick} {pause}: {falls:?} {wanted:?}");
             assert_eq!(rig.position(0), 45_000);

@@ -157,8 +157,16 @@ fn every_program_steps_as_when_a_program_prepares_it() {
             ideal.cycle().finish();
             assert_eq!((report.number, report.error, report.late), (1, None, 0));
             let (real, ideal) = (from_first(&chip.edges()), ideal.with_recorder(std::mem::take));
-            assert_eq!(real, from_first(&ideal), "{clock:?} {n}");
-            assert!(real.len() > 400);
+            let mut all = [real, from_first(&ideal)];
+            if clock != Clock::Deadlines {
+                // A board plays it in one pass: STEP rises where it does in three.
+                for edges in &mut all {
+                    edges.retain(Edge::is_step);
+                }
+            }
+            let [real, ideal] = all;
+            assert_eq!(real, ideal, "{clock:?} {n}");
+            assert!(real.len() > 200);
         }
     }
 }

@@ -468,10 +468,41 @@ fn another_program_is_named() {
     refuses("timed", "readme", "runs the timed driver", &flash);
 }
 
-/// Its handler would take longer than a tick of stepper_h's.
 #[test]
-fn the_fixed_tick_is_refused() {
-    refuses("cycles", "triangle", "is too slow for the fixed tick", "leave tick-us out");
+fn the_fixed_tick_plays_as_on_the_virtual_board() {
+    if board() == Board::Uno {
+        let message = "a uno has no room for the fixed tick";
+        return refuses("cycles", "triangle", message, "leave tick-us out");
+    }
+    agrees(&example("triangle"), &["X", "Y", "Z"], &shield(), Vec::new(), EDGE);
+}
+
+/// Delays that are no multiples of it, waits and turns: STEP rises on the grid of the first, also
+/// behind a pause of any length.
+#[test]
+fn a_pause_of_the_fixed_tick_ends_on_its_grid() {
+    if board() == Board::Uno {
+        return;
+    }
+    let tick = 250;
+    let text = format!(
+        "[clock]\ntick-us = {tick}\n\
+         [[motor]]\nname = \"X\"\nstep = 1\nsmallest-delay-us = 750\n\
+         [[motor]]\nname = \"Y\"\nstep = 1\nsmallest-delay-us = 1000\n\
+         [[cycle]]\nmove.X = {{ series = [{{ steps = 60, delay-us = 1130 }}, \
+         {{ wait = 1, delay-us = 3333 }}, {{ steps = -40, delay-us = 901 }}] }}\n\
+         move.Y = {{ delays-us = [2000, 1111, 1777], each = 20 }}\n\
+         pause-s = 0.0507\nresume-s = 0.0612345\n"
+    );
+    let file = written("grid", &text);
+    let (machine, segments, ..) = played(&file, &["X", "Y"], &shield()[..2], Vec::new());
+    let (worst, paused) = compare_edges(&machine, &segments);
+    let tick = f64::from(tick) * MICRO;
+    let begun = machine.steps.iter().map(|steps| steps[0].time).fold(f64::MAX, f64::min);
+    let steps = machine.steps.iter().flatten().map(|step| (step.time - begun) / tick);
+    let off = steps.map(|ticks| (ticks - ticks.round()).abs() * tick).fold(0f64, f64::max);
+    println!("{worst} cycles, {paused} behind the pause, {off} from the grid");
+    assert!(worst <= EDGE && paused <= AFTER_PAUSE && off <= EDGE);
 }
 
 /// Four motors on the Mega, one of them on pins of its own.

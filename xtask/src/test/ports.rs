@@ -116,7 +116,13 @@ const CASES: &[Case] = &[
     case(Uno, "power-term", "move -150 --law power --top-speed 95 --accel 200", Travel(1), LAW),
     case(Uno, "cycles", "cycle examples/cycles/readme.toml", Cycles(XYZ, &[]), CYCLE),
     case(Uno, "cycles", "cycle examples/cycles/calibrate.toml", CALIBRATE, CYCLE),
-    case(Uno, "cycles", "cycle examples/cycles/triangle.toml", Refused("fixed tick"), 0.0),
+    case(
+        Uno,
+        "cycles",
+        "cycle examples/cycles/triangle.toml",
+        Refused("no room for the fixed"),
+        0.0,
+    ),
     case(Uno, "cycles", "cycle examples/cycles/series.toml", Refused("moves 3 motors"), 0.0),
     case(Uno, "cycles", "cycle examples/cycles/drawing.toml", Refused("no room for homing"), 0.0),
     case(Uno, "cycles", "cycle examples/cycles/feed.toml", Refused("no line and no arc"), 0.0),
@@ -126,6 +132,7 @@ const CASES: &[Case] = &[
     case(Mega, CONTROLLER, "line -300 700 500 --jerk 40000", Travel(3), BESIDE),
     case(Mega, "laws", "move 500 --law piecewise --top-speed 450 --accel 900", Travel(1), LAW),
     case(Mega, "cycles", "cycle examples/cycles/series.toml", SERIES, TURNS),
+    case(Mega, "cycles", "cycle examples/cycles/triangle.toml", Cycles(XYZ, &[]), CYCLE),
     case(Mega, "cycles", "cycle examples/cycles/drawing.toml", Refused("no line and no arc"), 0.0),
     case(Mega, "timed", "timed --speed 2000 --steps 4000", Timed { whole: true }, TIMED),
 ];

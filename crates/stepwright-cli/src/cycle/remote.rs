@@ -117,9 +117,10 @@ impl<'p> RemoteSession<'p> {
                 .hint("let hard-end be \"stop-motor\" or \"cancel\", or play it on a Mega"));
         }
         if self.plan.clock != Clock::Deadlines && !board.can("tick") {
-            let what = format!("a {name} is too slow for the fixed tick");
-            return Err(Failure::new(what)
-                .hint("leave tick-us out of the file: every step has its own deadline then"));
+            return Err(Failure::new(format!("a {name} has no room for the fixed tick")).hint(
+                "leave tick-us out of the file: every step has its own deadline then; \
+                 or play it on a Mega",
+            ));
         }
         for (n, stage) in stages.iter().enumerate() {
             match stage.task {

@@ -44,7 +44,7 @@ fn parse(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<Cycle
         b'C' => {
             let clock = match n.from(0, TICK)? {
                 0 => Clock::Deadlines,
-                period => Clock::Tick { period },
+                period => Clock::Grid { period },
             };
             CycleLine::Clock(clock, strategies(n)?)
         }

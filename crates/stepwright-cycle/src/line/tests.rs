@@ -36,7 +36,7 @@ fn lines() -> std::vec::Vec<CycleLine> {
     {
         for small_delay in [AtSmallDelay::Fix, AtSmallDelay::StopMotor, AtSmallDelay::Cancel] {
             lines.push(CycleLine::Clock(
-                Clock::Tick { period: 200 },
+                Clock::Grid { period: 200 },
                 Strategies {
                     hard_end,
                     small_delay,

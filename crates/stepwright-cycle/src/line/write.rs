@@ -42,7 +42,7 @@ impl fmt::Display for CycleLine {
             CycleLine::Clock(clock, Strategies { hard_end, soft_end, small_delay, timing }) => {
                 let tick = match clock {
                     Clock::Deadlines => 0,
-                    Clock::Tick { period } => period.max(1),
+                    Clock::Tick { period } | Clock::Grid { period } => period.max(1),
                 };
                 let hard = match hard_end {
                     AtHardEnd::StopMotor => 0,

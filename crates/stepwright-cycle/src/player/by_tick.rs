@@ -3,19 +3,29 @@
 //! next.
 
 use super::{Faults, ProgramRunner, Stage, Taken};
+use crate::wide::remainder;
 use stepwright::units::Ticks;
 
 impl ProgramRunner<'_> {
+    /// µs before the next step of the leg, more while it brakes; `None` if it stands then.
+    pub(super) fn braked(&mut self) -> Option<u32> {
+        if !self.is_braking() {
+            return Some(self.delay);
+        }
+        let ticks = Ticks::try_from(self.slower()? >> 16).unwrap_or(Ticks::MAX);
+        Some(self.delay.max(self.beat.micros(ticks)))
+    }
+
     /// Ticks from the last step to one `us` µs later, in µs; the rest is kept.
-    fn ticked(&mut self, us: u64) -> u64 {
-        let period = u64::from(self.beat.period.max(1));
+    pub(super) fn ticked(&mut self, us: u64) -> u64 {
+        let period = self.beat.period.max(1);
         let us = us.saturating_add(self.over.into());
-        // A small chip takes ten times as long for the division of 64 bits.
+        // Bit by bit takes a small chip three times as long.
         self.over = match u32::try_from(us) {
-            Ok(us) => us % self.beat.period.max(1),
-            Err(_) => (us % period) as u32,
+            Ok(us) => us % period,
+            Err(_) => remainder(us, period),
         };
-        us - u64::from(self.over)
+        us.wrapping_sub(self.over.into())
     }
 
     /// The next run on the fixed tick.
@@ -39,16 +49,11 @@ impl ProgramRunner<'_> {
                 Stage::Wait => self.stage = Stage::Leg,
                 Stage::Steps if self.left == 0 => self.stage = Stage::Leg,
                 Stage::Steps => {
-                    let mut delay = self.delay;
-                    if self.is_braking() {
-                        let Some(interval) = self.slower() else {
-                            self.end();
-                            self.stage = Stage::Linger;
-                            continue;
-                        };
-                        let ticks = Ticks::try_from(interval >> 16).unwrap_or(Ticks::MAX);
-                        delay = delay.max(self.beat.micros(ticks));
-                    }
+                    let Some(delay) = self.braked() else {
+                        self.end();
+                        self.stage = Stage::Linger;
+                        continue;
+                    };
                     if let Some(turn) = self.turn() {
                         return turn;
                     }

@@ -14,7 +14,7 @@ use crate::cycle::plan;
 use crate::link::Link;
 
 const UNO: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=24 can=";
-const MEGA: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home";
+const MEGA: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick";
 const CONTROLLER: &str = "stepwright 1 16000000 3";
 
 type Host = CycleBoard<'static, Vec<Edge>, 4>;
@@ -164,8 +164,10 @@ fn what_a_board_can_not_do_is_refused() {
     refused(UNO, &file(4, GO), "this uno moves 3 motors, and the file has 4");
     refused(MEGA, &file(5, GO), "this mega moves 4 motors, and the file has 5");
     let tick = format!("[clock]\ntick-us = 100\n{}", file(1, GO));
-    refused(UNO, &tick, "a uno is too slow for the fixed tick");
-    refused(MEGA, &tick, "a mega is too slow for the fixed tick");
+    refused(UNO, &tick, "a uno has no room for the fixed tick");
+    assert_eq!(play(MEGA, 0, &tick).unwrap(), [10]);
+    let slow = tick.replace("tick-us = 100", "tick-us = 200");
+    refused(MEGA, &slow, "smallest delay");
     refused(UNO, &format!("[clock]\ntimer-hz = 8000000\n{}", file(1, GO)), "runs at 16000000 Hz");
     let brakes = format!(
         "[strategies]\nhard-end = \"brake-all\"\n{}",

@@ -1,0 +1,76 @@
+//! A program on the fixed tick for a chip that is not called at each: where its steps fall is
+//! computed, and only they are made.
+//!
+//! STEP rises a tick before a step's own, as in three passes. So the first step, and one behind
+//! a wait or a turn, comes a tick earlier than its delay says; what follows a step counts from
+//! that earlier tick.
+
+use super::{ProgramRunner, Stage, Taken};
+use stepwright::run::Run;
+
+impl ProgramRunner<'_> {
+    /// The next run, or `None`: what there is to do now is the same by deadlines.
+    pub(super) fn on_grid(&mut self) -> Option<Taken> {
+        let period = self.beat.period;
+        loop {
+            match self.stage {
+                Stage::Leg => match self.read() {
+                    None => return Some(Taken::End),
+                    Some(Stage::Over) => self.stage = Stage::Linger,
+                    Some(Stage::Wait) => {
+                        let wait = self.ticked(self.pending);
+                        self.pending = wait.saturating_add(self.own_tick().into());
+                        self.stage = Stage::Wait;
+                    }
+                    Some(stage) => self.stage = stage,
+                },
+                Stage::Wait if self.pending == 0 => self.stage = Stage::Leg,
+                Stage::Steps if self.left == 0 => self.stage = Stage::Leg,
+                Stage::Steps => {
+                    let Some(delay) = self.braked() else {
+                        self.stage = Stage::Linger;
+                        continue;
+                    };
+                    if self.turn().is_some() {
+                        let tick = self.own_tick();
+                        let wait = self.beat.wait(tick).saturating_add(self.hold);
+                        return Some(Taken::Run(Run::turn(wait, self.facing)));
+                    }
+                    self.heading = Some(self.forward);
+                    let over = self.over;
+                    let way = self.ticked(delay.into());
+                    // Whole ticks: steps of one interval are one run.
+                    if self.risen
+                        && self.over == over
+                        && delay <= self.beat.piece
+                        && !self.is_braking()
+                    {
+                        let count = self.room(self.left.min(self.beat.longest.into())) as u16;
+                        if count > 0 {
+                            self.plan(count);
+                            return Some(Taken::Run(self.beat.steps(delay, count)));
+                        }
+                    }
+                    let early = if self.risen { 0 } else { period };
+                    self.pending = way.saturating_sub(early.into());
+                    self.risen = true;
+                    self.stage = Stage::Far;
+                }
+                Stage::Linger if self.risen => {
+                    let tick = self.own_tick();
+                    return Some(self.pass(tick));
+                }
+                Stage::Linger => {
+                    self.end();
+                    return Some(self.pass(period));
+                }
+                _ => return None,
+            }
+        }
+    }
+
+    /// µs from here to the tick of the step that was made last.
+    fn own_tick(&mut self) -> u32 {
+        if core::mem::take(&mut self.risen) { self.beat.period } else { 0 }
+    }
+}

@@ -19,10 +19,10 @@ use crate::firmware::{Board, Build};
 use crate::program::{CONTROLLER, Program};
 use crate::rig;
 use crate::workspace::{self, Workspace};
-use chip::{SimChip, command};
+use chip::{Ended, SimChip, command, typed};
 use cycles::{PAUSE, worst_of_cycles};
 use dump::Dump;
-use steps::{Step, first, levels, worst, worst_of_levels, worst_of_runs};
+use steps::{Step, first, levels, worst, worst_of_levels, worst_of_runs, worst_of_ways};
 
 /// An order, and on which chip.
 #[derive(Clone, Copy)]
@@ -44,6 +44,10 @@ enum How {
     Travel(usize),
     /// Axis 1 runs until it is stopped.
     Run,
+    /// Likewise, as long as a key is held.
+    Jog,
+    /// Axis 1 homes by these switches of the machine.
+    Home(&'static [&'static str]),
     /// The shield's two directions: to the order's end, or until the command ends.
     Timed { whole: bool },
     /// The motors of a file by their names, STEP and DIR; and the machine's switches.
@@ -93,13 +97,15 @@ const fn case(
 }
 
 use Board::{Mega, Uno};
-use How::{Cycles, Refused, Run, Timed, Travel};
+use How::{Cycles, Home, Jog, Refused, Run, Timed, Travel};
 
 const CASES: &[Case] = &[
     case(Uno, CONTROLLER, "move 900 --top-speed 3000 --accel 20000", Travel(1), ALONE),
     case(Uno, CONTROLLER, "move -700 --law trapezoid --decel 4000", Travel(1), ALONE),
     case(Uno, CONTROLLER, "run 2000 --accel 20000 --for 600ms", Run, ALONE),
     case(Uno, CONTROLLER, "line 900 -400 150", Travel(3), BESIDE),
+    case(Uno, CONTROLLER, "home --accel 20000", Home(&["1:-1000"]), ALONE),
+    case(Uno, CONTROLLER, "jog --accel 20000", Jog, ALONE),
     case(Uno, "curves", "move 900 --law s-curve --jerk 40000", Travel(1), ALONE),
     case(Uno, "laws", "move 700 --law austin --accel 2000 --change 100:500", Travel(1), LAW),
     case(Uno, "laws", "move -700 --law austin-fixed --accel 2000", Travel(1), LAW),
@@ -130,6 +136,8 @@ const CASES: &[Case] = &[
     case(Uno, "timed", "timed --case 2 --latched", Timed { whole: false }, TIMED),
     case(Uno, "timed", "timed --case 3 --latched", Timed { whole: true }, TIMED),
     case(Mega, CONTROLLER, "line -300 700 500 --jerk 40000", Travel(3), BESIDE),
+    case(Mega, CONTROLLER, "home --slow 90 --jerk 40000", Home(&["1:-1000"]), ALONE),
+    case(Mega, CONTROLLER, "jog --top-speed 700 --jerk 200000", Jog, ALONE),
     case(Mega, "laws", "move 500 --law piecewise --top-speed 450 --accel 900", Travel(1), LAW),
     case(Mega, "cycles", "cycle examples/cycles/series.toml", SERIES, TURNS),
     case(Mega, "cycles", "cycle examples/cycles/triangle.toml", Cycles(XYZ, &[]), CYCLE),
@@ -203,10 +211,17 @@ struct Worst {
 impl Case {
     fn play(&self, ws: &Workspace, sim: &Path, elf: &Path) -> Result<Worst> {
         let words: Vec<_> = self.words.split(' ').collect();
-        let switches = if let Cycles(_, switches) = self.how { switches } else { &[] };
+        let switches = match self.how {
+            Cycles(_, switches) | Home(switches) => switches,
+            _ => &[],
+        };
         let chip = SimChip::new(ws, sim, self.board, elf, switches)?;
         let port = chip.port().to_owned();
-        let ended = command(ws, &[&words[..], &["--port", &port]].concat())?;
+        if let Home(_) = self.how {
+            let known = command(ws, &["settings", "set", "--port", &port, "switches=1"])?;
+            ensure!(known.status == Some(0), "{}", known.text);
+        }
+        let ended = self.order(ws, &[&words[..], &["--port", &port]].concat())?;
         let real = chip.end()?;
         if let Refused(why) = self.how {
             ensure!(ended.status == Some(1) && ended.text.contains(why), "{}", ended.text);
@@ -216,19 +231,28 @@ impl Case {
             return Ok(Worst::default());
         }
         ensure!(ended.status == Some(0), "on the chip: {}", ended.text);
-        self.compare(ws, &words, &real)
+        self.compare(ws, &words, &real, &ended.text)
+    }
+
+    /// The command with these words, and with keys where it reads them.
+    fn order(&self, ws: &Workspace, words: &[&str]) -> Result<Ended> {
+        let Jog = self.how else { return command(ws, words) };
+        // → for 1.5 s, then the end.
+        let held = ["\x1b[C"; 30];
+        typed(ws, words, "q end", &[&held[..], &["q"]].concat())
     }
 
     /// The chip's dump against what the virtual board does.
-    fn compare(&self, ws: &Workspace, words: &[&str], real: &Dump) -> Result<Worst> {
+    fn compare(&self, ws: &Workspace, words: &[&str], real: &Dump, said: &str) -> Result<Worst> {
         let file = ws.target.join("ports-virtual.vcd");
         let path = file.to_str().context("a path in UTF-8")?;
         let more: &[&str] = match self.how {
             Cycles(..) => &["--format", "csv"],
             Timed { .. } => &["--drive", "shield", "--board", self.board.name(), "--vcd", path],
+            Jog => &["--virtual", "--vcd", path],
             _ => &["--virtual", "--fast", "--vcd", path],
         };
-        let ended = command(ws, &[words, more].concat())?;
+        let ended = self.order(ws, &[words, more].concat())?;
         ensure!(ended.status == Some(0), "on the virtual board: {}", ended.text);
         let ideal = || Dump::read(&file);
         let worst_edge = |edge| Ok(Worst { edge, paused: 0.0 });
@@ -242,9 +266,21 @@ impl Case {
                 }
                 worst_edge(edge)
             }
-            Run => {
+            Run | Jog => {
                 let (real, ideal) = (wired(real, 1)?, axes_of(&ideal()?, 1)?);
+                if let Jog = self.how {
+                    for (steps, said) in [(&real[0], said), (&ideal[0], &ended.text)] {
+                        ends(said, &format!("position {} ready", steps.len()))?;
+                    }
+                }
                 worst_edge(worst_of_runs(&real[0], &ideal[0], self.bound)?)
+            }
+            Home(_) => {
+                for said in [said, &ended.text] {
+                    ends(said, "position 50 ready")?;
+                }
+                let (real, ideal) = (wired(real, 1)?, axes_of(&ideal()?, 1)?);
+                worst_edge(worst_of_ways(&real[0], &ideal[0])?)
             }
             Timed { whole } => {
                 let (real, ideal) = (levels(real, &COILS)?, levels(&ideal()?, &COILS)?);
@@ -260,6 +296,13 @@ impl Case {
             Refused(_) => Ok(Worst::default()),
         }
     }
+}
+
+/// That a command's last line is this.
+fn ends(said: &str, last: &str) -> Result<()> {
+    let ended = said.lines().map(str::trim).rfind(|line| !line.is_empty()).unwrap_or_default();
+    ensure!(ended.ends_with(last), "it ends {ended:?}, and not {last:?}");
+    Ok(())
 }
 
 /// The first axes of a controller by its pins.

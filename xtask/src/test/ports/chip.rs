@@ -4,7 +4,8 @@ use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{ChildStdout, Command, Stdio};
-use std::time::Duration;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
@@ -38,6 +39,39 @@ pub fn command(ws: &Workspace, words: &[&str]) -> Result<Ended> {
     match status {
         Some(status) => Ok(Ended { status: status.code(), text }),
         None => bail!("{} does not end:\n{text}", line(&command)),
+    }
+}
+
+/// Runs the command on a terminal of its own, which `script` of Debian's essential bsdutils
+/// makes; the keys are pressed once it has said `begun`, 50 ms apart, as terminals repeat one that
+/// is held.
+pub fn typed(ws: &Workspace, words: &[&str], begun: &str, keys: &[&str]) -> Result<Ended> {
+    let said = ws.target.join("ports.txt");
+    let quoted: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
+    let words = format!("'{}' {}", ws.built("stepwright").display(), quoted.join(" "));
+    let mut command = Command::new("script");
+    command.args(["--quiet", "--return", "--command", &words, "/dev/null"]);
+    command.env("STEPWRIGHT_MACHINE", "none").env("TERM", "xterm").current_dir(&ws.root);
+    command.stdin(Stdio::piped()).stdout(File::create(&said)?).stderr(Stdio::null());
+    let child = command.spawn().with_context(|| format!("starting {}", line(&command)))?;
+    let mut child = Guard(child);
+    let mut hand = child.0.stdin.take().context("its terminal")?;
+    let text = || Ok::<_, anyhow::Error>(String::from_utf8_lossy(&fs::read(&said)?).into_owned());
+    let asked = Instant::now();
+    while !text()?.contains(begun) {
+        if asked.elapsed() > LIMIT {
+            bail!("{words} does not say {begun:?}:\n{}", text()?);
+        }
+        sleep(Duration::from_millis(20));
+    }
+    for key in keys {
+        hand.write_all(key.as_bytes())?;
+        sleep(Duration::from_millis(50));
+    }
+    // Its input stays open until it has ended: an end of it is a key too.
+    match child.wait_within(LIMIT)? {
+        Some(status) => Ok(Ended { status: status.code(), text: text()? }),
+        None => bail!("{words} does not end:\n{}", text()?),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Steps of a chip against those of the virtual board.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 
 use super::dump::Dump;
 
@@ -66,6 +66,26 @@ pub fn worst_of_runs(real: &[Step], ideal: &[Step], bound: f64) -> Result<f64> {
     let begun = (real[0].time, ideal[0].time);
     let ended = (real_end[half - 1].time, ideal_end[half - 1].time);
     Ok(worst(&real[..half], &ideal[..half], begun)?.max(worst(real_end, ideal_end, ended)?))
+}
+
+/// The same of a homing: each way between two turns from its first step on, for the host orders
+/// one after another.
+///
+/// # Errors
+/// Likewise; or there are more ways, or other ones.
+pub fn worst_of_ways(real: &[Step], ideal: &[Step]) -> Result<f64> {
+    let ways = |steps: &[Step]| -> Vec<Vec<Step>> {
+        steps.chunk_by(|a, b| a.forward == b.forward).map(<[Step]>::to_vec).collect()
+    };
+    let (real, ideal) = (ways(real), ways(ideal));
+    ensure!(!ideal.is_empty(), "no step");
+    ensure!(real.len() == ideal.len(), "{} ways instead of {}", real.len(), ideal.len());
+    let mut all = 0f64;
+    for (n, (real, ideal)) in real.iter().zip(&ideal).enumerate() {
+        let begun = (real[0].time, ideal[0].time);
+        all = all.max(worst(real, ideal, begun).with_context(|| format!("way {n}"))?);
+    }
+    Ok(all)
 }
 
 /// The level of several wires from each change on, as bits.
@@ -139,6 +159,23 @@ mod tests {
         late[end].time += 30.0;
         assert_eq!(worst_of_runs(&late, &ideal, 1.0).unwrap(), 30.0);
         assert!(worst_of_runs(&ideal[..25], &ideal, 1.0).is_err(), "cut off on its ramp");
+    }
+
+    #[test]
+    fn ways_are_compared_between_turns() {
+        let way = |from: f64, count: u32, forward: bool| -> Vec<Step> {
+            (0..count).map(|n| Step { time: from + 100.0 * f64::from(n), forward }).collect()
+        };
+        let homing = |steps, pause: f64| {
+            [way(0.0, steps, false), way(5000.0 + pause, 5, true), way(9000.0, 7, false)].concat()
+        };
+        let ideal = homing(30, 0.0);
+        assert_eq!(worst_of_ways(&homing(30, 700.0), &ideal).unwrap(), 0.0);
+        assert!(worst_of_ways(&homing(31, 0.0), &ideal).is_err(), "halted a step later");
+        assert!(worst_of_ways(&ideal[..35], &ideal).is_err(), "a way is missing");
+        let mut late = ideal.clone();
+        late[33].time += 40.0;
+        assert_eq!(worst_of_ways(&late, &ideal).unwrap(), 40.0);
     }
 
     #[test]

@@ -133,7 +133,7 @@ const STEPS: &[Step] = &[
     },
     Step {
         name: "wasm",
-        what: "the page's planner was built from the code, and plans as the host does",
+        what: "the page's planner and virtual board are built from the code, and do as the host's",
         needs: &[setup::NODE],
         run: wasm::run_tests,
     },

@@ -1,6 +1,7 @@
-//! `cargo xtask wasm`: the planner that the page of `stepwright serve` carries.
+//! `cargo xtask wasm`: the planner that the page of `stepwright serve` carries, and the virtual
+//! board of the page for any host.
 //!
-//! As with the images of firmware, another compiler makes other bytes, so beside the module
+//! As with the images of firmware, another compiler makes other bytes, so beside each module
 //! stands a digest of all that it is built from, and of itself.
 
 use std::fs;
@@ -14,10 +15,10 @@ use crate::setup;
 use crate::toolchain::{Chip, Cross};
 use crate::workspace::{Workspace, output, run};
 
-/// Build the planner of the page, and put it beside the page's files.
+/// Build the planner and the virtual board of the page, and put them beside the page's files.
 #[derive(clap::Args)]
 pub struct Wasm {
-    /// Change nothing, and fail if the one that is there was built from other code.
+    /// Change nothing, and fail if those that are there were built from other code.
     #[arg(long)]
     check: bool,
 }
@@ -25,20 +26,41 @@ pub struct Wasm {
 /// A browser. (A linker is the compiler's own.)
 const BROWSER: Chip = Chip { triple: "wasm32-unknown-unknown", flags: "" };
 
-/// The package, and the profile of the workspace that it is built by.
-const PACKAGE: &str = "stepwright-wasm";
+/// The profile of the workspace that they are built by.
 const PROFILE: &str = "wasm";
 
-/// All that it is built from.
-const SOURCES: [&str; 7] = [
-    "crates/stepwright/Cargo.toml",
-    "crates/stepwright/src",
-    "crates/stepwright-austin/Cargo.toml",
-    "crates/stepwright-austin/src",
-    "crates/stepwright-wasm/Cargo.toml",
-    "crates/stepwright-wasm/src",
-    "xtask/src/wasm.rs",
-];
+/// A module that the page carries.
+#[derive(Clone, Copy)]
+pub struct Module {
+    /// Its package.
+    package: &'static str,
+    /// Its file among those of the page.
+    file: &'static str,
+    /// All that it is built from, besides this file.
+    sources: &'static [&'static str],
+}
+
+/// The planner.
+pub const PLAN: Module = Module {
+    package: "stepwright-wasm",
+    file: "plan.wasm",
+    sources: &["stepwright", "stepwright-austin", "stepwright-wasm"],
+};
+
+/// The virtual board.
+pub const BOARD: Module = Module {
+    package: "stepwright-wasm-board",
+    file: "board.wasm",
+    sources: &[
+        "stepwright",
+        "stepwright-protocol",
+        "stepwright-device",
+        "stepwright-sim",
+        "stepwright-wasm-board",
+    ],
+};
+
+const MODULES: [Module; 2] = [PLAN, BOARD];
 
 impl Wasm {
     /// Builds and writes, or compares.
@@ -47,42 +69,64 @@ impl Wasm {
             return check(ws);
         }
         setup::ensure(&[setup::CROSS])?;
-        let built = fs::read(build(ws)?)?;
-        fs::write(place(ws), &built)?;
-        println!("{}  {} bytes", place(ws).display(), built.len());
-        Ok(fs::write(digests_of(ws), digests(ws)?)?)
+        for module in MODULES {
+            let built = fs::read(module.build(ws)?)?;
+            fs::write(module.place(ws), &built)?;
+            println!("{}  {} bytes", module.place(ws).display(), built.len());
+            fs::write(module.digests_of(ws), module.digests(ws)?)?;
+        }
+        Ok(())
     }
 }
 
-/// Whether the module is the one that was built, from the code that is there.
+/// Whether the modules are those that were built, from the code that is there.
 pub fn check(ws: &Workspace) -> Result<()> {
-    let carried = fs::read_to_string(digests_of(ws)).unwrap_or_default();
-    let now = digests(ws)?;
-    ensure!(
-        carried == now,
-        "the page's planner was built from other code: run `cargo xtask wasm`\n{carried}now\n{now}"
-    );
+    for module in MODULES {
+        let carried = fs::read_to_string(module.digests_of(ws)).unwrap_or_default();
+        let now = module.digests(ws)?;
+        ensure!(
+            carried == now,
+            "the page's {} was built from other code: run `cargo xtask wasm`\n{carried}now\n{now}",
+            module.file
+        );
+    }
     Ok(())
 }
 
-/// Where it lies.
-pub fn place(ws: &Workspace) -> PathBuf {
-    ws.root.join("crates/stepwright-serve/src/page/plan.wasm")
-}
+impl Module {
+    /// Where it lies.
+    pub fn place(&self, ws: &Workspace) -> PathBuf {
+        ws.root.join("crates/stepwright-serve/src/page").join(self.file)
+    }
 
-fn digests_of(ws: &Workspace) -> PathBuf {
-    place(ws).with_extension("digests.txt")
-}
+    fn digests_of(&self, ws: &Workspace) -> PathBuf {
+        self.place(ws).with_extension("digests.txt")
+    }
 
-fn build(ws: &Workspace) -> Result<PathBuf> {
-    let cross = Cross::find().context("no compiler for wasm: run `cargo xtask setup`")?;
-    println!("compiler: {}", cross.describe());
-    let mut cargo = cross.cargo(ws, "rustc", &[&BROWSER]);
-    cargo.args(["--package", PACKAGE, "--profile", PROFILE, "--crate-type", "cdylib"]);
-    cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker()?);
-    run(&mut cargo)?;
-    let folder = ws.target.join("cross").join(BROWSER.triple).join(PROFILE);
-    Ok(folder.join("stepwright_wasm.wasm"))
+    fn build(&self, ws: &Workspace) -> Result<PathBuf> {
+        let cross = Cross::find().context("no compiler for wasm: run `cargo xtask setup`")?;
+        println!("compiler: {}", cross.describe());
+        let mut cargo = cross.cargo(ws, "rustc", &[&BROWSER]);
+        cargo.args(["--package", self.package, "--profile", PROFILE, "--crate-type", "cdylib"]);
+        cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker()?);
+        run(&mut cargo)?;
+        let folder = ws.target.join("cross").join(BROWSER.triple).join(PROFILE);
+        Ok(folder.join(self.package.replace('-', "_")).with_extension("wasm"))
+    }
+
+    /// A line for the sources, and one for the module.
+    fn digests(&self, ws: &Workspace) -> Result<String> {
+        let mut sources = Digest::NEW;
+        let crates = ws.root.join("crates");
+        for name in self.sources {
+            sources.add_all(&ws.root, &crates.join(name).join("Cargo.toml"))?;
+            sources.add_all(&ws.root, &crates.join(name).join("src"))?;
+        }
+        sources.add_all(&ws.root, &ws.root.join("xtask/src/wasm.rs"))?;
+        let mut module = Digest::NEW;
+        module.add(&fs::read(self.place(ws)).unwrap_or_default());
+        Ok(format!("sources {:016x}\nmodule {:016x}\n", sources.value(), module.value()))
+    }
 }
 
 /// The linker of rustup's toolchain, or of the system.
@@ -92,15 +136,4 @@ fn linker() -> Result<PathBuf> {
     let host = about.lines().find_map(|line| line.strip_prefix("host: ")).unwrap_or_default();
     let own = Path::new(root.trim()).join("lib/rustlib").join(host).join("bin/rust-lld");
     Ok(if own.is_file() { own } else { "wasm-ld".into() })
-}
-
-/// A line for the sources, and one for the module.
-fn digests(ws: &Workspace) -> Result<String> {
-    let mut sources = Digest::NEW;
-    for source in SOURCES {
-        sources.add_all(&ws.root, &ws.root.join(source))?;
-    }
-    let mut module = Digest::NEW;
-    module.add(&fs::read(place(ws)).unwrap_or_default());
-    Ok(format!("sources {:016x}\nmodule {:016x}\n", sources.value(), module.value()))
 }

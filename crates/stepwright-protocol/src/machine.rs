@@ -238,13 +238,13 @@ impl Refusal {
     }
 }
 
-/// What happened, and what to do about it.
-///
-/// Apart from the names, so that a chip which never prints them does not
-/// carry them: constants take RAM on an AVR.
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl Refusal {
+    /// What happened, and what to do about it.
+    ///
+    /// Apart from the names, so that a chip which never prints them does not
+    /// carry them: constants take RAM on an AVR.
+    pub const fn words(self) -> &'static str {
+        match self {
             Refusal::Line => "not a line of this protocol",
             Refusal::Sum => "the checksum is that of another line: say it again",
             Refusal::Range => "a number outside its range",
@@ -278,7 +278,13 @@ impl fmt::Display for Refusal {
             }
             Refusal::Limit => "beyond a soft limit, or d on the way before one: go less far",
             Refusal::Other => "a reason that this version has no word for",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.words())
     }
 }
 

@@ -4,7 +4,7 @@ use crate::axis::{AxisId, MAX_AXES};
 
 /// Makes [`Stop`] of the table.
 macro_rules! stops {
-    ($($stop:ident $letter:literal, $words:literal, $doc:literal;)*) => {
+    ($($stop:ident $letter:literal, $name:literal, $words:literal, $doc:literal;)*) => {
         /// The reason of a stop that an order did not ask for. A letter of
         /// `stop=` in the answer to `?`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -17,6 +17,11 @@ macro_rules! stops {
             /// Every reason.
             pub const ALL: [Stop; [$($letter),*].len()] = [$(Stop::$stop),*];
 
+            /// Its name, for programs.
+            pub const fn name(self) -> &'static str {
+                match self { $(Stop::$stop => $name),* }
+            }
+
             /// What has happened, for a person: the end of "stopped by …".
             pub const fn words(self) -> &'static str {
                 match self { $(Stop::$stop => $words),* }
@@ -26,15 +31,15 @@ macro_rules! stops {
 }
 
 stops! {
-    Brake b'Z', "a soft stop (Z)", "`Z`: the line Z; a ramp down.";
-    Kill b'K', "a kill (K)", "`K`: the line K; the position is lost.";
-    Switch b'S', "its limit switch", "`S`: a closed limit switch.";
-    Timeout b'T', "the silence of the host", "`T`: no line came for too long; a ramp down.";
-    Emergency b'E', "the emergency stop", "`E`: the input of the emergency stop.";
-    Driver b'D', "a fault of its driver", "`D`: the fault input of a driver.";
-    Reset b'R', "a reset of the board", "`R`: the board began again while the axis moved.";
-    Limit b'L', "its soft limit", "`L`: the end of the range in the settings; a ramp down.";
-    Other b'?', "a reason that this version has no word for", "`?`: a letter of a later version.";
+    Brake b'Z', "brake", "a soft stop (Z)", "`Z`: the line Z; a ramp down.";
+    Kill b'K', "kill", "a kill (K)", "`K`: the line K; the position is lost.";
+    Switch b'S', "switch", "its limit switch", "`S`: a closed limit switch.";
+    Timeout b'T', "timeout", "the silence of the host", "`T`: no line came for too long; a ramp down.";
+    Emergency b'E', "emergency", "the emergency stop", "`E`: the input of the emergency stop.";
+    Driver b'D', "driver", "a fault of its driver", "`D`: the fault input of a driver.";
+    Reset b'R', "reset", "a reset of the board", "`R`: the board began again while the axis moved.";
+    Limit b'L', "limit", "its soft limit", "`L`: the end of the range in the settings; a ramp down.";
+    Other b'?', "other", "a reason that this version has no word for", "`?`: a letter of a later version.";
 }
 
 impl Stop {

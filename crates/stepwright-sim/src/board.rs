@@ -1,7 +1,6 @@
 //! The board itself: the device and its engine, over simulated time.
 
-use std::cell::Cell;
-use std::rc::Rc;
+use core::cell::Cell;
 
 use stepwright::drive::{Axes, Drive};
 use stepwright::engine::WIRING;
@@ -12,9 +11,10 @@ use stepwright::{Axis, Control, Engine, Steppers};
 use stepwright_device::{Device, Mark, Reset};
 use stepwright_protocol::Settings;
 
-use crate::clock::{Now, SimTimer};
+use crate::clock::{LentNow, Present, SimTimer};
 use crate::description::Description;
 use crate::edge::{Edge, Pin, Recorder};
+use crate::few::{Answers, EnableChanges};
 use crate::panel::{EMPTY, Eeprom, Remains, SimPanel};
 use crate::steppers::SimEngine;
 
@@ -24,36 +24,55 @@ pub const AXES: usize = 3;
 /// Entries queued for each axis, as on the Uno.
 pub(crate) const RUNS: usize = 8;
 
-/// Where the entries of a board's axes wait. Made before the board, which borrows
-/// it.
+/// What the parts of a board share: the queues where the entries of its axes wait, the time,
+/// and which axes are turned round. Made before the board, which borrows it.
 #[derive(Default)]
-pub struct Queues([Queue<RUNS>; AXES]);
+pub struct Queues {
+    queues: [Queue<RUNS>; AXES],
+    now: Cell<u64>,
+    reverse: Cell<Axes>,
+}
 
 /// The two ends of an axis' queue, for foreground and engine.
 pub(crate) type Ends<'q> = (Producer<'q, RUNS>, Consumer<'q, RUNS>);
 
+/// What a board borrows.
+pub(crate) struct Shared<'q> {
+    pub(crate) ends: [Ends<'q>; AXES],
+    pub(crate) now: LentNow<'q>,
+    pub(crate) reverse: &'q Cell<Axes>,
+}
+
 impl Queues {
-    pub(crate) fn ends(&mut self, description: &Description) -> [Ends<'_>; AXES] {
+    /// Lends them to a new board, at tick 0.
+    pub(crate) fn lend(&mut self, description: &Description) -> Shared<'_> {
         let wiring =
             if description.assembly { Wiring::new(WIRING.step, WIRING.turn) } else { WIRING };
-        self.0.each_mut().map(|queue| queue.split_as(wiring))
+        let Queues { queues, now, reverse } = self;
+        now.set(0);
+        reverse.set(0);
+        Shared {
+            ends: queues.each_mut().map(|queue| queue.split_as(wiring)),
+            now: LentNow(now),
+            reverse,
+        }
     }
 }
 
 /// Simulated pins: every change goes to the recorder.
-pub(crate) struct Pins<R> {
-    now: Now,
+pub(crate) struct Pins<'q, R> {
+    now: LentNow<'q>,
     /// Which way each axis was told to turn.
     forward: [bool; AXES],
     /// Axes that turn the other way round.
-    reverse: Rc<Cell<Axes>>,
+    reverse: &'q Cell<Axes>,
     /// The levels of DIR.
     levels: [Option<bool>; AXES],
     pub(crate) recorder: R,
 }
 
-impl<R: Recorder> Pins<R> {
-    pub(crate) fn new(now: Now, reverse: Rc<Cell<Axes>>, recorder: R) -> Pins<R> {
+impl<'q, R: Recorder> Pins<'q, R> {
+    pub(crate) fn new(now: LentNow<'q>, reverse: &'q Cell<Axes>, recorder: R) -> Pins<'q, R> {
         Pins { now, forward: [true; AXES], reverse, levels: [None; AXES], recorder }
     }
 
@@ -78,7 +97,7 @@ impl<R: Recorder> Pins<R> {
     }
 }
 
-impl<R: Recorder> Drive for Pins<R> {
+impl<R: Recorder> Drive for Pins<'_, R> {
     fn begin(&mut self, axes: Axes) {
         self.steps(axes, true);
     }
@@ -95,7 +114,8 @@ impl<R: Recorder> Drive for Pins<R> {
     }
 }
 
-pub(crate) type BoardEngine<'q, C, R> = Engine<SimTimer<C>, Pins<R>, Consumer<'q, RUNS>, AXES>;
+pub(crate) type BoardEngine<'q, C, R> =
+    Engine<SimTimer<C, LentNow<'q>>, Pins<'q, R>, Consumer<'q, RUNS>, AXES>;
 
 /// A board with a timer as wide as `C` (`u16` for an Uno), whose edges go to
 /// `R`.
@@ -104,10 +124,10 @@ pub(crate) type BoardEngine<'q, C, R> = Engine<SimTimer<C>, Pins<R>, Consumer<'q
 /// [`run_to_rest`](VirtualBoard::run_to_rest), as fast as the machine can; for
 /// real time call the first with the time of day.
 pub struct VirtualBoard<'q, C: Count, R: Recorder> {
-    now: Now,
+    now: LentNow<'q>,
     device: Device<'q, SimEngine<'q, R, C>, AXES, RUNS>,
-    panel: SimPanel,
-    answers: Vec<u8>,
+    panel: SimPanel<'q>,
+    answers: Answers,
     /// Ticks between two visits of the foreground to the planner.
     visit: u64,
     next_visit: u64,
@@ -140,14 +160,13 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         reset: Reset,
         remains: Remains,
     ) -> Self {
-        let (now, reverse) = (Now::default(), Rc::new(Cell::new(0)));
-        let pins = Pins::new(now.clone(), reverse.clone(), recorder);
-        let [x, y, z] = queues.ends(&description);
+        let Shared { ends: [x, y, z], now, reverse } = queues.lend(&description);
+        let pins = Pins::new(now, reverse, recorder);
         let board = description.board;
-        let timer = SimTimer::on_grid(now.clone(), description.grid);
+        let timer = SimTimer::on_grid(now, description.grid);
         let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing, board.rate);
-        let engine = SimEngine::new(now.clone(), engine);
-        let mut panel = SimPanel::new(now.clone(), board.rate, reverse, reset, remains);
+        let engine = SimEngine::new(now, engine);
+        let mut panel = SimPanel::new(now, board.rate, reverse, reset, remains);
         let axes = description.axes.clamp(1, AXES as u8);
         let motors = Steppers::for_orders(engine, [x.0, y.0, z.0], board);
         let mut device = Device::new(motors, axes, &mut panel);
@@ -155,7 +174,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         VirtualBoard {
             device,
             panel,
-            answers: Vec::new(),
+            answers: Answers::default(),
             // A foreground as quick as the board: a queue may last for no more than its runs of
             // a step each.
             visit: u64::from(board.rate.micros(50).min(6 * board.cost.ticks[0]).max(1)),
@@ -185,8 +204,8 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
     }
 
     /// What the board has said since the last call.
-    pub fn take_answers(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.answers)
+    pub fn take_answers(&mut self) -> Answers {
+        core::mem::take(&mut self.answers)
     }
 
     /// Lets time pass until `time`; what is due at `time` has happened then.
@@ -282,8 +301,8 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
 
     /// When the pin that enables the drivers has changed since the last call, in ticks, and
     /// to which level: the last 64 times at most.
-    pub fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
-        std::mem::take(&mut self.panel.enable_changes)
+    pub fn take_enable_changes(&mut self) -> EnableChanges {
+        core::mem::take(&mut self.panel.enable_changes)
     }
 
     /// What its EEPROM holds now.

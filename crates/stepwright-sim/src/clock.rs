@@ -1,23 +1,49 @@
 //! Simulated time: a free-running counter with a compare register.
 
-use std::cell::Cell;
-use std::marker::PhantomData;
+use core::cell::Cell;
+use core::marker::PhantomData;
+#[cfg(feature = "std")]
 use std::rc::Rc;
 
 use stepwright::timer::{Count, StepTimer};
 
 use crate::AXES;
 
-/// The present, in ticks since the board was switched on.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Now(Rc<Cell<u64>>);
+/// The present, in ticks since the board was switched on: all parts of a board have the same.
+pub trait Present {
+    /// What time it is.
+    fn get(&self) -> u64;
 
-impl Now {
-    pub(crate) fn get(&self) -> u64 {
+    /// From now on it is this time.
+    fn set(&self, time: u64);
+}
+
+/// The present of a board that borrows its queues: it stands beside them.
+#[derive(Clone, Copy, Debug)]
+pub struct LentNow<'q>(pub(crate) &'q Cell<u64>);
+
+impl Present for LentNow<'_> {
+    fn get(&self) -> u64 {
         self.0.get()
     }
 
-    pub(crate) fn set(&self, time: u64) {
+    fn set(&self, time: u64) {
+        self.0.set(time);
+    }
+}
+
+/// The present of a board that borrows nothing.
+#[cfg(feature = "std")]
+#[derive(Clone, Debug, Default)]
+pub struct Now(Rc<Cell<u64>>);
+
+#[cfg(feature = "std")]
+impl Present for Now {
+    fn get(&self) -> u64 {
+        self.0.get()
+    }
+
+    fn set(&self, time: u64) {
         self.0.set(time);
     }
 }
@@ -25,20 +51,21 @@ impl Now {
 /// A timer of the width of `C`, as a chip has it: the counter wraps, and a
 /// compare value that has passed comes round only after a whole period.
 #[derive(Debug)]
-pub struct SimTimer<C> {
-    now: Now,
+pub struct SimTimer<C, P> {
+    now: P,
     wake: u64,
     /// Ticks from one possible match to the next, of each axis; powers of two.
     grid: [u32; AXES],
     count: PhantomData<C>,
 }
 
-impl<C: Count> SimTimer<C> {
-    pub(crate) fn new(now: Now) -> SimTimer<C> {
+impl<C: Count, P: Present> SimTimer<C, P> {
+    #[cfg(feature = "std")]
+    pub(crate) fn new(now: P) -> SimTimer<C, P> {
         SimTimer::on_grid(now, [1; AXES])
     }
 
-    pub(crate) fn on_grid(now: Now, grid: [u32; AXES]) -> SimTimer<C> {
+    pub(crate) fn on_grid(now: P, grid: [u32; AXES]) -> SimTimer<C, P> {
         SimTimer { now, wake: 0, grid, count: PhantomData }
     }
 
@@ -53,7 +80,7 @@ impl<C: Count> SimTimer<C> {
     }
 }
 
-impl<C: Count> StepTimer for SimTimer<C> {
+impl<C: Count, P: Present> StepTimer for SimTimer<C, P> {
     type Count = C;
     const LINGER: u32 = 0;
 

@@ -9,7 +9,7 @@ use stepwright::{Board, Cost, Rate, Ticks};
 use stepwright_cycle::line::MotorPins;
 use stepwright_cycle::{Clock, Cycle, CycleHold, MachineIo, Motor, Switches};
 
-use crate::clock::{Now, SimTimer};
+use crate::clock::{Now, Present, SimTimer};
 use crate::description::Description;
 use crate::edge::{Edge, Pin, Recorder};
 
@@ -150,7 +150,7 @@ pub struct CycleBoard<'a, R: Recorder, const N: usize> {
 }
 
 type BoardCycle<'a, R, const N: usize> =
-    Cycle<'a, SimTimer<u32>, CyclePins<R, N>, CyclePins<R, N>, N>;
+    Cycle<'a, SimTimer<u32, Now>, CyclePins<R, N>, CyclePins<R, N>, N>;
 
 impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
     /// Switches a board on whose timer runs at `rate`; its edges go to `recorder`.
@@ -191,7 +191,7 @@ impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
     }
 
     /// The motors.
-    pub fn cycle(&mut self) -> &mut Cycle<'a, SimTimer<u32>, impl Drive, impl MachineIo, N> {
+    pub fn cycle(&mut self) -> &mut Cycle<'a, SimTimer<u32, Now>, impl Drive, impl MachineIo, N> {
         &mut self.cycle
     }
 
@@ -234,13 +234,13 @@ impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
 
 /// The virtual board at the end of a line. Its motors are on all pins.
 impl<'a, R: Recorder, const N: usize> CycleHold<'a, N> for CycleBoard<'a, R, N> {
-    type Timer = SimTimer<u32>;
+    type Timer = SimTimer<u32, Now>;
     type Drive = CyclePins<R, N>;
     type Io = CyclePins<R, N>;
 
     fn with<T>(
         &mut self,
-        ask: impl FnOnce(&mut Cycle<'a, SimTimer<u32>, CyclePins<R, N>, CyclePins<R, N>, N>) -> T,
+        ask: impl FnOnce(&mut Cycle<'a, SimTimer<u32, Now>, CyclePins<R, N>, CyclePins<R, N>, N>) -> T,
     ) -> T {
         ask(&mut self.cycle)
     }

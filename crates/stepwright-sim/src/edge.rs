@@ -46,6 +46,7 @@ impl Recorder for () {
     fn edge(&mut self, _: Edge) {}
 }
 
+#[cfg(feature = "std")]
 impl Recorder for Vec<Edge> {
     fn edge(&mut self, edge: Edge) {
         self.push(edge);

@@ -1,15 +1,12 @@
 //! A motor that goes by one of Austin's laws, on simulated pins: the program `laws` of a chip.
 
-use std::cell::Cell;
-use std::rc::Rc;
-
 use stepwright::Engine;
 use stepwright::timer::Count;
 use stepwright_austin::Station;
 use stepwright_austin::station::{About, Costs};
 
-use crate::board::{Pins, Queues, RUNS};
-use crate::clock::{Now, SimTimer};
+use crate::board::{Pins, Queues, RUNS, Shared};
+use crate::clock::{LentNow, Present, SimTimer};
 use crate::description::Description;
 use crate::edge::Recorder;
 use crate::steppers::SimEngine;
@@ -31,7 +28,7 @@ use crate::steppers::SimEngine;
 /// assert_eq!((steps.len(), steps[1] - steps[0], steps[2] - steps[1]), (10, 800_000, 480_000));
 /// ```
 pub struct LawBoard<'q, R: Recorder, C: Count = u16> {
-    now: Now,
+    now: LentNow<'q>,
     station: Station<'q, SimEngine<'q, R, C>, RUNS>,
     answers: Vec<u8>,
     /// Ticks between two visits of the main loop.
@@ -42,16 +39,16 @@ pub struct LawBoard<'q, R: Recorder, C: Count = u16> {
 impl<'q, R: Recorder, C: Count> LawBoard<'q, R, C> {
     /// Switches a new board on.
     pub fn new(queues: &'q mut Queues, description: Description, recorder: R) -> Self {
-        let (now, board) = (Now::default(), description.board);
-        let mut pins = Pins::new(now.clone(), Rc::new(Cell::new(0)), recorder);
+        let board = description.board;
+        let Shared { ends: [x, y, z], now, reverse } = queues.lend(&description);
+        let mut pins = Pins::new(now, reverse, recorder);
         pins.face();
-        let [x, y, z] = queues.ends(&description);
-        let timer = SimTimer::on_grid(now.clone(), description.grid);
+        let timer = SimTimer::on_grid(now, description.grid);
         let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing, board.rate);
         let mhz = board.rate.hz() / 1_000_000;
         let about = About { name: "virtual", mhz, costs: Costs::AVR };
         LawBoard {
-            station: Station::new(SimEngine::new(now.clone(), engine), x.0, about),
+            station: Station::new(SimEngine::new(now, engine), x.0, about),
             now,
             answers: Vec::new(),
             visit: u64::from(board.rate.micros(50)),

@@ -1,3 +1,4 @@
+#![cfg_attr(not(feature = "std"), no_std)]
 //! The virtual board: Stepwright's engine with simulated pins and time.
 //!
 //! It is the real engine, planner and protocol; only the timer and the pins
@@ -17,24 +18,38 @@
 //! assert_eq!(board.position(0), Some(3));
 //! assert_eq!(board.recorder().iter().filter(|e| e.is_step()).count(), 3);
 //! ```
+//!
+//! Without the Cargo feature `std` there is the board alone, which allocates nothing.
 
 mod board;
 mod clock;
+#[cfg(feature = "std")]
 mod cycle;
 mod description;
 mod edge;
+mod few;
+#[cfg(feature = "std")]
 mod laws;
 mod panel;
 mod steppers;
 mod switch;
+#[cfg(feature = "std")]
 pub mod timed;
+#[cfg(feature = "std")]
 pub mod vcd;
 
 pub use board::{AXES, Queues, VirtualBoard};
-pub use clock::SimTimer;
+#[cfg(feature = "std")]
+pub use clock::Now;
+pub use clock::{LentNow, Present, SimTimer};
+#[cfg(feature = "std")]
 pub use cycle::{CycleBoard, CyclePins, Stand};
 pub use description::Description;
 pub use edge::{Edge, Pin, Recorder};
+#[cfg(not(feature = "std"))]
+pub use few::Few;
+pub use few::{Answers, EnableChanges};
+#[cfg(feature = "std")]
 pub use laws::LawBoard;
 pub use panel::{EMPTY, Eeprom, Remains};
 pub use steppers::{SimEngine, VirtualSteppers, virtual_steppers};

@@ -1,14 +1,14 @@
 //! What surrounds the virtual board's motors: switches, the enable pin, an
 //! EEPROM and a clock of milliseconds.
 
-use std::cell::Cell;
-use std::rc::Rc;
+use core::cell::Cell;
 
 use stepwright::drive::Axes;
 use stepwright::{Rate, Ticks};
 use stepwright_device::{BoardIo, Mark, Memory, Reset, Store};
 
-use crate::clock::Now;
+use crate::clock::{LentNow, Present};
+use crate::few::{EnableChanges, MOST_CHANGES};
 
 /// The bytes of the board's EEPROM, which outlast a loss of power.
 pub type Eeprom = [u8; Store::SIZE as usize];
@@ -28,12 +28,9 @@ pub struct Remains {
 /// Time that the writing of a byte takes, in µs, as on an AVR.
 const WRITE: u32 = 3400;
 
-/// Changes of the enable pin that are kept until they are asked for.
-const MOST_CHANGES: usize = 64;
-
 /// The simulated panel.
-pub(crate) struct SimPanel {
-    now: Now,
+pub(crate) struct SimPanel<'q> {
+    now: LentNow<'q>,
     rate: Rate,
     /// Levels of the switches' pins. Nothing is connected: pulled up.
     pub(crate) switches: Axes,
@@ -43,23 +40,23 @@ pub(crate) struct SimPanel {
     /// Level of the enable pin.
     pub(crate) enable: bool,
     /// When that has changed, and to which level, since it was last asked for.
-    pub(crate) enable_changes: Vec<(u64, bool)>,
+    pub(crate) enable_changes: EnableChanges,
     /// Axes that turn the other way round; the drive looks here too.
-    reverse: Rc<Cell<Axes>>,
+    reverse: &'q Cell<Axes>,
     reset: Reset,
     pub(crate) remains: Remains,
     /// When the byte that is being written is done.
     written: u64,
 }
 
-impl SimPanel {
+impl<'q> SimPanel<'q> {
     pub(crate) fn new(
-        now: Now,
+        now: LentNow<'q>,
         rate: Rate,
-        reverse: Rc<Cell<Axes>>,
+        reverse: &'q Cell<Axes>,
         reset: Reset,
         remains: Remains,
-    ) -> SimPanel {
+    ) -> SimPanel<'q> {
         let (switches, enable) = (Axes::MAX, true);
         let (emergency, driver_fault) = (true, true);
         SimPanel {
@@ -69,7 +66,7 @@ impl SimPanel {
             emergency,
             driver_fault,
             enable,
-            enable_changes: Vec::new(),
+            enable_changes: EnableChanges::default(),
             reverse,
             reset,
             remains,
@@ -78,7 +75,7 @@ impl SimPanel {
     }
 }
 
-impl Memory for SimPanel {
+impl Memory for SimPanel<'_> {
     fn read(&mut self, address: u16) -> u8 {
         self.remains.eeprom.get(usize::from(address)).copied().unwrap_or(0xFF)
     }
@@ -95,9 +92,10 @@ impl Memory for SimPanel {
     }
 }
 
-impl BoardIo for SimPanel {
+impl BoardIo for SimPanel<'_> {
     fn millis(&self) -> u32 {
-        (self.now.get() * 1000 / u64::from(self.rate.hz())) as u32
+        // Never 0, which the type does not tell.
+        (self.now.get() * 1000 / u64::from(self.rate.hz().max(1))) as u32
     }
 
     fn ticks(&self, micros: u16) -> Ticks {

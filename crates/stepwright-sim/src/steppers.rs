@@ -1,14 +1,11 @@
 //! Motors in the virtual board's engine, without its line, settings and switches.
 
-use std::cell::Cell;
-use std::rc::Rc;
-
 use stepwright::drive::Axes;
 use stepwright::timer::Count;
 use stepwright::{Control, Engine, Report, Steppers, Ticks, Timing};
 
-use crate::board::{AXES, BoardEngine, Pins, Queues, RUNS};
-use crate::clock::{Now, SimTimer};
+use crate::board::{AXES, BoardEngine, Pins, Queues, RUNS, Shared};
+use crate::clock::{LentNow, Present, SimTimer};
 use crate::description::Description;
 use crate::edge::Recorder;
 
@@ -36,22 +33,22 @@ pub fn virtual_steppers<R: Recorder>(
     description: Description,
     recorder: R,
 ) -> VirtualSteppers<'_, R> {
-    let (now, board) = (Now::default(), description.board);
-    let pins = Pins::new(now.clone(), Rc::new(Cell::new(0)), recorder);
-    let [x, y, z] = queues.ends(&description);
-    let timer = SimTimer::on_grid(now.clone(), description.grid);
+    let board = description.board;
+    let Shared { ends: [x, y, z], now, reverse } = queues.lend(&description);
+    let pins = Pins::new(now, reverse, recorder);
+    let timer = SimTimer::on_grid(now, description.grid);
     let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing, board.rate);
     Steppers::new(SimEngine::new(now, engine), [x.0, y.0, z.0], board)
 }
 
 /// The engine of motors on simulated pins. Time passes only in [`pass`](SimEngine::pass).
 pub struct SimEngine<'q, R: Recorder, C: Count = u16> {
-    now: Now,
+    now: LentNow<'q>,
     engine: BoardEngine<'q, C, R>,
 }
 
 impl<'q, R: Recorder, C: Count> SimEngine<'q, R, C> {
-    pub(crate) fn new(now: Now, engine: BoardEngine<'q, C, R>) -> Self {
+    pub(crate) fn new(now: LentNow<'q>, engine: BoardEngine<'q, C, R>) -> Self {
         SimEngine { now, engine }
     }
 

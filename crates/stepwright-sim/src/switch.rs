@@ -1,7 +1,9 @@
 //! A limit switch on a virtual machine: `1:-300`.
 
+#[cfg(feature = "std")]
 use std::str::FromStr;
 
+#[cfg(feature = "std")]
 use crate::AXES;
 use stepwright_protocol::AxisId;
 
@@ -21,6 +23,7 @@ impl Switch {
     }
 }
 
+#[cfg(feature = "std")]
 impl FromStr for Switch {
     type Err = String;
 

@@ -1,4 +1,5 @@
-//! The page's planner says what the host says, delay for delay.
+//! The page's planner says what the host says, delay for delay; and its virtual board does what
+//! the command's does, tick for tick.
 
 use std::fs::{self, File};
 use std::process::{Command, Stdio};
@@ -11,8 +12,8 @@ use crate::workspace::{Workspace, line, run};
 /// Moves of each law.
 const MOVES: &str = "10000";
 
-/// The module that is carried was built from the code, needs nothing from the page, stands any
-/// number, and plans as the host does.
+/// The modules that are carried were built from the code, need nothing from the page, stand any
+/// number; the one plans as the host does, the other is the board of the command.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     wasm::check(ws)?;
     let folder = ws.target.join("wasm");
@@ -24,5 +25,8 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     let status = moves.stdin(Stdio::null()).stdout(File::create(&list)?).status()?;
     ensure!(status.success(), "no moves: {status}");
     let script = ws.root.join("crates/stepwright-wasm/tests/equal.mjs");
-    run(Command::new("node").arg(script).arg(wasm::place(ws)).arg(list).arg(MOVES))
+    run(Command::new("node").arg(script).arg(wasm::PLAN.place(ws)).arg(list).arg(MOVES))?;
+    run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    let script = ws.root.join("crates/stepwright-wasm-board/tests/equal.mjs");
+    run(Command::new("node").arg(script).arg(wasm::BOARD.place(ws)).arg(ws.built("stepwright")))
 }

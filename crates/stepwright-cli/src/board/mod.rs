@@ -89,12 +89,20 @@ struct Way {
 }
 
 impl Args {
+    fn width(&self) -> Width {
+        if self.timer_bits == "16" { Width::Narrow } else { Width::Wide }
+    }
+
     fn description(&self) -> Result<Description, Failure> {
         let uno = Description::uno();
         let was = u64::from(uno.board.rate.hz());
         let rate = Rate::from_hz(self.timer_hz).map_err(|error| {
             Failure::usage(error.to_string()).hint("give --timer-hz, for example 1000000")
         })?;
+        // Its third axis' timer and its step interrupts are an Uno's too.
+        if (rate, self.width()) == (uno.board.rate, Width::Narrow) {
+            return Ok(Description { axes: self.axes, ..uno });
+        }
         // The same time, rounded up: a step never costs less.
         let cost = |ticks: u32| (u64::from(ticks) * u64::from(rate.hz())).div_ceil(was) as u32;
         let description = Description::at(rate, uno.board.cost.map(cost));
@@ -105,7 +113,7 @@ impl Args {
 /// Is the board until its line ends, or Ctrl-C.
 pub fn run(args: Args) -> Result<(), Failure> {
     let description = args.description()?;
-    let width = if args.timer_bits == "16" { Width::Narrow } else { Width::Wide };
+    let width = args.width();
     let heading = Heading { title: "The virtual board".to_owned(), notes: Vec::new() };
     let plot = args.plot.as_ref().map(|file| (file, heading));
     let recording = Recording::begin(&description, args.vcd.as_deref(), plot)?;

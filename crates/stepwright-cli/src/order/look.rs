@@ -125,15 +125,10 @@ pub fn json(states: &[State]) -> Value {
             "axis": state.axis.number(),
             "position": state.position,
             "state": state.word(),
-            "stop": state.stop.map(stop_word),
+            "stop": state.stop.map(Stop::name),
         })
     };
     states.iter().map(one).collect()
-}
-
-/// The reason of a stop for programs: `switch`.
-pub fn stop_word(stop: Stop) -> String {
-    format!("{stop:?}").to_lowercase()
 }
 
 /// That all positions are known.

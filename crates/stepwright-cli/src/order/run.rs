@@ -11,7 +11,6 @@ use super::drive::{self, End, NotBegun};
 use super::keys::KeyControl;
 use super::law::LawArgs;
 use super::lease::LeaseArgs;
-use super::look::stop_word;
 use super::motion::{Motion, listed};
 use super::progress::Progress;
 use super::target::{self, AxisArgs, Format, MotionArgs};
@@ -194,7 +193,7 @@ fn tell(session: &mut Session, args: &Args, state: &str, position: Option<i64>, 
             "axis": args.on.axis.number(),
             "position": position,
             "state": state,
-            "stop": why.map(stop_word),
+            "stop": why.map(Stop::name),
             "board": session.link().name(),
         })),
         Format::Text => say::result(last_line(state, position, why)),

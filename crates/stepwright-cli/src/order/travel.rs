@@ -11,7 +11,6 @@ use super::drive::{self, End, Ended, NotBegun};
 use super::keys::KeyControl;
 use super::law::LawArgs;
 use super::lease::LeaseArgs;
-use super::look::stop_word;
 use super::motion::{MOTION, Motion, listed};
 use super::progress::Progress;
 use super::target::{self, AxisArgs, Format, MotionArgs};
@@ -242,7 +241,7 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
             "target": target,
             "position": position,
             "state": state,
-            "stop": why.map(stop_word),
+            "stop": why.map(Stop::name),
             "seconds": took,
             "late": late,
             "board": session.link().name(),

@@ -3,10 +3,10 @@
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use stepwright_protocol::{AxisId, Selection};
+use stepwright_protocol::{AxisId, Selection, Stop};
 
 use super::drive::{self, NotBegun};
-use super::look::{self, OneArgs, State, stop_word};
+use super::look::{self, OneArgs, State};
 use super::target::{self, Format};
 use super::travel::last_line;
 use crate::failure::Failure;
@@ -92,7 +92,7 @@ fn tell(session: &mut Session, format: Format, state: &State) {
             "axis": state.axis.number(),
             "position": state.position,
             "state": state.word(),
-            "stop": state.stop.map(stop_word),
+            "stop": state.stop.map(Stop::name),
             "board": session.link().name(),
         })),
         Format::Text if state.position.is_some() && state.stop.is_some() => {

@@ -9,7 +9,6 @@ use stepwright_serve::report::{LiveAxis, Reason};
 
 use super::homing::AxisHoming;
 use super::keeper::Keeper;
-use crate::order::look::stop_word;
 use crate::session::LinkError;
 
 /// A speed is measured over this time, in s.
@@ -92,7 +91,7 @@ impl Watched {
     pub fn state(&self, now: f64) -> LiveAxis {
         // Between two legs of a homing it is on its way still.
         let moving = self.moving || self.homing.is_some();
-        let reason = |stop: Stop| Reason { name: stop_word(stop), words: stop.words() };
+        let reason = |stop: Stop| Reason { name: stop.name().to_owned(), words: stop.words() };
         LiveAxis {
             axis: self.id.number(),
             position: self.position,

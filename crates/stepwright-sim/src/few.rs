@@ -1,0 +1,72 @@
+//! What a board keeps until it is asked for: as much as there is, or without `std` a little.
+
+/// Changes of the enable pin that are kept until they are asked for.
+pub(crate) const MOST_CHANGES: usize = 64;
+
+#[cfg(feature = "std")]
+type List<T, const N: usize> = Vec<T>;
+#[cfg(not(feature = "std"))]
+type List<T, const N: usize> = Few<T, N>;
+
+/// What a board has said since it was last asked. Without `std` 1024 bytes at most, which is more
+/// than any line's answer.
+pub type Answers = List<u8, 1024>;
+
+/// When the enable pin has changed, and to which level.
+pub type EnableChanges = List<(u64, bool), MOST_CHANGES>;
+
+/// A list of `N` values at most; others are not kept.
+#[cfg(any(test, not(feature = "std")))]
+#[derive(Clone, Copy, Debug)]
+pub struct Few<T, const N: usize> {
+    values: [T; N],
+    len: usize,
+}
+
+#[cfg(any(test, not(feature = "std")))]
+impl<T: Copy + Default, const N: usize> Default for Few<T, N> {
+    fn default() -> Self {
+        Few { values: [T::default(); N], len: 0 }
+    }
+}
+
+#[cfg(any(test, not(feature = "std")))]
+impl<T: Copy + Default, const N: usize> Few<T, N> {
+    /// Keeps a value, if there is room.
+    pub fn push(&mut self, value: T) {
+        if let Some(place) = self.values.get_mut(self.len) {
+            *place = value;
+            self.len += 1;
+        }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// All of them, in their order.
+    pub fn iter(&self) -> core::slice::Iter<'_, T> {
+        self.values.get(..self.len).unwrap_or_default().iter()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Few;
+
+    #[test]
+    fn as_many_as_there_is_room_for() {
+        let mut few = Few::<u8, 3>::default();
+        assert!(few.is_empty());
+        for byte in 1..=5 {
+            few.push(byte);
+        }
+        assert_eq!((few.len(), few.iter().as_slice()), (3, &[1, 2, 3][..]));
+    }
+}

@@ -19,7 +19,8 @@ pub struct Page {
     /// Fetch nothing, and fail if what is there is not that.
     #[arg(long)]
     check: bool,
-    /// Write the page into a folder, for any host: without a server it plans.
+    /// Write the page into a folder, for any host: without a server it drives a virtual board, or
+    /// one on a serial port of the browser.
     #[arg(long, value_name = "FOLDER", conflicts_with = "check")]
     r#static: Option<PathBuf>,
 }
@@ -27,6 +28,9 @@ pub struct Page {
 /// The package of the plots, and its version.
 const PACKAGE: &str = "uplot@1.6.32";
 const ARCHIVE: &str = "uplot-1.6.32.tgz";
+
+/// What only a page without a server needs.
+const ALONE: &str = "alone";
 
 /// The files of the package, as they are called here, and their SHA-256.
 const FILES: [(&str, &str, &str); 3] = [
@@ -91,13 +95,16 @@ pub fn write_static(ws: &Workspace, to: &Path) -> Result<()> {
         (vendor.join("uPlot.min.css"), "uplot.css".to_owned()),
         (vendor.join("uPlot.LICENSE"), "uplot.LICENSE".to_owned()),
     ];
-    for entry in fs::read_dir(page)? {
-        let path = entry?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if path.is_file() && !name.ends_with(".txt") {
-            files.push((path, name));
+    for folder in [page.to_owned(), page.join(ALONE)] {
+        for entry in fs::read_dir(folder)? {
+            let path = entry?.path();
+            let name = path.strip_prefix(page)?.to_string_lossy().into_owned();
+            if path.is_file() && !name.ends_with(".txt") {
+                files.push((path, name));
+            }
         }
     }
+    fs::create_dir_all(to.join(ALONE))?;
     for (from, name) in files {
         fs::copy(&from, to.join(name)).with_context(|| from.display().to_string())?;
     }

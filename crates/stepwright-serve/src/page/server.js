@@ -26,7 +26,17 @@ let key = null;
 /** The number of the hand whose key it is. */
 export let hand = null;
 
+/** What keeps a board within this page, where there is no server: it is asked the same. */
+let keeper = null;
+
+/** From now on this keeper is asked. */
+export function keepBy(one) {
+  keeper = one;
+  hand = 1;
+}
+
 async function ask(path, options = {}) {
+  if (keeper) return keeper.ask(path, options.body && JSON.parse(options.body));
   const headers = { ...options.headers };
   if (token) headers.Authorization = `Bearer ${token}`;
   if (key) headers["Stepwright-Control"] = key;
@@ -65,6 +75,7 @@ const BEAT = 200;
 
 /** Follows the board: `hear(message)` for each message, `lost()` while the server is gone. */
 export function follow(hear, lost) {
+  if (keeper) return keeper.follow(hear);
   let socket;
   let beaten = 0;
   let wanted = false;

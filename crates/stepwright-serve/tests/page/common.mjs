@@ -3,7 +3,11 @@
 // Their arguments begin with STEPWRIGHT and CHROMIUM. Playwright is found through NODE_PATH.
 
 import { spawn } from "node:child_process";
+import { readFileSync } from "node:fs";
+import { createServer } from "node:http";
 import { createRequire } from "node:module";
+import { extname, join } from "node:path";
+import { gzipSync } from "node:zlib";
 
 const { chromium } = createRequire(import.meta.url)("playwright-core");
 const [, , path, executablePath] = process.argv;
@@ -48,12 +52,32 @@ export async function until(what, holds) {
   }
 }
 
+const KINDS = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".wasm": "application/wasm" };
+
+/** A host that knows no API: the files of a folder, packed as such hosts send them. */
+export async function host(folder) {
+  const server = createServer((request, answer) => {
+    const name = new URL(request.url, "http://here").pathname.replace(/\/$/, "/index.html");
+    try {
+      const bytes = gzipSync(readFileSync(join(folder, name)));
+      const kind = KINDS[extname(name)] ?? "application/octet-stream";
+      answer.writeHead(200, { "Content-Type": kind, "Content-Encoding": "gzip" }).end(bytes);
+    } catch {
+      answer.writeHead(404, { "Content-Type": "text/html" }).end("<p>nothing here");
+    }
+  });
+  await new Promise((ready) => server.listen(0, "127.0.0.1", ready));
+  const close = () => (server.close(), server.closeAllConnections());
+  return { url: `http://127.0.0.1:${server.address().port}/`, close };
+}
+
 export const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
 
-/** A page that is watched for errors. */
-export async function watched(url, options) {
+/** A page that is watched for errors; `before(page)` prepares it. */
+export async function watched(url, options, before = () => {}) {
   const context = await browser.newContext(options);
   const page = await context.newPage();
+  await before(page);
   const faults = [];
   page.on("pageerror", (error) => faults.push(error.message));
   page.on("console", (said) => said.type() === "error" && faults.push(said.text()));

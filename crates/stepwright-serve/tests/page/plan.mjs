@@ -8,11 +8,10 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
-import { createServer } from "node:http";
-import { extname, join } from "node:path";
+import { mkdirSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
 
-import { browser, serve, stepwright, until, watched } from "./common.mjs";
+import { browser, host, serve, stepwright, until, watched } from "./common.mjs";
 
 const [page_, copied, folder] = process.argv.slice(4);
 
@@ -224,30 +223,17 @@ const tests = {
 
 /** The page from a host that knows no API, and then without a network. */
 async function alone() {
-  const kinds = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".wasm": "application/wasm" };
-  const server = createServer((request, answer) => {
-    const name = new URL(request.url, "http://here").pathname.replace(/\/$/, "/index.html");
-    try {
-      const bytes = readFileSync(join(page_, name));
-      answer.writeHead(200, { "Content-Type": kinds[extname(name)] ?? "application/octet-stream" }).end(bytes);
-    } catch {
-      answer.writeHead(404, { "Content-Type": "text/html" }).end("<p>nothing here");
-    }
-  });
-  await new Promise((ready) => server.listen(0, "127.0.0.1", ready));
-  const url = `http://127.0.0.1:${server.address().port}/`;
+  const { url, close } = await host(page_);
   const { page, faults, context } = await open(url);
   const asked = [];
   page.on("request", (request) => asked.push(request.url()));
   await context.setOffline(true);
-  server.close();
+  close();
   await fill(page, { steps: 2000, top: 500 });
   for (let law = 0; law < 7; law++) {
     await choose(page, law);
     assert.ok((await figures(page, law)).seconds > 4);
   }
-  assert.ok(await page.locator("#send").isHidden());
-  assert.ok(await page.locator("#stop").isHidden());
   assert.deepEqual(asked, []);
   // The question whether there is a server.
   assert.deepEqual(faults.filter((fault) => !fault.includes("404")), []);

@@ -1,0 +1,50 @@
+// The page without a server: it keeps a board itself, by the way that its reader chooses.
+
+import { Planner } from "../planner.js";
+import { keepBy } from "../server.js";
+import { Host } from "./host.js";
+import { Keeper } from "./keeper.js";
+import { SerialWire, VirtualWire } from "./wires.js";
+
+const fetched = async (name) => (await fetch(new URL(name, import.meta.url))).arrayBuffer();
+
+/** The list of ways to a board, in the place of the board's name. */
+function chooser(keeper, module) {
+  const label = document.createElement("label");
+  label.className = "ways";
+  label.textContent = "Board ";
+  const list = document.createElement("select");
+  list.id = "ways";
+  list.append(new Option("virtual, in this page", "virtual"));
+  if ("serial" in navigator) list.append(new Option("on a serial port…", "serial"));
+  label.append(list);
+  let chosen = "virtual";
+  list.onchange = async () => {
+    const wanted = list.value;
+    list.disabled = true;
+    try {
+      const wire = wanted === "virtual" ? new VirtualWire(module) : new SerialWire(await navigator.serial.requestPort());
+      document.body.classList.toggle("wired", wanted === "serial");
+      chosen = wanted;
+      await keeper.use(wire);
+    } catch {
+      // No port was chosen.
+      list.value = chosen;
+    }
+    list.disabled = false;
+  };
+  document.getElementById("board").after(label);
+}
+
+/** Meets the virtual board; from then on the views ask this page. */
+export async function begin() {
+  document.body.classList.add("unserved");
+  const [module, plan] = await Promise.all([fetched("../board.wasm"), fetched("../plan.wasm")]);
+  const keeper = new Keeper(await Host.open(module), await Planner.open(plan));
+  keepBy(keeper);
+  chooser(keeper, module);
+  await keeper.use(new VirtualWire(module));
+  while (!keeper.connected) await new Promise((later) => setTimeout(later, 10));
+  // For who reads along in the console.
+  document.getElementById("board").keeper = keeper;
+}

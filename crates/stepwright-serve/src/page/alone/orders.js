@@ -1,0 +1,192 @@
+// Carries out what the views ask for, as `stepwright serve` does: a request becomes lines.
+
+import { Declined } from "../server.js";
+
+/** A board that hears nothing for so long brakes a run without end by itself, in ms. */
+const LEASE = 1000;
+
+/** How often an order is said whose lines were lost or damaged. */
+const TRIES = 5;
+
+/** From the start speed to the top speed, where no acceleration is given, in s. */
+const RISE = 0.4;
+
+const START = 50;
+const TOP = 1000;
+
+const declined = (what, remedy, allowed) => new Declined({ what, allowed, do: remedy }, 409);
+
+/** That a number is in its range. */
+function check(host, name, value) {
+  const [low, high, unit] = host.range(name);
+  if (typeof value === "number" && value >= low && value <= high) return value;
+  throw declined(`${name} is ${value}`, undefined, `${low} to ${high} ${unit}`.trim());
+}
+
+/** The numbers of an order, by the request for it. */
+function limits(body, top) {
+  const start_speed = body.start_speed ?? START;
+  const normal = Math.min(1e8, Math.max(1, (top - start_speed) / RISE));
+  const accel = body.accel ?? normal;
+  return { top_speed: top, start_speed, accel, decel: body.decel ?? accel, jerk: body.jerk ?? 0 };
+}
+
+/** Steps of a travel that ends at a place. */
+function distance(from, to) {
+  if (Math.abs(to - from) > 0x7fffffff) throw declined(`from ${from} to ${to} is too far for one travel`);
+  return to - from;
+}
+
+/** What each request does, by its path. `this` is the keeper. */
+export const orders = {
+  async move(body) {
+    const from = await standsAt(this, body.axis);
+    const steps = body.by ?? distance(from, body.to);
+    return start(this, from, { axis: body.axis, steps, endless: 0, ...limits(body, body.top_speed ?? TOP) });
+  },
+
+  async run(body) {
+    const from = await standsAt(this, body.axis);
+    const order = limits(body, Math.abs(body.speed));
+    return start(this, from, { axis: body.axis, steps: Math.sign(body.speed), endless: 1, ...order });
+  },
+
+  async retarget(body) {
+    const { session, host } = this;
+    const watched = this.watched(body.axis);
+    const lines = [];
+    for (const [name, letter] of [["accel", "a"], ["decel", "d"]]) {
+      if (body[name] !== undefined) lines.push(letter + Math.round(check(host, name, body[name])));
+    }
+    if (body.top_speed !== undefined) {
+      const thousandths = Math.round(check(host, "top_speed", body.top_speed) * 1000);
+      lines.push(thousandths % 1000 ? `m${thousandths}` : `t${thousandths / 1000}`);
+    }
+    if (body.to !== undefined || body.by !== undefined) {
+      if (body.by === undefined && watched.from === null) throw declined(`where the travel of axis ${body.axis} began is not known`);
+      const by = Math.round(body.by ?? distance(watched.from, body.to));
+      lines.push(`@${by < 0 ? "-" : "+"}${Math.abs(by)}`);
+    }
+    if (!lines.length) throw declined("nothing to change", undefined, "one or more of by, to, top_speed, accel, decel");
+    for (const line of lines) {
+      // At rest the board would keep a change for later.
+      if (!(await session.busy(body.axis))) throw declined(`axis ${body.axis} is at rest`, "a move or a run begins a travel");
+      this.unplan(body.axis);
+      if ((await session.askOf(body.axis, line)).kind !== "yes") throw await refused(this, line);
+    }
+    return lines;
+  },
+
+  async stop(body) {
+    const axes = body.axis === undefined ? this.axes : [this.watched(body.axis)];
+    if ((await this.session.askOf(body.axis ?? 0, "Z")).kind !== "yes") throw await refused(this, "Z");
+    ended(this, axes);
+    return ["Z"];
+  },
+
+  async kill() {
+    if ((await this.session.ask("K")).kind !== "yes") throw await refused(this, "K");
+    ended(this, this.axes);
+    return ["K"];
+  },
+
+  async zero(body) {
+    const watched = this.watched(body.axis);
+    await say(this, `I${body.axis}`, "is the axis still travelling?");
+    watched.shiftOrigin();
+    await this.lookAtAll();
+    return [`I${body.axis}`];
+  },
+
+  async set(body) {
+    const sheet = this.host.settings.find((one) => one.name === body.name);
+    if (!sheet) throw declined(`no setting is called '${body.name}'`);
+    const { min, max, unit } = sheet;
+    if (!Number.isInteger(body.value) || body.value < min || body.value > max) {
+      throw declined(`${body.name} is ${body.value}`, undefined, `${min} to ${max} ${unit}`.trim());
+    }
+    const line = `$${body.name}=${body.value}`;
+    await say(this, line, "settings change while every axis rests");
+    await this.learn();
+    return [line];
+  },
+
+  async acknowledge() {
+    await say(this, "!");
+    await this.lookAtAll();
+    return ["!"];
+  },
+
+  async home() {
+    throw declined("this page can't home an axis by itself", "`stepwright serve` and `stepwright home` do");
+  },
+};
+
+/** Where an axis stands that is to move. */
+async function standsAt(keeper, axis) {
+  keeper.watched(axis);
+  if (await keeper.session.busy(axis)) throw declined(`axis ${axis} is on its way`, "wait, stop it, or retarget it");
+  const at = await keeper.session.restPosition(axis);
+  if (at === null) {
+    throw declined(`the position of axis ${axis} is uncertain`, "if it stands at a known place, or to go and find one, call it 0");
+  }
+  return at;
+}
+
+async function start(keeper, from, order) {
+  const { host, session } = keeper;
+  const { lines, wrong } = host.script(order);
+  if (wrong) check(host, wrong, order[wrong]);
+  if (order.endless && session.info?.can?.includes("safety")) {
+    lines.unshift(`L${LEASE}`);
+    keeper.leased = true;
+  }
+  const watched = keeper.watched(order.axis);
+  const began = keeper.time();
+  await begin(keeper, order, lines, from);
+  Object.assign(watched, { moving: true, runs: Boolean(order.endless), stop: null, from });
+  watched.see(began, from);
+  keeper.plan(order, from, began);
+  return lines;
+}
+
+/** Starts an axis. An order that was lost on its way is said again, but only once the board has
+ *  shown that nothing came of it. */
+async function begin(keeper, { axis, steps, endless }, lines, from) {
+  const { session } = keeper;
+  for (let i = 0; i < TRIES; i++) {
+    // PO is refused while the axis that is selected is busy, whichever.
+    await session.select(axis);
+    const failed = await session.play(lines);
+    if (!failed) return;
+    if (failed.answer) {
+      const why = await session.why();
+      // Noise may have made it another line.
+      if (!why?.noise) throw await refused(keeper, failed.line);
+      continue;
+    }
+    await session.resync();
+    const started = async () => (await session.busy(axis)) || (await session.restPosition(axis)) !== from;
+    if (failed.line === "E" && ((await started()) || (!endless && steps === 0))) return;
+  }
+  throw declined(`${session.wire.name} did not understand the order`, "noise on the line? look at its cable");
+}
+
+/** The board's refusal of a line. */
+async function refused(keeper, line, remedy) {
+  const why = await keeper.session.why();
+  return declined(`${keeper.session.wire.name} refused ${line}${why?.last ? `: ${why.last}` : ""}`, remedy);
+}
+
+/** Says a line that is harmless twice. */
+async function say(keeper, line, remedy) {
+  if ((await keeper.session.ask(line)).kind !== "yes") throw await refused(keeper, line, remedy);
+}
+
+/** From here on these axes need nobody: they end by themselves. */
+function ended(keeper, axes) {
+  for (const axis of axes.filter((one) => one.moving)) {
+    axis.runs = false;
+    keeper.unplan(axis.axis);
+  }
+}

@@ -20,6 +20,8 @@ struct Asked {
     line: Result<Line, Reasons>,
     text: String,
     empty: bool,
+    /// When it was complete.
+    since: u64,
     /// It has a checksum, or what may have been one: so has its answer.
     sum: bool,
     expect: Expect,
@@ -196,8 +198,10 @@ impl Judge {
         Ok(())
     }
 
-    /// Moving axes brake when no line has come for this time.
+    /// Moving axes brake when no line has come for this time. A board that works out an answer
+    /// has been spoken to.
     fn hear_silence(&mut self, now: u64) {
+        let now = self.asked.as_ref().map_or(now, |asked| now.min(asked.since));
         let timeout = self.settings.get(settings::TIMEOUT);
         let limits = [(timeout, Known::Yes), self.guard.lease];
         for (which, (millis, holds)) in limits.into_iter().enumerate() {
@@ -335,6 +339,7 @@ impl Judge {
                     expect: Expect::default(),
                     sum,
                     empty: bytes.is_empty(),
+                    since: now,
                     text: bytes.escape_ascii().to_string(),
                     positions: positions.map_or((0, 0), |at| (at, at)),
                     line,

@@ -34,14 +34,16 @@ pub fn story(board: Board, seed: u64) -> Story {
     story_on(seed, nature(board), Taste::CHIP)
 }
 
-/// Plays a story on a chip with this firmware.
+/// Plays a story on a chip with this firmware, whatever board it was told of: a text says less of
+/// one than is known of a chip.
 ///
 /// # Errors
 /// The first broken rule.
 pub fn play(board: Board, image: &Image, story: &Story, rules: Rules) -> Result<Sum, Fault> {
     let mut bench = OnChip { chip: Chip::new(board, image), said: VecDeque::new(), low: 0 };
     bench.wake();
-    let mut player = Player::new(story, rules);
+    let story = Story { board: nature(board), ..story.clone() };
+    let mut player = Player::new(&story, rules);
     while let Some(reset) = player.play(&mut bench)? {
         match reset {
             Reset::Power => bench.chip.power_loss(0),

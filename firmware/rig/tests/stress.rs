@@ -3,6 +3,7 @@
 mod common;
 
 use common::{board, image};
+use stepwright_rig::Board;
 use stepwright_rig::stress::{play, story};
 use stepwright_stress::{Rules, Sum};
 
@@ -18,4 +19,16 @@ fn stories_are_clean() {
         }
     }
     assert!(sum.steps > 1000 && sum.noise > 0, "{sum:?}");
+}
+
+/// The board works longer on an order than its lease lasts: the host is not silent meanwhile.
+#[test]
+fn an_order_that_takes_longer_than_a_lease() {
+    if board() != Board::Uno {
+        return;
+    }
+    let story = "board hz=16000000 bits=16 axes=3 cost=125,184,251 byte=1389\n\
+        > L4\n> PO\n> G+2\n> A2\n> G+10\n> E\nwait 7708\n";
+    let story = story.parse().unwrap();
+    play(board(), &image(), &story, Rules::default()).unwrap_or_else(|fault| panic!("{fault}"));
 }

@@ -49,6 +49,8 @@ fn zero_is_where_the_switch_closes() {
     let before = served.axis(1)["origin"].as_u64();
     is_homed(&served, 50);
     assert!(served.axis(1)["origin"].as_u64() > before);
+    // That its switch has stopped it was meant, and is no error.
+    assert_eq!(served.get("/api/state")["errors"], json!([]));
     // From elsewhere it is the same place, and the axis can be moved again.
     served.order("/api/move", json!({"axis": 1, "to": 700, "top_speed": 3000, "accel": 20000}));
     served.rest(1);
@@ -63,6 +65,10 @@ fn zero_is_where_the_switch_closes() {
     assert_eq!(served.rest(1)["stop"]["name"], "switch");
     served.order("/api/home", quick());
     is_homed(&served, 50);
+    // That one was not meant, and is kept until it is acknowledged.
+    assert_eq!(served.get("/api/state")["errors"][0]["name"], "switch");
+    served.order("/api/acknowledge", json!({}));
+    assert_eq!(served.get("/api/state")["errors"], json!([]));
 }
 
 #[test]

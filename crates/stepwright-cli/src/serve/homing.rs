@@ -3,7 +3,9 @@
 
 use std::time::{Duration, Instant};
 
-use stepwright_protocol::{AxisId, Command, Distance, Order, Refusal, Reply, Selection, Travel};
+use stepwright_protocol::{
+    AxisId, BoardError, Command, Distance, Info, Order, Refusal, Reply, Selection, Stop, Travel,
+};
 use stepwright_serve::homing::{HomeLimits, HomeReport};
 use stepwright_serve::{Declined, Hand};
 
@@ -26,6 +28,8 @@ pub struct AxisHoming {
     braked: bool,
     /// The next attempt is made then.
     again: Option<Instant>,
+    /// Whether nothing had gone wrong before it.
+    clean: bool,
 }
 
 impl AxisHoming {
@@ -75,8 +79,18 @@ impl Keeper {
             ))
         })?;
         let course = SwitchHoming::new(side, board, limits.back_off, limits.within);
-        let homing =
-            AxisHoming { course, side, limits, hand, until: None, braked: false, again: None };
+        let info = self.session.ask_info()?;
+        let clean = info.is_none_or(|info| info.late == 0 && errors(&info).next().is_none());
+        let homing = AxisHoming {
+            course,
+            side,
+            limits,
+            hand,
+            until: None,
+            braked: false,
+            again: None,
+            clean,
+        };
         self.axis(axis)?.homing = Some(homing);
         let begun = self.act(axis, HomingAct::Travel(HomeLeg::Seek));
         if begun.is_err() {
@@ -181,6 +195,7 @@ impl Keeper {
                     return Ok(lines);
                 }
                 HomingAct::Done(at) => {
+                    self.forget_switch(axis)?;
                     let watched = self.axis(axis)?;
                     watched.homing = None;
                     let words = "homed: 0 is where its switch closes".to_owned();
@@ -191,6 +206,20 @@ impl Keeper {
             };
             act = self.next_act(axis, event)?;
         }
+    }
+
+    /// That its switch has stopped the axis was meant: the board forgets that, unless something
+    /// else has gone wrong as well.
+    fn forget_switch(&mut self, axis: AxisId) -> Result<(), Undone> {
+        let clean = self.axis(axis)?.homing.as_ref().is_some_and(|homing| homing.clean);
+        let Some(info) = self.session.ask_info()?.filter(|_| clean) else { return Ok(()) };
+        let by_switch = |axis| info.stops.and_then(|stops| stops.of(axis)) == Some(Stop::Switch);
+        let others = AxisId::first(info.axes).any(|other| other != axis && by_switch(other));
+        if info.late == 0 && !others && errors(&info).eq([BoardError::Switch]) {
+            self.session.ask(Command::Clear)?;
+            self.ask_why()?;
+        }
+        Ok(())
     }
 
     /// Begins a leg; `None` if the board takes none towards a closed switch.
@@ -233,6 +262,11 @@ impl Keeper {
         homed.iter().for_each(|axis| self.end_homing(*axis, why));
         homed
     }
+}
+
+/// What has gone wrong on a board.
+fn errors(info: &Info) -> impl Iterator<Item = BoardError> + use<> {
+    info.errors.into_iter().flat_map(|errors| errors.iter())
 }
 
 /// Why a homing ends that was stopped.

@@ -159,7 +159,7 @@ impl Keeper {
     }
 
     /// Asks what has stopped axes, and what has gone wrong.
-    fn ask_why(&mut self) -> Result<(), LinkError> {
+    pub(super) fn ask_why(&mut self) -> Result<(), LinkError> {
         let Some(info) = self.session.ask_info()? else { return Ok(()) };
         for axis in &mut self.axes {
             axis.stop = info.stops.and_then(|stops| stops.of(axis.id)).filter(|_| !axis.moving);

@@ -26,11 +26,13 @@ pub enum WordList {
     Ability,
     /// Refusals for people.
     Refusal,
+    /// Names of refusals.
+    RefusalName,
 }
 
 impl WordList {
     /// Every table, by its number.
-    pub const ALL: [WordList; 10] = [
+    pub const ALL: [WordList; 11] = [
         WordList::Setting,
         WordList::Unit,
         WordList::Help,
@@ -41,6 +43,7 @@ impl WordList {
         WordList::ErrorWords,
         WordList::Ability,
         WordList::Refusal,
+        WordList::RefusalName,
     ];
 
     /// Its word at a place.
@@ -58,6 +61,7 @@ impl WordList {
             WordList::ErrorWords => BoardError::ALL.get(place)?.words(),
             WordList::Ability => Ability::ALL.get(place)?.name(),
             WordList::Refusal => Refusal::ALL.get(place)?.words(),
+            WordList::RefusalName => Refusal::ALL.get(place)?.name(),
         })
     }
 }

@@ -199,6 +199,43 @@ const tests = {
     await context.close();
   },
 
+  async "an axis is homed by the switch of its machine"(url) {
+    const { page, card, context, faults } = await open(url);
+    await click(card, "home");
+    await page.locator("#notices").getByText("knows of no limit switch of axis 1").waitFor();
+    await page.getByRole("button", { name: "Dismiss" }).click();
+    await page.click('nav a[href="#settings"]');
+    const switches = page.locator("tr[data-name=switches]");
+    await switches.locator("input").fill("1");
+    await switches.locator("input").press("Enter");
+    await switches.getByText("changed", { exact: true }).waitFor();
+    await page.click('nav a[href="#control"]');
+    await card.locator("summary").click();
+    await fill(card, "seek", 2000);
+    await fill(card, "slow", 400);
+    await click(card, "home");
+    await card.getByText("seeks its switch").waitFor();
+    assert.ok(await card.locator("[name=to]").isDisabled());
+    await card.getByText("homed: 0 is where its switch closes").waitFor();
+    await until("50 is shown", async () => (await shown(card)) === "50");
+    // The switch closes at −1000 of the shaft, and is looked at each 100 µs.
+    const at = await shaft(page);
+    assert.ok(Math.abs(at + 950) <= 2, `${at}`);
+    assert.equal(await page.locator("#errors").count(), 0);
+    // A stop ends it, and so does a switch that is further than it may be.
+    await fill(card, "back-off", 2000);
+    await click(card, "home");
+    await card.getByText("backs off").waitFor();
+    await page.keyboard.press("Space");
+    await card.getByText("Not homed: stopped before 0 was found").waitFor();
+    await rests(card);
+    await fill(card, "within", 100);
+    await click(card, "home");
+    await card.getByText("Not homed: no switch of axis 1 within 100 steps").waitFor();
+    assert.deepEqual(faults(), []);
+    await context.close();
+  },
+
   async "the scope has the edges of its pins"(url) {
     const { page, card, context } = await open(url);
     await fill(card, "target", 40);

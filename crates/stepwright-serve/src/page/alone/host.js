@@ -9,7 +9,7 @@ const KINDS = [null, "yes", "no", "ready", "busy", "position", "info", "settings
 /** The numbers of the answer to `?`; the letters of stops follow. */
 const INFO = ["major", "minor", "axes", "max", "late", "refused", "last", "uncertain", "errors", "can"];
 
-const LISTS = ["setting", "unit", "help", "stopLetter", "stop", "stopWords", "error", "errorWords", "ability", "refusal"];
+const LISTS = ["setting", "unit", "help", "stopLetter", "stop", "stopWords", "error", "errorWords", "ability", "refusal", "refusalName"];
 
 /** The numbers of an order, in their order. */
 export const ORDER = ["axis", "steps", "endless", "top_speed", "start_speed", "accel", "decel", "jerk"];
@@ -86,7 +86,7 @@ export class Host {
     return {
       ...info,
       last: info.last < 0 ? null : this.words.refusal[info.last],
-      noise: info.last === 0 || info.last === 1,
+      refusal: info.last < 0 ? null : this.words.refusalName[info.last],
       can: set(info.can, this.words.ability),
       errors: (set(info.errors, this.words.error) ?? []).map((name) => {
         return { name, words: this.words.errorWords[this.words.error.indexOf(name)] };

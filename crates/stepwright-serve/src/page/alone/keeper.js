@@ -5,6 +5,7 @@
 
 import { LAWS, NUMBERS } from "../planner.js";
 import { Declined } from "../server.js";
+import { giveUp, goOn } from "./homing.js";
 import { orders } from "./orders.js";
 import { Lost, Session } from "./session.js";
 import { Watched } from "./watched.js";
@@ -143,7 +144,7 @@ export class Keeper {
   async attend(wire) {
     let [looked, all] = [performance.now(), performance.now()];
     while (this.wire === wire) {
-      const pause = this.axes.some((axis) => axis.moving) ? LOOK : IDLE;
+      const pause = this.axes.some((axis) => axis.moving || axis.homing) ? LOOK : IDLE;
       const job = await this.next(pause - (performance.now() - looked));
       if (this.session.gone) throw this.session.lost();
       if (job) await this.carryOut(job);
@@ -155,6 +156,7 @@ export class Keeper {
       } else {
         await this.look();
       }
+      await goOn(this);
       this.publish();
     }
   }
@@ -188,6 +190,7 @@ export class Keeper {
     const remedy = "look at its cable and its power; it is met again when it is back";
     if (this.connected) this.note(what);
     Object.assign(this, { connected: false, leased: false, trouble: { what, do: remedy } });
+    this.axes.forEach((axis) => giveUp(this, axis, new Declined({ what, do: remedy }, 503)));
     this.jobs.splice(0).forEach((job) => job.fail(new Declined({ what, do: remedy }, 503)));
     this.publish();
   }
@@ -249,7 +252,7 @@ export class Keeper {
     const info = await this.session.why();
     if (!info) return;
     for (const axis of this.axes) axis.stop = axis.moving ? null : info.stops[axis.axis - 1];
-    if (this.leased && !this.axes.some((axis) => axis.runs)) {
+    if (this.leased && !this.axes.some((axis) => axis.runs || axis.homing)) {
       await this.session.ask("L0");
       this.leased = false;
     }

@@ -1,6 +1,7 @@
 // Carries out what the views ask for, as `stepwright serve` does: a request becomes lines.
 
 import { Declined } from "../server.js";
+import { giveUp, home, notHomed } from "./homing.js";
 
 /** A board that hears nothing for so long brakes a run without end by itself, in ms. */
 const LEASE = 1000;
@@ -14,17 +15,17 @@ const RISE = 0.4;
 const START = 50;
 const TOP = 1000;
 
-const declined = (what, remedy, allowed) => new Declined({ what, allowed, do: remedy }, 409);
+export const declined = (what, remedy, allowed) => new Declined({ what, allowed, do: remedy }, 409);
 
 /** That a number is in its range. */
-function check(host, name, value) {
+export function check(host, name, value) {
   const [low, high, unit] = host.range(name);
   if (typeof value === "number" && value >= low && value <= high) return value;
   throw declined(`${name} is ${value}`, undefined, `${low} to ${high} ${unit}`.trim());
 }
 
 /** The numbers of an order, by the request for it. */
-function limits(body, top) {
+export function limits(body, top) {
   const start_speed = body.start_speed ?? START;
   const normal = Math.min(1e8, Math.max(1, (top - start_speed) / RISE));
   const accel = body.accel ?? normal;
@@ -54,6 +55,7 @@ export const orders = {
   async retarget(body) {
     const { session, host } = this;
     const watched = this.watched(body.axis);
+    notHomed(watched);
     const lines = [];
     for (const [name, letter] of [["accel", "a"], ["decel", "d"]]) {
       if (body[name] !== undefined) lines.push(letter + Math.round(check(host, name, body[name])));
@@ -92,6 +94,8 @@ export const orders = {
 
   async zero(body) {
     const watched = this.watched(body.axis);
+    notHomed(watched);
+    watched.home = null;
     await say(this, `I${body.axis}`, "is the axis still travelling?");
     watched.shiftOrigin();
     await this.lookAtAll();
@@ -117,14 +121,14 @@ export const orders = {
     return ["!"];
   },
 
-  async home() {
-    throw declined("this page can't home an axis by itself", "`stepwright serve` and `stepwright home` do");
+  home(body) {
+    return home(this, body);
   },
 };
 
 /** Where an axis stands that is to move. */
 async function standsAt(keeper, axis) {
-  keeper.watched(axis);
+  notHomed(keeper.watched(axis));
   if (await keeper.session.busy(axis)) throw declined(`axis ${axis} is on its way`, "wait, stop it, or retarget it");
   const at = await keeper.session.restPosition(axis);
   if (at === null) {
@@ -133,7 +137,7 @@ async function standsAt(keeper, axis) {
   return at;
 }
 
-async function start(keeper, from, order) {
+export async function start(keeper, from, order) {
   const { host, session } = keeper;
   const { lines, wrong } = host.script(order);
   if (wrong) check(host, wrong, order[wrong]);
@@ -146,7 +150,8 @@ async function start(keeper, from, order) {
   await begin(keeper, order, lines, from);
   Object.assign(watched, { moving: true, runs: Boolean(order.endless), stop: null, from });
   watched.see(began, from);
-  keeper.plan(order, from, began);
+  if (watched.home?.stage === "failed") watched.home = null;
+  if (from !== null) keeper.plan(order, from, began);
   return lines;
 }
 
@@ -162,7 +167,7 @@ async function begin(keeper, { axis, steps, endless }, lines, from) {
     if (failed.answer) {
       const why = await session.why();
       // Noise may have made it another line.
-      if (!why?.noise) throw await refused(keeper, failed.line);
+      if (!["line", "sum"].includes(why?.refusal)) throw await refused(keeper, failed.line);
       continue;
     }
     await session.resync();
@@ -175,16 +180,18 @@ async function begin(keeper, { axis, steps, endless }, lines, from) {
 /** The board's refusal of a line. */
 async function refused(keeper, line, remedy) {
   const why = await keeper.session.why();
-  return declined(`${keeper.session.wire.name} refused ${line}${why?.last ? `: ${why.last}` : ""}`, remedy);
+  const error = declined(`${keeper.session.wire.name} refused ${line}${why?.last ? `: ${why.last}` : ""}`, remedy);
+  return Object.assign(error, { refusal: why?.refusal });
 }
 
 /** Says a line that is harmless twice. */
-async function say(keeper, line, remedy) {
+export async function say(keeper, line, remedy) {
   if ((await keeper.session.ask(line)).kind !== "yes") throw await refused(keeper, line, remedy);
 }
 
 /** From here on these axes need nobody: they end by themselves. */
 function ended(keeper, axes) {
+  axes.forEach((axis) => giveUp(keeper, axis, declined("stopped before 0 was found")));
   for (const axis of axes.filter((one) => one.moving)) {
     axis.runs = false;
     keeper.unplan(axis.axis);

@@ -131,7 +131,7 @@ export class Session {
   /** Whether it is the answer to a line that noise has changed on its way. */
   async damaged(line, answer) {
     if (!this.sums || answer.kind !== "no" || line === "?") return false;
-    return (await this.why())?.noise ?? false;
+    return (await this.why())?.refusal === "sum";
   }
 
   /** Why the last line was refused, and what else the board says of itself. */

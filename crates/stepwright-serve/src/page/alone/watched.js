@@ -13,6 +13,9 @@ export class Watched {
     this.runs = false;
     /** Where its travel began. */
     this.from = null;
+    /** The homing that it is on, and what is told of that or of the last one. */
+    this.homing = null;
+    this.home = null;
     this.origin = 0;
     this.seen = [];
   }
@@ -44,8 +47,10 @@ export class Watched {
 
   /** As GET /api/state has it. */
   state(now) {
-    const state = this.position === null ? "uncertain" : this.moving ? "busy" : "ready";
-    const { axis, position, moving, stop, origin } = this;
-    return { axis, position, time: this.seen.at(-1)?.[0] ?? now, speed: this.speed(), moving, state, stop, home: null, origin };
+    // Between two legs of a homing it is on its way still.
+    const moving = this.moving || this.homing !== null;
+    const state = this.position === null ? "uncertain" : moving ? "busy" : "ready";
+    const { axis, position, stop, home, origin } = this;
+    return { axis, position, time: this.seen.at(-1)?.[0] ?? now, speed: this.speed(), moving, state, stop, home, origin };
   }
 }

@@ -484,16 +484,17 @@ fn a_pause_of_the_fixed_tick_ends_on_its_grid() {
     if board() == Board::Uno {
         return;
     }
-    let tick = 250;
+    let tick = 1_000;
     let text = format!(
         "[clock]\ntick-us = {tick}\n\
-         [[motor]]\nname = \"X\"\nstep = 1\nsmallest-delay-us = 750\n\
-         [[motor]]\nname = \"Y\"\nstep = 1\nsmallest-delay-us = 1000\n\
-         [[cycle]]\nmove.X = {{ series = [{{ steps = 60, delay-us = 1130 }}, \
-         {{ wait = 1, delay-us = 3333 }}, {{ steps = -40, delay-us = 901 }}] }}\n\
-         move.Y = {{ delays-us = [2000, 1111, 1777], each = 20 }}\n\
-         pause-s = 0.0507\nresume-s = 0.0612345\n"
+         [[motor]]\nname = \"X\"\nstep = 1\nsmallest-delay-us = 3000\n\
+         [[motor]]\nname = \"Y\"\nstep = 1\nsmallest-delay-us = 4000\n\
+         [[cycle]]\nmove.X = {{ series = [{{ steps = 60, delay-us = 4130 }}, \
+         {{ wait = 1, delay-us = 13333 }}, {{ steps = -40, delay-us = 3901 }}] }}\n\
+         move.Y = {{ delays-us = [7000, 4111, 5777], each = 20 }}\n\
+         pause-s = 0.2007\nresume-s = 0.2112\n"
     );
+    // 10.5 ticks: without the grid all would be half a tick off.
     let file = written("grid", &text);
     let (machine, segments, ..) = played(&file, &["X", "Y"], &shield()[..2], Vec::new());
     let (worst, paused) = compare_edges(&machine, &segments);

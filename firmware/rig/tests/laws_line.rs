@@ -172,6 +172,15 @@ fn a_change_and_a_stop_on_the_way_hold_from_the_next_delay_made() {
     assert_eq!(chip.ask(&Line::Law(recipe).to_string()).as_deref(), Some("Y"));
     assert_eq!(chip.ask("R0").as_deref(), Some("Y"));
     chip.run_for(1_500 * MILLIS);
+    // The position on the way is that of a step made since it was asked for.
+    for _ in 0..10 {
+        let before = steps_of(chip.edges(), 0).len() as i32;
+        let seen = progress(&mut chip);
+        let after = steps_of(chip.edges(), 0).len() as i32;
+        let at = -seen.position.expect("a position");
+        assert!(seen.moving && before <= at && at <= after, "{before}, {at}, {after} steps");
+        chip.run_for(MILLIS);
+    }
     let before = steps_of(chip.edges(), 0).len();
     assert_eq!(chip.ask("C0,900000").as_deref(), Some("Y"));
     chip.run_for(500 * MILLIS);

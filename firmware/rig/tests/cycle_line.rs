@@ -1,0 +1,122 @@
+//! The program `cycles` by its lines alone: positions of 64 bits on the way, inverted directions,
+//! and an ENABLE for each motor.
+
+use stepwright_cycle::line::{CycleLine, CycleReport, LineProgram, MotorPins};
+use stepwright_cycle::{Calibration, Motor};
+use stepwright_rig::board::Pin;
+use stepwright_rig::{Board, Chip};
+
+mod common;
+use common::board;
+
+#[track_caller]
+fn say(chip: &mut Chip, line: CycleLine) {
+    assert_eq!(chip.ask(&line.to_string()).as_deref(), Some("Y"), "{line}");
+}
+
+#[track_caller]
+fn look(chip: &mut Chip) -> CycleReport {
+    let answer = chip.ask(&CycleLine::Look.to_string()).expect("an answer");
+    CycleReport::read(answer.as_bytes()).unwrap_or_else(|| panic!("{answer}"))
+}
+
+/// STEP, DIR and ENABLE of a motor, as they are watched.
+fn wires(motor: usize) -> [Pin; 3] {
+    let board = board();
+    let analog = if board == Board::Uno { 'C' } else { 'F' };
+    [board.step()[motor], board.direction()[motor], Pin(analog, 2 + motor as u8)]
+}
+
+/// When a watched pin changed to a level.
+fn changes(chip: &Chip, which: usize, level: bool) -> Vec<u64> {
+    let all = chip.watched_changes().iter();
+    let all = all.filter(|change| usize::from(change.1) == which && change.2 == level);
+    all.map(|change| change.0).collect()
+}
+
+/// Says what a motor is, and which pins it has.
+fn wire(chip: &mut Chip, motor: u8, what: Motor) {
+    let mut codes = [MotorPins::NO_PIN; 5];
+    for (code, Pin(port, bit)) in codes.iter_mut().zip(wires(motor.into())) {
+        *code = 8 * (port as u8 - b'A') + bit;
+    }
+    say(chip, CycleLine::Motor(motor, what));
+    say(chip, CycleLine::Wire(motor, MotorPins { codes }));
+}
+
+/// With the first every step leaves the motor at its minimum; with the second, beyond every
+/// bound, it takes the maximum along.
+#[test]
+fn calibrations_stay_at_the_minimum_and_take_the_maximum_along() {
+    let mut chip = common::program("cycles");
+    wire(&mut chip, 0, Motor::new(10, 1_000).between(-300, 200));
+    say(&mut chip, CycleLine::Position(0, 50));
+    let down = (Calibration::StartMin, -70, -300, 200);
+    let up = (Calibration::BoundsMax, 90, 600, 600);
+    for (n, (calibration, count, position, max)) in (1..).zip([down, up]) {
+        say(&mut chip, CycleLine::New);
+        let program = LineProgram::Steps { count, delay: 1_000 };
+        say(&mut chip, CycleLine::Prepare(0, calibration, program));
+        say(&mut chip, CycleLine::Start(n));
+        chip.run_for(10 * 16_000);
+        let report = look(&mut chip);
+        assert!(report.running && (position == 600 || report.motors[0].position == -300));
+        chip.run_for(100 * 16_000);
+        let report = look(&mut chip);
+        let motor = report.motors[0];
+        assert!(!report.running && motor.faults == 0);
+        assert_eq!((motor.position, motor.max), (position, Some(max)));
+    }
+}
+
+const STEPS: i32 = 200;
+
+/// Each moves in a cycle of its own; the second is inverted. Steps of 4 m in nm, from −800 m on.
+#[test]
+fn positions_have_64_bits_and_each_motor_its_enable_and_direction() {
+    let mut chip = common::program("cycles");
+    chip.watch_pins(&[wires(0), wires(1)].concat());
+    let wide = Motor::new(4_000_000_000, 1_000);
+    for (motor, what) in [(0, wide), (1, wide.inverted())] {
+        wire(&mut chip, motor, what);
+        say(&mut chip, CycleLine::Position(motor, -800_000_000_000));
+    }
+    for motor in [0usize, 1] {
+        let step = 3 * motor;
+        say(&mut chip, CycleLine::New);
+        let program = LineProgram::Steps { count: STEPS, delay: 2_000 };
+        say(&mut chip, CycleLine::Prepare(motor as u8, Calibration::None, program));
+        say(&mut chip, CycleLine::Start(motor as u8 + 1));
+        let mut on_the_way = 0;
+        loop {
+            let before = changes(&chip, step, true).len() as i64;
+            let report = look(&mut chip);
+            let after = changes(&chip, step, true).len() as i64;
+            let at = report.motors[motor].position;
+            let steps = (at + 800_000_000_000) / 4_000_000_000;
+            assert!(before <= steps && steps <= after, "{at} after {before} to {after} steps");
+            if !report.running {
+                break;
+            }
+            on_the_way += i32::from(steps > 2);
+            chip.run_for(320_000);
+        }
+        assert!(on_the_way > 10);
+        assert_eq!(look(&mut chip).motors[motor].position, 0);
+    }
+    for motor in [0usize, 1] {
+        let [step, direction, enable] = [3 * motor, 3 * motor + 1, 3 * motor + 2];
+        let rises = changes(&chip, step, true);
+        assert_eq!(rises.len(), STEPS as usize);
+        let (first, last) = (rises[0], rises[rises.len() - 1]);
+        // Low is on: from before the first step of its own cycle to behind the last.
+        let (on, off) = (changes(&chip, enable, false), changes(&chip, enable, true));
+        let [on] = on[..] else { panic!("motor {motor}: on {on:?}") };
+        let off = off.into_iter().find(|off| *off > on).expect("it is never off");
+        assert!(on < first && last < off && off - on < 17_000_000, "{on} to {off}");
+        let forward = changes(&chip, direction, true).iter().any(|up| {
+            *up < first && !changes(&chip, direction, false).iter().any(|d| d > up && *d < first)
+        });
+        assert_eq!(forward, motor == 0, "DIR of motor {motor}");
+    }
+}

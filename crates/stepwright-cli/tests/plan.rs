@@ -349,7 +349,10 @@ mod austin {
             ));
             let value: serde_json::Value = serde_json::from_str(&json).unwrap();
             let number = |name: &str| value[name].as_f64().unwrap();
-            prop_assert!(number("largest_error_ticks") <= 1.0, "{json}");
+            // The core's divisor is rounded to 2⁻¹⁶ behind each change (`general.rs`).
+            let rounded = changes.matches("--change").count() as f64 * 2.2e-6;
+            let most = 1.0 + rounded * number("duration_ticks");
+            prop_assert!(number("largest_error_ticks") <= most, "{json}");
             prop_assert!(number("peak_speed") <= f64::from(top) * (1.0 + 1e-12));
             prop_assert_eq!(value["rows"].as_array().unwrap().len(), steps as usize);
         }

@@ -209,8 +209,10 @@ impl Planner {
             Stage::Half => {
                 hand(&self.v_top).to(&mut work.mean);
                 work.stage = if last { Stage::Late } else { Stage::Last };
-                // Of the whole step: the parts are in 2⁻³², and not both 0.
-                0u32.wrapping_sub(rise).wrapping_sub(fall)
+                // Of the whole step: the parts are in 2⁻³², and not both 0. Where the ramps take
+                // all of it, what they were rounded to may be a little more.
+                let (ramps, over) = rise.overflowing_add(fall);
+                if over { 0 } else { 0u32.wrapping_sub(ramps) }
             }
             Stage::Late => {
                 self.speed_after(0, false).to(&mut work.mean);

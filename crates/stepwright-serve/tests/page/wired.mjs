@@ -183,8 +183,8 @@ export function tests({ open, fill, click, shown, word, moves, rests, until }) {
       await moves(card);
       await context.close();
       bridge.close();
-      // The board has heard nothing for its lease of a second.
-      await new Promise((later) => setTimeout(later, 2500));
+      // The board has heard nothing for its lease of 2.5 s, and brakes.
+      await new Promise((later) => setTimeout(later, 4000));
       assert.equal(bridge.status().axes[0].stop, "timeout");
       bridge.end();
     },

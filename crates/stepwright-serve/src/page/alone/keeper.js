@@ -60,7 +60,7 @@ export class Keeper {
     if (name === "board") return this.board;
     if (name === "state") return this.state();
     if (name === "scope") return this.scope(Number(new URLSearchParams(query).get("seconds")));
-    if (name.startsWith("control")) return { hand: 1, key: "page", lease_ms: 1000 };
+    if (name.startsWith("control")) return { hand: 1, key: "page", lease_ms: 2500 };
     if (!orders[name]) throw new Declined({ what: `this page has no ${name}`, do: "`stepwright serve` has" }, 404);
     return this.wish(name, body ?? {});
   }

@@ -3,8 +3,9 @@
 import { Declined } from "../server.js";
 import { giveUp, home, notHomed } from "./homing.js";
 
-/** A board that hears nothing for so long brakes a run without end by itself, in ms. */
-const LEASE = 1000;
+/** A board that hears nothing for this time brakes a run without end by itself, in ms. A page in the
+ *  background is woken once a second. */
+const LEASE = 2500;
 
 /** How often an order is said whose lines were lost or damaged. */
 const TRIES = 5;

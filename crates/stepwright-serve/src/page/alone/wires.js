@@ -18,10 +18,8 @@ export class VirtualWire {
     this.worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
     this.worker.onmessage = ({ data }) => {
       if (data.bytes) this.onbytes(data.bytes);
-      for (const [name, value] of Object.entries(data)) {
-        this.asked[name]?.(value);
-        delete this.asked[name];
-      }
+      // The worker answers in the order of the questions.
+      for (const [name, value] of Object.entries(data)) this.asked[name]?.shift()?.(value);
     };
     const ready = this.answer("ready");
     this.worker.onerror = () => this.ongone(new Error("its worker has failed"));
@@ -30,7 +28,7 @@ export class VirtualWire {
   }
 
   answer(name) {
-    return new Promise((told) => (this.asked[name] = told));
+    return new Promise((told) => (this.asked[name] ??= []).push(told));
   }
 
   write(bytes) {

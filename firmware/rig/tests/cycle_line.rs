@@ -1,5 +1,5 @@
 //! The program `cycles` by its lines alone: positions of 64 bits on the way, inverted directions,
-//! and an ENABLE for each motor.
+//! an ENABLE for each motor, the longest time of its handler.
 
 use stepwright_cycle::line::{CycleLine, CycleReport, LineProgram, MotorPins};
 use stepwright_cycle::{Calibration, Motor};
@@ -76,6 +76,7 @@ const STEPS: i32 = 200;
 fn positions_have_64_bits_and_each_motor_its_enable_and_direction() {
     let mut chip = common::program("cycles");
     chip.watch_pins(&[wires(0), wires(1)].concat());
+    chip.keep_visits();
     let wide = Motor::new(4_000_000_000, 1_000);
     for (motor, what) in [(0, wide), (1, wide.inverted())] {
         wire(&mut chip, motor, what);
@@ -104,6 +105,13 @@ fn positions_have_64_bits_and_each_motor_its_enable_and_direction() {
         assert!(on_the_way > 10);
         assert_eq!(look(&mut chip).motors[motor].position, 0);
     }
+    // The longest time of the handler, in µs: that of the last step, without what ends the cycle
+    // behind it. So it lies between the longest that ended none of the two and the longest.
+    let longest = u64::from(look(&mut chip).longest);
+    let mut seen: Vec<u64> = chip.take_visits().iter().map(|v| (v.exit - v.entry) / 16).collect();
+    seen.sort_unstable_by(|a, b| b.cmp(a));
+    let known = seen[2]..seen[0];
+    assert!(known.contains(&longest), "{longest} µs, {known:?} by the simulator");
     for motor in [0usize, 1] {
         let [step, direction, enable] = [3 * motor, 3 * motor + 1, 3 * motor + 2];
         let rises = changes(&chip, step, true);

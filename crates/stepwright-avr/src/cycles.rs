@@ -12,6 +12,10 @@ use core::cell::Cell;
 
 use avr_device::interrupt;
 use stepwright::drive::{Axes, Drive};
+#[cfg(feature = "cycles-full")]
+use stepwright::run::Run;
+#[cfg(feature = "mega")]
+use stepwright_cycle::RunCost;
 use stepwright_cycle::line::MotorPins;
 use stepwright_cycle::{Clock, Cycle, CycleHold, Leg, MachineIo, Motor, Remote, Switches};
 
@@ -37,7 +41,8 @@ const LEGS: usize = 400;
 #[cfg(feature = "uno")]
 const ABOUT: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=24 can=";
 #[cfg(all(feature = "mega", feature = "cycles-full"))]
-const ABOUT: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick";
+const ABOUT: &str =
+    "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths";
 #[cfg(all(feature = "mega", not(feature = "cycles-full")))]
 const ABOUT: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=";
 
@@ -60,6 +65,10 @@ const COST: u32 = 2_000;
 /// Between two steps of a motor: a step counts as late half of that after its time, and may wait
 /// for a question of the line and a look at closed switches.
 const MIN_INTERVAL: u32 = 4_800;
+
+/// Steps of planned runs, of lines and arcs: a run is played without a question.
+#[cfg(feature = "mega")]
+const RUNS: RunCost = RunCost { cost: 1_600, min_interval: 3_200, on_time: 24_000 };
 
 /// A pin: where PINx of its port lies, DDRx and PORTx behind it, and its mask; 0 if there is
 /// none.
@@ -215,25 +224,36 @@ impl AnyIo {
 type Motors = Cycle<'static, Timer, AnyPins, AnyIo, MOTORS>;
 
 /// Begun by `start`, before interrupts are enabled; from then on the step interrupt's.
-static CYCLE: Slot<Motors> = Slot::new(Cycle::off(
-    // SAFETY: it takes no memory, and nothing is done with it before `start`, whose caller
-    // has the right to it.
-    unsafe { token() },
-    AnyPins { step: [Pin::NONE; MOTORS], direction: [Pin::NONE; MOTORS] },
-    AnyIo {
-        enable: [Pin::NONE; MOTORS],
-        min: [Pin::NONE; MOTORS],
-        max: [Pin::NONE; MOTORS],
-        watched: 0,
-    },
-    [Motor::new(1, 1); MOTORS],
-    Clock::Deadlines,
-    board::any_cycle(COST, MIN_INTERVAL),
-));
+static CYCLE: Slot<Motors> = Slot::new(motors());
 
-// No step, as all bits of it are 0: a wait would lie in flash, too.
-static STORE: Slot<[Cell<Leg>; LEGS]> =
-    Slot::new([const { Cell::new(Leg::Steps { count: 0, delay: 0 }) }; LEGS]);
+const fn motors() -> Motors {
+    let motors = Cycle::off(
+        // SAFETY: it takes no memory, and nothing is done with it before `start`, whose caller
+        // has the right to it.
+        unsafe { token() },
+        AnyPins { step: [Pin::NONE; MOTORS], direction: [Pin::NONE; MOTORS] },
+        AnyIo {
+            enable: [Pin::NONE; MOTORS],
+            min: [Pin::NONE; MOTORS],
+            max: [Pin::NONE; MOTORS],
+            watched: 0,
+        },
+        [Motor::new(1, 1); MOTORS],
+        Clock::Deadlines,
+        board::any_cycle(COST, MIN_INTERVAL),
+    );
+    #[cfg(feature = "mega")]
+    let motors = motors.with_runs(RUNS);
+    motors
+}
+
+// All bits of it are 0: any other leg would lie in flash, too.
+#[cfg(feature = "cycles-full")]
+const NOTHING: Leg = Leg::Run { run: Run::steady(0, 0), forward: false };
+#[cfg(not(feature = "cycles-full"))]
+const NOTHING: Leg = Leg::Steps { count: 0, delay: 0 };
+
+static STORE: Slot<[Cell<Leg>; LEGS]> = Slot::new([const { Cell::new(NOTHING) }; LEGS]);
 
 /// The foreground's hold on the motors: the step interrupt is held off for each call.
 pub struct Held(());

@@ -215,7 +215,7 @@ fn mistakes_in_a_path_are_shown_too() {
     wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"Q\"]", "there is no motor \"Q\"");
     wrong("reach = 10_000", "reach = 100", "the switch was not found");
     wrong("motor = \"X\", end", "motor = \"Y\", end", "the switch was not found");
-    wrong("fast-us = 100,", "fast-us = 40,", "the first delay of X is below its smallest");
+    wrong("fast-us = 300,", "fast-us = 40,", "the first delay of X is below its smallest");
     wrong("[[cycle]]\nline", "[[cycle]]\nmove.X = { steps = 1 }\nline", "a cycle has either moves");
     wrong("[[motor]]", "[clock]\ntick-us = 10\n[[motor]]", "what X does needs deadlines");
     wrong("pause-s = 0.8\nresume-s = 1.2", "pause-s = 0.8", "paused for ever");
@@ -273,21 +273,21 @@ fn mistakes_in_changes_are_shown_at_their_line() {
     };
     let jerk = "jerk = 2_500_000_000";
     let no_jerk = "the jerk along the path must be above 0";
-    wrong(jerk, "jerk = 0", "19:99", no_jerk);
-    wrong(jerk, "jerk = -1.5", "19:99", no_jerk);
-    wrong(jerk, "jerk = inf", "19:99", no_jerk);
-    wrong("speed = 50_000_000", "speed = nan", "19:59", "the speed along the path must be");
-    wrong("accel = 250_000_000", "accel = -1", "19:79", "the acceleration along the path");
-    wrong("percent = 50", "percent = 5", "20:33", "a feed is 10 to 200 percent");
-    wrong("percent = 50", "percent = nan", "20:33", "a feed is 10 to 200 percent");
-    wrong("at-s = 0.6", "at-s = -1", "20:18", "0 to 1000000 seconds");
-    wrong("at-s = 1.2", "at-s = 120", "20:39", "the path is over by then");
-    wrong("at-s = 2.2", "at-s = 220", "23:3", "the path is over by then");
-    wrong("{ X = 20_000_000, Y = 50_000_000 }", "{}", "23:22", "a new end: say where");
-    wrong("to = { X = 20_000_000, ", "to = { Z = 1, ", "23:24", "there is no motor \"Z\"");
-    wrong("line = {", "move.X.steps = 1\n#", "21:9", "only a line or an arc has a feed");
+    wrong(jerk, "jerk = 0", "22:99", no_jerk);
+    wrong(jerk, "jerk = -1.5", "22:99", no_jerk);
+    wrong(jerk, "jerk = inf", "22:99", no_jerk);
+    wrong("speed = 50_000_000", "speed = nan", "22:59", "the speed along the path must be");
+    wrong("accel = 250_000_000", "accel = -1", "22:79", "the acceleration along the path");
+    wrong("percent = 50", "percent = 5", "23:33", "a feed is 10 to 200 percent");
+    wrong("percent = 50", "percent = nan", "23:33", "a feed is 10 to 200 percent");
+    wrong("at-s = 0.6", "at-s = -1", "23:18", "0 to 1000000 seconds");
+    wrong("at-s = 1.2", "at-s = 120", "23:39", "the path is over by then");
+    wrong("at-s = 2.2", "at-s = 220", "26:3", "the path is over by then");
+    wrong("{ X = 20_000_000, Y = 50_000_000 }", "{}", "26:22", "a new end: say where");
+    wrong("to = { X = 20_000_000, ", "to = { Z = 1, ", "26:24", "there is no motor \"Z\"");
+    wrong("line = {", "move.X.steps = 1\n#", "24:9", "only a line or an arc has a feed");
     let both = "the arc is left for a line: say where both";
-    wrong("X = 120_000_000, ", "", "22:22", both);
+    wrong("X = 120_000_000, ", "", "25:22", both);
 }
 
 /// At its switch a motor stops at once, or brakes, alone or all of them; the

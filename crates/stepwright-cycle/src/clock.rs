@@ -7,6 +7,8 @@
 use stepwright::run::Run;
 use stepwright::units::{Rate, Ticks};
 
+use super::wide::product;
+
 /// What places the edges of a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Clock {
@@ -141,6 +143,11 @@ impl Beat {
         TICKS && self.passes
     }
 
+    /// Whether steps come by deadlines.
+    pub(crate) const fn is_free(&self) -> bool {
+        !self.is_fixed() && !self.is_grid()
+    }
+
     /// Whether this is the fixed tick of one pass.
     #[inline(always)]
     pub(crate) const fn is_grid(&self) -> bool {
@@ -178,13 +185,23 @@ impl Beat {
     pub(crate) fn ticks(&self, us: u32) -> u64 {
         match self.is_whole() {
             false => u64::from(us) * u64::from(self.hz) / MILLION,
-            true => u64::from(us) * u64::from(self.whole),
+            true => product(us, self.whole),
         }
     }
 
     /// Whether a µs is a whole number of ticks.
     fn is_whole(&self) -> bool {
         !ANY_RATE || self.whole != 0
+    }
+
+    /// Ticks of the timer, rounded down to µs.
+    #[cfg(feature = "runs")]
+    pub(crate) fn whole_micros(&self, ticks: Ticks) -> u32 {
+        if self.is_whole() {
+            return ticks / self.whole.max(1);
+        }
+        let us = u64::from(ticks) * MILLION / u64::from(self.hz.max(1));
+        u32::try_from(us).unwrap_or(u32::MAX)
     }
 
     /// Ticks of the timer, rounded up to µs.

@@ -13,7 +13,7 @@ use super::player::Verdict;
 use super::strategy::AtHardEnd;
 use super::surroundings::{MachineIo, Switches};
 use super::{Cycle, State};
-use stepwright::drive::Drive;
+use stepwright::drive::{Axes, Drive};
 use stepwright::timer::StepTimer;
 
 impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N> {
@@ -31,34 +31,44 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
     #[cold]
     #[inline(never)]
     fn closed(&mut self, now: Switches, before: Switches) {
+        // Of a motor that stands at its switch this is done before every event of the others.
+        let mut bit: Axes = 1;
         for motor in 0..N as u8 {
+            let own = bit;
+            bit = bit.wrapping_shl(1);
+            if (now.min | now.max) & own == 0 {
+                continue;
+            }
             for (end, now, before) in
                 [(End::Min, now.min, before.min), (End::Max, now.max, before.max)]
             {
-                if now >> motor & 1 == 0 {
+                if now & own == 0 {
                     continue;
                 }
-                if before >> motor & 1 == 0 {
+                if before & own == 0 {
                     let at = self.position(motor);
                     let side = self.triggers.get_mut(usize::from(motor));
                     if let Some(side) = side.and_then(|sides| sides.get_mut(end as usize)) {
                         *side = at;
                     }
                 }
-                if matches!(self.state, State::Running) {
+                if matches!(self.state, State::Running) && self.heads(motor, end) {
                     self.trip(motor, end);
                 }
             }
         }
     }
 
-    /// A switch is closed: its motor stops, if it goes there.
+    /// Whether the next step of a motor leads to this end.
+    fn heads(&mut self, motor: u8, end: End) -> bool {
+        self.player(motor).is_some_and(|player| player.heading == Some(end == End::Max))
+    }
+
+    /// A switch is closed and its motor goes there: it stops.
+    #[inline(never)]
     fn trip(&mut self, motor: u8, end: End) {
         let strategy = self.strategies.hard_end;
         let Some(player) = self.player(motor) else { return };
-        if player.heading != Some(end == End::Max) {
-            return;
-        }
         // One that brakes already does so at its own switch too.
         let begins = !player.is_braking();
         player.faults |= Faults::hard(end);

@@ -109,6 +109,7 @@ mod player;
 mod program;
 mod remote;
 mod report;
+mod runs;
 mod strategy;
 mod surroundings;
 mod wide;
@@ -119,6 +120,7 @@ pub use homing::{Homing, HomingError};
 pub use motor::{Calibration, End, Faults, Motor, Status};
 pub use program::{DelayRamp, Leg, NextDelay, Pace, Paces, Program};
 pub use remote::{CycleHold, Remote};
+pub use runs::RunCost;
 pub use strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, CycleError, Refusal, Strategies};
 pub use surroundings::{MachineIo, MotorIo, Switches, Wires};
 
@@ -126,7 +128,7 @@ use brake::BRAKES;
 use clock::{Beat, GRID, TICKS};
 use pause::Pause;
 use player::{ProgramRunner, Verdict};
-use program::{PACED, Reader};
+use program::{PACED, RUNS, Reader};
 use stepwright::Board;
 use stepwright::drive::{Axes, Drive};
 use stepwright::engine::{Engine, Timing};
@@ -154,6 +156,7 @@ pub struct Cycle<'a, T: StepTimer, D, S, const N: usize> {
     triggers: [[Option<i64>; 2]; N],
     late: u32,
     longest: Ticks,
+    runs: Option<RunCost>,
 }
 
 enum State<C: Count, const N: usize> {
@@ -215,6 +218,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             triggers: [[None; 2]; N],
             late: 0,
             longest: 0,
+            runs: None,
         }
     }
 
@@ -325,6 +329,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             return Err(Refusal::Running);
         }
         self.check()?;
+        self.set_pace();
         self.error = None;
         self.late = self.engine.late();
         let mut axes: Axes = 0;
@@ -388,7 +393,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         for (motor, player) in (0u8..).zip(self.engine.feeds()) {
             let Some(fastest) = player.fastest().filter(|_| player.is_ready()) else { continue };
             let smallest = player.motor.smallest_delay;
-            if player.is_paced() && !PACED {
+            if player.has_own_paces() && !PACED {
                 return Err(Refusal::NoPaths { motor });
             }
             if ticks {
@@ -406,6 +411,18 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             }
             if fixed {
                 continue;
+            }
+            let (mut cost, mut least) = (cost, least);
+            if RUNS && player.is_paced() && !player.has_own_paces() {
+                if fastest < smallest {
+                    return Err(Refusal::SmallDelay { motor, needs: smallest });
+                }
+                if let Some(runs) = self.runs {
+                    cost = runs.cost.min(u32::MAX >> FULL) << FULL;
+                    let on_time = moving > 1 && self.strategies.timing == AtTiming::Cancel;
+                    least =
+                        self.beat.micros(if on_time { runs.on_time } else { runs.min_interval });
+                }
             }
             if fastest < least {
                 return Err(Refusal::TooFast { motor, needs: least });

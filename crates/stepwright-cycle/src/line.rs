@@ -28,6 +28,7 @@
 //! | `R` | motor, calibration, forward, from, to, by | the same without end |
 //! | `A` | place, count, delay | a leg: steps |
 //! | `B` | place, count, delay | a leg: a wait |
+//! | `X` | place, count, interval in 2⁻¹⁶ ticks, by how much each differs from the one before | a leg: steps that were planned elsewhere, at most 65,535; none: a wait |
 //! | `L` | motor, calibration, first place, how many | a series of these legs |
 //! | `T` | 0: pause, 1: resume, 2: finish; ticks after the start | what is to happen on the way |
 //! | `G` | a number of the cycle, 1 to 255 | go; the number of the present cycle is no second one |
@@ -37,7 +38,7 @@
 //!
 //! All but `?` and `V` is answered `Y`, or `E` with the numbers of a [`LineFault`]. While a
 //! cycle runs only `K`, `O`, `F`, `V`, `?` and its own `G` or `U` are taken. `can=` names what
-//! the board has of `brakes`, `home` and `tick`.
+//! the board has of `brakes`, `home`, `paths` (the line `X`) and `tick`.
 
 mod fault;
 mod numbers;
@@ -79,7 +80,7 @@ pub enum CycleLine {
     Position(u8, i64),
     /// `S`, `H`, `D`, `R`, `L`: what a motor does in the next cycle.
     Prepare(u8, Calibration, LineProgram),
-    /// `A`, `B`: a leg of a series, at its place.
+    /// `A`, `B`, `X`: a leg of a series, at its place.
     Leg(u16, Leg),
     /// `T`: what is to happen this many ticks after the start.
     Act(LineAct, u64),

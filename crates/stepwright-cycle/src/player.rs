@@ -21,13 +21,16 @@
 //! the fixed tick), and only if there is a step left to make: one that waits or
 //! ends at a bound is where it belongs.
 
+mod braking;
+#[cfg(feature = "runs")]
+mod by_run;
 mod by_tick;
 mod on_grid;
 
 use super::brake::{BRAKES, Brake};
 use super::clock::{Beat, Clock};
 use super::motor::{Calibration, Faults, Motor, Status};
-use super::program::{Next, PACED, Pace, Reader};
+use super::program::{Next, PACED, Pace, RUNS, Reader};
 use super::strategy::{AtSmallDelay, AtSoftEnd, Strategies};
 use super::wide::{product, quotient};
 use stepwright::queue::{Feed, Taken};
@@ -60,6 +63,9 @@ enum Stage {
     Far,
     /// A step of its own, in ticks.
     Pace,
+    /// Steps of a run that was planned elsewhere.
+    #[cfg(feature = "runs")]
+    Run,
     /// A wait, in ticks.
     Look,
     /// On the fixed tick: up to two ticks before the step. May it be made? It
@@ -110,6 +116,9 @@ pub(crate) struct ProgramRunner<'a> {
     waited: Ticks,
     before: Ticks,
     own: Ticks,
+    /// The planned run of which `left` steps are left.
+    #[cfg(feature = "runs")]
+    run: Run,
     /// Steps of the run that is played, and whether one was made before it, since it
     /// last stood.
     handed: u16,
@@ -157,6 +166,8 @@ impl<'a> ProgramRunner<'a> {
             waited: 0,
             before: 0,
             own: 0,
+            #[cfg(feature = "runs")]
+            run: Run::steady(0, 0),
             handed: 0,
             rolling: false,
             brake: None,
@@ -200,9 +211,14 @@ impl<'a> ProgramRunner<'a> {
         self.reader.is_paced()
     }
 
+    /// Whether each of its steps is asked for by itself, in ticks.
+    pub(crate) fn has_own_paces(&self) -> bool {
+        self.reader.has_own_paces()
+    }
+
     /// The smallest delay that its program may ask for, in µs.
     pub(crate) fn fastest(&self) -> Option<u32> {
-        self.reader.fastest(self.motor.smallest_delay)
+        self.reader.fastest(self.motor.smallest_delay, &self.beat)
     }
 
     /// Begins, where the engine has counted `steps`.
@@ -326,15 +342,6 @@ impl<'a> ProgramRunner<'a> {
         )
     }
 
-    /// Begins to brake, with `left` steps of its run to make, of which the next one
-    /// will be. False if it stands at once.
-    pub(crate) fn brake(&mut self, left: u16) -> bool {
-        if BRAKES && (self.rolling || left < self.handed) {
-            self.brake = Brake::new(self.beat.hz(), self.interval(), self.motor.decel);
-        }
-        self.is_braking()
-    }
-
     /// Whether it brakes.
     pub(crate) fn is_braking(&self) -> bool {
         BRAKES && self.brake.is_some()
@@ -345,24 +352,6 @@ impl<'a> ProgramRunner<'a> {
         self.left = self.left.saturating_add(count.into());
         let steps = i64::from(count);
         self.planned = self.planned.wrapping_sub(if self.forward { steps } else { -steps });
-    }
-
-    /// From step to step by its program, in 2⁻¹⁶ ticks.
-    fn interval(&self) -> u64 {
-        let ticks = match self.is_paced() {
-            true => u64::from(self.own),
-            false => self.beat.ticks(self.delay),
-        };
-        ticks.min(1 << 31) << 16
-    }
-
-    /// The interval before the next step of its program, in 2⁻¹⁶ ticks, while it
-    /// brakes; `None` if it makes that no more.
-    fn slower(&mut self) -> Option<u64> {
-        let interval = self.interval();
-        let brake = self.brake.as_mut()?;
-        // Where the program turns it stands.
-        if self.forward == self.facing { brake.next(interval) } else { None }
     }
 
     /// Reads on until there is something to do. `None` if a delay is too small
@@ -404,6 +393,8 @@ impl<'a> ProgramRunner<'a> {
                     }
                     return Some(Stage::Look);
                 }
+                #[cfg(feature = "runs")]
+                Next::Run { run, forward } => return Some(self.read_run(run, forward)),
                 // Who waits stands: nothing is left to brake.
                 Next::Wait(_) if self.is_braking() => return Some(Stage::Over),
                 Next::Wait(us) => {
@@ -452,6 +443,8 @@ impl<'a> ProgramRunner<'a> {
     }
 
     /// The next run by deadlines.
+    // Runs of a path are taken without it, in half the time.
+    #[cfg_attr(feature = "runs", inline(never))]
     fn by_deadline(&mut self) -> Taken {
         loop {
             match self.stage {
@@ -465,7 +458,13 @@ impl<'a> ProgramRunner<'a> {
                 Stage::Wait if self.pending > 0 => return self.pass_piece(),
                 Stage::Wait => self.stage = Stage::Leg,
                 Stage::Steps if self.left == 0 => self.stage = Stage::Leg,
-                Stage::Steps | Stage::Pace if self.is_braking() => return self.brake_on(),
+                #[cfg(feature = "runs")]
+                Stage::Run if self.left == 0 => self.stage = Stage::Leg,
+                #[cfg(feature = "runs")]
+                Stage::Run if self.is_braking() => return self.brake_on(),
+                Stage::Steps | Stage::Pace if self.is_braking() => {
+                    return self.brake_on();
+                }
                 Stage::Steps => {
                     if let Some(turn) = self.turn() {
                         return turn;
@@ -498,6 +497,8 @@ impl<'a> ProgramRunner<'a> {
                     let gone = core::mem::take(&mut self.gone);
                     return Taken::Run(self.beat.step(us, gone));
                 }
+                #[cfg(feature = "runs")]
+                Stage::Run => return self.by_run(),
                 Stage::Pace => {
                     if let Some(turn) = self.turn() {
                         return turn;
@@ -523,34 +524,19 @@ impl<'a> ProgramRunner<'a> {
             }
         }
     }
-
-    /// The next step by deadlines while it brakes.
-    fn brake_on(&mut self) -> Taken {
-        let Some(interval) = self.slower() else {
-            self.end();
-            return Taken::End;
-        };
-        self.heading = Some(self.forward);
-        if self.room(1) == 0 {
-            return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
-        }
-        let before = match self.stage {
-            Stage::Pace => self.before,
-            _ => 0,
-        };
-        if self.stage == Stage::Pace {
-            self.stage = Stage::Leg;
-        }
-        self.plan(1);
-        Taken::Run(Run::new(interval.saturating_sub(u64::from(before) << 16), 0, 1))
-    }
 }
 
 impl Feed for ProgramRunner<'_> {
+    const GROWS: bool = RUNS;
+
     fn take(&mut self) -> Taken {
         self.heading = None;
         if BRAKES {
             self.rolling |= core::mem::take(&mut self.handed) > 0;
+        }
+        #[cfg(feature = "runs")]
+        if let Some(run) = self.by_next_run() {
+            return Taken::Run(run);
         }
         if self.beat.is_fixed() {
             return self.by_tick();

@@ -15,11 +15,20 @@
 
 use core::cell::Cell;
 
+#[cfg(feature = "runs")]
+use stepwright::run::Run;
 use stepwright::units::Ticks;
+
+use super::clock::Beat;
+#[cfg(feature = "runs")]
+use super::wide::product;
 
 /// Whether there are programs to a tick of the timer: where there are none, nothing of them is
 /// compiled.
 pub(crate) const PACED: bool = cfg!(feature = "paced");
+
+/// Whether legs may be runs: likewise.
+pub(crate) const RUNS: bool = cfg!(feature = "runs");
 
 /// A callback that gives the delay before each next step, in µs.
 ///
@@ -158,16 +167,65 @@ pub enum Leg {
         /// µs.
         delay: u32,
     },
+    /// A run that was planned elsewhere, to a part of a tick of the timer; one without steps is
+    /// a wait. By deadlines only; a start is refused if an interval of it is smaller than the
+    /// motor's smallest delay, whatever the strategy.
+    #[cfg(feature = "runs")] // without it legs are shorter
+    Run {
+        /// Its intervals.
+        run: Run,
+        /// Which way.
+        forward: bool,
+    },
 }
 
 impl Leg {
-    /// µs from step to step, if it makes one.
-    fn delay(self) -> Option<u32> {
+    /// µs from step to step, if it makes one: the least of them, rounded down. One that is
+    /// smaller than the smallest is fixed, or ends the cycle; a run's is not.
+    #[cfg_attr(not(feature = "runs"), allow(unused_variables))] // the clock is for runs
+    fn delay(self, smallest: u32, beat: &Beat) -> Option<u32> {
         match self {
             Leg::Steps { count: 0, .. } | Leg::Wait { .. } => None,
-            Leg::Steps { delay, .. } => Some(delay),
+            Leg::Steps { delay, .. } => Some(delay.max(smallest)),
+            #[cfg(feature = "runs")]
+            Leg::Run { run, .. } if run.count() == 0 => None,
+            #[cfg(feature = "runs")]
+            Leg::Run { run, .. } => {
+                let least = run.interval().min(after(run, run.count().saturating_sub(1)));
+                Some(beat.whole_micros(Ticks::try_from(least >> 16).unwrap_or(Ticks::MAX)))
+            }
         }
     }
+
+    /// Whether it is counted in ticks of the timer.
+    fn is_paced(self) -> bool {
+        match self {
+            Leg::Steps { .. } | Leg::Wait { .. } => false,
+            #[cfg(feature = "runs")]
+            Leg::Run { .. } => true,
+        }
+    }
+
+    fn next(self) -> Next {
+        match self {
+            Leg::Steps { count, delay } => steps(count, delay),
+            Leg::Wait { count, delay } => Next::Wait(u64::from(count) * u64::from(delay)),
+            #[cfg(feature = "runs")]
+            Leg::Run { run, forward } => Next::Run { run, forward },
+        }
+    }
+}
+
+/// The interval of a run behind this many steps of it, in 2⁻¹⁶ ticks.
+#[cfg(feature = "runs")]
+pub(crate) fn after(run: Run, steps: u16) -> u64 {
+    let way = product(run.add().unsigned_abs(), steps.into());
+    let end = if run.add() < 0 {
+        run.interval().checked_sub(way)
+    } else {
+        run.interval().checked_add(way)
+    };
+    end.unwrap_or(0)
 }
 
 /// What comes next in a program.
@@ -179,6 +237,9 @@ pub(crate) enum Next {
     Wait(u64),
     /// A step of its own, or a wait.
     Pace(Pace),
+    /// Steps whose intervals grow; none: a wait.
+    #[cfg(feature = "runs")]
+    Run { run: Run, forward: bool },
     /// No more.
     Over,
 }
@@ -202,6 +263,26 @@ impl<'a> Reader<'a> {
         Reader { program, at: 0, asked: 0 }
     }
 
+    /// The next leg, if it is a run in memory.
+    #[cfg(feature = "runs")]
+    #[inline(always)]
+    pub(crate) fn next_run(&self) -> Option<(Run, bool)> {
+        match &self.program {
+            Program::Stored(legs) => match legs.get(self.at)?.get() {
+                Leg::Run { run, forward } => Some((run, forward)),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// It has been taken.
+    #[cfg(feature = "runs")]
+    #[inline(always)]
+    pub(crate) fn skip(&mut self) {
+        self.at = self.at.saturating_add(1);
+    }
+
     /// The next part. Everything about it is in the answer: nothing of one
     /// program or part can leak into another.
     pub(crate) fn next(&mut self) -> Next {
@@ -216,18 +297,8 @@ impl<'a> Reader<'a> {
                 Some(&delay) => Next::Steps { count: *each, delay, forward: *forward },
                 None => Next::Over,
             },
-            Program::Series(legs) => match legs.get(at) {
-                Some(&Leg::Steps { count, delay }) => steps(count, delay),
-                Some(&Leg::Wait { count, delay }) => {
-                    Next::Wait(u64::from(count) * u64::from(delay))
-                }
-                None => Next::Over,
-            },
-            Program::Stored(legs) => match legs.get(at).map(Cell::get) {
-                Some(Leg::Steps { count, delay }) => steps(count, delay),
-                Some(Leg::Wait { count, delay }) => Next::Wait(u64::from(count) * u64::from(delay)),
-                None => Next::Over,
-            },
+            Program::Series(legs) => legs.get(at).map_or(Next::Over, |leg| leg.next()),
+            Program::Stored(legs) => legs.get(at).map_or(Next::Over, |leg| leg.get().next()),
             Program::Ramp { steps, forward, ramp } if steps.is_none_or(|all| self.asked < all) => {
                 let delay = ramp.delay(self.asked);
                 self.asked = self.asked.wrapping_add(1);
@@ -248,22 +319,32 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Whether its steps are counted in ticks of the timer.
-    pub(crate) fn is_paced(&self) -> bool {
+    /// Whether each step is asked for by itself, in ticks of the timer.
+    pub(crate) fn has_own_paces(&self) -> bool {
         matches!(self.program, Program::Paced(_))
+    }
+
+    /// Whether steps of it are counted in ticks of the timer.
+    pub(crate) fn is_paced(&self) -> bool {
+        match &self.program {
+            Program::Paced(_) => true,
+            Program::Series(legs) => RUNS && legs.iter().any(|leg| leg.is_paced()),
+            Program::Stored(legs) => RUNS && legs.iter().any(|leg| leg.get().is_paced()),
+            _ => false,
+        }
     }
 
     /// The smallest delay that it may ask for, as far as can be known; `None`
     /// for one that makes no step.
-    pub(crate) fn fastest(&self, smallest: u32) -> Option<u32> {
+    pub(crate) fn fastest(&self, smallest: u32, beat: &Beat) -> Option<u32> {
         let held = |delay: u32| delay.max(smallest);
         match &self.program {
             Program::Steps { count: 0, .. } | Program::Dynamic { count: 0, .. } => None,
             Program::Steps { delay, .. } | Program::Whirl { delay, .. } => Some(held(*delay)),
             Program::List { each: 0, .. } => None,
             Program::List { delays, .. } => quickest(delays, |delay| Some(*delay)).map(held),
-            Program::Series(legs) => quickest(legs, |leg| leg.delay()).map(held),
-            Program::Stored(legs) => quickest(legs, |leg| leg.get().delay()).map(held),
+            Program::Series(legs) => quickest(legs, |leg| leg.delay(smallest, beat)),
+            Program::Stored(legs) => quickest(legs, |leg| leg.get().delay(smallest, beat)),
             Program::Ramp { steps: Some(0), .. } => None,
             Program::Ramp { ramp, .. } => Some(held(ramp.from.min(ramp.to))),
             Program::Dynamic { .. } | Program::DynamicWhirl { .. } | Program::Paced(_) => {

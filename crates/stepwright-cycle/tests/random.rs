@@ -171,6 +171,7 @@ fn close(plan: Plan) -> Plan {
     let leg = |leg| match leg {
         Leg::Steps { count, delay } => Leg::Steps { count, delay: near(delay) },
         Leg::Wait { count, delay } => Leg::Wait { count, delay: near(delay) },
+        leg => leg,
     };
     match plan {
         Plan::Steps(count, delay) => Plan::Steps(count, near(delay)),

@@ -41,6 +41,7 @@
 mod course;
 mod curve;
 mod law;
+mod legs;
 mod pace;
 mod piece;
 mod road;
@@ -52,6 +53,7 @@ use stepwright_cycle as cycle;
 
 pub use curve::{Arc, Line, Mark, Marks};
 pub use law::{Law, SCALES};
+pub use legs::legs;
 pub use pace::{PACES, Pace, Unplannable};
 use road::Road;
 
@@ -159,6 +161,7 @@ impl std::fmt::Debug for LivePath {
 pub struct Steps {
     axis: usize,
     path: LivePath,
+    rate: Rate,
     hz: f64,
     lead: Ticks,
     look: Ticks,
@@ -176,6 +179,7 @@ impl Steps {
         std::array::from_fn(|axis| Steps {
             axis,
             path: path.clone(),
+            rate,
             hz,
             lead,
             look,
@@ -219,6 +223,11 @@ impl Steps {
     /// Ticks from the start to the beginning of the path.
     pub fn lead(&self) -> Ticks {
         self.lead
+    }
+
+    /// The timer's.
+    pub fn rate(&self) -> Rate {
+        self.rate
     }
 
     /// The path that they follow, with all other axes.

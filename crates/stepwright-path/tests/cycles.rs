@@ -1,12 +1,15 @@
 //! Paths in cycles on the virtual board: whatever ends, pauses, cancels and changes
 //! do, the edges add up to the reported position, and nobody moves another's.
 
+use std::cell::Cell;
+
 use proptest::prelude::*;
 use stepwright::Rate;
 use stepwright_cycle::{
-    AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Clock, Motor, Program, Strategies,
+    AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Clock, Leg, Motor, Program,
+    Strategies,
 };
-use stepwright_path::{Arc, Line, LivePath, Pace, Steps};
+use stepwright_path::{Arc, Line, LivePath, Pace, Steps, legs};
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
 
 const HZ: u32 = 16_000_000;
@@ -144,13 +147,15 @@ fn edges_of(edges: &[Edge], axis: u8, motor: &Motor) -> i64 {
 type Acts = Vec<(u32, Act)>;
 
 /// Plays it, and answers all edges and the positions that are reported. What is
-/// asked of the path is for this many seconds later; 0: for as soon as can be.
+/// asked of the path is for this many seconds later; 0: for as soon as can be. From memory
+/// (`stored`) the path is what it was at the start.
 fn play(
     motors: [(Motor, Stand); 3],
     strategies: Strategies,
     (way, pace, count): (Way, Pace, i32),
     acts: &Acts,
     later: f64,
+    stored: bool,
 ) -> (Vec<Edge>, [i64; 3]) {
     let rate = Rate::from_hz(HZ).unwrap();
     let [mut x, mut y] = steps(way, pace);
@@ -162,8 +167,19 @@ fn play(
         CycleBoard::new(settings, stands, Clock::Deadlines, rate, Vec::new());
     let cycle = board.cycle();
     cycle.set_strategies(strategies);
-    cycle.prepare(0, Program::Paced(&mut x), Calibration::None).unwrap();
-    cycle.prepare(1, Program::Paced(&mut y), Calibration::None).unwrap();
+    let cells = |legs: Vec<Leg>| legs.into_iter().map(Cell::new).collect::<Vec<_>>();
+    let kept = if stored {
+        [&mut x, &mut y].map(|axis| cells(legs(axis, 32, rate.micros(SMALLEST))))
+    } else {
+        [Vec::new(), Vec::new()]
+    };
+    let [first, second] = if stored {
+        [Program::Stored(&kept[0]), Program::Stored(&kept[1])]
+    } else {
+        [Program::Paced(&mut x), Program::Paced(&mut y)]
+    };
+    cycle.prepare(0, first, Calibration::None).unwrap();
+    cycle.prepare(1, second, Calibration::None).unwrap();
     let steps = Program::Steps { count, delay: 1_100 };
     cycle.prepare(2, steps, Calibration::None).unwrap();
     cycle.start().unwrap();
@@ -203,8 +219,9 @@ proptest! {
         strategies in strategies(),
         path in (way(), pace(), -200i32..200),
         acts in prop::collection::vec((0u32..200_000, act()), 0..10),
+        stored in any::<bool>(),
     ) {
-        let (edges, positions) = play(motors, strategies, path, &acts, 0.0);
+        let (edges, positions) = play(motors, strategies, path, &acts, 0.0, stored);
         for axis in 0..3u8 {
             let (motor, position) = (&motors[usize::from(axis)].0, positions[usize::from(axis)]);
             let moved = edges_of(&edges, axis, motor) * i64::from(motor.distance);
@@ -220,6 +237,7 @@ proptest! {
         bound in 0i64..60,
         switch in prop::option::of(any::<bool>()),
         acts in prop::collection::vec((0u32..200_000, act()), 0..6),
+        stored in any::<bool>(),
     ) {
         let free = (Motor::new(1, SMALLEST), Stand::default());
         let (motor, stand) = free;
@@ -240,7 +258,7 @@ proptest! {
         };
         // Beyond what is handed out ahead, or a change would take hold sooner where
         // there is one motor less to wait for.
-        let run = |first| play([first, free, free], strategies, path, &acts, 0.01).0;
+        let run = |first| play([first, free, free], strategies, path, &acts, 0.01, stored).0;
         let (whole, ended) = (run(free), run(stopped));
         for axis in [1, 2] {
             let of = |edges: &[Edge]| -> Vec<Edge> {

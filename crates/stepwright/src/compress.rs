@@ -37,6 +37,8 @@ pub struct Compress<I, const WINDOW: usize> {
     filled: usize,
     /// Largest error of a step, in 2⁻¹⁶ ticks.
     error: i64,
+    /// The shortest interval of a run of several steps, in 2⁻¹⁶ ticks.
+    least: i64,
     /// How far the runs so far are behind the profile, in 2⁻¹⁶ ticks.
     lag: i64,
 }
@@ -56,8 +58,15 @@ impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Compress<I, WINDOW> {
             filled: 0,
             // Rounding to a tick takes half of one.
             error: ((i64::from(error) << 16) - HALF).max(0),
+            least: 0,
             lag: HALF,
         }
+    }
+
+    /// No interval is shorter than this many ticks, unless a delay of the profile is.
+    pub fn with_least(mut self, ticks: Ticks) -> Self {
+        self.least = i64::from(ticks) << 16;
+        self
     }
 
     fn fill(&mut self) {
@@ -93,11 +102,12 @@ impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Compress<I, WINDOW> {
         let (mut at, mut step, mut want) = (0i64, interval, self.lag);
         for &delay in delays {
             at += step;
+            let short = step < self.least;
             step += i64::from(add);
             want += i64::from(delay) << 16;
             // `want` is half a tick late, so that floor(at) rounds.
             // A single step is always what was asked for.
-            if n > 1 && (step < 0 || (at - want).abs() > self.error) {
+            if n > 1 && (short || step < 0 || (at - want).abs() > self.error) {
                 return None;
             }
         }
@@ -156,6 +166,18 @@ mod tests {
             assert!((t - want).unsigned_abs() <= error.into(), "step {n}: {t}, not {want}");
         }
         runs.len()
+    }
+
+    #[test]
+    fn no_interval_is_shorter_than_the_least() {
+        // Down to 200 and up again: a parabola would be below that.
+        let delays: Vec<Ticks> = (0..400i32).map(|n| 200 + n.abs_diff(200) / 2).collect();
+        let runs = |least| Compress::<_, 512>::new(delays.iter().copied(), 32).with_least(least);
+        let least = |run: Run| run.interval().min(run.last_interval()) >> 16;
+        assert!(runs(0).any(|run| least(run) < 200));
+        let runs: Vec<_> = runs(200).collect();
+        assert!(runs.iter().all(|run| least(*run) >= 200));
+        assert_eq!(Steps::new(runs).count(), delays.len());
     }
 
     #[test]

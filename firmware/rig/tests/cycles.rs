@@ -452,14 +452,51 @@ fn a_motor_homes() {
     assert!(parts <= 2 && worst <= EDGE, "{parts} parts, {worst} cycles");
 }
 
+/// From the Mega's memory, where a path is a few hundred runs: two motors at 4,800 steps/s along
+/// it, with turns, a pause, feeds and new ends on the way.
 #[test]
-fn lines_and_arcs_are_refused() {
-    refuses("cycles", "feed", "a board plays no line and no arc", "stepwright line --port");
-    // It begins with a home.
-    match board() {
-        Board::Uno => refuses("cycles", "drawing", "a uno has no room for homing", "on a Mega"),
-        Board::Mega => refuses("cycles", "drawing", "no line and no arc", "stepwright line"),
+fn lines_and_arcs_play_as_on_the_virtual_board() {
+    if board() == Board::Uno {
+        refuses("cycles", "feed", "a uno has no room for lines and arcs", "stepwright line --port");
+        return refuses("cycles", "drawing", "a uno has no room for homing", "on a Mega");
     }
+    agrees(&example("feed"), &["X", "Y"], &shield()[..2], Vec::new(), BESIDE_TURNS);
+    // The drawing from where it stands: homing is another test's.
+    let text = fs::read_to_string(example("drawing")).unwrap();
+    let lines = text.lines().filter(|line| !line.starts_with("switch-min"));
+    let text: Vec<_> = lines.filter(|line| !line.starts_with("home = ")).collect();
+    let text = text.join("\n").replace("[[cycle]]\n\n[[cycle]]", "[[cycle]]");
+    let file = written("drawing", &text);
+    agrees(&file, &["X", "Y"], &shield()[..2], Vec::new(), BESIDE_TURNS);
+}
+
+/// More runs than the memory keeps; nearer steps than the board plays.
+#[test]
+fn paths_too_long_or_too_fast_are_refused() {
+    if board() == Board::Uno {
+        return;
+    }
+    let arc = |degrees: u32, speed: u32| {
+        let motor =
+            |name| format!("[[motor]]\nname = {name:?}\nstep = 1\nsmallest-delay-us = 100\n");
+        let arc = format!(
+            "[[cycle]]\narc = {{ motors = [\"X\", \"Y\"], centre = [900, 0], degrees = {degrees}, \
+             speed = {speed}, accel = 20_000 }}\n"
+        );
+        motor("X") + &motor("Y") + &arc
+    };
+    let file = written("long-path", &arc(1440, 3_000));
+    refuses_file("cycles", &file, "runs, and a mega keeps 400", "make two cycles of it");
+    // No step may be late; or some may.
+    let file = written("late-path", &arc(90, 3_000));
+    refuses_file("cycles", &file, "delays of at least 1500 µs", "timing = \"ignore\"");
+    let late = "[strategies]\ntiming = \"ignore\"\n";
+    let file = written(
+        "fast-path",
+        &(late.to_owned()
+            + &arc(90, 12_000).replace("20_000", "90_000").replace("us = 100", "us = 50")),
+    );
+    refuses_file("cycles", &file, "too fast for this board", "at least 200 µs");
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod steps;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
@@ -20,7 +21,7 @@ use crate::program::{CONTROLLER, Program};
 use crate::rig;
 use crate::workspace::{self, Workspace};
 use chip::{Ended, SimChip, command, typed};
-use cycles::{PAUSE, worst_of_cycles};
+use cycles::{PAUSE, homes, worst_of_cycles};
 use dump::Dump;
 use steps::{Step, first, levels, worst, worst_of_levels, worst_of_runs, worst_of_ways};
 
@@ -74,6 +75,9 @@ const SHIELD: [[&str; 2]; 3] = [["D2", "D5"], ["D3", "D6"], ["D4", "D7"]];
 /// What the motor shield's directions are on.
 const COILS: [&str; 2] = ["D12", "D13"];
 const XYZ: &[[&str; 3]] = &[["X", "D2", "D5"], ["Y", "D3", "D6"], ["Z", "D4", "D7"]];
+const XY: &[[&str; 3]] = &[XYZ[0], XYZ[1]];
+/// `drawing.toml` homes X from 30 mm to its switch at -5 mm, in steps of 12.5 µm.
+const DRAWING: How = How::Cycles(XY, &["1:-2800"]);
 /// `calibrate.toml` says where they close, from 50 mm on, in steps of 12.5 µm.
 const CALIBRATE: How = How::Cycles(&[["X", "D2", "D5"]], &["1:-3000", "1:13600@D12"]);
 const SERIES: How = How::Cycles(
@@ -131,7 +135,13 @@ const CASES: &[Case] = &[
     ),
     case(Uno, "cycles", "cycle examples/cycles/series.toml", Refused("moves 3 motors"), 0.0),
     case(Uno, "cycles", "cycle examples/cycles/drawing.toml", Refused("no room for homing"), 0.0),
-    case(Uno, "cycles", "cycle examples/cycles/feed.toml", Refused("no line and no arc"), 0.0),
+    case(
+        Uno,
+        "cycles",
+        "cycle examples/cycles/feed.toml",
+        Refused("no room for lines and arcs"),
+        0.0,
+    ),
     case(Uno, "timed", "timed --case 1 --latched", Timed { whole: true }, TIMED),
     case(Uno, "timed", "timed --case 2 --latched", Timed { whole: false }, TIMED),
     case(Uno, "timed", "timed --case 3 --latched", Timed { whole: true }, TIMED),
@@ -141,7 +151,8 @@ const CASES: &[Case] = &[
     case(Mega, "laws", "move 500 --law piecewise --top-speed 450 --accel 900", Travel(1), LAW),
     case(Mega, "cycles", "cycle examples/cycles/series.toml", SERIES, TURNS),
     case(Mega, "cycles", "cycle examples/cycles/triangle.toml", Cycles(XYZ, &[]), CYCLE),
-    case(Mega, "cycles", "cycle examples/cycles/drawing.toml", Refused("no line and no arc"), 0.0),
+    case(Mega, "cycles", "cycle examples/cycles/drawing.toml", DRAWING, TURNS),
+    case(Mega, "cycles", "cycle examples/cycles/feed.toml", Cycles(XY, &[]), TURNS),
     case(Mega, "timed", "timed --speed 2000 --steps 4000", Timed { whole: true }, TIMED),
 ];
 
@@ -287,10 +298,11 @@ impl Case {
                 worst_edge(worst_of_levels(&real, &ideal, *whole)?)
             }
             Cycles(motors, _) => {
+                let text = fs::read_to_string(ws.root.join(words[1]))?;
                 let real = motors.iter().map(|[_, step, dir]| steps::steps(real, step, dir));
                 let real: Vec<_> = real.collect::<Result<_>>()?;
                 let names: Vec<_> = motors.iter().map(|[name, ..]| *name).collect();
-                let (edge, paused) = worst_of_cycles(&real, &ended.text, &names)?;
+                let (edge, paused) = worst_of_cycles(&real, &ended.text, &names, &homes(&text))?;
                 Ok(Worst { edge, paused })
             }
             Refused(_) => Ok(Worst::default()),

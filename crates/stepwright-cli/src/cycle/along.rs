@@ -98,7 +98,10 @@ pub fn along(
         }
     }
     let moves = axes.into_iter().zip(path.moving).zip(steps).filter(|((_, moving), _)| *moving);
-    Ok(moves.map(|((motor, _), steps)| Move::paced(motor, at.clone(), steps)).collect())
+    let least = |motor: u8| plan.rate.micros(plan.motors[usize::from(motor)].smallest_delay);
+    let moves =
+        moves.map(|((motor, _), steps)| Move::paced(motor, at.clone(), steps, least(motor)));
+    Ok(moves.collect())
 }
 
 /// A path of no length: nobody moves, and there is nothing to change.

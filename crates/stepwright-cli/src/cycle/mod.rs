@@ -166,11 +166,11 @@ fn title(file: &Path) -> String {
 
 /// Plays it on a board.
 fn on_board(args: &Args, path: &Path, plan: &mut plan::Plan, text: &Text) -> Result<(), Failure> {
-    let stages = std::mem::take(&mut plan.stages);
+    let mut stages = std::mem::take(&mut plan.stages);
     let board = Board::meet(Box::new(SerialLink::open(path, args.baud, Share::Alone)?))?;
     interrupt::listen(While::Holding)?;
     let mut session = RemoteSession::new(board, plan, text, args.format, args.limit);
-    let played = session.play(&stages);
+    let played = session.play(&mut stages);
     if args.format == Format::Json {
         say::result(session.json());
     }

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use stepwright::{OutOfRange, Rate};
+use stepwright::{OutOfRange, Rate, Ticks};
 use stepwright_cycle::line::LineProgram;
 use stepwright_cycle::{
     Calibration, Clock, DelayRamp, End, Homing, Leg, Motor, Program, Strategies,
@@ -94,13 +94,14 @@ enum Does {
     List(Vec<u32>, u32, bool),
     Series(Vec<Leg>),
     Ramp(Option<u32>, bool, DelayRamp),
-    Paced(Steps),
+    /// Steps of a path, and the smallest delay of their motor, in ticks.
+    Paced(Steps, Ticks),
 }
 
 impl Move {
     /// Steps along a path.
-    pub fn paced(motor: u8, at: Range<usize>, steps: Steps) -> Move {
-        Move { motor, at, calibration: Calibration::None, does: Does::Paced(steps) }
+    pub fn paced(motor: u8, at: Range<usize>, steps: Steps, least: Ticks) -> Move {
+        Move { motor, at, calibration: Calibration::None, does: Does::Paced(steps, least) }
     }
 
     /// For the cycle.
@@ -112,33 +113,41 @@ impl Move {
                 Program::List { delays, each: *each, forward: *forward }
             }
             Does::Series(legs) => Program::Series(legs),
-            Does::Paced(steps) => Program::Paced(steps),
+            Does::Paced(steps, _) => Program::Paced(steps),
             &mut Does::Ramp(steps, forward, ramp) => Program::Ramp { steps, forward, ramp },
         }
     }
 
     /// For a line to a board, whose legs are put behind those that there are. `None`: it is no
     /// program of a line.
-    pub fn line(&self, legs: &mut Vec<Leg>) -> Option<LineProgram> {
+    pub fn line(&mut self, legs: &mut Vec<Leg>) -> Option<LineProgram> {
         let first = u16::try_from(legs.len()).ok()?;
-        match &self.does {
-            &Does::Steps(count, delay) => return Some(LineProgram::Steps { count, delay }),
-            &Does::Whirl(forward, delay) => return Some(LineProgram::Whirl { forward, delay }),
-            &Does::Ramp(steps, forward, ramp) => {
+        match &mut self.does {
+            &mut Does::Steps(count, delay) => return Some(LineProgram::Steps { count, delay }),
+            &mut Does::Whirl(forward, delay) => return Some(LineProgram::Whirl { forward, delay }),
+            &mut Does::Ramp(steps, forward, ramp) => {
                 return Some(LineProgram::Ramp { steps, forward, ramp });
             }
-            Does::Series(series) => legs.extend(series),
+            Does::Series(series) => legs.extend(series.iter()),
             Does::List(delays, each, forward) => {
                 let count = i32::try_from(*each).ok()?;
                 let count = if *forward { count } else { -count };
-                legs.extend(delays.iter().map(|delay| Leg::Steps { count, delay: *delay }));
+                legs.extend(delays.iter().map(|&delay| Leg::Steps { count, delay }));
             }
-            Does::Paced(_) => return None,
+            Does::Paced(steps, least) => {
+                // One that is paused for ever has no last step.
+                steps.law().end()?;
+                let error = steps.rate().micros(RUN_ERROR);
+                legs.extend(stepwright_path::legs(steps, error, *least));
+            }
         }
         let count = u16::try_from(legs.len() - usize::from(first)).ok()?;
         Some(LineProgram::Legs { first, count })
     }
 }
+
+/// Of a step of a path on a board, in µs: 1 % of an interval of 0.2 ms.
+const RUN_ERROR: u32 = 2;
 
 /// What is wrong with a cycle of several kinds.
 const ONE: &str = "a cycle has either moves, or a line, or an arc, or a home";

@@ -7,9 +7,10 @@ use std::ops::Range;
 use std::time::Duration;
 
 use stepwright_cycle::line::{CycleLine, CycleReport, LineAct, LineFault, MotorPins, MotorReport};
-use stepwright_cycle::{Clock, Faults, Leg, Motor, Refusal, Status};
+use stepwright_cycle::{AtTiming, Clock, Faults, Leg, Motor, Refusal, Status};
 
 use super::Format;
+use super::along::along;
 use super::pins::Pins;
 use super::plan::{Act, Plan, Stage, Task, Timed};
 use super::port::Board;
@@ -60,7 +61,7 @@ impl<'p> RemoteSession<'p> {
     }
 
     /// Plays all cycles. Whatever comes of it, no motor is left moving.
-    pub fn play(&mut self, stages: &[Stage]) -> Result<(), Failure> {
+    pub fn play(&mut self, stages: &mut [Stage]) -> Result<(), Failure> {
         self.check(stages)?;
         let report = self.board.look()?;
         if report.running {
@@ -75,7 +76,7 @@ impl<'p> RemoteSession<'p> {
         let report = self.board.look()?;
         self.print(&report);
         let mut result = Ok(());
-        for (n, stage) in stages.iter().enumerate() {
+        for (n, stage) in stages.iter_mut().enumerate() {
             result = self.stage(n + 1, stage);
             if let Err(failure) = &result {
                 // The line may be what has failed.
@@ -93,7 +94,7 @@ impl<'p> RemoteSession<'p> {
     }
 
     /// That the board can do all of it, before anything moves.
-    fn check(&self, stages: &[Stage]) -> Result<(), Failure> {
+    fn check(&self, stages: &mut [Stage]) -> Result<(), Failure> {
         let (board, called) = (&self.board, self.board.called());
         let (has, name) = (self.plan.names.len(), &board.name);
         if has > board.motors {
@@ -122,14 +123,14 @@ impl<'p> RemoteSession<'p> {
                  or play it on a Mega",
             ));
         }
-        for (n, stage) in stages.iter().enumerate() {
+        for (n, stage) in stages.iter_mut().enumerate() {
             match stage.task {
-                Task::Line(..) | Task::Arc(..) => {
-                    let what = "a board plays no line and no arc: these are planned on a host";
+                Task::Line(..) | Task::Arc(..) if !board.can("paths") => {
+                    let what = format_args!("a {name} has no room for lines and arcs");
                     return Err(self
                         .text
                         .blame(stage.at.clone(), what)
-                        .hint("`stepwright line --port` moves the controller along a line"));
+                        .hint("play it on a Mega; `stepwright line --port` moves the controller of either along a line"));
                 }
                 Task::Home(_) if !board.can("home") => {
                     let what = format_args!("a {name} has no room for homing");
@@ -141,7 +142,7 @@ impl<'p> RemoteSession<'p> {
                 _ => {}
             }
             let mut legs = Vec::new();
-            for part in &stage.moves {
+            for part in &mut stage.moves {
                 if part.line(&mut legs).is_none() {
                     let what = "each is 1 to 2147483647 on a board";
                     return Err(self.text.blame(part.at.clone(), what));
@@ -199,16 +200,36 @@ impl<'p> RemoteSession<'p> {
         Ok(())
     }
 
-    fn stage(&mut self, number: usize, stage: &Stage) -> Result<(), Failure> {
+    fn stage(&mut self, number: usize, stage: &mut Stage) -> Result<(), Failure> {
         self.say(CycleLine::New)?;
         let mut spans = Vec::new();
         let mut legs: Vec<Leg> = Vec::new();
         let mut lines = Vec::new();
-        for part in &stage.moves {
+        if matches!(stage.task, Task::Line(..) | Task::Arc(..)) && !self.plan_path(number, stage)? {
+            return self.stand(stage.rest);
+        }
+        for part in &mut stage.moves {
             spans.push((part.motor, part.at.clone()));
-            if let Some(program) = part.line(&mut legs) {
-                lines.push(CycleLine::Prepare(part.motor, part.calibration, program));
-            }
+            let Some(program) = part.line(&mut legs) else {
+                let what = "a path that stays paused has no end, and a board plays it to its end";
+                return Err(self
+                    .text
+                    .blame(part.at.clone(), what)
+                    .hint("give resume-s or finish-s"));
+            };
+            lines.push(CycleLine::Prepare(part.motor, part.calibration, program));
+        }
+        if legs.len() > self.board.legs {
+            let what = format_args!(
+                "the path of cycle {number} is {} runs, and a {} keeps {}",
+                legs.len(),
+                self.board.name,
+                self.board.legs
+            );
+            return Err(self
+                .text
+                .blame(stage.at.clone(), what)
+                .hint("make two cycles of it: each begins and ends at rest"));
         }
         for (place, leg) in (0u16..).zip(&legs) {
             self.say(CycleLine::Leg(place, *leg))?;
@@ -281,6 +302,23 @@ impl<'p> RemoteSession<'p> {
         self.stand(stage.rest)
     }
 
+    /// Plans a path from where the motors stand; false if they are at its end already.
+    fn plan_path(&mut self, number: usize, stage: &mut Stage) -> Result<bool, Failure> {
+        let report = self.board.look()?;
+        let positions = self.positions(&report);
+        let Stage { task, moves, acts, at, .. } = stage;
+        *moves = along(self.plan, self.text, &positions, task, acts, at)?;
+        if moves.is_empty() {
+            if self.told.format == Format::Csv {
+                let time = self.told.micros(self.before);
+                say::result(format_args!("{time},,cycle,start,"));
+                say::result(format_args!("{time},,cycle,end,"));
+            }
+            self.told.nothing(number);
+        }
+        Ok(!moves.is_empty())
+    }
+
     /// Why a cycle did not start, at the line of the motor that was the reason.
     fn refused(
         &self,
@@ -289,7 +327,16 @@ impl<'p> RemoteSession<'p> {
         at: &Range<usize>,
     ) -> Failure {
         let span = spans.iter().find(|(motor, _)| Some(*motor) == refusal.motor());
-        self.told.refused(refusal, span.map_or_else(|| at.clone(), |(_, span)| span.clone()))
+        let at = span.map_or_else(|| at.clone(), |(_, span)| span.clone());
+        let failure = self.told.refused(refusal, at);
+        let ignores = self.plan.strategies.timing == AtTiming::Ignore;
+        match refusal {
+            Refusal::TooFast { .. } if !ignores && self.board.can("paths") => failure.hint(
+                "make it slower; along a line or an arc timing = \"ignore\" under [strategies] \
+                 lets a step come late, and allows 200 µs",
+            ),
+            _ => failure,
+        }
     }
 
     /// Watches the cycle until it is over, and says how it was then.

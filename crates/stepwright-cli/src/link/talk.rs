@@ -76,11 +76,14 @@ impl Talk {
     /// Lets time pass. Nothing is expected from the board.
     pub fn rest(&mut self, time: Duration) -> Result<(), Failure> {
         let end = self.link.now() + time;
-        while self.link.now() < end {
-            let left = end - self.link.now();
+        loop {
+            // Asked once: time goes on between two questions.
+            let left = end.saturating_sub(self.link.now());
+            if left.is_zero() {
+                return Ok(());
+            }
             self.link.read(&mut [0; 32], left).map_err(|error| self.lost(&error))?;
         }
-        Ok(())
     }
 
     /// Asks the board what it is; its answer, which begins with the greeting that is wanted.

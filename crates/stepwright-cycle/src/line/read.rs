@@ -1,5 +1,8 @@
 //! A line is read, and every number of it checked.
 
+#[cfg(feature = "runs")]
+use stepwright::run::Run;
+
 use super::numbers::Numbers;
 use super::{CycleLine, LineAct, LineFault, LineProgram, MotorPins};
 use crate::clock::Clock;
@@ -68,6 +71,11 @@ fn parse(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<Cycle
             };
             CycleLine::Leg(at, leg)
         }
+        #[cfg(feature = "runs")]
+        b'X' => {
+            let at = n.from(0, u32::from(legs).saturating_sub(1))? as u16;
+            CycleLine::Leg(at, planned(n)?)
+        }
         b'U' if HOMES => {
             let number = n.from(1, 255)? as u8;
             let motor = n.upto(motors.saturating_sub(1))?;
@@ -100,6 +108,34 @@ fn parse(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<Cycle
         _ => return None,
     };
     Some(line)
+}
+
+/// A leg of steps that were planned elsewhere, or of a wait.
+#[cfg(feature = "runs")]
+#[inline(never)]
+fn planned(n: &mut Numbers<'_>) -> Option<Leg> {
+    let signed = n.count()?;
+    let Ok(count) = u16::try_from(signed.unsigned_abs()) else {
+        return n.range(-i64::from(u16::MAX), u16::MAX.into());
+    };
+    // A wait of half the range of ticks, which no player takes for one that is over.
+    let most = (1 << 47) - 1;
+    let interval = n.next()?;
+    if !(0..=most).contains(&interval) {
+        return n.range(0, most);
+    }
+    let growth = n.count()?;
+    let last = i64::from(growth).wrapping_mul(count.saturating_sub(1).into());
+    if count > 1 && !(0..=most).contains(&interval.wrapping_add(last)) {
+        let parts = i64::from(count.wrapping_sub(1));
+        return n.range(-(interval / parts), (most - interval) / parts);
+    }
+    let forward = signed >= 0;
+    let run = match count {
+        0 => Run::turn((interval >> 16) as u32, forward),
+        count => Run::new(interval as u64, growth, count),
+    };
+    Some(Leg::Run { run, forward })
 }
 
 #[inline(never)]

@@ -2,6 +2,8 @@ extern crate std;
 use std::format;
 use std::string::ToString;
 
+use stepwright::run::Run;
+
 use super::*;
 use crate::Clock;
 use crate::homing::Homing;
@@ -12,6 +14,10 @@ use crate::strategy::{
 };
 
 const RAMP: DelayRamp = DelayRamp { from: 3_000, to: 600, by: 10 };
+
+fn planned(interval: u64, growth: i32, count: u16, forward: bool) -> Leg {
+    Leg::Run { run: Run::new(interval, growth, count), forward }
+}
 
 fn lines() -> std::vec::Vec<CycleLine> {
     let motor = Motor::new(7_500, 1_000).braking(u32::MAX).inverted();
@@ -28,6 +34,10 @@ fn lines() -> std::vec::Vec<CycleLine> {
         CycleLine::Position(1, -5_000_000_000),
         CycleLine::Leg(0, Leg::Steps { count: i32::MIN, delay: 900 }),
         CycleLine::Leg(23, Leg::Wait { count: u32::MAX, delay: u32::MAX }),
+        CycleLine::Leg(1, planned(4_095 << 16 | 0x8001, -0x1_8000, 2_047, true)),
+        CycleLine::Leg(2, planned((1 << 47) - 1, i32::MIN, 1, false)),
+        CycleLine::Leg(3, planned(1 << 46, 1 << 20, u16::MAX, false)),
+        CycleLine::Leg(4, Leg::Run { run: Run::turn(1 << 30, true), forward: true }),
         CycleLine::Start(255),
         CycleLine::Home(7, Homing::new(2, End::Max, 20_000, 200).delays(200, 2_000)),
     ];
@@ -98,6 +108,13 @@ fn a_number_out_of_range_is_refused_with_what_is_allowed() {
         ("G0", 1, 1, 255),
         ("G100", 1, 1, 255),
         ("U1,3,0,0,0,0,0", 2, 0, 2),
+        ("X18,1,1,0", 1, 0, 23),
+        ("X0,10000,1,0", 2, -65_535, 65_535),
+        ("X0,1,-1,0", 3, 0, (1 << 47) - 1),
+        ("X0,1,800000000000,0", 3, 0, (1 << 47) - 1),
+        ("X0,1,1,80000000", 4, i32::MIN.into(), i32::MAX.into()),
+        // Ten intervals down from 900.
+        ("X0,B,384,-5B", 4, -90, ((1 << 47) - 1 - 900) / 10),
     ] {
         let fault = LineFault::Range { number, least, most };
         assert_eq!(CycleLine::read(line.as_bytes(), 3, 24), Err(fault), "{line}");

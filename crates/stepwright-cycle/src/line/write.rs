@@ -101,6 +101,12 @@ impl fmt::Display for CycleLine {
             CycleLine::Leg(at, Leg::Wait { count, delay }) => {
                 write(f, 'B', &[at.into(), count.into(), delay.into()])
             }
+            #[cfg(feature = "runs")]
+            CycleLine::Leg(at, Leg::Run { run, forward }) => {
+                let count = i64::from(run.count());
+                let count = if forward { count } else { -count };
+                write(f, 'X', &[at.into(), count, run.interval() as i64, run.add().into()])
+            }
             CycleLine::Act(act, ticks) => {
                 let ticks = i64::try_from(ticks).unwrap_or(i64::MAX);
                 write(f, 'T', &[act as i64, ticks])

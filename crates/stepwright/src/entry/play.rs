@@ -50,6 +50,14 @@ impl Play {
         (self.events, self.left, self.groups) = (events, events, 1);
     }
 
+    /// 1 … 65535 events whose waits differ by `growth` from one to the next: one of `pins`, the
+    /// others of `then`.
+    #[inline(always)]
+    pub(crate) fn grow(&mut self, pins: u8, then: u8, wait: u32, growth: i32, count: u16) {
+        (self.pins, self.then, self.wait, self.growth) = (pins, then, wait, growth as u32);
+        (self.events, self.left, self.groups) = (1, 1, count.into());
+    }
+
     /// Passes over the next event, if it is that of before and not its group's last.
     #[inline(always)]
     pub(crate) fn again(&mut self) -> bool {
@@ -86,9 +94,13 @@ impl Play {
         some
     }
 
-    /// Events left of the present group.
+    /// Events left of the present group, or groups of one event.
     pub(crate) fn left(&self) -> u16 {
-        if self.groups == 0 { 0 } else { self.left }
+        match (self.groups, self.events) {
+            (0, _) => 0,
+            (groups, 1) => groups as u16,
+            _ => self.left,
+        }
     }
 }
 

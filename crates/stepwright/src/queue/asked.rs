@@ -34,6 +34,10 @@ pub enum Taken {
 /// Called from the step interrupt, once a run: MUST NOT block, and should take
 /// no longer than the shortest run.
 pub trait Feed {
+    /// Whether runs of it have intervals that differ: where none has, the code for them is left
+    /// out.
+    const GROWS: bool = true;
+
     /// The next run.
     fn take(&mut self) -> Taken;
 
@@ -122,13 +126,38 @@ impl<F: Feed> Asked<F> {
             (self.run.count, self.due) = (1, Due::Pins);
             return play.set(STEP, ticks << 16 | Ticks::from(part), count.wrapping_sub(1));
         }
-        if add == 0 {
+        if add == 0 || !F::GROWS {
             // Step by step, as its interval is long.
             (self.run.count, self.wait, self.due) = (count.wrapping_sub(1), ticks, Due::Wait);
         } else {
             self.grow();
         }
         play.set(STEP, 0, 1);
+    }
+
+    /// The run's first wait and all its steps but the last in one entry, if both ends of it are
+    /// near: a small chip is not asked at each step.
+    #[inline(always)]
+    fn whole(&mut self, play: &mut Play) -> Option<()> {
+        let Run { ticks, part, count, add } = self.run;
+        if ticks >= NEAR || count < 2 || add == 0 {
+            return None;
+        }
+        // Products of 16 bits, which a small chip has.
+        let (by, steps) = (add.unsigned_abs(), u32::from(count.wrapping_sub(1)));
+        let high = (by >> 16).wrapping_mul(steps);
+        if high >= NEAR {
+            return None;
+        }
+        let way = (high << 16).wrapping_add((by & 0xFFFF).wrapping_mul(steps));
+        let first = ticks << 16 | Ticks::from(part);
+        let last = if add < 0 { first.checked_sub(way)? } else { first.checked_add(way)? };
+        if last >> 16 >= NEAR || last >> 16 == 0 {
+            return None;
+        }
+        play.grow(0, STEP, first, add, count);
+        (self.run.count, self.due) = (1, Due::Pins);
+        Some(())
     }
 
     /// The run without its first step.
@@ -152,7 +181,12 @@ impl<F: Feed> Source for Asked<F> {
             Due::Wait => {}
             Due::Nothing => {
                 match self.feed.take() {
-                    Taken::Run(run) => (self.run, self.wait) = (run, run.ticks),
+                    Taken::Run(run) => {
+                        (self.run, self.wait) = (run, run.ticks);
+                        if F::GROWS && self.whole(play).is_some() {
+                            return Loaded::Entry;
+                        }
+                    }
                     Taken::Late => return Loaded::Late,
                     Taken::End => return Loaded::End,
                 }

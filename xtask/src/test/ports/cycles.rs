@@ -10,6 +10,10 @@ const MICRO: f64 = 16.0;
 /// The largest difference of a step behind a pause, which the main loop begins and ends: 1 ms.
 pub const PAUSE: f64 = 16_000.0;
 
+/// The most that a part of a homing begins late in all: the main loop comes to it between two
+/// bytes of its answers, three times.
+const PARTS: f64 = 240_000.0;
+
 /// A cycle of the virtual board: the steps of each motor, and when it was paused and resumed.
 struct Segment {
     steps: Vec<Vec<Step>>,
@@ -45,11 +49,38 @@ fn segments(csv: &str, names: &[&str]) -> Result<Vec<Segment>> {
     Ok(all)
 }
 
-/// The largest difference of a step, and of one behind a pause, in cycles.
+/// Which cycles of a file are homings.
+pub fn homes(file: &str) -> Vec<bool> {
+    file.split("[[cycle]]").skip(1).map(|cycle| cycle.trim_start().starts_with("home =")).collect()
+}
+
+/// The parts of a homing: there, back, there again. The main loop begins each, so it counts from
+/// its own first step; the largest difference of a step.
+fn worst_of_homing(real: &[Step], ideal: &[Step], begun: (f64, f64)) -> Result<f64> {
+    ensure!(real.len() == ideal.len(), "{} steps instead of {}", real.len(), ideal.len());
+    let (mut at, mut edge) = (0, 0f64);
+    for part in ideal.chunk_by(|a, b| a.forward == b.forward) {
+        let real = &real[at..at + part.len()];
+        at += part.len();
+        let own = (real[0].time, part[0].time);
+        let late = (own.0 - begun.0) - (own.1 - begun.1);
+        ensure!(late.abs() <= PARTS, "a part of the homing begins {late:.0} cycles late");
+        edge = edge.max(worst(real, part, own)?);
+    }
+    Ok(edge)
+}
+
+/// The largest difference of a step, and of one behind a pause, in cycles. `homes` says which
+/// cycles are homings.
 ///
 /// # Errors
 /// There are more or fewer steps, or one leads another way.
-pub fn worst_of_cycles(real: &[Vec<Step>], csv: &str, names: &[&str]) -> Result<(f64, f64)> {
+pub fn worst_of_cycles(
+    real: &[Vec<Step>],
+    csv: &str,
+    names: &[&str],
+    homes: &[bool],
+) -> Result<(f64, f64)> {
     let segments = segments(csv, names)?;
     let mut done = vec![0; names.len()];
     let (mut all, mut paused) = (0f64, 0f64);
@@ -65,6 +96,10 @@ pub fn worst_of_cycles(real: &[Vec<Step>], csv: &str, names: &[&str]) -> Result<
         }
         let begun = (first(&made), first(&segment.steps));
         for (made, ideal) in made.iter().zip(&segment.steps) {
+            if homes.get(n) == Some(&true) {
+                all = all.max(worst_of_homing(made, ideal, begun)?);
+                continue;
+            }
             let before = ideal.partition_point(|step| step.time <= segment.resumed);
             all = all.max(worst(&made[..before], &ideal[..before], begun)?);
             // One that is due in the moment of the pause may be made before it.
@@ -98,17 +133,32 @@ mod tests {
     #[test]
     fn each_cycle_counts_from_its_first_step() {
         let real = [at(&[1000.0, 1100.5, 5993.0], true), at(&[9000.0], false)];
-        let (all, paused) = worst_of_cycles(&real, CSV, &["X", "Y"]).unwrap();
+        let worst_of = |real: &[Vec<Step>]| worst_of_cycles(real, CSV, &["X", "Y"], &[]);
+        let (all, paused) = worst_of(&real).unwrap();
         assert_eq!((all, paused), (8.0, 48.0));
         let short = [real[0][..2].to_vec(), real[1].clone()];
-        assert!(worst_of_cycles(&short, CSV, &["X", "Y"]).is_err());
+        assert!(worst_of(&short).is_err());
         let long = [real[0].clone(), at(&[9000.0, 9001.0], false)];
-        assert!(worst_of_cycles(&long, CSV, &["X", "Y"]).is_err());
+        assert!(worst_of(&long).is_err());
         let turned = [real[0].clone(), at(&[9000.0], true)];
-        assert!(worst_of_cycles(&turned, CSV, &["X", "Y"]).is_err());
+        assert!(worst_of(&turned).is_err());
         // Due as the pause begins: made before it, or far too early.
         let before = |us| [at(&[1000.0, 1100.0, us], true), real[1].clone()];
-        let paused = |us| worst_of_cycles(&before(us), CSV, &["X", "Y"]).unwrap().1;
+        let paused = |us| worst_of(&before(us)).unwrap().1;
         assert_eq!((paused(1111.0), paused(2300.0)), (0.0, 3690.0 * MICRO));
+    }
+
+    #[test]
+    fn the_parts_of_a_homing_count_from_their_own_first_steps() {
+        assert_eq!(homes("[[motor]]\n[[cycle]]\nhome = {}\n[[cycle]]\nline = {}"), [true, false]);
+        let csv = "time_us,motor,event,value,position\n0,,cycle,start,\n100,X,step,1,0\n\
+            200,X,step,1,0\n210,X,dir,1,0\n300,X,step,1,0\n400,X,step,1,0\n500,,cycle,end,\n";
+        let worst_of = |back: f64| {
+            let there = at(&[1000.0, 1100.0], false);
+            let real = [there, at(&[1200.0 + back, 1303.0 + back], true)].concat();
+            worst_of_cycles(&[real], csv, &["X"], &[true])
+        };
+        assert_eq!(worst_of(4_000.0).unwrap(), (48.0, 0.0));
+        assert!(worst_of(16_000.0).is_err());
     }
 }

@@ -14,7 +14,7 @@ use crate::cycle::plan;
 use crate::link::Link;
 
 const UNO: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=24 can=";
-const MEGA: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick";
+const MEGA: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths";
 const CONTROLLER: &str = "stepwright 1 16000000 3";
 
 type Host = CycleBoard<'static, Vec<Edge>, 4>;
@@ -106,10 +106,10 @@ impl Link for Chip {
 fn play(about: &'static str, noise: usize, file: &str) -> Result<Vec<i64>, Failure> {
     let text = Text::of(file);
     let mut plan = plan::read(&text)?;
-    let stages = std::mem::take(&mut plan.stages);
+    let mut stages = std::mem::take(&mut plan.stages);
     let board = Board::meet(Box::new(Chip::new(about, noise)))?;
     let mut session = RemoteSession::new(board, &plan, &text, Format::Json, 60);
-    session.play(&stages)?;
+    session.play(&mut stages)?;
     Ok(session.shown.clone().unwrap())
 }
 
@@ -179,7 +179,7 @@ fn what_a_board_can_not_do_is_refused() {
     refused(UNO, &file(1, home), "no room for homing");
     refused(MEGA, &file(1, home), "the switch was not found");
     let line = "[[cycle]]\nline = { to = { A = 10 }, speed = 100, accel = 1000 }\n";
-    refused(MEGA, &file(1, &format!("{GO}{line}")), "a board plays no line and no arc");
+    refused(UNO, &file(1, &format!("{GO}{line}")), "a uno has no room for lines and arcs");
     let long = vec!["900"; 25].join(",");
     let list = format!("[[cycle]]\nmove.A = {{ delays-us = [{long}] }}\n");
     let what = "cycle 1 has 25 delays and legs of series so far, and a uno keeps 24";
@@ -210,4 +210,41 @@ fn pins_are_looked_up() {
     // A fourth motor has no pins of a shield.
     let four = file(4, GO);
     refused(MEGA, &four, "a board has to know its pin: step");
+}
+
+/// To the nearest step, from wherever the motors stand then.
+#[test]
+fn paths_play_from_where_the_motors_stand() {
+    let line =
+        |to: &str| format!("[[cycle]]\nline = {{ to = {{ {to} }}, speed = 900, accel = 3000 }}\n");
+    let arc = "[[cycle]]\narc = { motors = [\"A\", \"B\"], centre = [0, 0], degrees = 90, \
+               speed = 900, accel = 3000 }\n";
+    let all = format!("{GO}{}{}{arc}", line("A = 300"), line("B = 0"));
+    assert_eq!(play(MEGA, 0, &file(2, &all)).unwrap(), [0, 300]);
+    assert_eq!(play(MEGA, 97, &file(2, &all)).unwrap(), [0, 300]);
+    // Changes on the way are in the runs.
+    let changed = "[[cycle]]\nline = { to = { A = 500, B = 100 }, speed = 900, accel = 3000 }\n\
+                   pause-s = 0.2\nresume-s = 0.9\nfeed = [{ at-s = 0.1, percent = 50 }]\n\
+                   retarget = [{ at-s = 1.1, to = { A = -40, B = 20 } }]\n";
+    assert_eq!(play(MEGA, 0, &file(2, changed)).unwrap(), [-40, 20]);
+    // No way at all.
+    assert_eq!(play(MEGA, 0, &file(2, &line("A = 0"))).unwrap(), [0, 0]);
+}
+
+#[test]
+fn a_path_that_a_board_can_not_keep_is_refused() {
+    let arc = |radius: u32, speed: u32| {
+        let centre = format!("[{radius}, 0]");
+        let path = format!(
+            "[[cycle]]\narc = {{ motors = [\"A\", \"B\"], centre = {centre}, degrees = 3600, \
+             speed = {speed}, accel = 3000 }}\n"
+        );
+        file(2, &path)
+    };
+    let failure = play(MEGA, 0, &arc(300, 900)).expect_err("ten times round");
+    let message = failure.message();
+    assert!(message.contains("the path of cycle 1 is "), "{message}");
+    assert!(message.contains(" runs, and a mega keeps 400"), "{message}");
+    let quick = arc(20, 900).replace("smallest-delay-us = 500", "smallest-delay-us = 5000");
+    refused(MEGA, &quick, "too fast for A, whose smallest delay is 5000 µs");
 }

@@ -1,0 +1,58 @@
+//! A program while its motor brakes.
+
+use super::{BRAKES, Brake, Faults, PACED, ProgramRunner, Stage, Taken};
+use stepwright::run::Run;
+
+impl ProgramRunner<'_> {
+    /// Begins to brake, with `left` steps of its run to make, of which the next one
+    /// will be. False if it stands at once.
+    pub(crate) fn brake(&mut self, left: u16) -> bool {
+        if BRAKES && (self.rolling || left < self.handed) {
+            self.brake = Brake::new(self.beat.hz(), self.interval(left), self.motor.decel);
+        }
+        self.is_braking()
+    }
+
+    /// From step to step by its program, this many steps before the next one to be handed out,
+    /// in 2⁻¹⁶ ticks.
+    #[cfg_attr(not(feature = "runs"), allow(unused_variables))] // steps of a leg are even
+    fn interval(&self, back: u16) -> u64 {
+        let ticks = match self.stage {
+            #[cfg(feature = "runs")]
+            Stage::Run => self.fine(back) >> 16,
+            _ if PACED && self.reader.has_own_paces() => u64::from(self.own),
+            _ => self.beat.ticks(self.delay),
+        };
+        ticks.min(1 << 31) << 16
+    }
+
+    /// The interval before the next step of its program, in 2⁻¹⁶ ticks, while it
+    /// brakes; `None` if it makes that no more.
+    pub(super) fn slower(&mut self) -> Option<u64> {
+        let interval = self.interval(0);
+        let brake = self.brake.as_mut()?;
+        // Where the program turns it stands.
+        if self.forward == self.facing { brake.next(interval) } else { None }
+    }
+
+    /// The next step by deadlines while it brakes.
+    pub(super) fn brake_on(&mut self) -> Taken {
+        let Some(interval) = self.slower() else {
+            self.end();
+            return Taken::End;
+        };
+        self.heading = Some(self.forward);
+        if self.room(1) == 0 {
+            return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
+        }
+        let before = match self.stage {
+            Stage::Pace => self.before,
+            _ => 0,
+        };
+        if self.stage == Stage::Pace {
+            self.stage = Stage::Leg;
+        }
+        self.plan(1);
+        Taken::Run(Run::new(interval.saturating_sub(u64::from(before) << 16), 0, 1))
+    }
+}

@@ -23,8 +23,18 @@ pub struct Digits {
 impl Digits {
     /// Those of `number`.
     pub fn of(number: u32) -> Digits {
-        const UNITS: &[u32] =
-            &[1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
+        const UNITS: &[u32] = &[
+            1_000_000_000,
+            100_000_000,
+            10_000_000,
+            1_000_000,
+            100_000,
+            10_000,
+            1_000,
+            100,
+            10,
+            1,
+        ];
         Digits { rest: number, units: UNITS.iter(), begun: false }
     }
 }

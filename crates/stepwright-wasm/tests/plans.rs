@@ -138,7 +138,12 @@ proptest! {
         if planner.plan(PlanLaw::ALL[law], &order).is_ok() {
             let figures = planner.figures();
             prop_assert_eq!(figures.pulses, f64::from(order.steps));
-            prop_assert!(figures.error <= 1.0 + figures.ticks * 1e-12, "{:?}", figures);
+            // The listing rounds each delay by itself; the others carry what they round.
+            let most = match PlanLaw::ALL[law] {
+                PlanLaw::AustinFixed => figures.pulses / 2.0,
+                _ => 1.0 + figures.ticks * 1e-12,
+            };
+            prop_assert!(figures.error <= most, "{:?}", figures);
             prop_assert!(planner.column(PlanColumn::Time).len() <= MOST_POINTS);
             prop_assert!(planner.column(PlanColumn::Time).is_sorted());
         }

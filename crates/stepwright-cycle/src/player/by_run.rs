@@ -74,7 +74,7 @@ impl ProgramRunner<'_> {
         Taken::Run(Run::new(first, self.run.add(), count))
     }
 
-    /// The interval before the next step of the run, or so many steps before that, in 2⁻¹⁶
+    /// The interval before the next step of the run, or `back` steps before that, in 2⁻¹⁶
     /// ticks.
     #[inline(always)] // out of line, a Mega's compiler would pass its fields on the stack
     pub(super) fn fine(&self, back: u16) -> u64 {

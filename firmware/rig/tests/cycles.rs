@@ -468,6 +468,12 @@ fn lines_and_arcs_play_as_on_the_virtual_board() {
     let text = text.join("\n").replace("[[cycle]]\n\n[[cycle]]", "[[cycle]]");
     let file = written("drawing", &text);
     agrees(&file, &["X", "Y"], &shield()[..2], Vec::new(), BESIDE_TURNS);
+    // Where no step may be late: a circle at 600 steps/s.
+    let motor = |name| format!("[[motor]]\nname = {name:?}\nstep = 1\nsmallest-delay-us = 300\n");
+    let arc = "[[cycle]]\narc = { motors = [\"X\", \"Y\"], centre = [200, 0], degrees = 360, \
+               speed = 600, accel = 9_000 }\n";
+    let file = written("circle", &(motor("X") + &motor("Y") + arc));
+    agrees(&file, &["X", "Y"], &shield()[..2], Vec::new(), BESIDE_TURNS);
 }
 
 /// More runs than the memory keeps; nearer steps than the board plays.

@@ -1,7 +1,7 @@
 //! Runs that were planned elsewhere: lines and arcs on a board that has no 64-bit floats.
 //!
 //! A run is handed on whole, for the engine to play by itself; a soft end cuts it, and after a
-//! turn its first step goes alone, as its interval is shorter by the hold time. That its
+//! turn its first step goes alone, as half of its interval is over then. That its
 //! intervals are not too small is seen at the start, for the products of that take a small chip
 //! as long as all the rest.
 
@@ -51,11 +51,14 @@ impl ProgramRunner<'_> {
     /// What is left of the run, as far as a soft end lets it.
     #[inline(always)]
     pub(super) fn by_run(&mut self) -> Taken {
-        if let Some(turn) = self.turn() {
-            return turn;
+        let mut first = self.fine(0);
+        if self.turn().is_some() {
+            // In the middle of the interval, and not as soon as it may be: the step before has
+            // as long to come as any other, before it counts as late.
+            self.gone = self.hold.max((first >> 17) as Ticks);
+            return Taken::Run(Run::turn(self.gone, self.facing));
         }
         self.heading = Some(self.forward);
-        let mut first = self.fine(0);
         let mut count = self.left.min(u16::MAX.into());
         if self.gone != 0 {
             first = first.saturating_sub(u64::from(core::mem::take(&mut self.gone)) << 16);

@@ -4,6 +4,7 @@
 mod rig;
 
 use rig::{HZ, Rig};
+use stepwright::run::Run;
 use stepwright_cycle::{
     AtHardEnd, Calibration, Clock, CycleError, End, Faults, Leg, Motor, Program, Refusal, Status,
     Strategies,
@@ -165,4 +166,26 @@ fn who_is_to_brake_needs_a_deceleration() {
     assert!(said.starts_with("Y is to brake at its switch and has no deceleration"), "{said}");
     rig.run_to(1_000_000);
     assert_eq!((rig.steps_of(0), rig.steps_of(1)), (0, 0));
+}
+
+/// A planned run whose intervals grow is left as even steps are: what was handed out of it and
+/// not made is counted, so its way is as long.
+#[test]
+fn a_planned_run_brakes_like_even_steps() {
+    // Some 10,000 steps/s: the interval grows by a tenth of a tick a step.
+    let run = Run::new((u64::from(HZ) / 10_000) << 16, 6_554, 2_000);
+    let mut rig = rig([M], Clock::Deadlines, AtHardEnd::BrakeMotor);
+    let leg: &'static [Leg] = Box::leak(Box::new([Leg::Run { run, forward: true }]));
+    rig.cycle.prepare(0, Program::Series(leg), PLAIN).unwrap();
+    rig.start();
+    rig.until(20_050);
+    rig.close(0, 1);
+    rig.cycle.look();
+    let before = rig.cycle.trigger(0, End::Max).unwrap() / 3;
+    rig.run_out();
+    let made = rig.steps_of(0);
+    assert!((190..=200).contains(&before), "{before}");
+    // A little slower than 10,000 steps/s there: v²/2a is a little less than 500.
+    assert!((480..=500).contains(&(made - before)), "{}", made - before);
+    assert_eq!(rig.position(0), made * 3);
 }

@@ -227,3 +227,15 @@ fn a_circle_fits_400_legs() {
     let all: usize = steps.into_iter().map(|axis| legs(axis, ERROR, 800).len()).sum();
     assert!((200..=400).contains(&all), "{all}");
 }
+
+/// However evenly they come, steps of either way are legs of their own.
+#[test]
+fn a_turn_ends_a_run() {
+    let step = |n| cycle::Pace::Step { ticks: 5_000, forward: n < 7 };
+    let legs = legs((0..12).map(step), ERROR, 0);
+    let of = |leg: &Leg| match leg {
+        Leg::Run { run, forward } => (run.count(), *forward),
+        leg => panic!("{leg:?}"),
+    };
+    assert_eq!(legs.iter().map(of).collect::<Vec<_>>(), [(7, true), (5, false)]);
+}

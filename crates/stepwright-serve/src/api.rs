@@ -61,7 +61,8 @@ type Answer = Result<Json<Done>, Declined>;
         calc::answer,
         scope::scope,
         scope::as_vcd,
-        scope::as_csv
+        scope::as_csv,
+        scope::as_mcap
     ),
     components(schemas(LiveMessage))
 )]

@@ -21,6 +21,7 @@
 //! | [`report`] | what is told |
 //! | [`calc`] | the calculators |
 //! | [`scope`] | the pins of the last seconds |
+//! | [`mcap`] | levels of pins as a file |
 //! | [`decline`] | refusals: what, what is allowed, what to do |
 //! | [`desk`] | between the server and the board's thread |
 
@@ -33,6 +34,7 @@ pub mod desk;
 pub mod guard;
 pub mod homing;
 mod live;
+pub mod mcap;
 mod page;
 pub mod report;
 pub mod request;

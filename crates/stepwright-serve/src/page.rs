@@ -24,6 +24,7 @@ const FILES: &[(&str, &str, &[u8])] = &[
     ("/axis.js", SCRIPT, include_bytes!("page/axis.js")),
     ("/scope.js", SCRIPT, include_bytes!("page/scope.js")),
     ("/edges.js", SCRIPT, include_bytes!("page/edges.js")),
+    ("/mcap.js", SCRIPT, include_bytes!("page/mcap.js")),
     ("/calc.js", SCRIPT, include_bytes!("page/calc.js")),
     ("/settings.js", SCRIPT, include_bytes!("page/settings.js")),
     ("/talk.js", SCRIPT, include_bytes!("page/talk.js")),

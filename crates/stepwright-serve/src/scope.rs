@@ -1,8 +1,10 @@
 //! STEP, DIR and enable of the last seconds, as a logic analyser has them: `/api/scope`.
 
 use std::fmt::Write;
+use std::io::{self, Cursor};
 use std::sync::Arc;
 
+use axum::body::Body;
 use axum::extract::{RawQuery, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
@@ -13,6 +15,7 @@ use utoipa::ToSchema;
 
 use crate::decline::Declined;
 use crate::desk::ServeDesk;
+use crate::mcap::McapWriter;
 use crate::request;
 
 /// The most seconds that are kept.
@@ -152,6 +155,25 @@ pub fn csv(record: &ScopeRecord) -> String {
     out
 }
 
+/// As MCAP: the levels at the beginning, and every edge, in ns from there, rounded down.
+///
+/// # Errors
+/// More pins than MCAP has channels.
+pub fn mcap(record: &ScopeRecord) -> io::Result<Vec<u8>> {
+    let names = record.signals.iter().map(|signal| signal.name.as_str());
+    let mut file = McapWriter::new(Cursor::new(Vec::new()), names, record.words)?;
+    for (n, signal) in record.signals.iter().enumerate() {
+        if let Some(level) = signal.level {
+            file.level(n, 0, level)?;
+        }
+    }
+    let hz = u128::from(record.hz.max(1));
+    for (time, n, level) in merged(record) {
+        file.level(n, (u128::from(time) * 1_000_000_000 / hz) as u64, level)?;
+    }
+    Ok(file.finish()?.into_inner())
+}
+
 type Shared = State<Arc<ServeDesk>>;
 
 /// Its addresses.
@@ -160,6 +182,7 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
         .route("/api/scope", get(scope))
         .route("/api/scope.vcd", get(as_vcd))
         .route("/api/scope.csv", get(as_csv))
+        .route("/api/scope.mcap", get(as_mcap))
 }
 
 /// `seconds=2` of a query, or 2 without it.
@@ -183,9 +206,10 @@ fn asked(desk: &ServeDesk, query: Option<&str>) -> Result<ScopeRecord, Declined>
     desk.scope(seconds)
 }
 
-fn file(kind: &'static str, name: &str, text: String) -> Response {
+fn file(kind: &'static str, name: &str, content: impl Into<Body>) -> Response {
     let name = format!("attachment; filename=\"{name}\"");
-    ([(CONTENT_TYPE, kind.to_owned()), (CONTENT_DISPOSITION, name)], text).into_response()
+    let content = content.into();
+    ([(CONTENT_TYPE, kind.to_owned()), (CONTENT_DISPOSITION, name)], content).into_response()
 }
 
 /// STEP, DIR and enable of the last seconds.
@@ -226,6 +250,20 @@ pub(crate) async fn as_csv(
     Ok(file("text/csv", "stepwright.csv", csv(&record)))
 }
 
+/// The same as an MCAP file, for Foxglove and PlotJuggler: a channel for each pin.
+#[utoipa::path(get, path = "/api/scope.mcap",
+    params(("seconds" = Option<f64>, Query, description = "as of /api/scope",
+        minimum = 0.001, maximum = 10)),
+    responses((status = 200, body = Vec<u8>, content_type = "application/octet-stream"), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+pub(crate) async fn as_mcap(
+    State(desk): Shared,
+    RawQuery(query): RawQuery,
+) -> Result<Response, Declined> {
+    let record = asked(&desk, query.as_deref())?;
+    let made = mcap(&record).map_err(|error| Declined::refused(format!("no MCAP: {error}")))?;
+    Ok(file("application/octet-stream", "stepwright.mcap", made))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -262,5 +300,46 @@ mod tests {
         let odd = ScopeRecord { hz: 3, end: 9, begin: 0, ..record() };
         assert!(vcd(&odd).contains("$timescale 1 ps $end"));
         assert!(csv(&odd).contains("\n5333333.3333,1,1,\n"));
+    }
+
+    /// What another reader finds in it: topic, ns, level, and the words of its channel.
+    fn read(file: &[u8]) -> Vec<(String, u64, u64)> {
+        let messages = ::mcap::MessageStream::new(file).unwrap().map(Result::unwrap);
+        let of = |message: ::mcap::Message<'_>| {
+            let schema = message.channel.schema.as_ref().unwrap();
+            let text: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
+            assert_eq!((schema.encoding.as_str(), &text["type"]), ("jsonschema", &"object".into()));
+            assert_eq!(message.channel.metadata.get("source").unwrap(), "w");
+            let value: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
+            let level = value["level"].as_u64().unwrap();
+            (message.channel.topic.clone(), message.log_time, level)
+        };
+        messages.map(of).collect()
+    }
+
+    #[test]
+    fn a_recording_has_the_levels_at_the_beginning_and_every_edge() {
+        let file = mcap(&record()).unwrap();
+        let message = |pin: &str, nanos, level| (format!("/{pin}"), nanos, level);
+        let mut found = read(&file);
+        assert!(found.is_sorted_by_key(|(_, nanos, _)| *nanos));
+        found.sort_by_key(|(pin, ..)| pin.clone());
+        let right = [
+            message("dir1", 0, 1),
+            message("dir1", 3_000, 0),
+            message("step1", 0, 0),
+            message("step1", 1_000, 1),
+            message("step1", 3_000, 0),
+            message("step1", 103_000, 1),
+            message("step1", 105_000, 0),
+        ];
+        assert_eq!(found, right);
+        // Who seeks has what there is to find: a pin without edges has its channel.
+        let summary = ::mcap::Summary::read(&file).unwrap().unwrap();
+        assert_eq!((summary.channels.len(), summary.chunk_indexes.len()), (3, 1));
+        assert_eq!(summary.stats.unwrap().message_count, 7);
+        // A third of a second, rounded down.
+        let odd = ScopeRecord { hz: 3, end: 9, begin: 0, ..record() };
+        assert_eq!(read(&mcap(&odd).unwrap())[2], message("step1", 5_333_333_333, 1));
     }
 }

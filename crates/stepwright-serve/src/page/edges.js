@@ -1,5 +1,7 @@
 // The edges of a record of GET /api/scope: when each was, and as files.
 
+import { mcapOf } from "./mcap.js";
+
 /** The place of the first time that is not before this one. */
 export function firstFrom(times, time) {
   let low = 0;
@@ -96,5 +98,12 @@ export class Edges {
       if (edges[place + 1]?.[0] !== ticks) lines.push(row(ticks));
     });
     return `${lines.join("\n")}\n`;
+  }
+
+  /** As MCAP: the levels at the beginning, and every edge, in ns from there, rounded down. */
+  mcap() {
+    const { record } = this;
+    const nanos = ([ticks, n, level]) => [Math.floor((ticks * 1e9) / record.hz), n, level];
+    return mcapOf(record.signals, this.merged().map(nanos), record.words);
   }
 }

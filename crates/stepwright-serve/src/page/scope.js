@@ -39,6 +39,7 @@ export class Scope {
     byId("scope-fit").onclick = () => this.fit();
     byId("scope-vcd").onclick = () => this.save("stepwright.vcd", "vcd");
     byId("scope-csv").onclick = () => this.save("stepwright.csv", "csv");
+    byId("scope-mcap").onclick = () => this.save("stepwright.mcap", "mcap", "application/octet-stream");
     this.listen();
     new ResizeObserver(() => this.draw()).observe(this.canvas.parentElement);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
@@ -190,11 +191,11 @@ export class Scope {
   }
 
   /** Gives what is shown as a file. */
-  save(name, as) {
+  save(name, as, type = "text/plain") {
     if (!this.edges) return;
     this.hold();
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([this.edges[as]()], { type: "text/plain" }));
+    link.href = URL.createObjectURL(new Blob([this.edges[as]()], { type }));
     link.download = name;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);

@@ -2,8 +2,22 @@
 
 import assert from "node:assert/strict";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+
+const { McapIndexedReader } = createRequire(import.meta.url)("@mcap/core");
+
+/** What a reader that is not ours finds in an MCAP file: for each topic [ns, level] … */
+async function recorded(file) {
+  const readable = { size: async () => BigInt(file.length), read: async (at, count) => file.subarray(Number(at), Number(at + count)) };
+  const reader = await McapIndexedReader.Initialize({ readable });
+  const topics = Object.fromEntries([...reader.channelsById.values()].map(({ topic }) => [topic, []]));
+  for await (const { channelId, logTime, data } of reader.readMessages()) {
+    topics[reader.channelsById.get(channelId).topic].push([Number(logTime), JSON.parse(new TextDecoder().decode(data)).level]);
+  }
+  return topics;
+}
 
 /** The tests, by the helpers of drive.mjs. Their machine has a switch of axis 1 at -300. */
 export function tests({ open, controls, until, rests, moves, axis, shown, click, fill }) {
@@ -127,6 +141,16 @@ export function tests({ open, controls, until, rests, moves, axis, shown, click,
       await context.close();
     },
 
+    async "a recording of hours has every time as it was"() {
+      const { mcapOf } = await import("../../src/page/mcap.js");
+      const signals = [{ name: "step1", level: false }, { name: "dir1", level: null }];
+      const edges = [[1, 0, true], [2 ** 32 + 7, 0, false], [9e12 + 3, 1, true]];
+      assert.deepEqual(await recorded(Buffer.from(mcapOf(signals, edges, "µs"))), {
+        "/step1": [[0, 0], [1, 1], [2 ** 32 + 7, 0]],
+        "/dir1": [[9e12 + 3, 1]],
+      });
+    },
+
     async "the scope shows each edge, and gives what it shows as files"(url) {
       const { page, card, faults, context } = await open(url);
       await controls(page);
@@ -151,16 +175,25 @@ export function tests({ open, controls, until, rests, moves, axis, shown, click,
       // The files have the same steps as the cursors count, and as the board has made.
       const saved = async (name) => {
         const [file] = await Promise.all([page.waitForEvent("download"), page.locator(`#scope-${name}`).click()]);
-        return readFileSync(await file.path(), "utf8");
+        return readFileSync(await file.path());
       };
-      const vcd = await saved("vcd");
+      const vcd = String(await saved("vcd"));
       const letter = /\$var wire 1 (\S) step1 /.exec(vcd)[1];
       const rises = vcd.split("$end\n").at(-1).split("\n").filter((one) => one === `1${letter}`).length;
       assert.ok(rises >= 400, `${rises}`);
-      const rows = (await saved("csv")).trim().split("\n").map((row) => row.split(","));
+      const rows = String(await saved("csv")).trim().split("\n").map((row) => row.split(","));
       const column = rows[0].indexOf("step1");
       const ups = rows.slice(2).filter((row, n) => row[column] === "1" && rows[n + 1][column] === "0");
       assert.equal(ups.length, rises);
+      // The recording has the edges of the table, of every pin.
+      const topics = await recorded(await saved("mcap"));
+      assert.deepEqual(Object.keys(topics), rows[0].slice(1).map((name) => `/${name}`));
+      for (const [place, topic] of Object.keys(topics).entries()) {
+        const levels = rows.slice(1).map((row) => [Math.floor(Number(row[0]) * 1000), row[place + 1]]);
+        const changes = levels.filter(([, level], n) => level !== "" && level !== levels[n - 1]?.[1]);
+        assert.deepEqual(topics[topic], changes.map(([nanos, level]) => [nanos, Number(level)]), topic);
+      }
+      assert.equal(topics["/step1"].filter(([, level]) => level).length, rises);
       // At 1000 steps/s, between the ramps, two steps are a millisecond apart.
       const times = ups.map((row) => Number(row[0]));
       const [from, to] = [...said.matchAll(/[AB] ([\d.]+) (µs|ms|s)/g)].map(([, n, unit]) => n * { µs: 1, ms: 1e3, s: 1e6 }[unit]);
@@ -171,6 +204,9 @@ export function tests({ open, controls, until, rests, moves, axis, shown, click,
       // What the server gives is the same.
       const ours = await (await fetch(`${url}api/scope.csv?seconds=10`)).text();
       assert.ok(ours.startsWith(rows[0].join()));
+      const theirs = await recorded(Buffer.from(await (await fetch(`${url}api/scope.mcap?seconds=10`)).arrayBuffer()));
+      assert.deepEqual(Object.keys(theirs), Object.keys(topics));
+      assert.ok(theirs["/step1"].filter(([, level]) => level).length >= 400);
       // The keys look around there, and move nothing.
       await lanes.focus();
       for (const key of ["+", "ArrowRight", "ArrowLeft", "-", "0"]) await page.keyboard.press(key);

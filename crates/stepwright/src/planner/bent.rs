@@ -66,11 +66,6 @@ impl Bent {
     pub(super) fn is_again(&self) -> bool {
         self.again
     }
-
-    /// A run has been handed out, that ends there.
-    pub(super) fn goes_to(&mut self, work: &Work) {
-        hand(&work.time).to(&mut self.at);
-    }
 }
 
 impl Planner {
@@ -78,6 +73,22 @@ impl Planner {
     #[inline(always)]
     pub(crate) fn is_bent(&self) -> bool {
         !cfg!(feature = "trapezoid") || self.bent.curve.is_bent()
+    }
+
+    /// A ramp run has been handed out, that ends there.
+    pub(super) fn goes_to(&mut self, work: &Work) {
+        hand(&work.time).to(&mut self.bent.at);
+        if self.is_bent() && !self.bent.falling {
+            self.reach();
+        }
+    }
+
+    /// At the end of a rise the speed is that of its curve: pulses are found by their times,
+    /// and their speeds are told to some 2⁻¹⁵. From here a change may set up the rest.
+    fn reach(&mut self) {
+        if self.rise == 0 && self.rise_part == 0 {
+            hand(&self.v_top).to(&mut self.v);
+        }
     }
 
     /// Does a piece of setting up what is left once more, on the level.
@@ -236,6 +247,7 @@ impl Planner {
         hand(level).to(&mut self.v_top);
         hand(curve.length()).minus(&gone).to(&mut gone);
         (self.rise, self.rise_part) = gone.split();
+        self.reach();
     }
 
     /// Lays the curve of a fall from the top speed.

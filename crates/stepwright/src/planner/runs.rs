@@ -20,7 +20,7 @@ impl Planner {
                 self.fall = self.fall.wrapping_sub(steps);
             }
             self.v = work.pending;
-            self.bent.goes_to(work);
+            self.goes_to(work);
             return Planned::Ready;
         }
         let size = self.size.min(clock.ramp_size);

@@ -29,8 +29,6 @@ impl Bent {
     pub(super) fn is_again(&self) -> bool {
         false
     }
-
-    pub(super) fn goes_to(&mut self, _: &Work) {}
 }
 
 /// Never asked for.
@@ -43,6 +41,8 @@ impl Planner {
     pub(super) fn divide_bent(&mut self, _: Layout, _: u32) -> Layout {
         Layout::Check
     }
+
+    pub(super) fn goes_to(&mut self, _: &Work) {}
 
     pub(super) fn divide_again(&mut self) {}
 

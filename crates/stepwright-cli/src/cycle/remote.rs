@@ -210,7 +210,20 @@ impl<'p> RemoteSession<'p> {
         }
         for part in &mut stage.moves {
             spans.push((part.motor, part.at.clone()));
-            let Some(program) = part.line(&mut legs) else {
+            let program = part.line(&mut legs);
+            if legs.len() > self.board.legs {
+                let what = format_args!(
+                    "the path of cycle {number} is {} runs, and a {} keeps {}",
+                    legs.len(),
+                    self.board.name,
+                    self.board.legs
+                );
+                return Err(self
+                    .text
+                    .blame(stage.at.clone(), what)
+                    .hint("make two cycles of it: each begins and ends at rest"));
+            }
+            let Some(program) = program else {
                 let what = "a path that stays paused has no end, and a board plays it to its end";
                 return Err(self
                     .text
@@ -218,18 +231,6 @@ impl<'p> RemoteSession<'p> {
                     .hint("give resume-s or finish-s"));
             };
             lines.push(CycleLine::Prepare(part.motor, part.calibration, program));
-        }
-        if legs.len() > self.board.legs {
-            let what = format_args!(
-                "the path of cycle {number} is {} runs, and a {} keeps {}",
-                legs.len(),
-                self.board.name,
-                self.board.legs
-            );
-            return Err(self
-                .text
-                .blame(stage.at.clone(), what)
-                .hint("make two cycles of it: each begins and ends at rest"));
         }
         for (place, leg) in (0u16..).zip(&legs) {
             self.say(CycleLine::Leg(place, *leg))?;

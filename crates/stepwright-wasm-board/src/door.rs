@@ -103,6 +103,11 @@ fn machine() -> &'static mut Option<VirtualMachine<'static>> {
     unsafe { &mut *MACHINE.0.get() }
 }
 
+/// The machine's edges. Its tape is borrowed as long as there is a machine.
+fn tape() -> Option<&'static Tape> {
+    machine().as_mut().map(VirtualMachine::tape)
+}
+
 /// Switches a new board on, at tick 0; the one before is no more.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_on() {
@@ -159,25 +164,22 @@ pub extern "C" fn stepwright_receive(byte: u32) -> u32 {
     desk().out.put(answers.iter().copied())
 }
 
-/// When the last edges were: see [`Tape::times`].
+/// When the last edges were: see [`Tape::times`]. Null while it is off.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_edge_times() -> *const f64 {
-    // SAFETY: one thread, and no reference outlives a call.
-    unsafe { &*TAPE.0.get() }.times().as_ptr()
+    tape().map_or(core::ptr::null(), |tape| tape.times().as_ptr())
 }
 
-/// Of which pins they were: see [`Tape::pins`].
+/// Of which pins they were: see [`Tape::pins`]. Null while it is off.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_edge_pins() -> *const u8 {
-    // SAFETY: one thread, and no reference outlives a call.
-    unsafe { &*TAPE.0.get() }.pins().as_ptr()
+    tape().map_or(core::ptr::null(), |tape| tape.pins().as_ptr())
 }
 
 /// How many edges there have been.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_edges() -> u32 {
-    // SAFETY: one thread, and no reference outlives a call.
-    unsafe { &*TAPE.0.get() }.count()
+    tape().map_or(0, Tape::count)
 }
 
 /// How many of them are kept.
@@ -189,9 +191,7 @@ pub extern "C" fn stepwright_edges_kept() -> u32 {
 /// Steps that an axis, from 0, has made forward, less those backward.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_shaft(axis: u32) -> f64 {
-    // SAFETY: one thread, and no reference outlives a call.
-    let tape = unsafe { &*TAPE.0.get() };
-    tape.shaft(axis as usize).map_or(f64::NAN, |steps| steps as f64)
+    tape().and_then(|tape| tape.shaft(axis as usize)).map_or(f64::NAN, |steps| steps as f64)
 }
 
 /// Where texts are written to.

@@ -49,6 +49,11 @@ impl<'q> VirtualMachine<'q> {
         self.board.now()
     }
 
+    /// The edges of its pins.
+    pub fn tape(&mut self) -> &Tape {
+        self.board.recorder()
+    }
+
     /// Whether any axis moves.
     pub fn is_busy(&self) -> bool {
         self.board.is_busy()

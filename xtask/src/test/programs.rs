@@ -3,8 +3,12 @@
 //! `cargo test` runs one after the other. Many of ours have one long test, or wait for a clock,
 //! and leave a processor idle. Cargo builds them here, and as many as there are processors run at
 //! a time; what each prints comes in one piece when it has ended.
+//!
+//! Random tests draw from one seed here, so that a change is judged by the same cases as the
+//! state before it; a plain `cargo test` draws others each time.
 
 use std::collections::VecDeque;
+use std::env;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -15,6 +19,9 @@ use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
 use crate::workspace::{cargo_path, line};
+
+/// Where proptest looks for its seed, and the seed without it.
+const SEED: (&str, &str) = ("PROPTEST_RNG_SEED", "20");
 
 /// A test program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,6 +39,9 @@ impl TestProgram {
         let mut command = Command::new(&self.program);
         command.current_dir(&self.folder).env("CARGO", cargo_path());
         command.env("CARGO_MANIFEST_DIR", &self.folder);
+        if env::var_os(SEED.0).is_none() {
+            command.env(SEED.0, SEED.1);
+        }
         command
     }
 }

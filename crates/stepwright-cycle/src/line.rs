@@ -16,7 +16,7 @@
 //!
 //! | line | numbers | |
 //! | --- | --- | --- |
-//! | `?` | | `stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick`, see below |
+//! | `?` | | `stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths`, see below |
 //! | `N` | | all that was prepared is forgotten |
 //! | `C` | tick in µs, 0: deadlines; at a hard end 0: stop the motor, 1: brake it, 2: cancel, 3: brake all; at a soft end 0: stop the motor, 1: cancel; at a small delay 0: fix, 1: stop the motor, 2: cancel; late 0: ignore, 1: cancel | the clock and the [strategies](super::Strategies) |
 //! | `W` | motor, pins of STEP, DIR, ENABLE, switch at the minimum and at the maximum | a pin is 8 · its port, A being 0, and its bit; 255: there is none |

@@ -27,7 +27,7 @@ use crate::request::{
     ControlRequest, EmptyRequest, MoveRequest, RetargetRequest, RunRequest, SetRequest,
     StopRequest, Wish, ZeroRequest,
 };
-use crate::{calc, live, scope};
+use crate::{calc, live, path, scope};
 
 /// The header that carries the key of who controls.
 const CONTROL: &str = "stepwright-control";
@@ -62,7 +62,9 @@ type Answer = Result<Json<Done>, Declined>;
         scope::scope,
         scope::as_vcd,
         scope::as_csv,
-        scope::as_mcap
+        scope::as_mcap,
+        path::draw,
+        path::examples
     ),
     components(schemas(LiveMessage))
 )]
@@ -89,6 +91,7 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
         .route("/api/openapi.json", get(description))
         .merge(calc::routes())
         .merge(scope::routes())
+        .merge(path::routes())
         .method_not_allowed_fallback(async || {
             Declined::otherwise("this address takes another method")
                 .remedy("GET /api/openapi.json lists them")

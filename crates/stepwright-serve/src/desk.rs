@@ -20,6 +20,7 @@ use crate::calc::Calculators;
 use crate::control::{ControlLease, Hand};
 use crate::conversation;
 use crate::decline::Declined;
+use crate::path::PathReader;
 use crate::report::{BoardSheet, Controller, Done, LiveMessage, LiveState, PlannedCurve};
 use crate::request::Wish;
 use crate::scope::{ScopeRecord, ScopeSource};
@@ -70,6 +71,9 @@ pub struct ServeDesk {
     sheet: Mutex<BoardSheet>,
     scope: Mutex<Option<Arc<dyn ScopeSource>>>,
     calculators: OnceLock<Calculators>,
+    paths: OnceLock<Arc<dyn PathReader>>,
+    /// Held while a path is drawn.
+    pub(crate) drawing: tokio::sync::Mutex<()>,
     state: watch::Sender<(LiveState, Utf8Bytes)>,
     told: broadcast::Sender<Told>,
     /// How many pages want to hear the questions as well.
@@ -93,6 +97,8 @@ impl Default for ServeDesk {
             sheet: Mutex::default(),
             scope: Mutex::default(),
             calculators: OnceLock::new(),
+            paths: OnceLock::new(),
+            drawing: tokio::sync::Mutex::default(),
             state: watch::Sender::default(),
             told: broadcast::Sender::new(BEHIND),
             listeners: AtomicUsize::new(0),
@@ -136,6 +142,11 @@ impl ServeDesk {
     /// Has these calculators answer; once.
     pub fn calculate_by(&self, calculators: Calculators) {
         let _ = self.calculators.set(calculators);
+    }
+
+    /// Has paths read by this one; once.
+    pub fn read_paths_by(&self, reader: Arc<dyn PathReader>) {
+        let _ = self.paths.set(reader);
     }
 
     /// Tells what the board does.
@@ -263,6 +274,11 @@ impl ServeDesk {
     /// The calculators, if there are any.
     pub(crate) fn calculators(&self) -> Option<&Calculators> {
         self.calculators.get()
+    }
+
+    /// Who reads paths, if anybody does.
+    pub(crate) fn paths(&self) -> Option<Arc<dyn PathReader>> {
+        self.paths.get().cloned()
     }
 
     /// What the board does.

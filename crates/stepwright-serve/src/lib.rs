@@ -22,6 +22,7 @@
 //! | [`calc`] | the calculators |
 //! | [`scope`] | the pins of the last seconds |
 //! | [`mcap`] | levels of pins as a file |
+//! | [`path`] | lines and arcs of a file |
 //! | [`decline`] | refusals: what, what is allowed, what to do |
 //! | [`desk`] | between the server and the board's thread |
 
@@ -36,6 +37,7 @@ pub mod homing;
 mod live;
 pub mod mcap;
 mod page;
+pub mod path;
 pub mod report;
 pub mod request;
 pub mod scope;

@@ -45,9 +45,12 @@ pub fn run(ws: &Workspace) -> Result<()> {
     let place = ws.target.join("page");
     let (alone, copied) = (place.join("static"), place.join("copied"));
     page::write_static(ws, &alone)?;
-    for (script, folders) in
-        [("drive.mjs", vec![]), ("plan.mjs", vec![&alone, &copied]), ("alone.mjs", vec![&alone])]
-    {
+    for (script, folders) in [
+        ("drive.mjs", vec![]),
+        ("plan.mjs", vec![&alone, &copied]),
+        ("paths.mjs", vec![]),
+        ("alone.mjs", vec![&alone]),
+    ] {
         let mut drive = Command::new("node");
         drive.current_dir(&ws.root).arg(format!("crates/stepwright-serve/tests/page/{script}"));
         drive.arg(ws.built("stepwright")).arg(&browser).args(folders);

@@ -7,13 +7,16 @@
 //! | `plan` | the same, checked |
 //! | `along` | lines and arcs, from where the motors stand |
 //! | `play` | on the virtual board |
+//! | `onlooker`, `drawing` | who looks on there; points with times and speeds for a drawing |
 //! | `port`, `remote`, `pins` | on a real one: the line to it, what is played there, on which pins |
 //! | `told` | what is said of a cycle on either |
 //! | `taken` | what is written down of it: csv, vcd, plots |
 //! | `path` | the way of two motors, drawn |
 
 mod along;
+pub mod drawing;
 mod file;
+mod onlooker;
 mod path;
 mod pins;
 mod plan;
@@ -111,6 +114,9 @@ enum Format {
     Csv,
     /// What became of each motor and cycle
     Json,
+    /// Not at all: a page shows it
+    #[value(skip)]
+    Silent,
 }
 
 /// Reads, plays, and draws if asked to.

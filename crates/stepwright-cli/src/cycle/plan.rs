@@ -8,7 +8,7 @@ use stepwright_cycle::line::LineProgram;
 use stepwright_cycle::{
     Calibration, Clock, DelayRamp, End, Homing, Leg, Motor, Program, Strategies,
 };
-use stepwright_path::{Pace, SCALES, Steps, Unplannable};
+use stepwright_path::{LivePath, Pace, SCALES, Steps, Unplannable};
 use stepwright_sim::Stand;
 use toml::Spanned;
 
@@ -62,6 +62,18 @@ pub enum Task {
     Home(Homing),
 }
 
+impl Task {
+    /// Its name for drawings.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Task::Moves => "moves",
+            Task::Line(..) => "line",
+            Task::Arc(..) => "arc",
+            Task::Home(_) => "home",
+        }
+    }
+}
+
 /// What is done to a cycle while it runs, and where that stands.
 pub struct Timed {
     /// After its start.
@@ -102,6 +114,14 @@ impl Move {
     /// Steps along a path.
     pub fn paced(motor: u8, at: Range<usize>, steps: Steps, least: Ticks) -> Move {
         Move { motor, at, calibration: Calibration::None, does: Does::Paced(steps, least) }
+    }
+
+    /// The path that it is a part of, and the ticks from the start to its begin.
+    pub fn path(&self) -> Option<(LivePath, Ticks)> {
+        match &self.does {
+            Does::Paced(steps, _) => Some((steps.law(), steps.lead())),
+            _ => None,
+        }
     }
 
     /// For the cycle.

@@ -2,13 +2,16 @@
 
 use std::ops::Range;
 
+use stepwright::Ticks;
 use stepwright_cycle::{Faults, Homing, HomingError, Status};
+use stepwright_path::LivePath;
 use stepwright_sim::{CycleBoard, Edge, Pin};
 
 use super::Format;
 use super::along::along;
+use super::onlooker::{Onlooker, Part, Say};
 use super::path::Way;
-use super::plan::{Act, MOST, Plan, Stage, Task, Timed};
+use super::plan::{Act, MOST, Move, Plan, Stage, Task, Timed};
 use super::taken::Taken;
 use super::text::Text;
 use super::told::{Ended, Ending, Told};
@@ -30,6 +33,13 @@ pub struct Session<'p> {
     shown: Option<Vec<i64>>,
     /// Faults that have been told.
     faults: [Faults; MOST],
+    onlooker: Option<&'p mut dyn Onlooker>,
+    /// Where the onlooker has seen the motors last.
+    seen: [i64; MOST],
+    /// The path that is made, and when its own time began.
+    path: Option<(LivePath, u64)>,
+    /// Whether the motors were told to brake, and nothing more is played.
+    braked: bool,
 }
 
 impl<'p> Session<'p> {
@@ -57,7 +67,56 @@ impl<'p> Session<'p> {
         let limit = u64::from(limit) * 1_000_000;
         let (looked, shown, faults) = (0, None, [Faults::NONE; MOST]);
         let told = Told::new(plan, text, format);
-        Session { plan, text, told, board, format, way, limit, looked, shown, faults }
+        let (onlooker, seen, path, braked) = (None, plan.positions, None, false);
+        Session {
+            plan,
+            text,
+            told,
+            board,
+            format,
+            way,
+            limit,
+            looked,
+            shown,
+            faults,
+            onlooker,
+            seen,
+            path,
+            braked,
+        }
+    }
+
+    /// The same with an onlooker.
+    pub fn before(self, onlooker: &'p mut dyn Onlooker) -> Session<'p> {
+        Session { onlooker: Some(onlooker), ..self }
+    }
+
+    /// Whether the motors were told to brake before all was played.
+    #[allow(dead_code, reason = "a drawing is not stopped")]
+    pub fn braked(&self) -> bool {
+        self.braked
+    }
+
+    /// Says to the onlooker that a part begins.
+    fn part(&mut self, kind: &'static str, at: &Range<usize>, path: Option<(LivePath, Ticks)>) {
+        let begin = self.board.now();
+        if let Some(onlooker) = &mut self.onlooker {
+            let path = path.as_ref().map(|(path, lead)| (path, *lead));
+            onlooker.part(Part { kind, at: at.clone(), begin, path });
+        }
+        self.path = path.map(|(path, lead)| (path, begin + u64::from(lead)));
+    }
+
+    /// Brakes as well as can be: a path along itself, whatever else at once.
+    fn brake(&mut self) {
+        self.braked = true;
+        match &self.path {
+            Some((path, begin)) => {
+                let now = self.board.now().saturating_sub(*begin);
+                path.finish(self.told.seconds(now));
+            }
+            None => self.board.cycle().finish(),
+        }
     }
 
     /// Since the board was switched on.
@@ -95,6 +154,9 @@ impl<'p> Session<'p> {
                 self.told.note(n, failure);
                 break;
             }
+            if self.braked {
+                break;
+            }
         }
         let positions = self.positions();
         if self.shown.as_ref() != Some(&positions) {
@@ -106,15 +168,18 @@ impl<'p> Session<'p> {
     fn stage(&mut self, number: usize, stage: &'p mut Stage) -> Result<(), Failure> {
         let Stage { at, task, moves, acts, rest } = stage;
         let rest = *rest;
+        let kind = task.kind();
         if let Task::Home(homing) = task {
+            self.part(kind, at, None);
             self.home(number, *homing, at.clone())?;
-            return self.go(self.board.now() + self.told.ticks(rest));
+            return self.rest(at, rest);
         }
         let positions = self.positions();
         moves.extend(along(self.plan, self.text, &positions, task, acts, at)?);
         if moves.is_empty() {
-            return self.nothing(number, rest);
+            return self.nothing(number, at, rest);
         }
+        let path = moves.first().and_then(Move::path);
         let spans: Vec<_> = moves.iter().map(|m| (m.motor, m.at.clone())).collect();
         for part in moves {
             let (motor, calibration) = (part.motor, part.calibration);
@@ -127,6 +192,7 @@ impl<'p> Session<'p> {
             return Err(self.told.refused(refusal, span));
         }
         let begun = self.board.now();
+        self.part(kind, at, path);
         self.row("start");
         self.events();
         for Timed { us, act, .. } in acts.iter() {
@@ -170,16 +236,25 @@ impl<'p> Session<'p> {
                 let faults = |motor| self.board.cycle().faults(motor);
                 Err(self.told.cancelled(number, seconds, error, faults, &spans, at.clone()))
             }
-            None => self.go(self.board.now() + self.told.ticks(rest)),
+            None => self.rest(at, rest),
         }
     }
 
     /// A line of no length: the motors stand at its end already.
-    fn nothing(&mut self, number: usize, rest: u64) -> Result<(), Failure> {
+    fn nothing(&mut self, number: usize, at: &Range<usize>, rest: u64) -> Result<(), Failure> {
         self.row("start");
         self.row("end");
         self.told.nothing(number);
-        self.go(self.board.now() + self.told.ticks(rest))
+        self.rest(at, rest)
+    }
+
+    /// Stands still for this many µs.
+    fn rest(&mut self, at: &Range<usize>, rest: u64) -> Result<(), Failure> {
+        if rest > 0 && !self.braked {
+            self.part("rest", at, None);
+            self.go(self.board.now() + self.told.ticks(rest))?;
+        }
+        Ok(())
     }
 
     /// Homes a motor.
@@ -197,6 +272,9 @@ impl<'p> Session<'p> {
             }
             self.go_to_rest(limit)?;
             self.board.cycle().finish();
+            if self.braked {
+                return Ok(());
+            }
         }
         self.row("end");
         let seconds = self.told.seconds(self.board.now() - begun);
@@ -241,7 +319,11 @@ impl<'p> Session<'p> {
                 return Err(Failure::interrupted("interrupted"));
             }
             due = due.max(self.looked + second);
-            let limit = due.min(time);
+            let may = self.may()?;
+            if self.braked && !self.board.cycle().is_running() {
+                break;
+            }
+            let limit = due.min(time).min(may);
             // Some events at a time, so that Ctrl-C is heard.
             let mut events = 0;
             let mut more = true;
@@ -269,6 +351,22 @@ impl<'p> Session<'p> {
         Ok(())
     }
 
+    /// How far it may be played.
+    fn may(&mut self) -> Result<u64, Failure> {
+        let now = self.board.now();
+        let said = self.onlooker.as_mut().map(|onlooker| onlooker.may(now)).transpose()?;
+        match said {
+            None => Ok(u64::MAX),
+            Some(Say::On(to)) => Ok(to),
+            Some(Say::Brake) => {
+                if !self.braked {
+                    self.brake();
+                }
+                Ok(now)
+            }
+        }
+    }
+
     /// Prints the positions.
     fn look(&mut self) {
         let positions = self.positions();
@@ -279,6 +377,17 @@ impl<'p> Session<'p> {
 
     /// What the pins have done since the last call.
     fn events(&mut self) {
+        if let Some(onlooker) = &mut self.onlooker {
+            let cycle = self.board.cycle();
+            let known = (0u8..).zip(&mut self.seen).take(self.plan.names.len());
+            let moved = known.fold(false, |moved, (motor, seen)| {
+                let now = cycle.position(motor).unwrap_or(0);
+                std::mem::replace(seen, now) != now || moved
+            });
+            if moved {
+                onlooker.at(self.board.now(), &self.seen);
+            }
+        }
         if self.format != Format::Csv && self.way.is_none() {
             return;
         }

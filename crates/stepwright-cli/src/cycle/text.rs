@@ -34,9 +34,19 @@ impl Text {
     }
 
     /// A file that is not on a disk.
+    pub fn named(name: &str, text: &str) -> Text {
+        Text { path: name.into(), text: text.to_owned() }
+    }
+
     #[cfg(test)]
     pub fn of(text: &str) -> Text {
-        Text { path: "file.toml".into(), text: text.to_owned() }
+        Text::named("file.toml", text)
+    }
+
+    /// The line of a place, from 1.
+    pub fn line(&self, at: usize) -> usize {
+        let before = self.text.as_bytes().iter().take(at);
+        before.filter(|byte| **byte == b'\n').count() + 1
     }
 
     /// What is wrong at this place: the file, the line, and the line itself, of a long

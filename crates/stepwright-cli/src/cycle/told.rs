@@ -137,7 +137,7 @@ impl<'p> Told<'p> {
     pub fn ended(&mut self, number: usize, ending: &Ending) {
         let Ending { seconds, error, late, longest, stopped } = ending;
         for (motor, faults) in stopped {
-            if error.is_none() {
+            if error.is_none() && self.format != Format::Silent {
                 say::note(format_args!("cycle {number}: {} stopped: {faults}", self.name(*motor)));
             }
         }

@@ -14,11 +14,13 @@
 //! | [`forecast`] | where an order will take an axis |
 //! | [`pulses`] | which pulses an order has, for the scope |
 //! | [`tap`] | the lines as they are said |
+//! | [`paths`] | files of lines and arcs |
 
 mod forecast;
 mod homing;
 mod keeper;
 mod orders;
+mod paths;
 mod pulses;
 mod sheet;
 mod sight;
@@ -39,6 +41,7 @@ use crate::order::target::PortArgs;
 use crate::quantity::GeometryArgs;
 use crate::say;
 use keeper::{Keeper, ServedBoard};
+use paths::CycleFiles;
 use stepwright_sim::Switch;
 
 /// Where the page is, unless `--bind` says otherwise.
@@ -127,6 +130,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     interrupt::listen(While::Holding)?;
     let desk = Arc::new(ServeDesk::default());
     desk.calculate_by(calc::calculators());
+    desk.read_paths_by(Arc::new(CycleFiles));
     let switches = match args.switch.is_empty() {
         true => SWITCH.parse().into_iter().collect(),
         false => args.switch,

@@ -1,6 +1,7 @@
 // The page: what is shown, who controls, and the keys.
 
 import { Axis } from "./axis.js";
+import { PathsView } from "./paths.js";
 import { PlanView } from "./plan.js";
 import { Plots } from "./plots.js";
 import { Calculators } from "./calc.js";
@@ -15,6 +16,7 @@ const settings = new Settings(by("settings"));
 new Scope(tell);
 new Calculators(by("calc"));
 const plan = new PlanView(tell);
+new PathsView(tell);
 let axes = [];
 let sheet = -1;
 let ours = false;
@@ -23,6 +25,8 @@ let comes = 0;
 const COMES = 3000;
 let asking = false;
 let chosen = null;
+/** Whether a motor moves. */
+let moving = false;
 
 /** Shows an error until it is put away. The same one is shown once. */
 function tell(error) {
@@ -79,6 +83,7 @@ function show(state) {
   ours = state.control !== null && state.control.hand === hand;
   for (const one of state.axes) axes.find((axis) => axis.number === one.axis)?.show(one, ours);
   settings.allow(ours && state.connected);
+  moving = state.axes.some((axis) => axis.moving);
   showControl(state.control, state.connected);
   by("board").classList.toggle("lost", !state.connected);
   const now = state.trouble?.what ?? null;
@@ -193,12 +198,14 @@ by("kill").addEventListener("keyup", (event) => event.key === "Enter" && letGo()
 
 // Keys. The space bar stops wherever the focus is.
 addEventListener("keydown", (event) => {
-  if (event.key === " ") {
-    // It ticks a box as well, but presses no button.
+  const text = event.target.matches("textarea");
+  if (event.key === " " && (!text || moving)) {
+    // It ticks a box as well, but presses no button. In a text it is a space while all rests.
     if (!event.target.matches("[type=checkbox], select")) event.preventDefault();
     if (!event.repeat) stop();
     return;
   }
+  if (text) return;
   if (event.key === "K" && event.shiftKey && !event.repeat) {
     kill();
     return;
@@ -218,7 +225,7 @@ addEventListener("keydown", (event) => {
   }
 }, { capture: true });
 addEventListener("keyup", (event) => {
-  if (event.key === " " && !event.target.matches("[type=checkbox]")) event.preventDefault();
+  if (event.key === " " && !event.target.matches("[type=checkbox], textarea")) event.preventDefault();
   if (event.key.startsWith("Arrow")) axes.forEach((axis) => axis.letGo());
 }, { capture: true });
 // A key that comes up elsewhere is not heard here.

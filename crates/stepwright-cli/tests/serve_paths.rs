@@ -1,0 +1,222 @@
+//! Cycle files drawn by `stepwright serve`: their points against the numbers of the file, and
+//! against what `stepwright cycle` plays.
+
+mod common;
+#[path = "common/served.rs"]
+mod served;
+
+use std::f64::consts::TAU;
+
+use common::stepwright;
+use serde_json::{Value, json};
+use served::Served;
+
+/// A step of `drawing.toml`, in nm.
+const STEP: f64 = 12_500.0;
+
+fn example(name: &str) -> String {
+    format!("{}/../../examples/cycles/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn draw(served: &Served, name: &str) -> Value {
+    let text = std::fs::read_to_string(example(name)).unwrap();
+    served.order("/api/path", json!({"name": name, "text": text}))
+}
+
+fn numbers(list: &Value) -> Vec<f64> {
+    list.as_array().unwrap().iter().map(|one| one.as_f64().unwrap()).collect()
+}
+
+fn number(of: &Value, name: &str) -> f64 {
+    of[name].as_f64().unwrap_or_else(|| panic!("{name}: {of}"))
+}
+
+/// A drawing of two motors, taken apart.
+struct Points {
+    times: Vec<f64>,
+    speeds: Vec<f64>,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    legs: Vec<Value>,
+}
+
+impl Points {
+    fn of(drawing: &Value) -> Points {
+        Points {
+            times: numbers(&drawing["times"]),
+            speeds: numbers(&drawing["speeds"]),
+            x: numbers(&drawing["places"][0]),
+            y: numbers(&drawing["places"][1]),
+            legs: drawing["legs"].as_array().unwrap().clone(),
+        }
+    }
+
+    fn leg(&self, line: u64) -> (&Value, std::ops::RangeInclusive<usize>) {
+        let leg = self.legs.iter().find(|leg| leg["line"] == line).unwrap();
+        (leg, leg["first"].as_u64().unwrap() as usize..=leg["last"].as_u64().unwrap() as usize)
+    }
+}
+
+#[test]
+fn lines_end_where_the_file_says_and_arcs_are_round() {
+    let served = Served::board();
+    let points = Points::of(&draw(&served, "drawing.toml"));
+    // By the lines of the file: where each path ends, and the centre of arcs with degrees.
+    let mm = 1e6;
+    for (line, kind, to, round) in [
+        (26, "line", (10.0, 0.0), None),
+        (29, "line", (40.0, 0.0), None),
+        (31, "arc", (50.0, 10.0), Some(((40.0, 10.0), 10.0, 90.0))),
+        (33, "line", (50.0, 40.0), None),
+        (35, "arc", (40.0, 50.0), Some(((40.0, 40.0), 10.0, 90.0))),
+        (37, "line", (10.0, 50.0), None),
+        (39, "arc", (0.0, 40.0), Some(((10.0, 40.0), 10.0, 90.0))),
+        (41, "line", (0.0, 10.0), None),
+        (43, "arc", (10.0, 0.0), Some(((10.0, 10.0), 10.0, 90.0))),
+        (46, "line", (25.0, 10.0), None),
+        (48, "arc", (25.0, 10.0), Some(((25.0, 25.0), 15.0, -360.0))),
+    ] {
+        let (leg, all) = points.leg(line);
+        assert_eq!((&leg["kind"], number(leg, "ordered")), (&json!(kind), 60.0 * mm), "{line}");
+        let end = (points.x[*all.end()], points.y[*all.end()]);
+        assert_eq!(end, (to.0 * mm, to.1 * mm), "{line}");
+        let Some(((x, y), radius, degrees)) = round else {
+            // Straight: no point is further from the line than a step.
+            let (from, last) = ((points.x[*all.start()], points.y[*all.start()]), end);
+            let (dx, dy) = (last.0 - from.0, last.1 - from.1);
+            for n in all {
+                let off = (points.x[n] - from.0) * dy - (points.y[n] - from.1) * dx;
+                assert!(off.abs() / dx.hypot(dy) <= STEP, "{line}: {off}");
+            }
+            continue;
+        };
+        // Each axis is at its nearest position, and straight between two of them.
+        let place = |n: usize| (points.x[n] - x * mm, points.y[n] - y * mm);
+        let (mut turned, mut before) = (0.0, place(*all.start()));
+        for n in all {
+            let at = place(n);
+            let off = at.0.hypot(at.1) - radius * mm;
+            assert!(off.abs() <= STEP * std::f64::consts::SQRT_2, "{line}: {off} nm");
+            turned += (before.0 * at.1 - before.1 * at.0).atan2(before.0 * at.0 + before.1 * at.1);
+            before = at;
+        }
+        assert!((turned.to_degrees() - degrees).abs() < 0.2, "{line}: {}", turned.to_degrees());
+    }
+}
+
+#[test]
+fn speeds_are_those_of_the_way_and_within_the_order() {
+    let served = Served::board();
+    for name in ["drawing.toml", "feed.toml"] {
+        let drawing = draw(&served, name);
+        let points = Points::of(&drawing);
+        // In feed.toml 50 mm/s, at 120 percent for a while.
+        let ordered = 60e6;
+        assert_eq!(number(&drawing, "peak"), ordered, "{name}");
+        assert!(points.times.is_sorted());
+        for leg in points.legs.iter().filter(|leg| leg["ordered"].is_f64()) {
+            let (first, last) = (leg["first"].as_u64().unwrap(), leg["last"].as_u64().unwrap());
+            for n in first as usize..last as usize {
+                assert!(points.speeds[n] <= ordered, "{name}: {n}");
+                let time = points.times[n + 1] - points.times[n];
+                let way = (points.x[n + 1] - points.x[n]).hypot(points.y[n + 1] - points.y[n]);
+                let mean = (points.speeds[n] + points.speeds[n + 1]) / 2.0;
+                // By what a step more or less is in that time, and the arc above its chord.
+                let least = 2.0 * STEP / time + 0.02 * ordered;
+                assert!((way / time - mean).abs() <= least, "{name}: {n}: {way} {time} {mean}");
+            }
+        }
+    }
+}
+
+/// The circle of `drawing.toml` brakes at 0.8 s of its time and goes on at 1.2 s.
+#[test]
+fn a_pause_is_a_time_at_rest_on_the_way() {
+    let served = Served::board();
+    let points = Points::of(&draw(&served, "drawing.toml"));
+    let (leg, all) = points.leg(48);
+    let begin = number(leg, "begin");
+    let at_rest = |n: &usize| (1.0..1.15).contains(&(points.times[*n] - begin));
+    let resting: Vec<_> = all.filter(at_rest).collect();
+    assert!(!resting.is_empty());
+    for n in resting {
+        assert_eq!(points.speeds[n], 0.0, "{n}");
+        let angle = (points.y[n] - 25e6).atan2(points.x[n] - 25e6).rem_euclid(TAU);
+        // From −90° on at 60 mm/s for 0.8 s: by its first ramp half of it less, by the brake as
+        // much more.
+        let way = 60e6 * 0.8 / 15e6;
+        let right = (-TAU / 4.0 - way).rem_euclid(TAU);
+        assert!((angle - right).abs() < 0.02, "{angle} {right}");
+    }
+}
+
+#[test]
+fn every_example_is_drawn_and_takes_as_long_as_it_is_played() {
+    let served = Served::board();
+    let examples = served.get("/api/path/examples");
+    assert!(examples.as_array().unwrap().len() >= 6);
+    for file in examples.as_array().unwrap() {
+        let name = file["name"].as_str().unwrap();
+        let drawing = served.order("/api/path", file.clone());
+        let played = stepwright(&["cycle", &example(name), "--format", "json"]);
+        assert_eq!(played.code(), Some(0), "{name}");
+        let played: Value = serde_json::from_str(&played.stdout).unwrap();
+        assert_eq!(drawing["seconds"], played["seconds"], "{name}");
+        assert_eq!(drawing["unit"], played["unit"], "{name}");
+        let count = drawing["times"].as_array().unwrap().len();
+        assert!((2..5_000).contains(&count), "{name}: {count}");
+        for (n, motor) in played["motors"].as_array().unwrap().iter().enumerate() {
+            assert_eq!(drawing["motors"][n]["name"], motor["name"], "{name}");
+            let places = numbers(&drawing["places"][n]);
+            assert_eq!(places.len(), count);
+            assert_eq!(places[count - 1], number(motor, "position"), "{name}: {motor}");
+        }
+        let legs = drawing["legs"].as_array().unwrap();
+        assert_eq!(number(&legs[0], "begin"), 0.0);
+        assert!((number(legs.last().unwrap(), "end") - number(&drawing, "seconds")).abs() < 1e-6);
+        for two in legs.windows(2) {
+            assert!((number(&two[0], "end") - number(&two[1], "begin")).abs() < 2e-6, "{name}");
+            assert_eq!(number(&two[0], "last") + 1.0, number(&two[1], "first"), "{name}");
+        }
+    }
+}
+
+#[test]
+fn what_can_not_be_drawn_says_why_and_where() {
+    let served = Served::board();
+    let motor = "[[motor]]\nname = \"X\"\nstep = 10\nsmallest-delay-us = 100\n";
+    for (text, status, what) in [
+        ("", 422, "a.toml, line 1: missing field"),
+        ("[[motor]]\nname = 5\n", 422, "a.toml, line 2: invalid type"),
+        (
+            &format!(
+                "{motor}[[cycle]]\nline = {{ to = {{ X = 9000 }}, speed = 200_000, accel = 1e9 }}\n"
+            ),
+            422,
+            "a.toml, line 5: too fast for X",
+        ),
+        (&format!("{motor}[[cycle]]\nmove.Y = {{ steps = 1 }}\n"), 422, "there is no motor \"Y\""),
+        // It has no end.
+        (
+            &format!("{motor}[[cycle]]\nmove.X = {{ whirl = \"forward\" }}\n"),
+            422,
+            "too long to draw",
+        ),
+        (&" ".repeat(300_000), 413, ""),
+    ] {
+        let said = served.declined("/api/path", json!({"name": "a.toml", "text": text}), status);
+        assert!(said.contains(what), "{said}");
+    }
+    let fast = format!(
+        "{motor}[[cycle]]\nline = {{ to = {{ X = 9000 }}, speed = 200_000, accel = 1e9 }}\n"
+    );
+    let (_, said) = served.post("/api/path", json!({"name": "a.toml", "text": fast}));
+    assert!(said["do"].as_str().unwrap().contains("the largest speed that would do is"), "{said}");
+    for name in ["a\nb", &"n".repeat(101)] {
+        served.declined("/api/path", json!({"name": name, "text": ""}), 422);
+    }
+    // Nothing has moved.
+    for axis in 1..=3 {
+        assert_eq!(served.axis(axis)["position"], 0);
+    }
+}

@@ -1,0 +1,243 @@
+// The way of two motors, or of one over time, with its speed as colour.
+
+import { colour } from "./plots.js";
+
+/** Room for the numbers beside and below, and around the way, in px. */
+const SIDE = 58;
+const BELOW = 40;
+const AIR = 22;
+
+/** The height of the speed over time, in px. */
+const STRIP = 74;
+
+/** Colours of speeds, from rest to the highest. */
+const PACES = ["--pace-0", "--pace-1", "--pace-2", "--pace-3"];
+
+/** What is not meant now has this much of its colour. */
+const PALE = 0.28;
+
+/** It stands for at least this long where a mark says so, in s. */
+const STANDS = 0.05;
+
+const parts = (text) => text.match(/[\d.]+/g).slice(0, 3).map(Number);
+
+/** The colour of each part of the highest speed; of this much of it over the card. */
+export function ramp(strength = 1) {
+  const card = parts(colour("--card"));
+  const over = (stop) => stop.map((value, i) => card[i] + (value - card[i]) * strength);
+  const stops = PACES.map((name) => over(parts(colour(name))));
+  return (part) => {
+    const place = Math.min(Math.max(part, 0), 1) * (stops.length - 1);
+    const n = Math.min(Math.floor(place), stops.length - 2);
+    const mixed = stops[n].map((from, i) => Math.round(from + (stops[n + 1][i] - from) * (place - n)));
+    return `rgb(${mixed.join(",")})`;
+  };
+}
+
+/** Round numbers between two, about so many. */
+export function ticks(from, to, count) {
+  const rough = (to - from) / Math.max(1, count);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((n) => n * power).find((one) => one >= rough * 0.999);
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const values = [];
+  for (let n = Math.ceil(from / step - 1e-9); n * step <= to + step * 1e-9; n++) values.push(n * step);
+  return values.map((value) => [value, value.toFixed(digits).replace("-", "−")]);
+}
+
+/** A canvas as large as it is shown, and its pen. */
+function open(canvas, height) {
+  const width = canvas.clientWidth;
+  const scale = devicePixelRatio || 1;
+  canvas.style.height = `${height}px`;
+  canvas.width = Math.round(width * scale);
+  canvas.height = Math.round(height * scale);
+  const pen = canvas.getContext("2d");
+  pen.scale(scale, scale);
+  pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
+  pen.lineJoin = pen.lineCap = "round";
+  return [pen, width];
+}
+
+export class PathCanvas {
+  constructor(canvas, strip) {
+    Object.assign(this, { canvas, strip, sheet: null, axes: [0, 1], head: null, leg: null });
+    new ResizeObserver(() => this.draw()).observe(canvas.parentElement);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
+  }
+
+  /** Shows a drawing (see `scaled` of paths.js) by these two of its columns. */
+  show(sheet, axes) {
+    Object.assign(this, { sheet, axes });
+    this.draw();
+  }
+
+  /** Puts the playhead: a time, and where the motors are, or nothing. */
+  at(head) {
+    this.head = head;
+    this.draw();
+  }
+
+  /** Makes these legs stand out, or none. */
+  choose(legs) {
+    this.leg = legs;
+    this.draw();
+  }
+
+  /** The values of an axis: a motor's places, or the time. */
+  column(axis) {
+    return axis < 0 ? this.sheet.times : this.sheet.places[axis];
+  }
+
+  /** From values to px. */
+  frame(width, tall) {
+    const [x, y] = this.axes.map((axis) => this.column(axis));
+    const range = (values) => values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
+    const spans = [range(x), range(y)].map(([low, high]) => (high > low ? [low, high] : [low - 1, high + 1]));
+    const room = [width - SIDE - 2 * AIR, tall - BELOW - 2 * AIR];
+    const sizes = spans.map(([low, high], i) => room[i] / (high - low));
+    // Both of one scale, but where one is the time.
+    const even = this.axes.every((axis) => axis >= 0);
+    const scale = even ? [Math.min(...sizes), Math.min(...sizes)] : sizes;
+    // A way that is nearly straight takes a strip alone.
+    const height = even ? Math.max(Math.min((spans[1][1] - spans[1][0]) * scale[1], room[1]), 130) : room[1];
+    const middle = spans.map(([low, high]) => (low + high) / 2);
+    const centre = [SIDE + AIR + room[0] / 2, AIR + height / 2];
+    return {
+      height: height + 2 * AIR + BELOW,
+      bottom: height + 2 * AIR,
+      x: (value) => centre[0] + (value - middle[0]) * scale[0],
+      y: (value) => centre[1] - (value - middle[1]) * scale[1],
+      low: [middle[0] - (centre[0] - SIDE) / scale[0], middle[1] - (height / 2 + AIR) / scale[1]],
+      high: [middle[0] + (width - centre[0]) / scale[0], middle[1] + (height / 2 + AIR) / scale[1]],
+    };
+  }
+
+  draw() {
+    const { sheet, canvas } = this;
+    if (!sheet || !canvas.clientWidth) return;
+    const tall = Math.min(Math.max(canvas.clientWidth * 0.78, 320), Math.max(innerHeight * 0.62, 320));
+    const frame = (this.framed = this.frame(canvas.clientWidth, tall));
+    const [pen, width] = open(canvas, frame.height);
+    const colours = { ink: colour("--ink"), soft: colour("--soft"), line: colour("--line"), card: colour("--card"), accent: colour("--accent") };
+    this.drawGrid(pen, width, frame, colours);
+    this.drawWay(pen, frame, colours);
+    this.drawHead(pen, frame, colours);
+    this.drawStrip(ramp(), colours);
+  }
+
+  drawGrid(pen, width, frame, { soft, line, ink }) {
+    const { sheet, axes } = this;
+    const name = (axis) => (axis < 0 ? "Time, s" : `${sheet.motors[axis]}, ${sheet.unit}`);
+    pen.textBaseline = "middle";
+    pen.textAlign = "center";
+    for (const [value, text] of ticks(frame.low[0], frame.high[0], (width - SIDE) / 80)) {
+      const x = Math.round(frame.x(value));
+      pen.fillStyle = line;
+      pen.fillRect(x, 4, 1, frame.bottom - 4);
+      pen.fillStyle = soft;
+      if (x > SIDE + 8 && x < width - 12) pen.fillText(text, x, frame.bottom + 11);
+    }
+    pen.textAlign = "right";
+    for (const [value, text] of ticks(frame.low[1], frame.high[1], frame.bottom / 56)) {
+      const y = Math.round(frame.y(value));
+      pen.fillStyle = line;
+      pen.fillRect(SIDE, y, width - SIDE, 1);
+      pen.fillStyle = soft;
+      if (y > 22) pen.fillText(text, SIDE - 7, y);
+    }
+    pen.fillStyle = ink;
+    pen.textAlign = "left";
+    pen.fillText(name(axes[1]), 0, 9);
+    pen.textAlign = "right";
+    pen.fillText(name(axes[0]), width - 2, frame.bottom + 30);
+  }
+
+  drawWay(pen, frame, { card, ink }) {
+    const { sheet } = this;
+    const [x, y] = this.axes.map((axis) => this.column(axis));
+    const until = this.head && !this.head.done ? this.head.time : Infinity;
+    const [strong, pale] = [ramp(), ramp(PALE)];
+    const draw = (leg, wide, bright) => {
+      pen.lineWidth = wide;
+      for (let n = leg.first; n < leg.last; n++) {
+        const paint = bright && sheet.times[n] < until ? strong : pale;
+        const at = (i) => [frame.x(x[i]), frame.y(y[i])];
+        const [from, to] = [at(n), at(n + 1)];
+        const speeds = [sheet.speeds[n], sheet.speeds[n + 1]];
+        if (speeds[0] === speeds[1] || Math.hypot(to[0] - from[0], to[1] - from[1]) < 4) {
+          pen.strokeStyle = paint(Math.max(...speeds) / sheet.peak);
+        } else {
+          const mixed = pen.createLinearGradient(...from, ...to);
+          for (let i = 0; i <= 4; i++) mixed.addColorStop(i / 4, paint((speeds[0] + ((speeds[1] - speeds[0]) * i) / 4) / sheet.peak));
+          pen.strokeStyle = mixed;
+        }
+        pen.beginPath();
+        pen.moveTo(...from);
+        pen.lineTo(...to);
+        pen.stroke();
+      }
+    };
+    const chosen = (n) => this.leg?.includes(n);
+    sheet.legs.forEach((leg, n) => chosen(n) || draw(leg, 3, !this.leg));
+    sheet.legs.forEach((leg, n) => chosen(n) && draw(leg, 5, true));
+    const mark = (n, radius, fill) => {
+      pen.beginPath();
+      pen.arc(frame.x(x[n]), frame.y(y[n]), radius, 0, 7);
+      pen.fillStyle = fill;
+      pen.fill();
+      pen.lineWidth = 2;
+      pen.strokeStyle = ink;
+      pen.stroke();
+    };
+    const moving = sheet.legs.filter((leg) => leg.moves);
+    if (!moving.length) return;
+    const onWay = ({ point }) => moving.some((leg) => point > leg.first && point <= leg.last);
+    for (const stand of sheet.stands) if (stand.seconds >= STANDS && onWay(stand)) mark(stand.point, 3.2, card);
+    mark(moving[0].first, 6, card);
+    mark(moving.at(-1).last, 4.5, ink);
+  }
+
+  drawHead(pen, frame, { accent, card }) {
+    if (!this.head) return;
+    const [x, y] = this.axes.map((axis, i) => frame["xy"[i]](axis < 0 ? this.head.time : this.head.places[axis]));
+    pen.beginPath();
+    pen.arc(x, y, 9, 0, 7);
+    pen.fillStyle = card;
+    pen.fill();
+    pen.lineWidth = 4;
+    pen.strokeStyle = accent;
+    pen.stroke();
+  }
+
+  /** The speed over time, with the same colours. */
+  drawStrip(paint, { soft, line, ink }) {
+    const { sheet } = this;
+    const [pen, width] = open(this.strip, STRIP);
+    // A slider's knob has half its width at each end.
+    const inner = width - 16;
+    const x = (time) => 8 + (time / (sheet.seconds || 1)) * inner;
+    const y = (speed) => STRIP - 18 - (speed / (sheet.peak || 1)) * (STRIP - 24);
+    pen.textBaseline = "middle";
+    pen.textAlign = "center";
+    for (const [value, text] of ticks(0, sheet.seconds || 1, width / 90)) {
+      pen.fillStyle = line;
+      pen.fillRect(Math.round(x(value)), 2, 1, STRIP - 20);
+      pen.fillStyle = soft;
+      if (x(value) < width - 20) pen.fillText(value ? text : "0 s", Math.max(x(value), 10), STRIP - 8);
+    }
+    const mixed = pen.createLinearGradient(0, y(0), 0, y(sheet.peak));
+    for (let i = 0; i <= 4; i++) mixed.addColorStop(i / 4, paint(i / 4));
+    pen.fillStyle = mixed;
+    pen.beginPath();
+    pen.moveTo(x(0), y(0));
+    sheet.times.forEach((time, n) => pen.lineTo(x(time), y(sheet.speeds[n])));
+    pen.lineTo(x(sheet.seconds), y(0));
+    pen.fill();
+    pen.fillStyle = line;
+    pen.fillRect(0, y(0), width, 1);
+    if (!this.head) return;
+    pen.fillStyle = ink;
+    pen.fillRect(x(Math.min(this.head.time, sheet.seconds)) - 1, 0, 2, STRIP - 16);
+  }
+}

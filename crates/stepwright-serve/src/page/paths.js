@@ -1,0 +1,297 @@
+// The Paths view: a file of lines, arcs and other moves, drawn before anything moves.
+
+import { PathCanvas, ramp } from "./paths-draw.js";
+import { get, post } from "./server.js";
+
+const by = (id) => document.getElementById(id);
+const digits = (value, most) => new Intl.NumberFormat("en", { maximumSignificantDigits: most, useGrouping: false }).format(value).replace("-", "−");
+
+/** What a leg is called. */
+const KINDS = { line: "Line", arc: "Arc", home: "Homing", moves: "Moves", rest: "Rest" };
+
+/** The text is drawn so long after it was changed, in ms. */
+const LATER = 400;
+
+/** A file's units are shown in these, where they are so many. */
+const SHOWN = { nm: [["mm", 1e6], ["µm", 1e3]], µm: [["mm", 1e3]] };
+
+function element(tag, text, name) {
+  const made = document.createElement(tag);
+  if (text !== undefined) made.textContent = text;
+  if (name) made.className = name;
+  return made;
+}
+
+/** The first of `count` for which `late(n)` holds. */
+function first(count, late) {
+  let [low, high] = [0, count];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (late(middle)) high = middle;
+    else low = middle + 1;
+  }
+  return low;
+}
+
+/** A drawing as POST /api/path has it, in a unit with short numbers. */
+export function scaled(drawing) {
+  const all = drawing.places.flat();
+  const largest = all.reduce((most, place) => Math.max(most, Math.abs(place)), 0);
+  const [unit, per] = (SHOWN[drawing.unit] ?? []).find(([, per]) => largest >= per) ?? [drawing.unit, 1];
+  const { times, legs, seconds } = drawing;
+  const sheet = {
+    unit, per, times, seconds,
+    motors: drawing.motors.map((motor) => motor.name),
+    steps: drawing.motors.map((motor) => motor.step / per),
+    places: drawing.places.map((places) => places.map((place) => place / per)),
+    speeds: drawing.speeds.map((speed) => speed / per),
+    peak: drawing.peak / per || 1,
+  };
+  const moves = ({ first, last }) => sheet.places.some((places) => places.slice(first, last + 1).some((place) => place !== places[first]));
+  sheet.legs = legs.map((leg) => ({ ...leg, peak: leg.peak / per, moves: moves(leg) }));
+  sheet.stands = [];
+  for (let n = 0; n < times.length; n++) {
+    if (sheet.speeds[n] > 0) continue;
+    const last = sheet.stands.at(-1);
+    if (last && last.end === n - 1) Object.assign(last, { end: n, seconds: times[n] - times[last.point] });
+    else sheet.stands.push({ point: n, end: n, seconds: 0 });
+  }
+  // Rows of the table: a leg that was called otherwise on its way is one.
+  sheet.rows = [];
+  sheet.legs.forEach((leg, n) => {
+    const last = sheet.rows.at(-1);
+    if (last && last.line === leg.line && last.kind === leg.kind) {
+      last.legs.push(n);
+      last.end = leg.end;
+      last.peak = Math.max(last.peak, leg.peak);
+    } else sheet.rows.push({ ...leg, legs: [n] });
+  });
+  return sheet;
+}
+
+/** Where the motors of a drawing are at a time, and how fast. */
+export function placeAt(sheet, time) {
+  const next = first(sheet.times.length, (n) => sheet.times[n] > time);
+  const n = Math.min(Math.max(next, 1), sheet.times.length - 1);
+  const [from, to] = [sheet.times[n - 1], sheet.times[n]];
+  const part = to > from ? Math.min(Math.max((time - from) / (to - from), 0), 1) : 1;
+  // Between two legs there is no way.
+  const leap = sheet.legs.some((leg) => leg.first === n);
+  const mix = (values) => (leap ? values[part < 1 ? n - 1 : n] : values[n - 1] + (values[n] - values[n - 1]) * part);
+  return { time, speed: mix(sheet.speeds), places: sheet.places.map(mix) };
+}
+
+export class PathsView {
+  /** `tell(error)` shows what was declined. */
+  constructor(tell) {
+    this.tell = tell;
+    this.sheet = null;
+    this.row = null;
+    this.asked = 0;
+    this.canvas = new PathCanvas(by("paths-way"), by("paths-strip"));
+    by("paths").view = this;
+    by("paths-edit").open = innerWidth > 960;
+    this.listen();
+  }
+
+  /** Opens when it is looked at first. */
+  async open() {
+    this.opened ??= (async () => {
+      this.examples = await get("/api/path/examples");
+      const options = this.examples.map(({ name }, n) => new Option(name, n));
+      by("paths-file").replaceChildren(...options);
+      await this.use(this.examples[0]);
+    })();
+    return this.opened;
+  }
+
+  /** Takes a file, and draws it. */
+  use({ name, text }) {
+    by("paths-text").value = text;
+    this.name = name;
+    const known = this.examples.findIndex((one) => one.name === name && one.text === text);
+    let own = by("paths-file").querySelector("[value=own]");
+    if (known >= 0) by("paths-file").value = known;
+    else {
+      if (!own) by("paths-file").prepend((own = new Option("", "own")));
+      own.textContent = name;
+      by("paths-file").value = "own";
+      this.own = { name, text };
+    }
+    return this.drawFile();
+  }
+
+  /** Has the text drawn as it is now. */
+  async drawFile() {
+    const asked = ++this.asked;
+    const file = { name: this.name, text: by("paths-text").value };
+    by("paths").setAttribute("aria-busy", "true");
+    try {
+      const drawing = await post("/api/path", file);
+      if (asked !== this.asked) return;
+      this.wrong(null);
+      this.show(drawing);
+    } catch (declined) {
+      if (asked === this.asked) this.wrong(declined);
+    } finally {
+      if (asked === this.asked) by("paths").removeAttribute("aria-busy");
+    }
+  }
+
+  /** Says what is wrong with the file: what was drawn before is no longer this file's. */
+  wrong(declined) {
+    by("paths-wrong").replaceChildren(...(declined ? [element("li", declined.message)] : []));
+    by("paths").classList.toggle("wrong", Boolean(declined));
+    if (!declined) return;
+    const line = /, line (\d+):/.exec(declined.message)?.[1];
+    if (line) this.mark(Number(line));
+    if (declined.status !== 422 && declined.status !== 413) this.tell(declined);
+  }
+
+  /** Shows a line of the text. */
+  mark(line) {
+    const area = by("paths-text");
+    const lines = area.value.split("\n");
+    const begin = lines.slice(0, line - 1).join("\n").length + (line > 1);
+    if (document.activeElement !== area) area.setSelectionRange(begin, begin + (lines[line - 1] ?? "").length);
+    area.scrollTop = (line - 4) * parseFloat(getComputedStyle(area).lineHeight);
+  }
+
+  show(drawing) {
+    const kept = this.sheet?.motors.join() === drawing.motors.map((motor) => motor.name).join();
+    this.sheet = scaled(drawing);
+    this.choices(kept);
+    this.table();
+    this.legend();
+    const slide = by("paths-time");
+    slide.max = this.sheet.seconds;
+    slide.step = this.sheet.seconds / 2000 || 1;
+    this.choose(null);
+    this.seek(0);
+    this.drawWay();
+  }
+
+  /** Which motors, or the time, are drawn. */
+  choices(kept) {
+    const [x, y] = [by("paths-x"), by("paths-y")];
+    const before = [x.value, y.value];
+    const motors = () => this.sheet.motors.map((name, n) => new Option(name, n));
+    x.replaceChildren(...motors(), new Option("Time", -1));
+    y.replaceChildren(...motors());
+    const several = this.sheet.motors.length > 1;
+    [x.value, y.value] = kept ? before : several ? [0, 1] : [-1, 0];
+  }
+
+  drawWay() {
+    this.canvas.show(this.sheet, [Number(by("paths-x").value), Number(by("paths-y").value)]);
+  }
+
+  table() {
+    const { sheet } = this;
+    const shown = [...new Set(["paths-x", "paths-y"].map((id) => Number(by(id).value)))].filter((axis) => axis >= 0);
+    const pair = (n) => shown.map((axis) => digits(sheet.places[axis][n], 5)).join(", ");
+    by("paths-legs").tHead.rows[0].cells[1].textContent = `To ${shown.map((axis) => sheet.motors[axis]).join(", ")}, ${sheet.unit}`;
+    by("paths-legs").tHead.rows[0].cells[3].textContent = `Peak, ${sheet.unit}/s`;
+    const rows = sheet.rows.map((row, n) => {
+      const made = element("tr");
+      const name = made.insertCell();
+      const button = element("button", `${n + 1} ${KINDS[row.kind] ?? row.kind}`);
+      Object.assign(button, { type: "button", title: `line ${row.line} of the file` });
+      button.addEventListener("click", () => this.choose(this.row === n ? null : n));
+      name.append(button);
+      const last = sheet.legs[row.legs.at(-1)].last;
+      for (const text of [pair(last), `${digits(row.end - row.begin, 4)} s`, row.peak ? digits(row.peak, 4) : "–"]) made.insertCell().textContent = text;
+      return made;
+    });
+    by("paths-legs").tBodies[0].replaceChildren(...rows);
+    const count = sheet.rows.length === 1 ? "1 part" : `${sheet.rows.length} parts`;
+    by("paths-sum").textContent = `${count}, ${digits(sheet.seconds, 5)} s, at most ${digits(sheet.peak, 4)} ${sheet.unit}/s`;
+  }
+
+  /** Makes a row of the table stand out, and puts the playhead to its beginning. */
+  choose(n) {
+    this.row = n;
+    [...by("paths-legs").tBodies[0].rows].forEach((row, i) => {
+      row.classList.toggle("chosen", i === n);
+      row.querySelector("button").setAttribute("aria-pressed", i === n);
+    });
+    this.canvas.choose(n === null ? null : this.sheet.rows[n].legs);
+    if (n === null) return;
+    this.seek(this.sheet.rows[n].begin);
+    this.mark(this.sheet.rows[n].line);
+  }
+
+  legend() {
+    const { sheet } = this;
+    const bar = by("paths-legend");
+    const paint = ramp();
+    const pen = bar.getContext("2d");
+    for (let x = 0; x < bar.width; x++) {
+      pen.fillStyle = paint(x / (bar.width - 1));
+      pen.fillRect(x, 0, 1, bar.height);
+    }
+    by("paths-fastest").textContent = `${digits(sheet.peak, 4)} ${sheet.unit}/s`;
+  }
+
+  /** Puts the playhead to a time of the drawing. */
+  seek(time) {
+    by("paths-time").value = time;
+    const at = placeAt(this.sheet, time);
+    this.head({ ...at, done: time <= 0 || time >= this.sheet.seconds });
+  }
+
+  /** Puts the playhead, and says where it is. */
+  head(head) {
+    const { sheet } = this;
+    this.canvas.at(head);
+    const after = Math.max(0, -Math.floor(Math.log10(Math.min(...sheet.steps)) + 1e-9));
+    const places = sheet.motors.map((name, n) => `${name} ${head.places[n].toFixed(Math.min(after, 3)).replace("-", "−")}`);
+    const speed = head.speed === undefined ? [] : [`${digits(head.speed, 4)} ${sheet.unit}/s`];
+    const words = [`${head.time.toFixed(2)} s`, `${places.join(", ")} ${sheet.unit}`, ...speed];
+    by("paths-at").textContent = words.join(" · ");
+    by("paths-time").setAttribute("aria-valuetext", words.join(", "));
+  }
+
+  async read(file) {
+    if (!file) return;
+    try {
+      await this.use({ name: file.name.slice(0, 100), text: await file.text() });
+    } catch (error) {
+      this.tell(error);
+    }
+  }
+
+  listen() {
+    by("paths-file").addEventListener("input", (event) => {
+      const { value } = event.target;
+      this.use(value === "own" ? this.own : this.examples[value]);
+    });
+    by("paths-open").addEventListener("click", () => by("paths-pick").click());
+    by("paths-pick").addEventListener("change", (event) => {
+      this.read(event.target.files[0]);
+      event.target.value = "";
+    });
+    by("paths-text").addEventListener("input", () => {
+      clearTimeout(this.later);
+      this.later = setTimeout(() => this.drawFile(), LATER);
+    });
+    const turned = () => (this.table(), this.choose(this.row), this.drawWay());
+    for (const id of ["paths-x", "paths-y"]) by(id).addEventListener("input", turned);
+    by("paths-time").addEventListener("input", (event) => this.sheet && this.seek(event.target.valueAsNumber));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.sheet && this.legend());
+    const section = by("paths");
+    section.addEventListener("dragover", (event) => {
+      event.preventDefault();
+      section.classList.add("over");
+    });
+    section.addEventListener("dragleave", () => section.classList.remove("over"));
+    section.addEventListener("drop", (event) => {
+      event.preventDefault();
+      section.classList.remove("over");
+      this.read(event.dataTransfer.files[0]);
+    });
+    const looked = () => location.hash === "#paths" && this.open().catch(this.tell);
+    addEventListener("hashchange", looked);
+    looked();
+  }
+}

@@ -17,6 +17,7 @@ use crate::{image, rig, setup};
 ///
 /// Lines on standard input act on the machine: `press 1`, `release 1` (the limit switch of an
 /// axis), `reset` (the button), `power` (the plug is pulled and put back), `end` (as Ctrl-C).
+/// `where` prints the chip's time, and each axis by the edges of its pins.
 #[derive(clap::Args)]
 pub struct Sim {
     board: Board,

@@ -46,6 +46,9 @@ struct Step {
 /// What a boot loader on the simulated chip takes.
 const FLASH_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::ARDUINO];
 
+/// What a browser at a simulated chip takes.
+const PAGE_CHIP_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
+
 /// The quickest to say no come first.
 const STEPS: &[Step] = &[
     Step { name: "fmt", what: "the code is formatted", needs: &[], run: code::fmt },
@@ -142,6 +145,12 @@ const STEPS: &[Step] = &[
         what: "a browser drives a board by the page of `stepwright serve`",
         needs: &[setup::NODE],
         run: page::run,
+    },
+    Step {
+        name: "page-chip",
+        what: "a browser drives a simulated Uno, by WebSocket and by WebSerial",
+        needs: PAGE_CHIP_NEEDS,
+        run: page::run_chip,
     },
     Step {
         name: "api",

@@ -25,9 +25,14 @@ fn the_simulated_chip_says_its_path_and_answers_there() {
     command.arg(board().name()).stdin(Stdio::piped());
     command.stdout(Stdio::piped()).stderr(Stdio::null());
     let mut sim = Sim(command.spawn().unwrap());
-    let mut first = String::new();
-    BufReader::new(sim.0.stdout.take().unwrap()).read_line(&mut first).unwrap();
-    let path = first.trim_end().strip_prefix("pty ").expect("the first line");
+    let mut said = BufReader::new(sim.0.stdout.take().unwrap());
+    let mut heard = || {
+        let mut line = String::new();
+        said.read_line(&mut line).unwrap();
+        line.trim_end().to_owned()
+    };
+    let first = heard();
+    let path = first.strip_prefix("pty ").expect("the first line");
     let mut port = OpenOptions::new().read(true).write(true).open(path).unwrap();
     let mut ask = |line: &str| {
         port.write_all(format!("{line}\r").as_bytes()).unwrap();
@@ -55,6 +60,12 @@ fn the_simulated_chip_says_its_path_and_answers_there() {
     // Its switch is pressed and let go, its plug pulled.
     assert_eq!(ask("$switches=1"), "Y");
     let mut acts = sim.0.stdin.take().unwrap();
+    // Its pins say the same.
+    writeln!(acts, "where").unwrap();
+    assert!(heard().starts_with("cycles "));
+    assert_eq!(heard(), "axis 1: 250 steps, from 0 to 250");
+    assert_eq!(heard(), "axis 2: 0 steps, from 0 to 0");
+    assert_eq!(heard(), "axis 3: 0 steps, from 0 to 0");
     for (act, answer) in [("press 1", "E"), ("foo", "E"), ("release 1", "Y")] {
         writeln!(acts, "{act}").unwrap();
         let begun = Instant::now();

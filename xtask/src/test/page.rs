@@ -9,11 +9,11 @@ use std::time::Duration;
 
 use anyhow::{Result, bail, ensure};
 
-use crate::setup;
+use crate::firmware::{Board, Build};
 use crate::workspace::{self, Workspace, run_within, succeeds};
-use crate::{node, page};
+use crate::{node, page, rig, setup};
 
-/// Some ten seconds on an idle machine.
+/// Each script takes a minute on an idle machine.
 const LIMIT: Duration = Duration::from_secs(600);
 
 /// What a Chromium is called.
@@ -26,43 +26,70 @@ fn browser() -> Option<PathBuf> {
     places.into_iter().find(|place| place.is_file() && succeeds(place, &["--version"]))
 }
 
-/// The files that are carried are the right ones, and the page does what it shows.
-pub fn run(ws: &Workspace) -> Result<()> {
-    page::check(ws)?;
-    if browser().is_none()
-        && let Err(error) = setup::ensure(&[setup::CHROMIUM])
-    {
-        println!("{error:#}");
+/// What every script of the page takes.
+struct Driver<'a> {
+    ws: &'a Workspace,
+    browser: PathBuf,
+    /// The page for any host.
+    page: PathBuf,
+}
+
+impl<'a> Driver<'a> {
+    /// Nothing, if there is no browser.
+    fn prepare(ws: &'a Workspace) -> Result<Option<Driver<'a>>> {
+        if browser().is_none()
+            && let Err(error) = setup::ensure(&[setup::CHROMIUM])
+        {
+            println!("{error:#}");
+        }
+        let Some(browser) = browser() else {
+            // Where the tests count, a page that nobody has looked at is a failure.
+            ensure!(env::var_os("CI").is_none(), "there is no browser to test the page with");
+            println!("skipped: there is no browser here, and none can be installed");
+            return Ok(None);
+        };
+        workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+        node::PLAYWRIGHT.prepare(ws)?;
+        let page = ws.target.join("page/static");
+        page::write_static(ws, &page)?;
+        Ok(Some(Driver { ws, browser, page }))
     }
-    let Some(browser) = browser() else {
-        // Where the tests count, a page that nobody has looked at is a failure.
-        ensure!(env::var_os("CI").is_none(), "there is no browser to test the page with");
-        println!("skipped: there is no browser here, and none can be installed");
-        return Ok(());
-    };
-    workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
-    node::PLAYWRIGHT.prepare(ws)?;
-    let place = ws.target.join("page");
-    let (alone, copied) = (place.join("static"), place.join("copied"));
-    page::write_static(ws, &alone)?;
-    for (script, folders) in [
-        ("drive.mjs", vec![]),
-        ("plan.mjs", vec![&alone, &copied]),
-        ("paths.mjs", vec![]),
-        ("alone.mjs", vec![&alone]),
-    ] {
+
+    fn play(&self, script: &str, more: &[&Path]) -> Result<()> {
         let mut drive = Command::new("node");
-        drive.current_dir(&ws.root).arg(format!("crates/stepwright-serve/tests/page/{script}"));
-        drive.arg(ws.built("stepwright")).arg(&browser).args(folders);
+        drive.current_dir(&self.ws.root);
+        drive.arg(format!("crates/stepwright-serve/tests/page/{script}"));
+        drive.arg(self.ws.built("stepwright")).arg(&self.browser).args(more);
         if let Some(folder) = env::var_os("STEPWRIGHT_PICTURES") {
             drive.arg(folder);
         }
-        drive.env("NODE_PATH", node::PLAYWRIGHT.modules(ws));
+        drive.env("NODE_PATH", node::PLAYWRIGHT.modules(self.ws));
+        rig::with_firmware(self.ws, &mut drive);
         if run_within(LIMIT, &mut drive).is_err() {
             bail!("the page does not do what it shows");
         }
+        Ok(())
     }
+}
+
+/// The files that are carried are the right ones, and the page does what it shows.
+pub fn run(ws: &Workspace) -> Result<()> {
+    page::check(ws)?;
+    let Some(driver) = Driver::prepare(ws)? else { return Ok(()) };
+    let copied = ws.target.join("page/copied");
+    driver.play("drive.mjs", &[])?;
+    driver.play("plan.mjs", &[&driver.page, &copied])?;
+    driver.play("paths.mjs", &[])?;
+    driver.play("alone.mjs", &[&driver.page])?;
     compile(ws, &copied)
+}
+
+/// The page at a simulated Uno, held against the chip's pins.
+pub fn run_chip(ws: &Workspace) -> Result<()> {
+    let Some(driver) = Driver::prepare(ws)? else { return Ok(()) };
+    Build { board: Board::Uno, timer: 1, bench: false }.controller(ws)?;
+    let sim = rig::program(ws, "sim")?;
+    driver.play("chip.mjs", &[&driver.page, &sim])
 }
 
 /// Runs what "copy as Rust" has given, against the durations that the page has shown.

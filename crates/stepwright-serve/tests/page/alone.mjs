@@ -11,63 +11,31 @@ import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 
-import { browser, host, running, until, watched } from "./common.mjs";
+import { browser, host, play, running, until } from "./common.mjs";
+import { click, fill, homes, jogs, kills, moves, open, rests, sets, shown, stops, travels } from "./steps.mjs";
 import * as wired from "./wired.mjs";
 
 const [files, folder] = process.argv.slice(4);
 
-const fill = (card, name, value) => card.locator(`[name=${name}]`).fill(String(value));
-const click = (card, name) => card.locator(`[name=${name}]`).click();
-const shown = async (card) => (await card.locator(".position").textContent()).trim();
-const word = async (card) => (await card.locator(".state").textContent()).trim();
-const moves = (card) => until("it moves", async () => (await word(card)) === "moving");
-const rests = (card) => until("it rests", async () => (await word(card)) === "at rest" && shown(card));
-
-/** A page, and the card of its first axis. */
-async function open(url, options = {}, before) {
-  const size = { viewport: { width: 1360, height: 900 }, ...options };
-  const { context, page, faults } = await watched(url, size, before);
-  const card = page.locator(".axis").first();
-  await card.waitFor();
-  // The question whether there is a server.
-  return { context, page, card, faults: () => faults.filter((fault) => !fault.includes("404")) };
-}
-
 /** Steps of the first shaft, counted at the pins of the worker's board. */
 const shaft = (page) => page.evaluate(async () => (await document.getElementById("board").keeper.wire.shafts())[0]);
 
-const helpers = { open, fill, click, shown, word, moves, rests, until };
+/** A page, and where its first shaft is. */
+async function alone(url) {
+  const opened = await open(url);
+  return { ...opened, at: () => shaft(opened.page), faults: () => served(opened.faults) };
+}
+
+/** Without the question whether there is a server. */
+const served = (faults) => faults.filter((fault) => !fault.includes("404"));
 
 const tests = {
   async "it drives the worker's board, without a network"(url) {
-    const { page, card, context, faults } = await open(url);
+    const { page, context, faults, ...driven } = await alone(url);
     const asked = [];
     page.on("request", (request) => asked.push(request.url()));
     await context.setOffline(true);
-    await fill(card, "speed", 2000);
-    await fill(card, "accel", 20000);
-    await fill(card, "target", 700);
-    await click(card, "to");
-    await until("700 is shown", async () => (await shown(card)) === "700");
-    assert.equal(await shaft(page), 700);
-    await fill(card, "target", -200);
-    await click(card, "by");
-    await moves(card);
-    assert.equal(await rests(card), "500");
-    assert.equal(await shaft(page), 500);
-    const lines = await page.locator("#lines").innerText();
-    assert.match(lines, /G-200[\s\S]*travel by this many steps[\s\S]*accepted/);
-    // Another target on the way, then another speed.
-    await fill(card, "target", 1_000_000);
-    await click(card, "to");
-    await moves(card);
-    await fill(card, "speed", 3000);
-    await card.locator("[name=speed]").press("Tab");
-    await until("it is faster", async () => parseFloat(await card.locator(".speed").textContent()) > 2500);
-    await fill(card, "target", 0);
-    await card.getByText("Retarget").click();
-    await until("it is back", async () => (await shown(card)) === "0" && (await word(card)) === "at rest");
-    assert.equal(await shaft(page), 0);
+    await travels({ page, ...driven });
     assert.deepEqual(asked, []);
     assert.deepEqual(faults(), []);
     await context.close();
@@ -121,73 +89,26 @@ const tests = {
   },
 
   async "the button and the space bar brake its run, and keep the position"(url) {
-    const { page, card, context } = await open(url);
-    for (const stop of [
-      () => page.locator("#stop").click(),
-      () => page.keyboard.press("Space"),
-      () => card.locator("[name=target]").press("Space"),
-    ]) {
-      await click(card, "run-ahead");
-      await moves(card);
-      await stop();
-      const at = await rests(card);
-      assert.equal(await shaft(page), Number(at));
-      await card.getByText("Stopped by a soft stop").waitFor();
-    }
-    await context.close();
+    const driven = await alone(url);
+    await stops(driven);
+    await driven.context.close();
   },
 
   async "a kill loses the position, and it is called 0 again"(url) {
-    const { page, card, context } = await open(url);
-    await click(card, "run-ahead");
-    await moves(card);
-    await page.keyboard.press("Shift+K");
-    await until("? is shown", async () => (await shown(card)) === "?");
-    assert.ok(await card.locator("[name=to]").isDisabled());
-    const at = await shaft(page);
-    await new Promise((later) => setTimeout(later, 100));
-    assert.equal(await shaft(page), at);
-    await click(card, "zero");
-    await until("0 is shown", async () => (await shown(card)) === "0");
-    await page.getByRole("button", { name: "Acknowledge" }).click();
-    await page.locator("#errors").waitFor({ state: "detached" });
-    await context.close();
+    const driven = await alone(url);
+    await kills(driven);
+    await driven.context.close();
   },
 
   async "a jog runs while it is held"(url) {
-    const { page, card, context } = await open(url);
-    await fill(card, "speed", 800);
-    await fill(card, "accel", 8000);
-    await card.locator("[name=ahead]").hover();
-    await page.mouse.down();
-    await until("it has gone far", async () => (await shaft(page)) > 300);
-    await page.mouse.up();
-    const up = Number(await rests(card));
-    await page.locator("h1").click();
-    await page.keyboard.down("ArrowLeft");
-    await until("it has come back", async () => (await shaft(page)) < up - 300);
-    await page.keyboard.up("ArrowLeft");
-    const at = Number(await rests(card));
-    assert.ok(at < up - 300);
-    assert.equal(await shaft(page), at);
-    await fill(card, "step", 25);
-    await click(card, "more");
-    await until("a step was made", async () => Number(await shown(card)) === at + 25);
-    await context.close();
+    const driven = await alone(url);
+    await jogs(driven);
+    await driven.context.close();
   },
 
   async "its settings hold, and what the board refuses is told"(url) {
     const { page, card, context } = await open(url);
-    await page.click('nav a[href="#settings"]');
-    const pulse = page.locator("tr[data-name=pulse-us]");
-    assert.match(await pulse.innerText(), /1 to 20 µs[\s\S]*STEP stays high/);
-    await pulse.locator("input").fill("7");
-    await pulse.locator("input").press("Enter");
-    await pulse.getByText("changed", { exact: true }).waitFor();
-    await pulse.locator("input").fill("21");
-    await pulse.locator("input").press("Enter");
-    await pulse.getByText("Allowed: 1 to 20 µs").waitFor();
-    await page.click('nav a[href="#control"]');
+    await sets({ page });
     await fill(card, "speed", 900_000);
     await fill(card, "target", 400_000);
     await fill(card, "accel", 9_000_000);
@@ -200,35 +121,12 @@ const tests = {
   },
 
   async "an axis is homed by the switch of its machine"(url) {
-    const { page, card, context, faults } = await open(url);
-    await click(card, "home");
-    await page.locator("#notices").getByText("knows of no limit switch of axis 1").waitFor();
-    await page.getByRole("button", { name: "Dismiss" }).click();
-    await page.click('nav a[href="#settings"]');
-    const switches = page.locator("tr[data-name=switches]");
-    await switches.locator("input").fill("1");
-    await switches.locator("input").press("Enter");
-    await switches.getByText("changed", { exact: true }).waitFor();
-    await page.click('nav a[href="#control"]');
-    await card.locator("summary").click();
-    await fill(card, "seek", 2000);
-    await fill(card, "slow", 400);
-    await click(card, "home");
-    await card.getByText("seeks its switch").waitFor();
-    assert.ok(await card.locator("[name=to]").isDisabled());
-    await card.getByText("homed: 0 is where its switch closes").waitFor();
-    await until("50 is shown", async () => (await shown(card)) === "50");
+    const driven = await alone(url);
     // The switch closes at −1000 of the shaft, and is looked at each 100 µs.
-    const at = await shaft(page);
-    assert.ok(Math.abs(at + 950) <= 2, `${at}`);
-    assert.equal(await page.locator("#errors").count(), 0);
-    // A stop ends it, and so does a switch that is further than it may be.
-    await fill(card, "back-off", 2000);
-    await click(card, "home");
-    await card.getByText("backs off").waitFor();
-    await page.keyboard.press("Space");
-    await card.getByText("Not homed: stopped before 0 was found").waitFor();
-    await rests(card);
+    const place = await homes(driven);
+    assert.ok(Math.abs(place + 950) <= 2, `${place}`);
+    const { card, context, faults } = driven;
+    // So does a switch that is further than it may be.
     await fill(card, "within", 100);
     await click(card, "home");
     await card.getByText("Not homed: no switch of axis 1 within 100 steps").waitFor();
@@ -299,16 +197,8 @@ async function pictures(url) {
 let failed = 0;
 const { url, close } = await host(files);
 try {
-  for (const [name, test] of Object.entries({ ...tests, ...wired.tests(helpers) })) {
-    try {
-      await test(url);
-      console.log(`passed: ${name}`);
-    } catch (error) {
-      failed++;
-      console.log(`FAILED: ${name}\n${error.stack}`);
-      for (const context of browser.contexts()) await context.close();
-    }
-  }
+  const all = Object.entries({ ...tests, ...wired.tests }).map(([name, test]) => [name, () => test(url)]);
+  failed = await play(Object.fromEntries(all));
   if (folder) await pictures(url);
 } finally {
   await browser.close();

@@ -21,21 +21,28 @@ export const running = new Set();
 /** Longer than anything here takes, even on a loaded machine, in ms. */
 const LIMIT = 60_000;
 
-/** A stepwright, and its first line that begins so, without that beginning. */
-export function start(begin, ...args) {
-  const child = spawn(stepwright, args, { stdio: ["ignore", "pipe", "inherit"] });
+/** A program, its first line that begins so, without that beginning, and all its lines so far. */
+export function launch(begin, program, args, stdin = "ignore") {
+  const child = spawn(program, args, { stdio: [stdin, "pipe", "inherit"] });
   running.add(child);
   child.on("exit", () => running.delete(child));
   return new Promise((tell, fail) => {
     let text = "";
+    const lines = () => text.split("\n").slice(0, -1);
     child.stdout.on("data", (data) => {
       text += data;
-      const line = text.split("\n").find((one, i, all) => i < all.length - 1 && one.startsWith(begin));
-      if (line) tell({ child, said: line.slice(begin.length) });
+      const line = lines().find((one) => one.startsWith(begin));
+      if (line) tell({ child, said: line.slice(begin.length), lines });
     });
     child.on("exit", () => fail(new Error(`${args.join(" ")} ended: ${text}`)));
   });
 }
+
+/** A stepwright, likewise. */
+export const start = (begin, ...args) => launch(begin, stepwright, args);
+
+/** Ends a program, without a word. */
+export const end = (child) => new Promise((ended) => (child.on("exit", ended), child.kill("SIGKILL")));
 
 /** A page that is served, and its address. */
 export const serve = (...args) =>
@@ -72,6 +79,26 @@ export async function host(folder) {
 }
 
 export const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
+
+/** Plays tests, one after another, and `after(whether it failed)` each; how many have failed. */
+export async function play(tests, after = () => {}) {
+  let failed = 0;
+  for (const [name, test] of Object.entries(tests)) {
+    let broken = false;
+    const begin = Date.now();
+    try {
+      await test();
+      console.log(`passed: ${name}, in ${((Date.now() - begin) / 1000).toFixed(1)} s`);
+    } catch (error) {
+      broken = true;
+      failed++;
+      console.log(`FAILED: ${name}\n${error.stack}`);
+      for (const context of browser.contexts()) await context.close();
+    }
+    await after(broken);
+  }
+  return failed;
+}
 
 /** A page that is watched for errors; `before(page)` prepares it. */
 export async function watched(url, options, before = () => {}) {

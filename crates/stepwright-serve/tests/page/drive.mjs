@@ -9,12 +9,11 @@ import { mkdirSync, mkdtempSync, rmSync, symlinkSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-import { browser, running, serve, start, until, watched } from "./common.mjs";
+import { browser, end, play, running, serve, start, until } from "./common.mjs";
+import { click, fill, jogs, kills, open, shown, stops, travels } from "./steps.mjs";
 import * as views from "./views.mjs";
 
 const folder = process.argv[4];
-
-const end = (child) => new Promise((ended) => (child.on("exit", ended), child.kill("SIGKILL")));
 
 /** What the board does, as a program sees it. */
 const state = async (url) => (await fetch(`${url}api/state`)).json();
@@ -27,124 +26,42 @@ const rests = (url, number = 1) =>
   });
 const moves = (url, number = 1) => until(`axis ${number} moves`, async () => (await axis(url, number)).moving);
 
-/** A page that is watched for errors, and the card of its first axis. */
-async function open(url, options = {}) {
-  const { context, page, faults } = await watched(url, { viewport: { width: 1360, height: 900 }, ...options });
-  const card = page.locator(".axis").first();
-  await card.waitFor();
-  return { context, page, card, faults };
-}
-
 const controls = (page) => page.locator("#release").waitFor();
-const fill = async (card, name, value) => card.locator(`[name=${name}]`).fill(String(value));
-const click = async (card, name) => card.locator(`[name=${name}]`).click();
-const shown = async (card) => (await card.locator(".position").textContent()).trim();
+/** A page that controls, and what the API says of its axis at rest. */
+async function driver(url) {
+  const opened = await open(url);
+  await controls(opened.page);
+  // After a kill it is nowhere.
+  return { ...opened, at: async () => (await rests(url)).position ?? 0 };
+}
 
 const tests = {
   async "an axis travels where the page says, and the page shows where it is"(url) {
-    const { page, card, faults, context } = await open(url);
-    await controls(page);
-    await fill(card, "speed", 2000);
-    await fill(card, "accel", 20000);
-    await fill(card, "target", 700);
-    await click(card, "to");
-    await until("700 is shown", async () => (await shown(card)) === "700");
-    assert.equal((await rests(url)).position, 700);
-    await fill(card, "target", -200);
-    await click(card, "by");
-    await moves(url);
-    await rests(url);
-    await until("500 is shown", async () => (await shown(card)) === "500");
-    assert.equal((await axis(url)).position, 500);
-    // The order was told line by line, each with its meaning.
-    const lines = await page.locator("#lines").innerText();
-    assert.match(lines, /G-200[\s\S]*travel by this many steps[\s\S]*accepted/);
-    // Another target on the way.
-    await fill(card, "target", 1_000_000);
-    await click(card, "to");
-    await moves(url);
-    await fill(card, "target", 0);
-    await card.getByText("Retarget").click();
-    assert.equal((await rests(url)).position, 0);
-    assert.deepEqual(faults, []);
-    await context.close();
+    const driven = await driver(url);
+    await travels(driven);
+    assert.deepEqual(driven.faults, []);
+    await driven.context.close();
   },
 
   async "the button and the space bar brake, and keep the position"(url) {
-    const { page, card, context } = await open(url);
-    await controls(page);
-    for (const stop of [
-      () => page.locator("#stop").click(),
-      () => page.keyboard.press("Space"),
-      // Also from within a field, and from another button.
-      () => card.locator("[name=target]").press("Space"),
-      () => card.locator("[name=run-back]").press("Space"),
-    ]) {
-      await click(card, "run-ahead");
-      await moves(url);
-      await stop();
-      const one = await rests(url);
-      assert.equal(one.state, "ready");
-      assert.equal(one.stop.name, "brake");
-    }
-    await until("the place is shown", async () => (await shown(card)) === String((await axis(url)).position));
-    await context.close();
+    const driven = await driver(url);
+    await stops(driven);
+    const one = await rests(url);
+    assert.deepEqual([one.state, one.stop.name], ["ready", "brake"]);
+    await driven.context.close();
   },
 
   async "a kill is held, and loses the position"(url) {
-    const { page, card, context } = await open(url);
-    await controls(page);
-    await click(card, "run-ahead");
-    await moves(url);
-    // A touch by accident does nothing.
-    await page.locator("#kill").click();
-    await new Promise((later) => setTimeout(later, 900));
-    assert.equal((await axis(url)).moving, true);
-    await page.locator("#kill").hover();
-    await page.mouse.down();
-    await until("it is killed", async () => (await axis(url)).state === "uncertain");
-    await page.mouse.up();
-    await until("? is shown", async () => (await shown(card)) === "?");
-    assert.ok(await card.locator("[name=to]").isDisabled());
-    await click(card, "zero");
-    await until("0 is shown", async () => (await shown(card)) === "0");
-    await page.getByRole("button", { name: "Acknowledge" }).click();
-    await page.locator("#errors").waitFor({ state: "detached" });
-    // On a key it needs no holding.
-    await click(card, "run-back");
-    await moves(url);
-    await page.keyboard.press("Shift+K");
-    await until("it is killed", async () => (await axis(url)).state === "uncertain");
-    await click(card, "zero");
-    await context.close();
+    const driven = await driver(url);
+    await kills(driven);
+    await driven.context.close();
   },
 
   async "a jog runs while it is held"(url) {
-    const { page, card, context } = await open(url);
-    await controls(page);
-    await fill(card, "speed", 800);
-    await fill(card, "accel", 8000);
-    const from = (await rests(url)).position;
-    await card.locator("[name=ahead]").hover();
-    await page.mouse.down();
-    await until("it has gone far", async () => (await axis(url)).position > from + 300);
-    await page.mouse.up();
-    const up = (await rests(url)).position;
-    await page.locator("h1").click();
-    await page.keyboard.down("ArrowLeft");
-    await until("it has come back", async () => (await axis(url)).position < up - 300);
-    await page.keyboard.up("ArrowLeft");
-    const { position, state: word } = await rests(url);
-    assert.ok(position < up - 300 && word === "ready");
-    // A tap is a short run, never an endless one.
-    await page.keyboard.press("ArrowRight");
-    await new Promise((later) => setTimeout(later, 400));
-    await rests(url);
-    await fill(card, "step", 25);
-    const at = (await rests(url)).position;
-    await click(card, "more");
-    await until("a step was made", async () => (await axis(url)).position === at + 25);
-    await context.close();
+    const driven = await driver(url);
+    await jogs(driven);
+    assert.equal((await rests(url)).state, "ready");
+    await driven.context.close();
   },
 
   async "one page controls, another watches and may stop, and may take over"(url) {
@@ -270,27 +187,15 @@ async function pictures(url) {
 let failed = 0;
 try {
   const { child, said: url } = await serve("--virtual", "--switch", "1:-300");
-  const more = views.tests({ open, controls, until, rests, moves, axis, shown, click, fill });
-  for (const [name, test] of Object.entries({ ...more, ...tests })) {
-    try {
-      await test(url);
-      console.log(`passed: ${name}`);
-    } catch (error) {
-      failed++;
-      console.log(`FAILED: ${name}\n${error.stack}`);
-      // The next one begins with a board at rest, and nobody who controls.
-      await fetch(`${url}api/stop`, { method: "POST", headers: { "Content-Type": "application/json" }, body: "{}" });
-      for (const context of browser.contexts()) await context.close();
-    }
+  const more = views.tests({ driver, open, controls, until, rests, moves, axis, click, fill });
+  const all = Object.entries({ ...more, ...tests }).map(([name, test]) => [name, () => test(url)]);
+  failed += await play(Object.fromEntries(all), async (broken) => {
+    // The next one begins with a board at rest, and nobody who controls.
+    const stop = { method: "POST", headers: { "Content-Type": "application/json" }, body: "{}" };
+    if (broken) await fetch(`${url}api/stop`, stop);
     await until("control is free", async () => !(await state(url)).control?.live);
-  }
-  try {
-    await vanishing();
-    console.log("passed: a board that vanishes is met again, and nothing moves by itself");
-  } catch (error) {
-    failed++;
-    console.log(`FAILED: a board that vanishes\n${error.stack}`);
-  }
+  });
+  failed += await play({ "a board that vanishes is met again, and nothing moves by itself": vanishing });
   if (folder) {
     await pictures(url);
     await views.pictures({ start, end, open, controls, until, rests, axis, click, fill, folder });

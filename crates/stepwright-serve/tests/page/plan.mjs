@@ -11,7 +11,7 @@ import { execFileSync } from "node:child_process";
 import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 
-import { browser, host, serve, stepwright, until, watched } from "./common.mjs";
+import { browser, host, play, serve, stepwright, until, watched } from "./common.mjs";
 
 const [page_, copied, folder] = process.argv.slice(4);
 
@@ -268,17 +268,11 @@ async function pictures(url) {
 let failed = 0;
 const { child, said: url } = await serve("--virtual");
 try {
-  for (const [name, test] of [...Object.entries(tests), ["the page plans without a server, and without a network", alone]]) {
-    try {
-      await test(url);
-      console.log(`passed: ${name}`);
-    } catch (error) {
-      failed++;
-      console.log(`FAILED: ${name}\n${error.stack}`);
-      for (const context of browser.contexts()) await context.close();
-    }
-    await until("control is free", async () => !(await (await fetch(`${url}api/state`)).json()).control?.live);
-  }
+  const all = Object.entries(tests).map(([name, test]) => [name, () => test(url)]);
+  const more = { "the page plans without a server, and without a network": alone };
+  failed = await play({ ...Object.fromEntries(all), ...more }, () =>
+    until("control is free", async () => !(await (await fetch(`${url}api/state`)).json()).control?.live),
+  );
   if (folder) await pictures(url);
 } finally {
   await browser.close();

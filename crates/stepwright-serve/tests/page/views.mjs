@@ -6,6 +6,8 @@ import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
+import { homes } from "./steps.mjs";
+
 const { McapIndexedReader } = createRequire(import.meta.url)("@mcap/core");
 
 /** What a reader that is not ours finds in an MCAP file: for each topic [ns, level] … */
@@ -20,7 +22,7 @@ async function recorded(file) {
 }
 
 /** The tests, by the helpers of drive.mjs. Their machine has a switch of axis 1 at -300. */
-export function tests({ open, controls, until, rests, moves, axis, shown, click, fill }) {
+export function tests({ driver, open, controls, until, rests, moves, axis, click, fill }) {
   const view = async (page, name) => {
     await page.click(`nav a[href="#${name}"]`);
     await page.locator(`#${name}`).waitFor();
@@ -31,37 +33,11 @@ export function tests({ open, controls, until, rests, moves, axis, shown, click,
 
   return {
     async "an axis is homed, and what prevents it is told"(url) {
-      const { page, card, faults, context } = await open(url);
-      await controls(page);
-      // The board does not know its switch yet.
-      await click(card, "home");
-      await page.locator("#notices").getByText("knows of no limit switch of axis 1").waitFor();
-      await page.getByRole("button", { name: "Dismiss" }).click();
-      await view(page, "settings");
-      const switches = setting(page, "switches");
-      await switches.locator("input").fill("1");
-      await switches.locator("input").press("Enter");
-      await until("it is set", async () => (await held(url, "switches")) === 1);
-      await view(page, "control");
-      await card.locator("summary").click();
-      await fill(card, "seek", 2000);
-      await fill(card, "slow", 400);
-      await click(card, "home");
-      await card.getByText("seeks its switch").waitFor();
-      assert.ok(await card.locator("[name=to]").isDisabled());
-      assert.ok(await card.locator("[name=home]").isDisabled());
-      await card.getByText("homed: 0 is where its switch closes").waitFor();
-      await until("50 is shown", async () => (await shown(card)) === "50");
-      assert.equal((await rests(url)).position, 50);
-      // A stop on the way ends it.
-      await fill(card, "back-off", 2000);
-      await click(card, "home");
-      await card.getByText("backs off").waitFor();
-      await page.keyboard.press("Space");
-      await card.getByText("Not homed: stopped before 0 was found").waitFor();
+      const driven = await driver(url);
+      assert.equal(await homes(driven), 50);
       assert.equal((await rests(url)).state, "ready");
-      assert.deepEqual(faults.filter((one) => !one.includes("409")), []);
-      await context.close();
+      assert.deepEqual(driven.faults.filter((one) => !one.includes("409")), []);
+      await driven.context.close();
     },
 
     async "a page that is closed homes nothing"(url) {

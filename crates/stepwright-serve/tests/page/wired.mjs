@@ -6,7 +6,8 @@ import { execFileSync } from "node:child_process";
 import { constants, openSync, writeSync } from "node:fs";
 import { ReadStream } from "node:tty";
 
-import { start, stepwright } from "./common.mjs";
+import { end, start, stepwright, until } from "./common.mjs";
+import { arrives, click, fill, jogs, kills, moves, open, shown, stops, travels, word } from "./steps.mjs";
 
 /** In the page: a serial port whose bytes go through `serialWrite`, and come by `serialBytes`. */
 function standIn() {
@@ -44,17 +45,20 @@ function standIn() {
 
 /** A board on a pseudo-terminal, and the page's way to it. */
 class Bridge {
+  /** `begin()` starts a board, and says its process and the path of its terminal. */
+  constructor(begin) {
+    this.begin = begin;
+  }
+
   /** Plugs a board in. */
   async plug() {
-    const { child, said } = await start("pty ", "board", "--pty");
+    const { child, said } = await this.begin();
     [this.board, this.path] = [child, said];
   }
 
   /** Pulls it out. */
   async pull(page) {
-    const gone = new Promise((ended) => this.board.on("exit", ended));
-    this.board.kill("SIGKILL");
-    await gone;
+    await end(this.board);
     this.path = null;
     this.close();
     await page.evaluate(() => window.serialLost());
@@ -97,96 +101,97 @@ class Bridge {
   }
 }
 
-/** The tests, by the helpers of alone.mjs. */
-export function tests({ open, fill, click, shown, word, moves, rests, until }) {
-  /** A page that has chosen a board on a serial port. */
-  async function wired(url) {
-    const bridge = new Bridge();
-    await bridge.plug();
-    const opened = await open(url, {}, (page) => bridge.prepare(page));
-    await opened.page.locator("#ways").selectOption("serial");
-    await until("the board is met", () => opened.page.locator("body.wired").count());
-    await until("it is the serial port", async () => (await opened.page.title()).includes("2341:0043"));
-    return { bridge, ...opened };
-  }
-  /** Leaves the board, and asks it where it is. */
-  async function left({ page, bridge }) {
-    await page.locator("#ways").selectOption("virtual");
-    await until("the virtual board is met", async () => (await page.title()).includes("virtual"));
-    return bridge.status();
-  }
-
-  return {
-    async "on a serial port it travels, jogs, and is stopped"(url) {
-      const { page, card, bridge, context, faults } = await wired(url);
-      await fill(card, "speed", 2000);
-      await fill(card, "accel", 20000);
-      await fill(card, "target", 700);
-      await click(card, "to");
-      await until("700 is shown", async () => (await shown(card)) === "700");
-      await fill(card, "target", -200);
-      await click(card, "by");
-      await until("500 is shown", async () => (await shown(card)) === "500");
-      await card.locator("[name=ahead]").hover();
-      await page.mouse.down();
-      await until("it has gone far", async () => Number(await shown(card)) > 800);
-      await page.mouse.up();
-      await rests(card);
-      await click(card, "run-back");
-      await moves(card);
-      await page.keyboard.press("Space");
-      const at = Number(await rests(card));
-      await card.getByText("Stopped by a soft stop").waitFor();
-      const { axes } = await left({ page, bridge });
-      assert.deepEqual([axes[0].position, axes[0].stop], [at, "brake"]);
-      assert.deepEqual(faults(), []);
-      await context.close();
-      bridge.end();
-    },
-
-    async "on a serial port it kills"(url) {
-      const { page, card, bridge, context } = await wired(url);
-      await click(card, "run-ahead");
-      await moves(card);
-      await page.locator("#kill").hover();
-      await page.mouse.down();
-      await until("? is shown", async () => (await shown(card)) === "?");
-      await page.mouse.up();
-      const { axes } = await left({ page, bridge });
-      assert.deepEqual([axes[0].position, axes[0].stop], [null, "kill"]);
-      await context.close();
-      bridge.end();
-    },
-
-    async "a port that vanishes is met again, and nothing moves by itself"(url) {
-      const { page, card, bridge, context } = await wired(url);
-      await click(card, "run-ahead");
-      await moves(card);
-      await bridge.pull(page);
-      await until("no board", async () => (await word(card)) === "no board");
-      assert.equal(await shown(card), "?");
-      await page.locator("#notices").getByText("it is met again").first().waitFor();
-      await bridge.plug();
-      await until("0 is shown", async () => (await shown(card)) === "0");
-      assert.equal(await word(card), "at rest");
-      await fill(card, "target", 60);
-      await click(card, "to");
-      await until("60 is shown", async () => (await shown(card)) === "60");
-      assert.equal((await left({ page, bridge })).axes[0].position, 60);
-      await context.close();
-      bridge.end();
-    },
-
-    async "a page that is closed runs nothing"(url) {
-      const { card, bridge, context } = await wired(url);
-      await click(card, "run-ahead");
-      await moves(card);
-      await context.close();
-      bridge.close();
-      // The board has heard nothing for its lease of 2.5 s, and brakes.
-      await new Promise((later) => setTimeout(later, 4000));
-      assert.equal(bridge.status().axes[0].stop, "timeout");
-      bridge.end();
-    },
-  };
+/** A page that has chosen a board on a serial port; `begin` as above. */
+export async function wired(url, begin) {
+  const bridge = new Bridge(begin);
+  await bridge.plug();
+  const opened = await open(url, {}, (page) => bridge.prepare(page));
+  await opened.page.locator("#ways").selectOption("serial");
+  await until("the board is met", () => opened.page.locator("body.wired").count());
+  await until("it is the serial port", async () => (await opened.page.title()).includes("2341:0043"));
+  // The question whether there is a server.
+  const faults = () => opened.faults.filter((fault) => !fault.includes("404"));
+  return { bridge, ...opened, faults };
 }
+
+/** Leaves the board, and asks it where it is. */
+export async function left({ page, bridge }) {
+  await page.locator("#ways").selectOption("virtual");
+  await until("the virtual board is met", async () => (await page.title()).includes("virtual"));
+  return bridge.status();
+}
+
+/** A port that vanishes during a run, and comes back. */
+export async function vanishes({ page, card, bridge }) {
+  await click(card, "run-ahead");
+  await moves(card);
+  await bridge.pull(page);
+  await until("no board", async () => (await word(card)) === "no board");
+  assert.equal(await shown(card), "?");
+  await page.locator("#notices").getByText("it is met again").first().waitFor();
+  await bridge.plug();
+  await arrives(card, 0);
+  await fill(card, "target", 60);
+  await click(card, "to");
+  await arrives(card, 60);
+}
+
+/** The virtual board on a pseudo-terminal; where it is, only the page sees. */
+async function board(url) {
+  const driven = await wired(url, () => start("pty ", "board", "--pty"));
+  return { ...driven, at: async () => Number(await shown(driven.card)) || 0 };
+}
+
+/** Ends a test; what the board says then of axis 1. */
+async function ended(driven) {
+  const { axes } = await left(driven);
+  await driven.context.close();
+  driven.bridge.end();
+  return [axes[0].position, axes[0].stop];
+}
+
+export const tests = {
+  async "on a serial port it travels, and jogs"(url) {
+    const driven = await board(url);
+    await travels(driven);
+    await jogs(driven);
+    const at = Number(await shown(driven.card));
+    assert.deepEqual(driven.faults(), []);
+    assert.equal((await ended(driven))[0], at);
+  },
+
+  async "on a serial port it is stopped"(url) {
+    const driven = await board(url);
+    await stops(driven);
+    const at = Number(await shown(driven.card));
+    assert.deepEqual(await ended(driven), [at, "brake"]);
+  },
+
+  async "on a serial port it kills"(url) {
+    const driven = await board(url);
+    await kills(driven);
+    await click(driven.card, "run-ahead");
+    await moves(driven.card);
+    await driven.page.keyboard.press("Shift+K");
+    await until("? is shown", async () => (await shown(driven.card)) === "?");
+    assert.deepEqual(await ended(driven), [null, "kill"]);
+  },
+
+  async "a port that vanishes is met again, and nothing moves by itself"(url) {
+    const driven = await board(url);
+    await vanishes(driven);
+    assert.equal((await ended(driven))[0], 60);
+  },
+
+  async "a page that is closed runs nothing"(url) {
+    const { card, bridge, context } = await board(url);
+    await click(card, "run-ahead");
+    await moves(card);
+    await context.close();
+    bridge.close();
+    // The board has heard nothing for its lease of 2.5 s, and brakes.
+    await new Promise((later) => setTimeout(later, 4000));
+    assert.equal(bridge.status().axes[0].stop, "timeout");
+    bridge.end();
+  },
+};

@@ -35,6 +35,7 @@ const GLANCE: u64 = HZ / 40_000;
 ///
 /// Lines on standard input act on the machine: `press 1`, `release 1` (the limit switch of an
 /// axis), `reset` (the button), `power` (the plug is pulled and put back), `end` (as Ctrl-C).
+/// `where` prints the chip's time, and each axis by the edges of its pins.
 #[derive(Parser)]
 struct Args {
     /// uno, nano or mega
@@ -164,6 +165,10 @@ fn main() -> Result<()> {
             Ok(Act::Switch { axis, closed }) => chip.press(axis.index(), closed),
             Ok(Act::Reset) => chip.reset(),
             Ok(Act::Power) => chip.power_loss(0xFF),
+            Ok(Act::Where) => {
+                tally.take(&mut chip);
+                tally.print_axes(&chip);
+            }
             Ok(Act::End) => break,
             Err(_) => {}
         }
@@ -191,6 +196,7 @@ enum Act {
     Switch { axis: AxisId, closed: bool },
     Reset,
     Power,
+    Where,
     End,
 }
 
@@ -208,8 +214,11 @@ impl FromStr for Act {
             ["release", number] => Ok(Act::Switch { axis: axis(number)?, closed: false }),
             ["reset"] => Ok(Act::Reset),
             ["power"] => Ok(Act::Power),
+            ["where"] => Ok(Act::Where),
             ["end"] => Ok(Act::End),
-            _ => Err(format!("{line:?}: there are press N, release N, reset, power and end")),
+            _ => {
+                Err(format!("{line:?}: there are press N, release N, reset, power, where and end"))
+            }
         }
     }
 }
@@ -275,7 +284,7 @@ impl Tally {
         }
     }
 
-    fn print(&self, chip: &mut Chip, behind: Duration) {
+    fn print_axes(&self, chip: &Chip) {
         println!("cycles {}, {:.3} s", chip.now(), chip.now() as f64 / HZ as f64);
         for axis in 0..AXES {
             println!(
@@ -285,6 +294,10 @@ impl Tally {
                 self.positions[axis]
             );
         }
+    }
+
+    fn print(&self, chip: &mut Chip, behind: Duration) {
+        self.print_axes(chip);
         println!("board: {}", chip.ask("?").unwrap_or_else(|| "no answer".into()));
         if !behind.is_zero() {
             println!("this machine was too slow by {:.1} s in all", behind.as_secs_f64());

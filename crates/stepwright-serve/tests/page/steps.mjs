@@ -1,0 +1,183 @@
+// What a person does with the card of an axis, whatever way leads to the board: over a WebSocket
+// to `stepwright serve`, over a serial port of the browser, or to the board in the page.
+//
+// `at()` says from elsewhere where the axis is that the page shows at rest: from the pins, from the
+// API. It counts on when the page is told that 0 is here, or does not: only differences count then.
+
+import assert from "node:assert/strict";
+
+import { until, watched } from "./common.mjs";
+
+export const fill = (card, name, value) => card.locator(`[name=${name}]`).fill(String(value));
+export const click = (card, name) => card.locator(`[name=${name}]`).click();
+export const shown = async (card) => (await card.locator(".position").textContent()).trim();
+const shownSpeed = async (card) => parseFloat(await card.locator(".speed").textContent());
+export const word = async (card) => (await card.locator(".state").textContent()).trim();
+export const moves = (card) => until("it moves", async () => (await word(card)) === "moving");
+
+/** Where it has come to rest. */
+export const rests = (card) => until("it rests", async () => (await word(card)) === "at rest" && shown(card));
+
+/** That it comes to rest there. */
+export const arrives = (card, place) => until(`${place} is shown`, async () => (await word(card)) === "at rest" && (await shown(card)) === String(place));
+
+/** A page, and the card of its first axis. */
+export async function open(url, options = {}, before) {
+  const { context, page, faults } = await watched(url, { viewport: { width: 1360, height: 900 }, ...options }, before);
+  const card = page.locator(".axis").first();
+  await card.waitFor();
+  return { context, page, card, faults };
+}
+
+/** A travel there, one by a distance, another speed and another target on the way. `speed()` is in
+ *  steps/s. */
+export async function travels({ page, card, at, speed = () => shownSpeed(card) }) {
+  await fill(card, "speed", 2000);
+  await fill(card, "accel", 20000);
+  const from = (await at()) - Number(await shown(card));
+  const there = async (place) => {
+    await arrives(card, place);
+    assert.equal((await at()) - from, place);
+  };
+  await fill(card, "target", 700);
+  await click(card, "to");
+  await there(700);
+  await fill(card, "target", -200);
+  await click(card, "by");
+  await there(500);
+  // The order was told line by line, each with its meaning.
+  const lines = await page.locator("#lines").innerText();
+  assert.match(lines, /G-200[\s\S]*travel by this many steps[\s\S]*accepted/);
+  await fill(card, "target", 1_000_000);
+  await click(card, "to");
+  await moves(card);
+  await fill(card, "speed", 3000);
+  await card.locator("[name=speed]").press("Tab");
+  await until("it is faster", async () => (await speed()) > 2500);
+  await fill(card, "target", 0);
+  await card.getByText("Retarget").click();
+  await there(0);
+}
+
+/** Every way to brake; each keeps the position. */
+export async function stops({ page, card, at }) {
+  const from = (await at()) - Number(await shown(card));
+  for (const stop of [
+    () => page.locator("#stop").click(),
+    () => page.keyboard.press("Space"),
+    // Also from within a field, and from another button.
+    () => card.locator("[name=target]").press("Space"),
+    () => card.locator("[name=run-back]").press("Space"),
+  ]) {
+    await click(card, "run-ahead");
+    await moves(card);
+    await stop();
+    const place = Number(await rests(card));
+    await card.getByText("Stopped by a soft stop").waitFor();
+    assert.equal((await at()) - from, place);
+  }
+}
+
+/** A kill is held, and loses the position; then 0 is here. */
+export async function kills({ page, card, at }) {
+  await click(card, "run-ahead");
+  await moves(card);
+  // A touch by accident does nothing: it goes on for a second.
+  const begun = Number(await shown(card));
+  await page.locator("#kill").click();
+  await until("it goes on", async () => Number(await shown(card)) > begun + 1000);
+  await page.locator("#kill").hover();
+  await page.mouse.down();
+  await until("? is shown", async () => (await shown(card)) === "?");
+  await page.mouse.up();
+  assert.ok(await card.locator("[name=to]").isDisabled());
+  const stood = await at();
+  await click(card, "zero");
+  await until("0 is shown", async () => (await shown(card)) === "0");
+  await page.getByRole("button", { name: "Acknowledge" }).click();
+  await page.locator("#errors").waitFor({ state: "detached" });
+  await fill(card, "target", 40);
+  await click(card, "to");
+  await arrives(card, 40);
+  assert.equal((await at()) - stood, 40);
+  // On a key it needs no holding.
+  await click(card, "run-back");
+  await moves(card);
+  await page.keyboard.press("Shift+K");
+  await until("? is shown", async () => (await shown(card)) === "?");
+  await click(card, "zero");
+  await until("0 is shown", async () => (await shown(card)) === "0");
+}
+
+/** A jog, with the pointer and by a key, a tap, and single steps. */
+export async function jogs({ page, card, at }) {
+  await fill(card, "speed", 800);
+  await fill(card, "accel", 8000);
+  const begun = Number(await shown(card));
+  const from = (await at()) - begun;
+  await card.locator("[name=ahead]").hover();
+  await page.mouse.down();
+  await until("it has gone far", async () => Number(await shown(card)) > begun + 300);
+  await page.mouse.up();
+  const up = Number(await rests(card));
+  assert.equal((await at()) - from, up);
+  await page.locator("h1").click();
+  await page.keyboard.down("ArrowLeft");
+  await until("it has come back", async () => Number(await shown(card)) < up - 300);
+  await page.keyboard.up("ArrowLeft");
+  await rests(card);
+  // A tap is a short run, never an endless one.
+  await page.keyboard.press("ArrowRight");
+  await new Promise((later) => setTimeout(later, 400));
+  const place = Number(await rests(card));
+  await fill(card, "step", 25);
+  await click(card, "more");
+  await arrives(card, place + 25);
+  assert.equal((await at()) - from, place + 25);
+}
+
+/** What the settings' view writes, and what is refused there. */
+export async function sets({ page }) {
+  await page.click('nav a[href="#settings"]');
+  const pulse = page.locator("tr[data-name=pulse-us]");
+  assert.match(await pulse.innerText(), /1 to 20 µs[\s\S]*STEP stays high/);
+  await pulse.locator("input").fill("7");
+  await pulse.locator("input").press("Enter");
+  await pulse.getByText("changed", { exact: true }).waitFor();
+  await pulse.locator("input").fill("21");
+  await pulse.locator("input").press("Enter");
+  await pulse.getByText("Allowed: 1 to 20 µs").waitFor();
+  await page.click('nav a[href="#control"]');
+}
+
+/** Homing, which takes that the board knows of its switch; 0 is 50 steps from where it closes. */
+export async function homes({ page, card, at }) {
+  await click(card, "home");
+  await page.locator("#notices").getByText("knows of no limit switch of axis 1").waitFor();
+  await page.getByRole("button", { name: "Dismiss" }).click();
+  await page.click('nav a[href="#settings"]');
+  const switches = page.locator("tr[data-name=switches]");
+  await switches.locator("input").fill("1");
+  await switches.locator("input").press("Enter");
+  await switches.getByText("changed", { exact: true }).waitFor();
+  await page.click('nav a[href="#control"]');
+  await card.locator("summary").click();
+  await fill(card, "seek", 600);
+  await fill(card, "slow", 300);
+  await click(card, "home");
+  await card.getByText("seeks its switch").waitFor();
+  assert.ok(await card.locator("[name=to]").isDisabled());
+  assert.ok(await card.locator("[name=home]").isDisabled());
+  await card.getByText("homed: 0 is where its switch closes").waitFor();
+  await arrives(card, 50);
+  const place = await at();
+  assert.equal(await page.locator("#errors").count(), 0);
+  // A stop on the way ends it.
+  await fill(card, "back-off", 2000);
+  await click(card, "home");
+  await card.getByText("backs off").waitFor();
+  await page.keyboard.press("Space");
+  await card.getByText("Not homed: stopped before 0 was found").waitFor();
+  await rests(card);
+  return place;
+}

@@ -6,10 +6,11 @@ mod common;
 mod served;
 
 use std::f64::consts::TAU;
+use std::time::Instant;
 
 use common::stepwright;
 use serde_json::{Value, json};
-use served::Served;
+use served::{Served, next};
 
 /// A step of `drawing.toml`, in nm.
 const STEP: f64 = 12_500.0;
@@ -219,4 +220,114 @@ fn what_can_not_be_drawn_says_why_and_where() {
     for axis in 1..=3 {
         assert_eq!(served.axis(axis)["position"], 0);
     }
+}
+
+/// A line of 100 mm at 50 mm/s, from X = 1 mm on.
+const LINE: &str = "
+[[motor]]
+name = \"X\"
+step = 12_500
+smallest-delay-us = 50
+position = 1_000_000
+
+[[cycle]]
+line = { to = { X = 101_000_000 }, speed = 50_000_000, accel = 500_000_000 }
+";
+
+fn line() -> Value {
+    json!({"name": "line.toml", "text": LINE})
+}
+
+/// The reports of a run up to its end, as a page hears them.
+fn followed(live: &mut tungstenite::WebSocket<std::net::TcpStream>) -> Vec<Value> {
+    let mut all: Vec<Value> = Vec::new();
+    let going = ["running", "braking"];
+    while all.last().is_none_or(|last| going.contains(&last["state"].as_str().unwrap())) {
+        all.push(next(live, "path"));
+    }
+    all
+}
+
+fn place(report: &Value) -> f64 {
+    report["places"][0].as_f64().unwrap()
+}
+
+#[test]
+fn a_run_takes_its_time_and_is_followed_to_its_end() {
+    let served = Served::board();
+    assert_eq!(served.get("/api/path"), Value::Null);
+    let drawing = served.order("/api/path", line());
+    let seconds = number(&drawing, "seconds");
+    assert!((2.1..2.11).contains(&seconds), "{seconds}");
+    let mut live = served.live();
+    let begun = Instant::now();
+    served.order("/api/path/run", line());
+    // One at a time.
+    let said = served.declined("/api/path/run", line(), 409);
+    assert!(said.contains("a file is being run"), "{said}");
+    let reports = followed(&mut live);
+    assert!(begun.elapsed().as_secs_f64() >= seconds);
+    let last = reports.last().unwrap();
+    assert_eq!((&last["state"], &last["trouble"]), (&json!("done"), &Value::Null));
+    assert_eq!((place(last), number(last, "seconds")), (101e6, seconds));
+    assert!(reports.len() > 20, "{}", reports.len());
+    assert!(reports.iter().all(|one| one["id"] == drawing["id"] && one["name"] == "line.toml"));
+    // Each is where the line is at its time: 50 mm/s after a ramp of 0.1 s, which costs 2.5 mm.
+    for report in &reports {
+        let t = number(report, "seconds");
+        let way = match t {
+            t if t < 0.1 => 250e6 * t * t,
+            t if t > 2.0 => 100e6 - 250e6 * (seconds - t).powi(2),
+            t => 50e6 * t - 2.5e6,
+        };
+        let off = place(report) - 1e6 - way;
+        assert!(off.abs() <= 2.0 * STEP + 50e6 * 0.0005, "{t}: {off} nm");
+    }
+    assert_eq!(served.get("/api/path"), untyped(last));
+    // And again: the player begins where the file says.
+    served.order("/api/path/run", line());
+    served.post("/api/kill", json!({}));
+    assert_eq!(followed(&mut live).last().unwrap()["state"], "killed");
+    // The board that is served has not moved.
+    assert_eq!(served.axis(1)["position"], 0);
+}
+
+/// A message without its type.
+fn untyped(message: &Value) -> Value {
+    let mut bare = message.clone();
+    bare.as_object_mut().unwrap().remove("type");
+    bare
+}
+
+#[test]
+fn a_stop_brakes_a_run_along_its_path() {
+    let mut served = Served::board();
+    let mut live = served.live();
+    served.order("/api/path/run", line());
+    let moving = loop {
+        let report = next(&mut live, "path");
+        if number(&report, "seconds") > 0.5 {
+            break report;
+        }
+    };
+    // Everybody may.
+    let key = std::mem::take(&mut served.key);
+    served.order("/api/stop", json!({}));
+    let reports = followed(&mut live);
+    let last = reports.last().unwrap();
+    assert_eq!(last["state"], "stopped");
+    let braking = reports.iter().find(|one| one["state"] == "braking").unwrap();
+    // From where it was told to: v/a and v²/2a, and 4 ms of steps that were handed out already.
+    let took = number(last, "seconds") - number(braking, "seconds");
+    assert!((0.1..=0.105).contains(&took), "{took} s");
+    let far = place(last) - place(braking);
+    assert!((2.5e6 - STEP..=2.5e6 + 0.005 * 50e6).contains(&far), "{far} nm");
+    assert!(place(&moving) < place(last) && place(last) < 90e6, "{last}");
+    // Only who controls runs anything.
+    let said = served.declined("/api/path/run", line(), 409);
+    assert!(said.contains("controls the board"), "{said}");
+    served.key = key;
+    // What is no file is not run.
+    served.declined("/api/path/run", json!({"name": "a", "text": "x = 1"}), 422);
+    assert_eq!(served.get("/api/path")["state"], "stopped");
 }

@@ -64,7 +64,9 @@ type Answer = Result<Json<Done>, Declined>;
         scope::as_csv,
         scope::as_mcap,
         path::draw,
-        path::examples
+        path::examples,
+        path::report,
+        path::run
     ),
     components(schemas(LiveMessage))
 )]
@@ -143,7 +145,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
 }
 
 /// The hand that gives an order: it has control.
-fn hand(desk: &ServeDesk, headers: &HeaderMap) -> Result<Hand, Declined> {
+pub(crate) fn hand(desk: &ServeDesk, headers: &HeaderMap) -> Result<Hand, Declined> {
     let key = headers.get(CONTROL).and_then(|value| value.to_str().ok());
     desk.control(|control, now| control.hear(key, now))
 }

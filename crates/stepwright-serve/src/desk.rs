@@ -14,13 +14,14 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use axum::extract::ws::Utf8Bytes;
+use stepwright_protocol::Selection;
 use tokio::sync::{Notify, broadcast, oneshot, watch};
 
 use crate::calc::Calculators;
 use crate::control::{ControlLease, Hand};
 use crate::conversation;
 use crate::decline::Declined;
-use crate::path::PathReader;
+use crate::path::{PathReader, PathReport};
 use crate::report::{BoardSheet, Controller, Done, LiveMessage, LiveState, PlannedCurve};
 use crate::request::Wish;
 use crate::scope::{ScopeRecord, ScopeSource};
@@ -72,6 +73,7 @@ pub struct ServeDesk {
     scope: Mutex<Option<Arc<dyn ScopeSource>>>,
     calculators: OnceLock<Calculators>,
     paths: OnceLock<Arc<dyn PathReader>>,
+    path: Mutex<Option<PathReport>>,
     /// Held while a path is drawn.
     pub(crate) drawing: tokio::sync::Mutex<()>,
     state: watch::Sender<(LiveState, Utf8Bytes)>,
@@ -98,6 +100,7 @@ impl Default for ServeDesk {
             scope: Mutex::default(),
             calculators: OnceLock::new(),
             paths: OnceLock::new(),
+            path: Mutex::default(),
             drawing: tokio::sync::Mutex::default(),
             state: watch::Sender::default(),
             told: broadcast::Sender::new(BEHIND),
@@ -220,6 +223,12 @@ impl ServeDesk {
 impl ServeDesk {
     /// Has the board's thread do this, and waits for what becomes of it.
     pub(crate) async fn wish(&self, wish: Wish) -> Result<Done, Declined> {
+        // Also while the board is away.
+        match (&wish, self.paths.get()) {
+            (Wish::Stop(Selection::All), Some(paths)) => paths.stop(),
+            (Wish::Kill, Some(paths)) => paths.kill(),
+            _ => {}
+        }
         let answered = self.put(wish)?;
         answered.await.unwrap_or_else(|_| Err(ended()))
     }
@@ -276,6 +285,17 @@ impl ServeDesk {
         self.calculators.get()
     }
 
+    /// Tells how a run of a path goes on.
+    pub(crate) fn follow_path(&self, report: PathReport) {
+        *lock(&self.path) = Some(report.clone());
+        self.tell(&LiveMessage::Path(report), false);
+    }
+
+    /// How the last run of a path goes on, or has ended.
+    pub(crate) fn path_report(&self) -> Option<PathReport> {
+        lock(&self.path).clone()
+    }
+
     /// Who reads paths, if anybody does.
     pub(crate) fn paths(&self) -> Option<Arc<dyn PathReader>> {
         self.paths.get().cloned()
@@ -317,7 +337,7 @@ fn json(message: &LiveMessage) -> Utf8Bytes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stepwright_protocol::{AxisId, Selection};
+    use stepwright_protocol::AxisId;
 
     #[test]
     fn a_stop_goes_before_orders_and_ends_them() {

@@ -1,19 +1,22 @@
-//! Files of lines, arcs and other moves of several motors, drawn: `/api/path`.
+//! Files of lines, arcs and other moves of several motors, drawn and run: `/api/path`.
 //!
 //! What may stand in a file, and what a board makes of it, is the command's to say: it has a
 //! reader for each kind of file, and gives a [`PathDrawing`], which knows no kind.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use axum::extract::{DefaultBodyLimit, FromRequest, Request, State};
+use axum::http::HeaderMap;
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::Body;
+use crate::api::{Body, hand};
 use crate::decline::Declined;
 use crate::desk::ServeDesk;
+use crate::report::{Done, Trouble};
 
 /// A request with a file has a body of this many bytes at most.
 pub const FILE: usize = 200_000;
@@ -21,7 +24,7 @@ pub const FILE: usize = 200_000;
 /// Characters of a file's name, at most.
 const NAME: usize = 100;
 
-/// Who reads files and draws them.
+/// Who reads files, draws and runs them.
 pub trait PathReader: Send + Sync {
     /// Files to begin with.
     fn examples(&self) -> Vec<PathFile>;
@@ -31,7 +34,22 @@ pub trait PathReader: Send + Sync {
     /// # Errors
     /// What is wrong with the file, or too long to be drawn.
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined>;
+
+    /// Begins to run a file that was drawn, and tells how that goes on.
+    ///
+    /// # Errors
+    /// Another file is being run, or this one can't be.
+    fn run(&self, file: &PathFile, tell: PathListener) -> Result<(), Declined>;
+
+    /// Has the run that there is brake, and end. Does not wait.
+    fn stop(&self);
+
+    /// Has the run that there is end dead. Does not wait.
+    fn kill(&self);
 }
+
+/// What is told how a run goes on.
+pub type PathListener = Box<dyn Fn(PathReport) + Send>;
 
 /// A file: `POST /api/path`, and `GET /api/path/examples`.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
@@ -49,6 +67,8 @@ pub struct PathFile {
 /// What the motors do by a file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct PathDrawing {
+    /// The same for the same text: that of a [`PathReport`].
+    pub id: String,
     /// What positions are counted in; speeds are in it a second.
     pub unit: String,
     /// The motors.
@@ -74,6 +94,23 @@ pub struct PathMotor {
     pub name: String,
     /// How far a step leads.
     pub step: f64,
+}
+
+/// How a run goes on: `GET /api/path`, and frames of `/api/live`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
+pub struct PathReport {
+    /// What messages call the file.
+    pub name: String,
+    /// The same for the same text: that of its [`PathDrawing`].
+    pub id: String,
+    /// `running`, `braking` after a stop, then `done`, `stopped`, `killed` or `failed`.
+    pub state: &'static str,
+    /// The time that was played, in s.
+    pub seconds: f64,
+    /// Where each motor is then.
+    pub places: Vec<i64>,
+    /// Why it has failed, and what can be done.
+    pub trouble: Option<Trouble>,
 }
 
 /// A part of a drawing.
@@ -102,11 +139,19 @@ type Shared = State<Arc<ServeDesk>>;
 /// Its addresses.
 pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
     Router::new()
-        .route("/api/path", post(draw).layer(DefaultBodyLimit::max(FILE)))
+        .route("/api/path", get(report).post(draw).layer(DefaultBodyLimit::max(FILE)))
+        .route("/api/path/run", post(run).layer(DefaultBodyLimit::max(FILE)))
         .route("/api/path/examples", get(examples))
 }
 
 impl PathFile {
+    /// The same for the same text, and hardly for another.
+    pub fn id(&self) -> String {
+        let mut hasher = DefaultHasher::new();
+        self.text.hash(&mut hasher);
+        format!("{:016x}", hasher.finish())
+    }
+
     /// The file of a request.
     async fn of(request: Request) -> Result<PathFile, Declined> {
         let Body(file) = Body::<PathFile>::from_request(request, &()).await.map_err(
@@ -143,9 +188,40 @@ pub(crate) async fn draw(
     request: Request,
 ) -> Result<Json<PathDrawing>, Declined> {
     let file = PathFile::of(request).await?;
-    let reader = reader(&desk)?;
+    drawn(&desk, &file).await.map(Json)
+}
+
+async fn drawn(desk: &ServeDesk, file: &PathFile) -> Result<PathDrawing, Declined> {
+    let (reader, file) = (reader(desk)?, file.clone());
     // One drawing after another: each keeps a processor busy.
     let _turn = desk.drawing.lock().await;
     let drawn = tokio::task::spawn_blocking(move || reader.draw(&file)).await;
-    drawn.unwrap_or_else(|_| Err(Declined::away("the drawing broke off"))).map(Json)
+    drawn.unwrap_or_else(|_| Err(Declined::away("the drawing broke off")))
+}
+
+/// How the last run goes on, or has ended; null if there was none.
+#[utoipa::path(get, path = "/api/path", operation_id = "path_report",
+    responses((status = 200, body = Option<PathReport>), (status = "4XX", body = Declined)))]
+pub(crate) async fn report(State(desk): Shared) -> Json<Option<PathReport>> {
+    Json(desk.path_report())
+}
+
+/// Run a file: it is drawn first, so that only one that has an end is begun. Answered when it
+/// has begun; `GET /api/path` and `/api/live` say how it goes on. A stop of all axes brakes it.
+#[utoipa::path(post, path = "/api/path/run", operation_id = "path_run", request_body = PathFile,
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+pub(crate) async fn run(
+    State(desk): Shared,
+    headers: HeaderMap,
+    request: Request,
+) -> Result<Json<Done>, Declined> {
+    let file = PathFile::of(request).await?;
+    hand(&desk, &headers)?;
+    drawn(&desk, &file).await?;
+    // Another one may have taken control meanwhile.
+    hand(&desk, &headers)?;
+    let listener = desk.clone();
+    reader(&desk)?.run(&file, Box::new(move |report| listener.follow_path(report)))?;
+    Ok(Json(Done::default()))
 }

@@ -4,6 +4,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::homing::HomeReport;
+use crate::path::PathReport;
 
 /// What the board is: `GET /api/board`.
 #[derive(Clone, Debug, Default, Serialize, ToSchema)]
@@ -214,6 +215,8 @@ pub enum LiveMessage {
     Line(Exchange),
     /// What an axis is going to do.
     Plan(PlannedCurve),
+    /// How the run of a path goes on: some 50 a second.
+    Path(PathReport),
     /// Something that people should know.
     Note {
         /// When, in seconds since the server began.

@@ -8,6 +8,7 @@
 //! | `along` | lines and arcs, from where the motors stand |
 //! | `play` | on the virtual board |
 //! | `onlooker`, `drawing` | who looks on there; points with times and speeds for a drawing |
+//! | `live` | there in real time |
 //! | `port`, `remote`, `pins` | on a real one: the line to it, what is played there, on which pins |
 //! | `told` | what is said of a cycle on either |
 //! | `taken` | what is written down of it: csv, vcd, plots |
@@ -16,6 +17,7 @@
 mod along;
 pub mod drawing;
 mod file;
+pub mod live;
 mod onlooker;
 mod path;
 mod pins;

@@ -25,8 +25,7 @@ pub struct Part<'a> {
 pub enum Say {
     /// It may be played up to this tick.
     On(u64),
-    /// The motors are to brake, and the rest is not played.
-    #[allow(dead_code, reason = "a drawing is not stopped")]
+    /// The motors are to brake, and the rest is not played. Said once.
     Brake,
 }
 

@@ -92,7 +92,6 @@ impl<'p> Session<'p> {
     }
 
     /// Whether the motors were told to brake before all was played.
-    #[allow(dead_code, reason = "a drawing is not stopped")]
     pub fn braked(&self) -> bool {
         self.braked
     }
@@ -122,6 +121,11 @@ impl<'p> Session<'p> {
     /// Since the board was switched on.
     pub fn seconds(&self) -> f64 {
         self.told.seconds(self.board.now())
+    }
+
+    /// The same in ticks.
+    pub fn now(&self) -> u64 {
+        self.board.now()
     }
 
     /// The recordings.

@@ -130,7 +130,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     interrupt::listen(While::Holding)?;
     let desk = Arc::new(ServeDesk::default());
     desk.calculate_by(calc::calculators());
-    desk.read_paths_by(Arc::new(CycleFiles));
+    desk.read_paths_by(Arc::new(CycleFiles::default()));
     let switches = match args.switch.is_empty() {
         true => SWITCH.parse().into_iter().collect(),
         false => args.switch,

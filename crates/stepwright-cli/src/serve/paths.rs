@@ -1,9 +1,15 @@
-//! Files of paths for pages, read by who reads them for `stepwright cycle`.
+//! Files of paths for pages, read and played by who does it for `stepwright cycle`.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
 
 use stepwright_serve::Declined;
-use stepwright_serve::path::{PathDrawing, PathFile, PathReader};
+use stepwright_serve::path::{PathDrawing, PathFile, PathListener, PathReader, PathReport};
+use stepwright_serve::report::Trouble;
 
 use crate::cycle::drawing;
+use crate::cycle::live::{self, PlayOrder, Played};
 use crate::failure::Failure;
 
 /// The examples, as they lie in the folder `examples/cycles`.
@@ -16,8 +22,30 @@ const EXAMPLES: [(&str, &str); 6] = [
     ("calibrate.toml", include_str!("paths/calibrate.toml")),
 ];
 
-/// Reads cycle files.
-pub struct CycleFiles;
+/// Reads cycle files, and plays one at a time.
+#[derive(Default)]
+pub struct CycleFiles(Mutex<Option<Playing>>);
+
+/// A file that is played, or was.
+struct Playing {
+    order: Arc<PlayOrder>,
+    over: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+impl Playing {
+    fn is_over(&self) -> bool {
+        // A thread that broke off has said nothing.
+        self.over.load(Ordering::Relaxed) || self.thread.is_finished()
+    }
+}
+
+impl CycleFiles {
+    fn playing(&self) -> MutexGuard<'_, Option<Playing>> {
+        // Nothing here is changed by halves.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 impl PathReader for CycleFiles {
     fn examples(&self) -> Vec<PathFile> {
@@ -26,8 +54,61 @@ impl PathReader for CycleFiles {
     }
 
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined> {
-        drawing::draw(&file.name, &file.text).map_err(|failure| declined(&failure, &file.name))
+        let drawn = drawing::draw(&file.name, &file.text);
+        let drawn = drawn.map_err(|failure| declined(&failure, &file.name))?;
+        Ok(PathDrawing { id: file.id(), ..drawn })
     }
+
+    fn run(&self, file: &PathFile, tell: PathListener) -> Result<(), Declined> {
+        let mut playing = self.playing();
+        if playing.as_ref().is_some_and(|one| !one.is_over()) {
+            return Err(Declined::refused("a file is being run")
+                .remedy("let it end, or stop it: POST /api/stop"));
+        }
+        let (order, over) = (Arc::new(PlayOrder::default()), Arc::new(AtomicBool::new(false)));
+        let thread = thread::spawn({
+            let (file, order, over) = (file.clone(), order.clone(), over.clone());
+            move || play(&file, &order, &over, &tell)
+        });
+        *playing = Some(Playing { order, over, thread });
+        Ok(())
+    }
+
+    fn stop(&self) {
+        if let Some(playing) = &*self.playing() {
+            playing.order.brake();
+        }
+    }
+
+    fn kill(&self) {
+        if let Some(playing) = &*self.playing() {
+            playing.order.kill();
+        }
+    }
+}
+
+/// Plays a file, and tells how that goes on.
+fn play(file: &PathFile, order: &PlayOrder, over: &AtomicBool, tell: &PathListener) {
+    let first = PathReport { name: file.name.clone(), id: file.id(), ..PathReport::default() };
+    let mut last = first;
+    let mut hear = |seconds: f64, places: &[i64], braking: bool| {
+        let state = if braking { "braking" } else { "running" };
+        last = PathReport { state, seconds, places: places.to_vec(), ..last.clone() };
+        tell(last.clone());
+    };
+    let played = live::play(&file.name, &file.text, order, &mut hear);
+    let (state, trouble) = match &played {
+        Ok(Played::Done) => ("done", None),
+        Ok(Played::Stopped) => ("stopped", None),
+        Ok(Played::Killed) => ("killed", None),
+        Err(failure) => {
+            let Declined { what, remedy, .. } = declined(failure, &file.name);
+            ("failed", Some(Trouble { what, remedy }))
+        }
+    };
+    // Whoever hears the end may begin the next one.
+    over.store(true, Ordering::Relaxed);
+    tell(PathReport { state, trouble, ..last });
 }
 
 /// What is wrong with a file, in one line.
@@ -64,7 +145,7 @@ mod tests {
     #[test]
     fn a_mistake_is_told_with_its_line() {
         let file = PathFile { name: "a.toml".into(), text: "[[motor]]\nname = 1\n".into() };
-        let declined = CycleFiles.draw(&file).unwrap_err();
+        let declined = CycleFiles::default().draw(&file).unwrap_err();
         assert_eq!(declined.status(), 422);
         assert!(declined.what.starts_with("a.toml, line 2: invalid type"), "{declined:?}");
     }

@@ -16,7 +16,7 @@ const settings = new Settings(by("settings"));
 new Scope(tell);
 new Calculators(by("calc"));
 const plan = new PlanView(tell);
-new PathsView(tell);
+const paths = new PathsView(tell);
 let axes = [];
 let sheet = -1;
 let ours = false;
@@ -83,7 +83,7 @@ function show(state) {
   ours = state.control !== null && state.control.hand === hand;
   for (const one of state.axes) axes.find((axis) => axis.number === one.axis)?.show(one, ours);
   settings.allow(ours && state.connected);
-  moving = state.axes.some((axis) => axis.moving);
+  moving = paths.running || state.axes.some((axis) => axis.moving);
   showControl(state.control, state.connected);
   by("board").classList.toggle("lost", !state.connected);
   const now = state.trouble?.what ?? null;
@@ -92,6 +92,7 @@ function show(state) {
   showErrors(state);
   plots.see(state);
   plan.state(state, ours);
+  paths.allow(ours);
 }
 
 function showControl(control, connected) {
@@ -135,11 +136,13 @@ const live = follow(
     else if (message.type === "line") talk.line(message);
     else if (message.type === "plan") plots.plan(message);
     else if (message.type === "unplanned") plots.unplan(message.axis, message.time);
+    else if (message.type === "path") paths.hear(message);
     else if (message.type === "note") talk.note(message);
   },
   () => {
     by("board").classList.add("lost");
     by("who").textContent = "The server does not answer";
+    paths.lost();
     axes.forEach((axis) => axis.show({ position: null, moving: false, state: "lost", stop: null, home: null }, false));
     sheet = -1;
     comes = 0;

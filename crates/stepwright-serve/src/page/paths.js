@@ -9,6 +9,16 @@ const digits = (value, most) => new Intl.NumberFormat("en", { maximumSignificant
 /** What a leg is called. */
 const KINDS = { line: "Line", arc: "Arc", home: "Homing", moves: "Moves", rest: "Rest" };
 
+/** A run that goes on, and how one has ended. */
+const RUNS = {
+  running: (name, at) => `${name} is run: ${at}`,
+  braking: (name, at) => `${name} brakes: ${at}`,
+  done: (name, at) => `${name} was run to its end: ${at}`,
+  stopped: (name, at) => `${name} was stopped: ${at}`,
+  killed: (name, at) => `${name} was killed: ${at}`,
+  failed: (name) => `${name} broke off`,
+};
+
 /** The text is drawn so long after it was changed, in ms. */
 const LATER = 400;
 
@@ -40,7 +50,7 @@ export function scaled(drawing) {
   const [unit, per] = (SHOWN[drawing.unit] ?? []).find(([, per]) => largest >= per) ?? [drawing.unit, 1];
   const { times, legs, seconds } = drawing;
   const sheet = {
-    unit, per, times, seconds,
+    id: drawing.id, unit, per, times, seconds,
     motors: drawing.motors.map((motor) => motor.name),
     steps: drawing.motors.map((motor) => motor.step / per),
     places: drawing.places.map((places) => places.map((place) => place / per)),
@@ -88,6 +98,8 @@ export class PathsView {
     this.sheet = null;
     this.row = null;
     this.asked = 0;
+    this.report = null;
+    this.ours = false;
     this.canvas = new PathCanvas(by("paths-way"), by("paths-strip"));
     by("paths").view = this;
     by("paths-edit").open = innerWidth > 960;
@@ -98,6 +110,8 @@ export class PathsView {
   async open() {
     this.opened ??= (async () => {
       this.examples = await get("/api/path/examples");
+      const report = await get("/api/path");
+      if (report && !this.report) this.hear(report);
       const options = this.examples.map(({ name }, n) => new Option(name, n));
       by("paths-file").replaceChildren(...options);
       await this.use(this.examples[0]);
@@ -142,10 +156,11 @@ export class PathsView {
   wrong(declined) {
     by("paths-wrong").replaceChildren(...(declined ? [element("li", declined.message)] : []));
     by("paths").classList.toggle("wrong", Boolean(declined));
+    this.allow(this.ours);
     if (!declined) return;
     const line = /, line (\d+):/.exec(declined.message)?.[1];
     if (line) this.mark(Number(line));
-    if (declined.status !== 422 && declined.status !== 413) this.tell(declined);
+    if (declined.status && declined.status !== 422 && declined.status !== 413) this.tell(declined);
   }
 
   /** Shows a line of the text. */
@@ -167,8 +182,88 @@ export class PathsView {
     slide.max = this.sheet.seconds;
     slide.step = this.sheet.seconds / 2000 || 1;
     this.choose(null);
-    this.seek(0);
     this.drawWay();
+    if (!this.follow()) this.seek(0);
+    this.allow(this.ours);
+  }
+
+  // The run.
+
+  /** Whether a file is being run. */
+  get running() {
+    return this.report?.state === "running" || this.report?.state === "braking";
+  }
+
+  /** How a run goes on. */
+  hear(report) {
+    const before = this.report;
+    this.report = report;
+    const { name, state, seconds, trouble } = report;
+    const said = by("paths-state");
+    const whole = this.isThis(report) ? ` of ${this.sheet.seconds.toFixed(2)}` : "";
+    said.textContent = RUNS[state](name, `${seconds.toFixed(2)}${state === "done" ? "" : whole} s`);
+    said.className = state;
+    if (trouble && before?.state !== state) this.wrong(new Error([trouble.what, trouble.do].filter(Boolean).join(". ")));
+    if (before?.state !== state) this.allow(this.ours);
+    this.follow(before);
+  }
+
+  /** The server is gone, and with it its player. */
+  lost() {
+    if (this.running) by("paths-state").textContent = "The server does not answer";
+    this.report = null;
+    this.allow(false);
+  }
+
+  /** Whether it is the run of the file that is drawn. */
+  isThis(report) {
+    return report && this.sheet?.id === report.id;
+  }
+
+  /** Puts the playhead to where the player has its motors: while a run goes on, and at its end. */
+  follow(before = null) {
+    const { report, sheet } = this;
+    if (!this.isThis(report) || !(this.running || (before && before.id === report.id))) return false;
+    const places = report.places.map((place) => place / sheet.per);
+    // By the two last reports.
+    const time = before ? report.seconds - before.seconds : 0;
+    const way = time > 0 ? Math.hypot(...places.map((place, n) => place - before.places[n] / sheet.per)) : 0;
+    const leap = time > 0 && way / time > 1.5 * sheet.peak;
+    by("paths-time").value = report.seconds;
+    this.head({ time: report.seconds, places, speed: time > 0 && !leap ? way / time : undefined, done: report.state === "done" });
+    return true;
+  }
+
+  /** Whether this page may run it. */
+  allow(ours) {
+    this.ours = ours;
+    const go = by("paths-go");
+    go.disabled = !ours || this.running || !this.sheet || by("paths").classList.contains("wrong");
+    go.title = ours ? "" : "Take control first";
+    by("paths-time").disabled = this.running && this.isThis(this.report);
+  }
+
+  async run() {
+    this.choose(null);
+    try {
+      await post("/api/path/run", { name: this.name, text: by("paths-text").value });
+    } catch (declined) {
+      this.tell(declined);
+    }
+  }
+
+  /** Copies the command that plays the file on a board, and shows it. */
+  async copy() {
+    const file = /^[\w.-]+$/.test(this.name) ? this.name : `'${this.name.replaceAll("'", "'\\''")}'`;
+    const example = this.examples.some((one) => one.name === this.name);
+    const text = `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port /dev/ttyACM0`;
+    by("paths-copied").textContent = text;
+    by("paths-copied").hidden = false;
+    try {
+      await navigator.clipboard.writeText(text);
+    } catch {
+      getSelection().selectAllChildren(by("paths-copied"));
+    }
   }
 
   /** Which motors, or the time, are drawn. */
@@ -217,7 +312,7 @@ export class PathsView {
     });
     this.canvas.choose(n === null ? null : this.sheet.rows[n].legs);
     if (n === null) return;
-    this.seek(this.sheet.rows[n].begin);
+    if (!this.running) this.seek(this.sheet.rows[n].begin);
     this.mark(this.sheet.rows[n].line);
   }
 
@@ -252,6 +347,15 @@ export class PathsView {
     by("paths-time").setAttribute("aria-valuetext", words.join(", "));
   }
 
+  /** Gives the text as a file. */
+  save() {
+    const link = element("a");
+    link.href = URL.createObjectURL(new Blob([by("paths-text").value], { type: "text/plain" }));
+    link.download = this.name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+
   async read(file) {
     if (!file) return;
     try {
@@ -266,6 +370,9 @@ export class PathsView {
       const { value } = event.target;
       this.use(value === "own" ? this.own : this.examples[value]);
     });
+    by("paths-go").addEventListener("click", () => this.run());
+    by("paths-copy").addEventListener("click", () => this.copy());
+    by("paths-save").addEventListener("click", () => this.save());
     by("paths-open").addEventListener("click", () => by("paths-pick").click());
     by("paths-pick").addEventListener("change", (event) => {
       this.read(event.target.files[0]);

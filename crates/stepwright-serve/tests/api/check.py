@@ -120,6 +120,7 @@ def main():
         _, scope = ask(address, "GET", "/api/scope?seconds=10")
         assert not any(one["edges"] for one in scope["signals"] if one["pin"] == "step"), "a step"
         watch.on = False
+        assert ask(address, "GET", "/api/path") == (200, None), "a file was run without control"
         print(f"without control nothing moved, in {watch.looks} looks")
         # Beyond this machine nobody is answered without the token.
         for path, order in ORDERS.items():

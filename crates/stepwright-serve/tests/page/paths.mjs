@@ -1,12 +1,12 @@
 // The Paths view in a browser: what is drawn against the numbers of the file, what is wrong
-// with a file.
+// with a file, and a run that is followed and stopped.
 //
 //   node paths.mjs STEPWRIGHT CHROMIUM [FOLDER]
 //
 // FOLDER is one for pictures. Ends with 0 if all is as it should be.
 
 import assert from "node:assert/strict";
-import { mkdirSync } from "node:fs";
+import { mkdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 
 import { browser, running, serve, until, watched } from "./common.mjs";
@@ -52,6 +52,23 @@ smallest-delay-us = 500
 [[cycle]]
 move.lift = { steps = 2000, delay-us = 1000 }
 `;
+
+/** 40 mm across and 30 mm up at 20 mm/s, after a ramp of 0.1 s: 2.6 s. */
+const SLANT = `${["X", "Y"].map((name) => `[[motor]]\nname = "${name}"\nstep = 12_500\nsmallest-delay-us = 50\n`).join("\n")}
+[[cycle]]
+line = { to = { X = 40_000_000, Y = 30_000_000 }, speed = 20_000_000, accel = 200_000_000 }
+`;
+
+/** The same at 2 mm/s: 25 s, of which nobody waits for the end. */
+const SLOW = SLANT.replace("20_000_000,", "2_000_000,");
+
+const slant = async (page, text, sum) => {
+  await page.locator("#paths-pick").setInputFiles({ name: "slant.toml", mimeType: "text/plain", buffer: Buffer.from(text) });
+  await page.locator("#paths-sum").getByText(sum).waitFor();
+};
+const head = (page) => page.evaluate(() => document.getElementById("paths").view.canvas.head);
+const report = async (url) => (await fetch(`${url}api/path`)).json();
+const ends = (page, state) => until(state, async () => (await page.locator(`#paths-state.${state}`).count()) === 1);
 
 const tests = {
   async "what is drawn is where the file says, coloured by its speed"(url) {
@@ -125,12 +142,95 @@ const tests = {
     assert.match(await text.inputValue(), /2000 }\n$/);
     await page.locator("#paths-sum").getByText("1 part, 4 s, at most 0.5 mm/s").waitFor();
     assert.equal(await page.locator("#paths-wrong li").count(), 0);
+    // It is saved as it is.
+    const [saved] = await Promise.all([page.waitForEvent("download"), page.locator("#paths-save").click()]);
+    assert.equal(saved.suggestedFilename(), "lift.toml");
+    assert.equal(readFileSync(await saved.path(), "utf8"), await text.inputValue());
     // The examples are still there, and so is one's own file.
     await choose(page, "triangle.toml");
     await page.locator("#paths-sum").getByText("4 parts, 78.336 s").waitFor();
     await choose(page, "lift.toml");
     await page.locator("#paths-sum").getByText("1 part").waitFor();
     assert.deepEqual(faults.filter((one) => !one.includes("422")), []);
+    await context.close();
+  },
+
+  async "a run is followed by what the player says, to its end"(url) {
+    const { page, faults, context } = await open(url);
+    const other = await open(url);
+    for (const one of [page, other.page]) await slant(one, SLANT, "1 part, 2.6001 s, at most 20 mm/s");
+    await until("it can be run", () => page.locator("#paths-go").isEnabled());
+    // Whoever watches runs nothing.
+    assert.ok(await other.page.locator("#paths-go").isDisabled());
+    await page.locator("#paths-go").click();
+    await until("a part of it", async () => (await head(page)).time > 0.6);
+    assert.ok(await page.locator("#paths-go").isDisabled());
+    // Where nobody says where the motors are, no playhead goes on.
+    server.kill("SIGSTOP");
+    await new Promise((later) => setTimeout(later, 300));
+    const stood = await head(page);
+    await new Promise((later) => setTimeout(later, 400));
+    assert.deepEqual(await head(page), stood);
+    server.kill("SIGCONT");
+    const seen = [];
+    await until("its end", async () => {
+      seen.push(await head(page), await head(other.page));
+      return (await page.locator("#paths-state.done").count()) === 1;
+    });
+    // On the line, where it is at that time; both pages alike.
+    const way = (t) => (t < 0.1 ? 100 * t * t : t > 2.5 ? 50 - 100 * (2.6001 - t) ** 2 : 20 * t - 1);
+    const times = seen.map(({ time }) => time);
+    assert.ok(new Set(times).size > 10, `${times}`);
+    for (const { time, places } of seen) {
+      const right = [0.8 * way(time), 0.6 * way(time)];
+      assert.ok(places.every((place, i) => Math.abs(place - right[i]) < 0.06), `${time}: ${places} ${right}`);
+    }
+    await page.locator("#paths-state").getByText("slant.toml was run to its end: 2.60 s").waitFor();
+    assert.deepEqual((await head(page)).places, [40, 30]);
+    assert.deepEqual((await report(url)).places, [40e6, 30e6]);
+    await ends(other.page, "done");
+    // The time is the person's again.
+    await seek(page, 0);
+    assert.deepEqual((await head(page)).places, [0, 0]);
+    assert.deepEqual(faults, []);
+    await other.context.close();
+    await context.close();
+  },
+
+  async "a stop brakes a run, also while its text is edited, and from a page that watches"(url) {
+    const { page, context } = await open(url);
+    const other = await open(url);
+    await slant(page, SLOW, "at most 2 mm/s");
+    await until("it can be run", () => page.locator("#paths-go").isEnabled());
+    for (const stop of [
+      () => page.keyboard.press("Space"),
+      () => page.locator("#paths-text").press("Space"),
+      () => page.locator("#stop").click(),
+      async () => {
+        await other.page.locator("#paths-state.running").waitFor();
+        await other.page.keyboard.press("Space");
+      },
+    ]) {
+      await page.locator("#paths-go").click();
+      await until("it is on its way", async () => {
+        const now = await report(url);
+        return now?.state === "running" && now.seconds > 0.5;
+      });
+      await stop();
+      await ends(page, "stopped");
+      const { state, places } = await report(url);
+      assert.equal(state, "stopped");
+      assert.deepEqual((await head(page)).places, places.map((place) => place / 1e6));
+      assert.ok(places[0] > 0.4e6 && places[0] < 39e6, `${places}`);
+      // It has not left the line.
+      assert.ok(Math.abs(places[0] * 0.75 - places[1]) <= 2 * 12_500, `${places}`);
+      assert.equal(await page.locator("#paths-text").inputValue(), SLOW);
+      await until("it can be run", () => page.locator("#paths-go").isEnabled());
+    }
+    // The same for a program on a board, which is another one's.
+    await page.locator("#paths-copy").click();
+    assert.equal(await page.locator("#paths-copied").innerText(), "stepwright cycle slant.toml --port /dev/ttyACM0");
+    await other.context.close();
     await context.close();
   },
 
@@ -152,7 +252,12 @@ async function pictures(url) {
   for (const [size, options] of Object.entries(sizes)) {
     for (const scheme of ["light", "dark"]) {
       const { page, context } = await open(url, { ...options, colorScheme: scheme });
-      await seek(page, 7.9);
+      if (size === "wide" && scheme === "dark") {
+        // On its way.
+        await until("it can be run", () => page.locator("#paths-go").isEnabled());
+        await page.locator("#paths-go").click();
+        await until("it is on the circle", async () => (await head(page)).time > 6.2);
+      } else await seek(page, 7.9);
       await page.locator("h1").click();
       if (size === "phone") await page.evaluate(() => scrollTo(0, document.querySelector("#paths .right").offsetTop - 110));
       await page.evaluate(() => new Promise((on) => requestAnimationFrame(() => requestAnimationFrame(on))));
@@ -163,7 +268,7 @@ async function pictures(url) {
 }
 
 let failed = 0;
-const { said: url } = await serve("--virtual");
+const { child: server, said: url } = await serve("--virtual");
 try {
   for (const [name, test] of Object.entries(tests)) {
     try {
@@ -174,6 +279,7 @@ try {
       console.log(`FAILED: ${name}\n${error.stack}`);
       for (const context of browser.contexts()) await context.close();
     }
+    await until("control is free", async () => !(await (await fetch(`${url}api/state`)).json()).control?.live);
   }
   if (folder) await pictures(url);
 } finally {

@@ -1,0 +1,145 @@
+//! A file played in real time on a virtual board of its own, as a real one would play it.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::Format;
+use super::onlooker::{Onlooker, Part, Say};
+use super::plan::{self, MOST};
+use super::play::Session;
+use super::taken::{Taken, Wanted};
+use super::text::Text;
+use crate::failure::Failure;
+
+/// Between two looks at the clock: an order is heard so soon.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// Between two reports.
+const REPORT: Duration = Duration::from_millis(20);
+
+/// A cycle lasts this many seconds, at most.
+const LIMIT: u32 = 3_600;
+
+/// What whoever plays a file is told from elsewhere. Only ever sterner.
+#[derive(Debug, Default)]
+pub struct PlayOrder(AtomicU8);
+
+const BRAKE: u8 = 1;
+const KILL: u8 = 2;
+
+impl PlayOrder {
+    /// The motors brake, and the rest is not played.
+    pub fn brake(&self) {
+        self.0.fetch_max(BRAKE, Ordering::Relaxed);
+    }
+
+    /// Nothing more is played.
+    pub fn kill(&self) {
+        self.0.fetch_max(KILL, Ordering::Relaxed);
+    }
+}
+
+/// How a file was played to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Played {
+    /// All of it.
+    Done,
+    /// Up to an order to brake.
+    Stopped,
+    /// Up to an order to kill.
+    Killed,
+}
+
+/// Lets time pass as it does.
+struct RealTime<'a> {
+    begun: Instant,
+    hz: f64,
+    motors: usize,
+    places: [i64; MOST],
+    order: &'a PlayOrder,
+    braking: bool,
+    killed: bool,
+    told: Option<Instant>,
+    tell: &'a mut dyn FnMut(f64, &[i64], bool),
+}
+
+impl RealTime<'_> {
+    fn report(&mut self, ticks: u64) {
+        self.told = Some(Instant::now());
+        (self.tell)(ticks as f64 / self.hz, &self.places[..self.motors], self.braking);
+    }
+}
+
+impl Onlooker for RealTime<'_> {
+    fn part(&mut self, _: Part) {}
+
+    fn at(&mut self, _: u64, positions: &[i64; MOST]) {
+        self.places = *positions;
+    }
+
+    fn may(&mut self, ticks: u64) -> Result<Say, Failure> {
+        match self.order.0.load(Ordering::Relaxed) {
+            KILL => {
+                self.killed = true;
+                return Err(Failure::interrupted("killed"));
+            }
+            BRAKE if !self.braking => {
+                self.braking = true;
+                self.report(ticks);
+                return Ok(Say::Brake);
+            }
+            _ => {}
+        }
+        if self.told.is_none_or(|told| told.elapsed() >= REPORT) {
+            self.report(ticks);
+        }
+        let now = || (self.begun.elapsed().as_secs_f64() * self.hz) as u64;
+        if now() <= ticks {
+            thread::sleep(LOOK);
+        }
+        Ok(Say::On(now()))
+    }
+}
+
+/// Plays a file in real time. `tell` hears how far it is, in s, where the motors are, and whether
+/// they brake, also at the end.
+///
+/// # Errors
+/// A mistake in the file; a cycle that is refused or cancelled.
+pub fn play(
+    name: &str,
+    text: &str,
+    order: &PlayOrder,
+    tell: &mut dyn FnMut(f64, &[i64], bool),
+) -> Result<Played, Failure> {
+    let text = Text::named(name, text);
+    let mut plan = plan::read(&text)?;
+    let mut stages = std::mem::take(&mut plan.stages);
+    let motors = plan.names.len();
+    let wanted = Wanted { inverted: 0, vcd: None, motions: false, events: false };
+    let taken = Taken::begin(plan.rate, motors as u8, &wanted)?;
+    let mut time = RealTime {
+        begun: Instant::now(),
+        hz: f64::from(plan.rate.hz()),
+        motors,
+        places: plan.positions,
+        order,
+        braking: false,
+        killed: false,
+        told: None,
+        tell,
+    };
+    let (played, ticks, braked) = {
+        let session = Session::new(&plan, &text, taken, Format::Silent, None, LIMIT);
+        let mut session = session.before(&mut time);
+        let played = session.play(&mut stages);
+        (played, session.now(), session.braked())
+    };
+    time.report(ticks);
+    match played {
+        _ if time.killed => Ok(Played::Killed),
+        Ok(()) if braked => Ok(Played::Stopped),
+        played => played.map(|()| Played::Done),
+    }
+}

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Scratch, stepwright};
+use common::{Scratch, stepwright, stepwright_with};
 
 #[test]
 fn a_move_shows_what_it_understood_and_ends_where_it_was_ordered() {
@@ -217,6 +217,60 @@ fn edges_are_recorded() {
     let ended = stepwright(&["move", "40", "--fast", "--vcd", "/nowhere/at/all.vcd"]);
     assert_eq!(ended.code(), Some(1), "{ended:?}");
     ended.assert_error("can't write /nowhere/at/all.vcd");
+}
+
+/// Another reader finds each step at its time, of a move and of cycles.
+#[test]
+fn edges_are_recorded_as_mcap() {
+    let (file, dump) = (Scratch::new("move.mcap"), Scratch::new("beside.vcd"));
+    let both = ["move", "40", "--fast", "--mcap", file.path(), "--vcd", dump.path()];
+    stepwright(&both).assert(0, "position 40 ready");
+    let bytes = std::fs::read(&file.0).unwrap();
+    let messages: Vec<_> = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap).collect();
+    let high = messages.iter().filter(|one| *one.data == *br#"{"level":1}"#);
+    let rises: Vec<u64> =
+        high.filter(|one| one.channel.topic == "/step1").map(|one| one.log_time).collect();
+    // The dump has them in units of 100 ps.
+    let mut time = 0;
+    let mut right = Vec::new();
+    for line in std::fs::read_to_string(&dump.0).unwrap().lines() {
+        match line.strip_prefix('#') {
+            Some(units) => time = units.parse::<u64>().unwrap() / 10,
+            None if line == "1a" => right.push(time),
+            None => {}
+        }
+    }
+    assert_eq!((rises.len(), &rises), (40, &right));
+    let cycle = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/cycles/series.toml");
+    let file = Scratch::new("cycle.mcap");
+    assert_eq!(stepwright(&["cycle", cycle, "--mcap", file.path()]).code(), Some(0));
+    let bytes = std::fs::read(&file.0).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let topics: Vec<_> = summary.channels.values().map(|one| one.topic.as_str()).collect();
+    assert!(topics.contains(&"/step1") && topics.contains(&"/max1"), "{topics:?}");
+    let ended = stepwright(&["move", "40", "--fast", "--mcap", "/nowhere/at/all.mcap"]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error("can't write /nowhere/at/all.mcap");
+}
+
+/// The shaft is followed by its coils: it is on the switch when the board says so.
+#[test]
+fn a_motor_on_coils_goes_where_it_is_sent() {
+    let (dump, plot) = (Scratch::new("coils.vcd"), Scratch::new("coils.svg"));
+    let script = b"$switches=1\rPO\rS5\rT500\ra9000\rd9000\rG-400\rE\r";
+    let args = ["board", "--stdio", "--fast", "--drive", "1:unipolar-half", "--switch", "1:-30"];
+    let files = ["--vcd", dump.path(), "--plot", plot.path()];
+    let ended = stepwright_with(&[&args[..], &files].concat(), script);
+    let dump = std::fs::read_to_string(&dump.0).unwrap();
+    assert!(dump.contains(" coil1d $end") && !dump.contains("step1"), "{dump:.400}");
+    // A half step changes one line.
+    let edges = dump.split("$end\n").last().unwrap().lines();
+    let steps = edges.filter(|line| ["0w0", "1w0"].iter().any(|begin| line.starts_with(begin)));
+    assert_eq!((steps.count(), ended.stderr.contains("position -30 ready")), (30, true));
+    assert!(std::fs::read_to_string(&plot.0).unwrap().starts_with("<svg"));
+    let ended = stepwright(&["board", "--stdio", "--drive", "1:servo"]);
+    assert_eq!(ended.code(), Some(2), "{ended:?}");
+    ended.assert_error("unipolar-half");
 }
 
 #[test]

@@ -137,7 +137,7 @@ fn edges_of(edges: &[Edge], axis: u8, motor: &Motor) -> i64 {
                 steps += if forward { 1 } else { -1 };
             }
             Pin::Step => high = false,
-            Pin::Enable | Pin::Min | Pin::Max => {}
+            Pin::Coil(_) | Pin::Enable | Pin::Min | Pin::Max => {}
         }
     }
     assert!(!high, "STEP is left high");

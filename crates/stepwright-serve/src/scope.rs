@@ -1,4 +1,4 @@
-//! STEP, DIR and enable of the last seconds, as a logic analyser has them: `/api/scope`.
+//! STEP and DIR, or coils, and enable of the last seconds, as a logic analyser has them: `/api/scope`.
 
 use std::fmt::Write;
 use std::io::{self, Cursor};
@@ -52,11 +52,11 @@ pub struct ScopeRecord {
 /// A pin.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ScopeSignal {
-    /// Its name: `step1`, `dir1`, `enable`.
+    /// Its name: `step1`, `dir1`, `coil1a`, `enable`.
     pub name: String,
     /// The axis that it belongs to, if it is of one.
     pub axis: Option<u8>,
-    /// `step`, `dir` or `enable`.
+    /// `step`, `dir`, `coil` or `enable`.
     pub pin: &'static str,
     /// Its level when the record begins, if that is known.
     pub level: Option<bool>,
@@ -212,7 +212,7 @@ fn file(kind: &'static str, name: &str, content: impl Into<Body>) -> Response {
     ([(CONTENT_TYPE, kind.to_owned()), (CONTENT_DISPOSITION, name)], content).into_response()
 }
 
-/// STEP, DIR and enable of the last seconds.
+/// STEP and DIR, or coils, and enable of the last seconds.
 #[utoipa::path(get, path = "/api/scope",
     params(("seconds" = Option<f64>, Query, description = "how many: 0.001 to 10 [default: 2]",
         minimum = 0.001, maximum = 10)),

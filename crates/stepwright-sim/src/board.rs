@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use stepwright::drive::{Axes, Drive};
+use stepwright::drive::Axes;
 use stepwright::engine::WIRING;
 use stepwright::entry::Wiring;
 use stepwright::queue::{Consumer, Producer, Queue};
@@ -13,9 +13,10 @@ use stepwright_protocol::Settings;
 
 use crate::clock::{LentNow, Present, SimTimer};
 use crate::description::Description;
-use crate::edge::{Edge, Pin, Recorder};
+use crate::edge::Recorder;
 use crate::few::{Answers, EnableChanges};
 use crate::panel::{EMPTY, Eeprom, Remains, SimPanel};
+use crate::pins::Pins;
 use crate::steppers::SimEngine;
 
 /// Axes of a virtual board, of which a description may connect fewer.
@@ -55,61 +56,6 @@ impl Queues {
             ends: queues.each_mut().map(|queue| queue.split_as(wiring)),
             now: LentNow(now),
             reverse,
-        }
-    }
-}
-
-/// Simulated pins: every change goes to the recorder.
-pub(crate) struct Pins<'q, R> {
-    now: LentNow<'q>,
-    /// Which way each axis was told to turn.
-    forward: [bool; AXES],
-    /// Axes that turn the other way round.
-    reverse: &'q Cell<Axes>,
-    /// The levels of DIR.
-    levels: [Option<bool>; AXES],
-    pub(crate) recorder: R,
-}
-
-impl<'q, R: Recorder> Pins<'q, R> {
-    pub(crate) fn new(now: LentNow<'q>, reverse: &'q Cell<Axes>, recorder: R) -> Pins<'q, R> {
-        Pins { now, forward: [true; AXES], reverse, levels: [None; AXES], recorder }
-    }
-
-    fn steps(&mut self, axes: Axes, level: bool) {
-        let time = self.now.get();
-        for axis in (0..AXES as u8).filter(|axis| axes >> axis & 1 != 0) {
-            self.recorder.edge(Edge { time, axis, pin: Pin::Step, level });
-        }
-    }
-
-    /// Sets DIR of all axes as they are told to turn.
-    pub(crate) fn face(&mut self) {
-        for (axis, level) in self.levels.iter_mut().enumerate() {
-            let forward = self.forward.get(axis).copied().unwrap_or(true);
-            let high = forward != (self.reverse.get() >> axis & 1 != 0);
-            if *level != Some(high) {
-                *level = Some(high);
-                let (time, axis) = (self.now.get(), axis as u8);
-                self.recorder.edge(Edge { time, axis, pin: Pin::Direction, level: high });
-            }
-        }
-    }
-}
-
-impl<R: Recorder> Drive for Pins<'_, R> {
-    fn begin(&mut self, axes: Axes) {
-        self.steps(axes, true);
-    }
-
-    fn end(&mut self, axes: Axes) {
-        self.steps(axes, false);
-    }
-
-    fn direction(&mut self, axis: u8, forward: bool) {
-        if let Some(known) = self.forward.get_mut(usize::from(axis)) {
-            *known = forward;
-            self.face();
         }
     }
 }
@@ -161,7 +107,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         remains: Remains,
     ) -> Self {
         let Shared { ends: [x, y, z], now, reverse } = queues.lend(&description);
-        let pins = Pins::new(now, reverse, recorder);
+        let pins = Pins::new(now, reverse, &description.coils, recorder);
         let board = description.board;
         let timer = SimTimer::on_grid(now, description.grid);
         let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing, board.rate);

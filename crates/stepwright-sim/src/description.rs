@@ -1,9 +1,11 @@
 //! What kind of board is simulated.
 
+use stepwright::drive::Sequence;
 use stepwright::profile::Fit;
 use stepwright::{Board, Cost, Rate, Ticks, Timing};
 
 use crate::AXES;
+use crate::edge::Pin;
 
 /// A board as data: what a real one has in silicon and in its settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +22,8 @@ pub struct Description {
     pub assembly: bool,
     /// Bits per second of the serial line; a byte is ten.
     pub baud: u32,
+    /// What the lines of an axis get whose motor is on coils; without it it has STEP and DIR.
+    pub coils: [Option<Sequence>; AXES],
 }
 
 /// The timer of an Uno.
@@ -51,7 +55,8 @@ impl Description {
             lead: rate.micros(250),
         };
         board.set_drivers(pulse, setup, hold);
-        Description { axes: AXES as u8, board, grid: [1; AXES], assembly: false, baud: 115_200 }
+        let (axes, grid, coils) = (AXES as u8, [1; AXES], [None; AXES]);
+        Description { axes, board, grid, assembly: false, baud: 115_200, coils }
     }
 
     /// [`at`](Description::at) for a board on which a step costs nothing but its pulse:
@@ -65,6 +70,22 @@ impl Description {
         let [one, two, three] = ticks;
         let longer = [one.max(longer[0]), two.max(longer[1]), three.max(longer[2])];
         Description::at(rate, Cost { ticks, pulse: rate.nanos(2_000), longer })
+    }
+
+    /// The pins that move its axes: axis, pin, and the level while it is switched on, if that is
+    /// known before an order.
+    pub fn pins(&self) -> impl Iterator<Item = (u8, Pin, Option<bool>)> + use<> {
+        let axes = (0..self.axes).zip(self.coils);
+        axes.flat_map(|(axis, coils)| {
+            let lines = coils.map_or(0, |sequence| sequence.lines());
+            let line = move |line| {
+                let levels = coils.map_or(0, |sequence| sequence.levels(0));
+                (axis, Pin::Coil(line), Some(levels >> line & 1 != 0))
+            };
+            let pulse = [(axis, Pin::Step, Some(false)), (axis, Pin::Direction, None)];
+            let pulse = pulse.into_iter().filter(move |_| coils.is_none());
+            pulse.chain((0..lines).map(line))
+        })
     }
 
     /// Ticks that a byte takes on the serial line.

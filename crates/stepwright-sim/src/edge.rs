@@ -7,12 +7,30 @@ pub enum Pin {
     Step,
     /// High for forward.
     Direction,
+    /// A line to the motor's windings, 0 …, in the order of its drive.
+    Coil(u8),
     /// Low turns the driver on.
     Enable,
     /// The switch at the minimum: high while it is closed.
     Min,
     /// The switch at the maximum: high while it is closed.
     Max,
+}
+
+#[cfg(feature = "std")]
+impl Pin {
+    /// What it is called of an axis, 0 …: `step1`, `coil1a`.
+    pub fn of(self, axis: u8) -> String {
+        let axis = u32::from(axis) + 1;
+        match self {
+            Pin::Step => format!("step{axis}"),
+            Pin::Direction => format!("dir{axis}"),
+            Pin::Coil(line) => format!("coil{axis}{}", char::from(b'a'.saturating_add(line))),
+            Pin::Enable => format!("enable{axis}"),
+            Pin::Min => format!("min{axis}"),
+            Pin::Max => format!("max{axis}"),
+        }
+    }
 }
 
 /// A pin changes at a time.

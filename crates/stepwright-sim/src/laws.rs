@@ -5,10 +5,11 @@ use stepwright::timer::Count;
 use stepwright_austin::Station;
 use stepwright_austin::station::{About, Costs};
 
-use crate::board::{Pins, Queues, RUNS, Shared};
+use crate::board::{Queues, RUNS, Shared};
 use crate::clock::{LentNow, Present, SimTimer};
 use crate::description::Description;
 use crate::edge::Recorder;
+use crate::pins::Pins;
 use crate::steppers::SimEngine;
 
 /// A board that hears the lines of `stepwright_austin::line`, and moves its first axis.
@@ -41,7 +42,7 @@ impl<'q, R: Recorder, C: Count> LawBoard<'q, R, C> {
     pub fn new(queues: &'q mut Queues, description: Description, recorder: R) -> Self {
         let board = description.board;
         let Shared { ends: [x, y, z], now, reverse } = queues.lend(&description);
-        let mut pins = Pins::new(now, reverse, recorder);
+        let mut pins = Pins::new(now, reverse, &description.coils, recorder);
         pins.face();
         let timer = SimTimer::on_grid(now, description.grid);
         let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing, board.rate);

@@ -21,6 +21,8 @@
 //!
 //! Without the Cargo feature `std` there is the board alone, which allocates nothing.
 
+#[cfg(feature = "std")]
+mod axis_drive;
 mod board;
 mod clock;
 #[cfg(feature = "std")]
@@ -31,6 +33,8 @@ mod few;
 #[cfg(feature = "std")]
 mod laws;
 mod panel;
+mod pins;
+mod shaft;
 mod steppers;
 mod switch;
 #[cfg(feature = "std")]
@@ -38,6 +42,8 @@ pub mod timed;
 #[cfg(feature = "std")]
 pub mod vcd;
 
+#[cfg(feature = "std")]
+pub use axis_drive::AxisDrive;
 pub use board::{AXES, Queues, VirtualBoard};
 #[cfg(feature = "std")]
 pub use clock::Now;
@@ -52,6 +58,7 @@ pub use few::{Answers, EnableChanges};
 #[cfg(feature = "std")]
 pub use laws::LawBoard;
 pub use panel::{EMPTY, Eeprom, Remains};
+pub use shaft::Shaft;
 pub use steppers::{SimEngine, VirtualSteppers, virtual_steppers};
 pub use stepwright_device::{Mark, Reset};
 pub use switch::Switch;

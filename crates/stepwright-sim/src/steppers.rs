@@ -4,10 +4,11 @@ use stepwright::drive::Axes;
 use stepwright::timer::Count;
 use stepwright::{Control, Engine, Report, Steppers, Ticks, Timing};
 
-use crate::board::{AXES, BoardEngine, Pins, Queues, RUNS, Shared};
+use crate::board::{AXES, BoardEngine, Queues, RUNS, Shared};
 use crate::clock::{LentNow, Present, SimTimer};
 use crate::description::Description;
 use crate::edge::Recorder;
+use crate::pins::Pins;
 
 /// Three motors that a program moves on simulated pins, in simulated time.
 pub type VirtualSteppers<'q, R, C = u16> = Steppers<'q, SimEngine<'q, R, C>, AXES, RUNS>;
@@ -35,7 +36,7 @@ pub fn virtual_steppers<R: Recorder>(
 ) -> VirtualSteppers<'_, R> {
     let board = description.board;
     let Shared { ends: [x, y, z], now, reverse } = queues.lend(&description);
-    let pins = Pins::new(now, reverse, recorder);
+    let pins = Pins::new(now, reverse, &description.coils, recorder);
     let timer = SimTimer::on_grid(now, description.grid);
     let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing, board.rate);
     Steppers::new(SimEngine::new(now, engine), [x.0, y.0, z.0], board)

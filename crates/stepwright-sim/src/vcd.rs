@@ -4,6 +4,7 @@
 //! of a timer at 16 MHz. A tick that none holds is rounded down to 1 ps, which is a
 //! thousandth of a tick or so up to 200 MHz.
 
+use std::fmt;
 use std::io::{self, Write};
 
 use stepwright::Rate;
@@ -40,17 +41,23 @@ pub fn unit(hz: u64) -> (u128, String) {
     (units, format!("{} {name}", 10u32.pow((3 - power % 3) % 3)))
 }
 
-/// What a pin of an axis is called, and its letter in the dump. Those of STEP and
-/// DIR run from a on, the rest from A on.
-const fn name_of(axis: u8, pin: Pin) -> (&'static str, char) {
-    let (name, letter) = match pin {
-        Pin::Step => ("step", b'a' + 2 * axis),
-        Pin::Direction => ("dir", b'b' + 2 * axis),
-        Pin::Enable => ("enable", b'A' + 3 * axis),
-        Pin::Min => ("min", b'B' + 3 * axis),
-        Pin::Max => ("max", b'C' + 3 * axis),
-    };
-    (name, letter as char)
+/// The sign of a pin of an axis in the dump: a letter, those of STEP and DIR from a on, the rest
+/// from A on; those of coils have three.
+struct Sign(u8, Pin);
+
+impl fmt::Display for Sign {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Sign(axis, pin) = *self;
+        let letter = match pin {
+            Pin::Step => b'a' + 2 * axis,
+            Pin::Direction => b'b' + 2 * axis,
+            Pin::Coil(line) => return write!(f, "w{axis}{line}"),
+            Pin::Enable => b'A' + 3 * axis,
+            Pin::Min => b'B' + 3 * axis,
+            Pin::Max => b'C' + 3 * axis,
+        };
+        write!(f, "{}", char::from(letter))
+    }
 }
 
 /// Axes that a dump may have.
@@ -68,30 +75,34 @@ impl<W: Write> VcdWriter<W> {
 
     /// The same with these pins of each axis; 8 axes at most.
     pub fn of(out: W, rate: Rate, axes: u8, pins: &[Pin]) -> VcdWriter<W> {
+        let level = |pin| (!matches!(pin, Pin::Direction | Pin::Enable)).then_some(false);
+        let of = |axis| pins.iter().map(move |pin| (axis, *pin, level(*pin)));
+        let pins: Vec<_> = (0..axes.min(MOST)).flat_map(of).collect();
+        VcdWriter::levels(out, rate, &pins)
+    }
+
+    /// The same of pins of which each has its axis, and its level before the first edge, if that
+    /// is known: those of a [board](crate::Description::pins).
+    pub fn levels(out: W, rate: Rate, pins: &[(u8, Pin, Option<bool>)]) -> VcdWriter<W> {
         let hz = rate.hz().into();
         let (units, name) = unit(hz);
         let mut vcd = VcdWriter { out, hz, units, time: None, error: None };
-        vcd.error = vcd.header(&name, axes.min(MOST), pins).err();
+        vcd.error = vcd.header(&name, pins).err();
         vcd
     }
 
-    fn header(&mut self, unit: &str, axes: u8, pins: &[Pin]) -> io::Result<()> {
+    fn header(&mut self, unit: &str, pins: &[(u8, Pin, Option<bool>)]) -> io::Result<()> {
         let out = &mut self.out;
         writeln!(out, "$version stepwright {} $end", env!("CARGO_PKG_VERSION"))?;
         writeln!(out, "$timescale {unit} $end")?;
         writeln!(out, "$scope module board $end")?;
-        for axis in 0..axes {
-            for &pin in pins {
-                let (name, letter) = name_of(axis, pin);
-                writeln!(out, "$var wire 1 {letter} {name}{} $end", axis + 1)?;
-            }
+        for &(axis, pin, _) in pins {
+            writeln!(out, "$var wire 1 {} {} $end", Sign(axis, pin), pin.of(axis))?;
         }
         writeln!(out, "$upscope $end\n$enddefinitions $end\n$dumpvars")?;
-        for axis in 0..axes {
-            for &pin in pins {
-                let unknown = matches!(pin, Pin::Direction | Pin::Enable);
-                writeln!(out, "{}{}", if unknown { 'x' } else { '0' }, name_of(axis, pin).1)?;
-            }
+        for &(axis, pin, level) in pins {
+            let level = level.map_or('x', |high| if high { '1' } else { '0' });
+            writeln!(out, "{level}{}", Sign(axis, pin))?;
         }
         writeln!(out, "$end")
     }
@@ -109,8 +120,7 @@ impl<W: Write> VcdWriter<W> {
         if edge.axis >= MOST {
             return Ok(());
         }
-        let (_, letter) = name_of(edge.axis, edge.pin);
-        writeln!(self.out, "{}{letter}", u8::from(edge.level))
+        writeln!(self.out, "{}{}", u8::from(edge.level), Sign(edge.axis, edge.pin))
     }
 
     /// Ends the dump at `time` ticks.

@@ -408,7 +408,7 @@ impl Track {
                 }
                 (self.level, self.turned) = (Some(level), Some(now));
             }
-            (Pin::Enable | Pin::Min | Pin::Max, _) => {}
+            (Pin::Coil(_) | Pin::Enable | Pin::Min | Pin::Max, _) => {}
         }
         Ok(())
     }

@@ -94,7 +94,7 @@ fn check_axis(edges: &[Edge], axis: u8, needs: Needs) -> Result<(), String> {
                 turn = Some(now);
             }
             // Enables and switches have no such needs.
-            (Pin::Enable | Pin::Min | Pin::Max, _) => {}
+            (Pin::Coil(_) | Pin::Enable | Pin::Min | Pin::Max, _) => {}
         }
     }
     if high { Err(format!("axis {axis} is left high")) } else { Ok(()) }

@@ -4,14 +4,12 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use stepwright_serve::scope::{LONGEST, ScopeRecord, ScopeSignal, ScopeSource};
-use stepwright_sim::{AXES, Description, Edge, Pin, Recorder};
+use stepwright_sim::{Description, Edge, Pin, Recorder};
+
+use super::edge_files::StartLevel;
 
 /// This many edges are kept: 10 s of one axis at 10,000 steps/s.
 const KEPT: usize = 200_000;
-
-/// The pins that are kept. All axes have one enable: it is that of the first.
-const PINS: [(Pin, &str); 3] =
-    [(Pin::Step, "step"), (Pin::Direction, "dir"), (Pin::Enable, "enable")];
 
 /// The edges of the last seconds, shared between the board and who looks at them.
 #[derive(Clone)]
@@ -19,31 +17,23 @@ pub struct EdgeStore(Arc<Mutex<Kept>>);
 
 struct Kept {
     hz: u32,
-    axes: u8,
     /// The present, in ticks.
     now: u64,
     edges: VecDeque<Edge>,
-    /// The levels before the first edge that is kept.
-    before: [[Option<bool>; PINS.len()]; AXES],
+    /// The pins, with their levels before the first edge that is kept. All axes have one enable:
+    /// it is that of the first.
+    before: Vec<StartLevel>,
     /// Nothing is known of what was before.
     since: u64,
-}
-
-/// Which of the pins it is.
-fn place(pin: Pin) -> Option<usize> {
-    PINS.iter().position(|(kept, _)| *kept == pin)
 }
 
 impl EdgeStore {
     /// Of a board that was just switched on.
     pub fn new(description: &Description) -> EdgeStore {
-        let mut before = [[None; PINS.len()]; AXES];
-        for levels in &mut before {
-            levels[0] = Some(false);
-        }
-        let (hz, axes) = (description.board.rate.hz(), description.axes);
+        let hz = description.board.rate.hz();
+        let before = description.pins().chain([(0, Pin::Enable, None)]).collect();
         let edges = VecDeque::new();
-        EdgeStore(Arc::new(Mutex::new(Kept { hz, axes, now: 0, edges, before, since: 0 })))
+        EdgeStore(Arc::new(Mutex::new(Kept { hz, now: 0, edges, before, since: 0 })))
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {
@@ -89,18 +79,19 @@ impl Kept {
 }
 
 /// The level of a pin after this edge.
-fn put(levels: &mut [[Option<bool>; PINS.len()]; AXES], edge: Edge) {
-    let axis = levels.get_mut(usize::from(edge.axis));
-    if let (Some(levels), Some(place)) = (axis, place(edge.pin)) {
-        levels[place] = Some(edge.level);
+fn put(levels: &mut [StartLevel], edge: Edge) {
+    let mut pins = levels.iter_mut();
+    if let Some(pin) = pins.find(|(axis, pin, _)| (*axis, *pin) == (edge.axis, edge.pin)) {
+        pin.2 = Some(edge.level);
     }
 }
 
 impl ScopeSource for EdgeStore {
     fn record(&self, seconds: f64, _: f64) -> ScopeRecord {
         let kept = self.kept();
-        let (hz, axes, end) = (kept.hz, kept.axes, kept.now);
-        let (mut levels, mut edges) = (kept.before, Vec::from_iter(kept.edges.iter().copied()));
+        let (hz, end) = (kept.hz, kept.now);
+        let mut edges = Vec::from_iter(kept.edges.iter().copied());
+        let mut levels = kept.before.clone();
         let long = (seconds * f64::from(hz)) as u64;
         let begin = end.saturating_sub(long).max(kept.since);
         // The board goes on meanwhile.
@@ -110,31 +101,30 @@ impl ScopeSource for EdgeStore {
         let first = edges.partition_point(|edge| edge.time < begin);
         edges.iter().take(first).for_each(|edge| put(&mut levels, *edge));
         let mut signals = Vec::new();
-        for axis in 0..axes {
-            for (place, (pin, name)) in PINS.iter().enumerate() {
-                let shared = *pin == Pin::Enable;
-                if shared && axis > 0 {
-                    continue;
+        for (axis, pin, known) in levels {
+            let mut signal = match pin {
+                Pin::Step => ScopeSignal::new(Some(axis + 1), "step"),
+                Pin::Direction => ScopeSignal::new(Some(axis + 1), "dir"),
+                Pin::Coil(_) => {
+                    ScopeSignal { name: pin.of(axis), ..ScopeSignal::new(Some(axis + 1), "coil") }
                 }
-                let mut signal = ScopeSignal::new((!shared).then_some(axis + 1), name);
-                signal.level = levels.get(usize::from(axis)).and_then(|levels| levels[place]);
-                let (mut last, mut level) = (begin, signal.level);
-                let mine = |edge: &&Edge| edge.axis == axis && edge.pin == *pin;
-                for edge in edges.iter().skip(first).filter(mine) {
-                    // Its first level, of a pin of which none was known.
-                    if level.is_none() {
-                        signal.level = Some(!edge.level);
-                    }
-                    if level != Some(edge.level) {
-                        signal.edges.push(edge.time - last);
-                        (last, level) = (edge.time, Some(edge.level));
-                    }
+                _ => ScopeSignal::new(None, "enable"),
+            };
+            signal.level = known;
+            let (mut last, mut level) = (begin, known);
+            let mine = |edge: &&Edge| (edge.axis, edge.pin) == (axis, pin);
+            for edge in edges.iter().skip(first).filter(mine) {
+                // Its first level, of a pin of which none was known.
+                if level.is_none() {
+                    signal.level = Some(!edge.level);
                 }
-                signals.push(signal);
+                if level != Some(edge.level) {
+                    signal.edges.push(edge.time - last);
+                    (last, level) = (edge.time, Some(edge.level));
+                }
             }
+            signals.push(signal);
         }
-        // That of all axes comes last.
-        signals.sort_by_key(|signal| signal.axis.is_none());
         let words = "the edges of the virtual board's pins";
         ScopeRecord { source: "pins", words, hz, begin, end, signals }
     }

@@ -1,6 +1,7 @@
 //! `stepwright board`: the virtual board as a program of its own.
 
 pub mod bench;
+pub mod edge_files;
 pub mod edges;
 pub mod pace;
 #[cfg(unix)]
@@ -12,13 +13,14 @@ pub mod traces;
 use std::path::PathBuf;
 
 use stepwright::Rate;
-use stepwright_sim::Description;
+use stepwright_sim::{AxisDrive, Description};
 
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::plot::PlotFile;
 use crate::say;
 use bench::{Bench, Width};
+use edge_files::EdgePaths;
 use pace::Paced;
 use recording::{Heading, Recording};
 use stepwright_sim::Switch;
@@ -68,9 +70,16 @@ pub struct Args {
     /// setting `switches` has the board look at it
     #[arg(long, value_name = "AXIS:PLACE", help_heading = "The board")]
     switch: Vec<Switch>,
+    /// What a motor is on instead of STEP and DIR: unipolar, bridge, each also with -wave or
+    /// -half, shield
+    #[arg(long, value_name = "AXIS:DRIVE", help_heading = "The board")]
+    drive: Vec<AxisDrive>,
     /// Record every edge of its pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE", help_heading = "Recordings")]
     vcd: Option<PathBuf>,
+    /// Record them as MCAP, for Foxglove or PlotJuggler
+    #[arg(long, value_name = "FILE", help_heading = "Recordings")]
+    mcap: Option<PathBuf>,
     /// Draw the speed of its motors over time: .svg, .png or .html
     #[arg(long, value_name = "FILE", help_heading = "Recordings")]
     plot: Option<PlotFile>,
@@ -112,11 +121,12 @@ impl Args {
 
 /// Is the board until its line ends, or Ctrl-C.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let description = args.description()?;
+    let description = args.description()?.with_drives(&args.drive);
     let width = args.width();
     let heading = Heading { title: "The virtual board".to_owned(), notes: Vec::new() };
     let plot = args.plot.as_ref().map(|file| (file, heading));
-    let recording = Recording::begin(&description, args.vcd.as_deref(), plot)?;
+    let paths = EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() };
+    let recording = Recording::begin(&description, paths, plot)?;
     interrupt::listen(While::Waiting)?;
     let bench = Bench::new(description, width, recording).with_switches(&args.switch);
     let mut board = Paced::new(bench, args.fast);

@@ -1,25 +1,13 @@
-//! What a virtual board leaves behind: its edges as a Value Change Dump, and
-//! what its motors did as a picture.
+//! What a virtual board leaves behind: its edges as files, and what its motors did as a picture.
 
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use stepwright_sim::{AXES, Description, Edge, Pin, Recorder, Shaft};
 
-use stepwright_sim::vcd::VcdWriter;
-use stepwright_sim::{AXES, Description, Edge, Pin, Recorder};
-
+use super::edge_files::{EdgeFiles, EdgePaths};
 use super::edges::EdgeStore;
 use super::traces::Traces;
 use crate::failure::Failure;
 use crate::plot::{MotionPlot, PlotFile};
 use crate::say;
-
-/// What a motor's shaft has done.
-#[derive(Clone, Copy, Default)]
-struct Shaft {
-    position: i64,
-    forward: bool,
-}
 
 /// What stands above a plot.
 #[derive(Clone, Debug)]
@@ -34,7 +22,7 @@ pub struct Heading {
 #[derive(Default)]
 pub struct Recording {
     shafts: [Shaft; AXES],
-    vcd: Option<(PathBuf, VcdWriter<BufWriter<File>>)>,
+    files: EdgeFiles,
     plot: Option<(PlotFile, Heading, Traces)>,
     edges: Option<EdgeStore>,
 }
@@ -44,26 +32,23 @@ impl Recording {
     /// can't be written is known before anything moves.
     pub fn begin(
         description: &Description,
-        vcd: Option<&Path>,
+        paths: EdgePaths,
         plot: Option<(&PlotFile, Heading)>,
     ) -> Result<Recording, Failure> {
-        let vcd = match vcd {
-            Some(path) => {
-                let file = File::create(path).map_err(|e| Failure::file("write", path, &e))?;
-                let out = BufWriter::new(file);
-                let writer = VcdWriter::new(out, description.board.rate, description.axes);
-                Some((path.to_owned(), writer))
-            }
-            None => None,
-        };
+        let rate = description.board.rate;
+        let files = EdgeFiles::begin(paths, rate, &description.pins().collect::<Vec<_>>())?;
         let plot = match plot {
             Some((file, heading)) => {
                 file.check()?;
-                Some((file.clone(), heading, Traces::new(description.board.rate)))
+                Some((file.clone(), heading, Traces::new(rate)))
             }
             None => None,
         };
-        Ok(Recording { vcd, plot, edges: None, shafts: Default::default() })
+        let mut shafts = [Shaft::default(); AXES];
+        for (axis, shaft) in (0..).zip(&mut shafts) {
+            *shaft = Shaft::of(description, axis);
+        }
+        Ok(Recording { files, plot, edges: None, shafts })
     }
 
     /// Keeps the last edges here, too.
@@ -78,14 +63,12 @@ impl Recording {
 
     /// Where the shaft of an axis is by its edges alone, whatever the board believes.
     pub fn shaft(&self, axis: u8) -> i64 {
-        self.shafts.get(usize::from(axis)).map_or(0, |shaft| shaft.position)
+        self.shafts.get(usize::from(axis)).map_or(0, Shaft::position)
     }
 
     /// Finishes the files at `time` ticks.
     pub fn finish(&mut self, time: u64) -> Result<(), Failure> {
-        if let Some((path, writer)) = self.vcd.take() {
-            writer.finish(time).map_err(|error| Failure::file("write", &path, &error))?;
-        }
+        self.files.finish(time)?;
         if let Some((file, heading, traces)) = self.plot.take() {
             let series = traces.series(traces.first());
             if series.is_empty() {
@@ -103,18 +86,14 @@ impl Recording {
 
 impl Recorder for Recording {
     fn edge(&mut self, edge: Edge) {
-        if let Some(shaft) = self.shafts.get_mut(usize::from(edge.axis)) {
-            match edge.pin {
-                Pin::Direction => shaft.forward = edge.level,
-                Pin::Step if edge.level => shaft.position += if shaft.forward { 1 } else { -1 },
-                _ => {}
-            }
-        }
-        if let Some((_, writer)) = &mut self.vcd {
-            writer.edge(edge);
-        }
+        let shaft = self.shafts.get_mut(usize::from(edge.axis));
+        let stepped = shaft.and_then(|shaft| shaft.follow(edge));
+        self.files.edge(edge);
         if let Some((_, _, traces)) = &mut self.plot {
-            traces.edge(edge);
+            match (edge.pin, stepped) {
+                (Pin::Coil(_), Some(forward)) => traces.step(edge.axis, edge.time, forward),
+                _ => traces.edge(edge),
+            }
         }
         self.edges.edge(edge);
     }

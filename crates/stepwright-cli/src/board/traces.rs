@@ -76,6 +76,16 @@ impl Traces {
         }
     }
 
+    /// A step of an axis whose motor is on coils.
+    pub fn step(&mut self, axis: u8, time: u64, forward: bool) {
+        let Some(axis) = self.axes.get_mut(usize::from(axis)) else { return };
+        if axis.backward == forward {
+            axis.pause();
+            axis.backward = !forward;
+        }
+        axis.step(time);
+    }
+
     /// When the first step was made, in ticks.
     pub fn first(&self) -> u64 {
         let first = self.axes.iter().filter_map(|axis| Some(axis.marks.first()?.time)).min();

@@ -22,6 +22,7 @@ use super::plan::{self, MOST, Plan, Task};
 use super::play::Session;
 use super::taken::{Taken, Wanted};
 use super::text::Text;
+use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
 
 /// Steps of a drawing, at most.
@@ -132,7 +133,7 @@ pub fn draw(name: &str, text: &str) -> Result<PathDrawing, Failure> {
     let steps = (0..plan.names.len()).map(begins).collect();
     let ways = plan.motors.iter().map(|motor| motor.distance.into()).collect();
     let mut seen = Seen { hz, begun: Instant::now(), ways, steps, count: 0, legs: Vec::new() };
-    let wanted = Wanted { inverted: 0, vcd: None, motions: false, events: false };
+    let wanted = Wanted { inverted: 0, edges: EdgePaths::default(), motions: false, events: false };
     let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
     let seconds = {
         let session = Session::new(&plan, &text, taken, Format::Silent, None, LIMIT);

@@ -10,6 +10,7 @@ use super::plan::{self, MOST};
 use super::play::Session;
 use super::taken::{Taken, Wanted};
 use super::text::Text;
+use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
 
 /// Between two looks at the clock: an order is heard so soon.
@@ -117,7 +118,7 @@ pub fn play(
     let mut plan = plan::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
     let motors = plan.names.len();
-    let wanted = Wanted { inverted: 0, vcd: None, motions: false, events: false };
+    let wanted = Wanted { inverted: 0, edges: EdgePaths::default(), motions: false, events: false };
     let taken = Taken::begin(plan.rate, motors as u8, &wanted)?;
     let mut time = RealTime {
         begun: Instant::now(),

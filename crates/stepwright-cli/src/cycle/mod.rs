@@ -33,6 +33,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
+use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::link::serial::{SerialLink, Share};
@@ -87,6 +88,9 @@ pub struct Args {
     /// Record every edge of the pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     vcd: Option<PathBuf>,
+    /// Record them as MCAP, for Foxglove or PlotJuggler
+    #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
+    mcap: Option<PathBuf>,
     /// Draw the way of two motors (.svg, .png or .html)
     #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     xy: Option<PlotFile>,
@@ -135,7 +139,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let inverted = plan.motors.iter().enumerate().map(|(n, m)| u8::from(m.inverted) << n).sum();
     let wanted = Wanted {
         inverted,
-        vcd: args.vcd.as_deref(),
+        edges: EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() },
         motions: args.plot.is_some(),
         events: args.format == Format::Csv || args.xy.is_some(),
     };

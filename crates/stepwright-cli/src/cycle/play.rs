@@ -421,6 +421,8 @@ impl<'p> Session<'p> {
         let (event, value) = match edge.pin {
             Pin::Step => ("step", edge.level),
             Pin::Direction => ("dir", edge.level),
+            // No machine of cycles has any.
+            Pin::Coil(_) => return,
             // Low turns a driver on.
             Pin::Enable => ("enable", !edge.level),
             Pin::Min => ("switch-min", edge.level),

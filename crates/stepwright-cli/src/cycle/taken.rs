@@ -1,14 +1,10 @@
 //! What is written down while cycles play.
 
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
-
 use stepwright::Rate;
-use stepwright_sim::vcd::VcdWriter;
 use stepwright_sim::{Edge, Pin, Recorder};
 
 use super::plan::Plan;
+use crate::board::edge_files::{EdgeFiles, EdgePaths};
 use crate::board::traces::Traces;
 use crate::failure::Failure;
 use crate::plot::{MotionPlot, PlotFile};
@@ -17,7 +13,7 @@ use crate::say;
 /// What is asked for.
 pub struct Wanted<'a> {
     pub inverted: u8,
-    pub vcd: Option<&'a Path>,
+    pub edges: EdgePaths<'a>,
     pub motions: bool,
     pub events: bool,
 }
@@ -25,7 +21,7 @@ pub struct Wanted<'a> {
 /// What has been written down.
 pub struct Taken {
     rate: Rate,
-    vcd: Option<(PathBuf, VcdWriter<BufWriter<File>>)>,
+    files: EdgeFiles,
     traces: Option<Traces>,
     /// Motors whose forward is a low DIR.
     inverted: u8,
@@ -33,22 +29,23 @@ pub struct Taken {
     events: Option<Vec<Edge>>,
 }
 
-const PINS: [Pin; 5] = [Pin::Step, Pin::Direction, Pin::Enable, Pin::Min, Pin::Max];
+/// The pins of a motor, and their levels before the first edge.
+const PINS: [(Pin, Option<bool>); 5] = [
+    (Pin::Step, Some(false)),
+    (Pin::Direction, None),
+    (Pin::Enable, None),
+    (Pin::Min, Some(false)),
+    (Pin::Max, Some(false)),
+];
 
 impl Taken {
     /// Begins what is wanted of this many motors.
     pub fn begin(rate: Rate, motors: u8, wanted: &Wanted) -> Result<Taken, Failure> {
-        let vcd = match wanted.vcd {
-            Some(path) => {
-                let file = File::create(path).map_err(|e| Failure::file("write", path, &e))?;
-                let writer = VcdWriter::of(BufWriter::new(file), rate, motors, &PINS);
-                Some((path.to_owned(), writer))
-            }
-            None => None,
-        };
+        let pins = (0..motors).flat_map(|axis| PINS.map(|(pin, level)| (axis, pin, level)));
+        let files = EdgeFiles::begin(wanted.edges, rate, &pins.collect::<Vec<_>>())?;
         let traces = wanted.motions.then(|| Traces::new(rate));
         let (inverted, events) = (wanted.inverted, wanted.events.then(Vec::new));
-        Ok(Taken { rate, vcd, traces, inverted, events })
+        Ok(Taken { rate, files, traces, inverted, events })
     }
 
     /// The edges since the last call.
@@ -56,11 +53,10 @@ impl Taken {
         self.events.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// Ends the dump.
+    /// Ends the files of edges.
     pub fn finish(&mut self, seconds: f64) -> Result<(), Failure> {
-        if let Some((path, writer)) = self.vcd.take() {
-            let time = (seconds * f64::from(self.rate.hz())).round() as u64;
-            writer.finish(time).map_err(|error| Failure::file("write", &path, &error))?;
+        let time = (seconds * f64::from(self.rate.hz())).round() as u64;
+        for path in self.files.finish(time)? {
             say::note(format_args!("edges written to {}", path.display()));
         }
         Ok(())
@@ -88,9 +84,7 @@ impl Taken {
 
 impl Recorder for Taken {
     fn edge(&mut self, edge: Edge) {
-        if let Some((_, writer)) = &mut self.vcd {
-            writer.edge(edge);
-        }
+        self.files.edge(edge);
         if let Some(traces) = &mut self.traces {
             let turned = edge.pin == Pin::Direction && self.inverted >> edge.axis & 1 != 0;
             traces.edge(Edge { level: edge.level != turned, ..edge });

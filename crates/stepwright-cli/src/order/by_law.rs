@@ -108,7 +108,7 @@ impl LawOrder<'_> {
             .collect::<Vec<_>>();
         let heading = Heading { title, notes: vec![note.join(GAP)] };
         let plot = virt.plot.as_ref().map(|file| (file, heading));
-        let recording = Recording::begin(&description, virt.vcd.as_deref(), plot)?;
+        let recording = Recording::begin(&description, virt.edges(), plot)?;
         Ok(Box::new(VirtualLink::new(Bench::laws(description, recording), virt.fast)))
     }
 

@@ -9,6 +9,7 @@ use stepwright_protocol::AxisId;
 
 use super::motion::RampArgs;
 use crate::board::bench::{Bench, Width};
+use crate::board::edge_files::EdgePaths;
 use crate::board::recording::{Heading, Recording};
 use crate::failure::Failure;
 use crate::link::Link;
@@ -60,7 +61,10 @@ pub struct VirtualArgs {
     pub fast: bool,
     /// Record every edge of its pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
-    pub vcd: Option<PathBuf>,
+    vcd: Option<PathBuf>,
+    /// Record them as MCAP, for Foxglove or PlotJuggler
+    #[arg(long, value_name = "FILE", conflicts_with = "port")]
+    mcap: Option<PathBuf>,
     /// Draw its motors over time, position, speed and acceleration: .svg, .png or .html
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     pub plot: Option<PlotFile>,
@@ -152,12 +156,17 @@ impl PortArgs {
 }
 
 impl VirtualArgs {
+    /// Where the edges of its pins are wanted.
+    pub fn edges(&self) -> EdgePaths<'_> {
+        EdgePaths { vcd: self.vcd.as_deref(), mcap: self.mcap.as_deref() }
+    }
+
     /// A virtual board of its own, with these switches on its machine.
     pub fn board(&self, heading: Heading, switches: &[Switch]) -> Result<Session, Failure> {
         let virt = self;
         let description = Description::uno();
         let plot = virt.plot.as_ref().map(|file| (file, heading));
-        let recording = Recording::begin(&description, virt.vcd.as_deref(), plot)?;
+        let recording = Recording::begin(&description, virt.edges(), plot)?;
         let bench = Bench::new(description, Width::Narrow, recording).with_switches(switches);
         let mut session = Session::new(Box::new(VirtualLink::new(bench, virt.fast)));
         met(&mut session)?;

@@ -13,13 +13,14 @@ use std::time::{Duration, Instant};
 use stepwright_protocol::{AxisId, Command, LeaseMillis, Selection, Setting};
 use stepwright_serve::report::{BoardSheet, LiveAxis, LiveState, MachineSheet, Trouble};
 use stepwright_serve::{Declined, Hand, ServeDesk};
-use stepwright_sim::{Description, Switch};
+use stepwright_sim::{AxisDrive, Description, Switch};
 
 use super::pulses::PlannedPins;
 use super::sight::Watched;
 use super::tap::Tap;
 use super::{homing, sheet};
 use crate::board::bench::{Bench, Width};
+use crate::board::edge_files::EdgePaths;
 use crate::board::edges::EdgeStore;
 use crate::board::recording::Recording;
 use crate::failure::Failure;
@@ -49,6 +50,8 @@ pub struct ServedBoard {
     pub unit: (&'static str, f64),
     /// The limit switches of a virtual machine.
     pub switches: Vec<Switch>,
+    /// What its motors are on that have coils.
+    pub drives: Vec<AxisDrive>,
     /// What stands in the machine file.
     pub machine: Option<MachineSheet>,
 }
@@ -73,10 +76,10 @@ fn open(board: &ServedBoard, desk: &Arc<ServeDesk>) -> Result<Session, Failure> 
     let link: Box<dyn Link> = match &port.port {
         Some(path) => Box::new(SerialLink::open(path, port.baud, Share::Host)?),
         None => {
-            let description = Description::uno();
+            let description = Description::uno().with_drives(&board.drives);
             let edges = EdgeStore::new(&description);
             desk.probe(Arc::new(edges.clone()));
-            let recording = Recording::begin(&description, None, None)?.keep(edges);
+            let recording = Recording::begin(&description, EdgePaths::default(), None)?.keep(edges);
             let bench = Bench::new(description, Width::Narrow, recording);
             Box::new(VirtualLink::new(bench.with_switches(&board.switches), false))
         }

@@ -42,7 +42,7 @@ use crate::quantity::GeometryArgs;
 use crate::say;
 use keeper::{Keeper, ServedBoard};
 use paths::CycleFiles;
-use stepwright_sim::Switch;
+use stepwright_sim::{AxisDrive, Switch};
 
 /// Where the page is, unless `--bind` says otherwise.
 const PORT: u16 = 8480;
@@ -90,6 +90,10 @@ pub struct Args {
     /// and beyond, in steps; the setting `switches` has the board look at it [default: 1:-1000]
     #[arg(long, value_name = "AXIS:PLACE", conflicts_with = "port", help_heading = "Board")]
     switch: Vec<Switch>,
+    /// What a motor of the virtual board is on instead of STEP and DIR: unipolar, bridge, each
+    /// also with -wave or -half, shield
+    #[arg(long, value_name = "AXIS:DRIVE", conflicts_with = "port", help_heading = "Board")]
+    drive: Vec<AxisDrive>,
 }
 
 /// An address to listen at.
@@ -135,7 +139,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         true => SWITCH.parse().into_iter().collect(),
         false => args.switch,
     };
-    let served = ServedBoard { port: args.port, unit, switches, machine };
+    let served = ServedBoard { port: args.port, unit, switches, drives: args.drive, machine };
     let (tell, met) = mpsc::channel();
     let board = thread::spawn({
         let desk = desk.clone();

@@ -44,6 +44,16 @@ export class Edges {
     return count;
   }
 
+  /** Steps of an axis between two times. A motor on coils changes its lines at one moment for each. */
+  steps(axis, from, to) {
+    const mine = this.signals.filter((one) => one.axis === axis);
+    const step = mine.find((one) => one.pin === "step");
+    if (step) return this.rises(step, from, to);
+    const coils = mine.filter((one) => one.pin === "coil");
+    const times = coils.flatMap(({ times }) => [...times.slice(firstFrom(times, from), firstFrom(times, to))]);
+    return new Set(times).size;
+  }
+
   /** The edge that is nearest to a time, of all pins; null if there is none. */
   nearest(time) {
     let best = null;

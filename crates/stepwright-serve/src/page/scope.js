@@ -1,4 +1,4 @@
-// The scope: STEP, DIR and enable of the last seconds, with two cursors.
+// The scope: STEP and DIR, or coils, and enable of the last seconds, with two cursors.
 
 import { Edges, firstFrom } from "./edges.js";
 import { colour } from "./plots.js";
@@ -306,9 +306,9 @@ export class Scope {
       const between = Math.abs(b - a);
       parts.push(`between ${shown(between)}`);
       if (between > 0) parts.push(`${(1e6 / between).toFixed(2)} Hz`);
-      const steps = this.edges.signals.filter((one) => one.pin === "step");
-      const counts = steps.map((one) => `${one.name} ${this.edges.rises(one, Math.min(a, b), Math.max(a, b))}`);
-      parts.push(`rising: ${counts.join(", ")}`);
+      const axes = [...new Set(this.edges.signals.flatMap(({ axis }) => axis ?? []))];
+      const counts = axes.map((axis) => `axis ${axis}: ${this.edges.steps(axis, Math.min(a, b), Math.max(a, b))}`);
+      parts.push(`steps of ${counts.join(", ")}`);
     }
     byId("scope-cursors").textContent = parts.length ? parts.join(" · ") : "Click twice: cursors A and B, which go to the next edge.";
   }

@@ -187,7 +187,7 @@ async function pictures(url) {
 let failed = 0;
 try {
   const { child, said: url } = await serve("--virtual", "--switch", "1:-300");
-  const more = views.tests({ driver, open, controls, until, rests, moves, axis, click, fill });
+  const more = views.tests({ start, end, driver, open, controls, until, rests, moves, axis, click, fill });
   const all = Object.entries({ ...more, ...tests }).map(([name, test]) => [name, () => test(url)]);
   failed += await play(Object.fromEntries(all), async (broken) => {
     // The next one begins with a board at rest, and nobody who controls.

@@ -22,7 +22,7 @@ async function recorded(file) {
 }
 
 /** The tests, by the helpers of drive.mjs. Their machine has a switch of axis 1 at -300. */
-export function tests({ driver, open, controls, until, rests, moves, axis, click, fill }) {
+export function tests({ start, end, driver, open, controls, until, rests, moves, axis, click, fill }) {
   const view = async (page, name) => {
     await page.click(`nav a[href="#${name}"]`);
     await page.locator(`#${name}`).waitFor();
@@ -147,7 +147,7 @@ export function tests({ driver, open, controls, until, rests, moves, axis, click
       await lanes.click({ position: { x: 80, y: 20 } });
       await lanes.click({ position: { x: box.width - 4, y: 20 } });
       const said = await page.locator("#scope-cursors").textContent();
-      const rising = Number(/step1 (\d+)/.exec(said)[1]);
+      const rising = Number(/axis 1: (\d+)/.exec(said)[1]);
       // The files have the same steps as the cursors count, and as the board has made.
       const saved = async (name) => {
         const [file] = await Promise.all([page.waitForEvent("download"), page.locator(`#scope-${name}`).click()]);
@@ -189,6 +189,40 @@ export function tests({ driver, open, controls, until, rests, moves, axis, click
       assert.equal((await axis(url)).moving, false);
       assert.deepEqual(faults, []);
       await context.close();
+    },
+
+    async "a motor on coils has a lane for each, and its steps are counted"() {
+      const { child, said: url } = await start("page ", "serve", "--virtual", "--bind", "127.0.0.1:0", "--machine", "none", "--drive", "1:bridge-half");
+      const { page, card, faults, context } = await open(url);
+      await controls(page);
+      await fill(card, "speed", 500);
+      await fill(card, "target", 37);
+      await click(card, "by");
+      await until("it is there", async () => (await axis(url)).position === 37);
+      await fill(card, "target", -10);
+      await click(card, "by");
+      await until("it is back", async () => (await axis(url)).position === 27);
+      await rests(url);
+      await view(page, "scope");
+      await page.locator("#scope-span").selectOption("10");
+      await new Promise((later) => setTimeout(later, 900));
+      await page.locator("#scope-hold").click();
+      const lanes = page.locator("#scope-lanes");
+      const box = await lanes.boundingBox();
+      await lanes.click({ position: { x: 66, y: 20 } });
+      await lanes.click({ position: { x: box.width - 2, y: 20 } });
+      assert.match(await page.locator("#scope-cursors").textContent(), /steps of axis 1: 47, axis 2: 0, axis 3: 0/);
+      const [file] = await Promise.all([page.waitForEvent("download"), page.locator("#scope-csv").click()]);
+      const rows = readFileSync(await file.path(), "utf8").trim().split("\n").map((row) => row.split(","));
+      assert.deepEqual(rows[0], ["time_us", ..."abcd".split("").map((line) => `coil1${line}`), "step2", "dir2", "step3", "dir3", "enable"]);
+      // The rows of the bridge's half steps, In1 to In4: 37 forward, 10 back.
+      const half = ["0101", "0001", "1001", "1000", "1010", "0010", "0110", "0100"];
+      const seen = rows.slice(1).map((row) => row.slice(1, 5).join("")).filter((row, n, all) => row !== all[n - 1]);
+      const places = Array.from({ length: 48 }, (_, n) => (n <= 37 ? n : 74 - n));
+      assert.deepEqual(seen, places.map((place) => half[place % 8]));
+      assert.deepEqual(faults, []);
+      await context.close();
+      await end(child);
     },
   };
 }
@@ -284,4 +318,38 @@ export async function pictures({ start, end, open, controls, until, rests, axis,
     }
   }
   rmSync(place, { recursive: true });
+  await coils({ start, end, open, controls, until, axis, click, fill, folder });
+}
+
+/** Half steps of a motor on bridges, where it turns round. */
+async function coils({ start, end, open, controls, until, axis, click, fill, folder }) {
+  const { child, said: url } = await start("page ", "serve", "--machine", "none", "--virtual", "--bind", "127.0.0.1:0", "--drive", "1:bridge-half");
+  for (const [name, viewport, colorScheme] of [
+    ["wide-light", { width: 1440, height: 1000 }, "light"],
+    ["phone-dark", { width: 390, height: 844 }, "dark"],
+  ]) {
+    const { page, card, context } = await open(url, { viewport, colorScheme });
+    await controls(page);
+    const from = (await axis(url)).position;
+    await fill(card, "speed", 400);
+    for (const by of [24, -12]) {
+      await fill(card, "target", by);
+      await click(card, "by");
+      const there = by > 0 ? from + 24 : from + 12;
+      await until("it is there", async () => (await axis(url)).position === there && !(await axis(url)).moving);
+    }
+    await page.click('nav a[href="#scope"]');
+    await page.locator("#scope-span").selectOption("2");
+    await new Promise((later) => setTimeout(later, 900));
+    await page.locator("#scope-hold").click();
+    const lanes = page.locator("#scope-lanes");
+    const { width } = await lanes.boundingBox();
+    await lanes.click({ position: { x: 70, y: 45 } });
+    await lanes.click({ position: { x: width - 6, y: 45 } });
+    await page.evaluate(() => scrollTo(0, 0));
+    await page.screenshot({ path: join(folder, `coils-${name}.png`) });
+    await page.locator("#release").click();
+    await context.close();
+  }
+  await end(child);
 }

@@ -1,0 +1,118 @@
+//! Every edge of a virtual board's pins as files: VCD, MCAP.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use stepwright::Rate;
+use stepwright_serve::mcap::McapWriter;
+use stepwright_sim::vcd::VcdWriter;
+use stepwright_sim::{Edge, Pin, Recorder};
+
+use crate::failure::Failure;
+
+/// Where edges are wanted.
+#[derive(Clone, Copy, Default)]
+pub struct EdgePaths<'a> {
+    /// A Value Change Dump.
+    pub vcd: Option<&'a Path>,
+    /// An MCAP file.
+    pub mcap: Option<&'a Path>,
+}
+
+/// A pin of an axis, and its level before the first edge, if it is known.
+pub type StartLevel = (u8, Pin, Option<bool>);
+
+type Out = BufWriter<File>;
+
+/// The files that are written.
+#[derive(Default)]
+pub struct EdgeFiles {
+    vcd: Option<(PathBuf, VcdWriter<Out>)>,
+    mcap: Option<(PathBuf, McapEdges<Out>)>,
+}
+
+fn create(path: &Path) -> Result<Out, Failure> {
+    let file = File::create(path).map_err(|error| Failure::file("write", path, &error))?;
+    Ok(BufWriter::new(file))
+}
+
+impl EdgeFiles {
+    /// Begins the files of these pins, of a board whose timer runs at `rate`.
+    pub fn begin(paths: EdgePaths, rate: Rate, pins: &[StartLevel]) -> Result<EdgeFiles, Failure> {
+        let mut files = EdgeFiles::default();
+        if let Some(path) = paths.vcd {
+            let writer = VcdWriter::levels(create(path)?, rate, pins);
+            files.vcd = Some((path.to_owned(), writer));
+        }
+        if let Some(path) = paths.mcap {
+            let writer = McapEdges::new(create(path)?, rate, pins);
+            let writer = writer.map_err(|error| Failure::file("write", path, &error))?;
+            files.mcap = Some((path.to_owned(), writer));
+        }
+        Ok(files)
+    }
+
+    /// Ends them at `time` ticks; their names.
+    pub fn finish(&mut self, time: u64) -> Result<Vec<PathBuf>, Failure> {
+        let mut written = Vec::new();
+        if let Some((path, writer)) = self.vcd.take() {
+            writer.finish(time).map_err(|error| Failure::file("write", &path, &error))?;
+            written.push(path);
+        }
+        if let Some((path, writer)) = self.mcap.take() {
+            writer.finish().map_err(|error| Failure::file("write", &path, &error))?;
+            written.push(path);
+        }
+        Ok(written)
+    }
+}
+
+impl Recorder for EdgeFiles {
+    fn edge(&mut self, edge: Edge) {
+        if let Some((_, writer)) = &mut self.vcd {
+            writer.edge(edge);
+        }
+        if let Some((_, writer)) = &mut self.mcap {
+            writer.edge(edge);
+        }
+    }
+}
+
+/// Edges as MCAP, in ns since the board was switched on, rounded down. An error is kept until the
+/// end; what comes after it is dropped.
+struct McapEdges<W: Write + io::Seek> {
+    writer: McapWriter<W>,
+    hz: u128,
+    pins: Vec<(u8, Pin)>,
+    error: Option<io::Error>,
+}
+
+impl<W: Write + io::Seek> McapEdges<W> {
+    fn new(out: W, rate: Rate, pins: &[StartLevel]) -> io::Result<McapEdges<W>> {
+        let names: Vec<String> = pins.iter().map(|(axis, pin, _)| pin.of(*axis)).collect();
+        let words = "the edges of the virtual board's pins";
+        let mut writer = McapWriter::new(out, names.iter().map(String::as_str), words)?;
+        for (place, (_, _, level)) in pins.iter().enumerate() {
+            if let Some(level) = level {
+                writer.level(place, 0, *level)?;
+            }
+        }
+        let pins = pins.iter().map(|(axis, pin, _)| (*axis, *pin)).collect();
+        Ok(McapEdges { writer, hz: rate.hz().into(), pins, error: None })
+    }
+
+    fn finish(self) -> io::Result<W> {
+        self.error.map_or_else(|| self.writer.finish(), Err)
+    }
+}
+
+impl<W: Write + io::Seek> Recorder for McapEdges<W> {
+    fn edge(&mut self, edge: Edge) {
+        let pin = self.pins.iter().position(|pin| *pin == (edge.axis, edge.pin));
+        if let (Some(pin), None) = (pin, &self.error) {
+            let nanos = u128::from(edge.time) * 1_000_000_000 / self.hz;
+            self.error = self.writer.level(pin, nanos as u64, edge.level).err();
+        }
+    }
+}

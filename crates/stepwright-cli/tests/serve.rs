@@ -253,6 +253,10 @@ mod unix {
         assert_eq!(status, 401, "{said}");
         let (status, said) = served.ask("GET", &format!("/api/state?token={token}"), "");
         assert_eq!((status, &said["connected"]), (200, &json!(true)));
+        // No other machine can ask for 0.0.0.0.
+        served.command.signal(Signal::INT);
+        let ended = served.command.end();
+        assert!(ended.stderr.contains("in the place of 0.0.0.0"), "{ended:#?}");
     }
 
     /// A board on a pseudo-terminal, which a name leads to.

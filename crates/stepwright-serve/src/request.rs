@@ -326,6 +326,9 @@ const JERK: RangeInclusive<f64> = 1.0..=4e9;
 /// From the start speed to the top speed, where no acceleration is given, in s.
 const RISE: f64 = 0.4;
 
+/// Digits of a number that is said again, at most: none that is allowed has more.
+const LONGEST: usize = 24;
+
 pub(crate) fn outside(
     number: impl Display,
     name: &str,
@@ -334,7 +337,13 @@ pub(crate) fn outside(
     unit: &str,
 ) -> Declined {
     let allowed = format!("{from} to {to} {unit}");
-    Declined::range(format!("{name} is {number}")).allowed(allowed.trim_end())
+    let mut said = number.to_string();
+    // 1e300 has 301 digits.
+    if said.len() > LONGEST {
+        said.truncate(LONGEST);
+        said.push('…');
+    }
+    Declined::range(format!("{name} is {said}")).allowed(allowed.trim_end())
 }
 
 pub(crate) fn axis(number: u8) -> Result<AxisId, Declined> {

@@ -142,6 +142,9 @@ async fn nonsense_is_declined_with_the_reason_and_the_remedy() {
         bench.post("/api/move", Some(&key), r#"{"axis":1,"by":1,"accel":0.5}"#).await;
     assert_eq!(status, StatusCode::UNPROCESSABLE_ENTITY);
     assert_eq!(said, json!({"what": "accel is 0.5", "allowed": "1 to 100000000 steps/s²"}));
+    let huge = r#"{"axis":1,"by":1,"accel":1e300}"#;
+    let (_, said) = bench.post("/api/move", Some(&key), huge).await;
+    assert_eq!(said["what"], "accel is 100000000000000000000000…");
     assert_eq!(bench.wishes(), []);
 }
 

@@ -168,6 +168,12 @@ fn greet(address: SocketAddr, guard: &Guard) {
         Some(token) => {
             say::result(format_args!("page http://{address}/#token={}", token.text()));
             say::note("whoever has this address can move the motors; it is not encrypted");
+            if address.ip().is_unspecified() {
+                say::note(format_args!(
+                    "on another machine put this machine's address in the place of {}",
+                    address.ip()
+                ));
+            }
         }
     }
 }

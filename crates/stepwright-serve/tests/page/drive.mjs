@@ -93,6 +93,26 @@ const tests = {
     await first.context.close();
   },
 
+  async "on a phone nothing is cut off"(url) {
+    for (const width of [320, 360, 390]) {
+      const { page, context } = await open(url, { viewport: { width, height: 740 }, isMobile: true, hasTouch: true });
+      for (const view of await page.locator("nav a").evaluateAll((all) => all.map((one) => one.hash))) {
+        await page.evaluate((view) => (location.hash = view), view);
+        const cut = await page.evaluate(() => {
+          const room = document.scrollingElement.clientWidth;
+          const wide = document.scrollingElement.scrollWidth > room ? ["the page"] : [];
+          const cut = [...document.querySelectorAll("main button, footer button, footer small")].filter((one) => {
+            const { right, width } = one.getBoundingClientRect();
+            return width && (one.scrollWidth > one.clientWidth + 1 || right > room);
+          });
+          return [...wide, ...cut.map((one) => one.innerText)];
+        });
+        assert.deepEqual(cut, [], `${view} at ${width}`);
+      }
+      await context.close();
+    }
+  },
+
   async "the page is small, and quickly there"(url) {
     const { page, context } = await open(url);
     const [bytes, paint] = await page.evaluate(() => [

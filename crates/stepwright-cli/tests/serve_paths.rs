@@ -154,7 +154,9 @@ fn a_pause_is_a_time_at_rest_on_the_way() {
 #[test]
 fn every_example_is_drawn_and_takes_as_long_as_it_is_played() {
     let served = Served::board();
-    let examples = served.get("/api/path/examples");
+    let table = served.get("/api/path/examples");
+    let examples = &table["examples"];
+    assert_eq!(table["port"], Value::Null);
     assert!(examples.as_array().unwrap().len() >= 6);
     for file in examples.as_array().unwrap() {
         let name = file["name"].as_str().unwrap();
@@ -262,6 +264,7 @@ fn a_run_takes_its_time_and_is_followed_to_its_end() {
     let mut live = served.live();
     let begun = Instant::now();
     served.order("/api/path/run", line());
+    assert_eq!(served.get("/api/path")["state"], "running");
     // One at a time.
     let said = served.declined("/api/path/run", line(), 409);
     assert!(said.contains("a file is being run"), "{said}");
@@ -286,6 +289,7 @@ fn a_run_takes_its_time_and_is_followed_to_its_end() {
     assert_eq!(served.get("/api/path"), untyped(last));
     // And again: the player begins where the file says.
     served.order("/api/path/run", line());
+    assert_eq!(served.get("/api/path")["state"], "running");
     served.post("/api/kill", json!({}));
     assert_eq!(followed(&mut live).last().unwrap()["state"], "killed");
     // The board that is served has not moved.
@@ -330,4 +334,111 @@ fn a_stop_brakes_a_run_along_its_path() {
     // What is no file is not run.
     served.declined("/api/path/run", json!({"name": "a", "text": "x = 1"}), 422);
     assert_eq!(served.get("/api/path")["state"], "stopped");
+}
+
+/// A board that plays cycles, at a pseudo-terminal: the virtual one, in real time. Its motors are
+/// where they are told to be.
+#[cfg(unix)]
+mod board {
+    use std::cell::Cell;
+    use std::io::{Read, Write};
+    use std::thread;
+    use std::time::{Duration, Instant};
+
+    use stepwright::Rate;
+    use stepwright_cycle::{Clock, Leg, Motor, Remote};
+    use stepwright_sim::{CycleBoard, Edge, Stand};
+
+    const ABOUT: &[u8] =
+        b"stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths\r";
+
+    /// Its path.
+    pub fn start() -> String {
+        let (master, path) = crate::common::pty();
+        rustix::io::ioctl_fionbio(&master, true).unwrap();
+        thread::spawn(move || serve(master));
+        path
+    }
+
+    fn serve(mut master: std::fs::File) {
+        let rate = Rate::from_hz(16_000_000).unwrap();
+        let (motors, stands) = ([Motor::new(1, 1); 4], [Stand::default(); 4]);
+        let board: CycleBoard<Vec<Edge>, 4> =
+            CycleBoard::new(motors, stands, Clock::Deadlines, rate, Vec::new());
+        let legs = (0..400).map(|_| Cell::new(Leg::Steps { count: 0, delay: 0 }));
+        let legs: &'static [Cell<Leg>] = legs.collect::<Vec<_>>().leak();
+        let mut remote = Remote::new(board, legs);
+        let (begun, mut line) = (Instant::now(), Vec::new());
+        loop {
+            let mut bytes = [0; 64];
+            // Nobody is there, or nothing is said.
+            let count = master.read(&mut bytes).unwrap_or(0);
+            for byte in &bytes[..count] {
+                line.push(*byte);
+                if *byte != b'\r' {
+                    continue;
+                }
+                let line = std::mem::take(&mut line);
+                if line == b"?\r" {
+                    master.write_all(ABOUT).unwrap();
+                    continue;
+                }
+                line.iter().for_each(|byte| remote.take(Some(*byte)));
+                let answer: Vec<u8> = std::iter::from_fn(|| remote.next_byte()).collect();
+                let _ = master.write_all(&answer);
+            }
+            // A board polls all the time.
+            let now = begun.elapsed().as_micros() as u64 * 16;
+            while remote.hold().now() < now {
+                let next = remote.hold().now() + 1_600;
+                remote.hold().run_until(next.min(now));
+                remote.poll();
+            }
+            if count == 0 {
+                thread::sleep(Duration::from_micros(500));
+            }
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_board_that_plays_cycles_runs_a_file_and_says_where_it_is() {
+    let port = board::start();
+    let served = Served::start(&["--virtual", "--cycles", &port]);
+    let table = served.get("/api/path/examples");
+    assert_eq!(table["port"], json!(port));
+    assert!(table["player"].as_str().unwrap().contains(&port), "{table}");
+    let mut live = served.live();
+    served.order("/api/path/run", line());
+    let reports = followed(&mut live);
+    let last = reports.last().unwrap();
+    assert_eq!((&last["state"], &last["trouble"]), (&json!("done"), &Value::Null), "{last}");
+    assert_eq!(place(last), 101e6);
+    assert!((2.1..2.12).contains(&number(last, "seconds")), "{last}");
+    // Looks while it moved, each where the line is at the board's own time.
+    let cruise = |one: &&Value| (0.1..2.0).contains(&number(one, "seconds"));
+    let cruising: Vec<_> = reports.iter().filter(cruise).collect();
+    assert!(cruising.len() >= 3, "{}", cruising.len());
+    for report in cruising {
+        let off = place(report) - 1e6 - (50e6 * number(report, "seconds") - 2.5e6);
+        assert!(off.abs() <= 2.0 * STEP + 50e6 * 0.002, "{report}: {off} nm");
+    }
+    // A stop ends the cycle on the board, wherever it is.
+    served.order("/api/path/run", line());
+    while number(&next(&mut live, "path"), "seconds") < 0.5 {}
+    served.order("/api/stop", json!({}));
+    let stopped = followed(&mut live).last().unwrap().clone();
+    assert_eq!(stopped["state"], "stopped");
+    assert!(place(&stopped) > 20e6 && place(&stopped) < 95e6, "{stopped}");
+    // What the board refuses is told, with the line of the file.
+    let five = (1..=5)
+        .map(|n| format!("[[motor]]\nname = \"M{n}\"\nstep = 1\nsmallest-delay-us = 1000\n"));
+    let five = five.collect::<String>() + "[[cycle]]\nmove.M1 = { steps = 10 }\n";
+    served.order("/api/path/run", json!({"name": "five.toml", "text": five}));
+    let failed = followed(&mut live).last().unwrap().clone();
+    assert_eq!(failed["state"], "failed");
+    let said = failed["trouble"]["what"].as_str().unwrap();
+    assert!(said.starts_with("five.toml, line 17: this mega moves 4 motors"), "{failed}");
+    assert!(failed["trouble"]["do"].is_string(), "{failed}");
 }

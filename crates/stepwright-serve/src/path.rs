@@ -26,8 +26,8 @@ const NAME: usize = 100;
 
 /// Who reads files, draws and runs them.
 pub trait PathReader: Send + Sync {
-    /// Files to begin with.
-    fn examples(&self) -> Vec<PathFile>;
+    /// Files to begin with, and where files are run.
+    fn table(&self) -> PathTable;
 
     /// What the motors do by this file. Takes seconds at most; nothing moves.
     ///
@@ -35,13 +35,18 @@ pub trait PathReader: Send + Sync {
     /// What is wrong with the file, or too long to be drawn.
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined>;
 
-    /// Begins to run a file that was drawn, and tells how that goes on.
+    /// Begins to run a file that was drawn so, and tells how that goes on.
     ///
     /// # Errors
     /// Another file is being run, or this one can't be.
-    fn run(&self, file: &PathFile, tell: PathListener) -> Result<(), Declined>;
+    fn run(
+        &self,
+        file: &PathFile,
+        drawing: &PathDrawing,
+        tell: PathListener,
+    ) -> Result<(), Declined>;
 
-    /// Has the run that there is brake, and end. Does not wait.
+    /// Has the run that there is stop. Does not wait.
     fn stop(&self);
 
     /// Has the run that there is end dead. Does not wait.
@@ -51,7 +56,18 @@ pub trait PathReader: Send + Sync {
 /// What is told how a run goes on.
 pub type PathListener = Box<dyn Fn(PathReport) + Send>;
 
-/// A file: `POST /api/path`, and `GET /api/path/examples`.
+/// Files to begin with, and where files are run: `GET /api/path/examples`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct PathTable {
+    /// The port of the board on which files are run; none: a virtual board.
+    pub port: Option<String>,
+    /// The same for people, and what a stop does there.
+    pub player: String,
+    /// The files.
+    pub examples: Vec<PathFile>,
+}
+
+/// A file: `POST /api/path`, and of `GET /api/path/examples`.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PathFile {
@@ -173,11 +189,11 @@ pub(crate) fn reader(desk: &ServeDesk) -> Result<Arc<dyn PathReader>, Declined> 
     desk.paths().ok_or_else(|| Declined::nowhere("there is nobody who reads paths"))
 }
 
-/// Files to begin with.
+/// Files to begin with, and where files are run.
 #[utoipa::path(get, path = "/api/path/examples", operation_id = "path_examples",
-    responses((status = 200, body = Vec<PathFile>), (status = "4XX", body = Declined)))]
-pub(crate) async fn examples(State(desk): Shared) -> Result<Json<Vec<PathFile>>, Declined> {
-    Ok(Json(reader(&desk)?.examples()))
+    responses((status = 200, body = PathTable), (status = "4XX", body = Declined)))]
+pub(crate) async fn examples(State(desk): Shared) -> Result<Json<PathTable>, Declined> {
+    Ok(Json(reader(&desk)?.table()))
 }
 
 /// What the motors would do by a file: points with their times and speeds. Nothing moves.
@@ -207,7 +223,7 @@ pub(crate) async fn report(State(desk): Shared) -> Json<Option<PathReport>> {
 }
 
 /// Run a file: it is drawn first, so that only one that has an end is begun. Answered when it
-/// has begun; `GET /api/path` and `/api/live` say how it goes on. A stop of all axes brakes it.
+/// has begun; `GET /api/path` and `/api/live` say how it goes on. A stop of all axes stops it.
 #[utoipa::path(post, path = "/api/path/run", operation_id = "path_run", request_body = PathFile,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
@@ -218,10 +234,11 @@ pub(crate) async fn run(
 ) -> Result<Json<Done>, Declined> {
     let file = PathFile::of(request).await?;
     hand(&desk, &headers)?;
-    drawn(&desk, &file).await?;
+    let drawing = drawn(&desk, &file).await?;
     // Another one may have taken control meanwhile.
     hand(&desk, &headers)?;
     let listener = desk.clone();
-    reader(&desk)?.run(&file, Box::new(move |report| listener.follow_path(report)))?;
+    let tell = Box::new(move |report| listener.follow_path(report));
+    reader(&desk)?.run(&file, &drawing, tell)?;
     Ok(Json(Done::default()))
 }

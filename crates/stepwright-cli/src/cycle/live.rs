@@ -39,6 +39,15 @@ impl PlayOrder {
     pub fn kill(&self) {
         self.0.fetch_max(KILL, Ordering::Relaxed);
     }
+
+    /// How it is to end, if it is.
+    pub fn end(&self) -> Option<Played> {
+        match self.0.load(Ordering::Relaxed) {
+            BRAKE => Some(Played::Stopped),
+            KILL => Some(Played::Killed),
+            _ => None,
+        }
+    }
 }
 
 /// How a file was played to its end.
@@ -80,12 +89,12 @@ impl Onlooker for RealTime<'_> {
     }
 
     fn may(&mut self, ticks: u64) -> Result<Say, Failure> {
-        match self.order.0.load(Ordering::Relaxed) {
-            KILL => {
+        match self.order.end() {
+            Some(Played::Killed) => {
                 self.killed = true;
                 return Err(Failure::interrupted("killed"));
             }
-            BRAKE if !self.braking => {
+            Some(_) if !self.braking => {
                 self.braking = true;
                 self.report(ticks);
                 return Ok(Say::Brake);

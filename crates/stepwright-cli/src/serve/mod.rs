@@ -15,11 +15,13 @@
 //! | [`pulses`] | which pulses an order has, for the scope |
 //! | [`tap`] | the lines as they are said |
 //! | [`paths`] | files of lines and arcs |
+//! | [`path_board`] | the same on a board that plays cycles |
 
 mod forecast;
 mod homing;
 mod keeper;
 mod orders;
+mod path_board;
 mod paths;
 mod pulses;
 mod sheet;
@@ -27,6 +29,7 @@ mod sight;
 mod tap;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Arc, mpsc};
 use std::thread;
@@ -86,6 +89,10 @@ pub struct Args {
     /// Serve a virtual board, also where the machine file names a port
     #[arg(id = "virtual", long = "virtual", conflicts_with = "port", help_heading = "Board")]
     _virtual_board: bool,
+    /// Serial port of another board, which runs the program `cycles`: the page's cycle files are
+    /// run on it, not on a virtual board
+    #[arg(long, value_name = "PATH", help_heading = "Board")]
+    cycles: Option<PathBuf>,
     /// A limit switch on the machine of the virtual board, which the axis closes at this place
     /// and beyond, in steps; the setting `switches` has the board look at it [default: 1:-1000]
     #[arg(long, value_name = "AXIS:PLACE", conflicts_with = "port", help_heading = "Board")]
@@ -124,6 +131,18 @@ impl std::fmt::Display for Bind {
 /// Serves until Ctrl-C, or another signal.
 pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let unit = args.geometry.unit()?;
+    if args.cycles.is_some() && !cfg!(unix) {
+        return Err(Failure::usage(
+            "--cycles takes a system with signals: a run could not be stopped",
+        )
+        .hint("`stepwright cycle FILE --port PATH` plays a file on the board"));
+    }
+    if args.cycles.is_some() && args.cycles == args.port.port {
+        return Err(Failure::usage(
+            "--port and --cycles are two boards, each with its own program",
+        )
+        .hint("leave --port out: a virtual board is served then"));
+    }
     let machine = machine::shown(machine)?;
     let listener = TcpListener::bind(args.bind.0).map_err(|error| {
         Failure::new(format!("can't serve at {}: {error}", args.bind))
@@ -134,7 +153,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     interrupt::listen(While::Holding)?;
     let desk = Arc::new(ServeDesk::default());
     desk.calculate_by(calc::calculators());
-    desk.read_paths_by(Arc::new(CycleFiles::default()));
+    desk.read_paths_by(Arc::new(CycleFiles::on(args.cycles)));
     let switches = match args.switch.is_empty() {
         true => SWITCH.parse().into_iter().collect(),
         false => args.switch,

@@ -1,13 +1,17 @@
 //! Files of paths for pages, read and played by who does it for `stepwright cycle`.
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use stepwright_serve::Declined;
-use stepwright_serve::path::{PathDrawing, PathFile, PathListener, PathReader, PathReport};
+use stepwright_serve::path::{
+    PathDrawing, PathFile, PathListener, PathReader, PathReport, PathTable,
+};
 use stepwright_serve::report::Trouble;
 
+use super::path_board::BoardPlayer;
 use crate::cycle::drawing;
 use crate::cycle::live::{self, PlayOrder, Played};
 use crate::failure::Failure;
@@ -24,7 +28,11 @@ const EXAMPLES: [(&str, &str); 6] = [
 
 /// Reads cycle files, and plays one at a time.
 #[derive(Default)]
-pub struct CycleFiles(Mutex<Option<Playing>>);
+pub struct CycleFiles {
+    /// The port of a board that plays cycles; none: a virtual board does.
+    pub board: Option<PathBuf>,
+    playing: Mutex<Option<Playing>>,
+}
 
 /// A file that is played, or was.
 struct Playing {
@@ -40,17 +48,34 @@ impl Playing {
     }
 }
 
+const VIRTUAL: &str = "On a virtual board of its own, in real time: the program of the served board \
+                       takes travels, no paths. A stop brakes along the line or arc. A board with the \
+                       program cycles plays it by the command, or here with `serve --cycles PORT`.";
+
 impl CycleFiles {
+    /// On this board, if there is one.
+    pub fn on(board: Option<PathBuf>) -> CycleFiles {
+        CycleFiles { board, playing: Mutex::default() }
+    }
+
     fn playing(&self) -> MutexGuard<'_, Option<Playing>> {
         // Nothing here is changed by halves.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.playing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl PathReader for CycleFiles {
-    fn examples(&self) -> Vec<PathFile> {
+    fn table(&self) -> PathTable {
         let file = |(name, text): (&str, &str)| PathFile { name: name.into(), text: text.into() };
-        EXAMPLES.map(file).into()
+        let port = self.board.as_ref().map(|port| port.display().to_string());
+        let player = match &port {
+            None => VIRTUAL.to_owned(),
+            Some(port) => format!(
+                "On the board at {port}, which says some ten times a second where its motors are. A \
+                 stop ends the cycle there at once, without a ramp."
+            ),
+        };
+        PathTable { port, player, examples: EXAMPLES.map(file).into() }
     }
 
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined> {
@@ -59,16 +84,35 @@ impl PathReader for CycleFiles {
         Ok(PathDrawing { id: file.id(), ..drawn })
     }
 
-    fn run(&self, file: &PathFile, tell: PathListener) -> Result<(), Declined> {
+    fn run(
+        &self,
+        file: &PathFile,
+        drawing: &PathDrawing,
+        tell: PathListener,
+    ) -> Result<(), Declined> {
         let mut playing = self.playing();
         if playing.as_ref().is_some_and(|one| !one.is_over()) {
             return Err(Declined::refused("a file is being run")
                 .remedy("let it end, or stop it: POST /api/stop"));
         }
         let (order, over) = (Arc::new(PlayOrder::default()), Arc::new(AtomicBool::new(false)));
+        let first = |places: &Vec<f64>| places.first().map_or(0, |place| place.round() as i64);
+        let last = PathReport {
+            name: file.name.clone(),
+            id: file.id(),
+            state: "running",
+            places: drawing.places.iter().map(first).collect(),
+            ..PathReport::default()
+        };
+        // Whoever hears that it was begun finds this run, not the one before.
+        tell(last.clone());
         let thread = thread::spawn({
             let (file, order, over) = (file.clone(), order.clone(), over.clone());
-            move || play(&file, &order, &over, &tell)
+            let board = self.board.as_ref().map(|port| {
+                let names = drawing.motors.iter().map(|motor| motor.name.clone()).collect();
+                BoardPlayer::new(port.clone(), names)
+            });
+            move || play(&file, board, last, (&order, &over), &tell)
         });
         *playing = Some(Playing { order, over, thread });
         Ok(())
@@ -88,15 +132,22 @@ impl PathReader for CycleFiles {
 }
 
 /// Plays a file, and tells how that goes on.
-fn play(file: &PathFile, order: &PlayOrder, over: &AtomicBool, tell: &PathListener) {
-    let first = PathReport { name: file.name.clone(), id: file.id(), ..PathReport::default() };
-    let mut last = first;
+fn play(
+    file: &PathFile,
+    board: Option<BoardPlayer>,
+    mut last: PathReport,
+    (order, over): (&PlayOrder, &AtomicBool),
+    tell: &PathListener,
+) {
     let mut hear = |seconds: f64, places: &[i64], braking: bool| {
         let state = if braking { "braking" } else { "running" };
         last = PathReport { state, seconds, places: places.to_vec(), ..last.clone() };
         tell(last.clone());
     };
-    let played = live::play(&file.name, &file.text, order, &mut hear);
+    let played = match board {
+        None => live::play(&file.name, &file.text, order, &mut hear),
+        Some(board) => board.play(file, order, &mut hear),
+    };
     let (state, trouble) = match &played {
         Ok(Played::Done) => ("done", None),
         Ok(Played::Stopped) => ("stopped", None),

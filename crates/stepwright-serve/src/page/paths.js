@@ -109,7 +109,9 @@ export class PathsView {
   /** Opens when it is looked at first. */
   async open() {
     this.opened ??= (async () => {
-      this.examples = await get("/api/path/examples");
+      const { examples, player, port } = await get("/api/path/examples");
+      Object.assign(this, { examples, port });
+      by("paths-player").textContent = player;
       const report = await get("/api/path");
       if (report && !this.report) this.hear(report);
       const options = this.examples.map(({ name }, n) => new Option(name, n));
@@ -256,7 +258,7 @@ export class PathsView {
   async copy() {
     const file = /^[\w.-]+$/.test(this.name) ? this.name : `'${this.name.replaceAll("'", "'\\''")}'`;
     const example = this.examples.some((one) => one.name === this.name);
-    const text = `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port /dev/ttyACM0`;
+    const text = `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port ${this.port ?? "/dev/ttyACM0"}`;
     by("paths-copied").textContent = text;
     by("paths-copied").hidden = false;
     try {

@@ -55,7 +55,7 @@ async function describe(count) {
   document.title = `${board.name} – Stepwright`;
   settings.describe(board);
   const same = axes.length === board.axes.length &&
-    axes.every((axis, i) => axis.scale === board.axes[i].steps_per_unit);
+    axes.every((axis, i) => axis.scale === board.axes[i].steps_per_unit && axis.unit === board.axes[i].unit);
   if (same) return;
   axes = board.axes.map((one) => new Axis(one, board.can.includes("jerk"), tell));
   by("axes").replaceChildren(...axes.map((axis) => axis.card));

@@ -156,7 +156,7 @@ export class Settings {
       ? `${changed} of ${this.rows.length} differ from their defaults`
       : "This board has none that can be set over its line";
     this.ask(false);
-    this.describeMachine(board.machine);
+    this.describeMachine(board);
   }
 
   /** Whether they can be set: this page controls. */
@@ -184,8 +184,14 @@ export class Settings {
     this.ask(false);
   }
 
-  /** The machine file, as it was read. */
-  describeMachine(machine) {
+  /** The machine file, as it was read; without a server a form, which stays as it is filled in. */
+  describeMachine({ machine, form, axes: { length: count } }) {
+    if (form) {
+      if (this.machine.dataset.axes === String(count)) return;
+      this.machine.dataset.axes = count;
+      this.machine.replaceChildren(element("h2", "Machine"), form());
+      return;
+    }
     const title = element("h2", "Machine file");
     if (!machine) {
       const none = element("p", "None was read: lengths are steps. ", "soft");

@@ -158,6 +158,60 @@ const tests = {
     await context.close();
   },
 
+  async "lengths are in the unit of a machine that the browser keeps"(url) {
+    const { page, card, context, at, faults } = await alone(url);
+    const unit = () => card.locator(".unit").first().textContent();
+    assert.equal(await unit(), "steps");
+    await page.click('nav a[href="#settings"]');
+    const form = page.locator("#machine");
+    await form.locator("[name=unit]").selectOption("mm");
+    await form.locator("[name=mm-1]").fill("5");
+    // The buttons of a setting stand beside one another.
+    const buttons = page.locator("tr[data-name=max-speed] button");
+    const [set, reset] = await Promise.all([0, 1].map((n) => buttons.nth(n).boundingBox()));
+    assert.ok(set.y === reset.y && set.x < reset.x, JSON.stringify([set, reset]));
+    await form.getByText("640 steps/mm").waitFor();
+    // A turn of nothing is declined by the form itself.
+    await form.locator("[name=mm-2]").fill("0");
+    await form.getByRole("button", { name: "Save" }).click();
+    await page.click('nav a[href="#control"]');
+    assert.equal(await unit(), "steps");
+    await page.click('nav a[href="#settings"]');
+    await form.locator("[name=mm-2]").fill("8");
+    await form.getByRole("button", { name: "Save" }).click();
+    await form.getByText("Kept by this browser.").waitFor();
+    await page.click('nav a[href="#control"]');
+    await until("it is in mm", async () => (await unit()) === "mm");
+    await fill(card, "speed", 4);
+    await fill(card, "target", 1.5);
+    await click(card, "to");
+    await until("1.5 is shown", async () => (await shown(card)) === "1.5");
+    assert.equal(await rests(card), "1.5");
+    assert.equal(await at(), 960);
+    assert.match(await card.locator(".speed").textContent(), /960 steps/);
+    // Not while a motor moves.
+    await click(card, "run-ahead");
+    await moves(card);
+    await page.click('nav a[href="#settings"]');
+    await form.locator("[name=unit]").selectOption("deg");
+    await form.getByText("8.88888889 steps/deg").first().waitFor();
+    await form.getByRole("button", { name: "Save" }).click();
+    await form.getByText("Not while a motor moves").waitFor();
+    await page.locator("#stop").click();
+    await page.click('nav a[href="#control"]');
+    await rests(card);
+    assert.equal(await unit(), "mm");
+    // It is kept, and what is damaged is none.
+    await page.reload();
+    await until("it is kept", async () => (await unit()) === "mm");
+    await page.evaluate(() => localStorage.setItem("stepwright-machine", '{"unit":"mm","axes":[{"steps":0}]}'));
+    await page.reload();
+    await card.waitFor();
+    assert.equal(await unit(), "steps");
+    assert.deepEqual(faults(), []);
+    await context.close();
+  },
+
   async "it is small as a host sends it"(url) {
     const { page, context } = await open(url);
     const [bytes, paint] = await page.evaluate(() => [
@@ -190,6 +244,13 @@ async function pictures(url) {
     await new Promise((later) => setTimeout(later, 2600));
     await page.evaluate(() => scrollTo(0, 0));
     await page.screenshot({ path: join(folder, `alone-${size}-${colorScheme}.png`) });
+    await page.locator("#stop").click();
+    await rests(page.locator(".axis").nth(1));
+    await page.click('nav a[href="#settings"]');
+    await page.selectOption("#machine [name=unit]", "mm");
+    await page.locator("#machine button").click();
+    await page.evaluate(() => scrollTo(0, document.body.scrollHeight));
+    await page.screenshot({ path: join(folder, `machine-${size}-${colorScheme}.png`) });
     await context.close();
   }
 }

@@ -6,6 +6,7 @@
 import { LAWS, NUMBERS } from "../planner.js";
 import { Declined } from "../server.js";
 import { giveUp, goOn } from "./homing.js";
+import { Machine, machineForm } from "./machine.js";
 import { orders } from "./orders.js";
 import { Lost, Session } from "./session.js";
 import { Watched } from "./watched.js";
@@ -38,6 +39,7 @@ export class Keeper {
     this.begun = performance.now();
     this.jobs = [];
     this.axes = [];
+    this.machine = new Machine();
     this.board = null;
     this.sheet = 0;
     this.connected = false;
@@ -203,12 +205,24 @@ export class Keeper {
     const settings = this.host.settings.flatMap((sheet, at) => (values[at] >= 0 ? [{ ...sheet, value: values[at] }] : []));
     const switches = settings.find((one) => one.name === "switches")?.value ?? 0;
     const axes = Array.from({ length: info?.axes ?? 1 }, (_, n) => {
-      return { axis: n + 1, unit: "steps", steps_per_unit: 1, switch: (switches >> n) % 2 === 1 };
+      return { axis: n + 1, ...this.machine.of(n + 1), switch: (switches >> n) % 2 === 1 };
     });
     const protocol = info && `${info.major}.${info.minor}`;
-    this.board = { name: wire.name, protocol, can: info?.can ?? [], max_speed: info?.max ?? null, axes, settings, machine: null };
+    this.board = { name: wire.name, protocol, can: info?.can ?? [], max_speed: info?.max ?? null, axes, settings, machine: null, form: () => this.machineForm() };
     if (this.axes.length !== axes.length) this.axes = axes.map(({ axis }) => new Watched(axis));
     this.sheet++;
+  }
+
+  /** The form of the machine, which the settings show. */
+  machineForm() {
+    return machineForm(this.machine, this.axes.length, () => {
+      if (this.axes.some((axis) => axis.moving || axis.homing)) return "Not while a motor moves: it stays as it was.";
+      const axes = this.board.axes.map((one) => ({ ...one, ...this.machine.of(one.axis) }));
+      this.board = { ...this.board, axes };
+      this.sheet++;
+      this.publish();
+      return null;
+    });
   }
 
   watched(number) {

@@ -177,6 +177,7 @@ fn declined(failure: &Failure, name: &str) -> Declined {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::{Value, json};
     use std::path::Path;
 
     #[test]
@@ -190,6 +191,47 @@ mod tests {
                 text, own,
                 "copy it: cp examples/cycles/{name} crates/stepwright-cli/src/serve/paths"
             );
+        }
+    }
+
+    /// Drawings of a page without a server: `STEPWRIGHT_GOLDEN=write` writes them.
+    #[test]
+    fn drawings_that_the_page_carries_are_those_of_today() {
+        let path =
+            concat!(env!("CARGO_MANIFEST_DIR"), "/../stepwright-serve/src/page/alone/paths.json");
+        let files = CycleFiles::default();
+        let drawn = files.table().examples.into_iter().map(|file| {
+            let drawing = serde_json::to_value(files.draw(&file).unwrap()).unwrap();
+            json!({ "file": file, "drawing": drawing })
+        });
+        let drawn: Vec<Value> = drawn.collect();
+        if std::env::var_os("STEPWRIGHT_GOLDEN").is_some_and(|what| what == "write") {
+            let lines: Vec<_> = drawn.iter().map(Value::to_string).collect();
+            std::fs::write(path, format!("[\n{}\n]\n", lines.join(",\n"))).unwrap();
+        }
+        let carried: Vec<Value> =
+            serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        assert_eq!(carried.len(), drawn.len());
+        // Another machine's sine may move a point by a µs.
+        let near = |a: &Value, b: &Value| {
+            let (a, b) = (a.as_f64().unwrap(), b.as_f64().unwrap());
+            (a - b).abs() <= 2e-6 + 1e-5 * a.abs()
+        };
+        for (carried, drawn) in carried.iter().zip(&drawn) {
+            assert_eq!(carried["file"], drawn["file"], "write it again");
+            let (carried, drawn) = (&carried["drawing"], &drawn["drawing"]);
+            for exact in ["unit", "motors"] {
+                assert_eq!(carried[exact], drawn[exact], "write it again");
+            }
+            assert!(near(&carried["seconds"], &drawn["seconds"]), "write it again");
+            let legs = |of: &Value| of["legs"].as_array().unwrap().clone();
+            assert_eq!(legs(carried).len(), legs(drawn).len());
+            for (carried, drawn) in legs(carried).iter().zip(legs(drawn)) {
+                assert_eq!((&carried["kind"], &carried["line"]), (&drawn["kind"], &drawn["line"]));
+                for one in ["begin", "end", "peak"] {
+                    assert!(near(&carried[one], &drawn[one]), "{one}: {carried} {drawn}");
+                }
+            }
         }
     }
 

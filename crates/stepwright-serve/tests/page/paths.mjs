@@ -1,17 +1,17 @@
 // The Paths view in a browser: what is drawn against the numbers of the file, what is wrong
 // with a file, and a run that is followed and stopped.
 //
-//   node paths.mjs STEPWRIGHT CHROMIUM [FOLDER]
+//   node paths.mjs STEPWRIGHT CHROMIUM STATIC [FOLDER]
 //
-// FOLDER is one for pictures. Ends with 0 if all is as it should be.
+// STATIC is the folder of the page for any host, FOLDER one for pictures. Ends with 0 if all is as it should be.
 
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 
-import { browser, running, serve, until, watched } from "./common.mjs";
+import { browser, host, running, serve, until, watched } from "./common.mjs";
 
-const [folder] = process.argv.slice(4);
+const [files, folder] = process.argv.slice(4);
 
 async function open(url, options = {}) {
   const size = { viewport: { width: 1440, height: 1000 }, ...options };
@@ -245,6 +245,26 @@ const tests = {
   },
 };
 
+/** The page from a host that knows no API. */
+async function alone() {
+  const { url, close } = await host(files);
+  const { page, faults, context } = await open(url);
+  assert.match(await page.locator("#paths-sum").innerText(), /^12 parts, 8\.2115 s, at most 60 mm\/s$/);
+  const [side, inside] = await colours(page, [[10, 25], [25, 25]]);
+  assert.ok(near(side, await pace(page, 1)) && !near(inside, await pace(page, 1)), `${side} ${inside}`);
+  await choose(page, "feed.toml");
+  await page.locator("#paths-sum").getByText("1 part, 4.3186 s, at most 60 mm/s").waitFor();
+  // Another text takes the server, and nothing can be run.
+  await page.locator("#paths-text").fill(ONE);
+  await page.locator("#paths-wrong").getByText("`stepwright serve` draws any file").waitFor();
+  assert.ok(await page.locator("#paths-go").isHidden());
+  await choose(page, "triangle.toml");
+  await page.locator("#paths-sum").getByText("4 parts, 78.336 s").waitFor();
+  assert.deepEqual(faults.filter((one) => !one.includes("404")), []);
+  await context.close();
+  close();
+}
+
 /** Light and dark, wide and narrow. */
 async function pictures(url) {
   mkdirSync(folder, { recursive: true });
@@ -270,7 +290,7 @@ async function pictures(url) {
 let failed = 0;
 const { child: server, said: url } = await serve("--virtual");
 try {
-  for (const [name, test] of Object.entries(tests)) {
+  for (const [name, test] of [...Object.entries(tests), ["without a server the examples are drawn", alone]]) {
     try {
       await test(url);
       console.log(`passed: ${name}`);

@@ -8,6 +8,7 @@ import { Declined } from "../server.js";
 import { giveUp, goOn } from "./homing.js";
 import { Machine, machineForm } from "./machine.js";
 import { orders } from "./orders.js";
+import { paths } from "./paths.js";
 import { Lost, Session } from "./session.js";
 import { Watched } from "./watched.js";
 
@@ -62,6 +63,7 @@ export class Keeper {
     if (name === "board") return this.board;
     if (name === "state") return this.state();
     if (name === "scope") return this.scope(Number(new URLSearchParams(query).get("seconds")));
+    if (name.startsWith("path")) return paths(name, body);
     if (name.startsWith("control")) return { hand: 1, key: "page", lease_ms: 2500 };
     if (!orders[name]) throw new Declined({ what: `this page has no ${name}`, do: "`stepwright serve` has" }, 404);
     return this.wish(name, body ?? {});

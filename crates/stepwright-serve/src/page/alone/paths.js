@@ -1,0 +1,29 @@
+// Paths without a server: the examples, as `stepwright serve` has drawn them.
+
+import { Declined } from "../server.js";
+
+const PLAYER =
+  "This page has the drawings of the examples. `stepwright serve` draws any file, also while its text is changed, and runs it.";
+
+let loaded = null;
+
+/** Files and their drawings; a test of the command holds them against what it draws. */
+async function examples() {
+  loaded ??= fetch(new URL("./paths.json", import.meta.url)).then((answer) => answer.json());
+  try {
+    return await loaded;
+  } catch {
+    loaded = null;
+    throw new Declined({ what: "the drawings could not be loaded", do: "is the network on?" }, 503);
+  }
+}
+
+/** What /api/path and what lies below it answer. */
+export async function paths(name, body) {
+  const known = await examples();
+  if (name === "path/examples") return { examples: known.map(({ file }) => file), player: PLAYER, port: null };
+  if (name === "path" && !body) return null;
+  const found = name === "path" && known.find(({ file }) => file.text === body.text);
+  if (found) return found.drawing;
+  throw new Declined({ what: "this page draws the examples alone", do: "`stepwright serve` draws any file" }, 422);
+}

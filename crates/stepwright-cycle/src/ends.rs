@@ -18,13 +18,15 @@ use stepwright::timer::StepTimer;
 
 impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N> {
     /// Looks at the switches, latches those that have closed, and stops the
-    /// motors that go towards one.
-    pub(crate) fn watch(&mut self) {
+    /// motors that go towards one. Whether any is closed.
+    pub(crate) fn watch(&mut self) -> bool {
         let now = self.surroundings.switches();
         let before = core::mem::replace(&mut self.seen, now);
-        if now != Switches::NONE {
+        let any = now != Switches::NONE;
+        if any {
             self.closed(now, before);
         }
+        any
     }
 
     /// Some switches are closed now, and some were when they were last looked at.

@@ -472,16 +472,24 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             self.engine.on_compare();
             return self.wait();
         }
+        let fixed = self.beat.is_fixed();
         // On the fixed tick the time counts from the tick that it is for.
-        let behind = if self.beat.is_fixed() { self.engine.behind() } else { 0 };
+        let behind = if fixed { self.engine.behind() } else { 0 };
         // Motors that a switch stops are out; what is due for the others is
         // done, and then the cycle may be over.
-        self.watch();
-        self.engine.on_compare();
+        let mut news = self.watch();
+        news |= self.engine.on_compare();
         // Modulo the counter.
         let took = self.engine.timer().now().since(begun) as Ticks;
-        self.took(took & T::Count::HOP.wrapping_mul(4).wrapping_sub(1), behind);
-        self.after();
+        let took = took & T::Count::HOP.wrapping_mul(4).wrapping_sub(1);
+        if took > self.longest {
+            self.longest = took;
+        }
+        // Steps like those before make nothing late, ask nobody and end nothing.
+        if news || fixed {
+            self.took(took, behind);
+            self.after();
+        }
     }
 
     /// Looks at the switches now: for the interrupt of their pins, or a
@@ -495,7 +503,6 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
 
     /// The handler took so long, and came so late.
     fn took(&mut self, ticks: Ticks, behind: Ticks) {
-        self.longest = self.longest.max(ticks);
         let slow = self.beat.is_fixed() && self.is_slow(ticks.saturating_add(behind));
         let late = self.engine.late();
         if slow || late != self.late {

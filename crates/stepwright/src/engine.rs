@@ -31,10 +31,10 @@ mod track;
 
 use crate::drive::{Axes, Drive};
 use crate::entry::Wiring;
-use crate::late::late_after;
 use crate::queue::Source;
 use crate::timer::{Count, StepTimer};
 use crate::units::{Rate, Ticks};
+use late::Terms;
 pub use pause::Frozen;
 use track::{State, Track, fine_of};
 
@@ -72,6 +72,20 @@ pub struct Timing {
     pub min_interval: Ticks,
 }
 
+/// The same for each of N ≤ 8 axes, one after the other: no loop, in which an 8-bit chip
+/// would add up the address of each field.
+macro_rules! each {
+    ($axis:ident < $n:ident: $body:block) => {
+        each!($axis < $n: $body, 0 1 2 3 4 5 6 7)
+    };
+    ($axis:ident < $n:ident: $body:block, $($place:literal)*) => {
+        $(if $place < $n {
+            let $axis: usize = $place;
+            $body
+        })*
+    };
+}
+
 /// What the engine knows of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Report {
@@ -93,12 +107,7 @@ pub struct Engine<T: StepTimer, D, S, const N: usize> {
     drive: D,
     sources: [S; N],
     tracks: [Track<T::Count>; N],
-    timing: Timing,
-    /// Ticks of 1 µs, of [`BEHIND`] and of [`POLL`].
-    grace: Ticks,
-    slip: Ticks,
-    poll: Ticks,
-    late: u32,
+    terms: Terms,
 }
 
 impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
@@ -120,11 +129,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             drive,
             sources,
             tracks: [Track::IDLE; N],
-            timing,
-            grace: late_after(0, rate),
-            slip: rate.micros(BEHIND),
-            poll: rate.nanos(POLL),
-            late: 0,
+            terms: Terms::new::<T::Count>(timing, rate),
         }
     }
 
@@ -142,127 +147,79 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
 
     /// The step interrupt.
     ///
-    /// Plays what is due, and returns when the next deadline lies ahead.
-    pub fn on_compare(&mut self) {
+    /// Plays what is due, and returns when the next deadline lies ahead: true if an axis
+    /// has come to the end of its travel, or a step was late.
+    pub fn on_compare(&mut self) -> bool {
+        self.terms.news = false;
         loop {
             let now = self.timer.now();
-            let (mut due, mut steps, mut bit): (Axes, Axes, Axes) = (0, 0, 1);
-            for (axis, track) in (0u8..).zip(&mut self.tracks) {
+            let (mut due, mut steps): (Axes, Axes) = (0, 0);
+            each!(axis < N: {
+                let track = &mut self.tracks[axis];
                 if track.state != State::Idle
-                    && !self.timer.reach(axis, track.wake()).is_after(now)
+                    && !self.timer.reach(axis as u8, track.wake()).is_after(now)
                     && (track.state == State::Play
-                        || track.ask_again(&mut self.sources, axis, self.poll, &mut self.late))
+                        || track.ask_again(&mut self.sources[axis], &mut self.terms))
                 {
-                    due |= bit;
+                    due |= 1 << axis;
                     if track.pins & STEP != 0 {
-                        steps |= bit;
+                        steps |= 1 << axis;
                     }
                 }
-                bit = bit.wrapping_shl(1);
-            }
+            });
             let mut edge = now;
             if steps != 0 {
                 self.drive.begin(steps);
                 edge = self.timer.now();
             }
-            let least = self.timing.min_interval as i32;
-            let mut bit: Axes = 1;
-            for track in &mut self.tracks {
-                if due & bit != 0 && track.play_again(edge, least) {
-                    due ^= bit;
+            let least = self.terms.least;
+            each!(axis < N: {
+                if due & 1 << axis != 0 && self.tracks[axis].play_again(edge, least) {
+                    due ^= 1 << axis;
                 }
-                bit = bit.wrapping_shl(1);
-            }
+            });
             if due != 0 {
                 self.advance_all(due, edge);
             }
             let next = self.wake_for_first(edge);
             if steps != 0 {
-                self.timer.hold_until(edge.plus(self.timing.pulse));
+                self.timer.hold_until(edge.plus(self.terms.timing.pulse));
                 self.drive.end(steps);
             }
             if next.is_after(self.timer.now().plus(T::LINGER)) {
-                return;
+                return self.terms.news;
             }
         }
+    }
+
+    /// Nothing to do: half a period from now at the latest.
+    fn look_round(now: T::Count) -> T::Count {
+        now.plus(2 * T::Count::HOP - 1)
     }
 
     /// Sets the compare register to the first event, and returns that.
     #[inline(never)]
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
-        // Nothing to do: a look round, half a period from now at the latest.
-        let mut next = now.plus(2 * T::Count::HOP - 1);
-        for (axis, track) in self.tracks.iter().enumerate() {
+        let mut next = Self::look_round(now);
+        each!(axis < N: {
+            let track = &self.tracks[axis];
             if track.state != State::Idle {
                 next = next.first(self.timer.reach(axis as u8, track.wake()), now);
             }
-        }
+        });
         self.timer.wake_at(next);
         next
     }
 
     /// Plays the events of these axes, whose time has come, at `edge`.
     #[inline(never)]
-    fn advance_all(&mut self, mut due: Axes, edge: T::Count) {
-        for axis in 0..N {
-            if due & 1 != 0 {
-                self.advance(axis, edge);
+    fn advance_all(&mut self, due: Axes, edge: T::Count) {
+        let Engine { drive, sources, tracks, terms, .. } = self;
+        each!(axis < N: {
+            if due & 1 << axis != 0 {
+                tracks[axis].advance(&mut sources[axis], drive, terms, axis as u8, edge);
             }
-            due >>= 1;
-        }
-    }
-
-    /// Plays the event of an axis.
-    #[inline(always)]
-    fn advance(&mut self, axis: usize, edge: T::Count) {
-        let (Some(track), Some(source)) = (self.tracks.get_mut(axis), self.sources.get_mut(axis))
-        else {
-            return;
-        };
-        let (due, pins, mut wait) = (track.due, track.pins, track.wait);
-        if pins & STEP != 0 {
-            track.made = track.made.wrapping_add(1);
-        }
-        if pins & (TURN | FACE) != 0 || track.made >> 31 != 0 {
-            track.set_position(track.position());
-        }
-        if pins & (TURN | FACE) != 0 {
-            track.forward ^= pins & TURN != 0;
-            self.drive.direction(axis as u8, track.forward);
-        }
-        loop {
-            track.go_on(source);
-            if wait != 0 || track.state != State::Play || track.pins != 0 {
-                break;
-            }
-            // What a program that is asked says of the wait, once the pins are set.
-            wait = track.wait;
-        }
-        if pins & STEP != 0 {
-            let left = T::Count::of(track.due).since(edge);
-            if track.pins & (TURN | FACE) == 0
-                && left >= track.room
-                && left >= self.timing.min_interval as i32
-                && wait != 0
-            {
-                // On time, and so is what comes next.
-                track.push = 0;
-            } else {
-                self.judge(axis, wait, edge);
-            }
-        } else if pins & (TURN | FACE) != 0 {
-            track.push = 0;
-            // The set-up time counts from the edge. A turn that came late keeps
-            // its schedule if that leaves enough, so that axes which begin
-            // together stay together; if not, at rest a slip costs nothing.
-            let left = T::Count::of(track.due).since(edge);
-            if track.pins & STEP != 0 && left <= self.timing.setup as i32 {
-                let behind = edge.since(T::Count::of(due)).max(0);
-                track.due = T::Count::delayed(track.due, behind as Ticks);
-            }
-        } else {
-            track.push = 0;
-        }
+        });
     }
 
     /// Starts the axes in `axes` together: the first entry of each is played
@@ -354,22 +311,22 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
 
     /// Late steps since the beginning, or since they were cleared.
     pub fn late(&self) -> u32 {
-        self.late
+        self.terms.late
     }
 
     /// Forgets the late steps.
     pub fn clear_late(&mut self) {
-        self.late = 0;
+        self.terms.late = 0;
     }
 
     /// Has other times from now on. Meant for axes at rest.
     pub fn set_timing(&mut self, timing: Timing) {
-        self.timing = timing;
+        self.terms.set_timing::<T::Count>(timing);
     }
 
     /// The times that drivers need.
     pub fn timing(&self) -> Timing {
-        self.timing
+        self.terms.timing
     }
 
     /// The timer.

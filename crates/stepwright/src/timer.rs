@@ -40,6 +40,9 @@ pub trait Count: Copy + Eq + core::fmt::Debug + sealed::Sealed {
     fn since(self, earlier: Self) -> i32;
     /// Whether this count is later than `now`.
     fn is_after(self, now: Self) -> bool;
+    /// Whether from `now` to this count there are at least this many ticks, which are less than
+    /// half the counter.
+    fn leaves(self, now: Self, ticks: Ticks) -> bool;
     /// The nearer of two counts, both seen from `now`.
     fn first(self, other: Self, now: Self) -> Self;
 }
@@ -88,6 +91,10 @@ impl Count for u16 {
         (self.wrapping_sub(now) as i16) > 0
     }
     #[inline(always)]
+    fn leaves(self, now: u16, ticks: Ticks) -> bool {
+        self.wrapping_sub(now) as i16 >= ticks as i16
+    }
+    #[inline(always)]
     fn first(self, other: u16, now: u16) -> u16 {
         if (other.wrapping_sub(now) as i16) < self.wrapping_sub(now) as i16 { other } else { self }
     }
@@ -129,6 +136,10 @@ impl Count for u32 {
     #[inline(always)]
     fn is_after(self, now: u32) -> bool {
         (self.wrapping_sub(now) as i32) > 0
+    }
+    #[inline(always)]
+    fn leaves(self, now: u32, ticks: Ticks) -> bool {
+        self.wrapping_sub(now) as i32 >= ticks as i32
     }
     #[inline(always)]
     fn first(self, other: u32, now: u32) -> u32 {

@@ -203,6 +203,28 @@ fn a_late_step_is_counted_and_caught_up_at_the_minimum_interval() {
 }
 
 #[test]
+fn the_interrupt_says_when_a_travel_has_ended_or_a_step_was_late() {
+    let mut rig = Rig::<2>::new();
+    rig.feed(0, &[Run::steady(1_000, 4)]);
+    rig.feed(1, &[Run::steady(1_000, 2)]);
+    rig.feed(1, &[Run::steady(700, 5)]);
+    rig.engine.start(0b11);
+    let mut news = Vec::new();
+    while !rig.engine.rests() {
+        let late = if rig.clock.wake.get() == 3_400 { 600 } else { 0 };
+        let time = rig.clock.wake.get().max(rig.clock.time.get()) + late;
+        rig.clock.time.set(time);
+        if rig.engine.on_compare() {
+            news.push(time);
+        }
+    }
+    // A late step at 4,000, where the first axis ends; two that catch up, and the end.
+    assert_eq!((rig.engine.late(), rig.steps(0).len(), rig.steps(1).len()), (1, 4, 7));
+    assert_eq!((news[0], *news.last().unwrap()), (4_000, *rig.steps(1).last().unwrap()));
+    assert!(news.len() <= 3, "{news:?}");
+}
+
+#[test]
 fn half_an_interval_and_a_microsecond_are_not_late() {
     let mut rig = Rig::<1>::new();
     rig.feed(0, &[Run::steady(1_000, 3)]);

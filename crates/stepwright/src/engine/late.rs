@@ -1,41 +1,87 @@
 //! Steps that came late, and queues that were empty.
 
-use super::track::{State, Wait};
-use super::{Engine, FACE, STEP, TURN};
+use super::track::{State, Track, Wait};
+use super::{BEHIND, Engine, FACE, POLL, STEP, TURN, Timing};
 use crate::drive::Drive;
+use crate::late::late_after;
 use crate::queue::Source;
 use crate::timer::{Count, StepTimer};
-use crate::units::Ticks;
+use crate::units::{Rate, Ticks};
 
-impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
+/// The times that all axes keep, and the steps that did not.
+pub(super) struct Terms {
+    pub timing: Timing,
+    /// The minimum interval, or half the counter, of which no more can be told.
+    pub least: Ticks,
+    /// Ticks of 1 µs, of [`BEHIND`] and of [`POLL`].
+    grace: Ticks,
+    slip: Ticks,
+    pub poll: Ticks,
+    pub late: u32,
+    /// Since the interrupt began a travel has ended, or a step was late.
+    pub news: bool,
+}
+
+impl Terms {
+    pub const fn new<C: Count>(timing: Timing, rate: Rate) -> Terms {
+        Terms {
+            timing,
+            least: least::<C>(timing.min_interval),
+            grace: late_after(0, rate),
+            slip: rate.micros(BEHIND),
+            poll: rate.nanos(POLL),
+            late: 0,
+            news: false,
+        }
+    }
+
+    pub fn set_timing<C: Count>(&mut self, timing: Timing) {
+        (self.timing, self.least) = (timing, least::<C>(timing.min_interval));
+    }
+
+    /// A step was late, or none came.
+    pub fn count_late(&mut self) {
+        self.late = self.late.saturating_add(1);
+        self.news = true;
+    }
+}
+
+const fn least<C: Count>(interval: Ticks) -> Ticks {
+    let most = 2 * C::HOP - 1;
+    if interval < most { interval } else { most }
+}
+
+impl<C: Count> Track<C> {
     /// A step was made at `edge`, with this wait in 2⁻¹⁶ ticks to the next deadline, or 0 if
     /// that is not known: then the wait before it tells.
     #[inline(never)]
-    pub(super) fn judge(&mut self, axis: usize, wait: Wait, edge: T::Count) {
-        let Some(track) = self.tracks.get_mut(axis) else { return };
-        let ahead = T::Count::of(track.due).since(edge);
-        let left = if wait == 0 { ahead.wrapping_add(2 * track.room) } else { ahead };
+    pub(super) fn judge(&mut self, terms: &mut Terms, wait: Wait, edge: C) {
+        let ahead = C::of(self.due).since(edge);
+        let room = self.room as i32;
+        let left = if wait == 0 { ahead.wrapping_add(2 * room) } else { ahead };
         // Where half an interval is less than the µs, with the next deadline.
-        if left < (track.room - self.grace as i32).max(0) {
-            self.late = self.late.saturating_add(1);
+        if left < (room - terms.grace as i32).max(0) {
+            terms.count_late();
         }
         // The next one comes at its deadline or the minimum interval after this
         // one, whichever is later; so does a turn, by the hold time. The
         // schedule stays.
-        if ahead < -(self.slip as i32) {
+        if ahead < -(terms.slip as i32) {
             // Too far behind: the schedule slips.
-            track.due = T::Count::delayed(track.due, ahead.unsigned_abs());
+            self.due = C::delayed(self.due, ahead.unsigned_abs());
         }
-        let least = match track.pins {
-            _ if track.state != State::Play => 0,
-            pins if pins & STEP != 0 => self.timing.min_interval,
-            pins if pins & (TURN | FACE) != 0 => self.timing.hold,
+        let least = match self.pins {
+            _ if self.state != State::Play => 0,
+            pins if pins & STEP != 0 => terms.timing.min_interval,
+            pins if pins & (TURN | FACE) != 0 => terms.timing.hold,
             _ => 0,
         };
-        let short = least as i32 - T::Count::of(track.due).since(edge);
-        track.push = if short > 0 && least > 0 { short.unsigned_abs() } else { 0 };
+        let short = least as i32 - C::of(self.due).since(edge);
+        self.push = if short > 0 && least > 0 { short.unsigned_abs() } else { 0 };
     }
+}
 
+impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     /// Ticks since the first event that is due and not yet served; 0 if there is
     /// none. Right up to half the counter.
     #[inline(never)] // a step interrupt that needs it not is shorter by its registers

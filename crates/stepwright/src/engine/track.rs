@@ -1,6 +1,8 @@
 //! One axis in the engine.
 
-use super::STEP;
+use super::late::Terms;
+use super::{FACE, STEP, TURN};
+use crate::drive::Drive;
 use crate::entry::Play;
 use crate::queue::{Loaded, Source};
 use crate::timer::Count;
@@ -26,6 +28,12 @@ pub(super) type Wait = u32;
 #[cfg(not(target_arch = "avr"))]
 pub(super) type Wait = u64;
 
+/// Half of a wait, in ticks.
+#[cfg(target_arch = "avr")]
+type Half = u16;
+#[cfg(not(target_arch = "avr"))]
+type Half = u32;
+
 #[derive(Clone, Debug)]
 pub(super) struct Track<C: Count> {
     /// Time of the next event.
@@ -37,7 +45,7 @@ pub(super) struct Track<C: Count> {
     pub pins: u8,
     pub wait: Wait,
     /// Half of the wait before it, in ticks.
-    pub room: i32,
+    pub room: Half,
     /// The events after it.
     pub play: Play,
     pub forward: bool,
@@ -85,15 +93,20 @@ impl<C: Count> Track<C> {
     /// Plays an event behind which the same comes again, at `edge`: a wait, or a step that
     /// is on time and leaves at least this many ticks. False if it is another one, and nothing
     /// is done.
-    #[inline(always)]
-    pub fn play_again(&mut self, edge: C, least: i32) -> bool {
+    #[inline(never)]
+    pub fn play_again(&mut self, edge: C, least: Ticks) -> bool {
         if self.pins & !STEP != 0 || C::WIDE && self.pins == 0 {
             return false;
         }
         let next = C::later(self.due, self.wait as u32);
-        let left = C::of(next).since(edge);
         let steps = self.pins == STEP;
-        if steps && (left < least || left < half(self.wait)) || !self.play.again() {
+        if steps {
+            let at = C::of(next);
+            if !at.leaves(edge, least) || !at.leaves(edge, half(self.wait) as Ticks) {
+                return false;
+            }
+        }
+        if !self.play.again() {
             return false;
         }
         (self.due, self.push) = (next, 0);
@@ -118,25 +131,100 @@ impl<C: Count> Track<C> {
     /// A queue was empty, and what was to follow is due: whether there is something now.
     #[cold]
     #[inline(never)]
-    pub fn ask_again<S: Source, const N: usize>(
-        &mut self,
-        sources: &mut [S; N],
-        axis: u8,
-        poll: Ticks,
-        late: &mut u32,
-    ) -> bool {
-        let Some(source) = sources.get_mut(usize::from(axis)) else { return false };
+    pub fn ask_again(&mut self, source: &mut impl Source, terms: &mut Terms) -> bool {
         let counted = self.state == State::Late;
         self.wait = 0;
         self.go_on_aside(source);
         if self.state == State::Starved {
             self.state = State::Late;
-            self.due = C::delayed(self.due, poll);
+            self.due = C::delayed(self.due, terms.poll);
             if !counted {
-                *late = late.saturating_add(1);
+                terms.count_late();
             }
         }
+        terms.news |= self.state == State::Idle;
         self.state == State::Play
+    }
+
+    /// Plays the event, whose time has come, at `edge`.
+    #[inline(never)]
+    pub fn advance(
+        &mut self,
+        source: &mut impl Source,
+        drive: &mut impl Drive,
+        terms: &mut Terms,
+        axis: u8,
+        edge: C,
+    ) {
+        let pins = self.pins;
+        if pins & STEP != 0 {
+            self.made = self.made.wrapping_add(1);
+        }
+        if pins & (TURN | FACE) != 0 || self.made >> 31 != 0 {
+            self.set_position(self.position());
+        }
+        if pins & (TURN | FACE) != 0 {
+            return self.turn(source, drive, terms, axis, edge);
+        }
+        let mut wait = self.wait;
+        self.go_on(source);
+        while wait == 0 && self.only_waits() {
+            // What a program that is asked says of the wait, once the pins are set.
+            wait = self.wait;
+            self.go_on(source);
+        }
+        terms.news |= self.state == State::Idle;
+        let next = C::of(self.due);
+        if pins & STEP != 0
+            && (self.pins & (TURN | FACE) != 0
+                || wait == 0
+                || !next.leaves(edge, self.room as Ticks)
+                || !next.leaves(edge, terms.least))
+        {
+            return self.judge(terms, wait, edge);
+        }
+        // On time, and so is what comes next.
+        self.push = 0;
+    }
+
+    /// Likewise, where it turns.
+    #[cold]
+    #[inline(never)]
+    fn turn(
+        &mut self,
+        source: &mut impl Source,
+        drive: &mut impl Drive,
+        terms: &mut Terms,
+        axis: u8,
+        edge: C,
+    ) {
+        let (due, pins, mut wait) = (self.due, self.pins, self.wait);
+        self.forward ^= pins & TURN != 0;
+        drive.direction(axis, self.forward);
+        self.go_on_aside(source);
+        while wait == 0 && self.only_waits() {
+            wait = self.wait;
+            self.go_on_aside(source);
+        }
+        terms.news |= self.state == State::Idle;
+        if pins & STEP != 0 {
+            return self.judge(terms, wait, edge);
+        }
+        self.push = 0;
+        // The set-up time counts from the edge. A turn that came late keeps
+        // its schedule if that leaves enough, so that axes which begin
+        // together stay together; if not, at rest a slip costs nothing.
+        let left = C::of(self.due).since(edge);
+        if self.pins & STEP != 0 && left <= terms.timing.setup as i32 {
+            let behind = edge.since(C::of(due)).max(0);
+            self.due = C::delayed(self.due, behind as Ticks);
+        }
+    }
+
+    /// Whether the next event is a wait.
+    #[inline(always)]
+    fn only_waits(&self) -> bool {
+        self.state == State::Play && self.pins == 0
     }
 
     /// The next event comes after the wait of this one.
@@ -190,8 +278,8 @@ impl<C: Count> Track<C> {
 
 /// Half of a wait, in ticks.
 #[inline(always)]
-fn half(wait: Wait) -> i32 {
-    (wait >> 17) as i32
+fn half(wait: Wait) -> Half {
+    (wait >> 17) as Half
 }
 
 /// A count as a time.

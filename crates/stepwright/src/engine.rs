@@ -147,8 +147,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
 
     /// The step interrupt.
     ///
-    /// Plays what is due, and returns when the next deadline lies ahead: true if an axis
-    /// has come to the end of its travel, or a step was late.
+    /// Plays what is due, and returns when the next deadline lies ahead: whether meanwhile an
+    /// axis has come to the end of its travel, or a step was late.
     pub fn on_compare(&mut self) -> bool {
         self.terms.news = false;
         loop {
@@ -192,15 +192,11 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         }
     }
 
-    /// Nothing to do: half a period from now at the latest.
-    fn look_round(now: T::Count) -> T::Count {
-        now.plus(2 * T::Count::HOP - 1)
-    }
-
     /// Sets the compare register to the first event, and returns that.
     #[inline(never)]
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
-        let mut next = Self::look_round(now);
+        // Nothing to do: a look round, half a period from now at the latest.
+        let mut next = now.plus(2 * T::Count::HOP - 1);
         each!(axis < N: {
             let track = &self.tracks[axis];
             if track.state != State::Idle {

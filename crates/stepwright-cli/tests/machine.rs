@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Ended, Scratch, stepwright, stepwright_with};
+use common::{Ended, Running, Scratch, stepwright, stepwright_with};
 
 const MILL: &str = "\
 # The mill in the corner.
@@ -68,6 +68,14 @@ fn the_port_is_the_machines_unless_a_virtual_board_is_asked_for() {
     on(&real, &["status"]).assert_error("/nonexistent/board");
     on(&real, &["move", "10", "--virtual"]).assert(0, "position 10 ready");
     on(&real, &["move", "10", "--fast"]).assert(0, "position 10 ready");
+    let file = Scratch::new("virtual.mcap");
+    on(&real, &["move", "10", "--mcap", file.path()]).assert(0, "position 10 ready");
+    // What only a virtual machine has.
+    for own in [["--switch", "1:-30"], ["--drive", "1:bridge"]] {
+        let serve = ["serve", "--machine", real.path(), "--bind", "127.0.0.1:0"];
+        let mut served = Running::start(&[&serve[..], &own].concat());
+        served.wait_out("page ");
+    }
 }
 
 #[test]

@@ -176,6 +176,23 @@ mod tests {
     }
 
     #[test]
+    fn a_motor_on_coils_has_its_lines_with_their_levels() {
+        let drives = ["2:bridge-half".parse().unwrap()];
+        let mut store = EdgeStore::new(&Description::uno().with_drives(&drives));
+        store.edge(edge(100, 1, Pin::Coil(1), false));
+        store.pass(1000, &[]);
+        let record = store.record(1.0, 0.0);
+        let names: Vec<_> = record.signals.iter().map(|signal| signal.name.as_str()).collect();
+        let axis = ["coil2a", "coil2b", "coil2c", "coil2d"];
+        assert_eq!(names, [&["step1", "dir1"][..], &axis, &["step3", "dir3", "enable"]].concat());
+        let lines: Vec<_> = axis.map(|name| signal(&record, name)).into();
+        let levels: Vec<_> = lines.iter().map(|line| line.level.unwrap()).collect();
+        assert_eq!(levels, [false, true, false, true]);
+        assert_eq!((lines[1].edges.as_slice(), lines[1].pin), (&[100][..], "coil"));
+        assert!(lines[0].edges.is_empty());
+    }
+
+    #[test]
     fn memory_is_bounded_and_what_is_forgotten_is_not_told() {
         let mut store = store();
         store.edge(edge(0, 0, Pin::Direction, false));

@@ -343,7 +343,13 @@ mod tests {
         ] {
             traces.edge(Edge { time, axis: 0, pin, level });
         }
+        // The same of coils.
+        let mut coils = Traces::new(Rate::MHZ);
+        for (time, forward) in [(0, true), (50, true), (100, false), (150, false)] {
+            coils.step(0, time, forward);
+        }
         let points = &traces.series(0)[0].speed;
+        assert_eq!(&coils.series(0)[0].speed, points);
         let v = 20_000.0;
         let speeds: Vec<f64> = points.iter().map(|(_, speed)| *speed).collect();
         assert_eq!(speeds, [0.0, v, v, v, 0.0, 0.0, -v, -v, -v, 0.0]);

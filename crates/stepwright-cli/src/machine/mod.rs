@@ -139,8 +139,8 @@ fn defaults(values: Values, path: &[String], typed: &ArgMatches) -> Vec<(&'stati
     let has = |id: &str| typed.try_contains_id(id).is_ok();
     let is_typed = |id: &str| has(id) && typed.value_source(id) == Some(ValueSource::CommandLine);
     // What only a virtual board has is asked of one.
-    let virtual_board =
-        ["virtual", "fast", "vcd", "mcap", "plot", "drive"].into_iter().any(is_typed);
+    let own = ["virtual", "fast", "vcd", "mcap", "plot", "switch", "drive"];
+    let virtual_board = own.into_iter().any(is_typed);
     // A ramp is one thing: the file's is another one than the one that was typed.
     let ramp_typed = ["ramp", "accel"].into_iter().any(is_typed);
     let order = path.first().map_or("", String::as_str);

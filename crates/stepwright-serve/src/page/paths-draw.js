@@ -19,13 +19,23 @@ const PALE = 0.28;
 /** It stands for at least this long where a mark says so, in s. */
 const STANDS = 0.05;
 
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+/** Colours by their names, until the page changes its own. */
+let known = new Map();
+dark.addEventListener("change", () => (known = new Map()));
+const colourOf = (name) => {
+  if (!known.has(name)) known.set(name, colour(name));
+  return known.get(name);
+};
+
 const parts = (text) => text.match(/[\d.]+/g).slice(0, 3).map(Number);
 
 /** The colour of each part of the highest speed; of this much of it over the card. */
 export function ramp(strength = 1) {
-  const card = parts(colour("--card"));
+  const card = parts(colourOf("--card"));
   const over = (stop) => stop.map((value, i) => card[i] + (value - card[i]) * strength);
-  const stops = PACES.map((name) => over(parts(colour(name))));
+  const stops = PACES.map((name) => over(parts(colourOf(name))));
   return (part) => {
     const place = Math.min(Math.max(part, 0), 1) * (stops.length - 1);
     const n = Math.min(Math.floor(place), stops.length - 2);
@@ -45,9 +55,8 @@ export function ticks(from, to, count) {
   return values.map((value) => [value, value.toFixed(digits).replace("-", "−")]);
 }
 
-/** A canvas as large as it is shown, and its pen. */
-function open(canvas, height) {
-  const width = canvas.clientWidth;
+/** An empty canvas of this size, and its pen. */
+function open(canvas, width, height) {
   const scale = devicePixelRatio || 1;
   canvas.style.height = `${height}px`;
   canvas.width = Math.round(width * scale);
@@ -56,26 +65,29 @@ function open(canvas, height) {
   pen.scale(scale, scale);
   pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
   pen.lineJoin = pen.lineCap = "round";
-  return [pen, width];
+  return pen;
 }
 
 export class PathCanvas {
   constructor(canvas, strip) {
-    Object.assign(this, { canvas, strip, sheet: null, axes: [0, 1], head: null, leg: null });
+    // The grid and the way lie on a layer, to which a playhead that goes on adds.
+    const layer = document.createElement("canvas");
+    Object.assign(this, { canvas, strip, layer, lies: "", until: 0, count: 0, sheet: null, axes: [0, 1], head: null, leg: null });
     new ResizeObserver(() => this.draw()).observe(canvas.parentElement);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
+    dark.addEventListener("change", () => this.draw());
   }
 
   /** Shows a drawing (see `scaled` of paths.js) by these two of its columns. */
   show(sheet, axes) {
-    Object.assign(this, { sheet, axes });
+    Object.assign(this, { sheet, axes, count: this.count + 1 });
     this.draw();
   }
 
   /** Puts the playhead: a time, and where the motors are, or nothing. */
   at(head) {
     this.head = head;
-    this.draw();
+    // Once a frame, however often it is told.
+    this.due ??= requestAnimationFrame(() => this.draw());
   }
 
   /** Makes these legs stand out, or none. */
@@ -114,16 +126,28 @@ export class PathCanvas {
   }
 
   draw() {
-    const { sheet, canvas } = this;
-    if (!sheet || !canvas.clientWidth) return;
-    const tall = Math.min(Math.max(canvas.clientWidth * 0.78, 320), Math.max(innerHeight * 0.62, 320));
-    const frame = (this.framed = this.frame(canvas.clientWidth, tall));
-    const [pen, width] = open(canvas, frame.height);
-    const colours = { ink: colour("--ink"), soft: colour("--soft"), line: colour("--line"), card: colour("--card"), accent: colour("--accent") };
-    this.drawGrid(pen, width, frame, colours);
-    this.drawWay(pen, frame, colours);
-    this.drawHead(pen, frame, colours);
-    this.drawStrip(ramp(), colours);
+    cancelAnimationFrame(this.due);
+    this.due = null;
+    const { sheet, canvas, layer } = this;
+    const width = canvas.clientWidth;
+    if (!sheet || !width) return;
+    const tall = Math.min(Math.max(width * 0.78, 320), Math.max(innerHeight * 0.62, 320));
+    const colours = Object.fromEntries(["ink", "soft", "line", "card", "accent"].map((name) => [name, colourOf(`--${name}`)]));
+    const until = this.head && !this.head.done ? this.head.time : Infinity;
+    const lies = [this.count, this.axes, width, tall, devicePixelRatio, dark.matches, this.leg, until === Infinity].join();
+    if (lies !== this.lies || until < this.until) {
+      Object.assign(this, { lies, until: -1, framed: this.frame(width, tall) });
+      const under = open(layer, width, this.framed.height);
+      this.drawGrid(under, width, this.framed, colours);
+      this.drawWay(under, this.framed, null);
+    }
+    this.drawWay(layer.getContext("2d"), this.framed, [this.until, until]);
+    this.until = until;
+    const pen = open(canvas, width, this.framed.height);
+    pen.drawImage(layer, 0, 0, width, this.framed.height);
+    this.drawMarks(pen, this.framed, colours);
+    this.drawHead(pen, this.framed, colours);
+    this.drawStrip(width, colours);
   }
 
   drawGrid(pen, width, frame, { soft, line, ink }) {
@@ -153,34 +177,43 @@ export class PathCanvas {
     pen.fillText(name(axes[0]), width - 2, frame.bottom + 30);
   }
 
-  drawWay(pen, frame, { card, ink }) {
+  /** The way between two times in the colours of its speed, or all of it in pale ones. Legs that
+   *  are not chosen are always pale. */
+  drawWay(pen, frame, times) {
     const { sheet } = this;
     const [x, y] = this.axes.map((axis) => this.column(axis));
-    const until = this.head && !this.head.done ? this.head.time : Infinity;
-    const [strong, pale] = [ramp(), ramp(PALE)];
-    const draw = (leg, wide, bright) => {
+    const [from, until] = times ?? [-1, Infinity];
+    const paint = ramp(times ? 1 : PALE);
+    const at = (i) => [frame.x(x[i]), frame.y(y[i])];
+    const draw = (leg, wide) => {
       pen.lineWidth = wide;
       for (let n = leg.first; n < leg.last; n++) {
-        const paint = bright && sheet.times[n] < until ? strong : pale;
-        const at = (i) => [frame.x(x[i]), frame.y(y[i])];
-        const [from, to] = [at(n), at(n + 1)];
+        if (sheet.times[n] < from || sheet.times[n] >= until) continue;
+        const [a, b] = [at(n), at(n + 1)];
         const speeds = [sheet.speeds[n], sheet.speeds[n + 1]];
-        if (speeds[0] === speeds[1] || Math.hypot(to[0] - from[0], to[1] - from[1]) < 4) {
+        if (speeds[0] === speeds[1] || Math.hypot(b[0] - a[0], b[1] - a[1]) < 4) {
           pen.strokeStyle = paint(Math.max(...speeds) / sheet.peak);
         } else {
-          const mixed = pen.createLinearGradient(...from, ...to);
+          const mixed = pen.createLinearGradient(...a, ...b);
           for (let i = 0; i <= 4; i++) mixed.addColorStop(i / 4, paint((speeds[0] + ((speeds[1] - speeds[0]) * i) / 4) / sheet.peak));
           pen.strokeStyle = mixed;
         }
         pen.beginPath();
-        pen.moveTo(...from);
-        pen.lineTo(...to);
+        pen.moveTo(...a);
+        pen.lineTo(...b);
         pen.stroke();
       }
     };
-    const chosen = (n) => this.leg?.includes(n);
-    sheet.legs.forEach((leg, n) => chosen(n) || draw(leg, 3, !this.leg));
-    sheet.legs.forEach((leg, n) => chosen(n) && draw(leg, 5, true));
+    sheet.legs.forEach((leg, n) => {
+      const chosen = this.leg?.includes(n);
+      if (!times || chosen || !this.leg) draw(leg, chosen ? 5 : 3);
+    });
+  }
+
+  /** Where the motion begins, stands and ends. */
+  drawMarks(pen, frame, { card, ink }) {
+    const { sheet } = this;
+    const [x, y] = this.axes.map((axis) => this.column(axis));
     const mark = (n, radius, fill) => {
       pen.beginPath();
       pen.arc(frame.x(x[n]), frame.y(y[n]), radius, 0, 7);
@@ -211,9 +244,10 @@ export class PathCanvas {
   }
 
   /** The speed over time, with the same colours. */
-  drawStrip(paint, { soft, line, ink }) {
+  drawStrip(width, { soft, line, ink }) {
     const { sheet } = this;
-    const [pen, width] = open(this.strip, STRIP);
+    const paint = ramp();
+    const pen = open(this.strip, width, STRIP);
     // A slider's knob has half its width at each end.
     const inner = width - 16;
     const x = (time) => 8 + (time / (sheet.seconds || 1)) * inner;

@@ -30,7 +30,9 @@ const seek = (page, time) => page.locator("#paths-time").fill(String(time));
 /** The colours at these places of the two motors, in the file's shown unit: of the way itself, and
  *  beside it. */
 const colours = (page, places) =>
-  page.evaluate((places) => {
+  page.evaluate(async (places) => {
+    // What was told is drawn with the next frame.
+    await new Promise((on) => requestAnimationFrame(() => requestAnimationFrame(on)));
     const { canvas } = document.getElementById("paths").view;
     const frame = canvas.framed;
     const pen = canvas.canvas.getContext("2d");
@@ -104,6 +106,14 @@ const tests = {
     const view = (script) => page.evaluate(`(() => { const view = document.getElementById("paths").view; return ${script}; })()`);
     const said = page.locator("#paths-at");
     await seek(page, 1.7);
+    // Behind the playhead in full colour, ahead pale; also when it goes on, and back again.
+    const bright = async () => near((await colours(page, [[10, 25]]))[0], await pace(page, 1));
+    const first = async () => near((await colours(page, [[13, 0]]))[0], await pace(page, 0.8));
+    assert.deepEqual([await first(), await bright()], [true, false]);
+    await seek(page, 7.95);
+    assert.deepEqual([await first(), await bright()], [true, true]);
+    await seek(page, 1.7);
+    assert.deepEqual([await first(), await bright()], [true, false]);
     // Along the line from 10 to 40 mm, which takes 0.65 s: in its middle.
     const [time, x, y] = await view("[view.canvas.head.time, ...view.canvas.head.places]");
     assert.ok(Math.abs(time - 1.7) < 0.005 && Math.abs(y) < 1e-9, `${time} ${y}`);

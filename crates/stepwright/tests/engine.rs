@@ -203,6 +203,23 @@ fn a_late_step_is_counted_and_caught_up_at_the_minimum_interval() {
 }
 
 #[test]
+fn a_step_that_is_not_late_still_keeps_the_minimum_interval() {
+    // One run that is played again and again, and runs of a step each.
+    for runs in [vec![Run::steady(150, 6)], vec![Run::steady(150, 1); 6]] {
+        let mut rig = Rig::<1>::new();
+        rig.feed(0, &runs);
+        rig.engine.start(1);
+        rig.run_until(400);
+        // 70 after its time: half an interval less 5.
+        rig.clock.time.set(520);
+        rig.engine.on_compare();
+        rig.run_until(2_000);
+        assert_eq!(rig.engine.late(), 0);
+        assert_eq!(rig.steps(0), [150, 300, 520, 620, 750, 900]);
+    }
+}
+
+#[test]
 fn the_interrupt_says_when_a_travel_has_ended_or_a_step_was_late() {
     let mut rig = Rig::<2>::new();
     rig.feed(0, &[Run::steady(1_000, 4)]);

@@ -1,4 +1,4 @@
-//! `stepwright timed`: the pins of a drive in csv and vcd.
+//! `stepwright timed`: the pins of a drive in csv, vcd and mcap.
 
 mod common;
 
@@ -6,8 +6,8 @@ use common::{Scratch, stepwright};
 
 /// Half steps of a unipolar motor on D8 to D11: what each pin has after each step.
 #[test]
-fn the_pins_of_a_drive_stand_in_csv_and_vcd() {
-    let vcd = Scratch::new("timed-pins.vcd");
+fn the_pins_of_a_drive_stand_in_csv_vcd_and_mcap() {
+    let (vcd, mcap) = (Scratch::new("timed-pins.vcd"), Scratch::new("timed-pins.mcap"));
     let ended = stepwright(&[
         "timed",
         "--speed",
@@ -20,6 +20,8 @@ fn the_pins_of_a_drive_stand_in_csv_and_vcd() {
         "csv",
         "--vcd",
         vcd.path(),
+        "--mcap",
+        mcap.path(),
     ]);
     assert_eq!(ended.code(), Some(0), "{ended:?}");
     let mut lines = ended.stdout.lines();
@@ -55,6 +57,30 @@ fn the_pins_of_a_drive_stand_in_csv_and_vcd() {
         .map(|levels| levels.map(|level: u8| level.to_string()).join(","))
         .collect();
     assert_eq!(steps, wanted);
+
+    // And in the recording, in ns.
+    let file = std::fs::read(mcap.path()).unwrap();
+    let messages = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap);
+    let mut told: Vec<(u64, String, String)> = messages
+        .map(|one| {
+            let level = String::from_utf8(one.data.to_vec()).unwrap();
+            (one.log_time, one.channel.topic.clone(), level)
+        })
+        .collect();
+    told.sort_by_key(|(time, ..)| *time);
+    assert!(told.iter().all(|(time, ..)| time % 10_000_000 == 0), "{told:?}");
+    let steps = (1..=8u64).map(|step| {
+        let pin = |pin: &str| {
+            let mine = |(time, topic, _): &&(u64, String, String)| {
+                *time <= step * 10_000_000 && topic == &format!("/{pin}")
+            };
+            told.iter()
+                .rfind(mine)
+                .map_or("0", |(.., level)| if level == r#"{"level":1}"# { "1" } else { "0" })
+        };
+        ["D8", "D9", "D10", "D11"].map(pin).join(",")
+    });
+    assert_eq!(steps.collect::<Vec<_>>(), wanted);
 }
 
 #[test]

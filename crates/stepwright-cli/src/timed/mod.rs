@@ -88,6 +88,10 @@ pub struct Args {
     #[arg(long, value_name = "FILE", requires = "drive", conflicts_with = "port")]
     #[arg(help_heading = "Output")]
     vcd: Option<PathBuf>,
+    /// Record them as MCAP, for Foxglove or PlotJuggler
+    #[arg(long, value_name = "FILE", requires = "drive", conflicts_with = "port")]
+    #[arg(help_heading = "Output")]
+    mcap: Option<PathBuf>,
     /// How to print it
     #[arg(long, value_enum, default_value_t = Format::Summary, help_heading = "Output")]
     format: Format,
@@ -155,6 +159,11 @@ pub fn run(args: Args) -> Result<(), Failure> {
         let file = File::create(path).map_err(|error| Failure::file("write", path, &error))?;
         let mut out = BufWriter::new(file);
         let written = output::vcd(&mut out, &course, &wiring).and_then(|()| out.flush());
+        written.map_err(|error| Failure::file("write", path, &error))?;
+    }
+    if let Some(path) = &args.mcap {
+        let file = File::create(path).map_err(|error| Failure::file("write", path, &error))?;
+        let written = output::mcap(BufWriter::new(file), &course, &wiring);
         written.map_err(|error| Failure::file("write", path, &error))?;
     }
     for file in &args.plot {

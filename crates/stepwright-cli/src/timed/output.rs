@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
+use stepwright_serve::mcap::McapWriter;
 use stepwright_sim::vcd::unit;
 use stepwright_timed::{Call, Control, Field, Status};
 
@@ -148,6 +149,30 @@ pub fn csv(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result
     Ok(())
 }
 
+/// The pins as they change, from the call on: clocks, the place of the signal, its level.
+fn edges(course: &Course, wiring: &Wiring) -> impl Iterator<Item = (u64, usize, bool)> {
+    let mut before: Vec<Option<bool>> = vec![None; wiring.signals.len()];
+    course.changes.iter().flat_map(move |change| {
+        let levels = wiring.signals.iter().map(|signal| signal.is_high(change));
+        let changed = levels.zip(&mut before).enumerate().filter_map(|(place, (high, before))| {
+            (before.replace(high) != Some(high)).then_some((change.time, place, high))
+        });
+        changed.collect::<Vec<_>>()
+    })
+}
+
+/// The pins' edges as MCAP, in ns from the call on, rounded down.
+pub fn mcap(out: impl Write + io::Seek, course: &Course, wiring: &Wiring) -> io::Result<()> {
+    let names: Vec<_> = wiring.signals.iter().map(|one| one.name.replace(' ', "_")).collect();
+    let words = "the pins of the timed driver's virtual board";
+    let mut file = McapWriter::new(out, names.iter().map(String::as_str), words)?;
+    let hz = u128::from(course.hardware.hz());
+    for (clock, place, high) in edges(course, wiring) {
+        file.level(place, (u128::from(clock) * 1_000_000_000 / hz) as u64, high)?;
+    }
+    file.finish().map(drop)
+}
+
 /// The pins' edges as a Value Change Dump, from the call on.
 pub fn vcd(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result<()> {
     writeln!(out, "$version stepwright {} $end", env!("CARGO_PKG_VERSION"))?;
@@ -160,19 +185,13 @@ pub fn vcd(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result
     }
     writeln!(out, "$upscope $end\n$enddefinitions $end")?;
     let at = |clock: u64| u128::from(clock) * units / u128::from(hz);
-    let mut before: Vec<Option<bool>> = vec![None; wiring.signals.len()];
     let mut told = None;
-    for change in &course.changes {
-        for ((letter, signal), before) in ('a'..).zip(&wiring.signals).zip(&mut before) {
-            let high = signal.is_high(change);
-            if before.replace(high) == Some(high) {
-                continue;
-            }
-            if told.replace(change.time) != Some(change.time) {
-                writeln!(out, "#{}", at(change.time))?;
-            }
-            writeln!(out, "{}{letter}", u8::from(high))?;
+    for (time, place, high) in edges(course, wiring) {
+        if told.replace(time) != Some(time) {
+            writeln!(out, "#{}", at(time))?;
         }
+        let letter = ('a'..).nth(place).unwrap_or('z');
+        writeln!(out, "{}{letter}", u8::from(high))?;
     }
     writeln!(out, "#{}", at(course.end))
 }

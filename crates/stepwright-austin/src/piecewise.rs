@@ -124,7 +124,7 @@ impl StageConstants {
 }
 
 /// A ramp from rest with its breaks.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stages {
     count: Q32,
     shortest: Q32,

@@ -79,7 +79,7 @@ impl<S: Slopes> Law for Travel<S> {
 }
 
 /// A curve that is gone from rest, a step at a time, and back again.
-pub trait Curve: Clone {
+pub trait Curve: Clone + PartialEq {
     /// One step up.
     fn up(&mut self);
 
@@ -116,19 +116,26 @@ impl<C: Curve> Shadowed<C> {
         let count = rise.count();
         let mut both = Shadowed { rise, fall, count, enough };
         // A first delay may be shorter than the fall's.
-        both.follow(both.count, u32::MAX);
+        both.follow(&both.rise.clone(), u32::MAX);
         both
     }
 
-    /// Moves the shadow up to a delay; `false`, and no move, beyond `left`.
-    fn follow(&mut self, count: Q32, left: u32) -> bool {
-        let count = count.max(self.enough);
+    /// Moves the shadow up to the delay of `rise`, which is the rise's next step; `false`, and no
+    /// move, beyond `left`.
+    fn follow(&mut self, rise: &C, left: u32) -> bool {
+        let count = rise.count().max(self.enough);
         let mut fall = self.fall.clone();
         while fall.count() > count {
             if fall.steps() >= left || fall.stays_above(count) {
                 return false;
             }
-            fall.up();
+            // From where the rise was its step leads where the rise is: even ramps take one step
+            // a step. A small chip has no room for the shortcut.
+            if cfg!(any(target_pointer_width = "64", target_family = "wasm")) && fall == self.rise {
+                fall = rise.clone();
+            } else {
+                fall.up();
+            }
         }
         self.fall = fall;
         self.fall.steps() <= left
@@ -142,7 +149,7 @@ impl<C: Curve> Slopes for Shadowed<C> {
         }
         let mut rise = self.rise.clone();
         rise.up();
-        if !self.follow(rise.count(), left) {
+        if !self.follow(&rise, left) {
             return false;
         }
         self.count = rise.count();

@@ -9,6 +9,9 @@ const words = { ready: "at rest", busy: "moving", uncertain: "position uncertain
 const SPEED = 1000;
 const RISE = 0.4;
 
+/** No axis goes further, in steps. */
+const FAR = 2 ** 31 - 1;
+
 /** A homing to begin with, in steps/s and steps. */
 const HOMING = { seek: 500, slow: 50, "back-off": 50, within: 100_000 };
 
@@ -35,6 +38,8 @@ export class Axis {
     this.field("accel").value = this.shown(SPEED / RISE);
     this.field("step").value = this.shown(100);
     for (const [name, steps] of Object.entries(HOMING)) this.field(name).value = this.shown(steps);
+    for (const name of ["target", "step", "back-off", "within"]) this.field(name).max = this.shown(FAR);
+    this.field("target").min = this.shown(-FAR);
     this.find(".motion").classList.toggle("straight", !canJerk);
     this.listen();
   }

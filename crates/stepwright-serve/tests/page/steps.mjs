@@ -47,6 +47,15 @@ export async function travels({ page, card, at, speed = () => shownSpeed(card) }
   await there(500);
   // The order was told line by line, each with its meaning.
   const lines = await page.locator("#lines").innerText();
+  // What no axis can go is refused by the field itself.
+  const told = await page.locator("#notices p").count();
+  for (const wrong of ["1e20", "-2147483649", ""]) {
+    await fill(card, "target", wrong);
+    await click(card, "by");
+    assert.equal(await card.locator("[name=target]:invalid").count(), 1, wrong);
+    await click(card, "to");
+  }
+  assert.equal(await page.locator("#notices p").count(), told);
   assert.match(lines, /G-200[\s\S]*travel by this many steps[\s\S]*accepted/);
   await fill(card, "target", 1_000_000);
   await click(card, "to");

@@ -63,10 +63,11 @@ impl Limits {
         let (start, top) = (v(order.start), v(order.top));
         let slope = |ramp: Ramp| match ramp {
             Ramp::Accel(a) => a.millisteps() as f64 / 1e3,
-            // To 10⁻⁶ of v² a step, as the law has it.
+            // To 10⁻⁶ of v² a step, as the law has it: in whole numbers, for a half rounds up.
             Ramp::Steps(n) => {
-                let slope = 1e6 * (top * top - start * start) / f64::from(n);
-                (slope.round() / 2e6).max(0.001)
+                let w = |v: Speed| u64::from(v.millisteps()).pow(2);
+                let (gain, n) = (w(order.top).saturating_sub(w(order.start)), u64::from(n));
+                (((2 * gain + n) / (2 * n)) as f64 / 2e6).max(0.001)
             }
         };
         let jerk = order.jerk.map_or(f64::INFINITY, |jerk| jerk.millisteps() as f64 / 1e3);

@@ -15,8 +15,9 @@
 //! that has passed meanwhile is served at once, so no compare can be missed.
 //!
 //! **Late steps.** A step is late when its edge comes more than half an interval and
-//! 1 µs after its deadline ([`late_after`]). It is counted, and caught up: the following
-//! steps come at the minimum interval, never closer, until the deadlines are met again.
+//! 1 µs after its deadline ([`late_after`](crate::late_after)). It is counted, and caught
+//! up: the following steps come at the minimum interval, never closer, until the deadlines
+//! are met again.
 //! What is later than [`BEHIND`] slips: from there on the schedule is that much later.
 //!
 //! **An empty queue** in the middle of a travel is asked again at the next deadline. What

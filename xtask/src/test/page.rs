@@ -79,7 +79,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     let copied = ws.target.join("page/copied");
     driver.play("drive.mjs", &[])?;
     driver.play("plan.mjs", &[&driver.page, &copied])?;
-    driver.play("paths.mjs", &[])?;
+    driver.play("paths.mjs", &[&driver.page])?;
     driver.play("alone.mjs", &[&driver.page])?;
     compile(ws, &copied)
 }

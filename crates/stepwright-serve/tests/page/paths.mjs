@@ -258,6 +258,14 @@ const tests = {
 /** The page from a host that knows no API. */
 async function alone() {
   const { url, close } = await host(files);
+  try {
+    await drawn(url);
+  } finally {
+    close();
+  }
+}
+
+async function drawn(url) {
   const { page, faults, context } = await open(url);
   assert.match(await page.locator("#paths-sum").innerText(), /^12 parts, 8\.2115 s, at most 60 mm\/s$/);
   const [side, inside] = await colours(page, [[10, 25], [25, 25]]);
@@ -272,7 +280,6 @@ async function alone() {
   await page.locator("#paths-sum").getByText("4 parts, 78.336 s").waitFor();
   assert.deepEqual(faults.filter((one) => !one.includes("404")), []);
   await context.close();
-  close();
 }
 
 /** Light and dark, wide and narrow. */

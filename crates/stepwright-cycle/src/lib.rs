@@ -485,7 +485,8 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         if took > self.longest {
             self.longest = took;
         }
-        // Steps like those before make nothing late, ask nobody and end nothing.
+        // Only an end, a late step or a closed switch changes anything; on the fixed tick this
+        // handler may have taken too long.
         if news || fixed {
             self.took(took, behind);
             self.after();

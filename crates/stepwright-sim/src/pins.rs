@@ -9,8 +9,8 @@ use crate::clock::{LentNow, Present};
 use crate::edge::{Edge, Pin, Recorder};
 
 /// The lines to the windings of a motor.
-#[derive(Default)]
-struct Lines(u8);
+#[derive(Debug, Default)]
+pub(crate) struct Lines(pub(crate) u8);
 
 impl Port for Lines {
     fn set(&mut self, mask: u8) {

@@ -19,9 +19,11 @@
 
 pub mod published;
 
-use stepwright::drive::{Coils, Port, Sequence};
+use stepwright::drive::{Coils, Sequence};
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::{Call, Code, Driver, Dump, Hold, Model, Pace, SetSpeed, Status, Stepper};
+
+use crate::pins::Lines;
 
 /// All lines of the motor at once, from some time on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,19 +54,6 @@ struct Motion {
     enabled: bool,
     steps: Vec<u64>,
     changes: Vec<Change>,
-}
-
-/// Simulated pins.
-#[derive(Debug, Default)]
-struct Lines(u8);
-
-impl Port for Lines {
-    fn set(&mut self, mask: u8) {
-        self.0 |= mask;
-    }
-    fn clear(&mut self, mask: u8) {
-        self.0 &= !mask;
-    }
 }
 
 impl Motion {

@@ -11,7 +11,7 @@ pub struct Tape {
     pins: [u8; KEPT],
     /// All edges so far.
     count: u32,
-    /// Levels of DIR.
+    /// Levels of DIR. A `Shaft` of the virtual board's is not all zeros.
     forward: [bool; AXES],
     shafts: [i64; AXES],
 }

@@ -113,7 +113,6 @@ const tests = {
         for (const peak of peaks) assert.ok(Math.abs(peak / top - 1) < 0.02, `${peaks} at ${top}`);
       }
       console.log(`  ${name}: ${took[0].toFixed(1)} ms at best, ${took[12].toFixed(1)} in the middle, ${took[24].toFixed(1)} at worst`);
-      // The best of 25: the machine may be busy.
       // The best of 25: the machine may be busy. The power term takes products and a division of 128
       // bits a step.
       assert.ok(took[0] < (name === "power" ? 20 : 16), `${name}: ${took[0]} ms`);

@@ -11,7 +11,7 @@ use crate::units::{Rate, Ticks};
 /// The times that all axes keep, and the steps that did not.
 pub(super) struct Terms {
     pub timing: Timing,
-    /// The minimum interval, or half the counter, of which no more can be told.
+    /// The minimum interval; half the counter, if that is less.
     pub least: Ticks,
     /// Ticks of 1 µs, of [`BEHIND`] and of [`POLL`].
     grace: Ticks,

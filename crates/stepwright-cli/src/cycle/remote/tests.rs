@@ -245,6 +245,11 @@ fn a_path_that_a_board_can_not_keep_is_refused() {
     let message = failure.message();
     assert!(message.contains("the path of cycle 1 is "), "{message}");
     assert!(message.contains(" runs, and a mega keeps 400"), "{message}");
+    // More than places of a line can name: too long, not endless.
+    let far = arc(20_000, 900).replace("3600", "40000");
+    let failure = play(MEGA, 0, &far).expect_err("a hundred times round");
+    let message = failure.message();
+    assert!(message.contains(" runs, and a mega keeps 400"), "{message}");
     let quick = arc(20, 900).replace("smallest-delay-us = 500", "smallest-delay-us = 5000");
     refused(MEGA, &quick, "too fast for A, whose smallest delay is 5000 µs");
 }

@@ -54,5 +54,6 @@ fn script() -> Option<String> {
     let script = text.split("======\n").nth(1)?.trim_end_matches('=');
     let (before, behind) = script.split_once("*(.text.*)")?;
     let order: String = ORDER.iter().map(|part| format!("*(.text.*{part}*)\n")).collect();
-    Some(format!("{before}{order}*(.text.*){behind}"))
+    // What has been made smaller has an order of its own.
+    Some(format!("{before}*(SORT(.text.ordered.*))\n{order}*(.text.*){behind}"))
 }

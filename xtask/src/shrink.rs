@@ -1,20 +1,32 @@
 //! Makes a program for an ATmega328P smaller: a pass over the compiler's assembly.
 //!
 //! LLVM writes every function for an AVR as if it stood alone, and a controller consists of a
-//! hundred: a sixth of its code saves and restores registers and moves the stack pointer. It
-//! compares with 0 what the flags say already, and branches over jumps where a branch would do.
-//! Three steps take that out, one a file:
+//! hundred. A sixth of its code saves and restores registers and moves the stack pointer, another
+//! sixth copies registers. A condition is made a byte, which is asked again. Most calls take two
+//! words. These steps take that out, one a file:
 //!
 //! | file | what |
 //! | --- | --- |
-//! | `asm` | the text: functions, labels, instructions |
+//! | `copies` | what a register holds is not put there again, what nobody reads is not computed |
+//! | `truths` | a condition that is made a byte and asked again is a branch |
+//! | `selects` | a condition that is asked for each half of a number is asked once |
+//! | `renames` | a number is computed where it is wanted, and not copied there |
+//! | `bases` | bytes near each other are reached from a pointer |
 //! | `frames` | one routine saves the registers of all functions, one restores them |
-//! | `compares` | what the flags say already is not compared again |
+//! | `routines` | instructions that come several times are a routine |
 //! | `branches` | a branch over a jump becomes a branch |
+//! | `order` | functions stand near those that call them, so that calls take one word |
+//!
+//! What they know of the chip is in `machine`, the ways through a function are in `flow`, the text of
+//! a program is in `asm`.
 //!
 //! **What is never touched**: assembly that a person wrote, which the compiler encloses in
-//! `;APP` and `;NO_APP` or puts before the first function. So the step interrupts and all that
-//! is timed by the cycle stay as they are.
+//! `;APP` and `;NO_APP`, or puts before the first function, or is a whole function
+//! (`asm::by_hand`). So the step interrupts and all that is timed by the cycle stay as they are.
+//! No access to memory or a port is left out, moved or made another.
+//!
+//! **How it is tested**: random functions are carried out before and after (`tests`), and every
+//! test of the rig runs what comes of it.
 //!
 //! **Where it stands**: `cargo xtask firmware` has rustc call `cargo xtask link` as its linker.
 //! That reads the assembly beside the program, and hands the linker what comes of it.
@@ -22,9 +34,17 @@
 //! bytes.
 
 mod asm;
+mod bases;
 mod branches;
-mod compares;
+mod copies;
+mod flow;
 mod frames;
+mod machine;
+mod order;
+mod renames;
+mod routines;
+mod selects;
+mod truths;
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -38,10 +58,20 @@ use crate::workspace::run;
 /// The text of a program, made smaller.
 pub fn shrink(text: &str) -> String {
     let mut program = asm::Program::parse(text);
+    let taken = flow::taken(&mut program);
+    // Each makes room for the others.
+    for _ in 0..3 {
+        copies::leave_out(&mut program, &taken);
+        truths::branch(&mut program, &taken);
+        selects::join(&mut program, &taken);
+        renames::leave_out(&mut program, &taken);
+    }
+    copies::leave_out(&mut program, &taken);
+    bases::reach(&mut program, &taken);
     frames::share(&mut program);
-    compares::leave_out(&mut program);
+    routines::share(&mut program);
     branches::turn(&mut program);
-    program.to_string()
+    order::order(&program.to_string())
 }
 
 /// The linker that rustc calls: makes the program smaller, and has avr-gcc link it.
@@ -106,3 +136,6 @@ fn this_program() -> Result<PathBuf> {
     fs::copy("/proc/self/exe", &copy).context("copying this program: start it once more")?;
     Ok(copy)
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,7 +14,7 @@ pub enum Line {
 }
 
 /// An instruction.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Code {
     /// As `ldd`.
     pub name: String,
@@ -26,6 +26,8 @@ impl Code {
     /// Reads `ldd r24, Y+3`.
     pub fn parse(text: &str) -> Code {
         let (name, operands) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        // The linker makes a call short where it reaches.
+        let name = if name == "rcall" { "call" } else { name };
         Code { name: name.into(), operands: operands.trim().into() }
     }
 
@@ -38,6 +40,16 @@ impl Code {
 impl fmt::Display for Code {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "\t{}\t{}", self.name, self.operands)
+    }
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Line::Label(label) => write!(f, "{label}:"),
+            Line::Code(code) => write!(f, "{code}"),
+            Line::Other(text) => write!(f, "{text}"),
+        }
     }
 }
 
@@ -98,7 +110,10 @@ impl Program {
                     }
                     function.lines.extend(self::line(line, &mut foreign));
                 }
-                parts.push(Part::Function(function));
+                parts.push(match by_hand(&function) {
+                    true => Part::Text(function.lines.iter().map(Line::to_string).collect()),
+                    false => Part::Function(function),
+                });
                 continue;
             }
             if let Some(symbol) = trimmed.strip_prefix(".type") {
@@ -125,6 +140,19 @@ impl Program {
     pub fn append(&mut self, text: String) {
         self.parts.push(Part::Text(vec![text]));
     }
+}
+
+/// Whether a person wrote all of a function: it has labels that are none of the compiler's, or
+/// it ends an interrupt.
+fn by_hand(function: &Function) -> bool {
+    function.lines.iter().skip(1).any(|line| match line {
+        Line::Label(name) => {
+            let number = name.strip_prefix(".LBB").or(name.strip_prefix(".L"));
+            !number.is_some_and(|number| number.starts_with(|c: char| c.is_ascii_digit()))
+        }
+        Line::Code(code) => code.name == "reti",
+        Line::Other(_) => false,
+    })
 }
 
 /// Reads a line of a function; `foreign` while a person wrote it.
@@ -158,11 +186,7 @@ impl fmt::Display for Program {
                 }
                 Part::Function(function) => {
                     for line in &function.lines {
-                        match line {
-                            Line::Label(label) => writeln!(f, "{label}:")?,
-                            Line::Code(code) => writeln!(f, "{code}")?,
-                            Line::Other(text) => writeln!(f, "{text}")?,
-                        }
+                        writeln!(f, "{line}")?;
                     }
                 }
             }

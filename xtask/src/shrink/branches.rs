@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use super::asm::{Code, Function, Line, Program};
 
 /// Words that a branch reaches forward; backward it is one more.
-const REACH: i32 = 63;
+pub const REACH: i32 = 63;
 
 /// Turns the branches of all functions.
 pub fn turn(program: &mut Program) {
@@ -74,7 +74,7 @@ fn turn_first(function: &mut Function, islands: &mut usize, far: bool) -> bool {
 }
 
 /// Where each line is, in words, and each label.
-fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
+pub fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
     let (mut all, mut labels, mut here) = (Vec::new(), HashMap::new(), 0);
     for line in lines {
         all.push(here);
@@ -97,7 +97,7 @@ fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
 }
 
 /// Words of an instruction, at most.
-fn words(name: &str) -> i32 {
+pub fn words(name: &str) -> i32 {
     match name {
         "call" | "jmp" | "lds" | "sts" => 2,
         _ => 1,
@@ -105,7 +105,7 @@ fn words(name: &str) -> i32 {
 }
 
 /// The branch that goes where this one does not.
-fn opposite(name: &str) -> Option<&'static str> {
+pub fn opposite(name: &str) -> Option<&'static str> {
     const PAIRS: [(&str, &str); 6] = [
         ("breq", "brne"),
         ("brlo", "brsh"),

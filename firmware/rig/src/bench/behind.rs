@@ -17,7 +17,7 @@ use crate::probes::IsrSpan;
 
 /// Steps/s about as fast as the chip can: at some of them a byte on the line makes a step
 /// come so late that the next one is due on its way out. At which ones, every build moves.
-const TOPS: RangeInclusive<u32> = 90_000..=160_000;
+const TOPS: RangeInclusive<u32> = 90_000..=200_000;
 /// Steps/s between two that are tried.
 const APART: usize = 700;
 /// Steps/s² that keep the whole time on the ramp.

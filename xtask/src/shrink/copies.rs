@@ -1,0 +1,365 @@
+//! What a register holds already is not put there again, and what nobody reads is not computed.
+//!
+//! ```text
+//!   movw r18, r6                            movw r30, r6
+//!   movw r30, r18             →             ldd  r24, Z+1
+//!   ldd  r24, Z+1
+//! ```
+//!
+//! Each register has a value at each line: a constant, or the result of an instruction, or what
+//! meets where ways meet. A copy has the value of what it copies. Then
+//!
+//! 1. a copy or a constant goes where the register has that value already;
+//! 2. an instruction reads the register where the value was first, if it is still there, so
+//!    that nobody reads the copy;
+//! 3. an instruction goes if nobody reads what it writes.
+//!
+//! No instruction that touches memory, a port or the stack is moved or left out.
+
+use std::collections::{HashMap, HashSet};
+
+use super::asm::{Code, Function, Line, Program};
+use super::flow::{Flow, code};
+use super::machine::{self, CARRY, FLAGS, Kind, Set, Taken, operands, register};
+
+/// Goes through all functions.
+pub fn leave_out(program: &mut Program, taken: &Taken) {
+    for function in program.functions_mut() {
+        while pass(function, taken) {}
+    }
+}
+
+/// Goes through a function once. Whether it has changed.
+pub fn pass(function: &mut Function, taken: &Taken) -> bool {
+    let Some(flow) = Flow::of(function, taken) else { return false };
+    let Some(states) = meet(function, &flow) else { return unread(function, taken) };
+    let truths = truths(function, &flow, &states);
+    let live = flow.live();
+    let mut gone = vec![false; function.lines.len()];
+    let mut new: Vec<(usize, Code)> = Vec::new();
+    let mut tests: Vec<(usize, Code)> = Vec::new();
+    for (block, state) in flow.blocks.iter().zip(states) {
+        let Some(mut state) = state else { continue };
+        for n in block.lines.clone() {
+            if let Line::Code(code) = &function.lines[n]
+                && !flow.pinned[n]
+            {
+                let masks = || masks_nothing(code, &state, &truths) && live[n] & FLAGS == 0;
+                if is_there(code, &state) || masks() {
+                    gone[n] = true;
+                } else if let Some(better) = first(code, &state) {
+                    new.push((n, better));
+                } else if let Some(test) = tested(code, &state, live[n]) {
+                    tests.push((n, test));
+                }
+            }
+            step(&mut state, function, &flow, n);
+        }
+    }
+    // A test leaves other flags: only where nothing else relies on these.
+    if new.is_empty() && !gone.contains(&true) {
+        new = tests;
+    }
+    let changed = !new.is_empty();
+    for (n, code) in new {
+        function.lines[n] = Line::Code(code);
+    }
+    remove(function, &gone) | unread(function, taken) | changed
+}
+
+/// Takes lines out.
+fn remove(function: &mut Function, gone: &[bool]) -> bool {
+    let mut n = 0;
+    function.lines.retain(|_| {
+        n += 1;
+        !gone[n - 1]
+    });
+    gone.contains(&true)
+}
+
+/// Takes out what computes what nobody reads.
+pub fn unread(function: &mut Function, taken: &Taken) -> bool {
+    let mut any = false;
+    loop {
+        let Some(flow) = Flow::of(function, taken) else { return any };
+        let live = flow.live();
+        let gone: Vec<bool> = (0..function.lines.len())
+            .map(|n| {
+                let idle = |effect: machine::Effect| {
+                    effect.kind == Kind::Plain && effect.writes & live[n] == 0
+                };
+                !flow.pinned[n] && flow.effects[n].is_some_and(idle)
+            })
+            .collect();
+        if !remove(function, &gone) {
+            return any;
+        }
+        any = true;
+    }
+}
+
+/// The value of a register: below 256 it is a constant.
+type Value = u32;
+/// The values of all registers, and that of the flags.
+type State = [Value; 33];
+
+/// What a line leaves in a register: another value for each.
+fn result(n: usize, register: usize) -> Value {
+    256 + 128 * (n as Value + 1) + register as Value
+}
+
+/// What meets in a register at the beginning of a line.
+fn met(n: usize, register: usize) -> Value {
+    result(n, register) + 64
+}
+
+/// At the beginning of a function.
+fn begin() -> State {
+    let mut state = [0; 33];
+    for (register, value) in state.iter_mut().enumerate() {
+        *value = 256 + register as Value;
+    }
+    state[1] = 0;
+    state
+}
+
+/// The values at the beginning of each block; none where nobody comes.
+fn meet(function: &Function, flow: &Flow) -> Option<Vec<Option<State>>> {
+    let count = flow.blocks.len();
+    let mut ins: Vec<Option<State>> = vec![None; count];
+    let mut outs: Vec<Option<State>> = vec![None; count];
+    for _ in 0..200 {
+        let mut changed = false;
+        for (index, block) in flow.blocks.iter().enumerate() {
+            let mut ways: Vec<State> =
+                block.before.iter().filter_map(|&before| outs[before]).collect();
+            if index == 0 {
+                ways.push(begin());
+            }
+            if ways.is_empty() {
+                continue;
+            }
+            let mut state = [0; 33];
+            let mut classes: HashMap<Vec<Value>, Value> = HashMap::new();
+            for (register, value) in state.iter_mut().enumerate() {
+                let tuple: Vec<Value> = ways.iter().map(|way| way[register]).collect();
+                let same = tuple.iter().all(|value| *value == tuple[0]);
+                let fresh = if same { tuple[0] } else { met(block.lines.start, register) };
+                *value = *classes.entry(tuple).or_insert(fresh);
+            }
+            if ins[index] != Some(state) {
+                ins[index] = Some(state);
+                changed = true;
+            }
+            for n in block.lines.clone() {
+                step(&mut state, function, flow, n);
+            }
+            if outs[index] != Some(state) {
+                outs[index] = Some(state);
+                changed = true;
+            }
+        }
+        if !changed {
+            return Some(ins);
+        }
+    }
+    None
+}
+
+/// Goes beyond a line.
+fn step(state: &mut State, function: &Function, flow: &Flow, n: usize) {
+    let Some(effect) = flow.effects[n] else { return };
+    let before = *state;
+    for (register, value) in state.iter_mut().enumerate() {
+        if register < 32 && effect.writes >> register & 1 != 0 {
+            *value = result(n, register);
+        }
+    }
+    if effect.writes & FLAGS != 0 {
+        state[32] = result(n, 32);
+    }
+    let Some(code) = code(&function.lines[n]) else { return };
+    let (a, b) = operands(code);
+    match (&*code.name, register(a), register(b)) {
+        ("mov", Some(a), Some(b)) => state[usize::from(a)] = before[usize::from(b)],
+        ("movw", Some(a), Some(b)) => {
+            let (a, b) = (usize::from(a), usize::from(b));
+            (state[a], state[a + 1]) = (before[b], before[b + 1]);
+        }
+        ("ldi", Some(a), _) => {
+            if let Some(constant) = constant(b) {
+                state[usize::from(a)] = constant;
+            }
+        }
+        // No bits, or those that there are.
+        ("andi", Some(a), _) => {
+            let (old, mask) = (before[usize::from(a)], constant(b));
+            if mask == Some(0) {
+                state[usize::from(a)] = 0;
+            } else if let (0..256, Some(mask)) = (old, mask) {
+                state[usize::from(a)] = old & mask;
+            }
+        }
+        ("or" | "eor", Some(a), Some(b)) if before[usize::from(b)] == 0 => {
+            state[usize::from(a)] = before[usize::from(a)];
+        }
+        ("clr", Some(a), _) => state[usize::from(a)] = 0,
+        // What is compared says the same again.
+        ("cpi", Some(a), _) => {
+            let number = constant(b).unwrap_or(256);
+            state[32] = compared(before[usize::from(a)], number);
+        }
+        ("tst", Some(a), _) => state[32] = compared(before[usize::from(a)], SIGN_ALONE),
+        ("eor", Some(a), Some(b)) if a == b => state[usize::from(a)] = 0,
+        _ => {}
+    }
+}
+
+/// In the place of a number: `tst` leaves the carry as it was.
+const SIGN_ALONE: Value = 257;
+
+/// The value of the flags behind a comparison.
+fn compared(value: Value, number: Value) -> Value {
+    1 << 31 | (value & 0x3F_FFFF) << 9 | number
+}
+
+/// A number of 8 bits.
+fn constant(text: &str) -> Option<Value> {
+    let number: i32 = match text.strip_prefix("0x") {
+        Some(digits) => i32::from_str_radix(digits, 16).ok()?,
+        None => text.parse().ok()?,
+    };
+    (-128..256).contains(&number).then_some((number & 255) as Value)
+}
+
+/// Whether a register has the value that is put there.
+fn is_there(code: &Code, state: &State) -> bool {
+    let (a, b) = operands(code);
+    let Some(to) = register(a).map(usize::from) else { return false };
+    let from = register(b).map(usize::from);
+    match (&*code.name, from) {
+        ("mov", Some(from)) => state[to] == state[from],
+        ("movw", Some(from)) => state[to] == state[from] && state[to + 1] == state[from + 1],
+        ("ldi", _) => constant(b) == Some(state[to]),
+        ("cpi", _) => constant(b).is_some_and(|number| compared(state[to], number) == state[32]),
+        ("tst", _) => compared(state[to], SIGN_ALONE) == state[32],
+        _ => false,
+    }
+}
+
+/// Whether it masks what has no other bits.
+fn masks_nothing(code: &Code, state: &State, truths: &HashSet<Value>) -> bool {
+    let (a, b) = operands(code);
+    // With a 0 nothing comes of these.
+    if ["or", "eor"].contains(&&*code.name) {
+        return register(b).is_some_and(|register| state[usize::from(register)] == 0);
+    }
+    let (Some(register), "andi", Some(mask)) = (register(a), &*code.name, constant(b)) else {
+        return false;
+    };
+    let value = state[usize::from(register)];
+    value < 256 && value & mask == value || mask & 1 == 1 && truths.contains(&value)
+}
+
+/// A test of the register where a value was first, in the place of a comparison with 0. It
+/// leaves the carry as it is.
+fn tested(code: &Code, state: &State, live: Set) -> Option<Code> {
+    let (a, b) = operands(code);
+    let value = *state.get(usize::from(register(a)?))?;
+    let home = (value % 64) as usize;
+    let low = code.name == "cpi" && b == "0" && live & CARRY == 0;
+    let there = value >= 256 && (2..16).contains(&home) && state[home] == value;
+    (low && there).then(|| Code { name: "tst".into(), operands: format!("r{home}") })
+}
+
+/// Values that are 0 or 1: all that may be, but for those of which something else comes.
+fn truths(function: &Function, flow: &Flow, states: &[Option<State>]) -> HashSet<Value> {
+    let mut truths = HashSet::from([0, 1]);
+    let mut first = true;
+    loop {
+        let mut seen = HashSet::from([0, 1]);
+        let mut ends = vec![None; states.len()];
+        for (index, (block, state)) in flow.blocks.iter().zip(states).enumerate() {
+            let Some(mut state) = *state else { continue };
+            for n in block.lines.clone() {
+                let old = state;
+                step(&mut state, function, flow, n);
+                let Some(code) = code(&function.lines[n]) else { continue };
+                let (a, b) = operands(code);
+                let Some(to) = register(a).map(usize::from) else { continue };
+                let is = |at: usize| first || truths.contains(&old[at]);
+                let from = register(b).map(usize::from);
+                let truth = match &*code.name {
+                    "andi" => b == "1" || is(to),
+                    "and" => is(to) || from.is_some_and(is),
+                    "or" | "eor" => is(to) && from.is_some_and(is),
+                    _ => false,
+                };
+                // Not one that is what it was.
+                if truth && state[to] == result(n, to) {
+                    seen.insert(state[to]);
+                }
+            }
+            ends[index] = Some(state);
+        }
+        for (block, state) in flow.blocks.iter().zip(states).skip(1) {
+            let Some(state) = state else { continue };
+            for (register, &value) in state.iter().enumerate().take(32) {
+                let ways = || block.before.iter().filter_map(|&before| ends[before]);
+                if value == met(block.lines.start, register)
+                    && (first || ways().all(|end: State| truths.contains(&end[register])))
+                {
+                    seen.insert(value);
+                }
+            }
+        }
+        if !first && seen == truths {
+            return truths;
+        }
+        (first, truths) = (false, seen);
+    }
+}
+
+/// An instruction that reads the registers where its operands were first.
+fn first(code: &Code, state: &State) -> Option<Code> {
+    let (a, b) = operands(code);
+    let root = |text: &str, least: u8| {
+        let value = state[usize::from(register(text)?)];
+        let home = match value {
+            // r1 is as good as any other.
+            0 => 1,
+            1..256 => return None,
+            value => (value % 64) as u8,
+        };
+        let better = home >= least && home != register(text)? && state[usize::from(home)] == value;
+        better.then(|| format!("r{home}"))
+    };
+    let both = |text: &str| {
+        let low = register(text)?;
+        let home = root(text, 0)?;
+        let number = register(&home)?;
+        let high = state[usize::from(low) + 1] == state[usize::from(number) + 1];
+        (number % 2 == 0 && high).then_some(home)
+    };
+    let make = |a: &str, b: &str| {
+        let operands = if b.is_empty() { a.into() } else { format!("{a}, {b}") };
+        Some(Code { name: code.name.clone(), operands })
+    };
+    match &*code.name {
+        "mov" | "add" | "adc" | "sub" | "sbc" | "and" | "or" | "eor" if a != b => {
+            make(a, &root(b, 0)?)
+        }
+        "movw" => make(a, &both(b)?),
+        "cp" | "cpc" | "mul" => {
+            let (c, d) = (root(a, 0), root(b, 0));
+            if c.is_none() && d.is_none() {
+                return None;
+            }
+            make(c.as_deref().unwrap_or(a), d.as_deref().unwrap_or(b))
+        }
+        "cpi" => make(&root(a, 16)?, b),
+        "tst" => make(&root(a, 0)?, ""),
+        "st" | "std" | "sts" | "out" => make(a, &root(b, 0)?),
+        _ => None,
+    }
+}

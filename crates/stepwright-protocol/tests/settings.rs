@@ -62,8 +62,8 @@ fn settings_may_stand_inside_an_order() {
 /// What `docs/settings.md` says below its table.
 const BELOW: &str = "
 Sets of axes are sums: 1 for X, 2 for Y, 4 for Z. The `can=` words in the answer to `?` say
-whether a board has `safety` and `jerk`: a Nano has neither, an Uno has `safety`, or with the
-program `curves` `jerk`; a Mega and the virtual board have both.
+whether a board has `safety` and `jerk`: an Uno and a Nano have `safety`, or with the program
+`curves`, an Uno's, `jerk`; a Mega and the virtual board have both.
 
 On the serial line `$` lists the settings, `$idle-ms` asks for one, `$idle-ms=60000` sets it, and
 `$reset` brings the defaults back. No setting is changed while a motor moves.

@@ -109,9 +109,7 @@ fn look(board: Board, program: &Program, built: &Built) -> Result<Vec<String>> {
     }
     if board != Board::Mega {
         let everywhere = program.fits(&Build { board: Board::Nano, timer: 1, bench: false });
-        // The Nano's controller is without `safety`.
-        let for_uno = !everywhere || (program.name == CONTROLLER && board == Board::Uno);
-        let flash = if for_uno { ALONE } else { FLASH };
+        let flash = if everywhere { FLASH } else { ALONE };
         let ram = match &*program.name {
             CONTROLLER => CONTROLLER_RAM,
             _ if program.is_controller() => CURVES_RAM,

@@ -28,9 +28,8 @@ pub enum Program {
 }
 
 /// For which boards, which program, the image. A Nano is an Uno whose boot loader leaves less.
-const IMAGES: [(&[Board], Program, &[u8]); 12] = [
-    (&[Board::Uno], Program::Slave, include_bytes!("../../images/uno.bin")),
-    (&[Board::Nano], Program::Slave, include_bytes!("../../images/nano.bin")),
+const IMAGES: [(&[Board], Program, &[u8]); 11] = [
+    (&[Board::Uno, Board::Nano], Program::Slave, include_bytes!("../../images/uno.bin")),
     (&[Board::Mega], Program::Slave, include_bytes!("../../images/mega.bin")),
     (&[Board::Uno], Program::Curves, include_bytes!("../../images/uno-curves.bin")),
     (&[Board::Uno, Board::Nano], Program::Timed, include_bytes!("../../images/uno-timed.bin")),

@@ -261,7 +261,7 @@ fn its_planner_keeps_up() {
         chip.run_for(6_000_000);
         say(&mut chip, "A1 @+1000");
         chip.run_for(6_000_000);
-        say(&mut chip, "Z");
+        say(&mut chip, "A0 Z");
         rest(&mut chip);
         let (statics, stack) = chip.ram();
         assert!(statics + stack + 64 <= 2_048, "{statics} bytes of statics, {stack} of stack");

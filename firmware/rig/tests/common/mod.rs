@@ -68,10 +68,14 @@ pub fn say(chip: &mut Chip, lines: &str) {
     }
 }
 
-/// Lets the travel end, and checks every driver's needs.
+/// Lets the travel of the selected axes end, sees that no other axis moves,
+/// and checks every driver's needs.
 #[track_caller]
 pub fn rest(chip: &mut Chip) {
     assert!(chip.run_to_rest(MINUTE), "it never comes to rest");
+    let made = chip.edges().len();
+    chip.run_for(stepwright_rig::board::HZ / 20);
+    assert_eq!(chip.edges().len(), made, "an axis that is not selected still moves");
     check(chip.edges(), Needs::DEFAULT).unwrap();
 }
 

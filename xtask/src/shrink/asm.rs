@@ -142,6 +142,23 @@ impl Program {
     }
 }
 
+/// A symbol without what differs from build folder to build folder: the hashes of its crates, and
+/// references into it.
+pub fn key(symbol: &str) -> String {
+    let mut key = String::new();
+    let mut rest = symbol;
+    while let Some(first) = rest.chars().next() {
+        let mark = rest.strip_prefix("Cs").or(rest.strip_prefix('B'));
+        let number = mark.and_then(|mark| mark.split_once('_'));
+        rest = match number {
+            Some((digits, behind)) if digits.chars().all(|c| c.is_ascii_alphanumeric()) => behind,
+            _ => &rest[first.len_utf8()..],
+        };
+        key.push(first);
+    }
+    key
+}
+
 /// Whether a person wrote all of a function: it has labels that are none of the compiler's, or
 /// it ends an interrupt.
 fn by_hand(function: &Function) -> bool {
@@ -226,6 +243,15 @@ DATA:
         assert_eq!(f.name, "f");
         let code: Vec<_> = f.code().map(|(at, code)| (at, code.to_string())).collect();
         assert_eq!(code, [(1, "\tldi\tr24, 1".into()), (6, "\trjmp\t.L1".into())]);
+    }
+
+    #[test]
+    fn a_key_is_the_same_in_every_folder() {
+        let here = "_RNvMNtCsaB1_10stepwright5groupNtB4_5Group4haltCs9x_5slave";
+        let there = "_RNvMNtCsaB1cD_10stepwright5groupNtB6z_5Group4haltCs1_5slave";
+        assert_eq!(key(here), key(there));
+        assert_ne!(key(here), key(&here.replace("halt", "stop")));
+        assert_eq!(key("memcpy"), "memcpy");
     }
 
     #[test]

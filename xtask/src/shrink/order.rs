@@ -3,8 +3,8 @@
 //! A short call reaches 4 KB either way, an eighth of the chip, and takes 2 bytes less than a long
 //! one. Which order has the most short
 //! calls is looked for by moving functions at random: a move that is worse is taken at first and
-//! hardly ever at the end. The generator starts with the same seed each time, so that a program
-//! is always the same.
+//! hardly ever at the end. The generator starts with the same seed each time, and the functions
+//! start in the order of their names, so that a program is the same wherever it is built.
 //!
 //! The order is told by the names of the sections, which the linker sorts (`build.rs` of the
 //! firmware).
@@ -12,6 +12,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write;
 
+use super::asm::key;
 use super::branches::words;
 
 /// How far a short call goes.
@@ -57,6 +58,7 @@ pub fn order(text: &str) -> String {
         }
     }
     let mut order: Vec<usize> = (0..last).collect();
+    order.sort_by_cached_key(|&unit| key(&lines[units[unit].line]));
     units.push(Unit::default());
     search(&mut order, last, &units, &mut calls);
     let islands = islands(&mut units, &mut calls, &mut order, last, &lines);
@@ -92,14 +94,14 @@ fn islands(
     let mut labels = Vec::new();
     let mut at = vec![0; units.len()];
     put(order, last, units, &mut at);
-    let mut far: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    let mut far: BTreeMap<(String, &str), Vec<usize>> = BTreeMap::new();
     for (n, call) in calls.iter().enumerate() {
         if !call.must && call.misses(&at) > 0 {
             let label = lines[call.line].split_whitespace().nth(1).unwrap_or("");
-            far.entry(label).or_default().push(n);
+            far.entry((key(label), label)).or_default().push(n);
         }
     }
-    for (label, ways) in far.into_iter().filter(|(_, ways)| ways.len() >= WORTH) {
+    for ((_, label), ways) in far.into_iter().filter(|(_, ways)| ways.len() >= WORTH) {
         labels.push(label.to_string());
         let island = units.len();
         units.push(Unit { bytes: 4, ..Unit::default() });

@@ -16,7 +16,7 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use super::asm::{Code, Line, Program};
+use super::asm::{Code, Line, Program, key};
 use super::branches::words;
 
 /// Longest routine, in instructions.
@@ -49,7 +49,10 @@ pub fn is_busy(name: &str) -> bool {
 pub fn share(program: &mut Program) {
     let mut codes = Codes::default();
     let mut lines: Vec<Vec<Option<u32>>> = Vec::new();
-    for function in program.functions_mut() {
+    // In one order, wherever the program is built.
+    let mut functions: Vec<_> = program.functions_mut().collect();
+    functions.sort_by_cached_key(|function| key(&function.name));
+    for function in &functions {
         let kept = is_busy(&function.name);
         let number = |line: &Line| match line {
             Line::Code(code) if !kept && (fits(code) || leaves(code)) => Some(codes.number(code)),
@@ -81,7 +84,6 @@ pub fn share(program: &mut Program) {
             break;
         }
     }
-    let mut functions: Vec<_> = program.functions_mut().collect();
     for (function, n, length, call) in made {
         let call = Line::Code(codes.all[call as usize].clone());
         functions[function].lines.splice(n..n + length, [call]);

@@ -37,8 +37,9 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     // Where the linker is missing the link fails, and says so.
     if let Some(script) = script() {
-        let path = PathBuf::from(env::var_os("OUT_DIR").unwrap()).join("order.x");
-        fs::write(&path, script).unwrap();
+        let folder = env::var_os("OUT_DIR").expect("cargo names a folder for what is built");
+        let path = PathBuf::from(folder).join("order.x");
+        fs::write(&path, script).expect("the linker's script is written to cargo's folder");
         println!("cargo:rustc-link-arg=-Wl,-T,{}", path.display());
     }
 }

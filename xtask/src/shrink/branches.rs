@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use super::asm::{Code, Function, Line, Program};
 
 /// Words that a branch reaches forward; backward it is one more.
-pub const REACH: i32 = 63;
+const REACH: i32 = 63;
 
 /// Turns the branches of all functions.
 pub fn turn(program: &mut Program) {
@@ -74,7 +74,7 @@ fn turn_first(function: &mut Function, islands: &mut usize, far: bool) -> bool {
 }
 
 /// Where each line is, in words, and each label.
-pub fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
+fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
     let (mut all, mut labels, mut here) = (Vec::new(), HashMap::new(), 0);
     for line in lines {
         all.push(here);

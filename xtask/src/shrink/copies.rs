@@ -30,7 +30,7 @@ pub fn leave_out(program: &mut Program, taken: &Taken) {
 }
 
 /// Goes through a function once. Whether it has changed.
-pub fn pass(function: &mut Function, taken: &Taken) -> bool {
+fn pass(function: &mut Function, taken: &Taken) -> bool {
     let Some(flow) = Flow::of(function, taken) else { return false };
     let Some(states) = meet(function, &flow) else { return unread(function, taken) };
     let truths = truths(function, &flow, &states);
@@ -78,7 +78,7 @@ fn remove(function: &mut Function, gone: &[bool]) -> bool {
 }
 
 /// Takes out what computes what nobody reads.
-pub fn unread(function: &mut Function, taken: &Taken) -> bool {
+fn unread(function: &mut Function, taken: &Taken) -> bool {
     let mut any = false;
     loop {
         let Some(flow) = Flow::of(function, taken) else { return any };

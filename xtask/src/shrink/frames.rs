@@ -33,9 +33,9 @@ use std::fmt::Write;
 use super::asm::{Code, Function, Line, Program};
 use super::routines::is_busy;
 
-/// Functions with less to gain stay as they are, for their cycles; and with less than this those
-/// that are called often.
+/// Bytes that a function must gain. The routines cost cycles, so one with less stays as it is.
 const LEAST: usize = 4;
+/// Bytes that a function must gain if it is called often ([`is_busy`]).
 const BUSY: usize = 12;
 
 /// Functions that stay as they are, by parts of their symbols: what the main loop does at a time,

@@ -164,7 +164,7 @@ pub fn effect(code: &Code, inside: impl Fn(&str) -> bool, taken: &Taken) -> Opti
         "rjmp" | "jmp" if inside(a) => of(Kind::Jump, 0, 0),
         "rjmp" | "jmp" => of(Kind::Leave, KEPT | taken(a), 0),
         // What comes back in these is the function's.
-        "call" | "rcall" => {
+        "call" => {
             let sure = if a.starts_with("__") { 0 } else { LOST };
             Effect { kind: Kind::Call, reads: taken(a), writes: LOST, sure }
         }

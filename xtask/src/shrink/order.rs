@@ -1,10 +1,10 @@
 //! Functions stand near those that call them.
 //!
 //! A short call reaches 4 KB either way, an eighth of the chip, and takes 2 bytes less than a long
-//! one. Which order has the most short
-//! calls is looked for by moving functions at random: a move that is worse is taken at first and
-//! hardly ever at the end. The generator starts with the same seed each time, and the functions
-//! start in the order of their names, so that a program is the same wherever it is built.
+//! one. Which order has the most short calls is looked for by moving functions at random: a move
+//! that is worse is taken at first and hardly ever at the end. The generator starts with the same
+//! seed each time, and the functions start in the order of their names, so that a program is the
+//! same wherever it is built.
 //!
 //! The order is told by the names of the sections, which the linker sorts (`build.rs` of the
 //! firmware).
@@ -60,9 +60,9 @@ pub fn order(text: &str) -> String {
     let mut order: Vec<usize> = (0..last).collect();
     order.sort_by_cached_key(|&unit| key(&lines[units[unit].line]));
     units.push(Unit::default());
-    search(&mut order, last, &units, &mut calls);
+    search(&mut order, last, &units, &calls);
     let islands = islands(&mut units, &mut calls, &mut order, last, &lines);
-    search(&mut order, last, &units, &mut calls);
+    search(&mut order, last, &units, &calls);
 
     let mut more = String::new();
     for (place, &unit) in order.iter().enumerate() {
@@ -165,7 +165,7 @@ fn units(text: &str) -> (Vec<Unit>, HashMap<&str, (usize, i32)>) {
 }
 
 /// Looks for a better order.
-fn search(order: &mut Vec<usize>, last: usize, units: &[Unit], calls: &mut [Call]) {
+fn search(order: &mut Vec<usize>, last: usize, units: &[Unit], calls: &[Call]) {
     let count = order.len();
     if count < 2 {
         return;

@@ -196,7 +196,7 @@ fn fits(name: &str, register: u8, first: bool) -> bool {
         "adiw" | "sbiw" => register >= 24 && register.is_multiple_of(2),
         "movw" => register.is_multiple_of(2),
         "muls" => register >= 16,
-        "mulsu" | "fmul" => (16..24).contains(&register),
+        "mulsu" => (16..24).contains(&register),
         // X changed while it is stored, and the like.
         "ld" | "st" | "lpm" => register < 26,
         _ => true,

@@ -259,4 +259,9 @@ DATA:
         let written = Program::parse(TEXT).to_string();
         assert_eq!(written, TEXT.replace(",unique,3", "").replace(" ; one", ""));
     }
+
+    #[test]
+    fn a_short_call_is_a_call() {
+        assert_eq!(Code::parse("rcall f").to_string(), "\tcall\tf");
+    }
 }

@@ -110,3 +110,58 @@ fn replace(function: &mut Function, found: &[usize]) {
     };
     lines.splice(found[0]..found[0], [set("r30", "lo8"), set("r31", "hi8")]);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests;
+    use super::*;
+
+    fn left(body: &str) -> String {
+        tests::left(body, reach)
+    }
+
+    #[test]
+    fn bytes_near_each_other_are_reached_from_a_pointer() {
+        assert_eq!(
+            left("lds r24, D+240; lds r25, D+241; sts D+247, r24"),
+            "ldi r30, lo8(D+240); ldi r31, hi8(D+240); ldd r24, Z+0; ldd r25, Z+1; std Z+7, r24"
+        );
+        // Others may be between; the lowest is the base.
+        assert_eq!(
+            left("sts D+63, r24; lds r20, E; lds r25, D; cli; sts D+9, r25"),
+            "ldi r30, lo8(D+0); ldi r31, hi8(D+0); std Z+63, r24; lds r20, E; ldd r25, Z+0; cli; \
+             std Z+9, r25"
+        );
+    }
+
+    #[test]
+    fn a_pointer_in_use_is_not_taken() {
+        for stays in [
+            // It is read later, or between.
+            "lds r24, D; lds r25, D+1; lds r20, D+2; ldd r21, Z+0",
+            "lds r24, D; lds r25, D+1; ldd r21, Z+0; lds r20, D+2",
+            "lds r24, D; lds r25, D+1; lds r20, D+2; breq .L7; out 10, r31",
+            // It is what is loaded, or stored.
+            "lds r24, D; lds r25, D+1; lds r30, D+2; out 10, r30",
+            "ldi r30, 1; lds r24, D; lds r25, D+1; sts D+2, r30",
+        ] {
+            assert_eq!(left(stays), stays);
+        }
+    }
+
+    #[test]
+    fn what_is_not_worth_it_stays() {
+        for stays in [
+            "lds r24, D; lds r25, D+1",
+            // Too far, of another symbol, or a port.
+            "lds r24, D; lds r25, D+1; lds r20, D+64",
+            "lds r24, D; lds r25, D+1; lds r20, E+2",
+            "lds r24, 128; sts 128, r25; lds r20, 128",
+            // A call loses the pointer, and so does another way that leads here.
+            "lds r24, D; lds r25, D+1; call g; lds r20, D+2",
+            "lds r24, D; lds r25, D+1\n.L1:; lds r20, D+2; brne .L1",
+        ] {
+            assert_eq!(left(stays), stays.replace("\n.L1:", ""));
+        }
+    }
+}

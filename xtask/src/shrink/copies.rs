@@ -363,3 +363,68 @@ fn first(code: &Code, state: &State) -> Option<Code> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests;
+    use super::*;
+
+    fn left(body: &str) -> String {
+        tests::left(body, leave_out)
+    }
+
+    #[test]
+    fn what_is_there_is_not_put_there_again() {
+        assert_eq!(left("ldi r24, 7; out 10, r24; ldi r24, 7"), "ldi r24, 7; out 10, r24");
+        assert_eq!(left("movw r26, r6; out 10, r26; movw r26, r6"), "out 10, r6");
+        let twice = "cpi r24, 3; breq .L7; cpi r24, 3; brlo .L7";
+        assert_eq!(left(twice), "cpi r24, 3; breq .L7; brlo .L7");
+    }
+
+    #[test]
+    fn what_nobody_reads_is_not_computed() {
+        assert_eq!(left("ldi r26, 7; add r26, r20; in r27, 10"), "in r27, 10");
+        let read = "ldi r26, 7; add r26, r20; out 10, r26";
+        assert_eq!(left(read), read);
+    }
+
+    #[test]
+    fn no_bit_is_masked_twice() {
+        assert_eq!(left("in r24, 10; andi r24, 1; andi r24, 1"), "in r24, 10; andi r24, 1");
+        // Both ways it is 0 or 1.
+        let either = "ldi r24, 1; breq .L1; in r24, 10; andi r24, 1\n.L1:; andi r24, 3";
+        assert_eq!(left(either), either.replace("\n.L1:; andi r24, 3", ""));
+        for stays in ["in r24, 10; andi r24, 3; andi r24, 1", "in r24, 10; andi r24, 1; ori r24, 2"]
+        {
+            assert_eq!(left(stays), stays);
+        }
+    }
+
+    #[test]
+    fn a_value_is_no_proof_of_itself() {
+        // With a 0 it is what it was, and that may be anything.
+        let or = "in r24, 10; ldi r26, 0; or r24, r26; andi r24, 1";
+        assert_eq!(left(or), "in r24, 10; andi r24, 1");
+        // The flags of `or` are read, so it stays.
+        let flags = "in r24, 10; ldi r26, 0; or r24, r26; breq .L7; andi r24, 1";
+        assert_eq!(left(flags), "in r24, 10; or r24, r1; breq .L7; andi r24, 1");
+        let low = "in r5, 10; ldi r26, 0; or r5, r26; mov r24, r5; andi r24, 1";
+        assert_eq!(left(low), "in r5, 10; mov r24, r5; andi r24, 1");
+    }
+
+    #[test]
+    fn a_copy_is_compared_with_0_where_it_came_from() {
+        assert_eq!(left("mov r26, r5; cpi r26, 0; breq .L7"), "tst r5; breq .L7");
+        // A `tst` leaves the carry as it was: here it is read.
+        for stays in [
+            "mov r26, r5; cpi r26, 0; breq .L7; adc r20, r21",
+            "mov r26, r5; cpi r26, 0; brlo .L7",
+            "mov r26, r5; cpi r26, 0; cpc r21, r1; brne .L7",
+        ] {
+            assert_eq!(left(stays), stays);
+        }
+        // The second goes, and then the carry of the first is read.
+        let twice = "mov r26, r5; cpi r26, 0; breq .L7; cpi r26, 0; brlo .L7";
+        assert_eq!(left(twice), "mov r26, r5; cpi r26, 0; breq .L7; brlo .L7");
+    }
+}

@@ -157,3 +157,75 @@ pub fn code(line: &Line) -> Option<&Code> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The function of these lines.
+    fn function(body: &str) -> Function {
+        let text = format!("\t.type\tf,@function\nf:\n{body}\n.Lfunc_end0:\n");
+        Program::parse(&text).functions_mut().next().expect("a function").clone()
+    }
+
+    fn reads(set: Set, register: u8) -> bool {
+        set >> register & 1 != 0
+    }
+
+    #[test]
+    fn blocks_follow_each_other_as_the_branches_say() {
+        let body = "ldi r18, 9\n.L1:\ndec r18\nbrne .L1\nrjmp .L3\n.L2:\nnop\n.L3:\nret";
+        let flow = Flow::of(&function(body), &Taken::default()).unwrap();
+        let next: Vec<_> = flow.blocks.iter().map(|block| block.next.clone()).collect();
+        // f, the loop, its end, what nobody comes to, and the return.
+        assert_eq!(next, [vec![1], vec![1, 2], vec![4], vec![4], vec![]]);
+        assert_eq!(flow.blocks[1].before, [0, 1]);
+        assert_eq!(flow.blocks[4].before, [2, 3]);
+    }
+
+    #[test]
+    fn what_a_loop_reads_is_read_later() {
+        let body = "ldi r26, 9\nldi r27, 9\n.L1:\nout 10, r26\nldi r27, 1\nbrne .L1\nret";
+        let live = Flow::of(&function(body), &Taken::default()).unwrap().live();
+        // Behind the second line: r26 by the loop, r27 is overwritten there.
+        assert!(reads(live[2], 26) && !reads(live[2], 27));
+        // Behind the branch's line the loop may begin again.
+        assert!(reads(live[6], 26) && !reads(live[6], 27));
+    }
+
+    #[test]
+    fn what_may_be_skipped_is_pinned_and_overwrites_nothing_for_sure() {
+        let body = "ldi r26, 1\nsbrc r20, 0\nldi r26, 2\nout 10, r26\nret";
+        let flow = Flow::of(&function(body), &Taken::default()).unwrap();
+        assert_eq!(flow.pinned, [false, false, false, true, false, false]);
+        assert!(reads(flow.live()[1], 26));
+    }
+
+    #[test]
+    fn what_is_not_understood_has_no_flow() {
+        for body in ["des 3\nret", "sbrc r20, 0\n.L1:\nret", "brne .L9\nret"] {
+            assert!(Flow::of(&function(body), &Taken::default()).is_none(), "{body}");
+        }
+    }
+
+    #[test]
+    fn what_is_saved_at_the_beginning_is_not_read() {
+        let body = "push r16\nldi r16, 1\npush r16\npop r16\npop r16\nret";
+        let flow = Flow::of(&function(body), &Taken::default()).unwrap();
+        let pushed = [1, 3].map(|n| reads(flow.effects[n].unwrap().reads, 16));
+        assert_eq!(pushed, [false, true]);
+    }
+
+    #[test]
+    fn a_call_reads_what_its_function_does() {
+        let g = "\t.type\tg,@function\ng:\nmov r24, r22\nldi r20, 1\nret\n.Lfunc_end0:\n";
+        let taken = taken(&mut Program::parse(g));
+        let reads = |name: &str, register| {
+            let flow = Flow::of(&function(&format!("call {name}\nret")), &taken).unwrap();
+            reads(flow.effects[1].unwrap().reads, register)
+        };
+        assert!(reads("g", 22) && !reads("g", 24) && !reads("g", 20));
+        // Of another file's nothing is known.
+        assert!(reads("h", 22) && reads("h", 24) && reads("h", 20));
+    }
+}

@@ -202,3 +202,60 @@ fn fits(name: &str, register: u8, first: bool) -> bool {
         _ => true,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests;
+    use super::*;
+
+    fn left(body: &str) -> String {
+        tests::left(body, leave_out)
+    }
+
+    #[test]
+    fn a_number_is_computed_where_it_is_wanted() {
+        let copied = "ldd r26, Y+1; ldd r27, Y+2; movw r12, r26";
+        assert_eq!(left(copied), "ldd r12, Y+1; ldd r13, Y+2");
+        assert_eq!(left("ldi r26, 1; add r26, r20; mov r24, r26"), "ldi r24, 1; add r24, r20");
+    }
+
+    #[test]
+    fn what_works_on_a_copy_works_on_the_original() {
+        // It was computed elsewhere, before the label.
+        let copied = "in r26, 10\n.L1:; mov r20, r26; inc r20; out 11, r20; ldi r20, 0";
+        assert_eq!(left(copied), "in r26, 10; inc r26; out 11, r26; ldi r20, 0");
+    }
+
+    #[test]
+    fn a_pointer_that_is_overwritten_by_what_it_reads_keeps_its_name() {
+        for stays in [
+            "mov r30, r1; ldd r30, Z+2; mov r24, r30",
+            "mov r26, r1; ld r26, X; mov r24, r26",
+            "mov r31, r1; ldd r31, Z+2; mov r24, r31",
+        ] {
+            assert_eq!(left(stays), stays);
+        }
+    }
+
+    #[test]
+    fn what_is_needed_stays() {
+        for stays in [
+            // The original is read later.
+            "ldd r26, Y+1; mov r24, r26; out 10, r26",
+            // The target is read or written between.
+            "ldd r26, Y+1; out 10, r24; mov r24, r26",
+            "ldd r26, Y+1; ldd r24, Y+2; mov r24, r26",
+            // No constant, and no sum of a word, is made in a low register.
+            "ldi r26, 1; mov r12, r26",
+            "ldd r26, Y+1; ldd r27, Y+2; adiw r26, 1; movw r12, r26",
+            // r27 is another number before it is loaded.
+            "mov r26, r27; ldd r27, Y+1; movw r12, r26",
+            // The product is in r0, whatever it was copied to.
+            "mul r20, r21; mov r24, r0; clr r1",
+            // It may be skipped.
+            "sbrc r20, 0; ldi r26, 1; mov r24, r26",
+        ] {
+            assert_eq!(left(stays), stays);
+        }
+    }
+}

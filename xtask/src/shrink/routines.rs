@@ -217,3 +217,103 @@ fn places(lines: &[Vec<Option<u32>>], text: &[u32]) -> Vec<(usize, usize)> {
     }
     places
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::asm::Part;
+    use super::*;
+
+    /// What becomes of functions of these names that all have the same lines, and the routines
+    /// that they share. The name of each routine is `routine`.
+    fn shared(names: &[&str], body: &str) -> (Vec<String>, String) {
+        let lines = body.replace("; ", "\n");
+        let function = |name| format!("\t.type\t{name},@function\n{name}:\n{lines}\n.Lfunc_end:\n");
+        let mut program = Program::parse(&names.iter().map(function).collect::<String>());
+        share(&mut program);
+        let plain = |line: &str| {
+            let line = line.trim().replace('\t', " ");
+            match line.split_once("stepwright_shared_") {
+                Some((before, name)) if name.ends_with(':') => format!("{before}routine:"),
+                Some((before, _)) => format!("{before}routine"),
+                None => line,
+            }
+        };
+        let join = |lines: &[String]| {
+            let lines = lines.iter().flat_map(|lines| lines.lines());
+            let code = lines.filter(|line| !line.is_empty() && !line.contains(".section"));
+            code.map(plain).collect::<Vec<_>>().join("; ")
+        };
+        let left = program.functions_mut().map(|function| {
+            join(&function.lines.iter().skip(1).map(Line::to_string).collect::<Vec<_>>())
+        });
+        let left = left.collect();
+        let Some(Part::Text(made)) = program.parts.last() else { panic!("{program:?}") };
+        (left, join(made))
+    }
+
+    const RUN: &str = "lds r24, M; lds r25, M+1; mov r20, r24; add r20, r25";
+
+    #[test]
+    fn two_functions_with_the_same_run_get_one_routine() {
+        let (left, routine) = shared(&["f", "g"], &format!("cli; {RUN}; sei; ret"));
+        assert_eq!(left, ["cli; call routine; sei; ret"; 2]);
+        assert_eq!(routine, format!("routine:; {RUN}; ret"));
+        // One alone has nothing to share.
+        let body = format!("cli; {RUN}; sei; ret");
+        assert_eq!(shared(&["f"], &body), (vec![body], String::new()));
+    }
+
+    #[test]
+    fn what_leaves_is_jumped_to() {
+        for end in ["ret", "jmp stepwright_restore_8"] {
+            let (left, routine) = shared(&["f", "g"], &format!("cli; {RUN}; {end}"));
+            assert_eq!(left, ["cli; jmp routine"; 2]);
+            assert_eq!(routine, format!("routine:; {RUN}; {end}"));
+        }
+        // To a label of its own only the function itself can jump.
+        let (left, routine) = shared(&["f", "g"], &format!("cli; {RUN}; jmp .L1"));
+        assert_eq!(left, ["cli; call routine; jmp .L1"; 2]);
+        assert_eq!(routine, format!("routine:; {RUN}; ret"));
+    }
+
+    #[test]
+    fn a_routine_jumps_to_what_it_would_call_last() {
+        let body = format!("cli; {RUN}; call __mulsi3; sei; ret");
+        let (left, routine) = shared(&["f", "g"], &body);
+        assert_eq!(left, ["cli; call routine; sei; ret"; 2]);
+        assert_eq!(routine, format!("routine:; {RUN}; jmp __mulsi3"));
+    }
+
+    #[test]
+    fn a_busy_function_has_none() {
+        for part in BUSY {
+            let busy = format!("_ZN{part}4work");
+            let body = format!("cli; {RUN}; sei; ret");
+            let (left, _) = shared(&[&busy, "f", "g"], &body);
+            let call = "cli; call routine; sei; ret";
+            assert_eq!(left, [&body, call, call], "{part}");
+            assert_eq!(shared(&[&busy, "f"], &body), (vec![body.clone(); 2], String::new()));
+        }
+    }
+
+    #[test]
+    fn what_has_a_part_in_the_stack_or_the_way_stays() {
+        for stays in [
+            "push r5",
+            "pop r5",
+            "in r24, 61",
+            "out 61, r28",
+            "sbi 5, 1",
+            "cli",
+            "rjmp .L1",
+            "breq .L1",
+            "sbrc r24, 1",
+            // It may look for arguments on the stack, or save on it.
+            "call elsewhere",
+            "call stepwright_save_8",
+        ] {
+            let body = format!("{}ret", format!("{stays}; ").repeat(9));
+            assert_eq!(shared(&["f", "g"], &body), (vec![body; 2], String::new()));
+        }
+    }
+}

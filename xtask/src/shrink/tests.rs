@@ -2,11 +2,14 @@
 //!
 //! The instructions are carried out by an interpreter of its own, by the chip's instruction set
 //! manual; it knows nothing of what the passes think of an instruction.
+//!
+//! What a pass does with some lines is tested beside the pass, by `left`.
 
 use std::collections::HashMap;
 
 use super::asm::{Code, Line, Program};
-use super::{bases, branches, copies, flow, renames, routines, selects, truths};
+use super::machine::Taken;
+use super::{bases, branches, copies, flow, renames, routines, selects, shrink, truths};
 
 /// A chip: registers, flags, and 256 bytes of memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -441,4 +444,48 @@ fn random_functions_do_the_same_before_and_after() {
         let text = random.function();
         same(&text, &mut random);
     }
+}
+
+/// What a pass leaves of these instructions, without labels; `.L7` is a return behind them.
+pub(super) fn left(body: &str, pass: impl Fn(&mut Program, &Taken)) -> String {
+    let body = body.replace("; ", "\n\t");
+    let text = format!("\t.type\tf,@function\nf:\n\t{body}\n.L7:\n\tret\n.Lfunc_end0:\n");
+    let mut program = Program::parse(&text);
+    let taken = flow::taken(&mut program);
+    pass(&mut program, &taken);
+    let function = program.functions_mut().next().expect("a function");
+    let code: Vec<String> = function
+        .code()
+        .map(|(_, code)| format!("{} {}", code.name, code.operands).trim().into())
+        .collect();
+    let code = code.join("; ");
+    code.strip_suffix("; ret").unwrap_or(&code).into()
+}
+
+#[test]
+fn what_a_person_wrote_goes_through_all_passes_as_it_is() {
+    const REPEATED: &str = "\tldi\tr16, 1\n\tldi\tr16, 1\n";
+    // The compiler's own lines here all become less.
+    let with = |mark: &str| {
+        let twice = format!("\tpush\tr16\n{REPEATED}");
+        let branch = "\tbreq\t.L1\n\trjmp\t.L2\n.L1:\n";
+        let bytes = "\tlds\tr24, M\n\tlds\tr25, M+1\n\tsts\tM+2, r24\n";
+        format!("{twice}{branch}{mark}{bytes}.L2:\n\tpop\tr16\n\tret\t\n")
+    };
+    let made_smaller = |body: &str| {
+        let section = "\t.section\t.text.f,\"ax\",@progbits";
+        shrink(&format!("{section}\n\t.type\tf,@function\nf:\n{body}.Lfunc_end0:\n"))
+    };
+    for mark in ["\treti\t\n", ".Ltmp3:\n", ".Lsw_go:\n", "again:\n"] {
+        let small = made_smaller(&with(mark));
+        assert!(small.contains(&with(mark)), "{small}");
+    }
+    // In a function of the compiler's only what stands between these is a person's.
+    let mark = format!("\t;APP\n{REPEATED}\t;NO_APP\n");
+    let small = made_smaller(&with(&mark));
+    assert!(small.contains(&mark), "{small}");
+    for gone in ["rjmp", "lds"] {
+        assert!(!small.contains(gone), "{gone} in {small}");
+    }
+    assert_eq!(small.matches(REPEATED).count(), 1, "{small}");
 }

@@ -199,20 +199,11 @@ fn lost(function: &Function, n: usize) -> Set {
 
 #[cfg(test)]
 mod tests {
-    use super::super::flow;
+    use super::super::tests;
     use super::*;
 
-    /// What becomes of these instructions, with a return at `.L7`.
     fn left(body: &str) -> String {
-        let body = body.replace("; ", "\n\t");
-        let text = format!("\t.type\tf,@function\nf:\n\t{body}\n.L7:\n\tret\n.Lfunc_end0:\n");
-        let mut program = Program::parse(&text);
-        let taken = flow::taken(&mut program);
-        branch(&mut program, &taken);
-        let function = program.functions_mut().next().expect("a function");
-        let code: Vec<String> =
-            function.code().map(|(_, code)| format!("{} {}", code.name, code.operands)).collect();
-        code.join("; ").replace("; ret ", "")
+        tests::left(body, branch)
     }
 
     #[test]

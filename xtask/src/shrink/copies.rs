@@ -99,7 +99,7 @@ fn unread(function: &mut Function, taken: &Taken) -> bool {
 }
 
 /// The value of a register: below 256 it is a constant.
-type Value = u32;
+type Value = u64;
 /// The values of all registers, and that of the flags.
 type State = [Value; 33];
 
@@ -220,7 +220,7 @@ const SIGN_ALONE: Value = 257;
 
 /// The value of the flags behind a comparison.
 fn compared(value: Value, number: Value) -> Value {
-    1 << 31 | (value & 0x3F_FFFF) << 9 | number
+    1 << 63 | value << 9 | number
 }
 
 /// A number of 8 bits.
@@ -426,5 +426,14 @@ mod tests {
         // The second goes, and then the carry of the first is read.
         let twice = "mov r26, r5; cpi r26, 0; breq .L7; cpi r26, 0; brlo .L7";
         assert_eq!(left(twice), "mov r26, r5; cpi r26, 0; breq .L7; brlo .L7");
+    }
+
+    #[test]
+    fn values_of_lines_far_apart_are_others() {
+        let flags = |n| compared(result(n, 5), 0);
+        for n in [1 << 15, 1 << 20] {
+            assert_ne!(flags(0), flags(n), "{n}");
+        }
+        assert_ne!(flags(0), compared(result(0, 5), SIGN_ALONE));
     }
 }

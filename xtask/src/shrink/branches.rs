@@ -15,6 +15,8 @@
 use std::collections::HashMap;
 
 use super::asm::{Code, Function, Line, Program};
+use super::flow::code;
+use super::machine::skips;
 
 /// Words that a branch reaches forward; backward it is one more.
 const REACH: i32 = 63;
@@ -38,7 +40,8 @@ fn turn_first(function: &mut Function, islands: &mut usize, far: bool) -> bool {
             continue;
         };
         let Some(other) = opposite(&branch.name) else { continue };
-        if jump.name != "rjmp" || branch.operands != *next {
+        let skipped = n.checked_sub(1).and_then(|n| code(&lines[n])).is_some_and(skips);
+        if jump.name != "rjmp" || branch.operands != *next || skipped {
             continue;
         }
         let reaches = |to: i32| (-REACH - 1..=REACH).contains(&(to - at[n] - 1));
@@ -185,6 +188,12 @@ mod tests {
         let two = "\tbreq\t.L1\n\trjmp\t.L9\n.L1:\n\tbreq\t.L2\n\trjmp\t.L9\n.L2:\n";
         let lines = turned(&format!("{two}{}.L9:\n\tret", nops(200)));
         assert_eq!(lines.iter().filter(|line| *line == "rjmp .L9").count(), 1);
+    }
+
+    #[test]
+    fn a_branch_that_may_be_skipped_stays() {
+        let lines = turned("\tsbrc\tr24, 0\n\tbreq\t.L7\n\trjmp\t.L9\n.L7:\n.L9:\n\tret");
+        assert_eq!(lines, ["sbrc r24, 0", "breq .L7", "rjmp .L9", ".L7:", ".L9:", "ret"]);
     }
 
     #[test]

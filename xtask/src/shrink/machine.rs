@@ -105,6 +105,11 @@ pub fn pointed(code: &Code) -> Set {
     [a, b].iter().filter_map(|text| pointer(text)).fold(0, |all, (low, _)| all | pair(low))
 }
 
+/// Whether an instruction may skip the next one.
+pub fn skips(code: &Code) -> bool {
+    ["sbrs", "sbrc", "sbis", "sbic", "cpse"].contains(&&*code.name)
+}
+
 /// What an instruction does; none for those that are not known.
 pub fn effect(code: &Code, inside: impl Fn(&str) -> bool, taken: &Taken) -> Option<Effect> {
     let taken = |name: &str| taken.by(name);

@@ -18,6 +18,7 @@ use std::fmt::Write;
 
 use super::asm::{Code, Line, Program, key};
 use super::branches::words;
+use super::machine::skips;
 
 /// Longest routine, in instructions.
 const LONGEST: usize = 16;
@@ -58,7 +59,14 @@ pub fn share(program: &mut Program) {
             Line::Code(code) if !kept && (fits(code) || leaves(code)) => Some(codes.number(code)),
             _ => None,
         };
-        lines.push(function.lines.iter().map(number).collect());
+        let mut numbers: Vec<_> = function.lines.iter().map(number).collect();
+        // What may be skipped is one instruction: no routine begins there.
+        for (n, _) in function.code().filter(|(_, code)| skips(code)) {
+            if let Some(next) = numbers.get_mut(n + 1) {
+                *next = None;
+            }
+        }
+        lines.push(numbers);
     }
     let mut routines = String::new();
     let mut made: Vec<(usize, usize, usize, u32)> = Vec::new();
@@ -282,6 +290,15 @@ mod tests {
         let (left, routine) = shared(&["f", "g"], &body);
         assert_eq!(left, ["cli; call routine; sei; ret"; 2]);
         assert_eq!(routine, format!("routine:; {RUN}; jmp __mulsi3"));
+    }
+
+    #[test]
+    fn what_may_be_skipped_is_no_call() {
+        for skip in ["sbrc r21, 0", "sbis 5, 1", "cpse r20, r21"] {
+            let (left, routine) = shared(&["f", "g"], &format!("{skip}; inc r5; {RUN}; sei; ret"));
+            assert_eq!(left, vec![format!("{skip}; inc r5; call routine; sei; ret"); 2]);
+            assert_eq!(routine, format!("routine:; {RUN}; ret"));
+        }
     }
 
     #[test]

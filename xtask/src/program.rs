@@ -227,8 +227,8 @@ mod tests {
 
     #[test]
     fn features_are_for_all_boards_or_for_each_its_own() {
-        let all = program("a", serde_json::json!({ "features": ["s-curve"] }));
-        assert_eq!(all.features(Board::Nano).collect::<Vec<_>>(), ["s-curve"]);
+        let all = program("a", serde_json::json!({ "features": ["constant"] }));
+        assert_eq!(all.features(Board::Nano).collect::<Vec<_>>(), ["constant"]);
         let each = program("b", serde_json::json!({ "features": { "uno": ["safety"] } }));
         assert_eq!(each.features(Board::Uno).collect::<Vec<_>>(), ["safety"]);
         assert_eq!(each.features(Board::Mega).count(), 0);

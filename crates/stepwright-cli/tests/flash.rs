@@ -31,7 +31,7 @@ fn every_program_is_carried_for_the_boards_that_it_fits() {
         let words = ["flash", board, "--program", program, "--own", "--dry-run", "--port", "x"];
         stepwright(&words)
     };
-    let uno = ["slave", "curves", "timed", "cycles", "laws", "transitions", "power-term"];
+    let uno = ["slave", "timed", "cycles", "laws", "transitions", "power-term"];
     let nano = ["slave", "timed", "laws", "transitions", "power-term"];
     for (board, programs) in [("uno", &uno[..]), ("nano", &nano)] {
         for program in programs {
@@ -43,7 +43,7 @@ fn every_program_is_carried_for_the_boards_that_it_fits() {
     let ended = dry("nano", "cycles");
     ended.assert_error("there is no program cycles for a nano");
     assert!(ended.stderr.contains("one of slave, timed, laws, transitions, power-term"));
-    dry("mega", "curves").assert_error("there is no program curves for a mega");
+    dry("mega", "power-term").assert_error("there is no program power-term for a mega");
 }
 
 #[test]

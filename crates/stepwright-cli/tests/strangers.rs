@@ -203,7 +203,7 @@ fn a_jerk_is_asked_only_of_a_board_that_bends_by_it() {
     let orders: [&[&str]; 3] = [&["move", "400"], &["run", "300"], &["line", "400", "-50"]];
     for words in orders {
         for (can, law, error, hint) in [
-            (" can=none", "E", "has no S-curves, which --jerk asks for", "--program curves"),
+            (" can=none", "E", "has no S-curves, which --jerk asks for", "leave --jerk out"),
             (" can=safety", "law=0", "has no S-curves, which --jerk asks for", "leave --jerk out"),
             (" can=jerk", "law=0", "is 0: it would ignore --jerk", "settings set law=1 --port"),
         ] {

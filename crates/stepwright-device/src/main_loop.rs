@@ -59,9 +59,8 @@ pub trait Foreground {
     }
 }
 
-/// Pieces that a run is planned in; a byte of the line may wait for that long. Where every ramp
-/// is a curve (an Uno's program `curves`) a run takes some more, and inputs wait 2 ms at worst.
-const PIECES: u8 = if cfg!(all(feature = "s-curve", not(feature = "safety"))) { 8 } else { 4 };
+/// Pieces that a straight ramp's run is planned in; a byte of the line may wait for that long.
+const PIECES: u8 = 4;
 
 /// The main loop.
 pub fn run(board: &mut impl Foreground, line: &mut impl SerialPort) -> ! {

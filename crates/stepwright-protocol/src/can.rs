@@ -2,7 +2,7 @@
 
 /// Makes [`Ability`] of the table.
 macro_rules! abilities {
-    ($($ability:ident, $feature:literal, $word:literal, $doc:literal;)*) => {
+    ($($ability:ident, $here:expr, $word:literal, $doc:literal;)*) => {
         /// Something that some boards can do and others have no room for.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u8)]
@@ -23,17 +23,17 @@ macro_rules! abilities {
         impl Abilities {
             /// Those of this build.
             pub const OWN: Abilities =
-                Abilities(0 $(| (cfg!(feature = $feature) as u8) << Ability::$ability as u8)*);
+                Abilities(0 $(| ($here as u8) << Ability::$ability as u8)*);
         }
     };
 }
 
 abilities! {
-    Jerk, "s-curve", "jerk",
+    Jerk, true, "jerk",
         "`j` limits the jerk of an order (S-curves)";
-    Safety, "safety", "safety",
+    Safety, cfg!(feature = "safety"), "safety",
         "the settings and answers that guard a machine";
-    Sum, "safety", "sum",
+    Sum, cfg!(feature = "safety"), "sum",
         "a line with a checksum is checked, and answered with one";
 }
 

@@ -3,9 +3,7 @@
 use stepwright::{Accel, Change, Jerk, OutOfRange, Speed};
 
 use crate::grammar::MILLI;
-#[cfg(feature = "s-curve")]
-use crate::number::WholeJerk;
-use crate::number::{Whole, WholeAccel};
+use crate::number::{Whole, WholeAccel, WholeJerk};
 use crate::order::{Order, Ramp, Travel};
 use crate::raw_line::RawLine;
 use crate::{Refusal, Setting, Settings};
@@ -23,7 +21,6 @@ pub(crate) struct MotionParams {
     /// The ramp down, likewise.
     pub(crate) decel: u32,
     /// How fast the acceleration changes, in steps/s³; 0: at once.
-    #[cfg(feature = "s-curve")]
     pub(crate) jerk: u32,
     /// Both ramps in steps, except where an acceleration stands in their place.
     pub(crate) ramp: u16,
@@ -42,15 +39,8 @@ impl MotionParams {
     }
 
     /// All 0, which is no motion.
-    pub(crate) const BLANK: MotionParams = MotionParams {
-        start: 0,
-        top: 0,
-        accel: 0,
-        decel: 0,
-        #[cfg(feature = "s-curve")]
-        jerk: 0,
-        ramp: 0,
-    };
+    pub(crate) const BLANK: MotionParams =
+        MotionParams { start: 0, top: 0, accel: 0, decel: 0, jerk: 0, ramp: 0 };
 
     /// Does what a line of this letter says, [unified](Said::unify).
     pub(crate) fn set(&mut self, letter: u8, number: u32) {
@@ -59,7 +49,6 @@ impl MotionParams {
             MILLI => &mut self.top,
             b'a' => &mut self.accel,
             b'd' => &mut self.decel,
-            #[cfg(feature = "s-curve")]
             b'j' => &mut self.jerk,
             _ => {
                 // R takes both ramps back from a and d.
@@ -73,10 +62,7 @@ impl MotionParams {
 
     /// Its limit of jerk, if it has one.
     pub(crate) fn jerk(&self) -> Option<Jerk> {
-        #[cfg(feature = "s-curve")]
-        return Jerk::from_steps(self.jerk.into()).ok();
-        #[cfg(not(feature = "s-curve"))]
-        None
+        (self.jerk != 0).then(|| Jerk::clamped(self.jerk))
     }
 
     /// What a line changes of a travel in progress: @, t, a or d.
@@ -143,7 +129,6 @@ impl MotionParams {
         if top > settings.get(Setting::MaxSpeed) {
             return Err(Refusal::TooFast);
         }
-        #[cfg(feature = "s-curve")]
         if self.jerk != 0 && settings.byte(Setting::Law) == 0 {
             return Err(Refusal::NoJerk);
         }
@@ -195,7 +180,6 @@ impl MotionParams {
             ramp: steps.map_or(MotionParams::INITIAL.ramp, |steps| steps.get() as u16),
             accel,
             decel,
-            #[cfg(feature = "s-curve")]
             jerk: match order.jerk {
                 Some(jerk) => {
                     let largest = WholeJerk::LARGEST.get();

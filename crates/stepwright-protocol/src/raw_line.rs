@@ -39,10 +39,6 @@ impl RawLine {
         if letter == b'$' {
             return self.read_setting(rest);
         }
-        #[cfg(not(feature = "s-curve"))]
-        if letter == b'j' {
-            return Err(Refusal::NoJerk);
-        }
         #[cfg(not(feature = "safety"))]
         if letter == b'L' {
             return Err(Refusal::Line);

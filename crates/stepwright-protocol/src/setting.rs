@@ -137,7 +137,7 @@ settings! {
         "axes whose closed switch reads high; of the others, low";
     ["safety"] Debounce, "debounce-ms", "ms", 0..=250, 25,
         "a switch that was closed counts as open once it has been open for this time; 0: at once";
-    ["s-curve"] Law, "law", "", 0..=1, 1,
+    Law, "law", "", 0..=1, 1,
         "1: a jerk that an order names bends its ramps (S-curve); 0: such an order is refused";
     ["safety"] SafeStart, "safe-start", "", 0..=1, 0,
         "1: after a stop that no order asked for, or K, orders are refused until `!`";

@@ -377,7 +377,6 @@ impl<const AXES: usize> Slave<AXES> {
             b'P' => {
                 self.forget_travels();
                 // The Nano slave's masters know no jerk.
-                #[cfg(feature = "s-curve")]
                 for axis in &mut self.axes {
                     axis.params.jerk = 0;
                 }

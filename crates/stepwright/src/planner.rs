@@ -6,24 +6,18 @@
 //! ```text
 //!   w = v²            rise     corner     level     corner     fall
 //!   w_top                ┌──────────────────────────────┐
-//!                       ╱ part of a step     part of a step ╲      w = w_from + a2·n
-//!   w_from, w_end      ╱                                     ╲     w = w_end + d2·(left)
+//!                       ╱ part of a step     part of a step ╲      w = w_end + d2·(left)
+//!   w_from             ╱                                     ╲     w = w_from + a2·n
 //! ```
 //!
 //! It can be set up again from any pulse, at the speed v there, with L steps to
-//! go and other limits. Above the new top speed the rise is an *ease*: a fall to
-//! it in whole steps, at d or a little less. (Its length has 32 bits; were it not
-//! whole, what they leave out would be gone at the low speed, and take long: a
-//! 2³¹st of 1000 steps is 3 ticks at 20 steps/s and 134 MHz.) Where it has no room,
-//! one fall leads to rest. Where the top speed is out of reach, the rise meets the
-//! fall at
+//! go and other limits (`change.rs`). Above the new top speed the rise is an *ease*: a fall to
+//! it. Where it has no room, one fall leads to rest. Where the top speed is out of reach, the
+//! highest that rise and fall leave room for is sought, by Newton's method (`divide.rs`). A target
+//! nearer than the way to rest can't be reached: then it brakes to rest.
 //!
-//! ```text
-//!   x = d2·(L − s) / (a2 + d2)           s = (v² − w_end) / d2, the way to rest
-//! ```
-//!
-//! (Austin, Eq 19, where v is the start speed and s is 0.) A target
-//! nearer than s can't be reached: then it brakes to rest.
+//! With a limit of jerk the ramps are bent ([`Curve`]), without one straight; where a run of
+//! either ends, `ramp.rs` says.
 //!
 //! Constant acceleration makes the time between two pulses a matter of their
 //! mean speed alone, with no difference of large numbers in it:
@@ -38,42 +32,36 @@
 //! most, and t‴ = 3·Δt·δ²/N³. While δ ≤ ¼ the next term adds less than a
 //! tenth, which 42 → 32 covers.) Lengths are powers of two, but for the last two of a ramp.
 //!
-//! **Error.** Each Δt is good to 2⁻²⁹ of itself, so the pulse at the end of
+//! **Error.** Of straight ramps each Δt is good to 2⁻²⁹ of itself, so the pulse at the end of
 //! each run comes within 2⁻²⁹ of the travel's time of where it belongs, 2 ns
-//! in a second; those between within the [`Fit`] as well. What rounding to
-//! 2⁻¹⁶ ticks leaves over goes to the next run. A corner that differs from a level step by
-//! less than 1/128 of the Fit's error is played as one, which moves what comes after it by
-//! as much: 1/16 tick at 16 MHz, above 17,000 steps/s with 40,000 steps/s².
-//! A fall that a stop begins leaves out a part in 2²⁸ of v²: it comes earlier by 2⁻²⁹ of the time
-//! that it takes.
+//! in a second; those between within the [`Fit`](crate::profile::Fit) as well. What rounding to
+//! 2⁻¹⁶ ticks leaves over goes to the next run.
+//! A fall that a stop begins leaves out a part in 2²⁸ of its steps: it comes earlier by 2⁻²⁹ of the
+//! time that it takes.
 //! [`Path`](crate::profile::Path) says the same to 2⁻⁴⁰, at ten times the
 //! cost and size: it is for hosts.
 //!
-//! **Cost** on an ATmega328P, measured in simavr: a run takes a root, a division
-//! and six products, some 6,700 cycles in four calls, the last of which queues it.
-//! The longest call takes 3,060, the slave's way to it included.
+//! **Cost** on an ATmega328P, measured in simavr: a run of a straight ramp takes a root, a division
+//! and seven products, some 6,500 cycles in four calls, the last of which queues it.
+//! The longest call takes 3,200, the slave's way to it included.
 
-#[cfg(feature = "s-curve")]
-mod bent;
-#[cfg(not(feature = "s-curve"))]
-#[path = "planner/straight.rs"]
-mod bent;
+mod change;
 mod clock;
-#[cfg(feature = "s-curve")]
 mod curve;
 mod divide;
 mod layout;
+mod ramp;
 mod runs;
 mod share;
 mod work;
 
 use crate::clamp;
-use crate::num::{Num, hand, whole};
+use crate::num::{Hand, Num, hand, whole};
 use crate::order::Change;
 use crate::profile::Unfit;
 use crate::units::Ticks;
-use bent::Bent;
 pub(crate) use clock::Clock;
+use curve::Curve;
 pub(crate) use layout::Layout;
 use work::Stage;
 pub(crate) use work::{Planned, Work};
@@ -90,6 +78,13 @@ pub(crate) struct Planner {
     ease: bool,
     /// Run length to try next, as a power of two.
     size: u8,
+    /// Its ramps have no limit of jerk.
+    straight: bool,
+    /// Where the rest is to be set up again once the level is reached: the piece to do then.
+    /// [`Layout::Nothing`] if the ramp in progress is the fall.
+    piece: Layout,
+    /// How many top speeds may still be tried.
+    tries: u8,
     /// What the runs handed out lack, in 2⁻³² ticks.
     carry: u32,
     /// Steps of the rise handed out.
@@ -107,18 +102,21 @@ pub(crate) struct Planner {
     v: Num,
     top: Num,
     v_top: Num,
-    /// Speed² where the rise began, or where an ease ends.
+    /// Speed² at the low end of a straight ramp; while rise and fall are sought, the least speed
+    /// between them, and the highest.
     w_from: Num,
-    /// … and at the last pulse; and the speed there.
-    w_end: Num,
+    most: Num,
+    /// Speed at the last pulse of all.
     v_end: Num,
     /// Slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d. The last is
     /// also the place of an interval, before there is an ease.
     a2: Num,
     d2: Num,
     slope: Num,
-    /// What a limited jerk adds.
-    bent: Bent,
+    /// The time from the ramp's low end to the last pulse handed out, if it is bent.
+    at: Num,
+    /// The ramp in progress.
+    curve: Curve,
 }
 
 /// An acceleration in 0.001 steps/s² becomes its slope: 2a in 10⁻⁶ (steps/s)² per step.
@@ -131,7 +129,7 @@ impl Planner {
     /// Nothing to do. All zeros, so that it takes no flash.
     pub(crate) const IDLE: Planner = Planner {
         w_from: Num::UNSET,
-        w_end: Num::UNSET,
+        most: Num::UNSET,
         v_end: Num::UNSET,
         a2: Num::UNSET,
         d2: Num::UNSET,
@@ -145,7 +143,11 @@ impl Planner {
         fall: 0,
         rise_part: 0,
         fall_part: 0,
-        bent: Bent::NONE,
+        at: Num::UNSET,
+        curve: Curve::NONE,
+        straight: false,
+        piece: Layout::Speeds,
+        tries: 0,
         endless: false,
         ease: false,
         carry: 0,
@@ -190,23 +192,6 @@ impl Planner {
         self.check(clock)
     }
 
-    /// Lays the travel out again from the last pulse handed out: this many steps
-    /// to its target, less than 0 if that lies behind. It brakes where it would
-    /// overshoot.
-    pub(crate) fn resume(&mut self, left: i32) {
-        if self.is_bent() {
-            self.go_on(left);
-            return;
-        }
-        let way = self.way_to(&self.w_end).number();
-        let far = left >= 0 && whole(left as u32).at_least(&way);
-        if far || self.endless {
-            self.divide(left as u32);
-        } else {
-            self.brake();
-        }
-    }
-
     /// No interval may exceed 2³² ticks, the one across the peak included. And where there
     /// is a speed to gain and to lose there must be ramps. On an endless travel, where no
     /// target bounds them, they take less than 2³¹ steps; a curve's less than 2²².
@@ -225,7 +210,7 @@ impl Planner {
         let rests = self.v_end.is_zero();
         match piece {
             Layout::First => {
-                self.slope = self.first(clock);
+                self.first(clock).to(&mut self.slope);
                 return Ok(Layout::Last);
             }
             Layout::Last => {
@@ -238,10 +223,9 @@ impl Planner {
             _ => {}
         }
         if rests {
-            let top = clock.interval(&self.top);
-            hand(&top).plus(&self.slope).to(&mut self.slope);
+            clock.interval(&self.top).plus(&self.slope).to(&mut self.slope);
         }
-        if !self.slope.is_below(32) || rests && !self.bent.can_start(clock) {
+        if self.slope.bits() > 32 || rests && !self.straight && !self.can_start(clock) {
             return Err(Unfit::TooSlow);
         }
         let high = if self.top.at_least(&self.v) { &self.top } else { &self.v };
@@ -250,13 +234,15 @@ impl Planner {
         }
         let gentle = if self.a2.at_least(&self.d2) { &self.d2 } else { &self.a2 };
         let w = hand(high).square().number();
-        let bits = match self.is_bent() {
-            true => 21,
-            false if self.endless => 31,
-            // Its target bounds its ramps, if there are any.
-            false => 127,
+        // Its target bounds its ramps, if there are any.
+        let bits = if !self.straight {
+            21
+        } else if self.endless {
+            31
+        } else {
+            127
         };
-        let ends = hand(&w).over(gentle).number().is_below(bits) && self.bent.ends(high, &w);
+        let ends = hand(&w).over(gentle).is_below(bits) && (self.straight || self.ends(high, &w));
         if ends { Ok(Layout::Rise) } else { Err(Unfit::TooGentle) }
     }
 
@@ -267,7 +253,7 @@ impl Planner {
         if self.steps_left() == 0 {
             return 0;
         }
-        let top = if self.bent.is_again() { &self.top } else { &self.v_top };
+        let top = if self.is_again() { &self.top } else { &self.v_top };
         let peak = if top.at_least(&self.v) { top } else { &self.v };
         let (whole, part) = peak.split();
         clamp::sum(whole, (part != 0).into())
@@ -302,9 +288,9 @@ impl Planner {
 
     /// The interval of the start speed; from rest √(2/a).
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn first(&self, clock: &Clock) -> Num {
+    fn first(&self, clock: &Clock) -> Hand {
         if self.v_end.is_zero() {
-            hand(&self.a2).root().under(&clock.twice).number()
+            hand(&self.a2).root().under(&clock.twice)
         } else {
             clock.interval(&self.v_end)
         }
@@ -319,20 +305,11 @@ impl Planner {
     pub(crate) fn next(&mut self, clock: &Clock, work: &mut Work) -> Planned {
         if self.rise > 0 {
             self.ramp(clock, work, true)
-        } else if self.bent.is_again() && self.rise_part == 0 {
+        } else if self.is_again() && self.rise_part == 0 {
             self.divide_again();
             Planned::Again
         } else if self.level > 0 {
-            if !self.is_bent() && work.stage == Stage::Begin && self.rise_part | self.fall_part != 0
-            {
-                self.straighten(clock);
-            }
-            let last = self.level == 1 && self.fall_part != 0 && !self.endless;
-            if self.rise_part != 0 || last {
-                self.corner(clock, work, last)
-            } else {
-                self.cruise(clock, work)
-            }
+            self.level(clock, work)
         } else if self.fall > 0 {
             self.ramp(clock, work, false)
         } else {

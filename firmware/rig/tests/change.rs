@@ -70,11 +70,7 @@ fn apart(real: &[Step], ideal: &[Step]) -> Option<i64> {
 /// Gives the order, and this many cycles later the change. The last position.
 #[track_caller]
 fn changed(order: &str, wait: u64, change: &str) -> (Chip, i64) {
-    changed_on(chip(), order, wait, change)
-}
-
-#[track_caller]
-fn changed_on(mut chip: Chip, order: &str, wait: u64, change: &str) -> (Chip, i64) {
+    let mut chip = chip();
     say(&mut chip, order);
     chip.run_for(wait);
     say(&mut chip, change);
@@ -154,53 +150,24 @@ fn what_can_not_be_is_refused_with_its_reason_and_nothing_changes() {
 
 const CURVE: &str = "PO s0 t4000 a20000 d20000 j200000 G+4000 E";
 
-/// A board with S-curves: any Mega, and an Uno whose program is `curves`.
-fn curved() -> Chip {
-    match common::board() {
-        Board::Mega => chip(),
-        Board::Uno => common::program("curves"),
-    }
-}
-
 #[test]
 fn an_s_curve_and_changes_on_it() {
-    let changed = |order, wait, change| changed_on(curved(), order, wait, change).1;
-    assert_eq!(changed(CURVE, 10_000_000, "@+6000"), 6_000);
-    assert_eq!(changed(CURVE, 2_000_000, "t1500"), 4_000);
-    assert_eq!(changed(CURVE, 8_000_000, "t1500"), 4_000);
-    assert_eq!(changed(CURVE, 3_000_000, "a3000"), 4_000);
-    assert_eq!(changed(CURVE, 6_000_000, "@-300"), -300);
-    let end = changed("s0 t3000 a20000 d9000 j300000 g-", 9_000_000, "Z");
+    let ends = |order, wait, change| changed(order, wait, change).1;
+    assert_eq!(ends(CURVE, 10_000_000, "@+6000"), 6_000);
+    assert_eq!(ends(CURVE, 2_000_000, "t1500"), 4_000);
+    assert_eq!(ends(CURVE, 8_000_000, "t1500"), 4_000);
+    assert_eq!(ends(CURVE, 3_000_000, "a3000"), 4_000);
+    assert_eq!(ends(CURVE, 6_000_000, "@-300"), -300);
+    let end = ends("s0 t3000 a20000 d9000 j300000 g-", 9_000_000, "Z");
     assert!((-3_000..-500).contains(&end), "{end}");
 }
 
-/// What the Uno's controller has no room for it refuses.
-#[test]
-fn an_uno_says_that_it_has_no_s_curves() {
-    if common::board() != Board::Uno {
-        return;
-    }
-    let mut chip = chip();
-    chip.expect("j200000", "E");
-    assert!(
-        chip.ask("?")
-            .unwrap()
-            .contains("last=no-jerk uncertain=0 stop=--- errors=- can=safety,sum")
-    );
-    chip.expect("$law", "E");
-}
-
-// ---- the Uno's program with S-curves, where every ramp is one ----
-
 #[test]
 fn without_a_jerk_its_ramps_are_straight() {
-    if common::board() != Board::Uno {
-        return;
-    }
     for (start, top, accel, steps) in
         [(0, 4_000, 10_000, 4_000), (100, 2_000, 3_000, 500), (50, 10_000, 100_000, 5_000)]
     {
-        let mut chip = common::program("curves");
+        let mut chip = chip();
         say(&mut chip, &format!("PO s{start} t{top} a{accel} d{accel} G+{steps} E"));
         rest(&mut chip);
         let path = common::path_of_accel(start, top, accel, steps);
@@ -208,7 +175,7 @@ fn without_a_jerk_its_ramps_are_straight() {
         assert!(chip.ask("?").unwrap().contains(" late=0 "));
     }
     // A change takes hold at the next whole step.
-    let mut chip = common::program("curves");
+    let mut chip = chip();
     say(&mut chip, ORDER);
     chip.run_for(6_000_000);
     say(&mut chip, "@+6000 t3000");
@@ -217,23 +184,11 @@ fn without_a_jerk_its_ramps_are_straight() {
 }
 
 #[test]
-fn it_has_settings_and_none_of_the_safety_features() {
-    if common::board() != Board::Uno {
-        return;
-    }
-    let mut chip = common::program("curves");
-    common::talk(
-        &mut chip,
-        "$law law=1
-         $max-speed=3000 Y
-         $home-first E
-         j200000 Y
-         t3001 Y
-         PO Y
-         G+100 Y
-         E E
-         ? stepwright*last=too-fast uncertain=0 stop=--- can=jerk closed=0",
-    );
+fn every_board_says_that_it_has_s_curves() {
+    let mut chip = chip();
+    chip.expect("$law", "law=1");
+    chip.expect("j200000", "Y");
+    assert!(chip.ask("?").unwrap().contains(" can=jerk"));
 }
 
 /// With bends of 50 ms and all axes at once, what is said of it in the README.
@@ -243,7 +198,7 @@ fn its_planner_keeps_up() {
         return;
     }
     for (axes, top, accel) in [(1, 50_000, 40_000), (2, 1_000, 10_000), (2, 30_000, 10_000)] {
-        let mut chip = common::program("curves");
+        let mut chip = chip();
         let (jerk, way) = (20 * accel, top * top / accel + top);
         say(&mut chip, "PO");
         for axis in 1..=axes {

@@ -110,7 +110,7 @@ const CASES: &[Case] = &[
     case(Uno, CONTROLLER, "line 900 -400 150", Travel(3), BESIDE),
     case(Uno, CONTROLLER, "home --accel 20000", Home(&["1:-1000"]), ALONE),
     case(Uno, CONTROLLER, "jog --accel 20000", Jog, ALONE),
-    case(Uno, "curves", "move 900 --law s-curve --jerk 40000", Travel(1), ALONE),
+    case(Uno, CONTROLLER, "move 900 --law s-curve --jerk 40000", Travel(1), ALONE),
     case(Uno, "laws", "move 700 --law austin --accel 2000 --change 100:500", Travel(1), LAW),
     case(Uno, "laws", "move -700 --law austin-fixed --accel 2000", Travel(1), LAW),
     case(Uno, "laws", "run -900 --law austin --accel 9000 --for 600ms", Run, LAW),
@@ -159,7 +159,6 @@ const CASES: &[Case] = &[
 /// Orders that another program carries out, and what is flashed for them.
 const ELSEWHERE: &[(&str, &str, &str)] = &[
     (CONTROLLER, "move 100 --law austin", "flash uno --program laws"),
-    (CONTROLLER, "move 100 --jerk 9000", "flash uno --program curves"),
     (CONTROLLER, "timed --speed 100 --steps 10", "flash uno --program timed"),
     (CONTROLLER, "cycle examples/cycles/readme.toml", "--program cycles"),
     (CONTROLLER, "run 50 --law power --for 1s", "flash uno --program power-term"),

@@ -13,8 +13,6 @@ use crate::failure::Failure;
 pub enum Program {
     /// The controller: move, run, line, home, jog, serve
     Slave,
-    /// The Uno's controller with S-curves, without the safety features
-    Curves,
     /// The timed driver: `stepwright timed`
     Timed,
     /// Motor cycles: `stepwright cycle`
@@ -29,9 +27,9 @@ pub enum Program {
 
 /// For which boards, which program, the image. A Nano is an Uno whose boot loader leaves less.
 const IMAGES: [(&[Board], Program, &[u8]); 11] = [
-    (&[Board::Uno, Board::Nano], Program::Slave, include_bytes!("../../images/uno.bin")),
+    (&[Board::Uno], Program::Slave, include_bytes!("../../images/uno.bin")),
+    (&[Board::Nano], Program::Slave, include_bytes!("../../images/nano.bin")),
     (&[Board::Mega], Program::Slave, include_bytes!("../../images/mega.bin")),
-    (&[Board::Uno], Program::Curves, include_bytes!("../../images/uno-curves.bin")),
     (&[Board::Uno, Board::Nano], Program::Timed, include_bytes!("../../images/uno-timed.bin")),
     (&[Board::Mega], Program::Timed, include_bytes!("../../images/mega-timed.bin")),
     (&[Board::Uno], Program::Cycles, include_bytes!("../../images/uno-cycles.bin")),
@@ -112,7 +110,6 @@ impl Program {
     pub fn name(self) -> &'static str {
         match self {
             Program::Slave => "slave",
-            Program::Curves => "curves",
             Program::Timed => "timed",
             Program::Cycles => "cycles",
             Program::Laws => "laws",
@@ -124,7 +121,7 @@ impl Program {
     /// How to see it at work on a port.
     pub fn seen_with(self, port: &str) -> String {
         match self {
-            Program::Slave | Program::Curves => format!("stepwright status --port {port}"),
+            Program::Slave => format!("stepwright status --port {port}"),
             Program::Timed => format!("stepwright timed --case 1 --port {port}"),
             Program::Cycles => format!("stepwright cycle FILE --port {port}"),
             Program::Laws => format!("stepwright move 400 --law austin --port {port}"),

@@ -20,8 +20,7 @@ pub fn to_bend(session: &mut Session, order: &Order) -> Result<(), Failure> {
     };
     if can == Some(false) {
         return Err(Failure::new(format!("{name} has no S-curves, which --jerk asks for")).hint(
-            "leave --jerk out. The Mega and the virtual board have them, an Uno with \
-             `stepwright flash uno --program curves`",
+            "leave --jerk out, or `stepwright flash` the board: every controller of today has them",
         ));
     }
     // A board without settings answers E: it follows the jerk.

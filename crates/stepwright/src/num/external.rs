@@ -169,8 +169,6 @@ macro_rules! operations {
 
 /// The operations of `mod.rs`, which says what they do.
 impl Num {
-    #![cfg_attr(not(feature = "s-curve"), allow(dead_code))]
-
     operations! {
         over = stepwright_over,
         plus = stepwright_plus

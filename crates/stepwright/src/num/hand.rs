@@ -29,7 +29,7 @@ pub(crate) fn whole(n: u32) -> Hand {
 }
 
 /// Begins with a part of one, in 2⁻³².
-#[inline(always)]
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn part(x: u32) -> Hand {
     whole(x).scaled(-32)
 }
@@ -105,6 +105,12 @@ impl Hand {
         let number = self.0.number();
         self.0.end();
         number
+    }
+
+    /// Whether it is less than 2^e.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn is_below(self, e: i8) -> bool {
+        self.number().bits() <= e.into()
     }
 
     /// The whole part, at most `u32::MAX`, and the rest in 2⁻³².

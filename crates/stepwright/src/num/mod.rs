@@ -32,7 +32,7 @@ pub(crate) struct Num {
 
 impl Num {
     /// Its exponent is below every other: it is never the larger of two.
-    #[cfg(not(all(feature = "external-numbers", feature = "s-curve")))]
+    #[cfg(not(feature = "external-numbers"))]
     pub(crate) const ZERO: Num = Num::of(0, i16::MIN / 2);
     /// For what is set before it is read.
     pub(crate) const UNSET: Num = Num::of(0, 0);
@@ -40,7 +40,6 @@ impl Num {
     pub(crate) const ONE: Num = Num::power(0);
 
     /// 2^e.
-    #[cfg_attr(not(feature = "s-curve"), allow(dead_code))]
     pub(crate) const fn power(e: i16) -> Num {
         Num::of(1 << 31, e - 31)
     }
@@ -82,42 +81,28 @@ impl Num {
         whole((x >> 32) as u32).scaled(32).plus(&low).number()
     }
 
-    /// To the nearest integer.
-    pub(crate) fn rounded(&self) -> Num {
-        if self.e >= 0 { *self } else { Num::from(self.rounded_whole()) }
-    }
-
-    /// The nearest integer, at most `u32::MAX`.
-    pub(crate) fn rounded_whole(&self) -> u32 {
-        let (whole, part) = self.split();
-        whole.saturating_add(part >> 31)
-    }
-
     /// A power of two near the cube root, for small exponents.
-    #[cfg(feature = "s-curve")]
     pub(crate) fn near_cube_root(&self) -> Num {
         // A third is 85 / 256.
         Num::power(self.exponent().wrapping_mul(85) >> 8)
     }
 
     /// The largest power of two that it is not below.
-    #[cfg(feature = "s-curve")]
     pub(crate) fn exponent(&self) -> i16 {
         self.e.wrapping_add(31)
     }
 
     /// Becomes a number if that is between two others; else their mean.
-    #[cfg(feature = "s-curve")]
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn set_between(&mut self, least: &Num, to: &Num, most: &Num) {
         let inside = !least.at_least(to) && !to.at_least(most);
         *self = if inside { *to } else { least.plus(most).scaled(-1) };
     }
 
-    /// Whether it is less than 2^e.
+    /// The least e for which it is less than 2^e.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn is_below(&self, e: i8) -> bool {
-        self.high == 0 || self.e.wrapping_add(31) < i16::from(e)
+    pub(crate) fn bits(&self) -> i16 {
+        if self.high == 0 { i16::MIN / 2 } else { self.e.wrapping_add(32) }
     }
 
     /// · 2^by.
@@ -415,7 +400,7 @@ mod tests {
             let (whole, part) = a.split();
             if x < 4294967296.0 {
                 prop_assert_eq!(f64::from(whole), x.floor());
-                prop_assert_eq!(value(a.rounded()), (x + 0.5).floor());
+                prop_assert_eq!(f64::from(hand(&a).rounded_whole()), (x + 0.5).floor().min(4294967295.0));
                 prop_assert_eq!(f64::from(part), (x.fract() * 4294967296.0).floor());
             } else {
                 prop_assert_eq!(whole, u32::MAX);

@@ -1,6 +1,6 @@
 //! What all axes share: the timer's rate, and how closely to follow a law.
 
-use crate::num::{Num, hand, whole};
+use crate::num::{Hand, Num, hand, whole};
 use crate::profile::Fit;
 use crate::units::{Rate, Ticks};
 
@@ -35,8 +35,8 @@ impl Clock {
 
     /// The interval at a speed; beyond everything for 0.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn interval(&self, v: &Num) -> Num {
-        hand(v).under(&self.twice).scaled(-1).number()
+    pub(super) fn interval(&self, v: &Num) -> Hand {
+        hand(v).under(&self.twice).scaled(-1)
     }
 
     /// Steps that take this many ticks each, in thousandths of a step per second, at most
@@ -49,11 +49,10 @@ impl Clock {
     /// Steps of this mean interval that may be one run, as a power of two: not too long,
     /// and their spread, less than the interval, within 31 bits of 2⁻¹⁶ ticks.
     pub(super) fn longest_of(&self, mean: &Num) -> i8 {
-        if mean.is_below(17) { self.longest.doublings_of(mean).max(0) } else { 0 }
+        if mean.bits() <= 17 { self.longest.doublings_of(mean).max(0) } else { 0 }
     }
 
     /// 2²⁸ ticks or more, in 1000 s, as a power of two.
-    #[cfg(feature = "s-curve")]
     pub(super) fn second_eighth(&self) -> i8 {
         // 2²⁹ / 2f, which is less than 2³⁰ and more than 2⁻¹⁶.
         self.inverse.exponent().wrapping_add(29) as i8

@@ -23,13 +23,14 @@
 //! ramp's time; and where it eases down to a level, 2⁻²⁸ of its steps, which are
 //! gone at the low speed. **Cost** on an ATmega328P: see `planner`.
 
+use crate::clamp;
 use crate::num::{Hand, Num, hand, whole};
 
 /// One ramp, up or down. Times are in 1000 s, as speeds are in 0.001 steps/s.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(super) struct Curve {
-    /// J/2; 0: there is no limit, and this is not a curve.
+    /// J/2.
     half_jerk: Num,
     /// Speeds at its ends.
     low: Num,
@@ -42,8 +43,8 @@ pub(super) struct Curve {
 }
 
 impl Curve {
-    /// No ramp, and no limit of jerk.
-    pub(super) const STRAIGHT: Curve = Curve {
+    /// No ramp.
+    pub(super) const NONE: Curve = Curve {
         half_jerk: Num::UNSET,
         low: Num::UNSET,
         high: Num::UNSET,
@@ -52,7 +53,7 @@ impl Curve {
         length: Num::UNSET,
     };
 
-    /// Has a jerk, in 0.001 steps/s³, or none (0).
+    /// Has a jerk, in 0.001 steps/s³.
     pub(super) fn set_jerk(&mut self, jerk: u64) {
         // J/2 in 0.001 steps/s per (1000 s)²: 500,000 J.
         let jerk = Num::from_wide(jerk);
@@ -62,25 +63,29 @@ impl Curve {
     /// Has a jerk so large that the shortest bend lasts less than 10⁻¹⁵ s.
     pub(super) fn set_no_bends(&mut self) {
         // The largest acceleration is 2⁵⁰ of these units or less.
-        self.half_jerk = Num::power(110);
-    }
-
-    /// Whether the jerk is limited.
-    pub(super) fn is_bent(&self) -> bool {
-        !self.half_jerk.is_zero()
+        self.half_jerk = Num::power(NO_BENDS);
     }
 
     /// Whether the first step from rest takes less than 1000 s · 2^e.
     pub(super) fn starts_within(&self, e: i8) -> bool {
         // x = J/6·t³.
-        whole(3).over(&self.half_jerk).number().is_below(e.wrapping_mul(3))
+        whole(3).over(&self.half_jerk).is_below(e.wrapping_mul(3))
     }
 
-    /// Lays the ramp between two speeds, at this slope (2A).
+    /// Lays the ramp between two speeds, at this slope (2A). One without bends has no time.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn lay(&mut self, low: &Num, high: &Num, slope: &Num) {
+    pub(super) fn lay(&mut self, low: &Num, high: &Num, slope: &Num, straight: bool) {
         hand(low).to(&mut self.low);
-        hand(high).also(&mut self.high).minus(low).to(&mut self.length);
+        hand(high).to(&mut self.high);
+        if straight {
+            // Whole numbers are exact: no step of the ramp is divided that need not be.
+            hand(slope).scaled(-(NO_BENDS as i8) - 2).to(&mut self.bend);
+            whole(0).to(&mut self.whole);
+            hand(low).square().to(&mut self.length);
+            hand(high).square().minus(&self.length).over(slope).to(&mut self.length);
+            return;
+        }
+        hand(high).minus(low).to(&mut self.length);
         hand(slope).over(&self.half_jerk).scaled(-2).to(&mut self.bend);
         // What both bends gain: A²/J.
         hand(&self.bend).times(slope).scaled(-1).to(&mut self.whole);
@@ -99,6 +104,19 @@ impl Curve {
         hand(&self.low).plus(&self.high).times(&self.whole).scaled(-1).to(&mut self.length);
     }
 
+    /// Steps of it, less what a part in 2²⁸ of its highest speed² is: what was set up to fit
+    /// still does, whatever the rounding says.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn scant(&self, slope: &Num) -> Hand {
+        hand(&self.high).square().scaled(-28).over(slope).off(&self.length)
+    }
+
+    /// Is whole steps long: a little longer.
+    pub(super) fn round_up(&mut self, slope: &Num) {
+        let (steps, part) = self.scant(slope).split();
+        whole(clamp::sum(steps, (part != 0).into())).to(&mut self.length);
+    }
+
     /// Steps of the ramp.
     pub(super) fn length(&self) -> &Num {
         &self.length
@@ -111,9 +129,10 @@ impl Curve {
 
     /// Steps more for each 0.001 steps/s that its high end is higher.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn growth(&self) -> Hand {
+    pub(super) fn growth(&self, straight: bool) -> Hand {
         let peak = hand(&self.half_jerk).times(&self.bend).scaled(2).number();
-        hand(&self.low).plus(&self.high).over(&peak).scaled(1).plus(&self.whole).scaled(-1)
+        let other = if straight { &self.high } else { &self.low };
+        hand(other).plus(&self.high).over(&peak).scaled(1).plus(&self.whole).scaled(-1)
     }
 
     /// Time from there to the high end.
@@ -247,10 +266,13 @@ impl Curve {
 
 /// Adds to a number, or subtracts from it.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-fn move_by(up: bool, a: &mut Num, by: &Num) {
+pub(super) fn move_by(up: bool, a: &mut Num, by: &Num) {
     let place = hand(a);
     if up { place.plus(by) } else { place.minus(by) }.to(a);
 }
 
 /// 1/3.
 const THIRD: Num = Num::and_inverse(3).1;
+
+/// The exponent of J/2 where there are no bends.
+const NO_BENDS: i16 = 110;

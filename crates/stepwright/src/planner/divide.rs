@@ -1,8 +1,10 @@
 //! How many steps rise, stay level and fall: see the picture in `planner.rs`.
 
+use super::curve::move_by;
+use super::ramp::difference;
 use super::{Layout, Planner};
 use crate::clamp;
-use crate::num::{Hand, Num, hand, whole};
+use crate::num::{Num, hand, whole};
 
 impl Planner {
     /// Divides `steps` from the last pulse handed out into rise or ease, level
@@ -15,92 +17,123 @@ impl Planner {
         }
     }
 
-    /// Does a piece of that, and tells the next.
+    /// Does a piece of setting up what is left once more, on the level.
+    pub(super) fn divide_again(&mut self) {
+        let steps = self.level.wrapping_add(self.fall);
+        self.piece = self.divide_piece(self.piece, steps);
+    }
+
+    /// Does a piece of dividing `steps` from here, where the speed is v and level, into rise
+    /// or ease, level and fall, and tells the next.
+    ///
+    /// Where the top speed is out of reach, the highest speed that rise and fall
+    /// leave room for is found by Newton's method, inside bounds. Until it is
+    /// found they are in `w_from` and `most`; the length of the
+    /// fall is in `at`, what it grows by in `slope`.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn divide_piece(&mut self, piece: Layout, steps: u32) -> Layout {
+        // Its ramps take less than half of that each.
+        let steps = if self.endless { u32::MAX } else { steps };
         match piece {
-            _ if self.is_bent() => return self.divide_bent(piece, steps),
-            Layout::Rise => {
-                let w_top = hand(&self.top).square().number();
-                self.ease = !self.top.at_least(&self.v);
-                self.risen = 0;
-                let rise = if self.ease {
-                    let (steps, part) = self.way_to(&w_top).split();
-                    let rise = whole(clamp::sum(steps, (part != 0).into())).number();
-                    hand(&self.v).square().minus(&w_top).over(&rise).to(&mut self.slope);
-                    hand(&w_top).to(&mut self.w_from);
-                    hand(&rise)
-                } else {
-                    hand(&self.v).square().also(&mut self.w_from).off(&w_top).over(&self.a2)
-                };
-                (self.rise, self.rise_part) = rise.also(&mut self.v_top).split();
-                return Layout::Fall;
-            }
             Layout::Fall => {
-                let fall = hand(&self.top).square().minus(&self.w_end).over(&self.d2).number();
-                let ramps = hand(&fall).plus(&self.v_top).number();
-                hand(&self.top).to(&mut self.v_top);
-                (self.fall, self.fall_part, self.level) = (0, 0, u32::MAX);
-                if self.endless {
-                    return Layout::Check;
+                if self.tries == 0 {
+                    // A single step, which is taken; or there is no speed between the two.
+                    self.ease = false;
+                    hand(&self.w_from).to(&mut self.v_top);
                 }
-                if whole(steps).at_least(&ramps) {
-                    (self.fall, self.fall_part) = fall.split();
-                    self.level = clamp::less(clamp::less(steps, self.rise), self.fall);
-                } else if self.ease {
-                    self.brake();
-                    self.level = clamp::less(steps, self.fall);
+                self.curve_of_fall();
+                hand(self.curve.length()).to(&mut self.at);
+                whole(0).to(&mut self.slope);
+                Layout::Spare
+            }
+            Layout::Spare | Layout::Join => {
+                self.curve.growth(self.straight).plus(&self.slope).to(&mut self.slope);
+                if piece == Layout::Spare { Layout::Meet } else { Layout::Try }
+            }
+            Layout::Meet => {
+                let curve = &mut self.curve;
+                if self.ease {
+                    curve.lay(&self.v_top, &self.v, &self.d2, self.straight);
+                    if self.straight {
+                        curve.round_up(&self.d2);
+                    }
                 } else {
-                    return Layout::Spare;
+                    curve.lay(&self.v, &self.v_top, &self.a2, self.straight);
                 }
+                Layout::Join
             }
-            Layout::Spare => {
-                let rest = self.way_to(&self.w_end).number();
-                let spare = whole(steps).minus(&rest).number();
-                let share = hand(&self.a2).plus(&self.d2).under(&self.d2);
-                share.times(&spare).to(&mut self.v_top);
-                return Layout::Meet;
-            }
+            Layout::Try => self.meet(steps),
+            // The first: also where a change begins it once more.
             _ => {
-                let rise = self.v_top;
-                hand(&rise).times(&self.a2).plus(&self.w_from).root().to(&mut self.v_top);
-                let (whole, part) = rise.split();
-                self.rise = whole.min(steps);
-                self.fall = steps.wrapping_sub(self.rise);
-                (self.level, self.rise_part) = (0, 0);
-                if part != 0 && self.fall != 0 {
-                    (self.level, self.fall) = (1, self.fall.wrapping_sub(1));
-                    (self.rise_part, self.fall_part) = (part, 0u32.wrapping_sub(part));
+                (self.tries, self.piece) = (TRIES, Layout::Speeds);
+                self.ease = !self.top.at_least(&self.v);
+                hand(&self.v).to(&mut self.w_from);
+                hand(&self.top).also(&mut self.most).to(&mut self.v_top);
+                if steps == 0 {
+                    self.tries = 0;
                 }
+                Layout::Fall
             }
         }
-        Layout::Check
     }
 
-    /// Steps from the last pulse handed out to a lower speed, of this square, along the
-    /// deceleration.
-    ///
-    /// A part in 2²⁸ of v² is left out: what has begun to fall to its target is
-    /// still able to reach it, whatever the rounding says.
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn way_to(&self, end: &Num) -> Hand {
-        let w = hand(&self.v).square().number();
-        hand(&w).scaled(-28).off(&w).minus(end).over(&self.d2)
-    }
-
-    /// Brakes from the last pulse handed out, in as few steps as the ramp
-    /// allows: on at the same speed for the part of a step that is left over,
-    /// then the fall.
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn brake(&mut self) {
-        self.endless = false;
-        if self.is_bent() {
-            self.go_on(0);
-            return;
+    /// Rise and fall are laid: they fit, or the next speed is tried.
+    fn meet(&mut self, steps: u32) -> Layout {
+        let ramps = hand(self.curve.length()).plus(&self.at).number();
+        let length = whole(steps).number();
+        let last = self.tries == 0;
+        let fits = last || length.at_least(&ramps);
+        let mut off = Num::UNSET;
+        difference(fits, &length, &ramps, &mut off);
+        if fits && (last || self.v_top == self.most || length.at_least(&off.scaled(25))) {
+            self.share(steps);
+            return Layout::Check;
         }
-        (self.rise, self.rise_part) = (0, 0);
-        (self.fall, self.fall_part) = self.way_to(&self.w_end).split();
-        self.level = u32::from(self.fall_part != 0);
-        hand(&self.v).to(&mut self.v_top);
+        self.tries = self.tries.wrapping_sub(1);
+        if !fits && self.ease {
+            // No room: it keeps its speed, and then falls.
+            self.ease = false;
+            hand(&self.v).also(&mut self.most).to(&mut self.v_top);
+            return Layout::Fall;
+        }
+        // The next number at least: where a curve is steep it is too much, and the last to try.
+        // Or a little less.
+        let (bound, less) = if fits { (&mut self.w_from, -30) } else { (&mut self.most, -28) };
+        // By speed², which on a straight ramp is linear in the steps.
+        let v = &self.v_top;
+        hand(&off).over(&self.slope).times(v).scaled(1).to(&mut off);
+        let mut w = hand(v).also(bound).square().number();
+        hand(&w).scaled(less).plus(&off).to(&mut off);
+        move_by(fits, &mut w, &off);
+        hand(&w).root().to(&mut w);
+        self.v_top.set_between(&self.w_from, &w, &self.most);
+        if self.w_from.at_least(&self.v_top) {
+            self.tries = 0;
+        }
+        Layout::Fall
+    }
+
+    /// The speed is found: rise, level and fall take their steps.
+    fn share(&mut self, steps: u32) {
+        self.risen = 0;
+        let curve = &self.curve;
+        (self.rise, self.rise_part) = curve.length().split();
+        (self.fall, self.fall_part) = self.at.split();
+        let rest = clamp::less(steps, self.rise);
+        self.rise = steps.wrapping_sub(rest);
+        self.level = clamp::less(rest, self.fall);
+        self.fall = rest.wrapping_sub(self.level);
+        hand(curve.low()).square().to(&mut self.w_from);
+        if self.ease {
+            hand(curve.whole()).to(&mut self.at);
+            hand(curve.high()).square().minus(&self.w_from).over(curve.length())
+        } else {
+            whole(0).to(&mut self.at);
+            hand(&self.a2)
+        }
+        .to(&mut self.slope);
     }
 }
+
+/// How often a speed is looked for.
+const TRIES: u8 = 39;

@@ -25,17 +25,18 @@ pub(crate) enum Layout {
     Last,
     /// Whether all intervals are short enough, and the ramps steep enough.
     Limits,
-    /// The rise.
+    /// The speed to try first.
     Rise,
-    /// The fall and the level.
+    /// The length of a fall from the speed that is tried.
     Fall,
-    /// Where the top speed is out of reach: the length of the rise, in `v_top`.
+    /// What a higher speed makes of it.
     Spare,
-    /// Likewise: where the rise meets the fall.
+    /// The length of the rise.
     Meet,
-    /// Whether rise and fall fit, of an S-curve.
-    #[cfg_attr(not(feature = "s-curve"), expect(dead_code))]
+    /// What a higher speed makes of it.
     Join,
+    /// Whether rise and fall fit.
+    Try,
     /// It is set up: whether the board can step it.
     Check,
     /// It can: how long it waits with the others.
@@ -66,7 +67,8 @@ impl Planner {
         set_ramp(&mut self.a2, &mut self.rise, &order.up);
         set_ramp(&mut self.d2, &mut self.fall, &order.down);
         self.endless = matches!(order.travel, Travel::Endless(_));
-        self.bent.limit(order.jerk)
+        self.limit_jerk(order.jerk);
+        Ok(())
     }
 
     /// Does a piece of setting up the travel that was accepted, of this many pulses, and tells
@@ -85,7 +87,7 @@ impl Planner {
             Layout::Speeds => {
                 whole(self.level).to(&mut self.top);
                 let start = whole(self.risen.min(self.level));
-                start.also(&mut self.v_end).square().to(&mut self.w_end);
+                start.to(&mut self.v_end);
                 whole(0).to(&mut self.v);
                 Layout::Up
             }
@@ -102,7 +104,7 @@ impl Planner {
                 self.begin_again();
                 self.divide_piece(piece, steps)
             }
-            Layout::Fall | Layout::Spare | Layout::Meet | Layout::Join => {
+            Layout::Fall | Layout::Spare | Layout::Meet | Layout::Join | Layout::Try => {
                 self.divide_piece(piece, steps)
             }
             Layout::Check | Layout::Wait | Layout::Begin | Layout::Nothing => piece,
@@ -117,12 +119,13 @@ impl Planner {
         if steps == 0 {
             return twice(slope);
         }
-        hand(&self.top).square().minus(&self.w_end).to(slope);
+        hand(&self.v_end).square().to(slope);
+        hand(&self.top).square().minus(slope).to(slope);
         // To the nearest 10⁻⁶, as the law holds it.
-        *slope = whole(steps).under(slope).number().rounded();
-        let least = whole(2000 * Accel::MIN.millisteps() as u32).number();
-        if !slope.is_zero() && !slope.at_least(&least) {
-            *slope = least;
+        let nearest = whole(steps).under(slope).also(slope).rounded_whole();
+        if slope.bits() <= 32 {
+            let least = 2000 * Accel::MIN.millisteps() as u32;
+            whole(if nearest == 0 { 0 } else { nearest.max(least) }).to(slope);
         }
     }
 

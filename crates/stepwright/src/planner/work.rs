@@ -6,14 +6,13 @@ use crate::run::Run;
 /// A run that is half planned: one for all axes, which take turns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Work {
-    /// The speed at the end of a ramp run, or the time of a corner so far.
+    /// The speed at the end of a ramp run.
     pub(super) pending: Num,
-    /// The mean interval of a run, or the speed at the end of a corner.
+    /// The mean interval of a run.
     pub(super) mean: Num,
-    /// δ of a bent ramp's run, and when it ends, from the low end of its curve.
-    #[cfg(feature = "s-curve")]
+    /// δ of a ramp run, divided by its steps, or the time of a corner.
     pub(super) delta: Num,
-    #[cfg(feature = "s-curve")]
+    /// When a run of a bent ramp ends, from the low end.
     pub(super) time: Num,
     /// The run: its steps and its growth, an even number, at first; then its first interval.
     pub(super) run: Run,
@@ -27,9 +26,7 @@ impl Work {
     pub(crate) const NONE: Work = Work {
         pending: Num::UNSET,
         mean: Num::UNSET,
-        #[cfg(feature = "s-curve")]
         delta: Num::UNSET,
-        #[cfg(feature = "s-curve")]
         time: Num::UNSET,
         run: Run { ticks: 0, part: 0, count: 0, add: 0 },
         span: 0,
@@ -71,13 +68,11 @@ impl Work {
 pub(super) enum Stage {
     /// Not begun.
     Begin,
-    /// The speed at the end of a ramp run is known; the interval of the level;
-    /// of a corner the time of its rise.
+    /// The speed at the end of a ramp run is known, or guessed; the interval of the level;
+    /// of a corner the time of its rise and level.
     Half,
-    /// All of a ramp run is known; of a corner the time of its rise and level.
+    /// All of a ramp run is known.
     Late,
-    /// The speed at the end of a corner is known.
-    Last,
     /// The run has been taken, and is to be queued.
     Taken,
 }

@@ -1,7 +1,7 @@
 //! How fast an acceleration changes, in thousandths of a step.
 
 use super::OutOfRange;
-use super::speed::thousandths;
+use super::speed::{thousandths, times_1000};
 use core::fmt;
 
 /// A jerk without a sign: 0.001 … 10¹⁵ steps/s³, held in 0.001 steps/s³.
@@ -28,6 +28,11 @@ impl Jerk {
     /// [`OutOfRange`] unless 1 ≤ `j` ≤ 10¹⁵.
     pub const fn from_steps(j: u64) -> Result<Jerk, OutOfRange> {
         Jerk::from_millisteps(j.saturating_mul(1000))
+    }
+
+    /// The jerk that is nearest to `j` steps/s³: 1 or more.
+    pub const fn clamped(j: u32) -> Jerk {
+        Jerk(times_1000(if j == 0 { 1 } else { j }))
     }
 
     /// A jerk in thousandths of a step per second cubed.

@@ -107,16 +107,10 @@ impl Accel {
     }
 
     /// The acceleration that is nearest to `a` steps/s²: 1 … 100,000,000.
-    ///
-    /// By halves, for a product of 64 bits costs an 8-bit chip 1,100 cycles.
     pub const fn clamped(a: u32) -> Accel {
         let most = 100_000_000;
         let a = if a > most { most } else { a };
-        let a = if a == 0 { 1 } else { a };
-        let low = (a & 0xFFFF).wrapping_mul(1000);
-        let high = (a >> 16).wrapping_mul(1000).wrapping_add(low >> 16);
-        let ([c, d, e, f], [a, b, ..]) = (high.to_le_bytes(), low.to_le_bytes());
-        Accel(u64::from_le_bytes([a, b, c, d, e, f, 0, 0]))
+        Accel(times_1000(if a == 0 { 1 } else { a }))
     }
 
     /// An acceleration in thousandths of a step per second squared.
@@ -165,6 +159,15 @@ impl fmt::Display for Accel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         thousandths(f, self.0)
     }
+}
+
+/// 1000 · n, by halves: a product of 64 bits costs an 8-bit chip 1,100 cycles.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+pub(super) const fn times_1000(n: u32) -> u64 {
+    let low = (n & 0xFFFF).wrapping_mul(1000);
+    let high = (n >> 16).wrapping_mul(1000).wrapping_add(low >> 16);
+    let ([c, d, e, f], [a, b, ..]) = (high.to_le_bytes(), low.to_le_bytes());
+    u64::from_le_bytes([a, b, c, d, e, f, 0, 0])
 }
 
 #[cfg(test)]

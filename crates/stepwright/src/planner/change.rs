@@ -1,0 +1,80 @@
+//! A change on the way.
+//!
+//! A straight ramp ends at any pulse, and the rest of the travel is set up from there at once. A
+//! bent one first ends as soon as the jerk allows; from the level that is reached the rest is
+//! set up again. What already falls to its target under a limit of jerk does so, and goes on
+//! from rest.
+
+use super::{Layout, Planner};
+use crate::clamp;
+use crate::num::hand;
+
+impl Planner {
+    /// Lays the travel out again from the last pulse handed out: this many steps
+    /// to its target, less than 0 if that lies behind. It brakes where it would
+    /// overshoot.
+    pub(crate) fn resume(&mut self, left: i32) {
+        self.go_on(left.max(0) as u32);
+        while self.straight && self.is_again() {
+            self.divide_again();
+        }
+    }
+
+    /// Brakes from the last pulse handed out, in as few steps as the ramp
+    /// allows: on at the same speed for the part of a step that is left over,
+    /// then the fall.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn brake(&mut self) {
+        self.endless = false;
+        self.go_on(0);
+    }
+
+    /// Goes on after a change, or brakes: this many steps to its target.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn go_on(&mut self, left: u32) {
+        if self.straight {
+            (self.rise, self.rise_part) = (0, 0);
+        } else if self.is_falling() {
+            return;
+        }
+        if self.rise | self.rise_part != 0 {
+            self.level_out();
+        } else {
+            hand(&self.v).to(&mut self.v_top);
+        }
+        self.piece = Layout::Rise;
+        if self.endless {
+            return;
+        }
+        let mut fall = self.curve;
+        fall.lay(&self.v_end, &self.v_top, &self.d2, self.straight);
+        (self.fall, self.fall_part) = fall.scant(&self.d2).split();
+        let (parts, more) = self.rise_part.overflowing_add(self.fall_part);
+        // One step for both parts, or two.
+        let least = u32::from(u8::from(more).wrapping_add(u8::from(parts != 0)));
+        // A fall may be longer than can be counted; with a bent rise it is shorter than 2²³ steps.
+        let ramps = self.rise.wrapping_add(self.fall);
+        let room = clamp::less(left, ramps);
+        let more = clamp::less(room, least);
+        self.level = more.wrapping_add(least);
+        // It falls from where it is, if it must; if its rise is bent, also where there is no
+        // whole step of level more.
+        if (if self.straight { room } else { more }) == 0 {
+            self.piece = Layout::Speeds;
+        }
+    }
+
+    /// Ends a bent rise, or ease, as soon as the jerk allows.
+    fn level_out(&mut self) {
+        let mut gone = self.place_after(0).number();
+        let curve = &mut self.curve;
+        if self.ease {
+            hand(curve.length()).minus(&gone).to(&mut gone);
+        }
+        curve.level_out(&mut self.at, !self.ease);
+        let level = if self.ease { curve.low() } else { curve.high() };
+        hand(level).to(&mut self.v_top);
+        (self.rise, self.rise_part) = hand(curve.length()).minus(&gone).split();
+        self.reach();
+    }
+}

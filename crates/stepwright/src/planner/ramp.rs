@@ -1,0 +1,263 @@
+//! The ramp in progress: straight, or with bent ends ([`Curve`](super::curve::Curve)).
+//!
+//! Both shapes are laid out as curves. Where a run of a bent one ends is found by its time, by
+//! Newton's method; of a straight one by speed² alone, which is linear in the steps:
+//!
+//! ```text
+//!   v² = w_from + slope·x          x steps from the low end
+//!   Δt = 2·N / (v₁ + v₂)           N steps from v₁ to v₂
+//! ```
+//!
+//! An ease, which falls to a lower top speed, is whole steps long where it is straight, at d or
+//! a little less. (Its length has 32 bits; were it not whole, what they leave out would be gone
+//! at the low speed, and take long: a 2³¹st of 1000 steps is 3 ticks at 20 steps/s and 134 MHz.)
+
+use super::{Clock, Layout, Planned, Planner, Stage, Work};
+use crate::num::{Hand, Num, hand, part, whole};
+use crate::units::Jerk;
+
+impl Planner {
+    /// Sets the limit of another travel, or takes it away.
+    pub(super) fn limit_jerk(&mut self, jerk: Option<Jerk>) {
+        // The last one may have been stopped at once, in the midst of a change.
+        self.piece = Layout::Speeds;
+        self.straight = jerk.is_none();
+        match jerk {
+            None => self.curve.set_no_bends(),
+            Some(jerk) => self.curve.set_jerk(jerk.millisteps()),
+        }
+    }
+
+    /// Whether the first step from rest is no longer than an interval may be.
+    pub(super) fn can_start(&self, clock: &Clock) -> bool {
+        self.curve.starts_within(clock.second_eighth())
+    }
+
+    /// Whether a ramp up to this speed, whose square is w, would take less than 2²² steps
+    /// if it were all bends.
+    pub(super) fn ends(&self, high: &Num, w: &Num) -> bool {
+        // v·√(v/J) steps. Times in a ramp are good to 2⁻²⁹ of all of it: to 2⁻⁶ of an
+        // interval at its high end then, and not to several intervals.
+        hand(w).times(high).over(self.curve.half_jerk()).is_below(45)
+    }
+
+    /// Time from the last pulse handed out, which is at v, or from one at this time to the high
+    /// end, which is this part of a step ahead.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn tail(&self, t: &Num, v: &Num, of_step: u32) -> Hand {
+        if self.straight {
+            let both = hand(&self.v_top).plus(v).number();
+            part(of_step).scaled(1).over(&both)
+        } else {
+            self.curve.tail(t)
+        }
+    }
+
+    /// Whether its jerk is limited.
+    #[inline(always)]
+    pub(crate) fn is_bent(&self) -> bool {
+        !self.straight
+    }
+
+    /// Whether all is to be set up again once the level is reached.
+    #[inline(always)]
+    pub(super) fn is_again(&self) -> bool {
+        self.piece >= Layout::Rise && self.piece < Layout::Check
+    }
+
+    /// Whether the ramp in progress is the fall.
+    #[inline(always)]
+    pub(super) fn is_falling(&self) -> bool {
+        self.piece == Layout::Nothing
+    }
+
+    /// At the end of a rise the speed is that of its curve: pulses are found by their times,
+    /// and their speeds are told to some 2⁻¹⁵. From here a change may set up the rest.
+    pub(super) fn reach(&mut self) {
+        if !self.is_falling() && self.rise | self.rise_part == 0 {
+            hand(&self.v_top).to(&mut self.v);
+        }
+    }
+
+    /// Lays the curve of a fall from the top speed.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn curve_of_fall(&mut self) {
+        self.curve.lay(&self.v_end, &self.v_top, &self.d2, self.straight);
+    }
+
+    /// Lays the fall.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn lay_fall(&mut self) {
+        if !self.straight {
+            self.curve_of_fall();
+            hand(self.curve.whole()).to(&mut self.at);
+        }
+        hand(&self.v_end).square().to(&mut self.w_from);
+        hand(&self.d2).to(&mut self.slope);
+        (self.piece, self.ease) = (Layout::Nothing, false);
+    }
+
+    /// Where on its ramp the pulse this many steps ahead is, from the low end.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn place_after(&self, steps: u16) -> Hand {
+        let mut steps = u32::from(steps);
+        let mut rest = Num::UNSET;
+        if self.ease {
+            part(self.rise_part).to(&mut rest);
+        }
+        let from = if self.is_falling() {
+            &self.fall
+        } else if self.ease {
+            &self.rise
+        } else {
+            steps = steps.wrapping_neg();
+            &self.risen
+        };
+        let x = whole(from.wrapping_sub(steps));
+        if self.ease { x.plus(&rest) } else { x }
+    }
+
+    /// Finds, in several calls, when the pulse this many steps ahead comes,
+    /// and its speed: `time`, if the ramp is bent, and `pending`. Whether it has.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn find(&self, work: &mut Work, steps: u16) -> bool {
+        let begins = work.stage == Stage::Begin;
+        let straight = self.straight;
+        if straight && !begins {
+            return true;
+        }
+        let x = self.place_after(steps);
+        if straight {
+            x.times(&self.slope).plus(&self.w_from).root().to(&mut work.pending);
+            work.stage = Stage::Half;
+            return false;
+        }
+        let x = x.number();
+        let curve = &self.curve;
+        if !begins {
+            curve.at(&work.time, &mut work.pending, &mut work.mean);
+            return curve.correct(&mut work.time, &work.pending, &work.mean, &x);
+        }
+        if x.is_zero() {
+            whole(0).to(&mut work.time);
+            hand(curve.low()).to(&mut work.pending);
+            return true;
+        }
+        // A fall begins in its corner.
+        let begins = self.is_falling() && self.level != 0;
+        let t = if begins { curve.whole() } else { &self.at };
+        hand(t).to(&mut work.time);
+        let up = !self.is_falling() && !self.ease;
+        let steps = whole(steps.into()).number();
+        curve.guess(&mut work.time, &self.v, &steps, &x, up);
+        work.stage = Stage::Half;
+        false
+    }
+
+    /// A piece of planning a ramp run: its end, its mean interval and δ, and what follows.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn follow(&mut self, clock: &Clock, work: &mut Work, first: bool) {
+        if !first && !self.is_falling() {
+            self.lay_fall();
+        } else if self.find(work, work.run.count) {
+            self.measure(clock, work);
+            self.shape(clock, work, first);
+        }
+    }
+
+    /// The mean interval of a ramp run, and its δ divided by its steps.
+    #[inline(always)]
+    fn measure(&self, clock: &Clock, work: &mut Work) {
+        if self.straight {
+            // δ/N = 2·slope/(v₁ + v₂)². It needs few bits: the run's end is exact.
+            let mean = hand(&work.pending).plus(&self.v).under(&clock.twice).also(&mut work.mean);
+            mean.roughly(&clock.inverse).to(&mut work.delta);
+            hand(&work.delta).roughly(&work.delta).roughly(&self.slope)
+        } else {
+            let at = &self.at;
+            let up = work.time.at_least(at);
+            let count = whole(work.run.count.into()).number();
+            difference(up, &work.time, at, &mut work.mean);
+            hand(&work.mean).times(&clock.twice).scaled(-1).over(&count).to(&mut work.mean);
+            difference(up, &work.pending, &self.v, &mut work.delta);
+            hand(&work.delta).over(&count).roughly(&clock.inverse).roughly(&work.mean)
+        }
+        .scaled(1)
+        .to(&mut work.delta);
+    }
+
+    /// What follows from δ: see [`settle`](Planner::settle). Where the acceleration changes
+    /// the jerk adds to δ² J·Δt²/v, for its third.
+    fn shape(&mut self, clock: &Clock, work: &mut Work, first: bool) {
+        let curve = &self.curve;
+        let size = self.size as i8;
+        let delta = &work.delta;
+        // Δt·δ²/32
+        let by = (size + (size << 1)).wrapping_sub(5);
+        let mut error = Num::UNSET;
+        hand(delta).roughly(&work.mean).roughly(delta).scaled(by).to(&mut error);
+        if !self.straight && !(curve.is_straight(&self.at) && curve.is_straight(&work.time)) {
+            let interval = hand(&work.mean).roughly(&clock.inverse).scaled(1).number();
+            let cube = hand(&interval).roughly(&interval).roughly(&interval);
+            let jerk = cube.roughly(curve.half_jerk()).roughly(&work.mean);
+            jerk.scaled(by).plus(&error).to(&mut error);
+        }
+        self.settle(clock, work, first, &error);
+    }
+
+    /// The one step that a change of piece divides.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(super) fn corner(&mut self, clock: &Clock, work: &mut Work, last: bool) -> Planned {
+        if !self.is_falling() {
+            if work.stage == Stage::Begin {
+                part(self.rise_part).to(&mut work.mean);
+                whole(1).minus(&work.mean).to(&mut work.delta);
+                if last {
+                    part(self.fall_part).off(&work.delta).to(&mut work.delta);
+                }
+                hand(&work.delta).over(&self.v_top).to(&mut work.delta);
+                work.stage = Stage::Half;
+                return Planned::Again;
+            }
+            if self.rise_part != 0 {
+                let at = &self.at;
+                let time =
+                    if self.ease { hand(at) } else { self.tail(at, &self.v, self.rise_part) };
+                time.plus(&work.delta).to(&mut work.delta);
+            }
+            if last {
+                self.lay_fall();
+                // Until the corner is done: what a change of a bent one can't take back.
+                hand(&work.delta).to(&mut self.at);
+                work.stage = Stage::Begin;
+                return Planned::Again;
+            }
+        }
+        if !last {
+            hand(&self.v_top).to(&mut self.v);
+        } else if work.stage == Stage::Late {
+            hand(&work.pending).to(&mut self.v);
+            hand(&work.time).to(&mut self.at);
+            self.fall_part = 0;
+        } else {
+            if self.find(work, 0) {
+                let time = self.tail(&work.time, &work.pending, self.fall_part);
+                time.plus(&self.at).to(&mut work.delta);
+                work.stage = Stage::Late;
+            }
+            return Planned::Again;
+        }
+        hand(&work.delta).times(&clock.twice).scaled(-1).to(&mut work.mean);
+        // A run of one step, as long as its mean interval.
+        self.rise_part = 0;
+        (work.run.add, work.run.count) = (0, 1);
+        Planned::Ready
+    }
+}
+
+/// The larger of two less the other: the first is, or it is not.
+#[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+pub(super) fn difference(first: bool, a: &Num, b: &Num, to: &mut Num) {
+    let (more, less) = if first { (a, b) } else { (b, a) };
+    hand(more).minus(less).to(to);
+}

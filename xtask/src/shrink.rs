@@ -13,6 +13,7 @@
 //! | `renames` | a number is computed where it is wanted, and not copied there |
 //! | `bases` | bytes near each other are reached from a pointer |
 //! | `frames` | one routine saves the registers of all functions, one restores them |
+//! | `entries` | an instruction before many calls of a function is before the function |
 //! | `routines` | instructions that come several times are a routine |
 //! | `branches` | a branch over a jump becomes a branch |
 //! | `order` | functions stand near those that call them, so that calls take one word |
@@ -37,6 +38,7 @@ mod asm;
 mod bases;
 mod branches;
 mod copies;
+mod entries;
 mod flow;
 mod frames;
 mod machine;
@@ -69,6 +71,7 @@ pub fn shrink(text: &str) -> String {
     copies::leave_out(&mut program, &taken);
     bases::reach(&mut program, &taken);
     frames::share(&mut program);
+    entries::share(&mut program);
     routines::share(&mut program);
     branches::turn(&mut program);
     order::order(&program.to_string())

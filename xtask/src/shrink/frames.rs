@@ -40,7 +40,7 @@ const BUSY: usize = 12;
 
 /// Functions that stay as they are, by parts of their symbols: what the main loop does at a time,
 /// which is bounded to 200 µs (`planning_burst`, `order_burst`).
-const KEPT: &[&str] = &["9main_loop4plan", "7Planner4ramp"];
+const KEPT: &[&str] = &["9main_loop4plan", "9main_loop4work"];
 
 /// Shares the beginnings and ends of a program's functions.
 pub fn share(program: &mut Program) {

@@ -29,14 +29,12 @@ const CALL: i32 = 2;
 /// Functions that have none, by parts of their symbols: they are called once or more in what the
 /// main loop does at a time (`planning_burst`, `order_burst`).
 const BUSY: &[&str] = &[
-    "17stepwright_device",
+    "9main_loop",
     "10stepwright5group",
     "10stepwright5motor",
     "10stepwright5entry",
-    "10stepwright5queue",
-    "10stepwright7planner",
-    "10stepwright3num",
-    "14stepwright_avr",
+    "7planner4ramp",
+    "7planner4runs",
 ];
 /// How often all is looked through: a routine may be a part of another.
 const ROUNDS: usize = 6;
@@ -99,20 +97,62 @@ pub fn share(program: &mut Program) {
     program.append(routines);
 }
 
+/// Whether an instruction has no part in the stack, in interrupts or in the ways through a
+/// function.
+pub fn is_plain(code: &Code) -> bool {
+    matches!(
+        &*code.name,
+        "mov"
+            | "movw"
+            | "ldi"
+            | "ld"
+            | "ldd"
+            | "lds"
+            | "st"
+            | "std"
+            | "sts"
+            | "add"
+            | "adc"
+            | "sub"
+            | "sbc"
+            | "subi"
+            | "sbci"
+            | "and"
+            | "andi"
+            | "or"
+            | "ori"
+            | "eor"
+            | "clr"
+            | "cp"
+            | "cpc"
+            | "cpi"
+            | "tst"
+            | "adiw"
+            | "sbiw"
+            | "inc"
+            | "dec"
+            | "com"
+            | "neg"
+            | "lsl"
+            | "lsr"
+            | "rol"
+            | "ror"
+            | "asr"
+            | "swap"
+            | "mul"
+    )
+}
+
 /// Whether an instruction may stand in a routine.
 fn fits(code: &Code) -> bool {
     match &*code.name {
-        "mov" | "movw" | "ldi" | "ld" | "ldd" | "lds" | "st" | "std" | "sts" | "add" | "adc"
-        | "sub" | "sbc" | "subi" | "sbci" | "and" | "andi" | "or" | "ori" | "eor" | "clr"
-        | "cp" | "cpc" | "cpi" | "tst" | "adiw" | "sbiw" | "inc" | "dec" | "com" | "neg"
-        | "lsl" | "lsr" | "rol" | "ror" | "asr" | "swap" | "mul" => true,
         // Of these it is known that they take no arguments on the stack.
         "call" => {
             let simple = ["stepwright_", "__mul", "memcpy"];
             simple.iter().any(|start| code.operands.starts_with(start))
                 && !code.operands.starts_with("stepwright_save")
         }
-        _ => false,
+        _ => is_plain(code),
     }
 }
 

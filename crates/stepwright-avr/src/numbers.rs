@@ -11,11 +11,12 @@
 //! | `root` | 740 … 820 |
 //! | `plus`, `minus` | 80 … 190 |
 //!
-//! C's calling convention: the result's address in r25–r24, the operands' in
-//! r23–r22 and r21–r20. A number is four bytes m and two bytes e.
+//! C's calling convention: an operand's address in r25–r24, a second one's in
+//! r23–r22. A number is four bytes m and two bytes e. Results are the number in hand, which
+//! has one address: so no routine hands one on.
 //!
-//! Inside, a mantissa is r25–r22, a second one r21–r18, an exponent r27–r26;
-//! the result's address waits on the stack.
+//! Inside, a mantissa is r25–r22, a second one r21–r18; their exponents are r27–r26 and
+//! r31–r30.
 
 use core::arch::asm;
 
@@ -54,19 +55,15 @@ extern "C" fn stepwright_numbers() {
             "lsl r22", "rol r23", "rol r24", "rol r25",
             "brpl stepwright_zero", // a product of 0
             "20:",
-            "pop r31", "pop r30",
+            "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
             "st Z, r22", "std Z+1, r23", "std Z+2, r24", "std Z+3, r25",
             "std Z+{e}, r26", "std Z+{e}+1, r27",
             "ret",
 
-            // m in r23–r20, e in r19–r18, to be normalised.
-            ".global stepwright_new",
-            "stepwright_new:",
-            "push r24", "push r25",
-            "movw r26, r18",
-            "movw r24, r22",
-            "movw r22, r20",
-            // Now m is r25–r22, e r27–r26.
+            // An integer, in r25–r22.
+            ".global stepwright_hand_whole",
+            "stepwright_hand_whole:",
+            "clr r26", "clr r27",
             "stepwright_normal:",
             "ldi r20, 4",
             "21:",
@@ -82,20 +79,32 @@ extern "C" fn stepwright_numbers() {
             "brpl 22b",
             "rjmp 20b",
 
-            // Loads both: m of the first in r25–r22, of the second r21–r18,
-            // e of the first in r27–r26, of the second in r31–r30.
+            // Loads the other as the first, and the number in hand as the second.
+            "stepwright_load_other:",
+            "movw r26, r24",
+            "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
+            "rjmp 23f",
+            // Loads two, whose addresses are in r25–r24 and r23–r22.
+            "stepwright_load_two:",
+            "movw r26, r24",
+            "movw r30, r22",
+            "rjmp 23f",
+            // Loads the number in hand as the first, and the other as the second.
             "stepwright_load:",
-            "movw r30, r20",
-            "movw r26, r22",
+            "movw r30, r24",
+            "ldi r26, lo8({hand})", "ldi r27, hi8({hand})",
+            "23:",
             "ld r22, X+", "ld r23, X+", "ld r24, X+", "ld r25, X+",
             "ld r0, X+", "ld r27, X", "mov r26, r0",
             "ld r18, Z", "ldd r19, Z+{m}+1", "ldd r20, Z+{m}+2", "ldd r21, Z+{m}+3",
             "ldd r0, Z+{e}", "ldd r31, Z+{e}+1", "mov r30, r0",
             "ret",
 
-            ".global stepwright_times",
-            "stepwright_times:",
-            "push r24", "push r25",
+            ".global stepwright_hand_square",
+            "stepwright_hand_square:",
+            "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
+            ".global stepwright_hand_times",
+            "stepwright_hand_times:",
             "rcall stepwright_load",
             "add r26, r30", "adc r27, r31",
             "push r26", "push r27",
@@ -136,9 +145,8 @@ extern "C" fn stepwright_numbers() {
             "rjmp stepwright_product_done",
 
             // The upper halves only.
-            ".global stepwright_roughly",
-            "stepwright_roughly:",
-            "push r24", "push r25",
+            ".global stepwright_hand_roughly",
+            "stepwright_hand_roughly:",
             "rcall stepwright_load",
             "add r26, r30", "adc r27, r31",
             "clr r30",
@@ -150,10 +158,14 @@ extern "C" fn stepwright_numbers() {
             "clr r1",
             "rjmp stepwright_product_done",
 
-            ".global stepwright_over",
-            "stepwright_over:",
-            "push r24", "push r25",
+            ".global stepwright_hand_under",
+            "stepwright_hand_under:",
+            "rcall stepwright_load_other",
+            "rjmp 29f",
+            ".global stepwright_hand_over",
+            "stepwright_hand_over:",
             "rcall stepwright_load",
+            "29:",
             "tst r25", "breq 39f",
             "tst r21", "breq 38f",
             "sub r26, r30", "sbc r27, r31",
@@ -196,9 +208,8 @@ extern "C" fn stepwright_numbers() {
             "clr r1",
             "ret",
 
-            ".global stepwright_plus",
-            "stepwright_plus:",
-            "push r24", "push r25",
+            ".global stepwright_hand_plus",
+            "stepwright_hand_plus:",
             "rcall stepwright_load",
             "cp r26, r30", "cpc r27, r31",
             "brge 40f",
@@ -216,10 +227,14 @@ extern "C" fn stepwright_numbers() {
             "41:",
             "rjmp 20b",
 
-            ".global stepwright_minus",
-            "stepwright_minus:",
-            "push r24", "push r25",
+            ".global stepwright_hand_off",
+            "stepwright_hand_off:",
+            "rcall stepwright_load_other",
+            "rjmp 58f",
+            ".global stepwright_hand_minus",
+            "stepwright_hand_minus:",
             "rcall stepwright_load",
+            "58:",
             "cp r26, r30", "cpc r27, r31",
             "brlt 59f",
             "rcall 45f",
@@ -254,10 +269,9 @@ extern "C" fn stepwright_numbers() {
 
             "69:",
             "rjmp stepwright_zero",
-            ".global stepwright_root",
-            "stepwright_root:",
-            "push r24", "push r25",
-            "movw r30, r22",
+            ".global stepwright_hand_root",
+            "stepwright_hand_root:",
+            "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
             "ld r22, Z", "ldd r23, Z+{m}+1", "ldd r24, Z+{m}+2", "ldd r25, Z+{m}+3",
             "ldd r26, Z+{e}", "ldd r27, Z+{e}+1",
             "tst r25", "breq 69b",
@@ -319,6 +333,9 @@ extern "C" fn stepwright_numbers() {
             "rjmp stepwright_normal",
 
             // The whole part in r25–r22, the rest in r21–r18.
+            ".global stepwright_hand_split",
+            "stepwright_hand_split:",
+            "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
             ".global stepwright_split",
             "stepwright_split:",
             "movw r30, r24",
@@ -350,10 +367,14 @@ extern "C" fn stepwright_numbers() {
             "brcc 74b",
             "ret",
 
+            ".global stepwright_hand_at_least",
+            "stepwright_hand_at_least:",
+            "rcall stepwright_load",
+            "rjmp 79f",
             ".global stepwright_at_least",
             "stepwright_at_least:",
-            "movw r20, r22", "movw r22, r24",
-            "rcall stepwright_load",
+            "rcall stepwright_load_two",
+            "79:",
             "clr r0",
             "cp r26, r30", "cpc r27, r31",
             "brlt 81f",
@@ -369,56 +390,12 @@ extern "C" fn stepwright_numbers() {
             // Exponents first less second, and one less where the mantissas ask for it.
             ".global stepwright_doublings",
             "stepwright_doublings:",
-            "movw r20, r22", "movw r22, r24",
-            "rcall stepwright_load",
+            "rcall stepwright_load_two",
             "cp r22, r18", "cpc r23, r19", "cpc r24, r20", "cpc r25, r21",
             "sbc r26, r30",
             "mov r24, r26",
             "ret",
 
-            // The number in hand as the first operand and the result.
-            "90:",
-            "movw r20, r24",
-            "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
-            "movw r22, r24",
-            "ret",
-            // … as the second operand and the result.
-            "91:",
-            "movw r22, r24",
-            "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
-            "movw r20, r24",
-            "ret",
-            ".global stepwright_hand_times",
-            "stepwright_hand_times:", "rcall 90b", "rjmp stepwright_times",
-            ".global stepwright_hand_square",
-            "stepwright_hand_square:", "rcall 91b", "movw r22, r24", "rjmp stepwright_times",
-            ".global stepwright_hand_roughly",
-            "stepwright_hand_roughly:", "rcall 90b", "rjmp stepwright_roughly",
-            ".global stepwright_hand_over",
-            "stepwright_hand_over:", "rcall 90b", "rjmp stepwright_over",
-            ".global stepwright_hand_under",
-            "stepwright_hand_under:", "rcall 91b", "rjmp stepwright_over",
-            ".global stepwright_hand_plus",
-            "stepwright_hand_plus:", "rcall 90b", "rjmp stepwright_plus",
-            ".global stepwright_hand_minus",
-            "stepwright_hand_minus:", "rcall 90b", "rjmp stepwright_minus",
-            ".global stepwright_hand_off",
-            "stepwright_hand_off:", "rcall 91b", "rjmp stepwright_minus",
-            ".global stepwright_hand_root",
-            "stepwright_hand_root:", "rcall 90b", "rjmp stepwright_root",
-            ".global stepwright_hand_split",
-            "stepwright_hand_split:", "rcall 90b", "rjmp stepwright_split",
-            ".global stepwright_hand_at_least",
-            "stepwright_hand_at_least:",
-            "rcall 90b",
-            "movw r22, r20",
-            "rjmp stepwright_at_least",
-            ".global stepwright_hand_whole",
-            "stepwright_hand_whole:",
-            "movw r20, r22", "movw r22, r24",
-            "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
-            "clr r18", "clr r19",
-            "rjmp stepwright_new",
             ".global stepwright_hand_scale",
             "stepwright_hand_scale:",
             "mov r25, r24", "lsl r25", "sbc r25, r25",
@@ -426,6 +403,22 @@ extern "C" fn stepwright_numbers() {
             "ldd r22, Z+{e}", "ldd r23, Z+{e}+1",
             "add r22, r24", "adc r23, r25",
             "std Z+{e}, r22", "std Z+{e}+1, r23",
+            "ret",
+            // From the first to the second.
+            ".global stepwright_copy",
+            "stepwright_copy:",
+            "movw r30, r24",
+            "movw r26, r22",
+            "rjmp 92f",
+            ".global stepwright_hand_bits",
+            "stepwright_hand_bits:",
+            "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
+            "ldd r24, Z+{e}", "ldd r25, Z+{e}+1",
+            "adiw r24, 32",
+            "ldd r26, Z+{m}+3",
+            "tst r26", "brne 91f",
+            "clr r24", "ldi r25, 0xC0", // of a 0
+            "91:",
             "ret",
             ".global stepwright_hand_store",
             "stepwright_hand_store:",

@@ -360,14 +360,21 @@ impl<const Q: usize> Motor<Q> {
                 self.beyond |= high == 0x80;
             }
             Planned::Again => {}
-            Planned::End => self.finish(feed, clock),
+            // In two pieces.
+            Planned::End if !work.is_begun() => {
+                self.rest = self.planner.rest(clock);
+                work.begin();
+            }
+            Planned::End => {
+                work.clear();
+                self.finish(feed);
+            }
         }
     }
 
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn finish(&mut self, feed: &mut Producer<'_, Q>, clock: &Clock) {
+    fn finish(&mut self, feed: &mut Producer<'_, Q>) {
         self.leg = self.next();
-        self.rest = self.planner.rest(clock);
         feed.set_open(false);
     }
 
@@ -409,7 +416,8 @@ impl<const Q: usize> Motor<Q> {
     /// Forgets the travel; the engine has been halted.
     pub(crate) fn abandon(&mut self, feed: &mut Producer<'_, Q>, clock: &Clock, forward: bool) {
         self.left = 0;
-        self.finish(feed, clock);
+        self.rest = self.planner.rest(clock);
+        self.finish(feed);
         self.forward = forward;
     }
 

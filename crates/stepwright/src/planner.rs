@@ -165,7 +165,7 @@ impl Planner {
     /// Goes back to the beginning of a travel.
     fn begin_again(&mut self) {
         self.carry = 0;
-        hand(&self.v_end).to(&mut self.v);
+        self.v.set(&self.v_end);
     }
 
     /// Has another limit from now on: [`resume`](Planner::resume) keeps to it.
@@ -225,7 +225,7 @@ impl Planner {
         if rests {
             clock.interval(&self.top).plus(&self.slope).to(&mut self.slope);
         }
-        if self.slope.bits() > 32 || rests && !self.straight && !self.can_start(clock) {
+        if !hand(&self.slope).is_below(32) || rests && !self.straight && !self.can_start(clock) {
             return Err(Unfit::TooSlow);
         }
         let high = if self.top.at_least(&self.v) { &self.top } else { &self.v };
@@ -274,16 +274,17 @@ impl Planner {
     /// longer. Two travels of a step each come no closer than the first two steps of a longer
     /// one may. By the limits of the last travel that was planned, or refused: to be asked at
     /// its end.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn rest(&self, clock: &Clock) -> Ticks {
         if !self.v_end.is_zero() {
             return self.first(clock).split().0;
         }
         // Both are `twice` over a speed: one division for the slower of them.
-        let (mut slower, top) = (self.a2.root(), self.top.scaled(1));
+        let (mut slower, top) = (hand(&self.a2).root().number(), self.top.scaled(1));
         if slower.at_least(&top) {
-            slower = top;
+            slower.set(&top);
         }
-        clock.twice.over(&slower).split().0
+        hand(&clock.twice).over(&slower).split().0
     }
 
     /// The interval of the start speed; from rest √(2/a).

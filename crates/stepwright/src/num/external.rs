@@ -5,30 +5,27 @@
 //! 1.96 makes of `mod.rs` for an AVR is three times as long and twice as slow, as it saves
 //! eighteen registers around everything.
 //!
-//! A number is six bytes, least first: m in four, e in two. The routines read their operands
-//! before they write, and keep to C's convention, with a number as a result in memory. The
-//! number in hand is the routines' own: one, of the foreground, never used in an interrupt.
+//! A number is six bytes, least first: m in four, e in two. The routines keep to C's
+//! convention. The number in hand is theirs: one, of the foreground, never used in an interrupt.
 //!
 //! | routine | result |
 //! | --- | --- |
-//! | `times`, `over`, `plus`, `minus`, `root` | as of [`Num`]; a difference below 0 is 0 |
-//! | `roughly` | the product to 15 bits |
-//! | `new` | m · 2^e, of any m |
-//! | `split` | the whole part, at most `u32::MAX`, above the rest in 2⁻³² |
-//! | `at_least` | not 0 if a ≥ b |
-//! | `doublings` | the largest n with b · 2^n ≤ a |
 //! | `hand_load`, `hand_whole`, `hand_store` | the number in hand: set, set to an integer, copied |
-//! | `hand_under`, `hand_off` | a / hand, a − hand; the others have the hand first |
-//! | `hand_scale` | · 2^by |
+//! | `hand_times`, `hand_over`, `hand_plus`, `hand_minus` | as of [`Num`], with the hand first; a difference below 0 is 0 |
+//! | `hand_under`, `hand_off` | a / hand, a − hand |
+//! | `hand_roughly` | the product to 15 bits |
+//! | `hand_square`, `hand_root`, `hand_scale` | hand², √hand, hand · 2^by |
+//! | `copy` | another number, set to this |
+//! | `split`, `hand_split` | the whole part, at most `u32::MAX`, above the rest in 2⁻³² |
+//! | `hand_bits` | the least e for which it is less than 2^e; far below for 0 |
+//! | `at_least`, `hand_at_least` | not 0 if a ≥ b |
+//! | `doublings` | the largest n with b · 2^n ≤ a |
 
 use super::Num;
 use core::mem::MaybeUninit;
 
 unsafe extern "C" {
-    fn stepwright_over(a: *const Num, b: *const Num) -> Num;
-    fn stepwright_plus(a: *const Num, b: *const Num) -> Num;
-    fn stepwright_root(a: *const Num) -> Num;
-    fn stepwright_new(m: u32, e: i16) -> Num;
+    fn stepwright_copy(from: *const Num, to: *mut Num);
     fn stepwright_split(a: *const Num) -> u64;
     fn stepwright_at_least(a: *const Num, b: *const Num) -> u8;
     fn stepwright_doublings(a: *const Num, b: *const Num) -> i8;
@@ -47,6 +44,7 @@ unsafe extern "C" {
     fn stepwright_hand_root();
     fn stepwright_hand_scale(by: i8);
     fn stepwright_hand_split() -> u64;
+    fn stepwright_hand_bits() -> i16;
     fn stepwright_hand_at_least(a: *const Num) -> u8;
 }
 
@@ -146,6 +144,12 @@ impl Place {
     }
 
     #[inline(always)]
+    pub(super) fn bits(&self) -> i16 {
+        // SAFETY: as above.
+        unsafe { stepwright_hand_bits() }
+    }
+
+    #[inline(always)]
     pub(super) fn at_least(&self, other: &Num) -> bool {
         // SAFETY: as above.
         unsafe { stepwright_hand_at_least(other) != 0 }
@@ -155,35 +159,12 @@ impl Place {
     pub(super) fn end(&self) {}
 }
 
-/// What has two operands and a number as its result.
-macro_rules! operations {
-    ($($name:ident = $routine:ident),*) => { $(
-        #[inline(always)]
-        pub(crate) fn $name(&self, other: &Num) -> Num {
-            // SAFETY: the routine reads two numbers, writes one, and keeps to
-            // C's convention; it reads before it writes.
-            unsafe { $routine(self, other) }
-        }
-    )* };
-}
-
 /// The operations of `mod.rs`, which says what they do.
 impl Num {
-    operations! {
-        over = stepwright_over,
-        plus = stepwright_plus
-    }
-
     #[inline(always)]
-    pub(crate) fn new(m: u32, e: i16) -> Num {
-        // SAFETY: the routine writes a number.
-        unsafe { stepwright_new(m, e) }
-    }
-
-    #[inline(always)]
-    pub(crate) fn root(&self) -> Num {
+    pub(crate) fn set(&mut self, to: &Num) {
         // SAFETY: the routine reads a number and writes one.
-        unsafe { stepwright_root(self) }
+        unsafe { stepwright_copy(to, self) }
     }
 
     #[inline(always)]

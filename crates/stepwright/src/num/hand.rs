@@ -107,10 +107,18 @@ impl Hand {
         number
     }
 
+    /// The least e for which it is less than 2^e.
+    #[inline(always)]
+    pub(crate) fn bits(&self) -> i16 {
+        self.0.bits()
+    }
+
     /// Whether it is less than 2^e.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn is_below(self, e: i8) -> bool {
-        self.number().bits() <= e.into()
+        let bits = self.bits();
+        self.0.end();
+        bits <= e.into()
     }
 
     /// The whole part, at most `u32::MAX`, and the rest in 2⁻³².
@@ -206,6 +214,10 @@ impl Place {
 
     fn split(&self) -> (u32, u32) {
         self.0.split()
+    }
+
+    fn bits(&self) -> i16 {
+        self.0.bits()
     }
 
     fn at_least(&self, other: &Num) -> bool {

@@ -96,7 +96,11 @@ impl Num {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn set_between(&mut self, least: &Num, to: &Num, most: &Num) {
         let inside = !least.at_least(to) && !to.at_least(most);
-        *self = if inside { *to } else { least.plus(most).scaled(-1) };
+        if inside {
+            self.set(to);
+        } else {
+            hand(least).plus(most).scaled(-1).to(self);
+        }
     }
 
     /// The least e for which it is less than 2^e.
@@ -130,6 +134,12 @@ impl Num {
             e = e.wrapping_sub(1);
         }
         Num::of(m, e)
+    }
+
+    /// Becomes another number.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, to: &Num) {
+        *self = *to;
     }
 
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
@@ -235,6 +245,7 @@ impl Num {
     }
 }
 
+#[cfg(not(feature = "external-numbers"))]
 impl From<u32> for Num {
     fn from(x: u32) -> Num {
         Num::new(x, 0)

@@ -40,7 +40,7 @@ impl Planner {
         if self.rise | self.rise_part != 0 {
             self.level_out();
         } else {
-            hand(&self.v).to(&mut self.v_top);
+            self.v_top.set(&self.v);
         }
         self.piece = Layout::Rise;
         if self.endless {
@@ -73,7 +73,7 @@ impl Planner {
         }
         curve.level_out(&mut self.at, !self.ease);
         let level = if self.ease { curve.low() } else { curve.high() };
-        hand(level).to(&mut self.v_top);
+        self.v_top.set(level);
         (self.rise, self.rise_part) = hand(curve.length()).minus(&gone).split();
         self.reach();
     }

@@ -75,8 +75,8 @@ impl Curve {
     /// Lays the ramp between two speeds, at this slope (2A). One without bends has no time.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn lay(&mut self, low: &Num, high: &Num, slope: &Num, straight: bool) {
-        hand(low).to(&mut self.low);
-        hand(high).to(&mut self.high);
+        self.low.set(low);
+        self.high.set(high);
         if straight {
             // Whole numbers are exact: no step of the ramp is divided that need not be.
             hand(slope).scaled(-(NO_BENDS as i8) - 2).to(&mut self.bend);
@@ -167,7 +167,7 @@ impl Curve {
         let mut near = self.tail(t).number();
         let ending = self.bend.at_least(&near);
         if !ending {
-            hand(t).to(&mut near);
+            near.set(t);
         }
         let bent = if near.at_least(&self.bend) { &self.bend } else { &near };
         let straight = hand(&near).minus(bent).number();
@@ -195,10 +195,10 @@ impl Curve {
             // At the acceleration here: n/v, and from that the mean speed.
             let mut by = self.tail(t).number();
             if !t.at_least(&by) {
-                hand(t).to(&mut by);
+                by.set(t);
             }
             if by.at_least(&self.bend) {
-                hand(&self.bend).to(&mut by);
+                by.set(&self.bend);
             }
             hand(&self.half_jerk).roughly(&by).to(&mut by);
             hand(steps).over(v).roughly(&by).to(&mut by);
@@ -229,7 +229,7 @@ impl Curve {
     /// No time is beyond the high end.
     fn clamp(&self, t: &mut Num) {
         if t.at_least(&self.whole) {
-            hand(&self.whole).to(t);
+            t.set(&self.whole);
         }
     }
 
@@ -246,10 +246,10 @@ impl Curve {
             return;
         }
         // Only so much of the ramp is done, and a bend that ends it.
-        let (mut v, mut x) = (Num::UNSET, Num::UNSET);
-        self.at(t, &mut v, &mut x);
+        let mut v = Num::UNSET;
+        self.at(t, &mut v, &mut rest);
         if self.bend.at_least(&done) {
-            hand(&done).to(&mut self.bend);
+            self.bend.set(&done);
         }
         hand(&done).plus(&self.bend).to(&mut self.whole);
         // What a bend changes the speed by.
@@ -257,7 +257,7 @@ impl Curve {
         if up {
             hand(&lost).plus(&v).to(&mut self.high);
         } else {
-            hand(&self.bend).to(t);
+            t.set(&self.bend);
             hand(&lost).off(&v).to(&mut self.low);
         }
         self.measure();

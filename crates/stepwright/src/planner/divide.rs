@@ -4,7 +4,7 @@ use super::curve::move_by;
 use super::ramp::difference;
 use super::{Layout, Planner};
 use crate::clamp;
-use crate::num::{Num, hand, whole};
+use crate::num::{hand, whole};
 
 impl Planner {
     /// Divides `steps` from the last pulse handed out into rise or ease, level
@@ -39,10 +39,10 @@ impl Planner {
                 if self.tries == 0 {
                     // A single step, which is taken; or there is no speed between the two.
                     self.ease = false;
-                    hand(&self.w_from).to(&mut self.v_top);
+                    self.v_top.set(&self.w_from);
                 }
                 self.curve_of_fall();
-                hand(self.curve.length()).to(&mut self.at);
+                self.at.set(self.curve.length());
                 whole(0).to(&mut self.slope);
                 Layout::Spare
             }
@@ -67,7 +67,7 @@ impl Planner {
             _ => {
                 (self.tries, self.piece) = (TRIES, Layout::Speeds);
                 self.ease = !self.top.at_least(&self.v);
-                hand(&self.v).to(&mut self.w_from);
+                self.w_from.set(&self.v);
                 hand(&self.top).also(&mut self.most).to(&mut self.v_top);
                 if steps == 0 {
                     self.tries = 0;
@@ -83,8 +83,7 @@ impl Planner {
         let length = whole(steps).number();
         let last = self.tries == 0;
         let fits = last || length.at_least(&ramps);
-        let mut off = Num::UNSET;
-        difference(fits, &length, &ramps, &mut off);
+        let mut off = difference(fits, &length, &ramps).number();
         if fits && (last || self.v_top == self.most || length.at_least(&off.scaled(25))) {
             self.share(steps);
             return Layout::Check;
@@ -125,7 +124,7 @@ impl Planner {
         self.fall = rest.wrapping_sub(self.level);
         hand(curve.low()).square().to(&mut self.w_from);
         if self.ease {
-            hand(curve.whole()).to(&mut self.at);
+            self.at.set(curve.whole());
             hand(curve.high()).square().minus(&self.w_from).over(curve.length())
         } else {
             whole(0).to(&mut self.at);

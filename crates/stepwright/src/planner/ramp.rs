@@ -75,7 +75,7 @@ impl Planner {
     /// and their speeds are told to some 2⁻¹⁵. From here a change may set up the rest.
     pub(super) fn reach(&mut self) {
         if !self.is_falling() && self.rise | self.rise_part == 0 {
-            hand(&self.v_top).to(&mut self.v);
+            self.v.set(&self.v_top);
         }
     }
 
@@ -90,31 +90,25 @@ impl Planner {
     fn lay_fall(&mut self) {
         if !self.straight {
             self.curve_of_fall();
-            hand(self.curve.whole()).to(&mut self.at);
+            self.at.set(self.curve.whole());
         }
         hand(&self.v_end).square().to(&mut self.w_from);
-        hand(&self.d2).to(&mut self.slope);
+        self.slope.set(&self.d2);
         (self.piece, self.ease) = (Layout::Nothing, false);
     }
 
     /// Where on its ramp the pulse this many steps ahead is, from the low end.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn place_after(&self, steps: u16) -> Hand {
-        let mut steps = u32::from(steps);
-        let mut rest = Num::UNSET;
-        if self.ease {
-            part(self.rise_part).to(&mut rest);
-        }
-        let from = if self.is_falling() {
-            &self.fall
+        let steps = u32::from(steps);
+        if self.is_falling() {
+            whole(self.fall.wrapping_sub(steps))
         } else if self.ease {
-            &self.rise
+            let rest = part(self.rise_part).number();
+            whole(self.rise.wrapping_sub(steps)).plus(&rest)
         } else {
-            steps = steps.wrapping_neg();
-            &self.risen
-        };
-        let x = whole(from.wrapping_sub(steps));
-        if self.ease { x.plus(&rest) } else { x }
+            whole(self.risen.wrapping_add(steps))
+        }
     }
 
     /// Finds, in several calls, when the pulse this many steps ahead comes,
@@ -140,13 +134,13 @@ impl Planner {
         }
         if x.is_zero() {
             whole(0).to(&mut work.time);
-            hand(curve.low()).to(&mut work.pending);
+            work.pending.set(curve.low());
             return true;
         }
         // A fall begins in its corner.
         let begins = self.is_falling() && self.level != 0;
         let t = if begins { curve.whole() } else { &self.at };
-        hand(t).to(&mut work.time);
+        work.time.set(t);
         let up = !self.is_falling() && !self.ease;
         let steps = whole(steps.into()).number();
         curve.guess(&mut work.time, &self.v, &steps, &x, up);
@@ -160,49 +154,48 @@ impl Planner {
         if !first && !self.is_falling() {
             self.lay_fall();
         } else if self.find(work, work.run.count) {
-            self.measure(clock, work);
-            self.shape(clock, work, first);
+            let delta = self.measure(clock, work);
+            self.shape(clock, work, first, delta);
         }
     }
 
     /// The mean interval of a ramp run, and its δ divided by its steps.
     #[inline(always)]
-    fn measure(&self, clock: &Clock, work: &mut Work) {
+    fn measure(&self, clock: &Clock, work: &mut Work) -> Hand {
         if self.straight {
             // δ/N = 2·slope/(v₁ + v₂)². It needs few bits: the run's end is exact.
             let mean = hand(&work.pending).plus(&self.v).under(&clock.twice).also(&mut work.mean);
-            mean.roughly(&clock.inverse).to(&mut work.delta);
-            hand(&work.delta).roughly(&work.delta).roughly(&self.slope)
+            let by = mean.roughly(&clock.inverse).also(&mut work.delta);
+            by.roughly(&work.delta).roughly(&self.slope)
         } else {
             let at = &self.at;
             let up = work.time.at_least(at);
             let count = whole(work.run.count.into()).number();
-            difference(up, &work.time, at, &mut work.mean);
-            hand(&work.mean).times(&clock.twice).scaled(-1).over(&count).to(&mut work.mean);
-            difference(up, &work.pending, &self.v, &mut work.delta);
-            hand(&work.delta).over(&count).roughly(&clock.inverse).roughly(&work.mean)
+            let time = difference(up, &work.time, at).times(&clock.twice);
+            time.scaled(-1).over(&count).to(&mut work.mean);
+            let more = difference(up, &work.pending, &self.v).over(&count);
+            more.roughly(&clock.inverse).roughly(&work.mean)
         }
         .scaled(1)
-        .to(&mut work.delta);
+        .also(&mut work.delta)
     }
 
     /// What follows from δ: see [`settle`](Planner::settle). Where the acceleration changes
     /// the jerk adds to δ² J·Δt²/v, for its third.
-    fn shape(&mut self, clock: &Clock, work: &mut Work, first: bool) {
+    fn shape(&mut self, clock: &Clock, work: &mut Work, first: bool, delta: Hand) {
         let curve = &self.curve;
         let size = self.size as i8;
-        let delta = &work.delta;
+        let spread = delta.bits().wrapping_add(size.into());
         // Δt·δ²/32
         let by = (size + (size << 1)).wrapping_sub(5);
-        let mut error = Num::UNSET;
-        hand(delta).roughly(&work.mean).roughly(delta).scaled(by).to(&mut error);
+        let mut error = delta.roughly(&work.mean).roughly(&work.delta).scaled(by).number();
         if !self.straight && !(curve.is_straight(&self.at) && curve.is_straight(&work.time)) {
             let interval = hand(&work.mean).roughly(&clock.inverse).scaled(1).number();
             let cube = hand(&interval).roughly(&interval).roughly(&interval);
             let jerk = cube.roughly(curve.half_jerk()).roughly(&work.mean);
             jerk.scaled(by).plus(&error).to(&mut error);
         }
-        self.settle(clock, work, first, &error);
+        self.settle(clock, work, first, &error, spread);
     }
 
     /// The one step that a change of piece divides.
@@ -228,16 +221,16 @@ impl Planner {
             if last {
                 self.lay_fall();
                 // Until the corner is done: what a change of a bent one can't take back.
-                hand(&work.delta).to(&mut self.at);
+                self.at.set(&work.delta);
                 work.stage = Stage::Begin;
                 return Planned::Again;
             }
         }
         if !last {
-            hand(&self.v_top).to(&mut self.v);
+            self.v.set(&self.v_top);
         } else if work.stage == Stage::Late {
-            hand(&work.pending).to(&mut self.v);
-            hand(&work.time).to(&mut self.at);
+            self.v.set(&work.pending);
+            self.at.set(&work.time);
             self.fall_part = 0;
         } else {
             if self.find(work, 0) {
@@ -257,7 +250,7 @@ impl Planner {
 
 /// The larger of two less the other: the first is, or it is not.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-pub(super) fn difference(first: bool, a: &Num, b: &Num, to: &mut Num) {
+pub(super) fn difference(first: bool, a: &Num, b: &Num) -> Hand {
     let (more, less) = if first { (a, b) } else { (b, a) };
-    hand(more).minus(less).to(to);
+    hand(more).minus(less)
 }

@@ -21,8 +21,8 @@ impl Planner {
             let left = if first { &mut self.rise } else { &mut self.fall };
             *left = left.wrapping_sub(steps);
             self.risen = self.risen.wrapping_add(steps);
-            hand(&work.pending).to(&mut self.v);
-            hand(&work.time).to(&mut self.at);
+            self.v.set(&work.pending);
+            self.at.set(&work.time);
             self.reach();
             return Planned::Ready;
         }
@@ -35,12 +35,19 @@ impl Planner {
     }
 
     /// A ramp run of this δ is handed out next, or a shorter one is tried: by the
-    /// largest error of a step between its ends, in ticks.
-    pub(super) fn settle(&mut self, clock: &Clock, work: &mut Work, first: bool, error: &Num) {
+    /// largest error of a step between its ends, in ticks, and by the spread of its
+    /// intervals over their mean: less than 2^spread.
+    pub(super) fn settle(
+        &mut self,
+        clock: &Clock,
+        work: &mut Work,
+        first: bool,
+        error: &Num,
+        spread: i16,
+    ) {
         let size = self.size;
         let up = first && !self.ease;
         let most = clock.longest_of(&work.mean) as u8;
-        let spread = work.delta.bits().wrapping_add(size.into());
         let off = error.bits().wrapping_sub(clock.bound.into());
         if size > 0 && !(size <= most && off <= 0 && spread <= -2) {
             self.size = size - 1;

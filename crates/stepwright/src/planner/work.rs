@@ -38,6 +38,11 @@ impl Work {
         self.stage != Stage::Begin
     }
 
+    /// Its axis is the one that is planned until it is [cleared](Work::clear).
+    pub(crate) fn begin(&mut self) {
+        self.stage = Stage::Half;
+    }
+
     /// The run that has been [taken](super::Planner::take), until it is
     /// [handed over](Work::clear): the planner is beyond it.
     pub(crate) fn taken(&self) -> Option<Run> {

@@ -1,6 +1,6 @@
 //! Speed and acceleration along one axis, in thousandths of a step.
 
-use crate::num::Num;
+use crate::num::{Num, whole};
 use core::fmt;
 
 /// A value that the core can't hold: what it is and what is allowed.
@@ -72,7 +72,7 @@ impl Speed {
     pub fn steps(self) -> u32 {
         // A quotient of 32 bits is exact enough: thousandths lie further
         // apart. (An 8-bit chip has this division already, and no other.)
-        Num::from(self.0).over(&Num::from(1000)).split().0
+        whole(self.0).over(&const { Num::and_inverse(1000).0 }).split().0
     }
 
     /// v², in 10⁻⁶ (steps/s)²: at most 10¹⁸, exact.

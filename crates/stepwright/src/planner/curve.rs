@@ -60,27 +60,20 @@ impl Curve {
         whole(500_000).times(&jerk).to(&mut self.half_jerk);
     }
 
-    /// Has a jerk so large that the shortest bend lasts less than 10⁻¹⁵ s.
-    pub(super) fn set_no_bends(&mut self) {
-        // The largest acceleration is 2⁵⁰ of these units or less.
-        self.half_jerk = Num::power(NO_BENDS);
-    }
-
     /// Whether the first step from rest takes less than 1000 s · 2^e.
     pub(super) fn starts_within(&self, e: i8) -> bool {
         // x = J/6·t³.
         whole(3).over(&self.half_jerk).is_below(e.wrapping_mul(3))
     }
 
-    /// Lays the ramp between two speeds, at this slope (2A). One without bends has no time.
+    /// Lays the ramp between two speeds, at this slope (2A). Of a straight one the length is all
+    /// that is told.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn lay(&mut self, low: &Num, high: &Num, slope: &Num, straight: bool) {
         self.low.set(low);
         self.high.set(high);
         if straight {
             // Whole numbers are exact: no step of the ramp is divided that need not be.
-            hand(slope).scaled(-(NO_BENDS as i8) - 2).to(&mut self.bend);
-            whole(0).to(&mut self.whole);
             hand(low).square().to(&mut self.length);
             hand(high).square().minus(&self.length).over(slope).to(&mut self.length);
             return;
@@ -129,10 +122,9 @@ impl Curve {
 
     /// Steps more for each 0.001 steps/s that its high end is higher.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn growth(&self, straight: bool) -> Hand {
+    pub(super) fn growth(&self) -> Hand {
         let peak = hand(&self.half_jerk).times(&self.bend).scaled(2).number();
-        let other = if straight { &self.high } else { &self.low };
-        hand(other).plus(&self.high).over(&peak).scaled(1).plus(&self.whole).scaled(-1)
+        hand(&self.low).plus(&self.high).over(&peak).scaled(1).plus(&self.whole).scaled(-1)
     }
 
     /// Time from there to the high end.
@@ -273,6 +265,3 @@ pub(super) fn move_by(up: bool, a: &mut Num, by: &Num) {
 
 /// 1/3.
 const THIRD: Num = Num::and_inverse(3).1;
-
-/// The exponent of J/2 where there are no bends.
-const NO_BENDS: i16 = 110;

@@ -4,7 +4,7 @@ use super::curve::move_by;
 use super::ramp::difference;
 use super::{Layout, Planner};
 use crate::clamp;
-use crate::num::{hand, whole};
+use crate::num::{Num, hand, whole};
 
 impl Planner {
     /// Divides `steps` from the last pulse handed out into rise or ease, level
@@ -26,10 +26,10 @@ impl Planner {
     /// Does a piece of dividing `steps` from here, where the speed is v and level, into rise
     /// or ease, level and fall, and tells the next.
     ///
-    /// Where the top speed is out of reach, the highest speed that rise and fall
-    /// leave room for is found by Newton's method, inside bounds. Until it is
-    /// found they are in `w_from` and `most`; the length of the
-    /// fall is in `at`, what it grows by in `slope`.
+    /// Where the top speed is out of reach, the highest speed that rise and fall leave room for
+    /// follows from the steps where both are straight. Else it is found by Newton's method,
+    /// inside bounds. Until it is found they are in `w_from` and `most`; the length of the fall is
+    /// in `at`, what it grows by in `slope`.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn divide_piece(&mut self, piece: Layout, steps: u32) -> Layout {
         // Its ramps take less than half of that each.
@@ -44,10 +44,10 @@ impl Planner {
                 self.curve_of_fall();
                 self.at.set(self.curve.length());
                 whole(0).to(&mut self.slope);
-                Layout::Spare
+                if self.straight { Layout::Meet } else { Layout::Spare }
             }
             Layout::Spare | Layout::Join => {
-                self.curve.growth(self.straight).plus(&self.slope).to(&mut self.slope);
+                self.curve.growth().plus(&self.slope).to(&mut self.slope);
                 if piece == Layout::Spare { Layout::Meet } else { Layout::Try }
             }
             Layout::Meet => {
@@ -60,7 +60,7 @@ impl Planner {
                 } else {
                     curve.lay(&self.v, &self.v_top, &self.a2, self.straight);
                 }
-                Layout::Join
+                if self.straight { Layout::Try } else { Layout::Join }
             }
             Layout::Try => self.meet(steps),
             // The first: also where a change begins it once more.
@@ -84,7 +84,9 @@ impl Planner {
         let last = self.tries == 0;
         let fits = last || length.at_least(&ramps);
         let mut off = difference(fits, &length, &ramps).number();
-        if fits && (last || self.v_top == self.most || length.at_least(&off.scaled(25))) {
+        let near =
+            self.straight || self.v_top.at_least(&self.most) || length.at_least(&off.scaled(25));
+        if fits && (last || near) {
             self.share(steps);
             return Layout::Check;
         }
@@ -95,10 +97,13 @@ impl Planner {
             hand(&self.v).also(&mut self.most).to(&mut self.v_top);
             return Layout::Fall;
         }
+        if self.straight {
+            self.peak_of_straight(&length);
+            return Layout::Fall;
+        }
         // The next number at least: where a curve is steep it is too much, and the last to try.
         // Or a little less.
         let (bound, less) = if fits { (&mut self.w_from, -30) } else { (&mut self.most, -28) };
-        // By speed², which on a straight ramp is linear in the steps.
         let v = &self.v_top;
         hand(&off).over(&self.slope).times(v).scaled(1).to(&mut off);
         let mut w = hand(v).also(bound).square().number();
@@ -110,6 +115,27 @@ impl Planner {
             self.tries = 0;
         }
         Layout::Fall
+    }
+
+    /// The highest speed of straight ramps in so many steps, or that of now, is the last to try.
+    ///
+    /// ```text
+    ///   v_top²·(1/2a + 1/2d) = steps + v²/2a + v_end²/2d
+    /// ```
+    ///
+    /// Less a part in 2²⁸, so that it fits.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn peak_of_straight(&mut self, steps: &Num) {
+        let (up, down, peak) = (&self.a2, &self.d2, &mut self.v_top);
+        let both = hand(up).plus(down).number();
+        hand(&self.v_end).square().times(up).to(peak);
+        let mut rest = hand(&self.v).square().times(down).plus(peak).number();
+        hand(steps).times(up).times(down).plus(&rest).over(&both).to(peak);
+        hand(peak).scaled(-28).off(peak).root().to(&mut rest);
+        if !self.w_from.at_least(&rest) {
+            self.w_from.set(&rest);
+        }
+        self.tries = 0;
     }
 
     /// The speed is found: rise, level and fall take their steps.

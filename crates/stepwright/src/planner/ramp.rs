@@ -22,9 +22,8 @@ impl Planner {
         // The last one may have been stopped at once, in the midst of a change.
         self.piece = Layout::Speeds;
         self.straight = jerk.is_none();
-        match jerk {
-            None => self.curve.set_no_bends(),
-            Some(jerk) => self.curve.set_jerk(jerk.millisteps()),
+        if let Some(jerk) = jerk {
+            self.curve.set_jerk(jerk.millisteps());
         }
     }
 

@@ -306,3 +306,38 @@ fn a_change_between_the_pieces_of_a_division_begins_it_again() {
     }
     assert!(pieces > 8, "{pieces}");
 }
+
+/// A change of a straight ramp is laid out at once, so in few pieces: also where there is room
+/// for the fall alone, and no speed between the bounds fits.
+#[test]
+fn a_straight_ramp_is_laid_out_in_two_rounds() {
+    let rate = Rate::from_hz(16_000_000).unwrap();
+    let clock = Clock::new(rate, &Fit::board(rate));
+    let order = Order {
+        start: Speed::from_steps(500).unwrap(),
+        top: Speed::from_millisteps(665_203).unwrap(),
+        up: Ramp::Steps(200),
+        down: Ramp::Steps(200),
+        jerk: None,
+        travel: Travel::By(14),
+    };
+    let mut planner = Planner::IDLE;
+    planner.lay_out(&clock, &order).unwrap();
+    let mut work = Work::NONE;
+    while planner.steps_left() > 0 {
+        let mut changed = planner;
+        changed.limit(&clock, &Change::Top(Speed::from_steps(1896).unwrap())).unwrap();
+        let left = changed.steps_left();
+        let (mut piece, mut pieces) = (Layout::Rise, 0);
+        while piece != Layout::Check {
+            piece = changed.divide_piece(piece, left);
+            pieces += 1;
+        }
+        // Fall, meet, try, twice.
+        assert!(pieces <= 7, "{pieces} pieces with {left} steps left");
+        assert_eq!(changed.steps_left(), left);
+        if planner.next(&clock, &mut work) == Planned::Ready {
+            taken(&mut planner, &mut work);
+        }
+    }
+}

@@ -23,7 +23,8 @@
 //!
 //! **What is never touched**: assembly that a person wrote, which the compiler encloses in
 //! `;APP` and `;NO_APP`, or puts before the first function, or is a whole function
-//! (`asm::by_hand`). So the step interrupts and all that is timed by the cycle stay as they are.
+//! (`asm::by_hand`). So the step interrupts and all that is timed by the cycle stay as they are;
+//! an entry may stand before such a function, where nothing runs into it.
 //! No access to memory or a port is left out, moved or made another.
 //!
 //! **How it is tested**: random functions are carried out before and after (`tests`), and every

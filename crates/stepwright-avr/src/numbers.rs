@@ -6,10 +6,11 @@
 //!
 //! | routine | cycles, call and return included |
 //! | --- | --- |
-//! | `times`, `roughly` | 185, 85 |
-//! | `over` | 640 … 770 |
-//! | `root` | 740 … 820 |
-//! | `plus`, `minus` | 80 … 190 |
+//! | `times`, `roughly` | 164, 86 |
+//! | `over` | 600 … 765 |
+//! | `root` | 720 … 850 |
+//! | `plus`, `minus` | 67 … 180 |
+//! | `load`, `store`, `copy` | 32 |
 //!
 //! C's calling convention: an operand's address in r25–r24, a second one's in
 //! r23–r22. A number is four bytes m and two bytes e. Results are the number in hand, which

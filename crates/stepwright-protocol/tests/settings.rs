@@ -62,7 +62,7 @@ fn settings_may_stand_inside_an_order() {
 /// What `docs/settings.md` says below its table.
 const BELOW: &str = "
 Sets of axes are sums: 1 for X, 2 for Y, 4 for Z. The `can=` words in the answer to `?` say
-whether a board has `safety`: a Nano has not.
+whether a board has `safety`: a Nano with the old boot loader has not.
 
 On the serial line `$` lists the settings, `$idle-ms` asks for one, `$idle-ms=60000` sets it, and
 `$reset` brings the defaults back. No setting is changed while a motor moves.

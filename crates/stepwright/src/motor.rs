@@ -240,14 +240,14 @@ impl<const Q: usize> Motor<Q> {
         let (mut hold, ahead) = (self.rest, horizon.ticks());
         if hold > ahead {
             let early = Run::turn(hold.wrapping_sub(ahead), self.forward);
-            self.push(feed, early, u8::MAX);
+            self.push(feed, &early, u8::MAX);
             hold = ahead;
         }
         // A long wait is a turn too, if only to the same side: so the first step
         // is always near, and costs a chip no more than the others.
         if forward != self.forward || hold > lead {
             // It does not count as planned: the first intervals are to be known by its end.
-            self.push(feed, Run::turn(hold, forward), 0);
+            self.push(feed, &Run::turn(hold, forward), 0);
         } else {
             lead = clamp::sum(lead, hold);
         }
@@ -255,7 +255,7 @@ impl<const Q: usize> Motor<Q> {
         // Half a tick ahead from here on: deadlines rounded down are rounded to
         // the nearest.
         let first = Run { ticks: lead, part: 1 << 15, count: 1, add: 0 };
-        self.push(feed, first, horizon.span(lead));
+        self.push(feed, &first, horizon.span(lead));
     }
 
     /// Sets up the next leg, from rest; [`begin`](Motor::begin) it then.
@@ -270,8 +270,8 @@ impl<const Q: usize> Motor<Q> {
 
     /// Appends a run that lasts for this many units of the horizon.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn push(&mut self, feed: &mut Producer<'_, Q>, run: Run, span: u8) {
-        if feed.push(run).is_ok() {
+    fn push(&mut self, feed: &mut Producer<'_, Q>, run: &Run, span: u8) {
+        if feed.append(run) {
             // The last of the places that it takes lasts as long as the run. A run that waits
             // for the next one counts with the place before it.
             let span = span.min(!self.ahead(feed));
@@ -348,8 +348,8 @@ impl<const Q: usize> Motor<Q> {
         horizon: &Horizon,
     ) {
         if let Some(run) = work.taken() {
-            work.clear();
-            return self.push(feed, run, work.span);
+            self.push(feed, run, work.span);
+            return work.clear();
         }
         match self.planner.next(clock, work) {
             Planned::Ready => {
@@ -471,7 +471,7 @@ mod tests {
         // Round the queue's places many times; a run of k + 1 units each.
         for k in 0..300u32 {
             let unit = k % 20 + 1;
-            motor.push(&mut feed, Run::steady(2000, 1), horizon.span(unit << horizon.unit));
+            motor.push(&mut feed, &Run::steady(2000, 1), horizon.span(unit << horizon.unit));
             // The one before is played.
             let last = if k == 0 { 0 } else { (k - 1) % 20 + 1 };
             assert_eq!(u32::from(motor.ahead(&feed)), unit + last, "run {k}");
@@ -488,7 +488,7 @@ mod tests {
         let (mut feed, mut engine) = queue.split();
         let mut motor = Motor::<8>::IDLE;
         for _ in 0..3 {
-            motor.push(&mut feed, Run::steady(2000, 1), horizon.span(200 << horizon.unit));
+            motor.push(&mut feed, &Run::steady(2000, 1), horizon.span(200 << horizon.unit));
         }
         assert_eq!(motor.ahead(&feed), 255);
         // The first of them has been played to its end.

@@ -225,7 +225,7 @@ impl Planner {
         if rests {
             clock.interval(&self.top).plus(&self.slope).to(&mut self.slope);
         }
-        if !hand(&self.slope).is_below(32) || rests && !self.straight && !self.can_start(clock) {
+        if !hand(&self.slope).below(32) || rests && !self.straight && !self.can_start(clock) {
             return Err(Unfit::TooSlow);
         }
         let high = if self.top.at_least(&self.v) { &self.top } else { &self.v };
@@ -242,7 +242,7 @@ impl Planner {
         } else {
             127
         };
-        let ends = hand(&w).over(gentle).is_below(bits) && (self.straight || self.ends(high, &w));
+        let ends = hand(&w).over(gentle).below(bits) && (self.straight || self.ends(high, &w));
         if ends { Ok(Layout::Rise) } else { Err(Unfit::TooGentle) }
     }
 

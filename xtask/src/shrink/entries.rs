@@ -68,7 +68,7 @@ pub fn share(program: &mut Program) {
         }
     }
     // The last first, so that the others stay where they are.
-    taken.sort_by(|a, b| b.0.cmp(&a.0));
+    taken.sort_by_key(|(site, ..)| std::cmp::Reverse(*site));
     for ((index, n), depth, label) in taken {
         let lines = &mut functions[index].lines;
         if let Line::Code(code) = &mut lines[n] {

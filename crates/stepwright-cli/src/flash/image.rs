@@ -25,14 +25,15 @@ pub enum Program {
     PowerTerm,
 }
 
-/// For which boards, which program, the image. A Nano is an Uno whose boot loader leaves less.
+/// For which boards, which program, the image. A Nano with its old boot loader is an Uno with
+/// less room.
 const IMAGES: [(&[Board], Program, &[u8]); 11] = [
     (&[Board::Uno], Program::Slave, include_bytes!("../../images/uno.bin")),
     (&[Board::Nano], Program::Slave, include_bytes!("../../images/nano.bin")),
     (&[Board::Mega], Program::Slave, include_bytes!("../../images/mega.bin")),
     (&[Board::Uno, Board::Nano], Program::Timed, include_bytes!("../../images/uno-timed.bin")),
     (&[Board::Mega], Program::Timed, include_bytes!("../../images/mega-timed.bin")),
-    (&[Board::Uno], Program::Cycles, include_bytes!("../../images/uno-cycles.bin")),
+    (&[Board::Uno, Board::Nano], Program::Cycles, include_bytes!("../../images/uno-cycles.bin")),
     (&[Board::Mega], Program::Cycles, include_bytes!("../../images/mega-cycles.bin")),
     (&[Board::Uno, Board::Nano], Program::Laws, include_bytes!("../../images/uno-laws.bin")),
     (&[Board::Mega], Program::Laws, include_bytes!("../../images/mega-laws.bin")),
@@ -75,11 +76,12 @@ const _: () = {
 pub struct Image(&'static [u8]);
 
 impl Image {
-    /// The program for a board.
+    /// The program for a board. A Nano with the new boot loader has an Uno's room.
     ///
     /// # Errors
     /// There is none; which there are.
-    pub fn of(board: Board, program: Program) -> Result<Image, Failure> {
+    pub fn of(board: Board, old_boot_loader: bool, program: Program) -> Result<Image, Failure> {
+        let board = if board == Board::Nano && !old_boot_loader { Board::Uno } else { board };
         let fits = |row: &&(&[Board], Program, &[u8])| row.0.contains(&board);
         let found = IMAGES.iter().filter(fits).find(|row| row.1 == program);
         found.map(|row| Image(row.2)).ok_or_else(|| {

@@ -115,7 +115,7 @@ impl Hand {
 
     /// Whether it is less than 2^e.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn is_below(self, e: i8) -> bool {
+    pub(crate) fn below(self, e: i8) -> bool {
         let bits = self.bits();
         self.0.end();
         bits <= e.into()

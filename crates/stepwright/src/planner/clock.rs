@@ -49,7 +49,7 @@ impl Clock {
     /// Steps of this mean interval that may be one run, as a power of two: not too long,
     /// and their spread, less than the interval, within 31 bits of 2⁻¹⁶ ticks.
     pub(super) fn longest_of(&self, mean: &Num) -> i8 {
-        if hand(mean).is_below(17) { self.longest.doublings_of(mean).max(0) } else { 0 }
+        if hand(mean).below(17) { self.longest.doublings_of(mean).max(0) } else { 0 }
     }
 
     /// 2²⁸ ticks or more, in 1000 s, as a power of two.

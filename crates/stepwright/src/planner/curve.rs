@@ -63,7 +63,7 @@ impl Curve {
     /// Whether the first step from rest takes less than 1000 s · 2^e.
     pub(super) fn starts_within(&self, e: i8) -> bool {
         // x = J/6·t³.
-        whole(3).over(&self.half_jerk).is_below(e.wrapping_mul(3))
+        whole(3).over(&self.half_jerk).below(e.wrapping_mul(3))
     }
 
     /// Lays the ramp between two speeds, at this slope (2A). Of a straight one the length is all

@@ -117,7 +117,7 @@ impl Planner {
         Layout::Fall
     }
 
-    /// The highest speed of straight ramps in so many steps, or that of now, is the last to try.
+    /// The highest speed of straight ramps in this many steps, or that of now, is the last to try.
     ///
     /// ```text
     ///   v_top²·(1/2a + 1/2d) = steps + v²/2a + v_end²/2d

@@ -123,7 +123,7 @@ impl Planner {
         hand(&self.top).square().minus(slope).to(slope);
         // To the nearest 10⁻⁶, as the law holds it.
         let nearest = whole(steps).under(slope).also(slope).rounded_whole();
-        if hand(slope).is_below(32) {
+        if hand(slope).below(32) {
             let least = 2000 * Accel::MIN.millisteps() as u32;
             whole(if nearest == 0 { 0 } else { nearest.max(least) }).to(slope);
         }

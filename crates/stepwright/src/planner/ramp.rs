@@ -1,6 +1,6 @@
 //! The ramp in progress: straight, or with bent ends ([`Curve`](super::curve::Curve)).
 //!
-//! Both shapes are laid out as curves. Where a run of a bent one ends is found by its time, by
+//! Both shapes are set up as curves. Where a run of a bent one ends is found by its time, by
 //! Newton's method; of a straight one by speed² alone, which is linear in the steps:
 //!
 //! ```text
@@ -37,7 +37,7 @@ impl Planner {
     pub(super) fn ends(&self, high: &Num, w: &Num) -> bool {
         // v·√(v/J) steps. Times in a ramp are good to 2⁻²⁹ of all of it: to 2⁻⁶ of an
         // interval at its high end then, and not to several intervals.
-        hand(w).times(high).over(self.curve.half_jerk()).is_below(45)
+        hand(w).times(high).over(self.curve.half_jerk()).below(45)
     }
 
     /// Time from the last pulse handed out, which is at v, or from one at this time to the high
@@ -148,7 +148,7 @@ impl Planner {
     }
 
     /// A piece of planning a ramp run: its end, its mean interval and δ, and what follows.
-    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    #[inline(always)]
     pub(super) fn follow(&mut self, clock: &Clock, work: &mut Work, first: bool) {
         if !first && !self.is_falling() {
             self.lay_fall();
@@ -188,7 +188,7 @@ impl Planner {
         // Δt·δ²/32
         let by = (size + (size << 1)).wrapping_sub(5);
         let mut error = delta.roughly(&work.mean).roughly(&work.delta).scaled(by).number();
-        if !self.straight && !(curve.is_straight(&self.at) && curve.is_straight(&work.time)) {
+        if !(self.straight || curve.is_straight(&self.at) && curve.is_straight(&work.time)) {
             let interval = hand(&work.mean).roughly(&clock.inverse).scaled(1).number();
             let cube = hand(&interval).roughly(&interval).roughly(&interval);
             let jerk = cube.roughly(curve.half_jerk()).roughly(&work.mean);

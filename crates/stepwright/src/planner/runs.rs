@@ -12,11 +12,14 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn ramp(&mut self, clock: &Clock, work: &mut Work, first: bool) -> Planned {
         if work.stage == Stage::Late {
-            // An even number: then neither a group's mean interval nor the spread
-            // has a half to lose.
-            let half = hand(&work.delta).roughly(&work.mean).scaled(15).rounded_whole() as i32;
-            let up = first && !self.ease;
-            work.run.add = if up { half.wrapping_neg() } else { half }.wrapping_shl(1);
+            work.run.add = 0;
+            if work.run.count != 1 {
+                // An even number: then neither a group's mean interval nor the spread
+                // has a half to lose.
+                let half = hand(&work.delta).roughly(&work.mean).scaled(15).rounded_whole() as i32;
+                let up = first && !self.ease;
+                work.run.add = if up { half.wrapping_neg() } else { half }.wrapping_shl(1);
+            }
             let steps = u32::from(work.run.count);
             let left = if first { &mut self.rise } else { &mut self.fall };
             *left = left.wrapping_sub(steps);
@@ -63,7 +66,7 @@ impl Planner {
             } else if !up && size > 0 && off >= 0 {
                 // By (1 − 2δ)^−2½ from run to run: 1 + 8δ is more.
                 let next = hand(error).roughly(&work.delta).scaled(size as i8 + 3).plus(error);
-                if !next.is_below(clock.bound) {
+                if !next.below(clock.bound) {
                     self.size = size - 1;
                 }
             }

@@ -10,7 +10,7 @@ use crate::units::{Accel, Rate, Speed};
 /// The run that is ready.
 fn taken(planner: &mut Planner, work: &mut Work) -> Run {
     planner.take(work);
-    let run = work.taken().unwrap();
+    let run = *work.taken().unwrap();
     work.clear();
     run
 }
@@ -82,7 +82,7 @@ fn a_corner_takes_its_time() {
     }
 }
 
-/// What falls to its target still reaches it when its travel is laid out again on the way,
+/// What falls to its target still reaches it when its travel is set up again on the way,
 /// whatever the rounding says: also where it began as fast as it falls from.
 #[test]
 fn a_fall_that_is_laid_out_again_reaches_its_target() {
@@ -307,7 +307,7 @@ fn a_change_between_the_pieces_of_a_division_begins_it_again() {
     assert!(pieces > 8, "{pieces}");
 }
 
-/// A change of a straight ramp is laid out at once, so in few pieces: also where there is room
+/// A change of a straight ramp is set up at once, so in few pieces: also where there is room
 /// for the fall alone, and no speed between the bounds fits.
 #[test]
 fn a_straight_ramp_is_laid_out_in_two_rounds() {

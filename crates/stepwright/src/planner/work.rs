@@ -45,8 +45,8 @@ impl Work {
 
     /// The run that has been [taken](super::Planner::take), until it is
     /// [handed over](Work::clear): the planner is beyond it.
-    pub(crate) fn taken(&self) -> Option<Run> {
-        (self.stage == Stage::Taken).then_some(self.run)
+    pub(crate) fn taken(&self) -> Option<&Run> {
+        (self.stage == Stage::Taken).then_some(&self.run)
     }
 
     /// Steps of the run.

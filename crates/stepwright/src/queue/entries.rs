@@ -168,8 +168,13 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
     /// # Errors
     /// Gives the run back when the queue is full.
     pub fn push(&mut self, run: Run) -> Result<(), Run> {
+        if self.append(&run) { Ok(()) } else { Err(run) }
+    }
+
+    /// Appends a run; false if the queue is full.
+    pub(crate) fn append(&mut self, run: &Run) -> bool {
         if self.is_full() {
-            return Err(run);
+            return false;
         }
         let queue = &mut self.queue();
         let Producer { writer, far, .. } = self;
@@ -177,12 +182,12 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
             let changes = queue.backward.get() == u8::from(forward);
             queue.backward.set((!forward).into());
             writer.turn(run.ticks, changes, queue);
-        } else if run.count > 1 && is_far(&run) {
-            *far = run;
+        } else if run.count > 1 && is_far(run) {
+            *far = *run;
         } else {
-            writer.run(&run, queue);
+            writer.run(run, queue);
         }
-        Ok(())
+        true
     }
 
     /// Whether there is no room for another run.

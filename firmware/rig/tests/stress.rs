@@ -12,7 +12,7 @@ fn stories_are_clean() {
     let (board, image) = (board(), image());
     let mut sum = Sum::default();
     for seed in 0..200 {
-        let story = story(board, seed);
+        let story = story(seed);
         match play(board, &image, &story, Rules::default()) {
             Ok(one) => sum = sum.plus(one),
             Err(fault) => panic!("# seed {seed}: {fault}\n{story}"),

@@ -33,6 +33,7 @@ const BUSY: &[&str] = &[
     "10stepwright5group",
     "10stepwright5motor",
     "10stepwright5entry",
+    "10stepwright5board",
     "7planner4ramp",
     "7planner4runs",
 ];

@@ -18,6 +18,10 @@ const AIM: u32 = 20_480;
 const FLASH: u32 = 30_720;
 /// What any may take of the RAM, without its stack.
 const RAM: u32 = 1_229;
+/// And what the first example of a firmware of one's own may: three planners, each with both
+/// shapes of a ramp.
+const PLANNED: &str = "first-move";
+const PLANNED_RAM: u32 = 1_304;
 /// And what the controller may, whose planner has both shapes of a ramp. A change of three axes
 /// takes 505 bytes of stack; the rig's `change` sees that some are left.
 const CONTROLLER_RAM: u32 = 1_461;
@@ -113,6 +117,7 @@ fn look(board: Board, program: &Program, built: &Built) -> Result<Vec<String>> {
         let flash = if for_uno { ALONE } else { FLASH };
         let ram = match &*program.name {
             CONTROLLER => CONTROLLER_RAM,
+            PLANNED => PLANNED_RAM,
             _ if program.is_controller() => CYCLES_RAM,
             _ => RAM,
         };

@@ -4,7 +4,7 @@ use super::curve::move_by;
 use super::ramp::difference;
 use super::{Layout, Planner};
 use crate::clamp;
-use crate::num::{Num, hand, whole};
+use crate::num::{hand, whole};
 
 impl Planner {
     /// Divides `steps` from the last pulse handed out into rise or ease, level
@@ -46,6 +46,7 @@ impl Planner {
                 whole(0).to(&mut self.slope);
                 if self.straight { Layout::Meet } else { Layout::Spare }
             }
+            Layout::Spare | Layout::Join if self.straight => self.peak_of_straight(piece, steps),
             Layout::Spare | Layout::Join => {
                 self.curve.growth().plus(&self.slope).to(&mut self.slope);
                 if piece == Layout::Spare { Layout::Meet } else { Layout::Try }
@@ -98,8 +99,7 @@ impl Planner {
             return Layout::Fall;
         }
         if self.straight {
-            self.peak_of_straight(&length);
-            return Layout::Fall;
+            return Layout::Spare;
         }
         // The next number at least: where a curve is steep it is too much, and the last to try.
         // Or a little less.
@@ -117,25 +117,31 @@ impl Planner {
         Layout::Fall
     }
 
-    /// The highest speed of straight ramps in this many steps, or that of now, is the last to try.
+    /// The highest speed of straight ramps in this many steps, or that of now, is the last to
+    /// try.
     ///
     /// ```text
-    ///   v_top²·(1/2a + 1/2d) = steps + v²/2a + v_end²/2d
+    ///   v_top²·(2a + 2d) = steps·2a·2d + v²·2d + v_end²·2a
     /// ```
     ///
-    /// Less a part in 2²⁸, so that it fits.
+    /// Less a part in 2²⁸, so that it fits. In two pieces: the right side is in `slope` meanwhile.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn peak_of_straight(&mut self, steps: &Num) {
-        let (up, down, peak) = (&self.a2, &self.d2, &mut self.v_top);
+    fn peak_of_straight(&mut self, piece: Layout, steps: u32) -> Layout {
+        let (up, down, peak) = (&self.a2, &self.d2, &mut self.slope);
+        if piece == Layout::Spare {
+            hand(&self.v_end).square().times(up).to(peak);
+            let rest = hand(&self.v).square().times(down).plus(peak).number();
+            whole(steps).times(up).times(down).plus(&rest).to(peak);
+            return Layout::Join;
+        }
         let both = hand(up).plus(down).number();
-        hand(&self.v_end).square().times(up).to(peak);
-        let mut rest = hand(&self.v).square().times(down).plus(peak).number();
-        hand(steps).times(up).times(down).plus(&rest).over(&both).to(peak);
-        hand(peak).scaled(-28).off(peak).root().to(&mut rest);
-        if !self.w_from.at_least(&rest) {
-            self.w_from.set(&rest);
+        hand(peak).over(&both).to(peak);
+        hand(peak).scaled(-28).off(peak).root().to(peak);
+        if !self.w_from.at_least(peak) {
+            self.w_from.set(peak);
         }
         self.tries = 0;
+        Layout::Fall
     }
 
     /// The speed is found: rise, level and fall take their steps.

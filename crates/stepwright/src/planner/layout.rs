@@ -29,7 +29,7 @@ pub(crate) enum Layout {
     Rise,
     /// The length of a fall from the speed that is tried.
     Fall,
-    /// What a higher speed makes of it.
+    /// What a higher speed makes of it. Of straight ramps the speed that fits, and likewise below.
     Spare,
     /// The length of the rise.
     Meet,

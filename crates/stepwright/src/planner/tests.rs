@@ -5,7 +5,7 @@ use crate::order::{Order, Travel};
 use crate::profile::Fit;
 use crate::profile::Ramp;
 use crate::run::Run;
-use crate::units::{Accel, Rate, Speed};
+use crate::units::{Accel, Jerk, Rate, Speed};
 
 /// The run that is ready.
 fn taken(planner: &mut Planner, work: &mut Work) -> Run {
@@ -333,11 +333,54 @@ fn a_straight_ramp_is_laid_out_in_two_rounds() {
             piece = changed.divide_piece(piece, left);
             pieces += 1;
         }
-        // Fall, meet, try, twice.
-        assert!(pieces <= 7, "{pieces} pieces with {left} steps left");
+        // Fall, meet, try, twice; and the speed between, in two.
+        assert!(pieces <= 9, "{pieces} pieces with {left} steps left");
         assert_eq!(changed.steps_left(), left);
         if planner.next(&clock, &mut work) == Planned::Ready {
             taken(&mut planner, &mut work);
         }
     }
+}
+
+/// The top speed of a bent travel that has no room for its own is found in few rounds, also where
+/// it lies close above the start speed: the board answers no order before.
+#[test]
+fn the_top_speed_of_a_bent_travel_is_found_in_few_rounds() {
+    let rate = Rate::from_hz(16_000_000).unwrap();
+    let clock = Clock::new(rate, &Fit::board(rate));
+    // From 1 to e^n, evenly by powers.
+    let mut seed = 1u64;
+    let mut power = |n: f64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((seed >> 11) as f64 / (1u64 << 53) as f64 * n).exp()
+    };
+    let (mut found, mut rounds) = (0, 0);
+    while found < 2_000 {
+        let (top, up, down) = (2000.0 * power(11.0), power(12.0), power(12.0));
+        let steps = 1 + power(11.0) as i32;
+        let order = Order {
+            start: Speed::from_millisteps((top / power(3.0)) as u32).unwrap(),
+            top: Speed::from_millisteps(top as u32).unwrap(),
+            up: Ramp::Accel(Accel::clamped(10 * up as u32)),
+            down: Ramp::Accel(Accel::clamped(10 * down as u32)),
+            jerk: Some(Jerk::from_millisteps((10_000.0 * up * power(5.0)) as u64).unwrap()),
+            travel: Travel::By(steps),
+        };
+        let mut planner = Planner::IDLE;
+        planner.accept(&order).unwrap();
+        let mut piece = Layout::Speeds;
+        let mut tried = 0;
+        while piece != Layout::Check {
+            tried += u32::from(piece == Layout::Fall);
+            match planner.lay(&clock, piece, steps as u32) {
+                Ok(next) => piece = next,
+                Err(_) => break,
+            }
+        }
+        assert!(tried <= 20, "{tried} rounds: {order:?}");
+        if tried > 1 {
+            (found, rounds) = (found + 1, rounds + tried);
+        }
+    }
+    assert!(rounds < 8 * found, "{rounds} rounds of {found} travels");
 }

@@ -228,13 +228,13 @@ mod tests {
 
     #[test]
     fn the_stored_rate_holds_the_bound() {
-        let rates = |rate| Table::new(vec![Row::queued("rate_ramps", 2, rate, "steps/s")]);
-        let [above, below, far] = [60_000.0, 59_000.0, 56_900.0].map(rates);
+        let rates = |rate| Table::new(vec![Row::queued("rate_ramps", 1, rate, "steps/s")]);
+        let [above, below, far] = [120_000.0, 118_000.0, 113_900.0].map(rates);
         assert_eq!(wrong(&below, &above), 0);
         assert_eq!(wrong(&far, &above), 1);
         assert_eq!(wrong(&below, &below), 1);
         let stored = below.complaints(None);
-        assert!(stored.iter().any(|text| text.contains("the bound is ≥ 60000")), "{stored:?}");
+        assert!(stored.iter().any(|text| text.contains("the bound is ≥ 120000")), "{stored:?}");
     }
 
     #[test]

@@ -182,14 +182,8 @@ impl Manner {
 }
 
 /// A small chip plans runs no faster than steps follow on ramps steeper than this, in
-/// steps/s²; with a limit of jerk than half of it, for a run takes twice as long.
+/// steps/s².
 const STEEP: f64 = 100_000.0;
-
-/// Whether steps may be late on these ramps.
-fn is_steep(limits: &Limits) -> bool {
-    let bent = if limits.jerk.is_finite() { 2.0 } else { 1.0 };
-    limits.up.max(limits.down) * bent > STEEP
-}
 
 impl Judge {
     /// The answers to a line that are right now.
@@ -525,7 +519,7 @@ impl Judge {
             for track in self.tracks.iter_mut().filter(|track| selected >> track.axis & 1 != 0) {
                 if track.busy(now, &measure) != Known::No {
                     let limits = changed(track.limits, letter, number);
-                    self.hard |= is_steep(&limits);
+                    self.hard |= limits.up.max(limits.down) > STEEP;
                     track.limit(now, limits, &measure);
                 }
             }
@@ -571,7 +565,7 @@ impl Judge {
                 Travel::Endless(_) => None,
             };
             let track = &mut self.tracks[n];
-            self.hard |= is_steep(&limits) && limits.top > limits.start;
+            self.hard |= limits.up.max(limits.down) > STEEP && limits.top > limits.start;
             track.order(limits);
             track.not_before = not_before;
             let wait = wait + rests + measure.setup + 2 * measure.hold;

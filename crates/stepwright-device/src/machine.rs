@@ -43,11 +43,9 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
     }
 
     fn commit(&mut self) -> Poll<Result<(), Refusal>> {
-        let done = self.motors.commit(|| self.supervisor.wait(self.panel)).map_err(Refusal::from);
-        if done == Poll::Ready(Ok(())) {
-            self.supervisor.enable(self.panel);
-        }
-        done
+        // The drivers go on before the first axis begins: it may be ready before the last.
+        let wait = || self.supervisor.enable(self.panel);
+        self.motors.commit(wait).map_err(Refusal::from)
     }
 
     fn cancel(&mut self) {

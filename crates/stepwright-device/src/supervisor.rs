@@ -125,12 +125,6 @@ impl Supervisor {
         Blocked { forward: closed & forward, backward: closed & !forward }
     }
 
-    /// How long a travel that is ordered now has to wait for the drivers.
-    pub(crate) fn wait(&self, panel: &impl BoardIo) -> Ticks {
-        let left = if self.enabled { self.settling } else { self.delay() };
-        panel.ticks(1000).wrapping_mul(left.into())
-    }
-
     /// From switching the drivers on to the first step, in ms, and one more:
     /// the present millisecond has begun already.
     fn delay(&self) -> u16 {
@@ -140,8 +134,8 @@ impl Supervisor {
         }
     }
 
-    /// A travel begins.
-    pub(crate) fn enable(&mut self, panel: &mut impl BoardIo) {
+    /// A travel begins: how long it has to wait for the drivers.
+    pub(crate) fn enable(&mut self, panel: &mut impl BoardIo) -> Ticks {
         self.moved_at = panel.millis();
         panel.set_mark(Mark::MOVING);
         if !self.enabled {
@@ -150,6 +144,7 @@ impl Supervisor {
             self.now = self.moved_at as u8;
             self.set_enable(panel);
         }
+        panel.ticks(1000).wrapping_mul(self.settling.into())
     }
 
     /// Everything was stopped at once: the drivers go off if they are to. What moved is at

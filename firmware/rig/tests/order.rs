@@ -77,6 +77,25 @@ fn all_axes_begin_together() {
     }
 }
 
+/// A wait of 16 ms is not planned beyond, so the first axes are ready while the last begins: the
+/// drivers' time counts from ENABLE all the same.
+#[test]
+fn the_drivers_have_their_time() {
+    for phase in 0..8 {
+        let mut chip = chip();
+        say(&mut chip, "$enable-ms=15 PO A0 t8589 s1238 j2654879 G+89");
+        chip.run_for(phase * 2_000);
+        chip.expect("E", "Y");
+        rest(&mut chip);
+        let (on, level) = *chip.enable_changes().last().unwrap();
+        assert!(!level, "still off");
+        for axis in 0..3 {
+            let waited = steps(&chip, axis)[0].time - on;
+            assert!((15 * 16_000..20 * 16_000).contains(&waited), "{waited} cycles");
+        }
+    }
+}
+
 /// K acts between the pieces: nothing of the order moves, what moves stops, and the line is
 /// in step.
 #[test]

@@ -29,6 +29,15 @@ struct Asked {
     positions: (i64, i64),
 }
 
+/// The drivers' enable pin around a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Enable {
+    /// Its level before the line.
+    pub before: bool,
+    /// When it last changed, as seen at the answer.
+    pub since: u64,
+}
+
 /// Follows a conversation and knows what is allowed.
 pub struct Judge {
     board: Board,
@@ -49,7 +58,8 @@ pub struct Judge {
     /// Until when a switch that has opened counts as closed, and may do so; backward and
     /// forward.
     held: [[(u64, u64); 2]; 8],
-    enabled: Option<bool>,
+    /// Around the last line; its change is that of the line, or the line's answer.
+    enable: Option<Enable>,
     /// Settings that may be found after a loss of power, and when the last was made.
     stored: (Vec<Settings>, u64),
     /// The power came on: what the settings are is to be learned.
@@ -106,7 +116,7 @@ impl Judge {
             guard: Guard::new(),
             switches: [true; 8],
             held: [[(0, 0); 2]; 8],
-            enabled: None,
+            enable: None,
             stored: (vec![Settings::new(board.can)], 0),
             unsure: false,
             moved: Known::No,
@@ -277,13 +287,18 @@ impl Judge {
         self.tracks.iter().filter(|track| beside(track)).count()
     }
 
+    /// Whether the drivers were on before the line.
+    fn drivers_were_on(&self) -> bool {
+        let on = self.settings.get(settings::ENABLE_HIGH) != 0;
+        self.enable.is_some_and(|enable| enable.before == on)
+    }
+
     /// What was stopped at once leaves the drivers off, where it is set to: to be seen before
     /// a line.
     fn look_at_drivers(&self, now: u64) -> Result<(), Fault> {
-        let on = self.enabled == Some(self.settings.get(settings::ENABLE_HIGH) != 0);
         match self.guard.off {
             // The level is that of before the line's last byte.
-            Some(off) if on && now > off + 2 * u64::from(self.board.byte) => {
+            Some(off) if self.drivers_were_on() && now > off + 2 * u64::from(self.board.byte) => {
                 self.broken(Rule::Driver, now, || format!("drivers are on, switched off at {off}"))
             }
             _ => Ok(()),
@@ -352,7 +367,7 @@ impl Judge {
     }
 
     /// The answer to the last line, without its CR, which began at `now` and ended at `ended`;
-    /// `None` if none came. `enabled` is the level of the drivers' enable before the line.
+    /// `None` if none came.
     ///
     /// # Errors
     /// The rule that it breaks.
@@ -360,7 +375,7 @@ impl Judge {
         &mut self,
         answer: Option<&[u8]>,
         (now, ended): (u64, u64),
-        enabled: bool,
+        enable: Enable,
     ) -> Result<(), Fault> {
         self.advance(now)?;
         let Some(mut asked) = self.asked.take() else {
@@ -372,7 +387,9 @@ impl Judge {
         if self.silent[1] == Silence::Perhaps {
             self.guard.lease.1 = Known::Maybe;
         }
-        self.enabled = Some(enabled);
+        // A board plans between switching the drivers on and answering.
+        let switched = (asked.since..now).contains(&enable.since);
+        self.enable = Some(Enable { since: if switched { enable.since } else { now }, ..enable });
         self.look_at_drivers(now)?;
         self.lines += 1;
         let Some(answer) = answer else {
@@ -538,10 +555,10 @@ impl Judge {
 
     /// Ticks from an order to its first step that the drivers take.
     pub(crate) fn drivers(&mut self, now: u64) -> (u64, u64) {
-        let on = self.enabled == Some(self.settings.get(settings::ENABLE_HIGH) != 0);
         let delay = self.board.ticks(1000 * self.settings.get(settings::ENABLE));
         let latest = self.tracks.iter().map(|track| track.not_before).max().unwrap_or(0);
-        let from = if on { latest } else { now + delay };
+        let since = self.enable.map_or(now, |enable| enable.since);
+        let from = if self.drivers_were_on() { latest } else { since + delay };
         (from, delay + self.board.ticks(2000))
     }
 

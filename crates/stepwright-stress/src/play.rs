@@ -9,7 +9,7 @@ use stepwright_sim::{
 };
 
 use crate::fault::{Fault, Rule, Rules};
-use crate::judge::Judge;
+use crate::judge::{Enable, Judge};
 use crate::story::{Act, Board, Input, Reset, Story};
 use crate::track::Goal;
 
@@ -25,8 +25,8 @@ pub trait Bench {
     fn heard(&mut self) -> Option<(u64, u8)>;
     /// Takes the edges since the last call, in order of time.
     fn edges(&mut self, into: &mut Vec<Edge>);
-    /// The level of the drivers' enable pin.
-    fn enabled(&self) -> bool;
+    /// The level of the drivers' enable pin, and since when.
+    fn enable(&mut self) -> (bool, u64);
     /// Sets the level of a switch's pin.
     fn switch(&mut self, axis: u8, high: bool);
     /// Sets the level of an input that stops everything, where there is one.
@@ -146,7 +146,7 @@ impl<'s> Player<'s> {
     /// Sends a byte and waits for the answer if there is to be one.
     fn send(&mut self, bench: &mut impl Bench, byte: u8) -> Result<Vec<u8>, Fault> {
         let mut answer = Vec::new();
-        let enabled = bench.enabled();
+        let (enabled, _) = bench.enable();
         bench.send(byte);
         let sent = bench.now();
         self.look(bench, sent)?;
@@ -173,7 +173,8 @@ impl<'s> Player<'s> {
         let whole = answer.pop() == Some(b'\r') && !answer.contains(&b'\r');
         let begun = begun.unwrap_or(bench.now());
         self.look(bench, begun)?;
-        self.judge.answer(whole.then_some(&answer), (begun, ended), enabled)?;
+        let enable = Enable { before: enabled, since: bench.enable().1 };
+        self.judge.answer(whole.then_some(&answer), (begun, ended), enable)?;
         Ok(answer)
     }
 
@@ -244,6 +245,7 @@ fn simulate_on<C: Count>(story: &Story, rules: Rules) -> Result<Sum, Fault> {
             board,
             base,
             byte: story.board.byte.into(),
+            since: base,
             switches,
             inputs,
             said: VecDeque::new(),
@@ -274,6 +276,8 @@ struct Simulated<'q, C: Count> {
     board: VirtualBoard<'q, C, Taken>,
     base: u64,
     byte: u64,
+    /// The last change of the enable pin.
+    since: u64,
     switches: [bool; 3],
     inputs: [bool; 2],
     said: VecDeque<(u64, u8)>,
@@ -324,8 +328,12 @@ impl<C: Count> Bench for Simulated<'_, C> {
         );
     }
 
-    fn enabled(&self) -> bool {
-        self.board.enable_level()
+    fn enable(&mut self) -> (bool, u64) {
+        let changes = self.board.take_enable_changes();
+        if let Some(&(time, _)) = changes.last() {
+            self.since = self.base + time;
+        }
+        (self.board.enable_level(), self.since)
     }
 
     fn switch(&mut self, axis: u8, high: bool) {

@@ -107,8 +107,8 @@ impl Bench for OnChip {
         into.extend(self.chip.take_edges());
     }
 
-    fn enabled(&self) -> bool {
-        self.chip.enable_changes().last().is_some_and(|(_, level)| *level)
+    fn enable(&mut self) -> (bool, u64) {
+        self.chip.enable_changes().last().map_or((false, 0), |&(time, level)| (level, time))
     }
 
     fn switch(&mut self, axis: u8, high: bool) {

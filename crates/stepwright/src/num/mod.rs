@@ -92,15 +92,15 @@ impl Num {
         self.e.wrapping_add(31)
     }
 
-    /// Becomes a number if that is between two others; else it is a sixteenth of the way from the
+    /// Becomes a number if that is between two others; else it is a part of the way from the
     /// lesser to the larger.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn set_between(&mut self, least: &Num, to: &Num, most: &Num) {
+    pub(crate) fn set_between(&mut self, least: &Num, to: &Num, most: &Num, part: &Num) {
         let inside = !least.at_least(to) && !to.at_least(most);
         if inside {
             self.set(to);
         } else {
-            hand(most).minus(least).scaled(-4).plus(least).to(self);
+            hand(most).minus(least).times(part).plus(least).to(self);
         }
     }
 

@@ -85,9 +85,7 @@ impl Planner {
         let last = self.tries == 0;
         let fits = last || length.at_least(&ramps);
         let mut off = difference(fits, &length, &ramps).number();
-        let near =
-            self.straight || self.v_top.at_least(&self.most) || length.at_least(&off.scaled(25));
-        if fits && (last || near) {
+        if fits && (last || self.straight || self.v_top.at_least(&self.most)) {
             self.share(steps);
             return Layout::Check;
         }
@@ -107,10 +105,18 @@ impl Planner {
         let v = &self.v_top;
         hand(&off).over(&self.slope).times(v).scaled(1).to(&mut off);
         let mut w = hand(v).also(bound).square().number();
+        if fits && w.at_least(&off.scaled(27)) {
+            // It is near enough: v is to be a part in 2²⁸ higher at most.
+            self.share(steps);
+            return Layout::Check;
+        }
         hand(&w).scaled(less).plus(&off).to(&mut off);
         move_by(fits, &mut w, &off);
         hand(&w).root().to(&mut w);
-        self.v_top.set_between(&self.w_from, &w, &self.most);
+        // A sixteenth of the way, and less the less of these ramps there is room for.
+        let (less, more) = if fits { (&ramps, &length) } else { (&length, &ramps) };
+        let part = hand(less).over(more).scaled(-4).number();
+        self.v_top.set_between(&self.w_from, &w, &self.most, &part);
         if self.w_from.at_least(&self.v_top) {
             self.tries = 0;
         }

@@ -62,7 +62,7 @@ impl Planner {
         if order.top == Speed::ZERO {
             return Err(Unfit::Standstill);
         }
-        self.size = 0;
+        self.size = first_size(order.start.millisteps());
         (self.risen, self.level) = (order.start.millisteps(), order.top.millisteps());
         set_ramp(&mut self.a2, &mut self.rise, &order.up);
         set_ramp(&mut self.d2, &mut self.fall, &order.down);
@@ -143,6 +143,14 @@ impl Planner {
         }
         Ok(())
     }
+}
+
+/// The length of a travel's first run, as a power of two, that is tried first. The faster it
+/// starts, the fewer steps a short run of it lasts for: what is queued at the start has to last
+/// while more is planned. Of straight ramps up to 100,000 steps/s² at 16 MHz these are not too long.
+fn first_size(start: u32) -> u8 {
+    // 2^21 thousandths are 2097 steps/s.
+    if start >> 24 == 0 { (start >> 21) as u8 } else { 6 }
 }
 
 /// Sets an acceleration, or the number of steps of a ramp.

@@ -24,7 +24,7 @@ pub enum Rule {
     Rise,
     /// Speeds fall no faster than ordered, to rest from the start speed.
     Fall,
-    /// A soft stop ends within its way and its time.
+    /// A soft stop ends within its time, and speeds up no more.
     Stop,
     /// A motor that has come to rest stays there for one step of its start speed.
     Dwell,
@@ -69,7 +69,7 @@ impl Rule {
 
     /// Whether a late step breaks it too.
     pub fn is_of_speed(self) -> bool {
-        matches!(self, Rule::Top | Rule::Rise | Rule::Fall | Rule::Dwell)
+        matches!(self, Rule::Top | Rule::Rise | Rule::Fall | Rule::Stop | Rule::Dwell)
     }
 
     /// Its name.

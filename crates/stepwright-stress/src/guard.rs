@@ -321,7 +321,12 @@ impl Judge {
                 false => Ok(()),
             };
         };
-        self.guard.errors[LOCKS] = if late > 0 { Known::Yes } else { Known::No };
+        self.guard.errors[LOCKS] = match late {
+            // A step may be late between the two, where some may be.
+            0 if self.board().late && self.hard => Known::Maybe,
+            0 => Known::No,
+            _ => Known::Yes,
+        };
         // What has stopped an axis since the last `!` is an error.
         let shown = |letter: u8| self.tracks.iter().any(|track| track.stops.says(letter));
         let errors = LETTERS.map(|letter| told.as_bytes().contains(&letter));

@@ -306,7 +306,7 @@ impl Judge {
     }
 
     /// A fault of speed waits until the board has said whether a step was late.
-    fn explain(&mut self, judged: Result<(), Fault>) -> Result<(), Fault> {
+    pub(crate) fn explain(&mut self, judged: Result<(), Fault>) -> Result<(), Fault> {
         match judged {
             Err(fault) if self.board.late && fault.rule.is_of_speed() => {
                 self.uneven.get_or_insert(fault);
@@ -560,6 +560,11 @@ impl Judge {
         let since = self.enable.map_or(now, |enable| enable.since);
         let from = if self.drivers_were_on() { latest } else { since + delay };
         (from, delay + self.board.ticks(2000))
+    }
+
+    /// Whether an axis rests.
+    pub(crate) fn rests(&self, axis: u8) -> bool {
+        self.tracks.get(usize::from(axis)).is_some_and(|track| track.goal == Goal::Rest)
     }
 
     /// The board.

@@ -172,6 +172,10 @@ impl<'s> Player<'s> {
         }
         let whole = answer.pop() == Some(b'\r') && !answer.contains(&b'\r');
         let begun = begun.unwrap_or(bench.now());
+        // An axis may step before the answer to its order begins, while another is planned.
+        bench.edges(&mut self.edges);
+        let first = self.edges.iter().find(|edge| edge.is_step() && self.judge.rests(edge.axis));
+        let begun = first.map_or(begun, |first| begun.min(first.time - 1));
         self.look(bench, begun)?;
         let enable = Enable { before: enabled, since: bench.enable().1 };
         self.judge.answer(whole.then_some(&answer), (begun, ended), enable)?;

@@ -345,6 +345,8 @@ impl Judge {
             if busy == Known::No {
                 continue;
             }
+            // It may come to rest while the line is worked on.
+            expect.no = expect.no | self.reason(busy == Known::Maybe, Reason::NoTravel);
             if letter == b'd' {
                 expect = expect.and(self.admit_decel(n, busy));
             }

@@ -422,11 +422,10 @@ impl Track {
         self.steps += 1;
         let (least, most, count) = (self.least, self.most, self.count);
         if count < least || count > most {
-            let rule = if matches!(self.goal, Goal::Stop(_)) { Rule::Stop } else { Rule::Order };
             let goal = self.goal;
             let what =
                 || format!("axis {axis} steps to {count}, beyond {least} … {most}; {goal:?}");
-            rules.broken(rule, now, what)?;
+            rules.broken(Rule::Order, now, what)?;
         }
         if let Some((behind, ahead)) = self.fence
             && !(behind..=ahead).contains(&count)

@@ -19,7 +19,8 @@ impl Judge {
             }
             "B" => {
                 let goals: Vec<_> = self.tracks.iter().map(|t| (t.count, t.goal)).collect();
-                self.broken(Rule::Stop, now, || format!("B after the end: {goals:?}"))
+                let judged = self.broken(Rule::Stop, now, || format!("B after the end: {goals:?}"));
+                self.explain(judged)
             }
             _ => self.wrong(asked, answer, now),
         }

@@ -34,7 +34,7 @@ impl Track {
         };
         let axis = self.axis + 1;
         if !self.fresh && rise > told && self.forward == Some(!forward) {
-            measure.rules.broken(Rule::Stop, now, || {
+            measure.rules.broken(Rule::Order, now, || {
                 format!("axis {axis} turns, which was told to stop at tick {told}")
             })?;
         }

@@ -61,7 +61,7 @@ fn number(text: &str) -> Option<f64> {
 // ---- Figures ----
 
 /// A row of the README, and what it is called in `bench/avr.json`.
-const FIGURES: [(&str, &str, u64, &str); 13] = [
+const FIGURES: [(&str, &str, u64, &str); 14] = [
     ("1 axis, ramps planned on the chip", "rate_ramps", 1, "queued"),
     ("2 axes, each", "rate_ramps", 2, "queued"),
     ("3 axes, each", "rate_ramps", 3, "queued"),
@@ -70,6 +70,7 @@ const FIGURES: [(&str, &str, u64, &str); 13] = [
     ("… behind another, constant speed", "back_to_back_constant", 1, "queued"),
     ("a step of a motor cycle, 3 motors at once", "cycle_step", 3, "cycle"),
     ("longest piece of planning", "planning_burst", 3, "queued"),
+    ("… with S-curves", "planning_burst_s_curves", 3, "queued"),
     ("RMS error of the intervals", "interval_rms", 1, "queued"),
     ("acceleration, peak over nominal", "accel_peak", 1, "queued"),
     ("… by the deadlines", "accel_peak_deadlines", 1, "queued"),

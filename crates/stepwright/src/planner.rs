@@ -43,8 +43,9 @@
 //! cost and size: it is for hosts.
 //!
 //! **Cost** on an ATmega328P, measured in simavr: a run of a straight ramp takes a root, a division
-//! and seven products, in four calls, the last of which queues it. The longest call takes 3,078
-//! cycles, the slave's way to it included (`planning_burst`).
+//! and seven products, in four calls, the last of which queues it. The longest call takes 3,080
+//! cycles, the slave's way to it included (`planning_burst`); of a bent ramp 10,082
+//! (`planning_burst_s_curves`).
 
 mod change;
 mod clock;

@@ -80,6 +80,7 @@ const MEASURES: &[Measure] = &[
     (cycles::isolated, &["isolated", "isolated_ramp", "reload"]),
     (accuracy::alone, &["interval_rms", "accel_peak", "accel_peak_deadlines"]),
     (cycles::three_axes, &["planning_burst", "order_burst", "interrupts_off", "stack"]),
+    (cycles::three_s_curves, &["planning_burst_s_curves", "order_burst_s_curves"]),
     (accuracy::with_traffic, &["edge_error_median", "edge_error_99", "edge_error_worst"]),
     (behind::rows, &["back_to_back_constant", "back_to_back_ramp"]),
     (cycles::motor_cycle, &["cycle_step"]),

@@ -184,16 +184,19 @@ impl Curve {
             // From rest: x = J/6·t³, to a power of two.
             *t = hand(x).over(&self.half_jerk).scaled(1).number().near_cube_root();
         } else {
-            // At the acceleration here: n/v, and from that the mean speed.
-            let mut by = self.tail(t).number();
-            if !t.at_least(&by) {
-                by.set(t);
+            // The time is n/v; the mean acceleration counts a third of the way ahead, and from that
+            // follows the mean speed.
+            let time = hand(steps).over(v).number();
+            let mut near = hand(t).number();
+            move_by(up, &mut near, &hand(&time).roughly(&THIRD).number());
+            let mut by = self.tail(&near).number();
+            if !near.at_least(&by) {
+                by.set(&near);
             }
             if by.at_least(&self.bend) {
                 by.set(&self.bend);
             }
-            hand(&self.half_jerk).roughly(&by).to(&mut by);
-            hand(steps).over(v).roughly(&by).to(&mut by);
+            hand(&self.half_jerk).roughly(&by).roughly(&time).to(&mut by);
             let mut mean = hand(v).number();
             move_by(up, &mut mean, &by);
             hand(v).scaled(-2).to(&mut by);

@@ -13,6 +13,8 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
     ("rate_constant", 3, "queued", Bound::AtLeast(45_000.0)),
     ("rate_ramps", 3, "queued", Bound::AtLeast(35_000.0)),
     ("planning_burst", 3, "queued", Bound::AtMost(3_200.0)),
+    ("planning_burst_s_curves", 3, "queued", Bound::AtMost(3_200.0)),
+    ("order_burst_s_curves", 3, "queued", Bound::AtMost(3_200.0)),
     ("interrupts_off", 3, "queued", Bound::AtMost(300.0)),
     ("interval_rms", 1, "queued", Bound::AtMost(0.05)),
     ("accel_peak_deadlines", 1, "queued", Bound::AtMost(1.4)),
@@ -28,6 +30,8 @@ pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
     ("rate_ramps", 2, "queued", "an axis waits for the other's next group to be prepared"),
     ("rate_ramps", 3, "queued", "planning of three falls that end together"),
     ("rate_constant", 3, "queued", "an axis waits for the others' next groups to be prepared"),
+    ("planning_burst_s_curves", 3, "queued", "a pulse's time and its run are found in one call"),
+    ("order_burst_s_curves", 3, "queued", "a ramp's bends are laid in one call"),
     ("ram", 3, "queued", "what the guards keep: settings, places, errors"),
     ("flash", 3, "queued", "what the compiler makes of wide numbers"),
 ];

@@ -18,21 +18,28 @@ pub(super) struct Axis {
     pub start: u32,
     pub top: u32,
     pub accel: u32,
+    /// 0 for none.
+    pub jerk: u32,
     pub steps: u32,
 }
 
 impl Axis {
     /// From rest to rest.
     pub(super) fn ramps(top: u32, accel: u32, steps: u32) -> Axis {
-        Axis { start: 0, top, accel, steps }
+        Axis { start: 0, top, accel, jerk: 0, steps }
+    }
+
+    /// The same with bends of 50 ms.
+    pub(super) fn bent(self) -> Axis {
+        Axis { jerk: 20 * self.accel, ..self }
     }
 
     /// All at one speed.
     pub(super) fn constant(speed: u32, steps: u32) -> Axis {
-        Axis { start: speed, top: speed, accel: 40_000, steps }
+        Axis { start: speed, top: speed, accel: 40_000, jerk: 0, steps }
     }
 
-    /// When its pulses should come.
+    /// When its pulses should come, without a limit of jerk.
     pub(super) fn ideal(&self) -> Result<Path> {
         let accel = Ramp::Accel(Accel::from_steps(self.accel)?);
         let order = Order {
@@ -184,12 +191,15 @@ impl Job {
         };
         say("PO")?;
         for (n, axis) in self.axes.iter().enumerate() {
-            let Axis { start, top, accel, steps } = axis;
+            let Axis { start, top, accel, jerk, steps } = axis;
             say(&format!("A{}", n + 1))?;
             for line in [format!("s{start}"), format!("t{top}"), format!("a{accel}")] {
                 say(&line)?;
             }
             say(&format!("d{accel}"))?;
+            if *jerk != 0 {
+                say(&format!("j{jerk}"))?;
+            }
             say(&format!("G+{steps}"))?;
         }
         if self.visits {

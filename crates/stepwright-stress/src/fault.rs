@@ -10,8 +10,10 @@ pub enum Rule {
     Answer,
     /// `V` tells the steps on the pins.
     Position,
-    /// A travel ends after exactly its steps, and in time.
+    /// A travel ends after exactly its steps.
     Count,
+    /// It ends in time.
+    Time,
     /// Nothing moves but by order, and nothing beyond it.
     Order,
     /// STEP is high for the pulse's width, and low for as long.
@@ -47,6 +49,7 @@ const NAMES: [&str; Rule::COUNT] = [
     "answer",
     "position",
     "count",
+    "time",
     "order",
     "pulse",
     "direction",
@@ -65,11 +68,11 @@ const NAMES: [&str; Rule::COUNT] = [
 
 impl Rule {
     /// How many there are.
-    pub const COUNT: usize = 17;
+    pub const COUNT: usize = 18;
 
     /// Whether a late step breaks it too.
     pub fn is_of_speed(self) -> bool {
-        matches!(self, Rule::Top | Rule::Rise | Rule::Fall | Rule::Stop | Rule::Dwell)
+        matches!(self, Rule::Time | Rule::Top | Rule::Rise | Rule::Fall | Rule::Stop | Rule::Dwell)
     }
 
     /// Its name.

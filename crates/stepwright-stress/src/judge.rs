@@ -189,6 +189,7 @@ impl Judge {
     pub(crate) fn advance(&mut self, now: u64) -> Result<(), Fault> {
         self.hear_silence(now);
         self.obey_inputs(now);
+        let mut due = Ok(());
         for (track, held) in self.tracks.iter_mut().zip(self.held) {
             for (side, since) in track.closed.into_iter().enumerate() {
                 // It may be halted from the first moment on.
@@ -203,9 +204,9 @@ impl Judge {
                     *edge = track.count;
                 }
             }
-            track.due(now, &self.measure)?;
+            due = due.and(track.due(now, &self.measure));
         }
-        Ok(())
+        self.explain(due)
     }
 
     /// Moving axes brake when no line has come for this time. A board that works out an answer

@@ -353,7 +353,7 @@ impl Track {
         match self.goal {
             Goal::End(end, by) if now > by && self.count != end => {
                 let (axis, left) = (self.axis + 1, end - self.count);
-                measure.rules.broken(Rule::Count, now, || {
+                measure.rules.broken(Rule::Time, now, || {
                     format!("axis {axis} should have ended by tick {by}, {left} steps to go")
                 })
             }

@@ -7,7 +7,8 @@
 
 mod common;
 
-use common::{chip, path_of_accel, rest, say, steps};
+use common::{board, chip, path_of_accel, rest, say, steps};
+use stepwright_rig::Board;
 use stepwright_rig::edges::intervals_of;
 
 /// A dry queue costs more cycles than that, and latency fewer: what is queued late is played
@@ -49,4 +50,42 @@ fn half_as_steep_a_ramp_is_on_time() {
     }
     chip.expect("V1", "200");
     assert!(chip.ask("?").unwrap().contains(" late=0 "));
+}
+
+/// At 123,733 steps/s runs of 1, 2, 4 … steps would be over before the next are planned: such a
+/// travel begins with a longer one. Whatever the host asks in the beginning.
+#[test]
+fn a_travel_that_starts_fast_is_on_time() {
+    if board() == Board::Mega {
+        // Its step interrupt is slower.
+        return;
+    }
+    for phase in 0..20 {
+        let mut chip = chip();
+        say(&mut chip, "PO m123733722 s123733 G-1883 E");
+        chip.run_for(11_000 + 100 * phase);
+        chip.send("V1\r".repeat(20).as_bytes());
+        chip.run_for(16_000 * 60);
+        // More than the board keeps: the rest of them ends here.
+        chip.poll(&[]);
+        chip.ask("");
+        rest(&mut chip);
+        assert!(chip.ask("?").unwrap().contains(" late=0 "), "phase {phase}");
+    }
+}
+
+/// A stop in the first bend of an S-curve, of which a bend takes 6 ms.
+#[test]
+fn an_s_curve_that_is_stopped_in_a_bend_is_on_time() {
+    if board() == Board::Mega {
+        return;
+    }
+    for phase in 0..10 {
+        let mut chip = chip();
+        say(&mut chip, "PO T929 s3810 a97855 d39784 j16085928 G-35 E A0");
+        chip.run_for(1_000 * phase);
+        chip.expect("Z", "Y");
+        rest(&mut chip);
+        assert!(chip.ask("?").unwrap().contains(" late=0 "), "phase {phase}");
+    }
 }

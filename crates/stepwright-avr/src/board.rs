@@ -94,7 +94,8 @@ const RATE: Rate = match Rate::from_hz(CLOCK) {
 
 /// The chip's own times and a driver's usual ones.
 pub const fn description() -> Board<AXES> {
-    with(Cost { ticks: COST, pulse: SHORT_PULSE, longer: LONGER }, MIN_INTERVAL)
+    let cost = Cost { ticks: COST, pulse: SHORT_PULSE, longer: LONGER, shortest: SHORTEST };
+    with(cost, MIN_INTERVAL)
 }
 
 /// Likewise, where it plays motor cycles.
@@ -119,6 +120,7 @@ const fn with<const N: usize>(cost: Cost<N>, min_interval: u32) -> Board<N> {
             min_interval,
         },
         cost,
+        runs: RUNS_A_SECOND,
         fit: Fit::board(rate),
         horizon: rate.micros(16_000),
         lead: rate.micros(250),
@@ -137,6 +139,17 @@ const SHORT_PULSE: u32 = 45;
 /// `firmware/rig/tests/pulse.rs` keeps, and a tenth.
 #[cfg(not(feature = "bench"))]
 const LONGER: [u32; AXES] = [1_250, 1_700, 4_400];
+/// Twice what an edge comes late at most while 1, 2, 3 axes move (`edge_error_worst` in
+/// `bench/avr.json`), less the microsecond that a step may be later than half an interval.
+#[cfg(not(feature = "bench"))]
+const SHORTEST: [u32; AXES] = [COST[0], 280, 560];
+#[cfg(feature = "bench")]
+const SHORTEST: [u32; AXES] = [MIN_INTERVAL; AXES];
+/// A tenth less than on the steepest ramps without a late step (`steepest` in `bench/avr.json`).
+#[cfg(not(feature = "bench"))]
+const RUNS_A_SECOND: u16 = 2_900;
+#[cfg(feature = "bench")]
+const RUNS_A_SECOND: u16 = u16::MAX;
 /// The longest stay in the step interrupt that makes one step, a look at another motor's
 /// wait included (`firmware/rig/tests/cycle.rs`). Steps that are due together take less.
 #[cfg(not(feature = "bench"))]

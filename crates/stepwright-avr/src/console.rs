@@ -57,6 +57,18 @@ impl Iterator for Digits {
     }
 }
 
+/// A byte that has come, if one has; `None` inside if it was damaged, or one before it was lost.
+#[inline(always)]
+pub fn received(usart: &USART0) -> Option<Option<u8>> {
+    let status = usart.ucsr0a().read();
+    if status.rxc0().bit_is_clear() {
+        return None;
+    }
+    let whole = status.fe0().bit_is_clear() && status.dor0().bit_is_clear();
+    let byte = usart.udr0().read().bits();
+    Some(whole.then_some(byte))
+}
+
 /// The line and the clock.
 pub struct Console {
     usart: USART0,
@@ -91,13 +103,17 @@ impl Console {
     /// A byte that has come, if one has; `None` inside if it was damaged, or one before it was
     /// lost. To be asked at least every 170 µs while a line comes.
     pub fn received(&mut self) -> Option<Option<u8>> {
-        let status = self.usart.ucsr0a().read();
-        if status.rxc0().bit_is_clear() {
-            return None;
-        }
-        let whole = status.fe0().bit_is_clear() && status.dor0().bit_is_clear();
-        let byte = self.usart.udr0().read().bits();
-        Some(whole.then_some(byte))
+        received(&self.usart)
+    }
+
+    /// Whether an interrupt comes for each byte.
+    pub fn interrupts(&self) -> bool {
+        self.usart.ucsr0b().read().rxcie0().bit_is_set()
+    }
+
+    /// Has an interrupt come for each byte from now on, which takes it by [`received`].
+    pub fn interrupt(&mut self) {
+        self.usart.ucsr0b().modify(|_, w| w.rxcie0().set_bit());
     }
 
     /// Whether the line takes a byte at once.

@@ -1,14 +1,18 @@
 //! Motor cycles on any pins, ordered over the serial line.
 //!
 //! ```text
-//!   line ─► Remote ─► Cycle ◄── step interrupt ─► AnyPins: STEP, DIR
-//!           (main loop)   └───────────────────► AnyIo: ENABLE, switches
+//!   line ─► Incoming ─► Remote ─► Cycle ◄── step interrupt ─► AnyPins: STEP, DIR
+//!           (receiver's)  (main loop)  └───────────────────► AnyIo: ENABLE, switches
 //! ```
+//!
+//! The receiver's interrupt takes the bytes of the line, also within the step interrupt, which
+//! may take a millisecond: so none is lost.
 //!
 //! As `cycle.rs`, with pins that are named while the program runs: a pin is a register and a
 //! mask, so that an edge costs some 10 cycles more.
 
 use core::cell::Cell;
+use core::sync::atomic::{Ordering, compiler_fence};
 
 use avr_device::interrupt;
 use stepwright::drive::{Axes, Drive};
@@ -16,12 +20,12 @@ use stepwright::drive::{Axes, Drive};
 use stepwright::run::Run;
 #[cfg(feature = "mega")]
 use stepwright_cycle::RunCost;
-use stepwright_cycle::line::MotorPins;
+use stepwright_cycle::line::{Incoming, MotorPins};
 use stepwright_cycle::{Clock, Cycle, CycleHold, Leg, MachineIo, Motor, Remote, Switches};
 
 use crate::board;
 use crate::chip;
-use crate::console::Console;
+use crate::console::{Console, received};
 use crate::in_flash::InFlash;
 use crate::slot::{Slot, token};
 use crate::timed::AnyPort;
@@ -31,7 +35,7 @@ use crate::timer::Timer;
 #[cfg(feature = "uno")]
 pub const MOTORS: usize = 3;
 #[cfg(feature = "uno")]
-const LEGS: usize = 24;
+const LEGS: usize = 22;
 /// Motors of the board, and legs of all their series.
 #[cfg(feature = "mega")]
 pub const MOTORS: usize = 4;
@@ -39,7 +43,7 @@ pub const MOTORS: usize = 4;
 const LEGS: usize = 400;
 
 #[cfg(feature = "uno")]
-const ABOUT: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=24 can=";
+const ABOUT: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=22 can=";
 #[cfg(all(feature = "mega", feature = "cycles-full"))]
 const ABOUT: &str =
     "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths";
@@ -65,6 +69,13 @@ const COST: u32 = 2_000;
 /// Between two steps of a motor: a step counts as late half of that after its time, and may wait
 /// for a question of the line and a look at closed switches.
 const MIN_INTERVAL: u32 = 4_800;
+
+/// A turn: the leg is read in the step before it, and its steps half an interval later
+/// (`firmware/rig/tests/turns.rs`).
+#[cfg(feature = "uno")]
+const TURN: u32 = 10_600;
+#[cfg(feature = "mega")]
+const TURN: u32 = 8_800;
 
 /// Steps of planned runs, of lines and arcs: a run is played without a question.
 #[cfg(feature = "mega")]
@@ -244,7 +255,7 @@ const fn motors() -> Motors {
     );
     #[cfg(feature = "mega")]
     let motors = motors.with_runs(RUNS);
-    motors
+    motors.with_turns(TURN)
 }
 
 // All bits of it are 0: any other leg would lie in flash, too.
@@ -254,6 +265,10 @@ const NOTHING: Leg = Leg::Run { run: Run::steady(0, 0), forward: false };
 const NOTHING: Leg = Leg::Steps { count: 0, delay: 0 };
 
 static STORE: Slot<[Cell<Leg>; LEGS]> = Slot::new([const { Cell::new(NOTHING) }; LEGS]);
+
+/// The line that comes: the receiver's interrupt has it, and while that is disabled the main
+/// loop.
+static LINE: Slot<Incoming> = Slot::new(Incoming::new());
 
 /// The foreground's hold on the motors: the step interrupt is held off for each call.
 pub struct Held(());
@@ -265,10 +280,14 @@ impl CycleHold<'static, MOTORS> for Held {
 
     #[inline(always)]
     fn with<R>(&mut self, ask: impl FnOnce(&mut Motors) -> R) -> R {
-        interrupt::free(|_| {
-            // SAFETY: `start` made this and the motors before it, and no interrupt comes.
-            ask(unsafe { CYCLE.get() })
-        })
+        Timer::enable(false);
+        compiler_fence(Ordering::SeqCst);
+        // SAFETY: `serve` made this and the motors before it, and no step interrupt comes; that
+        // of the receiver does not touch them.
+        let told = ask(unsafe { CYCLE.get() });
+        compiler_fence(Ordering::SeqCst);
+        Timer::enable(true);
+        told
     }
 
     #[inline(never)]
@@ -346,7 +365,7 @@ fn cycle_has(cycle: &mut Motors, motor: u8, pin: &Pin, enables: bool) -> bool {
 ///
 /// # Safety
 /// To be called once, with interrupts off; in a program with a
-/// [`cycles_interrupt!`](crate::cycles_interrupt).
+/// [`cycles_interrupts!`](crate::cycles_interrupts).
 #[inline(never)]
 pub unsafe fn serve() -> ! {
     // SAFETY: the only time that anybody takes them.
@@ -358,12 +377,15 @@ pub unsafe fn serve() -> ! {
     let mut console = Console::start(chip.USART0, chip.TC0);
     // SAFETY: nobody gets it.
     let mut remote = Remote::new(Held(()), unsafe { STORE.share() });
+    console.interrupt();
     // SAFETY: all that an interrupt touches has been made.
     unsafe { interrupt::enable() };
     loop {
         remote.poll();
-        if let Some(byte) = console.received() {
-            remote.take(byte);
+        if !console.interrupts() && remote.is_free() {
+            // SAFETY: the receiver's interrupt has left it to the main loop.
+            remote.hear(unsafe { LINE.get() });
+            console.interrupt();
         }
         if console.is_free()
             && let Some(byte) = remote.next_byte()
@@ -373,24 +395,49 @@ pub unsafe fn serve() -> ! {
     }
 }
 
-/// The step interrupt; [`cycles_interrupt!`](crate::cycles_interrupt) has it called.
+/// The step interrupt; [`cycles_interrupts!`](crate::cycles_interrupts) has it called.
 ///
 /// # Safety
 /// For the step interrupt alone, once there are motors.
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn on_compare() {
-    // SAFETY: the caller's promise; the foreground gets them only with interrupts off.
+    Timer::enable(false);
+    // SAFETY: the one that comes in between is the receiver's.
+    unsafe { interrupt::enable() };
+    // SAFETY: the caller's promise; the foreground gets them only with this interrupt held off.
     unsafe { CYCLE.get() }.on_compare();
+    interrupt::disable();
+    Timer::enable(true);
 }
 
-/// Puts the step interrupt of motor cycles on any pins into a program.
+/// The receiver's interrupt, likewise.
+///
+/// # Safety
+/// For the receiver's interrupt alone.
+#[doc(hidden)]
+#[inline(always)]
+pub unsafe fn on_receive() {
+    // SAFETY: this interrupt comes while the line is its own, and so is the receiver.
+    let (usart, line) = unsafe { (chip::USART0::steal(), LINE.get()) };
+    if let Some(byte) = received(&usart)
+        && line.take(byte)
+    {
+        usart.ucsr0b().modify(|_, w| w.rxcie0().clear_bit());
+    }
+}
+
+/// Puts the interrupts of motor cycles on any pins into a program.
 #[macro_export]
-macro_rules! cycles_interrupt {
+macro_rules! cycles_interrupts {
     () => {
         $crate::handler!(TIMER1_COMPA, TIMER1_COMPA, {
             // SAFETY: this is the step interrupt, which `serve` lets come.
             unsafe { $crate::cycles::on_compare() }
+        });
+        $crate::handler!(USART_RX, USART0_RX, {
+            // SAFETY: this is the receiver's interrupt.
+            unsafe { $crate::cycles::on_receive() }
         });
     };
 }

@@ -13,7 +13,7 @@ use core::mem::MaybeUninit;
 use avr_device::interrupt;
 use stepwright::drive::{Axes, Drive};
 use stepwright::queue::{Consumer, Queue};
-use stepwright::{Control, Engine, Report, Timing};
+use stepwright::{Control, Engine, Playing, Report, Timing};
 
 use crate::asked::Output;
 use crate::board;
@@ -108,6 +108,14 @@ impl<D: Drive> Control for PlannedEngine<D> {
     }
     fn report(&self, axis: u8) -> Report {
         self.with(|engine| engine.report(axis))
+    }
+    fn playing(&mut self, axis: u8) -> Playing {
+        // Of steps nobody need know: a look is all that their interrupt waits for.
+        if self.with(|engine| engine.waits(axis)) {
+            self.with(|engine| engine.playing(axis))
+        } else {
+            Playing::Unknown
+        }
     }
     fn set_position(&mut self, axis: u8, position: i64) {
         self.with(|engine| engine.set_position(axis, position));

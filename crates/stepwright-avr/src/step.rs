@@ -59,7 +59,7 @@ mod play;
 use avr_device::interrupt;
 use stepwright::drive::{Axes, Drive};
 use stepwright::queue::{Producer, Queue};
-use stepwright::{Control, Report, Ticks, Timing};
+use stepwright::{Control, Playing, Report, Ticks, Timing};
 
 use crate::board::{self, AXES, Pins};
 use crate::slot::Slot;
@@ -78,11 +78,16 @@ pub const SLIP: u8 = 0xF4;
 /// How long an axis looks for nothing while its queue is empty, in 257 ticks.
 pub const POLL: u8 = 0x23;
 
-/// Steps that are `left` of a group with these pins.
-fn steps(left: [u8; 2], pins: u8) -> u32 {
+/// Events that are `left` of a group.
+fn events(left: [u8; 2]) -> u32 {
     let [low, high] = left;
     let high = if low == 0 { high.wrapping_add(1) } else { high };
-    if pins & channels::STEPS == 0 { 0 } else { u16::from_le_bytes([low, high]).into() }
+    u16::from_le_bytes([low, high]).into()
+}
+
+/// Steps that are `left` of a group with these pins.
+fn steps(left: [u8; 2], pins: u8) -> u32 {
+    if pins & channels::STEPS == 0 { 0 } else { events(left) }
 }
 
 #[doc(hidden)] // the step interrupts play them
@@ -286,6 +291,20 @@ fn live() -> Axes {
     }
 }
 
+/// Ticks of the laps that an axis still waits for, and a part in 64 more; of 255 laps at most,
+/// which are longer than anybody plans ahead.
+#[inline(never)]
+fn laps(axis: u8) -> Ticks {
+    let at = pointed(place(axis));
+    // SAFETY: no interrupt comes, and none refills.
+    let (left, lap, groups, then) = interrupt::free(|_| unsafe {
+        ((*at).now.left, (*at).now.interval[2], (*at).groups, (*at).then)
+    });
+    let more = if then == 0 { groups } else { 0 };
+    let laps = events(left).saturating_add(more.into()).min(255) as u16;
+    Ticks::from(laps.wrapping_mul(u16::from(lap).wrapping_add(1))) << 8
+}
+
 impl AvrEngine {
     /// For a static, until [`start`] makes one that may be used.
     pub const NONE: AvrEngine = AvrEngine { base: core::ptr::null_mut() };
@@ -450,6 +469,14 @@ impl Control for AvrEngine {
             idle: self.is_idle(axis),
             forward: self.is_forward(axis),
         }
+    }
+
+    /// Of waits alone.
+    #[inline(always)]
+    fn playing(&mut self, axis: u8) -> Playing {
+        // SAFETY: a read of a byte.
+        let pins = unsafe { (&raw const (*place(axis)).now.pins).read_volatile() };
+        if pins != 0 || self.is_idle(axis) { Playing::Unknown } else { Playing::Left(laps(axis)) }
     }
 
     #[inline(always)]

@@ -32,6 +32,13 @@ macro_rules! timer {
                 registers.$mask().write(|w| w.$enable().set_bit());
                 Timer(registers)
             }
+
+            /// Lets its interrupt come, or holds it off. What has matched meanwhile comes then.
+            pub fn enable(on: bool) {
+                // SAFETY: the register is nobody else's, and this is its only bit in use.
+                let registers = unsafe { Registers::steal() };
+                registers.$mask().write(|w| w.$enable().bit(on));
+            }
         }
 
         impl StepTimer for Timer {

@@ -7,6 +7,8 @@
 use stepwright::run::Run;
 use stepwright::units::{Rate, Ticks};
 
+use super::brake::BRAKES;
+use super::kept::Kept;
 use super::wide::product;
 
 /// What places the edges of a cycle.
@@ -51,52 +53,65 @@ const MILLION: u64 = 1_000_000;
 /// of it is compiled.
 pub(crate) const TICKS: bool = cfg!(feature = "tick");
 pub(crate) const GRID: bool = cfg!(feature = "grid");
+/// 1 where there is one of them.
+pub(crate) const ANY_TICK: usize = (TICKS || GRID) as usize;
 /// Whether the timer may have any rate. If not, nothing is ever divided by it in 64 bits.
 const ANY_RATE: bool = cfg!(feature = "any-rate");
 
 /// A clock's times in ticks of the timer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beat {
-    hz: u32,
+    hz: Kept<u32, { (ANY_RATE || BRAKES) as usize }>,
     /// Ticks in a µs, if they are whole; 0 if not. Then nothing is ever divided or lost: a
     /// division of 64 bits takes a small chip longer than a step.
-    whole: u32,
+    whole: u16,
     /// The fixed tick in µs; 0: there is none.
-    pub period: u32,
+    period: Kept<u32, ANY_TICK>,
     /// It takes three passes a step.
-    passes: bool,
+    passes: Kept<bool, ANY_TICK>,
     /// Waits are dealt out in pieces of at most this many µs, below 2³¹ ticks.
     pub piece: u32,
-    /// Steps a run may have, so that it stays true to 1/16 tick.
-    pub longest: u16,
+    /// See [`longest`](Beat::longest).
+    longest: Kept<u16, { ANY_RATE as usize }>,
     /// What was lost so far, in 10⁻⁶ of 2⁻¹⁶ ticks.
-    lost: u64,
+    lost: Kept<u64, { ANY_RATE as usize }>,
 }
 
 impl Beat {
     pub(crate) const fn new(clock: Clock, rate: Rate) -> Beat {
         let hz = rate.hz();
         Beat {
-            hz,
-            whole: if ANY_RATE && !hz.is_multiple_of(1_000_000) { 0 } else { hz / 1_000_000 },
-            period: match clock {
+            hz: Kept::new(hz),
+            // At most 4,294.
+            whole: if ANY_RATE && !hz.is_multiple_of(1_000_000) {
+                0
+            } else {
+                (hz / 1_000_000) as u16
+            },
+            period: Kept::new(match clock {
                 Clock::Deadlines => 0,
                 Clock::Tick { period: 0 } | Clock::Grid { period: 0 } => 1,
                 Clock::Tick { period } | Clock::Grid { period } => period,
-            },
-            passes: matches!(clock, Clock::Tick { .. }),
+            }),
+            passes: Kept::new(matches!(clock, Clock::Tick { .. })),
             piece: (1 << 31) / (hz / 1_000_000 + 1),
-            longest: match hz % 1_000_000 {
+            longest: Kept::new(match hz % 1_000_000 {
                 0 => u16::MAX,
                 _ => 1 << 12,
-            },
-            lost: 0,
+            }),
+            lost: Kept::new(0),
         }
+    }
+
+    /// The fixed tick in µs; 0: there is none.
+    #[inline(always)]
+    pub(crate) fn period(&self) -> u32 {
+        self.period.get()
     }
 
     /// A new cycle begins: nothing was lost yet.
     pub(crate) fn reset(&mut self) {
-        self.lost = 0;
+        self.lost.set(0);
     }
 
     /// An interval of `us` ≤ [`piece`](Beat::piece), in 2⁻¹⁶ ticks, of which
@@ -104,15 +119,15 @@ impl Beat {
     fn interval(&mut self, us: u32, count: u16) -> u64 {
         if self.is_whole() {
             // Below 2³¹: `piece` says so.
-            return u64::from(us.wrapping_mul(self.whole)) << 16;
+            return u64::from(us.wrapping_mul(self.whole())) << 16;
         }
-        let fine = u64::from(us) * u64::from(self.hz);
+        let fine = u64::from(us) * u64::from(self.hz());
         let (ticks, rest) = (fine / MILLION, (fine % MILLION) << 16);
         let count = u64::from(count.max(1));
         // 20 + 16 bits, and as many again for what is kept.
-        let lost = self.lost.wrapping_add((rest % MILLION).wrapping_mul(count));
+        let lost = self.lost.get().wrapping_add((rest % MILLION).wrapping_mul(count));
         let share = MILLION.wrapping_mul(count);
-        self.lost = lost % share;
+        self.lost.set(lost % share);
         (ticks << 16) + rest / MILLION + lost / share
     }
 
@@ -133,42 +148,42 @@ impl Beat {
         if self.is_whole() {
             return (fine >> 16) as Ticks;
         }
-        self.lost = self.lost.wrapping_add((fine & 0xFFFF) * MILLION);
+        self.lost.set(self.lost.get().wrapping_add((fine & 0xFFFF) * MILLION));
         Ticks::try_from(fine >> 16).unwrap_or(Ticks::MAX)
     }
 
     /// Whether this is the fixed tick of three passes.
     #[inline(always)]
-    pub(crate) const fn is_fixed(&self) -> bool {
-        TICKS && self.passes
+    pub(crate) fn is_fixed(&self) -> bool {
+        TICKS && self.passes.get()
     }
 
     /// Whether steps come by deadlines.
-    pub(crate) const fn is_free(&self) -> bool {
+    pub(crate) fn is_free(&self) -> bool {
         !self.is_fixed() && !self.is_grid()
     }
 
     /// Whether this is the fixed tick of one pass.
     #[inline(always)]
-    pub(crate) const fn is_grid(&self) -> bool {
-        GRID && self.period != 0 && !self.is_fixed()
+    pub(crate) fn is_grid(&self) -> bool {
+        GRID && self.period() != 0 && !self.is_fixed()
     }
 
     /// Ticks of the timer from `ticks` < 2³² after a place that lies `passed` beyond the grid of the
     /// fixed tick to the next one that is on it, rounded up; 0 if there is no fixed tick. `passed`
     /// is then that of the later place, in ticks, or in millionths of them if a µs is not whole.
     pub(crate) fn until_grid(&self, passed: &mut u64, ticks: Ticks) -> Ticks {
-        if !(TICKS || GRID) || self.period == 0 {
+        if self.period() == 0 {
             return 0;
         }
         // Below 2³¹: `piece` says so, and no chip has a longer tick.
-        if self.is_whole() && (!ANY_RATE || self.period <= self.piece) {
-            let grid = self.period.wrapping_mul(self.whole).max(1);
+        if self.is_whole() && (!ANY_RATE || self.period() <= self.piece) {
+            let grid = self.period().wrapping_mul(self.whole()).max(1);
             let beyond = (ticks % grid).wrapping_add(*passed as Ticks) % grid;
             *passed = beyond.into();
             return if beyond == 0 { 0 } else { grid.wrapping_sub(beyond) };
         }
-        let grid = u64::from(self.period) * u64::from(self.hz);
+        let grid = u64::from(self.period()) * u64::from(self.hz());
         *passed = passed.wrapping_add(u64::from(ticks) * MILLION) % grid.max(1);
         match *passed {
             0 => 0,
@@ -176,17 +191,26 @@ impl Beat {
         }
     }
 
+    /// Steps a run may have, so that it stays true to 1/16 tick.
+    pub(crate) fn longest(&self) -> u16 {
+        if ANY_RATE { self.longest.get() } else { u16::MAX }
+    }
+
     /// Ticks of the timer in a second.
     pub(crate) fn hz(&self) -> u32 {
-        self.hz
+        self.hz.get()
     }
 
     /// µs in ticks of the timer, rounded down.
     pub(crate) fn ticks(&self, us: u32) -> u64 {
         match self.is_whole() {
-            false => u64::from(us) * u64::from(self.hz) / MILLION,
-            true => product(us, self.whole),
+            false => u64::from(us) * u64::from(self.hz()) / MILLION,
+            true => product(us, self.whole()),
         }
+    }
+
+    fn whole(&self) -> u32 {
+        self.whole.into()
     }
 
     /// Whether a µs is a whole number of ticks.
@@ -198,18 +222,18 @@ impl Beat {
     #[cfg(feature = "runs")]
     pub(crate) fn whole_micros(&self, ticks: Ticks) -> u32 {
         if self.is_whole() {
-            return ticks / self.whole.max(1);
+            return ticks / self.whole().max(1);
         }
-        let us = u64::from(ticks) * MILLION / u64::from(self.hz.max(1));
+        let us = u64::from(ticks) * MILLION / u64::from(self.hz().max(1));
         u32::try_from(us).unwrap_or(u32::MAX)
     }
 
     /// Ticks of the timer, rounded up to µs.
     pub(crate) fn micros(&self, ticks: Ticks) -> u32 {
         if self.is_whole() {
-            return ticks.div_ceil(self.whole.max(1));
+            return ticks.div_ceil(self.whole().max(1));
         }
-        let us = (u64::from(ticks) * MILLION).div_ceil(u64::from(self.hz.max(1)));
+        let us = (u64::from(ticks) * MILLION).div_ceil(u64::from(self.hz().max(1)));
         u32::try_from(us).unwrap_or(u32::MAX)
     }
 }
@@ -235,7 +259,7 @@ mod tests {
                 let delay = delay.min(beat.piece);
                 match kind {
                     0 => {
-                        let count = count.min(beat.longest);
+                        let count = count.min(beat.longest());
                         us += f64::from(delay) * f64::from(count);
                         fine += beat.steps(delay, count).duration() as f64;
                     }

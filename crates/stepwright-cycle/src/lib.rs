@@ -102,6 +102,7 @@ mod brake;
 mod clock;
 mod ends;
 mod homing;
+mod kept;
 pub mod line;
 mod motor;
 mod pause;
@@ -157,6 +158,8 @@ pub struct Cycle<'a, T: StepTimer, D, S, const N: usize> {
     late: u32,
     longest: Ticks,
     runs: Option<RunCost>,
+    /// Ticks that a turn takes.
+    turn: Ticks,
 }
 
 enum State<C: Count, const N: usize> {
@@ -191,7 +194,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         board: Board<N>,
     ) -> Self {
         let beat = Beat::new(clock, board.rate);
-        let wide = beat.is_fixed();
+        let wide = TICKS && matches!(clock, Clock::Tick { .. });
         let timing = if wide { ON_TICKS } else { board.timing };
         let mut players = [const { Asked::new(ProgramRunner::IDLE) }; N];
         let (mut inverted, mut n): (Axes, usize) = (0, 0);
@@ -219,7 +222,15 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             late: 0,
             longest: 0,
             runs: None,
+            turn: 0,
         }
+    }
+
+    /// The same where a turn takes this many ticks: a leg that turns has as long a delay, and twice
+    /// that where two motors turn, unless steps may be late.
+    pub const fn with_turns(mut self, ticks: Ticks) -> Self {
+        self.turn = ticks;
+        self
     }
 
     /// Turns the motors to the front and their drivers off, and waits for a cycle.
@@ -331,7 +342,8 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         self.check()?;
         self.set_pace();
         self.error = None;
-        self.late = self.engine.late();
+        self.engine.clear_late();
+        (self.late, self.longest) = (0, 0);
         let mut axes: Axes = 0;
         for motor in 0..N as u8 {
             let (steps, strategies) = (self.steps(motor), self.strategies);
@@ -368,12 +380,15 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
     /// What the clock needs, motor by motor.
     fn check(&mut self) -> Result<(), Refusal> {
         let (timing, board) = (self.board.timing, self.board);
-        let (fixed, period) = (self.beat.is_fixed(), self.beat.period);
+        let (fixed, period) = (self.beat.is_fixed(), self.beat.period());
         let ticks = fixed || self.beat.is_grid();
-        let mut moving = 0usize;
+        let (mut moving, mut turning) = (0usize, 0u32);
         for player in self.engine.feeds().filter(|player| player.is_ready()) {
             moving = moving.saturating_add(player.fastest().is_some().into());
+            turning = turning.wrapping_add(player.fastest_turn().is_some().into());
         }
+        let on_time = self.strategies.timing == AtTiming::Cancel;
+        let turn = if on_time { self.beat.micros(self.turn.wrapping_mul(turning)) } else { 0 };
         if !self.engine.feeds().any(|player| player.is_ready()) {
             return Err(Refusal::Nothing);
         }
@@ -419,13 +434,16 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
                 }
                 if let Some(runs) = self.runs {
                     cost = runs.cost.min(u32::MAX >> FULL) << FULL;
-                    let on_time = moving > 1 && self.strategies.timing == AtTiming::Cancel;
+                    let on_time = moving > 1 && on_time;
                     least =
                         self.beat.micros(if on_time { runs.on_time } else { runs.min_interval });
                 }
             }
             if fastest < least {
                 return Err(Refusal::TooFast { motor, needs: least });
+            }
+            if player.fastest_turn().is_some_and(|delay| delay < turn) {
+                return Err(Refusal::TooFast { motor, needs: turn });
             }
             // Steps of all motors together may take all the time there is.
             let room = (1u32 << FULL).saturating_sub(load);
@@ -515,7 +533,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
     /// Whether this many ticks are more than a fixed tick.
     #[inline(never)]
     fn is_slow(&self, ticks: Ticks) -> bool {
-        u64::from(ticks) > self.beat.ticks(self.beat.period)
+        u64::from(ticks) > self.beat.ticks(self.beat.period())
     }
 
     /// The handler took too long, or steps came late.

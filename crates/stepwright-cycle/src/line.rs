@@ -41,6 +41,7 @@
 //! the board has of `brakes`, `home`, `paths` (the line `X`) and `tick`.
 
 mod fault;
+mod incoming;
 mod numbers;
 mod read;
 mod report;
@@ -48,6 +49,7 @@ mod write;
 
 pub use fault::LineFault;
 pub(crate) use fault::home_code;
+pub use incoming::Incoming;
 pub(crate) use numbers::{checked, digit};
 pub(crate) use read::HOMES;
 pub use report::{CycleReport, MotorReport};

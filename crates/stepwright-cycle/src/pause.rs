@@ -9,7 +9,8 @@
 //! The grid goes on while the motors stand. What has passed is counted at each interrupt, which
 //! comes twice a turn of the counter at least, so that a pause may outlast the counter.
 
-use super::clock::Beat;
+use super::clock::{ANY_TICK, Beat};
+use super::kept::Kept;
 use super::strategy::Refusal;
 use super::surroundings::MachineIo;
 use super::{Cycle, State};
@@ -30,13 +31,13 @@ pub(crate) struct Pause<C: Count, const N: usize> {
     seen: C,
     /// Time since the beginning beyond whole ticks of the grid, as
     /// [`until_grid`](Beat::until_grid) counts it.
-    passed: u64,
+    passed: Kept<u64, ANY_TICK>,
 }
 
 impl<C: Count, const N: usize> Pause<C, N> {
     /// A pause that begins `now`.
     pub fn new(frozen: Frozen<C, N>, steps: [i64; N], now: C) -> Self {
-        Pause { frozen, steps, resumed: false, seen: now, passed: 0 }
+        Pause { frozen, steps, resumed: false, seen: now, passed: Kept::new(0) }
     }
 
     /// Counts the time until `now`, less than a turn of the counter, and says how many ticks of
@@ -45,7 +46,10 @@ impl<C: Count, const N: usize> Pause<C, N> {
         let turn = (C::HOP << 2).wrapping_sub(1);
         let ticks = now.since(self.seen) as Ticks & turn;
         self.seen = now;
-        beat.until_grid(&mut self.passed, ticks)
+        let mut passed = self.passed.get();
+        let ticks = beat.until_grid(&mut passed, ticks);
+        self.passed.set(passed);
+        ticks
     }
 }
 

@@ -28,7 +28,8 @@ mod by_tick;
 mod on_grid;
 
 use super::brake::{BRAKES, Brake};
-use super::clock::{Beat, Clock};
+use super::clock::{ANY_TICK, Beat, Clock};
+use super::kept::Kept;
 use super::motor::{Calibration, Faults, Motor, Status};
 use super::program::{Next, PACED, Pace, RUNS, Reader};
 use super::strategy::{AtSmallDelay, AtSoftEnd, Strategies};
@@ -81,6 +82,9 @@ enum Stage {
     Over,
 }
 
+/// Ticks from a step to the turn behind it, at most.
+const FAR: u64 = 1 << 15;
+
 pub(crate) struct ProgramRunner<'a> {
     pub motor: Motor,
     pub calibration: Calibration,
@@ -102,6 +106,8 @@ pub(crate) struct ProgramRunner<'a> {
     /// Where the last step led.
     facing: bool,
     forward: bool,
+    /// Nothing of the program was handed out yet.
+    fresh: bool,
     /// Steps of the present leg, and µs before each.
     left: u32,
     delay: u32,
@@ -110,25 +116,25 @@ pub(crate) struct ProgramRunner<'a> {
     /// µs of a wait that are still to come.
     pending: u64,
     /// Ticks to the next step that has its own, or of a wait.
-    pace: Ticks,
+    pace: Kept<Ticks, { (PACED || RUNS) as usize }>,
     /// Ticks waited since the last such step; before the present one; and all from
     /// the one to the other.
-    waited: Ticks,
-    before: Ticks,
-    own: Ticks,
+    waited: Kept<Ticks, { PACED as usize }>,
+    before: Kept<Ticks, { PACED as usize }>,
+    own: Kept<Ticks, { PACED as usize }>,
     /// The planned run of which `left` steps are left.
     #[cfg(feature = "runs")]
     run: Run,
     /// Steps of the run that is played, and whether one was made before it, since it
     /// last stood.
-    handed: u16,
-    rolling: bool,
+    handed: Kept<u16, { BRAKES as usize }>,
+    rolling: Kept<bool, { BRAKES as usize }>,
     /// It brakes.
-    brake: Option<Brake>,
+    brake: Kept<Option<Brake>, { BRAKES as usize }>,
     /// Fixed tick: µs that the last step came too early by.
-    over: u32,
+    over: Kept<u32, ANY_TICK>,
     /// Fixed tick of one pass: STEP has just risen, a tick before the step's own.
-    risen: bool,
+    risen: Kept<bool, ANY_TICK>,
     /// Position in the user's unit when the engine had counted `counted` steps.
     base: i64,
     counted: i64,
@@ -158,21 +164,22 @@ impl<'a> ProgramRunner<'a> {
             gone: 0,
             facing: true,
             forward: true,
+            fresh: true,
             left: 0,
             delay: 0,
             free: 0,
             pending: 0,
-            pace: 0,
-            waited: 0,
-            before: 0,
-            own: 0,
+            pace: Kept::new(0),
+            waited: Kept::new(0),
+            before: Kept::new(0),
+            own: Kept::new(0),
             #[cfg(feature = "runs")]
             run: Run::steady(0, 0),
-            handed: 0,
-            rolling: false,
-            brake: None,
-            over: 0,
-            risen: false,
+            handed: Kept::new(0),
+            rolling: Kept::new(false),
+            brake: Kept::new(None),
+            over: Kept::new(0),
+            risen: Kept::new(false),
             base: 0,
             counted: 0,
             planned: 0,
@@ -221,14 +228,25 @@ impl<'a> ProgramRunner<'a> {
         self.reader.fastest(self.motor.smallest_delay, &self.beat)
     }
 
+    /// The smallest delay of a leg that turns, in µs.
+    pub(crate) fn fastest_turn(&self) -> Option<u32> {
+        self.reader.fastest_turn(self.motor.smallest_delay)
+    }
+
     /// Begins, where the engine has counted `steps`.
     pub(crate) fn begin(&mut self, steps: i64, strategies: Strategies) {
         self.settle(steps);
         self.strategies = strategies;
         (self.ready, self.status, self.stage) = (false, Status::Running, Stage::Leg);
-        (self.left, self.pending, self.gone, self.over) = (0, 0, 0, 0);
-        (self.free, self.waited, self.before, self.handed) = (0, 0, 0, 0);
-        (self.rolling, self.brake, self.risen) = (false, None, false);
+        (self.left, self.pending, self.gone, self.free) = (0, 0, 0, 0);
+        self.waited.set(0);
+        self.before.set(0);
+        self.handed.set(0);
+        self.rolling.set(false);
+        self.brake.set(None);
+        self.over.set(0);
+        self.risen.set(false);
+        self.fresh = true;
         self.beat.reset();
     }
 
@@ -317,7 +335,8 @@ impl<'a> ProgramRunner<'a> {
 
     /// `count` steps are handed out.
     fn plan(&mut self, count: u16) {
-        self.handed = count;
+        self.handed.set(count);
+        self.fresh = false;
         self.left = self.left.saturating_sub(count.into());
         self.free = self.free.saturating_sub(count.into());
         let steps = i64::from(count);
@@ -344,7 +363,7 @@ impl<'a> ProgramRunner<'a> {
 
     /// Whether it brakes.
     pub(crate) fn is_braking(&self) -> bool {
-        BRAKES && self.brake.is_some()
+        self.brake.get().is_some()
     }
 
     /// The last `count` steps that were handed out are not made for now.
@@ -372,23 +391,24 @@ impl<'a> ProgramRunner<'a> {
                 }
                 Next::Pace(_) if !PACED => return Some(Stage::Over),
                 Next::Pace(Pace::Step { ticks, forward }) => {
-                    (self.left, self.free, self.forward, self.pace) = (1, 0, forward, ticks);
-                    let waited = core::mem::take(&mut self.waited);
-                    self.before = waited;
+                    (self.left, self.free, self.forward) = (1, 0, forward);
+                    self.pace.set(ticks);
+                    let waited = self.waited.take();
+                    self.before.set(waited);
                     let smallest = self.beat.ticks(self.motor.smallest_delay);
                     if u64::from(ticks) + u64::from(waited) < smallest {
                         self.too_small()?;
                         let smallest = Ticks::try_from(smallest).unwrap_or(Ticks::MAX);
-                        self.pace = smallest.saturating_sub(waited);
+                        self.pace.set(smallest.saturating_sub(waited));
                     }
-                    self.own = self.pace.saturating_add(waited);
+                    self.own.set(self.pace.get().saturating_add(waited));
                     return Some(Stage::Pace);
                 }
                 Next::Pace(Pace::Wait { ticks }) => {
-                    self.pace = ticks.max(1);
-                    self.waited = self.waited.saturating_add(self.pace);
-                    let interval = u64::from(self.waited) << 16;
-                    if BRAKES && self.brake.is_some_and(|brake| brake.is_over(interval)) {
+                    self.pace.set(ticks.max(1));
+                    self.waited.set(self.waited.get().saturating_add(self.pace.get()));
+                    let interval = u64::from(self.waited.get()) << 16;
+                    if self.brake.get().is_some_and(|brake| brake.is_over(interval)) {
                         return Some(Stage::Over);
                     }
                     return Some(Stage::Look);
@@ -399,7 +419,7 @@ impl<'a> ProgramRunner<'a> {
                 Next::Wait(_) if self.is_braking() => return Some(Stage::Over),
                 Next::Wait(us) => {
                     self.pending = us;
-                    self.rolling = false;
+                    self.rolling.set(false);
                     return Some(Stage::Wait);
                 }
                 Next::Over => return Some(Stage::Over),
@@ -418,19 +438,24 @@ impl<'a> ProgramRunner<'a> {
         None
     }
 
-    /// The change of direction that the present leg begins with, if it does.
-    fn turn(&mut self) -> Option<Taken> {
+    /// The change of direction that the present leg begins with, if it does, this many ticks
+    /// before its first step. In the middle of them: the step before it has as long to come as
+    /// others, and what is read there and then is read in two halves.
+    fn turn(&mut self, ticks: u64) -> Option<Taken> {
         if self.forward == self.facing {
             return None;
         }
         self.facing = self.forward;
-        self.gone = self.hold;
-        self.rolling = false;
-        Some(Taken::Run(Run::turn(self.hold, self.forward)))
+        // At the start nobody waits, and the engine turns at once.
+        let half = if self.fresh { 0 } else { (ticks / 2).min(FAR) as Ticks };
+        self.gone = self.hold.max(half);
+        self.rolling.set(false);
+        Some(Taken::Run(Run::turn(self.gone, self.forward)))
     }
 
     /// A wait of `us` µs.
     fn pass(&mut self, us: u32) -> Taken {
+        self.fresh = false;
         let wait = self.beat.wait(us).saturating_sub(core::mem::take(&mut self.gone));
         Taken::Run(Run::turn(wait, self.facing))
     }
@@ -466,20 +491,27 @@ impl<'a> ProgramRunner<'a> {
                     return self.brake_on();
                 }
                 Stage::Steps => {
-                    if let Some(turn) = self.turn() {
+                    if let Some(turn) = self.turn(self.beat.ticks(self.delay)) {
                         return turn;
                     }
                     self.heading = Some(self.forward);
-                    let most = self.left.min(self.beat.longest.into());
+                    let most = self.left.min(self.beat.longest().into());
                     let room = self.room(most);
-                    if room == 0 || self.gone != 0 || self.delay > self.beat.piece {
+                    if room == 0 || self.delay > self.beat.piece {
                         self.pending = self.delay.into();
                         self.stage = Stage::Far;
                         continue;
                     }
                     let count = room as u16;
                     self.plan(count);
-                    return Taken::Run(self.beat.steps(self.delay, count));
+                    let run = self.beat.steps(self.delay, count);
+                    return match core::mem::take(&mut self.gone) {
+                        0 => Taken::Run(run),
+                        gone => {
+                            let first = (run.interval() >> 16) as Ticks;
+                            Taken::After(first.saturating_sub(gone), run)
+                        }
+                    };
                 }
                 Stage::Far => {
                     self.heading = Some(self.forward);
@@ -490,7 +522,7 @@ impl<'a> ProgramRunner<'a> {
                     if self.room(1) == 0 {
                         self.stage = Stage::Out;
                         // On the fixed tick it is looked for a tick before STEP would rise.
-                        return self.pass(us.saturating_sub(self.beat.period));
+                        return self.pass(us.saturating_sub(self.beat.period()));
                     }
                     self.stage = Stage::Steps;
                     self.plan(1);
@@ -500,11 +532,11 @@ impl<'a> ProgramRunner<'a> {
                 #[cfg(feature = "runs")]
                 Stage::Run => return self.by_run(),
                 Stage::Pace => {
-                    if let Some(turn) = self.turn() {
+                    if let Some(turn) = self.turn(self.pace.get().into()) {
                         return turn;
                     }
                     self.heading = Some(self.forward);
-                    let ticks = self.pace.saturating_sub(core::mem::take(&mut self.gone));
+                    let ticks = self.pace.get().saturating_sub(core::mem::take(&mut self.gone));
                     if self.room(1) == 0 {
                         self.stage = Stage::Out;
                         return Taken::Run(Run::turn(ticks, self.facing));
@@ -515,7 +547,7 @@ impl<'a> ProgramRunner<'a> {
                 }
                 Stage::Look => {
                     self.stage = Stage::Leg;
-                    return Taken::Run(Run::turn(self.pace, self.facing));
+                    return Taken::Run(Run::turn(self.pace.get(), self.facing));
                 }
                 Stage::Out => {
                     return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
@@ -532,7 +564,8 @@ impl Feed for ProgramRunner<'_> {
     fn take(&mut self) -> Taken {
         self.heading = None;
         if BRAKES {
-            self.rolling |= core::mem::take(&mut self.handed) > 0;
+            let made = self.handed.take() > 0;
+            self.rolling.set(self.rolling.get() || made);
         }
         #[cfg(feature = "runs")]
         if let Some(run) = self.by_next_run() {

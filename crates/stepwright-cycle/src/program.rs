@@ -319,6 +319,26 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// The smallest delay of a leg that turns, in µs; `None` if none does.
+    pub(crate) fn fastest_turn(&self, smallest: u32) -> Option<u32> {
+        let (mut facing, mut least) = (None, None);
+        let mut look = |leg: Leg| {
+            if let Leg::Steps { count, delay } = leg
+                && count != 0
+                && facing.replace(count > 0).is_some_and(|before| before != (count > 0))
+            {
+                let delay = delay.max(smallest);
+                least = Some(least.map_or(delay, |least: u32| least.min(delay)));
+            }
+        };
+        match &self.program {
+            Program::Series(legs) => legs.iter().for_each(|leg| look(*leg)),
+            Program::Stored(legs) => legs.iter().for_each(|leg| look(leg.get())),
+            _ => {}
+        }
+        least
+    }
+
     /// Whether each step is asked for by itself, in ticks of the timer.
     pub(crate) fn has_own_paces(&self) -> bool {
         matches!(self.program, Program::Paced(_))

@@ -1,14 +1,14 @@
 //! The board's half of the line: lines come in, cycles are played, answers go out.
 //!
 //! ```text
-//!   bytes ─► take ─► line ─► Cycle ◄── interrupt
-//!   bytes ◄─ next_byte ◄─ answer   ▲
-//!                                  poll: time, acts on the way, homing
+//!   bytes ─► Incoming ─► hear ─► Cycle ◄── interrupt
+//!   bytes ◄─ next_byte ◄─ answer    ▲
+//!                                   poll: time, acts on the way, homing
 //! ```
 //!
 //! Without I/O of its own: the same on a chip, whose main loop calls the three, and on the
-//! virtual board. Nothing here takes longer than some hundred µs on a small chip, but the start
-//! of a cycle; so no byte of the line is lost meanwhile.
+//! virtual board. The bytes of a line may be taken by an interrupt, so that none is lost while
+//! the motors keep the main loop waiting.
 
 use core::cell::Cell;
 
@@ -18,8 +18,9 @@ use stepwright::units::Ticks;
 
 use super::Cycle;
 use super::homing::{Homing, HomingError};
+use super::kept::Kept;
 use super::line::{
-    CycleLine, CycleReport, HOMES, LONGEST, LineAct, LineFault, LineProgram, MotorPins, checked,
+    CycleLine, CycleReport, HOMES, Incoming, LineAct, LineFault, LineProgram, MotorPins, checked,
     digit, home_code,
 };
 use super::motor::{Faults, Status};
@@ -57,13 +58,6 @@ pub trait CycleHold<'a, const N: usize> {
 pub struct Remote<'a, H: CycleHold<'a, N>, const N: usize> {
     hold: H,
     legs: &'a [Cell<Leg>],
-    /// The line that comes.
-    text: [u8; LONGEST],
-    length: u8,
-    /// A byte of it was damaged, or there were too many.
-    bad: bool,
-    /// It has come to its end, and waits for the answer before it to be sent.
-    whole: bool,
     /// The number of the last cycle, and whether it has yet to end.
     number: u8,
     active: bool,
@@ -75,7 +69,7 @@ pub struct Remote<'a, H: CycleHold<'a, N>, const N: usize> {
     done: [u64; 3],
     /// Faults that were seen, and when.
     faults: [(Faults, u64); N],
-    homing: Option<Homing>,
+    homing: Kept<Option<Homing>, { HOMES as usize }>,
     home: (u8, u32),
     answer: Outgoing<N>,
 }
@@ -112,10 +106,6 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         Remote {
             hold,
             legs,
-            text: [0; LONGEST],
-            length: 0,
-            bad: false,
-            whole: false,
             number: 0,
             active: false,
             time: 0,
@@ -123,7 +113,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             due: [0; 3],
             done: [0; 3],
             faults: [(Faults::NONE, 0); N],
-            homing: None,
+            homing: Kept::new(None),
             home: (0, 0),
             answer: Outgoing {
                 what: Saying::Nothing,
@@ -147,32 +137,19 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         &self.hold
     }
 
-    /// Takes a byte of the line; `None` for one that was damaged.
-    pub fn take(&mut self, byte: Option<u8>) {
-        match byte {
-            Some(b'\r') => self.whole = true,
-            Some(b'\n') => {}
-            Some(byte) => match self.text.get_mut(usize::from(self.length)) {
-                Some(place) => {
-                    *place = byte;
-                    self.length = self.length.wrapping_add(1);
-                }
-                None => self.bad = true,
-            },
-            None => self.bad = true,
-        }
+    /// Whether the answer to the last line has been sent.
+    pub fn is_free(&self) -> bool {
+        matches!(self.answer.what, Saying::Nothing)
     }
 
-    /// Obeys the line that has come.
+    /// Obeys a line that has come to its end, once the answer before it [has been
+    /// sent](Remote::is_free).
     #[inline(never)]
-    fn obey(&mut self) {
-        let length = usize::from(core::mem::take(&mut self.length));
-        let bad = core::mem::take(&mut self.bad);
-        let text = self.text.get(..length).unwrap_or_default();
-        let (line, summed) = match checked(text) {
-            _ if bad => (Err(LineFault::Sum), true),
-            Err(fault) => (Err(fault), true),
-            Ok((text, summed)) => {
+    pub fn hear(&mut self, line: &mut Incoming) {
+        let (line, summed) = match line.whole().map(checked) {
+            None => (Err(LineFault::Sum), true),
+            Some(Err(fault)) => (Err(fault), true),
+            Some(Ok((text, summed))) => {
                 let legs = u16::try_from(self.legs.len()).unwrap_or(u16::MAX);
                 (CycleLine::read(text, N as u8, legs), summed)
             }
@@ -181,23 +158,22 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             Ok(line) => self.carry_out(line),
             Err(fault) => Saying::Fault(*fault),
         };
-        let (part, digits, sum) = (0, 0, summed.then_some(0));
-        self.answer = Outgoing { what, part, digits, sum, ..self.snapshot() };
+        self.snapshot();
+        self.answer.sum = summed.then_some(0);
+        (self.answer.what, self.answer.part, self.answer.digits) = (what, 0, 0);
     }
 
     /// Where all are now.
-    fn snapshot(&mut self) -> Outgoing<N> {
-        let mut positions = [0; N];
+    #[inline(never)]
+    fn snapshot(&mut self) {
         self.count_time();
-        for (motor, at) in (0u8..).zip(&mut positions) {
+        self.answer.time = self.time;
+        for (motor, at) in (0u8..).zip(&mut self.answer.positions) {
             // One at a time: the step interrupt is held off for each.
             *at = self.hold.with(|cycle| cycle.position(motor)).unwrap_or(0);
         }
-        let (what, time) = (Saying::Nothing, self.time);
-        Outgoing { what, part: 0, number: 0, digits: 0, sum: None, positions, time }
     }
 
-    #[inline(never)]
     fn carry_out(&mut self, line: &CycleLine) -> Saying {
         match line {
             CycleLine::Info => return Saying::About,
@@ -217,8 +193,37 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             return Saying::Fault(LineFault::Refused(Refusal::Running));
         }
         let done = match line {
+            CycleLine::Start(number) => {
+                self.begin(*number);
+                let started = self.hold.with(|cycle| cycle.start());
+                self.zero();
+                if started.is_err() {
+                    (self.active, self.number) = (false, 0);
+                }
+                started.map_err(LineFault::Refused)
+            }
+            CycleLine::Home(number, homing) if HOMES => {
+                self.begin(*number);
+                self.zero();
+                self.homing.set(Some(*homing));
+                self.home = (1, 0);
+                Ok(())
+            }
+            line => self.set_up(line),
+        };
+        match done {
+            Ok(()) => Saying::Yes,
+            Err(fault) => Saying::Fault(fault),
+        }
+    }
+
+    /// What is said before a cycle. Out of line: a start has the stack for itself.
+    #[inline(never)]
+    fn set_up(&mut self, line: &CycleLine) -> Result<(), LineFault> {
+        let done = match line {
             CycleLine::New => {
-                (self.due, self.homing) = ([0; 3], None);
+                self.due = [0; 3];
+                self.homing.set(None);
                 self.hold.with(|cycle| cycle.forget())
             }
             CycleLine::Clock(clock, strategies) => {
@@ -230,7 +235,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             }
             CycleLine::Wire(motor, pins) => {
                 if let Err(place) = self.hold.wire(*motor, pins) {
-                    return Saying::Fault(LineFault::Pin { number: place.wrapping_add(2) });
+                    return Err(LineFault::Pin { number: place.wrapping_add(2) });
                 }
                 self.hold.with(|cycle| cycle.rewired(*motor));
                 Ok(())
@@ -266,27 +271,9 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
                 }
                 Ok(())
             }
-            CycleLine::Start(number) => {
-                self.begin(*number);
-                let started = self.hold.with(|cycle| cycle.start());
-                self.zero();
-                if started.is_err() {
-                    (self.active, self.number) = (false, 0);
-                }
-                started
-            }
-            CycleLine::Home(number, homing) if HOMES => {
-                self.begin(*number);
-                self.zero();
-                (self.homing, self.home) = (Some(*homing), (1, 0));
-                Ok(())
-            }
-            _ => return Saying::Fault(LineFault::Unknown),
+            _ => return Err(LineFault::Unknown),
         };
-        match done {
-            Ok(()) => Saying::Yes,
-            Err(refusal) => Saying::Fault(LineFault::Refused(refusal)),
-        }
+        done.map_err(LineFault::Refused)
     }
 
     /// A cycle of this number begins.
@@ -352,20 +339,18 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         if running {
             return;
         }
-        match &mut self.homing {
-            Some(homing) if HOMES => {
-                let done = self.hold.with(|cycle| homing.poll(cycle));
-                self.home = match done {
-                    Ok(false) => return,
-                    Ok(true) => (2, 0),
-                    Err(HomingError::NotFound) => (3, 0),
-                    Err(HomingError::StillClosed) => (4, 0),
-                    Err(HomingError::Cancelled(..)) => (5, 0),
-                    Err(HomingError::Refused(refusal)) => home_code(refusal),
-                };
-                self.homing = None;
-            }
-            _ => {}
+        if let Some(mut homing) = self.homing.get() {
+            let done = self.hold.with(|cycle| homing.poll(cycle));
+            self.homing.set(Some(homing));
+            self.home = match done {
+                Ok(false) => return,
+                Ok(true) => (2, 0),
+                Err(HomingError::NotFound) => (3, 0),
+                Err(HomingError::StillClosed) => (4, 0),
+                Err(HomingError::Cancelled(..)) => (5, 0),
+                Err(HomingError::Refused(refusal)) => home_code(refusal),
+            };
+            self.homing.set(None);
         }
         self.active = false;
     }
@@ -446,13 +431,9 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         })
     }
 
-    /// The next byte to be sent, if there is one. A line that has come is obeyed first.
+    /// The next byte to be sent, if there is one.
     #[inline(never)]
     pub fn next_byte(&mut self) -> Option<u8> {
-        if self.whole && matches!(self.answer.what, Saying::Nothing) {
-            self.whole = false;
-            self.obey();
-        }
         let byte = self.next_plain()?;
         if let Some(sum) = &mut self.answer.sum {
             *sum = crc(*sum, byte);

@@ -79,18 +79,13 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         side.checked_shr(motor.into()).unwrap_or(0) & 1 != 0
     }
 
-    /// The longest time that the step interrupt took, in µs, since the beginning
-    /// or since it was forgotten. The hardware's way into it is not in it.
+    /// The longest time that the step interrupt took in this cycle or the last, in µs. The
+    /// hardware's way into it is not in it.
     pub fn longest(&self) -> u32 {
         self.beat.micros(self.longest)
     }
 
-    /// Forgets the longest time.
-    pub fn forget_longest(&mut self) {
-        self.longest = 0;
-    }
-
-    /// Steps that came late, since the beginning.
+    /// Steps that came late in this cycle or the last.
     pub fn late(&self) -> u32 {
         self.engine.late()
     }

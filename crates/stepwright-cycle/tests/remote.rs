@@ -4,7 +4,9 @@
 use std::cell::Cell;
 
 use stepwright::Rate;
-use stepwright_cycle::line::{CycleLine, CycleReport, LineAct, LineFault, LineProgram, MotorPins};
+use stepwright_cycle::line::{
+    CycleLine, CycleReport, Incoming, LineAct, LineFault, LineProgram, MotorPins,
+};
 use stepwright_cycle::{
     AtHardEnd, AtSoftEnd, Calibration, Clock, Cycle, CycleHold, DelayRamp, End, Faults, Homing,
     Leg, Motor, Program, Refusal, Remote, Strategies,
@@ -28,6 +30,13 @@ fn virtual_board<'a>(motors: [Motor; 3], stands: [Stand; 3], clock: Clock) -> Ho
     CycleBoard::new(motors, stands, clock, Rate::from_hz(HZ as u32).unwrap(), Vec::new())
 }
 
+/// Sends a line as it is.
+fn say_to<'a, H: CycleHold<'a, 3>>(remote: &mut Remote<'a, H, 3>, line: &str) {
+    let mut coming = Incoming::new();
+    assert!(line.bytes().all(|byte| !coming.take(Some(byte))) && coming.take(Some(b'\r')));
+    remote.hear(&mut coming);
+}
+
 impl<'a> Chip<'a> {
     fn new(stands: [Stand; 3], legs: &'a [Cell<Leg>]) -> Chip<'a> {
         let motors = [Motor::new(1, 1); 3];
@@ -36,7 +45,7 @@ impl<'a> Chip<'a> {
 
     /// Sends a line as it is, and says what is answered.
     fn text(&mut self, line: &str) -> String {
-        line.bytes().chain([b'\r']).for_each(|byte| self.0.take(Some(byte)));
+        say_to(&mut self.0, line);
         let mut answer: Vec<u8> = std::iter::from_fn(|| self.0.next_byte()).collect();
         assert_eq!(answer.pop(), Some(b'\r'), "{line}");
         String::from_utf8(answer).unwrap()
@@ -302,9 +311,14 @@ fn what_is_wrong_is_refused_and_nothing_moves() {
     assert_eq!(chip.text("S0,0,A,3E8*00"), "E1,0,0,0*AD");
     assert!(chip.text(&"1".repeat(100)).starts_with("E1,"));
     // A line behind another waits for the answer of that.
-    let mut said = Vec::new();
+    let (mut said, mut line) = (Vec::new(), Incoming::new());
     for byte in *b"\r?\r" {
-        chip.0.take(Some(byte));
+        if line.take(Some(byte)) {
+            while !chip.0.is_free() {
+                said.extend(chip.0.next_byte());
+            }
+            chip.0.hear(&mut line);
+        }
         said.extend(chip.0.next_byte());
     }
     said.extend(std::iter::from_fn(|| chip.0.next_byte()));
@@ -366,7 +380,7 @@ impl<'a> CycleHold<'a, 3> for Slow<'a> {
 
 /// The answer to a line.
 fn asked<'a>(chip: &mut Remote<'a, Slow<'a>, 3>, line: CycleLine) -> String {
-    format!("{line}\r").bytes().for_each(|byte| chip.take(Some(byte)));
+    say_to(chip, &line.to_string());
     let answer: Vec<u8> = std::iter::from_fn(|| chip.next_byte()).collect();
     String::from_utf8(answer).unwrap().trim_end().to_owned()
 }

@@ -1,9 +1,9 @@
 //! The main loop of a board with the line, for every firmware and every program behind it.
 //!
 //! ```text
-//!   ┌► tick ─► answer? ─ yes ─► send as much as there is room for ─┐
-//!   │               └─── no ──► receive, up to a line; work ───────┤
-//!   └── plan, up to a run ◄── poll_io: inputs, times ◄─────────────┘
+//!   ┌► tick ─► answer? ─ yes ─► send a byte, if there is room ─┐
+//!   │               └─── no ──► receive, up to a line; work ───┤
+//!   └── plan, up to a run ◄── poll_io: inputs, times ◄─────────┘
 //! ```
 //!
 //! Nothing waits: each part returns after one piece of its work, so that inputs are looked at
@@ -115,10 +115,11 @@ fn work(board: &mut impl Foreground) {
     board.work();
 }
 
-/// Sends of the answer as much as there is room for. Planning goes on meanwhile.
+/// Sends a byte of the answer, if there is room. Planning goes on between two bytes: an answer
+/// that filled the line's buffer at once would hold it up for longer than a queue lasts.
 #[inline(never)]
 fn answer(board: &mut impl Foreground, line: &mut impl SerialPort) {
-    while line.has_room()
+    if line.has_room()
         && let Some(byte) = board.next_byte()
     {
         line.send(byte);

@@ -29,7 +29,7 @@ macro_rules! abilities {
 }
 
 abilities! {
-    Jerk, true, "jerk",
+    Jerk, cfg!(feature = "jerk"), "jerk",
         "`j` limits the jerk of an order (S-curves)";
     Safety, cfg!(feature = "safety"), "safety",
         "the settings and answers that guard a machine";

@@ -87,6 +87,7 @@ impl From<stepwright::Refusal> for Refusal {
             Core::Resting => Refusal::NoTravel,
             Core::NoAxis => Refusal::Axis,
             Core::TooFast { .. } => Refusal::TooFast,
+            Core::TooSteep { .. } => Refusal::TooSteep,
             Core::Unfit(Unfit::TooSlow | Unfit::Standstill | Unfit::BelowStart) => Refusal::TooSlow,
             Core::Unfit(Unfit::TooGentle) => Refusal::TooGentle,
             Core::Unfit(Unfit::TooLong) => Refusal::Travel,

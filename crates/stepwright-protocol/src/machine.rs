@@ -154,6 +154,8 @@ pub enum Refusal {
     Uncertain,
     /// `too-fast`: the steps would follow closer than the board can make them.
     TooFast,
+    /// `too-steep`: the ramps of all that moves ask for more than the board can plan in time.
+    TooSteep,
     /// `too-slow`: a delay would be longer than the board can wait; t on the way
     /// is below the start speed.
     TooSlow,
@@ -218,6 +220,7 @@ names! {
     Killed "killed"
     Uncertain "uncertain"
     TooFast "too-fast"
+    TooSteep "too-steep"
     TooSlow "too-slow"
     TooGentle "too-gentle"
     Ramp "ramp"
@@ -256,6 +259,10 @@ impl Refusal {
             Refusal::Killed => "K abandoned the order: begin again with PO",
             Refusal::Uncertain => "the position is not known: go to a known place and send I",
             Refusal::TooFast => "faster than the board can step: lower the top speed",
+            Refusal::TooSteep => {
+                "ramps steeper than the board can plan for all moving axes: lower a and d, \
+                 or move fewer axes at once"
+            }
             Refusal::TooSlow => {
                 "slower than the board can wait, or on the way than the start speed: \
                  raise the speeds"

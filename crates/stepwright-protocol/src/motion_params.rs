@@ -62,7 +62,7 @@ impl MotionParams {
 
     /// Its limit of jerk, if it has one.
     pub(crate) fn jerk(&self) -> Option<Jerk> {
-        (self.jerk != 0).then(|| Jerk::clamped(self.jerk))
+        (cfg!(feature = "jerk") && self.jerk != 0).then(|| Jerk::clamped(self.jerk))
     }
 
     /// What a line changes of a travel in progress: @, t, a or d.
@@ -129,7 +129,7 @@ impl MotionParams {
         if top > settings.get(Setting::MaxSpeed) {
             return Err(Refusal::TooFast);
         }
-        if self.jerk != 0 && settings.byte(Setting::Law) == 0 {
+        if self.jerk != 0 && (!cfg!(feature = "jerk") || settings.byte(Setting::Law) == 0) {
             return Err(Refusal::NoJerk);
         }
         let max = settings.get(Setting::MaxAccel);

@@ -120,8 +120,8 @@ fn board<const N: usize>(rate: Rate) -> Board<N> {
         _ => scaled(three + (three - two) * (n as Ticks - 2)),
     });
     let uno = Description::quick(rate, [one, two, three].map(scaled)).board;
-    let Board { timing, fit, horizon, lead, .. } = uno;
-    Board { rate, timing, cost: Cost::any_pulse(cost), fit, horizon, lead }
+    let Board { timing, runs, fit, horizon, lead, .. } = uno;
+    Board { rate, timing, cost: Cost::any_pulse(cost), runs, fit, horizon, lead }
 }
 
 /// N motors and their cycle over simulated time, with a 32-bit timer.

@@ -36,10 +36,12 @@ impl Description {
     /// An Arduino Uno: 16 MHz, 16 bits, three axes; the costs are those of
     /// its firmware.
     pub fn uno() -> Description {
-        let cost = Cost { ticks: [125, 184, 251], pulse: 45, longer: [1_250, 1_700, 4_400] };
+        let (ticks, longer, shortest) = ([125, 184, 251], [1_250, 1_700, 4_400], [125, 280, 560]);
+        let cost = Cost { ticks, pulse: 45, longer, shortest };
         let uno = Description::at(UNO, cost);
         // The third is on timer 2, which counts every eighth cycle.
-        Description { grid: [1, 1, 8], assembly: true, ..uno }
+        let board = Board { runs: 2_900, ..uno.board };
+        Description { board, grid: [1, 1, 8], assembly: true, ..uno }
     }
 
     /// A board with a timer of `rate` and such a cost of a step; pulses and direction
@@ -50,6 +52,7 @@ impl Description {
             rate,
             timing: Timing { pulse, setup, hold, min_interval: 0 },
             cost,
+            runs: u16::MAX,
             fit: Fit::board(rate),
             horizon: rate.micros(16_000),
             lead: rate.micros(250),
@@ -69,7 +72,8 @@ impl Description {
         let longer = [20, 40, 60].map(|micros| rate.micros(micros));
         let [one, two, three] = ticks;
         let longer = [one.max(longer[0]), two.max(longer[1]), three.max(longer[2])];
-        Description::at(rate, Cost { ticks, pulse: rate.nanos(2_000), longer })
+        let shortest = [0; AXES];
+        Description::at(rate, Cost { ticks, pulse: rate.nanos(2_000), longer, shortest })
     }
 
     /// The pins that move its axes: axis, pin, and the level while it is switched on, if that is

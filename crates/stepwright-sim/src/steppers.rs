@@ -2,7 +2,7 @@
 
 use stepwright::drive::Axes;
 use stepwright::timer::Count;
-use stepwright::{Control, Engine, Report, Steppers, Ticks, Timing};
+use stepwright::{Control, Engine, Playing, Report, Steppers, Ticks, Timing};
 
 use crate::board::{AXES, BoardEngine, Queues, RUNS, Shared};
 use crate::clock::{LentNow, Present, SimTimer};
@@ -99,6 +99,9 @@ impl<R: Recorder, C: Count> Control for SimEngine<'_, R, C> {
     }
     fn report(&self, axis: u8) -> Report {
         self.engine.report(axis)
+    }
+    fn playing(&mut self, axis: u8) -> Playing {
+        self.engine.playing(axis)
     }
     fn set_position(&mut self, axis: u8, position: i64) {
         self.engine.set_position(axis, position);

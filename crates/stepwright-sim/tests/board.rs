@@ -59,8 +59,12 @@ fn what_the_board_cannot_step_is_refused_and_nothing_moves() {
         (&[43_479, 43_478], false),
         (&[21_248, 21_248, 21_248], true),
         (&[21_249, 21_249, 21_249], false),
-        (&[45_000, 1_000, 17_745], true),
-        (&[45_000, 1_000, 17_746], false),
+        (&[28_571, 18_428, 16_746], true),
+        (&[28_571, 18_428, 16_747], false),
+        // Two others at one moment would make its steps late.
+        (&[28_572, 1_000, 1_000], false),
+        (&[57_142, 1_000], true),
+        (&[57_143, 1_000], false),
     ] {
         let mut queues = Queues::default();
         let mut board = board(&mut queues);

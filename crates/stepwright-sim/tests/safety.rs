@@ -115,7 +115,7 @@ fn an_active_input_stops_what_moves_at_once_and_refuses_orders() {
             let mut board = board(&mut queues);
             set(&mut board, !high);
             assert_eq!(say(&mut board, &format!("${setting}={level}")), "Y");
-            assert_eq!(say(&mut board, "A0 T500 g+ A1"), "Y Y Y Y");
+            assert_eq!(say(&mut board, "A0 T100 g+ A1"), "Y Y Y Y");
             wait(&mut board, 1_500);
             assert!(board.is_endless());
             let edges = board.recorder().len();

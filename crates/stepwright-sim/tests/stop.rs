@@ -4,6 +4,8 @@
 #[path = "common/edges.rs"]
 mod edges;
 
+use stepwright::Rate;
+use stepwright::timer::Count;
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
@@ -92,7 +94,7 @@ fn a_silent_host_is_stopped_for_within_the_braking_distance() {
 fn other_limits_change_the_stop_and_not_its_end() {
     // From 45,000 to 50,000 steps/s: the fall has begun, and what is planned of it is made.
     let way = |d: i64| 45_000 * 45_000 / 2 / d..50_000 * 50_000 / 2 / d + 24 * 50;
-    for (limits, way) in [("d20000", way(20_000)), ("d400000 a1000000 t60000", way(400_000))] {
+    for (limits, way) in [("d20000", way(20_000)), ("d400000 a700000 t60000", way(400_000))] {
         told("a200000 d100000 t50000", "Y Y Y", |board| {
             board.run_until(2_000 * MS);
             assert_eq!(say(board, "Z"), "Y");
@@ -133,14 +135,12 @@ fn a_change_where_the_fall_begins_goes_not_beyond_the_end() {
 
 /// Nothing is planned beyond the first step while an axis waits for it: a stop then is obeyed
 /// there.
-/// The next step is queued while the present one is waited for: nobody but the interrupt
-/// knows how much is left of it.
 #[test]
-fn at_slow_speeds_a_stop_leaves_the_present_step_and_the_next() {
+fn at_slow_speeds_a_stop_leaves_the_present_step() {
     let mut queues = Queues::default();
     let mut board = Board::new(&mut queues, Description::uno(), Vec::new());
     assert_eq!(say(&mut board, "PO s2 t2 G+20 E"), "Y Y Y Y Y");
-    for (at, stop, end) in [(1_250, "", 3), (1_251, "Z", 3), (2_100, "", 5), (9_000, "", 5)] {
+    for (at, stop, end) in [(1_250, "", 3), (1_251, "Z", 3), (1_600, "", 4), (9_000, "", 4)] {
         board.run_until(at * MS);
         assert_eq!(say(&mut board, stop), if stop.is_empty() { "" } else { "Y" });
         assert_eq!(board.position(0), Some(end), "{at} ms");
@@ -163,4 +163,123 @@ fn a_stop_in_the_wait_before_a_travel_leaves_one_step() {
         assert_eq!(board.position(0).unwrap() - before, 1, "{settings} {first}");
         assert_eq!(board.late(), 0);
     }
+}
+
+/// The times of axis 1's steps.
+fn steps_of_axis(edges: &[Edge]) -> Vec<u64> {
+    edges::steps_of(edges, 0).into_iter().map(|step| step.0).collect()
+}
+
+/// In a step of a slow travel it is told to go 100 times as fast, and some time later to stop: what
+/// is planned of the rise by then lasts for 24 ms, whenever that is.
+#[test]
+fn a_stop_in_a_slow_step_ends_the_rise() {
+    for (order, change) in [
+        ("PO s3 m199073 R185 g+ E", "t20293 a2869015"),
+        ("PO s1 t19 R900 G+100000 E", "t20000 a2000000 d2000000"),
+    ] {
+        for stop in (52..1_200).step_by(7) {
+            let mut queues = Queues::default();
+            let mut uno = Description::uno();
+            // It would refuse such a ramp.
+            uno.board.runs = u16::MAX;
+            let mut board = Board::new(&mut queues, uno, Vec::new());
+            assert!(!say(&mut board, order).contains('E'));
+            board.run_until(50 * MS);
+            assert!(!say(&mut board, change).contains('E'));
+            board.run_until(stop * MS);
+            assert_eq!(say(&mut board, "Z"), "Y");
+            board.run_until((stop + 24) * MS);
+            let before = steps_of_axis(board.recorder()).len();
+            board.run_until((stop + 400) * MS);
+            let steps = steps_of_axis(board.recorder());
+            let from = before.saturating_sub(2);
+            let intervals: Vec<u64> =
+                steps[from..].windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let rise = intervals.windows(2).find(|pair| pair[1] + 2 < pair[0]);
+            assert_eq!(rise, None, "{order}, stopped at {stop} ms");
+        }
+    }
+}
+
+/// The same however wide the timer's counter is, and however fast it counts.
+#[test]
+fn a_stop_and_a_change_hold_for_all_of_a_wait() {
+    fn stopped<C: Count>(hz: u32, said: &str, to: Option<i64>) {
+        let rate = Rate::from_hz(hz).unwrap();
+        let description = Description::quick(rate, [hz / 100_000 + 2; 3]);
+        let mut queues = Queues::default();
+        let mut board = VirtualBoard::<C, Vec<Edge>>::new(&mut queues, description, Vec::new());
+        let say = |board: &mut VirtualBoard<C, Vec<Edge>>, lines: &str| {
+            for line in lines.split_whitespace() {
+                line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
+            }
+            let answers = String::from_utf8(board.take_answers()).unwrap();
+            assert!(!answers.contains('E'), "{hz}: {lines}: {answers}");
+        };
+        let ms = u64::from(hz / 1_000);
+        say(&mut board, "$enable-ms=1000");
+        say(&mut board, "PO s20 t2000 a100000 d100000 G+10000 E");
+        board.run_until(board.now() + 100 * ms);
+        say(&mut board, said);
+        board.run_to_rest();
+        let steps = steps_of_axis(board.recorder());
+        match to {
+            Some(to) => {
+                assert_eq!(steps.len(), 10_000, "{hz}: {said}");
+                // By the new limits from the first step on: v² ≤ 20² + 2·163·n.
+                for (n, pair) in (1u32..).zip(steps.windows(2)).take(50) {
+                    let v = f64::from(hz) / (pair[1] - pair[0]) as f64;
+                    assert!(v * v < 1.01 * (400.0 + 326.0 * f64::from(n)), "{hz}: step {n}: {v}");
+                }
+                assert_eq!(board.position(0), Some(to));
+            }
+            None => assert_eq!(steps.len(), 1, "{hz}: {said}"),
+        }
+        assert_eq!(board.late(), 0);
+    }
+    for said in ["Z", "a163 d68"] {
+        let to = (said != "Z").then_some(10_000);
+        for hz in [1_000_000, 16_000_000, 84_000_000] {
+            stopped::<u32>(hz, said, to);
+        }
+        for hz in [500_000, 1_000_000, 16_000_000] {
+            stopped::<u16>(hz, said, to);
+        }
+    }
+}
+
+/// What is queued is known however often the queue was filled, in the fall to a slow speed too:
+/// nothing is planned ahead of slow steps.
+#[test]
+fn a_stop_after_slowing_down_leaves_the_step_in_progress() {
+    let mut most = 0;
+    for (slow, ramp) in
+        [(1, 100), (1, 1_000), (1, 20_000), (1, 200_000), (15, 20_000), (15, 200_000)]
+    {
+        for wait in (1_010..4_000).step_by(37) {
+            let mut queues = Queues::default();
+            let mut board = Board::new(&mut queues, Description::uno(), Vec::new());
+            let order = format!("PO s1 t1600 a20000 d{ramp} g+ E");
+            assert!(!say(&mut board, &order).contains('E'));
+            board.run_until(1_000 * MS);
+            assert!(!say(&mut board, &format!("t{slow}")).contains('E'));
+            board.run_until(wait * MS + 16_000 * MS * u64::from(ramp == 100));
+            let told = board.now();
+            assert_eq!(say(&mut board, "Z"), "Y");
+            board.run_until(told + 24 * MS);
+            let before = steps_of_axis(board.recorder()).len();
+            board.run_to_rest();
+            let steps = steps_of_axis(board.recorder());
+            // After 24 ms, or at slow speeds the step in progress: a part of a step that is left
+            // over, and the fall, from the speed that it had.
+            let ahead = &steps[before.saturating_sub(2)..];
+            let v = 16e6 / (ahead[1] - ahead[0]) as f64;
+            let way = v * v / 2.0 / f64::from(ramp) + 2.01;
+            let made = steps.len() - before;
+            assert!(made as f64 <= way, "{slow}, {ramp}, {wait} ms: {made} steps, not {way}");
+            most = most.max(made);
+        }
+    }
+    assert!(most > 1);
 }

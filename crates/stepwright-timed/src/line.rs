@@ -16,7 +16,7 @@
 //! | `W` | timer, port as its letter's ASCII code, mask, levels without current, whether these follow the last step, whether the motor is on a motor shield, phase, levels of each phase (2, 4, 8 or 16) | `Y`, or `E` while it moves or if the pins can't be had |
 //! | `L` | timer, 0 or 1: a new top waits in the compare register | `Y` |
 //! | `U` | timer, milliseconds from check to check by the main program; 0: none | `Y` |
-//! | `M` | timer, control byte, top, limit, modification, milliseconds from update to update, updates, the caller's milliseconds at the call | the result code |
+//! | `M` | timer, control byte, top, limit, modification, milliseconds from update to update, updates, the caller's milliseconds at the call | the [result code](super::Code); −4 before any `W`, but for a stop |
 //! | `V` | timer | the numbers of [`Report`] |
 //!
 //! All else is answered `E`.

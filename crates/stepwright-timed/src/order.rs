@@ -124,6 +124,8 @@ impl Code {
     pub const TOO_SLOW: Code = Code(-2);
     /// `update_ms` is beyond 2³¹ clocks of this timer.
     pub const UPDATE_TOO_LONG: Code = Code(-3);
+    /// No pin is driven: an order over the line before the line `W`.
+    pub const NOT_WIRED: Code = Code(-4);
 
     /// A code that a board has answered.
     pub const fn new(number: i8) -> Code {
@@ -156,6 +158,7 @@ impl fmt::Display for Code {
             Code::TOO_SLOW => {
                 "too slow for this timer: the virtual top may be 67108863 at most; raise the speed"
             }
+            Code::NOT_WIRED => "no pin is driven; say which by the line W first",
             _ => "the interval between updates is too long for this clock; give a shorter one",
         })
     }

@@ -114,7 +114,8 @@ for (const conversation of conversations) {
   assert.deepEqual(board.shafts(), shaft);
 }
 rmSync(folder, { recursive: true });
-assert.ok(steps > 30_000, `${steps}`);
+// Many of the steepest orders are refused.
+assert.ok(steps > 25_000, `${steps}`);
 
 // Any bytes, any lines, any numbers: each is answered or refused.
 const board = await VirtualBoard.open(bytes);

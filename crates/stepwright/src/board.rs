@@ -4,7 +4,7 @@ use crate::clamp;
 use crate::drive::Axes;
 use crate::engine::Timing;
 use crate::order::Refusal;
-use crate::planner::Clock;
+use crate::planner::{Clock, Load};
 use crate::profile::Fit;
 use crate::units::{Rate, Speed, Ticks};
 
@@ -20,18 +20,22 @@ pub struct Cost<const N: usize> {
     pub pulse: Ticks,
     /// With longer ones, up to the longest that can be set.
     pub longer: [Ticks; N],
+    /// The shortest interval of an axis: one that waits for the steps of all others is not late.
+    /// Where a pulse is held, what the others hold comes on top.
+    pub shortest: [Ticks; N],
 }
 
 impl<const N: usize> Cost<N> {
     /// A step costs so much whatever its pulse, which is held by hardware.
     pub const fn any_pulse(ticks: [Ticks; N]) -> Cost<N> {
-        Cost { ticks, pulse: Ticks::MAX, longer: ticks }
+        Cost { ticks, pulse: Ticks::MAX, longer: ticks, shortest: [0; N] }
     }
 
     /// The same in other ticks.
     pub fn map(&self, mut to: impl FnMut(Ticks) -> Ticks) -> Cost<N> {
-        let Cost { ticks, pulse, longer } = *self;
-        Cost { ticks: ticks.map(&mut to), pulse: to(pulse), longer: longer.map(to) }
+        let Cost { ticks, pulse, longer, shortest } = *self;
+        let (ticks, pulse) = (ticks.map(&mut to), to(pulse));
+        Cost { ticks, pulse, longer: longer.map(&mut to), shortest: shortest.map(to) }
     }
 }
 
@@ -48,6 +52,11 @@ pub struct Board<const N: usize, F = Fit> {
     /// What a step costs: an order is refused when the steps of all moving axes
     /// would take more than all the time.
     pub cost: Cost<N>,
+    /// Runs that can be planned in a second while axes move: an order is refused when the ramps
+    /// of all moving axes would ask for more. One axis with ramps of a steps/s² asks for
+    /// (612·a)^0.4, or its highest speed in steps/s if that is less, and a limit of jerk for four
+    /// times as many. Measured; `u16::MAX` where nobody need wait for planning, as in a simulation.
+    pub runs: u16,
     /// How closely runs follow their law.
     pub fit: F,
     /// How far ahead to plan, in ticks.
@@ -60,7 +69,7 @@ impl<const N: usize> Board<N> {
     /// A board that nobody has measured, with a step timer of this rate.
     ///
     /// A step is taken to cost 100 µs: 10,000 steps/s for one axis, 5,000 each for two and so
-    /// on, which a chip of 16 MHz and more can do. Pulses of 2 µs, DIR 1 µs before and after;
+    /// on, and 2,900 runs can be planned in a second, which a chip of 16 MHz and more can do. Pulses of 2 µs, DIR 1 µs before and after;
     /// planned 16 ms ahead. All of it can be changed.
     ///
     /// ```
@@ -80,6 +89,7 @@ impl<const N: usize> Board<N> {
             rate,
             timing: Timing { pulse, setup: side, hold: side, min_interval: step },
             cost: Cost::any_pulse(ticks),
+            runs: 2_900,
             fit: Fit::board(rate),
             horizon: rate.micros(16_000),
             lead: rate.micros(250),
@@ -88,8 +98,8 @@ impl<const N: usize> Board<N> {
 
     /// The same without its fit.
     pub(crate) const fn kept(self) -> Board<N, ()> {
-        let Board { rate, timing, cost, fit: _, horizon, lead } = self;
-        Board { rate, timing, cost, fit: (), horizon, lead }
+        let Board { rate, timing, cost, runs, fit: _, horizon, lead } = self;
+        Board { rate, timing, cost, runs, fit: (), horizon, lead }
     }
 }
 
@@ -106,9 +116,25 @@ impl<const N: usize, F> Board<N, F> {
 
     /// Ticks that a step costs while this many axes move, with the present pulse.
     pub fn step_cost(&self, moving: usize) -> Ticks {
-        let Cost { ticks, pulse, longer } = &self.cost;
-        let ticks = if self.timing.pulse > *pulse { longer } else { ticks };
+        let ticks = if self.holds() { &self.cost.longer } else { &self.cost.ticks };
         ticks.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX)
+    }
+
+    /// Whether pulses are held.
+    fn holds(&self) -> bool {
+        self.timing.pulse > self.cost.pulse
+    }
+
+    /// The shortest interval of an axis while this many move.
+    fn shortest(&self, moving: usize) -> Ticks {
+        let others = moving.saturating_sub(1);
+        let mut shortest = self.cost.shortest.get(others).copied().unwrap_or(0);
+        if self.holds() {
+            // Each of them once, in half of the interval.
+            let held = self.timing.pulse.wrapping_mul(2).wrapping_mul(others as Ticks);
+            shortest = clamp::sum(shortest, held);
+        }
+        shortest.max(self.timing.min_interval)
     }
 
     /// Has other drivers' times. Two steps of an axis keep a pulse and as long a pause
@@ -124,30 +150,38 @@ impl<const N: usize, F> Board<N, F> {
     fn max_beside(&self, clock: &Clock, others: u32, moving: u8) -> Speed {
         // (What takes no time at all may be as fast as numbers go.)
         let shared = clock.in_a_second(self.step_cost(moving.into()));
-        let alone = clock.in_a_second(self.timing.min_interval);
+        let alone = clock.in_a_second(self.shortest(moving.into()));
         Speed::from_millisteps(clamp::less(shared, others).min(alone)).unwrap_or(Speed::MAX)
     }
 
-    /// Can the board step an axis beside what will move then? `peaks` are the highest speeds
-    /// of the axes in 0.001 steps/s. Together not more than 2³² of these.
+    /// Can the board step an axis beside what will move then, and plan for it? The highest speeds
+    /// are not more than 2³² thousandths of a step/s together.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn check(
         &self,
         clock: &Clock,
-        peaks: &[u32; N],
+        loads: &[Load; N],
         mut moving: Axes,
         axis: u8,
     ) -> Result<(), Refusal> {
-        let (mut all, mut count) = (0, 0u8);
-        for &peak in peaks {
-            if moving & 1 != 0 && peak != 0 {
-                all = clamp::sum(all, peak);
+        let (mut all, mut count, mut runs) = (0, 0u8, 0u16);
+        for load in loads {
+            if moving & 1 != 0 && load.peak != 0 {
+                all = clamp::sum(all, load.peak);
+                runs = runs.saturating_add(load.runs);
                 count = count.wrapping_add(1);
             }
             moving >>= 1;
         }
-        let own = peaks.get(usize::from(axis)).copied().unwrap_or(0);
-        let max = self.max_beside(clock, clamp::less(all, own), count);
-        if own > max.millisteps() { Err(Refusal::TooFast { max }) } else { Ok(()) }
+        let own = loads.get(usize::from(axis)).copied().unwrap_or(Load::NONE);
+        let max = self.max_beside(clock, clamp::less(all, own.peak), count);
+        if own.peak > max.millisteps() {
+            return Err(Refusal::TooFast { max });
+        }
+        if own.runs != 0 && runs > self.runs {
+            let others = runs.wrapping_sub(own.runs);
+            return Err(Refusal::TooSteep { runs: self.runs.saturating_sub(others) });
+        }
+        Ok(())
     }
 }

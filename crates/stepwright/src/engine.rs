@@ -98,6 +98,19 @@ pub struct Report {
     pub forward: bool,
 }
 
+/// What is left of the entry that an axis plays: the first of those that its queue counts as
+/// not played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Playing {
+    /// Nobody knows: at rest, or if the engine can't tell. Steps, then, for a wait is to be
+    /// told: a planner takes what it is not told for a whole entry that may be over at once.
+    Unknown,
+    /// This many ticks.
+    Left(Ticks),
+    /// Nothing: the queue ran empty, this many ticks before the next event was due.
+    Dry(Ticks),
+}
+
 /// Plays the entries of N ≤ 8 axes with one timer.
 ///
 /// Belongs to the step interrupt, which calls [`on_compare`](Engine::on_compare).
@@ -297,6 +310,18 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             idle: track.state == State::Idle,
             forward: track.forward,
         }
+    }
+
+    /// Whether the next event of an axis is a wait.
+    pub fn waits(&self, axis: u8) -> bool {
+        self.tracks.get(usize::from(axis)).is_some_and(Track::only_waits)
+    }
+
+    /// How much of its present entry an axis has yet to play. A planner that knows queues
+    /// nothing behind a long wait before that is nearly over.
+    pub fn playing(&mut self, axis: u8) -> Playing {
+        let now = self.timer.now();
+        self.tracks.get(usize::from(axis)).map_or(Playing::Unknown, |track| track.playing(now))
     }
 
     /// Sets the position of an axis. Meant for an axis at rest.

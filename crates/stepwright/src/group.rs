@@ -5,10 +5,10 @@ mod start;
 use crate::board::Board;
 use crate::clamp;
 use crate::drive::{Axes, Drive};
-use crate::engine::{Engine, Report, Timing};
+use crate::engine::{Engine, Playing, Report, Timing};
 use crate::motor::{Horizon, Motor};
 use crate::order::{Change, Refusal};
-use crate::planner::{Clock, Layout, Work};
+use crate::planner::{Clock, Layout, Load, Work};
 use crate::queue::{Producer, Source};
 use crate::timer::StepTimer;
 use crate::units::{Speed, Ticks};
@@ -39,6 +39,8 @@ pub trait Control {
     fn is_forward(&self, axis: u8) -> bool {
         self.report(axis).forward
     }
+    /// See [`Engine::playing`].
+    fn playing(&mut self, axis: u8) -> Playing;
     /// See [`Engine::set_position`].
     fn set_position(&mut self, axis: u8, position: i64);
     /// See [`Engine::set_timing`].
@@ -61,6 +63,9 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Control for Engine<T, D,
     }
     fn report(&self, axis: u8) -> Report {
         Engine::report(self, axis)
+    }
+    fn playing(&mut self, axis: u8) -> Playing {
+        Engine::playing(self, axis)
     }
     fn set_position(&mut self, axis: u8, position: i64) {
         Engine::set_position(self, axis, position);
@@ -100,9 +105,8 @@ impl<const N: usize> Given<N> {
 pub struct Group<'q, const N: usize, const Q: usize> {
     feeds: [Producer<'q, Q>; N],
     motors: [Motor<Q>; N],
-    /// The highest speed of the travel of each axis, in 0.001 steps/s: since it was
-    /// ordered, or changed.
-    peaks: [u32; N],
+    /// What the travel of each axis asks of the board, since it was ordered or changed.
+    loads: [Load; N],
     given: Given<N>,
     /// The run that is being planned, of the axis whose turn it is.
     work: Work,
@@ -122,7 +126,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         Group {
             feeds,
             motors: [const { Motor::IDLE }; N],
-            peaks: [0; N],
+            loads: [Load::NONE; N],
             given: Given::new(board),
             work: Work::NONE,
             starting: 0,
@@ -178,9 +182,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// or another limit from here on.
     ///
     /// Takes hold after what is planned already, which lasts for the board's
-    /// [`horizon`](Board::horizon) and one run at most, or for the present step and the next
-    /// where those take longer. A travel
-    /// that has to turn brakes to rest and goes back by itself; its axis is busy
+    /// [`horizon`](Board::horizon) and one run at most, or for the present step where that takes
+    /// longer. A travel that has to turn brakes to rest and goes back by itself; its axis is busy
     /// all the while.
     ///
     /// ```no_run
@@ -205,15 +208,15 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             return Err(if resting & !Self::ALL == 0 { Refusal::Resting } else { Refusal::NoAxis });
         }
         // Each is tried first, alone: a chip has no room for copies of them all.
-        let mut peaks = self.peaks;
+        let mut loads = self.loads;
         let mut trial = true;
         loop {
             let mut left = axes;
-            for (motor, peak) in self.motors.iter_mut().zip(&mut peaks) {
+            for (motor, load) in self.motors.iter_mut().zip(&mut loads) {
                 if left & 1 != 0 {
                     let mut copy = *motor;
                     let motor = if trial { &mut copy } else { motor };
-                    motor.change(&self.given.clock, &change, peak, trial)?;
+                    motor.change(&self.given.clock, &change, load, trial)?;
                 }
                 left >>= 1;
             }
@@ -223,10 +226,10 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             }
             for axis in 0..N as u8 {
                 if axes >> axis & 1 != 0 {
-                    self.given.board.check(&self.given.clock, &peaks, moving, axis)?;
+                    self.given.board.check(&self.given.clock, &loads, moving, axis)?;
                 }
             }
-            self.peaks = peaks;
+            self.loads = loads;
             trial = false;
         }
     }
@@ -281,7 +284,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         if !self.work.is_begun() {
             let (mut least, mut turns, mut begins, mut axis) = (u8::MAX, false, false, 0);
             for (motor, feed) in self.motors.iter_mut().zip(&mut self.feeds) {
-                let ahead = motor.wants(feed, &self.given.horizon);
+                let ahead = motor.wants(feed, &self.given.horizon, || engine.playing(axis));
                 if ahead < least {
                     (least, self.turn) = (ahead, axis);
                 }
@@ -461,13 +464,13 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.motors.get(usize::from(axis)).is_some_and(Motor::is_endless)
     }
 
-    /// How long planning may wait, in ticks: half of what is queued behind the present run
-    /// of the axis whose queue lasts the shortest, or of one that is to turn. `None` if
-    /// there is nothing to plan.
-    pub fn may_wait(&mut self) -> Option<Ticks> {
+    /// How long planning may wait, in ticks: half of what is queued, but for a present run of
+    /// which nobody knows how much is left, of the axis whose queue lasts the shortest, or of
+    /// one that is to turn. `None` if there is nothing to plan.
+    pub fn may_wait(&mut self, engine: &mut impl Control) -> Option<Ticks> {
         let mut least = None;
-        for (motor, feed) in self.motors.iter_mut().zip(&self.feeds) {
-            let wait = motor.may_wait(feed, &self.given.horizon);
+        for (axis, (motor, feed)) in (0u8..).zip(self.motors.iter_mut().zip(&self.feeds)) {
+            let wait = motor.may_wait(feed, &self.given.horizon, || engine.playing(axis));
             least = least.into_iter().chain(wait).min();
         }
         least

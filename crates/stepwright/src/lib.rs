@@ -26,7 +26,7 @@ pub mod units;
 mod wide;
 
 pub use board::{Board, Cost};
-pub use engine::{Engine, Report, Timing};
+pub use engine::{Engine, Playing, Report, Timing};
 pub use group::{Control, Given, Group};
 pub use late::late_after;
 #[cfg(feature = "external-numbers")]

@@ -1,18 +1,19 @@
 //! One axis, seen from the foreground: plans runs ahead of the interrupt.
 
 use crate::clamp;
+use crate::engine::Playing;
 use crate::order::{Change, Order, Travel};
-use crate::planner::{Clock, Layout, Planned, Planner, Work};
+use crate::planner::{Clock, Layout, Load, Planned, Planner, Work};
 use crate::profile::Unfit;
 use crate::queue::Producer;
 use crate::run::Run;
 use crate::units::Ticks;
 
-/// The planner of one axis: lays a travel out and keeps its queue filled.
+/// The planner of one axis: sets up a travel and keeps its queue filled.
 ///
 /// Plans until the queue is full, or what is queued lasts for the board's
 /// horizon: so a change of mind is obeyed after that time and one run (at most
-/// 8 ms by default), or after the present step and the next where those take longer.
+/// 8 ms by default), or after the present step where that takes longer.
 ///
 /// A travel that has to turn is two *legs*, each from rest to rest in one
 /// direction. The second is set up once the first has been stepped to its end.
@@ -33,9 +34,10 @@ pub(crate) struct Motor<const Q: usize> {
     /// Steps from the last pulse handed out to there, + in the direction of what
     /// is queued last.
     left: i32,
-    /// When the last Q places of the queue end, by its counter, in the units of
-    /// [`Horizon`] and modulo 256: what is queued lasts for 255 at most, or counts so.
-    ends: [u8; Q],
+    /// When the last 2·Q places of the queue end, by its counter, in the units of
+    /// [`Horizon`] and modulo 256: what is queued lasts for 255 at most, or counts so. More than
+    /// Q, for what is played has left its place.
+    ends: [[u8; 2]; Q],
     /// Places of the queue that have been taken since the beginning, modulo 256, as far as
     /// `ends` knows.
     pushed: u8,
@@ -62,25 +64,32 @@ enum Leg {
 pub(crate) struct Horizon {
     /// Ticks in a unit, as a power of two.
     unit: u8,
-    /// 64 … 127 units; fewer for a horizon of fewer ticks.
+    /// 32 … 63 units; fewer for a horizon of fewer ticks.
     units: u8,
 }
 
+/// Units that an entry counts at most: more than the horizon. The present one, what is queued
+/// behind it and a run that is planned then, for what is queued was less than the horizon, are
+/// no more than a byte tells.
+const LONGEST: u8 = u8::MAX / 3;
+
 impl Horizon {
     pub(crate) const fn new(ticks: Ticks) -> Horizon {
-        let unit = 25u32.saturating_sub(ticks.leading_zeros()) as u8;
+        let unit = 26u32.saturating_sub(ticks.leading_zeros()) as u8;
         Horizon { unit, units: (ticks >> unit) as u8 }
     }
 
-    /// The whole units in these ticks; 255 if there are more.
+    /// Units that last for longer than these ticks, by one at most; [`LONGEST`] at most. So what is
+    /// queued never lasts for longer than it counts, if it counts less than the horizon.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn span(&self, ticks: Ticks) -> u8 {
-        u8::try_from(ticks >> self.unit).unwrap_or(u8::MAX)
-    }
-
-    /// What is left of it by rounding.
-    const fn ticks(&self) -> Ticks {
-        (self.units as Ticks) << self.unit
+        // A small chip shifts bit by bit, but for whole bytes.
+        let (bytes, bits) = if self.unit < 8 {
+            (ticks, self.unit)
+        } else {
+            (ticks >> 8, self.unit.wrapping_sub(8))
+        };
+        u8::try_from(bytes >> bits).unwrap_or(u8::MAX).min(LONGEST - 1) + 1
     }
 }
 
@@ -92,7 +101,7 @@ impl<const Q: usize> Motor<Q> {
         target: 0,
         left: 0,
         beyond: false,
-        ends: [0; Q],
+        ends: [[0; 2]; Q],
         pushed: 0,
         rest: 0,
     };
@@ -125,7 +134,7 @@ impl<const Q: usize> Motor<Q> {
         if let Leg::Ordered(piece) = self.leg { piece } else { Layout::Nothing }
     }
 
-    /// Sets up a piece of its order; at the end it tells the highest speed, in 0.001 steps/s.
+    /// Sets up a piece of its order; at the end it tells what that asks of the board.
     ///
     /// # Errors
     /// [`Unfit`] if the timer can't hold it.
@@ -133,11 +142,20 @@ impl<const Q: usize> Motor<Q> {
         &mut self,
         clock: &Clock,
         piece: Layout,
-        peak: &mut u32,
+        load: &mut Load,
     ) -> Result<(), Unfit> {
-        let next = self.planner.lay(clock, piece, self.left.unsigned_abs())?;
-        if next == Layout::Check {
-            *peak = self.planner.peak();
+        let mut next = Layout::Check;
+        if piece == Layout::Load {
+            load.peak = self.planner.peak();
+            next = Layout::Runs;
+        } else if piece == Layout::Runs {
+            load.runs = self.planner.runs(load.peak);
+        } else {
+            next = self.planner.lay(clock, piece, self.left.unsigned_abs())?;
+            // A piece of its own.
+            if next == Layout::Check {
+                next = Layout::Load;
+            }
         }
         self.leg = Leg::Ordered(next);
         Ok(())
@@ -157,7 +175,7 @@ impl<const Q: usize> Motor<Q> {
         moves
     }
 
-    /// Changes what is left of a travel in progress. A trial tells the highest speed,
+    /// Changes what is left of a travel in progress. A trial tells what that asks of the board,
     /// for which it sets up the next leg too: it is for a copy.
     ///
     /// # Errors
@@ -168,7 +186,7 @@ impl<const Q: usize> Motor<Q> {
         &mut self,
         clock: &Clock,
         change: &Change,
-        peak: &mut u32,
+        load: &mut Load,
         trial: bool,
     ) -> Result<(), Unfit> {
         // What is planned to its end rests there first.
@@ -182,7 +200,7 @@ impl<const Q: usize> Motor<Q> {
             }
         }
         let mut beyond = self.beyond;
-        *peak = 0;
+        *load = Load::NONE;
         if open && self.leg == Leg::Braking {
             // A stop has no target to come back to, or to speed up for.
             self.planner.brake();
@@ -192,7 +210,7 @@ impl<const Q: usize> Motor<Q> {
         }
         let mut left = self.left;
         if open {
-            *peak = self.planner.peak();
+            *load = self.planner.load();
             if self.planner.is_endless() {
                 return Ok(());
             }
@@ -200,14 +218,15 @@ impl<const Q: usize> Motor<Q> {
             // and ends before what is left.
             let steps = self.planner.steps_left() as i32;
             left = left.wrapping_sub(steps);
-            beyond |= steps < 0 || left > 0 && !self.planner.is_bent();
+            beyond |= steps < 0 || left > 0 && self.planner.is_straight();
         }
         if beyond {
             return Err(Unfit::TooLong);
         }
         if trial && left != 0 {
             self.planner.lay_out_again(left.unsigned_abs());
-            *peak = (*peak).max(self.planner.peak());
+            let next = self.planner.load();
+            *load = Load { peak: load.peak.max(next.peak), runs: load.runs.max(next.runs) };
         }
         if !self.is_open() {
             self.leg = self.next();
@@ -228,26 +247,17 @@ impl<const Q: usize> Motor<Q> {
     /// Queues the beginning of the travel that is set up: the change of direction
     /// if there is one, then the first pulse as long after the start as it
     /// [holds](Motor::hold), and `lead` ticks. The queue must be empty.
-    ///
-    /// A wait of more than the horizon is two: until the first is over, nothing is planned
-    /// beyond the first pulse, so a change of mind is obeyed there.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn begin(&mut self, feed: &mut Producer<'_, Q>, mut lead: Ticks, horizon: &Horizon) {
         let forward = self.forward == (self.left > 0);
         self.left = self.left.wrapping_abs().wrapping_sub(1);
         self.leg = Leg::Open;
         feed.set_open(true);
-        let (mut hold, ahead) = (self.rest, horizon.ticks());
-        if hold > ahead {
-            let early = Run::turn(hold.wrapping_sub(ahead), self.forward);
-            self.push(feed, &early, u8::MAX);
-            hold = ahead;
-        }
+        let hold = self.rest;
         // A long wait is a turn too, if only to the same side: so the first step
         // is always near, and costs a chip no more than the others.
         if forward != self.forward || hold > lead {
-            // It does not count as planned: the first intervals are to be known by its end.
-            self.push(feed, &Run::turn(hold, forward), 0);
+            self.push(feed, &Run::turn(hold, forward), horizon.span(hold));
         } else {
             lead = clamp::sum(lead, hold);
         }
@@ -274,64 +284,86 @@ impl<const Q: usize> Motor<Q> {
         if feed.append(run) {
             // The last of the places that it takes lasts as long as the run. A run that waits
             // for the next one counts with the place before it.
-            let span = span.min(!self.ahead(feed));
+            let (present, behind) = self.spans(feed);
+            let span = span.min(!present.wrapping_add(behind));
             let last = self.pushed.wrapping_sub(1);
             self.set_end(last, self.end(last).wrapping_add(span));
         }
     }
 
-    /// How long what is queued lasts, in units.
+    /// How long the present entry of the queue lasts in all, and what is queued behind it, in
+    /// units.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    fn ahead(&mut self, feed: &Producer<'_, Q>) -> u8 {
-        let end = self.end(self.pushed.wrapping_sub(1));
+    fn spans(&mut self, feed: &Producer<'_, Q>) -> (u8, u8) {
+        let last = self.end(self.pushed.wrapping_sub(1));
         while self.pushed != feed.pushed() {
-            self.set_end(self.pushed, end);
+            self.set_end(self.pushed, last);
             self.pushed = self.pushed.wrapping_add(1);
         }
-        let played = self.pushed.wrapping_sub(feed.len());
-        end.wrapping_sub(self.end(played.wrapping_sub(1)))
+        let len = feed.len();
+        if len == 0 {
+            return (0, 0);
+        }
+        let played = self.pushed.wrapping_sub(len);
+        let end = self.end(played);
+        (end.wrapping_sub(self.end(played.wrapping_sub(1))), last.wrapping_sub(end))
     }
 
     /// When the place ends that a counter of the queue stands for.
     fn end(&self, at: u8) -> u8 {
-        self.ends.get(usize::from(at) & (Q - 1)).copied().unwrap_or(0)
+        self.ends.as_flattened().get(usize::from(at) & (2 * Q - 1)).copied().unwrap_or(0)
     }
 
     fn set_end(&mut self, at: u8, end: u8) {
-        if let Some(slot) = self.ends.get_mut(usize::from(at) & (Q - 1)) {
+        if let Some(slot) = self.ends.as_flattened_mut().get_mut(usize::from(at) & (2 * Q - 1)) {
             *slot = end;
         }
     }
 
-    /// If it is to plan a run: how long what is queued lasts, in units of the horizon; else
-    /// the highest number.
+    /// If it is to plan a run: how long what is queued lasts at least, in units of the horizon;
+    /// else the highest number. Behind a wait of the horizon nothing is planned, so a change of
+    /// mind is obeyed there.
     #[inline(always)]
-    pub(crate) fn wants(&mut self, feed: &mut Producer<'_, Q>, horizon: &Horizon) -> u8 {
+    pub(crate) fn wants(
+        &mut self,
+        feed: &mut Producer<'_, Q>,
+        horizon: &Horizon,
+        playing: impl FnOnce() -> Playing,
+    ) -> u8 {
         if !self.is_open() || feed.is_full() {
             return u8::MAX;
         }
-        let ahead = self.ahead(feed);
-        if ahead < horizon.units {
-            ahead
-        } else if feed.len() <= 1 {
-            // One at least is behind the present one, however long that lasts.
-            u8::MAX - 1
-        } else {
-            u8::MAX
-        }
+        let (least, most) = self.lasts(feed, horizon, playing());
+        if most < horizon.units { least } else { u8::MAX }
     }
 
     /// How long planning may wait, in ticks; `None` if all is planned.
-    pub(crate) fn may_wait(&mut self, feed: &Producer<'_, Q>, horizon: &Horizon) -> Option<Ticks> {
+    pub(crate) fn may_wait(
+        &mut self,
+        feed: &Producer<'_, Q>,
+        horizon: &Horizon,
+        playing: impl FnOnce() -> Playing,
+    ) -> Option<Ticks> {
         if self.leg == Leg::Done {
             return None;
         }
-        self.ahead(feed);
-        // What is played may be over at once.
-        let last = self.end(self.pushed.wrapping_sub(1));
-        let played = self.pushed.wrapping_sub(feed.len());
-        let behind = if feed.is_empty() { 0 } else { last.wrapping_sub(self.end(played)) };
-        Some(Ticks::from(behind / 2).max(1) << horizon.unit)
+        let (least, _) = self.lasts(feed, horizon, playing());
+        Some(Ticks::from(least / 2).max(1) << horizon.unit)
+    }
+
+    /// How long what is queued lasts, in units, at least and at most: the present entry may be
+    /// over at once if nobody knows.
+    #[inline(always)]
+    fn lasts(&mut self, feed: &Producer<'_, Q>, horizon: &Horizon, playing: Playing) -> (u8, u8) {
+        let (present, behind) = self.spans(feed);
+        let all = present.wrapping_add(behind);
+        let (queued, left) = match playing {
+            Playing::Unknown => return (behind, all),
+            Playing::Left(left) => (behind, left),
+            Playing::Dry(left) => (all, left),
+        };
+        let lasts = queued.saturating_add(horizon.span(left));
+        (lasts, lasts)
     }
 
     /// Whether another leg is to come, once the axis rests.
@@ -467,18 +499,20 @@ mod tests {
         let mut queue = Queue::<8>::new();
         let (mut feed, mut engine) = queue.split();
         let mut motor = Motor::<8>::IDLE;
-        assert_eq!(motor.ahead(&feed), 0);
+        assert_eq!(motor.spans(&feed), (0, 0));
         // Round the queue's places many times; a run of k + 1 units each.
         for k in 0..300u32 {
             let unit = k % 20 + 1;
-            motor.push(&mut feed, &Run::steady(2000, 1), horizon.span(unit << horizon.unit));
+            let span = horizon.span((unit << horizon.unit) - 1);
+            motor.push(&mut feed, &Run::steady(2000, 1), span);
             // The one before is played.
             let last = if k == 0 { 0 } else { (k - 1) % 20 + 1 };
-            assert_eq!(u32::from(motor.ahead(&feed)), unit + last, "run {k}");
+            let (present, behind) = motor.spans(&feed);
+            assert_eq!(u32::from(present + behind), unit + last, "run {k}");
             assert!(matches!(engine.take(), Next::Entry(_)));
         }
         engine.clear(true);
-        assert_eq!(motor.ahead(&feed), 0);
+        assert_eq!(motor.spans(&feed), (0, 0));
     }
 
     #[test]
@@ -490,9 +524,9 @@ mod tests {
         for _ in 0..3 {
             motor.push(&mut feed, &Run::steady(2000, 1), horizon.span(200 << horizon.unit));
         }
-        assert_eq!(motor.ahead(&feed), 255);
+        assert_eq!(motor.spans(&feed), (85, 170));
         // The first of them has been played to its end.
         assert!(matches!((engine.take(), engine.take()), (Next::Entry(_), Next::Entry(_))));
-        assert_eq!(motor.ahead(&feed), 55);
+        assert_eq!(motor.spans(&feed), (85, 85));
     }
 }

@@ -149,6 +149,11 @@ pub enum Refusal {
         /// The highest speed that would be accepted.
         max: Speed,
     },
+    /// Its ramps ask for more runs than the board can plan with what else moves.
+    TooSteep {
+        /// Runs a second that are left for this axis: see [`Board::runs`](crate::Board::runs).
+        runs: u16,
+    },
     /// The timer can't hold it.
     Unfit(Unfit),
 }
@@ -161,6 +166,7 @@ impl Refusal {
             Refusal::Resting => "no-travel",
             Refusal::NoAxis => "no-axis",
             Refusal::TooFast { .. } => "too-fast",
+            Refusal::TooSteep { .. } => "too-steep",
             Refusal::Unfit(Unfit::TooSlow | Unfit::BelowStart) => "too-slow",
             Refusal::Unfit(Unfit::TooLong) => "too-long",
             Refusal::Unfit(Unfit::Standstill) => "standstill",
@@ -186,6 +192,16 @@ impl fmt::Display for Refusal {
             Refusal::NoAxis => f.write_str("there is no such axis"),
             Refusal::TooFast { max } => {
                 write!(f, "too fast for this board: at most {max} steps/s for this axis now")
+            }
+            Refusal::TooSteep { runs } => {
+                // (612·a)^0.4 runs a second.
+                let runs = u64::from(*runs);
+                let accel = runs * (runs * runs * runs).isqrt() / 612;
+                write!(
+                    f,
+                    "too steep for this board: ramps of at most {accel} steps/s² for this axis now, \
+                     a thirtieth of that with a limit of jerk"
+                )
             }
             Refusal::Unfit(unfit) => unfit.fmt(f),
         }

@@ -44,14 +44,16 @@
 //!
 //! **Cost** on an ATmega328P, measured in simavr: a run of a straight ramp takes a root, a division
 //! and seven products, in four calls, the last of which queues it. The longest call takes 3,080
-//! cycles, the slave's way to it included (`planning_burst`); of a bent ramp 10,082
-//! (`planning_burst_s_curves`).
+//! cycles, the slave's way to it included (`planning_burst`); of a bent ramp 10,082, in a
+//! controller that had them.
 
+mod bent;
 mod change;
 mod clock;
 mod curve;
 mod divide;
 mod layout;
+mod load;
 mod ramp;
 mod runs;
 mod share;
@@ -65,6 +67,7 @@ use crate::units::Ticks;
 pub(crate) use clock::Clock;
 use curve::Curve;
 pub(crate) use layout::Layout;
+pub(crate) use load::Load;
 use work::Stage;
 pub(crate) use work::{Planned, Work};
 
@@ -227,7 +230,7 @@ impl Planner {
         if rests {
             clock.interval(&self.top).plus(&self.slope).to(&mut self.slope);
         }
-        if !hand(&self.slope).below(32) || rests && !self.straight && !self.can_start(clock) {
+        if !hand(&self.slope).below(32) || rests && !self.is_straight() && !self.can_start(clock) {
             return Err(Unfit::TooSlow);
         }
         let high = if self.top.at_least(&self.v) { &self.top } else { &self.v };
@@ -237,14 +240,14 @@ impl Planner {
         let gentle = if self.a2.at_least(&self.d2) { &self.d2 } else { &self.a2 };
         let w = hand(high).square().number();
         // Its target bounds its ramps, if there are any.
-        let bits = if !self.straight {
+        let bits = if !self.is_straight() {
             21
         } else if self.endless {
             31
         } else {
             127
         };
-        let ends = hand(&w).over(gentle).below(bits) && (self.straight || self.ends(high, &w));
+        let ends = hand(&w).over(gentle).below(bits) && (self.is_straight() || self.ends(high, &w));
         if ends { Ok(Layout::Rise) } else { Err(Unfit::TooGentle) }
     }
 

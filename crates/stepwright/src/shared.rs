@@ -5,7 +5,7 @@ use core::cell::RefCell;
 use critical_section::Mutex;
 
 use crate::drive::{Axes, Drive};
-use crate::engine::{Engine, Report, Timing};
+use crate::engine::{Engine, Playing, Report, Timing};
 use crate::group::Control;
 use crate::queue::Source;
 use crate::timer::StepTimer;
@@ -94,6 +94,9 @@ impl<E: Control> Control for EngineHandle<'_, E> {
     fn report(&self, axis: u8) -> Report {
         let none = Report { position: 0, idle: true, forward: true };
         self.0.with(|engine| engine.report(axis)).unwrap_or(none)
+    }
+    fn playing(&mut self, axis: u8) -> Playing {
+        self.0.with(|engine| engine.playing(axis)).unwrap_or(Playing::Unknown)
     }
     fn set_position(&mut self, axis: u8, position: i64) {
         self.0.with(|engine| engine.set_position(axis, position));

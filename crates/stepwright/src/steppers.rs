@@ -138,7 +138,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     pub fn poll(&mut self) -> Option<Ticks> {
         for _ in 0..PIECES {
             if !self.plan() {
-                return self.group.may_wait();
+                return self.group.may_wait(&mut self.engine);
             }
         }
         Some(0)

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use stepwright::drive::{Axes, Drive};
-use stepwright::queue::{Asked, Feed, Taken};
+use stepwright::queue::{Asked, Feed, Queue, Taken};
 use stepwright::timer::StepTimer;
 use stepwright::{Engine, Rate, Run, Timing};
 
@@ -324,10 +324,10 @@ fn the_edges_of_the_api_hold() {
 }
 
 /// Two steps, the second of them 200 ticks late, then a turn and a step so long after.
-fn turn_after_a_late_step(interval: u32) -> (Vec<(u64, u8, bool)>, u64) {
+fn turn_after_a_late_step(interval: u32, forward: bool) -> (Vec<(u64, u8, bool)>, u64) {
     let mut rig = Rig::<1>::new();
     rig.engine.set_timing(Timing { pulse: 20, setup: 10, hold: 60, min_interval: MIN });
-    rig.feed(0, &[Run::steady(500, 2), Run::turn(60, false), Run::steady(interval, 1)]);
+    rig.feed(0, &[Run::steady(500, 2), Run::turn(60, forward), Run::steady(interval, 1)]);
     rig.engine.start(1);
     rig.run_until(999);
     rig.clock.time.set(1_200);
@@ -336,13 +336,41 @@ fn turn_after_a_late_step(interval: u32) -> (Vec<(u64, u8, bool)>, u64) {
     (turns, rig.steps(0)[2])
 }
 
+/// The same from a queue, whose entries say that DIR is toggled and not where to.
+#[test]
+fn a_turn_from_a_queue_keeps_the_hold_time_too() {
+    let clock = Clock::default();
+    let pins = Pins { clock: clock.clone(), ..Pins::default() };
+    let timing = Timing { pulse: 20, setup: 10, hold: 60, min_interval: MIN };
+    let mut queue = Queue::<8>::new();
+    let (mut feed, entries) = queue.split();
+    let rate = Rate::from_hz(8_000_000).unwrap();
+    let mut engine = Engine::new(clock.clone(), pins.clone(), [entries], timing, rate);
+    pins.turns.borrow_mut().clear();
+    for run in [Run::steady(500, 2), Run::turn(60, false), Run::steady(400, 1)] {
+        feed.push(run).unwrap();
+    }
+    feed.set_open(false);
+    engine.start(1);
+    while clock.wake.get() < 5_000 && !engine.rests() {
+        let late = if clock.wake.get() == 1_000 { 200 } else { 0 };
+        clock.time.set(clock.wake.get().max(clock.time.get()) + late);
+        engine.on_compare();
+    }
+    assert_eq!(*pins.turns.borrow(), [(1_260, 0, false)]);
+    assert_eq!(pins.steps.borrow()[..2], [(500, 0), (1_200, 0)]);
+}
+
 /// The hold time counts from the edge of a late step, and the set-up time from the turn: the
 /// schedule is kept if it leaves that, and else slips by what the turn was late.
 #[test]
 fn a_turn_after_a_late_step_keeps_hold_and_set_up() {
     let turn = vec![(1_260, 0, false)];
-    assert_eq!(turn_after_a_late_step(400), (turn.clone(), 1_460));
-    assert_eq!(turn_after_a_late_step(211), (turn.clone(), 1_271));
-    assert_eq!(turn_after_a_late_step(210), (turn.clone(), 1_470));
-    assert_eq!(turn_after_a_late_step(150), (turn, 1_410));
+    let after = |interval| turn_after_a_late_step(interval, false);
+    assert_eq!(after(400), (turn.clone(), 1_460));
+    assert_eq!(after(211), (turn.clone(), 1_271));
+    assert_eq!(after(210), (turn.clone(), 1_470));
+    assert_eq!(after(150), (turn, 1_410));
+    // DIR that is set to the same side again.
+    assert_eq!(turn_after_a_late_step(400, true), (vec![(1_260, 0, true)], 1_460));
 }

@@ -12,7 +12,8 @@ use stepwright::engine::WIRING;
 use stepwright::profile::{Fit, Ramp};
 use stepwright::queue::{Consumer, Next, Queue, Source};
 use stepwright::{
-    Accel, Board, Change, Control, Cost, Group, Order, Rate, Refusal, Report, Speed, Timing, Travel,
+    Accel, Board, Change, Control, Cost, Group, Order, Playing, Rate, Refusal, Report, Speed,
+    Timing, Travel,
 };
 
 const STORIES: u32 = 2_000;
@@ -52,6 +53,9 @@ impl Player<'_> {
 struct Players<'a, 'q>(&'a RefCell<[Player<'q>; AXES]>);
 
 impl Control for Players<'_, '_> {
+    fn playing(&mut self, _: u8) -> Playing {
+        Playing::Unknown
+    }
     fn start(&mut self, axes: u8) {
         for (n, player) in self.0.borrow_mut().iter_mut().enumerate() {
             player.moving |= axes >> n & 1 != 0;
@@ -86,6 +90,7 @@ const BOARD: Board<AXES> = {
         fit: Fit::board(rate),
         horizon: 256_000,
         lead: 4_000,
+        runs: u16::MAX,
     }
 };
 

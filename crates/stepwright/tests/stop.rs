@@ -16,7 +16,7 @@ use stepwright::profile::{Fit, Ramp};
 use stepwright::queue::{Next, Queue};
 use stepwright::units::Jerk;
 use stepwright::{
-    Accel, Board, Change, Control, Cost, Group, Order, Rate, Report, Speed, Timing, Travel,
+    Accel, Board, Change, Control, Cost, Group, Order, Playing, Rate, Report, Speed, Timing, Travel,
 };
 
 const STORIES: u32 = 3_000;
@@ -30,6 +30,9 @@ struct Player {
 }
 
 impl Control for Player {
+    fn playing(&mut self, _: u8) -> Playing {
+        Playing::Unknown
+    }
     fn start(&mut self, _: u8) {
         self.idle = false;
     }
@@ -305,8 +308,15 @@ fn tell(story: &Story) -> Told {
     let timing = Timing { pulse: 1, setup: 1, hold: 1, min_interval: 2 };
     let fit = Fit::EXACT.lasting(rate.micros(8_000));
     let horizon = rate.micros(16_000);
-    let board =
-        Board { rate, timing, cost: Cost::any_pulse([1]), fit, horizon, lead: rate.micros(250) };
+    let board = Board {
+        rate,
+        timing,
+        cost: Cost::any_pulse([1]),
+        runs: u16::MAX,
+        fit,
+        horizon,
+        lead: rate.micros(250),
+    };
     let mut queue = Queue::<8>::new();
     let (producer, mut entries) = queue.split();
     let mut group = Group::new([producer], board);

@@ -17,9 +17,9 @@ pub struct CycleReport {
     pub time: u64,
     /// Why it was cancelled.
     pub error: Option<CycleError>,
-    /// Steps that came late since the board was reset.
+    /// Steps of it that came late.
     pub late: u32,
-    /// The longest time of the handler in µs since then.
+    /// The longest time of the handler in it, in µs.
     pub longest: u32,
     /// When it was paused, resumed and finished, in ticks after its start.
     pub acts: [Option<u64>; 3],

@@ -7,8 +7,9 @@ impl ProgramRunner<'_> {
     /// Begins to brake, with `left` steps of its run to make, of which the next one
     /// will be. False if it stands at once.
     pub(crate) fn brake(&mut self, left: u16) -> bool {
-        if BRAKES && (self.rolling || left < self.handed) {
-            self.brake = Brake::new(self.beat.hz(), self.interval(left), self.motor.decel);
+        if BRAKES && (self.rolling.get() || left < self.handed.get()) {
+            let interval = self.interval(left);
+            self.brake.set(Brake::new(self.beat.hz(), interval, self.motor.decel));
         }
         self.is_braking()
     }
@@ -20,7 +21,7 @@ impl ProgramRunner<'_> {
         let ticks = match self.stage {
             #[cfg(feature = "runs")]
             Stage::Run => self.fine(back) >> 16,
-            _ if PACED && self.reader.has_own_paces() => u64::from(self.own),
+            _ if PACED && self.reader.has_own_paces() => u64::from(self.own.get()),
             _ => self.beat.ticks(self.delay),
         };
         ticks.min(1 << 31) << 16
@@ -30,9 +31,11 @@ impl ProgramRunner<'_> {
     /// brakes; `None` if it makes that no more.
     pub(super) fn slower(&mut self) -> Option<u64> {
         let interval = self.interval(0);
-        let brake = self.brake.as_mut()?;
+        let mut brake = self.brake.get()?;
         // Where the program turns it stands.
-        if self.forward == self.facing { brake.next(interval) } else { None }
+        let next = if self.forward == self.facing { brake.next(interval) } else { None };
+        self.brake.set(Some(brake));
+        next
     }
 
     /// The next step by deadlines while it brakes.
@@ -46,7 +49,7 @@ impl ProgramRunner<'_> {
             return self.trip(Faults::soft(self.forward), self.strategies.soft_end);
         }
         let before = match self.stage {
-            Stage::Pace => self.before,
+            Stage::Pace => self.before.get(),
             _ => 0,
         };
         if self.stage == Stage::Pace {

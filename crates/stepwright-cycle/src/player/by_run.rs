@@ -19,8 +19,9 @@ impl ProgramRunner<'_> {
             if self.is_braking() {
                 return Stage::Over;
             }
-            self.pace = ((run.interval() >> 16) as Ticks).max(1);
-            self.rolling = false;
+            self.pace.set(((run.interval() >> 16) as Ticks).max(1));
+            self.fresh = false;
+            self.rolling.set(false);
             return Stage::Look;
         }
         if self.forward != forward {
@@ -52,11 +53,8 @@ impl ProgramRunner<'_> {
     #[inline(always)]
     pub(super) fn by_run(&mut self) -> Taken {
         let mut first = self.fine(0);
-        if self.turn().is_some() {
-            // In the middle of the interval, and not as soon as it may be: the step before has
-            // as long to come as any other, before it counts as late.
-            self.gone = self.hold.max((first >> 17) as Ticks);
-            return Taken::Run(Run::turn(self.gone, self.facing));
+        if let Some(turn) = self.turn(first >> 16) {
+            return turn;
         }
         self.heading = Some(self.forward);
         let mut count = self.left.min(u16::MAX.into());

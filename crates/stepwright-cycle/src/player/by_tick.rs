@@ -18,19 +18,20 @@ impl ProgramRunner<'_> {
 
     /// Ticks from the last step to one `us` µs later, in µs; the rest is kept.
     pub(super) fn ticked(&mut self, us: u64) -> u64 {
-        let period = self.beat.period.max(1);
-        let us = us.saturating_add(self.over.into());
+        let period = self.beat.period().max(1);
+        let us = us.saturating_add(self.over.get().into());
         // Bit by bit takes a small chip three times as long.
-        self.over = match u32::try_from(us) {
+        let over = match u32::try_from(us) {
             Ok(us) => us % period,
             Err(_) => remainder(us, period),
         };
-        us.wrapping_sub(self.over.into())
+        self.over.set(over);
+        us.wrapping_sub(over.into())
     }
 
     /// The next run on the fixed tick.
     pub(super) fn by_tick(&mut self) -> Taken {
-        let period = self.beat.period;
+        let period = self.beat.period();
         loop {
             match self.stage {
                 Stage::Leg => match self.read() {
@@ -54,7 +55,7 @@ impl ProgramRunner<'_> {
                         self.stage = Stage::Linger;
                         continue;
                     };
-                    if let Some(turn) = self.turn() {
+                    if let Some(turn) = self.turn(0) {
                         return turn;
                     }
                     let way = self.ticked(delay.into());

@@ -11,7 +11,7 @@ use stepwright::run::Run;
 impl ProgramRunner<'_> {
     /// The next run, or `None`: what there is to do now is the same by deadlines.
     pub(super) fn on_grid(&mut self) -> Option<Taken> {
-        let period = self.beat.period;
+        let period = self.beat.period();
         loop {
             match self.stage {
                 Stage::Leg => match self.read() {
@@ -31,32 +31,32 @@ impl ProgramRunner<'_> {
                         self.stage = Stage::Linger;
                         continue;
                     };
-                    if self.turn().is_some() {
+                    if self.turn(0).is_some() {
                         let tick = self.own_tick();
                         let wait = self.beat.wait(tick).saturating_add(self.hold);
                         return Some(Taken::Run(Run::turn(wait, self.facing)));
                     }
                     self.heading = Some(self.forward);
-                    let over = self.over;
+                    let over = self.over.get();
                     let way = self.ticked(delay.into());
                     // Whole ticks: steps of one interval are one run.
-                    if self.risen
-                        && self.over == over
+                    if self.risen.get()
+                        && self.over.get() == over
                         && delay <= self.beat.piece
                         && !self.is_braking()
                     {
-                        let count = self.room(self.left.min(self.beat.longest.into())) as u16;
+                        let count = self.room(self.left.min(self.beat.longest().into())) as u16;
                         if count > 0 {
                             self.plan(count);
                             return Some(Taken::Run(self.beat.steps(delay, count)));
                         }
                     }
-                    let early = if self.risen { 0 } else { period };
+                    let early = if self.risen.get() { 0 } else { period };
                     self.pending = way.saturating_sub(early.into());
-                    self.risen = true;
+                    self.risen.set(true);
                     self.stage = Stage::Far;
                 }
-                Stage::Linger if self.risen => {
+                Stage::Linger if self.risen.get() => {
                     let tick = self.own_tick();
                     return Some(self.pass(tick));
                 }
@@ -71,6 +71,6 @@ impl ProgramRunner<'_> {
 
     /// µs from here to the tick of the step that was made last.
     fn own_tick(&mut self) -> u32 {
-        if core::mem::take(&mut self.risen) { self.beat.period } else { 0 }
+        if self.risen.take() { self.beat.period() } else { 0 }
     }
 }

@@ -118,6 +118,7 @@ impl<const N: usize> Rig<'_, N> {
             fit: Fit::board(rate),
             horizon: 256_000,
             lead: 4_000,
+            runs: u16::MAX,
         };
         let cycle = Cycle::new(time.clone(), pins, world, motors, clock, board);
         log.borrow_mut().clear();

@@ -1,7 +1,7 @@
 //! One axis in the engine.
 
 use super::late::Terms;
-use super::{FACE, STEP, TURN};
+use super::{FACE, Playing, STEP, TURN};
 use crate::drive::Drive;
 use crate::entry::Play;
 use crate::queue::{Loaded, Source};
@@ -81,6 +81,19 @@ impl<C: Count> Track<C> {
     pub fn position(&self) -> i64 {
         let made = i64::from(self.made);
         self.base.wrapping_add(if self.forward { made } else { made.wrapping_neg() })
+    }
+
+    /// See [`Engine::playing`](super::Engine::playing).
+    pub fn playing(&self, now: C) -> Playing {
+        let left = self.wake().since(now).max(0) as Ticks;
+        match self.state {
+            State::Idle => Playing::Unknown,
+            State::Play => {
+                let next = (self.wait >> 16) as Ticks;
+                Playing::Left(left.saturating_add(next).saturating_add(self.play.waits()))
+            }
+            State::Starved | State::Late => Playing::Dry(left),
+        }
     }
 
     /// It is there.
@@ -223,7 +236,7 @@ impl<C: Count> Track<C> {
 
     /// Whether the next event is a wait.
     #[inline(always)]
-    fn only_waits(&self) -> bool {
+    pub fn only_waits(&self) -> bool {
         self.state == State::Play && self.pins == 0
     }
 

@@ -94,6 +94,18 @@ impl Play {
         some
     }
 
+    /// How long the events that are left take, in ticks: at the present wait, which is within a
+    /// quarter of what they grow to, and 65535 of them at most.
+    pub(crate) fn waits(&self) -> u32 {
+        if self.groups == 0 {
+            return 0;
+        }
+        let count = |events: u16| u32::from(events.wrapping_sub(1)) + 1;
+        let more = u32::from(self.groups.wrapping_sub(1) as u16).saturating_mul(count(self.events));
+        // A wait of 16 bits.
+        count(self.left).saturating_add(more).min(0xFFFF).wrapping_mul(self.wait >> 16)
+    }
+
     /// Events left of the present group, or groups of one event.
     pub(crate) fn left(&self) -> u16 {
         match (self.groups, self.events) {

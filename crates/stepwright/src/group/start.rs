@@ -105,7 +105,7 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
             Layout::Check => {
                 let Given { board, clock, .. } = &self.given;
                 let moving = self.moving(engine, prepared);
-                let checked = board.check(clock, &self.peaks, moving, turn);
+                let checked = board.check(clock, &self.loads, moving, turn);
                 if checked.is_err() {
                     return Poll::Ready(checked);
                 }
@@ -114,9 +114,9 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
                 }
             }
             _ => {
-                if let (Some(motor), Some(peak)) =
-                    (self.motors.get_mut(index), self.peaks.get_mut(index))
-                    && let Err(unfit) = motor.lay(&self.given.clock, piece, peak)
+                if let (Some(motor), Some(load)) =
+                    (self.motors.get_mut(index), self.loads.get_mut(index))
+                    && let Err(unfit) = motor.lay(&self.given.clock, piece, load)
                 {
                     return Poll::Ready(Err(unfit.into()));
                 }

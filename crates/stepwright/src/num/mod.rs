@@ -92,6 +92,12 @@ impl Num {
         self.e.wrapping_add(31)
     }
 
+    /// What it has beyond its [`exponent`](Num::exponent)'s power, as a part of that: in 1/256,
+    /// rounded down.
+    pub(crate) fn fraction(&self) -> u8 {
+        (self.high >> 7) as u8
+    }
+
     /// Becomes a number if that is between two others; else it is a part of the way from the
     /// lesser to the larger.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
@@ -428,6 +434,18 @@ mod tests {
         #[test]
         fn wide_integers(x: u64) {
             prop_assert!(close(Num::from_wide(x), x as f64));
+        }
+    }
+
+    /// Neither bound is between the two.
+    #[test]
+    fn between_two_numbers() {
+        let n = |n: u32| whole(n).number();
+        let quarter = n(1).scaled(-2);
+        for (to, want) in [(3, 7.0), (4, 7.0), (5, 5.0), (15, 15.0), (16, 7.0), (17, 7.0)] {
+            let mut between = n(99);
+            between.set_between(&n(4), &n(to), &n(16), &quarter);
+            assert_eq!(value(between), want, "{to}");
         }
     }
 

@@ -15,7 +15,7 @@ impl Planner {
     /// overshoot.
     pub(crate) fn resume(&mut self, left: i32) {
         self.go_on(left.max(0) as u32);
-        while self.straight && self.is_again() {
+        while self.is_straight() && self.is_again() {
             self.divide_again();
         }
     }
@@ -32,7 +32,7 @@ impl Planner {
     /// Goes on after a change, or brakes: this many steps to its target.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn go_on(&mut self, left: u32) {
-        if self.straight {
+        if self.is_straight() {
             (self.rise, self.rise_part) = (0, 0);
         } else if self.is_falling() {
             return;
@@ -47,7 +47,7 @@ impl Planner {
             return;
         }
         let mut fall = self.curve;
-        fall.lay(&self.v_end, &self.v_top, &self.d2, self.straight);
+        fall.lay(&self.v_end, &self.v_top, &self.d2, self.is_straight());
         (self.fall, self.fall_part) = fall.scant(&self.d2).split();
         let (parts, more) = self.rise_part.overflowing_add(self.fall_part);
         // One step for both parts, or two.
@@ -59,7 +59,7 @@ impl Planner {
         self.level = more.wrapping_add(least);
         // It falls from where it is, if it must; if its rise is bent, also where there is no
         // whole step of level more.
-        if (if self.straight { room } else { more }) == 0 {
+        if (if self.is_straight() { room } else { more }) == 0 {
             self.piece = Layout::Speeds;
         }
     }

@@ -23,6 +23,7 @@
 //! ramp's time; and where it eases down to a level, 2⁻²⁸ of its steps, which are
 //! gone at the low speed. **Cost** on an ATmega328P: see `planner`.
 
+use super::bent::Bent;
 use crate::clamp;
 use crate::num::{Hand, Num, hand, whole};
 
@@ -31,13 +32,13 @@ use crate::num::{Hand, Num, hand, whole};
 #[repr(C)]
 pub(super) struct Curve {
     /// J/2.
-    half_jerk: Num,
+    half_jerk: Bent,
     /// Speeds at its ends.
     low: Num,
     high: Num,
     /// Time of a bend, and of all.
-    bend: Num,
-    whole: Num,
+    bend: Bent,
+    whole: Bent,
     /// Steps of all.
     length: Num,
 }
@@ -45,11 +46,11 @@ pub(super) struct Curve {
 impl Curve {
     /// No ramp.
     pub(super) const NONE: Curve = Curve {
-        half_jerk: Num::UNSET,
+        half_jerk: Bent::UNSET,
         low: Num::UNSET,
         high: Num::UNSET,
-        bend: Num::UNSET,
-        whole: Num::UNSET,
+        bend: Bent::UNSET,
+        whole: Bent::UNSET,
         length: Num::UNSET,
     };
 
@@ -161,7 +162,7 @@ impl Curve {
         if !ending {
             near.set(t);
         }
-        let bent = if near.at_least(&self.bend) { &self.bend } else { &near };
+        let bent = if near.at_least(&self.bend) { &*self.bend } else { &near };
         let straight = hand(&near).minus(bent).number();
         let e = hand(&self.half_jerk).times(bent).number();
         hand(&near).plus(&straight).times(&e).to(v);

@@ -44,24 +44,26 @@ impl Planner {
                 self.curve_of_fall();
                 self.at.set(self.curve.length());
                 whole(0).to(&mut self.slope);
-                if self.straight { Layout::Meet } else { Layout::Spare }
+                if self.is_straight() { Layout::Meet } else { Layout::Spare }
             }
-            Layout::Spare | Layout::Join if self.straight => self.peak_of_straight(piece, steps),
+            Layout::Spare | Layout::Join if self.is_straight() => {
+                self.peak_of_straight(piece, steps)
+            }
             Layout::Spare | Layout::Join => {
                 self.curve.growth().plus(&self.slope).to(&mut self.slope);
                 if piece == Layout::Spare { Layout::Meet } else { Layout::Try }
             }
             Layout::Meet => {
-                let curve = &mut self.curve;
+                let (straight, curve) = (self.is_straight(), &mut self.curve);
                 if self.ease {
-                    curve.lay(&self.v_top, &self.v, &self.d2, self.straight);
-                    if self.straight {
+                    curve.lay(&self.v_top, &self.v, &self.d2, straight);
+                    if straight {
                         curve.round_up(&self.d2);
                     }
                 } else {
-                    curve.lay(&self.v, &self.v_top, &self.a2, self.straight);
+                    curve.lay(&self.v, &self.v_top, &self.a2, straight);
                 }
-                if self.straight { Layout::Try } else { Layout::Join }
+                if straight { Layout::Try } else { Layout::Join }
             }
             Layout::Try => self.meet(steps),
             // The first: also where a change begins it once more.
@@ -85,7 +87,7 @@ impl Planner {
         let last = self.tries == 0;
         let fits = last || length.at_least(&ramps);
         let mut off = difference(fits, &length, &ramps).number();
-        if fits && (last || self.straight || self.v_top.at_least(&self.most)) {
+        if fits && (last || self.is_straight() || self.v_top.at_least(&self.most)) {
             self.share(steps);
             return Layout::Check;
         }
@@ -96,7 +98,7 @@ impl Planner {
             hand(&self.v).also(&mut self.most).to(&mut self.v_top);
             return Layout::Fall;
         }
-        if self.straight {
+        if self.is_straight() {
             return Layout::Spare;
         }
         // The next number at least: where a curve is steep it is too much, and the last to try.

@@ -37,7 +37,11 @@ pub(crate) enum Layout {
     Join,
     /// Whether rise and fall fit.
     Try,
-    /// It is set up: whether the board can step it.
+    /// It is set up: its highest speed,
+    Load,
+    /// and how many runs it asks for.
+    Runs,
+    /// Whether the board can step it, and plan for it.
     Check,
     /// It can: how long it waits with the others.
     Wait,
@@ -61,6 +65,9 @@ impl Planner {
         }
         if order.top == Speed::ZERO {
             return Err(Unfit::Standstill);
+        }
+        if !cfg!(feature = "jerk") && order.jerk.is_some() {
+            return Err(Unfit::Jerk);
         }
         self.size = first_size(order.start.millisteps());
         (self.risen, self.level) = (order.start.millisteps(), order.top.millisteps());
@@ -107,7 +114,12 @@ impl Planner {
             Layout::Fall | Layout::Spare | Layout::Meet | Layout::Join | Layout::Try => {
                 self.divide_piece(piece, steps)
             }
-            Layout::Check | Layout::Wait | Layout::Begin | Layout::Nothing => piece,
+            Layout::Load
+            | Layout::Runs
+            | Layout::Check
+            | Layout::Wait
+            | Layout::Begin
+            | Layout::Nothing => piece,
         })
     }
 

@@ -44,7 +44,7 @@ impl Planner {
     /// end, which is this part of a step ahead.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn tail(&self, t: &Num, v: &Num, of_step: u32) -> Hand {
-        if self.straight {
+        if self.is_straight() {
             let both = hand(&self.v_top).plus(v).number();
             part(of_step).scaled(1).over(&both)
         } else {
@@ -52,10 +52,10 @@ impl Planner {
         }
     }
 
-    /// Whether its jerk is limited.
+    /// Whether its jerk is not limited.
     #[inline(always)]
-    pub(crate) fn is_bent(&self) -> bool {
-        !self.straight
+    pub(crate) fn is_straight(&self) -> bool {
+        !cfg!(feature = "jerk") || self.straight
     }
 
     /// Whether all is to be set up again once the level is reached.
@@ -81,13 +81,14 @@ impl Planner {
     /// Lays the curve of a fall from the top speed.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn curve_of_fall(&mut self) {
-        self.curve.lay(&self.v_end, &self.v_top, &self.d2, self.straight);
+        let straight = self.is_straight();
+        self.curve.lay(&self.v_end, &self.v_top, &self.d2, straight);
     }
 
     /// Lays the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn lay_fall(&mut self) {
-        if !self.straight {
+        if !self.is_straight() {
             self.curve_of_fall();
             self.at.set(self.curve.whole());
         }
@@ -115,7 +116,7 @@ impl Planner {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn find(&self, work: &mut Work, steps: u16) -> bool {
         let begins = work.stage == Stage::Begin;
-        let straight = self.straight;
+        let straight = self.is_straight();
         if straight && !begins {
             return true;
         }
@@ -161,7 +162,7 @@ impl Planner {
     /// The mean interval of a ramp run, and its δ divided by its steps.
     #[inline(always)]
     fn measure(&self, clock: &Clock, work: &mut Work) -> Hand {
-        if self.straight {
+        if self.is_straight() {
             // δ/N = 2·slope/(v₁ + v₂)². It needs few bits: the run's end is exact.
             let mean = hand(&work.pending).plus(&self.v).under(&clock.twice).also(&mut work.mean);
             let by = mean.roughly(&clock.inverse).also(&mut work.delta);
@@ -188,7 +189,7 @@ impl Planner {
         // Δt·δ²/32
         let by = (size + (size << 1)).wrapping_sub(5);
         let mut error = delta.roughly(&work.mean).roughly(&work.delta).scaled(by).number();
-        if !(self.straight || curve.is_straight(&self.at) && curve.is_straight(&work.time)) {
+        if !(self.is_straight() || curve.is_straight(&self.at) && curve.is_straight(&work.time)) {
             let interval = hand(&work.mean).roughly(&clock.inverse).scaled(1).number();
             let cube = hand(&interval).roughly(&interval).roughly(&interval);
             let jerk = cube.roughly(curve.half_jerk()).roughly(&work.mean);

@@ -23,6 +23,9 @@ use crate::units::Ticks;
 pub enum Taken {
     /// Play this.
     Run(Run),
+    /// Play this, whose intervals are all the same, with its first step after this many ticks:
+    /// some of the first interval is over.
+    After(Ticks, Run),
     /// Nothing yet, but the travel is not over: the feed is late.
     Late,
     /// The travel is over.
@@ -187,6 +190,7 @@ impl<F: Feed> Source for Asked<F> {
                             return Loaded::Entry;
                         }
                     }
+                    Taken::After(wait, run) => (self.run, self.wait) = (run, wait),
                     Taken::Late => return Loaded::Late,
                     Taken::End => return Loaded::End,
                 }

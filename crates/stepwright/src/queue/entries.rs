@@ -184,6 +184,7 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
             writer.turn(run.ticks, changes, queue);
         } else if run.count > 1 && is_far(run) {
             *far = *run;
+            self.go_far();
         } else {
             writer.run(run, queue);
         }

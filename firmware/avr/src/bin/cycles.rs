@@ -6,7 +6,7 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
-stepwright_avr::cycles_interrupt!();
+stepwright_avr::cycles_interrupts!();
 
 #[avr_device::entry]
 fn main() -> ! {

@@ -14,7 +14,7 @@ use stepwright_avr::timed::{AnyPort, AvrEngine, Timer, Timer1, Windings, io_cloc
 use stepwright_avr::timed::{Timer3, Timer4, Timer5};
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::line::{LONGEST, Line, NAME, Report, Wire};
-use stepwright_timed::{Call, Driver, Model, SetSpeed};
+use stepwright_timed::{Call, Code, Control, Driver, Model, SetSpeed};
 
 macro_rules! motor {
     ($name:ident, $timer:ident, $vector:ident) => {
@@ -65,6 +65,8 @@ struct Station<T: Timer> {
     driver: Driver,
     /// Its own among the motors that share a shield's enables.
     bit: u8,
+    /// It has pins.
+    wired: bool,
     /// From check to check of the main program, in ms; 0: none.
     check: u16,
     /// When it was checked last, on the board's clock.
@@ -82,6 +84,7 @@ impl<T: Timer> Station<T> {
             held,
             driver: Driver::new(Hardware::avr16(io_clock_now()), Model::Ideal),
             bit,
+            wired: false,
             check: 0,
             checked: 0,
             call: 0,
@@ -132,6 +135,7 @@ impl<T: Timer> Station<T> {
         let bit = if wire.shield { self.bit } else { 0 };
         self.held.rewire(port, wire.sequence, wire.mask, bit);
         self.held.restore(wire.phase);
+        self.wired = true;
         true
     }
 
@@ -141,7 +145,12 @@ impl<T: Timer> Station<T> {
         console.wait_until(now);
         (self.call, self.shown, self.checked) = (now, shown, now);
         (self.reached, self.fault) = (None, None);
-        let code = self.driver.set_speed(&mut self.held, order, shown).get();
+        let code = if self.wired || order.top == 0 || !order.control.has(Control::DRV_EN) {
+            self.driver.set_speed(&mut self.held, order, shown)
+        } else {
+            Code::NOT_WIRED
+        };
+        let code = code.get();
         if code < 0 {
             console.text("-");
         }

@@ -1,0 +1,43 @@
+//! A number that only bent ramps have: without S-curves it takes no memory.
+
+use core::ops::{Deref, DerefMut};
+
+use crate::num::Num;
+
+/// The number; nothing without the feature `jerk`, where nobody asks for it.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(super) struct Bent(#[cfg(feature = "jerk")] Num);
+
+impl Bent {
+    /// For what is set before it is read.
+    pub(super) const UNSET: Bent = Bent(
+        #[cfg(feature = "jerk")]
+        Num::UNSET,
+    );
+}
+
+impl Deref for Bent {
+    type Target = Num;
+
+    #[inline(always)]
+    fn deref(&self) -> &Num {
+        #[cfg(feature = "jerk")]
+        return &self.0;
+        #[cfg(not(feature = "jerk"))]
+        &Num::UNSET
+    }
+}
+
+impl DerefMut for Bent {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut Num {
+        #[cfg(feature = "jerk")]
+        return &mut self.0;
+        // Not reached: `Planner::is_straight` is a constant.
+        #[cfg(not(feature = "jerk"))]
+        loop {
+            core::hint::spin_loop();
+        }
+    }
+}

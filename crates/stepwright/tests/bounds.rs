@@ -1,0 +1,332 @@
+//! Orders, changes and rests at their bounds: each is tried on both sides.
+
+use stepwright::engine::Playing;
+use stepwright::profile::{Fit, Ramp, Unfit};
+use stepwright::queue::{Consumer, Next, Queue, Source};
+use stepwright::units::Jerk;
+use stepwright::{
+    Accel, Board, Change, Control, Cost, Group, Order, Rate, Refusal, Report, Speed, Timing, Travel,
+};
+
+/// The pins of an entry.
+const STEP: u8 = 1;
+const TURN: u8 = 2;
+
+/// An engine that plays nothing, and says what it is told to say.
+#[derive(Default)]
+struct Player {
+    moving: u8,
+}
+
+impl Control for Player {
+    fn playing(&mut self, _: u8) -> Playing {
+        Playing::Unknown
+    }
+    fn start(&mut self, axes: u8) {
+        self.moving |= axes;
+    }
+    fn halt(&mut self, axes: u8) {
+        self.moving &= !axes;
+    }
+    fn report(&self, axis: u8) -> Report {
+        Report { position: 0, idle: self.moving >> axis & 1 == 0, forward: true }
+    }
+    fn set_position(&mut self, _: u8, _: i64) {}
+    fn set_timing(&mut self, _: Timing) {}
+    fn late(&self) -> u32 {
+        0
+    }
+    fn clear_late(&mut self) {}
+}
+
+/// A board of 16 MHz on which a step costs this many ticks, however many axes move.
+fn board<const N: usize>(cost: u32) -> Board<N> {
+    let rate = Rate::from_hz(16_000_000).unwrap();
+    Board {
+        rate,
+        timing: Timing { pulse: 32, setup: 16, hold: 16, min_interval: cost },
+        cost: Cost::any_pulse([cost; N]),
+        fit: Fit::board(rate),
+        horizon: 256_000,
+        lead: 4_000,
+        runs: u16::MAX,
+    }
+}
+
+fn speed(millisteps: u32) -> Speed {
+    Speed::from_millisteps(millisteps).unwrap()
+}
+
+fn ramp(accel: u32) -> Ramp {
+    Ramp::Accel(Accel::from_steps(accel).unwrap())
+}
+
+/// From `start` to `top` steps/s, at `accel` steps/s² both ways.
+fn order(start: u32, top: u32, accel: u32, travel: Travel) -> Order {
+    let (start, top) = (speed(start * 1000), speed(top * 1000));
+    Order { start, top, up: ramp(accel), down: ramp(accel), jerk: None, travel }
+}
+
+const FORWARD: Travel = Travel::Endless(true);
+
+/// Plans all that the queues hold.
+fn plan<const N: usize>(group: &mut Group<N, 8>, player: &mut Player) {
+    while group.poll(player) {}
+}
+
+/// The pins of what is queued and the ticks behind them.
+fn events(entries: &mut Consumer<8>) -> Vec<(u8, u64)> {
+    let mut events = Vec::new();
+    while let Next::Entry(entry) = entries.take() {
+        events.extend(entry.play().map(|(pins, wait)| (pins, u64::from(wait) >> 16)));
+    }
+    events
+}
+
+/// Ticks up to an event with these pins.
+fn before(events: &[(u8, u64)], pins: u8) -> u64 {
+    events.iter().take_while(|event| event.0 & pins == 0).map(|event| event.1).sum()
+}
+
+// ----- speeds beside other axes
+
+/// Two axes share 8,000 steps/s. A change is judged by all that move, and by what they do now.
+#[test]
+fn a_change_is_judged_beside_what_moves() {
+    let too_fast = |steps: u32| Err(Refusal::TooFast { max: speed(steps * 1000) });
+    let top = |steps: u32| Change::Top(speed(steps * 1000));
+    let mut queues = [const { Queue::<8>::new() }; 2];
+    let mut group = Group::new(queues.each_mut().map(|queue| queue.split().0), board::<2>(2000));
+    let player = &mut Player::default();
+    group.start(player, [(0, order(100, 1000, 9000, FORWARD))]).unwrap();
+    plan(&mut group, player);
+    assert_eq!(group.change(player, 0b01, top(8001)), too_fast(8000));
+    assert_eq!(group.change(player, 0b01, top(8000)), Ok(()));
+    assert_eq!(group.start(player, [(1, order(100, 4000, 9000, FORWARD))]), too_fast(0));
+    assert_eq!(group.change(player, 0b01, top(1000)), Ok(()));
+    group.start(player, [(1, order(100, 4000, 9000, FORWARD))]).unwrap();
+    plan(&mut group, player);
+    assert_eq!(group.change(player, 0b01, top(4001)), too_fast(4000));
+    assert_eq!(group.change(player, 0b01, top(4000)), Ok(()));
+    // What was refused has changed nothing, and what was not counts from now on.
+    assert_eq!(group.change(player, 0b10, top(4001)), too_fast(4000));
+    // Of both at once each is judged beside the other.
+    assert!(matches!(group.change(player, 0b11, top(4001)), Err(Refusal::TooFast { .. })));
+    assert_eq!(group.change(player, 0b11, top(4000)), Ok(()));
+    // One that rests takes no part.
+    group.halt(player, 0b10);
+    assert_eq!(group.change(player, 0b01, top(8001)), too_fast(8000));
+    assert_eq!(group.change(player, 0b01, top(8000)), Ok(()));
+}
+
+/// A travel too short for its top speed is judged by the speed that it reaches: at 1000 steps/s²
+/// half a way up and half a way down. 0.001 steps/s, rounded up, decide.
+#[test]
+fn a_peak_is_rounded_up() {
+    for steps in [4, 7, 30, 47, 98, 301] {
+        // √(a · (n − 1)), from rest at both ends: the first pulse begins the way.
+        let peak = (1000.0 * f64::from(steps - 1)).sqrt() * 1000.0;
+        assert!(peak.fract() > 0.01, "{steps}: {peak}");
+        let short = order(0, 5000, 1000, Travel::By(steps));
+        for (most, fits) in [(peak.floor(), false), (peak.ceil(), true)] {
+            // Another axis takes all else of 8,000 steps/s.
+            let rest = speed(8_000_000 - most as u32);
+            let other = Order { start: rest, top: rest, ..order(0, 1, 1000, FORWARD) };
+            let mut queues = [const { Queue::<8>::new() }; 2];
+            let feeds = queues.each_mut().map(|queue| queue.split().0);
+            let mut group = Group::new(feeds, board::<2>(2000));
+            let player = &mut Player::default();
+            group.start(player, [(1, other)]).unwrap();
+            let started = group.start(player, [(0, short)]);
+            let fast = matches!(started, Err(Refusal::TooFast { .. }));
+            assert_eq!((started.is_ok(), fast), (fits, !fits), "{steps}: {peak}, {started:?}");
+        }
+    }
+}
+
+// ----- rests
+
+/// A leg that turns waits for the longer of DIR's hold time and its rest, an interval of the
+/// start speed.
+#[test]
+fn a_turn_waits_for_hold_and_rest() {
+    for (hold, start, want) in [(200_000, 500, 200_000), (20_000, 500, 32_000)] {
+        let mut queue = Queue::<8>::new();
+        let (feed, mut entries) = queue.split();
+        let mut board = board::<1>(133);
+        board.timing.hold = hold;
+        let mut group = Group::new([feed], board);
+        let player = &mut Player::default();
+        group.start(player, [(0, order(start, 1000, 9000, Travel::By(5)))]).unwrap();
+        plan(&mut group, player);
+        assert!(!events(&mut entries).is_empty());
+        group.change(player, 1, Change::Target(-5)).unwrap();
+        // All of the first leg.
+        while group.planned(0) != Some(5) || entries.take() != Next::End {
+            plan(&mut group, player);
+        }
+        player.moving = 0;
+        plan(&mut group, player);
+        let events = events(&mut entries);
+        assert_eq!(before(&events, TURN), want, "{hold}: {events:?}");
+        assert_eq!(before(&events, STEP), want + 4_016);
+    }
+}
+
+/// After a halt the next travel rests as after an end: an interval of the start speed.
+#[test]
+fn a_halt_is_followed_by_a_rest() {
+    for halt in [false, true] {
+        let mut queue = Queue::<8>::new();
+        let (feed, mut entries) = queue.split();
+        let mut group = Group::new([feed], board::<1>(133));
+        let player = &mut Player::default();
+        group.start(player, [(0, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
+        if halt {
+            plan(&mut group, player);
+            group.halt(player, 1);
+            entries.clear(true);
+        } else {
+            while entries.take() != Next::End {
+                plan(&mut group, player);
+            }
+            player.moving = 0;
+        }
+        assert!(!group.is_busy(player, 0));
+        group.start(player, [(0, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
+        plan(&mut group, player);
+        let wait = before(&events(&mut entries), STEP);
+        assert_eq!(wait, 320_000 + 4_016, "halted: {halt}");
+        // Time that passes at rest is no more to be waited for.
+        group.halt(player, 1);
+        entries.clear(true);
+        (0..11).for_each(|_| group.pass(player, 16_000));
+        group.start(player, [(0, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
+        plan(&mut group, player);
+        // What passed before it was seen at rest does not count.
+        assert_eq!(before(&events(&mut entries), STEP), 160_000 + 4_016);
+    }
+}
+
+// ----- targets that can't be counted to
+
+/// At 1,000,000 steps/s: the way to rest is so long that a target, or the way to it, is beyond
+/// what 32 bits count.
+#[test]
+fn a_target_beyond_what_is_counted_is_refused() {
+    let too_long = Err(Refusal::Unfit(Unfit::TooLong));
+    let change = |travel: i32, changes: &[Change]| {
+        let mut queue = Queue::<8>::new();
+        let (feed, mut entries) = queue.split();
+        let mut group = Group::new([feed], board::<1>(1));
+        let player = &mut Player::default();
+        let quick = order(1, 1_000_000, 90_000_000, Travel::By(travel));
+        group.start(player, [(0, quick)]).unwrap();
+        for _ in 0..50 {
+            plan(&mut group, player);
+            events(&mut entries);
+        }
+        assert!(group.planned(0).is_some_and(|at| (100_000..1_000_000).contains(&at)));
+        changes.iter().map(|change| group.change(player, 1, *change)).last().unwrap()
+    };
+    let decel = |accel: u32| Change::Decel(Accel::from_steps(accel).unwrap());
+    // 5·10⁸ steps to rest, from where the target lies 2·10⁹ back: there are too many between.
+    assert_eq!(change(i32::MAX, &[decel(1000), Change::Target(-1_000_000_000)]), Ok(()));
+    assert_eq!(change(i32::MAX, &[decel(1000), Change::Target(-2_000_000_000)]), too_long);
+    assert_eq!(change(i32::MAX, &[decel(1000), Change::Target(5)]), Ok(()));
+    // 2.5·10⁹ steps to rest.
+    assert_eq!(change(i32::MAX, &[decel(200)]), too_long);
+    assert_eq!(change(1_000_000, &[decel(1000)]), Ok(()));
+}
+
+/// A curve's fall that has begun ends before a target further on, which is travelled to from
+/// there.
+#[test]
+fn a_falling_curve_takes_a_target_further_on() {
+    let mut queue = Queue::<8>::new();
+    let (feed, mut entries) = queue.split();
+    let mut group = Group::new([feed], board::<1>(133));
+    let player = &mut Player::default();
+    let jerk = Some(Jerk::from_steps(40_000).unwrap());
+    let curve = Order { jerk, ..order(50, 1000, 2000, Travel::By(2000)) };
+    group.start(player, [(0, curve)]).unwrap();
+    let mut further = 2000;
+    while group.is_busy(player, 0) && further < 20_000 {
+        plan(&mut group, player);
+        if group.planned(0) > Some(1800) {
+            further += 10;
+            assert_eq!(group.change(player, 1, Change::Target(further)), Ok(()), "{further}");
+        }
+        match entries.take() {
+            Next::End => player.moving = 0,
+            Next::Entry(_) | Next::Late => {}
+        }
+    }
+}
+
+// ----- intervals and ramps that a timer can't hold
+
+fn started(rate: u32, order: Order) -> Result<(), Refusal> {
+    let rate = Rate::from_hz(rate).unwrap();
+    let (timing, lead) = (Timing { pulse: 2, setup: 2, hold: 2, min_interval: 4 }, 10);
+    let cost = Cost::any_pulse([4]);
+    let board =
+        Board { rate, timing, cost, fit: Fit::board(rate), horizon: 1000, lead, runs: u16::MAX };
+    let mut queue = Queue::<8>::new();
+    Group::new([queue.split().0], board).start(&mut Player::default(), [(0, order)])
+}
+
+/// No interval takes 2³² ticks: of the start speed, or from rest the first, the last and one of
+/// the top speed together.
+#[test]
+fn an_interval_fits_32_bits() {
+    let too_slow = Err(Refusal::Unfit(Unfit::TooSlow));
+    let slow = |start: u32, top: u32| Order {
+        start: speed(start),
+        top: speed(top),
+        ..order(0, 1, 1000, Travel::By(5))
+    };
+    // 2³² ticks of 200 MHz are 21.47 s: 0.04657 steps/s.
+    assert_eq!(started(200_000_000, slow(46, 1000)), too_slow);
+    assert_eq!(started(200_000_000, slow(47, 1000)), Ok(()));
+    assert_eq!(started(200_000_000, slow(46, 46)), too_slow);
+    assert_eq!(started(200_000_000, slow(47, 47)), Ok(()));
+    // With a limit of jerk from rest, the first step alone may be too long.
+    let bent = |jerk: u64| Order {
+        jerk: Some(Jerk::from_millisteps(jerk).unwrap()),
+        ..order(0, 10, 1000, Travel::By(50))
+    };
+    assert_eq!(started(200_000_000, bent(100)), too_slow);
+    assert_eq!(started(200_000_000, bent(100_000)), Ok(()));
+    // From rest: 2 · √(2/a) + 1/v, of which each alone is less.
+    let rests = |top: u32, accel: u32| {
+        let slope = Ramp::Accel(Accel::from_millisteps(accel.into()).unwrap());
+        Order { up: slope, down: slope, ..slow(0, top) }
+    };
+    for (top, accel) in [(100, 31), (60, 150), (200, 20), (1000, 19)] {
+        let takes = 2.0 * (2000.0 / f64::from(accel)).sqrt() + 1000.0 / f64::from(top);
+        let fits = takes * 2e8 < 2f64.powi(32);
+        assert_eq!(started(200_000_000, rests(top, accel)).is_ok(), fits, "{top} {accel} {takes}");
+    }
+}
+
+/// Ramps of an endless travel take less than 2³¹ steps, those of a curve less than 2²¹ and its
+/// bends; a target bounds them else.
+#[test]
+fn a_ramp_ends() {
+    let too_gentle = Err(Refusal::Unfit(Unfit::TooGentle));
+    let gentle = |accel: f64, travel| {
+        let slope = Ramp::Accel(Accel::from_millisteps((accel * 1000.0) as u64).unwrap());
+        Order { up: slope, down: slope, ..order(10, 100_000, 1, travel) }
+    };
+    let by = |steps: f64| 1e10 / 2.0 / steps;
+    assert_eq!(started(16_000_000, gentle(by(2f64.powi(31)) * 0.99, FORWARD)), too_gentle);
+    assert_eq!(started(16_000_000, gentle(by(2f64.powi(31)) * 1.01, FORWARD)), Ok(()));
+    assert_eq!(started(16_000_000, gentle(0.5, Travel::By(i32::MAX))), Ok(()));
+    let curve = |accel: f64| Order {
+        jerk: Some(Jerk::from_steps(100_000).unwrap()),
+        ..gentle(accel, FORWARD)
+    };
+    assert_eq!(started(16_000_000, curve(by(2f64.powi(21)) * 0.98)), too_gentle);
+    assert_eq!(started(16_000_000, curve(by(2f64.powi(21)) * 1.02)), Ok(()));
+}

@@ -70,11 +70,6 @@ impl Rule {
     /// How many there are.
     pub const COUNT: usize = 18;
 
-    /// Whether a late step breaks it too.
-    pub fn is_of_speed(self) -> bool {
-        matches!(self, Rule::Time | Rule::Top | Rule::Rise | Rule::Fall | Rule::Stop | Rule::Dwell)
-    }
-
     /// Its name.
     pub fn name(self) -> &'static str {
         NAMES[self as usize]

@@ -322,8 +322,6 @@ impl Judge {
             };
         };
         self.guard.errors[LOCKS] = match late {
-            // A step may be late between the two, where some may be.
-            0 if self.board().late && self.hard => Known::Maybe,
             0 => Known::No,
             _ => Known::Yes,
         };

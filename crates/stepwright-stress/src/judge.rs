@@ -68,12 +68,6 @@ pub struct Judge {
     pub(crate) moved: Known,
     /// The last order was then.
     pub(crate) ordered: Option<u64>,
-    /// A fault of speed that a late step would explain.
-    uneven: Option<Fault>,
-    /// Several axes moved at once, or one on a steep ramp.
-    pub(crate) hard: bool,
-    /// Late steps that were counted, and may be.
-    pub late: u64,
     /// Lines that were answered.
     pub lines: u64,
 }
@@ -121,9 +115,6 @@ impl Judge {
             unsure: false,
             moved: Known::No,
             ordered: None,
-            uneven: None,
-            hard: false,
-            late: 0,
             lines: 0,
         };
         judge.set_up(0);
@@ -206,7 +197,7 @@ impl Judge {
             }
             due = due.and(track.due(now, &self.measure));
         }
-        self.explain(due)
+        due
     }
 
     /// Moving axes brake when no line has come for this time. A board that works out an answer
@@ -256,9 +247,7 @@ impl Judge {
     pub fn edge(&mut self, edge: Edge) -> Result<(), Fault> {
         self.advance(edge.time)?;
         let moving = self.moving(edge.axis);
-        // What one axis has held up may still be seen when it rests.
-        let several = if self.board.late && self.hard { 2 } else { moving };
-        self.measure.jitter = self.board.jitter(self.measure.pulse, several);
+        self.measure.jitter = self.board.jitter(self.measure.pulse, moving);
         let Some(track) = self.tracks.get_mut(usize::from(edge.axis)) else {
             // DIR of an axis that is not connected is set at power-up.
             let what = || format!("there is no axis {}", edge.axis + 1);
@@ -272,8 +261,7 @@ impl Judge {
         {
             asked.positions = (asked.positions.0.min(at), asked.positions.1.max(at));
         }
-        self.hard |= moving > 1;
-        self.explain(judged)
+        judged
     }
 
     /// Axes that may hold up an edge of this one, itself among them: those that move, and
@@ -303,17 +291,6 @@ impl Judge {
                 self.broken(Rule::Driver, now, || format!("drivers are on, switched off at {off}"))
             }
             _ => Ok(()),
-        }
-    }
-
-    /// A fault of speed waits until the board has said whether a step was late.
-    pub(crate) fn explain(&mut self, judged: Result<(), Fault>) -> Result<(), Fault> {
-        match judged {
-            Err(fault) if self.board.late && fault.rule.is_of_speed() => {
-                self.uneven.get_or_insert(fault);
-                Ok(())
-            }
-            judged => judged,
         }
     }
 
@@ -465,8 +442,7 @@ impl Judge {
     pub(crate) fn settle(&mut self, axes: u8, now: u64) -> Result<(), Fault> {
         let measure = self.measure;
         let chosen = self.tracks.iter_mut().filter(|track| axes >> track.axis & 1 != 0);
-        let rested = chosen.map(|track| track.rest(now, &measure)).fold(Ok(()), Result::and);
-        self.explain(rested)
+        chosen.map(|track| track.rest(now, &measure)).fold(Ok(()), Result::and)
     }
 
     /// Settings are kept in the background, a byte in 3.4 ms: for a while the old ones may be
@@ -478,11 +454,6 @@ impl Judge {
         }
         *since = now;
         stored.push(self.settings.clone());
-    }
-
-    /// Late steps are forgotten, and what they would explain.
-    pub(crate) fn forget_late(&mut self) {
-        self.uneven = None;
     }
 
     /// A switch's pin changes.

@@ -12,9 +12,12 @@
 //! where `lag` is the time for which a board has planned ahead, and `tj` what a limit
 //! of jerk adds.
 
-/// Planned ahead at most: 16 ms, one run of 8 ms, visits of the planner, and what a travel
-/// waits for before its first step, in s.
-const AHEAD: f64 = 0.030;
+/// What begins within this time may be planned already, in s: the horizon.
+pub const HORIZON: f64 = 0.016;
+/// A run that begins within the horizon lasts for no longer than this, in s, or is a step.
+pub const RUN: f64 = 0.008;
+/// A travel that waits for nothing makes its first step within this time, in s.
+const START: f64 = 0.030;
 
 /// The limits of a travel, in steps and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,40 +70,58 @@ impl Limits {
         if self.start > 0.0 { 1.0 / self.start } else { (2.0 / self.up).sqrt().max(1.0 / self.top) }
     }
 
-    /// Seconds after which a change has taken hold, at the speed `v`.
-    pub fn lag(&self, v: f64) -> f64 {
-        AHEAD + 3.0 / v.max(1e-9)
-    }
-
-    /// Seconds after which an axis that was told to stop has ceased to accelerate.
-    pub fn obeyed(&self, v: f64) -> f64 {
-        self.lag(v) + self.bend(self.top.max(v))
-    }
-
     /// What the limit of jerk adds to a change of speed, in s.
-    fn bend(&self, v: f64) -> f64 {
+    pub fn bend(&self, v: f64) -> f64 {
         let bend = |a: f64| (a / self.jerk).min((v / self.jerk).sqrt());
         if self.jerk.is_finite() { 2.0 * (bend(self.up) + bend(self.down)) } else { 0.0 }
     }
 
-    /// The way to rest from the speed `v`, for an axis that learns of it now and may
-    /// still be accelerating.
-    ///
-    /// `first` is how long a first or last step may take.
+    /// The speed at the end of an interval of the mean speed `v`, at most: that of constant
+    /// acceleration, which from rest is twice the mean, or with a limit of jerk three times.
+    pub fn end_speed(&self, v: f64) -> f64 {
+        let most = if self.jerk.is_finite() { 3.0 } else { 2.0 };
+        (v + self.up / 2.0 / v.max(1e-9)).min(most * v).min(self.top.max(v))
+    }
+
+    /// The way to rest of an axis that learns of it now, `v` being the speed of its last
+    /// interval, with what is planned in front of it: all that begins within the horizon, and
+    /// the present step and the next. `first` is how long a first or last step may take.
     pub fn way(&self, v: f64, first: f64) -> Way {
-        let lag = self.lag(v) + 2.0 * first;
-        let bend = self.bend(self.top.max(v));
+        let (ahead, bend) = (HORIZON + RUN, self.bend(self.top.max(v)));
         // Its last interval may have been a rest, before a leg that begins with its start speed.
-        let fastest = (v.max(self.start) + self.up * (lag + bend)).min(self.top.max(v));
-        let (mut fall, mut time) = (0.0, 0.0);
-        if fastest > self.start && self.down.is_finite() {
-            fall = (fastest * fastest - self.start * self.start) / 2.0 / self.down;
-            time = (fastest - self.start) / self.down;
-        }
+        let v = self.end_speed(v).max(self.start);
+        let timed = v + self.up * (ahead + bend);
+        let counted = (v * v + 4.0 * self.up).sqrt() + self.up * bend;
+        let fastest = timed.max(counted).min(self.top.max(v));
+        let (steps, time) = self.fall(fastest);
+        let slow = 3.0 / v.max(1e-9) + 2.0 * first;
         Way {
-            steps: fastest * (lag + bend) + fall * 1.001 + 3.0,
-            time: lag + bend + time * 1.05 + 3.0 * first.max(self.last()),
+            steps: fastest * (ahead + bend) + steps + 5.0,
+            time: ahead + bend + time + slow + 3.0 * first.max(self.last()),
         }
+    }
+
+    /// The way to rest of an axis that obeys, `v` being the speed of its last interval; of none
+    /// if it has just made its first step.
+    pub fn way_from(&self, v: Option<f64>, first: f64) -> Way {
+        let fast = v.map_or(self.start, |v| self.end_speed(v).max(self.start));
+        let bend = self.bend(self.top.max(fast));
+        let fast = (fast + self.up * bend).min(self.top.max(fast));
+        let (steps, time) = self.fall(fast);
+        // A part of a step at its speed is in front of the fall, which ends on a step.
+        Way {
+            steps: fast * bend + steps + 2.0,
+            time: bend + time + 2.0 / v.unwrap_or(f64::INFINITY) + 3.0 * first.max(self.last()),
+        }
+    }
+
+    /// Steps and seconds from a speed to the start speed.
+    fn fall(&self, v: f64) -> (f64, f64) {
+        if v <= self.start || self.down.is_infinite() {
+            return (0.0, 0.0);
+        }
+        let steps = (v * v - self.start * self.start) / 2.0 / self.down;
+        (steps * 1.001, (v - self.start) / self.down * 1.05)
     }
 
     /// Seconds after which a travel of this many steps has ended, at most.
@@ -114,7 +135,7 @@ impl Limits {
         cruise.max(peaks).min(slow.max(steps / self.top)) * 1.01
             + self.bend(self.top) * 2.0
             + 2.0 * (self.first() + self.last())
-            + AHEAD
+            + START
     }
 
     /// Whether the ramps may take more steps than a board counts: 2³¹ where nothing else
@@ -204,7 +225,11 @@ mod tests {
             assert!(1.0 / d2 - 1.0 / d1 <= 1000.0 * (d1 + d2) / 2.0 + 1e-6);
         }
         assert!((limits.peak(2402.0) - 1552.76).abs() < 0.1);
-        assert!(limits.way(1000.0, 0.0).steps > 495.0 && limits.way(1000.0, 0.0).steps < 700.0);
+        let (learns, obeys) = (limits.way(1000.0, 0.0).steps, limits.way_from(Some(1000.0), 0.0));
+        assert!(obeys.steps > 495.0 && obeys.steps < 500.0, "{obeys:?}");
+        assert!(learns > obeys.steps + 24.0 && learns < 560.0, "{learns}");
+        // Of a first step the next one ends the way.
+        assert!(limits.way_from(None, 0.0).steps < 3.0);
     }
 
     #[test]

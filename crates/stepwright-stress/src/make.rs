@@ -1,6 +1,8 @@
 //! Random stories: what a master might say, what it never should, and a line that
 //! damages both.
 
+mod scenes;
+
 use fastrand::Rng;
 
 use crate::story::{Act, Board, Input, Reset, Story};
@@ -17,17 +19,25 @@ pub struct Taste {
     pub travel: u32,
     /// The top speed is reached in this many seconds, at least.
     pub ramp: f64,
+    /// The longest wait for a slow step, in µs.
+    pub slow: u32,
     /// Power cuts and switches are among them.
     pub events: bool,
 }
 
 impl Taste {
     /// For the virtual board.
-    pub const WIDE: Taste =
-        Taste { acts: 24, wait: 60_000, travel: 150_000, ramp: 0.001, events: true };
+    pub const WIDE: Taste = Taste {
+        acts: 24,
+        wait: 60_000,
+        travel: 150_000,
+        ramp: 0.001,
+        slow: 1_500_000,
+        events: true,
+    };
     /// For a simulated chip: short.
     pub const CHIP: Taste =
-        Taste { acts: 10, wait: 12_000, travel: 30_000, ramp: 0.02, events: true };
+        Taste { acts: 10, wait: 12_000, travel: 30_000, ramp: 0.02, slow: 300_000, events: true };
 }
 
 /// The story of a seed, on a random virtual board.
@@ -47,12 +57,24 @@ fn scale(rng: &mut Rng, least: f64, most: f64) -> f64 {
     (least.ln() + rng.f64() * (most.max(least).ln() - least.ln())).exp()
 }
 
+/// Clocks that chips have.
+const CLOCKS: [u32; 9] = [
+    100_000,
+    250_000,
+    1_000_000,
+    2_000_000,
+    16_000_000,
+    20_000_000,
+    72_000_000,
+    84_000_000,
+    200_000_000,
+];
+
 fn board(rng: &mut Rng) -> Board {
-    let hz = match rng.u8(..4) {
-        0 => 16_000_000,
-        1 => *rng
-            .choice(&[100_000, 250_000, 1_000_000, 20_000_000, 84_000_000, 200_000_000])
-            .unwrap_or(&1_000_000),
+    let hz = match rng.u8(..8) {
+        0 => return Board::uno(if rng.bool() { 0 } else { 1389 }),
+        1 | 2 => 16_000_000,
+        3 | 4 => CLOCKS[rng.usize(..CLOCKS.len())],
         _ => scale(rng, 1e5, 2e8) as u32,
     };
     // A step takes 4 to 60 µs, and at least a few ticks.
@@ -375,7 +397,7 @@ impl Teller<'_> {
     }
 
     fn scene(&mut self) {
-        match self.rng.u8(..32) {
+        match self.rng.u8(..36) {
             0..=7 => {
                 self.order();
                 if self.rng.bool() {
@@ -410,9 +432,10 @@ impl Teller<'_> {
             29 if self.board.can.safety && self.one_in(3) => self.lease(),
             29 => self.say("!"),
             30 if self.taste.events => self.event(),
-            _ => {
+            31 => {
                 self.manner();
             }
+            _ => self.special(),
         }
     }
 }

@@ -46,8 +46,6 @@ pub struct Sum {
     pub lines: u64,
     /// Steps on all pins.
     pub steps: u64,
-    /// Stories with a late step that was counted, where there may be some.
-    pub late: u64,
     /// Simulated time, in µs.
     pub micros: u64,
 }
@@ -60,7 +58,6 @@ impl Sum {
             noise: self.noise + other.noise,
             lines: self.lines + other.lines,
             steps: self.steps + other.steps,
-            late: self.late + other.late,
             micros: self.micros + other.micros,
         }
     }
@@ -126,7 +123,6 @@ impl<'s> Player<'s> {
             noise: self.story.noise.into(),
             lines: self.judge.lines,
             steps: self.judge.tracks.iter().map(|track| track.steps).sum(),
-            late: (self.judge.late > 0).into(),
             micros: (bench.now() as u128 * 1_000_000 / u128::from(self.story.board.hz)) as u64,
         }
     }
@@ -295,7 +291,10 @@ impl<'q, C: Count> Simulated<'q, C> {
         remains: Remains,
     ) -> VirtualBoard<'q, C, Taken> {
         let rate = Rate::from_hz(board.hz).expect("a story's board has a rate of its list");
-        let description = Description { axes: board.axes, ..Description::quick(rate, board.cost) };
+        let description = match board.uno {
+            true => Description::uno(),
+            false => Description { axes: board.axes, ..Description::quick(rate, board.cost) },
+        };
         let reset = match reset {
             Reset::Power | Reset::Blink => Cause::Power,
             Reset::Button => Cause::Other,

@@ -16,6 +16,7 @@ pub enum Reason {
     Killed,
     Uncertain,
     TooFast,
+    TooSteep,
     TooSlow,
     Ramp,
     Travel,
@@ -30,7 +31,7 @@ pub enum Reason {
 }
 
 /// The words, in the order of [`Reason`].
-const WORDS: [&str; 20] = [
+const WORDS: [&str; 21] = [
     "line",
     "range",
     "axis",
@@ -40,6 +41,7 @@ const WORDS: [&str; 20] = [
     "killed",
     "uncertain",
     "too-fast",
+    "too-steep",
     "too-slow",
     "ramp",
     "travel",

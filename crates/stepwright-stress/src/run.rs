@@ -139,10 +139,9 @@ pub fn tell(
 }
 
 fn report(sum: Sum, took: Duration, faults: usize) -> String {
-    let Sum { stories, lines, steps, noise, late, micros } = sum;
-    let late = if late == 0 { String::new() } else { format!(", {late} with counted late steps") };
+    let Sum { stories, lines, steps, noise, micros } = sum;
     format!(
-        "{stories} stories clean{late}, {faults} not; {lines} lines, {noise} damaged bytes, \
+        "{stories} stories clean, {faults} not; {lines} lines, {noise} damaged bytes, \
          {steps} steps, {:.0} s of the boards' time in {:.0} s",
         micros as f64 / 1e6,
         took.as_secs_f64()

@@ -181,10 +181,6 @@ impl Manner {
     }
 }
 
-/// A small chip plans runs no faster than steps follow on ramps steeper than this, in
-/// steps/s².
-const STEEP: f64 = 100_000.0;
-
 impl Judge {
     /// The answers to a line that are right now.
     pub(crate) fn expect(&self, line: Line, now: u64) -> Expect {
@@ -327,7 +323,14 @@ impl Judge {
         } else {
             Known::No
         };
-        Expect::unless(fast, Reason::TooFast)
+        let fast = Expect::unless(fast, Reason::TooFast);
+        // What can be planned beside what moves is the board's to say.
+        Expect {
+            no: fast.no
+                | self.reason(self.board().plans, Reason::TooSteep)
+                | self.reason(self.board().plans, Reason::TooFast),
+            ..fast
+        }
     }
 
     /// m (or t), a or d on the way.
@@ -478,7 +481,6 @@ impl Judge {
             }
             Line::Clear => {
                 (self.slave.refusals, self.slave.last) = (0, None);
-                self.forget_late();
                 self.guard.clear(now);
                 for track in &mut self.tracks {
                     track.stops = Stops::NONE;
@@ -521,7 +523,6 @@ impl Judge {
             for track in self.tracks.iter_mut().filter(|track| selected >> track.axis & 1 != 0) {
                 if track.busy(now, &measure) != Known::No {
                     let limits = changed(track.limits, letter, number);
-                    self.hard |= limits.up.max(limits.down) > STEEP;
                     track.limit(now, limits, &measure);
                 }
             }
@@ -567,7 +568,6 @@ impl Judge {
                 Travel::Endless(_) => None,
             };
             let track = &mut self.tracks[n];
-            self.hard |= limits.up.max(limits.down) > STEEP && limits.top > limits.start;
             track.order(limits);
             track.not_before = not_before;
             let wait = wait + rests + measure.setup + 2 * measure.hold;

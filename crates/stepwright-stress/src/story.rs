@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! board hz=16000000 bits=16 axes=3 cost=125,184,251 byte=1389
+//! board uno byte=1389  the virtual Uno
 //! > PO                 a line, its CR behind it; \x07 for a byte that is no letter
 //! >> G+4               bytes without a CR
 //! wait 1500            this many microseconds
@@ -44,10 +45,12 @@ pub struct Board {
     pub jitter: (f64, f64),
     /// An interval of a run may be this many seconds beside its law.
     pub fit: f64,
-    /// Steps may be late beside other axes or on steep ramps, as long as it says so.
-    pub late: bool,
     /// Widths may be this many ticks short, in a simulation that says so.
     pub slack: u64,
+    /// It takes time to plan, and may refuse a ramp for that.
+    pub plans: bool,
+    /// It is the virtual Uno: an AVR's queue, and an axis whose edges are on a grid.
+    pub uno: bool,
 }
 
 impl Board {
@@ -65,9 +68,17 @@ impl Board {
             can: Can { jerk: true, safety: true },
             jitter: (1.0, 1.0),
             fit: 0.6e-6,
-            late: false,
             slack: 0,
+            plans: false,
+            uno: false,
         }
+    }
+
+    /// The virtual Uno; a byte takes this many ticks.
+    pub fn uno(byte: u32) -> Board {
+        let board = Board::simulated(16_000_000, false, 3, [125, 184, 251], byte);
+        // The third axis is on a timer that counts every eighth tick.
+        Board { longer: [1_250, 1_700, 4_400], jitter: (9.0, 9.0), plans: true, uno: true, ..board }
     }
 
     /// Microseconds in ticks, rounded up.
@@ -190,7 +201,14 @@ impl fmt::Display for Story {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Board { hz, wide, axes, cost: [one, two, three], byte, .. } = self.board;
         let bits = if wide { 32 } else { 16 };
-        writeln!(f, "board hz={hz} bits={bits} axes={axes} cost={one},{two},{three} byte={byte}")?;
+        if self.board.uno {
+            writeln!(f, "board uno byte={byte}")?;
+        } else {
+            writeln!(
+                f,
+                "board hz={hz} bits={bits} axes={axes} cost={one},{two},{three} byte={byte}"
+            )?;
+        }
         self.acts.iter().try_for_each(|act| writeln!(f, "{act}"))
     }
 }
@@ -215,6 +233,9 @@ fn board(text: &str) -> Result<Board, String> {
     let number = |name: &str| -> Result<u32, String> {
         word(name)?.parse().map_err(|_| format!("{name} is no number"))
     };
+    if text.starts_with("uno ") {
+        return Ok(Board::uno(number("byte")?));
+    }
     let costs: Vec<u32> = word("cost")?.split(',').filter_map(|cost| cost.parse().ok()).collect();
     let cost = costs.try_into().map_err(|_| "cost takes three numbers")?;
     let axes = u8::try_from(number("axes")?).ok().filter(|axes| (1..=3).contains(axes));
@@ -286,6 +307,8 @@ mod tests {
             Act::Reset(Reset::Blink),
         ];
         let story = Story { board, acts, noise: 0 };
+        assert_eq!(story.to_string().parse(), Ok(story.clone()));
+        let story = Story { board: Board::uno(1389), ..story };
         assert_eq!(story.to_string().parse(), Ok(story));
     }
 

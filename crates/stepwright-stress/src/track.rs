@@ -2,12 +2,14 @@
 
 mod change;
 mod pace;
+mod planned;
 
 use stepwright_sim::{Edge, Pin};
 
 use crate::fault::{Fault, Rule, Rules};
 use crate::limits::Limits;
 use crate::stops::Stops;
+use planned::Planned;
 
 /// Yes, no, or not to be told from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,11 +83,22 @@ pub enum Goal {
 #[derive(Clone, Copy, Debug)]
 struct Past {
     limits: Limits,
-    /// They may hold until then …
-    until: u64,
-    /// … and their top speed until then.
-    top_until: u64,
+    /// They hold for what was planned when the change came.
+    planned: Planned,
+    /// Their top speed holds until then; of none, until the change is obeyed.
+    top_until: Option<u64>,
     /// Their deceleration may hold to the end of a fall.
+    falls: bool,
+}
+
+/// A soft stop.
+#[derive(Clone, Copy, Debug)]
+struct Braked {
+    /// When the axis was told.
+    told: u64,
+    /// What was planned then.
+    planned: Planned,
+    /// An interval behind that has been judged: from now on none is shorter than the one before.
     falls: bool,
 }
 
@@ -133,8 +146,10 @@ pub struct Track {
     retargeted: bool,
     /// When it was told last where to go.
     told: u64,
-    /// When it was told to brake, and from when on its speed does not rise for that.
-    braked: Option<(u64, u64)>,
+    /// It was told to brake.
+    braked: Option<Braked>,
+    /// What was planned when it was told last where to go, until that is played.
+    ahead_of_goal: Option<Planned>,
     /// It may have been halted at once: its last interval tells nothing.
     halted: bool,
     /// Ticks by which its last steps are ahead of the top speed, and may be.
@@ -147,6 +162,8 @@ pub struct Track {
     forward: Option<bool>,
     /// The interval before the last step of the present leg.
     interval: Option<u64>,
+    /// The limits that it was planned by, at the loosest.
+    by: Limits,
     /// How long it rests after the travel before, at least, in s.
     rested: f64,
     /// And after this one.
@@ -182,6 +199,7 @@ impl Track {
             retargeted: false,
             told: 0,
             braked: None,
+            ahead_of_goal: None,
             halted: false,
             ahead: (0.0, 0.0),
             level: None,
@@ -190,6 +208,7 @@ impl Track {
             turned: None,
             forward: None,
             interval: None,
+            by: Limits::new(50, 1_000_000, 200, 0, 0, 0),
             rested: 0.0,
             rests: 0.0,
             fresh: true,
@@ -298,7 +317,7 @@ impl Track {
         self.before.clear();
         self.origin = self.count;
         self.retargeted = false;
-        (self.braked, self.halted) = (None, false);
+        (self.braked, self.ahead_of_goal, self.halted) = (None, None, false);
         (self.fresh, self.interval) = (true, None);
         match steps {
             Some(steps) => {
@@ -455,7 +474,9 @@ impl Track {
             })?;
         }
         let paced = self.slows(now, forward, measure).and(self.pace(now, forward, measure));
+        let begins = self.fresh || self.forward == Some(!forward);
         (self.forward, self.fresh, self.rise) = (Some(forward), false, Some(now));
+        self.play(now, begins, measure);
         paced
     }
 }

@@ -20,10 +20,15 @@ fn known_seeds() {
     clean(1000, 1500);
 }
 
-/// The seed is printed with what it breaks.
+/// The seed is printed with what it breaks. As the property tests it follows
+/// `PROPTEST_RNG_SEED`, if that is set.
 #[test]
 fn a_new_seed() {
-    clean(fastrand::u64(1 << 32..1 << 48), 300);
+    let mut rng = fastrand::Rng::new();
+    if let Ok(seed) = std::env::var("PROPTEST_RNG_SEED") {
+        rng.seed(seed.parse().expect("PROPTEST_RNG_SEED is a number"));
+    }
+    clean(rng.u64(1 << 32..1 << 48), 300);
 }
 
 /// One story a file, which says what it broke.

@@ -1,14 +1,16 @@
 //! What a change on the way makes of an axis's bounds: other limits, another target, a stop.
 
-use super::{Goal, Known, Measure, Past, Track};
+use super::planned::Planned;
+use super::{Braked, Goal, Known, Measure, Past, Track};
 use crate::limits::Limits;
 
 impl Track {
     /// The limits in force, the loosest where several may be.
     pub(super) fn in_force(&self, now: u64) -> Limits {
         self.before.iter().fold(self.limits, |limits, past| {
-            let mut limits = if now < past.until { limits.or(&past.limits) } else { limits };
-            if now < past.top_until {
+            let held = past.planned.has(self.rise, now);
+            let mut limits = if held { limits.or(&past.limits) } else { limits };
+            if past.top_until.is_none_or(|until| now < until) {
                 limits.top = limits.top.max(past.limits.top);
             }
             if past.falls {
@@ -20,7 +22,8 @@ impl Track {
 
     /// A leg begins, or speed rises: a fall that had begun before a change is over.
     pub(super) fn end_falls(&mut self, now: u64) {
-        self.before.iter_mut().for_each(|past| past.falls &= now < past.until);
+        let last = self.rise;
+        self.before.iter_mut().for_each(|past| past.falls &= past.planned.has(last, now));
     }
 
     /// How long a first or last step may take, in s.
@@ -33,30 +36,18 @@ impl Track {
     /// end was planned was not for it.
     pub fn longest_rest(&self) -> f64 {
         let last = self.rise.unwrap_or(0);
-        let held = self.before.iter().filter(|past| last < past.until);
+        let held = self.before.iter().filter(|past| past.planned.has(self.rise, last));
         held.fold(self.limits.rest(), |rest, past| rest.max(past.limits.rest()))
     }
 
     /// Other limits from now on, for a travel in progress.
     pub fn limit(&mut self, now: u64, limits: Limits, measure: &Measure) {
-        let before = self.in_force(now);
-        let v = self.speed(measure);
-        let slowest = self.slowest().max(limits.first()).max(limits.last());
-        // The present step and the next are planned. Where an axis waits for its first step,
-        // the present one is at the end of the wait.
-        let waits = self.interval.is_none();
-        let wait = if waits { self.longest_rest().max(self.rested) } else { 0.0 };
-        let lag = limits.lag(v) + 3.0 * slowest + wait;
-        let way = self.lazy(now).lazier(&limits).way(v.max(before.top.min(v * 4.0)), slowest);
-        let until = now + self.ticks(lag, measure);
-        let top_until = until + self.ticks(way.time, measure);
         // A lower deceleration takes longer to come down to a top speed of before, too.
-        for past in self.before.iter_mut().filter(|past| now < past.top_until) {
-            past.top_until = top_until.max(past.top_until);
-        }
+        self.before.iter_mut().for_each(|past| past.top_until = None);
         // With a limit of jerk a fall that has begun goes on to its end, whatever changes.
         let falls = limits.jerk.is_finite();
-        self.before.push(Past { limits: self.limits, until, top_until, falls });
+        let planned = self.planned(now, measure);
+        self.before.push(Past { limits: self.limits, planned, top_until: None, falls });
         self.rests = self.rests.min(limits.rest());
         self.highest = self.highest.max(limits.top);
         self.limits = limits;
@@ -65,7 +56,9 @@ impl Track {
                 // A lower deceleration takes a longer way.
                 (self.least, self.most) = (i64::MIN, i64::MAX);
                 self.goal = Goal::Open;
+                let braked = self.braked;
                 self.brake(now, measure);
+                self.braked = braked;
             }
             // It may be braking, and does so for longer then; or go beyond its end, and back.
             Goal::Open => {
@@ -81,6 +74,53 @@ impl Track {
         self.extend(now, measure);
     }
 
+    /// What is planned by now.
+    fn planned(&mut self, now: u64, measure: &Measure) -> Planned {
+        let (lazy, v) = (self.lazy(now), self.speed(measure));
+        // A limit of jerk lets the acceleration go behind what is planned.
+        let bends = match lazy.bend(lazy.top.max(v)) {
+            0.0 => 0.0,
+            bend if self.fresh => self.longest_rest() + 3.0 * self.slowest() + bend,
+            bend => self.slowest() + 3.0 / v + bend,
+        };
+        let begins = if self.fresh && bends > 0.0 { now.max(self.told) } else { now };
+        let bends = begins + self.ticks(bends, measure);
+        let planned = Planned::new(now, self.fresh, measure.hz, bends);
+        self.ahead_of_goal = Some(planned);
+        planned
+    }
+
+    /// A step was made, perhaps the first of a leg: of what was planned ahead of changes some is
+    /// played. When all is, the speed tells how far the axis goes at most.
+    pub(super) fn play(&mut self, now: u64, begins: bool, measure: &Measure) {
+        let plans = self.before.iter_mut().map(|past| &mut past.planned);
+        let plans = plans.chain(self.braked.iter_mut().map(|braked| &mut braked.planned));
+        plans.chain(&mut self.ahead_of_goal).for_each(|planned| planned.step(begins));
+        if self.ahead_of_goal.is_none_or(|planned| !planned.is_played(now)) {
+            return;
+        }
+        self.ahead_of_goal = None;
+        let v = self
+            .interval
+            .map(|interval| measure.hz / (interval as f64 - measure.jitter - measure.fit).max(0.5));
+        let way = self.lazy(now).way_from(v, self.slowest());
+        let until = now + self.ticks(way.time + 0.005, measure);
+        self.before.iter_mut().for_each(|past| {
+            past.top_until.get_or_insert(until);
+        });
+        let steps = way.steps.min(1e15) as i64;
+        let end = match &mut self.goal {
+            Goal::End(end, _) if self.retargeted => *end,
+            Goal::Stop(by) => {
+                *by = until.min(*by);
+                self.count
+            }
+            _ => return,
+        };
+        self.least = self.least.max(end.min(self.count) - steps);
+        self.most = self.most.min(end.max(self.count) + steps);
+    }
+
     /// The deadline of a travel that was changed.
     fn extend(&mut self, now: u64, measure: &Measure) {
         if let Goal::End(end, by) = self.goal {
@@ -93,12 +133,13 @@ impl Track {
             let rest = rests.fold(self.limits.rest(), f64::max);
             let time = way.time * 2.0 + slow.duration(steps) + 4.0 * self.slowest() + rest;
             let wait = measure.setup + 2 * measure.hold;
-            self.goal = Goal::End(end, by.max(now + self.ticks(time, measure) + wait));
+            let begins = if self.fresh { now.max(self.told) } else { now };
+            self.goal = Goal::End(end, by.max(begins + self.ticks(time, measure) + wait));
         }
     }
 
     fn lazy(&self, now: u64) -> Limits {
-        let held = self.before.iter().filter(|past| now < past.until || past.falls);
+        let held = self.before.iter().filter(|past| past.planned.has(self.rise, now) || past.falls);
         held.fold(self.limits, |limits, past| limits.lazier(&past.limits))
     }
 
@@ -130,6 +171,7 @@ impl Track {
         let end = self.origin + steps;
         self.goal = Goal::End(end, now);
         (self.told, self.braked) = (self.told.max(now), None);
+        self.planned(now, measure);
         self.may_overshoot(now, measure);
         self.extend(now, measure);
     }
@@ -154,11 +196,8 @@ impl Track {
         let wait = begins.saturating_sub(now) + rest + measure.setup + 2 * measure.hold;
         let by = now + wait + self.ticks(way.time, measure);
         self.goal = Goal::Stop(by);
-        // From here on its speed does not rise any more.
-        let rises = self.lazy(now).obeyed(self.speed(measure)) + 2.0 * self.slowest();
-        let falls = now + wait + self.ticks(rises, measure);
-        let (told, _) = self.braked.unwrap_or((now, falls));
-        self.braked = Some((told, falls));
+        let planned = self.planned(now, measure);
+        self.braked = Some(Braked { told: now, planned, falls: false });
     }
 
     /// From outside it can't be told any more whether it goes on: it may brake for a silence,

@@ -1,6 +1,6 @@
 //! What the intervals between steps tell of speed and acceleration.
 
-use super::{Goal, Measure, Track};
+use super::{Braked, Goal, Measure, Track};
 use crate::fault::{Fault, Rule};
 
 impl Track {
@@ -13,7 +13,7 @@ impl Track {
         if self.retargeted && interval as f64 + measure.jitter >= rest * 0.99 {
             return Ok(());
         }
-        let limits = self.in_force(self.rise.unwrap_or(now));
+        let limits = self.by;
         let wide = interval as f64 + measure.jitter + measure.fit;
         let v = measure.hz / wide;
         if v > (limits.start + limits.down * wide / 2.0 / measure.hz) * 1.001 {
@@ -27,8 +27,14 @@ impl Track {
 
     /// A soft stop neither turns nor speeds up again. What was told before it may: a travel on
     /// its way back, which rests when the stop comes, has a step to make there.
-    pub(super) fn slows(&self, now: u64, forward: bool, measure: &Measure) -> Result<(), Fault> {
-        let (Goal::Stop(_), Some((told, falls)), Some(rise)) = (self.goal, self.braked, self.rise)
+    pub(super) fn slows(
+        &mut self,
+        now: u64,
+        forward: bool,
+        measure: &Measure,
+    ) -> Result<(), Fault> {
+        let (Goal::Stop(_), Some(Braked { told, planned, falls }), Some(rise)) =
+            (self.goal, self.braked, self.rise)
         else {
             return Ok(());
         };
@@ -38,11 +44,22 @@ impl Track {
                 format!("axis {axis} turns, which was told to stop at tick {told}")
             })?;
         }
-        let jitter = 2.0 * (measure.jitter + measure.fit);
-        let shorter = |last: u64| (now - rise) as f64 + jitter < last as f64;
-        if now > falls && self.interval.is_some_and(shorter) {
+        let Some(last) = self.interval.filter(|_| !planned.has(self.rise, now)) else {
+            return Ok(());
+        };
+        // Each of the three edges is rounded to a tick, or beside its time by the jitter.
+        // Its speed at the end of what was planned may be above the mean speed of the last
+        // interval of that: it goes on with it.
+        let mut least = last as f64;
+        if !falls {
+            let v = measure.hz / least;
+            least = measure.hz / self.by.end_speed(v);
+        }
+        self.braked = Some(Braked { told, planned, falls: true });
+        if ((now - rise) as f64) < least - 2.0 * measure.jitter {
+            let ticks = now - rise;
             measure.rules.broken(Rule::Stop, now, || {
-                format!("axis {axis} speeds up, which was told to stop at tick {told}")
+                format!("axis {axis} speeds up, which was told to stop at tick {told}: interval {ticks} after {last}")
             })?;
         }
         Ok(())
@@ -66,6 +83,8 @@ impl Track {
             self.end_falls(now);
         }
         let limits = self.in_force(now);
+        // Of two intervals each counts by its own limits: a change may lie between.
+        let earlier = std::mem::replace(&mut self.by, limits);
         let axis = self.axis + 1;
         // Each step may be beside its time, and the next ones make up for it: however many
         // there are, they are no more than that ahead of the top speed. A single interval may
@@ -88,11 +107,12 @@ impl Track {
         let mut most = limits.start + limits.up * wide / 2.0 / hz;
         if let Some(last) = before {
             let last = last as f64;
-            let both = (last + wide + jitter) / 2.0 / hz;
-            most = most.max(hz / (last - jitter).max(0.5) + limits.up * both);
+            let both = |of: f64, own: f64| (of * (last + jitter) + own * wide) / 2.0 / hz;
+            most = most.max(hz / (last - jitter).max(0.5) + both(earlier.up, limits.up));
             let fast = hz / (last + jitter);
-            let ends = (limits.start + limits.down * (last + jitter) / 2.0 / hz) * 1.001;
-            if hz / narrow < (fast - limits.down * both) * 0.999
+            let down = earlier.down.max(limits.down);
+            let ends = (limits.start + down * (last + jitter) / 2.0 / hz) * 1.001;
+            if hz / narrow < (fast - both(earlier.down, limits.down)) * 0.999
                 && fast > ends
                 && last < self.rests * hz
             {

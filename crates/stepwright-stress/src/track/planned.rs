@@ -1,0 +1,51 @@
+//! What a board may have planned when it learns of something, as the documentation has it: all
+//! that begins within the horizon, a run of it to its end, and the present step and the next.
+//!
+//! ```text
+//!   told              horizon       one run
+//!    ├───────────────────┼──────────────┤
+//!   ─┴┬─────┬──────┬──────────────┬─ ─ ─ ─       each begins within the horizon: planned
+//!  ───┴──────────────────────────────┬──────────────────────┬── the present step and the next
+//! ```
+
+use crate::limits::{HORIZON, RUN};
+
+/// The foreground of a board has a look this often, in s, at least.
+const VISIT: f64 = 0.001;
+
+/// What is planned, until it is played.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Planned {
+    /// An interval that begins before is planned.
+    begins: u64,
+    /// A run of them is planned up to there; a limit of jerk lets the acceleration go behind.
+    ends: u64,
+    /// This many steps are planned in any case.
+    steps: u8,
+}
+
+impl Planned {
+    /// At `now`; a wait for a first step is a present step.
+    pub(super) fn new(now: u64, waits: bool, hz: f64, bends: u64) -> Planned {
+        let after = |seconds: f64| now + ((seconds + VISIT) * hz) as u64;
+        let steps = if waits { 1 } else { 2 };
+        let ends = after(HORIZON + RUN).max(bends);
+        Planned { begins: after(HORIZON), ends, steps }
+    }
+
+    /// Whether an interval may have been planned.
+    pub(super) fn has(&self, from: Option<u64>, to: u64) -> bool {
+        self.steps > 0 || to <= self.ends || from.is_some_and(|from| from <= self.begins)
+    }
+
+    /// A step was made; it may be the first of a leg, behind which nothing was planned beyond
+    /// the horizon.
+    pub(super) fn step(&mut self, begins: bool) {
+        self.steps = if begins { 0 } else { self.steps.saturating_sub(1) };
+    }
+
+    /// Whether all of it is played, where the last step was then.
+    pub(super) fn is_played(&self, last: u64) -> bool {
+        self.steps == 0 && last > self.ends
+    }
+}

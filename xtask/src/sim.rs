@@ -45,7 +45,9 @@ pub struct Sim {
 impl Sim {
     /// Builds what is needed and becomes the simulator, which ends at Ctrl-C.
     pub fn run(self, ws: &Workspace) -> Result<()> {
+        eprintln!("1 of 3: what the chip runs, {} for the {}", self.what(), self.board.name());
         let (kind, firmware) = self.firmware(ws)?;
+        eprintln!("2 of 3: the simulator; the first time it takes some minutes to compile");
         setup::ensure(rig::SIM_NEEDS)?;
         let mut sim = Command::new(rig::program(ws, "sim")?);
         rig::with_firmware(ws, &mut sim);
@@ -60,14 +62,39 @@ impl Sim {
         if self.fast {
             sim.arg("--fast");
         }
+        if let Some(command) = self.elf.is_none().then(|| tried_with(&self.program)).flatten() {
+            sim.args(["--tried-with", command]);
+        }
         if let Some(link) = &self.pty_link {
             sim.arg("--pty-link").arg(link);
         }
+        eprintln!("3 of 3: the chip runs");
         become_it(sim)
     }
 }
 
+/// The subcommand that speaks with a program; `None` if none does.
+fn tried_with(program: &str) -> Option<&'static str> {
+    Some(match program {
+        CONTROLLER => "move 4000",
+        "timed" => "timed --speed 100 --steps 200",
+        "cycles" => "cycle examples/cycles/readme.toml",
+        "laws" => "move 400 --law austin",
+        "transitions" => "move 400 --law linear-factor",
+        "power-term" => "move 400 --law power",
+        _ => return None,
+    })
+}
+
 impl Sim {
+    /// What the chip runs, for people.
+    fn what(&self) -> String {
+        match &self.elf {
+            Some(elf) => elf.display().to_string(),
+            None => format!("the program {}", self.program),
+        }
+    }
+
     /// What the chip runs, behind the simulator's option for its kind. A program
     /// that is carried takes neither a cross compiler nor minutes, if its image is that of this code.
     fn firmware(&self, ws: &Workspace) -> Result<(&'static str, PathBuf)> {
@@ -79,6 +106,9 @@ impl Sim {
             eprintln!("the firmware is the carried one: {}", carried.display());
             return Ok(("--flash", carried));
         }
+        eprintln!(
+            "it is compiled with the core library; the first time that takes a minute or two"
+        );
         setup::ensure(firmware::NEEDS)?;
         let build = Build { board: self.board, timer: 1, bench: false };
         Ok(("--elf", build.make(ws, &program)?.elf))
@@ -95,4 +125,46 @@ fn become_it(mut program: Command) -> Result<()> {
 #[cfg(not(unix))]
 fn become_it(_: Command) -> Result<()> {
     bail!("the simulated chip needs pseudo-terminals, which this system has not")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    use super::tried_with;
+    use crate::firmware::Board;
+    use crate::program::{CONTROLLER, Program};
+    use crate::workspace::{Workspace, cargo_path, output};
+    use serde_json::Value;
+
+    /// A program with a serial line that the command speaks is carried by `stepwright flash`.
+    #[test]
+    fn only_programs_with_a_line_are_tried_by_a_command() {
+        let ws = Workspace::load().unwrap();
+        for program in Program::all(&ws).unwrap() {
+            let carried = [Board::Uno, Board::Nano, Board::Mega]
+                .into_iter()
+                .any(|board| program.is_carried(board));
+            assert_eq!(tried_with(&program.name).is_some(), carried, "{}", program.name);
+        }
+        assert_eq!((tried_with(CONTROLLER), tried_with("first-move")), (Some("move 4000"), None));
+    }
+
+    #[test]
+    fn the_simulated_board_takes_few_crates() {
+        let ws = Workspace::load().unwrap();
+        let manifest = ws.root.join("firmware/rig/Cargo.toml");
+        let mut cargo = Command::new(cargo_path());
+        cargo
+            .args(["metadata", "--no-deps", "--format-version=1", "--manifest-path"])
+            .arg(manifest);
+        let metadata: Value = serde_json::from_str(&output(&mut cargo).unwrap()).unwrap();
+        let all = metadata["packages"][0]["dependencies"].as_array().unwrap();
+        let needed = all.iter().filter(|one| one["kind"].is_null() && one["optional"] == false);
+        let mut names: Vec<_> = needed.filter_map(|one| one["name"].as_str()).collect();
+        names.sort_unstable();
+        let few =
+            "anyhow clap ctrlc rustix simavr-ffi stepwright stepwright-protocol stepwright-sim";
+        assert_eq!(names.join(" "), few);
+    }
 }

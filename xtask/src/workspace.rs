@@ -42,6 +42,12 @@ impl Workspace {
         cargo
     }
 
+    /// The command as it ships: built with the release profile unless it is there.
+    pub fn shipped(&self) -> Result<PathBuf> {
+        run(&mut self.cargo(["build", "--release", "--package", "stepwright-cli"]))?;
+        Ok(self.target.join("release").join(format!("stepwright{}", env::consts::EXE_SUFFIX)))
+    }
+
     /// A program that `cargo build` left in the dev profile's folder.
     pub fn built(&self, name: &str) -> PathBuf {
         self.target.join("debug").join(format!("{name}{}", env::consts::EXE_SUFFIX))

@@ -6,6 +6,7 @@
 //! | `bounds` | what rows must reach, and which do not yet |
 //! | `job` | a travel on a chip that is watched |
 //! | `rates` | the highest rates without a late step |
+//! | `steep` | the steepest ramps without a late step |
 //! | `behind` | cycles of steps that are due already |
 //! | `cycles` | cycles of steps, of planning, with interrupts off |
 //! | `accuracy` | how near edges come to the ideal |
@@ -20,6 +21,7 @@ mod bounds;
 mod cycles;
 mod job;
 mod rates;
+mod steep;
 mod table;
 
 use std::sync::Mutex;
@@ -80,7 +82,7 @@ const MEASURES: &[Measure] = &[
     (cycles::isolated, &["isolated", "isolated_ramp", "reload"]),
     (accuracy::alone, &["interval_rms", "accel_peak", "accel_peak_deadlines"]),
     (cycles::three_axes, &["planning_burst", "order_burst", "interrupts_off", "stack"]),
-    (cycles::three_s_curves, &["planning_burst_s_curves", "order_burst_s_curves"]),
+    (steep::rows, &["steepest"]),
     (accuracy::with_traffic, &["edge_error_median", "edge_error_99", "edge_error_worst"]),
     (behind::rows, &["back_to_back_constant", "back_to_back_ramp"]),
     (cycles::motor_cycle, &["cycle_step"]),

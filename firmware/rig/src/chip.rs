@@ -9,6 +9,7 @@ use crate::elf::Image;
 use crate::line::Line;
 use crate::probes::{IsrSpan, Taps};
 use crate::silicon::{Cause, Silicon};
+use crate::stack::{RESERVE, Stack};
 
 /// Cycles that a test waits for an answer, unless it says otherwise: 50 ms.
 const PATIENCE: u64 = HZ / 20;
@@ -29,6 +30,9 @@ pub struct Chip {
     /// instruction after which they came back.
     off_longest: (u64, u32),
     watch: Option<Watch>,
+    stack: Option<Stack>,
+    /// The numbers of the step timers.
+    timers: Vec<u8>,
     resets: u32,
 }
 
@@ -48,7 +52,8 @@ impl Chip {
     /// Switches a board on, with `image` in its flash and an empty EEPROM.
     pub fn new(board: Board, image: &Image) -> Chip {
         let silicon = Box::new(Silicon::new(board, image));
-        let probes = Taps::new(board, &board.channels_of(image), &silicon);
+        let channels = board.channels_of(image);
+        let probes = Taps::new(board, &channels, &silicon);
         Chip {
             silicon,
             probes,
@@ -58,6 +63,8 @@ impl Chip {
             off_since: Some(0),
             off_longest: (0, 0),
             watch: None,
+            stack: None,
+            timers: channels.iter().map(|channel| channel.number).collect(),
             resets: 0,
         }
     }
@@ -98,6 +105,9 @@ impl Chip {
         }
         if let Some(watch) = &mut self.watch {
             watch.look(&self.silicon, now, self.probes.heard.inside);
+        }
+        if let Some(stack) = &mut self.stack {
+            stack.look(&self.silicon, self.probes.heard.running);
         }
         if self.line.is_polling() {
             self.hear_answers(now);
@@ -401,6 +411,20 @@ impl Chip {
         (self.ram, self.silicon.stack(self.ram))
     }
 
+    /// Looks at the stack pointer after each instruction from now on.
+    pub fn watch_stack(&mut self) {
+        self.stack = Some(Stack::new(self.timers.iter().copied()));
+    }
+
+    /// Bytes that were free between the statics and the stack at its deepest: as far as was
+    /// written, and where the pointer is watched, with the deepest interrupt on top of the
+    /// deepest place that lets a step interrupt in.
+    pub fn spare(&self) -> i64 {
+        let (room, end) = self.silicon.room();
+        let met = self.stack.as_ref().map_or(0, |stack| stack.met(end));
+        i64::from(room) - i64::from(self.ram) - i64::from(self.silicon.stack(self.ram).max(met))
+    }
+
     /// Bytes that were lost on the way to the firmware.
     pub fn lost(&self) -> u64 {
         self.line.lost
@@ -447,6 +471,17 @@ impl Chip {
     /// Cycles of each call of the watched function, without interrupts.
     pub fn take_calls(&mut self) -> Vec<u64> {
         self.watch.as_mut().map(|watch| std::mem::take(&mut watch.calls)).unwrap_or_default()
+    }
+}
+
+impl Drop for Chip {
+    /// Whatever a test is about, the stack must not have come near the statics.
+    fn drop(&mut self) {
+        let spare = self.spare();
+        assert!(
+            self.ram == 0 || spare >= RESERVE.into() || std::thread::panicking(),
+            "the stack has come within {spare} bytes of the statics, of which {RESERVE} are a reserve"
+        );
     }
 }
 

@@ -17,7 +17,7 @@
 //! | simavr | chip | here |
 //! | --- | --- | --- |
 //! | a byte takes 11 bits | 10 | mended |
-//! | received bytes wait in 64 places | 2 and the one that arrives | mended: one more is lost, and the flag says so |
+//! | received bytes wait in 64 places | 2 and a third until the next one begins | mended: that one is lost, and the flag says so |
 //! | an interrupt enabled after its compare match never comes | it comes | mended |
 //! | a compare match close behind the counter's overflow is missed | it comes | mended for the timers that the firmware steps by |
 //! | an EEPROM byte is written at once | 3.4 ms | mended: busy for that time, and a power loss in between spoils it |
@@ -26,7 +26,9 @@
 //! | a timer in fast PWM, mode 15, comes round without a flag | it has one | left so: that firmware runs on avr8js ([`avr8js`]) |
 //! | entering an interrupt takes 0 cycles | 4 | firmware built for the bench spends them itself; otherwise edges are up to 4 cycles early |
 
+#[cfg(feature = "judges")]
 pub mod avr8js;
+#[cfg(feature = "judges")]
 pub mod bench;
 pub mod board;
 pub mod chip;
@@ -40,6 +42,8 @@ pub mod pair;
 mod probes;
 pub mod pty;
 mod silicon;
+pub mod stack;
+#[cfg(feature = "judges")]
 pub mod stress;
 
 pub use board::Board;

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use crate::silicon::Silicon;
 
-/// A chip's receiver holds two bytes and the one that is arriving.
+/// A chip's receiver holds two bytes, and a third in the register that the line is shifted into:
+/// until the next one begins there.
 const RECEIVER: usize = 3;
 
 /// Bytes on their way to the chip.
@@ -92,18 +93,18 @@ impl Line {
             && done <= now
         {
             self.flying = None;
-            if self.arrived.len() + usize::from(!silicon.receiver_is_empty()) >= RECEIVER {
-                self.lost += 1;
-                silicon.overrun();
-            } else {
-                self.arrived.push_back(byte);
-            }
+            self.arrived.push_back(byte);
         }
         if self.flying.is_none()
             && let Some(&(from, byte)) = self.waiting.front()
             && from.max(self.free) <= now
         {
             self.waiting.pop_front();
+            if self.arrived.len() + usize::from(!silicon.receiver_is_empty()) >= RECEIVER {
+                self.arrived.pop_back();
+                self.lost += 1;
+                silicon.overrun();
+            }
             // From when it could begin, so that bytes lie exactly side by side.
             let begin = from.max(self.free);
             self.free = begin + silicon.byte_time();

@@ -88,6 +88,12 @@ impl Silicon {
         (free.len() - deepest) as u32
     }
 
+    /// Bytes of RAM, and the address of the last.
+    pub(crate) fn room(&self) -> (u32, u16) {
+        // SAFETY: `avr` is alive.
+        (self.ram().len() as u32, unsafe { (*self.avr).ramend })
+    }
+
     fn ram(&self) -> &[u8] {
         // SAFETY: as in `paint`; nothing writes while `self` is borrowed.
         unsafe {

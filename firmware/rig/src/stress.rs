@@ -14,24 +14,24 @@ use crate::{Board, Cause, Chip, Image};
 const BYTE: u64 = 1389;
 
 /// What is known of a board from outside.
-pub fn nature() -> Nature {
+pub fn nature(board: Board) -> Nature {
     // Every board of ours has the same costs, and the virtual Uno too.
     let cost = Description::uno().board.cost;
     Nature {
         longer: cost.longer,
-        can: Can { jerk: true, safety: true },
+        can: Can { jerk: board == Board::Mega, safety: true },
         // An interrupt of the line in front of a step; beside other axes also their rare
         // events, which are compiled.
         jitter: (200.0, 2500.0),
-        late: true,
         slack: 8,
+        plans: true,
         ..Nature::simulated(HZ as u32, false, AXES as u8, cost.ticks, BYTE as u32)
     }
 }
 
 /// The story of a seed: a short one.
-pub fn story(seed: u64) -> Story {
-    story_on(seed, nature(), Taste::CHIP)
+pub fn story(board: Board, seed: u64) -> Story {
+    story_on(seed, nature(board), Taste::CHIP)
 }
 
 /// Plays a story on a chip with this firmware, whatever board it was told of: a text says less of
@@ -42,7 +42,7 @@ pub fn story(seed: u64) -> Story {
 pub fn play(board: Board, image: &Image, story: &Story, rules: Rules) -> Result<Sum, Fault> {
     let mut bench = OnChip { chip: Chip::new(board, image), said: VecDeque::new(), low: 0 };
     bench.wake();
-    let story = Story { board: nature(), ..story.clone() };
+    let story = Story { board: nature(board), ..story.clone() };
     let mut player = Player::new(&story, rules);
     while let Some(reset) = player.play(&mut bench)? {
         match reset {

@@ -10,7 +10,7 @@ use stepwright_rig::{Board, Chip};
 use stepwright_sim::timed::{TimedBoard, published};
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::line::{Line, Report, Wire};
-use stepwright_timed::{Control, Model, SetSpeed, Status};
+use stepwright_timed::{Code, Control, Model, SetSpeed, Status};
 
 mod common;
 use common::board;
@@ -128,6 +128,11 @@ fn the_board_says_what_it_is_and_refuses_what_it_is_not() {
     for line in ["V2", "V9", "", "PO", "M1,128", "?1"] {
         assert_eq!(chip.ask(line).as_deref(), Some("E"), "{line}");
     }
+    // Nobody would see an order without pins.
+    let fixed = SetSpeed::fixed(Control::DRV_EN, 16_000);
+    assert_eq!(ask(&mut chip, Line::Move(1, fixed, 0)), Code::NOT_WIRED.get().to_string());
+    assert!(!look(&mut chip, 1).moving);
+    assert_eq!(ask(&mut chip, Line::Move(1, SetSpeed::STOP, 0)), "0");
     // A top out of range is refused with its code, and a wiring while the motor moves.
     ask(&mut chip, Line::Wire(1, shield()));
     for (top, code) in [(639, "-1"), (0x0400_0000, "-2")] {

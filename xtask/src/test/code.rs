@@ -20,10 +20,16 @@ pub fn clippy(ws: &Workspace) -> Result<()> {
 }
 
 /// Unit, property and documentation tests. The dev profile on purpose: it is
-/// optimised here, and keeps overflow checks and debug assertions on.
+/// optimised here, and keeps overflow checks and debug assertions on. What drives the command from
+/// outside drives the one that ships.
 pub fn unit(ws: &Workspace) -> Result<()> {
+    let shipped = ws.shipped()?;
     let built = programs::build(&mut ws.cargo(["test", "--workspace"]))?;
-    let commands = built.iter().map(|program| (program.name.clone(), program.command()));
+    let commands = built.iter().map(|program| {
+        let mut command = program.command();
+        command.env("STEPWRIGHT_COMMAND", &shipped);
+        (program.name.clone(), command)
+    });
     let ran = programs::run(commands.collect());
     let doc = run(&mut ws.cargo(["test", "--workspace", "--doc", "--no-fail-fast"]));
     ran.and(doc)

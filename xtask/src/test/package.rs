@@ -39,14 +39,13 @@ fn clean(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// As the guide has it, but for the optimisation: what is built already is taken.
+/// As the guide has it; what the step `unit` has built is taken.
 fn install(ws: &Workspace) -> Result<()> {
     let root = ws.target.join("xtask/install");
     if root.exists() {
         fs::remove_dir_all(&root)?;
     }
-    let mut install =
-        ws.cargo(["install", "--path", "crates/stepwright-cli", "--debug", "--locked"]);
+    let mut install = ws.cargo(["install", "--path", "crates/stepwright-cli", "--locked"]);
     workspace::run(install.arg("--root").arg(&root).arg("--target-dir").arg(&ws.target))?;
     let mut order = Command::new(root.join("bin/stepwright"));
     order.args(["move", "1000", "--fast"]).env("STEPWRIGHT_MACHINE", "none");

@@ -12,9 +12,9 @@ use super::table::Row;
 use crate::board::HZ;
 
 /// 4,000 steps, 10,000 steps/s², 4,000 steps/s.
-const M1: Axis = Axis { start: 0, top: 4_000, accel: 10_000, jerk: 0, steps: 4_000 };
+const M1: Axis = Axis { start: 0, top: 4_000, accel: 10_000, steps: 4_000 };
 /// 20,000 steps, 40,000 steps/s², 20,000 steps/s.
-const M2: Axis = Axis { start: 0, top: 20_000, accel: 40_000, jerk: 0, steps: 20_000 };
+const M2: Axis = Axis { start: 0, top: 20_000, accel: 40_000, steps: 20_000 };
 
 /// One axis, without a word on the line.
 pub(super) fn alone(subject: &Subject) -> Result<Vec<Row>> {

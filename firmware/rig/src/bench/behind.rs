@@ -29,8 +29,7 @@ const ENOUGH: usize = 50;
 
 pub(super) fn rows(subject: &Subject) -> Result<Vec<Row>> {
     let constant = least(subject, |top| Axis::constant(top, top))?;
-    let ramp =
-        least(subject, |top| Axis { start: top / 4 * 3, top, accel: ACCEL, jerk: 0, steps: top })?;
+    let ramp = least(subject, |top| Axis { start: top / 4 * 3, top, accel: ACCEL, steps: top })?;
     let row = |name: &str, cycles: u64| Row::queued(name, 1, cycles as f64, "cycles");
     Ok(vec![row("back_to_back_constant", constant), row("back_to_back_ramp", ramp)])
 }

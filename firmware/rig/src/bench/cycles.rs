@@ -1,7 +1,5 @@
 //! Cycles: of a step, of a reload, of planning, with interrupts off; sizes.
 
-use std::time::Duration;
-
 use anyhow::{Context, Error, Result, ensure};
 
 use super::job::{Axis, Job, Traffic, median};
@@ -95,22 +93,6 @@ pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
         Row::queued("order_burst", 3, order as f64, "cycles"),
         Row::queued("interrupts_off", 3, off as f64, "cycles"),
         Row::queued("stack", 3, stack.into(), "bytes"),
-    ])
-}
-
-/// The same with S-curves.
-pub(super) fn three_s_curves(subject: &Subject) -> Result<Vec<Row>> {
-    let job = Job::new(&axes().map(Axis::bent), Traffic::NOW);
-    let order = order_burst(subject, &job)?;
-    let mut chip = job.told(subject)?;
-    ensure!(chip.ask("E").as_deref() == Some("Y"), "the order is refused");
-    chip.watch_calls(function(subject, "4plan")?);
-    chip.ask("A0");
-    ensure!(chip.run_to_rest(Duration::from_secs(60)), "it never comes to rest");
-    let longest = chip.take_calls().into_iter().max().context("nothing was planned")?;
-    Ok(vec![
-        Row::queued("planning_burst_s_curves", 3, longest as f64, "cycles"),
-        Row::queued("order_burst_s_curves", 3, order as f64, "cycles"),
     ])
 }
 

@@ -18,28 +18,21 @@ pub(super) struct Axis {
     pub start: u32,
     pub top: u32,
     pub accel: u32,
-    /// 0 for none.
-    pub jerk: u32,
     pub steps: u32,
 }
 
 impl Axis {
     /// From rest to rest.
     pub(super) fn ramps(top: u32, accel: u32, steps: u32) -> Axis {
-        Axis { start: 0, top, accel, jerk: 0, steps }
-    }
-
-    /// The same with bends of 50 ms.
-    pub(super) fn bent(self) -> Axis {
-        Axis { jerk: 20 * self.accel, ..self }
+        Axis { start: 0, top, accel, steps }
     }
 
     /// All at one speed.
     pub(super) fn constant(speed: u32, steps: u32) -> Axis {
-        Axis { start: speed, top: speed, accel: 40_000, jerk: 0, steps }
+        Axis { start: speed, top: speed, accel: 40_000, steps }
     }
 
-    /// When its pulses should come, without a limit of jerk.
+    /// When its pulses should come.
     pub(super) fn ideal(&self) -> Result<Path> {
         let accel = Ramp::Accel(Accel::from_steps(self.accel)?);
         let order = Order {
@@ -69,24 +62,23 @@ pub(super) struct Job {
 pub(super) enum Traffic {
     /// Nothing.
     Silent,
-    /// It asks for position and state without a pause, from this many cycles after the
-    /// first step on: the *phase* of the traffic against the motion.
-    From(u64),
+    /// It asks these questions without a pause, from this many cycles after the first step
+    /// on: the *phase* of the traffic against the motion.
+    Asks(&'static [&'static str], u64),
 }
 
 impl Traffic {
-    /// From the first step on.
-    pub(super) const NOW: Traffic = Traffic::From(0);
+    /// Position and state, from the first step on.
+    pub(super) const NOW: Traffic = Traffic::Asks(&["V1", "F"], 0);
 
-    /// The phases in which a rate must be kept: a fifth of the two questions and their
-    /// answers apart, 13 bytes of 1,360 cycles, and by no whole byte.
-    pub(super) const PHASES: [Traffic; 5] = [
-        Traffic::NOW,
-        Traffic::From(3_571),
-        Traffic::From(2 * 3_571),
-        Traffic::From(3 * 3_571),
-        Traffic::From(4 * 3_571),
-    ];
+    /// The same in another phase. A fifth of the two questions and their answers apart, 13
+    /// bytes of 1,360 cycles, and by no whole byte.
+    pub(super) fn in_phase(self, phase: usize) -> Traffic {
+        match self {
+            Traffic::Silent => Traffic::Silent,
+            Traffic::Asks(questions, from) => Traffic::Asks(questions, from + 3_571 * phase as u64),
+        }
+    }
 }
 
 /// What came of it.
@@ -103,9 +95,6 @@ pub(super) const CLOCK: Rate = match Rate::from_hz(HZ as u32) {
     Ok(clock) => clock,
     Err(_) => panic!("no such clock"),
 };
-
-/// What the host asks without a pause.
-const QUESTIONS: [&str; 2] = ["V1", "F"];
 
 /// Boot, with all its delays.
 const BOOT: u64 = HZ / 10;
@@ -143,10 +132,10 @@ impl Job {
             return Ok(Err(format!("nothing moves: E was answered {answer:?}")));
         }
         let mut progress = Progress::new(self, chip.now())?;
-        if let Traffic::From(phase) = self.traffic {
+        if let Traffic::Asks(questions, phase) = self.traffic {
             let first = chip.edges().first().map_or(chip.now(), |edge| edge.time);
             chip.run_until(first + phase);
-            chip.poll(&QUESTIONS);
+            chip.poll(questions);
         }
         while !progress.is_complete() {
             chip.run_for(HZ / 200);
@@ -172,8 +161,8 @@ impl Job {
         chip.keep_visits();
         chip.send(b"E\r");
         chip.run_for(HZ / 200);
-        if self.traffic != Traffic::Silent {
-            chip.poll(&QUESTIONS);
+        if let Traffic::Asks(questions, _) = self.traffic {
+            chip.poll(questions);
         }
         chip.run_for(HZ / 10);
         Ok((steps_of(chip.edges(), 0), chip.take_visits()))
@@ -191,15 +180,12 @@ impl Job {
         };
         say("PO")?;
         for (n, axis) in self.axes.iter().enumerate() {
-            let Axis { start, top, accel, jerk, steps } = axis;
+            let Axis { start, top, accel, steps } = axis;
             say(&format!("A{}", n + 1))?;
             for line in [format!("s{start}"), format!("t{top}"), format!("a{accel}")] {
                 say(&line)?;
             }
             say(&format!("d{accel}"))?;
-            if *jerk != 0 {
-                say(&format!("j{jerk}"))?;
-            }
             say(&format!("G+{steps}"))?;
         }
         if self.visits {

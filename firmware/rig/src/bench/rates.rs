@@ -71,8 +71,8 @@ fn constants(axes: u8, rate: u32) -> Vec<Axis> {
 }
 
 /// Why a travel is not kept in one phase; `None` if it is.
-fn fault(subject: &Subject, axes: &[Axis], phase: Traffic) -> Result<Option<String>> {
-    let outcome = match Job::new(axes, phase).on_time().run(subject, |_| {})? {
+pub(super) fn fault(subject: &Subject, axes: &[Axis], traffic: Traffic) -> Result<Option<String>> {
+    let outcome = match Job::new(axes, traffic).on_time().run(subject, |_| {})? {
         Ok(outcome) => outcome,
         Err(fault) => return Ok(Some(fault)),
     };
@@ -103,7 +103,7 @@ fn highest(subject: &Subject, name: &str, axes: u8) -> Result<u32> {
         };
         for place in 0..phases.len() {
             let phase = phases[place];
-            if let Some(fault) = fault(subject, &axes, Traffic::PHASES[phase])? {
+            if let Some(fault) = fault(subject, &axes, Traffic::NOW.in_phase(phase))? {
                 let (count, rate) = (axes.len(), rate(k));
                 eprintln!(
                     "{} {name} of {count}: {rate} fails in phase {phase}: {fault}",

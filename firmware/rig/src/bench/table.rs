@@ -61,7 +61,7 @@ impl Row {
 
     /// Whether more is better; of all others less is.
     fn is_a_rate(&self) -> bool {
-        self.unit == "steps/s"
+        self.unit.starts_with("steps/s")
     }
 
     fn is_worse_than(&self, stored: &Row) -> bool {

@@ -59,6 +59,9 @@ struct Args {
     /// Write down every change of the board's pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE")]
     vcd: Option<PathBuf>,
+    /// The subcommand of `stepwright` that speaks with its program, to be said
+    #[arg(long, value_name = "ORDER")]
+    tried_with: Option<String>,
     /// Let its time pass as fast as this machine can, instead of in real time
     #[arg(long)]
     fast: bool,
@@ -105,12 +108,14 @@ fn main() -> Result<()> {
     let mut pty = Pty::open().context("no pseudo-terminal")?;
     let _link = args.pty_link.map(|path| Link::new(path, &pty)).transpose()?;
     println!("pty {}", pty.path().display());
-    eprintln!(
-        "{} as {}; try it from another terminal: stepwright move 4000 --port {}; Ctrl-C ends it",
-        args.board.chip(),
-        args.board,
-        pty.path().display()
-    );
+    let hint = match &args.tried_with {
+        Some(order) => {
+            let pty = pty.path().display();
+            format!("try it from another terminal: stepwright {order} --port {pty}")
+        }
+        None => "`where` and Enter say where its axes are".to_owned(),
+    };
+    eprintln!("{} as {}; {hint}; Ctrl-C ends it", args.board.chip(), args.board);
 
     let mut chip = Chip::new(args.board, &image);
     let mut dump = args.vcd.as_deref().map(|path| dump(&mut chip, path)).transpose()?;
@@ -129,12 +134,13 @@ fn main() -> Result<()> {
         if !args.fast {
             let time = Duration::from_micros(chip.now() * 1_000_000 / HZ);
             let wall = begun.elapsed();
-            if wall > time + LAG {
+            let (late, early) = (wall.saturating_sub(time), time.saturating_sub(wall));
+            if late > LAG {
                 // This machine is too slow, or was asleep: time slips.
-                behind += wall - time;
-                begun += wall - time;
-            } else if wall < time {
-                thread::sleep((time - wall).max(SLICE));
+                behind += late;
+                begun += late;
+            } else if !early.is_zero() {
+                thread::sleep(early.max(SLICE));
             }
         }
         let bytes = pty.read()?;

@@ -21,6 +21,6 @@ fn main() -> Result<ExitCode> {
     let Args { board, run } = Args::parse();
     let image = firmware::load(board.name())?;
     let play = |story: &_, rules| stress::play(board, &image, story, rules);
-    let clean = run.run(stress::story, play).map_err(|error| anyhow!(error))?;
+    let clean = run.run(|seed| stress::story(board, seed), play).map_err(|error| anyhow!(error))?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

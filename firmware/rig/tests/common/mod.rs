@@ -2,6 +2,8 @@
 //! should do.
 #![allow(dead_code)] // each test uses its part
 
+pub mod cycles;
+
 use std::time::Duration;
 
 use stepwright::profile::{Path, Ramp};

@@ -1,0 +1,207 @@
+//! The stack of every program, at its deepest, keeps its distance from the statics.
+//!
+//! Each program has its worst case here. Besides, every chip of every test is looked at as it is
+//! switched off (`Chip`). The stack of `fast-pwm` is that without its interrupt, which simavr does
+//! not know.
+
+mod common;
+
+use std::fs;
+
+use common::{MINUTE, board, cycles, program};
+use stepwright::{Accel, Rate, Speed};
+use stepwright_austin::line::Line as LawLine;
+use stepwright_austin::{Austin, LinearFactor, Piecewise, PowerTerm, Recipe};
+use stepwright_cycle::line::{CycleLine, LineAct, LineProgram};
+use stepwright_cycle::{AtHardEnd, Calibration, Clock, DelayRamp, End, Homing, Leg, Motor};
+use stepwright_cycle::{AtTiming, Strategies};
+use stepwright_rig::stack::RESERVE;
+use stepwright_rig::{Board, Chip, Pair, firmware};
+
+const MILLIS: u64 = 16_000;
+
+/// A program, just switched on.
+fn switched_on(name: &str) -> Chip {
+    let image = firmware::load(name).unwrap_or_else(|error| panic!("{error:#}"));
+    let mut chip = Chip::new(board(), &image);
+    chip.watch_stack();
+    chip
+}
+
+/// Says lines whatever is answered, with 20 ms between them.
+fn talk(chip: &mut Chip, lines: &[&str]) {
+    for line in lines {
+        _ = chip.ask(line);
+        chip.run_for(20 * MILLIS);
+    }
+}
+
+/// All that the controller can: three axes, ramps and S-curves, changes, every question.
+fn controller() -> Chip {
+    let mut chip = common::chip();
+    chip.watch_stack();
+    talk(&mut chip, &["$", "?", "@", "N", "V1", "I1", "$enable-ms=3", "$dwell-ms=2", "$?"]);
+    for jerk in ["J0", "J400000"] {
+        for axis in ["A1", "A2", "A3"] {
+            talk(&mut chip, &[axis, jerk, "s300", "t9000", "a20000", "d30000", "g-3000"]);
+        }
+        talk(&mut chip, &["A0", "E", "?", "$", "V1", "@ t4000 a9000 d9000", "F", "Z", "?"]);
+        assert!(chip.run_to_rest(MINUTE));
+    }
+    chip
+}
+
+/// Series on every motor with all the legs that there are, between bounds, with questions on the
+/// way, pauses and ramps; on a Mega braking, homing and both ticks too.
+fn motor_cycles() -> Chip {
+    let mut chip = program("cycles");
+    chip.watch_stack();
+    let about = chip.ask("?").unwrap();
+    let legs = about.split(' ').find_map(|word| word.strip_prefix("legs=")).unwrap();
+    let each = legs.parse::<usize>().unwrap() / 3;
+    let motor = Motor::new(7_500, 1_000).between(-1 << 40, 1 << 40);
+    for n in 0..3 {
+        cycles::wire(
+            &mut chip,
+            n,
+            if board() == Board::Mega { motor.braking(9_000) } else { motor },
+        );
+    }
+    let turns = |n| Leg::Steps { count: if n % 2 == 0 { 3 } else { -2 }, delay: 3_000 };
+    let legs: Vec<_> = (0..each as i32).map(turns).collect();
+    cycles::say(&mut chip, CycleLine::New);
+    cycles::prepare(&mut chip, &[&legs, &legs, &legs]);
+    cycles::say(&mut chip, CycleLine::Act(LineAct::Pause, 1_600_000));
+    cycles::say(&mut chip, CycleLine::Act(LineAct::Resume, 1_700_000));
+    cycles::say(&mut chip, CycleLine::Start(1));
+    for act in [LineAct::Pause, LineAct::Resume] {
+        for _ in 0..10 {
+            cycles::look(&mut chip);
+        }
+        cycles::say(&mut chip, CycleLine::Now(act));
+    }
+    cycles::rest(&mut chip, 5_000);
+    let ramp = DelayRamp { from: 3_000, to: 1_000, by: 10 };
+    let ramp = LineProgram::Ramp { steps: Some(300), forward: false, ramp };
+    let mut clocks = vec![(Clock::Deadlines, AtHardEnd::Cancel)];
+    if board() == Board::Mega {
+        clocks.push((Clock::Deadlines, AtHardEnd::BrakeAll));
+        clocks.push((Clock::Tick { period: 1_000 }, AtHardEnd::BrakeMotor));
+        clocks.push((Clock::Grid { period: 100 }, AtHardEnd::Cancel));
+    }
+    for (number, (clock, hard_end)) in (2..).zip(clocks) {
+        let strategies = Strategies { hard_end, timing: AtTiming::Ignore, ..Strategies::CANCEL };
+        cycles::say(&mut chip, CycleLine::New);
+        cycles::say(&mut chip, CycleLine::Clock(clock, strategies));
+        for motor in 0..3 {
+            let what = Motor::new(7_500, 3_000).between(-1 << 40, 1 << 40).braking(9_000);
+            cycles::say(&mut chip, CycleLine::Motor(motor, what));
+            cycles::say(&mut chip, CycleLine::Prepare(motor, Calibration::None, ramp));
+        }
+        cycles::say(&mut chip, CycleLine::Start(number));
+        cycles::rest(&mut chip, 5_000);
+    }
+    if board() == Board::Mega {
+        cycles::say(&mut chip, CycleLine::Clock(Clock::Deadlines, Strategies::CANCEL));
+        cycles::say(&mut chip, CycleLine::Home(200, Homing::new(0, End::Min, 50, 10)));
+        cycles::rest(&mut chip, 5_000);
+    }
+    chip
+}
+
+/// Every law that the program has, there, changed and stopped.
+fn laws(name: &str) -> Chip {
+    let mut chip = program(name);
+    chip.watch_stack();
+    let (rate, speed) = (Rate::MHZ, Speed::from_steps(100).unwrap());
+    let accel = |steps| Accel::from_steps(steps).unwrap();
+    let pulses = 500;
+    let all = [
+        Recipe::Austin(Austin::new(rate, speed, accel(9_000)).constants(pulses).unwrap()),
+        Recipe::AustinFixed(50_000, 2_500),
+        Recipe::LinearFactor(
+            LinearFactor::new(rate, speed, accel(2_000)).constants(pulses).unwrap(),
+        ),
+        Recipe::Power(PowerTerm::new(rate, speed, accel(500), 4).constants(pulses).unwrap()),
+        Recipe::Piecewise(Piecewise::new(rate, speed, accel(2_000)).constants(pulses).unwrap()),
+    ];
+    let mut played = 0;
+    for recipe in all {
+        if chip.ask(&LawLine::Law(recipe).to_string()).as_deref() == Some("Y") {
+            talk(&mut chip, &["?", "C20,5000000", "G500", "V", "V", "C0,9000000", "V", "Z", "V"]);
+            chip.run_for(3_000 * MILLIS);
+            played += 1;
+        }
+    }
+    assert!(played > 0, "{name} has no law");
+    chip
+}
+
+/// Both published ways to check, in steps that change, and questions.
+fn timed() -> Chip {
+    let mut chip = program("timed");
+    chip.watch_stack();
+    let wire =
+        if board() == Board::Uno { "48,0,0,1,0,0,16,48,32" } else { "192,0,0,1,0,0,64,192,128" };
+    for control in [240, 112] {
+        let order = format!("M1,{control},16000,3000,64,20,19,0");
+        talk(&mut chip, &["?", &format!("W1,66,{wire}"), "L1,1", "U1,5", &order, "V1", "V1"]);
+        chip.run_for(1_000 * MILLIS);
+        talk(&mut chip, &["V1", "M1,0,0,0,0,0,0,0", "V1", "x"]);
+    }
+    chip
+}
+
+/// A master, with its slave at the end of the cable.
+fn master() -> Chip {
+    let mut pair = Pair::new(switched_on(&format!("{}-master", board())), common::chip());
+    pair.run_for(6_000 * MILLIS);
+    pair.master
+}
+
+/// The worst case of a firmware; `None` if it is another build of one that is here.
+fn worst(name: &str) -> Option<Chip> {
+    let program = name.strip_prefix(board().name())?;
+    let program = program.strip_prefix('-').unwrap_or(program);
+    let chip = match program {
+        _ if program.contains("bench") || program.starts_with("timer") => return None,
+        // It is called function by function.
+        "arithmetic" => return None,
+        "" => controller(),
+        "cycles" => motor_cycles(),
+        "laws" | "transitions" | "power-term" => laws(program),
+        "timed" => timed(),
+        "master" => master(),
+        // They wait for nobody.
+        _ => {
+            let mut chip = switched_on(name);
+            chip.run_for(3_000 * MILLIS);
+            chip
+        }
+    };
+    Some(chip)
+}
+
+#[test]
+fn no_stack_comes_near_the_statics() {
+    let folder = firmware::path("x").parent().unwrap().to_owned();
+    let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+    let mut names: Vec<String> = files
+        .filter(|file| file.extension().is_some_and(|end| end == "elf"))
+        .map(|file| file.file_stem().unwrap().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    let mut near = Vec::new();
+    for name in &names {
+        let Some(chip) = worst(name) else { continue };
+        let ((statics, _), spare) = (chip.ram(), chip.spare());
+        println!("{name}: {statics} bytes of statics, {spare} to spare");
+        if spare < RESERVE.into() {
+            near.push(name);
+            // It would say so once more.
+            std::mem::forget(chip);
+        }
+    }
+    assert!(near.is_empty(), "less than {RESERVE} bytes to spare: {near:?}");
+    assert!(names.iter().any(|name| *name == format!("{}-cycles", board())), "{names:?}");
+}

@@ -21,7 +21,7 @@ use crate::{interrupt, say};
 /// | --- | --- |
 /// | 0 | done |
 /// | 1 | refused by the board, the file or the calculation, or it failed |
-/// | 2 | the command line makes no sense whatever the board: nothing was touched |
+/// | 2 | invalid command line, whatever the board: nothing was touched |
 /// | 130 | Ctrl-C or another signal ended it before it was done |
 #[derive(Debug)]
 pub struct Failure {
@@ -48,7 +48,7 @@ impl Failure {
         Failure { message: message.into(), hint: None, status: 1, place: None }
     }
 
-    /// The command line makes no sense: status 2.
+    /// Invalid command line: status 2.
     pub fn usage(message: impl Into<String>) -> Failure {
         Failure { status: 2, ..Failure::new(message) }
     }
@@ -135,7 +135,7 @@ pub fn is_json() -> bool {
     JSON.load(Ordering::Relaxed)
 }
 
-/// A command line that makes no sense, as clap says it: what is wrong, then what would be
+/// An invalid command line, as clap says it: what is wrong, then what would be
 /// right.
 impl From<clap::Error> for Failure {
     fn from(error: clap::Error) -> Failure {

@@ -4,12 +4,13 @@
 //! | --- | --- |
 //! | INT (Ctrl-C), once | an orderly end: the motor brakes along its ramp |
 //! | INT, twice | a hard end: the motor is killed |
-//! | HUP (a terminal is closed), TERM, QUIT, USR1, ALRM and all others that end a process | an orderly end, however often they come |
+//! | HUP (a terminal is closed), TERM, QUIT, ABRT, USR1, ALRM and all others that end a process | an orderly end, however often they come |
 //! | TSTP (Ctrl-Z) | while a motor is held: an orderly end, too; a process that is stopped could not brake it |
-//! | STOP, TTOU | the process stops; the board goes on with its order, and so does the command when it is continued |
+//! | TTIN, TTOU | nothing: a terminal suspends no command that is in its background |
+//! | STOP | the process stops; the board goes on with its order, and so does the command when it is continued |
 //!
 //! Under `nohup` a closed terminal ends nothing. Signals of a fault in the process itself
-//! (SEGV, ABRT …) are left alone.
+//! that it could not go on after (SEGV, BUS, ILL, FPE) are left alone.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -35,6 +36,13 @@ pub enum While {
     Waiting,
 }
 
+/// Has no terminal suspend this process, be it in the background: the motor it holds would run
+/// on alone, and a stop would not be said. To be called before there are threads.
+pub fn stay_awake() {
+    #[cfg(unix)]
+    signals::stay_awake();
+}
+
 /// Begins to listen. From now on no signal ends the process before it has come to an
 /// orderly end.
 pub fn listen(meanwhile: While) -> Result<(), Failure> {
@@ -44,7 +52,7 @@ pub fn listen(meanwhile: While) -> Result<(), Failure> {
 
 /// Whether an orderly end was asked for.
 pub fn asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+    ASKED.load(Ordering::Acquire)
 }
 
 /// How often Ctrl-C was pressed.
@@ -63,8 +71,10 @@ pub fn braking() -> &'static str {
 
 /// A signal has come; whether it is Ctrl-C.
 fn come(press: bool) {
-    ASKED.store(true, Ordering::Relaxed);
-    if press && PRESSES.fetch_add(1, Ordering::Relaxed) + 1 >= ENOUGH {
+    let presses = if press { PRESSES.fetch_add(1, Ordering::Relaxed) + 1 } else { 0 };
+    // After the press: who sees that one has come can tell which.
+    ASKED.store(true, Ordering::Release);
+    if presses >= ENOUGH {
         terminal::restore();
         process::exit(STATUS.into());
     }
@@ -75,6 +85,7 @@ mod signals {
     use std::thread;
     use std::{fs, io};
 
+    use nix::sys::signal::{SigSet, Signal};
     use signal_hook::consts::signal::*;
     use signal_hook::iterator::Signals;
 
@@ -82,10 +93,16 @@ mod signals {
 
     /// All that end a process by default, but KILL, which can't be caught, and those of a
     /// fault in it. (A closed pipe is none of them: writing to it is an error.)
-    const ENDING: [i32; 11] = [
+    const ENDING: [i32; 14] = [
         SIGHUP, SIGINT, SIGQUIT, SIGALRM, SIGTERM, SIGUSR1, SIGUSR2, SIGPROF, SIGVTALRM, SIGXCPU,
-        SIGXFSZ,
+        SIGXFSZ, SIGABRT, SIGSYS, SIGTRAP,
     ];
+
+    /// Blocked, not caught: a write to the terminal would be tried again for ever.
+    pub fn stay_awake() {
+        // Where it fails the signals do what they did before.
+        let _ = SigSet::from_iter([Signal::SIGTTIN, Signal::SIGTTOU]).thread_block();
+    }
 
     /// What Linux has besides: a poll, a failure of the power, a coprocessor's, and the
     /// ones that are free for any use.

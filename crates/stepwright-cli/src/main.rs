@@ -6,9 +6,11 @@
 //!
 //! | module | what |
 //! | --- | --- |
+//! | [`change`] | what another program changes of a travel |
 //! | [`failure`] | errors, hints and the exit status |
 //! | [`files`] | text files, within a bound and as a whole |
 //! | [`interrupt`] | Ctrl-C and other signals |
+//! | [`json`] | numbers for programs, without noise |
 //! | [`link`] | the bytes to a board, real or virtual, and back |
 //! | [`machine`] | the machine file: other defaults for the options |
 //! | [`plot`] | figures as .svg, .png and .html |
@@ -20,6 +22,7 @@
 
 mod board;
 mod calc;
+mod change;
 mod completions;
 mod cycle;
 mod failure;
@@ -28,6 +31,7 @@ mod files;
 mod flash;
 mod help;
 mod interrupt;
+mod json;
 mod link;
 mod machine;
 mod order;
@@ -61,7 +65,7 @@ Then with a board:
 Exit status:
   0    done
   1    refused by the board, a file or a calculation, or it failed
-  2    the command line makes no sense, whatever the board: an option, a number out of its
+  2    invalid command line, whatever the board: an option, a number out of its
        range, a unit; nothing was touched
   130  ended by Ctrl-C or another signal before it was done
 Errors begin with `error: `, and ` hint: ` says what to do; with --format json the last line on
@@ -103,6 +107,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    interrupt::stay_awake();
     let cli = match read() {
         Ok(cli) => cli,
         Err(Unread::Failure(failure)) => return failure.report(),
@@ -160,7 +165,7 @@ enum Unread {
 
 /// The command line, with the machine's defaults for what it leaves out.
 fn read() -> Result<Cli, Unread> {
-    let words: Vec<_> = quantity::minuses(std::env::args_os()).collect();
+    let words = quantity::words(std::env::args_os());
     if words.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")
         || words.iter().any(|word| word == "--format=json")
     {

@@ -50,9 +50,10 @@ use std::io::{self, BufWriter, Write};
 use clap::{Subcommand, ValueEnum};
 use stepwright::{Accel, Geometry, Jerk, Rate, Speed};
 
+use crate::calc::measure::hertz;
 use crate::failure::{Failure, unless_closed};
 use crate::plot::PlotFile;
-use crate::quantity::{GeometryArgs, Rounded};
+use crate::quantity::{DistanceArg, GeometryArgs, Rounded};
 use law::{Closeness, Plan, Value};
 use survey::Survey;
 
@@ -115,15 +116,22 @@ trait Planned {
 /// How far.
 #[derive(clap::Args)]
 struct Steps {
-    /// Steps to travel, 0 to 2147483647
+    /// Steps to travel, 0 to 2147483647, or like 90deg, 10mm
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    #[arg(value_parser = crate::quantity::count)]
-    steps: u32,
+    steps: DistanceArg,
 }
 
 impl Steps {
-    fn get(&self) -> u32 {
-        self.steps
+    fn held(&self, geometry: &Geometry) -> Result<u32, Failure> {
+        let held = self.steps.resolve(geometry, "--steps")?;
+        let steps = u32::try_from(held.value).ok().filter(|steps| *steps <= i32::MAX as u32);
+        steps.ok_or_else(|| {
+            Failure::usage(format!("--steps {}: a travel has 0 to 2147483647 steps", held.given))
+                .hint(match held.value < 0 {
+                    true => "the way back is planned like the way there: leave the minus out",
+                    false => "give fewer",
+                })
+        })
     }
 }
 
@@ -150,7 +158,7 @@ struct Common {
 /// What carries a plan out.
 #[derive(clap::Args)]
 struct Machine {
-    /// Ticks per second of the step timer, 100000 to 200000000
+    /// Ticks per second of the step timer, 100000 to 200000000, or like 16MHz
     #[arg(long, value_name = "HZ", default_value = "1000000", value_parser = rate)]
     #[arg(help_heading = "Motor")]
     timer_hz: Rate,
@@ -172,8 +180,8 @@ enum Format {
 }
 
 fn rate(text: &str) -> Result<Rate, String> {
-    let hz = text.parse().map_err(|_| "give a whole number of ticks per second, like 16000000")?;
-    Rate::from_hz(hz).map_err(|error| error.to_string())
+    let rate = hertz(text).ok().and_then(|hz| Rate::from_hz(hz).ok());
+    rate.ok_or_else(|| "a timer has 100000 Hz to 200 MHz: give 16000000 or 16MHz".to_owned())
 }
 
 /// Plans, prints, and draws if asked to.

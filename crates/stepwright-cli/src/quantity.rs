@@ -92,18 +92,6 @@ impl FromStr for MmArg {
     }
 }
 
-/// Reads a whole number of 0 to 2147483647, as `4000` or `1e9`.
-pub fn count(text: &str) -> Result<u32, String> {
-    let (sign, size) = text.strip_prefix('-').map_or(("", text), |size| ("-", size));
-    let number = Decimal::parse(size)?.times(1, 1);
-    if !number.exact {
-        return Err(format!("'{text}' is not a whole number"));
-    }
-    let fits = u32::try_from(number.value).ok().filter(|n| *n <= 0x7FFF_FFFF);
-    fits.filter(|n| sign.is_empty() || *n == 0)
-        .ok_or_else(|| format!("{sign}{} is not in 0..=2147483647", number.value))
-}
-
 /// A number with its unit, and the text it was read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Quantity {
@@ -128,6 +116,11 @@ impl Quantity {
         }
         let (number, unit) = (Decimal::parse(number)?, Unit::parse(unit, kind)?);
         Ok(Quantity { text: text.to_owned(), number, unit })
+    }
+
+    /// Whether it is nothing at all.
+    fn is_zero(&self) -> bool {
+        self.number.to_f64() == 0.0
     }
 
     fn no_millimetres(&self, name: &str) -> Failure {
@@ -204,6 +197,12 @@ impl FromStr for SpeedArg {
 }
 
 impl SpeedArg {
+    /// Of this many steps/s.
+    pub fn of_steps(number: u32) -> SpeedArg {
+        let text = number.to_string();
+        SpeedArg(Quantity { text, number: Decimal::whole(number), unit: Unit::STEP })
+    }
+
     /// In steps per second, not rounded, for what is not ordered but used in a calculation
     /// with; `name` is the option that it came from.
     pub fn steps(&self, geometry: &Geometry, name: &str) -> Result<f64, Failure> {
@@ -219,20 +218,43 @@ impl SpeedArg {
 
     /// In steps per second; `name` is the option that it came from.
     pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Speed>, Failure> {
+        self.held(geometry, name, "0")
+    }
+
+    /// In steps per second, more than 0; `name` is the option that it came from.
+    pub fn moving(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Speed>, Failure> {
+        self.held(geometry, name, "0.001")
+    }
+
+    /// From `least` steps/s, 0 or 0.001.
+    fn held(
+        &self,
+        geometry: &Geometry,
+        name: &str,
+        least: &str,
+    ) -> Result<Rounded<Speed>, Failure> {
         self.0.resolve(geometry, name, Kind::Speed, |milli| {
-            let milli = u32::try_from(milli).unwrap_or(u32::MAX);
-            Speed::from_millisteps(milli).map_err(|_| {
-                Failure::usage(format!("{name} {} is more than 1000000 steps/s", self.0.text)).hint(
-                    "a speed is 0 to 1000000 steps/s; are the unit and --steps-per-rev right?",
-                )
-            })
+            let speed = u32::try_from(milli).ok().and_then(|m| Speed::from_millisteps(m).ok());
+            let speed = speed.filter(|speed| least == "0" || *speed != Speed::ZERO);
+            speed.ok_or_else(|| self.beyond(name, least))
         })
+    }
+
+    fn beyond(&self, name: &str, least: &str) -> Failure {
+        let text = &self.0.text;
+        Failure::usage(format!("{name} must be {least} to 1,000,000 steps/s, not {text}")).hint(
+            if self.0.is_zero() {
+                "0 is no motion; `stepwright stop` brakes a motor that runs"
+            } else {
+                "are the unit and --steps-per-rev right?"
+            },
+        )
     }
 }
 
 /// A speed whose sign is a direction: `+1000`, `1000`, `-120rpm`.
 ///
-/// clap takes `-120rpm` for an option: see [`minuses`].
+/// clap takes `-120rpm` for an option: see [`words`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SignedSpeedArg {
     /// Forward, unless it began with a minus.
@@ -254,16 +276,37 @@ impl FromStr for SignedSpeedArg {
     }
 }
 
-/// The words of a command line, those such as `-120rpm` and `-.5mm` with a minus (U+2212)
-/// in place of the hyphen: clap takes a hyphen for the beginning of an option.
-pub fn minuses(words: impl Iterator<Item = OsString>) -> impl Iterator<Item = OsString> {
-    words.map(|word| match word.to_str().and_then(|word| word.strip_prefix('-')) {
+/// The words of a command line as clap can read them: a number and the unit that was typed
+/// behind it with a space are one word, and `-120rpm` and `-.5mm` have a minus (U+2212) in
+/// place of the hyphen, which clap takes for the beginning of an option.
+pub fn words(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut words: Vec<OsString> = Vec::new();
+    for word in typed {
+        match words.last_mut() {
+            Some(last) if is_number(last) && word.to_str().is_some_and(unit::is_known) => {
+                last.push(word);
+            }
+            _ => words.push(word),
+        }
+    }
+    words.into_iter().map(minus).collect()
+}
+
+/// Whether a word is a number without a unit.
+fn is_number(word: &OsString) -> bool {
+    let Some(word) = word.to_str() else { return false };
+    let size = word.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(word);
+    !size.is_empty() && Decimal::length(size) == size.len()
+}
+
+fn minus(word: OsString) -> OsString {
+    match word.to_str().and_then(|word| word.strip_prefix('-')) {
         Some(rest) if rest.starts_with(|c: char| c == '.' || c.is_ascii_digit()) => {
             // What clap can read by itself stays as it is.
             if rest.parse::<f64>().is_ok() { word } else { format!("\u{2212}{rest}").into() }
         }
         _ => word,
-    })
+    }
 }
 
 /// An acceleration without a sign, as typed: for clap's `#[arg]`.
@@ -310,6 +353,11 @@ impl FromStr for JerkArg {
 }
 
 impl JerkArg {
+    /// Whether it is 0: where a jerk may be left out, none at all.
+    pub fn is_zero(&self) -> bool {
+        self.0.is_zero()
+    }
+
     /// In steps per second cubed; `name` is the option that it came from.
     pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Jerk>, Failure> {
         self.0.resolve(geometry, name, Kind::Jerk, |milli| {

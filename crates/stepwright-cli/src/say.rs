@@ -7,6 +7,8 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use serde_json::Value;
+
 /// Whether a result could not be written.
 static LOST: AtomicBool = AtomicBool::new(false);
 
@@ -23,6 +25,11 @@ pub fn result(line: impl Display) {
     {
         note(format_args!("error: can't write to standard output: {error}"));
     }
+}
+
+/// A line of JSON on standard output, its numbers without noise.
+pub fn json(value: Value) {
+    result(crate::json::tidy(value));
 }
 
 /// Whether a result was lost on its way to standard output.

@@ -24,6 +24,7 @@ use stepwright_protocol::{
     Ability, AxisId, Command, Info, Master, Refusal, Reply, Selection, Stop,
 };
 
+use crate::change::{Change, Travels};
 use crate::interrupt;
 use crate::link::Link;
 #[cfg(unix)]
@@ -49,6 +50,9 @@ const URGE: Duration = Duration::from_millis(100);
 /// The first Ctrl-C brakes, the second kills.
 const BRAKED_FIRST: usize = 2;
 
+/// The first Ctrl-C kills.
+const KILLED_FIRST: usize = 1;
+
 /// How soon a press of Ctrl-C is noticed while waiting.
 const SLICE: Duration = Duration::from_millis(20);
 
@@ -61,6 +65,8 @@ pub enum LinkError {
     Silent,
     /// The user wants to kill, and not to wait for this answer.
     Killed,
+    /// A signal ends the waiting, where nothing is to be braked.
+    Ended,
 }
 
 impl fmt::Display for LinkError {
@@ -73,6 +79,7 @@ impl fmt::Display for LinkError {
             LinkError::Gone(error) => write!(f, "the line is gone ({error})"),
             LinkError::Silent => f.write_str("the board does not answer"),
             LinkError::Killed => f.write_str("killed"),
+            LinkError::Ended => f.write_str("interrupted"),
         }
     }
 }
@@ -104,9 +111,20 @@ pub struct Session {
     #[cfg(unix)]
     host: Option<Host>,
     /// What others have changed through us, since it was last asked.
-    changes: Vec<String>,
+    changes: Vec<Change>,
     /// Whether they have changed anything.
     changed: bool,
+    /// The travels that were begun here.
+    travels: Travels,
+}
+
+/// What a guest asks the program that holds the port: where did the travel of my axis begin?
+const BEGAN: &[u8] = b"@";
+
+/// A line of a guest, its checksum left out.
+#[cfg(unix)]
+fn parsed(line: &[u8]) -> Option<Command> {
+    Command::parse(line.split(|byte| *byte == b'*').next()?).ok()
 }
 
 impl Session {
@@ -123,11 +141,12 @@ impl Session {
             host: None,
             changes: Vec::new(),
             changed: false,
+            travels: Travels::default(),
         }
     }
 
     /// A line by which another program has changed a motion through us, once.
-    pub fn next_change(&mut self) -> Option<String> {
+    pub fn next_change(&mut self) -> Option<Change> {
         (!self.changes.is_empty()).then(|| self.changes.remove(0))
     }
 
@@ -136,25 +155,55 @@ impl Session {
         self.changed
     }
 
+    /// An axis begins a travel at this position.
+    pub fn begins(&mut self, axis: AxisId, from: Option<i64>) {
+        self.travels.begins(axis, from);
+    }
+
+    /// Where another program has sent the travel of an axis through us.
+    pub fn new_target(&self, axis: AxisId) -> Option<i64> {
+        self.travels.target(axis)
+    }
+
+    /// Where the travel of an axis began, if the program knows that whose guest we are.
+    pub fn began(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
+        self.select(Selection::One(axis))?;
+        let answer = self.say(BEGAN)?;
+        Ok(answer.and_then(|answer| answer.parse().ok()))
+    }
+
     /// Lets other stepwrights ask the board on this port, which we hold, while we wait.
     #[cfg(unix)]
     pub fn serve(&mut self, port: &Path) {
         self.host = Host::open(port);
     }
 
-    /// Says what other programs want to be said.
+    /// Says what another program wants to be said: one line, then it is our turn again. Our
+    /// lease is held by what we say ourselves, not by a crowd that keeps us from saying it.
     #[cfg(unix)]
-    fn serve_guests(&mut self) -> Result<(), LinkError> {
-        while let Some(asked) = self.host.as_ref().and_then(Host::next) {
+    fn serve_guest(&mut self) -> Result<(), LinkError> {
+        if let Some(asked) = self.host.as_ref().and_then(Host::next) {
             // An axis line is its own selection.
-            if let Some(selection) = asked.selection.filter(|said| *said != asked.line) {
-                self.say(&selection)?;
+            if let Some(selection) = asked.selection.as_ref().filter(|said| **said != asked.line) {
+                self.say(selection)?;
+            }
+            let axes = match asked.selection.as_deref().map(parsed) {
+                Some(Some(Command::Select(axes))) => axes,
+                _ => Selection::FIRST,
+            };
+            if let (BEGAN, Selection::One(axis)) = (asked.line.as_slice(), axes) {
+                let from = self.travels.from(axis).map(|from| from.to_string());
+                let _ = asked.answer.send(from.or(Some("E".to_owned())));
+                return Ok(());
             }
             let answer = self.say(&asked.line)?;
             let accepted = answer.as_ref().is_some_and(|answer| answer.starts_with('Y'));
-            if accepted && asked.line.first().is_some_and(|letter| b"tadj@ZK".contains(letter)) {
-                let line = asked.line.split(|byte| *byte == b'*').next().unwrap_or_default();
-                self.changes.push(String::from_utf8_lossy(line).into_owned());
+            if accepted
+                && asked.line.first().is_some_and(|letter| b"tmadj@ZK".contains(letter))
+                && let Some(command) = parsed(&asked.line)
+            {
+                let change = self.travels.change(axes, command);
+                self.changes.push(change);
                 self.changed = true;
             }
             // A guest that is gone needs none.
@@ -164,7 +213,7 @@ impl Session {
     }
 
     #[cfg(not(unix))]
-    fn serve_guests(&mut self) -> Result<(), LinkError> {
+    fn serve_guest(&mut self) -> Result<(), LinkError> {
         Ok(())
     }
 
@@ -203,9 +252,10 @@ impl Session {
         Ok(())
     }
 
-    /// Has the first Ctrl-C kill, where it can't mean to brake.
+    /// Has the first Ctrl-C kill, and any other signal end the waiting, where neither can mean
+    /// to brake.
     pub fn kill_at_once(&mut self) {
-        self.kill_at = 1;
+        self.kill_at = KILLED_FIRST;
     }
 
     /// The line.
@@ -247,16 +297,27 @@ impl Session {
         self.master.give_up();
         let Ok(bytes) = self.master.send(command) else { return Ok(None) };
         let bytes: Vec<u8> = bytes.collect();
+        #[cfg(unix)]
+        if let Some(host) = &self.host {
+            host.lease.before(command);
+        }
         self.put(&bytes)?;
-        self.answer()
+        let answer = self.answer()?;
+        #[cfg(unix)]
+        if let (Some(host), Some(reply)) = (&self.host, answer) {
+            host.lease.after(command, reply);
+        }
+        Ok(answer)
     }
 
-    /// Whether the user wants to kill, rather than hear more answers.
+    /// Whether the user wants to kill, or to leave, rather than hear more answers.
     fn check_kill(&self) -> Result<(), LinkError> {
-        if interrupt::presses() >= self.kill_at {
-            return Err(LinkError::Killed);
+        let asked = interrupt::asked();
+        match self.kill_at {
+            most if interrupt::presses() >= most => Err(LinkError::Killed),
+            KILLED_FIRST if asked => Err(LinkError::Ended),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// Waits for the answer to what was said last.
@@ -444,7 +505,7 @@ impl Session {
         let end = self.link.now() + time;
         loop {
             self.check_kill()?;
-            self.serve_guests()?;
+            self.serve_guest()?;
             let left = end.saturating_sub(self.link.now());
             if left.is_zero() {
                 return Ok(());
@@ -470,15 +531,15 @@ impl Session {
     }
 
     /// Says a line that stops a motor before anything else is said, and until
-    /// no other program talks to the board: one of ours leaves when its motor
-    /// rests. Its answer is theirs to hear meanwhile; ask for it afterwards.
-    pub fn urge(&mut self, command: Command, limit: Option<Duration>) -> Result<(), LinkError> {
+    /// no other program talks to the board, for this time at most: one of ours leaves when its
+    /// motor rests. Its answer is theirs to hear meanwhile; ask for it afterwards.
+    pub fn urge(&mut self, command: Command, limit: Duration) -> Result<(), LinkError> {
         let begin = self.link.now();
         let bytes: Vec<u8> = command.bytes().collect();
         loop {
             self.put(&bytes)?;
             let waited = self.link.now().saturating_sub(begin);
-            if self.link.is_alone() || limit.is_some_and(|limit| waited >= limit) {
+            if self.link.is_alone() || waited >= limit {
                 return Ok(());
             }
             self.check_kill()?;

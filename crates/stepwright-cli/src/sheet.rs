@@ -10,6 +10,8 @@ use std::io::{self, Write};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 
+use crate::json::tidy;
+
 /// How a sheet is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -107,7 +109,7 @@ impl Cell {
             Cell::Empty => Value::Null,
             Cell::Text(text) => json!(text),
             Cell::Whole(value) => json!(value),
-            Cell::Real(value, _) => json!(value),
+            Cell::Real(value, _) => tidy(json!(value)),
         }
     }
 

@@ -52,10 +52,13 @@ fn a_run_is_given_a_speed_a_target_and_a_reason_why_not() {
     let path = board.wait_out("").strip_prefix("pty ").unwrap().to_owned();
     let order = |order: &[&str]| stepwright(&[order, &["--port", &path]].concat());
     order(&["retarget", "5"]).assert_error("axis 1 is at rest, there is no travel to change");
-    assert_eq!(order(&["run", "500"]).code(), Some(0));
+    assert_eq!(order(&["run", "500", "--detach"]).code(), Some(0));
     let ended = order(&["retarget", "--top-speed", "900", "--accel", "3000"]);
     assert_eq!(ended.code(), Some(0), "{ended:?}");
-    assert!(ended.stdout.contains("a3000 t900"), "{ended:?}");
+    assert!(
+        ended.stdout.contains(": acceleration 3000 steps/s², top speed 900 steps/s\n"),
+        "{ended:?}"
+    );
     order(&["retarget", "99", "--top-speed", "20"]).assert_error("refused t20: slower than");
     let ended = order(&["retarget", "-100", "--format", "json"]);
     assert!(ended.stdout.contains(r#""lines":["@-100"]"#), "{ended:?}");
@@ -86,7 +89,7 @@ fn keys_change_the_speed_and_stop_and_the_terminal_is_given_back() {
     let side = || Stdio::from(File::options().read(true).write(true).open(&path).unwrap());
     let kept = File::open(&path).unwrap();
     let before = tcgetattr(&kept).unwrap().local_modes;
-    let mut child = Command::new(env!("CARGO_BIN_EXE_stepwright"))
+    let mut child = Command::new(common::program())
         .args(["move", "-1000000"])
         .stdin(side())
         .stderr(side())
@@ -150,10 +153,10 @@ fn speeds_in_thousandths_of_a_step_per_second() {
     let ended = order(&["move", "3", "--top-speed", "7.5"]);
     assert!(ended.stdout.contains("m7500"), "{ended:?}");
     ended.assert(0, "position 3 ready");
-    let ended = order(&["run", "-0.25", "--start-speed", "0", "--accel", "1"]);
+    let ended = order(&["run", "-0.25", "--start-speed", "0", "--accel", "1", "--detach"]);
     assert!(ended.stdout.contains("m250"), "{ended:?}");
     let ended = order(&["retarget", "--top-speed", "0.125"]);
-    assert!(ended.stdout.contains(": m125"), "{ended:?}");
+    assert!(ended.stdout.contains(": top speed 0.125 steps/s"), "{ended:?}");
     assert_eq!(ended.code(), Some(0), "{ended:?}");
     board.signal(Signal::INT);
     board.end();

@@ -83,7 +83,7 @@ fn avrdude_is_told_all_of_it_and_believed() {
     fs::set_permissions(&avrdude, Permissions::from_mode(0o755)).unwrap();
     let path = format!("{}:{}", folder.path(), std::env::var("PATH").unwrap());
     let flash = |words: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_stepwright"));
+        let mut command = Command::new(common::program());
         let output = command.arg("flash").args(words).env("PATH", &path).output().unwrap();
         let text = |bytes| String::from_utf8(bytes).unwrap();
         (output.status.code(), text(output.stdout), text(output.stderr))

@@ -12,6 +12,8 @@
 //! After a change that is meant, `STEPWRIGHT_GOLDEN=write cargo test -p
 //! stepwright-cli --test golden` writes them again; read the diff.
 
+mod common;
+
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
@@ -19,7 +21,7 @@ use std::process::Command;
 /// What the command answers to one line, in the form of the files.
 fn answer(line: &str) -> String {
     let words = line.split_whitespace().skip(1);
-    let output = Command::new(env!("CARGO_BIN_EXE_stepwright"))
+    let output = Command::new(common::program())
         .args(words)
         .env_remove("CLICOLOR_FORCE")
         .output()

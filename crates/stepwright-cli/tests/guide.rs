@@ -138,7 +138,7 @@ fn command(line: &str, port: &str, folder: &str) -> String {
     if let Some(at) = words.iter().position(|word| *word == "--port") {
         words[at + 1] = port;
     }
-    let output = Command::new(env!("CARGO_BIN_EXE_stepwright"))
+    let output = Command::new(common::program())
         .args(words)
         .current_dir(folder)
         .env_remove("STEPWRIGHT_MACHINE")

@@ -141,10 +141,7 @@ fn a_change_of_a_motor_at_rest_names_the_commands_that_move() {
 #[test]
 fn exit_statuses_follow_the_rule() {
     let help = stepwright(&["--help"]).stdout;
-    holds(
-        &help,
-        &["Exit status:\n", "\n  2    the command line makes no sense, whatever the board"],
-    );
+    holds(&help, &["Exit status:\n", "\n  2    invalid command line, whatever the board"]);
     for (code, words) in [
         (0, &["move", "4", "--fast"][..]),
         (0, &["calc", "timer", "10rpm"]),
@@ -212,7 +209,7 @@ fn timed_without_a_speed_names_the_options_that_give_one() {
 #[test]
 fn a_port_in_use_says_who_gets_through() {
     let board = Board::start(&[]);
-    board.order(&["run", "200"]);
+    board.order(&["run", "200", "--detach"]);
     let mut holder = Running::start(&["watch", "--port", &board.port]);
     holder.wait_err("position ");
     let ended = board.order(&["move", "10"]);

@@ -44,18 +44,27 @@ impl Machine {
 #[test]
 fn zero_is_where_the_switch_closes() {
     let machine = Machine::start(&["--switch", "1:-300", "--switch", "2:40"]);
-    machine.fails(&["home"], "knows of no limit switch of axis 1");
+    machine.fails(&["home", "--within", "9000"], "knows of no limit switch of axis 1");
     machine.send("$switches=3");
     machine.send("$switch-forward=2");
-    machine.ready(&["home"], "position 50 ready");
+    machine.ready(&["home", "--within", "9000"], "position 50 ready");
     // The shaft is 250 behind its place at power-up; from beyond the switch it is the same.
     machine.ready(&["move", "--to", "800"], "position 800 ready");
-    machine.ready(&["home", "--speed", "3000", "--accel", "20000"], "position 50 ready");
-    machine.ready(&["home", "--back-off", "90deg", "--slow", "30"], "position 50 ready");
-    machine.ready(&["home", "--axis", "2", "--back-off", "7"], "position -7 ready");
+    machine.ready(
+        &["home", "--within", "9000", "--speed", "3000", "--accel", "20000"],
+        "position 50 ready",
+    );
+    machine.ready(
+        &["home", "--within", "9000", "--back-off", "90deg", "--slow", "30"],
+        "position 50 ready",
+    );
+    machine.ready(
+        &["home", "--within", "9000", "--axis", "2", "--back-off", "7"],
+        "position -7 ready",
+    );
     // What stands at the switch gets away from it.
     machine.fails(&["run", "-200", "--for", "30s"], "stopped by its limit switch");
-    machine.ready(&["home", "--back-off", "20"], "position 20 ready");
+    machine.ready(&["home", "--within", "9000", "--back-off", "20"], "position 20 ready");
 }
 
 /// No switch is found where there is none; nothing is called 0 then.
@@ -66,7 +75,7 @@ fn a_switch_that_is_not_there() {
     machine.fails(&["home", "--within", "300"], "no switch of axis 1 within 300 steps");
     let at = machine.order(&["position"]).stdout;
     assert!(!at.starts_with("position 0 ") && !at.starts_with("position 50 "), "{at}");
-    machine.fails(&["home", "--back-off", "0"], "a distance of 1 step or more");
+    machine.fails(&["home", "--within", "9000", "--back-off", "0"], "a distance of 1 step or more");
 }
 
 /// Stops by the switch are acknowledged with `safe-start`; errors from before are not.
@@ -76,9 +85,9 @@ fn homing_with_safe_start_and_home_first() {
     for line in ["$switches=1", "$safe-start=1", "$home-first=1", "K"] {
         machine.send(line);
     }
-    machine.fails(&["home"], "an axis was stopped");
+    machine.fails(&["home", "--within", "9000"], "an axis was stopped");
     machine.send("!");
-    machine.ready(&["home"], "position 50 ready");
+    machine.ready(&["home", "--within", "9000"], "position 50 ready");
     machine.ready(&["move", "--to", "5"], "position 5 ready");
 }
 
@@ -89,5 +98,22 @@ fn a_switch_that_stays_closed() {
     // Its level is the wrong one: open reads as closed.
     machine.send("$switches=1");
     machine.send("$switch-high=1");
-    machine.fails(&["home"], "is closed still, 50 steps away");
+    machine.fails(&["home", "--within", "9000"], "is closed still, 50 steps away");
+}
+
+/// A switch that is not there, or not connected, is not looked for until something breaks.
+#[test]
+fn a_real_axis_is_not_homed_without_a_bound() {
+    let machine = Machine::start(&["--switch", "1:-300"]);
+    machine.send("$switches=1");
+    let ended = machine.order(&["home"]);
+    assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""), "{ended:?}");
+    ended.assert_error("home needs --within");
+    assert!(ended.stderr.contains("home-within"), "{ended:?}");
+    machine.ready(&["position"], "position 0 ready");
+    let file = common::Scratch::new("within.toml");
+    std::fs::write(&file.0, "[axis.1]\nhome-within = \"9turns\"\n").unwrap();
+    machine.ready(&["home", "--machine", file.path()], "position 50 ready");
+    // The virtual machine's switch is where it always is.
+    stepwright(&["home", "--fast"]).assert(0, "position 50 ready");
 }

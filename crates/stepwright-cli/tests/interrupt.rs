@@ -85,9 +85,10 @@ fn twice_kills_a_run() {
 
 #[test]
 fn a_fast_endless_run_can_be_stopped() {
-    let running = moving(&["run", "1000", "--fast"]);
+    let running = moving(&["run", "1000", "--for", "9999h", "--fast"]);
     running.signal(Signal::INT);
     let ended = running.end();
+    assert_eq!(ended.code(), Some(130), "{ended:?}");
     assert!(position(ended.last_line(), "ready") > 0, "{ended:?}");
 }
 
@@ -108,7 +109,7 @@ fn the_board_ends_cleanly() {
 
 #[test]
 fn a_reader_that_has_seen_enough_stops_no_motor() {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_stepwright"))
+    let mut child = Command::new(common::program())
         .args(["move", "1500"])
         .stdout(Stdio::piped())
         .spawn()

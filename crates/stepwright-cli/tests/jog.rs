@@ -43,7 +43,7 @@ impl Jog {
         let side = || Stdio::from(File::options().read(true).write(true).open(&path).unwrap());
         let kept = File::open(&path).unwrap();
         let modes = tcgetattr(&kept).unwrap().local_modes.bits();
-        let child = Command::new(env!("CARGO_BIN_EXE_stepwright"))
+        let child = Command::new(common::program())
             .arg("jog")
             .args(options)
             .env("TERM", "xterm")
@@ -209,6 +209,7 @@ fn steps_speeds_and_zero() {
         jog.press(key);
         jog.wait_for(said);
     }
+    jog.wait_until("the new 0", |at, word| at == 0 && word == "ready");
     jog.press(".");
     jog.wait_until("from the new 0", |at, word| at == 7 && word == "ready");
     jog.press("q");
@@ -301,4 +302,17 @@ fn without_a_terminal_there_are_no_keys() {
         assert_eq!(ended.code(), Some(2), "{ended:?}");
         ended.assert_error(why);
     }
+}
+
+/// What is said last is where the axis is, counted from the new 0.
+#[test]
+fn the_place_that_was_called_0_is_said_last() {
+    let mut jog = Jog::start(&["--step", "7"]);
+    jog.press(".");
+    jog.wait_until("a step", |at, word| at == 7 && word == "ready");
+    jog.press("0");
+    jog.wait_for("this place is 0");
+    jog.press("q");
+    let (status, last) = jog.end();
+    assert_eq!((status.code(), &last[..]), (Some(0), "position 0 ready"));
 }

@@ -79,6 +79,21 @@ fn the_port_is_the_machines_unless_a_virtual_board_is_asked_for() {
 }
 
 #[test]
+fn a_motor_that_is_left_alone_has_no_lease_of_the_machines() {
+    let mut board = Running::start(&["board", "--pty"]);
+    let port = board.wait_out("").strip_prefix("pty ").unwrap().to_owned();
+    let leased = file("leased.toml", &format!("port = \"{port}\"\nlease = \"300ms\"\n"));
+    for order in [&["run", "200"][..], &["move", "100000"]] {
+        let ended = on(&leased, &[order, &["--detach"]].concat());
+        assert!(ended.last_line().ends_with(" busy"), "{ended:#?}");
+        std::thread::sleep(std::time::Duration::from_millis(1200));
+        let ended = on(&leased, &["position"]);
+        assert!(ended.last_line().ends_with(" busy"), "{ended:#?}");
+        assert_eq!(on(&leased, &["stop"]).code(), Some(0));
+    }
+}
+
+#[test]
 fn a_mistake_is_said_with_its_line_and_nothing_moves() {
     let wrong = file("wrong.toml", "[axis.1]\ntop-speed = \"40mph\"\n");
     let ended = on(&wrong, &["move", "10", "--fast"]);
@@ -95,9 +110,10 @@ fn a_mistake_is_said_with_its_line_and_nothing_moves() {
 fn init_asks_until_the_answer_is_right() {
     let new = Scratch::new("new.toml");
     let args = ["init", "--file", new.path()];
-    let ended = stepwright_with(&args, b"\n3200\n8\n40mph\n40mm/s\n\n");
+    let ended = stepwright_with(&args, b"\n3200\n8\n40mph\n40\n40mm/s\n\n");
     ended.assert(0, &format!("{} has axis 1", new.path()));
     assert!(ended.stderr.contains("40mph"), "{ended:#?}");
+    assert!(ended.stderr.contains("write 40mm/s, or 40steps/s"), "{ended:#?}");
     let text = std::fs::read_to_string(&new.0).unwrap();
     assert_eq!(text, "[axis.1]\nsteps-per-rev = 3200\nmm-per-rev = 8\ntop-speed = \"40mm/s\"\n");
     on(&new, &["move", "10mm", "--fast"]).assert(0, "position 4000 ready");
@@ -128,4 +144,21 @@ fn init_keeps_what_it_is_not_told_of() {
     let other = file("other.toml", "axis = 3\n");
     stepwright(&["init", "--file", other.path(), "--top-speed", "5"]).assert_error("other.toml:1");
     assert_eq!(std::fs::read_to_string(&other.0).unwrap(), "axis = 3\n");
+}
+
+/// 20 on an axis of millimetres: the answer says which of the two it may be.
+#[test]
+fn init_takes_no_bare_speed_of_an_axis_with_millimetres() {
+    let new = Scratch::new("bare.toml");
+    let init = |options: &[&str]| stepwright(&[&["init", "--file", new.path()], options].concat());
+    let ended = init(&["--mm-per-rev", "8", "--top-speed", "20"]);
+    ended.assert(2, "");
+    ended.assert_error("--top-speed 20: mm/s or steps/s? write 20mm/s, or 20steps/s");
+    let ended = init(&["--mm-per-rev", "8", "--accel", "20"]);
+    ended.assert_error("--accel 20: mm/s2 or steps/s2? write 20mm/s2, or 20steps/s2");
+    assert!(!new.0.exists());
+    assert_eq!(init(&["--mm-per-rev", "8", "--top-speed", "20steps/s"]).code(), Some(0));
+    assert_eq!(init(&["--axis", "2", "--top-speed", "20"]).code(), Some(0));
+    // The file's own millimetres count.
+    init(&["--accel", "20"]).assert_error("--accel 20: mm/s2 or steps/s2?");
 }

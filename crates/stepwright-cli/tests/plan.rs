@@ -1,12 +1,14 @@
 //! `plan` against a closed form of its own, in f64: 2⁵³ is far more than the
 //! ticks of these travels. (The core's tests hold it to 160 bits.)
 
+mod common;
+
 use proptest::prelude::*;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
 
 fn stepwright(line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_stepwright"));
+    let mut command = Command::new(common::program());
     command.args(line.split_whitespace());
     command
 }

@@ -17,7 +17,7 @@ fn shown(term: &str, columns: u16, args: &[&str], keys: &[(&str, &str)]) -> Stri
     let size = Winsize { ws_row: 24, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
     tcsetwinsize(&terminal, size).unwrap();
     let side = || Stdio::from(File::options().read(true).write(true).open(&path).unwrap());
-    let mut child = Command::new(env!("CARGO_BIN_EXE_stepwright"))
+    let mut child = Command::new(common::program())
         .args(args)
         .env("TERM", term)
         .stdin(side())

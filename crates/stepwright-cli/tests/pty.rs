@@ -177,14 +177,30 @@ fn our_own_orders() {
     let ended = board.order(&["move", "9", "--top-speed", "999999", "--ramp", "1"]);
     assert_eq!(ended.code(), Some(1), "{ended:?}");
     ended.assert_error("refused E: faster than the board can step");
-    board.order(&["stop"]).assert(0, "position 1 ready");
-    board.order(&["kill"]).assert(0, "position 1 ready");
+    let stopped = board.order(&["stop"]);
+    let axes = "axis 1 position 1 ready\naxis 2 position -1000 ready\naxis 3 position 0 ready\n";
+    assert_eq!((stopped.code(), stopped.stdout.as_str()), (Some(0), axes), "{stopped:?}");
+    board.order(&["stop", "--axis", "1"]).assert(0, "position 1 ready");
+    board.order(&["kill"]).assert(0, "axis 3 position 0 ready");
+}
+
+#[test]
+fn a_run_stays_with_its_motor() {
+    let board = Board::start(&[]);
+    let mut running = Running::start(&["run", "500", "--port", &board.path]);
+    running.wait_err("running; Ctrl-C brakes");
+    running.wait_err("position ");
+    running.signal(Signal::TERM);
+    let ended = running.end();
+    assert_eq!(ended.code(), Some(0), "{ended:?}");
+    assert!(ended.last_line().ends_with(" ready"), "{ended:?}");
+    board.order(&["position"]).assert(0, ended.last_line());
 }
 
 #[test]
 fn a_run_goes_on_without_us_until_it_is_stopped() {
     let board = Board::start(&[]);
-    let ended = board.order(&["run", "-500"]);
+    let ended = board.order(&["run", "-500", "--detach"]);
     assert!(ended.last_line().ends_with(" busy"), "{ended:?}");
     assert_eq!(ended.code(), Some(0));
     assert!(ended.stderr.contains(&format!("stepwright stop --port {}", board.path)), "{ended:?}");
@@ -197,13 +213,15 @@ fn a_run_goes_on_without_us_until_it_is_stopped() {
     let ended = board.order(&["move", "5"]);
     assert_eq!(ended.code(), Some(1), "{ended:?}");
     ended.assert_error("still travelling");
-    let stopped = board.order(&["stop"]);
+    let stopped = board.order(&["stop", "--axis", "1"]);
     assert!(stopped.last_line().ends_with(" ready"), "{stopped:?}");
     assert_eq!(stopped.code(), Some(0));
     board.order(&["position"]).assert(0, stopped.last_line());
     // And killed: the position is lost until it is set.
-    assert_eq!(board.order(&["run", "500"]).code(), Some(0));
-    board.order(&["kill"]).assert(0, "position uncertain");
+    assert_eq!(board.order(&["run", "500", "--detach"]).code(), Some(0));
+    let killed = board.order(&["kill"]);
+    killed.assert(0, "axis 3 position 0 ready");
+    assert!(killed.stdout.starts_with("axis 1 position uncertain\n"), "{killed:?}");
     let ended = board.order(&["position"]);
     ended.assert(1, "position uncertain");
     ended.assert_error("uncertain");

@@ -61,7 +61,7 @@ fn number(text: &str) -> Option<f64> {
 // ---- Figures ----
 
 /// A row of the README, and what it is called in `bench/avr.json`.
-const FIGURES: [(&str, &str, u64, &str); 14] = [
+const FIGURES: [(&str, &str, u64, &str); 13] = [
     ("1 axis, ramps planned on the chip", "rate_ramps", 1, "queued"),
     ("2 axes, each", "rate_ramps", 2, "queued"),
     ("3 axes, each", "rate_ramps", 3, "queued"),
@@ -70,7 +70,6 @@ const FIGURES: [(&str, &str, u64, &str); 14] = [
     ("… behind another, constant speed", "back_to_back_constant", 1, "queued"),
     ("a step of a motor cycle, 3 motors at once", "cycle_step", 3, "cycle"),
     ("longest piece of planning", "planning_burst", 3, "queued"),
-    ("… with S-curves", "planning_burst_s_curves", 3, "queued"),
     ("RMS error of the intervals", "interval_rms", 1, "queued"),
     ("acceleration, peak over nominal", "accel_peak", 1, "queued"),
     ("… by the deadlines", "accel_peak_deadlines", 1, "queued"),
@@ -182,7 +181,7 @@ fn its_commands_work() {
             ("move" | "run" | "line", None) => words.push("--fast".to_owned()),
             _ => {}
         }
-        let output = Command::new(env!("CARGO_BIN_EXE_stepwright"))
+        let output = Command::new(common::program())
             .args(&words)
             .current_dir(folder.path())
             .output()
@@ -217,7 +216,7 @@ fn its_lines_are_those_of_the_protocol() {
 #[test]
 #[cfg(target_os = "linux")]
 fn the_command_needs_no_system_library() {
-    let Ok(output) = Command::new("ldd").arg(env!("CARGO_BIN_EXE_stepwright")).output() else {
+    let Ok(output) = Command::new("ldd").arg(common::program()).output() else {
         panic!("ldd tells what a program is linked with, and is part of the C library");
     };
     let listed = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -5,6 +5,7 @@ mod common;
 
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use common::{Ended, Running, stepwright};
@@ -36,6 +37,20 @@ impl Bench {
         self.board.end();
     }
 
+    /// Where the first terminal lets others in.
+    fn door(&self) -> PathBuf {
+        let name = std::fs::canonicalize(&self.path).unwrap();
+        let name = name.to_str().unwrap().trim_start_matches('/').replace('/', "-") + ".socket";
+        let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
+            Some(folder) => PathBuf::from(folder).join("stepwright"),
+            None => {
+                let uid = rustix::process::getuid().as_raw();
+                std::env::temp_dir().join(format!("stepwright-{uid}"))
+            }
+        };
+        folder.join(name)
+    }
+
     /// The first terminal, on its way.
     fn mover(&self) -> Running {
         let mut mover = self.start(&["move", "1000000", "--top-speed", "2000", "--accel", "20000"]);
@@ -59,9 +74,8 @@ fn it_looks_retargets_and_watches() {
     let ended = bench.order(&["retarget", "-100"]);
     assert_eq!(ended.code(), Some(0), "{ended:#?}");
     let moved = mover.end();
-    moved.assert(1, "position -100 stopped");
-    assert!(moved.stderr.contains("another terminal says @-100"), "{moved:#?}");
-    assert!(moved.stderr.contains("another terminal has changed the travel"), "{moved:#?}");
+    moved.assert(0, "position -100 ready");
+    assert!(moved.stderr.contains("another terminal: target -100"), "{moved:#?}");
     // Whom it had asked through is gone: it goes on by itself.
     watcher.end().assert(0, "position -100 ready");
     bench.end();
@@ -75,15 +89,7 @@ fn it_gives_no_orders_while_the_first_has_the_port() {
         bench.order(order).assert_error("in use");
     }
     // Nor does who finds the door without our command.
-    let name = std::fs::canonicalize(&bench.path).unwrap();
-    let name = name.to_str().unwrap().trim_start_matches('/').replace('/', "-") + ".socket";
-    let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
-        Some(folder) => std::path::PathBuf::from(folder).join("stepwright"),
-        None => {
-            std::env::temp_dir().join(format!("stepwright-{}", rustix::process::getuid().as_raw()))
-        }
-    };
-    let mut door = UnixStream::connect(folder.join(name)).unwrap();
+    let mut door = UnixStream::connect(bench.door()).unwrap();
     door.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
     door.write_all(b"A2\rPO\rS5\rT100\rR9\rG+4\rE\rI1\r$pulse-us=9\r\r\xff\x00\rF\r").unwrap();
     let mut answers = Vec::new();
@@ -99,7 +105,7 @@ fn it_gives_no_orders_while_the_first_has_the_port() {
     assert!(door.read_to_end(&mut rest).is_err() || rest.is_empty());
     bench.order(&["position", "--axis", "2"]).assert(0, "position 0 ready");
     bench.order(&["retarget", "10", "--axis", "1"]);
-    mover.end().assert(1, "position 10 stopped");
+    mover.end().assert(0, "position 10 ready");
     bench.end();
 }
 
@@ -147,5 +153,76 @@ fn several_terminals_look_at_once() {
     }
     mover.signal(Signal::INT);
     assert_eq!(mover.end().code(), Some(130));
+    bench.end();
+}
+
+/// A position counts from zero, wherever the travel began, and both terminals say it in words.
+#[test]
+fn a_travel_is_sent_to_a_position() {
+    let bench = Bench::new();
+    bench.order(&["move", "100", "--top-speed", "2000"]).assert(0, "position 100 ready");
+    let mover = bench.start(&["move", "1000000", "--accel", "20000", "--format", "json"]);
+    let begin = std::time::Instant::now();
+    while !bench.order(&["position"]).last_line().ends_with(" busy") {
+        assert!(begin.elapsed() < common::LIMIT, "it never moves");
+    }
+    let ended = bench.order(&["retarget", "--to", "-30", "--accel", "30000"]);
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    let said = ": acceleration 30000 steps/s², target -30\n";
+    assert!(ended.stdout.contains(said), "{ended:#?}");
+    let json = bench.order(&["retarget", "--to", "-50", "--format", "json"]);
+    assert!(json.stdout.contains(r#""lines":["@-150"]"#), "{json:#?}");
+    let moved = mover.end();
+    assert_eq!(moved.code(), Some(0), "{moved:#?}");
+    for part in [r#""position":-50,"#, r#""target":-50"#, r#""state":"ready""#] {
+        assert!(moved.stdout.contains(part), "{part}: {moved:#?}");
+    }
+    assert!(moved.stderr.contains("another terminal: target -50"), "{moved:#?}");
+    // Nobody knows where a travel began that nobody holds.
+    assert_eq!(bench.order(&["move", "100000", "--detach"]).code(), Some(0));
+    let ended = bench.order(&["retarget", "--to", "7"]);
+    ended.assert_error("where the travel began is not known");
+    assert!(ended.stderr.contains("retarget DISTANCE"), "{ended:#?}");
+    assert_eq!(bench.order(&["kill"]).code(), Some(0));
+    bench.end();
+}
+
+/// What another terminal changes of an axis is no change of the next.
+#[test]
+fn a_run_that_is_given_an_end_is_there() {
+    let bench = Bench::new();
+    let mut runner = bench.start(&["run", "2000", "--accel", "20000"]);
+    runner.wait_err("position ");
+    assert_eq!(bench.order(&["retarget", "--to", "90"]).code(), Some(0));
+    let ended = runner.end();
+    ended.assert(0, "position 90 ready");
+    bench.end();
+}
+
+/// However many guests ask without a pause, the first terminal comes to its own lines between
+/// theirs: it hears Ctrl-C, and holds its lease only by what it says itself.
+#[test]
+fn a_crowd_of_guests_does_not_hold_up_the_first_terminal() {
+    let bench = Bench::new();
+    let mover = bench.mover();
+    let door = bench.door();
+    let crowd: Vec<_> = (0..40)
+        .map(|_| {
+            let mut guest = UnixStream::connect(&door).unwrap();
+            std::thread::spawn(move || {
+                let mut byte = [0];
+                // Until the first terminal closes the door.
+                while guest.write_all(b"F\r").is_ok() && guest.read_exact(&mut byte).is_ok() {
+                    while byte[0] != b'\r' && guest.read_exact(&mut byte).is_ok() {}
+                }
+            })
+        })
+        .collect();
+    std::thread::sleep(Duration::from_millis(300));
+    mover.signal(Signal::INT);
+    let ended = mover.end();
+    assert_eq!(ended.code(), Some(130), "{ended:?}");
+    assert!(ended.last_line().ends_with(" stopped"), "{ended:?}");
+    crowd.into_iter().for_each(|guest| guest.join().unwrap());
     bench.end();
 }

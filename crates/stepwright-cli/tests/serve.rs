@@ -309,12 +309,14 @@ mod unix {
         let stopped = stepwright(&["stop", "--port", name.path()]);
         assert_eq!(stopped.code(), Some(0), "{stopped:?}");
         let at = served.rest(1)["position"].as_i64().unwrap();
-        stopped.assert(0, &format!("position {at} ready"));
+        let first = format!("axis 1 position {at} ready\n");
+        assert!(stopped.stdout.starts_with(&first), "{stopped:?}");
         // What comes afterwards is not stopped any more.
         served.order("/api/move", json!({"axis": 1, "by": 20, "top_speed": 2000}));
         assert_eq!(served.rest(1)["position"], at + 20);
         begin();
-        stepwright(&["kill", "--port", name.path()]).assert(0, "position uncertain");
+        let killed = stepwright(&["kill", "--port", name.path()]);
+        assert!(killed.stdout.starts_with("axis 1 position uncertain\n"), "{killed:?}");
         drop(board);
     }
 

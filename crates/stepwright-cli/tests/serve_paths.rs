@@ -346,6 +346,7 @@ mod board {
     use std::time::{Duration, Instant};
 
     use stepwright::Rate;
+    use stepwright_cycle::line::Incoming;
     use stepwright_cycle::{Clock, Leg, Motor, Remote};
     use stepwright_sim::{CycleBoard, Edge, Stand};
 
@@ -383,7 +384,9 @@ mod board {
                     master.write_all(ABOUT).unwrap();
                     continue;
                 }
-                line.iter().for_each(|byte| remote.take(Some(*byte)));
+                let mut coming = Incoming::new();
+                line.iter().for_each(|byte| _ = coming.take(Some(*byte)));
+                remote.hear(&mut coming);
                 let answer: Vec<u8> = std::iter::from_fn(|| remote.next_byte()).collect();
                 let _ = master.write_all(&answer);
             }

@@ -6,6 +6,7 @@ mod common;
 
 use std::fs::File;
 use std::io::Read;
+use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -42,7 +43,8 @@ impl Moving {
         let kept = File::open(&path).unwrap();
         let before = tcgetattr(&kept).unwrap();
         let child = Command::new("setsid")
-            .args(["--ctty", "env", env, env!("CARGO_BIN_EXE_stepwright")])
+            .args(["--ctty", "env", env])
+            .arg(common::program())
             .args(order)
             .args(["--port", &port])
             .stdin(side())
@@ -105,12 +107,17 @@ impl Moving {
     /// would be without a ramp.
     #[track_caller]
     fn assert_braked(&self) {
-        let ended = stepwright(&["position", "--port", &self.port]);
-        let at = ended.last_line().strip_prefix("position ").unwrap().strip_suffix(" ready");
-        let at: i64 = at.unwrap_or_else(|| panic!("{ended:?} {}", self.seen)).parse().unwrap();
-        // 2000²/2/1000 steps is its way down.
-        assert!((2_000..100_000).contains(&at), "{at}");
+        assert_ramped(&stepwright(&["position", "--port", &self.port]));
     }
+}
+
+/// That this ended with the motor at rest behind its ramp.
+#[track_caller]
+fn assert_ramped(ended: &common::Ended) {
+    let at = ended.last_line().strip_prefix("position ");
+    let at = at.and_then(|at| at.strip_suffix(" ready")?.parse::<i64>().ok());
+    // 2000²/2/1000 steps is its way down.
+    assert!(at.is_some_and(|at| (2_000..100_000).contains(&at)), "{ended:?}");
 }
 
 impl Drop for Moving {
@@ -145,6 +152,9 @@ fn signals_brake_along_the_ramp_and_give_the_terminal_back() {
         [Signal::ALARM, Signal::VTALARM, Signal::PROF],
         [Signal::TSTP, Signal::CONT, Signal::TSTP],
         [Signal::IO, Signal::POWER, Signal::XCPU],
+        [Signal::ABORT, Signal::ABORT, Signal::SYS],
+        [Signal::SYS, Signal::TRAP, Signal::ABORT],
+        [Signal::TRAP, Signal::SYS, Signal::TRAP],
     ];
     // All at once: each brakes for two seconds.
     thread::scope(|scope| {
@@ -213,4 +223,101 @@ fn a_stopped_command_goes_on_where_the_motor_is() {
     moving.signal(Signal::CONT);
     assert_eq!(moving.end().code(), Some(0), "{}", moving.seen);
     moving.wait_for("position 2000 ready");
+}
+
+/// What a terminal sends to a command in the background suspends none, so its motor stays
+/// watched and a later signal brakes it.
+#[test]
+fn a_terminal_suspends_no_command() {
+    for signal in [Signal::TTIN, Signal::TTOU, Signal::TSTP] {
+        // In a group of its own whose parent is in another: one without is never suspended.
+        let mut command = Command::new(common::program());
+        let mut moving = Running::of(command.args(ORDER).process_group(0));
+        moving.wait_err("position ");
+        moving.signal(signal);
+        thread::sleep(Duration::from_millis(300));
+        moving.signal(Signal::TERM);
+        let ended = moving.end();
+        assert_eq!(ended.code(), Some(130), "{signal:?}: {ended:?}");
+        assert!(ended.last_line().ends_with(" stopped"), "{signal:?}: {ended:?}");
+    }
+}
+
+/// `timeout` makes its command one of the background, and this terminal stops what writes from
+/// there.
+#[test]
+fn a_stop_in_the_background_says_its_result() {
+    let mut moving = Moving::at_speed();
+    let (mut terminal, path) = pty();
+    let side = || Stdio::from(File::options().read(true).write(true).open(&path).unwrap());
+    let stop = format!(
+        "stty tostop; timeout 20 '{}' stop --port {}; echo status $?",
+        common::program().display(),
+        moving.port
+    );
+    let child = Command::new("setsid")
+        .args(["--ctty", "env", "--default-signal", "sh", "-c", &stop])
+        .stdin(side())
+        .stdout(side())
+        .stderr(side())
+        .spawn()
+        .unwrap();
+    let mut shell = Ended(child);
+    let (begin, mut said) = (Instant::now(), String::new());
+    while !said.contains("status ") {
+        if readable(&terminal) {
+            let mut bytes = [0; 512];
+            let count = terminal.read(&mut bytes).unwrap_or(0);
+            said.push_str(&String::from_utf8_lossy(&bytes[..count]));
+        }
+        assert!(begin.elapsed() < LIMIT, "it hangs: {said}");
+    }
+    assert!(said.contains(" ready") && said.contains("status 0"), "{said}");
+    shell.0.wait().unwrap();
+    moving.end();
+    moving.assert_braked();
+}
+
+/// A process that is not left running, however the test ends.
+struct Ended(Child);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Whoever holds the port may be suspended, and gives it back to nobody: a stop sees for itself
+/// that the motor rests.
+#[test]
+fn a_stop_does_not_wait_for_a_suspended_holder() {
+    let moving = Moving::at_speed();
+    moving.signal(Signal::STOP);
+    let ended = stepwright(&["stop", "--axis", "1", "--port", &moving.port]);
+    assert_eq!(ended.code(), Some(0), "{ended:?}");
+    assert_ramped(&ended);
+    let ended = stepwright(&["kill", "--port", &moving.port]);
+    assert_eq!(ended.code(), Some(0), "{ended:?}");
+}
+
+/// A stop and a watch end by the first signal: what was said is said, and nothing more is done.
+#[test]
+fn a_signal_ends_a_stop_and_a_watch() {
+    let mut board = Running::start(&["board", "--pty"]);
+    let port = board.wait_out("").strip_prefix("pty ").unwrap().to_owned();
+    let order = ["move", "100000", "--accel", "20000", "--decel", "10", "--detach"];
+    let moved = stepwright(&[&order[..], &["--port", &port]].concat());
+    assert_eq!(moved.code(), Some(0), "{moved:?}");
+    // From 1000 steps/s it would brake for 100 s.
+    for (order, said) in [("watch", "nothing was stopped"), ("stop", "told to brake")] {
+        let running = Running::start(&[order, "--port", &port]);
+        thread::sleep(Duration::from_millis(1500));
+        running.signal(Signal::TERM);
+        let ended = running.end();
+        assert_eq!(ended.code(), Some(130), "{ended:?}");
+        ended.assert_error(said);
+    }
+    let ended = stepwright(&["position", "--port", &port]);
+    assert!(ended.last_line().ends_with(" busy"), "it brakes, and was not killed: {ended:?}");
 }

@@ -96,7 +96,7 @@ fn the_reason_of_the_last_stop_until_the_axis_moves_again() {
     assert_eq!(board.json()["axes"][0]["stop"], "switch");
     stepwright(&["move", "50", "--port", &board.port]).assert(0, "position -50 ready");
     assert_eq!(board.row("axis 1").as_deref(), Some("position -50 ready"));
-    stepwright(&["run", "200", "--port", &board.port]);
+    stepwright(&["run", "200", "--detach", "--port", &board.port]);
     stepwright(&["stop", "--port", &board.port]);
     assert!(board.row("axis 1").unwrap().ends_with(" ready, stopped by a soft stop (Z)"));
     assert_eq!(board.json()["axes"][0]["stop"], "brake");

@@ -39,7 +39,7 @@ fn rows(page: &str) -> Vec<Row> {
 
 /// The command without a machine file, in a folder where nothing is.
 fn start(words: &[String]) -> Running {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_stepwright"));
+    let mut command = Command::new(common::program());
     command.args(words).env("STEPWRIGHT_MACHINE", "none").current_dir(env!("CARGO_TARGET_TMPDIR"));
     Running::of(&mut command)
 }

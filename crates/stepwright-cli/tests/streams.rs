@@ -33,7 +33,7 @@ const ANSWERS: [&[&str]; 8] = [
 ];
 
 fn command(args: &[&str], out: impl Into<Stdio>) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_stepwright"));
+    let mut command = Command::new(common::program());
     command.args(args).stdin(Stdio::null()).stdout(out).stderr(Stdio::piped());
     command
 }

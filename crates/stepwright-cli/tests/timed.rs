@@ -96,3 +96,13 @@ fn a_board_needs_pins_and_has_no_single_steps_to_tell() {
         ended.assert_error(part);
     }
 }
+
+/// As in the source: a virtual top of 0, or no argument, stops.
+#[test]
+fn speed_0_stops() {
+    for option in ["--speed", "--top"] {
+        let ended = stepwright(&["timed", option, "0"]);
+        assert_eq!(ended.code(), Some(0), "{ended:?}");
+        assert_eq!(ended.stdout, "the motor stands, its driver is off\n");
+    }
+}

@@ -15,6 +15,7 @@ use std::path::PathBuf;
 use stepwright::Rate;
 use stepwright_sim::{AxisDrive, Description};
 
+use crate::calc::measure::hertz;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::plot::PlotFile;
@@ -25,7 +26,7 @@ use pace::Paced;
 use recording::{Heading, Recording};
 use stepwright_sim::Switch;
 
-/// Be a virtual board, on standard input and output or on a pseudo-terminal
+/// Run a virtual board, on standard input and output or on a pseudo-terminal
 #[derive(clap::Args)]
 #[command(after_help = "\
 The board is an Arduino Uno with three axes: the real engine and the real serial
@@ -56,7 +57,8 @@ pub struct Args {
     #[arg(long)]
     fast: bool,
     /// Rate of its step timer in ticks/s; a step costs the Uno's 8.3 µs at any
-    #[arg(long, value_name = "HZ", default_value_t = 16_000_000, help_heading = "The board")]
+    #[arg(long, value_name = "HZ", default_value = "16MHz", help_heading = "The board")]
+    #[arg(value_parser = hertz)]
     timer_hz: u32,
     /// Width of its step timer
     #[arg(long, value_name = "BITS", default_value = "16", help_heading = "The board")]

@@ -18,6 +18,10 @@ const MARKS: usize = 4096;
 /// begins or ends at rest never grows an interval by more than 2.5 times.
 const PAUSE: u64 = 5;
 
+/// Steps at either end of a motion that are kept however long it is: what its first and its last
+/// speed are is told by two intervals.
+const ENDS: usize = 3;
+
 /// Windows of the acceleration in the time that an axis takes.
 const WINDOWS: u64 = 300;
 
@@ -42,6 +46,10 @@ struct Axis {
     every: u32,
     marks: Vec<Mark>,
     last: Option<Mark>,
+    /// The steps before it, the latest first.
+    before: [Option<Mark>; ENDS - 1],
+    /// Steps of this motion.
+    made: usize,
     /// The last interval, in this motion.
     interval: Option<u64>,
 }
@@ -55,6 +63,8 @@ struct Mark {
     first: bool,
     /// It is the last before one.
     last: bool,
+    /// It is near an end of its motion.
+    end: bool,
 }
 
 impl Traces {
@@ -123,10 +133,16 @@ impl Axis {
         let first = self.last.is_none_or(|last| last.last);
         self.interval = interval.filter(|_| !first);
         self.position = position;
-        let mark = Mark { time, position, first, last: false };
+        self.made = if first { 1 } else { self.made.saturating_add(1) };
+        let mark = Mark { time, position, first, last: false, end: self.made <= ENDS };
+        self.before.rotate_right(1);
+        self.before[0] = self.last.filter(|_| !first);
+        if first {
+            self.before = [None; ENDS - 1];
+        }
         self.last = Some(mark);
         self.skipped += 1;
-        if first || self.skipped >= self.every {
+        if mark.end || self.skipped >= self.every {
             self.keep(mark);
         }
     }
@@ -135,11 +151,26 @@ impl Axis {
     fn pause(&mut self) {
         self.interval = None;
         if let Some(last) = self.last.filter(|last| !last.last) {
-            let last = Mark { last: true, ..last };
+            let last = Mark { last: true, end: true, ..last };
             self.last = Some(last);
-            match self.marks.last_mut().filter(|mark| mark.time == last.time) {
-                Some(mark) => mark.last = true,
-                None => self.keep(last),
+            let mut marks = std::mem::take(&mut self.marks);
+            self.close(&mut marks);
+            self.marks = marks;
+        }
+    }
+
+    /// Puts the last steps of a motion behind its marks.
+    fn close(&self, marks: &mut Vec<Mark>) {
+        let before = self.before.iter().rev().flatten().copied();
+        let Some(last) = self.last else { return };
+        for step in before.chain([Mark { last: true, ..last }]) {
+            let step = Mark { end: true, ..step };
+            let place = marks.partition_point(|mark| mark.time < step.time);
+            let room = marks.len() < 2 * MARKS;
+            match marks.get_mut(place).filter(|mark| mark.time == step.time) {
+                Some(mark) => (mark.end, mark.last) = (true, step.last),
+                None if room => marks.insert(place, step),
+                None => {}
             }
         }
     }
@@ -150,7 +181,7 @@ impl Axis {
             let mut odd = false;
             self.marks.retain(|mark| {
                 odd = !odd;
-                odd || mark.first || mark.last
+                odd || mark.end
             });
             self.every = self.every.max(1).saturating_mul(2);
         }
@@ -163,14 +194,7 @@ impl Axis {
     /// The marks with that of the last step.
     fn all_marks(&self) -> Vec<Mark> {
         let mut marks = self.marks.clone();
-        if let (Some(last), Some(mark)) = (self.last, marks.last()) {
-            if mark.time != last.time {
-                marks.push(last);
-            }
-            if let Some(mark) = marks.last_mut() {
-                mark.last = true;
-            }
-        }
+        self.close(&mut marks);
         marks
     }
 }
@@ -193,9 +217,9 @@ impl Clock {
         ((a.time as f64 + b.time as f64) / 2.0 - self.zero) / self.hz
     }
 
-    /// Steps/s from a mark to a later one.
+    /// Steps/s from a mark to another.
     fn speed(self, a: &Mark, b: &Mark) -> f64 {
-        (b.position - a.position) as f64 * self.hz / (b.time - a.time) as f64
+        (b.position - a.position) as f64 * self.hz / (b.time as f64 - a.time as f64)
     }
 }
 
@@ -214,6 +238,17 @@ fn position(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
     points
 }
 
+/// The speed at the end `a` of a motion, by the intervals from there to `b` and on to `c`:
+/// where the acceleration is constant that is what it is. Never the other way.
+fn end_speed(clock: Clock, a: &Mark, b: &Mark, c: Option<&Mark>) -> f64 {
+    let (near, at) = (clock.speed(a, b), clock.middle(a, b));
+    let Some(c) = c else { return near };
+    let (far, then) = (clock.speed(b, c), clock.middle(b, c));
+    let speed = near + (near - far) * (clock.at(a) - at) / (at - then);
+    let (least, most) = if near < 0.0 { (2.0 * near, 0.0) } else { (0.0, 2.0 * near) };
+    speed.clamp(least, most)
+}
+
 /// Seconds and steps/s.
 fn speed(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
@@ -224,7 +259,10 @@ fn speed(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
         let until = next.map(|next| (clock.middle(mark, next), clock.speed(mark, next)));
         if mark.first {
             points.push((time, 0.0));
-            points.push((time, until.map_or(0.0, |(_, speed)| speed)));
+            let (second, third) = (marks.get(n + 1), marks.get(n + 2));
+            let third = third.filter(|_| second.is_some_and(|second| !second.last));
+            let start = until.zip(second).map(|(_, second)| end_speed(clock, mark, second, third));
+            points.push((time, start.unwrap_or(0.0)));
         }
         match until {
             Some((middle, now)) => {
@@ -232,7 +270,11 @@ fn speed(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
                 points.push((middle, speed));
             }
             None => {
-                points.push((time, speed));
+                let before = |steps: usize| n.checked_sub(steps).and_then(|n| marks.get(n));
+                let second = before(1).filter(|_| !mark.first);
+                let third = second.filter(|second| !second.first).and(before(2));
+                let end = second.map_or(speed, |second| end_speed(clock, mark, second, third));
+                points.push((time, end));
                 points.push((time, 0.0));
                 speed = 0.0;
             }
@@ -403,6 +445,24 @@ mod tests {
         // Each of few steps.
         let each = [(0.0, 0.0), (0.0, 1.0), (0.002, 1.0), (0.002, 2.0)];
         assert_eq!(series[1].position, each);
+    }
+
+    /// However many steps follow, a ramp begins and ends at the start speed.
+    #[test]
+    fn the_start_speed_is_the_true_one() {
+        for (start, accel, steps) in [(50.0, 2500.0, 400), (50.0, 20_000.0, 40), (0.0, 8000.0, 9)] {
+            for steps in [steps, 300_000] {
+                let time = |n: f64| ((start * start + 2.0 * accel * n).sqrt() - start) / accel;
+                let half = f64::from(steps / 2);
+                let times = (0..=2 * (steps / 2)).map(|n| match f64::from(n) {
+                    n if n <= half => time(n),
+                    n => 2.0 * time(half) - time(2.0 * half - n),
+                });
+                let points = speeds(times.map(|s| (s * 1e6).round() as u64));
+                let ends = [points[1].1, points[points.len() - 2].1];
+                assert!(ends.iter().all(|v| (v - start).abs() < 3.0), "{start} {steps}: {ends:?}");
+            }
+        }
     }
 
     #[test]

@@ -107,9 +107,13 @@ impl VrefArgs {
             sheet.rows.push(row.into());
             if current > self.driver.most() {
                 let most = self.driver.most();
-                sheet.notes.push(format!(
-                    "{current} A is more than the {most} A of a {name}: is it in mA? Then write {current}mA."
-                ));
+                let todo = match current < 100.0 {
+                    true => "take a driver for more current, or a motor for less.".to_owned(),
+                    false => format!("is it in mA? Then write {current}mA."),
+                };
+                sheet
+                    .notes
+                    .push(format!("{current} A is more than the {most} A of a {name}: {todo}"));
             }
         }
         sheet

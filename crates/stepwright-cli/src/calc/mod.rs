@@ -18,7 +18,7 @@ mod clock;
 mod delay;
 mod driver;
 mod linear;
-mod measure;
+pub mod measure;
 mod range;
 mod remote;
 mod timed;

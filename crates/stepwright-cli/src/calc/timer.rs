@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::quantity::{GeometryArgs, SpeedArg};
 use crate::sheet::{Cell, Sheet};
 
-/// A speed on a timer: virtual top, prescaler, what it is in truth
+/// A speed on a timer: virtual top, prescaler, the actual speed
 ///
 /// The virtual top is the clock over the steps/s, in 32 bits; the smallest
 /// prescaler with which it fits the timer's own bits is taken. As the Arduino driver has

@@ -67,7 +67,7 @@ direction; series = [{ steps = 4, delay-us = 900 }, { wait = 2, delay-us = 500 }
 Cycles are simulated as fast as the machine can. docs/cycles.md has all of it.
 
 Exit status: 0 all went as it should; 1 a cycle was refused or cancelled; 2 the
-command line makes no sense.
+command line is invalid.
 
 Examples:
   stepwright cycle examples/cycles/readme.toml

@@ -453,7 +453,6 @@ impl<'p> Session<'p> {
                 Ended { position: *position, status, faults, known: cycle.motor(motor) }
             })
             .collect();
-        let (late, longest) = (self.board.cycle().late(), self.board.cycle().longest());
-        self.told.json(self.seconds(), late, longest, &motors)
+        self.told.json(self.seconds(), &motors)
     }
 }

@@ -69,9 +69,10 @@ impl Board {
         let text = line.to_string();
         let text = format!("{text}*{:02X}\r", text.bytes().fold(0, crc));
         for _ in 0..TRIES {
+            self.talk.get_in_step()?;
             self.talk.send(&text)?;
             // What belongs to no checksum is an answer to the empty line, or was spoiled.
-            while let Some(answer) = self.talk.line()? {
+            while let Some(answer) = self.talk.answer()? {
                 let Some((bare, sum)) = answer.rsplit_once('*') else { continue };
                 if sum == format!("{:02X}", bare.bytes().fold(0, crc)) {
                     if bare.starts_with("E1,") {

@@ -458,7 +458,7 @@ impl<'p> RemoteSession<'p> {
 
     /// What became of all of it.
     pub fn json(&self) -> String {
-        let Some(report) = &self.last else { return self.told.json(0.0, 0, 0, &[]) };
+        let Some(report) = &self.last else { return self.told.json(0.0, &[]) };
         let motors: Vec<_> = (self.motors(report).iter().zip(&self.plan.motors))
             .map(|(motor, known)| Ended {
                 position: motor.position,
@@ -471,7 +471,7 @@ impl<'p> RemoteSession<'p> {
                 known: Some(Motor { max: motor.max, ..*known }),
             })
             .collect();
-        self.told.json(self.told.seconds(self.before), report.late, report.longest, &motors)
+        self.told.json(self.told.seconds(self.before), &motors)
     }
 }
 

@@ -3,6 +3,8 @@
 use std::ops::Range;
 
 use serde_json::{Value, json};
+
+use crate::json::tidy;
 use stepwright_cycle::{CycleError, Faults, Motor, Refusal, Status};
 
 use super::Format;
@@ -17,6 +19,9 @@ pub struct Told<'p> {
     pub text: &'p Text,
     pub format: Format,
     cycles: Vec<Value>,
+    /// Of all cycles: steps that came late, and the handler's longest time in µs.
+    late: u32,
+    longest: u32,
 }
 
 /// How a cycle ended.
@@ -39,7 +44,7 @@ pub struct Ended {
 
 impl<'p> Told<'p> {
     pub fn new(plan: &'p Plan, text: &'p Text, format: Format) -> Told<'p> {
-        Told { plan, text, format, cycles: Vec::new() }
+        Told { plan, text, format, cycles: Vec::new(), late: 0, longest: 0 }
     }
 
     /// What the file calls a motor.
@@ -151,11 +156,19 @@ impl<'p> Told<'p> {
                  at most"
             ));
         }
-        self.cycles.push(json!({ "seconds": seconds, "error": error }));
+        self.late = self.late.saturating_add(*late);
+        self.longest = self.longest.max(*longest);
+        let cycle = json!({
+            "seconds": seconds,
+            "late": late,
+            "longest_us": longest,
+            "error": error,
+        });
+        self.cycles.push(cycle);
     }
 
     /// What became of all of it.
-    pub fn json(&self, seconds: f64, late: u32, longest: u32, motors: &[Ended]) -> String {
+    pub fn json(&self, seconds: f64, motors: &[Ended]) -> String {
         let motors: Vec<_> = (self.plan.names.iter().zip(motors))
             .map(|(name, motor)| {
                 let status = match motor.status {
@@ -176,12 +189,12 @@ impl<'p> Told<'p> {
         let all = json!({
             "unit": self.plan.unit,
             "seconds": seconds,
-            "late": late,
-            "longest_us": longest,
+            "late": self.late,
+            "longest_us": self.longest,
             "cycles": self.cycles,
             "motors": motors,
         });
-        format!("{all:#}")
+        format!("{:#}", tidy(all))
     }
 
     /// A time in µs, as exact as the timer is.

@@ -125,7 +125,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     }
     let state = if args.dry_run { "dry-run" } else { "written" };
     match args.format {
-        Format::Json => say::result(json!({
+        Format::Json => say::json(json!({
             "board": args.board.name(),
             "program": args.program.name(),
             "bytes": image.bytes().len(),

@@ -13,10 +13,12 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::Link;
-use super::host;
+use super::door::Door;
 
 /// The holder answers between two of its own questions; while it gives an order it does not.
-const PATIENCE: Duration = Duration::from_secs(5);
+pub const PATIENCE: Duration = Duration::from_secs(5);
+/// Who has a motor to stop waits no longer for one that may be suspended.
+pub const SOON: Duration = Duration::from_secs(1);
 
 /// A way through the program that holds the port.
 pub struct GuestLink {
@@ -25,14 +27,16 @@ pub struct GuestLink {
     opened: Instant,
     /// Answers that are still to come.
     owed: usize,
+    /// How long they are waited for.
+    patience: Duration,
 }
 
 impl GuestLink {
     /// The way to the board on this port; `None` if nobody who holds it lets others in.
-    pub fn open(port: &Path) -> Option<GuestLink> {
-        let stream = UnixStream::connect(host::socket_of(port)?).ok()?;
-        stream.set_write_timeout(Some(PATIENCE)).ok()?;
-        Some(GuestLink { stream, path: port.to_owned(), opened: Instant::now(), owed: 0 })
+    pub fn open(port: &Path, patience: Duration) -> Option<GuestLink> {
+        let stream = UnixStream::connect(Door::find(port)?.socket()).ok()?;
+        stream.set_write_timeout(Some(patience)).ok()?;
+        Some(GuestLink { stream, path: port.to_owned(), opened: Instant::now(), owed: 0, patience })
     }
 
     /// Takes what comes; how many bytes of `buffer` are of the board.
@@ -56,7 +60,7 @@ impl GuestLink {
 impl Link for GuestLink {
     /// An answer that is still to come is another line's: it is waited for first.
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + self.patience;
         while self.owed > 0 {
             if Instant::now() >= end {
                 return Err(ErrorKind::TimedOut.into());

@@ -6,11 +6,13 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
+
+use super::door::Door;
+use super::lease::LeaseNote;
 
 /// A line has this many bytes at most, its checksum and CR included.
 const LONGEST: u64 = 64;
@@ -29,22 +31,16 @@ pub struct Asked {
 pub struct Host {
     socket: PathBuf,
     asked: Receiver<Asked>,
+    /// Our lease, for who comes after us.
+    pub lease: LeaseNote,
 }
 
 impl Host {
     /// Opens the door of a port that we hold alone. `None` where there can't be one: then
     /// others find the port in use.
     pub fn open(port: &Path) -> Option<Host> {
-        let socket = socket_of(port)?;
-        let mut builder = fs::DirBuilder::new();
-        // Another's folder, or one that others can write to, is none of ours.
-        let folder = socket.parent()?;
-        let _ = builder.mode(0o700).create(folder);
-        let about = fs::symlink_metadata(folder).ok()?;
-        let uid = rustix::process::getuid().as_raw();
-        if !about.is_dir() || about.uid() != uid || about.mode() & 0o077 != 0 {
-            return None;
-        }
+        let door = Door::make(port)?;
+        let (socket, lease) = (door.socket(), LeaseNote::of(&door));
         // One that was left behind: the port is ours.
         let _ = fs::remove_file(&socket);
         let listener = UnixListener::bind(&socket).ok()?;
@@ -55,7 +51,7 @@ impl Host {
                 thread::spawn(move || serve(guest, &ask));
             }
         });
-        Some(Host { socket, asked })
+        Some(Host { socket, asked, lease })
     }
 
     /// A line that a guest wants said, if one does.
@@ -68,18 +64,6 @@ impl Drop for Host {
     fn drop(&mut self) {
         let _ = fs::remove_file(&self.socket);
     }
-}
-
-/// Where the door of a port is, by the port's own name: links to it lead to the same.
-pub fn socket_of(port: &Path) -> Option<PathBuf> {
-    let port = fs::canonicalize(port).ok()?;
-    let name = port.to_str()?.trim_start_matches('/').replace('/', "-");
-    let uid = rustix::process::getuid().as_raw();
-    let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
-        Some(folder) if !folder.is_empty() => PathBuf::from(folder).join("stepwright"),
-        _ => std::env::temp_dir().join(format!("stepwright-{uid}")),
-    };
-    Some(folder.join(format!("{name}.socket")))
 }
 
 /// Reads the lines of a guest, and gives it its answers, until either is gone.

@@ -5,9 +5,13 @@
 //! board is said on the real line.
 
 #[cfg(unix)]
+mod door;
+#[cfg(unix)]
 pub mod guest;
 #[cfg(unix)]
 pub mod host;
+#[cfg(unix)]
+pub mod lease;
 pub mod serial;
 pub mod talk;
 pub mod virtual_board;

@@ -50,6 +50,10 @@ impl SerialLink {
                  `position`, `retarget` and `watch` do where it is a stepwright that moves",
             ));
         }
+        #[cfg(unix)]
+        if alone {
+            super::lease::let_run_out(path)?;
+        }
         // What came before we opened is not for us, unless it is for another
         // who is still listening; an error shows later.
         if alone {

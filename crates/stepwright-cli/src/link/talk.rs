@@ -1,4 +1,8 @@
 //! A line of text to a board, and its answer.
+//!
+//! A board answers its lines one after another. So an answer that came too late is recognised,
+//! however late it is: whoever missed one asks the board what it is, and takes nothing for an
+//! answer before that to this question. Such an answer itself is known by how it begins.
 
 use std::io;
 use std::time::Duration;
@@ -18,12 +22,18 @@ const LOST: &str = "is it still plugged in? what it plays goes on; a reset ends 
 /// Lines that end with a carriage return, one answer each.
 pub struct Talk {
     link: Box<dyn Link>,
+    /// How the board begins to say what it is; empty before it was met.
+    greeting: String,
+    /// An answer that did not come may still come.
+    owed: bool,
+    /// Questions of what the board is whose answers have not come.
+    asked: usize,
 }
 
 impl Talk {
     /// Over this link.
     pub fn new(link: Box<dyn Link>) -> Talk {
-        Talk { link }
+        Talk { link, greeting: String::new(), owed: false, asked: 0 }
     }
 
     /// How to call the board in a sentence.
@@ -45,11 +55,61 @@ impl Talk {
         self.link.write(text.as_bytes()).map_err(|error| self.lost(&error))
     }
 
+    /// The next answer; `None` if none comes for a while.
+    pub fn answer(&mut self) -> Result<Option<String>, Failure> {
+        loop {
+            match self.line()? {
+                Some(answer) if self.is_greeting(&answer) => {
+                    self.asked = self.asked.saturating_sub(1)
+                }
+                answer => {
+                    self.owed = answer.is_none();
+                    return Ok(answer);
+                }
+            }
+        }
+    }
+
+    fn is_greeting(&self, answer: &str) -> bool {
+        !self.greeting.is_empty() && answer.starts_with(&self.greeting)
+    }
+
+    /// Leaves all answers out that are to earlier lines, if one was missed.
+    pub fn get_in_step(&mut self) -> Result<(), Failure> {
+        if !self.owed {
+            return Ok(());
+        }
+        self.send("?\r")?;
+        self.asked += 1;
+        let (mut heard, mut silent) = (false, 0);
+        // One that answers so late is waited for three times as long.
+        while silent < if heard { 3 * TRIES } else { TRIES } {
+            let Some(answer) = self.line()? else {
+                silent += 1;
+                continue;
+            };
+            if self.is_greeting(&answer) {
+                (heard, silent) = (true, 0);
+                self.asked = self.asked.saturating_sub(1);
+                self.owed = self.asked > 0;
+                if !self.owed {
+                    return Ok(());
+                }
+            }
+        }
+        if !heard {
+            return Err(self.silent());
+        }
+        // The others were lost: to a boot loader, or on the line.
+        (self.asked, self.owed) = (0, false);
+        Ok(())
+    }
+
     /// The next line of the board's; `None` if none comes for a while.
-    pub fn line(&mut self) -> Result<Option<String>, Failure> {
+    fn line(&mut self) -> Result<Option<String>, Failure> {
         let (begun, mut text) = (self.link.now(), Vec::new());
         loop {
-            let left = PATIENCE.saturating_sub(self.link.now() - begun);
+            let left = (begun + PATIENCE).saturating_sub(self.link.now());
             let mut byte = [0];
             let count = self.link.read(&mut byte, left).map_err(|error| self.lost(&error))?;
             match byte {
@@ -61,11 +121,16 @@ impl Talk {
         }
     }
 
-    /// Says a line, and hears its answer.
+    /// Says a line, once, and hears its answer.
     pub fn ask(&mut self, line: &str) -> Result<String, Failure> {
+        self.get_in_step()?;
         self.send(&format!("{line}\r"))?;
-        let answer = self.line()?;
-        answer.ok_or_else(|| self.silent())
+        for _ in 0..TRIES {
+            if let Some(answer) = self.answer()? {
+                return Ok(answer);
+            }
+        }
+        Err(self.silent())
     }
 
     /// It has answered, and does not any more.
@@ -96,15 +161,106 @@ impl Talk {
         program: impl Fn(&str) -> &'static str,
     ) -> Result<String, Failure> {
         let at = self.name();
-        for _ in 0..TRIES {
+        for n in 0..TRIES {
             // An empty line ends what was left of another.
-            self.send("\r?\r")?;
+            self.send(if n == 0 { "\r?\r" } else { "?\r" })?;
+            self.asked += 1;
             while let Some(answer) = self.line()? {
                 if programs::is_wanted(&at, &answer, wanted, &program)?.is_some() {
+                    self.greeting = wanted.into();
+                    self.asked -= 1;
                     return Ok(answer);
                 }
             }
         }
         Err(Failure::new(format!("{at} does not answer")).hint(programs::flash("", program(""))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::VecDeque;
+
+    const GREETING: &str = "stepwright-cycle";
+
+    /// A board that says each line back, the nth after the nth of these times.
+    struct Echo {
+        delays: Vec<u64>,
+        line: Vec<u8>,
+        /// When it is free to answer the next line.
+        free: Duration,
+        answers: VecDeque<(Duration, u8)>,
+        now: Duration,
+    }
+
+    impl Link for Echo {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+            for byte in bytes {
+                if *byte != b'\r' {
+                    self.line.push(*byte);
+                    continue;
+                }
+                let line = std::mem::take(&mut self.line);
+                let answer = match line.as_slice() {
+                    b"" => b"E".to_vec(),
+                    b"?" => format!("{GREETING} uno hz=1").into_bytes(),
+                    line => line.to_vec(),
+                };
+                let delay = if self.delays.is_empty() { 0 } else { self.delays.remove(0) };
+                self.free = self.free.max(self.now) + Duration::from_millis(delay);
+                self.answers.extend(answer.iter().chain(b"\r").map(|byte| (self.free, *byte)));
+            }
+            Ok(())
+        }
+
+        fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+            let due = self.answers.front().map_or(Duration::MAX, |answer| answer.0);
+            if due > self.now + limit {
+                self.now += limit;
+                return Ok(0);
+            }
+            self.now = self.now.max(due);
+            buffer[0] = self.answers.pop_front().expect("one is due").1;
+            Ok(1)
+        }
+
+        fn now(&self) -> Duration {
+            self.now
+        }
+
+        fn name(&self) -> String {
+            "the board".into()
+        }
+    }
+
+    fn talk(delays: &[u64]) -> Talk {
+        let (line, answers) = (Vec::new(), VecDeque::new());
+        let (free, now) = (Duration::ZERO, Duration::ZERO);
+        Talk::new(Box::new(Echo { delays: delays.to_vec(), line, free, answers, now }))
+    }
+
+    /// However long each takes, and wherever a line was given up.
+    #[test]
+    fn an_answer_is_never_taken_for_that_to_another_line() {
+        for delays in [
+            &[0, 0, 700, 0, 0, 3_000, 0, 0][..],
+            &[0, 1_700, 900, 0, 0, 0, 5_000, 0, 0],
+            &[600; 20],
+            &[0, 0, 0, 9_000, 0, 0, 7_000, 600, 600, 600],
+            &[2_100, 900, 0, 0, 5_200, 4_100, 0, 0, 4_100],
+        ] {
+            let mut talk = talk(delays);
+            talk.meet(GREETING, |_| "cycles").unwrap();
+            let mut answered = 0;
+            for n in 0..12 {
+                let line = format!("V{n}");
+                if let Ok(answer) = talk.ask(&line) {
+                    assert_eq!(answer, line, "{delays:?}");
+                    answered += 1;
+                }
+            }
+            assert!(answered >= 8, "{delays:?}: {answered}");
+        }
     }
 }

@@ -17,6 +17,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
+use std::fs;
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::str::FromStr;
@@ -26,6 +27,7 @@ use stepwright_protocol::AxisId;
 use toml::{Spanned, Value};
 
 use crate::failure::Failure;
+use crate::files;
 use crate::order::lease::millis;
 use crate::order::motion::RAMP;
 use crate::order::target::BAUD;
@@ -97,6 +99,25 @@ pub const AXIS: [Key; 12] = [
     key("home-back-off", "back_off", About::Homing, reads::<DistanceArg>),
     key("home-within", "within", About::Homing, reads::<DistanceArg>),
 ];
+
+/// A machine file has this many bytes at most.
+const MOST: usize = 100_000;
+
+/// The text of a machine file. Nobody waits for a pipe whose other end writes nothing.
+pub fn text(path: &Path) -> Result<String, Failure> {
+    let about = fs::metadata(path).map_err(|error| Failure::file("read", path, &error))?;
+    if !about.is_file() {
+        let what = format!("can't read {}: it is no regular file", path.display());
+        return Err(Failure::new(what).hint("a machine file is a text file on a disk"));
+    }
+    files::read(path, MOST)
+}
+
+/// The values of the board's keys that can be read, whatever else is wrong with the file.
+pub fn readable(text: &str) -> Values {
+    let table: toml::Table = toml::from_str(text).unwrap_or_default();
+    table.iter().filter_map(|(name, value)| value_of(&BOARD, name, value).ok()).collect()
+}
 
 /// A file as TOML has it.
 #[derive(Deserialize)]

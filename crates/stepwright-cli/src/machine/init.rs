@@ -7,7 +7,7 @@ use stepwright_protocol::AxisId;
 use toml_edit::{DocumentMut, Item, Table, TableLike, value};
 
 use super::HERE;
-use super::file::Machine;
+use super::file::{self, Machine};
 use crate::failure::{Failure, unless_closed};
 use crate::order::target;
 use crate::{files, say};
@@ -72,7 +72,7 @@ pub struct Args {
 /// Asks, writes, and says what to do next.
 pub fn run(args: Args) -> Result<(), Failure> {
     let before = match args.file.try_exists() {
-        Ok(true) => files::read(&args.file, super::MOST)?,
+        Ok(true) => file::text(&args.file)?,
         _ => String::new(),
     };
     // What is there is right before anything is asked.
@@ -93,6 +93,15 @@ pub fn run(args: Args) -> Result<(), Failure> {
     for (key, typed, question) in questions {
         loop {
             let answer = asked.answer(typed, &format!("Axis {number}: {question}"))?;
+            if let Some(doubt) =
+                answer.as_deref().and_then(|answer| bare(&file, number, key, answer))
+            {
+                match asked.any {
+                    true => return Err(Failure::usage(format!("--{key} {doubt}"))),
+                    false => say::note(format_args!("{key} {doubt}")),
+                }
+                continue;
+            }
             let mut tried = file.clone();
             if let Some(axis) = axis_of(&mut tried, number) {
                 set(axis, key, answer);
@@ -111,6 +120,20 @@ pub fn run(args: Args) -> Result<(), Failure> {
     say::result(format_args!("{} has axis {number}", args.file.display()));
     say::note(format_args!("try it: `stepwright move 360deg --axis {number} --virtual`"));
     Ok(())
+}
+
+/// What is to be asked of a number without a unit, on an axis that has millimetres.
+fn bare(file: &DocumentMut, axis: u8, key: &str, answer: &str) -> Option<String> {
+    let unit = match key {
+        "top-speed" => "s",
+        "accel" => "s2",
+        _ => return None,
+    };
+    answer.parse::<f64>().ok()?;
+    file.get("axis")?.get(axis.to_string())?.get("mm-per-rev")?;
+    Some(format!(
+        "{answer}: mm/{unit} or steps/{unit}? write {answer}mm/{unit}, or {answer}steps/{unit}"
+    ))
 }
 
 /// What is wrong with an option, which no file has yet.

@@ -14,13 +14,14 @@ pub mod init;
 
 use std::env;
 use std::ffi::OsString;
+use std::mem;
 use std::path::{Path, PathBuf};
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
 
 use crate::failure::Failure;
-use crate::{files, say};
+use crate::say;
 use file::{About, Key, Machine, Values};
 use stepwright_protocol::AxisId;
 use stepwright_serve::report::{MachineSheet, MachineValue};
@@ -31,8 +32,13 @@ const HERE: &str = "stepwright.toml";
 const NONE: &str = "none";
 /// Names the file, or none, where `--machine` doesn't.
 const VARIABLE: &str = "STEPWRIGHT_MACHINE";
-/// A machine file has this many bytes at most.
-const MOST: usize = 100_000;
+/// The subcommands that order a board, or plan.
+const ORDERS: [&str; 16] = [
+    "move", "line", "run", "home", "jog", "retarget", "watch", "stop", "kill", "status",
+    "position", "zero", "send", "settings", "plan", "serve",
+];
+/// Those of them that no file may hold up.
+const STOPS: [&str; 2] = ["stop", "kill"];
 
 /// The option that names the machine file.
 #[derive(clap::Args, Clone, Debug)]
@@ -69,6 +75,9 @@ fn of_user() -> Option<PathBuf> {
 
 /// What was typed, with the machine's defaults for what wasn't. `machine` is the option
 /// as the first reading of the command line has it.
+///
+/// A motor must be stopped whatever a file holds: `stop` and `kill` take of it what can be
+/// read, and say what is wrong with it.
 pub fn read(
     command: impl Fn() -> Command,
     words: &[OsString],
@@ -76,31 +85,59 @@ pub fn read(
     machine: &MachineArgs,
 ) -> Result<ArgMatches, Failure> {
     let (path, typed) = deepest(&first);
-    if !takes_defaults(&path) {
+    let Some(order) = path.first().filter(|name| ORDERS.contains(&name.as_str())) else {
         return Ok(first);
-    }
-    let Some(from) = machine.path() else { return Ok(first) };
-    let machine = Machine::parse(&files::read(&from, MOST)?, &from)?;
-    let axis = match typed.try_get_one::<AxisId>("axis") {
-        Ok(Some(axis)) => machine.axis(*axis),
-        _ => machine.common(),
     };
-    let defaults = defaults(machine.board().into_iter().chain(axis).collect(), &path, typed);
+    let Some(from) = machine.path() else { return Ok(first) };
+    let stops = STOPS.contains(&order.as_str());
+    let or = |values: Result<Values, Failure>, rest: Values| match values {
+        Err(failure) if stops => {
+            say::note(format_args!("machine: {}", failure.message()));
+            Ok(rest)
+        }
+        values => values,
+    };
+    let values =
+        file::text(&from).and_then(|text| or(values(&text, &from, typed), file::readable(&text)));
+    let values = or(values, Vec::new())?;
+    let mut command = command();
+    let below = path.iter().try_fold(&mut command, |above, name| above.find_subcommand_mut(name));
+    let Some(below) = below else { return Ok(first) };
+    let defaults = defaults(values, order, typed, below);
     if defaults.is_empty() {
         return Ok(first);
     }
     say::note(format_args!("machine: {}", from.display()));
-    let command = with(command(), &path, &defaults);
+    // Only options that are there can be given a default this way.
+    *below = mem::take(below).mut_args(|option| {
+        match defaults.iter().find(|(id, _)| option.get_id() == id) {
+            Some((_, value)) => option.default_value(value.clone()),
+            None => option,
+        }
+    });
     // What is wrong with a default, the file has been told.
-    command.try_get_matches_from(words).map_err(|error| {
-        Failure::usage(format!("{} does not fit this command: {error}", from.display()))
+    command.try_get_matches_from(words).or_else(|error| match stops {
+        true => Ok(first),
+        false => {
+            Err(Failure::usage(format!("{} does not fit this command: {error}", from.display())))
+        }
     })
+}
+
+/// The values of the file for the axis that was typed, or those that its axes have in common.
+fn values(text: &str, from: &Path, typed: &ArgMatches) -> Result<Values, Failure> {
+    let machine = Machine::parse(text, from)?;
+    let axis = match typed.try_get_one::<AxisId>("axis") {
+        Ok(Some(axis)) => machine.axis(*axis),
+        _ => machine.common(),
+    };
+    Ok(machine.board().into_iter().chain(axis).collect())
 }
 
 /// What stands in the machine file, for people who look at a board.
 pub fn shown(machine: &MachineArgs) -> Result<Option<MachineSheet>, Failure> {
     let Some(from) = machine.path() else { return Ok(None) };
-    let machine = Machine::parse(&files::read(&from, MOST)?, &from)?;
+    let machine = Machine::parse(&file::text(&from)?, &from)?;
     let value = |axis: Option<AxisId>, (key, value): (&'static Key, String)| MachineValue {
         axis: axis.map(AxisId::number),
         name: key.name,
@@ -124,27 +161,25 @@ fn deepest(matches: &ArgMatches) -> (Vec<String>, &ArgMatches) {
     (path, deepest)
 }
 
-/// Whether a subcommand orders a board, or plans.
-fn takes_defaults(path: &[String]) -> bool {
-    let first = path.first().map(String::as_str);
-    const ORDERS: [&str; 16] = [
-        "move", "line", "run", "home", "jog", "retarget", "watch", "stop", "kill", "status",
-        "position", "zero", "send", "settings", "plan", "serve",
-    ];
-    first.is_some_and(|name| ORDERS.contains(&name))
-}
-
-/// The options, by id, that the machine gives another default.
-fn defaults(values: Values, path: &[String], typed: &ArgMatches) -> Vec<(&'static str, String)> {
-    let has = |id: &str| typed.try_contains_id(id).is_ok();
+/// The options of this subcommand, by id, that the machine gives another default. `order` is
+/// the outermost subcommand.
+fn defaults(
+    values: Values,
+    order: &str,
+    typed: &ArgMatches,
+    subcommand: &Command,
+) -> Vec<(&'static str, String)> {
+    // The definition is asked: what was typed knows no names of options in a release build.
+    let has = |id: &str| subcommand.get_arguments().any(|option| option.get_id() == id);
     let is_typed = |id: &str| has(id) && typed.value_source(id) == Some(ValueSource::CommandLine);
     // What only a virtual board has is asked of one.
     let own = ["virtual", "fast", "vcd", "mcap", "plot", "switch", "drive"];
     let virtual_board = own.into_iter().any(is_typed);
     // A ramp is one thing: the file's is another one than the one that was typed.
     let ramp_typed = ["ramp", "accel"].into_iter().any(is_typed);
-    let order = path.first().map_or("", String::as_str);
     let wanted = |name: &str, about: About| match about {
+        // A motor that is left alone has none: nobody would hold it.
+        About::Board if name == "lease" && is_typed("detach") => false,
         About::Board => !virtual_board,
         About::Units => true,
         About::Motion if ramp_typed && ["ramp", "accel", "decel"].contains(&name) => false,
@@ -156,14 +191,4 @@ fn defaults(values: Values, path: &[String], typed: &ArgMatches) -> Vec<(&'stati
         .filter(|(key, _)| has(key.id) && wanted(key.name, key.about))
         .map(|(key, text)| (key.id, text))
         .collect()
-}
-
-/// The command with these defaults for its subcommand.
-fn with(command: Command, path: &[String], defaults: &[(&'static str, String)]) -> Command {
-    match path.split_first() {
-        Some((name, rest)) => command.mut_subcommand(name, |below| with(below, rest, defaults)),
-        None => defaults.iter().fold(command, |command, (id, value)| {
-            command.mut_arg(id, |arg| arg.default_value(value.clone()))
-        }),
-    }
 }

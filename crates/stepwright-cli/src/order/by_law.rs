@@ -5,11 +5,12 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use stepwright_austin::line::{Line, NAME, Progress, Refused, can};
+use stepwright_austin::station::Costs;
 use stepwright_austin::{LawName, Recipe};
 use stepwright_protocol::AxisId;
 
 use super::law::LawArgs;
-use super::motion::{RampArgs, seconds};
+use super::motion::{RampArgs, TOP, seconds};
 use super::target::{Format, PortArgs, VirtualArgs};
 use super::travel::last_line;
 use crate::board::bench::Bench;
@@ -25,7 +26,7 @@ use crate::plot::GAP;
 use crate::programs;
 use crate::quantity::{Rounded, SpeedArg};
 use crate::say;
-use stepwright::{Accel, Geometry, Speed};
+use stepwright::{Accel, Geometry, Rate, Speed};
 use stepwright_sim::Description;
 
 /// Between two looks at a moving motor.
@@ -50,8 +51,8 @@ pub struct LawOrder<'a> {
     pub options: &'a LawArgs,
     /// Its accelerations.
     pub ramps: &'a RampArgs,
-    /// Its top speed, and the option's name.
-    pub top: (&'a SpeedArg, &'static str),
+    /// Its top speed; where none is typed the usual one, or the highest that the board can.
+    pub top: Option<&'a SpeedArg>,
     /// Where to.
     pub goal: Goal,
     /// How long an endless one lasts.
@@ -76,12 +77,13 @@ impl LawOrder<'_> {
                 .hint("leave --axis out"));
         }
         let geometry: Geometry = self.ramps.geometry()?;
-        let top = self.top.0.resolve(&geometry, self.top.1)?;
-        let (accel, decel) = self.ramps.slopes_from_rest(&geometry, &top)?;
-        let changes = self.options.changes(&geometry)?;
-        let held = Understood { top, accel, decel, changes };
         // What no timer can hold is known before anything is opened; a virtual board begins at 0.
-        self.recipe(&held, self.steps(0)?)?;
+        let steps = self.steps(0)?;
+        let held = match self.top {
+            Some(top) => self.understood(&geometry, top)?,
+            None => self.suited(&geometry, steps)?,
+        };
+        self.recipe(&held, steps)?;
         interrupt::listen(interrupt::While::Holding)?;
         let link: Box<dyn Link> = match &port.port {
             Some(path) => Box::new(SerialLink::open(path, port.baud, Share::Alone)?),
@@ -92,6 +94,30 @@ impl LawOrder<'_> {
         // Also what was recorded of a motion that went wrong is worth a look.
         let finished = talk.link().finish();
         result.and(finished)
+    }
+
+    /// What was typed, with this top speed.
+    fn understood(&self, geometry: &Geometry, top: &SpeedArg) -> Result<Understood, Failure> {
+        let name = match self.goal {
+            Goal::Endless(_) => "the speed",
+            _ => "--top-speed",
+        };
+        let top = top.moving(geometry, name)?;
+        let (accel, decel) = self.ramps.slopes_from_rest(geometry, &top)?;
+        let changes = self.options.changes(geometry)?;
+        Ok(Understood { top, accel, decel, changes })
+    }
+
+    /// The same with the usual top speed, or the highest that a board can by this law.
+    fn suited(&self, geometry: &Geometry, steps: i32) -> Result<Understood, Failure> {
+        let held = self.understood(geometry, &SpeedArg::of_steps(TOP))?;
+        let recipe = self.recipe(&held, steps)?;
+        let changing = if held.changes.is_empty() { 0 } else { Costs::AVR.changing };
+        let least = Costs::AVR.of(&recipe).max(changing);
+        if recipe.shortest() >= least {
+            return Ok(held);
+        }
+        self.understood(geometry, &SpeedArg::of_steps(Rate::MHZ.hz() / least))
     }
 
     fn virtual_link(
@@ -183,7 +209,7 @@ impl LawOrder<'_> {
         }
         let begun = talk.link().now();
         let (end, braked) = self.watch(talk)?;
-        let took = (talk.link().now() - begun).as_secs_f64();
+        let took = talk.link().now().saturating_sub(begun).as_secs_f64();
         let target = (!matches!(self.goal, Goal::Endless(_))).then(|| from.saturating_add(steps));
         let (state, position) = match end.position {
             Some(at) if target.is_none_or(|target| at == target) => ("ready", Some(at)),
@@ -195,7 +221,7 @@ impl LawOrder<'_> {
             say::note(format_args!("{late} steps came late: the board is too slow for this speed"));
         }
         match self.format {
-            Format::Json => say::result(self.json(held, &at, (from, target), state, end, took)),
+            Format::Json => say::json(self.json(held, &at, (from, target), state, end, took)),
             Format::Text => {
                 say::result(format_args!("  {:<12}{}", "took", seconds(took)));
                 say::result(last_line(state, position.map(i64::from), None));
@@ -269,6 +295,12 @@ impl LawOrder<'_> {
             talk.rest(LOOK)?;
         }
     }
+}
+
+/// A board that goes by a law is left alone by nobody.
+pub fn watched() -> Failure {
+    Failure::usage("a board that goes by a law is watched to the end")
+        .hint("leave --detach and --lease out")
 }
 
 /// The program that has a law, on the board of this answer.

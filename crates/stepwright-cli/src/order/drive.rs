@@ -62,6 +62,7 @@ pub fn begin(
     lines: &[Command],
     from: Option<i64>,
 ) -> Result<(), NotBegun> {
+    session.begins(axis, from);
     let mut not = NotBegun::Noise;
     for _ in 0..TRIES {
         // PO is refused while the axis that is selected is busy, whichever.
@@ -154,9 +155,9 @@ pub fn watch(
             Some(Act::Told(text)) => told = Some(text),
             Some(Act::Changed(line, text)) => (change, told) = (Some(line), Some(text)),
             None => {
-                if let Some(line) = session.next_change() {
-                    change = Command::parse(line.as_bytes()).ok();
-                    told = Some(format!("another terminal says {line}"));
+                if let Some(made) = session.next_change().filter(|made| made.axes.contains(axis)) {
+                    change = Some(made.command);
+                    told = Some(format!("another terminal: {made}"));
                 }
             }
         }

@@ -17,7 +17,8 @@ use crate::session::{LinkError, Session};
 /// Brake: ramp down, and keep the position
 #[derive(clap::Args)]
 #[command(after_help = "\
-Brakes every axis, or the one of --axis, waits until it rests, and says where.
+Brakes every axis, or the one of --axis, waits until it rests, and says where:
+`axis 1 position 4000 ready`, a line for each; `position 4000 ready` with --axis.
 Ctrl-C while it waits kills. Works also while another program talks to the board.
 
 Example:
@@ -33,7 +34,7 @@ pub struct StopArgs {
     axis: Option<AxisId>,
 }
 
-/// Stop every axis dead; the position of one that moved is lost
+/// Stop all axes at once; the position of one that moved becomes unknown
 #[derive(clap::Args)]
 #[command(after_help = "\
 Works also while another program talks to the board. An axis that was moving has
@@ -53,31 +54,52 @@ pub struct KillArgs {
 /// One of ours leaves the port this soon after its motor was stopped, or stays, as
 /// `stepwright serve` does, and lets others in.
 const LEAVES: Duration = Duration::from_secs(1);
-/// The most that another program may take to notice that its motor was killed.
+/// The most that another program may take to notice that its motor was stopped.
 const CONFIRM: Duration = Duration::from_secs(5);
+
+/// What there is to do where it is not known that the motor rests.
+const LOOK: &str = "the motor may still be moving: look at it, and switch off its power if it is";
 
 /// Brakes, and waits until everything rests.
 pub fn stop(args: StopArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
     let mut session = args.port.open("stop", Share::Anyhow)?;
     session.kill_at_once();
-    let mut urged = session.urge(Command::Brake, Some(LEAVES));
+    let mut urged = session.urge(Command::Brake, LEAVES);
     if urged.is_ok() && !session.link().is_alone() {
-        if let Some(mut guest) = args.port.guest() {
+        if let Some(mut guest) = host(&args.port) {
             guest.kill_at_once();
             let stopped = brake_all(&mut guest, args.axis)?;
             // Else it has left meanwhile.
-            if matches!(stopped, Ok(_) | Err(LinkError::Killed)) {
+            if matches!(stopped, Ok(_) | Err(LinkError::Killed | LinkError::Ended)) {
                 return end(&mut guest, &args, stopped);
             }
+        } else {
+            urged = session.urge(Command::Brake, CONFIRM);
         }
-        urged = session.urge(Command::Brake, None);
     }
     let stopped = match urged {
         Ok(()) => brake_all(&mut session, args.axis)?,
         Err(trouble) => Err(trouble),
     };
+    if let (Ok(states), None) = (&stopped, args.axis) {
+        settle(&mut session, &args.port, states);
+    }
     end(&mut session, &args, stopped)
+}
+
+/// Takes a lease off the board that a dead holder of the port has left, once everything rests:
+/// who comes next need not wait for it.
+fn settle(session: &mut Session, port: &PortArgs, states: &[State]) {
+    #[cfg(unix)]
+    if let Some(path) = &port.port
+        && session.link().is_alone()
+        && states.iter().all(|state| !state.busy)
+    {
+        crate::link::lease::give_back(path, session);
+    }
+    #[cfg(not(unix))]
+    let _ = (session, port, states);
 }
 
 /// Says how it ended.
@@ -96,8 +118,20 @@ fn end(
             kill_now(session, &args.port, args.format)?;
             Err(Failure::interrupted("killed instead of braked"))
         }
+        Err(LinkError::Ended) => Err(Failure::interrupted(format!(
+            "{name}: told to brake, and not waited for until it rested"
+        ))
+        .hint(LOOK)),
         Err(trouble) => Err(unsure(&name, &trouble)),
     }
+}
+
+/// The board through the stepwright that has the port, if that one lets others in and answers:
+/// it may be suspended.
+fn host(port: &PortArgs) -> Option<Session> {
+    let mut guest = port.guest()?;
+    let answers = (0..2).any(|_| matches!(guest.once(Command::Status), Ok(Some(_))));
+    answers.then_some(guest)
 }
 
 /// Meets the board, and brakes.
@@ -130,41 +164,43 @@ pub fn kill(args: KillArgs) -> Result<(), Failure> {
 
 fn kill_now(session: &mut Session, port: &PortArgs, format: Format) -> Result<(), Failure> {
     let name = session.link().name();
-    let urged = session.urge(Command::Kill, Some(LEAVES));
+    let urged = session.urge(Command::Kill, LEAVES);
     if urged.is_ok()
         && !session.link().is_alone()
-        && let Some(mut guest) = port.guest()
+        && let Some(mut guest) = host(port)
         && guest.kill().is_ok_and(|killed| killed)
         && let Ok(states) = guest.meet().and_then(|()| look::states(&mut guest, None))
     {
         tell(format, &states);
         return Ok(());
     }
-    match session.urge(Command::Kill, Some(CONFIRM)).and_then(|()| session.kill()) {
+    match session.urge(Command::Kill, CONFIRM).and_then(|()| session.kill()) {
         Ok(true) => {}
         Ok(false) => return Err(unsure(&name, &LinkError::Silent)),
         Err(trouble) => return Err(unsure(&name, &trouble)),
     }
     let states = session.meet().and_then(|()| look::states(session, None));
     let states = states.map_err(|trouble| unsure(&name, &trouble))?;
+    settle(session, port, &states);
     tell(format, &states);
     Ok(())
 }
 
 /// The failure of a stop that was not confirmed.
 fn unsure(name: &str, trouble: &LinkError) -> Failure {
-    Failure::new(format!("{name}: {trouble}"))
-        .hint("the motor may still be moving: look at it, and switch off its power if it is")
+    Failure::new(format!("{name}: {trouble}")).hint(LOOK)
 }
 
-/// Says where the axes are; those that rest at 0 are left out, but the first.
+/// Says where the axes are: `position 4000 ready` of one, `axis 2 position 4000 ready` of each
+/// of several.
 fn tell(format: Format, states: &[State]) {
     if format == Format::Json {
-        return say::result(json!({ "axes": look::json(states) }));
+        return say::json(json!({ "axes": look::json(states) }));
     }
-    let Some((first, others)) = states.split_first() else { return };
-    for state in others.iter().filter(|state| state.busy || state.position != Some(0)) {
+    if let [one] = states {
+        return say::result(one.line());
+    }
+    for state in states {
         say::result(format_args!("axis {} {}", state.axis.number(), state.line()));
     }
-    say::result(first.line());
 }

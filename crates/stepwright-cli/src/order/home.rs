@@ -27,6 +27,9 @@ use stepwright_sim::Switch;
 /// Where the switch of a virtual machine stands.
 const VIRTUAL_SWITCH: i64 = -1000;
 
+/// How far it may be there.
+const VIRTUAL_WITHIN: i32 = 2000;
+
 /// Find position 0 by the limit switch of an axis
 ///
 /// The axis travels towards its switch, which halts it, backs off, comes back slowly until
@@ -40,14 +43,15 @@ up). By default the switch ends the travel backward; `switch-forward` says other
 
 Without --port a virtual machine is homed, whose switch stands 1000 steps behind.
 
-Ctrl-C brakes, and a second Ctrl-C kills. An axis that finds no switch within --within
-brakes. With the setting `safe-start` the stops by the switch are acknowledged here.
+A real axis needs --within, a little more than it can travel: one that finds no switch
+there brakes, and does not push at its end for ever. Ctrl-C brakes, and a second Ctrl-C
+kills. With the setting `safe-start` the stops by the switch are acknowledged here.
 
 Examples:
   stepwright home
-  stepwright home --port /dev/ttyUSB0
-  stepwright home --axis 2 --speed 20mm/s --slow 1mm/s --back-off 2mm --mm-per-rev 8 \\
-      --port /dev/ttyUSB0")]
+  stepwright home --within 3000 --port /dev/ttyUSB0
+  stepwright home --axis 2 --within 300mm --speed 20mm/s --slow 1mm/s --back-off 2mm \\
+      --mm-per-rev 8 --port /dev/ttyUSB0")]
 pub struct Args {
     /// Speed towards the switch, the first time
     #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "500", help_heading = MOTION)]
@@ -58,9 +62,9 @@ pub struct Args {
     /// How far to go from the closed switch: steps, or like 2mm
     #[arg(long, value_name = "DISTANCE", default_value = "50", help_heading = MOTION)]
     back_off: DistanceArg,
-    /// How far the switch may be: the axis brakes about there
-    #[arg(long, value_name = "DISTANCE", default_value = "100000", help_heading = MOTION)]
-    within: DistanceArg,
+    /// How far the switch may be: the axis brakes about there [on a virtual machine: 2000]
+    #[arg(long, value_name = "DISTANCE", help_heading = MOTION)]
+    within: Option<DistanceArg>,
     #[command(flatten)]
     order: MotionArgs,
     #[command(flatten)]
@@ -71,7 +75,7 @@ pub struct Args {
 pub fn run(args: Args) -> Result<(), Failure> {
     // What makes no sense is said before anything moves.
     args.distance(&args.back_off, "--back-off")?;
-    args.distance(&args.within, "--within")?;
+    args.within()?;
     args.motion(&args.slow, "--slow", Travel::Endless(Direction::Backward))?;
     args.motion(&args.speed, "--speed", Travel::Endless(Direction::Backward))?;
     interrupt::listen(While::Holding)?;
@@ -83,7 +87,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let finished = target::finish(&mut session);
     let at = result?;
     match args.order.format {
-        Format::Json => say::result(json!({
+        Format::Json => say::json(json!({
             "axis": args.on.axis.number(),
             "position": at,
             "state": "ready",
@@ -123,6 +127,18 @@ impl Args {
             return Err(Failure::usage(format!("{name} {steps}: a distance of 1 step or more")));
         }
         Ok(steps)
+    }
+
+    /// How far the switch may be, in steps.
+    fn within(&self) -> Result<i32, Failure> {
+        match &self.within {
+            Some(within) => self.distance(within, "--within"),
+            None if self.order.port.port.is_none() => Ok(VIRTUAL_WITHIN),
+            None => Err(Failure::usage("home needs --within: how far the switch may be").hint(
+                "give a little more than the axis can travel, like --within 300mm, or write \
+                 home-within = \"300mm\" into the machine file",
+            )),
+        }
     }
 
     /// The side of its switch, by the settings of the board.
@@ -166,7 +182,7 @@ fn home(session: &mut Session, args: &Args) -> Result<i64, Failure> {
     let (axis, name) = (args.on.axis.number(), session.link().name());
     tell(args, format!("axis {axis} {way} to its switch on {name}"));
     let back_off = args.distance(&args.back_off, "--back-off")?.unsigned_abs();
-    let within = args.distance(&args.within, "--within")?.unsigned_abs();
+    let within = args.within()?.unsigned_abs();
     let mut homing = SwitchHoming::new(side, name, back_off, within);
     let mut act = HomingAct::Travel(homing.leg());
     loop {

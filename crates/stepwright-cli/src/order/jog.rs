@@ -11,7 +11,7 @@ use stepwright_protocol::{
 use super::drive::{self, End, NotBegun};
 use super::held::{ASK_RELEASES, Decoder, Hold, Key, NO_RELEASES};
 use super::keys;
-use super::lease::LeaseArgs;
+use super::lease::{self, LeaseArgs};
 use super::motion::{MOTION, Motion};
 use super::progress::Line;
 use super::target::{self, AxisArgs, Format, MotionArgs};
@@ -56,7 +56,7 @@ pub struct Args {
     #[arg(long, value_name = "DISTANCE", default_value = "1", allow_negative_numbers = true)]
     step: DistanceArg,
     /// Speed while a key is held
-    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "1000", help_heading = MOTION)]
+    #[arg(long, alias = "speed", value_name = "SPEED", allow_negative_numbers = true, default_value = "1000", help_heading = MOTION)]
     top_speed: SpeedArg,
     #[command(flatten)]
     order: MotionArgs,
@@ -100,7 +100,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let finished = target::finish(&mut session);
     let at = result?;
     match args.order.format {
-        Format::Json => say::result(json!({
+        Format::Json => say::json(json!({
             "axis": args.on.axis.number(),
             "position": at,
             "state": "ready",
@@ -147,7 +147,12 @@ fn jog(session: &mut Session, args: &Args, step: i32, motion: Motion) -> Result<
     jog.line.end();
     let moving = jog.moving.is_some();
     let ended = match followed {
-        Ok(at) => return Ok(at),
+        Ok(at) => {
+            if lease.is_some() {
+                lease::give_back(session);
+            }
+            return Ok(at);
+        }
         Err(Stopped::Failure(failure)) => return Err(failure),
         Err(Stopped::Trouble(trouble)) if !moving => {
             return Err(target::lost(&session.link().name(), &trouble));
@@ -283,6 +288,9 @@ impl Jog {
             Key::Sign(b'0') => {
                 let zeroed = session.ask(Command::Zero(self.axis))? == Reply::Yes;
                 self.line.note(if zeroed { "this place is 0" } else { "the board refused 0" });
+                if zeroed {
+                    (self.at, self.moved) = (0, true);
+                }
             }
             Key::Sign(b'q' | b'Q') => self.leaving = true,
             Key::Sign(_) | Key::Other => self.line.note(HELP),

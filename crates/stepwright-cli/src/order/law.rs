@@ -37,10 +37,10 @@ pub enum LawArg {
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = LAW)]
 pub struct LawArgs {
-    /// By which law the speed comes and goes [default: trapezoid, with --jerk s-curve]
+    /// Ramp law [default: trapezoid, with --jerk s-curve]
     #[arg(long, value_enum, value_name = "LAW", hide_possible_values = true)]
     #[arg(long_help = "\
-By which law the speed comes and goes: trapezoid, s-curve (with --jerk), or one of Austin's,
+Ramp law: trapezoid, s-curve (with --jerk), or one of Austin's,
 from rest: austin, austin-fixed, linear-factor, power, piecewise [default: trapezoid, with
 --jerk s-curve]. Austin's are for a board with the program `laws`, on an Uno also
 `transitions` and `power-term`")]

@@ -70,12 +70,17 @@ impl LeaseArgs {
         Ok(())
     }
 
-    /// Gives the lease back at the end. Where that fails it runs out by itself.
+    /// Gives the lease back at the end, if there was one.
     pub fn give_back(&self, session: &mut Session) {
         if self.is_asked() {
-            let _ = session.ask(Command::Lease(LeaseMillis::SMALLEST));
+            give_back(session);
         }
     }
+}
+
+/// Gives a lease back. Where that fails it runs out by itself.
+pub fn give_back(session: &mut Session) {
+    let _ = session.ask(Command::Lease(LeaseMillis::SMALLEST));
 }
 
 #[cfg(test)]

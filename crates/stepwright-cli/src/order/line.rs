@@ -57,7 +57,7 @@ pub struct Args {
     #[arg(allow_negative_numbers = true)]
     to: Vec<DistanceArg>,
     /// Speed between the ramps, of the axis that goes furthest
-    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "1000", help_heading = MOTION)]
+    #[arg(long, alias = "speed", value_name = "SPEED", allow_negative_numbers = true, default_value = "1000", help_heading = MOTION)]
     top_speed: SpeedArg,
     #[command(flatten)]
     order: MotionArgs,
@@ -168,7 +168,11 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
     let apart = apart(orders);
     if args.order.format == Format::Text {
         let steps = numbers(line.steps());
+        let mixed = ways.iter().any(|way| way.given().converted());
         say::result(format_args!("line of {steps} steps on {}", session.link().name()));
+        ways.iter().zip(axes).filter(|_| mixed).for_each(|(way, axis)| {
+            say::result(format_args!("  {:<12}{}", format!("axis {}", axis.number()), way.given()));
+        });
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
@@ -197,7 +201,7 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
         None => "uncertain",
     };
     match args.order.format {
-        Format::Json => say::result(json!({
+        Format::Json => say::json(json!({
             "from": from,
             "steps": line.steps().collect::<Vec<_>>(),
             "target": targets,

@@ -47,7 +47,7 @@ pub struct PositionArgs {
     one: OneArgs,
 }
 
-/// Call the place where an axis stands 0
+/// Set the current position of an axis to 0
 #[derive(clap::Args)]
 #[command(after_help = "\
 Makes a position certain again that a kill has lost.
@@ -157,7 +157,7 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
     let closed = info.and_then(|info| info.closed);
     let switches = switches(listed.as_ref(), closed, &states);
     match args.format {
-        Format::Json => say::result(json!({
+        Format::Json => say::json(json!({
             "board": info.map(board),
             "axes": json(&states),
             "switches": switches.iter().map(LimitSwitch::json).collect::<Value>(),
@@ -351,7 +351,7 @@ pub fn zero(args: ZeroArgs) -> Result<(), Failure> {
 fn tell(format: Format, states: &[State]) {
     for state in states {
         match format {
-            Format::Json => say::result(json!({
+            Format::Json => say::json(json!({
                 "axis": state.axis.number(),
                 "position": state.position,
                 "state": state.word(),

@@ -17,6 +17,9 @@ use crate::quantity::{AccelArg, GeometryArgs, JerkArg, Rounded, SpeedArg, bounds
 pub const MOTION: &str =
     "Motion (speeds like 500, 120rpm, 50mm/s; accelerations like 4000, 10rad/s2)";
 
+/// The top speed of a travel that names none, in steps/s.
+pub const TOP: u32 = 1000;
+
 /// The lengths of a ramp in steps, as the line carries them.
 pub const RAMP: RangeInclusive<u32> = 1..=999;
 
@@ -37,8 +40,7 @@ pub struct RampArgs {
     /// Deceleration back down, if it differs from the way up
     #[arg(long, value_name = "ACCEL", allow_negative_numbers = true)]
     decel: Option<AccelArg>,
-    /// How fast the acceleration comes and goes, like 400000 or 200rad/s3: an
-    /// S-curve [default: at once]
+    /// Jerk limit, like 400000 or 200rad/s3: the ramps are S-curves [default: 0, none]
     #[arg(long, value_name = "JERK", allow_negative_numbers = true)]
     jerk: Option<JerkArg>,
     #[command(flatten)]
@@ -66,7 +68,12 @@ impl RampArgs {
 
     /// Whether a jerk was given.
     pub fn has_jerk(&self) -> bool {
-        self.jerk.is_some()
+        self.jerk().is_some()
+    }
+
+    /// The jerk limit, if there is one.
+    fn jerk(&self) -> Option<&JerkArg> {
+        self.jerk.as_ref().filter(|jerk| !jerk.is_zero())
     }
 
     /// Acceleration and deceleration of a law that begins at rest. Where none is named, the top
@@ -103,7 +110,7 @@ impl RampArgs {
     ) -> Result<Motion, Failure> {
         let geometry = self.geometry.geometry()?;
         let start = self.start_speed.resolve(&geometry, "--start-speed")?;
-        let top = top.resolve(&geometry, top_name)?;
+        let top = top.moving(&geometry, top_name)?;
         let accel = self.accel.as_ref().map(|a| a.resolve(&geometry, "--accel")).transpose()?;
         let decel = self.decel.as_ref().map(|d| d.resolve(&geometry, "--decel")).transpose()?;
         let up = match (&accel, self.ramp) {
@@ -112,7 +119,7 @@ impl RampArgs {
             (None, None) => suited(start.value, top.value),
         };
         let down = decel.as_ref().map_or(up, |d| Ramp::Accel(d.value));
-        let jerk = self.jerk.as_ref().map(|j| j.resolve(&geometry, "--jerk")).transpose()?;
+        let jerk = self.jerk().map(|j| j.resolve(&geometry, "--jerk")).transpose()?;
         let bend = jerk.as_ref().map(|j| j.value);
         let order = Order { start: start.value, top: top.value, up, down, jerk: bend, travel };
         // What the line can't say is, in words: no speed at all.

@@ -26,7 +26,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         .map_err(|error| Failure::new(format!("can't list the serial ports: {error}")))?;
     ports.sort();
     if args.format == Format::Json {
-        say::result(json!(ports));
+        say::json(json!(ports));
         return Ok(());
     }
     for port in &ports {

@@ -5,10 +5,11 @@ use stepwright::Speed;
 use stepwright_protocol::{AxisId, Command, Refusal, Reply, Selection, WholeAccel};
 
 use super::look::{self, State};
-use super::motion::{MOTION, listed};
+use super::motion::MOTION;
 use super::refused;
 use super::target::{self, AxisArgs, Format, PortArgs};
 use super::travel::Way;
+use crate::change::Travels;
 use crate::failure::Failure;
 use crate::link::serial::Share;
 use crate::quantity::{AccelArg, DistanceArg, GeometryArgs, SpeedArg};
@@ -22,26 +23,31 @@ use crate::session::{LinkError, Session};
 #[derive(clap::Args)]
 #[command(after_help = "\
 DISTANCE counts from where the travel began: `retarget 500` has a `move 4000` end
-where `move 500` would have. A travel without end gets one. What is planned
+where `move 500` would have; --to counts from 0, and needs the program that gave the
+order to be there still. A travel without end gets one. What is planned
 already, some 16 to 24 ms, is done first.
 
 What the board refuses is said, with status 1; what was taken before it holds.
 
 Examples:
-  stepwright run 200 --port /dev/ttyUSB0
+  stepwright run 200 --port /dev/ttyUSB0 --detach
   stepwright retarget --top-speed 400 --port /dev/ttyUSB0
   stepwright retarget 5000 --decel 2000 --port /dev/ttyUSB0
-  stepwright retarget -5000 --port /dev/ttyUSB0")]
+  stepwright retarget --to 12mm --mm-per-rev 8 --port /dev/ttyUSB0")]
 #[command(group(clap::ArgGroup::new("what").required(true).multiple(true)))]
 pub struct Args {
     /// Where it is to end: steps, or like 90deg, 10mm, from where the travel began
     #[arg(allow_negative_numbers = true, group = "what")]
     distance: Option<DistanceArg>,
+    /// The position where it is to end, in the same units, counted from where the board has 0
+    #[arg(long, value_name = "POSITION", allow_negative_numbers = true, group = "what")]
+    #[arg(conflicts_with = "distance")]
+    to: Option<DistanceArg>,
     /// How to write the result
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
     /// Speed between the ramps
-    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, group = "what", help_heading = MOTION)]
+    #[arg(long, alias = "speed", value_name = "SPEED", allow_negative_numbers = true, group = "what", help_heading = MOTION)]
     top_speed: Option<SpeedArg>,
     /// Acceleration, also in place of a ramp that was counted in steps
     #[arg(long, value_name = "ACCEL", allow_negative_numbers = true, group = "what", help_heading = MOTION)]
@@ -60,7 +66,7 @@ pub struct Args {
 impl Args {
     /// The lines that say it: the ramps before the speed and the target, which
     /// are to be reached by them.
-    fn lines(&self) -> Result<Vec<Command>, Failure> {
+    fn lines(&self, began: Option<i64>) -> Result<Vec<Command>, Failure> {
         let geometry = self.geometry.geometry()?;
         let mut lines = Vec::new();
         let slope = |arg: &Option<AccelArg>, name| -> Result<Option<WholeAccel>, Failure> {
@@ -71,12 +77,12 @@ impl Args {
         lines.extend(slope(&self.accel, "--accel")?.map(Command::Accel));
         lines.extend(slope(&self.decel, "--decel")?.map(Command::Decel));
         if let Some(top) = &self.top_speed {
-            let top: Speed = top.resolve(&geometry, "--top-speed")?.value;
+            let top: Speed = top.moving(&geometry, "--top-speed")?.value;
             lines.push(Command::top(top).ok_or_else(|| Failure::new("--top-speed is 0"))?);
         }
-        if let Some(distance) = &self.distance {
-            let steps = Way::of(Some(distance), None, &geometry)?.steps(0)?;
-            lines.push(Command::Retarget(steps));
+        if self.distance.is_some() || self.to.is_some() {
+            let way = Way::of(self.distance.as_ref(), self.to.as_ref(), &geometry)?;
+            lines.push(Command::Retarget(way.steps(began.unwrap_or(0))?));
         }
         Ok(lines)
     }
@@ -93,9 +99,12 @@ fn too_small() -> Failure {
 
 /// Changes the travel, and says where the axis is.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let lines = args.lines()?;
+    // What makes no sense is said before anything is asked.
+    args.lines(None)?;
     let mut session = args.port.meet("retarget", Share::Guest)?;
     target::has_axis(&session, args.on.axis)?;
+    let began = began(&mut session, &args)?;
+    let lines = args.lines(began)?;
     let told = tell(&mut session, args.on.axis, &lines).map_err(target::trouble(&mut session))?;
     let states =
         look::states(&mut session, Some(args.on.axis)).map_err(target::trouble(&mut session))?;
@@ -104,9 +113,25 @@ pub fn run(args: Args) -> Result<(), Failure> {
         return Err(refusal(&mut session, args.on.axis, line, why));
     }
     for state in &states {
-        show(&args, &name, &lines, state);
+        show(&args, &name, &lines, began, state);
     }
     look::all_known(&name, &states)
+}
+
+/// Where the travel began: the one who gave the order knows, and the board does not say.
+fn began(session: &mut Session, args: &Args) -> Result<Option<i64>, Failure> {
+    let axis = args.on.axis;
+    let held = args.port.guest().is_some();
+    let moves = session.is_busy(Selection::One(axis)).map_err(target::trouble(session))?;
+    let began = match held && moves {
+        true => session.began(axis).map_err(target::trouble(session))?,
+        false => None,
+    };
+    if args.to.is_some() && moves && began.is_none() {
+        return Err(Failure::new("where the travel began is not known: nobody has stayed with it")
+            .hint("give how far from there: `stepwright retarget DISTANCE`"));
+    }
+    Ok(began)
 }
 
 /// Says the lines, each harmless twice; the one that was refused, and why.
@@ -143,9 +168,9 @@ fn refusal(session: &mut Session, axis: AxisId, line: Command, why: Option<Refus
     }
 }
 
-fn show(args: &Args, name: &str, lines: &[Command], state: &State) {
+fn show(args: &Args, name: &str, lines: &[Command], began: Option<i64>, state: &State) {
     match args.format {
-        Format::Json => say::result(json!({
+        Format::Json => say::json(json!({
             "axis": args.on.axis.number(),
             "position": state.position,
             "state": state.word(),
@@ -153,11 +178,12 @@ fn show(args: &Args, name: &str, lines: &[Command], state: &State) {
             "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })),
         Format::Text => {
-            say::result(format_args!(
-                "axis {} on {name}: {}",
-                args.on.axis.number(),
-                listed(lines)
-            ));
+            let mut travels = Travels::default();
+            travels.begins(args.on.axis, began);
+            let axis = Selection::One(args.on.axis);
+            let words = lines.iter().map(|line| travels.change(axis, *line).to_string());
+            let words = words.collect::<Vec<_>>().join(", ");
+            say::result(format_args!("axis {} on {name}: {words}", args.on.axis.number()));
             say::result(state.line());
         }
     }

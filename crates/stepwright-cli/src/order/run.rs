@@ -6,7 +6,7 @@ use serde_json::json;
 use stepwright_protocol::{Direction, Selection, Stop, Travel};
 
 use super::able;
-use super::by_law::{Goal, LawOrder};
+use super::by_law::{self, Goal, LawOrder};
 use super::drive::{self, End, NotBegun};
 use super::keys::KeyControl;
 use super::law::LawArgs;
@@ -24,24 +24,30 @@ use crate::session::{LinkError, Session};
 /// Run an axis at a speed until it is stopped
 #[derive(clap::Args)]
 #[command(after_help = "\
-On a real board this returns as soon as the motor runs; `stepwright stop` brakes
-it. With --for or --lease, and on the virtual board, it stays: after that time, or at
-Ctrl-C, it brakes, says `position N ready`, and ends with status 0, before the time of
---for with 130. A second Ctrl-C stops dead: `position uncertain`, status 130. While it
-stays, keys change the speed on a terminal: + faster and - slower, by a tenth; s brakes.
+It stays while the motor runs: at Ctrl-C, at any other signal, or after the time of
+--for, it brakes, says `position N ready`, and ends with status 0, before the time of
+--for with 130. A second Ctrl-C stops dead: `position uncertain`, status 130. On a
+terminal keys change the speed: + faster and - slower, by a tenth; s brakes. With --lease
+the board brakes also when this program is killed or its cable is pulled.
 
-With one of Austin's laws (--law) it stays on a real board, too.
+With --detach it returns as soon as the motor runs, and nobody watches it:
+`stepwright stop` brakes it.
 
 Examples:
   stepwright run 200
   stepwright run 400 --law austin --accel 500 --for 3s
   stepwright run -120rpm --for 3s --plot speed.svg
   stepwright run +200 --port /dev/ttyUSB0
+  stepwright run +200 --port /dev/ttyUSB0 --detach
   stepwright stop --port /dev/ttyUSB0")]
 pub struct Args {
     /// How fast; a minus runs backward
-    #[arg(allow_hyphen_values = true, value_name = "±SPEED")]
-    speed: SignedSpeedArg,
+    #[arg(allow_hyphen_values = true, value_name = "±SPEED", required_unless_present = "named")]
+    speed: Option<SignedSpeedArg>,
+    /// The same, as the other commands have it
+    #[arg(id = "named", long = "speed", allow_hyphen_values = true, hide = true)]
+    #[arg(value_name = "±SPEED", conflicts_with = "speed")]
+    named: Option<SignedSpeedArg>,
     /// Brake after this time: 3s, 500ms, 2min
     #[arg(long = "for", value_name = "TIME", value_parser = time)]
     time: Option<Duration>,
@@ -51,6 +57,9 @@ pub struct Args {
     law: LawArgs,
     #[command(flatten)]
     on: AxisArgs,
+    /// Return as soon as the motor runs; `stepwright stop` brakes it
+    #[arg(long, conflicts_with_all = ["lease", "time"], help_heading = "Board")]
+    detach: bool,
     #[command(flatten)]
     lease: LeaseArgs,
 }
@@ -71,38 +80,51 @@ pub fn time(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(number * factor).map_err(|_| "that is too long".to_owned())
 }
 
-/// Runs, and stays with it unless the board can be left alone.
+/// Runs, and stays with it unless it is to be left alone.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let forward = args.speed.forward;
+    let Some(speed) = args.speed.as_ref().or(args.named.as_ref()) else {
+        return Err(Failure::usage("no speed").hint("give one: `stepwright run 200`"));
+    };
+    let forward = speed.forward;
+    if args.order.virt.fast && args.time.is_none() {
+        return Err(Failure::usage("with --fast a run has no end that anyone could wait for")
+            .hint("give --for TIME, or leave --fast out"));
+    }
     if let Some(law) = args.law.austin(args.order.ramps.has_jerk())? {
-        if args.lease.is_asked() {
-            return Err(Failure::usage("a board that goes by a law takes no lease")
-                .hint("leave --lease out"));
+        if args.detach || args.lease.is_asked() {
+            return Err(by_law::watched());
         }
         let (options, ramps, goal) = (&args.law, &args.order.ramps, Goal::Endless(forward));
-        let (top, time, format) = ((&args.speed.speed, "the speed"), args.time, args.order.format);
+        let (top, time, format) = (Some(&speed.speed), args.time, args.order.format);
         let order = LawOrder { law, options, ramps, top, goal, time, format };
         return order.run(args.on.axis, &args.order.port, &args.order.virt);
     }
+    if args.detach {
+        args.order.port.stays()?;
+    }
     let direction = if forward { Direction::Forward } else { Direction::Backward };
     let travel = Travel::Endless(direction);
-    let motion = args.order.ramps.motion(args.on.axis, &args.speed.speed, "the speed", travel)?;
+    let motion = args.order.ramps.motion(args.on.axis, &speed.speed, "the speed", travel)?;
     interrupt::listen(While::Holding)?;
     let title = format!("Axis {} until it is stopped", args.on.axis.number());
     let mut session = args.order.port.or_virtual(&args.order.virt, "run", motion.heading(title))?;
-    let result = run_on(&mut session, &args, &motion);
+    let result = run_on(&mut session, &args, &motion, forward);
     let finished = target::finish(&mut session);
     result.and(finished)
 }
 
-fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Failure> {
+fn run_on(
+    session: &mut Session,
+    args: &Args,
+    motion: &Motion,
+    forward: bool,
+) -> Result<(), Failure> {
     target::has_axis(session, args.on.axis)?;
     able::to_bend(session, &motion.order)?;
     let mut lines = motion.lines()?;
     args.lease.before(session, &mut lines)?;
-    let leave = args.order.port.port.is_some() && args.time.is_none() && !args.lease.is_asked();
     if args.order.format == Format::Text {
-        let way = if args.speed.forward { "forward" } else { "backward" };
+        let way = if forward { "forward" } else { "backward" };
         let (axis, name) = (args.on.axis.number(), session.link().name());
         say::result(format_args!("axis {axis} {way} without end on {name}"));
         motion.show().iter().for_each(say::result);
@@ -112,7 +134,7 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
     // Whether it was the signal that it braked for, and not the end of its time.
     let mut cut = None;
     let watched = match drive::begin(session, args.on.axis, &motion.order, &lines, Some(from)) {
-        Ok(()) if leave && !interrupt::asked() => return left_alone(session, args),
+        Ok(()) if args.detach && !interrupt::asked() => return left_alone(session, args),
         Ok(()) => {
             if args.time.is_none() {
                 say::note("running; Ctrl-C brakes");
@@ -143,7 +165,9 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
         args.lease.give_back(session);
     }
     let (state, position) = match ended.end {
-        End::Rests(at) if ended.braked => ("ready", Some(at)),
+        End::Rests(at) if ended.braked || session.new_target(args.on.axis) == Some(at) => {
+            ("ready", Some(at))
+        }
         End::Rests(at) => ("stopped", Some(at)),
         End::Uncertain => ("uncertain", None),
     };
@@ -152,7 +176,7 @@ fn run_on(session: &mut Session, args: &Args, motion: &Motion) -> Result<(), Fai
     match ended.failure {
         Some(failure) => Err(failure),
         None if state == "stopped" => Err(stopped(why)),
-        None if args.time.is_some() && cut.unwrap_or_else(interrupt::asked) => {
+        None if args.time.is_some() && ended.braked && cut.unwrap_or_else(interrupt::asked) => {
             Err(Failure::interrupted("braked before the time of --for was over"))
         }
         None => Ok(()),
@@ -189,7 +213,7 @@ fn stopped(why: Option<Stop>) -> Failure {
 
 fn tell(session: &mut Session, args: &Args, state: &str, position: Option<i64>, why: Option<Stop>) {
     match args.order.format {
-        Format::Json => say::result(json!({
+        Format::Json => say::json(json!({
             "axis": args.on.axis.number(),
             "position": position,
             "state": state,

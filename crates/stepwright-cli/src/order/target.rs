@@ -14,7 +14,7 @@ use crate::board::recording::{Heading, Recording};
 use crate::failure::Failure;
 use crate::link::Link;
 #[cfg(unix)]
-use crate::link::guest::GuestLink;
+use crate::link::guest::{self, GuestLink};
 use crate::link::serial::{SerialLink, Share};
 use crate::link::virtual_board::VirtualLink;
 use crate::plot::PlotFile;
@@ -74,7 +74,7 @@ pub struct VirtualArgs {
 #[derive(clap::Args, Clone, Copy, Debug)]
 #[command(next_help_heading = "Board")]
 pub struct AxisArgs {
-    /// Which axis of the board: 1 to 8
+    /// Which axis of the board: 1 to 8, or X, Y, Z
     #[arg(long, value_name = "N", default_value = "1", value_parser = axis)]
     pub axis: AxisId,
 }
@@ -94,10 +94,16 @@ pub struct MotionArgs {
     pub virt: VirtualArgs,
 }
 
-/// Reads an axis number, 1 … 8.
+/// Reads an axis: 1 … 8, or X, Y or Z for the first three.
 pub fn axis(text: &str) -> Result<AxisId, String> {
-    let number = text.parse().ok().and_then(AxisId::numbered);
-    number.ok_or_else(|| "axes are numbered 1 to 8".to_owned())
+    let number = match text {
+        "x" | "X" => Some(1),
+        "y" | "Y" => Some(2),
+        "z" | "Z" => Some(3),
+        _ => text.parse().ok(),
+    };
+    let axis = number.and_then(AxisId::numbered);
+    axis.ok_or_else(|| "axes are numbered 1 to 8, or X, Y, Z for the first three".to_owned())
 }
 
 impl PortArgs {
@@ -118,7 +124,7 @@ impl PortArgs {
                 ));
         };
         #[cfg(unix)]
-        if let (Share::Guest, Some(guest)) = (share, GuestLink::open(path)) {
+        if let (Share::Guest, Some(guest)) = (share, GuestLink::open(path, guest::PATIENCE)) {
             return Ok(Session::new(Box::new(guest)));
         }
         #[allow(unused_mut, reason = "where no guests can be let in")]
@@ -130,14 +136,26 @@ impl PortArgs {
         Ok(session)
     }
 
-    /// The board through the stepwright that holds the port; `None` if none lets others in.
+    /// The board through the stepwright that holds the port, for a stop; `None` if none lets
+    /// others in.
     pub fn guest(&self) -> Option<Session> {
         #[cfg(unix)]
-        let guest = self.port.as_deref().and_then(GuestLink::open);
+        let guest = self.port.as_deref().and_then(|port| GuestLink::open(port, guest::SOON));
         #[cfg(unix)]
         return guest.map(|guest| Session::new(Box::new(guest)));
         #[cfg(not(unix))]
         None
+    }
+
+    /// That there is a board which goes on when this program has ended.
+    pub fn stays(&self) -> Result<(), Failure> {
+        match self.port {
+            Some(_) => Ok(()),
+            None => Err(Failure::usage("--detach needs a board that stays: --port PATH").hint(
+                "a virtual board of `stepwright board --pty` stays; one without --port ends \
+                 with this program",
+            )),
+        }
     }
 
     /// The port if there is one, otherwise a virtual board of its own, whose
@@ -202,7 +220,7 @@ fn greeting(session: &mut Session) -> Option<String> {
     let (end, mut heard) = (link.now() + Duration::from_millis(300), Vec::new());
     while link.now() < end {
         let mut bytes = [0; 64];
-        let count = link.read(&mut bytes, end - link.now()).ok()?;
+        let count = link.read(&mut bytes, end.saturating_sub(link.now())).ok()?;
         heard.extend_from_slice(bytes.get(..count)?);
     }
     let lines = String::from_utf8_lossy(&heard).into_owned();
@@ -212,7 +230,9 @@ fn greeting(session: &mut Session) -> Option<String> {
 /// The failure of a conversation in which nothing was moving.
 pub fn lost(name: &str, trouble: &LinkError) -> Failure {
     match trouble {
-        LinkError::Killed => Failure::interrupted(format!("{name}: interrupted")),
+        LinkError::Killed | LinkError::Ended => {
+            Failure::interrupted(format!("{name}: interrupted"))
+        }
         LinkError::Silent => Failure::new(format!("{name} does not answer any more"))
             .hint("look at its cable and its power, then at `stepwright status`"),
         LinkError::Gone(_) => Failure::new(format!("{name}: {trouble}"))
@@ -245,4 +265,40 @@ pub fn trouble(session: &mut Session) -> impl FnOnce(LinkError) -> Failure + use
 pub fn finish(session: &mut Session) -> Result<(), Failure> {
     let link: &mut dyn Link = session.link();
     link.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::io;
+
+    use super::*;
+
+    /// A silent line whose clock goes on at every look.
+    struct Quick(Cell<Duration>);
+
+    impl Link for Quick {
+        fn write(&mut self, _: &[u8]) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn read(&mut self, _: &mut [u8], _: Duration) -> io::Result<usize> {
+            Ok(0)
+        }
+
+        fn now(&self) -> Duration {
+            self.0.set(self.0.get() + Duration::from_millis(160));
+            self.0.get()
+        }
+
+        fn name(&self) -> String {
+            "the quick board".to_owned()
+        }
+    }
+
+    #[test]
+    fn a_greeting_is_waited_for_until_its_deadline_has_passed() {
+        let mut session = Session::new(Box::new(Quick(Cell::default())));
+        assert_eq!(greeting(&mut session), None);
+    }
 }

@@ -6,12 +6,12 @@ use stepwright_austin::LawName;
 use stepwright_protocol::{AxisId, Distance, Stop, Travel};
 
 use super::able;
-use super::by_law::{Goal, LawOrder};
+use super::by_law::{self, Goal, LawOrder};
 use super::drive::{self, End, Ended, NotBegun};
 use super::keys::KeyControl;
 use super::law::LawArgs;
 use super::lease::LeaseArgs;
-use super::motion::{MOTION, Motion, listed};
+use super::motion::{MOTION, Motion, TOP, listed};
 use super::progress::Progress;
 use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::watch;
@@ -45,8 +45,9 @@ The last line       Status
   … by its limit switch 1   stopped by something else, at rest at N: the reason
   position uncertain  130   killed by Ctrl-C
                         1   the board was lost, or killed by something else
-An order that the board refuses ends with status 1 and no such line; a command
-line that makes no sense with 2.
+`retarget` from another terminal gives the order another target: that is where it goes
+all the way to. An order that the board refuses ends with status 1 and no such line; a command
+line that is invalid with 2.
 
 --vcd writes a Value Change Dump. PulseView imports it with a downsampling factor of 625,
 which gives a sample for each tick at 16 MHz; on the command line:
@@ -71,9 +72,9 @@ pub struct Args {
     /// Where to: a position in the same units, counted from where the board has 0
     #[arg(long, value_name = "POSITION", allow_negative_numbers = true, group = "way")]
     to: Option<DistanceArg>,
-    /// Speed between the ramps
-    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "1000", help_heading = MOTION)]
-    top_speed: SpeedArg,
+    /// Speed between the ramps [default: 1000; with --law what a board can, if that is less]
+    #[arg(long, alias = "speed", value_name = "SPEED", allow_negative_numbers = true, help_heading = MOTION)]
+    top_speed: Option<SpeedArg>,
     #[command(flatten)]
     order: MotionArgs,
     #[command(flatten)]
@@ -81,7 +82,7 @@ pub struct Args {
     #[command(flatten)]
     on: AxisArgs,
     /// Return as soon as the motor moves; `stepwright watch` shows how it goes on
-    #[arg(long, requires = "port", conflicts_with = "lease", help_heading = "Board")]
+    #[arg(long, conflicts_with = "lease", help_heading = "Board")]
     detach: bool,
     #[command(flatten)]
     lease: LeaseArgs,
@@ -111,7 +112,7 @@ impl Way {
 
     /// The steps to go from `from`.
     pub fn steps(&self, from: i64) -> Result<Distance, Failure> {
-        let (Way::By(held) | Way::To(held)) = self;
+        let held = self.given();
         let steps = match self {
             Way::By(held) => held.value,
             Way::To(held) => held.value.saturating_sub(from),
@@ -127,6 +128,12 @@ impl Way {
         })
     }
 
+    /// As it was typed, and as it is held.
+    pub fn given(&self) -> &Rounded<i64> {
+        let (Way::By(held) | Way::To(held)) = self;
+        held
+    }
+
     /// What was understood, where it was not in steps.
     fn show(&self) -> Option<String> {
         let (name, held) = match self {
@@ -140,21 +147,21 @@ impl Way {
 impl Args {
     fn by_law(&self, law: LawName, way: &Way) -> Result<(), Failure> {
         if self.detach || self.lease.is_asked() {
-            return Err(Failure::usage("a board that goes by a law is watched to the end")
-                .hint("leave --detach and --lease out"));
+            return Err(by_law::watched());
         }
         let goal = match way {
             Way::By(held) => Goal::By(held.value),
             Way::To(held) => Goal::To(held.value),
         };
-        let (top, format) = ((&self.top_speed, "--top-speed"), self.order.format);
+        let (top, format) = (self.top_speed.as_ref(), self.order.format);
         let (options, ramps) = (&self.law, &self.order.ramps);
         let order = LawOrder { law, options, ramps, top, goal, time: None, format };
         order.run(self.on.axis, &self.order.port, &self.order.virt)
     }
 
     fn motion(&self, steps: Distance) -> Result<Motion, Failure> {
-        self.order.ramps.motion(self.on.axis, &self.top_speed, "--top-speed", Travel::By(steps))
+        let top = self.top_speed.clone().unwrap_or_else(|| SpeedArg::of_steps(TOP));
+        self.order.ramps.motion(self.on.axis, &top, "--top-speed", Travel::By(steps))
     }
 }
 
@@ -163,6 +170,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let way = Way::of(args.distance.as_ref(), args.to.as_ref(), &args.order.ramps.geometry()?)?;
     if let Some(law) = args.law.austin(args.order.ramps.has_jerk())? {
         return args.by_law(law, &way);
+    }
+    if args.detach {
+        args.order.port.stays()?;
     }
     // A virtual board begins at 0.
     let steps = way.steps(0)?;
@@ -222,7 +232,8 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     if ended.failure.is_none() {
         args.lease.give_back(session);
     }
-    let target = from.saturating_add(steps.get().into());
+    let ordered = from.saturating_add(steps.get().into());
+    let target = session.new_target(args.on.axis).unwrap_or(ordered);
     let late = late(session, late_before);
     let took = session.now().saturating_sub(begun).as_secs_f64();
     let (state, position) = match ended.end {
@@ -234,7 +245,7 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     let why =
         if state == "stopped" && !ended.braked { session.stop_of(args.on.axis) } else { None };
     match args.order.format {
-        Format::Json => say::result(json!({
+        Format::Json => say::json(json!({
             "axis": args.on.axis.number(),
             "from": from,
             "steps": steps.get(),

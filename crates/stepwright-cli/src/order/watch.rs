@@ -43,7 +43,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let state = loop {
         match follow(&mut session, &args) {
             Ok(state) => break state,
-            Err(LinkError::Killed) => {
+            Err(LinkError::Killed | LinkError::Ended) => {
                 return Err(Failure::interrupted("not watched to its end; nothing was stopped"));
             }
             // Whom it was asked through has seen its own motion end.
@@ -88,7 +88,7 @@ fn follow(session: &mut Session, args: &OneArgs) -> Result<State, LinkError> {
 
 fn tell(session: &mut Session, format: Format, state: &State) {
     match format {
-        Format::Json => say::result(json!({
+        Format::Json => say::json(json!({
             "axis": state.axis.number(),
             "position": state.position,
             "state": state.word(),

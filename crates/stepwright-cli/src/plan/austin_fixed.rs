@@ -43,7 +43,7 @@ impl Planned for Args {
     }
 
     fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
-        let (steps, least) = (self.steps.get(), f64::from(self.c_min));
+        let (steps, least) = (self.steps.held(geometry)?, f64::from(self.c_min));
         let c0 = f64::from(self.c0.max(self.c_min));
         let turns = turns(steps, c0, least);
         let formula = Formula::new(Box::new(Plain { two: false }), steps, (c0, c0), least, turns);

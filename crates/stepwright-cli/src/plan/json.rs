@@ -5,6 +5,8 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
+use crate::json::tidy;
+
 use super::law::{self, Closeness, Plan, Row};
 use super::runs::{self, Line};
 use super::survey::{Part, Survey, Worst};
@@ -57,7 +59,7 @@ fn value(value: &law::Value) -> Members {
     vec![
         ("name", json!(value.name)),
         ("given", json!(value.given)),
-        ("held", json!(value.held)),
+        ("held", tidy(json!(value.held))),
         ("unit", json!(value.unit)),
     ]
 }
@@ -75,7 +77,7 @@ fn step(plan: &Plan, row: &Row) -> Members {
         ("step", json!(row.step)),
         ("delay", json!(row.delay)),
         ("time", json!(row.time)),
-        ("speed", json!(plan.speed(row))),
+        ("speed", tidy(json!(plan.speed(row)))),
         ("phase", json!(row.phase.name())),
     ]
 }
@@ -104,7 +106,9 @@ fn run(line: &Line) -> Members {
 
 /// Members of the outer object, each on its line.
 fn members(out: &mut impl Write, members: Members) -> io::Result<()> {
-    members.iter().try_for_each(|(name, value)| writeln!(out, "  \"{name}\": {value},"))
+    members
+        .into_iter()
+        .try_for_each(|(name, value)| writeln!(out, "  \"{name}\": {},", tidy(value)))
 }
 
 /// A member that is a list with one object a line; no line end after it.

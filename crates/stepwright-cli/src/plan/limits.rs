@@ -22,7 +22,7 @@ pub struct Limits {
     #[arg(long, value_name = "ACCEL", allow_hyphen_values = true)]
     decel: Option<AccelArg>,
     /// Top speed: 1000, 120rpm, 10rad/s … (a bare number is steps/s)
-    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    #[arg(long, alias = "speed", value_name = "SPEED", allow_hyphen_values = true)]
     top_speed: SpeedArg,
 }
 
@@ -33,7 +33,7 @@ impl Limits {
         let decel = self.decel.as_ref().map(|d| d.resolve(geometry, "--decel")).transpose()?;
         let top = self.top_speed.resolve(geometry, "--top-speed")?;
         let decel = decel.unwrap_or_else(|| accel.clone());
-        Ok(Asked { rate, steps: self.steps.get(), accel, decel, top })
+        Ok(Asked { rate, steps: self.steps.held(geometry)?, accel, decel, top })
     }
 }
 

@@ -7,7 +7,7 @@ use super::law::{Plan, Value};
 use super::path::PathLaw;
 use super::{Common, Planned};
 use crate::failure::Failure;
-use crate::quantity::{self, SpeedArg};
+use crate::quantity::{DistanceArg, SpeedArg};
 
 /// A ramp of a given number of steps, as the serial line orders it (S, T, R, G)
 ///
@@ -23,13 +23,13 @@ Examples:
       --timer-hz 16000000 --runs")]
 pub struct Args {
     /// Steps to travel, -2147483648 to 2147483647, as in G; the way back is planned like the way there
-    #[arg(long, value_name = "±M", allow_negative_numbers = true, value_parser = travel)]
-    steps: u32,
+    #[arg(long, value_name = "±M", allow_negative_numbers = true)]
+    steps: DistanceArg,
     /// Speed that the motor jumps to and stops from: 50, 15rpm …
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     start_speed: SpeedArg,
     /// Speed after the ramp: 1000, 120rpm … (a bare number is steps/s)
-    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    #[arg(long, alias = "speed", value_name = "SPEED", allow_hyphen_values = true)]
     top_speed: SpeedArg,
     /// Steps between start and top speed, 1 to 65535
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
@@ -39,13 +39,15 @@ pub struct Args {
     common: Common,
 }
 
-/// Reads a travel as G has it; how many steps it is.
-fn travel(text: &str) -> Result<u32, String> {
-    let steps = text.strip_prefix('+').unwrap_or(text);
-    match steps.strip_prefix('-') {
-        Some("2147483648") => Ok(1 << 31),
-        Some(back) => quantity::count(back),
-        None => quantity::count(steps),
+impl Args {
+    /// How many steps the travel is, as G has it.
+    fn pulses(&self, geometry: &Geometry) -> Result<u32, Failure> {
+        let held = self.steps.resolve(geometry, "--steps")?;
+        let steps = i32::try_from(held.value).map(i32::unsigned_abs);
+        steps.map_err(|_| {
+            Failure::usage(format!("--steps {}: too far for one travel", held.given))
+                .hint("a travel has at most 2147483647 steps forward, 2147483648 backward")
+        })
     }
 }
 
@@ -59,7 +61,8 @@ impl Planned for Args {
         let top = self.top_speed.resolve(geometry, "--top-speed")?;
 
         let law = RampSteps::new(rate, start.value, top.value, self.ramp)?;
-        let (path, delays) = (law.path(self.steps)?, law.delays(self.steps)?);
+        let steps = self.pulses(geometry)?;
+        let (path, delays) = (law.path(steps)?, law.delays(steps)?);
         let (slope, _) = path.slopes();
         let law = PathLaw::new(path, delays, rate, start.value, top.value);
         let note = super::no_ramp(start.value, top.value);

@@ -26,6 +26,11 @@ const MOST: u8 = 18;
 const PER_TAU: u128 = 2_935_890_503_282_001_226;
 
 impl Decimal {
+    /// A whole number.
+    pub const fn whole(number: u32) -> Decimal {
+        Decimal { digits: number as u64, places: 0 }
+    }
+
     /// How many bytes at the beginning of a text are a number: of `1.5e3mm`, 5.
     pub fn length(text: &str) -> usize {
         let digits =

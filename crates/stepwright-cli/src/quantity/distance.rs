@@ -9,7 +9,7 @@ use super::{Quantity, Rounded};
 use crate::failure::Failure;
 
 /// A number of steps with its sign, or a length in another unit, as typed: for clap's
-/// `#[arg]`. clap takes `-90deg` for an option: see [`minuses`](super::minuses).
+/// `#[arg]`. clap takes `-90deg` for an option: see [`words`](super::words).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DistanceArg {
     backward: bool,

@@ -26,6 +26,14 @@ const LENGTHS: &[(&str, Length)] = &[
     ("mm", Length::Millimetre),
 ];
 
+/// Units of what is no length: times, clocks, currents.
+const OTHERS: [&str; 9] = ["s", "ms", "min", "h", "Hz", "kHz", "MHz", "A", "mA"];
+
+/// Whether a number may have this unit, wherever one is typed.
+pub fn is_known(text: &str) -> bool {
+    split(text).is_some() || OTHERS.contains(&text)
+}
+
 /// A length per second or per minute, for an acceleration per second again, and
 /// for a jerk once more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

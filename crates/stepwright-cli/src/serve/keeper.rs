@@ -150,9 +150,9 @@ impl Keeper {
             }
             // What other stepwrights ask through us.
             self.session.pause(Duration::ZERO)?;
-            while let Some(line) = self.session.next_change() {
-                self.desk.note(format!("another terminal says {line}"));
-                if line.starts_with(['Z', 'K']) {
+            while let Some(change) = self.session.next_change() {
+                self.desk.note(format!("another terminal: {change}"));
+                if matches!(change.command, Command::Brake | Command::Kill) {
                     for axis in self.give_up_homing(Selection::All, &homing::stopped()) {
                         drive::brake(&mut self.session, Selection::One(axis))?;
                     }

@@ -75,7 +75,8 @@ impl PathReader for CycleFiles {
                  stop ends the cycle there at once, without a ramp."
             ),
         };
-        PathTable { port, player, examples: EXAMPLES.map(file).into() }
+        let board = port.clone().unwrap_or_else(|| "a virtual board".to_owned());
+        PathTable { port, board, player, examples: EXAMPLES.map(file).into() }
     }
 
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined> {

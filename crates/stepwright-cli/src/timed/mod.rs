@@ -21,12 +21,14 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use stepwright_timed::SetSpeed;
 
 use crate::calc::ClockArgs;
 use crate::failure::{Failure, unless_closed};
 use crate::interrupt::{self, While};
 use crate::link::serial::{SerialLink, Share};
 use crate::plot::PlotFile;
+use crate::say;
 use course::{Course, Moments};
 use order::OrderArgs;
 use port::Board;
@@ -49,6 +51,8 @@ Examples:
   The pins of a unipolar motor in half steps:
     stepwright timed --speed 100 --steps 16 --drive unipolar-half:D4,D39,D40,D41 \\
       --board mega --plot pins.svg
+  Stop, as the driver does at speed 0:
+    stepwright timed --speed 0 --port /dev/ttyACM0
   On a board, after `stepwright flash uno --program timed --port /dev/ttyACM0`:
     stepwright timed --case 1 --latched --log 166.9+1001 --port /dev/ttyACM0
 
@@ -133,6 +137,14 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let hardware = args.clock.hardware()?;
     let order = args.order.order(&hardware)?;
     let mut board = args.port.as_ref().map(|path| args.meet(path)).transpose()?;
+    if order.set_speed == SetSpeed::STOP {
+        match &mut board {
+            Some(board) => board.stop(args.on_timer)?,
+            None => say::note("a virtual board begins at rest: there is nothing to stop"),
+        }
+        say::result("the motor stands, its driver is off");
+        return Ok(());
+    }
     let wiring = args.wiring.wiring(board.as_ref().and_then(Board::arduino))?;
     let play = course::Play {
         hardware,

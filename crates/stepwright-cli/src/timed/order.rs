@@ -1,5 +1,6 @@
 //! The options as an order of the driver.
 
+use stepwright::Speed;
 use stepwright_sim::timed::published;
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::{Control, SetSpeed};
@@ -11,10 +12,10 @@ use crate::quantity::{GeometryArgs, SpeedArg};
 /// What is asked of the driver.
 #[derive(clap::Args)]
 pub struct OrderArgs {
-    /// Clocks between two steps at first: the virtual top
+    /// Clocks between two steps at first: the virtual top; 0 stops the motor
     #[arg(long, value_name = "CLOCKS", conflicts_with_all = ["speed", "case"])]
     top: Option<u32>,
-    /// Speed at first: 250, 75rpm … (a bare number is steps/s)
+    /// Speed at first: 250, 75rpm … (a bare number is steps/s); 0 stops the motor
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, conflicts_with = "case")]
     speed: Option<SpeedArg>,
     /// A validation case of the Arduino driver, 1 to 3, instead of an order of one's own
@@ -98,9 +99,14 @@ impl OrderArgs {
             }
             return Ok(Order { set_speed, poll_ms, case: Some(case), steps_per_turn });
         }
+        let stop = Order { set_speed: SetSpeed::STOP, poll_ms: None, case: None, steps_per_turn };
         let top = match (&self.speed, self.top) {
+            (None, Some(0)) => return Ok(stop),
             (Some(speed), _) => {
                 let held = speed.resolve(&geometry, "--speed")?;
+                if held.value == Speed::default() {
+                    return Ok(stop);
+                }
                 let top = hardware.virtual_top_of_speed(held.value);
                 top.map_err(|error| misfit(&format!("--speed {held}"), error))?
             }

@@ -3,6 +3,8 @@
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
+
+use crate::json::tidy;
 use stepwright_serve::mcap::McapWriter;
 use stepwright_sim::vcd::unit;
 use stepwright_timed::{Call, Control, Field, Status};
@@ -269,5 +271,5 @@ pub fn json(out: &mut impl Write, course: &Course) -> io::Result<()> {
         "made": course.made,
         "steps": course.steps,
     });
-    writeln!(out, "{all}")
+    writeln!(out, "{}", tidy(all))
 }

@@ -79,6 +79,27 @@ impl Board {
         }
     }
 
+    /// That there is a motor on this timer.
+    fn has(&self, timer: u8) -> Result<(), Failure> {
+        if self.timers.contains(&timer) {
+            return Ok(());
+        }
+        let all: Vec<_> = self.timers.iter().map(u8::to_string).collect();
+        Err(Failure::usage(format!("a {} has no motor on timer {timer}", self.name))
+            .hint(format!("--on-timer is one of {}", all.join(", "))))
+    }
+
+    /// Stops a timer's motor.
+    pub fn stop(&mut self, timer: u8) -> Result<(), Failure> {
+        self.has(timer)?;
+        match self.ask(Line::Move(timer, SetSpeed::STOP, 0))?.as_str() {
+            "0" => Ok(()),
+            other => {
+                Err(Failure::new(format!("{} answered {other:?} to a stop", self.talk.name())))
+            }
+        }
+    }
+
     /// Carries an order out on a timer's motor, and stops it at the end.
     pub fn play<'a>(
         &mut self,
@@ -87,11 +108,7 @@ impl Board {
         wire: Wire,
     ) -> Result<Course<'a>, Failure> {
         let Play { hardware, latched, order, .. } = *play;
-        if !self.timers.contains(&timer) {
-            let all: Vec<_> = self.timers.iter().map(u8::to_string).collect();
-            return Err(Failure::usage(format!("a {} has no motor on timer {timer}", self.name))
-                .hint(format!("--on-timer is one of {}", all.join(", "))));
-        }
+        self.has(timer)?;
         if hardware != Hardware::avr16(self.hz) {
             return Err(Failure::usage(format!(
                 "the timers of {} have 16 bits and run at {} Hz",

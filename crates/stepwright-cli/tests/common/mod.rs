@@ -2,6 +2,7 @@
 //! fails rather than hangs, and nothing left running.
 #![allow(dead_code, reason = "each test uses what it needs")]
 
+use std::ffi::OsString;
 use std::io::{BufReader, Read, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver};
@@ -10,6 +11,13 @@ use std::time::{Duration, Instant};
 
 /// Longer than anything here takes, even on a loaded machine.
 pub const LIMIT: Duration = Duration::from_secs(60);
+
+/// The command under test: the one that `STEPWRIGHT_COMMAND` names, as `cargo xtask test` does
+/// with the release binary, or else the one that was built with this test.
+pub fn program() -> OsString {
+    std::env::var_os("STEPWRIGHT_COMMAND")
+        .unwrap_or_else(|| env!("CARGO_BIN_EXE_stepwright").into())
+}
 
 /// A running command. Its output is read all the time, so that it never waits
 /// for its reader; it is killed when this is dropped.
@@ -73,7 +81,7 @@ fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
 
 impl Running {
     pub fn start<S: AsRef<str>>(args: &[S]) -> Running {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_stepwright"));
+        let mut command = Command::new(program());
         Running::of(command.args(args.iter().map(AsRef::as_ref)))
     }
 

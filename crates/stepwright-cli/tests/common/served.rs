@@ -27,7 +27,11 @@ impl Served {
     /// With these options.
     pub fn on(args: &[&str]) -> Served {
         let args = [&["serve", "--bind", "127.0.0.1:0"], args].concat();
-        let mut command = Running::start(&args);
+        Served::by(Running::start(&args))
+    }
+
+    /// By this command, which is starting.
+    pub fn by(mut command: Running) -> Served {
         let page = command.wait_out("page ");
         let address = page.trim_start_matches("page http://").trim_end_matches('/').to_owned();
         let mut served = Served { command, address, key: String::new() };

@@ -7,13 +7,14 @@ use std::io;
 
 use stepwright::Rate;
 use stepwright_cycle::Remote;
+use stepwright_cycle::line::Incoming;
 use stepwright_sim::{CycleBoard, Edge, Stand};
 
 use super::*;
 use crate::cycle::plan;
 use crate::link::Link;
 
-const UNO: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=24 can=";
+const UNO: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=22 can=";
 const MEGA: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths";
 const CONTROLLER: &str = "stepwright 1 16000000 3";
 
@@ -62,7 +63,9 @@ impl Link for Chip {
                 about.bytes().chain([b'\r']).for_each(|byte| self.answers.push_back(byte));
                 continue;
             }
-            line.iter().for_each(|byte| self.remote.take(Some(*byte)));
+            let mut coming = Incoming::new();
+            line.iter().for_each(|byte| _ = coming.take(Some(*byte)));
+            self.remote.hear(&mut coming);
             while let Some(byte) = self.remote.next_byte() {
                 self.say(byte);
             }

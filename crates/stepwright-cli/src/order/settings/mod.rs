@@ -64,7 +64,7 @@ struct GetArgs {
     port: PortArgs,
 }
 
-/// Set some
+/// Set one or more settings
 #[derive(clap::Args)]
 #[command(after_help = "\
 Nothing is sent unless every value is allowed. Axes are given as a sum: 1 for X,
@@ -145,7 +145,7 @@ fn get(args: &GetArgs) -> Result<(), Failure> {
     let asked: Vec<_> = settings.values().filter(asked).collect();
     if args.format == Format::Json {
         let pair = |value: &Value| (value.setting().name().to_owned(), json!(value.number()));
-        say::result(json!(asked.iter().map(pair).collect::<Map<_, _>>()));
+        say::json(json!(asked.iter().map(pair).collect::<Map<_, _>>()));
     } else if args.name.is_some() {
         asked.iter().for_each(|value| say::result(value.number()));
     } else {

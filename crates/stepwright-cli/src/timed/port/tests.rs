@@ -59,7 +59,12 @@ impl Chip {
             }
             Line::Check(1, ms) => self.check = ms.into(),
             Line::Move(1, order, _) => {
-                return self.board.as_mut().unwrap().set_speed(&order).get().to_string();
+                let code = match &mut self.board {
+                    Some(board) => board.set_speed(&order),
+                    None if order == SetSpeed::STOP => Code::FINE,
+                    None => Code::NOT_WIRED,
+                };
+                return code.get().to_string();
             }
             Line::Look(1) => {
                 let (ms, reached, fault) = (self.millis(), self.reached, self.fault);
@@ -159,6 +164,14 @@ fn play<T>(
     let (latched, for_ms) = (false, None);
     let play = Play { hardware, latched, order, wiring: &wiring, for_ms, log: Some(&log) };
     board.play(&play, timer, wire).map(|course| see(&course))
+}
+
+/// Whatever it plays, and before it has pins.
+#[test]
+fn speed_0_stops_the_motor() {
+    let mut board = Board::meet(Box::new(Chip::new(UNO))).unwrap();
+    board.stop(1).unwrap();
+    assert!(board.stop(3).unwrap_err().message().contains("has no motor on timer 3"));
 }
 
 #[test]

@@ -1,0 +1,86 @@
+//! What another program has changed of a travel, through the one that holds the port.
+
+use std::fmt;
+
+use stepwright_protocol::{AxisId, Command, Selection};
+
+/// Where travels began, and where they are to end: what `@` counts from.
+#[derive(Default)]
+pub struct Travels([Option<Going>; AXES]);
+
+/// The most axes that a board has.
+const AXES: usize = 8;
+
+#[derive(Clone, Copy)]
+struct Going {
+    from: i64,
+    target: Option<i64>,
+}
+
+impl Travels {
+    /// An axis begins a travel here.
+    pub fn begins(&mut self, axis: AxisId, from: Option<i64>) {
+        if let Some(slot) = self.0.get_mut(axis.index()) {
+            *slot = from.map(|from| Going { from, target: None });
+        }
+    }
+
+    /// Where the travel of an axis began.
+    pub fn from(&self, axis: AxisId) -> Option<i64> {
+        Some(self.going(axis)?.from)
+    }
+
+    /// Where another program has it end.
+    pub fn target(&self, axis: AxisId) -> Option<i64> {
+        self.going(axis)?.target
+    }
+
+    fn going(&self, axis: AxisId) -> Option<Going> {
+        *self.0.get(axis.index())?
+    }
+
+    /// Takes a line that was accepted for these axes; what it has changed.
+    pub fn change(&mut self, axes: Selection, command: Command) -> Change {
+        let mut target = None;
+        for axis in AxisId::first(AXES as u8).filter(|axis| axes.contains(*axis)) {
+            if let (Some(Some(going)), Command::Retarget(by)) =
+                (self.0.get_mut(axis.index()), command)
+            {
+                going.target = Some(going.from.saturating_add(by.get().into()));
+                target = going.target;
+            }
+        }
+        Change { axes, command, target }
+    }
+}
+
+/// A line that has changed motions; shows as words.
+#[derive(Clone, Copy, Debug)]
+pub struct Change {
+    /// Whose.
+    pub axes: Selection,
+    /// The line.
+    pub command: Command,
+    /// The position that it sends one to, if that is known.
+    pub target: Option<i64>,
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.command, self.target) {
+            (Command::Retarget(_), Some(target)) => write!(f, "target {target}"),
+            (Command::Retarget(by), None) => {
+                write!(f, "target {:+} steps from where the travel began", by.get())
+            }
+            (Command::Top(top), _) => write!(f, "top speed {} steps/s", top.get()),
+            (Command::Milli(top), _) => {
+                write!(f, "top speed {} steps/s", f64::from(top.get()) / 1000.0)
+            }
+            (Command::Accel(accel), _) => write!(f, "acceleration {} steps/s²", accel.get()),
+            (Command::Decel(decel), _) => write!(f, "deceleration {} steps/s²", decel.get()),
+            (Command::Brake, _) => f.write_str("stop"),
+            (Command::Kill, _) => f.write_str("kill"),
+            (other, _) => write!(f, "{other}"),
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! What a person types at the first try: it is taken, or the answer says what to type.
+
+mod common;
+
+use common::{Ended, stepwright};
+use serde_json::Value;
+
+fn typed(line: &str) -> Ended {
+    let words: Vec<_> = line.split(' ').collect();
+    stepwright(&[&words[..], &["--machine", "none"]].concat())
+}
+
+#[track_caller]
+fn refused(line: &str, error: &str, hint: &str) {
+    let ended = typed(line);
+    let has = |begin: &str, text: &str| {
+        ended.stderr.lines().any(|said| said.starts_with(begin) && said.contains(text))
+    };
+    assert!(has("error: ", error), "{line}: {ended:#?}");
+    assert!(has(" hint: ", hint), "{line}: {ended:#?}");
+    assert_eq!(ended.code(), Some(2), "{line}: {ended:#?}");
+}
+
+#[test]
+fn a_number_may_stand_apart_from_its_unit() {
+    typed("move 10 mm --mm-per-rev 40 --fast").assert(0, "position 50 ready");
+    typed("move -90 deg --top-speed 60 rpm --fast").assert(0, "position -50 ready");
+    typed("line 10 mm -5 mm --mm-per-rev 40 --fast").assert(0, "position 50 -25 ready");
+    typed("run -120 rpm --for 0.1 s --fast")
+        .assert(0, typed("run -120rpm --for 0.1s --fast").last_line());
+    refused("move 10 mm --fast", "10mm: millimetres", "--mm-per-rev 40");
+}
+
+#[test]
+fn a_speed_is_taken_by_its_short_name() {
+    typed("move 100 --speed 500 --fast").assert(0, "position 100 ready");
+    let long = typed("move 100 --top-speed 500 --fast");
+    assert_eq!(typed("move 100 --speed 500 --fast").stdout, long.stdout);
+    assert_eq!(typed("line 100 --speed 500 --fast").code(), Some(0));
+    assert_eq!(typed("run --speed 100 --for 1s --fast").code(), Some(0));
+    typed("plan trapezoid --steps 10 --accel 100 --speed 100")
+        .assert(0, typed("plan trapezoid --steps 10 --accel 100 --top-speed 100").last_line());
+}
+
+#[test]
+fn a_timer_has_its_clock_in_mhz() {
+    let plan = |hz| {
+        typed(&format!("plan trapezoid --steps 10 --accel 100 --top-speed 100 --timer-hz {hz}"))
+    };
+    let plain = plan("16000000");
+    assert_eq!(plain.code(), Some(0), "{plain:#?}");
+    for same in ["16MHz", "16000kHz", "16 MHz", "16000000Hz"] {
+        assert_eq!(plan(same).stdout, plain.stdout, "{same}");
+    }
+    let ended = plan("1GHz");
+    assert!(ended.stderr.contains("100000 Hz to 200 MHz"), "{ended:#?}");
+}
+
+#[test]
+fn axes_have_letters_too() {
+    for (axis, number) in [("X", 1), ("y", 2), ("Z", 3)] {
+        let ended = typed(&format!("move 10 --axis {axis} --fast"));
+        ended.assert(0, "position 10 ready");
+        assert!(ended.stdout.starts_with(&format!("axis {number} ")), "{ended:#?}");
+    }
+    let ended = typed("move 10 --axis 9 --fast");
+    assert!(ended.stderr.contains("1 to 8, or X, Y, Z"), "{ended:#?}");
+}
+
+#[test]
+fn steps_to_plan_may_be_a_length() {
+    let options = "--accel 100 --top-speed 100 --mm-per-rev 40";
+    let (mm, steps) = (
+        typed(&format!("plan trapezoid --steps 10mm {options}")),
+        typed(&format!("plan trapezoid --steps 50 {options}")),
+    );
+    assert_eq!((mm.code(), mm.stdout), (Some(0), steps.stdout));
+    let error = "--steps 10mm: millimetres need the distance of one turn";
+    refused("plan trapezoid --steps 10mm --accel 100 --top-speed 100", error, "--mm-per-rev");
+    refused(
+        "plan power --steps -10 --accel 100 --top-speed 100",
+        "--steps -10: a travel has 0 to 2147483647 steps",
+        "leave the minus out",
+    );
+}
+
+#[test]
+fn a_jerk_of_0_is_none() {
+    let none = typed("move 100 --fast");
+    assert_eq!(typed("move 100 --jerk 0 --fast").stdout, none.stdout);
+    refused("move 100 --jerk 0 --law s-curve --fast", "--law s-curve needs a jerk", "--jerk");
+    let hint = "stepwright plan trapezoid";
+    refused("plan s-curve --steps 9 --accel 9 --top-speed 9 --jerk 0", "--jerk 0", hint);
+}
+
+#[test]
+fn no_speed_is_told_in_steps() {
+    let allowed = "must be 0.001 to 1,000,000 steps/s";
+    refused("run 0 --for 1s --fast", &format!("the speed {allowed}, not 0"), "stepwright stop");
+    refused("move 9 --top-speed 0 --fast", &format!("--top-speed {allowed}, not 0"), "");
+    refused("move 9 --top-speed 0.0001 --fast", &format!("--top-speed {allowed}, not 0.0001"), "");
+    refused("move 9 --top-speed 1e7 --fast", &format!("--top-speed {allowed}, not 1e7"), "unit");
+}
+
+#[test]
+fn a_run_without_end_is_not_hurried() {
+    refused("run 100 --fast", "--fast", "--for");
+    refused("run 100 --fast --law austin", "--fast", "--for");
+}
+
+/// Each law at the top speed that the board can, where none is typed.
+#[test]
+fn every_law_moves_without_options() {
+    for law in ["austin", "austin-fixed", "linear-factor", "power", "piecewise"] {
+        let ended = typed(&format!("move 400 --law {law} --fast"));
+        ended.assert(0, "position 400 ready");
+        let ended = typed(&format!("run 100 --law {law} --for 2s --fast"));
+        assert_eq!(ended.code(), Some(0), "{law}: {ended:#?}");
+    }
+    // What is typed is not lowered.
+    let ended = typed("move 400 --law power --top-speed 1000 --fast");
+    ended.assert_error("too slow for the law power at this top speed");
+}
+
+#[test]
+fn a_driver_is_not_set_beyond_its_current() {
+    let ended = typed("calc vref 3A");
+    assert!(ended.stdout.contains("3 A is more than the 2.5 A of a DRV8825: take"), "{ended:#?}");
+    assert!(!ended.stdout.contains("mA?"), "{ended:#?}");
+    let ended = typed("calc vref 600");
+    assert!(ended.stdout.contains("Then write 600mA"), "{ended:#?}");
+}
+
+/// Every number that is not whole, anywhere in a value.
+fn fractions(value: &Value, found: &mut Vec<String>) {
+    match value {
+        Value::Number(number) if number.is_f64() => found.push(number.to_string()),
+        Value::Array(all) => all.iter().for_each(|one| fractions(one, found)),
+        Value::Object(all) => all.values().for_each(|one| fractions(one, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn numbers_for_programs_have_no_noise() {
+    for line in [
+        "line 10mm 20 --mm-per-rev 40 --fast",
+        "line 10mm 20mm 30mm --mm-per-rev 40 --fast --accel 333.3",
+        "move 333 --top-speed 333.3 --fast",
+        "plan trapezoid --steps 10 --accel 100.1 --top-speed 33.3",
+        "plan s-curve --steps 10 --accel 100.1 --top-speed 33.3 --jerk 1000",
+        "plan austin --steps 10 --accel 100.1 --top-speed 33.3",
+        "calc belt --teeth 20 --microsteps 3",
+        "calc delay --period 200us",
+        "timed --speed 10 --steps 20",
+    ] {
+        let ended = typed(&format!("{line} --format json"));
+        let value = serde_json::from_str(&ended.stdout);
+        let value: Value = value.unwrap_or_else(|error| panic!("{line}: {error} {ended:#?}"));
+        let mut found = Vec::new();
+        fractions(&value, &mut found);
+        for number in found {
+            let digits = number.split('e').next().unwrap().replace(['.', '-'], "");
+            let digits = digits.trim_start_matches('0').trim_end_matches('0').len();
+            assert!(digits <= 12, "{line}: {number}");
+        }
+    }
+}
+
+#[test]
+fn a_line_of_mixed_units_says_what_each_number_is() {
+    let ended = typed("line 10mm 20 --mm-per-rev 40 --fast");
+    ended.assert(0, "position 50 20 ready");
+    for row in ["  axis 1      10mm → 50 steps\n", "  axis 2      20 steps\n"] {
+        assert!(ended.stdout.contains(row), "{ended:#?}");
+    }
+    assert!(!typed("line 50 20 --fast").stdout.contains("  axis 1"));
+}

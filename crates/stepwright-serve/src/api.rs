@@ -10,15 +10,18 @@ use std::sync::Arc;
 use axum::extract::{FromRequest, Request, State};
 use axum::http::HeaderMap;
 use axum::http::header::CONTENT_TYPE;
-use axum::response::IntoResponse;
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use axum::{Json, Router};
+use axum::{Extension, Json, Router};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeOwned, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
+use tokio::time::timeout;
 use utoipa::OpenApi;
 
 use crate::control::{Hand, LEASE};
+use crate::crowd::{PATIENCE, Place, Standing};
 use crate::decline::Declined;
 use crate::desk::ServeDesk;
 use crate::homing::HomeRequest;
@@ -116,7 +119,8 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Body<T> {
     type Rejection = Declined;
 
     async fn from_request(request: Request, state: &S) -> Result<Body<T>, Declined> {
-        let Json(Object(body)) = Json::from_request(request, state).await?;
+        let read = timeout(PATIENCE, Json::from_request(request, state)).await;
+        let Json(Object(body)) = read.map_err(|_| Declined::slow(PATIENCE))??;
         Ok(Body(body))
     }
 }
@@ -144,10 +148,30 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
     }
 }
 
+/// The key that a request carries.
+fn key(headers: &HeaderMap) -> Option<&str> {
+    headers.get(CONTROL).and_then(|value| value.to_str().ok())
+}
+
 /// The hand that gives an order: it has control.
 pub(crate) fn hand(desk: &ServeDesk, headers: &HeaderMap) -> Result<Hand, Declined> {
-    let key = headers.get(CONTROL).and_then(|value| value.to_str().ok());
-    desk.control(|control, now| control.hear(key, now))
+    desk.control(|control, now| control.hear(key(headers), now))
+}
+
+/// Marks the connection of the one who controls.
+pub(crate) async fn known(
+    State(desk): Shared,
+    place: Option<Extension<Arc<Place>>>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let controls = |key| desk.control(|control, _| control.is_key(key));
+    if let Some(Extension(place)) = place
+        && key(request.headers()).is_some_and(controls)
+    {
+        place.stand(Standing::Controlling);
+    }
+    next.run(request).await
 }
 
 async fn wish(desk: &ServeDesk, wish: Wish) -> Answer {
@@ -282,7 +306,6 @@ async fn beat(State(desk): Shared, headers: HeaderMap, Body(_): Body<EmptyReques
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined)))]
 async fn release(State(desk): Shared, headers: HeaderMap, Body(_): Body<EmptyRequest>) -> Answer {
-    let key = headers.get(CONTROL).and_then(|value| value.to_str().ok());
-    desk.control(|control, now| control.release(key, now))?;
+    desk.control(|control, now| control.release(key(&headers), now))?;
     Ok(Json(Done::default()))
 }

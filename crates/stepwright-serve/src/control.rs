@@ -84,8 +84,7 @@ impl ControlLease {
                 "POST /api/control, then send its key in the header `Stepwright-Control`",
             ));
         };
-        let is_its = |key: &str| bool::from(key.as_bytes().ct_eq(holder.key.as_bytes()));
-        if key.is_some_and(is_its) {
+        if key.is_some_and(|key| holder.has(key)) {
             holder.heard = now;
             return Ok(holder.hand);
         }
@@ -104,6 +103,11 @@ impl ControlLease {
         Ok(())
     }
 
+    /// Whether this is the key of who controls; it is not heard of with it.
+    pub fn is_key(&self, key: &str) -> bool {
+        self.holder.as_ref().is_some_and(|holder| holder.has(key))
+    }
+
     /// Whether this hand has control and was heard of a moment ago.
     pub fn is_live(&self, hand: Hand, now: Instant) -> bool {
         self.holder.as_ref().is_some_and(|holder| holder.hand == hand && holder.is_live(now))
@@ -116,6 +120,10 @@ impl ControlLease {
 }
 
 impl Holder {
+    fn has(&self, key: &str) -> bool {
+        key.as_bytes().ct_eq(self.key.as_bytes()).into()
+    }
+
     fn is_live(&self, now: Instant) -> bool {
         now.saturating_duration_since(self.heard) < LEASE
     }

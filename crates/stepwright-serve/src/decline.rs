@@ -1,5 +1,7 @@
 //! What a request is answered that is not carried out.
 
+use std::time::Duration;
+
 use axum::Json;
 use axum::extract::rejection::JsonRejection;
 use axum::http::StatusCode;
@@ -51,6 +53,13 @@ impl Declined {
     /// This address takes another method: 405.
     pub fn otherwise(what: impl Into<String>) -> Declined {
         Declined::of(StatusCode::METHOD_NOT_ALLOWED, what)
+    }
+
+    /// A body that takes longer than this to come: 408.
+    pub fn slow(limit: Duration) -> Declined {
+        Declined::of(StatusCode::REQUEST_TIMEOUT, "the body of the request did not come")
+            .allowed(format!("at most {} s", limit.as_secs()))
+            .remedy("does Content-Length say how long it is?")
     }
 
     /// Not now, or not by this board: 409.

@@ -10,6 +10,7 @@ use std::net::IpAddr;
 use std::sync::Arc;
 
 use axum::extract::{Request, State};
+use axum::http::Uri;
 use axum::http::header::{AUTHORIZATION, HOST, HeaderName, ORIGIN};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
@@ -43,9 +44,7 @@ impl Guard {
         };
         let bearer = header(AUTHORIZATION).and_then(|said| said.strip_prefix("Bearer "));
         // A browser can give a WebSocket no header.
-        let query = request.uri().query().unwrap_or_default();
-        let query = query.split('&').find_map(|pair| pair.strip_prefix("token="));
-        match bearer.or(query) {
+        match bearer.or(in_query(request.uri(), "token")) {
             Some(said) if token.is(said) => Ok(()),
             Some(_) => Err(Declined::unknown("that is not the token").remedy(TOKEN)),
             None => Err(Declined::unknown("the token is missing").remedy(TOKEN)),
@@ -68,6 +67,12 @@ impl Guard {
 
 const TOKEN: &str = "`stepwright serve` says it when it begins: send it in the header \
                      `Authorization: Bearer TOKEN`, or open the address that it says";
+
+/// What a name stands for behind the `?` of an address.
+pub(crate) fn in_query<'a>(uri: &'a Uri, name: &str) -> Option<&'a str> {
+    let pairs = uri.query().unwrap_or_default().split('&').filter_map(|pair| pair.split_once('='));
+    pairs.into_iter().find_map(|(one, value)| (one == name).then_some(value))
+}
 
 /// The page itself has no secrets.
 fn needs_token(request: &Request) -> bool {

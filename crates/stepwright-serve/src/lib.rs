@@ -1,7 +1,7 @@
 //! A board in a browser: a page and an API, and what stands between them and the motors.
 //!
 //! ```text
-//!   browser ─► guard ─► api ─► Wish ─► ServeDesk ─► the board's thread
+//!   browser ─► crowd ─► guard ─► api ─► Wish ─► ServeDesk ─► the board's thread
 //!     (Host, Origin,  (JSON,                    (the `stepwright` command:
 //!      token, size)    ranges, control)          lines, ramps, safety)
 //!   browser ◄─ live ◄───────────────── ServeDesk ◄─ LiveState, Exchange, PlannedCurve
@@ -25,11 +25,13 @@
 //! | [`path`] | lines and arcs of a file |
 //! | [`decline`] | refusals: what, what is allowed, what to do |
 //! | [`desk`] | between the server and the board's thread |
+//! | `crowd` | connections, and which is closed when there are too many |
 
 mod api;
 pub mod calc;
 pub mod control;
 pub mod conversation;
+mod crowd;
 pub mod decline;
 pub mod desk;
 pub mod guard;
@@ -73,8 +75,9 @@ pub(crate) fn router(desk: Arc<ServeDesk>, guard: Guard) -> Router {
         .merge(page::routes())
         .fallback(async || Declined::nowhere("there is nothing at this address"))
         .layer(DefaultBodyLimit::max(BODY))
-        .layer(middleware::map_response(with_headers))
+        .layer(middleware::from_fn_with_state(desk.clone(), api::known))
         .layer(middleware::from_fn_with_state(guard, guard::judge))
+        .layer(middleware::map_response(with_headers))
         .with_state(desk)
 }
 
@@ -103,7 +106,7 @@ pub fn serve(listener: TcpListener, desk: Arc<ServeDesk>, guard: Guard) -> io::R
         let listener = tokio::net::TcpListener::from_std(listener)?;
         let app = router(desk.clone(), guard);
         tokio::select! {
-            served = async { axum::serve(listener, app).await } => served,
+            served = crowd::serve(listener, app) => served,
             () = desk.until_ended() => Ok(()),
         }
     })

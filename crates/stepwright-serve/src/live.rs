@@ -1,19 +1,25 @@
-//! `/api/live`: what the board does, as it does it; and the beats of who controls.
+//! `/api/live`: what the board does, as it does it; and the beats of who controls, who is
+//! let in also where every seat is taken: `?control=KEY`.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use axum::Extension;
+use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::http::Uri;
 use axum::response::Response;
 use serde::Deserialize;
 use tokio::sync::broadcast::error::RecvError;
-use tokio::time::{Instant, sleep_until};
+use tokio::time::{Instant, interval, sleep_until, timeout};
 
+use crate::crowd::{PATIENCE, Place, Standing};
 use crate::decline::Declined;
 use crate::desk::ServeDesk;
+use crate::guard::in_query;
 
 /// Pages at once, at most.
 const PAGES: usize = 32;
@@ -37,17 +43,19 @@ enum Said {
     Questions(bool),
 }
 
-/// A place for a page, free again when it is dropped.
-struct Place;
+/// A seat for a page, free again when it is dropped.
+struct Seat;
 
-impl Place {
-    fn take() -> Option<Place> {
-        let more = |here| (here < PAGES).then_some(here + 1);
-        HERE.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more).ok().map(|_| Place)
+impl Seat {
+    /// One seat is kept for the one who controls.
+    fn take(controls: bool) -> Option<Seat> {
+        let seats = PAGES + usize::from(controls);
+        let more = |here| (here < seats).then_some(here + 1);
+        HERE.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more).ok().map(|_| Seat)
     }
 }
 
-impl Drop for Place {
+impl Drop for Seat {
     fn drop(&mut self) {
         HERE.fetch_sub(1, Ordering::Relaxed);
     }
@@ -56,24 +64,34 @@ impl Drop for Place {
 /// Joins those who watch.
 pub(crate) async fn join(
     State(desk): State<Arc<ServeDesk>>,
+    uri: Uri,
+    place: Option<Extension<Arc<Place>>>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Declined> {
     let upgrade = upgrade.map_err(|rejection| {
         Declined::malformed(rejection.body_text()).remedy("open it as a WebSocket")
     })?;
-    let place = Place::take().ok_or_else(|| {
+    let key = in_query(&uri, "control");
+    let controls = key.is_some_and(|key| desk.control(|control, _| control.is_key(key)));
+    let seat = Seat::take(controls).ok_or_else(|| {
         Declined::away("too many pages are open").allowed(format!("at most {PAGES}"))
     })?;
     let upgrade = upgrade.max_message_size(LONGEST).max_frame_size(LONGEST);
     Ok(upgrade.on_upgrade(async move |socket| {
-        let mut page = Page { desk, questions: false };
-        page.follow(socket).await;
-        drop(place);
+        let place = place.map(|Extension(place)| place).unwrap_or_default();
+        place.stand(if controls { Standing::Controlling } else { Standing::Watching });
+        let mut page = Page { desk, place: place.clone(), questions: false };
+        tokio::select! {
+            () = page.follow(socket) => {}
+            () = place.wanted() => {}
+        }
+        drop(seat);
     }))
 }
 
 struct Page {
     desk: Arc<ServeDesk>,
+    place: Arc<Place>,
     questions: bool,
 }
 
@@ -83,12 +101,20 @@ impl Page {
         let (mut states, mut lines) = (self.desk.states(), self.desk.lines());
         states.mark_changed();
         let mut due = Instant::now();
+        let mut heard = due;
+        let mut pings = interval(PATIENCE);
         loop {
-            let text = tokio::select! {
+            let message = tokio::select! {
                 said = socket.recv() => match said {
-                    Some(Ok(said)) if self.hear(&said) => continue,
+                    Some(Ok(said)) if self.hear(&said) => {
+                        heard = Instant::now();
+                        continue;
+                    }
                     _ => return,
                 },
+                // A browser answers by itself.
+                _ = pings.tick() => Message::Ping(Bytes::new()),
+                () = sleep_until(heard + 3 * PATIENCE) => return,
                 // A page gets the newest state, and misses those before.
                 changed = async {
                     sleep_until(due).await;
@@ -96,18 +122,23 @@ impl Page {
                 } => match changed {
                     Ok(()) => {
                         due = Instant::now() + FRAME;
-                        states.borrow_and_update().1.clone()
+                        Message::Text(states.borrow_and_update().1.clone())
                     }
                     Err(_) => return,
                 },
                 line = lines.recv() => match line {
                     Ok(told) if told.question && !self.questions => continue,
-                    Ok(told) => told.text,
+                    Ok(told) => Message::Text(told.text),
                     Err(RecvError::Lagged(_)) => continue,
                     Err(RecvError::Closed) => return,
                 },
             };
-            if !text.is_empty() && socket.send(Message::Text(text)).await.is_err() {
+            // Before the first look at the board there is nothing to tell.
+            if matches!(&message, Message::Text(text) if text.is_empty()) {
+                continue;
+            }
+            // One that reads nothing is gone.
+            if !matches!(timeout(PATIENCE, socket.send(message)).await, Ok(Ok(()))) {
                 return;
             }
         }
@@ -121,7 +152,9 @@ impl Page {
         match serde_json::from_str(text) {
             Ok(Said::Beat(key)) => {
                 // Another one may have taken control meanwhile: the state says so.
-                let _ = self.desk.control(|control, now| control.hear(Some(&key), now));
+                let heard = self.desk.control(|control, now| control.hear(Some(&key), now));
+                let standing = heard.map_or(Standing::Watching, |_| Standing::Controlling);
+                self.place.stand(standing);
                 true
             }
             Ok(Said::Questions(wanted)) => {

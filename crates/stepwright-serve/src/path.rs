@@ -61,6 +61,8 @@ pub type PathListener = Box<dyn Fn(PathReport) + Send>;
 pub struct PathTable {
     /// The port of the board on which files are run; none: a virtual board.
     pub port: Option<String>,
+    /// What that board is called.
+    pub board: String,
     /// The same for people, and what a stop does there.
     pub player: String,
     /// The files.

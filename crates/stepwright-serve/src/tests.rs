@@ -198,11 +198,18 @@ async fn who_may_not_ask_reaches_nothing() {
 #[tokio::test]
 async fn what_is_told_says_so_and_stays_on_this_page() {
     let bench = open();
-    for path in ["/", "/style.css", "/main.js", "/api/state", "/api/board", "/api/openapi.json"] {
-        let request = Request::get(path).header(header::HOST, "localhost");
+    let pages = ["/", "/style.css", "/main.js", "/api/state", "/api/board", "/api/openapi.json"];
+    let told = pages.map(|path| (path, "localhost", StatusCode::OK));
+    let declined = [
+        ("/nowhere", "localhost", StatusCode::NOT_FOUND),
+        ("/api/move", "localhost", StatusCode::METHOD_NOT_ALLOWED),
+        ("/", "evil.example", StatusCode::FORBIDDEN),
+    ];
+    for (path, host, status) in told.into_iter().chain(declined) {
+        let request = Request::get(path).header(header::HOST, host);
         let answer = bench.router.clone().oneshot(request.body(Body::empty()).unwrap()).await;
         let answer = answer.unwrap();
-        assert_eq!(answer.status(), StatusCode::OK, "{path}");
+        assert_eq!(answer.status(), status, "{path}");
         let policy = answer.headers()[header::CONTENT_SECURITY_POLICY].to_str().unwrap();
         assert!(policy.starts_with("default-src 'none'"), "{policy}");
         assert!(policy.contains("frame-ancestors 'none'"), "{policy}");

@@ -9,6 +9,9 @@ const words = { ready: "at rest", busy: "moving", uncertain: "position uncertain
 const SPEED = 1000;
 const RISE = 0.4;
 
+/** What the sliders reach from, in steps/s and steps/s², and how far where no board says it. */
+const SLIDES = { speed: [10, 20_000], accel: [100, 1_000_000] };
+
 /** No axis goes further, in steps. */
 const FAR = 2 ** 31 - 1;
 
@@ -17,7 +20,7 @@ const HOMING = { seek: 500, slow: 50, "back-off": 50, within: 100_000 };
 
 export class Axis {
   /** `sheet` as GET /api/board has it; `tell(error)` shows what was declined. */
-  constructor(sheet, canJerk, tell) {
+  constructor(sheet, canJerk, most, tell) {
     this.number = sheet.axis;
     this.scale = sheet.steps_per_unit;
     this.tell = tell;
@@ -41,6 +44,11 @@ export class Axis {
     for (const name of ["target", "step", "back-off", "within"]) this.field(name).max = this.shown(FAR);
     this.field("target").min = this.shown(-FAR);
     this.find(".motion").classList.toggle("straight", !canJerk);
+    const reach = { ...SLIDES, speed: [SLIDES.speed[0], most ?? SLIDES.speed[1]] };
+    /** What has changed and is not told yet, by the names of requests. */
+    this.changes = new Map();
+    this.slide("speed", "top_speed", reach.speed);
+    this.slide("accel", "accel", reach.accel);
     this.listen();
   }
 
@@ -94,6 +102,33 @@ export class Axis {
     }
   }
 
+  /** A slider beside a number: as much further each time. What changes holds at once, also on
+   *  the way. */
+  slide(name, as, [low, high]) {
+    const [field, slider] = [this.field(name), this.field(`${name}-slide`)];
+    const follow = () => (slider.value = (1000 * Math.log(this.steps(name) / low)) / Math.log(high / low));
+    slider.addEventListener("input", () => {
+      field.value = this.shown(Number((low * (high / low) ** (slider.value / 1000)).toPrecision(3)));
+      this.change(name, as);
+    });
+    field.addEventListener("change", () => (follow(), this.change(name, as)));
+    follow();
+  }
+
+  /** Tells a motor on its way what has changed: one order after another, each with the newest. */
+  async change(name, as) {
+    if (!this.moving || this.homing || !this.valid(name)) return;
+    this.changes.set(as, name);
+    if (this.changing) return;
+    this.changing = true;
+    while (this.changes.size) {
+      const body = Object.fromEntries([...this.changes].map(([as, name]) => [as, this.steps(name)]));
+      this.changes.clear();
+      await this.send("/api/retarget", body);
+    }
+    this.changing = false;
+  }
+
   run(sign) {
     if (!this.valid("speed", "accel", "jerk")) return Promise.resolve(null);
     return this.send("/api/run", { speed: sign * this.steps("speed"), ...this.motion() });
@@ -145,12 +180,6 @@ export class Axis {
     on("halt", () => this.stop());
     on("home", () => this.home());
     on("zero", () => this.send("/api/zero", {}));
-    // A new speed or acceleration holds at once, also on the way.
-    for (const [name, as] of [["speed", "top_speed"], ["accel", "accel"]]) {
-      this.field(name).addEventListener("change", () => {
-        if (this.moving && this.valid(name)) this.send("/api/retarget", { [as]: this.steps(name) });
-      });
-    }
     for (const [name, sign] of [["back", -1], ["ahead", 1]]) {
       const button = this.field(name);
       button.addEventListener("pointerdown", (event) => {
@@ -191,8 +220,11 @@ export class Axis {
     }
     const why = this.find(".why");
     this.showHome(state.home);
-    why.hidden = !state.stop || this.homing;
-    if (state.stop) why.textContent = `Stopped by ${state.stop.words}`;
+    const reasons = [];
+    if (state.stop) reasons.push(`Stopped by ${state.stop.words}`);
+    if (state.state === "uncertain") reasons.push("Where it stands is not known: Home or Set 0 here");
+    why.hidden = !reasons.length || this.homing;
+    if (why.textContent !== reasons.join(". ")) why.textContent = reasons.join(". ");
     const able = ours && state.state !== "lost";
     const free = able && !state.moving && !this.homing;
     const rests = free && known;

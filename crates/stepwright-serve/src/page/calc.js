@@ -1,13 +1,23 @@
 // The calculators: what GET /api/calc lists, with a field for each option.
 
+import { element } from "./dom.js";
 import { get, post } from "./server.js";
 
-function element(tag, text, name) {
-  const made = document.createElement(tag);
-  if (text) made.textContent = text;
-  if (name) made.className = name;
-  return made;
-}
+/** What each begins with. */
+const EXAMPLES = {
+  timer: { SPEED: "180" },
+  timed: { FROM: "1rpm", TO: "150rpm", "--updates": "11", "--doubling": true },
+  belt: { "--teeth": "20" },
+  screw: { "--pitch": "2mm" },
+  delay: { "--period": "200us" },
+  vref: { CURRENT: "1.7A" },
+};
+
+/** The name of an option without the dashes of a command. */
+const called = (name) => name.replace(/^--/, "").replaceAll("-", " ").toLowerCase();
+
+/** A text of the command, its options called as the fields are. */
+const plain = (text) => text.replaceAll(/--([a-z][a-z-]*)( <[A-Z]+>)?/g, (_, name) => called(name));
 
 /** A field for an option: a box to tick, a list, or text. */
 function field(option) {
@@ -46,10 +56,11 @@ export class Calculators {
     this.form.noValidate = true;
     this.form.addEventListener("input", () => this.compute());
     this.form.addEventListener("submit", (event) => (event.preventDefault(), this.compute()));
-    this.line = element("p", "", "soft");
+    this.line = element("details", "", "soft");
+    this.line.append(element("summary", "As a command"), element("code"));
     this.result = element("div", "", "result");
     this.result.setAttribute("aria-live", "polite");
-    section.append(head, this.about, this.form, this.line, this.result);
+    section.append(head, this.about, this.form, this.result, this.line);
     new ResizeObserver(() => this.begin()).observe(section);
   }
 
@@ -69,10 +80,12 @@ export class Calculators {
     this.fields = sheet.options.map((option) => ({ option, input: field(option) }));
     this.form.replaceChildren(...this.fields.map(({ option, input }) => {
       const label = element("label", "", option.takes_value ? "" : "tick");
-      const name = option.name.replace(/^--/, "").replaceAll("-", " ");
-      const said = element("span", option.bare ? name.toLowerCase() : name);
-      label.append(...(option.takes_value ? [said, input] : [input, said]), element("small", option.help));
+      const said = element("span", called(option.name));
+      label.append(...(option.takes_value ? [said, input] : [input, said]), element("small", plain(option.help)));
       input.name = option.name;
+      const example = EXAMPLES[sheet.name]?.[option.name];
+      if (example === true) input.checked = true;
+      else if (example) input.value = example;
       return label;
     }));
     this.compute();
@@ -93,10 +106,10 @@ export class Calculators {
   async compute() {
     const mine = ++this.asked;
     const words = this.words();
-    this.line.replaceChildren(element("code", `stepwright calc ${words.join(" ")}`));
+    this.line.querySelector("code").textContent = `stepwright calc ${words.join(" ")}`;
     const missing = this.fields.filter(({ option, input }) => option.required && !input.value.trim());
     if (missing.length) {
-      const names = missing.map(({ option }) => option.name.replace(/^--/, "").toLowerCase());
+      const names = missing.map(({ option }) => called(option.name));
       this.result.replaceChildren(element("p", `Needed: ${names.join(", ")}`, "soft"));
       return;
     }
@@ -104,7 +117,7 @@ export class Calculators {
     try {
       shown = this.show(await post("/api/calc", { words }));
     } catch (declined) {
-      shown = [element("p", declined.message, "no")];
+      shown = [element("p", plain(declined.message), "no")];
     }
     // Another one may have been asked meanwhile.
     if (mine === this.asked) this.result.replaceChildren(...shown);

@@ -27,10 +27,13 @@ export class Track {
 
   /** Nothing is known from here on. */
   break(time) {
-    if (this.points.length && this.points.at(-1)[1] !== null) this.points.push([time, null, false]);
+    const last = this.points.at(-1);
+    // Behind the last point, which stays.
+    if (last && last[1] !== null) this.points.push([Math.max(time, last[0] + 1e-4), null, false]);
   }
 
-  /** Columns of time, position, speed and acceleration from a time on. */
+  /** Columns of time, position, speed and acceleration from a time on: null is a gap, and what is
+   *  undefined is bridged. */
   columns(from) {
     const points = this.points;
     let begin = points.findIndex((point) => point[0] >= from - 1);
@@ -54,7 +57,7 @@ function fit(points, at, moving) {
   while (last + 1 < points.length && points[last + 1][0] - time <= HALF && points[last + 1][1] !== null) last++;
   if (!moving && (first === at || last === at)) return [0, 0];
   // A half that is missing would make the ends wild.
-  if (last - first < 4 || first === at || points[last][0] - time < HALF / 2) return [null, null];
+  if (last - first < 4 || first === at || points[last][0] - time < HALF / 2) return [undefined, undefined];
   const sums = [0, 0, 0, 0, 0];
   const ways = [0, 0, 0];
   for (let i = first; i <= last; i++) {
@@ -67,7 +70,7 @@ function fit(points, at, moving) {
   }
   const [c0, c1, c2, c3, c4] = sums;
   const whole = c0 * (c2 * c4 - c3 * c3) - c1 * (c1 * c4 - c2 * c3) + c2 * (c1 * c3 - c2 * c2);
-  if (Math.abs(whole) < 1e-18) return [null, null];
+  if (Math.abs(whole) < 1e-18) return [undefined, undefined];
   const [w0, w1, w2] = ways;
   const speed = (c0 * (w1 * c4 - c3 * w2) - w0 * (c1 * c4 - c3 * c2) + c2 * (c1 * w2 - w1 * c2)) / whole;
   const bend = (c0 * (c2 * w2 - w1 * c3) - c1 * (c1 * w2 - w1 * c2) + w0 * (c1 * c3 - c2 * c2)) / whole;

@@ -1,6 +1,7 @@
 // The page: what is shown, who controls, and the keys.
 
 import { Axis } from "./axis.js";
+import { by, element } from "./dom.js";
 import { PathsView } from "./paths.js";
 import { PlanView } from "./plan.js";
 import { Plots } from "./plots.js";
@@ -10,7 +11,6 @@ import { Scope } from "./scope.js";
 import { Settings } from "./settings.js";
 import * as talk from "./talk.js";
 
-const by = (id) => document.getElementById(id);
 const plots = new Plots();
 const settings = new Settings(by("settings"));
 new Scope(tell);
@@ -27,20 +27,25 @@ let asking = false;
 let chosen = null;
 /** Whether a motor moves. */
 let moving = false;
+/** Whether the board can be reached, and what a stop does then. */
+let reached = true;
+const STOPS = by("stop-words").textContent;
+
+/** A notice with a button, which calls `act(notice)`. */
+function noticed(text, word, act) {
+  const notice = element("p");
+  const button = element("button", word);
+  button.onclick = () => act(notice);
+  notice.append(element("span", text), button);
+  return notice;
+}
 
 /** Shows an error until it is put away. The same one is shown once. */
 function tell(error) {
   const text = error.message ?? String(error);
   const notices = by("notices");
   if ([...notices.children].some((notice) => notice.firstChild.textContent === text)) return;
-  const notice = document.createElement("p");
-  const words = document.createElement("span");
-  words.textContent = text;
-  const close = document.createElement("button");
-  close.textContent = "Dismiss";
-  close.onclick = () => notice.remove();
-  notice.append(words, close);
-  notices.append(notice);
+  notices.append(noticed(text, "Dismiss", (notice) => notice.remove()));
   while (notices.children.length > 4) notices.firstChild.remove();
 }
 
@@ -57,7 +62,7 @@ async function describe(count) {
   const same = axes.length === board.axes.length &&
     axes.every((axis, i) => axis.scale === board.axes[i].steps_per_unit && axis.unit === board.axes[i].unit);
   if (same) return;
-  axes = board.axes.map((one) => new Axis(one, board.can.includes("jerk"), tell));
+  axes = board.axes.map((one) => new Axis(one, board.can.includes("jerk"), board.max_speed, tell));
   by("axes").replaceChildren(...axes.map((axis) => axis.card));
   choose(axes[0]);
   plots.describe(board.axes);
@@ -80,12 +85,14 @@ let errors = "";
 function show(state) {
   if (!comes && sheet === -1) comes = performance.now() + COMES;
   if (state.sheet !== sheet) attempt(describe(state.sheet));
+  const had = ours;
   ours = state.control !== null && state.control.hand === hand;
+  if (had && !ours && state.control) tell(`${state.control.name} has taken control: you watch now`);
   for (const one of state.axes) axes.find((axis) => axis.number === one.axis)?.show(one, ours);
   settings.allow(ours && state.connected);
   moving = paths.running || state.axes.some((axis) => axis.moving);
   showControl(state.control, state.connected);
-  by("board").classList.toggle("lost", !state.connected);
+  reach(state.connected);
   const now = state.trouble?.what ?? null;
   if (now && now !== trouble) tell(`${state.trouble.what}. ${state.trouble.do ?? ""}`);
   trouble = now;
@@ -93,6 +100,16 @@ function show(state) {
   plots.see(state);
   plan.state(state, ours);
   paths.allow(ours);
+}
+
+/** Shows whether the board can be reached: a stop that reaches nobody is not to look like one. */
+function reach(on) {
+  if (on === reached) return;
+  reached = on;
+  by("board").classList.toggle("lost", !on);
+  document.body.classList.toggle("unreached", !on);
+  by("stop-words").textContent = on ? STOPS : "No answer: switch off the motor's power";
+  by("frozen").hidden = on;
 }
 
 function showControl(control, connected) {
@@ -119,14 +136,9 @@ function showErrors(state) {
   errors = now;
   by("notices").querySelector("#errors")?.remove();
   if (!now) return;
-  const notice = document.createElement("p");
+  const acknowledge = () => attempt(post("/api/acknowledge"));
+  const notice = noticed(`Since the last acknowledgement: ${now}`, "Acknowledge", acknowledge);
   notice.id = "errors";
-  const said = document.createElement("span");
-  said.textContent = `Since the last acknowledgement: ${now}`;
-  const button = document.createElement("button");
-  button.textContent = "Acknowledge";
-  button.onclick = () => attempt(post("/api/acknowledge"));
-  notice.append(said, button);
   by("notices").prepend(notice);
 }
 
@@ -140,7 +152,9 @@ const live = follow(
     else if (message.type === "note") talk.note(message);
   },
   () => {
-    by("board").classList.add("lost");
+    reach(false);
+    plots.lose();
+    ours = false;
     by("who").textContent = "The server does not answer";
     paths.lost();
     axes.forEach((axis) => axis.show({ position: null, moving: false, state: "lost", stop: null, home: null }, false));

@@ -1,6 +1,6 @@
 // The way of two motors, or of one over time, with its speed as colour.
 
-import { colour } from "./plots.js";
+import { colour, dark } from "./colours.js";
 
 /** Room for the numbers beside and below, and around the way, in px. */
 const SIDE = 58;
@@ -18,8 +18,6 @@ const PALE = 0.28;
 
 /** It stands for at least this long where a mark says so, in s. */
 const STANDS = 0.05;
-
-const dark = matchMedia("(prefers-color-scheme: dark)");
 
 /** Colours by their names, until the page changes its own. */
 let known = new Map();

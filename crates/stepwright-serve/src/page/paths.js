@@ -1,9 +1,10 @@
 // The Paths view: a file of lines, arcs and other moves, drawn before anything moves.
 
+import { dark } from "./colours.js";
+import { by, copy, element, save } from "./dom.js";
 import { PathCanvas, ramp } from "./paths-draw.js";
 import { get, post } from "./server.js";
 
-const by = (id) => document.getElementById(id);
 const digits = (value, most) => new Intl.NumberFormat("en", { maximumSignificantDigits: most, useGrouping: false }).format(value).replace("-", "−");
 
 /** What a leg is called. */
@@ -24,13 +25,6 @@ const LATER = 400;
 
 /** A file's units are shown in these, where they are so many. */
 const SHOWN = { nm: [["mm", 1e6], ["µm", 1e3]], µm: [["mm", 1e3]] };
-
-function element(tag, text, name) {
-  const made = document.createElement(tag);
-  if (text !== undefined) made.textContent = text;
-  if (name) made.className = name;
-  return made;
-}
 
 /** The first of `count` for which `late(n)` holds. */
 function first(count, late) {
@@ -109,9 +103,10 @@ export class PathsView {
   /** Opens when it is looked at first. */
   async open() {
     this.opened ??= (async () => {
-      const { examples, player, port } = await get("/api/path/examples");
+      const { examples, player, port, board } = await get("/api/path/examples");
       Object.assign(this, { examples, port });
       by("paths-player").textContent = player;
+      by("paths-go").textContent = board ? `Run on ${board}` : "Run";
       const report = await get("/api/path");
       if (report && !this.report) this.hear(report);
       const options = this.examples.map(({ name }, n) => new Option(name, n));
@@ -255,17 +250,11 @@ export class PathsView {
   }
 
   /** Copies the command that plays the file on a board, and shows it. */
-  async copy() {
+  copy() {
     const file = /^[\w.-]+$/.test(this.name) ? this.name : `'${this.name.replaceAll("'", "'\\''")}'`;
     const example = this.examples.some((one) => one.name === this.name);
     const text = `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port ${this.port ?? "/dev/ttyACM0"}`;
-    by("paths-copied").textContent = text;
-    by("paths-copied").hidden = false;
-    try {
-      await navigator.clipboard.writeText(text);
-    } catch {
-      getSelection().selectAllChildren(by("paths-copied"));
-    }
+    copy(text, by("paths-copied"));
   }
 
   /** Which motors, or the time, are drawn. */
@@ -351,11 +340,7 @@ export class PathsView {
 
   /** Gives the text as a file. */
   save() {
-    const link = element("a");
-    link.href = URL.createObjectURL(new Blob([by("paths-text").value], { type: "text/plain" }));
-    link.download = this.name;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    save(this.name, by("paths-text").value);
   }
 
   async read(file) {
@@ -387,7 +372,7 @@ export class PathsView {
     const turned = () => (this.table(), this.choose(this.row), this.drawWay());
     for (const id of ["paths-x", "paths-y"]) by(id).addEventListener("input", turned);
     by("paths-time").addEventListener("input", (event) => this.sheet && this.seek(event.target.valueAsNumber));
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.sheet && this.legend());
+    dark.addEventListener("change", () => this.sheet && this.legend());
     const section = by("paths");
     section.addEventListener("dragover", (event) => {
       event.preventDefault();

@@ -1,11 +1,11 @@
 // The curves of several laws over one another.
 
+import { colour, dark, faint } from "./colours.js";
 import { LAWS } from "./planner.js";
 
 /** Points across a picture. */
 const GRID = 1200;
 
-const dark = matchMedia("(prefers-color-scheme: dark)");
 const number = new Intl.NumberFormat("en", { maximumSignificantDigits: 5, useGrouping: false });
 
 /** What can be shown: its name and unit, and whether 0 belongs to it. */
@@ -17,17 +17,7 @@ export const QUANTITIES = {
   deviation: ["Delays above those of constant acceleration", "%", true],
 };
 
-/** Colours as the page has them now: a canvas knows no light-dark(). */
-function colours() {
-  const probe = document.createElement("i");
-  document.body.append(probe);
-  const of = (name) => ((probe.style.color = `var(${name})`), getComputedStyle(probe).color);
-  const found = { ink: of("--soft"), grid: of("--line"), laws: LAWS.map((_, i) => of(`--law-${i}`)) };
-  probe.remove();
-  return found;
-}
-
-const faint = (colour, alpha) => colour.replace("rgb(", "rgba(").replace(")", `, ${alpha})`);
+const colours = () => ({ ink: colour("--soft"), grid: colour("--line"), laws: LAWS.map((_, i) => colour(`--law-${i}`)) });
 
 export class PlanCharts {
   /** Into these elements, with the value under the pointer in those beside them;

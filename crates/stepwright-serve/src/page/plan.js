@@ -1,12 +1,12 @@
 // The Plan view: a travel by every law, before anything moves.
 
+import { by, copy, element } from "./dom.js";
 import { refusals } from "./plan-board.js";
 import { PlanCharts } from "./plan-charts.js";
 import { command, rust } from "./plan-copy.js";
 import { LAWS, NUMBERS, Planner } from "./planner.js";
 import { post } from "./server.js";
 
-const by = (id) => document.getElementById(id);
 const digits = (value, most) => new Intl.NumberFormat("en", { maximumSignificantDigits: most, useGrouping: false }).format(value);
 
 /** Each law in words, and the numbers that are its own. */
@@ -81,14 +81,13 @@ export class PlanView {
 
   /** A row with a number, and a slider or choices. */
   control(name) {
-    const row = document.createElement("label");
-    row.className = "slider";
+    const row = element("label", "", "slider");
     row.dataset.name = name;
     const choice = CHOICES[name];
     const [title, unit] = choice ?? SLIDERS[name];
     row.innerHTML = `<span class="name">${title}</span>`;
     if (choice) {
-      const select = document.createElement("select");
+      const select = element("select");
       for (const [value, words] of choice[1]) select.append(new Option(words, value));
       row.append(select);
       this.fields[name] = { row, show: (value) => (select.value = value) };
@@ -96,11 +95,10 @@ export class PlanView {
       return row;
     }
     const [, , low, high, kind, step] = SLIDERS[name];
-    const number = document.createElement("span");
-    number.className = "number";
+    const number = element("span", "", "number");
     number.innerHTML = `<input type="number" step="any" min="${low}" required aria-label="${title}"><i>${unit}</i>`;
     const exact = number.firstChild;
-    const slide = document.createElement("input");
+    const slide = element("input");
     Object.assign(slide, { type: "range", min: 0, max: PLACES, step: 1 });
     slide.setAttribute("aria-label", `${title}, slider`);
     row.append(number, slide);
@@ -141,7 +139,7 @@ export class PlanView {
 
   table() {
     const rows = LAWS.map((name, law) => {
-      const row = document.createElement("tr");
+      const row = element("tr");
       row.style.setProperty("--own", `var(--law-${law})`);
       row.innerHTML = `<td><span class="pick"><input type="checkbox" aria-label="Show ${ABOUT[name][0]}"><button type="button">${ABOUT[name][0]}</button></span></td>`;
       row.querySelector("input").checked = this.shown.has(law);
@@ -304,7 +302,7 @@ export class PlanView {
     const list = by("reasons");
     if (reasons.join("\n") !== this.reasons) {
       this.reasons = reasons.join("\n");
-      list.replaceChildren(...reasons.map((reason) => Object.assign(document.createElement("li"), { textContent: reason })));
+      list.replaceChildren(...reasons.map((reason) => element("li", reason)));
     }
     by("send").hidden = !this.sheet;
     by("send").disabled = !able;
@@ -320,26 +318,15 @@ export class PlanView {
     }
   }
 
-  /** Copies a text, and shows it: also where the clipboard is closed. */
-  async copy(text) {
-    by("copied").textContent = text;
-    by("copied").hidden = false;
-    try {
-      await navigator.clipboard.writeText(text);
-    } catch {
-      getSelection().selectAllChildren(by("copied"));
-    }
-  }
-
   listen() {
     by("alike").addEventListener("input", () => by("alike").checked && this.set("decel", this.travel.accel));
     by("third").addEventListener("input", (event) => this.charts?.third(event.target.value));
     by("send").addEventListener("click", () => this.send());
     by("plan-axis").addEventListener("input", () => this.ask());
     const port = () => (this.sheet && !this.sheet.name.includes("virtual") ? this.sheet.name : null);
-    by("copy-command").addEventListener("click", () => this.copy(command(LAWS[this.law], this.travel, port())));
+    by("copy-command").addEventListener("click", () => copy(command(LAWS[this.law], this.travel, port()), by("copied")));
     by("copy-rust").addEventListener("click", () =>
-      this.copy(rust(LAWS[this.law], this.travel, this.plans[this.law].figures)));
+      copy(rust(LAWS[this.law], this.travel, this.plans[this.law].figures), by("copied")));
     for (const id of ["travel", "own"]) by(id).addEventListener("submit", (event) => event.preventDefault());
     const looked = () => location.hash === "#plan" && this.open().then(() => this.charts.resize(), this.tell);
     addEventListener("hashchange", looked);

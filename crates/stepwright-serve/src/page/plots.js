@@ -1,5 +1,6 @@
 // Position, speed and acceleration of every axis on one time line: planned beneath real.
 
+import { colour, dark, faint } from "./colours.js";
 import { Track, planned } from "./curves.js";
 
 /** So long is kept, in s. */
@@ -9,19 +10,6 @@ const KEPT = 130;
 const DRAW = 33;
 
 const charts = document.getElementById("charts");
-const dark = matchMedia("(prefers-color-scheme: dark)");
-
-const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
-
-/** A colour as the page has it now: a canvas knows no light-dark(). */
-export function colour(name) {
-  const probe = document.createElement("i");
-  probe.style.color = style(name);
-  document.body.append(probe);
-  const { color } = getComputedStyle(probe);
-  probe.remove();
-  return color;
-}
 
 const number = new Intl.NumberFormat("en", { maximumSignificantDigits: 6, useGrouping: false });
 
@@ -34,6 +22,7 @@ export class Plots {
     this.paused = null;
     this.zoom = null;
     this.drawn = 0;
+    charts.plots = this;
     dark.addEventListener("change", () => this.build());
     new ResizeObserver(() => this.resize()).observe(charts);
   }
@@ -54,6 +43,9 @@ export class Plots {
 
   /** What the board does. */
   see(state) {
+    if (!state.connected) return this.lose();
+    // A server that was started again counts from 0.
+    if (state.time < this.now) this.axes.forEach((axis) => Object.assign(axis, { track: new Track(KEPT), plans: [] }));
     this.now = state.time;
     for (const axis of state.axes) {
       const mine = this.axis(axis.axis);
@@ -64,6 +56,14 @@ export class Plots {
       if (axis.position === null) continue;
       // An axis that rests is where it was seen last.
       mine.track.add(axis.moving ? axis.time : state.time, axis.position, axis.moving);
+    }
+  }
+
+  /** Nothing is heard of the board: no line goes on, planned or real. */
+  lose() {
+    for (const { number: axis, track } of this.axes) {
+      track.break(this.now);
+      this.unplan(axis, this.now);
     }
   }
 
@@ -97,8 +97,8 @@ export class Plots {
     const show = (_, value) => (value === null || value === undefined ? "–" : number.format(value));
     const series = this.axes.flatMap(({ number: axis }) => {
       const own = colour(`--axis-${((axis - 1) % 3) + 1}`);
-      const pale = own.replace("rgb(", "rgba(").replace(")", ", 0.38)");
-      const line = { spanGaps: true, points: { show: false }, value: show };
+      const pale = faint(own, 0.38);
+      const line = { points: { show: false }, value: show };
       return [
         { ...line, label: `${axis} planned`, stroke: pale, width: 6 },
         { ...line, label: `axis ${axis}`, stroke: own, width: 2 },
@@ -175,12 +175,12 @@ export class Plots {
       const seen = track.columns(from);
       for (const columns of [ahead, seen]) {
         tables.forEach((table, i) => {
-          const scaled = columns[i + 1].map((value) => (value === null ? null : value / scale));
+          const scaled = columns[i + 1].map((value) => (value ? value / scale : value));
           table.push([columns[0], scaled]);
         });
       }
     }
-    // A gap is a gap (null); a time of another line is none.
+    // A gap of a line (null) is one up to its next point; a time of another line is none.
     this.plots.forEach((plot, i) => {
       const gaps = tables[i].map(() => [0, 2]);
       plot.setData(uPlot.join(tables[i], gaps), true);

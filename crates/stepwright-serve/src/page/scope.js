@@ -1,19 +1,19 @@
 // The scope: STEP and DIR, or coils, and enable of the last seconds, with two cursors.
 
+import { colour, dark } from "./colours.js";
+import { by, save } from "./dom.js";
 import { Edges, firstFrom } from "./edges.js";
-import { colour } from "./plots.js";
 import { get } from "./server.js";
 
 /** Between two records, in ms. */
 const AGAIN = 400;
-/** A lane, the time scale above, and the names beside them, in px. */
+/** A lane, at least and at most, the time scale above, and the names beside them, in px. */
 const LANE = 34;
+const HIGH = 96;
 const TOP = 26;
 const NAMES = 64;
 /** A cursor goes to an edge that is so near, in px. */
 const NEAR = 8;
-
-const byId = (id) => document.getElementById(id);
 
 /** A time in µs as people read it, to the tick. */
 function shown(us) {
@@ -31,18 +31,18 @@ export class Scope {
     this.window = null;
     this.cursors = [null, null];
     this.next = 0;
-    this.canvas = byId("scope-lanes");
-    byId("scope-span").onchange = () => this.live();
-    byId("scope-hold").onclick = () => (this.held ? this.live() : this.hold());
-    byId("scope-in").onclick = () => this.zoom(0.5);
-    byId("scope-out").onclick = () => this.zoom(2);
-    byId("scope-fit").onclick = () => this.fit();
-    byId("scope-vcd").onclick = () => this.save("stepwright.vcd", "vcd");
-    byId("scope-csv").onclick = () => this.save("stepwright.csv", "csv");
-    byId("scope-mcap").onclick = () => this.save("stepwright.mcap", "mcap", "application/octet-stream");
+    this.canvas = by("scope-lanes");
+    by("scope-span").onchange = () => this.live();
+    by("scope-hold").onclick = () => (this.held ? this.live() : this.hold());
+    by("scope-in").onclick = () => this.zoom(0.5);
+    by("scope-out").onclick = () => this.zoom(2);
+    by("scope-fit").onclick = () => this.fit();
+    by("scope-vcd").onclick = () => this.save("vcd");
+    by("scope-csv").onclick = () => this.save("csv");
+    by("scope-mcap").onclick = () => this.save("mcap", "application/octet-stream");
     this.listen();
     new ResizeObserver(() => this.draw()).observe(this.canvas.parentElement);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
+    dark.addEventListener("change", () => this.draw());
     setInterval(() => this.look(), AGAIN);
   }
 
@@ -51,11 +51,11 @@ export class Scope {
     if (this.held || this.asking || document.hidden || !this.canvas.clientWidth) return;
     this.asking = true;
     try {
-      const record = await get(`/api/scope?seconds=${byId("scope-span").value}`);
+      const record = await get(`/api/scope?seconds=${by("scope-span").value}`);
       if (this.held) return;
       this.edges = new Edges(record);
       this.window = [0, this.edges.length];
-      const note = byId("scope-source");
+      const note = by("scope-source");
       if (note.textContent !== record.words) note.textContent = record.words;
       note.classList.toggle("planned", record.source === "plan");
       this.draw();
@@ -69,15 +69,15 @@ export class Scope {
 
   hold() {
     this.held = true;
-    byId("scope-hold").textContent = "Go on";
-    byId("scope-hold").setAttribute("aria-pressed", "true");
+    by("scope-hold").textContent = "Go on";
+    by("scope-hold").setAttribute("aria-pressed", "true");
   }
 
   live() {
     this.held = false;
     this.cursors = [null, null];
-    byId("scope-hold").textContent = "Hold";
-    byId("scope-hold").setAttribute("aria-pressed", "false");
+    by("scope-hold").textContent = "Hold";
+    by("scope-hold").setAttribute("aria-pressed", "false");
     this.look();
   }
 
@@ -191,21 +191,18 @@ export class Scope {
   }
 
   /** Gives what is shown as a file. */
-  save(name, as, type = "text/plain") {
+  save(as, type) {
     if (!this.edges) return;
     this.hold();
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([this.edges[as]()], { type }));
-    link.download = name;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    save(`stepwright.${as}`, this.edges[as](), type);
   }
 
   draw() {
     const { canvas, edges } = this;
     const width = canvas.clientWidth;
     if (!edges || !width) return;
-    const height = TOP + LANE * edges.signals.length + 6;
+    this.lane = this.laneHeight();
+    const height = TOP + this.lane * edges.signals.length + 6;
     const scale = devicePixelRatio || 1;
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(width * scale);
@@ -217,10 +214,18 @@ export class Scope {
     this.drawTimes(pen, width, height, colours);
     edges.signals.forEach((signal, n) => {
       const own = signal.axis ? colour(`--axis-${((signal.axis - 1) % 3) + 1}`) : colours.ink;
-      this.drawLane(pen, signal, TOP + n * LANE, width, own, colours);
+      this.drawLane(pen, signal, TOP + n * this.lane, width, own, colours);
     });
     this.drawCursors(pen, height, colours);
     this.tellCursors();
+  }
+
+  /** So high that the lanes fill the room between what stands above and below them. */
+  laneHeight() {
+    const above = this.canvas.getBoundingClientRect().top + scrollY;
+    const below = by("scope-cursors").offsetHeight + document.querySelector("footer").offsetHeight + 40;
+    const room = (innerHeight - above - below - TOP) / this.edges.signals.length;
+    return Math.round(Math.min(HIGH, Math.max(LANE, room)));
   }
 
   drawTimes(pen, width, height, { soft, line }) {
@@ -245,12 +250,12 @@ export class Scope {
 
   drawLane(pen, signal, top, width, own, { soft, line }) {
     const [from, to] = this.window;
-    const [high, low] = [top + 7.5, top + LANE - 6.5];
+    const [high, low] = [top + 7.5, top + this.lane - 6.5];
     pen.fillStyle = own;
     pen.textAlign = "left";
     pen.fillText(signal.name, 4, (high + low) / 2);
     pen.fillStyle = line;
-    pen.fillRect(0, top + LANE, width, 1);
+    pen.fillRect(0, top + this.lane, width, 1);
     const { times } = signal;
     if (signal.level === null) {
       pen.fillStyle = soft;
@@ -307,9 +312,12 @@ export class Scope {
       parts.push(`between ${shown(between)}`);
       if (between > 0) parts.push(`${(1e6 / between).toFixed(2)} Hz`);
       const axes = [...new Set(this.edges.signals.flatMap(({ axis }) => axis ?? []))];
-      const counts = axes.map((axis) => `axis ${axis}: ${this.edges.steps(axis, Math.min(a, b), Math.max(a, b))}`);
-      parts.push(`steps of ${counts.join(", ")}`);
+      const counts = axes.map((axis) => [axis, this.edges.steps(axis, Math.min(a, b), Math.max(a, b))]);
+      parts.push(`steps of ${counts.map(([axis, count]) => `axis ${axis}: ${count}`).join(", ")}`);
+      for (const [axis, count] of counts) {
+        if (count && between > 0) parts.push(`axis ${axis} at ${((1e6 * count) / between).toFixed(1)} steps/s`);
+      }
     }
-    byId("scope-cursors").textContent = parts.length ? parts.join(" · ") : "Click twice: cursors A and B, which go to the next edge.";
+    by("scope-cursors").textContent = parts.length ? parts.join(" · ") : "Click twice: cursors A and B, which go to the next edge.";
   }
 }

@@ -79,9 +79,11 @@ export function follow(hear, lost) {
   let socket;
   let beaten = 0;
   let wanted = false;
+  /** The key that this page had last: with it a seat is kept for it. */
+  let control = null;
   const open = () => {
-    const query = token ? `?token=${encodeURIComponent(token)}` : "";
-    socket = new WebSocket(`ws://${location.host}/api/live${query}`);
+    const query = new URLSearchParams({ ...(token && { token }), ...(control && { control }) });
+    socket = new WebSocket(`ws://${location.host}/api/live?${query}`);
     socket.onopen = () => wanted && socket.send(JSON.stringify({ questions: true }));
     socket.onmessage = (event) => {
       const message = JSON.parse(event.data);
@@ -93,6 +95,7 @@ export function follow(hear, lost) {
       hear(message);
     };
     socket.onclose = () => {
+      control = key ?? control;
       // A server that was started again knows no key of the old one.
       key = hand = null;
       lost();

@@ -1,51 +1,46 @@
 // The settings of the board, by the names that they have everywhere, and the machine file.
 
+import { element } from "./dom.js";
 import { post } from "./server.js";
-
-function element(tag, text, name) {
-  const made = document.createElement(tag);
-  if (text) made.textContent = text;
-  if (name) made.className = name;
-  return made;
-}
+import { fieldOf, grouped } from "./settings-fields.js";
 
 /** One setting: its number, what is allowed, and what it does. */
 class Row {
-  constructor(sheet) {
+  constructor(sheet, axes) {
     this.name = sheet.name;
     this.row = element("tr");
     this.row.dataset.name = sheet.name;
-    this.input = element("input");
-    this.input.type = "text";
-    this.input.inputMode = "numeric";
-    this.input.autocomplete = "off";
+    this.field = fieldOf(sheet, () => this.send(), axes);
+    this.input = this.field.input;
     this.input.id = `set-${sheet.name}`;
-    this.set = element("button", "Set");
-    this.reset = element("button", "Reset", "quiet");
-    this.set.type = this.reset.type = "button";
-    this.set.setAttribute("aria-label", `Set ${sheet.name}`);
-    this.reset.setAttribute("aria-label", `Reset ${sheet.name}`);
-    this.error = element("p", "", "no");
-    this.error.setAttribute("role", "alert");
-    this.error.id = `${this.input.id}-error`;
-    this.error.hidden = true;
-    const label = element("label", sheet.name);
-    label.htmlFor = this.input.id;
+    const button = (word, name) => Object.assign(element("button", word, name), { type: "button", ariaLabel: `${word} ${sheet.name}` });
+    this.set = button("Set");
+    this.reset = button("Reset", "quiet");
+    this.error = Object.assign(element("p", "", "no"), { role: "alert", id: `${this.input.id}-error`, hidden: true });
+    // Boxes have labels of their own, and this is that of them all.
+    const boxes = this.input.type === "checkbox";
+    const label = element(boxes ? "span" : "label", sheet.name, "name");
+    label.id = `${this.input.id}-name`;
+    if (!boxes) label.htmlFor = this.input.id;
     this.mark = element("span", "changed", "mark");
     const name = element("th");
     name.scope = "row";
     name.append(label, " ", this.mark);
     const number = element("td", "", "number");
-    number.append(this.input, element("span", sheet.unit));
-    const unit = sheet.unit ? ` ${sheet.unit}` : "";
-    const range = element("td", `${sheet.min} to ${sheet.max}${unit}`, "range");
-    const help = element("td", sheet.help, "help");
+    if (boxes) {
+      number.setAttribute("role", "group");
+      number.setAttribute("aria-labelledby", label.id);
+    }
+    number.append(...this.field.parts.map((part) => (typeof part === "string" ? element("span", part) : part)));
+    const range = element("td", this.field.range, "range");
+    const help = element("td", this.field.help, "help");
     help.append(this.error);
     const buttons = element("td", "", "buttons");
     buttons.append(this.set, this.reset);
     this.row.append(name, number, range, help, buttons);
+    this.set.hidden = !this.field.typed;
     this.input.addEventListener("input", () => this.show());
-    this.input.addEventListener("keydown", (event) => {
+    if (this.field.typed) this.input.addEventListener("keydown", (event) => {
       if (event.key === "Enter") this.send();
       if (event.key === "Escape") this.undo();
     });
@@ -58,12 +53,12 @@ class Row {
   describe(sheet) {
     const typed = this.sheet && this.isTyped();
     this.sheet = sheet;
-    if (!typed) this.input.value = sheet.value;
+    if (!typed) this.field.value = sheet.value;
     this.show();
   }
 
   isTyped() {
-    return this.input.value.trim() !== String(this.sheet.value);
+    return this.field.value !== String(this.sheet.value);
   }
 
   get changed() {
@@ -71,7 +66,7 @@ class Row {
   }
 
   undo() {
-    this.input.value = this.sheet.value;
+    this.field.value = this.sheet.value;
     this.tell(null);
     this.show();
   }
@@ -83,7 +78,7 @@ class Row {
     this.set.disabled = !this.able || !this.isTyped();
     this.reset.disabled = !this.able || !this.changed;
     this.reset.title = `to ${this.sheet.default}`;
-    this.input.disabled = !this.able;
+    this.field.allow(this.able);
   }
 
   tell(error) {
@@ -96,7 +91,7 @@ class Row {
 
   /** Sets it; what was declined is said beside it. */
   async send(number) {
-    const text = this.input.value.trim();
+    const text = this.field.value;
     const value = number ?? Number(text);
     if (number === undefined && (text === "" || Number.isNaN(value))) {
       const { min, max, unit } = this.sheet;
@@ -107,9 +102,11 @@ class Row {
       await post("/api/set", { name: this.name, value });
       this.tell(null);
       this.sheet = { ...this.sheet, value };
-      this.input.value = value;
+      this.field.value = value;
     } catch (declined) {
       this.tell(declined);
+      // A box shows what holds; what was typed stays.
+      if (!this.field.typed) this.field.value = this.sheet.value;
     }
     this.show();
   }
@@ -143,10 +140,17 @@ export class Settings {
   describe(board) {
     const names = board.settings.map((sheet) => sheet.name).join();
     if (names !== this.rows.map((row) => row.name).join()) {
-      this.rows = board.settings.map((sheet) => new Row(sheet));
-      const body = element("tbody");
-      body.append(...this.rows.map((row) => row.row));
-      this.table.replaceChildren(body);
+      this.rows = board.settings.map((sheet) => new Row(sheet, board.axes.length));
+      const rowOf = (sheet) => this.rows.find((row) => row.name === sheet.name).row;
+      this.table.replaceChildren(...grouped(board.settings).map(([title, sheets]) => {
+        const body = element("tbody");
+        const head = element("th", title, "group");
+        Object.assign(head, { colSpan: 5, scope: "rowgroup" });
+        const row = element("tr");
+        row.append(head);
+        body.append(row, ...sheets.map(rowOf));
+        return body;
+      }));
       this.allow(this.able, true);
     } else {
       board.settings.forEach((sheet, i) => this.rows[i].describe(sheet));

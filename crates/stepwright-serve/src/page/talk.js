@@ -1,20 +1,15 @@
 // The conversation with the board, each line explained.
 
+import { element } from "./dom.js";
+
 /** Lines that are kept. */
 const KEPT = 400;
 
 const list = document.getElementById("lines");
 
-function element(tag, text, name) {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  if (name) made.className = name;
-  return made;
-}
-
 function add(time, ...parts) {
   const follows = list.scrollHeight - list.scrollTop - list.clientHeight < 40;
-  const row = document.createElement("li");
+  const row = element("li");
   row.append(element("time", time.toFixed(2)), ...parts);
   list.append(row);
   while (list.children.length > KEPT) list.firstChild.remove();

@@ -13,6 +13,7 @@ import { join } from "node:path";
 
 import { browser, host, play, running, until } from "./common.mjs";
 import { click, fill, homes, jogs, kills, moves, open, rests, sets, shown, stops, travels } from "./steps.mjs";
+import { accessible } from "./care.mjs";
 import * as wired from "./wired.mjs";
 
 const [files, folder] = process.argv.slice(4);
@@ -209,6 +210,12 @@ const tests = {
     await card.waitFor();
     assert.equal(await unit(), "steps");
     assert.deepEqual(faults(), []);
+    await context.close();
+  },
+
+  async "every view is accessible"(url) {
+    const { page, context } = await open(url);
+    await accessible(page);
     await context.close();
   },
 

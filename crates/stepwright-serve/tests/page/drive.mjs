@@ -11,6 +11,7 @@ import { join } from "node:path";
 
 import { browser, end, play, running, serve, start, until } from "./common.mjs";
 import { click, fill, jogs, kills, open, shown, stops, travels } from "./steps.mjs";
+import * as care from "./care.mjs";
 import * as views from "./views.mjs";
 
 const folder = process.argv[4];
@@ -83,6 +84,7 @@ const tests = {
     await rests(url);
     await controls(second.page);
     await first.page.getByText("controls, you watch").waitFor();
+    await first.page.locator("#notices").getByText(/^page \d+ has taken control: you watch now$/).waitFor();
     // A page that is closed runs nothing.
     await click(second.card, "run-back");
     await moves(url);
@@ -207,8 +209,8 @@ async function pictures(url) {
 let failed = 0;
 try {
   const { child, said: url } = await serve("--virtual", "--switch", "1:-300");
-  const more = views.tests({ start, end, driver, open, controls, until, rests, moves, axis, click, fill });
-  const all = Object.entries({ ...more, ...tests }).map(([name, test]) => [name, () => test(url)]);
+  const helpers = { start, serve, end, driver, open, controls, until, rests, moves, axis, click, fill };
+  const all = Object.entries({ ...care.tests(helpers), ...views.tests(helpers), ...tests }).map(([name, test]) => [name, () => test(url)]);
   failed += await play(Object.fromEntries(all), async (broken) => {
     // The next one begins with a board at rest, and nobody who controls.
     const stop = { method: "POST", headers: { "Content-Type": "application/json" }, body: "{}" };

@@ -172,6 +172,7 @@ const tests = {
     await until("it can be run", () => page.locator("#paths-go").isEnabled());
     // Whoever watches runs nothing.
     assert.ok(await other.page.locator("#paths-go").isDisabled());
+    assert.equal(await page.locator("#paths-go").textContent(), "Run on a virtual board");
     await page.locator("#paths-go").click();
     await until("a part of it", async () => (await head(page)).time > 0.6);
     assert.ok(await page.locator("#paths-go").isDisabled());

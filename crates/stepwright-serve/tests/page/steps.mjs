@@ -99,6 +99,7 @@ export async function kills({ page, card, at }) {
   await page.mouse.down();
   await until("? is shown", async () => (await shown(card)) === "?");
   await page.mouse.up();
+  await card.getByText("Where it stands is not known: Home or Set 0 here").waitFor();
   assert.ok(await card.locator("[name=to]").isDisabled());
   const stood = await at();
   await click(card, "zero");
@@ -166,8 +167,7 @@ export async function homes({ page, card, at }) {
   await page.getByRole("button", { name: "Dismiss" }).click();
   await page.click('nav a[href="#settings"]');
   const switches = page.locator("tr[data-name=switches]");
-  await switches.locator("input").fill("1");
-  await switches.locator("input").press("Enter");
+  await switches.getByLabel("axis 1").check();
   await switches.getByText("changed", { exact: true }).waitFor();
   await page.click('nav a[href="#control"]');
   await card.locator("summary").click();

@@ -55,6 +55,54 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       assert.match(one.home.words, /gone/);
     },
 
+    async "settings are boxes to tick where they are no numbers, in groups"(url) {
+      const { page, context } = await open(url);
+      await controls(page);
+      await view(page, "settings");
+      assert.deepEqual(await page.locator(".settings .group").allTextContents(), ["How a step is made", "Drivers", "Motion", "Limit switches", "Soft limits", "What stops a motor"]);
+      const { settings } = await board(url);
+      assert.equal(await page.locator("tr[data-name]").count(), settings.length);
+      const reverse = setting(page, "reverse");
+      await reverse.getByLabel("axis 3").check();
+      await until("it is set", async () => (await held(url, "reverse")) === 4);
+      await reverse.getByLabel("axis 1").check();
+      await until("both are set", async () => (await held(url, "reverse")) === 5);
+      await setting(page, "enable-high").getByLabel("on").check();
+      await until("it is on", async () => (await held(url, "enable-high")) === 1);
+      await setting(page, "estop").locator("select").selectOption("high");
+      await until("it is high", async () => (await held(url, "estop")) === 2);
+      await setting(page, "estop").getByText("changed", { exact: true }).waitFor();
+      for (const name of ["reverse", "enable-high", "estop"]) await page.getByRole("button", { name: `Reset ${name}` }).click();
+      for (const name of ["reverse", "enable-high", "estop"]) await until(`${name} is reset`, async () => (await held(url, name)) === 0);
+      await setting(page, "reverse").getByText("changed", { exact: true }).waitFor({ state: "hidden" });
+      assert.equal(await reverse.locator("input:checked").count(), 0);
+      await context.close();
+    },
+
+    async "the sliders change the speed and the acceleration on the way"(url) {
+      const { page, card, faults, context } = await open(url);
+      await controls(page);
+      await fill(card, "speed", 500);
+      await click(card, "run-ahead");
+      await until("it is at 500", async () => Math.abs((await axis(url)).speed - 500) < 50);
+      await card.locator("[name=accel-slide]").fill("600");
+      await card.locator("[name=speed-slide]").fill("600");
+      const top = Number(await card.locator("[name=speed]").inputValue());
+      assert.ok(top > 700, `${top}`);
+      await until("it is faster", async () => Math.abs((await axis(url)).speed - top) < 0.1 * top);
+      const accel = Math.round(Number(await card.locator("[name=accel]").inputValue()));
+      assert.ok(accel > 5000, `${accel}`);
+      assert.match(await page.locator("#lines").innerText(), new RegExp(`a${accel}\\*`));
+      await page.keyboard.press("Space");
+      await rests(url);
+      // A number that is typed moves its slider.
+      await fill(card, "speed", 10);
+      await card.locator("[name=speed]").press("Tab");
+      assert.equal(await card.locator("[name=speed-slide]").inputValue(), "0");
+      assert.deepEqual(faults, []);
+      await context.close();
+    },
+
     async "settings are set and reset, and what is wrong is told in its place"(url) {
       const { page, context } = await open(url);
       await controls(page);
@@ -103,13 +151,19 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
     async "a calculator computes what the command does, and says what is missing"(url) {
       const { page, context } = await open(url);
       await view(page, "calc");
-      await page.getByText("Needed: teeth").waitFor();
-      await page.fill("[name='--teeth']", "20");
+      // An example is computed already, without the words of a command.
       await page.getByText("A belt of 2 mm pitch on a pulley of 20").waitFor();
       assert.match(await page.locator(".result").innerText(), /40 mm/);
-      assert.match(await page.locator("#calc code").innerText(), /^stepwright calc belt --teeth 20$/);
+      assert.equal(await page.locator("#calc code").textContent(), "stepwright calc belt --teeth 20");
+      await page.fill("[name='--teeth']", "");
+      await page.getByText("Needed: teeth").waitFor();
       await page.fill("[name='--teeth']", "x");
-      await page.getByText("invalid value 'x'").waitFor();
+      await page.getByText("invalid value 'x' for 'teeth'").waitFor();
+      for (const name of ["timer", "timed", "range", "belt", "screw", "delay", "vref", "microstep"]) {
+        await page.locator("#calc select").first().selectOption(name);
+        await until(`${name} has an answer`, () => page.locator(".result h3").count());
+        assert.doesNotMatch(await page.locator("#calc .calc").innerText(), /--[a-z]/, name);
+      }
       await page.locator("#calc select").first().selectOption("vref");
       await page.fill("[name='CURRENT']", "1.7A 600mA");
       await page.locator("[name='--driver']").selectOption("a4988");
@@ -148,6 +202,10 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       await lanes.click({ position: { x: box.width - 4, y: 20 } });
       const said = await page.locator("#scope-cursors").textContent();
       const rising = Number(/axis 1: (\d+)/.exec(said)[1]);
+      const seconds = Number(/between ([\d.]+) s · ([\d.]+) Hz/.exec(said)[1]);
+      assert.ok(Math.abs(Number(/axis 1 at ([\d.]+) steps\/s/.exec(said)[1]) - rising / seconds) < 0.1, said);
+      // The lanes fill the window, down to the buttons.
+      assert.ok(box.height > 400, `${box.height}`);
       // The files have the same steps as the cursors count, and as the board has made.
       const saved = async (name) => {
         const [file] = await Promise.all([page.waitForEvent("download"), page.locator(`#scope-${name}`).click()]);
@@ -251,15 +309,17 @@ export async function pictures({ start, end, open, controls, until, rests, axis,
       const { page, card, context } = await open(url, { viewport, colorScheme, ...more });
       await controls(page);
       const view = (name) => page.click(`nav a[href="#${name}"]`);
+      const setting = (name) => page.locator(`tr[data-name=${name}]`);
       const shot = async (name) => {
         await page.evaluate(() => scrollTo(0, 0));
         await page.screenshot({ path: join(folder, `${name}-${size}-${colorScheme}.png`) });
       };
       await view("settings");
-      for (const [name, value] of [["switches", 1], ["idle-ms", 60_000]]) {
-        await page.fill(`#set-${name}`, String(value));
-        await page.press(`#set-${name}`, "Enter");
-        await page.locator(`tr[data-name=${name}]`).getByText("changed", { exact: true }).waitFor();
+      await setting("switches").getByLabel("axis 1").check();
+      await page.fill("#set-idle-ms", "60000");
+      await page.press("#set-idle-ms", "Enter");
+      for (const name of ["switches", "idle-ms"]) {
+        await setting(name).getByText("changed", { exact: true }).waitFor();
       }
       await page.fill("#set-pulse-us", "21");
       await page.press("#set-pulse-us", "Enter");

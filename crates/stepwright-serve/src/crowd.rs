@@ -1,0 +1,181 @@
+//! The connections. There is always room for one more: who comes last may want to stop a motor.
+//!
+//! ```text
+//!   accept ─► enter ─► Silent ◄─► Asking          (HTTP)
+//!               │         └─────► Watching        (a page's WebSocket)
+//!               │                 Controlling     (a request or a page with the key)
+//!               └─ no room: the oldest connection of the lowest standing is closed
+//! ```
+//!
+//! What takes too long to say what it wants is closed without a crowd, too.
+
+use std::io;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Weak};
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::Request;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Notify;
+use tokio::time::sleep;
+use tower::ServiceExt;
+
+/// Connections at once, at most: half of the descriptors of a small system.
+const CONNECTIONS: usize = 64;
+
+/// The headers of a request, its body, and the pause before the next request take this long
+/// at most, each.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Between two attempts to accept where the system has no descriptors.
+const AGAIN: Duration = Duration::from_millis(10);
+
+/// What a connection is good for; the lowest is closed first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub(crate) enum Standing {
+    /// It says nothing, or has been answered.
+    Silent,
+    /// It has a request that is being answered.
+    Asking,
+    /// A page watches by it.
+    Watching,
+    /// The one who controls speaks by it.
+    Controlling,
+}
+
+/// The place of a connection; free when the last of these is dropped.
+#[derive(Debug, Default)]
+pub(crate) struct Place {
+    /// A [`Standing`], silent at first.
+    standing: AtomicU8,
+    leave: Notify,
+}
+
+impl Place {
+    pub fn stand(&self, standing: Standing) {
+        self.standing.store(standing as u8, Ordering::Relaxed);
+    }
+
+    /// Waits until the place is wanted for another connection.
+    pub async fn wanted(&self) {
+        self.leave.notified().await;
+    }
+}
+
+/// The places that are taken, the oldest first.
+#[derive(Debug, Default)]
+struct Crowd(Vec<Weak<Place>>);
+
+impl Crowd {
+    /// A place for one more.
+    fn enter(&mut self) -> Arc<Place> {
+        self.0.retain(|place| place.strong_count() > 0);
+        while self.0.len() >= CONNECTIONS {
+            self.make_room();
+        }
+        let place = Arc::<Place>::default();
+        self.0.push(Arc::downgrade(&place));
+        place
+    }
+
+    /// Closes the oldest connection of the lowest standing.
+    fn make_room(&mut self) {
+        let standing = |place: &Weak<Place>| {
+            place.upgrade().map(|place| place.standing.load(Ordering::Relaxed))
+        };
+        let lowest = (0..self.0.len()).min_by_key(|&at| standing(&self.0[at]));
+        if let Some(place) = lowest.and_then(|at| self.0.remove(at).upgrade()) {
+            place.leave.notify_one();
+        }
+    }
+}
+
+/// Accepts connections, and answers what they ask.
+pub(crate) async fn serve(listener: TcpListener, app: Router) -> io::Result<()> {
+    let mut crowd = Crowd::default();
+    loop {
+        match listener.accept().await {
+            Ok((stream, _)) => {
+                tokio::spawn(answer(stream, app.clone(), crowd.enter()));
+            }
+            // Either the other side is gone already, or there are no descriptors.
+            Err(_) => {
+                crowd.make_room();
+                sleep(AGAIN).await;
+            }
+        }
+    }
+}
+
+/// Answers a connection until it ends, is silent for too long, or has to make room.
+async fn answer(stream: TcpStream, app: Router, place: Arc<Place>) {
+    let wanted = place.clone();
+    let service = service_fn(move |mut request: Request<Incoming>| {
+        let (app, place) = (app.clone(), place.clone());
+        async move {
+            place.stand(Standing::Asking);
+            request.extensions_mut().insert(place.clone());
+            let answer = app.oneshot(request).await;
+            place.stand(Standing::Silent);
+            answer
+        }
+    });
+    let mut http = http1::Builder::new();
+    http.timer(TokioTimer::new()).header_read_timeout(PATIENCE);
+    let connection = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
+    tokio::select! {
+        // What went wrong is the other side's affair.
+        _ = connection => {}
+        () = wanted.wanted() => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is_wanted(place: &Place) -> bool {
+        // A permit that was stored is there at once.
+        let mut wanted = std::pin::pin!(place.wanted());
+        let mut context = std::task::Context::from_waker(std::task::Waker::noop());
+        wanted.as_mut().poll(&mut context).is_ready()
+    }
+
+    #[test]
+    fn the_oldest_that_is_of_least_use_makes_room() {
+        use Standing::{Asking, Controlling, Watching};
+        let mut crowd = Crowd::default();
+        let places: Vec<_> = (0..CONNECTIONS).map(|_| crowd.enter()).collect();
+        for (at, place) in places.iter().enumerate() {
+            assert!(!is_wanted(place));
+            match at {
+                0 => place.stand(Controlling),
+                1 => place.stand(Watching),
+                2 => {}
+                _ => place.stand(Asking),
+            }
+        }
+        let mut newer = vec![crowd.enter()];
+        assert!(is_wanted(&places[2]));
+        newer[0].stand(Asking);
+        newer.push(crowd.enter());
+        assert!(is_wanted(&places[3]));
+        // One that is gone leaves room.
+        newer.pop();
+        newer.push(crowd.enter());
+        assert!(places.iter().chain(&newer).all(|place| !is_wanted(place)));
+        // In the end only those that say nothing come and go.
+        for _ in 0..2 * CONNECTIONS {
+            newer.push(crowd.enter());
+            newer.last().unwrap().stand(Asking);
+        }
+        assert!(!is_wanted(&places[0]) && !is_wanted(&places[1]));
+        assert_eq!(crowd.0.len(), CONNECTIONS);
+    }
+}

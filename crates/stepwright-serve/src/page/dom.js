@@ -1,0 +1,31 @@
+// What several views do with the document.
+
+export const by = (id) => document.getElementById(id);
+
+/** An element with a text and a class. */
+export function element(tag, text, name) {
+  const made = document.createElement(tag);
+  if (text !== undefined) made.textContent = text;
+  if (name) made.className = name;
+  return made;
+}
+
+/** Gives a file. */
+export function save(name, bytes, type = "text/plain") {
+  const link = element("a");
+  link.href = URL.createObjectURL(new Blob([bytes], { type }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+/** Copies a text, and shows it there: also where the clipboard is closed. */
+export async function copy(text, place) {
+  place.textContent = text;
+  place.hidden = false;
+  try {
+    await navigator.clipboard.writeText(text);
+  } catch {
+    getSelection().selectAllChildren(place);
+  }
+}

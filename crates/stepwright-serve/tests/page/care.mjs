@@ -1,0 +1,116 @@
+// What the page owes to who is in a hurry, and to who can't see it: what is known no longer is not
+// drawn, a stop that reaches nobody says so, and every view is accessible.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** That axe finds nothing in any view, light or dark. */
+export async function accessible(page) {
+  // Past the policy of the page, as a debugger goes.
+  await page.evaluate(AXE);
+  for (const colorScheme of ["light", "dark"]) {
+    await page.emulateMedia({ colorScheme });
+    for (const view of await page.locator("nav a").evaluateAll((all) => all.map((one) => one.hash))) {
+      await page.evaluate((view) => (location.hash = view), view);
+      await page.locator(`${view}.shown`).waitFor();
+      const { violations, passes } = await page.evaluate(() => globalThis.axe.run());
+      const found = violations.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.html.slice(0, 120)} ${node.any[0]?.message ?? node.failureSummary}`));
+      assert.deepEqual(found, [], `${view}, ${colorScheme}`);
+      assert.ok(passes.length > 10, `${passes.length}`);
+    }
+  }
+}
+
+/** How much of the planned line of axis 1 is drawn at a time, in each chart, in pixels. */
+const drawn = (page, time) =>
+  page.evaluate(async (time) => {
+    const { plots } = document.getElementById("charts").plots;
+    for (const plot of plots) plot.series.forEach((_, n) => n > 1 && plot.setSeries(n, { show: false }));
+    await new Promise((later) => requestAnimationFrame(() => requestAnimationFrame(later)));
+    return plots.map((plot) => {
+      const [r, g, b] = plot.series[1].stroke().match(/\d+/g).map(Number);
+      const x = Math.round(plot.valToPos(time, "x", true));
+      const { data } = plot.ctx.getImageData(x, 0, 1, plot.ctx.canvas.height);
+      let count = 0;
+      for (let n = 0; n < data.length; n += 4) {
+        const [near, pale] = [[r, g, b].every((one, i) => Math.abs(one - data[n + i]) < 12), data[n + 3] > 40 && data[n + 3] < 160];
+        count += near && pale;
+      }
+      return count;
+    });
+  }, time);
+
+/** The tests, by the helpers of drive.mjs. */
+export function tests({ start, serve, end, open, controls, until, rests, moves, click, fill }) {
+  return {
+    async "a planned line ends with its plan"(url) {
+      const { page, card, context } = await open(url);
+      await controls(page);
+      await fill(card, "speed", 1000);
+      await fill(card, "accel", 10_000);
+      for (const by of [500, -500]) {
+        await fill(card, "target", by);
+        await click(card, "by");
+        await moves(url);
+        await rests(url);
+        await new Promise((later) => setTimeout(later, 800));
+      }
+      await page.locator("#pause").click();
+      const [first, second] = await page.evaluate(() => {
+        const plans = document.getElementById("charts").plots.axes[0].plans.slice(-2);
+        return plans.map(({ begin, seconds }) => [begin, begin + seconds.at(-1)]);
+      });
+      assert.ok(second[0] - first[1] > 0.5, `${first} ${second}`);
+      for (const [begin, last] of [first, second]) assert.ok((await drawn(page, (begin + last) / 2)).every((count) => count > 2));
+      assert.deepEqual(await drawn(page, (first[1] + second[0]) / 2), [0, 0, 0]);
+      await context.close();
+    },
+
+    async "without a server the page says how to stop, and comes back with it"() {
+      const { child, said: url } = await serve("--virtual");
+      const { page, card, context } = await open(url);
+      await controls(page);
+      const struck = () => page.locator("#stop .word").evaluate((word) => getComputedStyle(word).textDecorationLine === "line-through");
+      assert.equal(await struck(), false);
+      await click(card, "run-ahead");
+      await moves(url);
+      await end(child);
+      await page.locator("#stop").getByText("No answer: switch off the motor's power").waitFor();
+      assert.equal(await struck(), true);
+      await page.locator("#plots").getByText("Nothing is heard of the board: these are the last values").waitFor();
+      const window = () => page.evaluate(() => document.getElementById("charts").plots.window());
+      const frozen = await window();
+      await new Promise((later) => setTimeout(later, 500));
+      assert.deepEqual(await window(), frozen);
+      // A server that is started again counts its time from 0.
+      const again = await start("page ", "serve", "--machine", "none", "--virtual", "--bind", new URL(url).host);
+      await until("Stop is back", async () => !(await struck()));
+      await controls(page);
+      await fill(card, "target", 300);
+      await click(card, "to");
+      await rests(url);
+      await until("it is plotted", () => page.evaluate(() => {
+        const [axis] = document.getElementById("charts").plots.axes;
+        return axis.track.points.at(-1)[1] === 300 && axis.plans.length === 1;
+      }));
+      await context.close();
+      await end(again.child);
+    },
+
+    async "every view is accessible"(url) {
+      const { page, card, context } = await open(url);
+      await controls(page);
+      await click(card, "run-ahead");
+      await moves(url);
+      await page.locator("#stop").click();
+      await rests(url);
+      await accessible(page);
+      // What moves many times a second is not read out.
+      assert.equal(await page.locator(".axis :is(.position, .speed):is(output, [role], [aria-live])").count(), 0);
+      await context.close();
+    },
+  };
+}

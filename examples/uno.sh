@@ -43,7 +43,7 @@ motor=(--steps-per-rev 3200)
 echo
 echo "## Home: the switch is where it was wired, and 0 is where it closes"
 show stepwright settings set switches=1 --port "$port"
-show stepwright home --port "$port" --speed 400 --slow 50 --back-off 40
+show stepwright home --port "$port" --speed 400 --slow 50 --back-off 40 --within 3000
 [[ $(stepwright position --port "$port") == "position 40 ready" ]] || fail "not 40 steps from the switch"
 
 echo
@@ -58,7 +58,7 @@ first=$!
 until [[ $(stepwright position --port "$port" 2>/dev/null) == *busy ]]; do sleep 0.1; done
 show stepwright retarget 180deg "${motor[@]}" --port "$port"
 show stepwright watch --port "$port"
-wait "$first" && fail "the first terminal calls another target its own"
+wait "$first" || fail "the first terminal does not learn of the other target"
 # 90° + 180°, and not 720°.
 [[ $(stepwright position --port "$port") == "position 2400 ready" ]] || fail "not retargeted"
 

@@ -91,7 +91,7 @@ fn the_example_of_the_source_plays() {
 #[test]
 fn several_motors_turn_under_the_defaults() {
     let turns = |first: i32, delay| -> Vec<_> {
-        let legs = 0..8i32;
+        let legs = 0..7i32;
         legs.map(|n| steps(if n % 2 == 0 { first } else { -first - n.signum() }, delay)).collect()
     };
     for all in [
@@ -111,7 +111,7 @@ fn several_motors_turn_under_the_defaults() {
 #[test]
 fn turns_too_close_are_refused_with_what_would_do() {
     let legs = |delay| -> Vec<_> {
-        (0..8).map(|n| steps(if n % 2 == 0 { 3 } else { -2 }, delay)).collect()
+        (0..7).map(|n| steps(if n % 2 == 0 { 3 } else { -2 }, delay)).collect()
     };
     for motors in 1..=3 {
         let mut chip: Chip = common::program("cycles");

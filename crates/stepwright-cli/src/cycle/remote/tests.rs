@@ -185,7 +185,7 @@ fn what_a_board_can_not_do_is_refused() {
     refused(UNO, &file(1, &format!("{GO}{line}")), "a uno has no room for lines and arcs");
     let long = vec!["900"; 25].join(",");
     let list = format!("[[cycle]]\nmove.A = {{ delays-us = [{long}] }}\n");
-    let what = "cycle 1 has 25 delays and legs of series so far, and a uno keeps 24";
+    let what = "cycle 1 has 25 delays and legs of series so far, and a uno keeps 22";
     refused(UNO, &file(1, &list), what);
     assert_eq!(play(MEGA, 0, &file(1, &list)).unwrap(), [25]);
     // The board's own refusals, with the motor's name.

@@ -1,6 +1,6 @@
 //! What a command answers when it could not do what was asked.
 
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::process::ExitCode;
@@ -41,6 +41,15 @@ pub struct Place {
     /// The motor, by its name in the file.
     pub motor: Option<String>,
 }
+
+/// What is wrong, for where it goes by as any other error.
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Failure {}
 
 impl Failure {
     /// Refused, or it failed: status 1.

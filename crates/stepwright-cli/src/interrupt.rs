@@ -15,6 +15,8 @@
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use stepwright_host::{Activity, Interrupt, LinkError};
+
 use crate::failure::Failure;
 use crate::order::terminal;
 
@@ -48,6 +50,30 @@ pub fn stay_awake() {
 pub fn listen(meanwhile: While) -> Result<(), Failure> {
     signals::listen(meanwhile)
         .map_err(|error| Failure::new(format!("can't listen for signals: {error}")))
+}
+
+/// What a request to end does to a conversation that waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ends {
+    /// The first Ctrl-C brakes, which is for the caller to do; the second kills.
+    ByBraking,
+    /// The first Ctrl-C kills, and any other signal ends the waiting, where neither can mean to
+    /// brake.
+    ByKilling,
+}
+
+/// Ends the waiting of a session when the user asks for it.
+pub fn guard(ends: Ends) -> Option<Interrupt> {
+    Some(Box::new(move |waiting| {
+        let most = if ends == Ends::ByBraking { 2 } else { 1 };
+        match (ends, waiting) {
+            _ if presses() >= most => Some(LinkError::Killed),
+            (Ends::ByKilling, _) if asked() => Some(LinkError::Ended),
+            // Nothing moves by us yet, so the first request is enough.
+            (Ends::ByBraking, Activity::Meeting) if asked() => Some(LinkError::Killed),
+            _ => None,
+        }
+    }))
 }
 
 /// Whether an orderly end was asked for.

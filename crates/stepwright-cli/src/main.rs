@@ -22,7 +22,6 @@
 
 mod board;
 mod calc;
-mod change;
 mod completions;
 mod cycle;
 mod failure;
@@ -32,7 +31,6 @@ mod flash;
 mod help;
 mod interrupt;
 mod json;
-mod link;
 mod machine;
 mod order;
 mod plan;
@@ -41,8 +39,8 @@ mod programs;
 mod quantity;
 mod say;
 mod serve;
-mod session;
 mod sheet;
+mod talk;
 mod timed;
 
 use std::process::ExitCode;

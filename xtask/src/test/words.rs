@@ -33,7 +33,12 @@ const WORDS: &[(&str, &str)] = &[
 /// Public types of the libraries that share a name on purpose, and why.
 const PAIRS: &[(&str, &str)] = &[
     ("AvrEngine", "on an AVR, what moves the motors: in each module that does, in its own way"),
-    ("Change", "of a motion in the core; of a motor's lines on the virtual board"),
+    ("Axis", "of `Steppers` on a chip, and of a board from a PC: the same words"),
+    ("Board", "what the core knows of it; a board from a PC"),
+    (
+        "Change",
+        "of a motion in the core; of a motor's lines on the virtual board; by another program",
+    ),
     ("Clock", "of a motor cycle; the milliseconds of an AVR"),
     (
         "Control",

@@ -1,7 +1,10 @@
 //! A virtual board on the bench: of either timer width, with its recordings.
 
+use std::io;
+
 use stepwright::AxisSet;
 use stepwright::timer::Count;
+use stepwright_host::link::simulated::Simulated;
 use stepwright_sim::{AXES, Description, LawBoard, Queues, VirtualBoard};
 
 use super::recording::Recording;
@@ -147,36 +150,6 @@ impl Bench {
         self
     }
 
-    /// What kind of board it is.
-    pub fn description(&self) -> &Description {
-        &self.description
-    }
-
-    /// Ticks of its timer since it was switched on.
-    pub fn now(&self) -> u64 {
-        self.board.now()
-    }
-
-    /// Lets time pass until `time` ticks.
-    pub fn run_until(&mut self, time: u64) {
-        if !self.switches.is_empty() {
-            let look = u64::from(self.description.board.rate.micros(LOOK));
-            while self.board.now().saturating_add(look) < time {
-                self.board.run_until(self.board.now() + look);
-                self.set_switches();
-            }
-        }
-        self.board.run_until(time);
-        self.set_switches();
-        let (now, enables) = (self.board.now(), self.board.take_enable_changes());
-        if let Some(edges) = self.board.recording().kept() {
-            edges.pass(now, &enables);
-        }
-        if self.board.is_busy() {
-            self.notice();
-        }
-    }
-
     fn set_switches(&mut self) {
         for switch in &self.switches {
             let axis = switch.axis.index() as u8;
@@ -190,16 +163,6 @@ impl Bench {
         for (axis, moved) in (0..).zip(&mut self.moved) {
             *moved |= self.board.position(axis) != Some(0);
         }
-    }
-
-    /// A byte arrives on its serial line, now.
-    pub fn receive(&mut self, byte: u8) {
-        self.board.receive(byte);
-    }
-
-    /// What it has said since the last call.
-    pub fn take_answers(&mut self) -> Vec<u8> {
-        self.board.take_answers()
     }
 
     /// Whether any axis moves.
@@ -241,5 +204,50 @@ impl Bench {
     pub fn finish(&mut self) -> Result<(), Failure> {
         let now = self.board.now();
         self.board.recording().finish(now)
+    }
+}
+
+impl Simulated for Bench {
+    fn hz(&self) -> u32 {
+        self.description.board.rate.hz()
+    }
+
+    fn byte_time(&self) -> u64 {
+        self.description.byte_time()
+    }
+
+    fn now(&self) -> u64 {
+        self.board.now()
+    }
+
+    fn run_until(&mut self, time: u64) {
+        if !self.switches.is_empty() {
+            let look = u64::from(self.description.board.rate.micros(LOOK));
+            while self.board.now().saturating_add(look) < time {
+                self.board.run_until(self.board.now() + look);
+                self.set_switches();
+            }
+        }
+        self.board.run_until(time);
+        self.set_switches();
+        let (now, enables) = (self.board.now(), self.board.take_enable_changes());
+        if let Some(edges) = self.board.recording().kept() {
+            edges.pass(now, &enables);
+        }
+        if self.board.is_busy() {
+            self.notice();
+        }
+    }
+
+    fn receive(&mut self, byte: u8) {
+        self.board.receive(byte);
+    }
+
+    fn take_answers(&mut self) -> Vec<u8> {
+        self.board.take_answers()
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        Bench::finish(self).map_err(io::Error::other)
     }
 }

@@ -3,7 +3,6 @@
 pub mod bench;
 pub mod edge_files;
 pub mod edges;
-pub mod pace;
 #[cfg(unix)]
 mod pty;
 pub mod recording;
@@ -22,8 +21,8 @@ use crate::plot::PlotFile;
 use crate::say;
 use bench::{Bench, Width};
 use edge_files::EdgePaths;
-use pace::Paced;
 use recording::{Heading, Recording};
+use stepwright_host::link::pace::Paced;
 use stepwright_sim::Switch;
 
 /// Run a virtual board, on standard input and output or on a pseudo-terminal
@@ -133,17 +132,17 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let bench = Bench::new(description, width, recording).with_switches(&args.switch);
     let mut board = Paced::new(bench, args.fast);
     let served = if args.way.stdio { stdio::serve(&mut board) } else { serve_pty(&mut board) };
-    board.bench.report().iter().for_each(say::note);
-    let finished = board.bench.finish();
+    board.board.report().iter().for_each(say::note);
+    let finished = board.board.finish();
     served.and(finished)
 }
 
 #[cfg(unix)]
-fn serve_pty(board: &mut Paced) -> Result<(), Failure> {
+fn serve_pty(board: &mut Paced<Bench>) -> Result<(), Failure> {
     pty::serve(board)
 }
 
 #[cfg(not(unix))]
-fn serve_pty(_: &mut Paced) -> Result<(), Failure> {
+fn serve_pty(_: &mut Paced<Bench>) -> Result<(), Failure> {
     Err(Failure::new("this system has no pseudo-terminals").hint("use --stdio"))
 }

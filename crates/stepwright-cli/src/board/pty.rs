@@ -22,9 +22,11 @@ use rustix::termios::{
     LocalModes, OptionalActions, OutputModes, QueueSelector, Termios, tcflush, tcgetattr, tcsetattr,
 };
 
-use super::pace::Paced;
+use super::bench::Bench;
 use crate::failure::Failure;
 use crate::{interrupt, say};
+use stepwright_host::link::pace::Paced;
+use stepwright_host::link::simulated::Simulated;
 
 /// How soon a program that opens the path is noticed, and Ctrl-C.
 const SLICE: Duration = Duration::from_millis(10);
@@ -33,7 +35,7 @@ const SLICE: Duration = Duration::from_millis(10);
 const WAITING: usize = 64 * 1024;
 
 /// Serves whoever opens the path, until Ctrl-C.
-pub fn serve(board: &mut Paced) -> Result<(), Failure> {
+pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
     let mut pty = Pty::open().map_err(failed)?;
     let mut out = io::stdout().lock();
     // A program that waits for the path and then closes its end is no reason
@@ -46,13 +48,13 @@ pub fn serve(board: &mut Paced) -> Result<(), Failure> {
     ));
     let mut waiting: Vec<u8> = Vec::new();
     while !interrupt::asked() {
-        let hurry = board.is_fast() && board.bench.is_busy();
+        let hurry = board.is_fast() && board.board.is_busy();
         let seen = pty.wait(!waiting.is_empty(), hurry).map_err(failed)?;
         board.catch_up();
         for byte in seen.bytes {
             board.receive(byte);
         }
-        waiting.extend(board.bench.take_answers());
+        waiting.extend(board.board.take_answers());
         waiting.truncate(WAITING);
         if hurry {
             board.pass(SLICE);

@@ -5,16 +5,18 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-use super::pace::Paced;
+use super::bench::Bench;
 use crate::failure::Failure;
 use crate::{interrupt, say};
+use stepwright_host::link::pace::Paced;
+use stepwright_host::link::simulated::Simulated;
 
 /// How soon Ctrl-C is noticed, and the longest stretch of time that passes at
 /// once.
 const SLICE: Duration = Duration::from_millis(10);
 
 /// Carries out what comes until the input ends, then runs to rest.
-pub fn serve(board: &mut Paced) -> Result<(), Failure> {
+pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
     let typed = io::stdin().is_terminal();
     if typed {
         say::note(
@@ -58,22 +60,22 @@ pub fn serve(board: &mut Paced) -> Result<(), Failure> {
 }
 
 /// Lets time pass while nothing comes.
-fn pass(board: &mut Paced) {
+fn pass(board: &mut Paced<Bench>) {
     if !board.is_fast() {
         board.catch_up();
-    } else if board.bench.is_busy() {
+    } else if board.board.is_busy() {
         board.pass(SLICE);
     }
 }
 
 /// Runs to rest. Brakes what would not come to rest by itself.
-fn rest(board: &mut Paced) -> Result<(), Failure> {
-    let endless = board.bench.is_endless();
+fn rest(board: &mut Paced<Bench>) -> Result<(), Failure> {
+    let endless = board.board.is_endless();
     if endless {
         say::note("at the end of the input a motor runs without end: braking it");
-        board.bench.brake();
+        board.board.brake();
     }
-    while board.bench.is_busy() && !interrupt::asked() {
+    while board.board.is_busy() && !interrupt::asked() {
         board.pass(SLICE);
     }
     if endless {
@@ -120,8 +122,8 @@ impl Answers {
         Answers { out, read }
     }
 
-    fn receive(&mut self, board: &mut Paced) -> Result<(), Failure> {
-        for byte in board.bench.take_answers() {
+    fn receive(&mut self, board: &mut Paced<Bench>) -> Result<(), Failure> {
+        for byte in board.board.take_answers() {
             let bytes: &[u8] = if self.read && byte == b'\r' { b"\r\n" } else { &[byte] };
             self.out.write_all(bytes).map_err(closed)?;
         }

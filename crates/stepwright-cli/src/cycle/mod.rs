@@ -36,12 +36,12 @@ use clap::ValueEnum;
 use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::link::serial::{SerialLink, Share};
 use crate::plot::PlotFile;
 use crate::say;
 use play::Session;
 use port::Board;
 use remote::RemoteSession;
+use stepwright_host::link::serial::Share;
 use taken::{Taken, Wanted};
 use text::Text;
 
@@ -179,7 +179,8 @@ fn title(file: &Path) -> String {
 /// Plays it on a board.
 fn on_board(args: &Args, path: &Path, plan: &mut plan::Plan, text: &Text) -> Result<(), Failure> {
     let mut stages = std::mem::take(&mut plan.stages);
-    let board = Board::meet(Box::new(SerialLink::open(path, args.baud, Share::Alone)?))?;
+    let board =
+        Board::meet(Box::new(crate::order::target::serial(path, args.baud, Share::Alone)?))?;
     interrupt::listen(While::Holding)?;
     let mut session = RemoteSession::new(board, plan, text, args.format, args.limit);
     let played = session.play(&mut stages);

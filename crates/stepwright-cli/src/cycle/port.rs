@@ -7,8 +7,8 @@ use stepwright_cycle::line::{CycleLine, CycleReport, LineFault, NAME};
 use stepwright_protocol::crc;
 
 use crate::failure::Failure;
-use crate::link::Link;
-use crate::link::talk::{TRIES, Talk};
+use crate::talk::{TRIES, Talk};
+use stepwright_host::link::Link;
 
 /// A board that plays cycles.
 pub struct Board {

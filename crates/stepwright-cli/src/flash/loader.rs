@@ -4,7 +4,7 @@
 use std::io;
 use std::time::Duration;
 
-use crate::link::Link;
+use stepwright_host::link::Link;
 
 /// Why nothing was written, or not all.
 #[derive(Debug)]

@@ -22,12 +22,12 @@ use clap::ValueEnum;
 use serde_json::json;
 
 use crate::failure::Failure;
-use crate::link::serial::{SerialLink, Share};
 use crate::order::progress::Line;
 use crate::order::target::Format;
 use crate::say;
 use image::{Image, Program};
 use loader::{LinkError, Loader};
+use stepwright_host::link::serial::{SerialLink, Share};
 use stk500::Stk500;
 use stk500v2::Stk500v2;
 
@@ -180,7 +180,7 @@ fn by_avrdude(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
 
 /// Speaks with the boot loader.
 fn by_ourselves(args: &Args, image: &Image, baud: u32) -> Result<(), Failure> {
-    let link = SerialLink::open(&args.port, baud, Share::Alone)?;
+    let link = crate::order::target::serial(&args.port, baud, Share::Alone)?;
     let written = match args.board {
         Board::Uno | Board::Nano => through(Stk500::new(link), image),
         Board::Mega => through(Stk500v2::new(link), image),

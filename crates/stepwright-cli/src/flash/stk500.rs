@@ -16,7 +16,7 @@
 use std::time::Duration;
 
 use super::loader::{KNOCK, LinkError, Loader, PATIENCE, fill};
-use crate::link::Link;
+use stepwright_host::link::Link;
 
 /// Ends a command.
 const END: u8 = b' ';

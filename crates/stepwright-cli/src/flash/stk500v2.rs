@@ -21,7 +21,7 @@
 use std::time::Duration;
 
 use super::loader::{KNOCK, LinkError, Loader, PATIENCE, fill};
-use crate::link::Link;
+use stepwright_host::link::Link;
 
 /// Begins a message.
 const START: u8 = 0x1B;

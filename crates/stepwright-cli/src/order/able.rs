@@ -5,7 +5,7 @@ use stepwright_protocol::{Ability, Command, Order, Reply, Setting};
 
 use super::target;
 use crate::failure::Failure;
-use crate::session::Session;
+use stepwright_host::Session;
 
 /// That the board bends ramps, if the order has a jerk.
 pub fn to_bend(session: &mut Session, order: &Order) -> Result<(), Failure> {

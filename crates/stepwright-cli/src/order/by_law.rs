@@ -17,16 +17,16 @@ use crate::board::bench::Bench;
 use crate::board::recording::{Heading, Recording};
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::link::Link;
-use crate::link::serial::{SerialLink, Share};
-use crate::link::talk::Talk;
-use crate::link::virtual_board::VirtualLink;
 use crate::plan::change::Change;
 use crate::plot::GAP;
 use crate::programs;
 use crate::quantity::{Rounded, SpeedArg};
 use crate::say;
+use crate::talk::Talk;
 use stepwright::{Accel, Geometry, Rate, Speed};
+use stepwright_host::link::Link;
+use stepwright_host::link::serial::Share;
+use stepwright_host::link::simulated::VirtualLink;
 use stepwright_sim::Description;
 
 /// Between two looks at a moving motor.
@@ -86,13 +86,13 @@ impl LawOrder<'_> {
         self.recipe(&held, steps)?;
         interrupt::listen(interrupt::While::Holding)?;
         let link: Box<dyn Link> = match &port.port {
-            Some(path) => Box::new(SerialLink::open(path, port.baud, Share::Alone)?),
+            Some(path) => Box::new(super::target::serial(path, port.baud, Share::Alone)?),
             None => self.virtual_link(&held, virt)?,
         };
         let mut talk = Talk::new(link);
         let result = self.on(&mut talk, &held);
         // Also what was recorded of a motion that went wrong is worth a look.
-        let finished = talk.link().finish();
+        let finished = super::target::finished(talk.link());
         result.and(finished)
     }
 

@@ -5,14 +5,14 @@ use std::time::Duration;
 use serde_json::json;
 use stepwright_protocol::{AxisId, Command, Selection};
 
-use super::drive;
 use super::look::{self, State};
 use super::target::{self, Format, PortArgs};
 use crate::failure::Failure;
-use crate::interrupt::{self, While};
-use crate::link::serial::Share;
+use crate::interrupt::{self, Ends, While};
 use crate::say;
-use crate::session::{LinkError, Session};
+use stepwright_host::link::serial::Share;
+use stepwright_host::motion::POLL;
+use stepwright_host::{LinkError, Session};
 
 /// Brake: ramp down, and keep the position
 #[derive(clap::Args)]
@@ -64,11 +64,11 @@ const LOOK: &str = "the motor may still be moving: look at it, and switch off it
 pub fn stop(args: StopArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
     let mut session = args.port.open("stop", Share::Anyhow)?;
-    session.kill_at_once();
+    session.set_guard(interrupt::guard(Ends::ByKilling));
     let mut urged = session.urge(Command::Brake, LEAVES);
     if urged.is_ok() && !session.link().is_alone() {
         if let Some(mut guest) = host(&args.port) {
-            guest.kill_at_once();
+            guest.set_guard(interrupt::guard(Ends::ByKilling));
             let stopped = brake_all(&mut guest, args.axis)?;
             // Else it has left meanwhile.
             if matches!(stopped, Ok(_) | Err(LinkError::Killed | LinkError::Ended)) {
@@ -96,7 +96,7 @@ fn settle(session: &mut Session, port: &PortArgs, states: &[State]) {
         && session.link().is_alone()
         && states.iter().all(|state| !state.busy)
     {
-        crate::link::lease::give_back(path, session);
+        stepwright_host::link::lease::give_back(path, session);
     }
     #[cfg(not(unix))]
     let _ = (session, port, states);
@@ -148,9 +148,9 @@ fn brake_all(
 
 fn brake_to_rest(session: &mut Session, only: Option<AxisId>) -> Result<Vec<State>, LinkError> {
     let axes = only.map_or(Selection::All, Selection::One);
-    drive::brake(session, axes)?;
+    session.brake(axes)?;
     while session.is_busy(axes)? {
-        session.pause(drive::POLL)?;
+        session.pause(POLL)?;
     }
     look::states(session, only)
 }

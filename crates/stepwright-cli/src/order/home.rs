@@ -1,27 +1,24 @@
 //! `stepwright home`: finds 0 by a limit switch, as [`homing`] says.
 
-use std::time::Duration;
-
 use serde_json::json;
-use stepwright_protocol::{
-    AxisId, Command, Direction, Distance, Refusal, Reply, Setting, Travel, Value,
-};
+use stepwright_protocol::{AxisId, Command, Direction, Distance, Setting, Travel, Value};
 
-use super::drive::{self, NotBegun};
-use super::homing::{self, HomeLeg, HomingAct, HomingEvent, SwitchHoming, SwitchSide};
-use super::keys::KeyControl;
 use super::motion::{MOTION, Motion};
-use super::progress::Progress;
+use super::screen::Screen;
 use super::settings;
 use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::travel::{Way, last_line};
+use super::{drive, homing};
 use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::link::serial::Share;
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
-use crate::session::{LinkError, Session};
+use stepwright_host::home::{HomeOrder, HomeSight, NotHomed};
+use stepwright_host::homing::{HomeLeg, SwitchSide};
+use stepwright_host::link::serial::Share;
+use stepwright_host::motion::{Action, NotBegun};
+use stepwright_host::{LinkError, Session};
 use stepwright_sim::Switch;
 
 /// Where the switch of a virtual machine stands.
@@ -152,23 +149,6 @@ impl Args {
             ))
         })
     }
-
-    /// How a leg is travelled.
-    fn leg(
-        &self,
-        leg: HomeLeg,
-        side: &SwitchSide,
-        homing: &SwitchHoming,
-    ) -> Result<Motion, Failure> {
-        let travel = match leg.is_towards() {
-            true => Travel::Endless(side.towards),
-            false => Travel::By(Distance::new(homing.back_off())),
-        };
-        match leg {
-            HomeLeg::Approach => self.motion(&self.slow, "--slow", travel),
-            _ => self.motion(&self.speed, "--speed", travel),
-        }
-    }
 }
 
 /// Homes the axis; where it is then.
@@ -183,95 +163,66 @@ fn home(session: &mut Session, args: &Args) -> Result<i64, Failure> {
     tell(args, format!("axis {axis} {way} to its switch on {name}"));
     let back_off = args.distance(&args.back_off, "--back-off")?.unsigned_abs();
     let within = args.within()?.unsigned_abs();
-    let mut homing = SwitchHoming::new(side, name, back_off, within);
-    let mut act = HomingAct::Travel(homing.leg());
-    loop {
-        let event = match act {
-            HomingAct::Travel(leg) => travel(session, args, &side, leg, &homing)?,
-            HomingAct::Say(line) => {
-                HomingEvent::Said(session.ask(line).map_err(lost(session))? == Reply::Yes)
+    let any = Travel::By(Distance::new(0));
+    let fast = args.motion(&args.speed, "--speed", any)?;
+    let slow = args.motion(&args.slow, "--slow", any)?;
+    let order = HomeOrder { side, fast: fast.order, slow: slow.order, back_off, within };
+    if interrupt::asked() {
+        return Err(Failure::interrupted("interrupted before 0 was found"));
+    }
+    let mut screen = None;
+    let homed = session.wait(async |talk| {
+        talk.home(&order, |talk, sight| match sight {
+            HomeSight::Begins(leg, order, from) => {
+                let motion = if leg == HomeLeg::Approach { &slow } else { &fast };
+                let motion = motion.with_travel(order.travel);
+                screen = Some(Screen::of(talk, &motion, from.unwrap_or(0)));
+                Action::GoOn
             }
-            HomingAct::Wait => {
-                session.pause(drive::POLL).map_err(lost(session))?;
-                HomingEvent::Waited
+            HomeSight::Sees(sight) => match &mut screen {
+                Some(screen) => screen.see(talk, sight),
+                None => Action::GoOn,
+            },
+            HomeSight::Ends => {
+                screen.take().map(Screen::end);
+                Action::GoOn
             }
-            HomingAct::Done(at) => return Ok(at),
-        };
-        let leg = homing.leg();
-        act = homing.next(event, session.now()).map_err(|failure| match leg.is_towards() {
-            _ if !interrupt::asked() => failure,
+            HomeSight::Note(note) => {
+                tell(args, note.to_owned());
+                Action::GoOn
+            }
+        })
+        .await
+    });
+    screen.take().map(Screen::end);
+    match homed {
+        Ok(Ok(at)) => Ok(at),
+        Ok(Err(not)) => Err(failed(session, args.on.axis, not)),
+        Err(trouble) => Err(failed(session, args.on.axis, NotHomed::Adrift(trouble))),
+    }
+}
+
+/// The failure of a homing; after a second Ctrl-C everything is killed here.
+fn failed(session: &mut Session, axis: AxisId, not: NotHomed) -> Failure {
+    match not {
+        NotHomed::Failed(failure, leg) => match leg.is_towards() {
+            _ if !interrupt::asked() => homing::failure(failure),
             true => Failure::interrupted("braked before the switch was found"),
             false => Failure::interrupted("braked while backing off"),
-        })?;
-        if let Some(note) = homing.take_note() {
-            tell(args, note);
-        }
-    }
-}
-
-/// Travels a leg to its end.
-fn travel(
-    session: &mut Session,
-    args: &Args,
-    side: &SwitchSide,
-    leg: HomeLeg,
-    homing: &SwitchHoming,
-) -> Result<HomingEvent, Failure> {
-    let motion = args.leg(leg, side, homing)?;
-    let longest = homing.longest(motion.order.top);
-    let until = leg.is_towards().then(|| session.now().saturating_add(longest));
-    let sight = match watch(session, args, &motion, until) {
-        Ok(sight) => sight,
-        Err(NotBegun::Refused(_, Some(Refusal::Fault))) if leg.is_towards() => {
-            return Ok(HomingEvent::Closed);
-        }
-        Err(not) => return Err(failed(session, args.on.axis, not)),
-    };
-    let stop = session.stop_of(args.on.axis);
-    Ok(HomingEvent::Rests { position: sight.position, stop, braked: sight.braking })
-}
-
-/// Starts a travel and watches it to its end.
-fn watch(
-    session: &mut Session,
-    args: &Args,
-    motion: &Motion,
-    until: Option<Duration>,
-) -> Result<drive::Sight, NotBegun> {
-    let unsure = |trouble| NotBegun::Trouble { trouble, moving: true };
-    let safe = |trouble| NotBegun::Trouble { trouble, moving: false };
-    if interrupt::asked() {
-        return Err(safe(LinkError::Killed));
-    }
-    let from = session.rest_position(args.on.axis).map_err(safe)?;
-    let lines = motion.lines().map_err(|_| NotBegun::Noise)?;
-    drive::begin(session, args.on.axis, &motion.order, &lines, from)?;
-    let mut hand = KeyControl::on(session, &motion.order);
-    let mut progress = Progress::new(motion, from.unwrap_or(0), hand.listens());
-    let watched =
-        drive::watch(session, args.on.axis, until, &mut hand, |sight| progress.see(sight));
-    drop(hand);
-    progress.end();
-    watched.map_err(unsure)
-}
-
-/// The failure of a travel; after a second Ctrl-C everything is killed here.
-fn failed(session: &mut Session, axis: AxisId, not: NotBegun) -> Failure {
-    match not {
-        NotBegun::Trouble { trouble, moving: true } => {
+        },
+        NotHomed::Adrift(trouble)
+        | NotHomed::NotBegun(NotBegun::Trouble { trouble, moving: true }) => {
             let ended = drive::conclude(session, axis, Err(trouble));
             ended.failure.unwrap_or_else(|| Failure::interrupted("stopped before 0 was found"))
         }
-        NotBegun::Trouble { trouble: LinkError::Killed, .. } => {
+        NotHomed::Trouble(LinkError::Killed)
+        | NotHomed::NotBegun(NotBegun::Trouble { trouble: LinkError::Killed, .. }) => {
             Failure::interrupted("interrupted before 0 was found")
         }
-        not => drive::not_begun(session, not),
+        NotHomed::Trouble(trouble) => target::lost(&session.name(), &trouble),
+        NotHomed::NotBegun(not) => drive::not_begun(session, not),
+        NotHomed::Unsayable(range) => Failure::from(range),
     }
-}
-
-fn lost(session: &mut Session) -> impl FnOnce(LinkError) -> Failure + use<> {
-    let name = session.link().name();
-    move |trouble| target::lost(&name, &trouble)
 }
 
 fn tell(args: &Args, text: String) {

@@ -8,7 +8,7 @@ use stepwright_protocol::{
     AxisId, Command, Direction, Distance, MilliSpeed, Reply, Selection, Travel,
 };
 
-use super::drive::{self, End, NotBegun};
+use super::drive;
 use super::held::{ASK_RELEASES, Decoder, Hold, Key, NO_RELEASES};
 use super::keys;
 use super::lease::{self, LeaseArgs};
@@ -22,7 +22,8 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
-use crate::session::{LinkError, Session};
+use stepwright_host::motion::{NotBegun, RestPlace};
+use stepwright_host::{LinkError, Session};
 
 /// Run an axis by keys: as long as an arrow is held
 ///
@@ -159,7 +160,7 @@ fn jog(session: &mut Session, args: &Args, step: i32, motion: Motion) -> Result<
         }
         Err(Stopped::Trouble(trouble)) => drive::conclude(session, args.on.axis, Err(trouble)),
     };
-    if let (End::Uncertain, Format::Text) = (ended.end, args.order.format) {
+    if let (RestPlace::Uncertain, Format::Text) = (ended.end, args.order.format) {
         say::result(last_line("uncertain", None, None));
     }
     Err(ended.failure.unwrap_or_else(|| Failure::interrupted("interrupted while it moved")))
@@ -329,7 +330,7 @@ impl Jog {
         let motion = args.motion(&top, travel).map_err(Stopped::Failure)?;
         let mut lines = self.lines_before.clone();
         lines.extend(motion.lines().map_err(Stopped::Failure)?);
-        match drive::begin(session, self.axis, &motion.order, &lines, Some(self.at)) {
+        match session.begin(self.axis, &motion.order, &lines, Some(self.at)) {
             Ok(()) => self.moving = Some(Moving { way, braking: false }),
             Err(NotBegun::Trouble { trouble, moving }) => {
                 self.moving = moving.then_some(Moving { way, braking: false });
@@ -344,7 +345,7 @@ impl Jog {
     }
 
     fn brake(&mut self, session: &mut Session) -> Result<(), LinkError> {
-        drive::brake(session, Selection::One(self.axis))?;
+        session.brake(Selection::One(self.axis))?;
         if let Some(moving) = &mut self.moving {
             moving.braking = true;
         }

@@ -3,10 +3,10 @@
 //! On a terminal each key is read as it is pressed; elsewhere there are none.
 //! Ctrl-C stays what it is.
 
-use stepwright_protocol::{Command, MilliSpeed, Order, Reply, Selection};
+use stepwright_host::Conversation;
+use stepwright_protocol::{Command, MilliSpeed, Order, Refusal};
 
 use super::terminal::{self, Keys};
-use crate::session::{LinkError, Session};
 
 /// What the keys are, for the user.
 pub const HELP: &str = "keys: + faster, - slower, s stop";
@@ -18,10 +18,10 @@ const PART: u32 = 10;
 pub enum Act {
     /// The motor is to be braked.
     Stop,
-    /// This is to be told.
-    Told(String),
-    /// This line has changed the motion, and the rest is to be told.
-    Changed(Command, String),
+    /// This line is to be said.
+    Say(Command),
+    /// The keys are to be told.
+    Help,
 }
 
 /// A hand on a moving motor.
@@ -31,22 +31,18 @@ pub struct KeyControl {
     /// 0.001 steps/s.
     top: u32,
     least: u32,
+    /// The top speed that was asked for, and not answered yet.
+    wanted: u32,
 }
 
 impl KeyControl {
     /// Listens to the keys if there are any, for a motor that follows this
     /// order. A board that knows only the Nano slave's lines can't change its speed.
-    pub fn on(session: &Session, order: &Order) -> KeyControl {
+    pub fn on(talk: &Conversation, order: &Order) -> KeyControl {
         let (top, start) = (order.top.millisteps(), order.start.millisteps());
-        let able = terminal::is_there() && session.info().is_some();
+        let able = terminal::is_there() && talk.info().is_some();
         let keys = if able { Keys::listen() } else { None };
-        KeyControl { keys, top, least: start.min(top).max(1) }
-    }
-
-    /// No hand.
-    #[cfg(test)]
-    pub fn off() -> KeyControl {
-        KeyControl { keys: None, top: 1, least: 1 }
+        KeyControl { keys, top, least: start.min(top).max(1), wanted: top }
     }
 
     /// Whether there are keys.
@@ -54,36 +50,29 @@ impl KeyControl {
         self.keys.is_some()
     }
 
-    /// Does what the next key says.
-    pub fn act(
-        &mut self,
-        session: &mut Session,
-        axis: Selection,
-    ) -> Result<Option<Act>, LinkError> {
-        match self.keys.as_ref().and_then(Keys::next) {
-            Some(key) => self.press(key, session, axis).map(Some),
-            None => Ok(None),
-        }
-    }
-
-    /// Does what this key says.
-    fn press(&mut self, key: u8, session: &mut Session, axis: Selection) -> Result<Act, LinkError> {
+    /// What the next key says.
+    pub fn act(&mut self) -> Option<Act> {
+        let key = self.keys.as_ref().and_then(Keys::next)?;
         let step = part(self.top);
-        let top = match key {
+        self.wanted = match key {
             b'+' | b'=' => self.top.saturating_add(step).min(MilliSpeed::LARGEST.get()),
             b'-' | b'_' => self.top.saturating_sub(step).max(self.least),
-            b's' | b'S' | b' ' => return Ok(Act::Stop),
-            _ => return Ok(Act::Told(HELP.to_owned())),
+            b's' | b'S' | b' ' => return Some(Act::Stop),
+            _ => return Some(Act::Help),
         };
-        let command = changed_top(top);
-        if session.ask_of(axis, command)? == Reply::Yes {
-            self.top = top;
-            return Ok(Act::Changed(command, format!("top speed {} steps/s", shown(top))));
+        Some(Act::Say(changed_top(self.wanted)))
+    }
+
+    /// What has come of the line that was said, for the user.
+    pub fn said(&mut self, line: Command, taken: Result<(), Option<Refusal>>) -> String {
+        match taken {
+            Ok(()) => {
+                self.top = self.wanted;
+                format!("top speed {} steps/s", shown(self.top))
+            }
+            Err(Some(why)) => format!("the board refused {line}: {why}"),
+            Err(None) => format!("the board refused {line}"),
         }
-        Ok(Act::Told(match session.why()? {
-            Some(why) => format!("the board refused {command}: {why}"),
-            None => format!("the board refused {command}"),
-        }))
     }
 }
 

@@ -4,7 +4,7 @@ use stepwright_protocol::{Ability, Command, LeaseMillis};
 
 use super::run;
 use crate::failure::Failure;
-use crate::session::Session;
+use stepwright_host::Session;
 
 /// The option that asks for a lease.
 #[derive(clap::Args, Clone, Debug)]

@@ -4,13 +4,11 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 use stepwright::Accel;
-use stepwright_protocol::{
-    AxisId, Command, Distance, Order, Ramp, Refusal, Script, Selection, Travel,
-};
+use stepwright_protocol::{AxisId, Command, Distance, Order, Ramp, Script, Selection, Travel};
 
 use super::able;
 use super::course::Course;
-use super::drive::{self, NotBegun, TRIES};
+use super::drive;
 use super::motion::{MOTION, Motion, listed, seconds};
 use super::target::{self, Format, MotionArgs};
 use super::travel::{Way, start_position};
@@ -18,7 +16,8 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
-use crate::session::{LinkError, Played, Session};
+use stepwright_host::motion::{NotBegun, POLL};
+use stepwright_host::{LinkError, Session};
 
 /// Between two lines about where the axes are.
 const LINES: Duration = Duration::from_secs(1);
@@ -180,7 +179,15 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
         say::note(format_args!("the axes end up to {} apart", seconds(apart)));
     }
     let begun = session.now();
-    begin(session, &lines)?;
+    if let Err(not) = session.begin_together(&lines) {
+        return Err(match not {
+            // What may have begun by then is killed as well.
+            NotBegun::Trouble { trouble: LinkError::Killed, .. } => {
+                lost(session, &LinkError::Killed)
+            }
+            not => drive::not_begun(session, not),
+        });
+    }
     let watched = watch(session, axes);
     let took = session.now().saturating_sub(begun).as_secs_f64();
     let (braked, at) = match watched {
@@ -242,47 +249,12 @@ fn stopped(session: &mut Session, axes: &[AxisId]) -> Failure {
     }
 }
 
-/// Starts all, or nothing.
-fn begin(session: &mut Session, lines: &[Command]) -> Result<(), Failure> {
-    let mut not = NotBegun::Noise;
-    for _ in 0..TRIES {
-        not = match attempt(session, lines)? {
-            None => return Ok(()),
-            // Nothing has moved: the whole order again.
-            Some(NotBegun::Refused(_, Some(Refusal::Sum))) => NotBegun::Noise,
-            Some(not) => return Err(drive::not_begun(session, not)),
-        };
-    }
-    Err(drive::not_begun(session, not))
-}
-
-/// Gives the order once; `None` if all have started.
-fn attempt(session: &mut Session, lines: &[Command]) -> Result<Option<NotBegun>, Failure> {
-    // The lines name every axis but the first, which PO selects unless A has named others.
-    let not =
-        match session.select(Selection::FIRST).and_then(|()| session.play(lines.iter().copied())) {
-            Ok(Played::Accepted) => return Ok(None),
-            Ok(Played::Refused(line)) => match session.why() {
-                Ok(why) => NotBegun::Refused(line, why),
-                Err(trouble) => NotBegun::Trouble { trouble, moving: false },
-            },
-            Ok(Played::Unanswered(line)) => {
-                let moving = line == Command::Execute;
-                NotBegun::Trouble { trouble: LinkError::Silent, moving }
-            }
-            // What may have begun by then is killed as well.
-            Err(LinkError::Killed) => return Err(lost(session, &LinkError::Killed)),
-            Err(trouble) => NotBegun::Trouble { trouble, moving: true },
-        };
-    Ok(Some(not))
-}
-
 /// Waits until all rest; whether they were braked, and where each is, if that is known.
 fn watch(session: &mut Session, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64>>), LinkError> {
     let (mut braked, mut told) = (false, Instant::now());
     while session.is_busy(Selection::All)? {
         if !braked && interrupt::asked() {
-            drive::brake(session, Selection::All)?;
+            session.brake(Selection::All)?;
             braked = true;
             say::note(interrupt::braking());
         }
@@ -293,7 +265,7 @@ fn watch(session: &mut Session, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64
             let at: Vec<_> = at.into_iter().flatten().map(|at| at.to_string()).collect();
             say::note(format_args!("position {}", at.join(" ")));
         }
-        session.pause(drive::POLL)?;
+        session.pause(POLL)?;
     }
     let at = axes.iter().map(|axis| session.rest_position(*axis)).collect::<Result<_, _>>()?;
     Ok((braked, at))

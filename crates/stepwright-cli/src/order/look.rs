@@ -10,9 +10,9 @@ use super::refused;
 use super::target::{self, AxisArgs, Format, PortArgs};
 use super::travel::last_line;
 use crate::failure::Failure;
-use crate::link::serial::Share;
 use crate::say;
-use crate::session::{LinkError, Session};
+use stepwright_host::link::serial::Share;
+use stepwright_host::{LinkError, Session};
 
 /// What the board is, and what its axes are doing
 #[derive(clap::Args)]

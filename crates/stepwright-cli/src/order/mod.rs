@@ -34,13 +34,12 @@ mod left;
 pub mod line;
 pub mod look;
 pub mod motion;
-#[cfg(test)]
-mod noise;
 pub mod ports;
 pub mod progress;
 pub mod refused;
 pub mod retarget;
 pub mod run;
+mod screen;
 pub mod send;
 pub mod settings;
 pub mod target;

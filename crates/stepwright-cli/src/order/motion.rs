@@ -48,6 +48,7 @@ pub struct RampArgs {
 }
 
 /// An order, as it was typed and as it is sent.
+#[derive(Clone)]
 pub struct Motion {
     axis: AxisId,
     /// What the board will understand.
@@ -151,6 +152,11 @@ fn suited(start: Speed, top: Speed) -> Ramp {
 }
 
 impl Motion {
+    /// The same for another travel.
+    pub fn with_travel(&self, travel: Travel) -> Motion {
+        Motion { order: Order { travel, ..self.order }, ..self.clone() }
+    }
+
     /// The axis that moves.
     pub fn axis(&self) -> AxisId {
         self.axis

@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 
 use console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use stepwright_host::motion::Sight;
+use stepwright_protocol::Command;
 
 use super::course::Course;
-use super::drive::Sight;
 use super::keys;
 use super::left::Aim;
 use super::motion::{Motion, seconds};
@@ -121,15 +122,16 @@ impl Progress {
     }
 
     /// Tells a look at the motor.
-    pub fn see(&mut self, sight: Sight) {
+    /// `told` is what the user is to know of it, and `change` the line that has changed the motion.
+    pub fn see(&mut self, sight: &Sight, told: Option<&str>, change: Option<Command>) {
         if sight.braking && !self.braking {
             self.braking = true;
             self.line.note(interrupt::braking());
         }
-        if let Some(text) = &sight.told {
+        if let Some(text) = told {
             self.line.note(text);
         }
-        if let Some(line) = sight.change {
+        if let Some(line) = change {
             // It is another motion now.
             self.course = None;
             self.aim.change(line);
@@ -200,6 +202,11 @@ impl Progress {
         let done = position.abs_diff(self.from);
         let pulse = u32::try_from(done.saturating_sub(1)).unwrap_or(last).min(last);
         Some(course.seconds(last) - course.seconds(pulse))
+    }
+
+    /// Something that the user should know.
+    pub fn note(&self, text: &str) {
+        self.line.note(text);
     }
 
     /// Clears the line away.

@@ -6,7 +6,7 @@ use std::fmt::Display;
 use stepwright_protocol::{Command, Listed, Refusal, Reply, Setting, Stop};
 
 use crate::failure::Failure;
-use crate::session::Session;
+use stepwright_host::Session;
 
 /// The failure of an order whose line was refused for this reason.
 pub fn by(session: &mut Session, line: &dyn Display, why: Refusal) -> Failure {

@@ -9,12 +9,12 @@ use super::motion::MOTION;
 use super::refused;
 use super::target::{self, AxisArgs, Format, PortArgs};
 use super::travel::Way;
-use crate::change::Travels;
 use crate::failure::Failure;
-use crate::link::serial::Share;
 use crate::quantity::{AccelArg, DistanceArg, GeometryArgs, SpeedArg};
 use crate::say;
-use crate::session::{LinkError, Session};
+use stepwright_host::change::Travels;
+use stepwright_host::link::serial::Share;
+use stepwright_host::{LinkError, Session};
 
 /// Change the travel that an axis is on: its target, its speed, its ramps
 ///

@@ -7,19 +7,19 @@ use stepwright_protocol::{Direction, Selection, Stop, Travel};
 
 use super::able;
 use super::by_law::{self, Goal, LawOrder};
-use super::drive::{self, End, NotBegun};
-use super::keys::KeyControl;
+use super::drive;
 use super::law::LawArgs;
 use super::lease::LeaseArgs;
 use super::motion::{Motion, listed};
-use super::progress::Progress;
+use super::screen::Screen;
 use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::travel::{last_line, start_position};
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::SignedSpeedArg;
 use crate::say;
-use crate::session::{LinkError, Session};
+use stepwright_host::motion::{NotBegun, RestPlace};
+use stepwright_host::{LinkError, Session};
 
 /// Run an axis at a speed until it is stopped
 #[derive(clap::Args)]
@@ -131,25 +131,17 @@ fn run_on(
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
     let from = start_position(session, args.on.axis)?;
-    // Whether it was the signal that it braked for, and not the end of its time.
     let mut cut = None;
-    let watched = match drive::begin(session, args.on.axis, &motion.order, &lines, Some(from)) {
+    let watched = match session.begin(args.on.axis, &motion.order, &lines, Some(from)) {
         Ok(()) if args.detach && !interrupt::asked() => return left_alone(session, args),
         Ok(()) => {
             if args.time.is_none() {
                 say::note("running; Ctrl-C brakes");
             }
             let until = args.time.map(|time| session.now() + time);
-            let mut hand = KeyControl::on(session, &motion.order);
-            let mut progress = Progress::new(motion, from, hand.listens());
-            let watched = drive::watch(session, args.on.axis, until, &mut hand, |sight| {
-                if sight.braking {
-                    cut.get_or_insert_with(interrupt::asked);
-                }
-                progress.see(sight);
-            });
-            drop(hand);
-            progress.end();
+            let mut screen = Screen::of(session.talk(), motion, from);
+            let watched = session.watch(args.on.axis, until, |talk, sight| screen.see(talk, sight));
+            cut = screen.end();
             watched
         }
         Err(NotBegun::Trouble { trouble: LinkError::Killed, .. }) => Err(LinkError::Killed),
@@ -165,11 +157,11 @@ fn run_on(
         args.lease.give_back(session);
     }
     let (state, position) = match ended.end {
-        End::Rests(at) if ended.braked || session.new_target(args.on.axis) == Some(at) => {
+        RestPlace::At(at) if ended.braked || session.new_target(args.on.axis) == Some(at) => {
             ("ready", Some(at))
         }
-        End::Rests(at) => ("stopped", Some(at)),
-        End::Uncertain => ("uncertain", None),
+        RestPlace::At(at) => ("stopped", Some(at)),
+        RestPlace::Uncertain => ("uncertain", None),
     };
     let why = if state == "stopped" { session.stop_of(args.on.axis) } else { None };
     tell(session, args, state, position, why);

@@ -4,8 +4,8 @@ use stepwright_protocol::Form;
 
 use super::target::{self, PortArgs};
 use crate::failure::Failure;
-use crate::link::serial::Share;
 use crate::say;
+use stepwright_host::link::serial::Share;
 
 /// Send lines of the serial protocol as they are, and print each answer
 #[derive(clap::Args)]

@@ -1,26 +1,32 @@
 //! Which board an order goes to.
 
+use std::io::{self, ErrorKind};
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::ValueEnum;
-use stepwright_protocol::AxisId;
+use stepwright_protocol::{AxisId, LeaseMillis};
 
 use super::motion::RampArgs;
 use crate::board::bench::{Bench, Width};
 use crate::board::edge_files::EdgePaths;
 use crate::board::recording::{Heading, Recording};
 use crate::failure::Failure;
-use crate::link::Link;
-#[cfg(unix)]
-use crate::link::guest::{self, GuestLink};
-use crate::link::serial::{SerialLink, Share};
-use crate::link::virtual_board::VirtualLink;
+use crate::interrupt::{self, Ends};
 use crate::plot::PlotFile;
-use crate::programs;
 use crate::quantity::bounds;
-use crate::session::{LinkError, Session};
+use crate::{programs, say};
+use stepwright_host::link::Link;
+#[cfg(unix)]
+use stepwright_host::link::guest::{self, GuestLink};
+#[cfg(unix)]
+use stepwright_host::link::host::Host;
+#[cfg(unix)]
+use stepwright_host::link::lease;
+use stepwright_host::link::serial::{OpenError, SerialLink, Share};
+use stepwright_host::link::simulated::VirtualLink;
+use stepwright_host::{LinkError, Session};
 use stepwright_sim::Description;
 use stepwright_sim::Switch;
 
@@ -125,13 +131,11 @@ impl PortArgs {
         };
         #[cfg(unix)]
         if let (Share::Guest, Some(guest)) = (share, GuestLink::open(path, guest::PATIENCE)) {
-            return Ok(Session::new(Box::new(guest)));
+            return Ok(conversation(Box::new(guest)));
         }
-        #[allow(unused_mut, reason = "where no guests can be let in")]
-        let mut session = Session::new(Box::new(SerialLink::open(path, self.baud, share)?));
-        #[cfg(unix)]
+        let mut session = conversation(Box::new(serial(path, self.baud, share)?));
         if share == Share::Host {
-            session.serve(path);
+            let_in(&mut session, path);
         }
         Ok(session)
     }
@@ -142,7 +146,7 @@ impl PortArgs {
         #[cfg(unix)]
         let guest = self.port.as_deref().and_then(|port| GuestLink::open(port, guest::SOON));
         #[cfg(unix)]
-        return guest.map(|guest| Session::new(Box::new(guest)));
+        return guest.map(|guest| conversation(Box::new(guest)));
         #[cfg(not(unix))]
         None
     }
@@ -186,7 +190,7 @@ impl VirtualArgs {
         let plot = virt.plot.as_ref().map(|file| (file, heading));
         let recording = Recording::begin(&description, virt.edges(), plot)?;
         let bench = Bench::new(description, Width::Narrow, recording).with_switches(switches);
-        let mut session = Session::new(Box::new(VirtualLink::new(bench, virt.fast)));
+        let mut session = conversation(Box::new(VirtualLink::new(bench, virt.fast)));
         met(&mut session)?;
         Ok(session)
     }
@@ -263,8 +267,83 @@ pub fn trouble(session: &mut Session) -> impl FnOnce(LinkError) -> Failure + use
 
 /// A link that a session was made of is finished with it.
 pub fn finish(session: &mut Session) -> Result<(), Failure> {
-    let link: &mut dyn Link = session.link();
-    link.finish()
+    finished(session.link())
+}
+
+/// Ends what was recorded on a line.
+pub fn finished(link: &mut dyn Link) -> Result<(), Failure> {
+    link.finish().map_err(|error| match error.downcast::<Failure>() {
+        Ok(failure) => failure,
+        Err(error) => Failure::new(error.to_string()),
+    })
+}
+
+/// A conversation that Ctrl-C ends by braking first.
+pub fn conversation(link: Box<dyn Link>) -> Session {
+    let mut session = Session::new(link);
+    session.set_guard(interrupt::guard(Ends::ByBraking));
+    session
+}
+
+/// Lets other stepwrights ask the board on this port through us.
+pub fn let_in(session: &mut Session, port: &Path) {
+    #[cfg(unix)]
+    if let Some(host) = Host::open(port) {
+        session.serve(Box::new(host));
+    }
+    #[cfg(not(unix))]
+    let _ = (session, port);
+}
+
+/// Opens a serial port, once a lease has run out that a dead holder of it has left.
+pub fn serial(path: &Path, baud: u32, share: Share) -> Result<SerialLink, Failure> {
+    SerialLink::open(path, baud, share, let_run_out).map_err(|error| match error {
+        OpenError::Io(error) => refused(path, baud, &error),
+        OpenError::Ended => {
+            let name = path.display();
+            Failure::interrupted(format!("{name}: interrupted before a line was said"))
+        }
+        OpenError::InUse => Failure::new(format!("{} is in use", path.display())).hint(
+            "another program is talking to this board; wait for it, or end it. \
+             `stepwright stop` and `stepwright kill` get through all the same; `status`, \
+             `position`, `retarget` and `watch` do where it is a stepwright that moves",
+        ),
+    })
+}
+
+#[cfg(unix)]
+fn let_run_out(path: &Path) -> bool {
+    let tell = |lease: LeaseMillis| {
+        let (name, millis) = (path.display(), lease.get());
+        say::note(format_args!(
+            "{name}: whoever had it left a lease of {millis} ms; silent until it has run out"
+        ));
+    };
+    lease::let_run_out(path, tell, interrupt::asked)
+}
+
+#[cfg(not(unix))]
+fn let_run_out(_: &Path) -> bool {
+    true
+}
+
+/// Why a port can't be opened, and what to do about it.
+fn refused(path: &Path, baud: u32, error: &io::Error) -> Failure {
+    let shown = path.display();
+    match error.kind() {
+        ErrorKind::NotFound => Failure::new(format!("there is no port {shown}"))
+            .hint("is the board plugged in? `stepwright ports` lists the ports there are"),
+        ErrorKind::PermissionDenied => Failure::new(format!("no permission to open {shown}")).hint(
+            "on Linux, join the group that owns it: `sudo usermod -aG dialout $USER`, \
+                 then log in again",
+        ),
+        ErrorKind::ResourceBusy => Failure::new(format!("{shown} is in use"))
+            .hint("another program has it open: a terminal, an IDE's monitor, a print server"),
+        ErrorKind::InvalidInput => Failure::new(format!("{shown} can't do {baud} baud"))
+            .hint("give the board's own rate with --baud; Stepwright's boards speak 115200"),
+        _ => Failure::new(format!("can't open {shown} as a serial port: {error}"))
+            .hint("`stepwright ports` lists the ports there are"),
+    }
 }
 
 #[cfg(test)]

@@ -7,19 +7,19 @@ use stepwright_protocol::{AxisId, Distance, Stop, Travel};
 
 use super::able;
 use super::by_law::{self, Goal, LawOrder};
-use super::drive::{self, End, Ended, NotBegun};
-use super::keys::KeyControl;
+use super::drive::{self, Ended};
 use super::law::LawArgs;
 use super::lease::LeaseArgs;
 use super::motion::{MOTION, Motion, TOP, listed};
-use super::progress::Progress;
+use super::screen::Screen;
 use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::watch;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::{DistanceArg, Rounded, SpeedArg};
 use crate::say;
-use crate::session::{LinkError, Session};
+use stepwright_host::motion::{NotBegun, RestPlace};
+use stepwright_host::{LinkError, Session};
 
 /// Move an axis by a distance or to a position, on a virtual board or a real one
 ///
@@ -204,17 +204,14 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     }
     let late_before = session.info().map(|info| info.late);
     let begun = session.now();
-    let ended = match drive::begin(session, args.on.axis, &motion.order, &lines, Some(from)) {
+    let ended = match session.begin(args.on.axis, &motion.order, &lines, Some(from)) {
         Ok(()) if args.detach && !interrupt::asked() => {
             return watch::left(session, args.on.axis, args.order.format);
         }
         Ok(()) => {
-            let mut hand = KeyControl::on(session, &motion.order);
-            let mut progress = Progress::new(motion, from, hand.listens());
-            let watched =
-                drive::watch(session, args.on.axis, None, &mut hand, |sight| progress.see(sight));
-            drop(hand);
-            progress.end();
+            let mut screen = Screen::of(session.talk(), motion, from);
+            let watched = session.watch(args.on.axis, None, |talk, sight| screen.see(talk, sight));
+            screen.end();
             drive::conclude(session, args.on.axis, watched)
         }
         Err(NotBegun::Trouble { trouble: LinkError::Killed, .. }) => {
@@ -226,7 +223,7 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
             if !unsure {
                 return Err(failure);
             }
-            Ended { end: End::Uncertain, braked: false, failure: Some(failure) }
+            Ended { end: RestPlace::Uncertain, braked: false, failure: Some(failure) }
         }
     };
     if ended.failure.is_none() {
@@ -237,9 +234,9 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     let late = late(session, late_before);
     let took = session.now().saturating_sub(begun).as_secs_f64();
     let (state, position) = match ended.end {
-        End::Rests(at) if at == target => ("ready", Some(at)),
-        End::Rests(at) => ("stopped", Some(at)),
-        End::Uncertain => ("uncertain", None),
+        RestPlace::At(at) if at == target => ("ready", Some(at)),
+        RestPlace::At(at) => ("stopped", Some(at)),
+        RestPlace::Uncertain => ("uncertain", None),
     };
     // Where it was not us.
     let why =
@@ -263,11 +260,11 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     }
     match (ended.failure, ended.end) {
         (Some(failure), _) => Err(failure),
-        (None, End::Rests(at)) if at != target && session.was_changed() && why.is_none() => {
+        (None, RestPlace::At(at)) if at != target && session.was_changed() && why.is_none() => {
             Err(Failure::new(format!("the axis rests at {at}, not at {target} as ordered"))
                 .hint("another terminal has changed the travel"))
         }
-        (None, End::Rests(at)) if at != target => Err(short(at, target, ended.braked, why)),
+        (None, RestPlace::At(at)) if at != target => Err(short(at, target, ended.braked, why)),
         (None, _) => Ok(()),
     }
 }

@@ -5,15 +5,16 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 use stepwright_protocol::{AxisId, Selection, Stop};
 
-use super::drive::{self, NotBegun};
+use super::drive;
 use super::look::{self, OneArgs, State};
 use super::target::{self, Format};
 use super::travel::last_line;
 use crate::failure::Failure;
-use crate::interrupt::{self, While};
-use crate::link::serial::Share;
+use crate::interrupt::{self, Ends, While};
 use crate::say;
-use crate::session::{LinkError, Session};
+use stepwright_host::link::serial::Share;
+use stepwright_host::motion::{NotBegun, POLL};
+use stepwright_host::{LinkError, Session};
 
 /// Between two lines about where the axis is.
 const LINES: Duration = Duration::from_secs(1);
@@ -58,7 +59,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
 fn meet(args: &OneArgs) -> Result<Session, Failure> {
     let mut session = args.port.meet("watch", Share::Guest)?;
     target::has_axis(&session, args.on.axis)?;
-    session.kill_at_once();
+    session.set_guard(interrupt::guard(Ends::ByKilling));
     Ok(session)
 }
 
@@ -80,7 +81,7 @@ fn follow(session: &mut Session, args: &OneArgs) -> Result<State, LinkError> {
         } else if seen.is_none() {
             seen = position.map(|at| (now, at));
         }
-        session.pause(drive::POLL)?;
+        session.pause(POLL)?;
     }
     let states = look::states(session, Some(args.on.axis))?;
     states.into_iter().next().ok_or(LinkError::Silent)

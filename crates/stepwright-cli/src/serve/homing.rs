@@ -11,10 +11,12 @@ use stepwright_serve::{Declined, Hand};
 
 use super::keeper::Keeper;
 use super::orders::{Taken, Undone};
-use crate::order::drive::{self, NotBegun};
-use crate::order::homing::{HomeLeg, HomingAct, HomingEvent, SwitchHoming, SwitchSide, no_switch};
+use crate::order::drive;
+use crate::order::homing::{self, no_switch};
 use crate::order::settings;
-use crate::session::LinkError;
+use stepwright_host::LinkError;
+use stepwright_host::homing::{HomeLeg, HomingAct, HomingEvent, SwitchHoming, SwitchSide};
+use stepwright_host::motion::{NotBegun, POLL};
 
 /// The homing that an axis is on.
 pub struct AxisHoming {
@@ -78,7 +80,7 @@ impl Keeper {
                  added up)"
             ))
         })?;
-        let course = SwitchHoming::new(side, board, limits.back_off, limits.within);
+        let course = SwitchHoming::new(side, limits.back_off, limits.within);
         let info = self.session.ask_info()?;
         let clean = info.is_none_or(|info| info.late == 0 && errors(&info).next().is_none());
         let homing = AxisHoming {
@@ -136,7 +138,7 @@ impl Keeper {
             Some(_) => HomingEvent::Waited,
             None if moving => {
                 if !braked && until.is_some_and(|until| self.session.now() >= until) {
-                    drive::brake(&mut self.session, Selection::One(axis))?;
+                    self.session.brake(Selection::One(axis))?;
                     self.desk.unplan(axis.number());
                     if let Some(homing) = &mut self.axis(axis)?.homing {
                         homing.braked = true;
@@ -161,7 +163,7 @@ impl Keeper {
             return Err(Declined::refused("the homing has ended").into());
         };
         (homing.again, homing.until) = (None, None);
-        let act = homing.course.next(event, now)?;
+        let act = homing.course.next(event, now).map_err(homing::failure)?;
         if let Some(note) = homing.course.take_note() {
             self.desk.note(format!("axis {}: {note}", axis.number()));
         }
@@ -190,7 +192,7 @@ impl Keeper {
                 }
                 HomingAct::Wait => {
                     if let Some(homing) = &mut self.axis(axis)?.homing {
-                        homing.again = Some(Instant::now() + drive::POLL);
+                        homing.again = Some(Instant::now() + POLL);
                     }
                     return Ok(lines);
                 }

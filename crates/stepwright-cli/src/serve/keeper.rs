@@ -25,12 +25,12 @@ use crate::board::edges::EdgeStore;
 use crate::board::recording::Recording;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::link::Link;
-use crate::link::serial::{SerialLink, Share};
-use crate::link::virtual_board::VirtualLink;
-use crate::order::drive;
 use crate::order::target::{self, PortArgs};
-use crate::session::{LinkError, Session};
+use stepwright_host::link::Link;
+use stepwright_host::link::serial::Share;
+use stepwright_host::link::simulated::VirtualLink;
+use stepwright_host::motion::POLL;
+use stepwright_host::{LinkError, Session};
 
 /// Between two looks at axes that move, and that rest.
 const LOOK: Duration = Duration::from_millis(20);
@@ -74,7 +74,7 @@ pub struct Keeper {
 fn open(board: &ServedBoard, desk: &Arc<ServeDesk>) -> Result<Session, Failure> {
     let port = &board.port;
     let link: Box<dyn Link> = match &port.port {
-        Some(path) => Box::new(SerialLink::open(path, port.baud, Share::Host)?),
+        Some(path) => Box::new(target::serial(path, port.baud, Share::Host)?),
         None => {
             let description = Description::uno().with_drives(&board.drives);
             let edges = EdgeStore::new(&description);
@@ -84,10 +84,9 @@ fn open(board: &ServedBoard, desk: &Arc<ServeDesk>) -> Result<Session, Failure> 
             Box::new(VirtualLink::new(bench.with_switches(&board.switches), false))
         }
     };
-    let mut session = Session::new(Box::new(Tap::new(link, desk.clone())));
-    #[cfg(unix)]
+    let mut session = target::conversation(Box::new(Tap::new(link, desk.clone())));
     if let Some(path) = &port.port {
-        session.serve(path);
+        target::let_in(&mut session, path);
     }
     target::met(&mut session)?;
     Ok(session)
@@ -154,7 +153,7 @@ impl Keeper {
                 self.desk.note(format!("another terminal: {change}"));
                 if matches!(change.command, Command::Brake | Command::Kill) {
                     for axis in self.give_up_homing(Selection::All, &homing::stopped()) {
-                        drive::brake(&mut self.session, Selection::One(axis))?;
+                        self.session.brake(Selection::One(axis))?;
                     }
                 }
                 self.desk.unplan(AxisId::FIRST.number());
@@ -180,10 +179,10 @@ impl Keeper {
         self.desk.close(Declined::away("the server is ending"));
         if self.session.is_busy(Selection::All)? {
             crate::say::note(interrupt::braking());
-            drive::brake(&mut self.session, Selection::All)?;
+            self.session.brake(Selection::All)?;
         }
         while self.session.is_busy(Selection::All)? {
-            self.session.pause(drive::POLL)?;
+            self.session.pause(POLL)?;
         }
         self.end_lease()
     }
@@ -229,7 +228,7 @@ impl Keeper {
             let Some(axis) = self.axes.get(place) else { continue };
             let (id, hand) = (axis.id, axis.hand);
             if hand.is_some_and(|hand: Hand| !self.desk.is_live(hand)) {
-                drive::brake(&mut self.session, Selection::One(id))?;
+                self.session.brake(Selection::One(id))?;
                 self.axes[place].hand = None;
                 self.end_homing(id, &homing::gone());
                 self.desk.unplan(id.number());
@@ -275,7 +274,7 @@ impl Keeper {
                 let mut back = self.learn();
                 // Nobody has held it meanwhile.
                 for axis in ran {
-                    let brake = |()| drive::brake(&mut self.session, Selection::One(axis));
+                    let brake = |()| self.session.brake(Selection::One(axis));
                     back = back.and_then(brake);
                 }
                 if back.is_ok() {

@@ -12,8 +12,9 @@ use super::sight::Watched;
 use super::{forecast, homing};
 use crate::failure::Failure;
 use crate::order::able;
-use crate::order::drive::{self, NotBegun};
-use crate::session::LinkError;
+use crate::order::drive;
+use stepwright_host::LinkError;
+use stepwright_host::motion::NotBegun;
 
 /// The board brakes by itself when it hears nothing from here for this time, while an axis
 /// runs without end.
@@ -171,7 +172,7 @@ impl Keeper {
             self.leased = true;
         }
         let began = self.desk.time();
-        let begun = drive::begin(&mut self.session, axis, order, &lines, from);
+        let begun = self.session.begin(axis, order, &lines, from);
         let watched = self.axis(axis)?;
         match begun {
             Ok(()) => {}
@@ -243,7 +244,7 @@ impl Keeper {
         if let Selection::One(axis) = axes {
             self.axis(axis)?;
         }
-        drive::brake(&mut self.session, axes)?;
+        self.session.brake(axes)?;
         self.give_up_homing(axes, &homing::stopped());
         for axis in self.axes.iter_mut().filter(|axis| axes.contains(axis.id) && axis.moving) {
             // From here on it needs nobody: it ends by itself.

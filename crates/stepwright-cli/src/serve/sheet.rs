@@ -3,7 +3,7 @@
 use stepwright_protocol::{Ability, Command, Info, Listed, Reply, Setting};
 use stepwright_serve::report::{AxisSheet, BoardSheet, SettingSheet};
 
-use crate::session::{LinkError, Session};
+use stepwright_host::{LinkError, Session};
 
 /// Asks the board what it is.
 pub fn of(

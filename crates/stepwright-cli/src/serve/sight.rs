@@ -9,7 +9,7 @@ use stepwright_serve::report::{LiveAxis, Reason};
 
 use super::homing::AxisHoming;
 use super::keeper::Keeper;
-use crate::session::LinkError;
+use stepwright_host::LinkError;
 
 /// A speed is measured over this time, in s.
 const WINDOW: f64 = 0.1;

@@ -6,8 +6,7 @@ use std::time::Duration;
 
 use stepwright_serve::ServeDesk;
 
-use crate::failure::Failure;
-use crate::link::Link;
+use stepwright_host::link::Link;
 
 /// No line and no answer is longer.
 const LONGEST: usize = 1024;
@@ -90,7 +89,7 @@ impl Link for Tap {
         self.line.rest(time);
     }
 
-    fn finish(&mut self) -> Result<(), Failure> {
+    fn finish(&mut self) -> io::Result<()> {
         self.line.finish()
     }
 }

@@ -26,12 +26,12 @@ use stepwright_timed::SetSpeed;
 use crate::calc::ClockArgs;
 use crate::failure::{Failure, unless_closed};
 use crate::interrupt::{self, While};
-use crate::link::serial::{SerialLink, Share};
 use crate::plot::PlotFile;
 use crate::say;
 use course::{Course, Moments};
 use order::OrderArgs;
 use port::Board;
+use stepwright_host::link::serial::Share;
 use wiring::WiringArgs;
 
 /// Change a motor's speed on a clock, as the Arduino driver does
@@ -128,7 +128,7 @@ impl Args {
             return Err(Failure::usage("a board does not tell when each of its steps came")
                 .hint("add --log 0+100 for its debug dumps, or leave --format out"));
         }
-        Board::meet(Box::new(SerialLink::open(path, self.baud, Share::Alone)?))
+        Board::meet(Box::new(crate::order::target::serial(path, self.baud, Share::Alone)?))
     }
 }
 

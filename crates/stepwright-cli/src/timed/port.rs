@@ -10,8 +10,8 @@ use stepwright_timed::{Call, Code, Control, SetSpeed};
 use super::course::{Course, Logged, Moments, Play, Update};
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::link::Link;
-use crate::link::talk::{TRIES, Talk};
+use crate::talk::{TRIES, Talk};
+use stepwright_host::link::Link;
 
 /// From one look at the motor to the next, at most.
 const LOOK: u32 = 100;

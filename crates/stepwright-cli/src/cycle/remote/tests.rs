@@ -12,7 +12,7 @@ use stepwright_sim::{CycleBoard, Edge, Stand};
 
 use super::*;
 use crate::cycle::plan;
-use crate::link::Link;
+use stepwright_host::link::Link;
 
 const UNO: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=22 can=";
 const MEGA: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths";

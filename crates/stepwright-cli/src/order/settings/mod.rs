@@ -12,9 +12,9 @@ use stepwright_protocol::{Command, Listed, Refusal, Reply, Setting, Settings, Va
 use super::target::{self, Format, PortArgs};
 use crate::failure::{Failure, unless_closed};
 use crate::files;
-use crate::link::serial::Share;
 use crate::say;
-use crate::session::Session;
+use stepwright_host::Session;
+use stepwright_host::link::serial::Share;
 
 /// A file of settings has this many bytes at most; one with all of them and what they mean
 /// has some two thousand.

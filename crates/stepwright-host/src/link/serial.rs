@@ -1,5 +1,6 @@
 //! A serial port.
 
+use std::fmt;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -8,27 +9,49 @@ use std::time::{Duration, Instant};
 use serial2::SerialPort;
 
 use super::Link;
-use crate::failure::Failure;
 
 /// A port that takes no byte for this time is stuck.
 const WRITE_LIMIT: Duration = Duration::from_millis(500);
 
-/// A stepwright that only asks a question has the port for this time.
+/// A program that only asks a question has the port for this time.
 const TURN: Duration = Duration::from_millis(500);
 
 /// Whether others may use the port meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
-    /// No other stepwright, nor whoever else asks before opening (pyserial's
-    /// `exclusive`): two masters would take each other's answers.
+    /// No other program that asks before opening (this library, pyserial's `exclusive`): two
+    /// masters would take each other's answers.
     Alone,
-    /// The same, and other stepwrights may ask the board through this one.
+    /// The same, and others may ask the board through this program.
     Host,
-    /// Alone, or else through the stepwright that has the port.
+    /// Alone, or else through the program that has the port.
     Guest,
     /// Regardless of them: a stop must get through.
     Anyhow,
 }
+
+/// Why a port can't be opened.
+#[derive(Debug)]
+pub enum OpenError {
+    /// Another program that asks before opening has it.
+    InUse,
+    /// The waiting for a lease that a dead holder has left was ended.
+    Ended,
+    /// The system refuses it.
+    Io(io::Error),
+}
+
+impl fmt::Display for OpenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            OpenError::InUse => f.write_str("the port is in use"),
+            OpenError::Ended => f.write_str("interrupted before a line was said"),
+            OpenError::Io(error) => write!(f, "can't open the port: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for OpenError {}
 
 /// An open serial port: 8N1, raw.
 pub struct SerialLink {
@@ -38,21 +61,25 @@ pub struct SerialLink {
 }
 
 impl SerialLink {
-    /// Opens a port.
-    pub fn open(path: &Path, baud: u32, share: Share) -> Result<SerialLink, Failure> {
-        let mut port = SerialPort::open(path, baud).map_err(|error| refused(path, baud, &error))?;
+    /// Opens a port. `lease` lets a lease run out that a dead holder of it has left, once the
+    /// port is ours: false if that was ended.
+    ///
+    /// # Errors
+    /// [`OpenError`]
+    pub fn open(
+        path: &Path,
+        baud: u32,
+        share: Share,
+        lease: impl FnOnce(&Path) -> bool,
+    ) -> Result<SerialLink, OpenError> {
+        let mut port = SerialPort::open(path, baud).map_err(OpenError::Io)?;
         keep_dtr(&port);
         let alone = share != Share::Anyhow;
         if alone && !becomes_ours(&port) {
-            return Err(Failure::new(format!("{} is in use", path.display())).hint(
-                "another program is talking to this board; wait for it, or end it. \
-                 `stepwright stop` and `stepwright kill` get through all the same; `status`, \
-                 `position`, `retarget` and `watch` do where it is a stepwright that moves",
-            ));
+            return Err(OpenError::InUse);
         }
-        #[cfg(unix)]
-        if alone {
-            super::lease::let_run_out(path)?;
+        if alone && !lease(path) {
+            return Err(OpenError::Ended);
         }
         // What came before we opened is not for us, unless it is for another
         // who is still listening; an error shows later.
@@ -74,25 +101,6 @@ impl SerialLink {
         // The boot loader begins.
         thread::sleep(Duration::from_millis(50));
         let _ = self.port.discard_buffers();
-    }
-}
-
-/// Why a port can't be opened, and what to do about it.
-fn refused(path: &Path, baud: u32, error: &io::Error) -> Failure {
-    let shown = path.display();
-    match error.kind() {
-        ErrorKind::NotFound => Failure::new(format!("there is no port {shown}"))
-            .hint("is the board plugged in? `stepwright ports` lists the ports there are"),
-        ErrorKind::PermissionDenied => Failure::new(format!("no permission to open {shown}")).hint(
-            "on Linux, join the group that owns it: `sudo usermod -aG dialout $USER`, \
-                 then log in again",
-        ),
-        ErrorKind::ResourceBusy => Failure::new(format!("{shown} is in use"))
-            .hint("another program has it open: a terminal, an IDE's monitor, a print server"),
-        ErrorKind::InvalidInput => Failure::new(format!("{shown} can't do {baud} baud"))
-            .hint("give the board's own rate with --baud; Stepwright's boards speak 115200"),
-        _ => Failure::new(format!("can't open {shown} as a serial port: {error}"))
-            .hint("`stepwright ports` lists the ports there are"),
     }
 }
 

@@ -1,23 +1,24 @@
 //! The way to a board: a serial port, a virtual board in this process, or through another
-//! stepwright that holds the port.
+//! program that holds the port.
 //!
 //! All carry bytes and nothing else, so that all that is said to a virtual
 //! board is said on the real line.
 
-#[cfg(unix)]
+#[cfg(all(unix, feature = "serial"))]
 mod door;
-#[cfg(unix)]
+#[cfg(all(unix, feature = "serial"))]
 pub mod guest;
-#[cfg(unix)]
+#[cfg(all(unix, feature = "serial"))]
 pub mod host;
-#[cfg(unix)]
+#[cfg(all(unix, feature = "serial"))]
 pub mod lease;
-pub mod serial;
-pub mod talk;
-pub mod virtual_board;
-
-#[cfg(test)]
 pub mod lossy;
+#[cfg(feature = "virtual")]
+pub mod pace;
+#[cfg(feature = "serial")]
+pub mod serial;
+#[cfg(feature = "virtual")]
+pub mod simulated;
 
 use std::io;
 use std::thread;
@@ -57,7 +58,10 @@ pub trait Link {
     }
 
     /// Ends what was recorded on the way.
-    fn finish(&mut self) -> Result<(), crate::failure::Failure> {
+    ///
+    /// # Errors
+    /// What was recorded can't be written.
+    fn finish(&mut self) -> io::Result<()> {
         Ok(())
     }
 }

@@ -11,28 +11,21 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 
+use stepwright_protocol::{Command, Reply};
+
 use super::door::Door;
 use super::lease::LeaseNote;
+use crate::guests::{GuestLine, Guests};
 
 /// A line has this many bytes at most, its checksum and CR included.
 const LONGEST: u64 = 64;
 
-/// A line of a guest.
-pub struct Asked {
-    /// Without its CR.
-    pub line: Vec<u8>,
-    /// The axis line that the guest has said last, to be said before.
-    pub selection: Option<Vec<u8>>,
-    /// Where the answer goes: as it came, or nothing.
-    pub answer: Sender<Option<String>>,
-}
-
 /// The door for guests; closed when it is dropped.
 pub struct Host {
     socket: PathBuf,
-    asked: Receiver<Asked>,
+    asked: Receiver<GuestLine>,
     /// Our lease, for who comes after us.
-    pub lease: LeaseNote,
+    lease: LeaseNote,
 }
 
 impl Host {
@@ -53,10 +46,19 @@ impl Host {
         });
         Some(Host { socket, asked, lease })
     }
+}
 
-    /// A line that a guest wants said, if one does.
-    pub fn next(&self) -> Option<Asked> {
+impl Guests for Host {
+    fn next(&mut self) -> Option<GuestLine> {
         self.asked.try_recv().ok()
+    }
+
+    fn before(&self, command: Command) {
+        self.lease.before(command);
+    }
+
+    fn after(&self, command: Command, reply: Reply) {
+        self.lease.after(command, reply);
     }
 }
 
@@ -67,7 +69,7 @@ impl Drop for Host {
 }
 
 /// Reads the lines of a guest, and gives it its answers, until either is gone.
-fn serve(mut guest: UnixStream, ask: &Sender<Asked>) -> Option<()> {
+fn serve(mut guest: UnixStream, ask: &Sender<GuestLine>) -> Option<()> {
     let mut lines = BufReader::new(guest.try_clone().ok()?);
     let mut selection = None;
     loop {
@@ -80,7 +82,7 @@ fn serve(mut guest: UnixStream, ask: &Sender<Asked>) -> Option<()> {
         }
         let (answer, answered) = mpsc::channel();
         let line = if is_allowed(&line) { line } else { b"#".to_vec() };
-        ask.send(Asked { line, selection: selection.clone(), answer }).ok()?;
+        ask.send(GuestLine { line, selection: selection.clone(), answer }).ok()?;
         let answer = answered.recv().ok()?.unwrap_or_default();
         guest.write_all(format!("{answer}\r").as_bytes()).ok()?;
     }

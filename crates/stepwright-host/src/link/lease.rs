@@ -19,9 +19,7 @@ use std::time::{Duration, Instant, SystemTime};
 use stepwright_protocol::{Command, LeaseMillis, Reply};
 
 use super::door::Door;
-use crate::failure::Failure;
 use crate::session::Session;
-use crate::{interrupt, say};
 
 /// Between two looks whether the waiting is to end.
 const SLICE: Duration = Duration::from_millis(20);
@@ -81,31 +79,32 @@ impl LeaseNote {
     }
 }
 
-/// Is silent until the lease has run out that a dead holder of this port has left. The port is
-/// ours, so nobody else speaks meanwhile.
-pub fn let_run_out(port: &Path) -> Result<(), Failure> {
-    let Some(note) = Door::find(port).map(|door| LeaseNote::of(&door)) else { return Ok(()) };
-    let Some((lease, age)) = note.read() else { return Ok(()) };
-    let (name, millis) = (port.display(), u64::from(lease.get()));
+/// Is silent until the lease has run out that a dead holder of this port has left; the port is
+/// ours, so nobody else speaks meanwhile. `tell` hears of a lease that is waited for, and
+/// `is_over` is asked whether the waiting is to end before: false if it has.
+pub fn let_run_out(
+    port: &Path,
+    tell: impl FnOnce(LeaseMillis),
+    is_over: impl Fn() -> bool,
+) -> bool {
+    let Some(note) = Door::find(port).map(|door| LeaseNote::of(&door)) else { return true };
+    let Some((lease, age)) = note.read() else { return true };
+    let millis = u64::from(lease.get());
     // The board's clock may be slower, and its last answer took its time.
     let lasts = Duration::from_millis(millis + millis / 50 + 100) + FRESH;
     let left = lasts.saturating_sub(age);
     if !left.is_zero() {
-        say::note(format_args!(
-            "{name}: whoever had it left a lease of {millis} ms; silent until it has run out"
-        ));
+        tell(lease);
     }
     let end = Instant::now() + left;
     while Instant::now() < end {
-        if interrupt::asked() {
-            return Err(Failure::interrupted(format!(
-                "{name}: interrupted before a line was said"
-            )));
+        if is_over() {
+            return false;
         }
         thread::sleep(SLICE);
     }
     note.strike();
-    Ok(())
+    true
 }
 
 /// Gives a lease back that a dead holder of this port has left, once everything rests.

@@ -6,23 +6,18 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
-use clap::Parser;
-use stepwright_protocol::{AxisId, Command, Distance, Reply, Travel};
-use stepwright_sim::Description;
-
-use super::drive::{self, End, Ended};
-use super::keys::KeyControl;
-use super::motion::{Motion, RampArgs};
-use crate::board::bench::{Bench, Width};
-use crate::board::recording::Recording;
-use crate::link::Link;
-use crate::link::lossy::{Harm, Lossy};
-use crate::link::virtual_board::VirtualLink;
-use crate::session::Session;
+use stepwright_host::Session;
+use stepwright_host::link::Link;
+use stepwright_host::link::lossy::{Harm, Lossy};
+use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
+use stepwright_host::motion::{Action, Ended, RestPlace};
+use stepwright_protocol::{
+    AxisId, Command, Distance, Order, Ramp, RampSteps, Reply, Script, Travel,
+};
 
 /// The line to a board that the test looks at too.
 #[derive(Clone)]
-struct Shared(Rc<RefCell<VirtualLink>>);
+struct Shared(Rc<RefCell<VirtualLink<VirtualUno>>>);
 
 impl Link for Shared {
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
@@ -41,65 +36,57 @@ impl Link for Shared {
 
 /// How an order over a harmed line went.
 struct Went {
-    /// What the command would say.
+    /// What the program would say.
     said: Result<i64, String>,
     /// Where the board really is.
-    is: String,
+    is: [Option<i64>; 3],
     /// Simulated time.
     took: Duration,
 }
 
-#[derive(Parser)]
-struct Ramps {
-    #[command(flatten)]
-    ramps: RampArgs,
-}
-
 const STEPS: i32 = 48;
 
-fn motion(axis: AxisId) -> Motion {
-    let ramps = Ramps::parse_from(["test", "--start-speed", "500", "--ramp", "9"]).ramps;
+fn order() -> Order {
+    let speed = |steps| stepwright::Speed::from_steps(steps).unwrap();
+    let ramp = Ramp::Steps(RampSteps::new(9).unwrap());
     let travel = Travel::By(Distance::new(STEPS));
-    ramps.motion(axis, &"1500".parse().unwrap(), "--top-speed", travel).unwrap()
+    Order { start: speed(500), top: speed(1_500), up: ramp, down: ramp, jerk: None, travel }
 }
 
-/// What `move` does.
+/// What a program does that moves a motor.
 fn say(session: &mut Session, axis: AxisId) -> Result<i64, String> {
-    let motion = motion(axis);
-    let lines = motion.lines().unwrap();
+    let order = order();
+    let lines: Vec<_> = Script::new(&[(axis, order)]).unwrap().collect();
     session.meet().map_err(|trouble| trouble.to_string())?;
     let from = session.rest_position(axis).map_err(|trouble| trouble.to_string())?;
-    drive::begin(session, axis, &motion.order, &lines, from).map_err(|not| format!("{not:?}"))?;
-    let watched = drive::watch(session, axis, None, &mut KeyControl::off(), |_| ());
-    match drive::conclude(session, axis, watched) {
-        Ended { end: End::Rests(at), .. } => Ok(at),
-        Ended { failure, .. } => Err(format!("{failure:?}")),
+    session.begin(axis, &order, &lines, from).map_err(|not| format!("{not:?}"))?;
+    let watched = session.watch(axis, None, |_, _| Action::GoOn);
+    match session.conclude(axis, watched) {
+        Ended { end: RestPlace::At(at), .. } => Ok(at),
+        Ended { adrift, .. } => Err(format!("{adrift:?}")),
     }
 }
 
 fn go(axis: AxisId, harm: Harm) -> Went {
-    let bench = Bench::new(Description::uno(), Width::Narrow, Recording::default());
-    let board = Shared(Rc::new(RefCell::new(VirtualLink::new(bench, true))));
+    let board = Shared(Rc::new(RefCell::new(VirtualLink::new(VirtualUno::new(), true))));
     let mut session = Session::new(Box::new(Lossy::new(board.clone(), harm)));
     let said = say(&mut session, axis);
     let mut link = board.0.borrow_mut();
     let took = link.now();
-    let bench = link.bench();
-    while bench.is_busy() {
-        bench.run_until(bench.now() + 16_000);
+    let board = link.board().board();
+    while board.is_busy() {
+        board.run_until(board.now() + 16_000);
     }
-    Went { said, is: bench.report().join("; "), took }
+    Went { said, is: [0, 1, 2].map(|axis| board.position(axis)), took }
 }
 
 /// As many bytes as go either way in an undisturbed order, and some more.
 const BYTES: usize = 250;
 
-fn at(axis: u8, position: i64) -> String {
-    match axis {
-        _ if position == 0 => "position 0 ready".to_owned(),
-        1 => format!("position {position} ready"),
-        n => format!("axis {n} position {position} ready; position 0 ready"),
-    }
+fn at(axis: u8, position: i64) -> [Option<i64>; 3] {
+    let mut all = [Some(0); 3];
+    all[usize::from(axis) - 1] = Some(position);
+    all
 }
 
 fn each(harms: &[fn(usize) -> Harm], check: impl Fn(Harm, u8, Went)) {
@@ -155,8 +142,7 @@ fn a_question_is_asked_again_when_it_arrived_damaged() {
     let axis = AxisId::FIRST;
     // F, ?, and then I1 and V1 with their checksums.
     for bit in 0..8 * 17 {
-        let bench = Bench::new(Description::uno(), Width::Narrow, Recording::default());
-        let board = VirtualLink::new(bench, true);
+        let board = VirtualLink::new(VirtualUno::new(), true);
         let mut session = Session::new(Box::new(Lossy::new(board, Harm::FlipThere(bit))));
         session.meet().unwrap();
         assert_eq!(session.ask(Command::Zero(axis)).unwrap(), Reply::Yes, "{bit}");
@@ -167,7 +153,7 @@ fn a_question_is_asked_again_when_it_arrived_damaged() {
 #[test]
 fn a_cut_line_is_noticed_and_never_doubles_a_travel() {
     each(&[Harm::CutThere, Harm::CutBack], |harm, axis, went| {
-        assert!([at(axis, 0), at(axis, STEPS.into())].contains(&went.is), "{harm:?} {}", went.is);
+        assert!([at(axis, 0), at(axis, STEPS.into())].contains(&went.is), "{harm:?} {:?}", went.is);
         if went.said.is_ok() {
             assert_eq!(went.is, at(axis, STEPS.into()), "{harm:?}");
         }
@@ -182,7 +168,7 @@ fn in_lasting_noise_nothing_false_is_said() {
         let axis = 1 + (seed % 2) as u8;
         let went = go(AxisId::numbered(axis).unwrap(), Harm::Noise(seed));
         let whole = at(axis, STEPS.into());
-        assert!([at(axis, 0), whole.clone()].contains(&went.is), "{seed} {}", went.is);
+        assert!([at(axis, 0), whole].contains(&went.is), "{seed} {:?}", went.is);
         if let Ok(said) = went.said {
             assert_eq!((said, went.is), (STEPS.into(), whole), "{seed}");
             arrived += 1;

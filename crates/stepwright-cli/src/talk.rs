@@ -7,9 +7,9 @@
 use std::io;
 use std::time::Duration;
 
-use super::Link;
 use crate::failure::Failure;
 use crate::programs;
+use stepwright_host::link::Link;
 
 /// A board answers within milliseconds.
 const PATIENCE: Duration = Duration::from_millis(500);

@@ -1,9 +1,9 @@
-//! How a virtual board's time goes by: as ours does, or as fast as it can.
+//! How a simulated board's time goes by: as ours does, or as fast as it can.
 
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::bench::Bench;
+use super::simulated::Simulated;
 
 /// Nanoseconds in a second.
 const NANO: u128 = 1_000_000_000;
@@ -15,19 +15,19 @@ const AHEAD: Duration = Duration::from_millis(1);
 ///
 /// Every byte that arrives takes its time on the line, at the board's baud
 /// rate: so a script sent all at once does to it what it would do to a chip.
-pub struct Paced {
+pub struct Paced<B> {
     /// The board.
-    pub bench: Bench,
+    pub board: B,
     /// When it was switched on; `None` for as fast as the machine can.
     since: Option<Instant>,
     byte: u64,
 }
 
-impl Paced {
+impl<B: Simulated> Paced<B> {
     /// Switches the board's clock on.
-    pub fn new(bench: Bench, fast: bool) -> Paced {
-        let byte = bench.description().byte_time();
-        Paced { bench, since: (!fast).then(Instant::now), byte }
+    pub fn new(board: B, fast: bool) -> Paced<B> {
+        let byte = board.byte_time();
+        Paced { board, since: (!fast).then(Instant::now), byte }
     }
 
     /// Whether time passes only as it is told to.
@@ -42,7 +42,7 @@ impl Paced {
 
     /// The board's time.
     pub fn now(&self) -> Duration {
-        let nanos = u128::from(self.bench.now()) * NANO / self.hz();
+        let nanos = u128::from(self.board.now()) * NANO / self.hz();
         Duration::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
     }
 
@@ -52,15 +52,15 @@ impl Paced {
     }
 
     fn hz(&self) -> u128 {
-        self.bench.description().board.rate.hz().into()
+        self.board.hz().into()
     }
 
     /// Brings the board to the present, if it lives in real time.
     pub fn catch_up(&mut self) {
         if let Some(since) = self.since {
             let now = self.ticks(since.elapsed());
-            if now > self.bench.now() {
-                self.bench.run_until(now);
+            if now > self.board.now() {
+                self.board.run_until(now);
             }
         }
     }
@@ -68,8 +68,8 @@ impl Paced {
     /// Lets time pass until `time` ticks, waiting for it if need be.
     pub fn pass_until(&mut self, time: u64) {
         self.catch_up();
-        if self.bench.now() < time {
-            self.bench.run_until(time);
+        if self.board.now() < time {
+            self.board.run_until(time);
         }
         if let Some(since) = self.since {
             let ahead = self.now().saturating_sub(since.elapsed());
@@ -81,12 +81,12 @@ impl Paced {
 
     /// Lets `time` pass.
     pub fn pass(&mut self, time: Duration) {
-        self.pass_until(self.bench.now().saturating_add(self.ticks(time)));
+        self.pass_until(self.board.now().saturating_add(self.ticks(time)));
     }
 
     /// A byte arrives, after its time on the line.
     pub fn receive(&mut self, byte: u8) {
-        self.pass_until(self.bench.now() + self.byte);
-        self.bench.receive(byte);
+        self.pass_until(self.board.now() + self.byte);
+        self.board.receive(byte);
     }
 }

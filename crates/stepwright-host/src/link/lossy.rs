@@ -1,4 +1,4 @@
-//! A line that loses or spoils a byte, for tests.
+//! A line that loses or spoils a byte, for tests of what goes over it.
 
 use std::io;
 use std::time::Duration;

@@ -1,0 +1,480 @@
+//! The conversation with a board: a line, its answer, and what to do when the
+//! answer does not come.
+//!
+//! ```text
+//!   order ──► Conversation ──► Master ──► Pipe ──► … the board
+//!                     ◄── Reply ◄──      ◄── bytes, in their time
+//! ```
+//!
+//! A line that got no answer was lost, or its answer was; nobody knows which.
+//! So [`Conversation`] gets in step with the board again, and then
+//! - says once more what is harmless twice: questions, A, Z, K, I;
+//! - leaves it to the caller to look, after a line of an order.
+//!
+//! With a board that can `sum` every line has a checksum, and so has its answer: a digit
+//! that noise has changed is noticed at either end.
+//!
+//! Every method is a future that waits for the [`Pipe`] alone and may be dropped at any time:
+//! whatever is said next gets in step first.
+
+use std::fmt;
+use std::io::{self, ErrorKind};
+use std::time::Duration;
+
+use stepwright_protocol::{
+    Ability, AxisId, Command, Info, Master, Refusal, Reply, Selection, Stop,
+};
+
+use crate::change::{Change, Travels};
+use crate::guests::{GuestLine, Guests};
+use crate::pipe::Pipe;
+
+/// A slave answers within milliseconds.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// How long a board may take from the opening of its port: one that is reset
+/// by it passes its boot loader first.
+const BOOT: Duration = Duration::from_millis(4000);
+
+/// How often a line is said before the board counts as silent.
+const TRIES: usize = 4;
+
+/// The same of `?`: of the answers that noise spoils most are to it, for they are the
+/// longest.
+const INFO_TRIES: usize = 8;
+
+/// How soon a guest is heard while nothing is said.
+const SLICE: Duration = Duration::from_millis(20);
+
+/// Why a conversation can't go on.
+#[derive(Debug)]
+pub enum LinkError {
+    /// The line is gone: unplugged, or its other end was closed.
+    Gone(io::Error),
+    /// The board has stopped answering.
+    Silent,
+    /// The caller wants to kill, and not to wait for this answer.
+    Killed,
+    /// The caller has ended the waiting, where nothing is to be braked.
+    Ended,
+}
+
+impl fmt::Display for LinkError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            // What a port says when it goes is of no use to a reader.
+            LinkError::Gone(error) if error.kind() == ErrorKind::UnexpectedEof => {
+                f.write_str("the line was closed at its other end")
+            }
+            LinkError::Gone(error) => write!(f, "the line is gone ({error})"),
+            LinkError::Silent => f.write_str("the board does not answer"),
+            LinkError::Killed => f.write_str("killed"),
+            LinkError::Ended => f.write_str("interrupted"),
+        }
+    }
+}
+
+impl std::error::Error for LinkError {}
+
+/// What became of the lines of an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Played {
+    /// All were answered Y.
+    Accepted,
+    /// This one was answered E; nothing moves.
+    Refused(Command),
+    /// This one got no answer.
+    Unanswered(Command),
+}
+
+/// A conversation with a board.
+pub struct Conversation {
+    pipe: Pipe,
+    master: Master,
+    /// What the board said of itself; `None` if it knows only the Nano slave's lines.
+    info: Option<Info>,
+    /// Whether our lines have checksums.
+    sums: bool,
+    /// Which axis F and Z speak of; `None` if we can't be sure.
+    selected: Option<Selection>,
+    /// Other programs that ask the board through us.
+    guests: Option<Box<dyn Guests>>,
+    /// What others have changed through us, since it was last asked.
+    changes: Vec<Change>,
+    /// Whether they have changed anything.
+    changed: bool,
+    /// The travels that were begun here.
+    travels: Travels,
+}
+
+/// What a guest asks the program that holds the port: where did the travel of my axis begin?
+const BEGAN: &[u8] = b"@";
+
+/// A line of a guest, its checksum left out.
+fn parsed(line: &[u8]) -> Option<Command> {
+    Command::parse(line.split(|byte| *byte == b'*').next()?).ok()
+}
+
+impl Conversation {
+    /// A conversation that has yet to begin, on this line.
+    pub fn new(pipe: Pipe) -> Conversation {
+        Conversation {
+            pipe,
+            master: Master::new(),
+            info: None,
+            sums: false,
+            selected: None,
+            guests: None,
+            changes: Vec::new(),
+            changed: false,
+            travels: Travels::default(),
+        }
+    }
+
+    /// Lets other programs ask the board through this conversation, while it waits.
+    pub fn serve(&mut self, guests: Box<dyn Guests>) {
+        self.guests = Some(guests);
+    }
+
+    /// A line by which another program has changed a motion through us, once.
+    pub fn next_change(&mut self) -> Option<Change> {
+        (!self.changes.is_empty()).then(|| self.changes.remove(0))
+    }
+
+    /// Whether another program has changed a motion through us.
+    pub fn was_changed(&self) -> bool {
+        self.changed
+    }
+
+    /// An axis begins a travel at this position.
+    pub fn begins(&mut self, axis: AxisId, from: Option<i64>) {
+        self.travels.begins(axis, from);
+    }
+
+    /// Where another program has sent the travel of an axis through us.
+    pub fn new_target(&self, axis: AxisId) -> Option<i64> {
+        self.travels.target(axis)
+    }
+
+    /// What the board said of itself last; `None` if it knows only the Nano slave's lines.
+    pub fn info(&self) -> Option<&Info> {
+        self.info.as_ref()
+    }
+
+    /// Whether our lines have checksums, and so have their answers.
+    pub fn has_sums(&self) -> bool {
+        self.sums
+    }
+
+    /// The time of the line's clock.
+    pub fn now(&self) -> Duration {
+        self.pipe.now()
+    }
+
+    /// Where the travel of an axis began, if the program knows that whose guest we are.
+    pub async fn began(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
+        self.select(Selection::One(axis)).await?;
+        let answer = self.say(BEGAN).await?;
+        Ok(answer.and_then(|answer| answer.parse().ok()))
+    }
+
+    /// Says what another program wants to be said: one line, then it is our turn again. Our
+    /// lease is held by what we say ourselves, not by a crowd that keeps us from saying it.
+    async fn serve_guest(&mut self) -> Result<(), LinkError> {
+        let Some(asked) = self.guests.as_mut().and_then(|guests| guests.next()) else {
+            return Ok(());
+        };
+        let GuestLine { line, selection, answer: to } = asked;
+        // An axis line is its own selection.
+        if let Some(selection) = selection.as_ref().filter(|said| **said != line) {
+            self.say(selection).await?;
+        }
+        let axes = match selection.as_deref().map(parsed) {
+            Some(Some(Command::Select(axes))) => axes,
+            _ => Selection::FIRST,
+        };
+        if let (BEGAN, Selection::One(axis)) = (line.as_slice(), axes) {
+            let from = self.travels.from(axis).map(|from| from.to_string());
+            let _ = to.send(from.or(Some("E".to_owned())));
+            return Ok(());
+        }
+        let answer = self.say(&line).await?;
+        let accepted = answer.as_ref().is_some_and(|answer| answer.starts_with('Y'));
+        if accepted
+            && line.first().is_some_and(|letter| b"tmadj@ZK".contains(letter))
+            && let Some(command) = parsed(&line)
+        {
+            self.changes.push(self.travels.change(axes, command));
+            self.changed = true;
+        }
+        // A guest that is gone needs none.
+        let _ = to.send(answer);
+        Ok(())
+    }
+
+    /// Gets in step with the board, and asks what it is.
+    ///
+    /// # Errors
+    /// [`LinkError::Silent`] after 4 s: no board of ours, or another baud rate.
+    pub async fn meet(&mut self) -> Result<(), LinkError> {
+        let end = self.now() + BOOT;
+        // A question first: getting in step by force counts as a refused line,
+        // and would hide from the user which one was refused before.
+        let asked = self.once(Command::Status).await?;
+        if !matches!(asked, Some(Reply::Ready | Reply::Busy)) {
+            while !self.step().await? {
+                if self.now() >= end {
+                    return Err(LinkError::Silent);
+                }
+            }
+        }
+        // A slave that knows no `?` may answer E, or nothing.
+        for _ in 0..INFO_TRIES {
+            match self.once(Command::Info).await? {
+                Some(Reply::Info(info)) => {
+                    self.info = Some(info);
+                    self.sums = info.can.is_some_and(|can| can.has(Ability::Sum));
+                    self.master.use_sums(self.sums);
+                    break;
+                }
+                Some(_) if self.sums => {}
+                Some(_) => break,
+                None => self.resync().await?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts bytes on the line that are no line of ours.
+    pub async fn put(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        self.pipe.write(bytes.iter().copied());
+        Ok(())
+    }
+
+    /// Says a line once. `None` if no answer came.
+    pub async fn once(&mut self, command: Command) -> Result<Option<Reply>, LinkError> {
+        self.master.give_up();
+        let Ok(bytes) = self.master.send(command) else { return Ok(None) };
+        if let Some(guests) = &self.guests {
+            guests.before(command);
+        }
+        self.pipe.write(bytes);
+        let answer = self.answer().await?;
+        if let (Some(guests), Some(reply)) = (&self.guests, answer) {
+            guests.after(command, reply);
+        }
+        Ok(answer)
+    }
+
+    /// Waits for the answer to what was said last.
+    async fn answer(&mut self) -> Result<Option<Reply>, LinkError> {
+        let end = self.now() + PATIENCE;
+        while let Some(byte) = self.pipe.byte_until(end).await? {
+            if let Some(reply) = self.master.receive(byte) {
+                self.pipe.forget_incoming();
+                return Ok(Some(reply));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Says a line that need not be one of the protocol, and gives the answer
+    /// as it is; `None` if none came.
+    pub async fn say(&mut self, line: &[u8]) -> Result<Option<String>, LinkError> {
+        self.selected = None;
+        self.pipe.write(line.iter().copied().chain([b'\r']));
+        let end = self.now() + PATIENCE;
+        let mut answer = Vec::new();
+        while let Some(byte) = self.pipe.byte_until(end).await? {
+            match byte {
+                b'\n' => {}
+                b'\r' if answer.is_empty() => {}
+                b'\r' => return Ok(Some(String::from_utf8_lossy(&answer).into_owned())),
+                byte => answer.push(byte),
+            }
+        }
+        Ok(None)
+    }
+
+    /// One attempt to get in step; true if it worked.
+    async fn step(&mut self) -> Result<bool, LinkError> {
+        self.selected = None;
+        self.pipe.write(self.master.resync());
+        Ok(self.answer().await?.is_some())
+    }
+
+    /// Gets in step with the board again. An order that was being programmed
+    /// can't be started any more after this; nothing that moves is touched.
+    pub async fn resync(&mut self) -> Result<(), LinkError> {
+        for _ in 0..TRIES {
+            if self.step().await? {
+                return Ok(());
+            }
+        }
+        Err(LinkError::Silent)
+    }
+
+    /// Says a line until it is answered: only for one that is harmless twice.
+    pub async fn ask(&mut self, command: Command) -> Result<Reply, LinkError> {
+        for _ in 0..if command == Command::Info { INFO_TRIES } else { TRIES } {
+            match self.once(command).await? {
+                Some(reply) if self.was_damaged(command, reply).await? => {}
+                Some(reply) => return Ok(reply),
+                None => self.resync().await?,
+            }
+        }
+        Err(LinkError::Silent)
+    }
+
+    /// Whether this is the answer to a line that noise has changed on its way, as a board
+    /// that checks sums can tell.
+    async fn was_damaged(&mut self, command: Command, reply: Reply) -> Result<bool, LinkError> {
+        if !self.sums || reply != Reply::No || command == Command::Info {
+            return Ok(false);
+        }
+        // (Boxed: to ask why is to ask.)
+        Ok(Box::pin(self.why()).await? == Some(Refusal::Sum))
+    }
+
+    /// Says a line that speaks of the selected axis, F or Z, having selected
+    /// it. A slave that knows only the Nano slave's lines has nothing to select.
+    pub async fn ask_of(&mut self, axes: Selection, command: Command) -> Result<Reply, LinkError> {
+        for _ in 0..TRIES {
+            self.select(axes).await?;
+            match self.once(command).await? {
+                Some(reply) if self.was_damaged(command, reply).await? => {}
+                Some(reply) => return Ok(reply),
+                None => self.resync().await?,
+            }
+        }
+        Err(LinkError::Silent)
+    }
+
+    /// Has the following lines speak of these axes.
+    pub async fn select(&mut self, axes: Selection) -> Result<(), LinkError> {
+        if self.info.is_none() || self.selected == Some(axes) {
+            return Ok(());
+        }
+        // The line may be taken, and this future dropped before its answer.
+        self.selected = None;
+        for _ in 0..TRIES {
+            // E: the line was damaged, for the axis is one it has.
+            if self.ask(Command::Select(axes)).await? == Reply::Yes {
+                self.selected = Some(axes);
+                return Ok(());
+            }
+        }
+        Err(LinkError::Silent)
+    }
+
+    /// Whether any of these axes is busy.
+    pub async fn is_busy(&mut self, axes: Selection) -> Result<bool, LinkError> {
+        for _ in 0..TRIES {
+            match self.ask_of(axes, Command::Status).await? {
+                Reply::Ready => return Ok(false),
+                Reply::Busy => return Ok(true),
+                // E: the line was damaged on its way.
+                _ => {}
+            }
+        }
+        Err(LinkError::Silent)
+    }
+
+    /// Where the axis is, in steps; `None` if the board does not know.
+    pub async fn position(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
+        for _ in 0..TRIES {
+            match self.ask(Command::Position(axis)).await? {
+                Reply::Position(steps) => return Ok(Some(steps)),
+                // E: not known, or the line was damaged. The board may say
+                // which: if it is certain of the axis, it says so again.
+                _ if self.is_uncertain(axis).await? => return Ok(None),
+                _ => {}
+            }
+        }
+        Ok(None)
+    }
+
+    /// Where an axis is that rests: said twice alike, for a digit may be lost
+    /// on its way.
+    pub async fn rest_position(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
+        let mut last = self.position(axis).await?;
+        for _ in 0..TRIES {
+            let again = self.position(axis).await?;
+            if again == last {
+                return Ok(again);
+            }
+            last = again;
+        }
+        Err(LinkError::Silent)
+    }
+
+    async fn is_uncertain(&mut self, axis: AxisId) -> Result<bool, LinkError> {
+        let bit = 1u8.wrapping_shl(axis.index() as u32);
+        Ok(self.ask_info().await?.is_some_and(|info| info.uncertain & bit != 0))
+    }
+
+    /// What the board says of itself now; `None` if it knows only the Nano slave's lines.
+    pub async fn ask_info(&mut self) -> Result<Option<Info>, LinkError> {
+        if self.info.is_some() {
+            for _ in 0..TRIES {
+                if let Reply::Info(info) = self.ask(Command::Info).await? {
+                    self.info = Some(info);
+                    return Ok(self.info);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Why the last line was answered E; `None` if the board can't tell.
+    pub async fn why(&mut self) -> Result<Option<Refusal>, LinkError> {
+        Ok(self.ask_info().await?.and_then(|info| info.last))
+    }
+
+    /// Why an axis has stopped before the end of its order; `None` if nothing has stopped
+    /// it, or the board does not say.
+    pub async fn stop_of(&mut self, axis: AxisId) -> Result<Option<Stop>, LinkError> {
+        Ok(self.ask_info().await?.and_then(|info| info.stops?.of(axis)))
+    }
+
+    /// Leaves the line alone for a while, but for what guests want to be said.
+    pub async fn pause(&mut self, time: Duration) -> Result<(), LinkError> {
+        let end = self.now() + time;
+        loop {
+            self.serve_guest().await?;
+            let left = end.saturating_sub(self.now());
+            if left.is_zero() {
+                return Ok(());
+            }
+            let slice = if self.guests.is_some() { left.min(SLICE) } else { left };
+            self.pipe.rest_until(self.now() + slice).await?;
+        }
+    }
+
+    /// Says the lines of an order, each after the Y of the one before, and
+    /// none again.
+    pub async fn play(&mut self, lines: &[Command]) -> Result<Played, LinkError> {
+        for &command in lines {
+            // PO and A move the selection.
+            self.selected = None;
+            match self.once(command).await? {
+                Some(Reply::Yes) => {}
+                Some(_) => return Ok(Played::Refused(command)),
+                None => return Ok(Played::Unanswered(command)),
+            }
+        }
+        Ok(Played::Accepted)
+    }
+
+    /// Kills all axes, whatever was going on. True if the board said Y.
+    pub async fn kill(&mut self) -> Result<bool, LinkError> {
+        for _ in 0..TRIES {
+            if self.once(Command::Kill).await? == Some(Reply::Yes) {
+                return Ok(true);
+            }
+            // Half a line may stand in the slave, and swallow every K.
+            self.step().await?;
+        }
+        Ok(false)
+    }
+}

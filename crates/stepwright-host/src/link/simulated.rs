@@ -1,0 +1,157 @@
+//! The line to a board that is simulated in this process.
+
+use std::collections::VecDeque;
+use std::io;
+use std::time::Duration;
+
+use stepwright_sim::{Description, Queues, VirtualBoard};
+
+use super::Link;
+use super::pace::Paced;
+
+/// A board that is simulated.
+pub trait Simulated {
+    /// Ticks of its timer in a second.
+    fn hz(&self) -> u32;
+
+    /// Ticks that a byte takes on its serial line.
+    fn byte_time(&self) -> u64;
+
+    /// Ticks since it was switched on.
+    fn now(&self) -> u64;
+
+    /// Lets time pass until `time` ticks.
+    fn run_until(&mut self, time: u64);
+
+    /// A byte arrives on its serial line, now.
+    fn receive(&mut self, byte: u8);
+
+    /// What it has said since the last call.
+    fn take_answers(&mut self) -> Vec<u8>;
+
+    /// Ends what was recorded on the way.
+    ///
+    /// # Errors
+    /// What was recorded can't be written.
+    fn finish(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A virtual Uno: three axes, a step timer of 16 MHz.
+pub struct VirtualUno {
+    board: VirtualBoard<'static, u16, ()>,
+    description: Description,
+}
+
+impl VirtualUno {
+    /// Switches one on. What it needs for its queues stays allocated.
+    pub fn new() -> VirtualUno {
+        let queues = Box::leak(Box::<Queues>::default());
+        let description = Description::uno();
+        VirtualUno { board: VirtualBoard::new(queues, description, ()), description }
+    }
+}
+
+impl VirtualUno {
+    /// The board, to look at what it does.
+    pub fn board(&mut self) -> &mut VirtualBoard<'static, u16, ()> {
+        &mut self.board
+    }
+}
+
+impl Default for VirtualUno {
+    fn default() -> VirtualUno {
+        VirtualUno::new()
+    }
+}
+
+impl Simulated for VirtualUno {
+    fn hz(&self) -> u32 {
+        self.description.board.rate.hz()
+    }
+
+    fn byte_time(&self) -> u64 {
+        self.description.byte_time()
+    }
+
+    fn now(&self) -> u64 {
+        self.board.now()
+    }
+
+    fn run_until(&mut self, time: u64) {
+        self.board.run_until(time);
+    }
+
+    fn receive(&mut self, byte: u8) {
+        self.board.receive(byte);
+    }
+
+    fn take_answers(&mut self) -> Vec<u8> {
+        self.board.take_answers()
+    }
+}
+
+/// The line to a board whose time passes while we wait for it.
+pub struct VirtualLink<B> {
+    board: Paced<B>,
+    /// Bytes on their way to us, and when each is here.
+    coming: VecDeque<(u64, u8)>,
+}
+
+impl<B: Simulated> VirtualLink<B> {
+    /// Joins the line of a board. Its time passes as ours does, or, if it is `fast`, as fast as
+    /// it can be simulated.
+    pub fn new(board: B, fast: bool) -> VirtualLink<B> {
+        VirtualLink { board: Paced::new(board, fast), coming: VecDeque::new() }
+    }
+
+    /// The board.
+    pub fn board(&mut self) -> &mut B {
+        &mut self.board.board
+    }
+}
+
+impl<B: Simulated> Link for VirtualLink<B> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        for &byte in bytes {
+            self.board.receive(byte);
+            for answer in self.board.board.take_answers() {
+                let last = self.coming.back().map_or(0, |(time, _)| *time);
+                let here = last.max(self.board.board.now()) + self.board.byte_time();
+                self.coming.push_back((here, answer));
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        // Rounded up: to wait for less than a tick must not be no wait.
+        let until = self.board.board.now() + self.board.ticks(limit) + 1;
+        let until = self.coming.front().map_or(until, |(time, _)| until.min(*time));
+        self.board.pass_until(until);
+        let now = self.board.board.now();
+        let mut count = 0;
+        while let (Some((time, byte)), Some(slot)) = (self.coming.front(), buffer.get_mut(count)) {
+            if *time > now {
+                break;
+            }
+            *slot = *byte;
+            count += 1;
+            self.coming.pop_front();
+        }
+        Ok(count)
+    }
+
+    fn now(&self) -> Duration {
+        self.board.now()
+    }
+
+    fn name(&self) -> String {
+        "the virtual board".to_owned()
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        self.board.board.finish()
+    }
+}

@@ -1,0 +1,164 @@
+//! Orders on a virtual board: what became of them is what is said.
+
+use std::time::Duration;
+
+use stepwright::{Accel, Speed};
+use stepwright_host::link::Link;
+use stepwright_host::link::lossy::{Harm, Lossy};
+use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
+use stepwright_host::motion::Action;
+use stepwright_host::{Board, Error, LinkError, MotionLimits, Outcome};
+use stepwright_protocol::{Command, Direction, Refusal, Setting, Stop, Value};
+
+fn motion(top: u32, accel: u32) -> MotionLimits {
+    MotionLimits::new(Speed::from_steps(top).unwrap(), Accel::from_steps(accel).unwrap())
+}
+
+fn uno() -> Board {
+    Board::virtual_uno(true).unwrap()
+}
+
+#[test]
+fn an_axis_goes_where_it_is_sent() {
+    let mut board = uno();
+    let mut x = board.axis(1).unwrap();
+    assert_eq!(x.move_to(400, &MotionLimits::default()).unwrap(), Outcome::Reached { at: 400 });
+    assert_eq!(x.move_by(-150, &MotionLimits::default()).unwrap(), Outcome::Reached { at: 250 });
+    assert_eq!(x.move_to(250, &MotionLimits::default()).unwrap(), Outcome::Reached { at: 250 });
+    x.set_zero().unwrap();
+    assert_eq!(x.position().unwrap(), Some(0));
+    assert_eq!(board.axis(3).unwrap().position().unwrap(), Some(0));
+    assert!(matches!(board.axis(4), Err(Error::NoAxis { axes: 3 })));
+}
+
+/// By v²/2a the ramps have 250 steps each: 3 s at 1,000 steps/s, two of them ramps.
+#[test]
+fn a_run_lasts_as_long_as_it_was_given() {
+    let mut board = uno();
+    let mut x = board.axis(1).unwrap();
+    let fast = motion(1_000, 2_000);
+    let outcome = x.run(Direction::Backward, &fast, Duration::from_secs(2)).unwrap();
+    let Outcome::Reached { at } = outcome else { panic!("{outcome}") };
+    // 250 up, 1,500 level, 250 down; a look is 50 ms late at most, and the lines take a few ms.
+    assert!((-2_080..=-1_990).contains(&at), "{at}");
+}
+
+#[test]
+fn a_travel_is_changed_and_stopped_on_its_way() {
+    let mut board = uno();
+    let mut x = board.axis(1).unwrap();
+    x.travel(5_000, &motion(1_000, 2_000)).unwrap();
+    x.retarget(3_000).unwrap();
+    x.set_top_speed(Speed::from_steps(2_000).unwrap()).unwrap();
+    assert_eq!(x.wait(3_000, |_| Action::GoOn).unwrap(), Outcome::Reached { at: 3_000 });
+    x.travel(5_000, &motion(1_000, 2_000)).unwrap();
+    let stopped = x.stop().unwrap();
+    assert!(
+        matches!(stopped, Outcome::Stopped { at: 3_001..8_000, reason: Some(Stop::Brake) }),
+        "{stopped}"
+    );
+    let refused = x.retarget(7).unwrap_err();
+    assert!(matches!(refused, Error::Refused { reason: Some(Refusal::NoTravel), .. }));
+}
+
+#[test]
+fn a_halt_loses_the_position() {
+    let mut board = uno();
+    board.axis(1).unwrap().travel(5_000, &MotionLimits::default()).unwrap();
+    board.session().pause(Duration::from_millis(200)).unwrap();
+    board.halt().unwrap();
+    let mut x = board.axis(1).unwrap();
+    assert_eq!(x.position().unwrap(), None);
+    assert!(matches!(x.move_by(1, &MotionLimits::default()), Err(Error::Uncertain)));
+    x.set_zero().unwrap();
+    assert_eq!(x.move_by(1, &MotionLimits::default()).unwrap(), Outcome::Reached { at: 1 });
+}
+
+#[test]
+fn what_is_refused_says_why_and_moves_nothing() {
+    let mut board = uno();
+    let mut x = board.axis(1).unwrap();
+    let why = |error| match error {
+        Error::Refused { reason, .. } => reason,
+        other => panic!("{other}"),
+    };
+    let fast = x.move_by(9_000_000, &motion(300_000, 40_000)).unwrap_err();
+    assert_eq!(why(fast), Some(Refusal::TooFast));
+    let steep = x.move_by(90_000, &motion(50_000, 3_000_000)).unwrap_err();
+    assert_eq!(why(steep), Some(Refusal::TooSteep));
+    let far = x.move_by(1 << 40, &MotionLimits::default()).unwrap_err();
+    assert!(matches!(far, Error::TooFar { .. }));
+    assert_eq!(x.position().unwrap(), Some(0));
+    assert!(matches!(
+        x.home(&MotionLimits::default(), &MotionLimits::default(), 9, 9),
+        Err(Error::NoSwitch)
+    ));
+}
+
+/// Any byte of an order, lost or spoiled either way: the motor stands where it is said to.
+#[test]
+fn noise_moves_nothing_by_mistake() {
+    for n in 0..200 {
+        for harm in [Harm::LoseThere(n), Harm::LoseBack(n), Harm::SpoilThere(n), Harm::SpoilBack(n)]
+        {
+            let line = VirtualLink::new(VirtualUno::new(), true);
+            let mut board = Board::on(Box::new(Lossy::new(line, harm))).unwrap();
+            let mut x = board.axis(1).unwrap();
+            let outcome = x.move_to(48, &motion(3_000, 90_000));
+            assert_eq!(outcome.unwrap(), Outcome::Reached { at: 48 }, "{harm:?}");
+        }
+    }
+}
+
+/// A line that is cut in the middle of an order: nothing is claimed that is not known.
+#[test]
+fn a_cut_line_is_said_so() {
+    for n in 0..90 {
+        let line = VirtualLink::new(VirtualUno::new(), true);
+        match Board::on(Box::new(Lossy::new(line, Harm::CutBack(n)))) {
+            Err(error) => assert!(matches!(error, Error::Lost { moving: false, .. }), "{error}"),
+            Ok(mut board) => {
+                let ended = board.axis(1).unwrap().move_to(480, &MotionLimits::default());
+                assert!(matches!(ended, Err(Error::Lost { .. })), "{n}: {ended:?}");
+            }
+        }
+    }
+}
+
+/// A line that is silent, and one that has gone.
+struct Dead(Option<std::io::ErrorKind>, Duration);
+
+impl Link for Dead {
+    fn write(&mut self, _: &[u8]) -> std::io::Result<()> {
+        Ok(())
+    }
+    fn read(&mut self, _: &mut [u8], limit: Duration) -> std::io::Result<usize> {
+        self.1 += limit;
+        self.0.map_or(Ok(0), |kind| Err(kind.into()))
+    }
+    fn now(&self) -> Duration {
+        self.1
+    }
+    fn name(&self) -> String {
+        "nothing".to_owned()
+    }
+}
+
+#[test]
+fn a_line_without_a_board_is_told_from_one_that_is_gone() {
+    let silent = Board::on(Box::new(Dead(None, Duration::ZERO))).err().unwrap();
+    assert!(matches!(silent, Error::Lost { trouble: LinkError::Silent, moving: false }));
+    let gone = std::io::ErrorKind::BrokenPipe;
+    let gone = Board::on(Box::new(Dead(Some(gone), Duration::ZERO))).err().unwrap();
+    assert!(matches!(gone, Error::Lost { trouble: LinkError::Gone(_), moving: false }));
+}
+
+#[test]
+fn settings_go_through_the_session() {
+    let mut board = uno();
+    let value = Value::new(Setting::MaxSpeed, 500).unwrap();
+    let said = board.session().ask(Command::Set(value)).unwrap();
+    assert_eq!(said, stepwright_protocol::Reply::Yes);
+    let refused = board.axis(1).unwrap().move_by(9, &motion(501, 9_000)).unwrap_err();
+    assert!(matches!(refused, Error::Refused { reason: Some(Refusal::TooFast), .. }));
+}

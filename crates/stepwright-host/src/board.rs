@@ -126,6 +126,8 @@ pub enum Error {
     },
     /// Every attempt to give the order was spoiled on its way; nothing moves by it.
     Noise,
+    /// The axis moves: wait for it, stop it, or change its travel.
+    Moving,
     /// Where the axis stands is not known: home it, or call the place 0.
     Uncertain,
     /// The board knows of no limit switch of the axis: the setting `switches` names them.
@@ -149,6 +151,9 @@ impl fmt::Display for Error {
             Error::Refused { line, reason: Some(why) } => write!(f, "{line} was refused: {why}"),
             Error::Refused { line, reason: None } => write!(f, "{line} was refused"),
             Error::Noise => f.write_str("every attempt was spoiled by noise; nothing has moved"),
+            Error::Moving => {
+                f.write_str("the axis moves: wait for it, stop it, or change its travel")
+            }
             Error::Uncertain => {
                 f.write_str("the position is uncertain: home the axis, or set its position")
             }
@@ -225,6 +230,20 @@ impl Board {
         }
         session.meet()?;
         Ok(Board { session })
+    }
+
+    /// The board on a port that another program of this user holds, through that program. It
+    /// answers questions, changes travels and stops; orders and settings it refuses.
+    ///
+    /// # Errors
+    /// [`Error::Open`] if nobody who holds the port lets others in; [`Error::Lost`].
+    #[cfg(all(unix, feature = "serial"))]
+    pub fn join(path: impl AsRef<std::path::Path>) -> Result<Board, Error> {
+        use crate::link::guest::{GuestLink, PATIENCE};
+        use crate::link::serial::OpenError;
+        let link = GuestLink::open(path.as_ref(), PATIENCE);
+        let nobody = || Error::Open(OpenError::Io(std::io::ErrorKind::NotFound.into()));
+        Board::on(Box::new(link.ok_or_else(nobody)?))
     }
 
     /// A virtual Uno in this process: the engine of the chip with simulated pins. Its time passes
@@ -316,8 +335,8 @@ impl Axis<'_> {
     /// Moves to a position in steps, and waits.
     ///
     /// # Errors
-    /// [`Error::Refused`], [`Error::TooFar`], [`Error::Uncertain`], [`Error::Range`]: nothing
-    /// moves. [`Error::Lost`].
+    /// [`Error::Refused`], [`Error::TooFar`], [`Error::Uncertain`], [`Error::Range`],
+    /// [`Error::Moving`]: nothing moves by it. [`Error::Lost`].
     pub fn move_to(&mut self, position: i64, motion: &MotionLimits) -> Result<Outcome, Error> {
         let from = self.stand()?;
         self.travel(position.saturating_sub(from), motion)?;
@@ -431,14 +450,17 @@ impl Axis<'_> {
 
     /// Where it stands.
     fn stand(&mut self) -> Result<i64, Error> {
+        if self.session.is_busy(Selection::One(self.id))? {
+            return Err(Error::Moving);
+        }
         self.session.rest_position(self.id)?.ok_or(Error::Uncertain)
     }
 
     fn begin(&mut self, order: Order) -> Result<(), Error> {
         let orders = [(self.id, order)];
         let lines: Vec<_> = Script::new(&orders)?.collect();
-        let from = self.session.rest_position(self.id)?;
-        Ok(self.session.begin(self.id, &order, &lines, from)?)
+        let from = self.stand()?;
+        Ok(self.session.begin(self.id, &order, &lines, Some(from))?)
     }
 
     /// Says a line that changes the travel in progress. At rest the board would keep it.

@@ -136,7 +136,7 @@ impl Conversation {
                 // was not noise, that changes nothing.
                 Ok(Played::Refused(line)) => {
                     let after = self.ask_info().await.map_err(NotBegun::safe)?;
-                    not = refusal(line, before, after);
+                    not = refusal(line, self.has_sums(), before, after);
                 }
                 Ok(Played::Unanswered(line)) => {
                     let last = line == Command::Execute;
@@ -269,13 +269,15 @@ impl Conversation {
 }
 
 /// What an E means, by what the board said of itself before and after.
-fn refusal(line: Command, before: Option<Info>, after: Option<Info>) -> NotBegun {
+fn refusal(line: Command, sums: bool, before: Option<Info>, after: Option<Info>) -> NotBegun {
     let Some(after) = after else { return NotBegun::Refused(line, None) };
     // Our lines are lines, until noise makes them bad ones, or empty ones,
     // which aren't counted.
     let counted = before.is_none_or(|before| before.refused != after.refused);
     match after.last {
-        Some(Refusal::Line | Refusal::Sum) => NotBegun::Noise,
+        // With its checksum it is our line that is none, as of one who is a guest.
+        Some(Refusal::Line) if !sums => NotBegun::Noise,
+        Some(Refusal::Sum) => NotBegun::Noise,
         Some(why) if counted => NotBegun::Refused(line, Some(why)),
         _ => NotBegun::Noise,
     }

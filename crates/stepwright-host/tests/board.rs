@@ -48,6 +48,7 @@ fn a_travel_is_changed_and_stopped_on_its_way() {
     let mut board = uno();
     let mut x = board.axis(1).unwrap();
     x.travel(5_000, &motion(1_000, 2_000)).unwrap();
+    assert!(matches!(x.travel(5, &motion(1_000, 2_000)), Err(Error::Moving)));
     x.retarget(3_000).unwrap();
     x.set_top_speed(Speed::from_steps(2_000).unwrap()).unwrap();
     assert_eq!(x.wait(3_000, |_| Action::GoOn).unwrap(), Outcome::Reached { at: 3_000 });

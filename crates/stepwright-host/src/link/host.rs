@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 
-use stepwright_protocol::{Command, Reply};
+use stepwright_protocol::{Command, Reply, crc};
 
 use super::door::Door;
 use super::lease::LeaseNote;
@@ -81,7 +81,7 @@ fn serve(mut guest: UnixStream, ask: &Sender<GuestLine>) -> Option<()> {
             selection = Some(line.clone());
         }
         let (answer, answered) = mpsc::channel();
-        let line = if is_allowed(&line) { line } else { b"#".to_vec() };
+        let line = if is_allowed(&line) { line } else { refused(&line) };
         ask.send(GuestLine { line, selection: selection.clone(), answer }).ok()?;
         let answer = answered.recv().ok()?.unwrap_or_default();
         guest.write_all(format!("{answer}\r").as_bytes()).ok()?;
@@ -98,9 +98,24 @@ fn is_allowed(line: &[u8]) -> bool {
     }
 }
 
+/// What is said in place of a line that a guest may not say: no line of the protocol, with a
+/// checksum where the guest wants one of the answer.
+fn refused(line: &[u8]) -> Vec<u8> {
+    const NONE: &[u8] = b"#";
+    let sum = NONE.iter().fold(0, |sum, byte| crc(sum, *byte));
+    if line.contains(&b'*') { format!("#*{sum:02X}").into_bytes() } else { NONE.to_vec() }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::is_allowed;
+    use super::{is_allowed, refused};
+
+    #[test]
+    fn a_line_is_refused_as_it_was_said() {
+        assert_eq!(refused(b"PO"), b"#");
+        // 0x07 times '#' in GF(2^8), by hand: 0x23 << 8 modulo x^8 + x^2 + x + 1.
+        assert_eq!(refused(b"PO*12"), b"#*E9");
+    }
 
     #[test]
     fn a_guest_gives_no_orders() {

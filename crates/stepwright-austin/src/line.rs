@@ -27,7 +27,8 @@
 //! | `I` | the present position is 0 | `Y` |
 //! | `V` | | the numbers of [`Progress`] |
 //!
-//! What can't be is answered `E` and a word, see [`Refused`].
+//! What can't be is answered `E` and a word, see [`Refused`]. A line may have a checksum, `*` and
+//! the two digits of its [CRC-8](stepwright_protocol::crc), which its answer has then too.
 
 #![cfg_attr(
     not(all(feature = "constant", feature = "transitions", feature = "power")),
@@ -44,7 +45,7 @@ use super::power::PowerConstants;
 use stepwright::units::{Accel, Ticks};
 
 /// The longest line that is read, in bytes.
-pub const LONGEST: usize = 136;
+pub const LONGEST: usize = 139;
 /// How the answer to `?` begins.
 pub const NAME: &str = "stepwright-laws";
 /// The most numbers of a line.
@@ -80,6 +81,8 @@ pub enum Line {
 pub enum Refused {
     /// `E line`: it is none, or came damaged.
     Line,
+    /// `E sum`: its checksum is that of another line.
+    Sum,
     /// `E moving`: that is for a motor at rest.
     Moving,
     /// `E rest`: that is for a motor that moves, by a law whose way up is not over.
@@ -97,6 +100,7 @@ impl Refused {
     pub const fn parts(self) -> (&'static str, Option<Ticks>) {
         match self {
             Refused::Line => ("line", None),
+            Refused::Sum => ("sum", None),
             Refused::Moving => ("moving", None),
             Refused::Rest => ("rest", None),
             Refused::Law => ("law", None),
@@ -112,6 +116,7 @@ impl Refused {
             return None;
         }
         let refused = match words.next() {
+            Some("sum") => Refused::Sum,
             Some("moving") => Refused::Moving,
             Some("rest") => Refused::Rest,
             Some("law") => Refused::Law,

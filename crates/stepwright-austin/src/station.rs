@@ -15,6 +15,7 @@ use super::choice::{AnyLaw, LawName, Recipe};
 use super::line::{ENDLESS, LONGEST, Line, NAME, Refused};
 use stepwright::queue::Producer;
 use stepwright::{Accel, Control, Run, Ticks};
+use stepwright_protocol::{bare, crc, hex};
 
 /// Changes of acceleration that a travel may have ahead of it.
 pub const CHANGES: usize = 4;
@@ -99,6 +100,17 @@ impl Answer {
         }
     }
 
+    /// Ends it, with its checksum if it is to have one.
+    #[inline(never)]
+    fn end(&mut self, summed: bool) {
+        if summed {
+            let said = self.bytes.get(..usize::from(self.length)).unwrap_or_default();
+            let sum = said.iter().fold(0, |sum, byte| crc(sum, *byte));
+            [b'*', hex(sum >> 4), hex(sum)].into_iter().for_each(|byte| self.byte(byte));
+        }
+        self.byte(b'\r');
+    }
+
     #[inline(never)]
     fn number(&mut self, number: u32) {
         let mut digits = [0; 10];
@@ -179,7 +191,9 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
     pub fn receive(&mut self, byte: Option<u8>) {
         match byte {
             Some(b'\r') => self.obey(),
-            Some(b'\n') => {}
+            // Between two lines; within one it is a damaged byte.
+            Some(b'\n') if self.length == 0 => {}
+            Some(b'\n') => self.bad = true,
             Some(byte) => match self.answer.bytes.get_mut(usize::from(self.length)) {
                 Some(place) => {
                     *place = byte;
@@ -262,31 +276,17 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
     /// Does what the line says, and answers.
     fn obey(&mut self) {
         let text = self.answer.bytes.get(..usize::from(self.length)).unwrap_or_default();
-        let line = if self.bad { None } else { Line::read(text) };
+        // What is damaged is not looked into.
+        let text = if self.bad { &[] } else { text };
+        let marked = text.contains(&b'*');
+        let line = match bare(text) {
+            Some((line, _)) => Line::read(line).ok_or(Refused::Line),
+            None => Err(Refused::Sum),
+        };
         (self.length, self.bad) = (0, false);
         (self.answer.length, self.answer.sent) = (0, 0);
-        let done = match line {
-            None => Err(Refused::Line),
-            Some(Line::Info) => return self.introduce(),
-            Some(Line::Look) => return self.look(),
-            Some(Line::Law(recipe)) => self.take(&recipe),
-            Some(Line::Change(after, accel)) => self.change(after, accel),
-            Some(Line::Go(steps)) => self.go(steps.unsigned_abs(), steps >= 0),
-            Some(Line::Run(forward)) => self.go(ENDLESS, forward),
-            Some(Line::Stop) => {
-                if let Some(law) = &mut self.law {
-                    law.brake();
-                }
-                Ok(())
-            }
-            Some(Line::Kill) => {
-                self.kill();
-                Ok(())
-            }
-            Some(Line::Zero) => self.zero(),
-        };
-        match done {
-            Ok(()) => self.answer.text("Y"),
+        match line.and_then(|line| self.carry_out(line)) {
+            Ok(()) => {}
             Err(refused) => {
                 let (word, number) = refused.parts();
                 self.answer.text("E ");
@@ -297,7 +297,34 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
                 }
             }
         }
-        self.answer.text("\r");
+        self.answer.end(marked);
+    }
+
+    /// Does what a line says, and answers but for the end.
+    fn carry_out(&mut self, line: Line) -> Result<(), Refused> {
+        match line {
+            Line::Info => {
+                self.introduce();
+                return Ok(());
+            }
+            Line::Look => {
+                self.look();
+                return Ok(());
+            }
+            Line::Law(recipe) => self.take(&recipe)?,
+            Line::Change(after, accel) => self.change(after, accel)?,
+            Line::Go(steps) => self.go(steps.unsigned_abs(), steps >= 0)?,
+            Line::Run(forward) => self.go(ENDLESS, forward)?,
+            Line::Stop => {
+                if let Some(law) = &mut self.law {
+                    law.brake();
+                }
+            }
+            Line::Kill => self.kill(),
+            Line::Zero => self.zero()?,
+        }
+        self.answer.text("Y");
+        Ok(())
     }
 
     fn rests(&self) -> Result<(), Refused> {
@@ -376,7 +403,6 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
             self.answer.text(core::mem::replace(&mut between, ","));
             self.answer.text(law.name());
         }
-        self.answer.text("\r");
     }
 
     #[inline(never)]
@@ -391,6 +417,5 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
         self.answer.number(self.engine.late());
         self.answer.text(",");
         self.answer.number(self.last);
-        self.answer.text("\r");
     }
 }

@@ -10,6 +10,7 @@ use std::time::Duration;
 use crate::failure::Failure;
 use crate::programs;
 use stepwright_host::link::Link;
+use stepwright_protocol::crc;
 
 /// A board answers within milliseconds.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -28,12 +29,14 @@ pub struct Talk {
     owed: bool,
     /// Questions of what the board is whose answers have not come.
     asked: usize,
+    /// Lines have checksums.
+    sums: bool,
 }
 
 impl Talk {
     /// Over this link.
     pub fn new(link: Box<dyn Link>) -> Talk {
-        Talk { link, greeting: String::new(), owed: false, asked: 0 }
+        Talk { link, greeting: String::new(), owed: false, asked: 0, sums: false }
     }
 
     /// How to call the board in a sentence.
@@ -121,13 +124,68 @@ impl Talk {
         }
     }
 
+    /// Says a line, and hears its answer. With checksums one that was damaged on its way is said
+    /// again, and so is one that is harmless `twice` whose answer was; of any other `None` says so.
+    pub fn ask(&mut self, line: &str, twice: bool) -> Result<Option<String>, Failure> {
+        if self.sums {
+            return self.ask_summed(line, twice, |bare| bare == "E sum");
+        }
+        self.ask_bare(line).map(Some)
+    }
+
     /// Says a line, once, and hears its answer.
-    pub fn ask(&mut self, line: &str) -> Result<String, Failure> {
+    fn ask_bare(&mut self, line: &str) -> Result<String, Failure> {
         self.get_in_step()?;
         self.send(&format!("{line}\r"))?;
         for _ in 0..TRIES {
             if let Some(answer) = self.answer()? {
                 return Ok(answer);
+            }
+        }
+        Err(self.silent())
+    }
+
+    /// Has lines have checksums from now on if the board answers one with one.
+    pub fn use_sums(&mut self) -> Result<(), Failure> {
+        for _ in 0..2 {
+            self.get_in_step()?;
+            self.send(&summed("?"))?;
+            // Its greeting is taken for an answer to a question by `answer`.
+            if let Some(answer) = self.line()? {
+                self.sums = unsummed(&answer).is_some();
+                return Ok(());
+            }
+            self.owed = true;
+        }
+        Ok(())
+    }
+
+    /// Says a line with its checksum until it is answered with one. A line that the board found
+    /// damaged, as `is_damaged` tells of its answer, is said again, and so is one that is harmless
+    /// `twice` whose answer was spoiled or lost; of any other `None` says so.
+    pub fn ask_summed(
+        &mut self,
+        line: &str,
+        twice: bool,
+        is_damaged: impl Fn(&str) -> bool,
+    ) -> Result<Option<String>, Failure> {
+        for _ in 0..TRIES {
+            self.get_in_step()?;
+            self.send(&summed(line))?;
+            let mut heard = false;
+            // What belongs to no checksum is an answer to the empty line, or was spoiled.
+            while let Some(answer) = self.answer()? {
+                match unsummed(&answer) {
+                    Some(bare) if is_damaged(bare) => heard = true,
+                    Some(bare) => return Ok(Some(bare.to_owned())),
+                    None if answer.contains('*') => {}
+                    None => continue,
+                }
+                break;
+            }
+            if !heard && !twice {
+                self.get_in_step()?;
+                return Ok(None);
             }
         }
         Err(self.silent())
@@ -175,6 +233,17 @@ impl Talk {
         }
         Err(Failure::new(format!("{at} does not answer")).hint(programs::flash("", program(""))))
     }
+}
+
+/// A line with its checksum and its end.
+fn summed(line: &str) -> String {
+    format!("{line}*{:02X}\r", line.bytes().fold(0, crc))
+}
+
+/// An answer without its checksum; `None` without a right one.
+fn unsummed(answer: &str) -> Option<&str> {
+    let (bare, sum) = answer.rsplit_once('*')?;
+    (sum == format!("{:02X}", bare.bytes().fold(0, crc))).then_some(bare)
 }
 
 #[cfg(test)]
@@ -255,7 +324,7 @@ mod tests {
             let mut answered = 0;
             for n in 0..12 {
                 let line = format!("V{n}");
-                if let Ok(answer) = talk.ask(&line) {
+                if let Ok(Some(answer)) = talk.ask(&line, true) {
                     assert_eq!(answer, line, "{delays:?}");
                     answered += 1;
                 }

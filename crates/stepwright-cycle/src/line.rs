@@ -50,7 +50,6 @@ mod write;
 pub use fault::LineFault;
 pub(crate) use fault::home_code;
 pub use incoming::Incoming;
-pub(crate) use numbers::{checked, digit};
 pub(crate) use read::HOMES;
 pub use report::{CycleReport, MotorReport};
 

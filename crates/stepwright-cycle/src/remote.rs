@@ -20,14 +20,13 @@ use super::Cycle;
 use super::homing::{Homing, HomingError};
 use super::kept::Kept;
 use super::line::{
-    CycleLine, CycleReport, HOMES, Incoming, LineAct, LineFault, LineProgram, MotorPins, checked,
-    digit, home_code,
+    CycleLine, CycleReport, HOMES, Incoming, LineAct, LineFault, LineProgram, MotorPins, home_code,
 };
 use super::motor::{Faults, Status};
 use super::program::{Leg, Program};
 use super::strategy::{CycleError, Refusal};
 use super::surroundings::MachineIo;
-use stepwright_protocol::crc;
+use stepwright_protocol::{bare, crc, hex};
 
 /// The motors of a board, as its main program has them.
 pub trait CycleHold<'a, const N: usize> {
@@ -446,7 +445,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             self.answer.digits = left;
             let bytes = self.answer.number.to_le_bytes();
             let byte = bytes.get(usize::from(left / 2)).copied().unwrap_or(0);
-            return Some(digit(if left.is_multiple_of(2) { byte } else { byte >> 4 }));
+            return Some(hex(if left.is_multiple_of(2) { byte } else { byte >> 4 }));
         }
         let part = self.answer.part;
         self.answer.part = part.wrapping_add(1);
@@ -508,9 +507,14 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         let sum = self.answer.number as u8;
         Some(match at {
             0 => b'*',
-            1 => digit(sum >> 4),
-            2 => digit(sum),
+            1 => hex(sum >> 4),
+            2 => hex(sum),
             _ => b'\r',
         })
     }
+}
+
+/// A line without its checksum, and whether it had one.
+fn checked(line: &[u8]) -> Result<(&[u8], bool), LineFault> {
+    bare(line).ok_or(LineFault::Sum)
 }

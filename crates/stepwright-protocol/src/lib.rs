@@ -192,7 +192,7 @@ mod text;
 pub use axis::{AxisId, MAX_AXES, Selection};
 pub use can::{Abilities, Ability};
 pub use command::{BadLine, Command};
-pub use crc::crc;
+pub use crc::{bare, crc, hex};
 pub use errors::{BoardError, Errors};
 pub use grammar::Form;
 pub use machine::{Machine, Refusal};

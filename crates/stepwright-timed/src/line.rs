@@ -19,7 +19,9 @@
 //! | `M` | timer, control byte, top, limit, modification, milliseconds from update to update, updates, the caller's milliseconds at the call | the [result code](super::Code); −4 before any `W`, but for a stop |
 //! | `V` | timer | the numbers of [`Report`] |
 //!
-//! All else is answered `E`.
+//! All else is answered `E`. A line may have a checksum, `*` and the two digits of its CRC-8 (that
+//! of the serial protocol), which its answer has then too; one with the checksum of another line
+//! is answered `E sum`.
 
 use core::fmt;
 
@@ -31,7 +33,7 @@ use super::order::{Control, SetSpeed, Status};
 /// The most numbers of a line.
 const MOST: usize = 7 + 16;
 /// The longest line that is read, in bytes.
-pub const LONGEST: usize = 120;
+pub const LONGEST: usize = 123;
 /// How the answer to `?` begins.
 pub const NAME: &str = "stepwright-timed";
 

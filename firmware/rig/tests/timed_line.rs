@@ -5,6 +5,7 @@ use stepwright::drive::Sequence;
 use stepwright::drive::sequence::{
     BRIDGE_HALF, L6219_HALF, SHIELD, UNIPOLAR_FULL, UNIPOLAR_HALF, UNIPOLAR_WAVE,
 };
+use stepwright_protocol::crc;
 use stepwright_rig::board::Pin;
 use stepwright_rig::{Board, Chip};
 use stepwright_sim::timed::{TimedBoard, published};
@@ -357,4 +358,39 @@ fn a_fault_is_called_back_once() {
     // The next order has its own.
     ask(&mut chip, Line::Move(1, SetSpeed::STOP, 0));
     assert_eq!(look(&mut chip, 1).fault, None);
+}
+
+/// With checksums, every bit of an order, its end too: it is obeyed as it was meant, or not at
+/// all.
+#[test]
+fn a_flipped_bit_of_an_order_moves_nothing() {
+    let summed = |line: &str| format!("{line}*{:02X}\r", line.bytes().fold(0, crc)).into_bytes();
+    let order = SetSpeed { control: Control::DRV_EN, top: 2_000, limit: 0, ..SetSpeed::STOP };
+    let order = summed(&Line::Move(1, order, 0).to_string());
+    let bits: &[u8] = if board() == Board::Uno { &[4, 5] } else { &[6, 7] };
+    let mut chip = chip();
+    assert_eq!(ask(&mut chip, Line::Wire(1, wire('B', SHIELD.on_bits(bits), bits, false))), "Y");
+    let moves = |chip: &mut Chip, line: &[u8]| {
+        chip.send(line);
+        chip.run_for(30 * MILLIS);
+        // Half a line may stand there.
+        chip.ask("");
+        let moves = look(chip, 1).moving;
+        ask(chip, Line::Move(1, SetSpeed::STOP, 0));
+        moves
+    };
+    assert!(moves(&mut chip, &order));
+    for bit in 0..8 * order.len() {
+        let mut line = order.clone();
+        line[bit / 8] ^= 1 << (bit % 8);
+        // A digit of the checksum as a small letter is the same.
+        let digit = (order.len() - 3..order.len() - 1).contains(&(bit / 8));
+        let same = digit && line.eq_ignore_ascii_case(&order);
+        assert_eq!(
+            moves(&mut chip, &line),
+            same,
+            "bit {bit}: {:?}",
+            String::from_utf8_lossy(&line)
+        );
+    }
 }

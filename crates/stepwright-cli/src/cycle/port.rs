@@ -4,10 +4,9 @@ use std::time::Duration;
 
 use stepwright::drive::Arduino;
 use stepwright_cycle::line::{CycleLine, CycleReport, LineFault, NAME};
-use stepwright_protocol::crc;
 
 use crate::failure::Failure;
-use crate::talk::{TRIES, Talk};
+use crate::talk::Talk;
 use stepwright_host::link::Link;
 
 /// A board that plays cycles.
@@ -66,24 +65,9 @@ impl Board {
     /// What a line is answered, both with their checksums. A line may be said twice: one that
     /// was spoiled is.
     fn ask(&mut self, line: CycleLine) -> Result<String, Failure> {
-        let text = line.to_string();
-        let text = format!("{text}*{:02X}\r", text.bytes().fold(0, crc));
-        for _ in 0..TRIES {
-            self.talk.get_in_step()?;
-            self.talk.send(&text)?;
-            // What belongs to no checksum is an answer to the empty line, or was spoiled.
-            while let Some(answer) = self.talk.answer()? {
-                let Some((bare, sum)) = answer.rsplit_once('*') else { continue };
-                if sum == format!("{:02X}", bare.bytes().fold(0, crc)) {
-                    if bare.starts_with("E1,") {
-                        break;
-                    }
-                    return Ok(bare.to_owned());
-                }
-                break;
-            }
-        }
-        Err(self.talk.silent())
+        let answer =
+            self.talk.ask_summed(&line.to_string(), true, |bare| bare.starts_with("E1,"))?;
+        answer.ok_or_else(|| self.talk.silent())
     }
 
     /// Says a line that is to be obeyed.

@@ -22,7 +22,7 @@ use crate::plot::GAP;
 use crate::programs;
 use crate::quantity::{Rounded, SpeedArg};
 use crate::say;
-use crate::talk::Talk;
+use crate::talk::{TRIES, Talk};
 use stepwright::{Accel, Geometry, Rate, Speed};
 use stepwright_host::link::Link;
 use stepwright_host::link::serial::Share;
@@ -175,6 +175,7 @@ impl LawOrder<'_> {
     fn on(&self, talk: &mut Talk, held: &Understood) -> Result<(), Failure> {
         let at = talk.name();
         let about = talk.meet(NAME, |about| program(self.law, about))?;
+        talk.use_sums()?;
         let laws = about.split(' ').find_map(|word| word.strip_prefix("can=")).unwrap_or("");
         if !can(laws).any(|law| law == self.law) {
             let name = self.law.name();
@@ -205,10 +206,10 @@ impl LawOrder<'_> {
             self.rows(held).iter().for_each(say::result);
         }
         for line in &lines {
-            obeyed(self.law, &at, *line, &talk.ask(&line.to_string())?)?;
+            obeyed(self.law, &at, *line, &say(talk, *line, from)?)?;
         }
         let begun = talk.link().now();
-        let (end, braked) = self.watch(talk)?;
+        let (end, braked) = self.watch(talk, from)?;
         let took = talk.link().now().saturating_sub(begun).as_secs_f64();
         let target = (!matches!(self.goal, Goal::Endless(_))).then(|| from.saturating_add(steps));
         let (state, position) = match end.position {
@@ -271,19 +272,19 @@ impl LawOrder<'_> {
 
     /// Watches it until it rests. Ctrl-C or the end of its time brakes it, a second Ctrl-C kills
     /// it. How it rests, and whether it was braked by a signal.
-    fn watch(&self, talk: &mut Talk) -> Result<(Progress, bool), Failure> {
+    fn watch(&self, talk: &mut Talk, from: i32) -> Result<(Progress, bool), Failure> {
         let until = self.time.map(|time| talk.link().now() + time);
         let (mut braking, mut braked) = (false, false);
         loop {
             if interrupt::presses() > 1 {
-                talk.ask(&Line::Kill.to_string())?;
+                say(talk, Line::Kill, from)?;
                 return Ok((look(talk)?, true));
             }
             let over = until.is_some_and(|until| talk.link().now() >= until);
             if !braking && (over || interrupt::asked()) {
                 braked = !over;
                 braking = true;
-                talk.ask(&Line::Stop.to_string())?;
+                say(talk, Line::Stop, from)?;
                 if braked {
                     say::note(interrupt::braking());
                 }
@@ -315,10 +316,34 @@ fn program(law: LawName, about: &str) -> &'static str {
     }
 }
 
+/// Says a line to a motor that stood at `from`; its answer. If the answer to an order was spoiled,
+/// the motor shows whether it was obeyed.
+fn say(talk: &mut Talk, line: Line, from: i32) -> Result<String, Failure> {
+    let twice = !matches!(line, Line::Go(_) | Line::Run(_) | Line::Change(..));
+    for _ in 0..TRIES {
+        if let Some(answer) = talk.ask(&line.to_string(), twice)? {
+            return Ok(answer);
+        }
+        let seen = look(talk)?;
+        if matches!(line, Line::Change(..)) {
+            return Err(Failure::new(format!(
+                "{}: noise spoiled the answer to {line}",
+                talk.name()
+            ))
+            .hint("nothing has moved. Look at the cable and its ground"));
+        }
+        if seen.moving || seen.position != Some(from) {
+            return Ok("Y".to_owned());
+        }
+    }
+    Err(talk.silent())
+}
+
 fn look(talk: &mut Talk) -> Result<Progress, Failure> {
     // A question is harmless twice.
     for _ in 0..3 {
-        if let Some(seen) = Progress::read(&talk.ask(&Line::Look.to_string())?) {
+        let answer = talk.ask(&Line::Look.to_string(), true)?;
+        if let Some(seen) = answer.as_deref().and_then(Progress::read) {
             return Ok(seen);
         }
     }

@@ -30,6 +30,7 @@ impl Board {
     pub fn meet(link: Box<dyn Link>) -> Result<Board, Failure> {
         let mut talk = Talk::new(link);
         let answer = talk.meet(NAME, |_| "timed")?;
+        talk.use_sums()?;
         let mut words = answer.split(' ').skip(1);
         let name = words.next().unwrap_or("").to_owned();
         let mut board = Board { talk, name, hz: 0, timers: Vec::new() };
@@ -54,8 +55,24 @@ impl Board {
         }
     }
 
+    /// The answer to a line.
+    ///
+    /// # Errors
+    /// That to an order was spoiled: the motor is stopped then.
     fn ask(&mut self, line: Line) -> Result<String, Failure> {
-        self.talk.ask(&line.to_string())
+        let stop = |timer| Line::Move(timer, SetSpeed::STOP, 0);
+        let order = match line {
+            Line::Move(timer, order, _) if order != SetSpeed::STOP => Some(timer),
+            _ => None,
+        };
+        if let Some(answer) = self.talk.ask(&line.to_string(), order.is_none())? {
+            return Ok(answer);
+        }
+        if let Some(timer) = order {
+            self.talk.ask(&stop(timer).to_string(), true)?;
+        }
+        Err(Failure::new(format!("{}: noise spoiled the answer to {line}", self.talk.name()))
+            .hint("the motor is stopped. Look at the cable and its ground"))
     }
 
     fn look(&mut self, timer: u8) -> Result<Report, Failure> {

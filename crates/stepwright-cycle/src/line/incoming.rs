@@ -32,7 +32,9 @@ impl Incoming {
     pub fn take(&mut self, byte: Option<u8>) -> bool {
         match byte {
             Some(b'\r') => return true,
-            Some(b'\n') => {}
+            // Between two lines; within one it is a damaged byte.
+            Some(b'\n') if self.length == 0 => {}
+            Some(b'\n') => self.bad = true,
             Some(byte) => match self.text.get_mut(usize::from(self.length)) {
                 Some(place) => {
                     *place = byte;

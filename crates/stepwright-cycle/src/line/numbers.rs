@@ -1,7 +1,5 @@
 //! The numbers of a line, and its checksum.
 
-use stepwright_protocol::crc;
-
 use super::LineFault;
 use crate::program::DelayRamp;
 
@@ -112,25 +110,5 @@ impl<'t> Numbers<'t> {
     /// Whether there are no more.
     pub(super) fn end(&self) -> bool {
         self.rest.is_none()
-    }
-}
-
-/// A line without its checksum, and whether it had one.
-pub(crate) fn checked(line: &[u8]) -> Result<(&[u8], bool), LineFault> {
-    let mark = line.iter().fold(false, |marked, byte| marked | (*byte == b'*'));
-    if !mark {
-        return Ok((line, false));
-    }
-    let [bare @ .., b'*', high, low] = line else { return Err(LineFault::Sum) };
-    let sum = bare.iter().fold(0, |sum, byte| crc(sum, *byte));
-    let is = |half: u8, raw: u8| digit(half) == raw.to_ascii_uppercase();
-    if is(sum >> 4, *high) && is(sum, *low) { Ok((bare, true)) } else { Err(LineFault::Sum) }
-}
-
-/// The lower half of a byte as a digit.
-pub(crate) fn digit(half: u8) -> u8 {
-    match half & 15 {
-        half @ 0..10 => b'0' + half,
-        half => b'A' + half - 10,
     }
 }

@@ -133,13 +133,19 @@ fn what_is_no_line_is_not_read() {
     }
 }
 
+/// Within a line a line feed is a byte that noise has made.
 #[test]
-fn a_checksum_is_checked_where_there_is_one() {
-    assert_eq!(checked(b"123456789*F4"), Ok((&b"123456789"[..], true)));
-    assert_eq!(checked(b"123456789"), Ok((&b"123456789"[..], false)));
-    for line in [&b"123456789*F5"[..], b"12345678*F4", b"*", b"1*F4*F4", b"1*4", b"*F4"] {
-        assert_eq!(checked(line), Err(LineFault::Sum));
-    }
+fn a_line_feed_stands_between_lines_alone() {
+    let mut line = Incoming::new();
+    let mut take = |text: &[u8]| {
+        text.iter().for_each(|byte| assert!(!line.take(Some(*byte))));
+        assert!(line.take(Some(b'\r')));
+        line.whole().map(<[u8]>::to_vec)
+    };
+    assert_eq!(take(b"V"), Some(b"V".to_vec()));
+    assert_eq!(take(b"\nV"), Some(b"V".to_vec()));
+    assert_eq!(take(b"V\n1"), None);
+    assert_eq!(take(b"\n\nV1"), Some(b"V1".to_vec()));
 }
 
 #[test]

@@ -7,11 +7,15 @@
 #![no_main]
 #![feature(abi_avr_interrupt)]
 
+use core::array::IntoIter;
+use core::iter::Skip;
+
 use stepwright_avr::chip;
 use stepwright_avr::console::{Console, Digits};
 use stepwright_avr::timed::{AnyPort, AvrEngine, Timer, Timer1, Windings, io_clock_now, shield};
 #[cfg(feature = "mega")]
 use stepwright_avr::timed::{Timer3, Timer4, Timer5};
+use stepwright_protocol::{bare, crc, hex};
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::line::{LONGEST, Line, NAME, Report, Wire};
 use stepwright_timed::{Call, Code, Control, Driver, Model, SetSpeed};
@@ -101,8 +105,8 @@ impl<T: Timer> Station<T> {
 
     /// Does what a line says, and answers; a report goes to `answer`.
     #[inline(never)]
-    fn obey(&mut self, line: &Line, console: &mut Console, answer: &mut Answer) {
-        let now = console.millis();
+    fn obey(&mut self, line: &Line, voice: &mut Voice, answer: &mut Answer) {
+        let now = voice.console.millis();
         let done = match line {
             Line::Wire(_, wire) => self.wire(wire),
             Line::Latched(_, latched) => {
@@ -117,11 +121,11 @@ impl<T: Timer> Station<T> {
                 self.check = *ms;
                 true
             }
-            Line::Move(_, order, shown) => return self.order(order, *shown, now, console),
-            Line::Look(_) => return *answer = Answer::of(&self.look(now)),
+            Line::Move(_, order, shown) => return self.order(order, *shown, now, voice),
+            Line::Look(_) => return *answer = Answer::of(&self.look(now), voice.sum.take()),
             Line::Info => false,
         };
-        console.text(if done { "Y\r" } else { "E\r" });
+        voice.text(if done { "Y" } else { "E" });
     }
 
     fn wire(&mut self, wire: &Wire) -> bool {
@@ -140,9 +144,9 @@ impl<T: Timer> Station<T> {
     }
 
     /// Begins as a millisecond does, so that the checks come whole milliseconds after the call.
-    fn order(&mut self, order: &SetSpeed, shown: u32, now: u32, console: &mut Console) {
+    fn order(&mut self, order: &SetSpeed, shown: u32, now: u32, voice: &mut Voice) {
         let now = now.wrapping_add(1);
-        console.wait_until(now);
+        voice.console.wait_until(now);
         (self.call, self.shown, self.checked) = (now, shown, now);
         (self.reached, self.fault) = (None, None);
         let code = if self.wired || order.top == 0 || !order.control.has(Control::DRV_EN) {
@@ -152,10 +156,9 @@ impl<T: Timer> Station<T> {
         };
         let code = code.get();
         if code < 0 {
-            console.text("-");
+            voice.text("-");
         }
-        console.number(code.unsigned_abs().into());
-        console.text("\r");
+        voice.number(code.unsigned_abs().into());
     }
 
     fn look(&mut self, now: u32) -> Report {
@@ -199,7 +202,9 @@ impl Text {
     fn take(&mut self, byte: Option<u8>) -> bool {
         match byte {
             Some(b'\r') => return true,
-            Some(b'\n') => {}
+            // Between two lines; within one it is a damaged byte.
+            Some(b'\n') if self.length == 0 => {}
+            Some(b'\n') => self.bad = true,
             Some(byte) => match self.bytes.get_mut(self.length) {
                 Some(place) => {
                     *place = byte;
@@ -212,14 +217,51 @@ impl Text {
         false
     }
 
-    /// The line, and begins the next one.
+    /// The line, whether it was marked as one with a checksum, and begins the next one. `Err`:
+    /// its checksum is that of another line.
     #[inline(never)]
-    fn line(&mut self) -> Option<Line> {
+    fn line(&mut self) -> (Result<Option<Line>, ()>, bool) {
         let text = self.bytes.get(..self.length).unwrap_or_default();
-        let line = if self.bad { None } else { Line::read(text) };
+        let text = if self.bad { &[] } else { text };
+        let line = bare(text).map(|(line, _)| Line::read(line)).ok_or(());
+        let marked = text.contains(&b'*');
         (self.length, self.bad) = (0, false);
-        line
+        (line, marked)
     }
+}
+
+/// What answers a line: with its checksum, if the line had one.
+struct Voice<'c> {
+    console: &'c mut Console,
+    /// That of what was said.
+    sum: Option<u8>,
+}
+
+impl Voice<'_> {
+    fn byte(&mut self, byte: u8) {
+        self.sum = self.sum.map(|sum| crc(sum, byte));
+        self.console.byte(byte);
+    }
+
+    fn text(&mut self, text: &str) {
+        text.bytes().for_each(|byte| self.byte(byte));
+    }
+
+    fn number(&mut self, number: u32) {
+        Digits::of(number).for_each(|digit| self.byte(digit));
+    }
+
+    /// The end of the answer.
+    fn end(self) {
+        tail(self.sum).for_each(|byte| self.console.byte(byte));
+    }
+}
+
+/// The checksum of an answer, if it has one, and its end.
+fn tail(sum: Option<u8>) -> Skip<IntoIter<u8, 4>> {
+    let value = sum.unwrap_or(0);
+    let tail = [b'*', hex(value >> 4), hex(value), b'\r'];
+    tail.into_iter().skip(if sum.is_some() { 0 } else { 3 })
 }
 
 /// A report on its way to the line, byte by byte: whole, it takes 5 ms, and checks are due
@@ -229,28 +271,41 @@ struct Answer {
     /// Numbers that have begun.
     begun: usize,
     digits: Option<Digits>,
+    /// The checksum so far, if it is to have one.
+    sum: Option<u8>,
+    tail: Option<Skip<IntoIter<u8, 4>>>,
 }
 
 impl Answer {
     /// Nothing to be sent.
     const SENT: Answer =
-        Answer { numbers: [0; Report::NUMBERS], begun: Report::NUMBERS, digits: None };
+        Answer { numbers: [0; Report::NUMBERS], begun: 0, digits: None, sum: None, tail: None };
 
-    fn of(report: &Report) -> Answer {
+    fn of(report: &Report, sum: Option<u8>) -> Answer {
         let numbers = report.numbers();
         let digits = numbers.first().map(|first| Digits::of(*first));
-        Answer { numbers, begun: 1, digits }
+        Answer { numbers, begun: 1, digits, sum, tail: None }
     }
 
     /// The byte that follows.
     #[inline(never)]
     fn next(&mut self) -> Option<u8> {
-        if let Some(digit) = self.digits.as_mut()?.next() {
-            return Some(digit);
+        if let Some(tail) = &mut self.tail {
+            return tail.next();
         }
-        self.digits = self.numbers.get(self.begun).map(|number| Digits::of(*number));
-        self.begun = self.begun.wrapping_add(1);
-        Some(if self.digits.is_some() { b',' } else { b'\r' })
+        let byte = match self.digits.as_mut()?.next() {
+            Some(digit) => digit,
+            None => {
+                self.digits = self.numbers.get(self.begun).map(|number| Digits::of(*number));
+                self.begun = self.begun.wrapping_add(1);
+                if self.digits.is_none() {
+                    return self.tail.insert(tail(self.sum)).next();
+                }
+                b','
+            }
+        };
+        self.sum = self.sum.map(|sum| crc(sum, byte));
+        Some(byte)
     }
 }
 
@@ -280,29 +335,28 @@ impl Motors {
 
     /// Does what a line says, and answers.
     #[inline(never)]
-    fn obey(&mut self, line: Option<Line>, console: &mut Console, answer: &mut Answer) {
-        let Some(line) = line else { return console.text("E\r") };
+    fn obey(&mut self, line: Option<Line>, voice: &mut Voice, answer: &mut Answer) {
+        let Some(line) = line else { return voice.text("E") };
         match line.timer() {
-            0 => about(console),
-            1 => self.first.obey(&line, console, answer),
+            0 => about(voice),
+            1 => self.first.obey(&line, voice, answer),
             #[cfg(feature = "mega")]
-            3 => self.third.obey(&line, console, answer),
+            3 => self.third.obey(&line, voice, answer),
             #[cfg(feature = "mega")]
-            4 => self.fourth.obey(&line, console, answer),
+            4 => self.fourth.obey(&line, voice, answer),
             #[cfg(feature = "mega")]
-            5 => self.fifth.obey(&line, console, answer),
-            _ => console.text("E\r"),
+            5 => self.fifth.obey(&line, voice, answer),
+            _ => voice.text("E"),
         }
     }
 }
 
 /// What the board is.
-fn about(console: &mut Console) {
-    console.text(NAME);
-    console.text(ABOUT);
-    console.number(io_clock_now());
-    console.text(TIMERS);
-    console.text("\r");
+fn about(voice: &mut Voice) {
+    voice.text(NAME);
+    voice.text(ABOUT);
+    voice.number(io_clock_now());
+    voice.text(TIMERS);
 }
 
 #[avr_device::entry]
@@ -342,12 +396,20 @@ fn serve(motors: &mut Motors) -> ! {
         if let Some(byte) = console.received()
             && text.take(byte)
         {
-            let line = text.line();
+            let (line, marked) = text.line();
             // Whoever did not wait for an answer has it whole all the same.
             while let Some(byte) = answer.next() {
                 console.byte(byte);
             }
-            motors.obey(line, &mut console, &mut answer);
+            let mut voice = Voice { console: &mut console, sum: marked.then_some(0) };
+            match line {
+                Ok(line) => motors.obey(line, &mut voice, &mut answer),
+                Err(()) => voice.text("E sum"),
+            }
+            // A report goes by itself.
+            if answer.digits.is_none() {
+                voice.end();
+            }
         }
     }
 }

@@ -241,6 +241,18 @@ fn edges_are_recorded_as_mcap() {
         }
     }
     assert_eq!((rises.len(), &rises), (40, &right));
+    // And at each step where the axis is and how fast, at the end at rest.
+    let motion: Vec<_> = messages.iter().filter(|one| one.channel.topic == "/axis1").collect();
+    let number = |n: usize, name: &str| {
+        let told: serde_json::Value = serde_json::from_slice(&motion[n].data).unwrap();
+        told[name].as_f64().unwrap()
+    };
+    assert_eq!(motion.len(), 41);
+    assert!((0..40).all(|n| motion[n].log_time == rises[n]));
+    assert!((0..40).all(|n| number(n, "position") == n as f64 + 1.0));
+    assert_eq!((number(40, "position"), number(40, "speed")), (40.0, 0.0));
+    let speed = 1e9 / (rises[20] - rises[19]) as f64;
+    assert!((number(20, "speed") - speed).abs() < 0.001, "{speed}");
     let cycle = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/cycles/series.toml");
     let file = Scratch::new("cycle.mcap");
     assert_eq!(stepwright(&["cycle", cycle, "--mcap", file.path()]).code(), Some(0));
@@ -248,6 +260,7 @@ fn edges_are_recorded_as_mcap() {
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
     let topics: Vec<_> = summary.channels.values().map(|one| one.topic.as_str()).collect();
     assert!(topics.contains(&"/step1") && topics.contains(&"/max1"), "{topics:?}");
+    assert!(topics.contains(&"/axis1"), "{topics:?}");
     let ended = stepwright(&["move", "40", "--fast", "--mcap", "/nowhere/at/all.mcap"]);
     assert_eq!(ended.code(), Some(1), "{ended:?}");
     ended.assert_error("can't write /nowhere/at/all.mcap");

@@ -155,13 +155,17 @@ pub fn csv(record: &ScopeRecord) -> String {
     out
 }
 
-/// As MCAP: the levels at the beginning, and every edge, in ns from there, rounded down.
+/// As MCAP: the levels at the beginning, every edge, in ns from there, rounded down, and the
+/// position, from 0 at the beginning, and speed of each axis that has STEP and DIR.
 ///
 /// # Errors
 /// More pins than MCAP has channels.
 pub fn mcap(record: &ScopeRecord) -> io::Result<Vec<u8>> {
     let names = record.signals.iter().map(|signal| signal.name.as_str());
-    let mut file = McapWriter::new(Cursor::new(Vec::new()), names, record.words)?;
+    let stepped = |signal: &&ScopeSignal| signal.pin == "step";
+    let axes = record.signals.iter().filter(stepped).filter_map(|signal| signal.axis);
+    let mut file = McapWriter::new(Cursor::new(Vec::new()), names, axes, record.words)?;
+    let mut forward: Vec<_> = record.signals.iter().map(|signal| signal.level).collect();
     for (n, signal) in record.signals.iter().enumerate() {
         if let Some(level) = signal.level {
             file.level(n, 0, level)?;
@@ -169,7 +173,15 @@ pub fn mcap(record: &ScopeRecord) -> io::Result<Vec<u8>> {
     }
     let hz = u128::from(record.hz.max(1));
     for (time, n, level) in merged(record) {
-        file.level(n, (u128::from(time) * 1_000_000_000 / hz) as u64, level)?;
+        let nanos = (u128::from(time) * 1_000_000_000 / hz) as u64;
+        file.level(n, nanos, level)?;
+        let signal = &record.signals[n];
+        if let (Some(axis), "step", true) = (signal.axis, signal.pin, level) {
+            let dir = |one: &ScopeSignal| (one.axis, one.pin) == (Some(axis), "dir");
+            let dir = record.signals.iter().position(dir).and_then(|dir| forward[dir]);
+            file.step(axis, nanos, dir.unwrap_or(true))?;
+        }
+        forward[n] = Some(level);
     }
     Ok(file.finish()?.into_inner())
 }
@@ -250,7 +262,8 @@ pub(crate) async fn as_csv(
     Ok(file("text/csv", "stepwright.csv", csv(&record)))
 }
 
-/// The same as an MCAP file, for Foxglove and PlotJuggler: a channel for each pin.
+/// The same as an MCAP file, for Foxglove and PlotJuggler: a channel for each pin, and
+/// one with position and speed for each axis that has STEP and DIR.
 #[utoipa::path(get, path = "/api/scope.mcap",
     params(("seconds" = Option<f64>, Query, description = "as of /api/scope",
         minimum = 0.001, maximum = 10)),

@@ -1,4 +1,4 @@
-//! Every edge of a virtual board's pins as files: VCD, MCAP.
+//! Every edge of a virtual board's pins as files: VCD, MCAP, which has the motions too.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -66,6 +66,13 @@ impl EdgeFiles {
         }
         Ok(written)
     }
+
+    /// An axis makes a step; its edges are told besides.
+    pub fn step(&mut self, axis: u8, time: u64, forward: bool) {
+        if let Some((_, writer)) = &mut self.mcap {
+            writer.step(axis, time, forward);
+        }
+    }
 }
 
 impl Recorder for EdgeFiles {
@@ -92,7 +99,9 @@ impl<W: Write + io::Seek> McapEdges<W> {
     fn new(out: W, rate: Rate, pins: &[StartLevel]) -> io::Result<McapEdges<W>> {
         let names: Vec<String> = pins.iter().map(|(axis, pin, _)| pin.of(*axis)).collect();
         let words = "the edges of the virtual board's pins";
-        let mut writer = McapWriter::new(out, names.iter().map(String::as_str), words)?;
+        let moves = |(_, pin, _): &&StartLevel| matches!(pin, Pin::Step | Pin::Coil(0));
+        let axes = pins.iter().filter(moves).map(|(axis, ..)| axis + 1);
+        let mut writer = McapWriter::new(out, names.iter().map(String::as_str), axes, words)?;
         for (place, (_, _, level)) in pins.iter().enumerate() {
             if let Some(level) = level {
                 writer.level(place, 0, *level)?;
@@ -100,6 +109,16 @@ impl<W: Write + io::Seek> McapEdges<W> {
         }
         let pins = pins.iter().map(|(axis, pin, _)| (*axis, *pin)).collect();
         Ok(McapEdges { writer, hz: rate.hz().into(), pins, error: None })
+    }
+
+    fn nanos(&self, time: u64) -> u64 {
+        (u128::from(time) * 1_000_000_000 / self.hz) as u64
+    }
+
+    fn step(&mut self, axis: u8, time: u64, forward: bool) {
+        if self.error.is_none() {
+            self.error = self.writer.step(axis + 1, self.nanos(time), forward).err();
+        }
     }
 
     fn finish(self) -> io::Result<W> {
@@ -111,8 +130,7 @@ impl<W: Write + io::Seek> Recorder for McapEdges<W> {
     fn edge(&mut self, edge: Edge) {
         let pin = self.pins.iter().position(|pin| *pin == (edge.axis, edge.pin));
         if let (Some(pin), None) = (pin, &self.error) {
-            let nanos = u128::from(edge.time) * 1_000_000_000 / self.hz;
-            self.error = self.writer.level(pin, nanos as u64, edge.level).err();
+            self.error = self.writer.level(pin, self.nanos(edge.time), edge.level).err();
         }
     }
 }

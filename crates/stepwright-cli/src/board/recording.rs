@@ -94,6 +94,9 @@ impl Recorder for Recording {
                 (Pin::Coil(_), Some(forward)) => traces.step(edge.axis, edge.time, forward),
                 _ => traces.edge(edge),
             }
+        if let Some(forward) = stepped {
+            self.files.step(edge.axis, edge.time, forward);
+        }
         }
         self.edges.edge(edge);
     }

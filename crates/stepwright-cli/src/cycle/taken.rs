@@ -1,7 +1,7 @@
 //! What is written down while cycles play.
 
 use stepwright::Rate;
-use stepwright_sim::{Edge, Pin, Recorder};
+use stepwright_sim::{Edge, Pin, Recorder, Shaft};
 
 use super::plan::Plan;
 use crate::board::edge_files::{EdgeFiles, EdgePaths};
@@ -23,6 +23,7 @@ pub struct Taken {
     rate: Rate,
     files: EdgeFiles,
     traces: Option<Traces>,
+    shafts: Vec<Shaft>,
     /// Motors whose forward is a low DIR.
     inverted: u8,
     /// Edges since they were last fetched.
@@ -45,7 +46,8 @@ impl Taken {
         let files = EdgeFiles::begin(wanted.edges, rate, &pins.collect::<Vec<_>>())?;
         let traces = wanted.motions.then(|| Traces::new(rate));
         let (inverted, events) = (wanted.inverted, wanted.events.then(Vec::new));
-        Ok(Taken { rate, files, traces, inverted, events })
+        let shafts = vec![Shaft::default(); motors.into()];
+        Ok(Taken { rate, files, traces, shafts, inverted, events })
     }
 
     /// The edges since the last call.
@@ -86,8 +88,15 @@ impl Recorder for Taken {
     fn edge(&mut self, edge: Edge) {
         self.files.edge(edge);
         if let Some(traces) = &mut self.traces {
-            let turned = edge.pin == Pin::Direction && self.inverted >> edge.axis & 1 != 0;
-            traces.edge(Edge { level: edge.level != turned, ..edge });
+        // As seen by its motor, for which forward may be a low DIR.
+        let turned = edge.pin == Pin::Direction && self.inverted >> edge.axis & 1 != 0;
+        let seen = Edge { level: edge.level != turned, ..edge };
+        if let Some(shaft) = self.shafts.get_mut(usize::from(edge.axis))
+            && let Some(forward) = shaft.follow(seen)
+        {
+            self.files.step(edge.axis, edge.time, forward);
+        }
+            traces.edge(seen);
         }
         if let Some(events) = &mut self.events {
             events.push(edge);

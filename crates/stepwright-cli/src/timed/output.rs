@@ -167,7 +167,7 @@ fn edges(course: &Course, wiring: &Wiring) -> impl Iterator<Item = (u64, usize, 
 pub fn mcap(out: impl Write + io::Seek, course: &Course, wiring: &Wiring) -> io::Result<()> {
     let names: Vec<_> = wiring.signals.iter().map(|one| one.name.replace(' ', "_")).collect();
     let words = "the pins of the timed driver's virtual board";
-    let mut file = McapWriter::new(out, names.iter().map(String::as_str), words)?;
+    let mut file = McapWriter::new(out, names.iter().map(String::as_str), [], words)?;
     let hz = u128::from(course.hardware.hz());
     for (clock, place, high) in edges(course, wiring) {
         file.level(place, (u128::from(clock) * 1_000_000_000 / hz) as u64, high)?;

@@ -131,7 +131,7 @@ fn main() -> ExitCode {
         Command::Watch(args) => order::watch::run(args),
         Command::Stop(args) => order::halt::stop(args),
         Command::Kill(args) => order::halt::kill(args),
-        Command::Status(args) => order::look::status(args),
+        Command::Status(args) => order::look::status(args, &cli.machine),
         Command::Position(args) => order::look::position(args),
         Command::Zero(args) => order::look::zero(args),
         Command::Send(args) => order::send::run(args),

@@ -192,6 +192,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     };
     let common = chosen.common();
     let (rate, geometry) = (common.machine.timer_hz, common.machine.geometry.geometry()?);
+    let unit = common.machine.geometry.unit();
     let plan = chosen.plan(rate, &geometry)?;
     let fit = common.runs.then(|| {
         let ticks = u64::from(rate.hz()) * u64::from(common.max_error_us) / 1_000_000;
@@ -202,14 +203,14 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let bare = common.format == Format::Csv && common.plot.is_empty();
     let survey = (!bare).then(|| Survey::of(&plan));
     for (file, survey) in common.plot.iter().zip(survey.iter().cycle()) {
-        file.save(&figure::draw(&plan, survey))?;
+        file.save(&figure::draw(&plan, survey, unit))?;
     }
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let written = match (common.format, &survey) {
         (Format::Csv, _) | (_, None) => csv::write(&mut out, &plan, fit),
         (Format::Summary, Some(survey)) => text::summary(&mut out, &plan, survey, fit),
         (Format::Table, Some(survey)) => text::table(&mut out, &plan, survey, fit),
-        (Format::Json, Some(survey)) => json::write(&mut out, &plan, survey, fit),
+        (Format::Json, Some(survey)) => json::write(&mut out, &plan, survey, fit, unit),
     };
     unless_closed(written.and_then(|()| out.flush()))
 }

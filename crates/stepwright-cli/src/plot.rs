@@ -29,6 +29,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::failure::Failure;
+use crate::quantity::MachineUnit;
 use crate::say;
 
 pub use clip::clip;
@@ -114,7 +115,7 @@ impl PlotFile {
 }
 
 /// What one or more axes did over time: position, speed and acceleration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct MotionPlot {
     /// The heading.
     pub title: String,
@@ -122,6 +123,12 @@ pub struct MotionPlot {
     pub notes: Vec<String>,
     /// The axes.
     pub series: Vec<Series>,
+    /// What the scales are in, where it is not steps.
+    pub unit: Option<MachineUnit>,
+    /// Whether the jerk is drawn too.
+    pub jerk: bool,
+    /// Whether each axis has panels of its own, one below the other.
+    pub stacked: bool,
 }
 
 /// What one axis did: points in the order of time, each of seconds and a value, which is
@@ -136,6 +143,8 @@ pub struct Series {
     pub speed: Vec<(f64, f64)>,
     /// Steps/s².
     pub accel: Vec<(f64, f64)>,
+    /// Steps/s³.
+    pub jerk: Vec<(f64, f64)>,
     /// Seconds over which speeds were compared, at most.
     pub window: f64,
 }
@@ -149,38 +158,81 @@ impl MotionPlot {
     fn figure(&self) -> Figure {
         let end = |series: &Series| series.speed.last().map_or(0.0, |(t, _)| *t);
         let end = self.series.iter().map(end).fold(0.0, f64::max);
-        let (unit, per_second) = time_unit(end);
-        let panel = |y: (&str, &str), x: &str, points: fn(&Series) -> &Vec<(f64, f64)>| {
-            let curves = self.series.iter().zip(PALETTE.iter().cycle());
-            let curves = curves.map(|(series, colour)| Curve {
-                name: series.name.clone(),
-                colour: *colour,
-                points: points(series).iter().map(|(t, v)| (t * per_second, *v)).collect(),
-                filled: self.series.len() == 1 && y.0 != "Position",
-                ..Curve::default()
-            });
-            Panel {
-                y: (y.0.into(), y.1.into()),
-                x: (x.into(), unit.into()),
-                curves: curves.collect(),
-                // The same time in all three.
-                view: View { x: Some((0.0, end * per_second)), y: None },
-                ..Panel::default()
-            }
-        };
-        let position = panel(("Position", "steps from the start"), "", |s| &s.position);
-        let speed = panel(("Speed", "steps/s"), "", |s| &s.speed);
+        let unit = self.unit.map_or("steps", |unit| unit.name);
         let window = self.series.iter().map(|series| series.window).fold(0.0, f64::max);
         // What is shorter has no height of its own.
         let means =
             if window >= 0.1 { format!(", mean of up to {window:.1} s") } else { String::new() };
-        let unit_of_accel = format!("steps/s²{means}");
-        let accel = panel(("Acceleration", &unit_of_accel), "time", |s| &s.accel);
-        Figure {
-            title: self.title.clone(),
-            notes: self.notes.clone(),
-            rows: vec![(280.0, vec![position]), (300.0, vec![speed]), (270.0, vec![accel])],
+        let mut shown = vec![
+            Quantity::new("Position", 280.0, format!("{unit} from the start"), |s| &s.position),
+            Quantity::new("Speed", 300.0, format!("{unit}/s"), |s| &s.speed),
+            Quantity::new("Acceleration", 270.0, format!("{unit}/s²{means}"), |s| &s.accel),
+        ];
+        if self.jerk {
+            shown.push(Quantity::new("Jerk", 250.0, format!("{unit}/s³{means}"), |s| &s.jerk));
         }
+        let mut rows: Vec<_> = shown.iter().flat_map(|shown| self.rows(shown, end)).collect();
+        if let Some(last) = rows.last_mut().and_then(|(_, panels)| panels.last_mut()) {
+            last.x.0 = "time".into();
+        }
+        let notes = self.notes.iter().cloned().chain(self.unit.map(MachineUnit::note)).collect();
+        Figure { title: self.title.clone(), notes, rows }
+    }
+
+    /// The rows of a quantity: one for all axes, or one for each.
+    fn rows(&self, shown: &Quantity, end: f64) -> Vec<(f64, Vec<Panel>)> {
+        let (unit, per_second) = time_unit(end);
+        let steps = self.unit.map_or(1.0, |unit| unit.steps);
+        let curve = |(series, colour): (&Series, &_)| Curve {
+            name: series.name.clone(),
+            colour: *colour,
+            points: (shown.points)(series)
+                .iter()
+                .map(|(t, v)| (t * per_second, v / steps))
+                .collect(),
+            filled: (self.series.len() == 1 || self.stacked) && shown.name != "Position",
+            ..Curve::default()
+        };
+        let panel = |name: String, curves: Vec<Curve>| Panel {
+            y: (name, shown.unit.clone()),
+            x: (String::new(), unit.into()),
+            curves,
+            // The same time in all of them.
+            view: View { x: Some((0.0, end * per_second)), y: None },
+            ..Panel::default()
+        };
+        let curves = self.series.iter().zip(PALETTE.iter().cycle()).map(curve);
+        if !self.stacked || self.series.len() < 2 {
+            return vec![(shown.height, vec![panel(shown.name.to_owned(), curves.collect())])];
+        }
+        let own = |curve: Curve| {
+            let name = format!("{} of {}", shown.name, curve.name);
+            (STACKED, vec![panel(name, vec![curve])])
+        };
+        curves.map(own).collect()
+    }
+}
+
+/// Height of a panel among those of several axes.
+const STACKED: f64 = 200.0;
+
+/// What is drawn of each axis.
+struct Quantity {
+    name: &'static str,
+    unit: String,
+    /// Of a panel of all axes.
+    height: f64,
+    points: fn(&Series) -> &Vec<(f64, f64)>,
+}
+
+impl Quantity {
+    fn new(
+        name: &'static str,
+        height: f64,
+        unit: String,
+        points: fn(&Series) -> &Vec<(f64, f64)>,
+    ) -> Quantity {
+        Quantity { name, unit, height, points }
     }
 }
 

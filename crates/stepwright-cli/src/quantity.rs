@@ -11,6 +11,7 @@
 
 mod decimal;
 mod distance;
+mod machine_unit;
 mod unit;
 
 use std::ffi::OsString;
@@ -23,6 +24,8 @@ use stepwright::{Accel, Geometry, Jerk, Speed};
 use crate::failure::Failure;
 use decimal::Decimal;
 pub use distance::DistanceArg;
+use machine_unit::TURN;
+pub use machine_unit::{MachineUnit, in_unit};
 use unit::{Kind, Unit};
 
 /// The steps that a turn may have.
@@ -37,27 +40,32 @@ pub const fn bounds(range: RangeInclusive<u32>) -> RangeInclusive<i64> {
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Motor")]
 pub struct GeometryArgs {
-    /// Steps of one turn, microsteps included: 200 for 1.8°, 3200 with 1/16
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    /// Steps of one turn, microsteps included: 200 for 1.8°, 3200 with 1/16 [default: 200]
+    #[arg(long, value_name = "N")]
     #[arg(value_parser = clap::value_parser!(u32).range(bounds(STEPS_PER_REV)))]
-    steps_per_rev: u32,
+    steps_per_rev: Option<u32>,
     /// Millimetres that the load travels in one turn; needed for mm/s
     #[arg(long, value_name = "MM")]
     mm_per_rev: Option<MmArg>,
 }
 
 impl GeometryArgs {
+    /// What is known of a motor.
+    pub fn new(steps_per_rev: Option<u32>, mm_per_rev: Option<MmArg>) -> GeometryArgs {
+        GeometryArgs { steps_per_rev, mm_per_rev }
+    }
+
     /// Of a motor whose turn moves its load by this many millimetres.
     pub fn leading(steps_per_rev: u32, mm: f64) -> GeometryArgs {
         let nm = (mm * 1e6).round();
         // Beyond 4 m a turn there are no millimetres.
         let nm = (1.0..=f64::from(u32::MAX)).contains(&nm).then_some(MmArg(nm as u32));
-        GeometryArgs { steps_per_rev, mm_per_rev: nm }
+        GeometryArgs { steps_per_rev: Some(steps_per_rev), mm_per_rev: nm }
     }
 
     /// What the core makes of them.
     pub fn geometry(&self) -> Result<Geometry, Failure> {
-        let geometry = Geometry::new(self.steps_per_rev)?;
+        let geometry = Geometry::new(self.steps_per_rev.unwrap_or(TURN))?;
         Ok(match self.mm_per_rev {
             Some(MmArg(nm)) => geometry.travelling_nm(nm)?,
             None => geometry,
@@ -66,12 +74,17 @@ impl GeometryArgs {
 }
 
 impl GeometryArgs {
-    /// The unit that positions are shown in, and the steps of one: millimetres where the
+    /// The unit of a machine that is built so.
+    pub fn unit(&self) -> Option<MachineUnit> {
+        MachineUnit::of(self.steps_per_rev, self.mm_per_rev.map(|MmArg(nm)| nm))
+    }
+
+    /// The unit that the page shows positions in, and the steps of one: millimetres where the
     /// load moves along a line.
-    pub fn unit(&self) -> Result<(&'static str, f64), Failure> {
+    pub fn page_unit(&self) -> Result<(&'static str, f64), Failure> {
         self.geometry()?;
-        let steps = f64::from(self.steps_per_rev);
-        Ok(self.mm_per_rev.map_or(("steps", 1.0), |MmArg(nm)| ("mm", steps * 1e6 / f64::from(nm))))
+        let millimetres = self.unit().filter(|_| self.mm_per_rev.is_some());
+        Ok(millimetres.map_or(("steps", 1.0), |unit| (unit.name, unit.steps)))
     }
 }
 

@@ -3,9 +3,11 @@
 pub mod bench;
 pub mod edge_files;
 pub mod edges;
+mod jerk;
 #[cfg(unix)]
 mod pty;
 pub mod recording;
+mod slopes;
 mod stdio;
 pub mod traces;
 
@@ -124,7 +126,7 @@ impl Args {
 pub fn run(args: Args) -> Result<(), Failure> {
     let description = args.description()?.with_drives(&args.drive);
     let width = args.width();
-    let heading = Heading { title: "The virtual board".to_owned(), notes: Vec::new() };
+    let heading = Heading { title: "The virtual board".to_owned(), ..Heading::default() };
     let plot = args.plot.as_ref().map(|file| (file, heading));
     let paths = EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() };
     let recording = Recording::begin(&description, paths, plot)?;

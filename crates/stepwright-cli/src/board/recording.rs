@@ -7,15 +7,20 @@ use super::edges::EdgeStore;
 use super::traces::Traces;
 use crate::failure::Failure;
 use crate::plot::{MotionPlot, PlotFile};
+use crate::quantity::MachineUnit;
 use crate::say;
 
 /// What stands above a plot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Heading {
     /// What it shows.
     pub title: String,
     /// Smaller lines below it.
     pub notes: Vec<String>,
+    /// The unit of its scales, where it is not steps.
+    pub unit: Option<MachineUnit>,
+    /// It shows the jerk, too.
+    pub jerk: bool,
 }
 
 /// Takes down what was asked for, and where the shafts are.
@@ -74,10 +79,10 @@ impl Recording {
             if series.is_empty() {
                 say::note("nothing has moved: there is nothing to plot");
             } else {
-                let Heading { title, notes } = heading;
+                let Heading { title, notes, unit, jerk } = heading;
                 // The minus of a number, not the hyphen of a word.
                 let title = title.replace(" -", " −");
-                MotionPlot { title, notes, series }.save(&file)?;
+                MotionPlot { title, notes, series, unit, jerk, stacked: false }.save(&file)?;
             }
         }
         Ok(())
@@ -89,14 +94,14 @@ impl Recorder for Recording {
         let shaft = self.shafts.get_mut(usize::from(edge.axis));
         let stepped = shaft.and_then(|shaft| shaft.follow(edge));
         self.files.edge(edge);
+        if let Some(forward) = stepped {
+            self.files.step(edge.axis, edge.time, forward);
+        }
         if let Some((_, _, traces)) = &mut self.plot {
             match (edge.pin, stepped) {
                 (Pin::Coil(_), Some(forward)) => traces.step(edge.axis, edge.time, forward),
                 _ => traces.edge(edge),
             }
-        if let Some(forward) = stepped {
-            self.files.step(edge.axis, edge.time, forward);
-        }
         }
         self.edges.edge(edge);
     }

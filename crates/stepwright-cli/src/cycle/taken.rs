@@ -80,14 +80,14 @@ impl Taken {
             return Ok(());
         }
         let notes = vec!["A speed is one step over the time between two.".to_owned()];
-        MotionPlot { title: title.to_owned(), notes, series }.save(file)
+        let title = title.to_owned();
+        MotionPlot { title, notes, series, stacked: true, ..MotionPlot::default() }.save(file)
     }
 }
 
 impl Recorder for Taken {
     fn edge(&mut self, edge: Edge) {
         self.files.edge(edge);
-        if let Some(traces) = &mut self.traces {
         // As seen by its motor, for which forward may be a low DIR.
         let turned = edge.pin == Pin::Direction && self.inverted >> edge.axis & 1 != 0;
         let seen = Edge { level: edge.level != turned, ..edge };
@@ -96,6 +96,7 @@ impl Recorder for Taken {
         {
             self.files.step(edge.axis, edge.time, forward);
         }
+        if let Some(traces) = &mut self.traces {
             traces.edge(seen);
         }
         if let Some(events) = &mut self.events {

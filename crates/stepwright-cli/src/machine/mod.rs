@@ -21,6 +21,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
 
 use crate::failure::Failure;
+use crate::quantity::{GeometryArgs, MachineUnit};
 use crate::say;
 use file::{About, Key, Machine, Values};
 use stepwright_protocol::AxisId;
@@ -149,6 +150,19 @@ pub fn shown(machine: &MachineArgs) -> Result<Option<MachineSheet>, Failure> {
         axes.flat_map(|(axis, values)| values.iter().map(|one| value(Some(*axis), one.clone())));
     let values = board.chain(axes).collect();
     Ok(Some(MachineSheet { file: from.display().to_string(), values }))
+}
+
+/// What the axes of the machine file count in.
+pub fn units(machine: &MachineArgs) -> Result<Vec<(AxisId, MachineUnit)>, Failure> {
+    let Some(from) = machine.path() else { return Ok(Vec::new()) };
+    let machine = Machine::parse(&file::text(&from)?, &from)?;
+    let unit = |(axis, values): &(AxisId, Values)| {
+        let value = |id| values.iter().find(|(key, _)| key.id == id).map(|(_, text)| text.as_str());
+        let steps = value("steps_per_rev").and_then(|text| text.parse().ok());
+        let mm = value("mm_per_rev").and_then(|text| text.parse().ok());
+        Some((*axis, GeometryArgs::new(steps, mm).unit()?))
+    };
+    Ok(machine.axes().iter().filter_map(unit).collect())
 }
 
 /// The subcommand that was typed, by its names from the outermost, and its options.

@@ -20,7 +20,7 @@ use crate::interrupt;
 use crate::plan::change::Change;
 use crate::plot::GAP;
 use crate::programs;
-use crate::quantity::{Rounded, SpeedArg};
+use crate::quantity::{Rounded, SpeedArg, in_unit};
 use crate::say;
 use crate::talk::{TRIES, Talk};
 use stepwright::{Accel, Geometry, Rate, Speed};
@@ -132,7 +132,8 @@ impl LawOrder<'_> {
             .iter()
             .map(|row| row.split_whitespace().collect::<Vec<_>>().join(" "))
             .collect::<Vec<_>>();
-        let heading = Heading { title, notes: vec![note.join(GAP)] };
+        let heading =
+            Heading { title, notes: vec![note.join(GAP)], unit: self.ramps.unit(), jerk: false };
         let plot = virt.plot.as_ref().map(|file| (file, heading));
         let recording = Recording::begin(&description, virt.edges(), plot)?;
         Ok(Box::new(VirtualLink::new(Bench::laws(description, recording), virt.fast)))
@@ -222,7 +223,11 @@ impl LawOrder<'_> {
             say::note(format_args!("{late} steps came late: the board is too slow for this speed"));
         }
         match self.format {
-            Format::Json => say::json(self.json(held, &at, (from, target), state, end, took)),
+            Format::Json => say::json(in_unit(
+                self.ramps.unit(),
+                self.json(held, &at, (from, target), state, end, took),
+                &["from", "steps", "target", "position"],
+            )),
             Format::Text => {
                 say::result(format_args!("  {:<12}{}", "took", seconds(took)));
                 say::result(last_line(state, position.map(i64::from), None));

@@ -12,7 +12,7 @@ use super::{drive, homing};
 use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::{DistanceArg, SpeedArg};
+use crate::quantity::{DistanceArg, SpeedArg, in_unit};
 use crate::say;
 use stepwright_host::home::{HomeOrder, HomeSight, NotHomed};
 use stepwright_host::homing::{HomeLeg, SwitchSide};
@@ -84,12 +84,16 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let finished = target::finish(&mut session);
     let at = result?;
     match args.order.format {
-        Format::Json => say::json(json!({
-            "axis": args.on.axis.number(),
-            "position": at,
-            "state": "ready",
-            "board": session.link().name(),
-        })),
+        Format::Json => say::json(in_unit(
+            args.order.ramps.unit(),
+            json!({
+                "axis": args.on.axis.number(),
+                "position": at,
+                "state": "ready",
+                "board": session.link().name(),
+            }),
+            &["position"],
+        )),
         Format::Text => say::result(last_line("ready", Some(at), None)),
     }
     finished
@@ -98,7 +102,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
 /// A virtual board with a switch on its machine, which it knows.
 fn virtual_machine(args: &Args) -> Result<Session, Failure> {
     let title = format!("Axis {} homing", args.on.axis.number());
-    let heading = Heading { title, notes: Vec::new() };
+    let heading = Heading { title, unit: args.order.ramps.unit(), ..Heading::default() };
     let switch = Switch { axis: args.on.axis, at: VIRTUAL_SWITCH };
     let mut session = args.order.virt.board(heading, &[switch])?;
     target::has_axis(&session, args.on.axis)?;

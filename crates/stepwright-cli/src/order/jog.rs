@@ -20,6 +20,7 @@ use super::travel::{Way, last_line, start_position};
 use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
+use crate::quantity::in_unit;
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
 use stepwright_host::motion::{NotBegun, RestPlace};
@@ -95,18 +96,23 @@ pub fn run(args: Args) -> Result<(), Failure> {
             .hint("without one: `stepwright run ±SPEED --for TIME`, or `stepwright move`"));
     }
     interrupt::listen(While::Holding)?;
-    let heading = Heading { title: "Jog".to_owned(), notes: Vec::new() };
+    let heading =
+        Heading { title: "Jog".to_owned(), unit: args.order.ramps.unit(), ..Heading::default() };
     let mut session = args.order.port.or_virtual(&args.order.virt, "jog", heading)?;
     let result = jog(&mut session, &args, step.get(), motion);
     let finished = target::finish(&mut session);
     let at = result?;
     match args.order.format {
-        Format::Json => say::json(json!({
-            "axis": args.on.axis.number(),
-            "position": at,
-            "state": "ready",
-            "board": session.link().name(),
-        })),
+        Format::Json => say::json(in_unit(
+            args.order.ramps.unit(),
+            json!({
+                "axis": args.on.axis.number(),
+                "position": at,
+                "state": "ready",
+                "board": session.link().name(),
+            }),
+            &["position"],
+        )),
         Format::Text => say::result(last_line("ready", Some(at), None)),
     }
     finished

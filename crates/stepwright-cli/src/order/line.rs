@@ -14,7 +14,7 @@ use super::target::{self, Format, MotionArgs};
 use super::travel::{Way, start_position};
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::{DistanceArg, SpeedArg};
+use crate::quantity::{DistanceArg, SpeedArg, in_unit};
 use crate::say;
 use stepwright_host::motion::{NotBegun, POLL};
 use stepwright_host::{LinkError, Session};
@@ -208,18 +208,22 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
         None => "uncertain",
     };
     match args.order.format {
-        Format::Json => say::json(json!({
-            "from": from,
-            "steps": line.steps().collect::<Vec<_>>(),
-            "target": targets,
-            "position": at,
-            "state": state,
-            "seconds": took,
-            "apart": apart,
-            "board": session.link().name(),
-            "motion": motion.json(),
-            "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        })),
+        Format::Json => say::json(in_unit(
+            motion.unit,
+            json!({
+                "from": from,
+                "steps": line.steps().collect::<Vec<_>>(),
+                "target": targets,
+                "position": at,
+                "state": state,
+                "seconds": took,
+                "apart": apart,
+                "board": session.link().name(),
+                "motion": motion.json(),
+                "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            }),
+            &["from", "steps", "target", "position"],
+        )),
         Format::Text => match &known {
             Some(at) => {
                 let at: Vec<_> = at.iter().map(i64::to_string).collect();

@@ -10,6 +10,8 @@ use super::refused;
 use super::target::{self, AxisArgs, Format, PortArgs};
 use super::travel::last_line;
 use crate::failure::Failure;
+use crate::machine::{self, MachineArgs};
+use crate::quantity::{GeometryArgs, MachineUnit, in_unit};
 use crate::say;
 use stepwright_host::link::serial::Share;
 use stepwright_host::{LinkError, Session};
@@ -38,7 +40,8 @@ pub struct StatusArgs {
 #[derive(clap::Args)]
 #[command(after_help = "\
 Says `position N ready`, `position N busy` on the way, or `position uncertain`
-with status 1.
+with status 1. Where the steps of a turn are known, from the machine file or an option, the
+same stands behind it in millimetres or degrees: `position 4000 ready (10 mm)`.
 
 Example:
   stepwright position --port /dev/ttyUSB0")]
@@ -69,6 +72,15 @@ pub struct OneArgs {
     pub port: PortArgs,
     #[command(flatten)]
     pub on: AxisArgs,
+    #[command(flatten)]
+    geometry: GeometryArgs,
+}
+
+impl OneArgs {
+    /// What the machine counts in, where that is known.
+    pub fn unit(&self) -> Option<MachineUnit> {
+        self.geometry.unit()
+    }
 }
 
 /// What an axis is doing.
@@ -98,6 +110,13 @@ impl State {
     pub fn line(&self) -> String {
         last_line(self.word(), self.position, None)
     }
+
+    /// `position 4000 ready (10 mm)`, and why, if something has stopped it.
+    pub fn line_in(&self, unit: Option<MachineUnit>, why: Option<Stop>) -> String {
+        let word = if why.is_some() { "stopped" } else { self.word() };
+        let shown = unit.zip(self.position).map(|(unit, at)| format!(" ({})", unit.shown(at)));
+        last_line(word, self.position, why) + &shown.unwrap_or_default()
+    }
 }
 
 /// Asks for the state of one axis, or of all.
@@ -120,15 +139,28 @@ pub fn states(session: &mut Session, only: Option<AxisId>) -> Result<Vec<State>,
 
 /// The states for programs.
 pub fn json(states: &[State]) -> Value {
+    json_in(&[], states)
+}
+
+/// The same, also in the units of the axes.
+fn json_in(units: &Units, states: &[State]) -> Value {
     let one = |state: &State| {
-        json!({
+        let told = json!({
             "axis": state.axis.number(),
             "position": state.position,
             "state": state.word(),
             "stop": state.stop.map(Stop::name),
-        })
+        });
+        in_unit(unit_of(units, state.axis), told, &["position"])
     };
     states.iter().map(one).collect()
+}
+
+/// What axes of a machine count in.
+type Units = [(AxisId, MachineUnit)];
+
+fn unit_of(units: &Units, axis: AxisId) -> Option<MachineUnit> {
+    units.iter().find(|(known, _)| *known == axis).map(|(_, unit)| *unit)
 }
 
 /// That all positions are known.
@@ -148,7 +180,8 @@ pub fn all_known(name: &str, states: &[State]) -> Result<(), Failure> {
 }
 
 /// Says what the board is and does.
-pub fn status(args: StatusArgs) -> Result<(), Failure> {
+pub fn status(args: StatusArgs, machine: &MachineArgs) -> Result<(), Failure> {
+    let units = machine::units(machine)?;
     let mut session = args.port.meet("status", Share::Guest)?;
     let states = states(&mut session, None).map_err(target::trouble(&mut session))?;
     let info = session.info().copied();
@@ -159,7 +192,7 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
     match args.format {
         Format::Json => say::json(json!({
             "board": info.map(board),
-            "axes": json(&states),
+            "axes": json_in(&units, &states),
             "switches": switches.iter().map(LimitSwitch::json).collect::<Value>(),
             "settings": changed.iter().map(pair).collect::<Map<_, _>>(),
         })),
@@ -169,7 +202,8 @@ pub fn status(args: StatusArgs) -> Result<(), Failure> {
                 let number = state.axis.number();
                 let why = state.stop.map(|stop| format!(", stopped by {}", stop.words()));
                 let why = why.unwrap_or_default();
-                say::result(format_args!("axis {number}      {}{why}", state.line()));
+                let line = state.line_in(unit_of(&units, state.axis), None);
+                say::result(format_args!("axis {number}      {line}{why}"));
             }
             if !switches.is_empty() {
                 let words: Vec<_> = switches.iter().map(LimitSwitch::words).collect();
@@ -321,17 +355,19 @@ fn show(info: Option<Info>) {
 
 /// Says where an axis is.
 pub fn position(args: PositionArgs) -> Result<(), Failure> {
-    let OneArgs { port, on: AxisArgs { axis }, format } = args.one;
+    let unit = args.one.unit();
+    let OneArgs { port, on: AxisArgs { axis }, format, .. } = args.one;
     let mut session = port.meet("position", Share::Guest)?;
     target::has_axis(&session, axis)?;
     let states = states(&mut session, Some(axis)).map_err(target::trouble(&mut session))?;
-    tell(format, &states);
+    tell(format, unit, &states);
     all_known(&session.link().name(), &states)
 }
 
 /// Calls the place where an axis stands 0.
 pub fn zero(args: ZeroArgs) -> Result<(), Failure> {
-    let OneArgs { port, on: AxisArgs { axis }, format } = args.one;
+    let unit = args.one.unit();
+    let OneArgs { port, on: AxisArgs { axis }, format, .. } = args.one;
     let mut session = port.meet("zero", Share::Alone)?;
     target::has_axis(&session, axis)?;
     let name = session.link().name();
@@ -344,19 +380,22 @@ pub fn zero(args: ZeroArgs) -> Result<(), Failure> {
         });
     }
     let states = states(&mut session, Some(axis)).map_err(lost)?;
-    tell(format, &states);
+    tell(format, unit, &states);
     all_known(&name, &states)
 }
 
-fn tell(format: Format, states: &[State]) {
+fn tell(format: Format, unit: Option<MachineUnit>, states: &[State]) {
     for state in states {
         match format {
-            Format::Json => say::json(json!({
-                "axis": state.axis.number(),
-                "position": state.position,
-                "state": state.word(),
-            })),
-            Format::Text => say::result(state.line()),
+            Format::Json => {
+                let told = json!({
+                    "axis": state.axis.number(),
+                    "position": state.position,
+                    "state": state.word(),
+                });
+                say::json(in_unit(unit, told, &["position"]));
+            }
+            Format::Text => say::result(state.line_in(unit, None)),
         }
     }
 }

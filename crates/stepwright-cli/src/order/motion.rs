@@ -11,7 +11,9 @@ use super::course::Course;
 use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::plot::GAP;
-use crate::quantity::{AccelArg, GeometryArgs, JerkArg, Rounded, SpeedArg, bounds};
+use crate::quantity::{
+    AccelArg, GeometryArgs, JerkArg, MachineUnit, Rounded, SpeedArg, bounds, in_unit,
+};
 
 /// Above the options that say how to move.
 pub const MOTION: &str =
@@ -59,12 +61,19 @@ pub struct Motion {
     accel: Option<String>,
     decel: Option<String>,
     jerk: Option<String>,
+    /// What the machine counts in.
+    pub unit: Option<MachineUnit>,
 }
 
 impl RampArgs {
     /// How the motor's steps relate to the world.
     pub fn geometry(&self) -> Result<Geometry, Failure> {
         self.geometry.geometry()
+    }
+
+    /// What the machine counts in, where that is known.
+    pub fn unit(&self) -> Option<MachineUnit> {
+        self.geometry.unit()
     }
 
     /// Whether a jerk was given.
@@ -131,7 +140,8 @@ impl RampArgs {
         let shown = |held: &Rounded<_>| held.to_string();
         let (accel, decel) = (accel.as_ref().map(shown), decel.as_ref().map(shown));
         let jerk = jerk.as_ref().map(Rounded::to_string);
-        Ok(Motion { axis, order, start, top, accel, decel, jerk })
+        let unit = self.unit();
+        Ok(Motion { axis, order, start, top, accel, decel, jerk, unit })
     }
 }
 
@@ -210,7 +220,8 @@ impl Motion {
     pub fn heading(&self, title: String) -> Heading {
         let rows = self.show().into_iter();
         let note = rows.map(|row| row.split_whitespace().collect::<Vec<_>>().join(" "));
-        Heading { title, notes: vec![note.collect::<Vec<_>>().join(GAP)] }
+        let notes = vec![note.collect::<Vec<_>>().join(GAP)];
+        Heading { title, notes, unit: self.unit, jerk: self.jerk.is_some() }
     }
 
     fn ramp(&self, ramp: Ramp, given: Option<&str>) -> String {
@@ -247,14 +258,16 @@ impl Motion {
             Ramp::Accel(accel) => json!({ "accel": accel.millisteps() as f64 / 1000.0 }),
         };
         let speed = |speed: Speed| f64::from(speed.millisteps()) / 1000.0;
-        json!({
+        let motion = json!({
             "start_speed": speed(self.order.start),
             "top_speed": speed(self.order.top),
             "ramp_up": ramp(self.order.up),
             "ramp_down": ramp(self.order.down),
             "jerk": self.order.jerk.map(|jerk| jerk.millisteps() as f64 / 1000.0),
             "duration": self.duration(),
-        })
+        });
+        let names = ["start_speed", "top_speed", "ramp_up", "ramp_down", "jerk"];
+        in_unit(self.unit, motion, &names)
     }
 }
 

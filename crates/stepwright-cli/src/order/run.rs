@@ -16,7 +16,7 @@ use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::travel::{last_line, start_position};
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::SignedSpeedArg;
+use crate::quantity::{SignedSpeedArg, in_unit};
 use crate::say;
 use stepwright_host::motion::{NotBegun, RestPlace};
 use stepwright_host::{LinkError, Session};
@@ -205,13 +205,17 @@ fn stopped(why: Option<Stop>) -> Failure {
 
 fn tell(session: &mut Session, args: &Args, state: &str, position: Option<i64>, why: Option<Stop>) {
     match args.order.format {
-        Format::Json => say::json(json!({
-            "axis": args.on.axis.number(),
-            "position": position,
-            "state": state,
-            "stop": why.map(Stop::name),
-            "board": session.link().name(),
-        })),
+        Format::Json => say::json(in_unit(
+            args.order.ramps.unit(),
+            json!({
+                "axis": args.on.axis.number(),
+                "position": position,
+                "state": state,
+                "stop": why.map(Stop::name),
+                "board": session.link().name(),
+            }),
+            &["position"],
+        )),
         Format::Text => say::result(last_line(state, position, why)),
     }
 }

@@ -16,7 +16,7 @@ use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::watch;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::{DistanceArg, Rounded, SpeedArg};
+use crate::quantity::{DistanceArg, Rounded, SpeedArg, in_unit};
 use crate::say;
 use stepwright_host::motion::{NotBegun, RestPlace};
 use stepwright_host::{LinkError, Session};
@@ -242,20 +242,24 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     let why =
         if state == "stopped" && !ended.braked { session.stop_of(args.on.axis) } else { None };
     match args.order.format {
-        Format::Json => say::json(json!({
-            "axis": args.on.axis.number(),
-            "from": from,
-            "steps": steps.get(),
-            "target": target,
-            "position": position,
-            "state": state,
-            "stop": why.map(Stop::name),
-            "seconds": took,
-            "late": late,
-            "board": session.link().name(),
-            "motion": motion.json(),
-            "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        })),
+        Format::Json => say::json(in_unit(
+            motion.unit,
+            json!({
+                "axis": args.on.axis.number(),
+                "from": from,
+                "steps": steps.get(),
+                "target": target,
+                "position": position,
+                "state": state,
+                "stop": why.map(Stop::name),
+                "seconds": took,
+                "late": late,
+                "board": session.link().name(),
+                "motion": motion.json(),
+                "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            }),
+            &["from", "steps", "target", "position"],
+        )),
         Format::Text => say::result(last_line(state, position, why)),
     }
     match (ended.failure, ended.end) {

@@ -8,9 +8,9 @@ use stepwright_protocol::{AxisId, Selection, Stop};
 use super::drive;
 use super::look::{self, OneArgs, State};
 use super::target::{self, Format};
-use super::travel::last_line;
 use crate::failure::Failure;
 use crate::interrupt::{self, Ends, While};
+use crate::quantity::{MachineUnit, in_unit};
 use crate::say;
 use stepwright_host::link::serial::Share;
 use stepwright_host::motion::{NotBegun, POLL};
@@ -52,7 +52,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
             Err(trouble) => return Err(target::lost(&session.link().name(), &trouble)),
         }
     };
-    tell(&mut session, args.format, &state);
+    tell(&mut session, args.format, args.unit(), &state);
     look::all_known(&session.link().name(), &[state])
 }
 
@@ -87,19 +87,19 @@ fn follow(session: &mut Session, args: &OneArgs) -> Result<State, LinkError> {
     states.into_iter().next().ok_or(LinkError::Silent)
 }
 
-fn tell(session: &mut Session, format: Format, state: &State) {
+fn tell(session: &mut Session, format: Format, unit: Option<MachineUnit>, state: &State) {
     match format {
-        Format::Json => say::json(json!({
-            "axis": state.axis.number(),
-            "position": state.position,
-            "state": state.word(),
-            "stop": state.stop.map(Stop::name),
-            "board": session.link().name(),
-        })),
-        Format::Text if state.position.is_some() && state.stop.is_some() => {
-            say::result(last_line("stopped", state.position, state.stop));
+        Format::Json => {
+            let told = json!({
+                "axis": state.axis.number(),
+                "position": state.position,
+                "state": state.word(),
+                "stop": state.stop.map(Stop::name),
+                "board": session.link().name(),
+            });
+            say::json(in_unit(unit, told, &["position"]));
         }
-        Format::Text => say::result(state.line()),
+        Format::Text => say::result(state.line_in(unit, state.stop)),
     }
 }
 
@@ -109,7 +109,7 @@ pub fn left(session: &mut Session, axis: AxisId, format: Format) -> Result<(), F
         drive::not_begun(session, NotBegun::Trouble { trouble, moving: true })
     })?;
     for state in &states {
-        tell(session, format, state);
+        tell(session, format, None, state);
     }
     say::note(format_args!("see it with: stepwright watch --port {}", session.link().name()));
     look::all_known(&session.link().name(), &states)

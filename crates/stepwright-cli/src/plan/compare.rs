@@ -18,8 +18,8 @@ use super::power::{self, Power};
 use super::{Machine, austin, s_curve, trapezoid};
 use crate::failure::{Failure, unless_closed};
 use crate::figures::law::Motor;
-use crate::plot::{Curve, Figure, PALETTE, Panel, PlotFile, View, number, time_unit};
-use crate::quantity::JerkArg;
+use crate::plot::{Curve, Figure, GAP, PALETTE, Panel, PlotFile, View, number, time_unit};
+use crate::quantity::{JerkArg, MachineUnit};
 use crate::sheet::{Cell, Format, Sheet};
 
 /// Laws over one another: how long, how fast, how smooth
@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         courses.push(Course::of(name, make(&asked, args)?.as_ref(), &asked));
     }
     for file in &args.plot {
-        file.save(&draw(&asked, &courses))?;
+        file.save(&draw(&asked, &courses, args.machine.geometry.unit()))?;
     }
     let mut out = BufWriter::new(io::stdout().lock());
     let written = sheet(&asked, &courses, &constant).write(&mut out, args.format);
@@ -252,19 +252,20 @@ fn sheet(asked: &Asked, courses: &[Course], constant: &[Course; 2]) -> Sheet {
     sheet
 }
 
-fn draw(asked: &Asked, courses: &[Course]) -> Figure {
+fn draw(asked: &Asked, courses: &[Course], shown: Option<MachineUnit>) -> Figure {
     let longest = courses.iter().map(|course| course.duration).fold(0.0, f64::max);
     let (unit, per_second) = time_unit(longest);
-    let panel = |name: &str, y: &str, points: fn(&Course, f64) -> Vec<(f64, f64)>| {
+    let (length, steps) = shown.map_or(("steps", 1.0), |shown| (shown.name, shown.steps));
+    let panel = |name: &str, per: &str, points: fn(&Course, f64) -> Vec<(f64, f64)>| {
         let curves = courses.iter().zip(PALETTE.iter().cycle()).map(|(course, colour)| Curve {
             name: course.name.into(),
             colour: *colour,
-            points: points(course, per_second),
+            points: points(course, per_second).iter().map(|(t, v)| (*t, v / steps)).collect(),
             dashed: course.name == "trapezoid",
             ..Curve::default()
         });
         Panel {
-            y: (name.into(), y.into()),
+            y: (name.into(), format!("{length}{per}")),
             x: ("time".into(), unit.into()),
             curves: curves.collect(),
             view: View { x: Some((0.0, (longest * per_second).max(f64::MIN_POSITIVE))), y: None },
@@ -275,10 +276,10 @@ fn draw(asked: &Asked, courses: &[Course]) -> Figure {
         asked.values().iter().map(|value| format!("{} {}", value.name, value.shown)).collect();
     Figure {
         title: format!("{} steps by {} laws", number(asked.steps.into(), 0), courses.len()),
-        notes: vec![values.join("\u{2002}·\u{2002}")],
+        notes: [values.join(GAP)].into_iter().chain(shown.map(MachineUnit::note)).collect(),
         rows: vec![
-            (430.0, vec![panel("Speed", "steps/s", Course::speeds)]),
-            (330.0, vec![panel("Acceleration", "steps/s²", Course::slopes)]),
+            (430.0, vec![panel("Speed", "/s", Course::speeds)]),
+            (330.0, vec![panel("Acceleration", "/s²", Course::slopes)]),
         ],
     }
 }

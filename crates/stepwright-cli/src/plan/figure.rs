@@ -1,4 +1,5 @@
-//! A plan as a figure: speed and acceleration, over time and over steps.
+//! A plan as a figure: speed and acceleration, and the jerk that has a limit, over time and over
+//! steps.
 
 use stepwright::profile::Phase;
 
@@ -6,6 +7,7 @@ use super::law::{Plan, Value};
 use super::survey::{Sample, Survey};
 use super::text::{counted, lasting, peak};
 use crate::plot::{Band, Curve, Figure, GAP, PALETTE, Panel, number, time_unit};
+use crate::quantity::MachineUnit;
 
 /// Up to this many steps, each is marked with a dot.
 const FEW: usize = 80;
@@ -14,24 +16,45 @@ const FEW: usize = 80;
 ///
 /// The speed is that of the emitted delays; the acceleration that of the
 /// ideal, since whole ticks make noise of it.
-pub fn draw(plan: &Plan, survey: &Survey) -> Figure {
+pub fn draw(plan: &Plan, survey: &Survey, unit: Option<MachineUnit>) -> Figure {
     let seconds = plan.seconds(survey.duration as f64);
-    let (unit, per_second) = time_unit(seconds);
+    let (time, per_second) = time_unit(seconds);
     let tick = per_second / f64::from(plan.rate.hz());
     // A label like 2 000 000 000 is too wide.
     let many = plan.law.pulses() > 5_000_000;
-    let view = View { plan, survey, tick, step: if many { 1e-6 } else { 1.0 } };
-    let time = ("time".to_owned(), unit.to_owned());
+    let (length, per_unit) = unit.map_or(("steps", 1.0), |unit| (unit.name, unit.steps));
+    let step = if many { 1e-6 } else { 1.0 };
+    let view = View { plan, survey, tick, step, length, per_unit };
+    let time = ("time".to_owned(), time.to_owned());
     let step = ("step".to_owned(), if many { "millions".to_owned() } else { String::new() });
-    let speed = |x: &(String, String), by| view.panel("Speed", "steps/s", x, by);
-    let accel = |x: &(String, String), by| view.panel("Acceleration", "steps/s²", x, by);
-    Figure {
-        title: title(plan),
-        notes: notes(plan, survey),
-        rows: vec![
-            (380.0, vec![speed(&time, By::Time), speed(&step, By::Steps)]),
-            (270.0, vec![accel(&time, By::Time), accel(&step, By::Steps)]),
-        ],
+    let row = |height: f64, shown: Shown| {
+        (height, vec![view.panel(shown, &time, By::Time), view.panel(shown, &step, By::Steps)])
+    };
+    let mut rows = vec![row(380.0, Shown::Speed), row(270.0, Shown::Accel)];
+    if plan.values.iter().any(|value| value.name == "jerk") {
+        rows.push(row(250.0, Shown::Jerk));
+    }
+    let mut notes = notes(plan, survey);
+    notes.extend(unit.map(MachineUnit::note));
+    Figure { title: title(plan), notes, rows }
+}
+
+/// What a panel shows.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Shown {
+    Speed,
+    Accel,
+    Jerk,
+}
+
+impl Shown {
+    /// Its name, and what its unit has behind the length.
+    fn name(self) -> (&'static str, &'static str) {
+        match self {
+            Shown::Speed => ("Speed", "/s"),
+            Shown::Accel => ("Acceleration", "/s²"),
+            Shown::Jerk => ("Jerk", "/s³"),
+        }
     }
 }
 
@@ -82,22 +105,30 @@ struct View<'a> {
     /// A tick and a step in the units of their axes.
     tick: f64,
     step: f64,
+    /// What is counted, and the steps of one.
+    length: &'static str,
+    per_unit: f64,
 }
 
 impl View<'_> {
-    fn panel(&self, name: &str, unit: &str, x: &(String, String), by: By) -> Panel {
-        let speed = name == "Speed";
-        let points = if speed { self.speeds(by) } else { self.accels(by) };
+    fn panel(&self, shown: Shown, x: &(String, String), by: By) -> Panel {
+        let (speed, (name, per)) = (shown == Shown::Speed, shown.name());
+        let mut points = match shown {
+            Shown::Speed => self.speeds(by),
+            Shown::Accel => self.accels(by),
+            Shown::Jerk => self.jerks(by),
+        };
+        points.iter_mut().for_each(|(_, value)| *value /= self.per_unit);
         let few = speed && points.len() <= FEW;
         let inner = points.len().saturating_sub(1);
         Panel {
-            y: (name.into(), unit.into()),
+            y: (name.into(), format!("{}{per}", self.length)),
             x: x.clone(),
             bands: self.bands(by),
             named: speed,
             curves: vec![Curve {
                 name: name.into(),
-                colour: PALETTE[usize::from(!speed)],
+                colour: PALETTE[shown as usize],
                 // Not the ends, which are no delays.
                 dots: if few && inner > 1 { points[1..inner].to_vec() } else { Vec::new() },
                 points,
@@ -158,11 +189,7 @@ impl View<'_> {
     /// stretch behind it, between the middles of the two.
     fn accels(&self, by: By) -> Vec<(f64, f64)> {
         let samples = &self.survey.samples;
-        let hz = f64::from(self.plan.rate.hz());
-        let stretch = |a: &Sample, b: &Sample| {
-            let seconds = (b.ideal - a.ideal).to_f64() / hz;
-            (f64::from(b.n - a.n) / seconds, seconds)
-        };
+        let stretch = |a: &Sample, b: &Sample| self.stretch(a, b);
         let middle = |a: &Sample, b: &Sample| (self.x(by, a) + self.x(by, b)) / 2.0;
         let mut points = Vec::new();
         if let [a, b] = samples.as_slice() {
@@ -177,6 +204,31 @@ impl View<'_> {
             let ((v1, t1), (v2, t2)) = (stretch(a, b), stretch(b, c));
             let accel = 2.0 * (v2 - v1) / (t1 + t2);
             points.extend([(middle(a, b), accel), (middle(b, c), accel)]);
+        }
+        // At the ends it is what it is beside them.
+        if let [first, .., last] = points.as_mut_slice() {
+            first.0 = self.x(by, &samples[0]);
+            last.0 = self.x(by, &samples[samples.len() - 1]);
+        }
+        points
+    }
+
+    /// The ideal's mean speed from a sample to another, and the seconds between them.
+    fn stretch(&self, a: &Sample, b: &Sample) -> (f64, f64) {
+        let seconds = (b.ideal - a.ideal).to_f64() / f64::from(self.plan.rate.hz());
+        (f64::from(b.n - a.n) / seconds, seconds)
+    }
+
+    /// The jerk of the cubic through four samples of the ideal, between the inner two.
+    fn jerks(&self, by: By) -> Vec<(f64, f64)> {
+        let samples = &self.survey.samples;
+        let mut points = Vec::new();
+        for four in samples.windows(4) {
+            let [(v1, t1), (v2, t2), (v3, t3)] =
+                [0, 1, 2].map(|n| self.stretch(&four[n], &four[n + 1]));
+            let bends = ((v2 - v1) / (t1 + t2), (v3 - v2) / (t2 + t3));
+            let jerk = 6.0 * (bends.1 - bends.0) / (t1 + t2 + t3);
+            points.extend([(self.x(by, &four[1]), jerk), (self.x(by, &four[2]), jerk)]);
         }
         // At the ends it is what it is beside them.
         if let [first, .., last] = points.as_mut_slice() {

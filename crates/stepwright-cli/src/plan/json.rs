@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use serde_json::{Value, json};
 
 use crate::json::tidy;
+use crate::quantity::MachineUnit;
 
 use super::law::{self, Closeness, Plan, Row};
 use super::runs::{self, Line};
@@ -20,9 +21,13 @@ pub fn write(
     plan: &Plan,
     survey: &Survey,
     fit: Option<Closeness>,
+    unit: Option<MachineUnit>,
 ) -> io::Result<()> {
     writeln!(out, "{{")?;
     members(out, summary(plan, survey))?;
+    if let Some(unit) = unit {
+        members(out, vec![("in_unit", shown(plan, unit))])?;
+    }
     list(out, "values", plan.values.iter().map(value))?;
     writeln!(out, ",")?;
     list(out, "phases", survey.parts.iter().map(phase))?;
@@ -53,6 +58,17 @@ fn summary(plan: &Plan, survey: &Survey) -> Members {
         ("largest_error_step", json!(step)),
         ("checked_steps", json!(checked)),
     ]
+}
+
+/// What of the summary is counted in steps, in the unit of the machine.
+fn shown(plan: &Plan, unit: MachineUnit) -> Value {
+    let law = plan.law.as_ref();
+    json!({
+        "unit": unit.name,
+        "distance": f64::from(law.pulses()) / unit.steps,
+        "peak_speed": law.peak() / unit.steps,
+        "braking_distance": f64::from(law.braking()) / unit.steps,
+    })
 }
 
 fn value(value: &law::Value) -> Members {

@@ -229,7 +229,7 @@ impl Panel {
             let at = y.at(f64::from(above) + 0.35);
             picture.text((frame.left - 9.0, at + 4.5), label.end(), name.clone());
         }
-        let (mut values, decimals) = y.ticks((frame.height / 56.0) as usize);
+        let (mut values, decimals) = y.ticks(((frame.height / 56.0) as usize).max(2));
         if self.is_flat() {
             // Nothing but 0 is known of such an axis.
             values.retain(|value| *value == 0.0);

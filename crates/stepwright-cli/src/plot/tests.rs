@@ -17,6 +17,7 @@ fn axes() -> MotionPlot {
             Series { name: "axis 2".into(), speed: slow, ..Series::default() },
             Series { name: "axis 3".into(), ..Series::default() },
         ],
+        ..MotionPlot::default()
     }
 }
 
@@ -63,13 +64,13 @@ fn where_nothing_can_be_written_it_is_said() {
 fn a_million_points_stay_a_small_file() {
     let points = (0..1_000_000).map(|i| (f64::from(i) * 1e-5, f64::from(i % 7))).collect();
     let series = vec![Series { name: "a".into(), speed: points, ..Series::default() }];
-    let plot = MotionPlot { title: "Noise".into(), notes: Vec::new(), series };
+    let plot = MotionPlot { title: "Noise".into(), series, ..MotionPlot::default() };
     assert!(svg::render(&plot.figure().picture()).len() < 300_000);
 }
 
 #[test]
 fn nothing_at_all_is_a_picture_too() {
-    let plot = MotionPlot { title: String::new(), notes: Vec::new(), series: Vec::new() };
+    let plot = MotionPlot::default();
     let svg = svg::render(&plot.figure().picture());
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }

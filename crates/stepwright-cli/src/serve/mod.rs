@@ -130,7 +130,7 @@ impl std::fmt::Display for Bind {
 
 /// Serves until Ctrl-C, or another signal.
 pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
-    let unit = args.geometry.unit()?;
+    let unit = args.geometry.page_unit()?;
     if args.cycles.is_some() && !cfg!(unix) {
         return Err(Failure::usage(
             "--cycles takes a system with signals: a run could not be stopped",

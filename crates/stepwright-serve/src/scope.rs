@@ -315,8 +315,8 @@ mod tests {
         assert!(csv(&odd).contains("\n5333333.3333,1,1,\n"));
     }
 
-    /// What another reader finds in it: topic, ns, level, and the words of its channel.
-    fn read(file: &[u8]) -> Vec<(String, u64, u64)> {
+    /// What another reader finds in it: topic, ns, and the level or the position.
+    fn read(file: &[u8]) -> Vec<(String, u64, i64)> {
         let messages = ::mcap::MessageStream::new(file).unwrap().map(Result::unwrap);
         let of = |message: ::mcap::Message<'_>| {
             let schema = message.channel.schema.as_ref().unwrap();
@@ -324,8 +324,8 @@ mod tests {
             assert_eq!((schema.encoding.as_str(), &text["type"]), ("jsonschema", &"object".into()));
             assert_eq!(message.channel.metadata.get("source").unwrap(), "w");
             let value: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
-            let level = value["level"].as_u64().unwrap();
-            (message.channel.topic.clone(), message.log_time, level)
+            let number = value.get("level").or(value.get("position")).unwrap();
+            (message.channel.topic.clone(), message.log_time, number.as_i64().unwrap())
         };
         messages.map(of).collect()
     }
@@ -338,6 +338,9 @@ mod tests {
         assert!(found.is_sorted_by_key(|(_, nanos, _)| *nanos));
         found.sort_by_key(|(pin, ..)| pin.clone());
         let right = [
+            // A step, a turn, and back.
+            message("axis1", 1_000, 1),
+            message("axis1", 103_000, 0),
             message("dir1", 0, 1),
             message("dir1", 3_000, 0),
             message("step1", 0, 0),
@@ -349,8 +352,8 @@ mod tests {
         assert_eq!(found, right);
         // Who seeks has what there is to find: a pin without edges has its channel.
         let summary = ::mcap::Summary::read(&file).unwrap().unwrap();
-        assert_eq!((summary.channels.len(), summary.chunk_indexes.len()), (3, 1));
-        assert_eq!(summary.stats.unwrap().message_count, 7);
+        assert_eq!((summary.channels.len(), summary.chunk_indexes.len()), (4, 1));
+        assert_eq!(summary.stats.unwrap().message_count, 9);
         // A third of a second, rounded down.
         let odd = ScopeRecord { hz: 3, end: 9, begin: 0, ..record() };
         assert_eq!(read(&mcap(&odd).unwrap())[2], message("step1", 5_333_333_333, 1));

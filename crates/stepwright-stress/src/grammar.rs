@@ -75,7 +75,8 @@ pub fn read(line: &[u8], can: Can) -> Result<Line, Reasons> {
         b'm' => Ok(Line::Manner(b'm', number(rest, 1, 1_000_000_000)?)),
         b'a' | b'd' => Ok(Line::Manner(letter, number(rest, 1, 100_000_000)?)),
         b'j' if can.jerk => Ok(Line::Manner(letter, number(rest, 0, 4_000_000_000)?)),
-        b'j' => Err(Reason::NoJerk.into()),
+        // A damaged one is no line, on any board.
+        b'j' => Err(number(rest, 0, 4_000_000_000).err().unwrap_or(Reason::NoJerk.into())),
         b'G' | b'@' => {
             let Some((sign, digits)) = rest.split_first() else { return bad };
             let steps = match sign {
@@ -174,6 +175,7 @@ mod tests {
         }
         assert_eq!(why("$pulse"), Reason::Setting.into());
         assert_eq!(read(b"j5", NONE).unwrap_err(), Reason::NoJerk.into());
+        assert_eq!(read(b"jA+m", NONE).unwrap_err(), Reason::Line.into());
         assert_eq!(read(b"L5", NONE).unwrap_err(), Reason::Line.into());
         assert_eq!(read(b"$safe-start=1", NONE).unwrap_err(), Reason::Setting.into());
         assert_eq!(why("t0000000000000000000000001"), Reason::Line.into());

@@ -117,7 +117,7 @@ impl Judge {
         let limited = self.settings.has(settings::SOFT_LIMITS, n);
         let here = track.count - track.zero;
         match travel {
-            Travel::By(steps) => expect.and(self.admit_end(n, here, steps)),
+            Travel::By(steps) => expect.and(self.admit_end(n, here, steps, steps == 0)),
             Travel::Endless(forward) if limited && !self.is_homing(n, forward) => {
                 let way = self.way_to_limit(n, forward);
                 // A travel counts to 2³¹ − 1.
@@ -134,8 +134,9 @@ impl Judge {
         }
     }
 
-    /// Whether an axis may be sent this many steps from there.
-    fn admit_end(&self, n: usize, from: i64, steps: i64) -> Expect {
+    /// Whether an axis may be sent this many steps from there. One that `stays` may do so
+    /// beyond a soft limit.
+    fn admit_end(&self, n: usize, from: i64, steps: i64, stays: bool) -> Expect {
         let known = self.tracks[n].known;
         let limited = self.settings.has(settings::SOFT_LIMITS, n);
         let mut expect = Expect::YES;
@@ -143,7 +144,7 @@ impl Judge {
             expect = expect.and(Expect::unless(known.not(), Reason::Uncertain));
         }
         let [behind, ahead] = self.range(n);
-        if limited && steps != 0 && !(behind..=ahead).contains(&(from + steps)) {
+        if limited && !stays && !(behind..=ahead).contains(&(from + steps)) {
             // The position that is not known says nothing of the end.
             let beyond = if known == Known::No { Known::No } else { known };
             expect = expect.and(Expect::unless(beyond, Reason::Limit));
@@ -154,7 +155,7 @@ impl Judge {
     /// Whether a moving axis may get this target.
     pub(crate) fn admit_target(&self, n: usize, steps: i64) -> Expect {
         let track = &self.tracks[n];
-        self.may_start().and(self.admit_end(n, track.origin - track.zero, steps))
+        self.may_start().and(self.admit_end(n, track.origin - track.zero, steps, false))
     }
 
     /// Whether a moving axis may get another deceleration: not where a soft limit counts on it.

@@ -66,6 +66,9 @@ pub struct Judge {
     unsure: bool,
     /// A travel has begun since the power came on.
     pub(crate) moved: Known,
+    /// Drivers that were switched on last are ready then: as it was set at that time, and an
+    /// order of no steps switches them on too.
+    ready: u64,
     /// The last order was then.
     pub(crate) ordered: Option<u64>,
     /// Lines that were answered.
@@ -114,6 +117,7 @@ impl Judge {
             stored: (vec![Settings::new(board.can)], 0),
             unsure: false,
             moved: Known::No,
+            ready: 0,
             ordered: None,
             lines: 0,
         };
@@ -178,9 +182,9 @@ impl Judge {
 
     /// Time has come to `now`: what follows from that alone.
     pub(crate) fn advance(&mut self, now: u64) -> Result<(), Fault> {
-        self.hear_silence(now);
+        // A switch or an input that changed has been told of before: what stands since then may
+        // have stopped before a silence.
         self.obey_inputs(now);
-        let mut due = Ok(());
         for (track, held) in self.tracks.iter_mut().zip(self.held) {
             for (side, since) in track.closed.into_iter().enumerate() {
                 // It may be halted from the first moment on.
@@ -195,9 +199,10 @@ impl Judge {
                     *edge = track.count;
                 }
             }
-            due = due.and(track.due(now, &self.measure));
         }
-        due
+        self.hear_silence(now);
+        let due = |track: &Track| track.due(now, &self.measure);
+        self.tracks.iter().map(due).fold(Ok(()), Result::and)
     }
 
     /// Moving axes brake when no line has come for this time. A board that works out an answer
@@ -530,8 +535,13 @@ impl Judge {
         let delay = self.board.ticks(1000 * self.settings.get(settings::ENABLE));
         let latest = self.tracks.iter().map(|track| track.not_before).max().unwrap_or(0);
         let since = self.enable.map_or(now, |enable| enable.since);
-        let from = if self.drivers_were_on() { latest } else { since + delay };
-        (from, delay + self.board.ticks(2000))
+        let from = if self.drivers_were_on() {
+            latest
+        } else {
+            self.ready = since + delay;
+            self.ready
+        };
+        (from, delay.max(self.ready.saturating_sub(now)) + self.board.ticks(2000))
     }
 
     /// Whether an axis rests.

@@ -83,14 +83,17 @@ impl Limits {
         (v + self.up / 2.0 / v.max(1e-9)).min(most * v).min(self.top.max(v))
     }
 
-    /// The way to rest of an axis that learns of it now, `v` being the speed of its last
-    /// interval, with what is planned in front of it: all that begins within the horizon, and
-    /// the present step and the next. `first` is how long a first or last step may take.
-    pub fn way(&self, v: f64, first: f64) -> Way {
-        let (ahead, bend) = (HORIZON + RUN, self.bend(self.top.max(v)));
+    /// The way to rest of an axis that learns of it now, `v` being its speed at the end of its
+    /// last interval, with what is planned in front of it: all that begins within the horizon, and
+    /// the present step and the next. That step was made `since` seconds ago, and the next one was
+    /// not: so the axis is faster by now, by `up` for that time and over a step at most. `first`
+    /// is how long a first or last step may take.
+    pub fn way(&self, v: f64, since: f64, first: f64) -> Way {
         // Its last interval may have been a rest, before a leg that begins with its start speed.
-        let v = self.end_speed(v).max(self.start);
-        let timed = v + self.up * (ahead + bend);
+        let v = v.max(self.start);
+        let (ahead, bend) = (HORIZON + RUN, self.bend(self.top.max(v)));
+        let present = (v + self.up * since).min((v * v + 2.0 * self.up).sqrt());
+        let timed = present + self.up * (ahead + bend);
         let counted = (v * v + 4.0 * self.up).sqrt() + self.up * bend;
         let fastest = timed.max(counted).min(self.top.max(v));
         let (steps, time) = self.fall(fastest);
@@ -101,17 +104,21 @@ impl Limits {
         }
     }
 
-    /// The way to rest of an axis that obeys, `v` being the speed of its last interval; of none
-    /// if it has just made its first step.
-    pub fn way_from(&self, v: Option<f64>, first: f64) -> Way {
-        let fast = v.map_or(self.start, |v| self.end_speed(v).max(self.start));
+    /// The way to rest of an axis that obeys, `v` being the speed of its last interval and that
+    /// at its end; of none if it has just made its first step. The last interval may have been
+    /// made by other limits, so what it ended with is not for these to say.
+    pub fn way_from(&self, v: Option<(f64, f64)>, first: f64) -> Way {
+        let fast = v.map_or(self.start, |(_, end)| end.max(self.start));
         let bend = self.bend(self.top.max(fast));
         let fast = (fast + self.up * bend).min(self.top.max(fast));
         let (steps, time) = self.fall(fast);
         // A part of a step at its speed is in front of the fall, which ends on a step.
         Way {
             steps: fast * bend + steps + 2.0,
-            time: bend + time + 2.0 / v.unwrap_or(f64::INFINITY) + 3.0 * first.max(self.last()),
+            time: bend
+                + time
+                + 2.0 / v.map_or(f64::INFINITY, |(v, _)| v)
+                + 3.0 * first.max(self.last()),
         }
     }
 
@@ -225,7 +232,10 @@ mod tests {
             assert!(1.0 / d2 - 1.0 / d1 <= 1000.0 * (d1 + d2) / 2.0 + 1e-6);
         }
         assert!((limits.peak(2402.0) - 1552.76).abs() < 0.1);
-        let (learns, obeys) = (limits.way(1000.0, 0.0).steps, limits.way_from(Some(1000.0), 0.0));
+        let end = limits.end_speed(1000.0);
+        assert!(end > 1000.4 && end < 1000.6);
+        let (learns, obeys) =
+            (limits.way(end, 0.0, 0.0).steps, limits.way_from(Some((1000.0, end)), 0.0));
         assert!(obeys.steps > 495.0 && obeys.steps < 500.0, "{obeys:?}");
         assert!(learns > obeys.steps + 24.0 && learns < 560.0, "{learns}");
         // Of a first step the next one ends the way.

@@ -368,7 +368,7 @@ impl Judge {
             expect.no = expect.no | slow.no;
             let none = limits.top > limits.start && limits.up.max(limits.down).is_infinite();
             expect = expect.and(Expect::unless(bad(none), Reason::TooGentle));
-            expect.no = expect.no | self.reason(limits.is_gentle(true), Reason::TooGentle);
+            expect.no = expect.no | self.gentle(track, limits);
             let far =
                 matches!(track.goal, Goal::End(end, _) if (end - track.origin).abs() > 1 << 30);
             expect.no = expect.no | self.reason(far, Reason::Travel);
@@ -377,6 +377,13 @@ impl Judge {
         // Short ways may not reach the top speed: it may be refused, and need not be.
         expect.no = expect.no | self.fast(&faster, now).no;
         expect
+    }
+
+    /// Whether the ramps of a travel in progress may be too gentle by these limits: it may be
+    /// faster than its top speed, and has that to lose.
+    fn gentle(&self, track: &Track, limits: Limits) -> Reasons {
+        let ramps = Limits { top: limits.top.max(track.highest), ..limits };
+        self.reason(ramps.is_gentle(true), Reason::TooGentle)
     }
 
     /// `@` on the way.
@@ -395,6 +402,7 @@ impl Judge {
             }
             let far = steps.abs() > 1 << 30 || (track.count - track.origin).abs() > 1 << 30;
             expect.no = expect.no | self.reason(far, Reason::Travel);
+            expect.no = expect.no | self.gentle(track, track.limits);
             faster.push((n, track.limits.top, track.highest));
         }
         expect.no = expect.no | self.fast(&faster, now).no;
@@ -462,7 +470,10 @@ impl Judge {
                     match busy {
                         Known::No => {}
                         // One that has not made a step may be known to be where it was.
-                        Known::Yes if !track.is_fresh() => track.known = Known::No,
+                        // Nor is one that rests before it turns under way.
+                        Known::Yes if !track.is_fresh() && !track.may_turn(&measure) => {
+                            track.known = Known::No;
+                        }
                         _ if track.known == Known::Yes => track.known = Known::Maybe,
                         _ => {}
                     }
@@ -549,7 +560,7 @@ impl Judge {
         let measure = *self.measure();
         let staged: Vec<_> = self.slave.axes.iter().map(|axis| axis.staged).collect();
         let moves = |travel: &Option<Travel>| travel.is_some_and(|travel| travel != Travel::By(0));
-        let (not_before, wait) = if staged.iter().any(moves) { self.drivers(now) } else { (0, 0) };
+        let (not_before, wait) = self.drivers(now);
         (self.ordered, self.guard.off) = (Some(now), None);
         // They begin together, when all have rested.
         let rests: f64 = self.tracks.iter().map(Track::longest_rest).sum();

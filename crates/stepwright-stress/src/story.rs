@@ -102,7 +102,9 @@ impl Board {
     pub fn load(&self, sum: f64, fastest: f64, axes: usize, pulse: u32) -> f64 {
         let cost = if pulse > 2 { self.longer } else { self.cost };
         let cost = |n: usize| f64::from(cost[n.clamp(1, 3) - 1]);
-        let least = cost(1).max(2.0 * self.ticks(pulse) as f64);
+        // A pulse that is held, and its pause, are in the way of each of the other axes.
+        let pulses = if pulse > 2 { axes.saturating_sub(1).max(1) } else { 1 };
+        let least = cost(1).max(2.0 * (pulses as f64) * self.ticks(pulse) as f64);
         (sum * cost(axes)).max(fastest * least) / f64::from(self.hz)
     }
 }

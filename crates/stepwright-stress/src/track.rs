@@ -230,6 +230,12 @@ impl Track {
         self.fresh
     }
 
+    /// Another target may have it rest now, before it turns or goes on: its last interval is
+    /// one that a leg may end with.
+    pub fn may_turn(&self, measure: &Measure) -> bool {
+        self.retargeted && self.interval.is_none_or(|interval| self.may_end(interval, measure))
+    }
+
     /// When it stepped last.
     pub fn last(&self) -> Option<u64> {
         self.rise
@@ -289,10 +295,9 @@ impl Track {
     }
 
     /// Ticks after the last step in which nobody outside can tell whether the travel has
-    /// ended.
+    /// ended: a step away from its end may be planned, by the limits of before a change.
     fn grace(&self, measure: &Measure) -> u64 {
-        let slowest = self.limits.first().max(self.limits.last());
-        ((0.03 + 2.0 * slowest) * measure.hz) as u64 + measure.setup + measure.hold
+        ((0.03 + 2.0 * self.slowest()) * measure.hz) as u64 + measure.setup + measure.hold
     }
 
     /// It has other limits from its next travel on.

@@ -167,11 +167,14 @@ impl<const Q: usize> Motor<Q> {
     }
 
     /// What it begins next waits for this long first: before it turns, if it does. False if
-    /// that is over at once.
+    /// that is over at once: then nothing waits, and its last travel's rest goes on.
     pub(crate) fn hold(&mut self, hold: Ticks) -> bool {
-        self.rest = hold;
         let moves = self.left != 0;
-        self.leg = if moves { Leg::Ordered(Layout::Begin) } else { Leg::Done };
+        self.leg = Leg::Done;
+        if moves {
+            self.rest = hold;
+            self.leg = Leg::Ordered(Layout::Begin);
+        }
         moves
     }
 
@@ -203,7 +206,7 @@ impl<const Q: usize> Motor<Q> {
         *load = Load::NONE;
         if open && self.leg == Leg::Braking {
             // A stop has no target to come back to, or to speed up for.
-            self.planner.brake();
+            self.planner.stop();
             self.brake();
         } else if open {
             self.planner.resume(self.left);

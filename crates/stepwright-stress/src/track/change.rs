@@ -2,7 +2,7 @@
 
 use super::planned::Planned;
 use super::{Braked, Goal, Known, Measure, Past, Track};
-use crate::limits::Limits;
+use crate::limits::{Limits, Way};
 
 impl Track {
     /// The limits in force, the loosest where several may be.
@@ -27,7 +27,7 @@ impl Track {
     }
 
     /// How long a first or last step may take, in s.
-    fn slowest(&self) -> f64 {
+    pub(super) fn slowest(&self) -> f64 {
         let all = self.before.iter().map(|past| &past.limits).chain([&self.limits]);
         all.map(|limits| limits.first().max(limits.last())).fold(0.0, f64::max)
     }
@@ -62,7 +62,7 @@ impl Track {
             }
             // It may be braking, and does so for longer then; or go beyond its end, and back.
             Goal::Open => {
-                let way = self.lazy(now).way(self.speed(measure), self.slowest()).steps;
+                let way = self.way(now, measure).steps;
                 let way = way.min(1e15) as i64;
                 self.least = self.least.min(self.count.saturating_sub(way));
                 self.most = self.most.max(self.count.saturating_add(way));
@@ -78,14 +78,14 @@ impl Track {
     fn planned(&mut self, now: u64, measure: &Measure) -> Planned {
         let (lazy, v) = (self.lazy(now), self.speed(measure));
         // A limit of jerk lets the acceleration go behind what is planned.
-        let bends = match lazy.bend(lazy.top.max(v)) {
-            0.0 => 0.0,
-            bend if self.fresh => self.longest_rest() + 3.0 * self.slowest() + bend,
-            bend => self.slowest() + 3.0 / v + bend,
+        let bend = lazy.bend(lazy.top.max(v));
+        let (begins, slow) = if self.fresh {
+            (now.max(self.told), self.longest_rest() + 3.0 * self.slowest())
+        } else {
+            (now, self.slowest() + 3.0 / v)
         };
-        let begins = if self.fresh && bends > 0.0 { now.max(self.told) } else { now };
-        let bends = begins + self.ticks(bends, measure);
-        let planned = Planned::new(now, self.fresh, measure.hz, bends);
+        let slow = begins + self.ticks(slow + bend, measure);
+        let planned = Planned::new(now, self.fresh, measure.hz, bend, slow);
         self.ahead_of_goal = Some(planned);
         planned
     }
@@ -100,9 +100,10 @@ impl Track {
             return;
         }
         self.ahead_of_goal = None;
-        let v = self
-            .interval
-            .map(|interval| measure.hz / (interval as f64 - measure.jitter - measure.fit).max(0.5));
+        let v = self.interval.map(|interval| {
+            let v = measure.hz / (interval as f64 - measure.jitter - measure.fit).max(0.5);
+            (v, self.by.end_speed(v))
+        });
         let way = self.lazy(now).way_from(v, self.slowest());
         let until = now + self.ticks(way.time + 0.005, measure);
         self.before.iter_mut().for_each(|past| {
@@ -121,10 +122,19 @@ impl Track {
         self.most = self.most.min(end.max(self.count) + steps);
     }
 
+    /// The way to rest if it learns of it now. The speed at the end of its last interval is a
+    /// matter of the limits by which that was made: they may be higher than those of now.
+    fn way(&self, now: u64, measure: &Measure) -> Way {
+        let (lazy, v) = (self.lazy(now), self.speed(measure));
+        let by = if self.interval.is_some() { lazy.or(&self.by) } else { lazy };
+        let last = self.rise.filter(|_| !self.fresh).unwrap_or(now);
+        lazy.way(by.end_speed(v), (now - last) as f64 / measure.hz, self.slowest())
+    }
+
     /// The deadline of a travel that was changed.
     fn extend(&mut self, now: u64, measure: &Measure) {
         if let Goal::End(end, by) = self.goal {
-            let way = self.lazy(now).way(self.speed(measure), self.slowest());
+            let way = self.way(now, measure);
             let slower = |slow: Limits, past: &Past| slow.slower(&past.limits);
             let slow = self.before.iter().fold(self.limits, slower);
             let steps = (end - self.count).abs() as f64 + 2.0 * way.steps;
@@ -147,7 +157,7 @@ impl Track {
     fn may_overshoot(&mut self, now: u64, measure: &Measure) {
         let Goal::End(end, _) = self.goal else { return };
         let again = std::mem::replace(&mut self.retargeted, true);
-        let way = self.lazy(now).way(self.speed(measure), self.slowest()).steps.min(1e15) as i64;
+        let way = self.way(now, measure).steps.min(1e15) as i64;
         let (mut least, mut most) = (self.count.min(end), self.count.max(end));
         match self.forward.filter(|_| !self.fresh) {
             Some(true) => most = most.max(self.count + way),
@@ -179,7 +189,7 @@ impl Track {
     /// A soft stop.
     pub fn brake(&mut self, now: u64, measure: &Measure) {
         let (Goal::End(..) | Goal::Endless | Goal::Open) = self.goal else { return };
-        let way = self.lazy(now).way(self.speed(measure), self.slowest());
+        let way = self.way(now, measure);
         let steps = way.steps.min(1e15) as i64;
         let (back, ahead) = match self.forward.filter(|_| !self.fresh) {
             // A turn may be under way, and its first step.

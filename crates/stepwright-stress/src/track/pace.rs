@@ -13,16 +13,21 @@ impl Track {
         if self.retargeted && interval as f64 + measure.jitter >= rest * 0.99 {
             return Ok(());
         }
-        let limits = self.by;
-        let wide = interval as f64 + measure.jitter + measure.fit;
-        let v = measure.hz / wide;
-        if v > (limits.start + limits.down * wide / 2.0 / measure.hz) * 1.001 {
-            let axis = self.axis + 1;
+        if !self.may_end(interval, measure) {
+            let (axis, limits) = (self.axis + 1, self.by);
+            let v = measure.hz / (interval as f64 + measure.jitter + measure.fit);
             measure.rules.broken(Rule::Fall, now, || {
                 format!("axis {axis} stops dead at {v:.1} steps/s; {limits:?}")
             })?;
         }
         Ok(())
+    }
+
+    /// Whether an interval is slow enough to be the last of a leg.
+    pub(super) fn may_end(&self, interval: u64, measure: &Measure) -> bool {
+        let wide = interval as f64 + measure.jitter + measure.fit;
+        let slowest = self.by.start + self.by.down * wide / 2.0 / measure.hz;
+        measure.hz / wide <= slowest * 1.001
     }
 
     /// A soft stop neither turns nor speeds up again. What was told before it may: a travel on

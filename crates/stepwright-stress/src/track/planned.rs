@@ -18,24 +18,28 @@ const VISIT: f64 = 0.001;
 pub(super) struct Planned {
     /// An interval that begins before is planned.
     begins: u64,
-    /// A run of them is planned up to there; a limit of jerk lets the acceleration go behind.
+    /// A run of them is planned up to there.
     ends: u64,
+    /// A limit of jerk lets the acceleration go behind: not in an interval that begins later.
+    bends: u64,
     /// This many steps are planned in any case.
     steps: u8,
 }
 
 impl Planned {
-    /// At `now`; a wait for a first step is a present step.
-    pub(super) fn new(now: u64, waits: bool, hz: f64, bends: u64) -> Planned {
+    /// At `now`; a wait for a first step is a present step. A limit of jerk bends the motion for
+    /// `bend` seconds behind what is planned, and behind slow steps not before `slow`.
+    pub(super) fn new(now: u64, waits: bool, hz: f64, bend: f64, slow: u64) -> Planned {
         let after = |seconds: f64| now + ((seconds + VISIT) * hz) as u64;
         let steps = if waits { 1 } else { 2 };
-        let ends = after(HORIZON + RUN).max(bends);
-        Planned { begins: after(HORIZON), ends, steps }
+        let bends = if bend > 0.0 { after(HORIZON + RUN + bend).max(slow) } else { 0 };
+        Planned { begins: after(HORIZON), ends: after(HORIZON + RUN), bends, steps }
     }
 
     /// Whether an interval may have been planned.
     pub(super) fn has(&self, from: Option<u64>, to: u64) -> bool {
-        self.steps > 0 || to <= self.ends || from.is_some_and(|from| from <= self.begins)
+        let begins = self.begins.max(self.bends);
+        self.steps > 0 || to <= self.ends || from.is_some_and(|from| from <= begins)
     }
 
     /// A step was made; it may be the first of a leg, behind which nothing was planned beyond
@@ -46,6 +50,6 @@ impl Planned {
 
     /// Whether all of it is played, where the last step was then.
     pub(super) fn is_played(&self, last: u64) -> bool {
-        self.steps == 0 && last > self.ends
+        self.steps == 0 && last > self.ends.max(self.bends)
     }
 }

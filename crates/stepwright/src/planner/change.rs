@@ -20,11 +20,28 @@ impl Planner {
         }
     }
 
-    /// Brakes from the last pulse handed out, in as few steps as the ramp
-    /// allows: on at the same speed for the part of a step that is left over,
-    /// then the fall.
+    /// Brakes from the last pulse handed out, and ends no later than the travel would: see
+    /// [`stop`](Planner::stop).
+    ///
+    /// That of bent ramps may: a bent ease first has to end, at a higher speed than it leads to,
+    /// and a rise that was to end with this run is a part of a step longer by what its speed is
+    /// rounded by. Then the travel is its own shortest way, and goes on.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn brake(&mut self) {
+        if self.is_straight() {
+            return self.stop();
+        }
+        let travel = *self;
+        self.stop();
+        if self.steps_left() > travel.steps_left() {
+            *self = travel;
+        }
+    }
+
+    /// Brakes in as few steps as the ramp allows: on at the same speed for the part of a step
+    /// that is left over, then the fall.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn stop(&mut self) {
         self.endless = false;
         self.go_on(0);
     }

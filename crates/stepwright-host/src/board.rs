@@ -173,10 +173,10 @@ impl From<OutOfRange> for Error {
     }
 }
 
-/// The axis rests.
+/// Nobody can tell whether a motor moves.
 impl From<LinkError> for Error {
     fn from(trouble: LinkError) -> Error {
-        Error::Lost { trouble, moving: false }
+        Error::Lost { trouble, moving: true }
     }
 }
 
@@ -228,8 +228,7 @@ impl Board {
         if let Some(host) = crate::link::host::Host::open(path) {
             session.serve(Box::new(host));
         }
-        session.meet()?;
-        Ok(Board { session })
+        Board::of(session)
     }
 
     /// The board on a port that another program of this user holds, through that program. It
@@ -262,8 +261,12 @@ impl Board {
     /// # Errors
     /// [`Error::Lost`] if no board answers within 4 s.
     pub fn on(link: Box<dyn Link>) -> Result<Board, Error> {
-        let mut session = Session::new(link);
-        session.meet()?;
+        Board::of(Session::new(link))
+    }
+
+    /// Nothing moves by us yet.
+    fn of(mut session: Session) -> Result<Board, Error> {
+        session.meet().map_err(|trouble| Error::Lost { trouble, moving: false })?;
         Ok(Board { session })
     }
 
@@ -283,10 +286,9 @@ impl Board {
     /// # Errors
     /// [`Error::Lost`]
     pub fn stop(&mut self) -> Result<(), Error> {
-        let lost = |trouble| Error::Lost { trouble, moving: true };
-        self.session.brake(Selection::All).map_err(lost)?;
-        while self.session.is_busy(Selection::All).map_err(lost)? {
-            self.session.pause(POLL).map_err(lost)?;
+        self.session.brake(Selection::All)?;
+        while self.session.is_busy(Selection::All)? {
+            self.session.pause(POLL)?;
         }
         Ok(())
     }
@@ -298,8 +300,8 @@ impl Board {
     pub fn halt(&mut self) -> Result<(), Error> {
         match self.session.kill() {
             Ok(true) => Ok(()),
-            Ok(false) => Err(Error::Lost { trouble: LinkError::Silent, moving: true }),
-            Err(trouble) => Err(Error::Lost { trouble, moving: true }),
+            Ok(false) => Err(LinkError::Silent.into()),
+            Err(trouble) => Err(trouble.into()),
         }
     }
 
@@ -419,8 +421,7 @@ impl Axis<'_> {
     /// # Errors
     /// [`Error::Lost`]
     pub fn stop(&mut self) -> Result<Outcome, Error> {
-        let lost = |trouble| Error::Lost { trouble, moving: true };
-        self.session.brake(Selection::One(self.id)).map_err(lost)?;
+        self.session.brake(Selection::One(self.id))?;
         let watched = self.session.watch(self.id, None, |_, _| Action::GoOn);
         self.conclude(watched, None)
     }
@@ -445,7 +446,7 @@ impl Axis<'_> {
         let (fast, slow) = (fast.order(any), slow.order(any));
         let order = HomeOrder { side, fast, slow, back_off, within };
         let homed = self.session.wait(async |talk| talk.home(&order, |_, _| Action::GoOn).await);
-        Ok(homed.map_err(|trouble| Error::Lost { trouble, moving: true })??)
+        Ok(homed??)
     }
 
     /// Where it stands.
@@ -490,10 +491,8 @@ impl Axis<'_> {
     ) -> Result<Outcome, Error> {
         let Ended { end, adrift, .. } = self.session.conclude(self.id, watched);
         match (end, adrift) {
-            (_, Some(Adrift::Lost(trouble))) => Err(Error::Lost { trouble, moving: true }),
-            (_, Some(Adrift::Unconfirmed)) => {
-                Err(Error::Lost { trouble: LinkError::Silent, moving: true })
-            }
+            (_, Some(Adrift::Lost(trouble))) => Err(trouble.into()),
+            (_, Some(Adrift::Unconfirmed)) => Err(LinkError::Silent.into()),
             (RestPlace::At(at), _) if target == Some(at) => Ok(Outcome::Reached { at }),
             (RestPlace::At(at), _) => {
                 Ok(Outcome::Stopped { at, reason: self.session.stop_of(self.id) })

@@ -126,6 +126,18 @@ fn a_cut_line_is_said_so() {
     }
 }
 
+/// A line that is cut while a motor moves: whatever is asked then, it may be moving.
+#[test]
+fn a_line_that_is_lost_on_the_way_says_that_a_motor_may_move() {
+    let line = VirtualLink::new(VirtualUno::new(), true);
+    let mut board = Board::on(Box::new(Lossy::new(line, Harm::CutBack(400)))).unwrap();
+    let mut x = board.axis(1).unwrap();
+    x.travel(90_000, &MotionLimits::default()).unwrap();
+    let lost = (0..99).find_map(|_| x.position().err()).unwrap();
+    assert!(matches!(lost, Error::Lost { moving: true, .. }), "{lost}");
+    assert!(matches!(x.retarget(5), Err(Error::Lost { moving: true, .. })));
+}
+
 /// A line that is silent, and one that has gone.
 struct Dead(Option<std::io::ErrorKind>, Duration);
 

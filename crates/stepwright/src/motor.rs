@@ -336,7 +336,7 @@ impl<const Q: usize> Motor<Q> {
         if !self.is_open() || feed.is_full() {
             return u8::MAX;
         }
-        let (least, most) = self.lasts(feed, horizon, playing());
+        let (least, most) = self.lasts(feed, horizon, playing);
         if most < horizon.units { least } else { u8::MAX }
     }
 
@@ -350,17 +350,27 @@ impl<const Q: usize> Motor<Q> {
         if self.leg == Leg::Done {
             return None;
         }
-        let (least, _) = self.lasts(feed, horizon, playing());
+        let (least, _) = self.lasts(feed, horizon, playing);
         Some(Ticks::from(least / 2).max(1) << horizon.unit)
     }
 
     /// How long what is queued lasts, in units, at least and at most: the present entry may be
     /// over at once if nobody knows.
+    ///
+    /// What is left of the present entry is asked for last: where the interrupt has gone on to
+    /// the next one meanwhile, that counts twice, and planning waits for the next look. The
+    /// other way round it would not count at all, and more would be planned than a change of
+    /// mind may wait for.
     #[inline(always)]
-    fn lasts(&mut self, feed: &Producer<'_, Q>, horizon: &Horizon, playing: Playing) -> (u8, u8) {
+    fn lasts(
+        &mut self,
+        feed: &Producer<'_, Q>,
+        horizon: &Horizon,
+        playing: impl FnOnce() -> Playing,
+    ) -> (u8, u8) {
         let (present, behind) = self.spans(feed);
         let all = present.wrapping_add(behind);
-        let (queued, left) = match playing {
+        let (queued, left) = match playing() {
             Playing::Unknown => return (behind, all),
             Playing::Left(left) => (behind, left),
             Playing::Dry(left) => (all, left),
@@ -516,6 +526,27 @@ mod tests {
         }
         engine.clear(true);
         assert_eq!(motor.spans(&feed), (0, 0));
+    }
+
+    /// The interrupt may go on to the next entry between two looks: it does so while it is asked
+    /// what is left of the present one, which is a short wait. Behind it lies a step of 58 units
+    /// and one of 40, so that nothing is to be planned.
+    #[test]
+    fn nothing_is_planned_behind_a_long_step_that_begins_meanwhile() {
+        let horizon = Horizon::new(256_000);
+        let mut queue = Queue::<8>::new();
+        let (mut feed, mut engine) = queue.split();
+        let mut motor = Motor::<8> { leg: Leg::Open, ..Motor::IDLE };
+        for units in [1, 58, 40] {
+            motor.push(&mut feed, &Run::steady(2000, 1), units);
+        }
+        assert!(matches!(engine.take(), Next::Entry(_)));
+        let mut goes_on = || {
+            assert!(matches!(engine.take(), Next::Entry(_)));
+            Playing::Left(100)
+        };
+        assert_eq!(motor.wants(&mut feed, &horizon, &mut goes_on), u8::MAX);
+        assert_eq!(motor.spans(&feed), (58, 40));
     }
 
     #[test]

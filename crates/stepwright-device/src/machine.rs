@@ -108,6 +108,8 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
     #[cfg(feature = "safety")]
     fn lease(&mut self, millis: u16) -> Result<(), Refusal> {
         self.supervisor.lease = millis;
+        // The silence before this line is none of the lease's.
+        self.supervisor.receive(self.panel);
         Ok(())
     }
 

@@ -307,6 +307,23 @@ fn a_lease_ends_with_the_first_silence_of_its_length() {
     assert!(rig.moving());
 }
 
+/// The silence before the line that asks for a lease is none of the lease's, even where time is
+/// looked at between the line and its answer.
+#[test]
+fn a_lease_begins_with_its_line() {
+    rig!(rig);
+    rig.say("g+");
+    rig.pass(100);
+    b"L10\r".iter().for_each(|&byte| rig.device.receive(byte, &mut rig.panel));
+    while rig.device.work(&mut rig.panel) {}
+    rig.panel.millis += 1;
+    rig.device.poll_io(&mut rig.panel);
+    while rig.device.next_byte(&mut rig.panel).is_some() {}
+    assert_eq!(rig.told("stop"), "--");
+    rig.pass(11);
+    assert_eq!(rig.told("stop"), "T-");
+}
+
 /// A board that works out an answer has been spoken to.
 #[test]
 fn a_long_line_is_no_silence() {

@@ -209,14 +209,25 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
         // Each is tried first, alone: a chip has no room for copies of them all.
         let mut loads = self.loads;
-        let mut trial = true;
+        // (Any: a constant to begin with would have a place in RAM.)
+        let Some(mut copy) = self.motors.first().copied() else { return Ok(()) };
+        let (mut trial, mut done) = (true, false);
         loop {
             let mut left = axes;
             for (motor, load) in self.motors.iter_mut().zip(&mut loads) {
                 if left & 1 != 0 {
-                    let mut copy = *motor;
-                    let motor = if trial { &mut copy } else { motor };
-                    motor.change(&self.given.clock, &change, load, trial)?;
+                    let motor = if trial {
+                        copy.set(motor);
+                        &mut copy
+                    } else if done {
+                        motor.set(&copy);
+                        break;
+                    } else {
+                        motor
+                    };
+                    let whole = motor.change(&self.given.clock, &change, load, trial)?;
+                    // Of one axis the copy is what it is to be.
+                    done = trial && whole && axes.is_power_of_two();
                 }
                 left >>= 1;
             }

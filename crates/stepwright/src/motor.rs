@@ -179,7 +179,8 @@ impl<const Q: usize> Motor<Q> {
     }
 
     /// Changes what is left of a travel in progress. A trial tells what that asks of the board,
-    /// for which it sets up the next leg too: it is for a copy.
+    /// for which it sets up the next leg too: it is for a copy. False if it has, and the copy is
+    /// of no use any more.
     ///
     /// # Errors
     /// [`Unfit`] if the timer can't hold it, or the target is too far off to be
@@ -191,7 +192,7 @@ impl<const Q: usize> Motor<Q> {
         change: &Change,
         load: &mut Load,
         trial: bool,
-    ) -> Result<(), Unfit> {
+    ) -> Result<bool, Unfit> {
         // What is planned to its end rests there first.
         let open = self.is_open() && self.planner.steps_left() != 0;
         self.planner.limit(clock, change)?;
@@ -215,7 +216,7 @@ impl<const Q: usize> Motor<Q> {
         if open {
             *load = self.planner.load();
             if self.planner.is_endless() {
-                return Ok(());
+                return Ok(true);
             }
             // What this leg leaves can only lie behind; or a curve's fall has begun,
             // and ends before what is left.
@@ -226,7 +227,8 @@ impl<const Q: usize> Motor<Q> {
         if beyond {
             return Err(Unfit::TooLong);
         }
-        if trial && left != 0 {
+        let turns = trial && left != 0;
+        if turns {
             self.planner.lay_out_again(left.unsigned_abs());
             let next = self.planner.load();
             *load = Load { peak: load.peak.max(next.peak), runs: load.runs.max(next.runs) };
@@ -234,7 +236,13 @@ impl<const Q: usize> Motor<Q> {
         if !self.is_open() {
             self.leg = self.next();
         }
-        Ok(())
+        Ok(!turns)
+    }
+
+    /// It becomes a copy of another: a function, as a chip copies byte by byte.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn set(&mut self, other: &Self) {
+        *self = *other;
     }
 
     /// Whether a leg is set up, and not yet planned to its end.

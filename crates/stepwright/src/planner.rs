@@ -180,7 +180,11 @@ impl Planner {
     /// comes of it.
     pub(crate) fn limit(&mut self, clock: &Clock, change: &Change) -> Result<(), Unfit> {
         match change {
-            Change::Target(_) => self.endless = false,
+            Change::Target(_) => {
+                // Its ramps are no steeper for it, and need no longer end by themselves.
+                self.endless = false;
+                return Ok(());
+            }
             Change::Accel(a) | Change::Decel(a) => {
                 let up = matches!(change, Change::Accel(_));
                 let slope = if up { &mut self.a2 } else { &mut self.d2 };

@@ -145,6 +145,40 @@ fn a_change_is_for_axes_that_move() {
     assert_eq!(two.change(&mut Silent, 0b110, further), Err(Refusal::NoAxis));
 }
 
+/// Of two axes that get another target together each does what it does when it gets that alone:
+/// ahead, where it passes over it and turns, and behind.
+#[test]
+fn axes_that_change_together_change_as_each_alone() {
+    let changed = |steps: i32, together: bool| {
+        let mut queues = [const { Queue::<8>::new() }; 2];
+        let [x, y] = &mut queues;
+        let ((x, mut x_end), (y, mut y_end)) = (x.split(), y.split());
+        let mut group = Group::new([x, y], UNO);
+        group.start(&mut Silent, [(0, order(4_000, 9_000)), (1, order(9_000, 40_000))]).unwrap();
+        for _ in 0..40 {
+            group.poll(&mut Silent);
+        }
+        for axes in if together { vec![0b11] } else { vec![0b01, 0b10] } {
+            group.change(&mut Silent, axes, Change::Target(steps)).unwrap();
+        }
+        assert_eq!([0, 1].map(|axis| group.target(axis)), [Some(steps); 2]);
+        let mut entries = [vec![], vec![]];
+        for _ in 0..3_000 {
+            group.poll(&mut Silent);
+            for (end, entries) in [&mut x_end, &mut y_end].into_iter().zip(&mut entries) {
+                while let Next::Entry(entry) = end.take() {
+                    entries.push(entry);
+                }
+            }
+        }
+        assert!(entries.iter().all(|entries| entries.len() > 4), "{entries:?}");
+        entries
+    };
+    for steps in [2_000, 5, -700] {
+        assert_eq!(changed(steps, true), changed(steps, false), "{steps}");
+    }
+}
+
 /// The waits before the first pulse, in 2⁻¹⁶ ticks, when an order has to wait so long.
 fn beginning(wait: u32) -> Vec<u64> {
     let mut queues = [const { Queue::<8>::new() }; 2];

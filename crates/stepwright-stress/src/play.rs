@@ -31,7 +31,7 @@ pub trait Bench {
     fn switch(&mut self, axis: u8, high: bool);
     /// Sets the level of an input that stops everything, where there is one.
     fn input(&mut self, input: Input, high: bool);
-    /// Ticks in which every line is answered.
+    /// Ticks in which the answer to every line begins, and goes on: `$` has some 500 bytes.
     fn patience(&self) -> u64;
 }
 
@@ -161,7 +161,7 @@ impl<'s> Player<'s> {
                 (begun, ended) = (begun.or(Some(at)), at);
                 answer.push(byte);
             }
-            if answer.last() == Some(&b'\r') || bench.now() > sent + bench.patience() {
+            if answer.last() == Some(&b'\r') || bench.now() > ended + bench.patience() {
                 break;
             }
             bench.pass(bench.now() + self.story.board.ticks(50));

@@ -7,11 +7,11 @@ use stepwright_rig::Board;
 use stepwright_rig::stress::{play, story};
 use stepwright_stress::{Rule, Rules, Sum};
 
-/// Rules that some stories of a chip break yet, one in 150: docs/reliability.md has them. What
+/// Rules that some stories of a chip break yet, one in 300: docs/reliability.md has them. What
 /// explains a late step is no order that moves too far, and no wrong position.
-const OPEN: [Rule; 4] = [Rule::Late, Rule::Fall, Rule::Rise, Rule::Answer];
+const OPEN: [Rule; 2] = [Rule::Late, Rule::Fall];
 /// Of 200 stories these many may.
-const MOST: usize = 4;
+const MOST: usize = 2;
 
 #[test]
 fn stories_are_clean() {
@@ -27,6 +27,22 @@ fn stories_are_clean() {
     }
     assert!(open.len() <= MOST, "{open:#?}");
     assert!(sum.steps > 1000 && sum.noise > 0, "{sum:?}");
+}
+
+/// Stories that once broke a rule on a chip, and on no virtual board.
+#[test]
+fn kept_stories_are_clean() {
+    let (board, image) = (board(), image());
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/stories");
+    let stories = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+    let mut count = 0;
+    for path in stories {
+        let story = std::fs::read_to_string(&path).unwrap().parse().unwrap();
+        let told = play(board, &image, &story, Rules::default());
+        told.unwrap_or_else(|fault| panic!("{}: {fault}", path.display()));
+        count += 1;
+    }
+    assert!(count >= 4, "{count}");
 }
 
 /// The board works longer on an order than its lease lasts: the host is not silent meanwhile.

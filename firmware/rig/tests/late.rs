@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{board, chip, rest, say, steps};
+use common::{board, chip, image, rest, say, steps};
 use stepwright_rig::Board;
 
 #[test]
@@ -67,4 +67,75 @@ fn a_travel_that_starts_fast_is_on_time() {
         rest(&mut chip);
         assert!(chip.ask("?").unwrap().contains(" late=0 "), "phase {phase}");
     }
+}
+
+/// Code that waits for 4·`rounds` cycles and some 20 more, then goes to `next`.
+fn delay(rounds: u16, next: u32) -> Vec<u8> {
+    let load = |register: u16, byte: u8| {
+        let byte = u16::from(byte);
+        0xE000 | (byte & 0xF0) << 4 | (register - 16) << 4 | byte & 0x0F
+    };
+    let [low, high] = rounds.to_le_bytes();
+    let words = [
+        0x938F, // push r24
+        0x939F, // push r25
+        0xB78F, // in r24, SREG
+        0x938F, // push r24
+        load(24, low),
+        load(25, high),
+        0x9701, // sbiw r24, 1
+        0xF7F1, // brne to there
+        0x918F, // pop r24
+        0xBF8F, // out SREG, r24
+        0x919F, // pop r25
+        0x918F, // pop r24
+    ];
+    words.into_iter().chain(jump(next)).flat_map(u16::to_le_bytes).collect()
+}
+
+/// A jump to an address in bytes.
+fn jump(to: u32) -> [u16; 2] {
+    [0x940C | (to >> 17) as u16, (to / 2) as u16]
+}
+
+/// Who owns the processor for too long makes a step late. It is late if less than half an interval
+/// and 1 µs are left to the next one, and counts once; what follows keeps its time.
+#[test]
+fn each_late_step_counts_once() {
+    // Near the flash's end nothing is.
+    let (image, free) = (image(), board().flash() as u32 - 0x400);
+    let (vector, handler) = match board() {
+        Board::Uno => (11, image.function("__vector_11").0),
+        Board::Mega => (17, image.function("__vector_17").0),
+    };
+    let aside = jump(free).map(u16::to_le_bytes).concat();
+    let interval = 3_200;
+    let mut late = 0;
+    let mut chip = chip();
+    say(&mut chip, "s5000 t5000 g+");
+    chip.run_for(400_000);
+    // In 1/10 of an interval, and whether that is late.
+    for (tenths, is_late) in [(2, false), (4, false), (6, true), (8, true)] {
+        let (from, now) = (steps(&chip, 0).len(), chip.now());
+        while steps(&chip, 0).len() == from {
+            chip.run_for(20);
+        }
+        chip.set_code(free, &delay((interval * tenths / 10 / 4) as u16, handler));
+        let was = chip.set_code(4 * vector, &aside);
+        chip.run_for(interval);
+        chip.set_code(4 * vector, &was);
+        chip.run_for(100_000);
+        let times: Vec<_> = steps(&chip, 0)[from..].iter().map(|step| step.time).collect();
+        let beside = times.windows(2).map(|pair| pair[1] - pair[0]);
+        let slow: Vec<_> = beside.filter(|ticks| ticks.abs_diff(interval) > 150).collect();
+        assert!(slow.len() == 2, "{tenths}: one came {slow:?}, from {now}");
+        assert!(slow[0].abs_diff(interval + interval * tenths / 10) < 100, "{tenths}: {slow:?}");
+        let both = (slow[0] + slow[1]).abs_diff(2 * interval);
+        assert!(both < 10, "{tenths}: what follows keeps its time, {slow:?}");
+        late += u32::from(is_late);
+        assert!(chip.ask("?").unwrap().contains(&format!(" late={late} ")), "{tenths}");
+    }
+    say(&mut chip, "Z");
+    rest(&mut chip);
+    chip.expect("V1", &steps(&chip, 0).len().to_string());
 }

@@ -33,8 +33,8 @@ const wait = (ms) => "\n".repeat(Math.round(ms * 11.52));
 /** An order by the host's half, as the page gives it. */
 function order(axis, steps, more = {}) {
   const script = host.script({
-    axis, steps, endless: 0, top_speed: 200 + random(6000), start_speed: random(300), accel: 1000 + random(60_000),
-    decel: 1000 + random(60_000), jerk: random(2) * random(400_000), ...more,
+    axis, steps, endless: 0, top_speed: 200 + random(6000), start_speed: random(300), accel: 1000 + random(20_000),
+    decel: 1000 + random(20_000), jerk: random(2) * random(400_000), ...more,
   });
   assert.equal(script.wrong, undefined);
   return `${script.lines.join("\r")}\r`;
@@ -114,8 +114,8 @@ for (const conversation of conversations) {
   assert.deepEqual(board.shafts(), shaft);
 }
 rmSync(folder, { recursive: true });
-// Many of the steepest orders are refused.
-assert.ok(steps > 25_000, `${steps}`);
+// Some of the steepest orders are refused.
+assert.ok(steps > 30_000, `${steps}`);
 
 // Any bytes, any lines, any numbers: each is answered or refused.
 const board = await VirtualBoard.open(bytes);

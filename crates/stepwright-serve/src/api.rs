@@ -25,11 +25,13 @@ use crate::crowd::{PATIENCE, Place, Standing};
 use crate::decline::Declined;
 use crate::desk::ServeDesk;
 use crate::homing::HomeRequest;
+use crate::line::LineRequest;
 use crate::report::{BoardSheet, ControlGiven, Done, LiveMessage, LiveState};
 use crate::request::{
     ControlRequest, EmptyRequest, MoveRequest, RetargetRequest, RunRequest, SetRequest,
     StopRequest, Wish, ZeroRequest,
 };
+use crate::wait::Wait;
 use crate::{calc, live, path, scope};
 
 /// The header that carries the key of who controls.
@@ -49,6 +51,7 @@ type Answer = Result<Json<Done>, Declined>;
         board,
         state,
         travel,
+        line,
         run,
         home,
         retarget,
@@ -81,6 +84,7 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
         .route("/api/board", get(board))
         .route("/api/state", get(state))
         .route("/api/move", post(travel))
+        .route("/api/line", post(line))
         .route("/api/run", post(run))
         .route("/api/home", post(home))
         .route("/api/retarget", post(retarget))
@@ -175,7 +179,7 @@ pub(crate) async fn known(
 }
 
 async fn wish(desk: &ServeDesk, wish: Wish) -> Answer {
-    desk.wish(wish).await.map(Json)
+    desk.wish(wish, false).await.map(Json)
 }
 
 /// What the board is, and its settings.
@@ -190,33 +194,70 @@ async fn state(State(desk): Shared) -> Json<LiveState> {
     Json(desk.state())
 }
 
-/// Travel by a distance, or to a position. Answered when the motor has started.
+/// Travel by a distance, or to a position. Answered when the motor has started, or with
+/// `?wait=true` when it rests; who hangs up before leaves the motion as it is.
 #[utoipa::path(post, path = "/api/move", request_body = MoveRequest,
-    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    params(("wait" = Option<bool>, Query, description = "answer when the order has ended, and how"),
+        ("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
-async fn travel(State(desk): Shared, headers: HeaderMap, Body(body): Body<MoveRequest>) -> Answer {
+async fn travel(
+    State(desk): Shared,
+    headers: HeaderMap,
+    wait: Wait,
+    Body(body): Body<MoveRequest>,
+) -> Answer {
     let asked = body.wish()?;
-    hand(&desk, &headers)?;
-    wish(&desk, asked).await
+    let hand = hand(&desk, &headers)?;
+    wait.wish(&desk, hand, asked).await
+}
+
+/// Move several axes together along a straight line, by distances or to positions. Answered
+/// as a move.
+#[utoipa::path(post, path = "/api/line", request_body = LineRequest,
+    params(("wait" = Option<bool>, Query, description = "answer when the order has ended, and how"),
+        ("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
+async fn line(
+    State(desk): Shared,
+    headers: HeaderMap,
+    wait: Wait,
+    Body(body): Body<LineRequest>,
+) -> Answer {
+    let asked = body.wish()?;
+    let hand = hand(&desk, &headers)?;
+    wait.wish(&desk, hand, asked).await
 }
 
 /// Run until a stop, or until the one who controls is silent for longer than the lease.
 #[utoipa::path(post, path = "/api/run", request_body = RunRequest,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
-async fn run(State(desk): Shared, headers: HeaderMap, Body(body): Body<RunRequest>) -> Answer {
+async fn run(
+    State(desk): Shared,
+    headers: HeaderMap,
+    wait: Wait,
+    Body(body): Body<RunRequest>,
+) -> Answer {
+    wait.not()?;
     let hand = hand(&desk, &headers)?;
     wish(&desk, body.wish(hand)?).await
 }
 
-/// Find 0 by the limit switch of an axis. Answered when the motor has started; the state says
-/// how it goes on. The one who asks has to be heard of until it is done.
+/// Find 0 by the limit switch of an axis. Answered when the motor has started, and the state says
+/// how it goes on; or with `?wait=true` when it rests. The one who asks has to be heard of until it
+/// is done, or to wait for the answer.
 #[utoipa::path(post, path = "/api/home", request_body = HomeRequest,
-    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    params(("wait" = Option<bool>, Query, description = "answer when the order has ended, and how"),
+        ("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
-async fn home(State(desk): Shared, headers: HeaderMap, Body(body): Body<HomeRequest>) -> Answer {
+async fn home(
+    State(desk): Shared,
+    headers: HeaderMap,
+    wait: Wait,
+    Body(body): Body<HomeRequest>,
+) -> Answer {
     let hand = hand(&desk, &headers)?;
-    wish(&desk, body.wish(hand)?).await
+    wait.wish(&desk, hand, body.wish(hand)?).await
 }
 
 /// Change the travel that an axis is on: its target, its speed, its ramps.

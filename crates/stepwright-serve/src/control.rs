@@ -8,7 +8,10 @@
 //! ```
 //!
 //! The key is the right to give orders. A hand that has fallen silent keeps it until another
-//! one takes control, so a program may order a travel, wait, and order the next one.
+//! one takes control, so a program may order a travel, wait, and order the next one. While a
+//! request of its waits for the end of an order, a hand is there, also without a beat: nobody takes
+//! control without taking it over. A run needs the beats all the same, because a program that hangs
+//! can keep a request open.
 
 use std::time::{Duration, Instant};
 
@@ -43,6 +46,8 @@ struct Holder {
     key: String,
     name: String,
     heard: Instant,
+    /// Its requests that wait for the end of an order.
+    waits: usize,
 }
 
 /// Who controls the board, if anyone.
@@ -62,7 +67,7 @@ impl ControlLease {
             return Err(Declined::range("the name is too long, or has control characters")
                 .allowed(format!("at most {LONGEST} characters")));
         }
-        if let Some(holder) = self.holder.as_ref().filter(|h| !over && h.is_live(now)) {
+        if let Some(holder) = self.holder.as_ref().filter(|h| !over && h.is_there(now)) {
             return Err(Declined::refused(format!("{} controls the board", holder.name))
                 .allowed("watching; stop and kill are for everybody")
                 .remedy("ask again with \"take_over\": true; a run without end is braked then"));
@@ -70,7 +75,7 @@ impl ControlLease {
         self.given += 1;
         let (hand, key) = (Hand(self.given), secret::random());
         let name = if name.is_empty() { format!("page {}", self.given) } else { name.to_owned() };
-        self.holder = Some(Holder { hand, key: key.clone(), name, heard: now });
+        self.holder = Some(Holder { hand, key: key.clone(), name, heard: now, waits: 0 });
         Ok(Grant { hand, key })
     }
 
@@ -113,9 +118,29 @@ impl ControlLease {
         self.holder.as_ref().is_some_and(|holder| holder.hand == hand && holder.is_live(now))
     }
 
-    /// The hand that has control, its name, and whether it was heard of a moment ago.
+    /// Whether this hand has control, and was heard of a moment ago or waits for an answer.
+    pub fn is_there(&self, hand: Hand, now: Instant) -> bool {
+        self.holder.as_ref().is_some_and(|holder| holder.hand == hand && holder.is_there(now))
+    }
+
+    /// The hand that has control, its name, and whether it is there.
     pub fn holder(&self, now: Instant) -> Option<(Hand, &str, bool)> {
-        self.holder.as_ref().map(|holder| (holder.hand, holder.name.as_str(), holder.is_live(now)))
+        self.holder.as_ref().map(|holder| (holder.hand, holder.name.as_str(), holder.is_there(now)))
+    }
+
+    /// A request of this hand begins to wait for the end of an order.
+    pub fn wait(&mut self, hand: Hand) {
+        if let Some(holder) = self.holder.as_mut().filter(|holder| holder.hand == hand) {
+            holder.waits += 1;
+        }
+    }
+
+    /// A request of this hand waits no longer; the hand was there until now.
+    pub fn wait_no_longer(&mut self, hand: Hand, now: Instant) {
+        if let Some(holder) = self.holder.as_mut().filter(|holder| holder.hand == hand) {
+            holder.waits = holder.waits.saturating_sub(1);
+            holder.heard = now;
+        }
     }
 }
 
@@ -126,6 +151,10 @@ impl Holder {
 
     fn is_live(&self, now: Instant) -> bool {
         now.saturating_duration_since(self.heard) < LEASE
+    }
+
+    fn is_there(&self, now: Instant) -> bool {
+        self.waits > 0 || self.is_live(now)
     }
 }
 
@@ -160,6 +189,23 @@ mod tests {
         let (mut control, begin) = (ControlLease::default(), Instant::now());
         control.take("", false, begin).unwrap();
         assert!(control.take("", false, begin + LEASE).is_ok());
+    }
+
+    #[test]
+    fn who_waits_for_an_answer_is_there_but_runs_nothing() {
+        let (mut control, begin) = (ControlLease::default(), Instant::now());
+        let at = |s| begin + Duration::from_secs(s);
+        let first = control.take("script", false, begin).unwrap().hand;
+        control.wait(first);
+        assert!(control.is_there(first, at(60)) && !control.is_live(first, at(60)));
+        assert!(control.take("page", false, at(60)).is_err());
+        control.wait_no_longer(first, at(60));
+        assert!(control.is_live(first, at(60)) && !control.is_there(first, at(61)));
+        // The end of an answer to one who has lost control says nothing of the next one.
+        control.wait(first);
+        let second = control.take("page", true, at(62)).unwrap().hand;
+        control.wait_no_longer(first, at(70));
+        assert!(!control.is_there(first, at(62)) && !control.is_there(second, at(70)));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! ```text
 //!   accept ─► enter ─► Silent ◄─► Asking          (HTTP)
 //!               │         └─────► Watching        (a page's WebSocket)
+//!               │                 Waiting         (a request until the end of its order)
 //!               │                 Controlling     (a request or a page with the key)
 //!               └─ no room: the oldest connection of the lowest standing is closed
 //! ```
@@ -45,6 +46,8 @@ pub(crate) enum Standing {
     Asking,
     /// A page watches by it.
     Watching,
+    /// A request of the one who controls waits by it for the end of its order.
+    Waiting,
     /// The one who controls speaks by it.
     Controlling,
 }
@@ -149,7 +152,7 @@ mod tests {
 
     #[test]
     fn the_oldest_that_is_of_least_use_makes_room() {
-        use Standing::{Asking, Controlling, Watching};
+        use Standing::{Asking, Controlling, Waiting, Watching};
         let mut crowd = Crowd::default();
         let places: Vec<_> = (0..CONNECTIONS).map(|_| crowd.enter()).collect();
         for (at, place) in places.iter().enumerate() {
@@ -158,6 +161,7 @@ mod tests {
                 0 => place.stand(Controlling),
                 1 => place.stand(Watching),
                 2 => {}
+                4 => place.stand(Waiting),
                 _ => place.stand(Asking),
             }
         }
@@ -175,7 +179,13 @@ mod tests {
             newer.push(crowd.enter());
             newer.last().unwrap().stand(Asking);
         }
-        assert!(!is_wanted(&places[0]) && !is_wanted(&places[1]));
+        assert!([0, 1, 4].iter().all(|at| !is_wanted(&places[*at])));
         assert_eq!(crowd.0.len(), CONNECTIONS);
+        // However many wait, they take no place from the one who controls.
+        for _ in 0..2 * CONNECTIONS {
+            newer.push(crowd.enter());
+            newer.last().unwrap().stand(Waiting);
+        }
+        assert!(!is_wanted(&places[0]) && is_wanted(&places[1]) && is_wanted(&places[4]));
     }
 }

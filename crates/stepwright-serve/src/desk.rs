@@ -37,6 +37,8 @@ const BEHIND: usize = 256;
 pub struct Job {
     /// What is to be done.
     pub wish: Wish,
+    /// Whether the answer waits for the end of the order.
+    pub waits: bool,
     answer: oneshot::Sender<Result<Done, Declined>>,
 }
 
@@ -187,6 +189,11 @@ impl ServeDesk {
         self.tell(&LiveMessage::Unplanned { axis, time }, false);
     }
 
+    /// Whether this hand has control, and was heard of a moment ago or waits for an answer.
+    pub fn is_there(&self, hand: Hand) -> bool {
+        lock(&self.control).is_there(hand, Instant::now())
+    }
+
     /// Whether this hand has control and was heard of a moment ago.
     pub fn is_live(&self, hand: Hand) -> bool {
         lock(&self.control).is_live(hand, Instant::now())
@@ -221,21 +228,25 @@ impl ServeDesk {
 
 /// The side of the server.
 impl ServeDesk {
-    /// Has the board's thread do this, and waits for what becomes of it.
-    pub(crate) async fn wish(&self, wish: Wish) -> Result<Done, Declined> {
+    /// Has the board's thread do this, and waits until it has begun, or ended.
+    pub(crate) async fn wish(&self, wish: Wish, waits: bool) -> Result<Done, Declined> {
         // Also while the board is away.
         match (&wish, self.paths.get()) {
             (Wish::Stop(Selection::All), Some(paths)) => paths.stop(),
             (Wish::Kill, Some(paths)) => paths.kill(),
             _ => {}
         }
-        let answered = self.put(wish)?;
+        let answered = self.put(wish, waits)?;
         answered.await.unwrap_or_else(|_| Err(ended()))
     }
 
-    fn put(&self, wish: Wish) -> Result<oneshot::Receiver<Result<Done, Declined>>, Declined> {
+    fn put(
+        &self,
+        wish: Wish,
+        waits: bool,
+    ) -> Result<oneshot::Receiver<Result<Done, Declined>>, Declined> {
         let (answer, answered) = oneshot::channel();
-        let job = Job { wish, answer };
+        let job = Job { wish, waits, answer };
         let mut waiting = lock(&self.waiting);
         if let Some(why) = &waiting.closed {
             return Err(why.clone());
@@ -343,17 +354,17 @@ mod tests {
     fn a_stop_goes_before_orders_and_ends_them() {
         let desk = ServeDesk::default();
         let zero = || Wish::Zero(AxisId::FIRST);
-        let mut first = desk.put(zero()).unwrap();
-        let mut second = desk.put(zero()).unwrap();
+        let mut first = desk.put(zero(), false).unwrap();
+        let mut second = desk.put(zero(), false).unwrap();
         assert!(!desk.is_urgent());
-        desk.put(Wish::Stop(Selection::All)).unwrap();
+        desk.put(Wish::Stop(Selection::All), false).unwrap();
         assert!(desk.is_urgent());
         for declined in [&mut first, &mut second] {
             assert_eq!(declined.try_recv().unwrap().unwrap_err().status(), 409);
         }
         // What is ordered after it is not declined by it.
-        desk.put(zero()).unwrap();
-        desk.put(Wish::Kill).unwrap();
+        desk.put(zero(), false).unwrap();
+        desk.put(Wish::Kill, false).unwrap();
         let next = || desk.next(Duration::ZERO).map(|job| job.wish);
         assert_eq!(next(), Some(Wish::Stop(Selection::All)));
         assert_eq!(next(), Some(Wish::Kill));
@@ -363,11 +374,12 @@ mod tests {
     #[test]
     fn no_crowd_of_orders_keeps_a_stop_out() {
         let desk = ServeDesk::default();
-        let waiting: Vec<_> = (0..WAITING).map(|_| desk.put(Wish::Acknowledge).unwrap()).collect();
-        assert_eq!(desk.put(Wish::Acknowledge).unwrap_err().status(), 503);
-        assert!(desk.put(Wish::Kill).is_ok());
+        let waiting: Vec<_> =
+            (0..WAITING).map(|_| desk.put(Wish::Acknowledge, false).unwrap()).collect();
+        assert_eq!(desk.put(Wish::Acknowledge, false).unwrap_err().status(), 503);
+        assert!(desk.put(Wish::Kill, false).is_ok());
         drop(waiting);
         desk.end();
-        assert_eq!(desk.put(Wish::Kill).unwrap_err().status(), 503);
+        assert_eq!(desk.put(Wish::Kill, false).unwrap_err().status(), 503);
     }
 }

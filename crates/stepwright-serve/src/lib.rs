@@ -17,6 +17,7 @@
 //! | [`guard`] | who may ask at all |
 //! | [`control`] | who moves the motors, and is heard of |
 //! | [`request`] | what may be asked, checked |
+//! | [`line`] | the same of a line of several axes |
 //! | [`homing`] | the same of a homing |
 //! | [`report`] | what is told |
 //! | [`calc`] | the calculators |
@@ -25,6 +26,7 @@
 //! | [`path`] | lines and arcs of a file |
 //! | [`decline`] | refusals: what, what is allowed, what to do |
 //! | [`desk`] | between the server and the board's thread |
+//! | `wait` | answers that wait for the end of an order |
 //! | `crowd` | connections, and which is closed when there are too many |
 
 mod api;
@@ -36,6 +38,7 @@ pub mod decline;
 pub mod desk;
 pub mod guard;
 pub mod homing;
+pub mod line;
 mod live;
 pub mod mcap;
 mod page;
@@ -46,6 +49,7 @@ pub mod scope;
 mod secret;
 #[cfg(test)]
 mod tests;
+mod wait;
 
 use std::io;
 use std::net::TcpListener;

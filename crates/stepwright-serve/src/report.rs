@@ -171,6 +171,37 @@ pub struct ControlGiven {
 pub struct Done {
     /// The lines that the board has taken.
     pub lines: Vec<String>,
+    /// How the order has ended, in an answer that has waited for that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ended: Option<OrderEnd>,
+}
+
+/// How an order has ended: of a request with `?wait=true`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct OrderEnd {
+    /// `reached`: every axis rests where it was ordered to, or is homed. `stopped`: one rests
+    /// elsewhere. `uncertain`: it is not known where one is.
+    pub outcome: &'static str,
+    /// The same for people, with the reason.
+    pub words: String,
+    /// What can be done about it.
+    #[serde(rename = "do", skip_serializing_if = "Option::is_none")]
+    pub remedy: Option<String>,
+    /// The axes of the order.
+    pub axes: Vec<AxisEnd>,
+}
+
+/// Where an axis has ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct AxisEnd {
+    /// Its number, from 1.
+    pub axis: u8,
+    /// Where it rests, in steps; nothing if that is not known.
+    pub position: Option<i64>,
+    /// Where it was ordered to, by the last retarget; nothing of a homing.
+    pub target: Option<i64>,
+    /// What has stopped it before the end of its order.
+    pub stop: Option<Reason>,
 }
 
 /// A line of the conversation with the board, and its answer.

@@ -22,6 +22,8 @@ use crate::homing::HomeLimits;
 pub enum Wish {
     /// Travel so far, or to a position.
     Travel(AxisId, Way, Limits),
+    /// Several axes together along a straight line; each of them once, the first one first.
+    Line(Vec<(AxisId, Way)>, Limits),
     /// Run without end, as long as this hand is heard of.
     Run(AxisId, Direction, Limits, Hand),
     /// Find 0 by the limit switch, as long as this hand is heard of.
@@ -44,6 +46,11 @@ impl Wish {
     /// Whether it ends motion, and so goes before whatever waits.
     pub fn is_urgent(&self) -> bool {
         matches!(self, Wish::Stop(_) | Wish::Kill)
+    }
+
+    /// Whether a motor moves by it that has rested.
+    pub fn starts(&self) -> bool {
+        matches!(self, Wish::Travel(..) | Wish::Line(..) | Wish::Run(..) | Wish::Home(..))
     }
 }
 
@@ -228,7 +235,7 @@ impl MoveRequest {
     pub fn wish(self) -> Result<Wish, Declined> {
         let axis = axis(self.axis)?;
         let Some(way) = way(self.by, self.to)? else {
-            return Err(Declined::range("there is neither `by` nor `to`").allowed("one of them"));
+            return Err(neither());
         };
         let top = self.top_speed.unwrap_or(1000.0);
         let limits = limits(top, "top_speed", self.start_speed, self.accel, self.decel, self.jerk)?;
@@ -350,11 +357,17 @@ pub(crate) fn axis(number: u8) -> Result<AxisId, Declined> {
     AxisId::numbered(number).ok_or_else(|| outside(number, "axis", 1, 8, ""))
 }
 
-fn way(by: Option<i64>, to: Option<i64>) -> Result<Option<Way>, Declined> {
+pub(crate) fn neither() -> Declined {
+    Declined::range("there is neither `by` nor `to`").allowed("one of them")
+}
+
+pub(crate) fn both() -> Declined {
+    Declined::range("there are both `by` and `to`").allowed("one of them")
+}
+
+pub(crate) fn way(by: Option<i64>, to: Option<i64>) -> Result<Option<Way>, Declined> {
     match (by, to) {
-        (Some(_), Some(_)) => {
-            Err(Declined::range("there are both `by` and `to`").allowed("one of them"))
-        }
+        (Some(_), Some(_)) => Err(both()),
         (Some(by), None) => {
             let distance = i32::try_from(by).map(Distance::new);
             let distance = distance.map_err(|_| outside(by, "by", i32::MIN, i32::MAX, "steps"))?;

@@ -70,8 +70,9 @@ fn open() -> Bench {
 }
 
 /// Every address that moves something, with a body that is right.
-const ORDERS: [(&str, &str); 9] = [
+const ORDERS: [(&str, &str); 10] = [
     ("/api/move", r#"{"axis":1,"by":4000}"#),
+    ("/api/line", r#"{"by":[2000,-500]}"#),
     ("/api/run", r#"{"axis":1,"speed":-400}"#),
     ("/api/home", r#"{"axis":1,"slow":20}"#),
     ("/api/retarget", r#"{"axis":1,"to":10}"#),
@@ -241,4 +242,60 @@ fn the_description_has_every_address_and_what_it_takes() {
     for read in ["/api/board", "/api/state", "/api/control", "/api/control/beat"] {
         assert!(described.iter().any(|one| one == read), "{read}");
     }
+}
+
+#[tokio::test]
+async fn who_hangs_up_while_waiting_is_there_no_longer() {
+    let desk = Arc::new(ServeDesk::default());
+    let router = crate::router(desk.clone(), Guard { token: None });
+    let ask = |path: &str, key: &str, body: &str| {
+        let request = Request::post(path)
+            .header(header::HOST, "localhost")
+            .header(header::CONTENT_TYPE, "application/json")
+            .header("Stepwright-Control", key);
+        router.clone().oneshot(request.body(Body::from(body.to_owned())).unwrap())
+    };
+    let given = ask("/api/control", "", "{}").await.unwrap();
+    let given = to_bytes(given.into_body(), 1 << 20).await.unwrap();
+    let given: Value = serde_json::from_slice(&given).unwrap();
+    let (key, hand) =
+        (given["key"].as_str().unwrap(), crate::Hand(given["hand"].as_u64().unwrap()));
+    let waits = ask("/api/home?wait=true", key, r#"{"axis":1,"within":900}"#);
+    let begun = tokio::time::timeout(crate::control::LEASE, waits).await;
+    // Nobody answers it: it is given up here, a lease later.
+    assert!(begun.is_err());
+    let job = desk.next(Duration::ZERO).unwrap();
+    assert!(job.waits && desk.is_live(hand), "the lease begins when nobody waits any more");
+    job.answer(Ok(Done::default()));
+    // While one waits, other requests are answered, a stop as well.
+    let next = async || loop {
+        match desk.next(Duration::ZERO) {
+            Some(job) => break job,
+            None => tokio::task::yield_now().await,
+        }
+    };
+    let long = tokio::spawn(ask("/api/move?wait=true", key, r#"{"axis":1,"by":9}"#));
+    let waits = next().await;
+    tokio::time::sleep(crate::control::LEASE).await;
+    assert!(desk.is_there(hand) && !desk.is_live(hand));
+    let taken = ask("/api/control", "", "{}").await.unwrap();
+    assert_eq!(taken.status(), StatusCode::CONFLICT);
+    let stop = tokio::spawn(ask("/api/stop", "", "{}"));
+    let urgent = next().await;
+    assert!(urgent.wish.is_urgent());
+    urgent.answer(Ok(Done::default()));
+    assert_eq!(stop.await.unwrap().unwrap().status(), StatusCode::OK);
+    waits.answer(Ok(Done::default()));
+    assert_eq!(long.await.unwrap().unwrap().status(), StatusCode::OK);
+}
+
+#[tokio::test]
+async fn a_run_has_no_end_to_wait_for() {
+    let bench = open();
+    let key = bench.key().await;
+    let body = r#"{"axis":1,"speed":-400}"#;
+    let (status, said) = bench.post("/api/run?wait=true", Some(&key), body).await;
+    assert_eq!(status, StatusCode::UNPROCESSABLE_ENTITY, "{said}");
+    assert!(said["allowed"].as_str().unwrap().contains("wait=true of a move"), "{said}");
+    assert_eq!(bench.wishes(), []);
 }

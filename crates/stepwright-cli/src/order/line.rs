@@ -73,7 +73,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         .collect::<Result<_, _>>()?;
     let axes: Vec<AxisId> = AxisId::first(ways.len() as u8).collect();
     // A virtual board begins at 0.
-    let line = Line::of(&args, &axes, &ways, &vec![0; axes.len()])?;
+    let line = Line::of(&args, &ways, &vec![0; axes.len()])?;
     interrupt::listen(While::Holding)?;
     let title = format!("A line of {} steps", numbers(line.steps()));
     let mut session =
@@ -94,15 +94,14 @@ struct Line {
 }
 
 impl Line {
-    fn of(args: &Args, axes: &[AxisId], ways: &[Way], from: &[i64]) -> Result<Line, Failure> {
+    fn of(args: &Args, ways: &[Way], from: &[i64]) -> Result<Line, Failure> {
         let steps = ways.iter().zip(from).map(|(way, from)| way.steps(*from));
         let steps = steps.collect::<Result<Vec<_>, _>>()?;
-        let each = axes.iter().copied().zip(steps.iter().copied());
-        let furthest = each.max_by_key(|(axis, way)| (way.get().unsigned_abs(), !axis.number()));
-        let Some((lead, way)) = furthest else { return Err(Failure::usage("no axis moves")) };
+        let lead = furthest(&steps);
+        let (lead, way) = lead.ok_or_else(|| Failure::usage("no axis moves"))?;
         let motion =
             args.order.ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
-        let orders = shares(&motion, &steps)?;
+        let orders = shares((lead, motion.order), &steps)?;
         Ok(Line { steps, motion, orders })
     }
 
@@ -111,19 +110,29 @@ impl Line {
     }
 }
 
-/// What each axis is ordered, as the line can say it.
-fn shares(motion: &Motion, steps: &[Distance]) -> Result<Vec<(AxisId, Order)>, Failure> {
+/// The axis that goes furthest, and how far; the steps are those of axis 1, 2, …
+pub fn furthest(steps: &[Distance]) -> Option<(AxisId, Distance)> {
+    let each = AxisId::first(steps.len() as u8).zip(steps.iter().copied());
+    each.max_by_key(|(axis, way)| (way.get().unsigned_abs(), !axis.number()))
+}
+
+/// What each axis is ordered, as the line can say it, by the order of the one that goes
+/// furthest; the steps are those of axis 1, 2, …
+pub fn shares(
+    (lead, leading): (AxisId, Order),
+    steps: &[Distance],
+) -> Result<Vec<(AxisId, Order)>, Failure> {
     let mut ways = [0; AXES];
     for (way, steps) in ways.iter_mut().zip(steps) {
         *way = steps.get();
     }
-    let whole = stepwright::Order::from(motion.order);
+    let whole = stepwright::Order::from(leading);
     let orders = whole.along(ways).map_err(|why| Failure::new(why.to_string()))?;
     orders
         .filter_map(|(axis, order)| {
             let (axis, way) = (AxisId::numbered(axis + 1)?, *steps.get(usize::from(axis))?);
-            if axis == motion.axis() {
-                return Some((axis, motion.order));
+            if axis == lead {
+                return Some((axis, leading));
             }
             let ramp = |ramp| match order.accel(ramp) {
                 // No ramp: its slope doesn't matter, but has to be said.
@@ -160,7 +169,7 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
     for axis in axes {
         from.push(start_position(session, *axis)?);
     }
-    let line = Line::of(args, axes, ways, &from)?;
+    let line = Line::of(args, ways, &from)?;
     let Line { motion, orders, .. } = &line;
     able::to_bend(session, &motion.order)?;
     let lines: Vec<Command> = Script::new(orders)?.collect();
@@ -290,7 +299,7 @@ fn lost(session: &mut Session, trouble: &LinkError) -> Failure {
 }
 
 /// Seconds between the first axis' end and the last's.
-fn apart(orders: &[(AxisId, Order)]) -> f64 {
+pub fn apart(orders: &[(AxisId, Order)]) -> f64 {
     let ends: Vec<f64> = orders
         .iter()
         .filter_map(|(_, order)| Course::of(&(*order).into()))

@@ -10,7 +10,7 @@ use stepwright_serve::homing::{HomeLimits, HomeReport};
 use stepwright_serve::{Declined, Hand};
 
 use super::keeper::Keeper;
-use super::orders::{Taken, Undone};
+use super::orders::{Begins, Taken, Undone};
 use crate::order::drive;
 use crate::order::homing::{self, no_switch};
 use crate::order::settings;
@@ -72,6 +72,7 @@ impl Keeper {
                 .remedy("wait, or stop it")
                 .into());
         }
+        self.ended(axis)?;
         let listed = settings::ask(&mut self.session)?;
         let board = self.session.name();
         let side = SwitchSide::of(axis, &listed).map_err(|switches| {
@@ -232,11 +233,12 @@ impl Keeper {
         let longest = homing.course.longest(order.top);
         watched.home = Some(homing.report());
         // Its page may have gone since the last leg.
-        if !self.desk.is_live(hand) {
+        if !self.desk.is_there(hand) {
             return Err(gone().into());
         }
         let from = self.session.rest_position(axis)?;
-        let lines = match self.set_off(axis, from, &order, Some(hand))? {
+        let begins = [Begins { axis, from, order }];
+        let lines = match self.set_off(&begins, Some(hand))? {
             Ok(lines) => lines,
             Err(NotBegun::Refused(_, Some(Refusal::Fault))) if leg.is_towards() => return Ok(None),
             Err(not) => return Err(drive::not_begun(&mut self.session, not).into()),

@@ -18,6 +18,7 @@ use stepwright_sim::{AxisDrive, Description, Switch};
 use super::pulses::PlannedPins;
 use super::sight::Watched;
 use super::tap::Tap;
+use super::waits::Waiting;
 use super::{homing, sheet};
 use crate::board::bench::{Bench, Width};
 use crate::board::edge_files::EdgePaths;
@@ -64,6 +65,8 @@ pub struct Keeper {
     /// What the scope shows of a board whose edges are not seen.
     pub(super) pulses: Arc<PlannedPins>,
     pub(super) axes: Vec<Watched>,
+    /// The requests whose answer waits for the end of their order.
+    pub(super) waiting: Vec<Waiting>,
     /// Whether the board brakes by itself when we fall silent.
     pub(super) leased: bool,
     /// What is told but for the axes and the time.
@@ -96,12 +99,13 @@ impl Keeper {
     /// Meets the board.
     pub fn begin(board: ServedBoard, desk: Arc<ServeDesk>) -> Result<Keeper, Failure> {
         let session = open(&board, &desk)?;
-        let (axes, told) = (Vec::new(), LiveState::default());
+        let (axes, waiting, told) = (Vec::new(), Vec::new(), LiveState::default());
         let pulses = Arc::new(PlannedPins::default());
         if board.port.port.is_some() {
             desk.probe(pulses.clone());
         }
-        let mut keeper = Keeper { board, desk, session, pulses, axes, leased: false, told };
+        let mut keeper =
+            Keeper { board, desk, session, pulses, axes, waiting, leased: false, told };
         let begun = keeper.learn().and_then(|()| keeper.look_at_all());
         begun.map_err(|trouble| target::lost(&keeper.session.name(), &trouble))?;
         keeper.publish();
@@ -156,6 +160,9 @@ impl Keeper {
                         self.session.brake(Selection::One(axis))?;
                     }
                 }
+                for axis in self.axes.iter_mut().filter(|axis| change.axes.contains(axis.id)) {
+                    axis.target = change.target.or(axis.target);
+                }
                 self.desk.unplan(AxisId::FIRST.number());
             }
             self.brake_lost_hands()?;
@@ -169,6 +176,9 @@ impl Keeper {
                 self.look_at_all()?;
             } else {
                 self.look()?;
+            }
+            if !self.desk.is_urgent() {
+                self.settle()?;
             }
             self.publish();
         }
@@ -184,6 +194,8 @@ impl Keeper {
         while self.session.is_busy(Selection::All)? {
             self.session.pause(POLL)?;
         }
+        self.look_at_all()?;
+        self.settle()?;
         self.end_lease()
     }
 
@@ -227,7 +239,13 @@ impl Keeper {
         for place in 0..self.axes.len() {
             let Some(axis) = self.axes.get(place) else { continue };
             let (id, hand) = (axis.id, axis.hand);
-            if hand.is_some_and(|hand: Hand| !self.desk.is_live(hand)) {
+            // A homing ends by itself: for it, who waits for the answer is there.
+            let homes = axis.homing.is_some();
+            let is_gone = |hand: Hand| match homes {
+                true => !self.desk.is_there(hand),
+                false => !self.desk.is_live(hand),
+            };
+            if hand.is_some_and(is_gone) {
                 self.session.brake(Selection::One(id))?;
                 self.axes[place].hand = None;
                 self.end_homing(id, &homing::gone());
@@ -249,6 +267,7 @@ impl Keeper {
         self.desk.close(why.clone());
         self.desk.note(what.clone());
         self.give_up_homing(Selection::All, &why);
+        self.give_up_waiting(&what);
         self.told.connected = false;
         self.told.trouble = Some(Trouble { what, remedy: Some(remedy.to_owned()) });
         self.leased = false;

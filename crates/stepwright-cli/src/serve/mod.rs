@@ -9,6 +9,7 @@
 //! | [`keeper`] | keeps the conversation with the board, also when it is lost and comes back |
 //! | [`orders`] | carries out what pages ask for |
 //! | [`homing`] | homes an axis |
+//! | [`waits`] | requests that wait for the end of their order |
 //! | [`sight`] | looks at the axes, and says what it sees |
 //! | [`sheet`] | what the board is |
 //! | [`forecast`] | where an order will take an axis |
@@ -27,6 +28,7 @@ mod pulses;
 mod sheet;
 mod sight;
 mod tap;
+mod waits;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::path::PathBuf;

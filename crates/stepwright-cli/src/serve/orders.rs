@@ -3,7 +3,7 @@
 use stepwright_protocol::{
     Ability, AxisId, Command, Distance, LeaseMillis, Order, Reply, Script, Selection, Travel,
 };
-use stepwright_serve::report::Done;
+use stepwright_serve::line::still;
 use stepwright_serve::request::{Limits, TravelChange, Way};
 use stepwright_serve::{Declined, Hand, Job, Wish};
 
@@ -12,7 +12,7 @@ use super::sight::Watched;
 use super::{forecast, homing};
 use crate::failure::Failure;
 use crate::order::able;
-use crate::order::drive;
+use crate::order::{drive, line};
 use stepwright_host::LinkError;
 use stepwright_host::motion::NotBegun;
 
@@ -50,6 +50,29 @@ impl From<Failure> for Undone {
     }
 }
 
+/// The steps to go from a position.
+fn distance(way: Way, from: i64) -> Result<Distance, Declined> {
+    let to = match way {
+        Way::By(by) => return Ok(by),
+        Way::To(to) => to,
+    };
+    i32::try_from(to.saturating_sub(from)).map(Distance::new).map_err(|_| {
+        Declined::range(format!("from {from} to {to} is too far for one travel")).allowed(format!(
+            "{} to {} steps",
+            i32::MIN,
+            i32::MAX
+        ))
+    })
+}
+
+/// An axis that is to begin a travel.
+pub struct Begins {
+    pub axis: AxisId,
+    /// Where it stands, if that is known.
+    pub from: Option<i64>,
+    pub order: Order,
+}
+
 /// The lines that were taken.
 pub type Taken = Result<Vec<Command>, Undone>;
 
@@ -58,6 +81,7 @@ impl Keeper {
     pub(super) fn carry_out(&mut self, job: Job) -> Result<(), LinkError> {
         let done = match job.wish.clone() {
             Wish::Travel(axis, way, limits) => self.travel(axis, way, &limits),
+            Wish::Line(ways, limits) => self.line(&ways, &limits),
             Wish::Run(axis, direction, limits, hand) => {
                 self.run(axis, Travel::Endless(direction), &limits, hand)
             }
@@ -74,7 +98,7 @@ impl Keeper {
                 // What the page asks next it asks knowing what has come of this.
                 self.publish();
                 let lines = lines.iter().map(ToString::to_string).collect();
-                job.answer(Ok(Done { lines }));
+                self.answer(job, lines);
                 Ok(())
             }
             Err(Undone::Declined(declined)) => {
@@ -82,8 +106,7 @@ impl Keeper {
                 Ok(())
             }
             Err(Undone::Lost(trouble)) => {
-                let starts = matches!(job.wish, Wish::Run(..) | Wish::Travel(..) | Wish::Home(..));
-                let may = job.wish.is_urgent() || starts;
+                let may = job.wish.is_urgent() || job.wish.starts();
                 let remedy = if may { "a motor may be moving: look at it" } else { "try again" };
                 let what = format!("{}: {trouble}", self.session.name());
                 job.answer(Err(Declined::away(what).remedy(remedy)));
@@ -105,22 +128,38 @@ impl Keeper {
 
     fn travel(&mut self, axis: AxisId, way: Way, limits: &Limits) -> Taken {
         let from = self.stands_at(axis)?;
-        let by = match way {
-            Way::By(by) => by,
-            Way::To(to) => {
-                let steps = i32::try_from(to.saturating_sub(from)).map_err(|_| {
-                    Declined::range(format!("from {from} to {to} is too far for one travel"))
-                        .allowed(format!("{} to {} steps", i32::MIN, i32::MAX))
-                })?;
-                Distance::new(steps)
-            }
-        };
-        self.start(axis, from, Travel::By(by), limits, None)
+        let order = limits.order(Travel::By(distance(way, from)?))?;
+        self.start(&[Begins { axis, from: Some(from), order }], None)
+    }
+
+    fn line(&mut self, ways: &[(AxisId, Way)], limits: &Limits) -> Taken {
+        let (mut from, mut steps) = (Vec::new(), vec![Distance::new(0); self.axes.len()]);
+        for (axis, way) in ways {
+            self.axis(*axis)?;
+            let at = self.stands_at(*axis)?;
+            from.push((*axis, at));
+            steps[axis.index()] = distance(*way, at)?;
+        }
+        let furthest = line::furthest(&steps).filter(|(_, by)| by.get() != 0);
+        let (lead, by) = furthest.ok_or_else(still)?;
+        let orders = line::shares((lead, limits.order(Travel::By(by))?), &steps)?;
+        let apart = line::apart(&orders);
+        let place = |axis| from.iter().find(|(one, _)| *one == axis).map(|(_, at)| *at);
+        let begins = |(axis, order)| Begins { axis, from: place(axis), order };
+        let begun = self.start(&orders.into_iter().map(begins).collect::<Vec<_>>(), None)?;
+        // Also of one that stands at its target.
+        for (axis, at) in from {
+            self.axis(axis)?.target = Some(at.saturating_add(steps[axis.index()].get().into()));
+        }
+        if apart > 0.000_5 {
+            self.desk.note(format!("the axes of the line end up to {apart:.3} s apart"));
+        }
+        Ok(begun)
     }
 
     fn run(&mut self, axis: AxisId, travel: Travel, limits: &Limits, hand: Hand) -> Taken {
         let from = self.stands_at(axis)?;
-        self.start(axis, from, travel, limits, Some(hand))
+        self.start(&[Begins { axis, from: Some(from), order: limits.order(travel)? }], Some(hand))
     }
 
     /// Where an axis stands that is to move.
@@ -132,6 +171,7 @@ impl Keeper {
                 .remedy("wait, stop it, or retarget it")
                 .into());
         }
+        self.ended(axis)?;
         self.session.rest_position(axis)?.ok_or_else(|| {
             Declined::refused(format!("the position of axis {number} is uncertain"))
                 .remedy("if it stands at a known place, or to go and find one, call it 0")
@@ -139,32 +179,27 @@ impl Keeper {
         })
     }
 
-    fn start(
-        &mut self,
-        axis: AxisId,
-        from: i64,
-        travel: Travel,
-        limits: &Limits,
-        hand: Option<Hand>,
-    ) -> Taken {
-        let order = limits.order(travel)?;
-        let begun = self.set_off(axis, Some(from), &order, hand)?;
-        // A homing that has failed is past.
-        let watched = self.axis(axis)?;
-        watched.home = watched.home.take().filter(|home| home.stage == "done");
+    /// Starts axes that stand still, together.
+    fn start(&mut self, begins: &[Begins], hand: Option<Hand>) -> Taken {
+        let begun = self.set_off(begins, hand)?;
+        for one in begins {
+            // A homing that has failed is past.
+            let watched = self.axis(one.axis)?;
+            watched.home = watched.home.take().filter(|home| home.stage == "done");
+        }
         begun.map_err(|not| drive::not_begun(&mut self.session, not).into())
     }
 
-    /// Starts an axis that stands at `from`; the lines, or why it did not start.
+    /// Starts axes that stand still, together; the lines, or why none did start.
     pub(super) fn set_off(
         &mut self,
-        axis: AxisId,
-        from: Option<i64>,
-        order: &Order,
+        begins: &[Begins],
         hand: Option<Hand>,
     ) -> Result<Result<Vec<Command>, NotBegun>, Undone> {
-        able::to_bend(&mut self.session, order)?;
-        let orders = [(axis, *order)];
+        for one in begins {
+            able::to_bend(&mut self.session, &one.order)?;
+        }
+        let orders: Vec<_> = begins.iter().map(|one| (one.axis, one.order)).collect();
         let mut lines: Vec<Command> = Script::new(&orders).map_err(Failure::from)?.collect();
         let grants = |can: stepwright_protocol::Abilities| can.has(Ability::Safety);
         if hand.is_some() && self.session.info().and_then(|info| info.can).is_some_and(grants) {
@@ -172,23 +207,39 @@ impl Keeper {
             self.leased = true;
         }
         let began = self.desk.time();
-        let begun = self.session.begin(axis, order, &lines, from);
-        let watched = self.axis(axis)?;
+        let begun = match begins {
+            [one] => self.session.begin(one.axis, &one.order, &lines, one.from),
+            _ => {
+                begins.iter().for_each(|one| self.session.begins(one.axis, one.from));
+                self.session.begin_together(&lines)
+            }
+        };
         match begun {
             Ok(()) => {}
             Err(NotBegun::Trouble { trouble, moving }) => {
-                watched.moving = moving;
-                watched.hand = hand.filter(|_| moving);
+                for one in begins {
+                    let watched = self.axis(one.axis)?;
+                    watched.moving = moving;
+                    watched.hand = hand.filter(|_| moving);
+                }
                 return Err(trouble.into());
             }
             Err(not) => return Ok(Err(not)),
         }
-        (watched.moving, watched.hand, watched.stop) = (true, hand, None);
-        watched.from = from;
-        watched.see(began, from);
-        self.pulses.begin(axis.number(), order, began);
-        if let Some(curve) = from.and_then(|from| forecast::of(axis.number(), from, order, began)) {
-            self.desk.plan(curve);
+        for Begins { axis, from, order } in begins {
+            let watched = self.axis(*axis)?;
+            (watched.moving, watched.hand, watched.stop) = (true, hand, None);
+            watched.from = *from;
+            watched.target = match order.travel {
+                Travel::By(by) => from.map(|from| from.saturating_add(by.get().into())),
+                Travel::Endless(_) => None,
+            };
+            watched.see(began, *from);
+            self.pulses.begin(axis.number(), order, began);
+            let curve = from.and_then(|from| forecast::of(axis.number(), from, order, began));
+            if let Some(curve) = curve {
+                self.desk.plan(curve);
+            }
         }
         Ok(Ok(lines))
     }
@@ -209,10 +260,7 @@ impl Keeper {
                     ))
                     .remedy("give `by`, counted from there")
                 })?;
-                let by = i32::try_from(to.saturating_sub(from)).map_err(|_| {
-                    Declined::range(format!("from {from} to {to} is too far for one travel"))
-                })?;
-                Some(Distance::new(by))
+                Some(distance(Way::To(to), from)?)
             }
         };
         // The ramps first: the speed and the target are to be reached by them.
@@ -225,6 +273,9 @@ impl Keeper {
             self.desk.unplan(number);
             if self.session.ask_of(one, line)? != Reply::Yes {
                 return Err(self.refused(line)?);
+            }
+            if let (Command::Retarget(by), Some(from)) = (line, from) {
+                self.axis(axis)?.target = Some(from.saturating_add(by.get().into()));
             }
         }
         Ok(lines)

@@ -25,6 +25,8 @@ pub struct Watched {
     pub hand: Option<Hand>,
     /// Where its travel began.
     pub from: Option<i64>,
+    /// Where its travel is to end.
+    pub target: Option<i64>,
     /// The homing that it is on.
     pub homing: Option<AxisHoming>,
     /// What is told of that, or of the last one.
@@ -45,6 +47,7 @@ impl Watched {
             stop: None,
             hand: None,
             from: None,
+            target: None,
             homing: None,
             home: None,
             origin: 0,
@@ -91,7 +94,6 @@ impl Watched {
     pub fn state(&self, now: f64) -> LiveAxis {
         // Between two legs of a homing it is on its way still.
         let moving = self.moving || self.homing.is_some();
-        let reason = |stop: Stop| Reason { name: stop.name().to_owned(), words: stop.words() };
         LiveAxis {
             axis: self.id.number(),
             position: self.position,
@@ -108,6 +110,11 @@ impl Watched {
             origin: self.origin,
         }
     }
+}
+
+/// What has stopped an axis, for pages.
+pub fn reason(stop: Stop) -> Reason {
+    Reason { name: stop.name().to_owned(), words: stop.words() }
 }
 
 impl Keeper {

@@ -76,10 +76,43 @@ class Watch(threading.Thread):
         return self.is_alive() and not self.seen
 
 
+class Stops(threading.Thread):
+    """Stops the axes again and again: some of the orders that are waited for would take hours."""
+
+    def __init__(self, address):
+        super().__init__(daemon=True)
+        self.address, self.on, self.slowest = address, True, 0
+        self.start()
+
+    def run(self):
+        while self.on:
+            begin = time.monotonic()
+            status, said = ask(self.address, "POST", "/api/stop", "{}")
+            assert status == 200, said
+            self.slowest = max(self.slowest, time.monotonic() - begin)
+            time.sleep(0.2)
+
+
+def waits(address, key):
+    """An answer that waits says how the order has ended."""
+    headers = {"Stepwright_Control": key}
+    for path, order, at in [
+        ("/api/move", {"axis": 2, "to": 40}, [40]),
+        ("/api/line", {"to": [60, 0], "accel": 2000}, [60, 0]),
+        ("/api/line", {"by": [-60]}, [0]),
+    ]:
+        status, said = ask(address, "POST", f"{path}?wait=true", json.dumps(order), **headers)
+        assert status == 200 and said["ended"]["outcome"] == "reached", said
+        assert [one["position"] for one in said["ended"]["axes"]] == at, said
+
+
 ORDERS = {
     "/api/move": {"axis": 1, "by": 4000},
+    "/api/move?wait=true": {"axis": 1, "by": 4000},
+    "/api/line": {"by": [2000, -500]},
+    "/api/line?wait=true": {"to": [2000, None, 5]},
     "/api/run": {"axis": 1, "speed": -400},
-    "/api/home": {"axis": 1},
+    "/api/home": {"axis": 1, "within": 3000},
     "/api/set": {"name": "idle-ms", "value": 5},
     "/api/zero": {"axis": 1},
 }
@@ -128,8 +161,12 @@ def main():
                 status, _ = ask(open_address, "POST", path, json.dumps(order), **headers)
                 assert status == 401, (path, status)
         # Whoever has control is answered as it is described, and nothing breaks.
-        key, watch = f"Stepwright-Control:{given['key']}", Watch(address)
+        waits(address, given["key"])
+        key, watch, stops = f"Stepwright-Control:{given['key']}", Watch(address), Stops(address)
         assert fuzz(address, "-H", key, "--exclude-path-regex", "/api/control"), "with control"
+        assert stops.is_alive(), "a stop was not taken"
+        stops.on = False
+        print(f"beside orders that are waited for, a stop took {stops.slowest:.3f} s at most")
         status, state = ask(address, "GET", "/api/state")
         assert status == 200 and state["connected"], state
         assert watch.seen, "with control nothing has moved: what was tested?"

@@ -54,8 +54,8 @@ export class Calculators {
     this.about = element("p", "", "soft");
     this.form = element("form", "", "calc");
     this.form.noValidate = true;
-    this.form.addEventListener("input", () => this.compute());
-    this.form.addEventListener("submit", (event) => (event.preventDefault(), this.compute()));
+    this.form.oninput = () => this.compute();
+    this.form.onsubmit = (event) => (event.preventDefault(), this.compute());
     this.line = element("details", "", "soft");
     this.line.append(element("summary", "As a command"), element("code"));
     this.result = element("div", "", "result");

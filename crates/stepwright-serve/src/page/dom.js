@@ -10,6 +10,24 @@ export function element(tag, text, name) {
   return made;
 }
 
+/** Numbers of so many digits at most. */
+export const formatter = (most) => new Intl.NumberFormat("en", { maximumSignificantDigits: most, useGrouping: false });
+
+export const digits = (value, most) => formatter(most).format(value).replace("-", "−");
+
+/** Calls `look()` when a view is looked at, and at once if it is. */
+export function looked(view, look) {
+  const act = () => location.hash === view && look();
+  addEventListener("hashchange", act);
+  act();
+}
+
+/** Makes one of these rows stand out, by its number. */
+export const choose = (rows, chosen) => [...rows].forEach((row, n) => {
+  row.classList.toggle("chosen", n === chosen);
+  row.querySelector("button").setAttribute("aria-pressed", n === chosen);
+});
+
 /** Gives a file. */
 export function save(name, bytes, type = "text/plain") {
   const link = element("a");

@@ -2,17 +2,19 @@
 
 import { mcapOf } from "./mcap.js";
 
-/** The place of the first time that is not before this one. */
-export function firstFrom(times, time) {
-  let low = 0;
-  let high = times.length;
+/** The first of `count` for which `late(n)` holds. */
+export function first(count, late) {
+  let [low, high] = [0, count];
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (times[middle] < time) low = middle + 1;
-    else high = middle;
+    if (late(middle)) high = middle;
+    else low = middle + 1;
   }
   return low;
 }
+
+/** The place of the first time that is not before this one. */
+export const firstFrom = (times, time) => first(times.length, (n) => times[n] >= time);
 
 /** A record with times in µs from its beginning. */
 export class Edges {

@@ -1,6 +1,6 @@
 // The way of two motors, or of one over time, with its speed as colour.
 
-import { colour, dark } from "./colours.js";
+import { colour, dark, open } from "./colours.js";
 
 /** Room for the numbers beside and below, and around the way, in px. */
 const SIDE = 58;
@@ -51,19 +51,6 @@ export function ticks(from, to, count) {
   const values = [];
   for (let n = Math.ceil(from / step - 1e-9); n * step <= to + step * 1e-9; n++) values.push(n * step);
   return values.map((value) => [value, value.toFixed(digits).replace("-", "−")]);
-}
-
-/** An empty canvas of this size, and its pen. */
-function open(canvas, width, height) {
-  const scale = devicePixelRatio || 1;
-  canvas.style.height = `${height}px`;
-  canvas.width = Math.round(width * scale);
-  canvas.height = Math.round(height * scale);
-  const pen = canvas.getContext("2d");
-  pen.scale(scale, scale);
-  pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
-  pen.lineJoin = pen.lineCap = "round";
-  return pen;
 }
 
 export class PathCanvas {

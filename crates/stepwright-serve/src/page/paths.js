@@ -1,11 +1,10 @@
 // The Paths view: a file of lines, arcs and other moves, drawn before anything moves.
 
 import { dark } from "./colours.js";
-import { by, copy, element, save } from "./dom.js";
+import { by, choose, copy, digits, element, looked, save } from "./dom.js";
+import { first } from "./edges.js";
 import { PathCanvas, ramp } from "./paths-draw.js";
 import { get, post } from "./server.js";
-
-const digits = (value, most) => new Intl.NumberFormat("en", { maximumSignificantDigits: most, useGrouping: false }).format(value).replace("-", "−");
 
 /** What a leg is called. */
 const KINDS = { line: "Line", arc: "Arc", home: "Homing", moves: "Moves", rest: "Rest" };
@@ -25,17 +24,6 @@ const LATER = 400;
 
 /** A file's units are shown in these, where they are so many. */
 const SHOWN = { nm: [["mm", 1e6], ["µm", 1e3]], µm: [["mm", 1e3]] };
-
-/** The first of `count` for which `late(n)` holds. */
-function first(count, late) {
-  let [low, high] = [0, count];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (late(middle)) high = middle;
-    else low = middle + 1;
-  }
-  return low;
-}
 
 /** A drawing as POST /api/path has it, in a unit with short numbers. */
 export function scaled(drawing) {
@@ -240,13 +228,9 @@ export class PathsView {
     by("paths-time").disabled = this.running && this.isThis(this.report);
   }
 
-  async run() {
+  run() {
     this.choose(null);
-    try {
-      await post("/api/path/run", { name: this.name, text: by("paths-text").value });
-    } catch (declined) {
-      this.tell(declined);
-    }
+    post("/api/path/run", { name: this.name, text: by("paths-text").value }).catch(this.tell);
   }
 
   /** Copies the command that plays the file on a board, and shows it. */
@@ -283,7 +267,7 @@ export class PathsView {
       const name = made.insertCell();
       const button = element("button", `${n + 1} ${KINDS[row.kind] ?? row.kind}`);
       Object.assign(button, { type: "button", title: `line ${row.line} of the file` });
-      button.addEventListener("click", () => this.choose(this.row === n ? null : n));
+      button.onclick = () => this.choose(this.row === n ? null : n);
       name.append(button);
       const last = sheet.legs[row.legs.at(-1)].last;
       for (const text of [pair(last), `${digits(row.end - row.begin, 4)} s`, row.peak ? digits(row.peak, 4) : "–"]) made.insertCell().textContent = text;
@@ -297,10 +281,7 @@ export class PathsView {
   /** Makes a row of the table stand out, and puts the playhead to its beginning. */
   choose(n) {
     this.row = n;
-    [...by("paths-legs").tBodies[0].rows].forEach((row, i) => {
-      row.classList.toggle("chosen", i === n);
-      row.querySelector("button").setAttribute("aria-pressed", i === n);
-    });
+    choose(by("paths-legs").tBodies[0].rows, n);
     this.canvas.choose(n === null ? null : this.sheet.rows[n].legs);
     if (n === null) return;
     if (!this.running) this.seek(this.sheet.rows[n].begin);
@@ -357,10 +338,10 @@ export class PathsView {
       const { value } = event.target;
       this.use(value === "own" ? this.own : this.examples[value]);
     });
-    by("paths-go").addEventListener("click", () => this.run());
-    by("paths-copy").addEventListener("click", () => this.copy());
-    by("paths-save").addEventListener("click", () => this.save());
-    by("paths-open").addEventListener("click", () => by("paths-pick").click());
+    by("paths-go").onclick = () => this.run();
+    by("paths-copy").onclick = () => this.copy();
+    by("paths-save").onclick = () => this.save();
+    by("paths-open").onclick = () => by("paths-pick").click();
     by("paths-pick").addEventListener("change", (event) => {
       this.read(event.target.files[0]);
       event.target.value = "";
@@ -370,8 +351,8 @@ export class PathsView {
       this.later = setTimeout(() => this.drawFile(), LATER);
     });
     const turned = () => (this.table(), this.choose(this.row), this.drawWay());
-    for (const id of ["paths-x", "paths-y"]) by(id).addEventListener("input", turned);
-    by("paths-time").addEventListener("input", (event) => this.sheet && this.seek(event.target.valueAsNumber));
+    for (const id of ["paths-x", "paths-y"]) by(id).oninput = turned;
+    by("paths-time").oninput = (event) => this.sheet && this.seek(event.target.valueAsNumber);
     dark.addEventListener("change", () => this.sheet && this.legend());
     const section = by("paths");
     section.addEventListener("dragover", (event) => {
@@ -384,8 +365,6 @@ export class PathsView {
       section.classList.remove("over");
       this.read(event.dataTransfer.files[0]);
     });
-    const looked = () => location.hash === "#paths" && this.open().catch(this.tell);
-    addEventListener("hashchange", looked);
-    looked();
+    looked("#paths", () => this.open().catch(this.tell));
   }
 }

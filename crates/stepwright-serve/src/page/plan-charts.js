@@ -1,12 +1,13 @@
 // The curves of several laws over one another.
 
-import { colour, dark, faint } from "./colours.js";
+import { chartAxis, colour, dark, dragged, faint } from "./colours.js";
+import { formatter } from "./dom.js";
 import { LAWS } from "./planner.js";
 
 /** Points across a picture. */
 const GRID = 1200;
 
-const number = new Intl.NumberFormat("en", { maximumSignificantDigits: 5, useGrouping: false });
+const number = formatter(5);
 
 /** What can be shown: its name and unit, and whether 0 belongs to it. */
 export const QUANTITIES = {
@@ -16,8 +17,6 @@ export const QUANTITIES = {
   interval: ["Interval between steps", "µs", false],
   deviation: ["Delays above those of constant acceleration", "%", true],
 };
-
-const colours = () => ({ ink: colour("--soft"), grid: colour("--line"), laws: LAWS.map((_, i) => colour(`--law-${i}`)) });
 
 export class PlanCharts {
   /** Into these elements, with the value under the pointer in those beside them;
@@ -63,8 +62,8 @@ export class PlanCharts {
 
   build() {
     this.plots?.forEach((plot) => plot.destroy());
-    const { ink, grid, laws } = colours();
-    const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 } };
+    const laws = LAWS.map((_, i) => colour(`--law-${i}`));
+    const axis = chartAxis();
     const line = (stroke, width, more) => ({ stroke, width, points: { show: false }, ...more });
     this.plots = this.names.map((name, at) => {
       const [, unit, zero] = QUANTITIES[name];
@@ -89,7 +88,7 @@ export class PlanCharts {
           cursor: { sync: { key: "plan" }, drag: { setScale: false }, points: { show: false } },
           legend: { show: false },
           hooks: {
-            drawClear: [(plot) => this.band(plot, faint(ink, 0.09))],
+            drawClear: [(plot) => this.band(plot, faint(axis.stroke, 0.09))],
             setSelect: [(plot) => this.select(plot)],
             setCursor: [(plot) => this.say(plot, at, unit)],
           },
@@ -103,11 +102,8 @@ export class PlanCharts {
   }
 
   select(plot) {
-    const { left, width } = plot.select;
-    if (width < 5) return;
-    const ends = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
-    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-    this.zoomed(...ends);
+    const ends = dragged(plot);
+    if (ends) this.zoomed(...ends);
   }
 
   /** The value of the chosen law under the pointer. */

@@ -1,13 +1,11 @@
 // The Plan view: a travel by every law, before anything moves.
 
-import { by, copy, element } from "./dom.js";
+import { by, choose, copy, digits, element, looked } from "./dom.js";
 import { refusals } from "./plan-board.js";
 import { PlanCharts } from "./plan-charts.js";
 import { command, rust } from "./plan-copy.js";
 import { LAWS, NUMBERS, Planner } from "./planner.js";
 import { post } from "./server.js";
-
-const digits = (value, most) => new Intl.NumberFormat("en", { maximumSignificantDigits: most, useGrouping: false }).format(value);
 
 /** Each law in words, and the numbers that are its own. */
 const ABOUT = {
@@ -91,7 +89,7 @@ export class PlanView {
       for (const [value, words] of choice[1]) select.append(new Option(words, value));
       row.append(select);
       this.fields[name] = { row, show: (value) => (select.value = value) };
-      select.addEventListener("input", () => this.set(name, Number(select.value)));
+      select.oninput = () => this.set(name, Number(select.value));
       return row;
     }
     const [, , low, high, kind, step] = SLIDERS[name];
@@ -119,8 +117,8 @@ export class PlanView {
         slide.setAttribute("aria-valuetext", `${value} ${unit}`);
       },
     };
-    slide.addEventListener("input", () => this.set(name, rounded(part[1](slide.value / PLACES)), slide));
-    exact.addEventListener("input", () => Number.isFinite(exact.valueAsNumber) && this.set(name, exact.valueAsNumber, exact));
+    slide.oninput = () => this.set(name, rounded(part[1](slide.value / PLACES)), slide);
+    exact.oninput = () => Number.isFinite(exact.valueAsNumber) && this.set(name, exact.valueAsNumber, exact);
     return row;
   }
 
@@ -148,7 +146,7 @@ export class PlanView {
         else this.shown.delete(law);
         this.plan();
       });
-      row.querySelector("button").addEventListener("click", () => this.choose(law));
+      row.querySelector("button").onclick = () => this.choose(law);
       return row;
     });
     by("laws").tBodies[0].append(...rows);
@@ -163,11 +161,9 @@ export class PlanView {
     by("law-name").textContent = title;
     by("law-words").textContent = words;
     for (const row of by("law-values").children) row.hidden = !own.includes(row.dataset.name);
-    [...by("laws").tBodies[0].rows].forEach((row, i) => {
-      row.classList.toggle("chosen", i === law);
-      row.querySelector("input").checked = this.shown.has(i);
-      row.querySelector("button").setAttribute("aria-pressed", i === law);
-    });
+    const { rows } = by("laws").tBodies[0];
+    choose(rows, law);
+    rows[law].querySelector("input").checked = true;
     by("copied").hidden = true;
     this.plan();
   }
@@ -308,28 +304,22 @@ export class PlanView {
     by("send").disabled = !able;
   }
 
-  async send() {
+  send() {
     const { steps, top, start, accel, decel, jerk } = this.travel;
     const order = { axis: this.axis, by: steps, top_speed: top, start_speed: start, accel, decel };
-    try {
-      await post("/api/move", LAWS[this.law] === "s-curve" ? { ...order, jerk } : order);
-    } catch (declined) {
-      this.tell(declined);
-    }
+    post("/api/move", LAWS[this.law] === "s-curve" ? { ...order, jerk } : order).catch(this.tell);
   }
 
   listen() {
-    by("alike").addEventListener("input", () => by("alike").checked && this.set("decel", this.travel.accel));
-    by("third").addEventListener("input", (event) => this.charts?.third(event.target.value));
-    by("send").addEventListener("click", () => this.send());
-    by("plan-axis").addEventListener("input", () => this.ask());
+    by("alike").oninput = () => by("alike").checked && this.set("decel", this.travel.accel);
+    by("third").oninput = (event) => this.charts?.third(event.target.value);
+    by("send").onclick = () => this.send();
+    by("plan-axis").oninput = () => this.ask();
     const port = () => (this.sheet && !this.sheet.name.includes("virtual") ? this.sheet.name : null);
-    by("copy-command").addEventListener("click", () => copy(command(LAWS[this.law], this.travel, port()), by("copied")));
+    by("copy-command").onclick = () => copy(command(LAWS[this.law], this.travel, port()), by("copied"));
     by("copy-rust").addEventListener("click", () =>
       copy(rust(LAWS[this.law], this.travel, this.plans[this.law].figures), by("copied")));
-    for (const id of ["travel", "own"]) by(id).addEventListener("submit", (event) => event.preventDefault());
-    const looked = () => location.hash === "#plan" && this.open().then(() => this.charts.resize(), this.tell);
-    addEventListener("hashchange", looked);
-    looked();
+    for (const id of ["travel", "own"]) by(id).onsubmit = (event) => event.preventDefault();
+    looked("#plan", () => this.open().then(() => this.charts.resize(), this.tell));
   }
 }

@@ -1,7 +1,8 @@
 // Position, speed and acceleration of every axis on one time line: planned beneath real.
 
-import { colour, dark, faint } from "./colours.js";
+import { chartAxis, colour, dark, dragged, faint } from "./colours.js";
 import { Track, planned } from "./curves.js";
+import { formatter } from "./dom.js";
 
 /** So long is kept, in s. */
 const KEPT = 130;
@@ -11,7 +12,7 @@ const DRAW = 33;
 
 const charts = document.getElementById("charts");
 
-const number = new Intl.NumberFormat("en", { maximumSignificantDigits: 6, useGrouping: false });
+const number = formatter(6);
 
 export class Plots {
   constructor() {
@@ -92,7 +93,7 @@ export class Plots {
     this.plots.forEach((plot) => plot.destroy());
     if (!this.axes.length) return;
     const { unit } = this.axes[0];
-    const [ink, grid] = [colour("--soft"), colour("--line")];
+    const axis = chartAxis();
     const titles = [`Position in ${unit}`, `Speed in ${unit}/s`, `Acceleration in ${unit}/s²`];
     const show = (_, value) => (value === null || value === undefined ? "–" : number.format(value));
     const series = this.axes.flatMap(({ number: axis }) => {
@@ -106,7 +107,6 @@ export class Plots {
     });
     const height = this.height();
     this.plots = titles.map((title, at) => {
-      const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 } };
       const options = {
         title,
         width: this.width(),
@@ -136,11 +136,10 @@ export class Plots {
   }
 
   select(plot) {
-    const { left, width } = plot.select;
-    if (width < 5) return;
-    this.zoom = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+    const ends = dragged(plot);
+    if (!ends) return;
+    this.zoom = ends;
     this.paused ??= this.now;
-    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
     this.onpause?.();
     this.draw(true);
   }

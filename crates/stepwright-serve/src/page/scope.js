@@ -1,6 +1,6 @@
 // The scope: STEP and DIR, or coils, and enable of the last seconds, with two cursors.
 
-import { colour, dark } from "./colours.js";
+import { colour, dark, open } from "./colours.js";
 import { by, save } from "./dom.js";
 import { Edges, firstFrom } from "./edges.js";
 import { get } from "./server.js";
@@ -203,13 +203,7 @@ export class Scope {
     if (!edges || !width) return;
     this.lane = this.laneHeight();
     const height = TOP + this.lane * edges.signals.length + 6;
-    const scale = devicePixelRatio || 1;
-    canvas.style.height = `${height}px`;
-    canvas.width = Math.round(width * scale);
-    canvas.height = Math.round(height * scale);
-    const pen = canvas.getContext("2d");
-    pen.scale(scale, scale);
-    pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
+    const pen = open(canvas, width, height);
     const colours = { ink: colour("--ink"), soft: colour("--soft"), line: colour("--line"), accent: colour("--accent") };
     this.drawTimes(pen, width, height, colours);
     edges.signals.forEach((signal, n) => {

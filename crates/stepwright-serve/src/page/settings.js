@@ -39,7 +39,7 @@ class Row {
     buttons.append(this.set, this.reset);
     this.row.append(name, number, range, help, buttons);
     this.set.hidden = !this.field.typed;
-    this.input.addEventListener("input", () => this.show());
+    this.input.oninput = () => this.show();
     if (this.field.typed) this.input.addEventListener("keydown", (event) => {
       if (event.key === "Enter") this.send();
       if (event.key === "Escape") this.undo();

@@ -63,6 +63,14 @@ impl GeometryArgs {
         GeometryArgs { steps_per_rev: Some(steps_per_rev), mm_per_rev: nm }
     }
 
+    /// These, and those of another motor where there are none.
+    pub fn or(&self, other: &GeometryArgs) -> GeometryArgs {
+        GeometryArgs {
+            steps_per_rev: self.steps_per_rev.or(other.steps_per_rev),
+            mm_per_rev: self.mm_per_rev.or(other.mm_per_rev),
+        }
+    }
+
     /// What the core makes of them.
     pub fn geometry(&self) -> Result<Geometry, Failure> {
         let geometry = Geometry::new(self.steps_per_rev.unwrap_or(TURN))?;

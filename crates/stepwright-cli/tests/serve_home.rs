@@ -19,7 +19,7 @@ fn machine(place: i64) -> Served {
 
 /// A quick homing.
 fn quick() -> Value {
-    json!({"axis": 1, "speed": 3000, "slow": 500, "accel": 20000})
+    json!({"axis": 1, "speed": 3000, "slow": 500, "accel": 20000, "within": 200_000})
 }
 
 /// How the homing of axis 1 ends. Its page is heard of meanwhile.
@@ -102,7 +102,7 @@ fn what_can_not_be_homed_says_why() {
     assert_eq!(status, 409, "{said}");
     assert!(said["what"].as_str().unwrap().contains("knows of no limit switch of axis 1"));
     assert!(said["do"].as_str().unwrap().contains("the setting `switches` says so: 1"), "{said}");
-    served.declined("/api/home", json!({"axis": 4}), 422);
+    served.declined("/api/home", json!({"axis": 4, "within": 9}), 422);
     served.declined("/api/home", json!({"axis": 1, "slow": 0}), 422);
     served.declined("/api/home", json!({"axis": 1, "slowly": 5}), 422);
     // None stands there: the axis brakes, and keeps its position.
@@ -115,6 +115,46 @@ fn what_can_not_be_homed_says_why() {
     let at = served.rest(2)["position"].as_i64().unwrap();
     assert!((-600..=-150).contains(&at), "{at}");
     assert_eq!(served.axis(1)["position"], 0);
+}
+
+/// Nobody but the user knows how far an axis can travel.
+#[test]
+fn how_far_a_switch_may_be_is_asked_for_or_stands_in_the_machine_file() {
+    let served = machine(-300);
+    assert_eq!(served.get("/api/board")["axes"][0]["home_within"], Value::Null);
+    let mut without = quick();
+    without.as_object_mut().unwrap().remove("within");
+    let (status, said) = served.post("/api/home", without.clone());
+    assert_eq!((status, &said["allowed"]), (422, &json!("1 to 2147483647 steps")), "{said}");
+    assert!(said["what"].as_str().unwrap().contains("how far the switch of axis 1"), "{said}");
+    assert!(said["do"].as_str().unwrap().contains("home-within = \"300mm\""), "{said}");
+    assert_eq!(served.axis(1)["position"], 0);
+    let file = common::Scratch::new("machine.toml");
+    let text = "[axis.1]\nmm-per-rev = 8\nhome-within = '40mm'\n[axis.2]\nhome-within = 70\n";
+    std::fs::write(&file.0, text).unwrap();
+    let on = ["--machine", file.path(), "--virtual", "--switch", "1:-300"];
+    let served = Served::on(&on);
+    let axes = &served.get("/api/board")["axes"];
+    let within: Vec<_> = (0..3).map(|n| &axes[n]["home_within"]).collect();
+    assert_eq!(within, [&json!(1000), &json!(70), &Value::Null]);
+    served.order("/api/set", json!({"name": "switches", "value": 3}));
+    served.order("/api/home", without.clone());
+    is_homed(&served, 50);
+    // What is asked counts more than the file.
+    served.order("/api/home", json!({"axis": 2, "speed": 2000, "accel": 20000, "within": 20}));
+    let axis = served.wait(2, |axis| axis["home"]["stage"] == "failed");
+    assert!(axis["home"]["words"].as_str().unwrap().contains("within 20 steps"), "{axis}");
+    served.rest(2);
+    served.order("/api/home", json!({"axis": 2, "speed": 2000, "accel": 20000}));
+    let axis = served.wait(2, |axis| axis["home"]["stage"] == "failed");
+    assert!(axis["home"]["words"].as_str().unwrap().contains("within 70 steps"), "{axis}");
+    // What was typed of the motors counts more, too.
+    let typed = Served::on(&[&on[..], &["--mm-per-rev", "4", "--steps-per-rev", "400"]].concat());
+    assert_eq!(typed.get("/api/board")["axes"][0]["home_within"], 4000);
+    let text = "[axis.1]\nhome-within = '40mm'\n";
+    std::fs::write(&file.0, text).unwrap();
+    let ended = common::stepwright(&["serve", "--machine", file.path(), "--virtual"]);
+    ended.assert_error("home-within of axis 1");
 }
 
 #[test]

@@ -27,7 +27,8 @@ pub struct HomeRequest {
     /// How far to go from the closed switch, in steps [default: 50].
     #[schema(minimum = 1, maximum = 2147483647)]
     back_off: Option<i64>,
-    /// How far the switch may be, in steps: the axis brakes about there [default: 100000].
+    /// How far the switch may be, in steps: the axis brakes about there [default: `home-within`
+    /// of the machine file; needed where that has none].
     #[schema(minimum = 1, maximum = 2147483647)]
     within: Option<i64>,
     /// Speed that the motor jumps to from rest, and stops from, in steps/s [default: 50].
@@ -47,8 +48,8 @@ pub struct HomeLimits {
     pub approach: Limits,
     /// How far to go from the closed switch, in steps.
     pub back_off: u32,
-    /// How far the switch may be, in steps.
-    pub within: u32,
+    /// How far the switch may be, in steps; nothing where the machine file is to say it.
+    pub within: Option<u32>,
 }
 
 impl HomeRequest {
@@ -61,21 +62,31 @@ impl HomeRequest {
         let limits = |speed: f64, name| {
             request::limits(speed, name, self.start_speed, self.accel, None, None)
         };
-        let way = |steps: Option<i64>, default: u32, name| match steps {
-            None => Ok(default),
-            Some(steps) => u32::try_from(steps)
-                .ok()
-                .filter(|_| (1..=FAR).contains(&steps))
-                .ok_or_else(|| request::outside(steps, name, 1, FAR, "steps")),
+        let way = |steps: Option<i64>, name| {
+            let right = |steps: i64| {
+                let way = u32::try_from(steps).ok().filter(|_| (1..=FAR).contains(&steps));
+                way.ok_or_else(|| request::outside(steps, name, 1, FAR, "steps"))
+            };
+            steps.map(right).transpose()
         };
         let home = HomeLimits {
             seek: limits(self.speed.unwrap_or(500.0), "speed")?,
             approach: limits(self.slow.unwrap_or(50.0), "slow")?,
-            back_off: way(self.back_off, 50, "back_off")?,
-            within: way(self.within, 100_000, "within")?,
+            back_off: way(self.back_off, "back_off")?.unwrap_or(50),
+            within: way(self.within, "within")?,
         };
         Ok(Wish::Home(axis, home, hand))
     }
+}
+
+/// Why an axis is not homed of which nobody says how far its switch may be.
+pub fn needs_within(axis: u8) -> Declined {
+    Declined::range(format!("`within` is missing: how far the switch of axis {axis} may be"))
+        .allowed(format!("1 to {FAR} steps"))
+        .remedy(format!(
+            "give a little more than the axis can travel, or write home-within = \"300mm\" into \
+             the machine file, under [axis.{axis}], and start the server again"
+        ))
 }
 
 /// Where the last homing of an axis is, or how it has ended.
@@ -103,11 +114,11 @@ mod tests {
     fn a_homing_has_the_defaults_of_the_command() {
         let Ok(Wish::Home(axis, home, hand)) = asked(json!({"axis": 2})) else { panic!() };
         assert_eq!((axis.number(), hand), (2, Hand(7)));
-        assert_eq!((home.back_off, home.within), (50, 100_000));
+        assert_eq!((home.back_off, home.within), (50, None));
         assert_eq!((home.seek.top().steps(), home.approach.top().steps()), (500, 50));
         let own = json!({"axis": 1, "speed": 2000, "slow": 100.5, "back_off": 7, "within": 900});
         let Ok(Wish::Home(_, home, _)) = asked(own) else { panic!() };
-        assert_eq!((home.back_off, home.within), (7, 900));
+        assert_eq!((home.back_off, home.within), (7, Some(900)));
         assert_eq!(home.approach.top().millisteps(), 100_500);
     }
 

@@ -56,6 +56,9 @@ pub struct AxisSheet {
     pub steps_per_unit: f64,
     /// Whether the board looks at a limit switch of this axis.
     pub switch: bool,
+    /// How far that switch may be, in steps: `home-within` of the machine file. Without it a
+    /// homing has to say `within`.
+    pub home_within: Option<u32>,
 }
 
 /// A setting of the board.

@@ -21,7 +21,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
 
 use crate::failure::Failure;
-use crate::quantity::{GeometryArgs, MachineUnit};
+use crate::quantity::{DistanceArg, GeometryArgs, MachineUnit};
 use crate::say;
 use file::{About, Key, Machine, Values};
 use stepwright_protocol::AxisId;
@@ -156,13 +156,46 @@ pub fn shown(machine: &MachineArgs) -> Result<Option<MachineSheet>, Failure> {
 pub fn units(machine: &MachineArgs) -> Result<Vec<(AxisId, MachineUnit)>, Failure> {
     let Some(from) = machine.path() else { return Ok(Vec::new()) };
     let machine = Machine::parse(&file::text(&from)?, &from)?;
-    let unit = |(axis, values): &(AxisId, Values)| {
-        let value = |id| values.iter().find(|(key, _)| key.id == id).map(|(_, text)| text.as_str());
-        let steps = value("steps_per_rev").and_then(|text| text.parse().ok());
-        let mm = value("mm_per_rev").and_then(|text| text.parse().ok());
-        Some((*axis, GeometryArgs::new(steps, mm).unit()?))
-    };
+    let unit = |(axis, values): &(AxisId, Values)| Some((*axis, built(values).unit()?));
     Ok(machine.axes().iter().filter_map(unit).collect())
+}
+
+/// How far the limit switch of each axis may be, in steps, where the machine file says it. What
+/// was typed of the motors counts more than the file.
+pub fn home_within(
+    machine: &MachineArgs,
+    typed: &GeometryArgs,
+) -> Result<Vec<(AxisId, u32)>, Failure> {
+    let Some(from) = machine.path() else { return Ok(Vec::new()) };
+    let machine = Machine::parse(&file::text(&from)?, &from)?;
+    let mut all = Vec::new();
+    for (axis, values) in machine.axes() {
+        let Some(text) = value(values, "within") else { continue };
+        let name = format!("home-within of axis {} in {}", axis.number(), from.display());
+        let within: DistanceArg = text.parse().map_err(Failure::usage)?;
+        let steps = within.resolve(&typed.or(&built(values)).geometry()?, &name)?.value;
+        let far = u32::try_from(steps).ok().filter(|steps| (1..=i32::MAX as u32).contains(steps));
+        all.push((
+            *axis,
+            far.ok_or_else(|| {
+                let most = i32::MAX;
+                Failure::new(format!("{name} is {steps} steps: 1 to {most}"))
+                    .hint("give a little more than the axis can travel")
+            })?,
+        ));
+    }
+    Ok(all)
+}
+
+/// The value of an option.
+fn value<'a>(values: &'a Values, id: &str) -> Option<&'a str> {
+    values.iter().find(|(key, _)| key.id == id).map(|(_, text)| text.as_str())
+}
+
+/// How the motor of an axis with these values is built.
+fn built(values: &Values) -> GeometryArgs {
+    let steps = value(values, "steps_per_rev").and_then(|text| text.parse().ok());
+    GeometryArgs::new(steps, value(values, "mm_per_rev").and_then(|text| text.parse().ok()))
 }
 
 /// The subcommand that was typed, by its names from the outermost, and its options.

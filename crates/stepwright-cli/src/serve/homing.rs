@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use stepwright_protocol::{
     AxisId, BoardError, Command, Distance, Info, Order, Refusal, Reply, Selection, Stop, Travel,
 };
-use stepwright_serve::homing::{HomeLimits, HomeReport};
+use stepwright_serve::homing::{HomeLimits, HomeReport, needs_within};
 use stepwright_serve::{Declined, Hand};
 
 use super::keeper::Keeper;
@@ -66,6 +66,9 @@ impl Keeper {
     pub(super) fn home(&mut self, axis: AxisId, limits: HomeLimits, hand: Hand) -> Taken {
         self.axis(axis)?;
         let number = axis.number();
+        let known = self.board.home_within.iter().find(|(one, _)| *one == axis);
+        let within = limits.within.or(known.map(|(_, within)| *within));
+        let within = within.ok_or_else(|| needs_within(number))?;
         self.not_homed(axis)?;
         if self.session.is_busy(Selection::One(axis))? {
             return Err(Declined::refused(format!("axis {number} is on its way"))
@@ -81,7 +84,7 @@ impl Keeper {
                  added up)"
             ))
         })?;
-        let course = SwitchHoming::new(side, limits.back_off, limits.within);
+        let course = SwitchHoming::new(side, limits.back_off, within);
         let info = self.session.ask_info()?;
         let clean = info.is_none_or(|info| info.late == 0 && errors(&info).next().is_none());
         let homing = AxisHoming {

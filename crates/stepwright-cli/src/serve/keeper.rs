@@ -53,13 +53,15 @@ pub struct ServedBoard {
     pub switches: Vec<Switch>,
     /// What its motors are on that have coils.
     pub drives: Vec<AxisDrive>,
+    /// How far the limit switches of axes may be, in steps, by the machine file.
+    pub home_within: Vec<(AxisId, u32)>,
     /// What stands in the machine file.
     pub machine: Option<MachineSheet>,
 }
 
 /// Keeps a board.
 pub struct Keeper {
-    board: ServedBoard,
+    pub(super) board: ServedBoard,
     pub(super) desk: Arc<ServeDesk>,
     pub(super) session: Session,
     /// What the scope shows of a board whose edges are not seen.
@@ -210,7 +212,12 @@ impl Keeper {
     /// Asks the board what it is.
     pub(super) fn learn(&mut self) -> Result<(), LinkError> {
         let sheet = sheet::of(&mut self.session, self.board.unit)?;
-        let sheet = BoardSheet { machine: self.board.machine.clone(), ..sheet };
+        let mut sheet = BoardSheet { machine: self.board.machine.clone(), ..sheet };
+        for (axis, within) in &self.board.home_within {
+            if let Some(axis) = sheet.axes.get_mut(axis.index()) {
+                axis.home_within = Some(*within);
+            }
+        }
         let count = sheet.axes.len() as u8;
         if self.axes.len() != sheet.axes.len() {
             self.axes = AxisId::first(count).map(Watched::new).collect();

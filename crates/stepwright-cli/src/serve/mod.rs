@@ -145,6 +145,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         )
         .hint("leave --port out: a virtual board is served then"));
     }
+    let home_within = machine::home_within(machine, &args.geometry)?;
     let machine = machine::shown(machine)?;
     let listener = TcpListener::bind(args.bind.0).map_err(|error| {
         Failure::new(format!("can't serve at {}: {error}", args.bind))
@@ -160,7 +161,8 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         true => SWITCH.parse().into_iter().collect(),
         false => args.switch,
     };
-    let served = ServedBoard { port: args.port, unit, switches, drives: args.drive, machine };
+    let (port, drives) = (args.port, args.drive);
+    let served = ServedBoard { port, unit, switches, drives, home_within, machine };
     let (tell, met) = mpsc::channel();
     let board = thread::spawn({
         let desk = desk.clone();

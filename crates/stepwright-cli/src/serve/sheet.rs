@@ -27,7 +27,13 @@ pub fn of(
         can: info.and_then(abilities).unwrap_or_default(),
         max_speed: info.map(|info| info.max),
         axes: axes
-            .map(|axis| AxisSheet { axis, unit, steps_per_unit, switch: has_switch(axis) })
+            .map(|axis| AxisSheet {
+                axis,
+                unit,
+                steps_per_unit,
+                switch: has_switch(axis),
+                home_within: None,
+            })
             .collect(),
         settings: listed.as_ref().map_or_else(Vec::new, settings),
         machine: None,

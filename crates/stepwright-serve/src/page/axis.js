@@ -13,10 +13,11 @@ const RISE = 0.4;
 const SLIDES = { speed: [10, 20_000], accel: [100, 1_000_000] };
 
 /** No axis goes further, in steps. */
-const FAR = 2 ** 31 - 1;
+export const FAR = 2 ** 31 - 1;
 
-/** A homing to begin with, in steps/s and steps. */
-const HOMING = { seek: 500, slow: 50, "back-off": 50, within: 100_000 };
+/** A homing to begin with, in steps/s and steps. How far the switch may be, only its user knows. */
+const HOMING = { seek: 500, slow: 50, "back-off": 50 };
+const ASKED = [...Object.keys(HOMING), "within"];
 
 export class Axis {
   /** `sheet` as GET /api/board has it; `tell(error)` shows what was declined. */
@@ -41,6 +42,7 @@ export class Axis {
     this.field("accel").value = this.shown(SPEED / RISE);
     this.field("step").value = this.shown(100);
     for (const [name, steps] of Object.entries(HOMING)) this.field(name).value = this.shown(steps);
+    if (sheet.home_within) this.field("within").value = this.shown(sheet.home_within);
     for (const name of ["target", "step", "back-off", "within"]) this.field(name).max = this.shown(FAR);
     this.field("target").min = this.shown(-FAR);
     this.find(".motion").classList.toggle("straight", !canJerk);
@@ -82,13 +84,8 @@ export class Axis {
   }
 
   /** Sends a request about this axis. */
-  async send(path, body) {
-    try {
-      return await post(path, { axis: this.number, ...body });
-    } catch (declined) {
-      this.tell(declined);
-      return null;
-    }
+  send(path, body) {
+    return post(path, { axis: this.number, ...body }).catch(this.tell);
   }
 
   /** To a position or by a distance; on its way the axis gets another target. */
@@ -111,7 +108,7 @@ export class Axis {
       field.value = this.shown(Number((low * (high / low) ** (slider.value / 1000)).toPrecision(3)));
       this.change(name, as);
     });
-    field.addEventListener("change", () => (follow(), this.change(name, as)));
+    field.onchange = () => (follow(), this.change(name, as));
     follow();
   }
 
@@ -141,8 +138,8 @@ export class Axis {
   /** Finds 0 by the limit switch. */
   home() {
     // What is wrong is seen only where it is shown.
-    if (!Object.keys(HOMING).every((name) => this.field(name).validity.valid)) this.find(".homing").open = true;
-    if (!this.valid(...Object.keys(HOMING))) return;
+    if (!ASKED.every((name) => this.field(name).validity.valid)) this.find(".homing").open = true;
+    if (!this.valid(...ASKED)) return;
     const whole = (name) => Math.round(this.steps(name));
     const [back_off, within] = [whole("back-off"), whole("within")];
     this.send("/api/home", { speed: this.steps("seek"), slow: this.steps("slow"), back_off, within });
@@ -167,7 +164,7 @@ export class Axis {
   }
 
   listen() {
-    const on = (name, act) => this.field(name).addEventListener("click", act);
+    const on = (name, act) => (this.field(name).onclick = act);
     this.find(".go").addEventListener("submit", (event) => {
       event.preventDefault();
       this.go({ to: Math.round(this.steps("target")) });
@@ -208,6 +205,7 @@ export class Axis {
   /** Shows what the axis does; `ours` if this page controls. */
   show(state, ours) {
     this.moving = state.moving;
+    this.position = state.position;
     const known = state.position !== null;
     this.find(".position").textContent = known ? this.shown(state.position) : "?";
     const steps = this.unit !== "steps" && known ? ` · ${state.position} steps` : "";

@@ -170,7 +170,6 @@ export async function homes({ page, card, at }) {
   await switches.getByLabel("axis 1").check();
   await switches.getByText("changed", { exact: true }).waitFor();
   await page.click('nav a[href="#control"]');
-  await card.locator("summary").click();
   await fill(card, "seek", 600);
   await fill(card, "slow", 300);
   await click(card, "home");
@@ -189,4 +188,10 @@ export async function homes({ page, card, at }) {
   await card.getByText("Not homed: stopped before 0 was found").waitFor();
   await rests(card);
   return place;
+  // Only who has built the machine knows how far the switch may be.
+  await click(card, "home");
+  assert.equal(await card.locator("[name=within]:invalid").count(), 1);
+  assert.ok(await card.locator("[name=within]").isVisible());
+  assert.equal(await page.locator("#notices p").count(), 0);
+  await fill(card, "within", 100_000);
 }

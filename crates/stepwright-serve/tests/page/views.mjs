@@ -47,6 +47,7 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       await fill(card, "seek", 50);
       await fill(card, "slow", 20);
       await fill(card, "back-off", 4000);
+      await fill(card, "within", 90_000);
       await click(card, "home");
       await moves(url);
       await context.close();
@@ -294,6 +295,7 @@ top-speed = "40mm/s"
 accel = "200mm/s2"
 home-speed = "10mm/s"
 home-slow = "1mm/s"
+home-within = "250mm"
 `;
 
 /** Pictures of these views, light and dark, wide and narrow, by the helpers of drive.mjs. */

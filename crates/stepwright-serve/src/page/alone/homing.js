@@ -28,6 +28,7 @@ export function notHomed(watched) {
 
 /** A whole number of steps, from 1 on. */
 function steps(name, value) {
+  if (value === undefined) throw declined(`\`${name}\` is missing: how far the switch may be`, "give a little more than the axis can travel");
   if (Number.isInteger(value) && value >= 1 && value <= 0x7fffffff) return value;
   throw declined(`${name} is ${value}`, undefined, "1 to 2147483647 steps");
 }
@@ -48,7 +49,7 @@ export async function home(keeper, body) {
   watched.homing = {
     way,
     away: -way * steps("back_off", body.back_off ?? 50),
-    within: steps("within", body.within ?? 100_000),
+    within: steps("within", body.within),
     seek: limits(body, body.speed ?? 500),
     slow: limits(body, body.slow ?? 50),
     safeStart: setting("safe-start") === 1,

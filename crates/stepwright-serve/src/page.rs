@@ -22,6 +22,7 @@ const FILES: &[(&str, &str, &[u8])] = &[
     ("/main.js", SCRIPT, include_bytes!("page/main.js")),
     ("/server.js", SCRIPT, include_bytes!("page/server.js")),
     ("/axis.js", SCRIPT, include_bytes!("page/axis.js")),
+    ("/line.js", SCRIPT, include_bytes!("page/line.js")),
     ("/scope.js", SCRIPT, include_bytes!("page/scope.js")),
     ("/edges.js", SCRIPT, include_bytes!("page/edges.js")),
     ("/mcap.js", SCRIPT, include_bytes!("page/mcap.js")),

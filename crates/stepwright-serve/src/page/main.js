@@ -6,6 +6,7 @@ import { PathsView } from "./paths.js";
 import { PlanView } from "./plan.js";
 import { Plots } from "./plots.js";
 import { Calculators } from "./calc.js";
+import { lineForm } from "./line.js";
 import { follow, get, hand, post, release, take } from "./server.js";
 import { Scope } from "./scope.js";
 import { Settings } from "./settings.js";
@@ -63,6 +64,7 @@ async function describe(count) {
     axes.every((axis, i) => axis.scale === board.axes[i].steps_per_unit && axis.unit === board.axes[i].unit);
   if (same) return;
   axes = board.axes.map((one) => new Axis(one, board.can.includes("jerk"), board.max_speed, tell));
+  lineForm(axes, tell);
   by("axes").replaceChildren(...axes.map((axis) => axis.card));
   choose(axes[0]);
   plots.describe(board.axes);
@@ -90,7 +92,9 @@ function show(state) {
   if (had && !ours && state.control) tell(`${state.control.name} has taken control: you watch now`);
   for (const one of state.axes) axes.find((axis) => axis.number === one.axis)?.show(one, ours);
   settings.allow(ours && state.connected);
-  moving = paths.running || state.axes.some((axis) => axis.moving);
+  moving = state.axes.some((axis) => axis.moving);
+  by("line").querySelector("button").disabled = !ours || !state.connected || moving;
+  moving ||= paths.running;
   showControl(state.control, state.connected);
   reach(state.connected);
   const now = state.trouble?.what ?? null;

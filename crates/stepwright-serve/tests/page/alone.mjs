@@ -12,7 +12,7 @@ import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 
 import { browser, host, play, running, until } from "./common.mjs";
-import { click, fill, homes, jogs, kills, moves, open, rests, sets, shown, stops, travels } from "./steps.mjs";
+import { click, fill, homes, jogs, kills, lines, moves, open, rests, sets, shown, stops, travels } from "./steps.mjs";
 import { accessible } from "./care.mjs";
 import * as wired from "./wired.mjs";
 
@@ -104,6 +104,12 @@ const tests = {
   async "a jog runs while it is held"(url) {
     const driven = await alone(url);
     await jogs(driven);
+    await driven.context.close();
+  },
+
+  async "a line moves axes together, and leaves the others"(url) {
+    const driven = await alone(url);
+    await lines(driven);
     await driven.context.close();
   },
 

@@ -10,7 +10,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 
 import { browser, end, play, running, serve, start, until } from "./common.mjs";
-import { click, fill, jogs, kills, open, shown, stops, travels } from "./steps.mjs";
+import { click, fill, jogs, kills, lines, open, shown, stops, travels } from "./steps.mjs";
 import * as care from "./care.mjs";
 import * as views from "./views.mjs";
 
@@ -62,6 +62,15 @@ const tests = {
     const driven = await driver(url);
     await jogs(driven);
     assert.equal((await rests(url)).state, "ready");
+    await driven.context.close();
+  },
+
+  async "a line moves axes together, and leaves the others"(url) {
+    const driven = await driver(url);
+    await lines(driven);
+    const places = (await state(url)).axes.map((one) => one.position);
+    assert.deepEqual(places.slice(1), [900, 0]);
+    assert.deepEqual(driven.faults.filter((one) => !one.includes("422")), []);
     await driven.context.close();
   },
 

@@ -160,8 +160,41 @@ export async function sets({ page }) {
   await page.click('nav a[href="#control"]');
 }
 
+/** A line of axes 1 and 2, of which the second goes further; the third stays. */
+export async function lines({ page, card }) {
+  const [second, third] = [1, 2].map((n) => page.locator(".axis").nth(n));
+  const form = page.locator("#line");
+  const [from, stays] = [Number(await shown(card)), await shown(third)];
+  await fill(second, "speed", 1500);
+  await fill(second, "accel", 4000);
+  await form.getByLabel("Axis 1").fill(String(from - 300));
+  await form.getByLabel("Axis 2").fill("900");
+  await form.getByRole("button").click();
+  await moves(card);
+  await moves(second);
+  assert.ok(await form.getByRole("button").isDisabled());
+  await arrives(card, from - 300);
+  await arrives(second, 900);
+  assert.equal(await shown(third), stays);
+  // The speed is that of the axis that goes further.
+  assert.match(await page.locator("#lines").innerText(), /^T150\*/m);
+  // Axes that stand where they are to go are no line.
+  await form.getByRole("button").click();
+  await page.locator("#notices").getByText("no axis moves").waitFor();
+  await page.getByRole("button", { name: "Dismiss" }).click();
+  await form.getByLabel("Axis 1").fill("1e20");
+  await form.getByRole("button").click();
+  assert.equal(await form.locator("input:invalid").count(), 1);
+}
+
 /** Homing, which takes that the board knows of its switch; 0 is 50 steps from where it closes. */
 export async function homes({ page, card, at }) {
+  // Only who has built the machine knows how far the switch may be.
+  await click(card, "home");
+  assert.equal(await card.locator("[name=within]:invalid").count(), 1);
+  assert.ok(await card.locator("[name=within]").isVisible());
+  assert.equal(await page.locator("#notices p").count(), 0);
+  await fill(card, "within", 100_000);
   await click(card, "home");
   await page.locator("#notices").getByText("knows of no limit switch of axis 1").waitFor();
   await page.getByRole("button", { name: "Dismiss" }).click();
@@ -188,10 +221,4 @@ export async function homes({ page, card, at }) {
   await card.getByText("Not homed: stopped before 0 was found").waitFor();
   await rests(card);
   return place;
-  // Only who has built the machine knows how far the switch may be.
-  await click(card, "home");
-  assert.equal(await card.locator("[name=within]:invalid").count(), 1);
-  assert.ok(await card.locator("[name=within]").isVisible());
-  assert.equal(await page.locator("#notices p").count(), 0);
-  await fill(card, "within", 100_000);
 }

@@ -2,6 +2,7 @@
 
 import { Declined } from "../server.js";
 import { giveUp, home, notHomed } from "./homing.js";
+import { shares } from "./line.js";
 
 /** A board that hears nothing for this time brakes a run without end by itself, in ms. A page in the
  *  background is woken once a second. */
@@ -45,6 +46,22 @@ export const orders = {
     const from = await standsAt(this, body.axis);
     const steps = body.by ?? distance(from, body.to);
     return start(this, from, { axis: body.axis, steps, endless: 0, ...limits(body, body.top_speed ?? TOP) });
+  },
+
+  async line(body) {
+    const [targets, absolute] = body.to ? [body.to, true] : [body.by, false];
+    const [ways, from] = [[], new Map()];
+    for (const [n, target] of targets.entries()) {
+      if (target === null) continue;
+      const at = await standsAt(this, n + 1);
+      const steps = absolute ? distance(at, target) : target;
+      if (!steps) continue;
+      ways.push([n + 1, steps]);
+      from.set(n + 1, at);
+    }
+    if (!ways.length) throw declined("no axis moves", "give an axis a distance, or a target where it does not stand");
+    const orders = shares(ways, limits(body, body.top_speed ?? TOP));
+    return startAll(this, orders.map((order) => ({ from: from.get(order.axis), order })));
   },
 
   async run(body) {
@@ -138,28 +155,39 @@ async function standsAt(keeper, axis) {
   return at;
 }
 
-export async function start(keeper, from, order) {
+export const start = (keeper, from, order) => startAll(keeper, [{ from, order }]);
+
+/** Starts axes together; the lines. */
+async function startAll(keeper, begins) {
   const { host, session } = keeper;
-  const { lines, wrong } = host.script(order);
-  if (wrong) check(host, wrong, order[wrong]);
-  if (order.endless && session.info?.can?.includes("safety")) {
+  const [first, ...rest] = begins.map(({ order }) => {
+    const { lines, wrong } = host.script(order);
+    if (wrong) check(host, wrong, order[wrong]);
+    return lines.slice(0, -1);
+  });
+  // What opens an order and what starts it is said once.
+  const lines = [...first, ...rest.flatMap((own) => own.slice(own.lastIndexOf("PO") + 1)), "E"];
+  if (begins[0].order.endless && session.info?.can?.includes("safety")) {
     lines.unshift(`L${LEASE}`);
     keeper.leased = true;
   }
-  const watched = keeper.watched(order.axis);
   const began = keeper.time();
-  await begin(keeper, order, lines, from);
-  Object.assign(watched, { moving: true, runs: Boolean(order.endless), stop: null, from });
-  watched.see(began, from);
-  if (watched.home?.stage === "failed") watched.home = null;
-  if (from !== null) keeper.plan(order, from, began);
+  await begin(keeper, begins, lines);
+  for (const { from, order } of begins) {
+    const watched = keeper.watched(order.axis);
+    Object.assign(watched, { moving: true, runs: Boolean(order.endless), stop: null, from });
+    watched.see(began, from);
+    if (watched.home?.stage === "failed") watched.home = null;
+    if (from !== null) keeper.plan(order, from, began);
+  }
   return lines;
 }
 
-/** Starts an axis. An order that was lost on its way is said again, but only once the board has
+/** Starts axes together. An order that was lost on its way is said again, but only once the board has
  *  shown that nothing came of it. */
-async function begin(keeper, { axis, steps, endless }, lines, from) {
+async function begin(keeper, begins, lines) {
   const { session } = keeper;
+  const [{ order: { axis, steps, endless } }] = begins;
   for (let i = 0; i < TRIES; i++) {
     // PO is refused while the axis that is selected is busy, whichever.
     await session.select(axis);
@@ -172,8 +200,13 @@ async function begin(keeper, { axis, steps, endless }, lines, from) {
       continue;
     }
     await session.resync();
-    const started = async () => (await session.busy(axis)) || (await session.restPosition(axis)) !== from;
-    if (failed.line === "E" && ((await started()) || (!endless && steps === 0))) return;
+    const started = async () => {
+      for (const { from, order } of begins) {
+        if ((await session.busy(order.axis)) || (await session.restPosition(order.axis)) !== from) return true;
+      }
+      return !endless && steps === 0;
+    };
+    if (failed.line === "E" && (await started())) return;
   }
   throw declined(`${session.wire.name} did not understand the order`, "noise on the line? look at its cable");
 }

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use common::Running;
 use serde_json::json;
-use served::{Served, next};
+use served::{Served, answered, next};
 use tungstenite::client::IntoClientRequest;
 
 /// Descriptors of the server, and connections that would take more than that.
@@ -78,6 +78,26 @@ fn a_stop_gets_through_a_crowd_of_silent_connections() {
         let crowd = crowd(&served, said);
         served.order("/api/stop", json!({}));
         assert_eq!(served.rest(1)["stop"]["name"], "brake", "{said:?}");
+        drop(crowd);
+    }
+}
+
+/// A crowd takes its place from nobody who waits, and who waits takes none from a stop.
+#[test]
+fn who_waits_is_answered_in_a_crowd() {
+    let served = narrow();
+    for path in ["/api/move", "/api/home"] {
+        served.order("/api/set", json!({"name": "switches", "value": 1}));
+        let body = match path {
+            "/api/move" => json!({"axis": 1, "by": 1_000_000, "accel": 20000}),
+            _ => json!({"axis": 1, "within": 1_000_000, "speed": 100}),
+        };
+        let waits = served.waiting(path, &body);
+        served.wait(1, |axis| axis["moving"] == true);
+        let crowd = crowd(&served, "");
+        served.order("/api/stop", json!({}));
+        let (status, said) = answered(waits);
+        assert_eq!((status, &said["ended"]["outcome"]), (200, &json!("stopped")), "{said}");
         drop(crowd);
     }
 }

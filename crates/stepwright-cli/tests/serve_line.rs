@@ -4,14 +4,13 @@ mod common;
 #[path = "common/served.rs"]
 mod served;
 
-use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use common::stepwright;
 use serde_json::{Value, json};
-use served::Served;
+use served::{Served, answered};
 
 /// Where every axis is, after all rest.
 #[track_caller]
@@ -94,29 +93,11 @@ fn a_stop_ends_a_line_and_keeps_the_positions() {
     assert!(at[0] > 500 && (at[0] - 2 * at[1]).abs() <= 20, "{at:?}");
 }
 
-/// A request that waits, over a connection that can be closed.
-fn waiting(served: &Served, path: &str, body: &Value) -> TcpStream {
-    let (mut stream, body) = (TcpStream::connect(&served.address).unwrap(), body.to_string());
-    write!(
-        stream,
-        "POST {path}?wait=true HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nStepwright-Control: {}\r\n\
-         Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
-        served.address,
-        served.key,
-        body.len()
-    )
-    .unwrap();
-    stream
-}
-
 /// What such a request is answered in the end.
 #[track_caller]
-fn answered(mut stream: TcpStream) -> Value {
-    stream.set_read_timeout(Some(common::LIMIT)).unwrap();
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).unwrap();
-    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
-    let done: Value = serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap();
+fn concluded(stream: TcpStream) -> Value {
+    let (status, done) = answered(stream);
+    assert_eq!(status, 200, "{done}");
     done["ended"].clone()
 }
 
@@ -175,11 +156,11 @@ fn who_waits_holds_up_no_stop_and_hears_of_it() {
         ("/api/stop", "stopped", "axis 1 was stopped by a soft stop (Z)", true),
         ("/api/kill", "uncertain", "the position of axis 1 is uncertain", false),
     ] {
-        let waits = waiting(&served, "/api/line", &json!({"by": [1_000_000, 500_000]}));
+        let waits = served.waiting("/api/line", &json!({"by": [1_000_000, 500_000]}));
         served.wait(1, |axis| axis["speed"].as_f64() > Some(100.0));
         let begin = Instant::now();
         served.order(path, json!({}));
-        let said = answered(waits);
+        let said = concluded(waits);
         assert!(begin.elapsed() < Duration::from_secs(20), "{:?}", begin.elapsed());
         assert_eq!(said["outcome"], outcome, "{said}");
         assert!(said["words"].as_str().unwrap().contains(words), "{said}");
@@ -192,20 +173,20 @@ fn who_waits_holds_up_no_stop_and_hears_of_it() {
 #[test]
 fn who_waits_hears_of_the_order_and_no_other() {
     let served = Served::board();
-    let waits = waiting(&served, "/api/move", &json!({"axis": 1, "by": 100_000}));
+    let waits = served.waiting("/api/move", &json!({"axis": 1, "by": 100_000}));
     served.wait(1, |axis| axis["position"].as_i64() > Some(20));
     served.order("/api/retarget", json!({"axis": 1, "to": 900}));
-    let said = answered(waits);
+    let said = concluded(waits);
     assert_eq!(said["outcome"], "reached", "{said}");
     assert_eq!(said["axes"][0]["target"], 900);
     // One of two axes has another order before the line has ended.
     let line = json!({"by": [-900, 9000, 0], "top_speed": 2000, "accel": 20000});
-    let waits = waiting(&served, "/api/line", &line);
+    let waits = served.waiting("/api/line", &line);
     served.wait(2, |axis| axis["moving"] == true);
     served.order("/api/stop", json!({"axis": 1}));
     let at = served.rest(1)["position"].clone();
     served.order("/api/move", json!({"axis": 1, "by": 300_000}));
-    let said = answered(waits);
+    let said = concluded(waits);
     assert_eq!(said["outcome"], "stopped", "{said}");
     assert_eq!(said["axes"][0]["position"], at, "{said}");
     assert_eq!(said["axes"][1]["position"], 9000, "{said}");
@@ -217,13 +198,13 @@ fn who_waits_hears_of_the_order_and_no_other() {
 fn who_hangs_up_leaves_the_motion_as_it_is_without_waiting() {
     let served = Served::start(&["--virtual", "--switch", "1:-100000"]);
     served.order("/api/set", json!({"name": "switches", "value": 1}));
-    let stream = waiting(&served, "/api/move", &json!({"axis": 2, "by": 3000}));
+    let stream = served.waiting("/api/move", &json!({"axis": 2, "by": 3000}));
     served.wait(2, |axis| axis["position"].as_i64() > Some(20));
     drop(stream);
     assert_eq!(served.rest(2)["position"], 3000);
     // A homing goes on as long as its request waits, and no longer.
     let home = json!({"axis": 1, "speed": 800, "within": 90_000});
-    let stream = waiting(&served, "/api/home", &home);
+    let stream = served.waiting("/api/home", &home);
     served.wait(1, |axis| axis["moving"] == true);
     thread::sleep(Duration::from_millis(2500));
     assert_eq!(served.axis(1)["home"]["stage"], "seek");
@@ -257,4 +238,27 @@ fn what_is_declined_is_answered_at_once() {
     served.declined("/api/home?wait=true", json!({"axis": 1, "within": 50}), 409);
     served.order("/api/move", json!({"axis": 1, "by": 100_000}));
     served.declined("/api/move?wait=true", json!({"axis": 1, "by": 5}), 409);
+}
+
+#[cfg(unix)]
+#[test]
+fn who_waits_hears_that_the_board_is_lost_or_the_server_ends() {
+    let name = common::Scratch::new("port");
+    let mut board = common::Running::start(&["board", "--pty"]);
+    let path = board.wait_out("pty ").trim_start_matches("pty ").to_owned();
+    std::os::unix::fs::symlink(path, &name.0).unwrap();
+    let served = Served::start(&["--port", name.path()]);
+    let waits = served.waiting("/api/line", &json!({"by": [100_000, 5000]}));
+    served.wait(1, |axis| axis["position"].as_i64() > Some(20));
+    drop(board);
+    let (status, said) = answered(waits);
+    assert_eq!((status, &said["do"]), (503, &json!("a motor may be moving: look at it")), "{said}");
+    let served = Served::board();
+    let waits = served.waiting("/api/move", &json!({"axis": 1, "by": 100_000}));
+    served.wait(1, |axis| axis["position"].as_i64() > Some(20));
+    served.command.signal(rustix::process::Signal::INT);
+    let mut answer = String::new();
+    // It brakes first; the answer may be cut off by the end.
+    let _ = std::io::Read::read_to_string(&mut &waits, &mut answer);
+    assert!(answer.is_empty() || answer.contains("\"stopped\""), "{answer}");
 }

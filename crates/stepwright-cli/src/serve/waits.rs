@@ -7,6 +7,7 @@ use stepwright_protocol::AxisId;
 use stepwright_serve::report::{AxisEnd, Done, OrderEnd};
 use stepwright_serve::{Declined, Job, Wish};
 
+use super::homing;
 use super::keeper::Keeper;
 use super::sight::{Watched, reason};
 use stepwright_host::LinkError;
@@ -25,6 +26,8 @@ struct Rest {
     end: AxisEnd,
     /// Why its homing has failed, and what can be done.
     failed: Option<(String, Option<String>)>,
+    /// That it is homed, in words.
+    homed: Option<String>,
 }
 
 impl Keeper {
@@ -105,10 +108,17 @@ impl Keeper {
 
 impl Rest {
     fn of(watched: &Watched, homed: bool) -> Rest {
-        let failed = watched.home.as_ref().filter(|home| homed && home.stage != "done");
+        let home = watched.home.clone().filter(|_| homed);
+        let (done, failed) = match home {
+            Some(home) if home.stage == "done" => (Some(home.words), None),
+            Some(home) => (None, Some((home.words, home.remedy))),
+            // A kill forgets a homing that was stopped.
+            None if homed => (None, Some((homing::stopped().what, None))),
+            None => (None, None),
+        };
         let (position, target) = (watched.position, watched.target.filter(|_| !homed));
         // That its switch has stopped it is what homes an axis.
-        let there = if homed { failed.is_none() } else { position.is_some() && position == target };
+        let there = if homed { done.is_some() } else { position.is_some() && position == target };
         Rest {
             end: AxisEnd {
                 axis: watched.id.number(),
@@ -116,7 +126,8 @@ impl Rest {
                 target,
                 stop: watched.stop.filter(|_| !there).map(reason),
             },
-            failed: failed.map(|home| (home.words.clone(), home.remedy.clone())),
+            failed,
+            homed: done,
         }
     }
 }
@@ -137,7 +148,7 @@ fn concluded(rests: Vec<Rest>) -> OrderEnd {
             let remedy = "if it stands at a known place, or to go and find one, call it 0";
             ("uncertain", words, Some(remedy.to_owned()))
         }
-        (None, Some(Rest { failed: Some((words, remedy)), end })) => {
+        (None, Some(Rest { failed: Some((words, remedy)), end, .. })) => {
             ("stopped", format!("axis {} is not homed: {words}", end.axis), remedy.clone())
         }
         (None, Some(Rest { end, .. })) => {
@@ -155,7 +166,11 @@ fn concluded(rests: Vec<Rest>) -> OrderEnd {
                 ),
             }
         }
-        (None, None) => ("reached", "every axis is where it was ordered to".to_owned(), None),
+        (None, None) => {
+            let homed = rests.iter().find_map(|rest| rest.homed.clone());
+            let there = || "every axis is where it was ordered to".to_owned();
+            ("reached", homed.unwrap_or_else(there), None)
+        }
     };
     let axes = rests.into_iter().map(|rest| rest.end).collect();
     OrderEnd { outcome, words, remedy, axes }

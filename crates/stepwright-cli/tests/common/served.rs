@@ -51,6 +51,11 @@ impl Served {
     }
 
     pub fn ask(&self, method: &str, path: &str, body: &str) -> (u16, Value) {
+        answered(self.send(method, path, body))
+    }
+
+    /// Asks, and leaves the answer to [`answered`].
+    pub fn send(&self, method: &str, path: &str, body: &str) -> TcpStream {
         let mut stream = TcpStream::connect(&self.address).unwrap();
         stream.set_read_timeout(Some(LIMIT)).unwrap();
         let (address, key, length) = (&self.address, &self.key, body.len());
@@ -61,11 +66,12 @@ impl Served {
              Content-Length: {length}\r\n\r\n{body}"
         )
         .unwrap();
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).unwrap();
-        let status = answer.split(' ').nth(1).unwrap().parse().unwrap();
-        let body = answer.split_once("\r\n\r\n").unwrap().1;
-        (status, serde_json::from_str(body).unwrap_or(Value::Null))
+        stream
+    }
+
+    /// An order whose answer waits until it has ended.
+    pub fn waiting(&self, path: &str, body: &Value) -> TcpStream {
+        self.send("POST", &format!("{path}?wait=true"), &body.to_string())
     }
 
     pub fn get(&self, path: &str) -> Value {
@@ -123,6 +129,15 @@ impl Served {
         stream.set_read_timeout(Some(LIMIT)).unwrap();
         tungstenite::client(request, stream).unwrap().0
     }
+}
+
+/// The status and the body of an answer.
+pub fn answered(mut stream: TcpStream) -> (u16, Value) {
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    let status = answer.split(' ').nth(1).unwrap().parse().unwrap();
+    let body = answer.split_once("\r\n\r\n").unwrap().1;
+    (status, serde_json::from_str(body).unwrap_or(Value::Null))
 }
 
 /// The next message of a kind.

@@ -17,7 +17,7 @@
 //! | [`guard`] | who may ask at all |
 //! | [`control`] | who moves the motors, and is heard of |
 //! | [`request`] | what may be asked, checked |
-//! | [`line`] | the same of a line of several axes |
+//! | [`mod@line`] | the same of a line of several axes |
 //! | [`homing`] | the same of a homing |
 //! | [`report`] | what is told |
 //! | [`calc`] | the calculators |

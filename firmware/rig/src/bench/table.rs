@@ -179,9 +179,11 @@ mod tests {
     use super::super::bounds::OPEN;
     use super::*;
 
+    /// A rate that is open below its bound of 35,000 steps/s, and cycles that
+    /// may be 110.
     fn table(rate: f64, cycles: f64) -> Table {
         Table::new(vec![
-            Row::queued("rate_ramps", 2, rate, "steps/s"),
+            Row::queued("rate_ramps", 3, rate, "steps/s"),
             Row::queued("isolated", 1, cycles, "cycles"),
         ])
     }
@@ -194,16 +196,16 @@ mod tests {
 
     #[test]
     fn a_little_is_let_pass_and_more_is_not() {
-        let stored = table(50_000.0, 100.0);
-        assert_eq!(wrong(&table(47_600.0, 101.9), &stored), 0);
-        assert_eq!(wrong(&table(47_400.0, 100.0), &stored), 1);
-        assert_eq!(wrong(&table(50_000.0, 102.1), &stored), 1);
+        let stored = table(30_000.0, 100.0);
+        assert_eq!(wrong(&table(28_600.0, 101.9), &stored), 0);
+        assert_eq!(wrong(&table(28_400.0, 100.0), &stored), 1);
+        assert_eq!(wrong(&table(30_000.0, 102.1), &stored), 1);
         assert_eq!(wrong(&Table::default(), &stored), 2);
     }
 
     #[test]
     fn bounds_hold_whatever_was_stored() {
-        let poor = table(50_000.0, 111.0);
+        let poor = table(30_000.0, 111.0);
         assert_eq!(wrong(&poor, &poor), 1);
         // And a row that has a bound must be there, unless it is open.
         let absent = Table::default().complaints(None).len();
@@ -212,7 +214,7 @@ mod tests {
 
     #[test]
     fn an_open_row_that_meets_its_bound_is_open_no_more() {
-        let good = table(60_000.0, 100.0);
+        let good = table(35_000.0, 100.0);
         assert_eq!(wrong(&good, &good), 1);
     }
 

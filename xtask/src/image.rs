@@ -100,7 +100,7 @@ pub fn carried(ws: &Workspace, board: Board, program: &Program) -> Option<PathBu
 const DIGESTS: &str = "digests.txt";
 
 fn folder(ws: &Workspace) -> PathBuf {
-    ws.root.join("crates/stepwright-cli/images")
+    ws.root.join("crates/stepwright-flash/images")
 }
 
 fn place(ws: &Workspace, board: Board, program: &Program) -> PathBuf {

@@ -9,6 +9,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde_json::json;
 use stepwright::OutOfRange;
 use stepwright::profile::Unfit;
+use stepwright_plan::PlanError;
+use stepwright_units::UnitError;
 
 use crate::{interrupt, say};
 
@@ -165,6 +167,40 @@ impl From<OutOfRange> for Failure {
 impl From<Unfit> for Failure {
     fn from(unfit: Unfit) -> Failure {
         Failure::new(unfit.what()).hint(unfit.remedy())
+    }
+}
+
+impl From<PlanError> for Failure {
+    fn from(error: PlanError) -> Failure {
+        let failure = Failure::new(error.to_string());
+        match error {
+            PlanError::Unfit(unfit) => unfit.into(),
+            PlanError::TooFast { .. } => failure.hint("lower --top-speed or raise --timer-hz"),
+            PlanError::TooMany { most, .. } => {
+                failure.hint(format!("every step is looked at: give {most} or fewer"))
+            }
+        }
+    }
+}
+
+impl From<UnitError> for Failure {
+    fn from(error: UnitError) -> Failure {
+        Failure::usage(error.to_string()).hint(match error {
+            UnitError::NoMillimetres { .. } => {
+                "add --mm-per-rev, for example --mm-per-rev 40 for a GT2 belt on 20 teeth"
+            }
+            UnitError::Speed { is_zero: true, .. } => {
+                "0 is no motion; `stepwright stop` brakes a motor that runs"
+            }
+            UnitError::Speed { .. } => "are the unit and --steps-per-rev right?",
+            UnitError::Accel { .. } => {
+                "an acceleration is 0.001 to 100000000 steps/s²; for none at all, set \
+                 --start-speed to the top speed"
+            }
+            UnitError::Jerk { .. } => {
+                "a jerk is 0.001 to 10^15 steps/s³; for none at all, use stepwright plan trapezoid"
+            }
+        })
     }
 }
 

@@ -10,15 +10,11 @@
 //! | [`failure`] | errors, hints and the exit status |
 //! | [`files`] | text files, within a bound and as a whole |
 //! | [`interrupt`] | Ctrl-C and other signals |
-//! | [`json`] | numbers for programs, without noise |
-//! | [`link`] | the bytes to a board, real or virtual, and back |
 //! | [`machine`] | the machine file: other defaults for the options |
-//! | [`plot`] | figures as .svg, .png and .html |
+//! | [`plot`] | figures into files |
 //! | [`programs`] | the programs that a board may have in it |
-//! | [`quantity`] | distances, speeds and accelerations with their units |
-//! | [`sheet`] | results as text, CSV or JSON |
+//! | [`quantity`] | how a motor's steps relate to the world |
 //! | [`say`] | lines on standard output and error |
-//! | [`session`] | a line and its answer, whatever happens to them on their way |
 
 mod board;
 mod calc;
@@ -30,7 +26,6 @@ mod files;
 mod flash;
 mod help;
 mod interrupt;
-mod json;
 mod machine;
 mod order;
 mod plan;
@@ -39,7 +34,6 @@ mod programs;
 mod quantity;
 mod say;
 mod serve;
-mod sheet;
 mod talk;
 mod timed;
 

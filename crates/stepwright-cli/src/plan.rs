@@ -2,60 +2,40 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | [`law`] | what a ramp law tells the outputs |
-//! | `trapezoid`, `ramp`, `austin` … | one law each: its options and its plan |
+//! | `trapezoid`, `ramp`, `austin` … | one law each: its options |
 //! | [`limits`] | the options that most of them share |
-//! | [`path`] | laws in closed form: constant acceleration |
-//! | `s_curve`, [`bends`] | the law of limited jerk, and its ideal |
-//! | [`change`] | a ramp that changes its acceleration on its way |
-//! | [`counted`], [`formula`] | laws from delay to delay: Austin's |
+//! | [`change`] | the option of a ramp that changes its acceleration on its way |
 //! | [`compare`] | several laws over one another |
-//! | [`ideal`], [`real`] | the profile that delays are measured against |
-//! | [`survey`] | one walk over the pulses: duration, error, phases, samples |
 //! | [`work`] | how far a long walk is |
-//! | [`runs`] | what a board gets |
-//! | `text`, `csv`, `json` | the formats |
-//! | [`figure`] | the plot |
 //!
-//! Another law is another file beside `trapezoid`, and a line in [`Law`].
+//! The laws, what comes of them and how that is written are `stepwright-plan`. Another law is
+//! another file beside `trapezoid`, and a line in [`Law`].
 
-pub mod austin;
+mod austin;
 mod austin_fixed;
-mod bends;
 pub mod change;
 mod compare;
-mod counted;
-mod csv;
-mod figure;
-mod formula;
-mod ideal;
-mod json;
-mod law;
 pub mod limits;
 pub mod linear_factor;
-mod path;
 mod piecewise;
 mod power;
 mod ramp;
-mod real;
-mod runs;
 mod s_curve;
-mod survey;
-mod text;
 mod trapezoid;
 mod work;
 
 use std::io::{self, BufWriter, Write};
 
 use clap::{Subcommand, ValueEnum};
-use stepwright::{Accel, Geometry, Jerk, Rate, Speed};
+use stepwright::{Geometry, Rate};
+use stepwright_plan::{Closeness, Plan, Survey, Watch, csv, figure, json, text};
+use stepwright_plot::PlotFile;
 
-use crate::calc::measure::hertz;
 use crate::failure::{Failure, unless_closed};
-use crate::plot::PlotFile;
-use crate::quantity::{DistanceArg, GeometryArgs, Rounded};
-use law::{Closeness, Plan, Value};
-use survey::Survey;
+use crate::plot;
+use crate::quantity::{DistanceArg, GeometryArgs};
+use stepwright_units::measure::hertz;
+use work::Work;
 
 /// Plan a travel: its duration, every delay, a plot
 ///
@@ -110,7 +90,7 @@ trait Planned {
     fn common(&self) -> &Common;
 
     /// The travel, and what was understood.
-    fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure>;
+    fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure>;
 }
 
 /// How far.
@@ -193,7 +173,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let common = chosen.common();
     let (rate, geometry) = (common.machine.timer_hz, common.machine.geometry.geometry()?);
     let unit = common.machine.geometry.unit();
-    let plan = chosen.plan(rate, &geometry)?;
+    let work = Work::default();
+    let watch: Watch<'_> = &|what, n, of| work.tell(what, n, of);
+    let plan = chosen.plan(rate, &geometry, watch)?;
     let fit = common.runs.then(|| {
         let ticks = u64::from(rate.hz()) * u64::from(common.max_error_us) / 1_000_000;
         let error = (ticks as u32).max(1);
@@ -201,9 +183,10 @@ pub fn run(args: Args) -> Result<(), Failure> {
     });
     // Only a list of delays needs no walk beforehand.
     let bare = common.format == Format::Csv && common.plot.is_empty();
-    let survey = (!bare).then(|| Survey::of(&plan));
+    let survey = (!bare).then(|| Survey::of(&plan, watch));
+    drop(work);
     for (file, survey) in common.plot.iter().zip(survey.iter().cycle()) {
-        file.save(&figure::draw(&plan, survey, unit))?;
+        plot::save(file, &figure::draw(&plan, survey, unit))?;
     }
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let written = match (common.format, &survey) {
@@ -213,34 +196,4 @@ pub fn run(args: Args) -> Result<(), Failure> {
         (Format::Json, Some(survey)) => json::write(&mut out, &plan, survey, fit, unit),
     };
     unless_closed(written.and_then(|()| out.flush()))
-}
-
-/// What is said of a travel that starts at its top speed or above.
-fn no_ramp(start: Speed, top: Speed) -> Option<String> {
-    (start >= top).then(|| {
-        format!("the start speed is not below the top speed: no ramp, all at {top} steps/s")
-    })
-}
-
-impl Value {
-    /// A speed as held.
-    fn speed(name: &'static str, held: &Rounded<Speed>) -> Value {
-        let value = f64::from(held.value.millisteps()) / 1000.0;
-        let (shown, given) = (held.to_string(), held.given.clone());
-        Value { name, shown, given, held: value, unit: "steps/s" }
-    }
-
-    /// An acceleration as held.
-    fn accel(name: &'static str, held: &Rounded<Accel>) -> Value {
-        let value = held.value.millisteps() as f64 / 1000.0;
-        let (shown, given) = (held.to_string(), held.given.clone());
-        Value { name, shown, given, held: value, unit: "steps/s²" }
-    }
-
-    /// A jerk as held.
-    fn jerk(name: &'static str, held: &Rounded<Jerk>) -> Value {
-        let value = held.value.millisteps() as f64 / 1000.0;
-        let (shown, given) = (held.to_string(), held.given.clone());
-        Value { name, shown, given, held: value, unit: "steps/s³" }
-    }
 }

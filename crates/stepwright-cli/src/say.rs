@@ -29,7 +29,7 @@ pub fn result(line: impl Display) {
 
 /// A line of JSON on standard output, its numbers without noise.
 pub fn json(value: Value) {
-    result(crate::json::tidy(value));
+    result(stepwright_plan::tidy(value));
 }
 
 /// Whether a result was lost on its way to standard output.

@@ -59,6 +59,7 @@ const PAIRS: &[(&str, &str)] = &[
     ("Report", "what the engine says of its axes; what a board with the timed driver says"),
     ("RampSteps", "a ramp's length as the line carries it; a profile whose ramps have it"),
     ("Refusal", "each crate's reasons to refuse: a move, a line, a cycle"),
+    ("Scale", "of fixed-point slopes; from values to pixels of a plot"),
     ("Status", "of a cycle's motor; the status byte of the Arduino driver's document"),
     ("Steppers", "motors; on an AVR those of the CNC shield"),
     ("Steps", "of a run; of a path"),

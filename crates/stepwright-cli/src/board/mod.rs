@@ -3,29 +3,26 @@
 pub mod bench;
 pub mod edge_files;
 pub mod edges;
-mod jerk;
 #[cfg(unix)]
 mod pty;
 pub mod recording;
-mod slopes;
 mod stdio;
-pub mod traces;
 
 use std::path::PathBuf;
 
 use stepwright::Rate;
 use stepwright_sim::{AxisDrive, Description};
 
-use crate::calc::measure::hertz;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::plot::PlotFile;
 use crate::say;
 use bench::{Bench, Width};
 use edge_files::EdgePaths;
 use recording::{Heading, Recording};
 use stepwright_host::link::pace::Paced;
+use stepwright_plot::PlotFile;
 use stepwright_sim::Switch;
+use stepwright_units::measure::hertz;
 
 /// Run a virtual board, on standard input and output or on a pseudo-terminal
 #[derive(clap::Args)]

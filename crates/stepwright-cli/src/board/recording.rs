@@ -4,11 +4,11 @@ use stepwright_sim::{AXES, Description, Edge, Pin, Recorder, Shaft};
 
 use super::edge_files::{EdgeFiles, EdgePaths};
 use super::edges::EdgeStore;
-use super::traces::Traces;
 use crate::failure::Failure;
-use crate::plot::{MotionPlot, PlotFile};
+use crate::plot;
 use crate::quantity::MachineUnit;
 use crate::say;
+use stepwright_plot::{MotionPlot, PlotFile, Traces};
 
 /// What stands above a plot.
 #[derive(Clone, Debug, Default)]
@@ -45,7 +45,7 @@ impl Recording {
         let plot = match plot {
             Some((file, heading)) => {
                 file.check()?;
-                Some((file.clone(), heading, Traces::new(rate)))
+                Some((file.clone(), heading, Traces::new(rate.hz())))
             }
             None => None,
         };
@@ -82,7 +82,8 @@ impl Recording {
                 let Heading { title, notes, unit, jerk } = heading;
                 // The minus of a number, not the hyphen of a word.
                 let title = title.replace(" -", " −");
-                MotionPlot { title, notes, series, unit, jerk, stacked: false }.save(&file)?;
+                let plot = MotionPlot { title, notes, series, unit, jerk, stacked: false };
+                plot::save(&file, &plot.figure())?;
             }
         }
         Ok(())
@@ -100,7 +101,9 @@ impl Recorder for Recording {
         if let Some((_, _, traces)) = &mut self.plot {
             match (edge.pin, stepped) {
                 (Pin::Coil(_), Some(forward)) => traces.step(edge.axis, edge.time, forward),
-                _ => traces.edge(edge),
+                (Pin::Direction, _) => traces.direction(edge.axis, edge.level),
+                (Pin::Step, _) if edge.level => traces.pulse(edge.axis, edge.time),
+                _ => {}
             }
         }
         self.edges.edge(edge);

@@ -1,16 +1,12 @@
 //! `calc belt` and `calc screw`: from turns to millimetres (stepper_h).
-//!
-//! ```text
-//!   travel of a turn = pitch · teeth, or pitch · starts
-//!   step             = travel / (steps of a turn · microsteps)
-//!   linear speed     = travel / (delay · steps of a turn · microsteps)
-//! ```
+
+use stepwright_plan::calc::Gearing;
+use stepwright_plan::sheet::Sheet;
+use stepwright_units::measure::{micros, microsteps, millimetres};
 
 use super::Output;
-use super::measure::{fraction, micros, microsteps, millimetres};
 use crate::failure::Failure;
-use crate::quantity::{GeometryArgs, SpeedArg};
-use crate::sheet::{Cell, Sheet};
+use crate::quantity::SpeedArg;
 
 /// A belt: length of a step, linear speed
 #[derive(clap::Args)]
@@ -79,9 +75,7 @@ impl BeltArgs {
 
     /// The belt.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
-        let BeltArgs { teeth, pitch, .. } = *self;
-        let what = format!("A belt of {pitch} mm pitch on a pulley of {teeth}");
-        self.common.sheet(what, pitch * f64::from(teeth))
+        Ok(self.common.gearing().belt(self.teeth, self.pitch)?)
     }
 }
 
@@ -93,74 +87,19 @@ impl ScrewArgs {
 
     /// The screw.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
-        let ScrewArgs { pitch, starts, .. } = *self;
-        let threads = if starts == 1 { String::new() } else { format!(", {starts} starts") };
-        let what = format!("A screw of {pitch} mm pitch{threads}");
-        self.common.sheet(what, pitch * f64::from(starts))
-    }
-}
-
-/// Turns per second of a delay in µs.
-pub fn turns(delay: f64, steps_per_turn: f64) -> f64 {
-    1e6 / (delay * steps_per_turn)
-}
-
-/// The delay that belongs to one of several microsteps.
-pub fn paired(delays: &[f64], i: usize, of: usize) -> Result<Option<f64>, Failure> {
-    match delays.len() {
-        0 => Ok(None),
-        1 => Ok(delays.first().copied()),
-        n if n == of => Ok(delays.get(i).copied()),
-        n => Err(Failure::usage(format!("{n} delays for {of} kinds of microsteps"))
-            .hint("give one delay for all of --microsteps, or one for each")),
+        Ok(self.common.gearing().screw(self.pitch, self.starts)?)
     }
 }
 
 impl Common {
-    fn sheet(&self, what: String, travel: f64) -> Result<Sheet, Failure> {
-        let mut sheet = Sheet::new(what);
-        sheet.fact("mm_rev", "travel of a turn", Cell::digits(travel, 9), "mm");
-        if let Some(speed) = &self.speed {
-            // The travel of a turn is known here: mm/s need no more.
-            let geometry = GeometryArgs::leading(self.steps_per_rev, travel).geometry()?;
-            let turns = speed.steps(&geometry, "--speed")? / f64::from(self.steps_per_rev);
-            sheet.fact("turns_s", "speed", Cell::digits(turns, 6), "rev/s");
-            sheet.fact("mm_s", "… linear", Cell::digits(turns * travel, 6), "mm/s");
+    fn gearing(&self) -> Gearing {
+        let Common { microsteps, delays, speed, steps_per_rev, .. } = self;
+        Gearing {
+            microsteps: microsteps.clone(),
+            delays: delays.clone(),
+            speed: speed.clone(),
+            steps_per_rev: *steps_per_rev,
         }
-        sheet.columns = vec![
-            ("microsteps", "microsteps"),
-            ("steps_rev", "steps/rev"),
-            ("step_um", "step, µm"),
-            ("step_nm", "nm"),
-        ];
-        if !self.delays.is_empty() {
-            sheet.columns.extend([
-                ("delay_us", "delay, µs"),
-                ("turns_s", "rev/s"),
-                ("rpm", "rpm"),
-                ("mm_s", "mm/s"),
-            ]);
-        }
-        for (i, &micro) in self.microsteps.iter().enumerate() {
-            let steps = f64::from(self.steps_per_rev) * f64::from(micro);
-            let mut row = vec![
-                fraction(micro),
-                Cell::digits(steps, 12),
-                Cell::digits(travel * 1e3 / steps, 9),
-                Cell::digits(travel * 1e6 / steps, 9),
-            ];
-            if let Some(delay) = paired(&self.delays, i, self.microsteps.len())? {
-                let turns = turns(delay, steps);
-                row.extend([
-                    Cell::digits(delay, 9),
-                    Cell::fixed(turns, 3),
-                    Cell::fixed(turns * 60.0, 1),
-                    Cell::fixed(turns * travel, 1),
-                ]);
-            }
-            sheet.rows.push(row);
-        }
-        Ok(sheet)
     }
 }
 
@@ -168,6 +107,7 @@ impl Common {
 mod tests {
     use super::*;
     use clap::Parser;
+    use stepwright_plan::sheet::Cell;
 
     #[derive(Parser)]
     enum Line {

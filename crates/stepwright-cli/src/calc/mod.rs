@@ -10,15 +10,13 @@
 //! | `driver` | reference voltage, jumpers for microsteps |
 //! | [`clock`] | the options that say which timer it is |
 //! | [`remote`] | all of them for a page |
-//! | [`measure`] | numbers with a unit |
 //!
-//! Each makes a [`Sheet`]; fitting a timer is `stepwright_timed::fit`.
+//! Each has its options here and its [`Sheet`] from `stepwright_plan::calc`.
 
 mod clock;
 mod delay;
 mod driver;
 mod linear;
-pub mod measure;
 mod range;
 mod remote;
 mod timed;
@@ -32,7 +30,8 @@ use std::io::{self, Write};
 use clap::Subcommand;
 
 use crate::failure::{Failure, unless_closed};
-use crate::sheet::{Format, Sheet};
+use stepwright_plan::calc::CalcError;
+use stepwright_plan::sheet::{Sheet, SheetFormat};
 
 /// Calculate timers, delays, belts and drivers
 #[derive(clap::Args)]
@@ -66,8 +65,8 @@ enum What {
 #[command(next_help_heading = "Output")]
 struct Output {
     /// How to print it
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    format: Format,
+    #[arg(long, value_enum, default_value_t = SheetFormat::Table)]
+    format: SheetFormat,
 }
 
 impl Args {
@@ -91,4 +90,27 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let (sheet, Output { format }) = args.sheet()?;
     let mut out = io::stdout().lock();
     unless_closed(sheet.write(&mut out, format).and_then(|()| out.flush()))
+}
+
+impl From<CalcError> for Failure {
+    fn from(error: CalcError) -> Failure {
+        let failure = Failure::new(error.to_string());
+        match error {
+            CalcError::Misfit { what, why } => misfit(&what, why),
+            CalcError::Range(error) => error.into(),
+            CalcError::Unit(error) => error.into(),
+            CalcError::BelowOne { .. } => {
+                failure.hint("--exact does not round it down to whole steps/s")
+            }
+            CalcError::Delays { .. } => Failure::usage(failure.message())
+                .hint("give one delay for all of --microsteps, or one for each"),
+            CalcError::NoDelays => Failure::usage(failure.message())
+                .hint("add the delays that the motor wants, for example --delays 80us"),
+            CalcError::NoMicrosteps { kinds, .. } => failure.hint(format!("it has {kinds}")),
+            CalcError::SameTop { .. } => failure.hint("give another TO, or a --modification"),
+            CalcError::TooManyUpdates { most, .. } => {
+                failure.hint(format!("give at most {most} --updates"))
+            }
+        }
+    }
 }

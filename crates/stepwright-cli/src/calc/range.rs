@@ -1,10 +1,12 @@
 //! `calc range`: what rates a timer can make (the Arduino driver, section 6).
 
+use stepwright_plan::calc::range;
+use stepwright_plan::sheet::Sheet;
+
 use super::Output;
 use super::clock::ClockArgs;
 use crate::failure::Failure;
 use crate::quantity::GeometryArgs;
-use crate::sheet::{Cell, Sheet};
 
 /// The lowest and the highest rate of a timer
 ///
@@ -28,47 +30,7 @@ pub struct Args {
 impl Args {
     /// All prescalers together, and each.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
-        let hardware = self.clock.hardware()?;
-        let turn = f64::from(self.geometry.geometry()?.steps_per_turn());
-        let (hz, bits) = (f64::from(hardware.hz()), hardware.bits());
-        let lowest = hardware.slowest_nanosteps() as f64 / 1e9;
-        let highest = hardware.fastest_nanosteps() as f64 / 1e9;
-
-        let title = format!("A timer of {bits} bits at {} Hz", hardware.hz());
-        let mut sheet = Sheet::new(title);
-        sheet.fact("lowest_steps_s", "lowest rate", Cell::digits(lowest, 9), "steps/s");
-        sheet.fact("lowest_rpm", "… speed", Cell::digits(lowest * 60.0 / turn, 9), "rpm");
-        sheet.fact("turn_s", "… one turn takes", Cell::digits(turn / lowest, 9), "s");
-        sheet.fact("max_top", "longest virtual top", hardware.max_top(), "clocks");
-        sheet.fact("highest_steps_s", "highest rate", Cell::digits(highest, 9), "steps/s");
-        sheet.fact("highest_rpm", "… speed", Cell::digits(highest * 60.0 / turn, 9), "rpm");
-        sheet.fact("min_top", "shortest virtual top", hardware.min_top(), "clocks");
-
-        sheet.columns = vec![
-            ("prescaler", "prescaler"),
-            ("lowest_steps_s", "lowest, steps/s"),
-            ("lowest_rpm", "rpm"),
-            ("largest_top_steps_s", "largest top, steps/s"),
-            ("largest_top_rpm", "rpm"),
-            ("highest_steps_s", "highest, steps/s"),
-            ("highest_rpm", "rpm"),
-        ];
-        for &shift in hardware.shifts() {
-            let clocks = |counts: u64| (counts << shift) as f64;
-            let counts = 1u64 << bits;
-            // So that it takes no less than the shortest interval.
-            let least = u64::from(hardware.min_top()).div_ceil(1 << shift);
-            let mut row = vec![Cell::from(1u32 << shift)];
-            for counts in [counts, counts - 1, least] {
-                let rate = hz / clocks(counts);
-                row.extend([Cell::digits(rate, 9), Cell::digits(rate * 60.0 / turn, 7)]);
-            }
-            sheet.rows.push(row);
-        }
-        sheet.notes.push(format!(
-            "lowest: one step each 2^{bits} counts; largest top: the register holds 2^{bits} − 1."
-        ));
-        Ok(sheet)
+        Ok(range(&self.clock.hardware()?, &self.geometry.geometry()?))
     }
 }
 
@@ -76,6 +38,7 @@ impl Args {
 mod tests {
     use super::*;
     use clap::Parser;
+    use stepwright_plan::sheet::Cell;
 
     #[derive(Parser)]
     struct Line {

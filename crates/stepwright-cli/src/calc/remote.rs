@@ -6,7 +6,7 @@ use stepwright_serve::calc::{CalcAnswer, CalcFact, CalcOption, CalculatorSheet, 
 
 use super::Args;
 use crate::failure::Failure;
-use crate::sheet::Sheet;
+use stepwright_plan::sheet::Sheet;
 
 /// How the result is printed is nothing to a page.
 const OUTPUT: &str = "format";

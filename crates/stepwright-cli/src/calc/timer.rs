@@ -1,13 +1,13 @@
 //! `calc timer`: a speed on a hardware timer (the Arduino driver, sections 4 and 6).
 
-use stepwright_timed::fit::deviation_ppb;
+use stepwright_plan::calc::{TimerSpeed, timer};
+use stepwright_plan::sheet::Sheet;
+use stepwright_units::measure::whole;
 
 use super::Output;
-use super::clock::{ClockArgs, misfit, virtual_top};
-use super::measure::whole;
+use super::clock::ClockArgs;
 use crate::failure::Failure;
 use crate::quantity::{GeometryArgs, SpeedArg};
-use crate::sheet::{Cell, Sheet};
 
 /// A speed on a timer: virtual top, prescaler, the actual speed
 ///
@@ -44,66 +44,11 @@ pub struct Args {
 impl Args {
     /// Fits it.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
-        let (hardware, geometry) = (self.clock.hardware()?, self.geometry.geometry()?);
-        let turn = geometry.steps_per_turn();
-        let mut sheet;
-        // In 10⁻⁹ steps/s: what is to be made, and what was asked for.
-        let (wanted, asked, top) = match (&self.speed, self.top) {
-            (Some(speed), _) => {
-                let asked = speed.steps(&geometry, "SPEED")?;
-                // Half a thousand millionth: 54 rpm of 200 steps are 180 steps/s.
-                let whole = if self.exact { asked } else { (asked + 5e-10).floor() };
-                let given = speed.given();
-                if whole == 0.0 && asked > 0.0 {
-                    return Err(Failure::new(format!("{given} is less than one step/s"))
-                        .hint("--exact does not round it down to whole steps/s"));
-                }
-                sheet = Sheet::new(format!("{given} on a timer of {} bits", hardware.bits()));
-                sheet.fact("asked_steps_s", "asked for", Cell::digits(asked, 10), "steps/s");
-                if whole != asked {
-                    let note = "rounded down to whole steps/s, as the Arduino driver does; --exact does not";
-                    sheet.notes.push(note.into());
-                }
-                if !self.exact {
-                    sheet.fact("wanted_steps_s", "whole", Cell::digits(whole, 10), "steps/s");
-                }
-                (whole, asked, virtual_top(&hardware, whole, given)?)
-            }
-            (None, top) => {
-                let top = top.unwrap_or_default();
-                sheet =
-                    Sheet::new(format!("virtual top {top} on a timer of {} bits", hardware.bits()));
-                let rate = f64::from(hardware.hz()) / f64::from(top);
-                sheet.fact("wanted_steps_s", "wanted", Cell::digits(rate, 10), "steps/s");
-                (rate, rate, top)
-            }
+        let wanted = match &self.speed {
+            Some(speed) => TimerSpeed::Speed { speed: speed.clone(), exact: self.exact },
+            None => TimerSpeed::Top(self.top.unwrap_or_default()),
         };
-        let fit = hardware.fit(top).map_err(|error| misfit(&sheet.title, error))?;
-        let nano = |steps: f64| (steps * 1e9).round() as u64;
-        let percent = |ppb: i64| Cell::fixed(ppb as f64 / 1e7, 6);
-        let seconds = f64::from(fit.interval()) / f64::from(hardware.hz());
-        let (rate, rpm) = (1.0 / seconds, 60.0 / seconds / f64::from(turn));
-
-        sheet.fact("io_clock_hz", "I/O clock", hardware.hz(), "Hz");
-        sheet.fact("virtual_top", "virtual top", top, "clocks");
-        sheet.fact("top", "top", fit.top(), "");
-        sheet.fact("prescaler", "prescaler", fit.prescaler(), "");
-        sheet.fact("interval", "interval", fit.interval(), "clocks");
-        let part = f64::from(fit.interval()) / f64::from(top) * 100.0;
-        sheet.fact("interval_percent", "… of the wanted", Cell::fixed(part, 3), "%");
-        sheet.fact("interval_ms", "… in time", Cell::digits(seconds * 1e3, 8), "ms");
-        sheet.fact("rate_steps_s", "real rate", Cell::digits(rate, 10), "steps/s");
-        let deviation = percent(fit.deviation_ppb(nano(wanted)));
-        sheet.fact("deviation_percent", "… deviation", deviation, "%");
-        sheet.fact("rpm", "real speed", Cell::digits(rpm, 10), "rpm");
-        if self.speed.is_some() {
-            let asked = nano(asked * 60.0 / f64::from(turn));
-            let deviation = percent(deviation_ppb(fit.nanorpm(turn), asked));
-            sheet.fact("rpm_deviation_percent", "… deviation", deviation, "%");
-        }
-        sheet.fact("turns_s", "turns", Cell::digits(rpm / 60.0, 6), "rev/s");
-        sheet.fact("turn_s", "one turn takes", Cell::digits(60.0 / rpm, 8), "s");
-        Ok(sheet)
+        Ok(timer(&wanted, &self.clock.hardware()?, &self.geometry.geometry()?)?)
     }
 }
 
@@ -111,6 +56,7 @@ impl Args {
 mod tests {
     use super::*;
     use clap::Parser;
+    use stepwright_plan::sheet::Cell;
 
     #[derive(Parser)]
     struct Line {

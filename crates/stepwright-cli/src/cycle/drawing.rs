@@ -13,12 +13,12 @@
 use std::collections::BinaryHeap;
 use std::time::{Duration, Instant};
 
+use stepwright_cyclefile::{CyclePlan, MOST, Task};
 use stepwright_path::Law;
 use stepwright_serve::path::{PathDrawing, PathLeg, PathMotor};
 
 use super::Format;
 use super::onlooker::{Onlooker, Part, Say};
-use super::plan::{self, MOST, Plan, Task};
 use super::play::Session;
 use super::taken::{Taken, Wanted};
 use super::text::Text;
@@ -125,7 +125,7 @@ impl Onlooker for Seen {
 /// A mistake in the file; a cycle that is refused or cancelled; too many steps.
 pub fn draw(name: &str, text: &str) -> Result<PathDrawing, Failure> {
     let text = Text::named(name, text);
-    let mut plan = plan::read(&text)?;
+    let mut plan = stepwright_cyclefile::read(&text)?;
     let hz = f64::from(plan.rate.hz());
     let mut stages = std::mem::take(&mut plan.stages);
     let begins = |n: usize| vec![(0.0, plan.positions[n] as f64)];
@@ -232,7 +232,7 @@ impl Seen {
 
     fn drawing(
         &self,
-        plan: &Plan,
+        plan: &CyclePlan,
         text: &Text,
         seconds: f64,
         ordered: &[(usize, Option<f64>)],

@@ -6,12 +6,12 @@ use std::time::{Duration, Instant};
 
 use super::Format;
 use super::onlooker::{Onlooker, Part, Say};
-use super::plan::{self, MOST};
 use super::play::Session;
 use super::taken::{Taken, Wanted};
 use super::text::Text;
 use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
+use stepwright_cyclefile::MOST;
 
 /// Between two looks at the clock: an order is heard so soon.
 const LOOK: Duration = Duration::from_millis(2);
@@ -124,7 +124,7 @@ pub fn play(
     tell: &mut dyn FnMut(f64, &[i64], bool),
 ) -> Result<Played, Failure> {
     let text = Text::named(name, text);
-    let mut plan = plan::read(&text)?;
+    let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
     let motors = plan.names.len();
     let wanted = Wanted { inverted: 0, edges: EdgePaths::default(), motions: false, events: false };

@@ -2,26 +2,19 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `text` | the file, and the line of a mistake |
-//! | `file` | what may stand in it |
-//! | `plan` | the same, checked |
-//! | `along` | lines and arcs, from where the motors stand |
+//! | `text` | the file, read; what it says is `stepwright-cyclefile` |
 //! | `play` | on the virtual board |
 //! | `onlooker`, `drawing` | who looks on there; points with times and speeds for a drawing |
 //! | `live` | there in real time |
-//! | `port`, `remote`, `pins` | on a real one: the line to it, what is played there, on which pins |
+//! | `port`, `remote` | on a real one: the line to it, what is played there |
 //! | `told` | what is said of a cycle on either |
 //! | `taken` | what is written down of it: csv, vcd, plots |
 //! | `path` | the way of two motors, drawn |
 
-mod along;
 pub mod drawing;
-mod file;
 pub mod live;
 mod onlooker;
 mod path;
-mod pins;
-mod plan;
 mod play;
 mod port;
 mod remote;
@@ -36,12 +29,14 @@ use clap::ValueEnum;
 use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::plot::PlotFile;
+use crate::plot;
 use crate::say;
 use play::Session;
 use port::Board;
 use remote::RemoteSession;
+use stepwright_cyclefile::CyclePlan;
 use stepwright_host::link::serial::Share;
+use stepwright_plot::PlotFile;
 use taken::{Taken, Wanted};
 use text::Text;
 
@@ -128,7 +123,7 @@ enum Format {
 /// Reads, plays, and draws if asked to.
 pub fn run(args: Args) -> Result<(), Failure> {
     let text = Text::read(&args.file)?;
-    let mut plan = plan::read(&text)?;
+    let mut plan = stepwright_cyclefile::read(&text)?;
     if let Some(path) = &args.port {
         return on_board(&args, path, &mut plan, &text);
     }
@@ -157,7 +152,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     }
     if let (Some(file), Some(way)) = (&args.xy, session.way()) {
         let title = format!("{name}: the way of {} and {}", way.names.0, way.names.1);
-        file.save_picture(&title, &path::picture(&title, way))?;
+        plot::save_picture(file, &title, &path::picture(&title, way))?;
     }
     if args.format == Format::Json {
         say::result(session.json());
@@ -177,7 +172,7 @@ fn title(file: &Path) -> String {
 }
 
 /// Plays it on a board.
-fn on_board(args: &Args, path: &Path, plan: &mut plan::Plan, text: &Text) -> Result<(), Failure> {
+fn on_board(args: &Args, path: &Path, plan: &mut CyclePlan, text: &Text) -> Result<(), Failure> {
     let mut stages = std::mem::take(&mut plan.stages);
     let board =
         Board::meet(Box::new(crate::order::target::serial(path, args.baud, Share::Alone)?))?;
@@ -191,7 +186,7 @@ fn on_board(args: &Args, path: &Path, plan: &mut plan::Plan, text: &Text) -> Res
 }
 
 /// The two motors whose way is drawn.
-fn pair(args: &Args, plan: &plan::Plan) -> Result<Option<(u8, u8)>, Failure> {
+fn pair(args: &Args, plan: &CyclePlan) -> Result<Option<(u8, u8)>, Failure> {
     if args.xy.is_none() {
         return Ok(None);
     }

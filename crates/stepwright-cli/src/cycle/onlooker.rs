@@ -5,8 +5,8 @@ use std::ops::Range;
 use stepwright::Ticks;
 use stepwright_path::LivePath;
 
-use super::plan::MOST;
 use crate::failure::Failure;
+use stepwright_cyclefile::MOST;
 
 /// A part of what is played, and when it begins.
 pub struct Part<'a> {

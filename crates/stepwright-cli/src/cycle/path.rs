@@ -1,6 +1,6 @@
 //! The way of two motors on paper, both axes to the same scale.
 
-use crate::plot::{self, Frame, PALETTE, Picture, Scale, Shape, Style, number};
+use stepwright_plot::{Frame, PALETTE, Picture, Scale, Shape, Style, number};
 
 /// Where two motors have been.
 pub struct Way {
@@ -146,7 +146,7 @@ const HEIGHT: f64 = 20.0;
 impl Labels<'_> {
     /// A name beside a point, on paper of its own: where the line runs by least.
     fn add(&mut self, (x, y): (f64, f64), name: &str) {
-        let width = 10.0 + plot::width(name, LABEL);
+        let width = 10.0 + stepwright_plot::width(name, LABEL);
         let middle = -width / 2.0;
         let places = [
             (8.0, -30.0),
@@ -182,7 +182,7 @@ impl Labels<'_> {
             x.0 < other.right() && other.left < x.1 && y.0 < other.bottom() && other.top < y.1
         });
         let length = |pair: &[(f64, f64)]| (pair[0].0 - pair[1].0).hypot(pair[0].1 - pair[1].1);
-        let hidden = plot::clip(self.line, x, y);
+        let hidden = stepwright_plot::clip(self.line, x, y);
         let hidden: f64 = hidden.iter().flat_map(|piece| piece.windows(2)).map(length).sum();
         hidden + if out || over { 1e9 } else { 0.0 }
     }

@@ -8,20 +8,19 @@ use stepwright_path::LivePath;
 use stepwright_sim::{CycleBoard, Edge, Pin};
 
 use super::Format;
-use super::along::along;
 use super::onlooker::{Onlooker, Part, Say};
 use super::path::Way;
-use super::plan::{Act, MOST, Move, Plan, Stage, Task, Timed};
 use super::taken::Taken;
 use super::text::Text;
 use super::told::{Ended, Ending, Told};
 use crate::failure::Failure;
-use crate::sheet::quoted;
 use crate::{interrupt, say};
+use stepwright_cyclefile::{Act, CyclePlan, MOST, Move, Stage, Task, TimedAct, along};
+use stepwright_plan::sheet::quoted;
 
 /// The motors of a file, cycle after cycle.
 pub struct Session<'p> {
-    plan: &'p Plan,
+    plan: &'p CyclePlan,
     text: &'p Text,
     told: Told<'p>,
     board: CycleBoard<'p, Taken, MOST>,
@@ -44,7 +43,7 @@ pub struct Session<'p> {
 
 impl<'p> Session<'p> {
     pub fn new(
-        plan: &'p Plan,
+        plan: &'p CyclePlan,
         text: &'p Text,
         taken: Taken,
         format: Format,
@@ -199,7 +198,7 @@ impl<'p> Session<'p> {
         self.part(kind, at, path);
         self.row("start");
         self.events();
-        for Timed { us, act, .. } in acts.iter() {
+        for TimedAct { us, act, .. } in acts.iter() {
             self.go_to_rest(begun + self.told.ticks(*us))?;
             if !self.board.cycle().is_running() {
                 break;

@@ -10,15 +10,13 @@ use stepwright_cycle::line::{CycleLine, CycleReport, LineAct, LineFault, MotorPi
 use stepwright_cycle::{AtTiming, Clock, Faults, Leg, Motor, Refusal, Status};
 
 use super::Format;
-use super::along::along;
-use super::pins::Pins;
-use super::plan::{Act, Plan, Stage, Task, Timed};
 use super::port::Board;
 use super::text::Text;
 use super::told::{Ended, Ending, Told};
 use crate::failure::Failure;
-use crate::sheet::quoted;
 use crate::{interrupt, say};
+use stepwright_cyclefile::{Act, CyclePlan, Pins, Stage, Task, TimedAct, along};
+use stepwright_plan::sheet::quoted;
 
 /// What a report says of a homing that has found its switch.
 const HOME: u8 = 2;
@@ -29,7 +27,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// The motors of a file on a board.
 pub struct RemoteSession<'p> {
     board: Board,
-    plan: &'p Plan,
+    plan: &'p CyclePlan,
     text: &'p Text,
     told: Told<'p>,
     /// The number of the last cycle.
@@ -48,7 +46,7 @@ pub struct RemoteSession<'p> {
 impl<'p> RemoteSession<'p> {
     pub fn new(
         board: Board,
-        plan: &'p Plan,
+        plan: &'p CyclePlan,
         text: &'p Text,
         format: Format,
         limit: u32,
@@ -238,7 +236,7 @@ impl<'p> RemoteSession<'p> {
         for line in lines {
             self.say(line)?;
         }
-        for Timed { us, act, .. } in &stage.acts {
+        for TimedAct { us, act, .. } in &stage.acts {
             let act = match act {
                 Act::Pause => LineAct::Pause,
                 Act::Resume => LineAct::Resume,

@@ -3,12 +3,12 @@
 use stepwright::Rate;
 use stepwright_sim::{Edge, Pin, Recorder, Shaft};
 
-use super::plan::Plan;
 use crate::board::edge_files::{EdgeFiles, EdgePaths};
-use crate::board::traces::Traces;
 use crate::failure::Failure;
-use crate::plot::{MotionPlot, PlotFile};
+use crate::plot;
 use crate::say;
+use stepwright_cyclefile::CyclePlan;
+use stepwright_plot::{MotionPlot, PlotFile, Traces};
 
 /// What is asked for.
 pub struct Wanted<'a> {
@@ -44,7 +44,7 @@ impl Taken {
     pub fn begin(rate: Rate, motors: u8, wanted: &Wanted) -> Result<Taken, Failure> {
         let pins = (0..motors).flat_map(|axis| PINS.map(|(pin, level)| (axis, pin, level)));
         let files = EdgeFiles::begin(wanted.edges, rate, &pins.collect::<Vec<_>>())?;
-        let traces = wanted.motions.then(|| Traces::new(rate));
+        let traces = wanted.motions.then(|| Traces::new(rate.hz()));
         let (inverted, events) = (wanted.inverted, wanted.events.then(Vec::new));
         let shafts = vec![Shaft::default(); motors.into()];
         Ok(Taken { rate, files, traces, shafts, inverted, events })
@@ -65,7 +65,7 @@ impl Taken {
     }
 
     /// Draws what the motors did.
-    pub fn plot(&self, file: &PlotFile, title: &str, plan: &Plan) -> Result<(), Failure> {
+    pub fn plot(&self, file: &PlotFile, title: &str, plan: &CyclePlan) -> Result<(), Failure> {
         let Some(traces) = &self.traces else { return Ok(()) };
         let mut series = traces.series(0);
         for series in &mut series {
@@ -81,7 +81,8 @@ impl Taken {
         }
         let notes = vec!["A speed is one step over the time between two.".to_owned()];
         let title = title.to_owned();
-        MotionPlot { title, notes, series, stacked: true, ..MotionPlot::default() }.save(file)
+        let plot = MotionPlot { title, notes, series, stacked: true, ..MotionPlot::default() };
+        plot::save(file, &plot.figure())
     }
 }
 
@@ -97,7 +98,11 @@ impl Recorder for Taken {
             self.files.step(edge.axis, edge.time, forward);
         }
         if let Some(traces) = &mut self.traces {
-            traces.edge(seen);
+            match seen.pin {
+                Pin::Direction => traces.direction(seen.axis, seen.level),
+                Pin::Step if seen.level => traces.pulse(seen.axis, seen.time),
+                _ => {}
+            }
         }
         if let Some(events) = &mut self.events {
             events.push(edge);

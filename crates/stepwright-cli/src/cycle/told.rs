@@ -4,18 +4,18 @@ use std::ops::Range;
 
 use serde_json::{Value, json};
 
-use crate::json::tidy;
 use stepwright_cycle::{CycleError, Faults, Motor, Refusal, Status};
+use stepwright_plan::tidy;
 
 use super::Format;
-use super::plan::Plan;
 use super::text::Text;
 use crate::failure::Failure;
 use crate::say;
+use stepwright_cyclefile::CyclePlan;
 
 /// What became of each cycle, and how it is said.
 pub struct Told<'p> {
-    pub plan: &'p Plan,
+    pub plan: &'p CyclePlan,
     pub text: &'p Text,
     pub format: Format,
     cycles: Vec<Value>,
@@ -43,7 +43,7 @@ pub struct Ended {
 }
 
 impl<'p> Told<'p> {
-    pub fn new(plan: &'p Plan, text: &'p Text, format: Format) -> Told<'p> {
+    pub fn new(plan: &'p CyclePlan, text: &'p Text, format: Format) -> Told<'p> {
         Told { plan, text, format, cycles: Vec::new(), late: 0, longest: 0 }
     }
 

@@ -13,12 +13,13 @@ use super::law::LawArgs;
 use super::motion::{RampArgs, TOP, seconds};
 use super::target::{Format, PortArgs, VirtualArgs};
 use super::travel::last_line;
+use stepwright_plan::RampChange;
+use stepwright_plot::GAP;
+
 use crate::board::bench::Bench;
 use crate::board::recording::{Heading, Recording};
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::plan::change::Change;
-use crate::plot::GAP;
 use crate::programs;
 use crate::quantity::{Rounded, SpeedArg, in_unit};
 use crate::say;
@@ -66,7 +67,7 @@ struct Understood {
     top: Rounded<Speed>,
     accel: Rounded<Accel>,
     decel: Rounded<Accel>,
-    changes: Vec<Change>,
+    changes: Vec<RampChange>,
 }
 
 impl LawOrder<'_> {

@@ -4,11 +4,10 @@ use clap::ValueEnum;
 use stepwright::fixed::Q32;
 use stepwright::{Accel, Geometry, Rate, Speed};
 use stepwright_austin::{Austin, C0, Divisor, LawName, LinearFactor, Piecewise, PowerTerm, Recipe};
+use stepwright_plan::{Divide, First, RampChange};
 
 use crate::failure::Failure;
-use crate::plan::austin::Divide;
-use crate::plan::change::{Change, ChangeArg, changes};
-use crate::plan::limits::First;
+use crate::plan::change::{ChangeArg, changes};
 use crate::plan::linear_factor::thousandths;
 
 /// Above the options of a ramp law.
@@ -109,7 +108,7 @@ impl LawArgs {
     }
 
     /// The changes on the way.
-    pub fn changes(&self, geometry: &Geometry) -> Result<Vec<Change>, Failure> {
+    pub fn changes(&self, geometry: &Geometry) -> Result<Vec<RampChange>, Failure> {
         if self.changes.len() > stepwright_austin::station::CHANGES {
             return Err(Failure::usage("a board holds four --change of a travel")
                 .hint("`plan austin` takes any number"));

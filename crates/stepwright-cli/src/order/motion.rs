@@ -10,10 +10,10 @@ use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Trave
 use super::course::Course;
 use crate::board::recording::Heading;
 use crate::failure::Failure;
-use crate::plot::GAP;
 use crate::quantity::{
     AccelArg, GeometryArgs, JerkArg, MachineUnit, Rounded, SpeedArg, bounds, in_unit,
 };
+use stepwright_plot::GAP;
 
 /// Above the options that say how to move.
 pub const MOTION: &str =

@@ -14,7 +14,6 @@ use crate::board::edge_files::EdgePaths;
 use crate::board::recording::{Heading, Recording};
 use crate::failure::Failure;
 use crate::interrupt::{self, Ends};
-use crate::plot::PlotFile;
 use crate::quantity::bounds;
 use crate::{programs, say};
 use stepwright_host::link::Link;
@@ -27,6 +26,7 @@ use stepwright_host::link::lease;
 use stepwright_host::link::serial::{OpenError, SerialLink, Share};
 use stepwright_host::link::simulated::VirtualLink;
 use stepwright_host::{LinkError, Session};
+use stepwright_plot::PlotFile;
 use stepwright_sim::Description;
 use stepwright_sim::Switch;
 

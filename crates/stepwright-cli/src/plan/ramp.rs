@@ -1,10 +1,8 @@
 //! `plan ramp`: the Nano slave's ramp, counted in steps.
 
-use stepwright::profile::RampSteps;
 use stepwright::{Geometry, Rate};
+use stepwright_plan::{Plan, Watch};
 
-use super::law::{Plan, Value};
-use super::path::PathLaw;
 use super::{Common, Planned};
 use crate::failure::Failure;
 use crate::quantity::{DistanceArg, SpeedArg};
@@ -56,36 +54,10 @@ impl Planned for Args {
         &self.common
     }
 
-    fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
+    fn plan(&self, rate: Rate, geometry: &Geometry, _: Watch<'_>) -> Result<Plan, Failure> {
         let start = self.start_speed.resolve(geometry, "--start-speed")?;
         let top = self.top_speed.resolve(geometry, "--top-speed")?;
-
-        let law = RampSteps::new(rate, start.value, top.value, self.ramp)?;
         let steps = self.pulses(geometry)?;
-        let (path, delays) = (law.path(steps)?, law.delays(steps)?);
-        let (slope, _) = path.slopes();
-        let law = PathLaw::new(path, delays, rate, start.value, top.value);
-        let note = super::no_ramp(start.value, top.value);
-        let mut values = vec![Value::speed("start speed", &start), Value::speed("top speed", &top)];
-        if note.is_none() {
-            values.push(ramp(self.ramp, slope, start.value.millisteps(), top.value.millisteps()));
-        }
-        let plan = Plan::new("ramp", rate, geometry, values, Box::new(law))?;
-        Ok(Plan { note, ..plan })
-    }
-}
-
-/// R and the acceleration that comes of it: `slope` is 2a in 10⁻⁶ (steps/s)².
-fn ramp(steps: u16, slope: u64, start: u32, top: u32) -> Value {
-    let square = |v: u32| u64::from(v) * u64::from(v);
-    let exact = slope.checked_mul(steps.into()) == Some(square(top) - square(start));
-    let accel = slope as f64 / 2e6;
-    let sign = if exact { '→' } else { '≈' };
-    Value {
-        name: "ramp",
-        shown: format!("{steps} steps {sign} {accel} steps/s²"),
-        given: steps.to_string(),
-        held: accel,
-        unit: "steps/s²",
+        Ok(Plan::ramp(rate, geometry, steps, &start, &top, self.ramp)?)
     }
 }

@@ -1,13 +1,9 @@
 //! `plan s-curve`: an acceleration that comes and goes at a limited jerk.
 
-use stepwright::profile::{Curve, Fit, SCurve, Tracer};
-use stepwright::run::Steps as Single;
-use stepwright::{Geometry, Jerk, Rate, Run, Speed, Ticks};
+use stepwright::{Geometry, Rate};
+use stepwright_plan::{LawChoice, Plan, Watch};
 
-use super::bends::{Bends, Order};
-use super::law::{Closeness, Law, Plan, Span, Value};
-use super::limits::{Asked, Limits};
-use super::real::Real;
+use super::limits::Limits;
 use super::{Common, Planned};
 use crate::failure::Failure;
 use crate::quantity::{JerkArg, SpeedArg};
@@ -50,71 +46,10 @@ impl Planned for Args {
         &self.common
     }
 
-    fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
+    fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure> {
         let start = self.start_speed.resolve(geometry, "--start-speed")?;
-        let asked = self.limits.held(rate, geometry)?;
+        let limits = self.limits.held(rate, geometry)?;
         let jerk = self.jerk.resolve(geometry, "--jerk")?;
-        let mut values = asked.values();
-        values.insert(0, Value::speed("start speed", &start));
-        values.push(Value::jerk("jerk", &jerk));
-        let law = law(&asked, start.value, jerk.value)?;
-        let plan = Plan::new("s-curve", asked.rate, geometry, values, law)?;
-        Ok(Plan { note: super::no_ramp(start.value, asked.top.value), ..plan })
-    }
-}
-
-/// The law for these limits.
-pub fn law(asked: &Asked, start: Speed, jerk: Jerk) -> Result<Box<dyn Law>, Failure> {
-    let Asked { rate, steps, ref accel, ref decel, ref top } = *asked;
-    let (accel, decel, top) = (accel.value, decel.value, top.value);
-    let law = SCurve::new(rate, start, top, accel, jerk).with_decel(decel);
-    let ideal = Bends::new(&Order { rate, start, top, accel, decel, jerk, pulses: steps });
-    let start = f64::from(start.min(top).millisteps()) / 1000.0;
-    Ok(Box::new(CurveLaw { curve: law.curve(steps)?, ideal, start }))
-}
-
-/// A curve beside its ideal.
-struct CurveLaw {
-    curve: Curve,
-    ideal: Bends,
-    start: f64,
-}
-
-impl Law for CurveLaw {
-    fn pulses(&self) -> u32 {
-        self.curve.pulses()
-    }
-
-    fn delays(&self) -> Box<dyn Iterator<Item = Ticks> + '_> {
-        let first = (self.pulses() > 0).then_some(0);
-        Box::new(first.into_iter().chain(Single::new(self.stretches())))
-    }
-
-    fn stretches(&self) -> Box<dyn Iterator<Item = Run> + '_> {
-        Box::new(Tracer::new(self.curve, Fit::EXACT))
-    }
-
-    fn ideal(&self, n: u32) -> Real {
-        self.ideal.time(n)
-    }
-
-    fn spans(&self) -> Vec<Span> {
-        self.curve.phases().map(|(phase, pulses)| Span { phase, pulses }).collect()
-    }
-
-    fn runs(&self, fit: Closeness) -> Box<dyn Iterator<Item = Run> + '_> {
-        Box::new(Tracer::new(self.curve, fit.fit()))
-    }
-
-    fn ends(&self) -> f64 {
-        self.start
-    }
-
-    fn peak(&self) -> f64 {
-        if self.pulses() < 2 { 0.0 } else { self.ideal.peak() }
-    }
-
-    fn braking(&self) -> u32 {
-        self.curve.braking_steps()
+        Ok(LawChoice::SCurve { start, jerk }.plan(&limits, geometry, watch)?)
     }
 }

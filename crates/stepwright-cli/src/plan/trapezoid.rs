@@ -1,11 +1,9 @@
 //! `plan trapezoid`: constant acceleration, top speed, constant deceleration.
 
-use stepwright::profile::Trapezoid;
-use stepwright::{Geometry, Rate, Speed};
+use stepwright::{Geometry, Rate};
+use stepwright_plan::{LawChoice, Plan, Watch};
 
-use super::law::{Law, Plan, Value};
-use super::limits::{Asked, Limits};
-use super::path::PathLaw;
+use super::limits::Limits;
 use super::{Common, Planned};
 use crate::failure::Failure;
 use crate::quantity::SpeedArg;
@@ -43,21 +41,9 @@ impl Planned for Args {
         &self.common
     }
 
-    fn plan(&self, rate: Rate, geometry: &Geometry) -> Result<Plan, Failure> {
+    fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure> {
         let start = self.start_speed.resolve(geometry, "--start-speed")?;
-        let asked = self.limits.held(rate, geometry)?;
-        let mut values = asked.values();
-        values.insert(0, Value::speed("start speed", &start));
-        let law = law(&asked, start.value)?;
-        let plan = Plan::new("trapezoid", asked.rate, geometry, values, law)?;
-        Ok(Plan { note: super::no_ramp(start.value, asked.top.value), ..plan })
+        let limits = self.limits.held(rate, geometry)?;
+        Ok(LawChoice::Trapezoid { start }.plan(&limits, geometry, watch)?)
     }
-}
-
-/// The law for these limits.
-pub fn law(asked: &Asked, start: Speed) -> Result<Box<dyn Law>, Failure> {
-    let Asked { rate, steps, ref accel, ref decel, ref top } = *asked;
-    let law = Trapezoid::new(rate, start, top.value, accel.value).with_decel(decel.value);
-    let (path, delays) = (law.path(steps)?, law.delays(steps)?);
-    Ok(Box::new(PathLaw::new(path, delays, rate, start, top.value)))
 }

@@ -18,7 +18,7 @@ use stepwright_serve::path::PathFile;
 
 use crate::cycle::live::{PlayOrder, Played};
 use crate::failure::Failure;
-use crate::sheet::quoted;
+use stepwright_plan::sheet::quoted;
 
 /// An order is heard so soon.
 const LOOK: Duration = Duration::from_millis(5);

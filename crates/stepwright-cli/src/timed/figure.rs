@@ -6,7 +6,7 @@ use std::str::FromStr;
 use super::course::Course;
 use super::output::called;
 use super::wiring::{What, Wiring};
-use crate::plot::{Curve, Figure, GAP, PALETTE, Panel, View, number};
+use stepwright_plot::{Curve, Figure, GAP, PALETTE, Panel, View, number};
 
 /// Of signals this many steps are shown, unless a window is chosen.
 const FEW: usize = 16;

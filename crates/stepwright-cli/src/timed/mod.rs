@@ -26,12 +26,13 @@ use stepwright_timed::SetSpeed;
 use crate::calc::ClockArgs;
 use crate::failure::{Failure, unless_closed};
 use crate::interrupt::{self, While};
-use crate::plot::PlotFile;
+use crate::plot;
 use crate::say;
 use course::{Course, Moments};
 use order::OrderArgs;
 use port::Board;
 use stepwright_host::link::serial::Share;
+use stepwright_plot::PlotFile;
 use wiring::WiringArgs;
 
 /// Change a motor's speed on a clock, as the Arduino driver does
@@ -179,7 +180,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         written.map_err(|error| Failure::file("write", path, &error))?;
     }
     for file in &args.plot {
-        file.save(&figure::draw(&course, &wiring, args.window))?;
+        plot::save(file, &figure::draw(&course, &wiring, args.window))?;
     }
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let written = match (args.format, args.log.is_some()) {

@@ -4,14 +4,14 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
-use crate::json::tidy;
+use stepwright_plan::tidy;
 use stepwright_serve::mcap::McapWriter;
 use stepwright_sim::vcd::unit;
 use stepwright_timed::{Call, Control, Field, Status};
 
 use super::course::{Course, Logged};
 use super::wiring::Wiring;
-use crate::sheet::{Cell, Format, Sheet, quoted};
+use stepwright_plan::sheet::{Cell, Sheet, SheetFormat, quoted};
 
 /// Names of the control's bits, as in the Arduino driver's article.
 const CONTROL: [(Control, &str); 7] = [
@@ -112,7 +112,7 @@ pub fn summary(out: &mut impl Write, course: &Course) -> io::Result<()> {
             "latched: the step after an update lasts the old top at the new prescaler".into(),
         );
     }
-    sheet.write(out, Format::Table)
+    sheet.write(out, SheetFormat::Table)
 }
 
 /// Every step in columns.

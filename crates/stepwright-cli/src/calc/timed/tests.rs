@@ -2,6 +2,7 @@
 
 use super::*;
 use clap::Parser;
+use stepwright_plan::sheet::Cell;
 use stepwright_timed::{Control, Driver, Hold, Model, Pace, SetSpeed, Status};
 
 #[derive(Parser)]
@@ -240,7 +241,7 @@ fn the_driver_does_as_the_table_says() {
         "2000 700 --tops --updates 9 --modification 300",
         "9000 700 --tops --updates 40 --doubling",
     ] {
-        let (change, _) = args(line).change(&hardware).unwrap();
+        let change = args(line).table(&hardware).unwrap().change().unwrap();
         let bit = |set, bit| if set { bit } else { Control::OFF };
         let order = SetSpeed {
             modification: change.modification,
@@ -278,16 +279,6 @@ fn a_fault_keeps_the_speed() {
     assert_eq!((sheet.rows.len(), sheet.notes.len()), (20, 1));
     let line = "2000 700 --tops --updates 9 --modification 300";
     assert_eq!(column(&args(line).sheet().unwrap(), "top").last().unwrap(), "800");
-}
-
-/// The most updates that are named are the most there are.
-#[test]
-fn too_many_updates() {
-    for (way, doubling) in [(10, false), (1000, true), (1023, true), (1022, true)] {
-        let most = if doubling { u32::ilog2(way + 1) } else { way } as u16;
-        assert!(modification(way, most, doubling, false) > 0, "{way}");
-        assert_eq!(modification(way, most + 1, doubling, false), 0, "{way}");
-    }
 }
 
 /// "Maximal ~30, most likely even much less": 30 on a timer of 32 bits, and 25 on an AVR's.

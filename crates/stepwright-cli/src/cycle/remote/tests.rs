@@ -11,7 +11,6 @@ use stepwright_cycle::line::Incoming;
 use stepwright_sim::{CycleBoard, Edge, Stand};
 
 use super::*;
-use crate::cycle::plan;
 use stepwright_host::link::Link;
 
 const UNO: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=22 can=";
@@ -107,8 +106,8 @@ impl Link for Chip {
 
 /// Plays a file; the positions in the end.
 fn play(about: &'static str, noise: usize, file: &str) -> Result<Vec<i64>, Failure> {
-    let text = Text::of(file);
-    let mut plan = plan::read(&text)?;
+    let text = Text::named("file.toml", file);
+    let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
     let board = Board::meet(Box::new(Chip::new(about, noise)))?;
     let mut session = RemoteSession::new(board, &plan, &text, Format::Json, 60);

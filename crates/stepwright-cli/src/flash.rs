@@ -1,0 +1,201 @@
+//! `stepwright flash`: writes a firmware to a board, without a compiler.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use serde_json::json;
+use stepwright_flash::loader::LoaderError;
+use stepwright_flash::{Firmware, FlashBoard, FlashProgram, NoProgram};
+use stepwright_host::link::serial::Share;
+
+use crate::failure::Failure;
+use crate::order::progress::Line;
+use crate::order::target::Format;
+use crate::say;
+
+/// Write a firmware to an Uno, a Nano or a Mega
+///
+/// The firmware comes with this command, and needs no compiler. It replaces the program that
+/// is on the board; settings that the board keeps stay.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Avrdude writes it if it is installed. Else this command does, and compares all of it
+afterwards. With --own avrdude is not looked for.
+
+The board must have its boot loader: one bought as an Arduino, or as a copy of one, has.
+
+Examples:
+  stepwright flash uno --port /dev/ttyACM0
+  stepwright flash nano --old-boot-loader --port /dev/ttyUSB0
+  stepwright flash mega --program cycles --port /dev/ttyACM0
+  stepwright flash uno --port /dev/ttyACM0 --dry-run")]
+pub struct Args {
+    /// Which board it is
+    board: FlashBoard,
+    /// Serial port of the board
+    #[arg(long, value_name = "PATH")]
+    port: PathBuf,
+    /// Which firmware
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = FlashProgram::Slave)]
+    program: FlashProgram,
+    /// A Nano from before 2018, whose boot loader listens at 57600 bits/s and leaves 1.5 KB less:
+    /// its controller has no safety features
+    #[arg(long)]
+    old_boot_loader: bool,
+    /// Leave avrdude alone
+    #[arg(long)]
+    own: bool,
+    /// Say what would be done, and leave the board alone
+    #[arg(long)]
+    dry_run: bool,
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+/// What avrdude calls a board's chip and its boot loader.
+fn programmer(board: FlashBoard) -> [&'static str; 4] {
+    match board {
+        FlashBoard::Uno | FlashBoard::Nano => ["-p", "m328p", "-c", "arduino"],
+        FlashBoard::Mega => ["-p", "m2560", "-c", "wiring"],
+    }
+}
+
+/// Writes the firmware, and says what was written.
+pub fn run(args: Args) -> Result<(), Failure> {
+    if args.old_boot_loader && args.board != FlashBoard::Nano {
+        return Err(Failure::usage("--old-boot-loader is for a Nano"));
+    }
+    let image = Firmware::of(args.board, args.old_boot_loader, args.program)?;
+    let avrdude = !args.own && has_avrdude();
+    if args.format == Format::Text {
+        let (name, size, hash) = (args.board.name(), image.bytes().len(), image.hash());
+        let program = args.program.name();
+        say::result(format_args!("image       {name} {program}, {size} bytes, SHA-256 {hash}"));
+    }
+    let by = if avrdude { "avrdude" } else { "stepwright" };
+    if !args.dry_run {
+        match avrdude {
+            true => by_avrdude(&args, &image)?,
+            false => by_ourselves(&args, &image)?,
+        }
+    }
+    let state = if args.dry_run { "dry-run" } else { "written" };
+    match args.format {
+        Format::Json => say::json(json!({
+            "board": args.board.name(),
+            "program": args.program.name(),
+            "bytes": image.bytes().len(),
+            "sha256": image.hash(),
+            "by": by,
+            "state": state,
+        })),
+        Format::Text if args.dry_run => {
+            let (port, baud) = (args.port.display(), image.baud());
+            say::result(format_args!("dry run     {by} would write it to {port} at {baud} bits/s"));
+        }
+        Format::Text => {
+            say::result(format_args!("written     by {by}, and compared"));
+            let port = args.port.display();
+            say::note(format_args!("try it with: {}", seen_with(args.program, &port.to_string())));
+        }
+    }
+    Ok(())
+}
+
+/// Whether avrdude can be started.
+fn has_avrdude() -> bool {
+    let started = Command::new("avrdude").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    started.is_ok()
+}
+
+/// Has avrdude write and compare.
+fn by_avrdude(args: &Args, image: &Firmware) -> Result<(), Failure> {
+    let mut file = tempfile::Builder::new()
+        .prefix("stepwright-")
+        .suffix(".bin")
+        .tempfile()
+        .map_err(|error| Failure::new(format!("can't make a file for avrdude: {error}")))?;
+    file.write_all(image.bytes())
+        .and_then(|()| file.flush())
+        .map_err(|error| Failure::file("write", file.path(), &error))?;
+    let flash = format!("flash:w:{}:r", file.path().display());
+    let mut avrdude = Command::new("avrdude");
+    avrdude.args(programmer(args.board)).args(["-b", &image.baud().to_string(), "-D"]);
+    avrdude.arg("-P").arg(&args.port).args(["-U", &flash]).stdout(Stdio::null());
+    match avrdude.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Failure::new(format!("avrdude has not written it ({status})")).hint(
+            "what it says is above. Is it this board (uno, nano, mega), and this port? An old \
+             Nano takes --old-boot-loader",
+        )),
+        Err(error) => {
+            Err(Failure::new(format!("can't start avrdude: {error}")).hint("--own does without it"))
+        }
+    }
+}
+
+/// Speaks with the boot loader.
+fn by_ourselves(args: &Args, image: &Firmware) -> Result<(), Failure> {
+    let link = crate::order::target::serial(&args.port, image.baud(), Share::Alone)?;
+    let mut line = Line::new();
+    let written = image.write(link, |stage, done| {
+        let text = format!("{stage} {} %", 100 * done / image.bytes().len());
+        line.show(&[&text], &text, false);
+    });
+    line.end();
+    written.map_err(|trouble| explain(&args.port.display().to_string(), args.board, trouble))
+}
+
+/// What is wrong with a boot loader, and what to do.
+fn explain(port: &str, board: FlashBoard, trouble: LoaderError) -> Failure {
+    let name = board.name();
+    match trouble {
+        LoaderError::Silent => {
+            Failure::new(format!("no boot loader answers on {port}")).hint(format!(
+                "is it {} {name}, on this port (`stepwright ports`)? Press its reset button as the \
+             command starts; an old Nano takes --old-boot-loader",
+                if board == FlashBoard::Uno { "an" } else { "a" }
+            ))
+        }
+        LoaderError::Chip(signature) => {
+            let [a, b, c] = signature;
+            let wanted = if board == FlashBoard::Mega { "ATmega2560" } else { "ATmega328P" };
+            Failure::new(format!("the chip on {port} is no {wanted}: {a:02X} {b:02X} {c:02X}"))
+                .hint("nothing was written. Which board is it: uno, nano or mega?")
+        }
+        LoaderError::Differs(at) => {
+            Failure::new(format!("what was written to {port} differs from byte {at} on"))
+                .hint("write it again; if it stays so, the chip's flash is worn out")
+        }
+        LoaderError::Refused => Failure::new(format!("the boot loader on {port} refused to go on"))
+            .hint("press the board's reset button and write it again; if it stays so, avrdude may know its boot loader"),
+        LoaderError::Odd => Failure::new(format!("the boot loader on {port} lost its step"))
+            .hint("write it again, with a shorter cable or on another port of the computer"),
+        LoaderError::Line(error) => Failure::new(format!("{port}: {error}"))
+            .hint("was it unplugged? Plug it in and write it again"),
+    }
+}
+
+/// How to see it at work on a port.
+fn seen_with(program: FlashProgram, port: &str) -> String {
+    match program {
+        FlashProgram::Slave => format!("stepwright status --port {port}"),
+        FlashProgram::Timed => format!("stepwright timed --case 1 --port {port}"),
+        FlashProgram::Cycles => format!("stepwright cycle FILE --port {port}"),
+        FlashProgram::Laws => format!("stepwright move 400 --law austin --port {port}"),
+        FlashProgram::Transitions => {
+            format!("stepwright move 400 --law linear-factor --port {port}")
+        }
+        FlashProgram::PowerTerm => format!("stepwright move 400 --law power --port {port}"),
+    }
+}
+
+impl From<NoProgram> for Failure {
+    fn from(error: NoProgram) -> Failure {
+        let names = error.there.iter().map(|program| program.name());
+        let names = names.collect::<Vec<_>>().join(", ");
+        Failure::usage(error.to_string()).hint(format!("--program is one of {names}"))
+    }
+}

@@ -1,0 +1,178 @@
+//! The firmwares that this crate carries, as `cargo xtask image` has built them.
+
+use std::fmt::Write;
+
+use sha2::{Digest, Sha256};
+
+use crate::NoProgram;
+
+/// A board that there is a firmware for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum FlashBoard {
+    /// Arduino Uno, or a copy of it with an ATmega328P
+    Uno,
+    /// Arduino Nano, likewise
+    Nano,
+    /// Arduino Mega 2560
+    Mega,
+}
+
+impl FlashBoard {
+    /// Its name: `uno`.
+    pub fn name(self) -> &'static str {
+        match self {
+            FlashBoard::Uno => "uno",
+            FlashBoard::Nano => "nano",
+            FlashBoard::Mega => "mega",
+        }
+    }
+}
+
+/// A program that is carried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum FlashProgram {
+    /// The controller: move, run, line, home, jog, serve
+    Slave,
+    /// The timed driver: `stepwright timed`
+    Timed,
+    /// Motor cycles: `stepwright cycle`
+    Cycles,
+    /// Austin's laws: `stepwright move --law`; the Mega's has them all
+    Laws,
+    /// Austin's laws whose acceleration changes on the way
+    Transitions,
+    /// Austin's power term
+    PowerTerm,
+}
+
+/// For which boards, which program, the image. A Nano with its old boot loader is an Uno with
+/// less room.
+const IMAGES: [(&[FlashBoard], FlashProgram, &[u8]); 11] = [
+    (&[FlashBoard::Uno], FlashProgram::Slave, include_bytes!("../images/uno.bin")),
+    (&[FlashBoard::Nano], FlashProgram::Slave, include_bytes!("../images/nano.bin")),
+    (&[FlashBoard::Mega], FlashProgram::Slave, include_bytes!("../images/mega.bin")),
+    (
+        &[FlashBoard::Uno, FlashBoard::Nano],
+        FlashProgram::Timed,
+        include_bytes!("../images/uno-timed.bin"),
+    ),
+    (&[FlashBoard::Mega], FlashProgram::Timed, include_bytes!("../images/mega-timed.bin")),
+    (
+        &[FlashBoard::Uno, FlashBoard::Nano],
+        FlashProgram::Cycles,
+        include_bytes!("../images/uno-cycles.bin"),
+    ),
+    (&[FlashBoard::Mega], FlashProgram::Cycles, include_bytes!("../images/mega-cycles.bin")),
+    (
+        &[FlashBoard::Uno, FlashBoard::Nano],
+        FlashProgram::Laws,
+        include_bytes!("../images/uno-laws.bin"),
+    ),
+    (&[FlashBoard::Mega], FlashProgram::Laws, include_bytes!("../images/mega-laws.bin")),
+    (
+        &[FlashBoard::Uno, FlashBoard::Nano],
+        FlashProgram::Transitions,
+        include_bytes!("../images/uno-transitions.bin"),
+    ),
+    (
+        &[FlashBoard::Uno, FlashBoard::Nano],
+        FlashProgram::PowerTerm,
+        include_bytes!("../images/uno-power-term.bin"),
+    ),
+];
+
+/// Bytes of flash that the boot loader leaves: an Uno's takes 512, an old Nano's 2,048, a Mega's
+/// 8,192.
+const fn room(board: FlashBoard) -> usize {
+    match board {
+        FlashBoard::Uno => 32_256,
+        FlashBoard::Nano => 30_720,
+        FlashBoard::Mega => 253_952,
+    }
+}
+
+const _: () = {
+    let mut n = 0;
+    while n < IMAGES.len() {
+        let (boards, _, image) = IMAGES[n];
+        let mut at = 0;
+        while at < boards.len() {
+            assert!(image.len() <= room(boards[at]), "the boot loader leaves less");
+            at += 1;
+        }
+        n += 1;
+    }
+};
+
+/// A firmware for a board, from address 0 of the flash.
+#[derive(Clone, Copy, Debug)]
+pub struct Firmware {
+    board: FlashBoard,
+    old_boot_loader: bool,
+    bytes: &'static [u8],
+}
+
+impl Firmware {
+    /// The program for a board. `old_boot_loader` is for a Nano from before 2018, whose boot
+    /// loader listens at 57,600 bits/s and leaves 1.5 KB less; a later one has an Uno's.
+    ///
+    /// # Errors
+    /// [`NoProgram`]: there is none for that board.
+    pub fn of(
+        board: FlashBoard,
+        old_boot_loader: bool,
+        program: FlashProgram,
+    ) -> Result<Firmware, NoProgram> {
+        let like = match board {
+            FlashBoard::Nano if !old_boot_loader => FlashBoard::Uno,
+            board => board,
+        };
+        let fits = || IMAGES.iter().filter(|row| row.0.contains(&like));
+        match fits().find(|row| row.1 == program) {
+            Some(&(_, _, bytes)) => Ok(Firmware { board, old_boot_loader, bytes }),
+            None => {
+                let there = fits().map(|row| row.1).collect();
+                Err(NoProgram { board: like, program, there })
+            }
+        }
+    }
+
+    /// The board that it is for.
+    pub fn board(&self) -> FlashBoard {
+        self.board
+    }
+
+    /// Bits/s of the board's boot loader.
+    pub fn baud(&self) -> u32 {
+        if self.old_boot_loader { 57_600 } else { 115_200 }
+    }
+
+    /// Its bytes.
+    pub fn bytes(&self) -> &'static [u8] {
+        self.bytes
+    }
+
+    /// Its SHA-256, in hexadecimal digits.
+    pub fn hash(&self) -> String {
+        Sha256::digest(self.bytes).iter().fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+    }
+}
+
+impl FlashProgram {
+    /// Its name: `power-term`.
+    pub fn name(self) -> &'static str {
+        match self {
+            FlashProgram::Slave => "slave",
+            FlashProgram::Timed => "timed",
+            FlashProgram::Cycles => "cycles",
+            FlashProgram::Laws => "laws",
+            FlashProgram::Transitions => "transitions",
+            FlashProgram::PowerTerm => "power-term",
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Write a firmware to an Uno, a Nano or a Mega through its boot loader, without a compiler.
+//!
+//! ```no_run
+//! # use std::time::Duration;
+//! # use stepwright_flash::{Firmware, FlashBoard, FlashProgram};
+//! # use stepwright_host::link::serial::{SerialLink, Share};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let firmware = Firmware::of(FlashBoard::Uno, false, FlashProgram::Slave)?;
+//! let port = "/dev/ttyACM0".as_ref();
+//! let link = SerialLink::open(port, firmware.baud(), Share::Alone, |_| true)?;
+//! firmware.write(link, |stage, done| println!("{stage} {done} bytes"))?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | module | what |
+//! | --- | --- |
+//! | `image` | the firmwares that this crate carries |
+//! | [`loader`] | what the boot loaders have in common |
+//! | [`stk500`] | the boot loader of an Uno and a Nano |
+//! | [`stk500v2`] | the boot loader of a Mega |
+
+#![warn(missing_docs)]
+#![forbid(unsafe_code)]
+
+mod image;
+pub mod loader;
+pub mod stk500;
+pub mod stk500v2;
+
+use std::fmt;
+use std::thread;
+use std::time::Duration;
+
+use stepwright_host::link::serial::SerialLink;
+
+pub use image::{Firmware, FlashBoard, FlashProgram};
+use loader::{Loader, LoaderError};
+use stk500::Stk500;
+use stk500v2::Stk500v2;
+
+/// How often the boot loader is looked for: it listens for about a second after a reset.
+const RESETS: usize = 3;
+
+/// What is done to the flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlashStage {
+    /// It is written.
+    Writing,
+    /// It is read back and compared.
+    Comparing,
+}
+
+impl fmt::Display for FlashStage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            FlashStage::Writing => "writing",
+            FlashStage::Comparing => "comparing",
+        })
+    }
+}
+
+/// There is no such program for the board.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NoProgram {
+    /// The board.
+    pub board: FlashBoard,
+    /// The program that it has not.
+    pub program: FlashProgram,
+    /// Those that it has.
+    pub there: Vec<FlashProgram>,
+}
+
+impl fmt::Display for NoProgram {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "there is no program {} for a {}", self.program.name(), self.board.name())
+    }
+}
+
+impl std::error::Error for NoProgram {}
+
+impl Firmware {
+    /// Resets the board on this line, writes the firmware, compares all of it, and has it begin.
+    /// `done` gets the bytes written, and then those compared. It blocks for some seconds.
+    ///
+    /// # Errors
+    /// [`LoaderError`]; but for [`Silent`](LoaderError::Silent) and [`Chip`](LoaderError::Chip)
+    /// the program that was on the board may be gone.
+    pub fn write(
+        &self,
+        link: SerialLink,
+        done: impl FnMut(FlashStage, usize),
+    ) -> Result<(), LoaderError> {
+        match self.board() {
+            FlashBoard::Uno | FlashBoard::Nano => self.through(Stk500::new(link), done),
+            FlashBoard::Mega => self.through(Stk500v2::new(link), done),
+        }
+    }
+
+    fn through(
+        &self,
+        mut loader: impl Loader<Link = SerialLink>,
+        mut done: impl FnMut(FlashStage, usize),
+    ) -> Result<(), LoaderError> {
+        let mut met = Err(LoaderError::Silent);
+        for _ in 0..RESETS {
+            loader.link().reset();
+            met = loader.meet();
+            if met.is_ok() {
+                break;
+            }
+        }
+        met?;
+        loader.write(self.bytes(), &mut |bytes| done(FlashStage::Writing, bytes))?;
+        loader.compare(self.bytes(), &mut |bytes| done(FlashStage::Comparing, bytes))?;
+        loader.leave()?;
+        // Its program begins.
+        thread::sleep(Duration::from_millis(200));
+        Ok(())
+    }
+}

@@ -1,0 +1,102 @@
+//! Which delays fit the period of a timer, and how far one can count
+//! (stepper_h).
+//!
+//! A step takes three periods (bounds, STEP up, STEP down), and a delay must be a
+//! whole number of them:
+//!
+//! ```text
+//!   fitting delay = max(3, ⌈delay / period⌉) · period
+//! ```
+
+use super::linear::{paired, turns};
+use super::{CalcError, fraction};
+use crate::sheet::{Cell, Sheet};
+
+/// Delays on a timer whose interrupt serves all motors.
+#[derive(Clone, Debug)]
+pub struct DelayFit {
+    /// From interrupt to interrupt, in µs.
+    pub period: f64,
+    /// Microsteps of a step, 1 to 256, one or several.
+    pub microsteps: Vec<u32>,
+    /// Delays that are wanted, in µs: one for all, or one for each of `microsteps`; none: those of
+    /// stepper_h's motor, of six kinds of microsteps.
+    pub delays: Vec<f64>,
+    /// Distance of a step, in mm.
+    pub distance: Option<f64>,
+    /// Full steps of one turn.
+    pub steps_per_rev: u32,
+}
+
+/// What stepper_h's motor wants, from 1/1 to 1/32: in µs.
+const WANTED: [f64; 6] = [1500.0, 650.0, 330.0, 180.0, 80.0, 40.0];
+
+/// The smallest delay that fits and is no shorter.
+fn fitting(delay: f64, period: f64) -> f64 {
+    // A part of 10⁹ is rounding: 0.3 is three times 0.1.
+    let periods = (delay / period * (1.0 - 1e-9)).ceil().max(3.0);
+    periods * period
+}
+
+impl DelayFit {
+    /// What fits.
+    ///
+    /// # Errors
+    /// Delays that belong to no microsteps.
+    pub fn sheet(&self) -> Result<Sheet, CalcError> {
+        let DelayFit { period, ref microsteps, ref delays, .. } = *self;
+        let defaults = delays.is_empty() && microsteps.len() == WANTED.len();
+        let wanted = if defaults { &WANTED } else { &delays[..] };
+        if wanted.is_empty() {
+            return Err(CalcError::NoDelays);
+        }
+        let mut sheet = Sheet::new(format!("Delays on a timer of {period} µs"));
+        let least = 3.0 * period;
+        sheet.fact("period_us", "period", Cell::digits(period, 9), "µs");
+        sheet.fact("rate_hz", "… a second", Cell::digits(1e6 / period, 9), "Hz");
+        sheet.fact("least_us", "smallest delay", Cell::digits(least, 9), "µs");
+        self.counting(&mut sheet);
+
+        sheet.columns = vec![
+            ("microsteps", "microsteps"),
+            ("wanted_us", "wanted, µs"),
+            ("delay_us", "fits, µs"),
+            ("wanted_turns_s", "wanted, rev/s"),
+            ("turns_s", "fits, rev/s"),
+            ("percent", "% of the speed"),
+        ];
+        for (i, &micro) in microsteps.iter().enumerate() {
+            let steps = f64::from(self.steps_per_rev) * f64::from(micro);
+            let Some(delay) = paired(wanted, i, microsteps.len())? else { continue };
+            let fits = fitting(delay, period);
+            sheet.rows.push(vec![
+                fraction(micro),
+                Cell::digits(delay, 9),
+                Cell::digits(fits, 9),
+                Cell::fixed(turns(delay, steps), 3),
+                Cell::fixed(turns(fits, steps), 3),
+                Cell::fixed(delay / fits * 100.0, 1),
+            ]);
+        }
+        Ok(sheet)
+    }
+
+    /// How far positions, delays and steps reach, in this many bits.
+    fn counting(&self, sheet: &mut Sheet) {
+        let (narrow, wide) = (2f64.powi(31), 2f64.powi(63));
+        let mut fact =
+            |key, name, value, unit| sheet.fact(key, name, Cell::digits(value, 10), unit);
+        fact("nm_64_km", "positions, 64 bits of nm", wide / 1e12, "km either way");
+        fact("nm_32_m", "… 32 bits of nm", narrow / 1e9, "m either way");
+        fact("um_32_km", "… 32 bits of µm", narrow / 1e9, "km either way");
+        if let Some(mm) = self.distance {
+            let nm = mm * 1e6;
+            fact("steps_64", "… steps, 64 bits", (wide / nm).floor(), "either way");
+            fact("steps_32", "… steps, 32 bits", (narrow / nm).floor(), "either way");
+        }
+        fact("step_32_m", "longest step, 2^32 nm", 2.0 * narrow / 1e9, "m");
+        fact("delay_32_s", "longest delay, 2^32 µs", 2.0 * narrow / 1e6, "s");
+        let travel = narrow * 3.0 * self.period / 1e6 / 3600.0;
+        fact("steps_32_h", "2^31 steps take at least", travel, "h");
+    }
+}

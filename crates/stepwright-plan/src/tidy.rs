@@ -1,0 +1,35 @@
+//! Numbers for programs, without the noise of binary fractions.
+
+use serde_json::{Number, Value};
+
+/// Digits that a measurement or a calculation is good for.
+const DIGITS: usize = 12;
+
+/// The same value, its fractions to 12 digits: 0.3, not 0.30000000000000004.
+pub fn tidy(value: Value) -> Value {
+    match value {
+        Value::Number(number) => Value::Number(rounded(&number).unwrap_or(number)),
+        Value::Array(all) => all.into_iter().map(tidy).collect(),
+        Value::Object(all) => all.into_iter().map(|(key, one)| (key, tidy(one))).collect(),
+        other => other,
+    }
+}
+
+fn rounded(number: &Number) -> Option<Number> {
+    let value = number.as_f64().filter(|_| number.is_f64())?;
+    let digits = DIGITS - 1;
+    Number::from_f64(format!("{value:.digits$e}").parse().ok()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn fractions_have_no_noise_and_whole_numbers_all_their_digits() {
+        let noisy = json!({ "a": 0.1 + 0.2, "b": [1e-9 / 3.0, u64::MAX, "0.30000000000000004"] });
+        let clean = json!({ "a": 0.3, "b": [3.33333333333e-10, u64::MAX, "0.30000000000000004"] });
+        assert_eq!(tidy(noisy), clean);
+    }
+}

@@ -1,0 +1,159 @@
+//! A picture as a list of shapes, which both the SVG and the PNG writer take.
+//!
+//! Points are in pixels of the SVG, y downwards.
+
+/// A colour: red, green, blue.
+pub type Colour = [u8; 3];
+
+/// Where a text's anchor lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    /// Its left end.
+    Start,
+    /// Its middle.
+    Middle,
+    /// Its right end.
+    End,
+}
+
+/// One thing to draw; lengths are in pixels, y grows downwards, an opacity is 0 to 1.
+#[derive(Clone, Debug)]
+#[allow(missing_docs)] // each field is what its name says
+pub enum Shape {
+    /// A filled rectangle.
+    Box { x: f64, y: f64, width: f64, height: f64, fill: Colour, opacity: f64 },
+    /// A line through points.
+    Line { points: Vec<(f64, f64)>, colour: Colour, width: f64, dashed: bool },
+    /// A filled outline.
+    Area { points: Vec<(f64, f64)>, fill: Colour, opacity: f64 },
+    /// Filled dots.
+    Dots { points: Vec<(f64, f64)>, fill: Colour, radius: f64 },
+    /// One line of text; y is its base line.
+    Text { x: f64, y: f64, size: f64, bold: bool, anchor: Anchor, colour: Colour, text: String },
+}
+
+/// Of a dashed line: this many pixels of ink, this many of none.
+pub const DASH: [f64; 2] = [9.0, 6.0];
+
+/// Shapes in the order in which they are painted.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// In pixels.
+    pub width: f64,
+    /// In pixels.
+    pub height: f64,
+    /// From the back to the front.
+    pub shapes: Vec<Shape>,
+    /// For the read-out of the page: where the panels lie and what they show.
+    pub probes: Vec<Probe>,
+}
+
+/// A panel under the mouse: the pixels of its frame, and its curves' points in
+/// pixels with their values as text.
+#[derive(Clone, Debug)]
+pub struct Probe {
+    /// Where the curves lie.
+    pub frame: Frame,
+    /// Unit of the x axis.
+    pub x_unit: String,
+    /// Unit of the y axis.
+    pub y_unit: String,
+    /// What can be read out.
+    pub curves: Vec<ProbeCurve>,
+}
+
+/// A curve that can be read out.
+#[derive(Clone, Debug)]
+pub struct ProbeCurve {
+    /// As in the legend.
+    pub name: String,
+    /// x and y in pixels, and in the panel's units.
+    pub points: Vec<[f64; 4]>,
+}
+
+/// A rectangle in pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// Its left edge.
+    pub left: f64,
+    /// Its upper edge.
+    pub top: f64,
+    /// From left to right.
+    pub width: f64,
+    /// From top to bottom.
+    pub height: f64,
+}
+
+impl Frame {
+    /// Its right edge.
+    pub fn right(&self) -> f64 {
+        self.left + self.width
+    }
+
+    /// Its lower edge.
+    pub fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+}
+
+impl Picture {
+    /// White paper.
+    pub fn new(width: f64, height: f64) -> Picture {
+        let mut picture = Picture { width, height, shapes: Vec::new(), probes: Vec::new() };
+        picture.fill(Frame { left: 0.0, top: 0.0, width, height }, [255; 3], 1.0);
+        picture
+    }
+
+    /// Adds a filled rectangle.
+    pub fn fill(&mut self, frame: Frame, fill: Colour, opacity: f64) {
+        let Frame { left: x, top: y, width, height } = frame;
+        self.shapes.push(Shape::Box { x, y, width, height, fill, opacity });
+    }
+
+    /// Adds a line through points.
+    pub fn line(&mut self, points: Vec<(f64, f64)>, colour: Colour, width: f64) {
+        self.shapes.push(Shape::Line { points, colour, width, dashed: false });
+    }
+
+    /// Adds a line of text with its anchor on the base line at `at`.
+    pub fn text(&mut self, at: (f64, f64), style: Style, text: impl Into<String>) {
+        let Style { size, bold, anchor, colour } = style;
+        let (x, y) = at;
+        self.shapes.push(Shape::Text { x, y, size, bold, anchor, colour, text: text.into() });
+    }
+}
+
+/// How a text looks.
+#[derive(Clone, Copy, Debug)]
+pub struct Style {
+    /// Height in pixels.
+    pub size: f64,
+    /// Bold or regular.
+    pub bold: bool,
+    /// Which point of it is given.
+    pub anchor: Anchor,
+    /// Its colour.
+    pub colour: Colour,
+}
+
+impl Style {
+    /// Regular, from its left end.
+    pub const fn new(size: f64, colour: Colour) -> Style {
+        Style { size, bold: false, anchor: Anchor::Start, colour }
+    }
+
+    /// The same in bold.
+    pub const fn bold(self) -> Style {
+        Style { bold: true, ..self }
+    }
+
+    /// The same, by its middle.
+    pub const fn middle(self) -> Style {
+        Style { anchor: Anchor::Middle, ..self }
+    }
+
+    /// The same, by its right end.
+    pub const fn end(self) -> Style {
+        Style { anchor: Anchor::End, ..self }
+    }
+}

@@ -1,0 +1,334 @@
+//! Distances, speeds, accelerations and jerks as a person types them.
+//!
+//! ```
+//! # use stepwright::Geometry;
+//! # use stepwright_units::SpeedArg;
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let motor = Geometry::new(200)?;
+//! let speed: SpeedArg = "120rpm".parse()?;
+//! let held = speed.resolve(&motor, "top speed")?;
+//! assert_eq!(held.to_string(), "120rpm → 400 steps/s");
+//! assert_eq!(held.value.millisteps(), 400_000);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! `10rad/s`, `12.566 rad/s²`, `50mm/s`; a bare number counts steps. Two moments, because the
+//! second needs to know the motor:
+//!
+//! 1. [`DistanceArg`], [`SpeedArg`], [`AccelArg`] and [`JerkArg`] read the text: a number without
+//!    rounding, and a unit. They say what is wrong with it as a text, for the option of a command.
+//! 2. [`SpeedArg::resolve`] turns it into what the core holds, by the motor's
+//!    [`Geometry`], rounding **once**, and keeps the text, so that a [`Rounded`] can show what was
+//!    understood.
+
+#![warn(missing_docs)]
+#![forbid(unsafe_code)]
+
+mod decimal;
+mod distance;
+mod error;
+mod machine_unit;
+pub mod measure;
+mod unit;
+
+use std::fmt::{self, Display};
+use std::str::FromStr;
+
+use stepwright::{Accel, Geometry, Jerk, Speed};
+
+use decimal::Decimal;
+pub use distance::DistanceArg;
+pub use error::UnitError;
+pub use machine_unit::{MachineUnit, TURN};
+pub use unit::is_known;
+use unit::{Kind, Unit};
+
+/// A distance in millimetres, held in whole nanometres.
+#[derive(Clone, Copy, Debug)]
+pub struct MmArg(u32);
+
+impl MmArg {
+    /// Of a number of millimetres; `None` beyond 1 nm to 4.29 m.
+    pub fn of(mm: f64) -> Option<MmArg> {
+        let nm = (mm * 1e6).round();
+        (1.0..=f64::from(u32::MAX)).contains(&nm).then_some(MmArg(nm as u32))
+    }
+
+    /// In nanometres, 1 to 2³² − 1.
+    pub fn nm(self) -> u32 {
+        self.0
+    }
+}
+
+/// How many bytes at the beginning of a text are a number: of `1.5e3mm`, 5.
+pub fn number_length(text: &str) -> usize {
+    Decimal::length(text)
+}
+
+impl FromStr for MmArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<MmArg, String> {
+        let number = text.strip_suffix("mm").unwrap_or(text).trim();
+        let nm = Decimal::parse(number)?.times(1_000_000, 1);
+        match u32::try_from(nm.value) {
+            Ok(0) | Err(_) => Err("a turn moves the load by 0.000001 to 4294.967295 mm".into()),
+            Ok(nm) => Ok(MmArg(nm)),
+        }
+    }
+}
+
+/// A number with its unit, and the text it was read from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Quantity {
+    text: String,
+    number: Decimal,
+    unit: Unit,
+}
+
+impl Quantity {
+    fn parse(text: &str, kind: Kind) -> Result<Quantity, String> {
+        let text = text.trim();
+        let (number, unit) = text.split_at(Decimal::length(text));
+        if number.is_empty() {
+            return Err(match text.chars().next() {
+                Some('-' | '\u{2212}' | '+') => "give it without a sign".into(),
+                _ => "it begins with a number, like 1000 or 120rpm".into(),
+            });
+        }
+        let unit = unit.trim();
+        if unit.starts_with(',') {
+            return Err("write a decimal point, and nothing between thousands".into());
+        }
+        let (number, unit) = (Decimal::parse(number)?, Unit::parse(unit, kind)?);
+        Ok(Quantity { text: text.to_owned(), number, unit })
+    }
+
+    /// Whether it is nothing at all.
+    fn is_zero(&self) -> bool {
+        self.number.to_f64() == 0.0
+    }
+
+    fn no_millimetres(&self, name: &str) -> UnitError {
+        UnitError::NoMillimetres { name: name.to_owned(), text: self.text.clone() }
+    }
+
+    /// In thousandths of a step; `name` is the option, for the message.
+    fn resolve<T>(
+        &self,
+        geometry: &Geometry,
+        name: &str,
+        kind: Kind,
+        core: impl FnOnce(u64) -> Result<T, UnitError>,
+    ) -> Result<Rounded<T>, UnitError> {
+        let Some(milli) = self.unit.millisteps(self.number, geometry) else {
+            return Err(self.no_millimetres(name));
+        };
+        let bare = self.unit == Unit::STEP;
+        Ok(Rounded {
+            value: core(milli.value)?,
+            given: self.text.clone(),
+            per: kind.per(),
+            converted: !bare,
+            exact: milli.exact,
+        })
+    }
+}
+
+/// What was typed, and what the core holds of it.
+///
+/// Shows as `400 steps/s`, `120rpm → 400 steps/s`, or, when it was rounded to
+/// a thousandth of a step, `10rad/s ≈ 318.31 steps/s`.
+#[derive(Clone, Debug)]
+pub struct Rounded<T> {
+    /// What the core holds.
+    pub value: T,
+    /// What was typed.
+    pub given: String,
+    /// Whether nothing was lost.
+    pub exact: bool,
+    per: &'static str,
+    converted: bool,
+}
+
+impl<T> Rounded<T> {
+    /// A value that nobody typed: `per` is what its unit has behind the steps, `/s` of a speed.
+    pub fn of(value: T, per: &'static str) -> Rounded<T>
+    where
+        T: Display,
+    {
+        Rounded { given: value.to_string(), value, exact: true, per, converted: false }
+    }
+
+    /// Whether it was typed in another unit than steps.
+    pub fn converted(&self) -> bool {
+        self.converted
+    }
+}
+
+impl<T: Display> Display for Rounded<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.converted || !self.exact {
+            write!(f, "{} {} ", self.given, if self.exact { '→' } else { '≈' })?;
+        }
+        let value = self.value.to_string();
+        let one = self.per.is_empty() && matches!(value.as_str(), "1" | "-1");
+        write!(f, "{value} step{}{}", if one { "" } else { "s" }, self.per)
+    }
+}
+
+/// A speed without a sign, as typed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SpeedArg(Quantity);
+
+impl FromStr for SpeedArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<SpeedArg, String> {
+        Quantity::parse(text, Kind::Speed).map(SpeedArg)
+    }
+}
+
+impl SpeedArg {
+    /// Of this many steps/s.
+    pub fn of_steps(number: u32) -> SpeedArg {
+        let text = number.to_string();
+        SpeedArg(Quantity { text, number: Decimal::whole(number), unit: Unit::STEP })
+    }
+
+    /// In steps per second, not rounded, for what is not ordered but used in a calculation
+    /// with; `name` is the option that it came from.
+    ///
+    /// # Errors
+    /// [`UnitError::NoMillimetres`]
+    pub fn steps(&self, geometry: &Geometry, name: &str) -> Result<f64, UnitError> {
+        let Quantity { number, unit, .. } = &self.0;
+        let steps = unit.steps(number.to_f64(), geometry);
+        steps.ok_or_else(|| self.0.no_millimetres(name))
+    }
+
+    /// As it was typed.
+    pub fn given(&self) -> &str {
+        &self.0.text
+    }
+
+    /// In steps per second; `name` is the option that it came from.
+    ///
+    /// # Errors
+    /// [`UnitError::NoMillimetres`], [`UnitError::Speed`]
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Speed>, UnitError> {
+        self.held(geometry, name, "0")
+    }
+
+    /// In steps per second, more than 0; `name` is the option that it came from.
+    ///
+    /// # Errors
+    /// [`UnitError::NoMillimetres`], [`UnitError::Speed`]
+    pub fn moving(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Speed>, UnitError> {
+        self.held(geometry, name, "0.001")
+    }
+
+    /// From `least` steps/s, 0 or 0.001.
+    fn held(
+        &self,
+        geometry: &Geometry,
+        name: &str,
+        least: &'static str,
+    ) -> Result<Rounded<Speed>, UnitError> {
+        self.0.resolve(geometry, name, Kind::Speed, |milli| {
+            let speed = u32::try_from(milli).ok().and_then(|m| Speed::from_millisteps(m).ok());
+            let speed = speed.filter(|speed| least == "0" || *speed != Speed::ZERO);
+            speed.ok_or_else(|| self.beyond(name, least))
+        })
+    }
+
+    fn beyond(&self, name: &str, least: &'static str) -> UnitError {
+        let (name, text) = (name.to_owned(), self.0.text.clone());
+        UnitError::Speed { name, text, least, is_zero: self.0.is_zero() }
+    }
+}
+
+/// A speed whose sign is a direction: `+1000`, `1000`, `-120rpm`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SignedSpeedArg {
+    /// Forward, unless it began with a minus.
+    pub forward: bool,
+    /// How fast.
+    pub speed: SpeedArg,
+}
+
+impl FromStr for SignedSpeedArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<SignedSpeedArg, String> {
+        let text = text.trim();
+        let (forward, speed) = match text.strip_prefix(['-', '\u{2212}']) {
+            Some(speed) => (false, speed),
+            None => (true, text.strip_prefix('+').unwrap_or(text)),
+        };
+        Ok(SignedSpeedArg { forward, speed: speed.parse()? })
+    }
+}
+
+/// An acceleration without a sign, as typed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AccelArg(Quantity);
+
+impl FromStr for AccelArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<AccelArg, String> {
+        Quantity::parse(text, Kind::Accel).map(AccelArg)
+    }
+}
+
+impl AccelArg {
+    /// In steps per second squared; `name` is the option that it came from.
+    ///
+    /// # Errors
+    /// [`UnitError::NoMillimetres`], [`UnitError::Accel`]
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Accel>, UnitError> {
+        self.0.resolve(geometry, name, Kind::Accel, |milli| {
+            Accel::from_millisteps(milli).map_err(|_| {
+                let (name, text) = (name.to_owned(), self.0.text.clone());
+                UnitError::Accel { name, text, is_small: milli == 0 }
+            })
+        })
+    }
+}
+
+/// A jerk without a sign, as typed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JerkArg(Quantity);
+
+impl FromStr for JerkArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<JerkArg, String> {
+        Quantity::parse(text, Kind::Jerk).map(JerkArg)
+    }
+}
+
+impl JerkArg {
+    /// Whether it is 0: where a jerk may be left out, none at all.
+    pub fn is_zero(&self) -> bool {
+        self.0.is_zero()
+    }
+
+    /// In steps per second cubed; `name` is the option that it came from.
+    ///
+    /// # Errors
+    /// [`UnitError::NoMillimetres`], [`UnitError::Jerk`]
+    pub fn resolve(&self, geometry: &Geometry, name: &str) -> Result<Rounded<Jerk>, UnitError> {
+        self.0.resolve(geometry, name, Kind::Jerk, |milli| {
+            Jerk::from_millisteps(milli).map_err(|_| {
+                let (name, text) = (name.to_owned(), self.0.text.clone());
+                UnitError::Jerk { name, text, is_small: milli == 0 }
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -31,6 +31,7 @@ mod page;
 mod program;
 mod python;
 mod rig;
+mod rs274;
 mod setup;
 mod shrink;
 mod sim;
@@ -63,6 +64,7 @@ enum Chore {
     #[command(hide = true)]
     Link(shrink::Link),
     Page(page::Page),
+    Rs274(rs274::Rs274),
     Setup(setup::Setup),
     Sim(sim::Sim),
     Stress(stress::Stress),
@@ -81,6 +83,7 @@ fn main() -> Result<()> {
         Chore::Image(image) => image.run(&ws()?),
         Chore::Link(link) => link.run(),
         Chore::Page(page) => page.run(&ws()?),
+        Chore::Rs274(rs274) => rs274.run(&ws()?),
         Chore::Setup(setup) => setup.run(&ws()?),
         Chore::Sim(sim) => sim.run(&ws()?),
         Chore::Stress(stress) => stress.run(&ws()?),

@@ -137,6 +137,17 @@ pub const CHROMIUM: &Need = &Need {
     or_else: "",
 };
 
+/// What lists the files of LinuxCNC; an error if it is not installed.
+pub const LINUXCNC_FILES: [&str; 2] = ["--listfiles", "linuxcnc-uspace"];
+
+/// An interpreter of G-code, `rs274`, and jobs for it. One chore alone takes it.
+pub const LINUXCNC: &Need = &Need {
+    name: "rs274",
+    found: || succeeds("dpkg-query", &LINUXCNC_FILES),
+    packages: &["linuxcnc-uspace"],
+    or_else: "",
+};
+
 /// Everything, for `setup`.
 const ALL: &[&Need] = &[CROSS, AVR_GCC, AVRDUDE, SIMAVR, PYTHON, NODE, SIGROK, ARDUINO];
 

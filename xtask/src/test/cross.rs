@@ -18,6 +18,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
             "stepwright-timed",
             "stepwright-protocol",
             "stepwright-device",
+            "stepwright-gcode",
         ],
         "release",
     )

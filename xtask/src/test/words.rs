@@ -33,6 +33,7 @@ const WORDS: &[(&str, &str)] = &[
 /// Public types of the libraries that share a name on purpose, and why.
 const PAIRS: &[(&str, &str)] = &[
     ("AvrEngine", "on an AVR, what moves the motors: in each module that does, in its own way"),
+    ("Arc", "of a path in steps; of G-code, in a plane of the machine"),
     ("Axis", "of `Steppers` on a chip, and of a board from a PC: the same words"),
     ("Board", "what the core knows of it; a board from a PC"),
     (
@@ -46,6 +47,7 @@ const PAIRS: &[(&str, &str)] = &[
     ),
     ("Curve", "Austin's trait of a ramp stands for what the S-curve is in the core"),
     ("Eeprom", "of a chip; of the virtual board"),
+    ("Error", "of a board from a PC; of a line of G-code"),
     ("Law", "delays from delays in Austin's crate; time from distance on a path"),
     ("Levels", "the pins of an Uno; those of a Mega"),
     ("Line", "a piece of a path; a line of the timed driver's serial protocol"),
@@ -53,8 +55,10 @@ const PAIRS: &[(&str, &str)] = &[
     ("Motor", "of a motor cycle; on an AVR also one of the timed driver, and one that a law moves"),
     ("MotorIo", "what motor cycles ask of their board, and an AVR's"),
     ("Order", "a move as the core takes it; the same as the serial line can carry it"),
+    ("Move", "of a cycle file's motor; of a machine's axes, by G-code"),
     ("Pace", "how fast a cycle's leg, a path and the timed driver's motor go"),
     ("Pins", "of a drive; of an Uno, of a Mega; of any port of an AVR"),
+    ("Probe", "a value under the mouse in a plot; what ends a move of G-code"),
     ("Ramp", "of the core, of the serial line, of Austin's crate: from one speed to another"),
     ("Report", "what the engine says of its axes; what a board with the timed driver says"),
     ("RampSteps", "a ramp's length as the line carries it; a profile whose ramps have it"),

@@ -1,0 +1,98 @@
+//! Bytes of a line become words: comments, blanks and case are gone.
+
+use crate::decimal::Scanner;
+use crate::words::{Refused, Words};
+use crate::{Fault, Options};
+
+/// A line on its way in. The first fault is kept, and ends the reading.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Lexer {
+    /// Bytes that came.
+    column: u16,
+    /// Bytes that came and were neither blank nor comment.
+    length: u16,
+    skip: Skip,
+    /// The letter whose number is on its way, its column, and the number.
+    word: Option<(u8, u16, Scanner)>,
+    words: Words,
+    fault: Option<Refused>,
+}
+
+/// What is not read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Skip {
+    #[default]
+    Nothing,
+    /// As far as the next `)`.
+    Comment,
+    /// The rest of the line.
+    Rest,
+}
+
+impl Lexer {
+    /// Whether no byte has come.
+    pub fn is_empty(&self) -> bool {
+        self.column == 0
+    }
+
+    /// One more byte, which ends no line.
+    pub fn push(&mut self, byte: u8, options: Options) {
+        self.column = self.column.saturating_add(1);
+        match (self.skip, byte) {
+            (Skip::Comment, b')') => self.skip = Skip::Nothing,
+            (Skip::Comment | Skip::Rest, _) | (_, 0..=b' ') => {}
+            (_, b'(') => self.skip = Skip::Comment,
+            (_, b';') => self.skip = Skip::Rest,
+            _ if self.fault.is_some() => {}
+            _ => {
+                self.length = self.length.saturating_add(1);
+                let read = match (self.length, byte) {
+                    (1, b'/') => {
+                        if options.block_delete {
+                            self.skip = Skip::Rest;
+                        }
+                        Ok(())
+                    }
+                    (1, b'%') => {
+                        self.skip = Skip::Rest;
+                        Ok(())
+                    }
+                    (1, b'$') => Err((Fault::System, self.column)),
+                    (length, _) if length > options.line_limit => {
+                        Err((Fault::LineLength(options.line_limit), self.column))
+                    }
+                    _ => self.read(byte.to_ascii_uppercase()),
+                };
+                self.fault = read.err();
+            }
+        }
+    }
+
+    fn read(&mut self, byte: u8) -> Result<(), Refused> {
+        if let Some((_, _, number)) = &mut self.word
+            && number.push(byte)
+        {
+            return Ok(());
+        }
+        self.end_word()?;
+        if !byte.is_ascii_uppercase() {
+            return Err((Fault::Letter, self.column));
+        }
+        self.word = Some((byte, self.column, Scanner::default()));
+        Ok(())
+    }
+
+    fn end_word(&mut self) -> Result<(), Refused> {
+        let Some((letter, column, number)) = self.word.take() else { return Ok(()) };
+        let value = number.finish().map_err(|fault| (fault, column))?;
+        self.words.add(letter, value, column)
+    }
+
+    /// The words, at the end of the line.
+    pub fn finish(mut self) -> Result<Words, Refused> {
+        match self.fault {
+            Some(fault) => Err(fault),
+            None => self.end_word().map(|()| self.words),
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The reader: bytes in, blocks out.
+
+use crate::lexer::Lexer;
+use crate::state::State;
+use crate::{Block, Error, Modal, Parameter, Point};
+
+/// What a reader may be told of its input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Lines that begin with `/` are skipped. Otherwise they are read, as grbl does.
+    pub block_delete: bool,
+    /// The most bytes of a line, without blanks and comments; 80, grbl's, by default.
+    pub line_limit: u16,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options { block_delete: false, line_limit: 80 }
+    }
+}
+
+/// Reads G-code, a byte at a time.
+///
+/// After a line with an error everything is as before it. The next line is read all the same;
+/// whether it should be executed is the caller's decision.
+///
+/// A byte costs a few comparisons; the end of a line two copies of the reader's state, about
+/// 500 bytes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Reader {
+    options: Options,
+    state: State,
+    lexer: Lexer,
+    /// Lines that have ended.
+    lines: u32,
+    after_cr: bool,
+}
+
+impl Reader {
+    /// A reader at the machine's zero, with no offsets, in millimetres.
+    pub fn new(options: Options) -> Reader {
+        Reader { options, ..Reader::default() }
+    }
+
+    /// Takes a byte. At the end of a line, of an empty one too, the line's block or its error
+    /// comes out. CR, LF and CR LF each end a line.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Block, Error>> {
+        let after_cr = core::mem::replace(&mut self.after_cr, byte == b'\r');
+        match byte {
+            b'\n' if after_cr => None,
+            b'\r' | b'\n' => Some(self.end_line()),
+            _ => {
+                self.lexer.push(byte, self.options);
+                None
+            }
+        }
+    }
+
+    /// The block of a last line that no CR or LF ends.
+    pub fn finish(&mut self) -> Option<Result<Block, Error>> {
+        if self.lexer.is_empty() { None } else { Some(self.end_line()) }
+    }
+
+    fn end_line(&mut self) -> Result<Block, Error> {
+        self.lines = self.lines.saturating_add(1);
+        let line = self.lines;
+        let mut state = self.state;
+        let words = core::mem::take(&mut self.lexer).finish();
+        match words.and_then(|words| state.execute(words)) {
+            Ok(block) => {
+                self.state = state;
+                Ok(Block { line, ..block })
+            }
+            Err((fault, column)) => Err(Error { line, column, fault }),
+        }
+    }
+
+    /// The modes that hold for the next block.
+    pub fn modal(&self) -> Modal {
+        self.state.modal
+    }
+
+    /// Where the machine is after all blocks that came out.
+    pub fn position(&self) -> Point {
+        self.state.position
+    }
+
+    /// Says where the machine is: after power-up, a probe, or a move that was stopped.
+    pub fn set_position(&mut self, position: Point) {
+        self.state.position = position;
+    }
+
+    /// The value of a parameter.
+    ///
+    /// ```
+    /// use stepwright_gcode::{Parameter, Reader, System};
+    /// let mut reader = Reader::default();
+    /// for byte in *b"G10 L2 P2 X12.5 Z-3\n" {
+    ///     reader.push(byte).transpose()?;
+    /// }
+    /// let zero = reader.parameter(Parameter::System(System::G55));
+    /// assert_eq!(zero.to_string(), "X12.5 Y0 Z-3");
+    /// # Ok::<(), stepwright_gcode::Error>(())
+    /// ```
+    pub fn parameter(&self, parameter: Parameter) -> Point {
+        self.state.parameter(parameter)
+    }
+
+    /// Sets a parameter, as it was kept; of the length of the tool Z alone.
+    pub fn set_parameter(&mut self, parameter: Parameter, value: Point) {
+        self.state.set_parameter(parameter, value);
+    }
+}

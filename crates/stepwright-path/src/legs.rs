@@ -18,7 +18,7 @@ use stepwright_cycle::{Leg, Pace};
 /// Steps of a run, at most.
 const WINDOW: usize = 2_048;
 /// Ticks of a wait, at most: longer ones are several.
-const WAIT: u64 = 1 << 30;
+pub(crate) const WAIT: u64 = 1 << 30;
 
 /// The steps of an axis to its path's end as [legs](Leg::Run), each within `error` ticks of its
 /// time, and no interval shorter than `least` ticks unless the axis has such a one itself.

@@ -18,6 +18,9 @@
 //! # Ok::<(), stepwright_path::Unplannable>(())
 //! ```
 //!
+//! Many lines and arcs, passed at speed from one to the next, are a [`Route`]: pieces in, steps out,
+//! under limits of each axis.
+//!
 //! **While it moves** a path may be paused, made faster or slower, ended early, or
 //! led to a new end: [`LivePath`], which every axis' [`Steps`] share, does it to all of
 //! them at once. What has been handed out stays as it is, which is [`LOOK`] ahead
@@ -38,13 +41,21 @@
 //! # Ok::<(), stepwright_path::Unplannable>(())
 //! ```
 
+mod bucket;
+mod cell;
+mod change;
 mod course;
 mod curve;
+mod joint;
 mod law;
 mod legs;
 mod pace;
+mod paces;
+mod passes;
 mod piece;
 mod road;
+mod route;
+mod shape;
 
 use std::sync::{Arc as Shared, Mutex, PoisonError};
 
@@ -55,7 +66,9 @@ pub use curve::{Arc, Line, Mark, Marks};
 pub use law::{Law, SCALES};
 pub use legs::legs;
 pub use pace::{PACES, Pace, Unplannable};
+pub use paces::paces;
 use road::Road;
+pub use route::{AxisPace, Route, RouteStep};
 
 /// Seconds after which an axis looks again whether its next step is still due then.
 ///

@@ -17,6 +17,12 @@ pub enum Unplannable {
     TooLong,
     /// The radius is smaller than a step.
     Radius,
+    /// The sweep of an arc of a route is 0, no number, or more than 1,000 turns.
+    Sweep,
+    /// The jump of an axis is beyond [`PACES`].
+    Jump,
+    /// The junction deviation is.
+    Deviation,
     /// An override that is no number.
     Scale,
     /// A new end for other axes than the path has.
@@ -44,6 +50,13 @@ impl std::fmt::Display for Unplannable {
                 "the jerk along the path must be above 0, at most 10^24; without one it is a \
                  trapezoid"
             }
+            Unplannable::Sweep => {
+                "the sweep of an arc, in radians, must not be 0, and be 1000 turns at most"
+            }
+            Unplannable::Jump => {
+                "the jump of an axis, its start speed, must be above 0, at most 10^24"
+            }
+            Unplannable::Deviation => "the junction deviation must be above 0, at most 10^24",
             Unplannable::Length => "the path leads nowhere: no axis has a step to make",
             Unplannable::Step => "a step must lead somewhere: a distance above 0",
             Unplannable::TooLong => {

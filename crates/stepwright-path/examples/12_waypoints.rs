@@ -1,0 +1,24 @@
+//! Waypoints in, steps out: corners and chords are passed at the speed that each axis can take.
+//!
+//! `cargo run -p stepwright-path --example 12_waypoints`
+
+use stepwright_path::{AxisPace, Route};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // 80 steps/mm; at most 200 mm/s and 1000 mm/s², and 5 mm/s at once.
+    let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0 };
+    let mut route = Route::new([axis; 2])?;
+    // A circle of 20 mm in chords of half a degree, at 100 mm/s.
+    let places = (0..=720).map(|n| f64::from(n).to_radians() / 2.0);
+    for [x, y] in places.map(|angle| [20.0 * angle.sin(), 20.0 - 20.0 * angle.cos()]) {
+        route.line_to([x, y], 100.0)?;
+        for step in route.by_ref() {
+            // A program sends it to the motor of this axis.
+            let _ = (step.time, step.axis, step.forward);
+        }
+    }
+    route.close();
+    let count = route.by_ref().count();
+    println!("the last {count} steps end after {:.3} s, at {:?}", route.time(), route.position());
+    Ok(())
+}

@@ -1,0 +1,217 @@
+//! Changes of a route while it is made: an override, a hold, its end, a jog that is cancelled.
+//!
+//! Each takes hold at its time, from the speed there is then, and not before a step that was
+//! handed out. The cell is cut there, and what is ahead planned again. If that would break the
+//! law of speed the plan before stays, and the change is tried again a little later. While it
+//! brakes for a hold, all that is asked for takes hold once it stands.
+
+use std::collections::VecDeque;
+
+use crate::law::SCALES;
+use crate::pace::Unplannable;
+use crate::passes::broken;
+use crate::route::{Route, SLIVER};
+
+/// A change of a route.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Change {
+    Scale(f64),
+    Hold,
+    Resume,
+    Cancel,
+}
+
+/// Seconds after which a change that would have broken the law is tried again.
+const AGAIN: f64 = 0.001;
+
+impl<const N: usize> Route<N> {
+    /// From `at` seconds on the speed is this part of the ordered one, within [`SCALES`]; no axis
+    /// gets faster than it can by it.
+    ///
+    /// # Errors
+    /// [`Unplannable::Scale`] if it is no number.
+    pub fn scale(&mut self, at: f64, scale: f64) -> Result<(), Unplannable> {
+        if scale.is_nan() {
+            return Err(Unplannable::Scale);
+        }
+        self.change(at, Change::Scale(scale.clamp(*SCALES.start(), *SCALES.end())));
+        Ok(())
+    }
+
+    /// Brakes along the route from `at` seconds on, and stands until it is resumed.
+    pub fn hold(&mut self, at: f64) {
+        self.change(at, Change::Hold);
+    }
+
+    /// Goes on at `at` seconds, or when it stands, whichever is later.
+    pub fn resume(&mut self, at: f64) {
+        self.change(at, Change::Resume);
+    }
+
+    /// Brakes along the route from `at` seconds on, and drops the rest of it: a jog that ends.
+    /// Pieces that are added once it stands lead on from there.
+    pub fn cancel(&mut self, at: f64) {
+        self.change(at, Change::Cancel);
+    }
+
+    /// Whether it stands because it is held.
+    pub fn is_held(&self) -> bool {
+        self.halt == Some(0) && self.front.is_none()
+    }
+
+    fn change(&mut self, at: f64, change: Change) {
+        let at = if at.is_nan() { 0.0 } else { at };
+        // In the order of their times; of one time, of the calls.
+        let place = self.changes.partition_point(|known| known.0 <= at);
+        self.changes.insert(place, (at, change));
+    }
+
+    /// Makes the first change, if it is due before `due`, in the first cell: whether anything
+    /// was changed.
+    pub(crate) fn disturb(&mut self, due: f64) -> bool {
+        let Some(&(at, change)) = self.changes.front() else { return false };
+        let at = at.max(self.now).max(self.time);
+        if at >= due || self.halt.is_some() {
+            return false;
+        }
+        if !self.cut(at) {
+            // At the end of this cell.
+            return false;
+        }
+        self.changes.pop_front();
+        let done = match change {
+            Change::Resume => true,
+            Change::Scale(scale) => self.rescale(scale),
+            Change::Hold => self.brake(),
+            Change::Cancel => {
+                // It waits until all axes stand.
+                if self.brake() {
+                    self.changes.push_front((at, change));
+                    return true;
+                }
+                false
+            }
+        };
+        if !done {
+            self.changes.push_front((at + AGAIN, change));
+        }
+        true
+    }
+
+    /// The first cell begins here and now. Not if nothing of it is left.
+    fn cut(&mut self, at: f64) -> bool {
+        let (Some(pieces), Some(cell)) = (self.front, self.cells.front_mut()) else {
+            return false;
+        };
+        let piece = pieces.iter().find(|piece| piece.to.t >= at).unwrap_or(&pieces[2]);
+        let here = piece.at(at);
+        let s = here.s.clamp(cell.begin, cell.end);
+        if cell.end - s <= cell.shape.length() * SLIVER {
+            return false;
+        }
+        (cell.begin, cell.first) = (s, cell.shape.direction(s));
+        self.bucket.wait(here.t - self.time, &self.axes);
+        self.bucket.meet(here.v, &cell.first, 0, &self.axes);
+        self.passes.w[0] = here.v * here.v;
+        (self.time, self.front) = (here.t, None);
+        true
+    }
+
+    /// All cells by another part of their ordered speed, if the law allows it.
+    fn rescale(&mut self, scale: f64) -> bool {
+        let old = std::mem::replace(&mut self.scale, scale);
+        self.cells.iter_mut().for_each(|cell| cell.scale(scale));
+        let planned = self.plan();
+        if !planned {
+            self.scale = old;
+            self.cells.iter_mut().for_each(|cell| cell.scale(old));
+        }
+        planned
+    }
+
+    /// Brakes from here on, if the law allows it: the cell in which it stands is divided there.
+    fn brake(&mut self) -> bool {
+        let mut w = VecDeque::from([self.passes.w[0]]);
+        let mut ahead = VecDeque::new();
+        let mut rest = None;
+        for cell in &self.cells {
+            let from = w[ahead.len()];
+            if from == 0.0 {
+                break;
+            }
+            let mut cell = cell.clone();
+            let to = cell.fall(from);
+            let way = from / cell.slope(from) / 2.0;
+            if to <= 0.0 && cell.length() - way > cell.shape.length() * SLIVER {
+                let mut behind = cell.clone();
+                cell.end = cell.begin + way;
+                cell.last = cell.shape.direction(cell.end);
+                (behind.begin, behind.first) = (cell.end, cell.last);
+                rest = Some(behind);
+            }
+            w.push_back(if to > 0.0 { to } else { 0.0 });
+            ahead.push_back(cell);
+        }
+        let count = ahead.len();
+        if let Some(last) = w.back_mut() {
+            // At the end of the route, whatever is rounded.
+            *last = 0.0;
+        }
+        let strict = self.deviation.is_none();
+        if strict && broken(&ahead, &w, self.bucket, &self.axes).is_some() {
+            return false;
+        }
+        self.cells.drain(..count);
+        if let Some(behind) = rest {
+            self.cells.push_front(behind);
+        }
+        ahead.extend(self.cells.drain(..));
+        self.cells = ahead;
+        w.resize(self.cells.len() + 1, 0.0);
+        (self.passes.w, self.passes.sure) = (w, count);
+        self.halt = Some(count);
+        true
+    }
+
+    /// Stands; `None` until a change asks for something else.
+    pub(crate) fn stand(&mut self) -> Option<()> {
+        let (at, change) = self.changes.pop_front()?;
+        match change {
+            Change::Scale(scale) => self.scale = scale,
+            Change::Hold => {}
+            Change::Resume => {
+                self.rest(at);
+                let scale = self.scale;
+                self.cells.iter_mut().for_each(|cell| cell.scale(scale));
+                self.plan();
+            }
+            Change::Cancel => {
+                self.rest(at);
+                self.drop_rest();
+            }
+        }
+        Some(())
+    }
+
+    /// Stands until `at`.
+    fn rest(&mut self, at: f64) {
+        let wait = (at - self.time).max(0.0);
+        self.time += wait;
+        self.bucket.wait(wait, &self.axes);
+        self.halt = None;
+    }
+
+    /// Ends where it stands.
+    fn drop_rest(&mut self) {
+        let known = self.cells.front().map(|cell| (cell.shape, cell.begin));
+        let here = known.or(self.loose.as_ref().map(|loose| (loose.shape, loose.shape.begin)));
+        if let Some((shape, s)) = here {
+            self.place = std::array::from_fn(|axis| shape.place(axis, s));
+            self.length = s;
+        }
+        (self.loose, self.fresh) = (None, 0);
+        self.cells.clear();
+        self.passes.w = VecDeque::from([0.0]);
+        self.passes.sure = 0;
+    }
+}

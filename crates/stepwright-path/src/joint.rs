@@ -1,0 +1,115 @@
+//! Where one piece of a route meets the next: how fast it may be passed.
+//!
+//! Two numbers of an axis bound it, with Δt the change of its direction and h the shorter of the
+//! two pieces:
+//!
+//! ```text
+//!   the jump       v·|Δt|     ≤ S        what a motor can take at once
+//!   the curvature  v²·|Δt|/h  ≤ A        of chords of a curve: it turns by Δt in every h
+//! ```
+//!
+//! A corner by itself is bound by its jump alone: one of 20° or more between pieces so long that
+//! the jump is the lower bound of the two, or any between pieces long beside it (v²·|Δt|/h ≤ A/8).
+//! Chords of a curve are bound as the curve: v stays within S/2 of a speed u that
+//! turns evenly from the middle of one chord to the middle of the next, which is why half of a
+//! chord at either side has its part of the axis' acceleration taken ([`Joint::zone`]).
+//!
+//! Junction deviation is what grbl and Marlin have instead of the jump, on request: the corner is
+//! passed as fast as an arc that misses it by d would be,
+//!
+//! ```text
+//!   v² = A·d·c / (1 − c)         c = cos(half of the angle by which it turns)
+//! ```
+//!
+//! with a jump that nobody has checked.
+
+use crate::route::AxisPace;
+
+/// What a joint allows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Joint<const N: usize> {
+    /// w = v² at most.
+    pub cap: f64,
+    /// Units at each side in which it turns, and there, of each axis: the change of direction in a
+    /// unit, and the direction.
+    pub zone: f64,
+    pub bend: [f64; N],
+    pub tilt: [f64; N],
+}
+
+/// A joint is a corner by itself where turning takes this part of the acceleration at most,
+const ALONE: f64 = 0.125;
+
+/// or all of it, if it turns by an angle whose cosine is less than this.
+const SHARP: f64 = 0.94;
+
+impl<const N: usize> Joint<N> {
+    /// At rest.
+    pub const REST: Joint<N> = Joint { cap: 0.0, zone: 0.0, bend: [0.0; N], tilt: [0.0; N] };
+
+    /// Between two directions, where the shorter piece has this length, both can be passed at
+    /// the speed `top`.
+    pub fn new(
+        [before, after]: [&[f64; N]; 2],
+        length: f64,
+        top: f64,
+        axes: &[AxisPace; N],
+        deviation: Option<f64>,
+    ) -> Joint<N> {
+        let turn: [f64; N] = std::array::from_fn(|n| (after[n] - before[n]).abs());
+        let over = |limit: fn(&AxisPace) -> f64| {
+            let each = axes.iter().zip(&turn).map(move |(axis, turn)| limit(axis) / turn);
+            each.fold(f64::INFINITY, f64::min)
+        };
+        let jump = over(|axis| axis.jump);
+        let v = jump.min(top);
+        let mut cap = jump * jump;
+        let cos: f64 = before.iter().zip(after).map(|(a, b)| a * b).sum();
+        if let Some(deviation) = deviation {
+            let half = ((1.0 + cos) / 2.0).clamp(0.0, 1.0).sqrt();
+            let accel = axes.iter().map(|axis| axis.accel).fold(f64::INFINITY, f64::min);
+            cap = if half < 1.0 { accel * deviation * half / (1.0 - half) } else { f64::INFINITY };
+        }
+        let part = if cos < SHARP { 1.0 } else { ALONE };
+        if v * v / length <= part * over(|axis| axis.accel) {
+            return Joint { cap, ..Joint::REST };
+        }
+        cap = cap.min(over(|axis| axis.accel) * length);
+        let tilt = std::array::from_fn(|n| (after[n] + before[n]).abs() / 2.0);
+        Joint { cap, zone: length / 2.0, bend: turn.map(|turn| turn / length), tilt }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AXIS: AxisPace = AxisPace { step: 0.01, speed: 300.0, accel: 1_000.0, jump: 5.0 };
+
+    fn cap(turn: f64, length: f64, deviation: Option<f64>) -> f64 {
+        let after = [turn.cos(), turn.sin()];
+        Joint::new([&[1.0, 0.0], &after], length, 300.0, &[AXIS; 2], deviation).cap.sqrt()
+    }
+
+    #[test]
+    fn a_corner_has_its_jump() {
+        assert!((cap(std::f64::consts::FRAC_PI_2, 10.0, None) - 5.0).abs() < 1e-12);
+        assert!((cap(std::f64::consts::PI, 10.0, None) - 2.5).abs() < 1e-12);
+        assert_eq!(cap(0.0, 1e-9, None), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_chord_has_its_curve() {
+        // A circle of 20: √(1000·20) = 141, whatever the chord.
+        for chord in [0.1, 0.2, 0.4] {
+            assert!((cap(chord / 20.0, chord, None) - 141.4).abs() < 1.0, "{chord}");
+        }
+    }
+
+    #[test]
+    fn junction_deviation_by_hand() {
+        // 90°: c = 0.7071, so v² = 1000·0.01·2.414.
+        let v = cap(std::f64::consts::FRAC_PI_2, 10.0, Some(0.01));
+        assert!((v * v - 24.142).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,175 @@
+//! Random routes, judged by their steps alone: lines, arcs, chords, reversals and tiny pieces of
+//! unequal axes, half of them with overrides, holds and cancelled rests.
+//!
+//! `STEPWRIGHT_ROUTES` says how many, from seed `STEPWRIGHT_ROUTES_FROM` on.
+
+mod jobs;
+mod judge;
+
+use std::f64::consts::{PI, TAU};
+
+use jobs::Dice;
+use judge::{Axis, jump_needed};
+use stepwright_path::{AxisPace, Route};
+
+/// A route that is being made.
+struct Made<const N: usize> {
+    route: Route<N>,
+    axes: [AxisPace; N],
+    steps: [Axis; N],
+    dice: Dice,
+    cancelled: bool,
+}
+
+impl<const N: usize> Made<N> {
+    fn new(seed: u64) -> Made<N> {
+        let mut dice = Dice(seed);
+        let axes = std::array::from_fn(|_| AxisPace {
+            step: 0.02 + 0.2 * dice.roll(),
+            speed: 20.0 + 200.0 * dice.roll(),
+            accel: 100.0 * 30f64.powf(dice.roll()),
+            jump: 0.5 + 8.0 * dice.roll(),
+        });
+        let route = Route::new(axes).unwrap();
+        Made { route, axes, steps: [const { Vec::new() }; N], dice, cancelled: false }
+    }
+
+    fn roll(&mut self) -> f64 {
+        self.dice.roll()
+    }
+
+    /// What is final by now.
+    fn play(&mut self) {
+        for step in self.route.by_ref() {
+            self.steps[step.axis].push((step.time, step.forward));
+        }
+    }
+
+    fn line(&mut self, way: [f64; N], feed: f64) {
+        let from = self.route.end();
+        let to = std::array::from_fn(|n| from[n] + way[n]);
+        self.route.line_to(to, feed).unwrap();
+        self.play();
+    }
+
+    /// One of the kinds of pieces.
+    fn piece(&mut self) {
+        let feed = 5.0 + 200.0 * self.roll();
+        let kind = self.roll();
+        let way = |made: &mut Self, length: f64| {
+            std::array::from_fn(|_| length * (2.0 * made.dice.roll() - 1.0))
+        };
+        if kind < 0.25 {
+            let length = 0.1 * 200f64.powf(self.roll());
+            let way = way(self, length);
+            self.line(way, feed);
+            if self.roll() < 0.3 {
+                self.line(way.map(|way| -way), feed);
+            }
+        } else if kind < 0.45 {
+            // Along one axis, so that others stand.
+            let axis = (self.roll() * N as f64) as usize;
+            let length = 10.0 * self.roll() - 5.0;
+            self.line(std::array::from_fn(|n| if n == axis { length } else { 0.0 }), feed);
+        } else if kind < 0.6 {
+            // Chords of a curve in two axes, of lengths that differ.
+            let (radius, mut angle) = (0.5 + 20.0 * self.roll(), TAU * self.roll());
+            let (chord, uneven) = (0.05 + self.roll(), self.roll());
+            let sign = if self.roll() < 0.5 { 1.0 } else { -1.0 };
+            for _ in 0..(20.0 * self.roll()) as usize + 2 {
+                let chord = chord * (1.0 - uneven * self.roll() * 0.9);
+                angle += sign * chord / radius;
+                let mut way = [0.0; N];
+                (way[0], way[N - 1]) = (chord * angle.cos(), chord * angle.sin());
+                self.line(way, feed);
+            }
+        } else if kind < 0.8 {
+            let radius = 0.3 + 10.0 * self.roll();
+            let (phase, sweep) = (TAU * self.roll(), 3.0 * PI * (2.0 * self.roll() - 1.0));
+            let end = self.route.end();
+            let centre = [end[0] - radius * phase.cos(), end[N - 1] - radius * phase.sin()];
+            let climb = if self.roll() < 0.5 { [0.0; N] } else { way(self, 3.0) };
+            self.route.arc([0, N - 1], centre, sweep, climb, feed).unwrap();
+            self.play();
+        } else {
+            for _ in 0..(20.0 * self.roll()) as usize + 1 {
+                let length = 0.001 * 300f64.powf(self.roll());
+                let way = way(self, length);
+                self.line(way, feed);
+            }
+        }
+        if self.roll() < 0.02 {
+            self.route.close();
+            self.play();
+        }
+    }
+
+    /// Overrides, holds and their ends at random times.
+    fn disturb(&mut self) {
+        let mut time = 0.0;
+        for _ in 0..(6.0 * self.roll()) as usize + 1 {
+            time += self.roll() * self.roll();
+            if self.roll() < 0.6 {
+                let scale = 0.05 + 2.2 * self.roll();
+                self.route.scale(time, scale).unwrap();
+            } else {
+                self.route.hold(time);
+                time += 0.5 * self.roll() * self.roll();
+                self.route.resume(time);
+            }
+        }
+        self.cancelled = self.roll() < 0.2;
+        if self.cancelled {
+            self.route.cancel(time + self.dice.roll());
+        }
+    }
+
+    fn judge(&mut self, seed: u64) {
+        self.route.close();
+        self.play();
+        assert!(self.route.is_over(), "{seed}: not at its end");
+        let (end, time) = (self.route.end(), self.route.time());
+        for (n, steps) in self.steps.iter().enumerate() {
+            let AxisPace { step, accel, jump, speed } = self.axes[n];
+            let at: i64 = steps.iter().map(|(_, forward)| if *forward { 1 } else { -1 }).sum();
+            let off = (at as f64 - end[n] / step).abs();
+            // Where it turned within a quarter of a step it may have been cancelled.
+            let most = if self.cancelled { 0.750_01 } else { 0.500_01 };
+            assert!(off <= most, "{seed}: axis {n} ends at {at}, off by {off}");
+            let speeds = judge::speeds(steps, step, time);
+            let most = speeds.iter().map(|(_, v)| v.abs()).fold(0.0, f64::max);
+            assert!(most <= speed * 1.000_01, "{seed}: axis {n} at {most}, not {speed}");
+            let (needed, when) = jump_needed(steps, step, accel, time);
+            assert!(
+                needed <= jump * 1.000_1,
+                "{seed}: axis {n} of {N} needs {needed}, not {jump}, at {when} of {time}"
+            );
+        }
+    }
+}
+
+fn try_one<const N: usize>(seed: u64) {
+    let mut made: Made<N> = Made::new(seed);
+    if !seed.is_multiple_of(2) {
+        made.disturb();
+    }
+    for _ in 0..(8.0 * made.roll()) as usize + 1 {
+        made.piece();
+    }
+    made.judge(seed);
+}
+
+#[test]
+fn random_routes_keep_the_law_and_end_where_they_should() {
+    let number = |name: &str, else_: u64| {
+        std::env::var(name).map_or(else_, |text| text.parse().expect("a number"))
+    };
+    let from = number("STEPWRIGHT_ROUTES_FROM", 0);
+    for seed in from..from + number("STEPWRIGHT_ROUTES", 10_000) {
+        match seed % 3 {
+            0 => try_one::<2>(seed),
+            1 => try_one::<3>(seed),
+            _ => try_one::<6>(seed),
+        }
+    }
+}

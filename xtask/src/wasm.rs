@@ -44,7 +44,7 @@ pub struct Module {
 pub const PLAN: Module = Module {
     package: "stepwright-wasm",
     file: "plan.wasm",
-    sources: &["stepwright", "stepwright-austin", "stepwright-wasm"],
+    sources: &["stepwright", "stepwright-austin", "stepwright-oracle", "stepwright-wasm"],
 };
 
 /// The virtual board.

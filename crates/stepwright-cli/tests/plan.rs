@@ -6,6 +6,7 @@ mod common;
 use proptest::prelude::*;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
+use stepwright_oracle::{IdealSCurve, IdealTrapezoid, JerkLimits};
 
 fn stepwright(line: &str) -> Command {
     let mut command = Command::new(common::program());
@@ -40,38 +41,20 @@ fn rows(csv: &str) -> Vec<Row> {
     lines.map(row).collect()
 }
 
-/// The ideal time of the pulse `s` steps after the first, in seconds.
-fn ideal(s: f64, length: f64, (start, top): (f64, f64), (a, d): (f64, f64)) -> f64 {
-    let start = start.min(top);
-    let rise = (top * top - start * start) / (2.0 * a);
-    let fall = (top * top - start * start) / (2.0 * d);
-    let (up, down, peak) = if rise + fall <= length {
-        (rise, length - fall, top)
-    } else {
-        let meet = length * d / (a + d);
-        (meet, meet, (start * start + 2.0 * a * meet).sqrt())
-    };
-    let ramp = |s: f64, a: f64| 2.0 * s / (start + (start * start + 2.0 * a * s).sqrt()).max(1e-9);
-    if s <= up {
-        ramp(s, a)
-    } else if s <= down {
-        ramp(up, a) + (s - up) / peak
-    } else {
-        ramp(up, a) + (down - up) / peak + ramp(length - down, d) - ramp(length - s, d)
-    }
-}
-
 /// Everything that a list of steps promises.
 fn check(csv: &str, steps: u32, hz: u32, speeds: (f64, f64), accels: (f64, f64)) {
     let rows = rows(csv);
     assert_eq!(rows.len(), steps as usize);
+    let slopes = (2.0 * accels.0, 2.0 * accels.1);
+    let length = f64::from(steps.saturating_sub(1));
+    let ideal = IdealTrapezoid::new((speeds.0, speeds.0), speeds.1, slopes, length);
     let mut now = 0;
     let order = ["up", "cruise", "down"];
     let mut place = 0;
     for (i, (step, delay, time, speed, phase)) in rows.iter().enumerate() {
         now += delay;
         assert_eq!((*step as usize, *time), (i + 1, now));
-        let want = ideal(i as f64, f64::from(steps) - 1.0, speeds, accels) * f64::from(hz);
+        let want = ideal.time(i as f64) * f64::from(hz);
         assert!((now as f64 - want).abs() <= 1.0 + want * 1e-12, "step {step}: {now}, not {want}");
         match i {
             0 => assert_eq!((*delay, *speed), (0, speeds.0.min(speeds.1))),
@@ -155,28 +138,15 @@ proptest! {
             serde_json::from_str(&stdout(&format!("{line} --format json"))).unwrap();
         prop_assert!(value["largest_error_ticks"].as_f64().unwrap() <= 1.0);
 
-        let (start, mut peak, j) = (f64::from(start.min(top)), f64::from(top), jerk as f64);
-        let length = f64::from(steps.max(1) - 1);
-        // Time and way of both ramps.
-        let ramps = |peak: f64| {
-            let time = |a: f64| {
-                let gain = peak - start;
-                if gain > a * a / j { gain / a + a / j } else { 2.0 * (gain / j).sqrt() }
-            };
-            let time = time(accel.into()) + time(decel.into());
-            (time, time * (start + peak) / 2.0)
+        let limits = JerkLimits {
+            start: f64::from(start),
+            top: top.into(),
+            accel: accel.into(),
+            decel: decel.into(),
+            jerk: jerk as f64,
         };
-        if ramps(peak).1 > length {
-            let (mut low, mut high) = (start, peak);
-            for _ in 0..200 {
-                let middle = (low + high) / 2.0;
-                *(if ramps(middle).1 < length { &mut low } else { &mut high }) = middle;
-            }
-            peak = low;
-        }
-        let (time, way) = ramps(peak);
-        let cruise = if length > way { (length - way) / peak } else { 0.0 };
-        let ticks = (time + cruise) * f64::from(hz);
+        let ideal = IdealSCurve::new(limits, f64::from(steps.max(1) - 1));
+        let (ticks, peak) = (ideal.total() * f64::from(hz), ideal.peak());
         let got = value["duration_ticks"].as_f64().unwrap();
         prop_assert!((got - ticks).abs() <= 1.0 + ticks * 1e-12, "{got}, not {ticks}");
         if steps > 1 {

@@ -6,7 +6,7 @@
 //!   T = Δv/a + a/J          a = min(A, √(J·Δv))          dT/dv = 1/a
 //! ```
 //!
-//! so the peak speed of a short travel is that whose ramps fill it. Both that and the time of a
+//! so a short travel gains the speed whose ramps fill it. Both that and the time of a
 //! place are found in `f64`, and mended by Newton's method where the numbers have more bits.
 //! With [`Double`](crate::Double) the error against the true value is below 2⁻⁷⁶ of the time.
 
@@ -32,10 +32,10 @@ pub struct JerkLimits<N> {
 }
 
 impl<N: Number> JerkLimits<N> {
-    /// Up to this speed, and down from it.
-    fn ramps(&self, peak: N) -> (Ramp<N>, Ramp<N>) {
+    /// Up by this much, and down again.
+    fn ramps(&self, gain: N) -> (Ramp<N>, Ramp<N>) {
         let JerkLimits { start, accel, decel, jerk, .. } = *self;
-        (Ramp::new(start, peak, accel, jerk), Ramp::new(start, peak, decel, jerk))
+        (Ramp::new(start, gain, accel, jerk), Ramp::new(start, gain, decel, jerk))
     }
 
     fn to_f64(self) -> JerkLimits<f64> {
@@ -44,10 +44,11 @@ impl<N: Number> JerkLimits<N> {
         JerkLimits { start, top, accel, decel, jerk }
     }
 
-    /// The speed whose ramps are as long as the travel, which is too short for the top speed.
-    fn peak(&self, length: N) -> N {
+    /// The gain of speed whose ramps are as long as the travel, which is too short for the top
+    /// speed. The gain and not the speed is looked for: it may be less than a bit of the speed.
+    fn gain(&self, length: N) -> N {
         let (rough, far) = (self.to_f64(), length.to_f64());
-        let (mut low, mut high) = (rough.start, rough.top);
+        let (mut low, mut high) = (0.0, rough.top - rough.start);
         for _ in 0..TRIES {
             let middle = (low + high) / 2.0;
             if middle <= low || middle >= high {
@@ -56,15 +57,15 @@ impl<N: Number> JerkLimits<N> {
             let (rise, fall) = rough.ramps(middle);
             *(if rise.way + fall.way < far { &mut low } else { &mut high }) = middle;
         }
-        let mut peak = N::from_f64(high);
+        let mut gain = N::from_f64(high);
         for _ in 0..N::ROUNDS {
-            let (rise, fall) = self.ramps(peak);
+            let (rise, fall) = self.ramps(gain);
             let slope = rise.growth() + fall.growth();
             if slope > N::whole(0) {
-                peak = peak - (rise.way + fall.way - length) / slope;
+                gain = gain - (rise.way + fall.way - length) / slope;
             }
         }
-        peak
+        gain
     }
 }
 
@@ -86,8 +87,8 @@ fn half<N: Number>(x: N) -> N {
 }
 
 impl<N: Number> Ramp<N> {
-    fn new(from: N, to: N, most: N, jerk: N) -> Ramp<N> {
-        let (gain, none) = (to - from, N::whole(0));
+    fn new(from: N, gain: N, most: N, jerk: N) -> Ramp<N> {
+        let (to, none) = (from + gain, N::whole(0));
         if gain <= none {
             return Ramp { from, to: from, jerk, accel: none, bend: none, time: none, way: none };
         }
@@ -172,11 +173,13 @@ impl<N: Number> IdealSCurve<N> {
     pub fn new(limits: JerkLimits<N>, length: N) -> IdealSCurve<N> {
         let JerkLimits { start, top, .. } = limits;
         let limits = JerkLimits { start: if start < top { start } else { top }, ..limits };
-        let (mut peak, (mut rise, mut fall)) = (top, limits.ramps(top));
+        let mut gain = top - limits.start;
+        let (mut rise, mut fall) = limits.ramps(gain);
         if rise.way + fall.way > length {
-            peak = limits.peak(length);
-            (rise, fall) = limits.ramps(peak);
+            gain = limits.gain(length);
+            (rise, fall) = limits.ramps(gain);
         }
+        let peak = limits.start + gain;
         IdealSCurve { rise, fall, peak, length }
     }
 

@@ -190,6 +190,19 @@ proptest! {
     }
 }
 
+/// Fast, and bent so gently over so few steps that the speed can't tell the gain: as long as a
+/// level at the start speed, but for the gain that `JT²/4` is with a travel of T.
+#[test]
+fn a_gain_of_less_than_a_bit() {
+    let limits = JerkLimits { start: 1e6, top: 1.1e6, accel: 0.1, decel: 0.1, jerk: 0.1 };
+    let ideal = IdealSCurve::new(limits, 40.0);
+    assert_eq!(ideal.peak(), 1e6);
+    for at in 0..=40 {
+        let level = f64::from(at) / 1e6;
+        assert!((ideal.time(f64::from(at)) - level).abs() < 1e-12, "{at}");
+    }
+}
+
 /// Two speeds at the ends: 30 to 50 steps/s, up at 10 steps/s² and down at 20, by hand.
 #[test]
 fn unequal_ends() {

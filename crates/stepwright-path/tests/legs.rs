@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use proptest::prelude::*;
 use stepwright::Rate;
 use stepwright_cycle::{self as cycle, Calibration, Clock, Leg, Motor, Program};
+use stepwright_oracle::IdealTrapezoid;
 use stepwright_path::{Arc, Line, Pace, Steps, legs};
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
 
@@ -199,16 +200,9 @@ fn a_line_of_one_axis_is_its_trapezoid() {
     assert!(x.len() < 90, "{} legs", x.len());
     let (made, _) = played(&x);
     let (length, v, a) = (2_400.0 * 12.5, 60_000.0, 400_000.0);
-    let (ramp, total) = (v * v / 2.0 / a, length / v + v / a);
+    let ideal = IdealTrapezoid::new((0.0, 0.0), v, (2.0 * a, 2.0 * a), length);
     for (n, (ticks, forward)) in made.iter().enumerate() {
-        let way = (n + 1) as f64 * 12.5;
-        let time = if way < ramp {
-            (2.0 * way / a).sqrt()
-        } else if way < length - ramp {
-            v / a + (way - ramp) / v
-        } else {
-            total - (2.0 * (length - way) / a).max(0.0).sqrt()
-        };
+        let time = ideal.time((n + 1) as f64 * 12.5);
         let ideal = time * f64::from(HZ) + lead;
         // A tick of the path's rounding, and half a tick of the run's.
         assert!((ticks - ideal).abs() <= f64::from(ERROR) + 2.0, "step {n}: {ticks}, not {ideal}");

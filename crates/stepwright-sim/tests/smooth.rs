@@ -7,6 +7,7 @@ mod edges;
 use edges::steps_of;
 use stepwright::profile::Ramp;
 use stepwright::{Accel, Axis, Order, Speed, Travel};
+use stepwright_oracle::IdealTrapezoid;
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 /// Times of all pulses of a travel from rest to rest, in ticks at 16 MHz.
@@ -28,30 +29,15 @@ fn pulses(steps: i32, accel: u32, top: u32) -> Vec<u64> {
     steps_of(board.recorder(), 0).iter().map(|s| s.0).collect()
 }
 
-/// The ideal time of pulse n of the same travel, in ticks; long enough to
-/// reach its top speed.
-fn ideal(n: usize, last: usize, accel: f64, top: f64) -> f64 {
-    let ramp = top * top / (2.0 * accel);
-    let rise = |n: f64| (2.0 * n / accel).sqrt();
-    let (n, last) = (n as f64, last as f64);
-    let whole = 2.0 * top / accel + (last - 2.0 * ramp) / top;
-    16e6 * if n < ramp {
-        rise(n)
-    } else if n < last - ramp {
-        rise(ramp) + (n - ramp) / top
-    } else {
-        whole - rise(last - n)
-    }
-}
-
 #[test]
 fn intervals_deviate_by_a_few_parts_in_ten_thousand() {
     let pulses = pulses(4_000, 10_000, 4_000);
     let last = pulses.len() - 1;
+    let ideal = IdealTrapezoid::new((0.0, 0.0), 4e3, (2e4, 2e4), last as f64);
     let mut sum = 0.0;
     let mut count = 0.0;
     for n in 2..last - 2 {
-        let want = ideal(n + 1, last, 1e4, 4e3) - ideal(n, last, 1e4, 4e3);
+        let want = 16e6 * (ideal.time((n + 1) as f64) - ideal.time(n as f64));
         let got = (pulses[n + 1] - pulses[n]) as f64;
         sum += (got / want - 1.0).powi(2);
         count += 1.0;

@@ -5,7 +5,7 @@ use stepwright::profile::{Cursor, Fit, Phase, SCurve, Tracer, Trapezoid, Unfit};
 use stepwright::{Run, Ticks};
 use stepwright_austin::{Austin, Fixed, Law, LinearFactor, Piecewise, PowerTerm, Pulses};
 
-use crate::ideal::{BentIdeal, ConstantIdeal};
+use crate::ideal::{constant, s_curve as bent};
 use crate::order::{PlanLaw, PlanOrder, PlanRefusal};
 use crate::planner::{MOST_POINTS, Planner, Walk};
 
@@ -54,14 +54,14 @@ fn trapezoid(order: &PlanOrder, to: &mut Planner) -> Result<(), PlanRefusal> {
     let PlanOrder { rate, steps, start, top, accel, decel, .. } = *order;
     let path = Trapezoid::new(rate, start, top, accel).with_decel(decel).path(steps)?;
     fits(path.peak(), order)?;
-    let ideal = ConstantIdeal::new(start, top, accel, decel, steps);
+    let ideal = constant(start, top, (accel, decel), steps);
     let hz = order.hz();
     let mut walk = Walk::constant(to, order);
     let level = steps.saturating_sub(path.braking_steps());
     let (mut n, mut before) = (0, 0.0);
     played(Cursor::new(path, Fit::EXACT), |delay, _| {
         n += 1;
-        let due = ideal.time(n) * hz;
+        let due = ideal.time(n.into()) * hz;
         walk.pulse(delay, due - before, n >= level, |_| due);
         walk.measure(due);
         before = due;
@@ -74,13 +74,13 @@ fn s_curve(order: &PlanOrder, to: &mut Planner) -> Result<(), PlanRefusal> {
     let PlanOrder { rate, steps, start, top, accel, decel, jerk, .. } = *order;
     let curve = SCurve::new(rate, start, top, accel, jerk).with_decel(decel).curve(steps)?;
     fits(curve.peak(), order)?;
-    let ideal = BentIdeal::new(start, top, (accel, decel), jerk, steps);
+    let ideal = bent(start, top, (accel, decel), jerk, steps);
     let hz = order.hz();
     let mut walk = Walk::new(to, order, false);
     let level = steps.saturating_sub(curve.braking_steps());
     // The formula takes a root by trial: of a long travel some thousand pulses are measured.
     let stride = steps / MOST_POINTS as u32 + 1;
-    let due = |n| ideal.time(n) * hz;
+    let due = |n: u32| ideal.time(n.into()) * hz;
     let mut n = 0;
     played(Tracer::new(curve, Fit::EXACT), |delay, exact| {
         n += 1;

@@ -6,7 +6,9 @@
 
 use stepwright::Ticks;
 
-use crate::ideal::{ConstantIdeal, steps_per_second};
+use stepwright_oracle::IdealTrapezoid;
+
+use crate::ideal::{self, steps_per_second};
 use crate::order::{PlanLaw, PlanOrder, PlanRefusal};
 
 /// The most points of a curve.
@@ -223,7 +225,7 @@ const SEED: u64 = 0xcbf2_9ce4_8422_2325;
 pub(crate) struct Walk<'a> {
     planner: &'a mut Planner,
     order: PlanOrder,
-    constant: ConstantIdeal,
+    constant: IdealTrapezoid<f64>,
     /// Whether that is the law itself.
     is_constant: bool,
     /// What constant acceleration takes for the same pulses, in s.
@@ -251,7 +253,7 @@ impl<'a> Walk<'a> {
     pub fn new(planner: &'a mut Planner, order: &PlanOrder, holds: bool) -> Walk<'a> {
         let PlanOrder { steps, top, accel, decel, .. } = *order;
         let start = if holds { stepwright::Speed::ZERO } else { order.start };
-        let of = |steps| ConstantIdeal::new(start, top, accel, decel, steps);
+        let of = |steps| ideal::constant(start, top, (accel, decel), steps);
         let (constant, least) = (of(steps.saturating_add(holds.into())), of(steps).total());
         let (from, to) = order.window;
         let mut walk = Walk {
@@ -305,7 +307,7 @@ impl<'a> Walk<'a> {
             let n = self.n;
             return self.show(self.ticks as f64 / hz, || due(n) / hz);
         }
-        let constant = self.constant.time(self.n);
+        let constant = self.constant.time(self.n.into());
         let deviation = exact / ((constant - self.before) * hz) - 1.0;
         self.before = constant;
         self.squares += deviation * deviation;
@@ -395,7 +397,7 @@ impl<'a> Walk<'a> {
         let constant = match self.n {
             0 => 0.0,
             _ if self.is_constant => time,
-            n => self.constant.time(n),
+            n => self.constant.time(n.into()),
         };
         let shown = Shown { n: self.n.into(), time, constant };
         if let Some(place) = self.planner.shown.get_mut(self.planner.count) {

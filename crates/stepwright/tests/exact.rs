@@ -1,83 +1,43 @@
-//! The closed-form laws against an independent one, in 160-bit arithmetic.
-//!
-//! The oracle works on the line of the Nano slave's document: distances, speeds and times
-//! as real numbers, corners solved for directly. It shares nothing with the
-//! core but the values as held.
+//! The closed-form laws against the ideal of `stepwright-oracle`, in 104 bits.
 
-use dashu_float::{FBig, round::mode::HalfEven};
 use proptest::prelude::*;
 use stepwright::profile::{Cursor, Delays, Fit, Path, RampSteps, Trapezoid};
 use stepwright::run::Steps;
 use stepwright::{Accel, Rate, Speed};
+use stepwright_oracle::{Double, IdealTrapezoid, Number};
 
-type Real = FBig<HalfEven, 2>;
-
-fn real(n: u64) -> Real {
-    Real::from(n).with_precision(160).value()
+fn real(n: u64) -> Double {
+    Double::whole(n)
 }
 
 /// The ideal: m pulses at positions 0 … m − 1 of a continuous profile.
 struct Ideal {
-    rate: Real,
-    start: Real,
-    top: Real,
-    a: Real,
-    d: Real,
-    length: Real,
-    s1: Real,
-    s2: Real,
+    /// In steps and thousandths of a step/s: its times are in 1000 s.
+    profile: IdealTrapezoid<Double>,
+    ticks: Double,
 }
 
 impl Ideal {
     /// Speeds in 0.001 steps/s, slopes as 2a in 10⁻⁶ (steps/s)² per step.
     fn new(hz: u32, start: u32, top: u32, (a2, d2): (u64, u64), pulses: u32) -> Ideal {
-        let start = real(start.min(top).into()) / real(1000);
-        let mut top = real(top.into()) / real(1000);
-        let (a, d) = (real(a2) / real(2_000_000), real(d2) / real(2_000_000));
+        let [start, top] = [start, top].map(|speed| real(speed.into()));
         let length = real(pulses.saturating_sub(1).into());
-        let gain = &top * &top - &start * &start;
-        let mut s1 = &gain / (real(2) * &a);
-        let mut s2 = &length - &gain / (real(2) * &d);
-        if s1 > s2 {
-            s1 = &length * &d / (&a + &d);
-            s2 = s1.clone();
-            top = (&start * &start + real(2) * &a * &s1).sqrt();
-        }
-        Ideal { rate: real(hz.into()), start, top, a, d, length, s1, s2 }
+        let profile = IdealTrapezoid::new((start, start), top, (real(a2), real(d2)), length);
+        Ideal { profile, ticks: real(1000 * u64::from(hz)) }
     }
 
     /// Ticks from the first pulse to pulse n.
-    fn time(&self, n: u32) -> Real {
-        let s = real(n.into());
-        let two = real(2);
-        let seconds = if s <= self.s1 {
-            ((&self.start * &self.start + two * &self.a * s).sqrt() - &self.start) / &self.a
-        } else {
-            let up = (&self.top - &self.start) / &self.a;
-            if s <= self.s2 {
-                up + (s - &self.s1) / &self.top
-            } else {
-                let level = (&self.s2 - &self.s1) / &self.top;
-                let v = (&self.start * &self.start + two * &self.d * (&self.length - s)).sqrt();
-                up + level + (&self.top - v) / &self.d
-            }
-        };
-        seconds * &self.rate
+    fn time(&self, n: u32) -> Double {
+        self.profile.time(real(n.into())) * self.ticks
     }
 }
 
 /// How far `got` may be off: a tick, or 2⁻⁴⁰ of the time.
-fn check(what: &str, n: u32, got: u64, ideal: &Real, slack: &Real) -> Result<(), TestCaseError> {
-    let off = real(got) - ideal;
-    let off = if off < Real::ZERO { -off } else { off };
-    let relative = ideal / real(1 << 40);
-    let allowed = if &relative > slack { &relative } else { slack };
-    prop_assert!(
-        &off <= allowed,
-        "{what}: pulse {n} at {got}, ideal {:.3}, off by {:.3}",
-        ideal.to_f64().value(),
-        off.to_f64().value()
-    );
+fn check(what: &str, n: u32, got: u64, ideal: Double) -> Result<(), TestCaseError> {
+    let off = (real(got) - ideal).to_f64().abs();
+    let allowed = (ideal.to_f64() * 2f64.powi(-40)).max(1.0);
+    let wanted = ideal.to_f64();
+    prop_assert!(off <= allowed, "{what}: pulse {n} at {got}, ideal {wanted:.3}, off by {off:.3}");
     Ok(())
 }
 
@@ -95,7 +55,6 @@ fn start_speed() -> impl Strategy<Value = u64> {
 
 /// Every pulse of a short travel, and every run of it under random fits.
 fn every_pulse(path: Path, ideal: &Ideal, delays: Delays, micro: u32) -> Result<(), TestCaseError> {
-    let one = real(1);
     let m = path.pulses();
     let times: Vec<u64> = delays
         .scan(0u64, |t, delay| {
@@ -106,8 +65,8 @@ fn every_pulse(path: Path, ideal: &Ideal, delays: Delays, micro: u32) -> Result<
     prop_assert_eq!(times.len(), m as usize);
     for n in (0..m).filter(|n| m < 64 || n % (m / 37) == 0 || *n + 3 > m) {
         let want = ideal.time(n);
-        check("delays", n, times[n as usize], &want, &one)?;
-        check("time_of", n, path.time_of(n), &want, &one)?;
+        check("delays", n, times[n as usize], want)?;
+        check("time_of", n, path.time_of(n), want)?;
     }
     // Runs for a board: every step within the stated error of the delays,
     // which are within a tick of the ideal.
@@ -130,8 +89,7 @@ fn every_pulse(path: Path, ideal: &Ideal, delays: Delays, micro: u32) -> Result<
 
 /// The runs that begin at pulse n of a travel of any length.
 fn from_pulse(path: Path, ideal: &Ideal, n: u32) -> Result<(), TestCaseError> {
-    let one = real(1);
-    check("time_of", n, path.time_of(n), &ideal.time(n), &one)?;
+    check("time_of", n, path.time_of(n), ideal.time(n))?;
     let mut cursor = Cursor::at(path, Fit::EXACT, n);
     let mut t = 0u64;
     let begin = ideal.time(n);
@@ -145,7 +103,7 @@ fn from_pulse(path: Path, ideal: &Ideal, n: u32) -> Result<(), TestCaseError> {
     }
     for (at, t) in ends {
         // The ideal's own start is between ticks: no second rounding here.
-        check("run from n", at, t, &(ideal.time(at) - &begin), &one)?;
+        check("run from n", at, t, ideal.time(at) - begin)?;
     }
     Ok(())
 }
@@ -259,5 +217,5 @@ fn the_longest_travel_ends_on_time() {
         .sum();
     assert_eq!(steps, (1 << 31) - 1);
     let ideal = Ideal::new(16_000_000, 0, 777_777_777, path.slopes(), pulses);
-    check("longest", pulses - 1, total >> 16, &ideal.time(pulses - 1), &real(1)).unwrap();
+    check("longest", pulses - 1, total >> 16, ideal.time(pulses - 1)).unwrap();
 }

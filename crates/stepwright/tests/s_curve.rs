@@ -1,4 +1,4 @@
-//! The S-curve against an independent one in `f64`, and against the
+//! The S-curve against the ideal of `stepwright-oracle`, and against the
 //! time-optimal one of the crate `rsruckig`.
 //!
 //! The oracle knows ramps by their two speeds and looks for the peak speed by
@@ -10,61 +10,12 @@ use rsruckig::prelude::*;
 use stepwright::profile::{Curve, Fit, Phase, SCurve, Tracer, Trapezoid, Unfit};
 use stepwright::run::Steps;
 use stepwright::{Accel, Jerk, Rate, Speed};
-
-/// A change of speed from `v`, at first and at last without acceleration.
-#[derive(Clone, Copy)]
-struct Ramp {
-    v: f64,
-    peak: f64,
-    jerk: f64,
-    /// Time of each change of the acceleration, and in all.
-    bend: f64,
-    time: f64,
-    way: f64,
-}
-
-impl Ramp {
-    fn new(v: f64, to: f64, accel: f64, jerk: f64) -> Ramp {
-        let gain = to - v;
-        let peak = accel.min((gain * jerk).sqrt());
-        let bend = peak / jerk;
-        let time = if gain > 0.0 { gain / peak + bend } else { 0.0 };
-        Ramp { v, peak, jerk, bend, time, way: (v + to) / 2.0 * time }
-    }
-
-    fn at(&self, t: f64) -> f64 {
-        let Ramp { v, peak, jerk, bend, time, way } = *self;
-        if t <= bend {
-            t * (v + jerk * t * t / 6.0)
-        } else if t <= time - bend {
-            let u = t - bend;
-            let (w, s) = (v + peak * bend / 2.0, bend * (v + peak * bend / 6.0));
-            s + u * (w + peak * u / 2.0)
-        } else {
-            let u = time - t;
-            let to = 2.0 * way / time - v;
-            way - u * (to - jerk * u * u / 6.0)
-        }
-    }
-
-    /// When it has led so far.
-    fn when(&self, way: f64) -> f64 {
-        let (mut low, mut high) = (0.0, self.time);
-        for _ in 0..100 {
-            let middle = (low + high) / 2.0;
-            *(if self.at(middle) < way { &mut low } else { &mut high }) = middle;
-        }
-        high
-    }
-}
+use stepwright_oracle::{IdealSCurve, JerkLimits};
 
 /// The ideal: pulses at 0 … m − 1 of a continuous curve.
 struct Ideal {
+    curve: IdealSCurve<f64>,
     hz: f64,
-    rise: Ramp,
-    fall: Ramp,
-    top: f64,
-    length: f64,
 }
 
 /// An order in steps and seconds.
@@ -99,45 +50,17 @@ impl Order {
     }
 
     fn ideal(&self) -> Ideal {
-        let [v, mut top, a, d, j] = self.real();
-        let length = f64::from(self.pulses.saturating_sub(1));
-        let ramps = |peak| (Ramp::new(v, peak, a, j), Ramp::new(v, peak, d, j));
-        let way = |peak| {
-            let (rise, fall) = ramps(peak);
-            rise.way + fall.way
-        };
-        if way(top) > length {
-            let (mut low, mut high) = (v, top);
-            for _ in 0..200 {
-                let middle = (low + high) / 2.0;
-                *(if way(middle) < length { &mut low } else { &mut high }) = middle;
-            }
-            top = low;
-        }
-        let (rise, fall) = ramps(top);
-        Ideal { hz: self.hz.into(), rise, fall, top, length }
+        let [start, top, accel, decel, jerk] = self.real();
+        let limits = JerkLimits { start, top, accel, decel, jerk };
+        let curve = IdealSCurve::new(limits, f64::from(self.pulses.saturating_sub(1)));
+        Ideal { curve, hz: self.hz.into() }
     }
 }
 
 impl Ideal {
-    fn total(&self) -> f64 {
-        let cruise = (self.length - self.rise.way - self.fall.way).max(0.0);
-        let cruise = if cruise > 0.0 { cruise / self.top } else { 0.0 };
-        (self.rise.time + self.fall.time + cruise) * self.hz
-    }
-
     /// Ticks from the first pulse to pulse n.
     fn time(&self, n: u32) -> f64 {
-        let s = f64::from(n);
-        if s < self.rise.way {
-            self.rise.when(s) * self.hz
-        } else if self.length - s < self.fall.way {
-            self.total() - self.fall.when(self.length - s) * self.hz
-        } else if self.length == 0.0 {
-            0.0
-        } else {
-            (self.rise.time + (s - self.rise.way) / self.top) * self.hz
-        }
+        self.curve.time(n.into()) * self.hz
     }
 }
 
@@ -460,7 +383,8 @@ fn the_longest_travel_ends_on_time() {
         })
         .sum();
     assert_eq!(steps, (1 << 31) - 1);
-    check("longest", order.pulses - 1, (total >> 16) as f64, order.ideal().total()).unwrap();
+    check("longest", order.pulses - 1, (total >> 16) as f64, order.ideal().time(order.pulses - 1))
+        .unwrap();
 }
 
 /// A profile is its runs, and they are few.

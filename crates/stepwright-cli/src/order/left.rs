@@ -1,5 +1,6 @@
 //! How long a travel still takes, also after it was changed on its way.
 
+use stepwright_oracle::IdealTrapezoid;
 use stepwright_protocol::{Command, Order, Ramp, Travel};
 
 /// What a motor is on its way to, in steps and seconds.
@@ -86,13 +87,9 @@ impl Aim {
             let time = (speed - self.top) / down;
             return time + self.ahead((steps - way).max(0.0), self.top);
         }
-        // The speed at which the way up meets the way down.
-        let square = 2.0 * steps + speed * speed / up + end * end / down;
-        let peak = (square / (1.0 / up + 1.0 / down)).sqrt().clamp(speed, self.top.max(speed));
-        let ramps = (peak * peak - speed * speed) / (2.0 * up)
-            + (peak * peak - end * end).max(0.0) / (2.0 * down);
-        let level = (steps - ramps).max(0.0) / peak.max(1e-6);
-        (peak - speed) / up + level + (peak - end).max(0.0) / down
+        let ideal =
+            IdealTrapezoid::new((speed, end), self.top.max(1e-3), (2.0 * up, 2.0 * down), steps);
+        ideal.total()
     }
 }
 

@@ -1,5 +1,6 @@
-//! The independent curve: what an order should do, in f64 on the line of
-//! the Nano slave.
+//! The independent curve: what an order should do, and a stop on its way.
+
+use stepwright_oracle::IdealTrapezoid;
 
 /// A travel in real numbers: speeds in steps/s, a and d in steps/s².
 #[derive(Clone, Copy, Debug)]
@@ -14,43 +15,20 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Corners and peak: where the rise ends, where the fall begins.
-    fn corners(&self) -> (f64, f64, f64) {
-        let start = self.start.min(self.top);
-        let gain = self.top * self.top - start * start;
-        let (s1, s2) = (gain / (2.0 * self.a), self.length - gain / (2.0 * self.d));
-        if s1 <= s2 {
-            return (s1, s2, self.top);
-        }
-        let s = self.length * self.d / (self.a + self.d);
-        (s, s, (start * start + 2.0 * self.a * s).sqrt())
+    /// As the oracle has it.
+    fn ideal(&self) -> IdealTrapezoid<f64> {
+        let slopes = (2.0 * self.a, 2.0 * self.d);
+        IdealTrapezoid::new((self.start, self.start), self.top, slopes, self.length)
     }
 
     /// Speed at pulse n.
     pub fn speed(&self, n: f64) -> f64 {
-        let start = self.start.min(self.top);
-        let (s1, s2, peak) = self.corners();
-        if n < s1 {
-            (start * start + 2.0 * self.a * n).sqrt()
-        } else if n <= s2 {
-            peak
-        } else {
-            (start * start + 2.0 * self.d * (self.length - n)).sqrt()
-        }
+        self.ideal().speed(n)
     }
 
     /// Ticks from the first pulse to pulse n.
     pub fn time(&self, n: f64) -> f64 {
-        let start = self.start.min(self.top);
-        let (s1, s2, peak) = self.corners();
-        let mut t = (self.speed(n.min(s1)).min(peak) - start) / self.a;
-        if n > s1 {
-            t += (n.min(s2) - s1) / peak;
-        }
-        if n > s2 {
-            t += (peak - self.speed(n)) / self.d;
-        }
-        t * self.hz
+        self.ideal().time(n) * self.hz
     }
 
     /// Steps that a stop from pulse n takes: the way to rest, rounded up. Two

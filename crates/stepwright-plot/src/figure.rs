@@ -5,9 +5,9 @@ use crate::font;
 use crate::picture::{Colour, Frame, Picture, Probe, ProbeCurve, Shape, Style};
 use crate::scale::{Scale, number};
 
-const INK: Colour = [0x1f, 0x29, 0x37];
-const SOFT: Colour = [0x6b, 0x72, 0x80];
-const GRID: Colour = [0xe2, 0xe6, 0xec];
+pub(crate) const INK: Colour = [0x1f, 0x29, 0x37];
+pub(crate) const SOFT: Colour = [0x6b, 0x72, 0x80];
+pub(crate) const GRID: Colour = [0xe2, 0xe6, 0xec];
 const AXIS: Colour = [0x9a, 0xa3, 0xaf];
 
 /// Series, in their order; told apart without colour vision too.

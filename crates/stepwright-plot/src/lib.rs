@@ -19,6 +19,7 @@
 //! | `font` | glyphs, and how wide a text is |
 //! | `clip` | the part of a line that is in view |
 //! | [`Traces`], `slopes`, `jerk` | position, speed, acceleration and jerk from steps |
+//! | [`WayPlot`] | the way of two motors, both axes to the same scale |
 //! | `scale` | from values to pixels, round numbers |
 //! | `picture` | the shapes |
 //! | `palette` | few colours, for small files |
@@ -39,6 +40,7 @@ mod scale;
 mod slopes;
 mod svg;
 mod traces;
+mod way;
 
 use std::fmt;
 use std::fs;
@@ -54,6 +56,7 @@ pub use font::width;
 pub use picture::{Anchor, Colour, Frame, Picture, Probe, ProbeCurve, Shape, Style};
 pub use scale::{Scale, number, time_unit};
 pub use traces::Traces;
+pub use way::WayPlot;
 
 /// Why there is no plot.
 #[derive(Debug)]

@@ -9,12 +9,10 @@
 //! | `port`, `remote` | on a real one: the line to it, what is played there |
 //! | `told` | what is said of a cycle on either |
 //! | `taken` | what is written down of it: csv, vcd, plots |
-//! | `path` | the way of two motors, drawn |
 
 pub mod drawing;
 pub mod live;
 mod onlooker;
-mod path;
 mod play;
 mod port;
 mod remote;
@@ -152,7 +150,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     }
     if let (Some(file), Some(way)) = (&args.xy, session.way()) {
         let title = format!("{name}: the way of {} and {}", way.names.0, way.names.1);
-        plot::save_picture(file, &title, &path::picture(&title, way))?;
+        plot::save_picture(file, &title, &way.picture(&title))?;
     }
     if args.format == Format::Json {
         say::result(session.json());

@@ -5,11 +5,11 @@ use std::ops::Range;
 use stepwright::Ticks;
 use stepwright_cycle::{Faults, Homing, HomingError, Status};
 use stepwright_path::LivePath;
+use stepwright_plot::WayPlot;
 use stepwright_sim::{CycleBoard, Edge, Pin};
 
 use super::Format;
 use super::onlooker::{Onlooker, Part, Say};
-use super::path::Way;
 use super::taken::Taken;
 use super::text::Text;
 use super::told::{Ended, Ending, Told};
@@ -25,7 +25,7 @@ pub struct Session<'p> {
     told: Told<'p>,
     board: CycleBoard<'p, Taken, MOST>,
     format: Format,
-    way: Option<((u8, u8), Way)>,
+    way: Option<((u8, u8), WayPlot)>,
     limit: u64,
     /// When positions were last printed, and which.
     looked: u64,
@@ -58,7 +58,7 @@ impl<'p> Session<'p> {
         }
         let way = pair.map(|(x, y)| {
             let name = |motor: u8| plan.names[usize::from(motor)].clone();
-            let mut way = Way::new((name(x), name(y)), plan.unit.clone());
+            let mut way = WayPlot::new((name(x), name(y)), plan.unit.clone());
             let at = |motor: u8| plan.positions[usize::from(motor)];
             way.go(at(x), at(y));
             ((x, y), way)
@@ -133,7 +133,7 @@ impl<'p> Session<'p> {
     }
 
     /// The way of two motors.
-    pub fn way(&self) -> Option<&Way> {
+    pub fn way(&self) -> Option<&WayPlot> {
         self.way.as_ref().map(|(_, way)| way)
     }
 

@@ -1,17 +1,22 @@
 //! The way of two motors on paper, both axes to the same scale.
 
-use stepwright_plot::{Frame, PALETTE, Picture, Scale, Shape, Style, number};
+use crate::figure::{GRID, INK, PALETTE, SOFT};
+use crate::picture::{Frame, Picture, Shape, Style};
+use crate::scale::{Scale, number};
+use crate::{clip, width};
 
 /// Where two motors have been.
-pub struct Way {
+pub struct WayPlot {
+    /// Of the motors, in the order of the axes.
     pub names: (String, String),
     unit: String,
     points: Vec<(i64, i64)>,
 }
 
-impl Way {
-    pub fn new(names: (String, String), unit: String) -> Way {
-        Way { names, unit, points: Vec::new() }
+impl WayPlot {
+    /// Of two motors with these names, in this unit.
+    pub fn new(names: (String, String), unit: String) -> WayPlot {
+        WayPlot { names, unit, points: Vec::new() }
     }
 
     /// On to here. Of a straight line only the ends are kept.
@@ -33,11 +38,73 @@ impl Way {
         }
         self.points.push((x, y));
     }
-}
 
-const INK: [u8; 3] = [0x1f, 0x29, 0x37];
-const SOFT: [u8; 3] = [0x6b, 0x72, 0x80];
-const GRID: [u8; 3] = [0xe2, 0xe6, 0xec];
+    /// Draws it.
+    pub fn picture(&self, title: &str) -> Picture {
+        let largest = self.points.iter().map(|p| p.0.abs().max(p.1.abs())).max().unwrap_or(0);
+        let (unit, per) = shown_in(&self.unit, largest as f64);
+        let points: Vec<_> =
+            self.points.iter().map(|&(x, y)| (x as f64 / per, y as f64 / per)).collect();
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+            if low > high { (0.0, 0.0) } else { (low, high) }
+        };
+        let (x, y) =
+            (range(&mut points.iter().map(|p| p.0)), range(&mut points.iter().map(|p| p.1)));
+        let span = (x.1 - x.0).max(y.1 - y.0);
+        let span = if span > 0.0 { span } else { 1.0 };
+        // Some air around it, and a strip for a way that is a straight line.
+        let side = |(low, high): (f64, f64)| {
+            let half = (high - low).max(span * 0.2) / 2.0 + span * 0.06;
+            ((low + high) / 2.0 - half, (low + high) / 2.0 + half)
+        };
+        let (x, y) = (side(x), side(y));
+        let pixel = SIDE / (x.1 - x.0).max(y.1 - y.0);
+        let (width, height) = ((x.1 - x.0) * pixel, (y.1 - y.0) * pixel);
+        let frame = Frame { left: 110.0, top: 104.0, width, height };
+        let x = Scale::new(x, (frame.left, frame.right()));
+        let y = Scale::new(y, (frame.bottom(), frame.top));
+        let mut picture = Picture::new((frame.right() + 40.0).max(640.0), frame.bottom() + 66.0);
+        picture.text((28.0, 46.0), Style::new(21.0, INK).bold(), title);
+        let label = Style::new(13.0, SOFT);
+        let (values, decimals) = x.ticks((width / 85.0) as usize);
+        for value in values {
+            let at = x.at(value);
+            picture.line(vec![(at, frame.top), (at, frame.bottom())], GRID, 1.0);
+            picture.text((at, frame.bottom() + 20.0), label.middle(), number(value, decimals));
+        }
+        let (values, decimals) = y.ticks((height / 56.0) as usize);
+        for value in values {
+            let at = y.at(value);
+            picture.line(vec![(frame.left, at), (frame.right(), at)], GRID, 1.0);
+            picture.text((frame.left - 9.0, at + 4.5), label.end(), number(value, decimals));
+        }
+        let heading = Style::new(14.5, INK).bold();
+        picture.text((28.0, frame.top - 16.0), heading, format!("{}, {unit}", self.names.1));
+        let below = ((frame.left + frame.right()) / 2.0, frame.bottom() + 46.0);
+        picture.text(below, heading.middle(), format!("{}, {unit}", self.names.0));
+        let line: Vec<_> = points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
+        let ends = [line.first().copied(), line.last().copied()];
+        // Of a way with very many corners a wide line would be a block.
+        let corners = corners(&line) as f64;
+        picture.line(line.clone(), PALETTE[0], (300.0 / corners.max(1.0)).clamp(1.0, 2.0));
+        // A larger dot where it begins, a smaller one where it ends.
+        for ((end, fill), radius) in ends.into_iter().flatten().zip(PALETTE).zip([6.0, 4.0]) {
+            picture.shapes.push(Shape::Dots { points: vec![end], fill, radius });
+        }
+        if let [Some(start), Some(end)] = ends {
+            let mut labels = Labels { picture: &mut picture, frame, line: &line, taken: None };
+            if near(start, end) {
+                let name = if start == end { "start and end" } else { "start, end" };
+                labels.add(start, name);
+            } else {
+                labels.add(start, "start");
+                labels.add(end, "end");
+            }
+        }
+        picture
+    }
+}
 
 /// The longer side of the paper, in pixels.
 const SIDE: f64 = 860.0;
@@ -49,71 +116,6 @@ fn shown_in(unit: &str, largest: f64) -> (String, f64) {
         "nm" if largest >= 1e3 => ("µm".to_owned(), 1e3),
         _ => (unit.to_owned(), 1.0),
     }
-}
-
-/// Draws it.
-pub fn picture(title: &str, way: &Way) -> Picture {
-    let largest = way.points.iter().map(|p| p.0.abs().max(p.1.abs())).max().unwrap_or(0);
-    let (unit, per) = shown_in(&way.unit, largest as f64);
-    let points: Vec<_> =
-        way.points.iter().map(|&(x, y)| (x as f64 / per, y as f64 / per)).collect();
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
-        if low > high { (0.0, 0.0) } else { (low, high) }
-    };
-    let (x, y) = (range(&mut points.iter().map(|p| p.0)), range(&mut points.iter().map(|p| p.1)));
-    let span = (x.1 - x.0).max(y.1 - y.0);
-    let span = if span > 0.0 { span } else { 1.0 };
-    // Some air around it, and a strip for a way that is a straight line.
-    let side = |(low, high): (f64, f64)| {
-        let half = (high - low).max(span * 0.2) / 2.0 + span * 0.06;
-        ((low + high) / 2.0 - half, (low + high) / 2.0 + half)
-    };
-    let (x, y) = (side(x), side(y));
-    let pixel = SIDE / (x.1 - x.0).max(y.1 - y.0);
-    let (width, height) = ((x.1 - x.0) * pixel, (y.1 - y.0) * pixel);
-    let frame = Frame { left: 110.0, top: 104.0, width, height };
-    let x = Scale::new(x, (frame.left, frame.right()));
-    let y = Scale::new(y, (frame.bottom(), frame.top));
-    let mut picture = Picture::new((frame.right() + 40.0).max(640.0), frame.bottom() + 66.0);
-    picture.text((28.0, 46.0), Style::new(21.0, INK).bold(), title);
-    let label = Style::new(13.0, SOFT);
-    let (values, decimals) = x.ticks((width / 85.0) as usize);
-    for value in values {
-        let at = x.at(value);
-        picture.line(vec![(at, frame.top), (at, frame.bottom())], GRID, 1.0);
-        picture.text((at, frame.bottom() + 20.0), label.middle(), number(value, decimals));
-    }
-    let (values, decimals) = y.ticks((height / 56.0) as usize);
-    for value in values {
-        let at = y.at(value);
-        picture.line(vec![(frame.left, at), (frame.right(), at)], GRID, 1.0);
-        picture.text((frame.left - 9.0, at + 4.5), label.end(), number(value, decimals));
-    }
-    let heading = Style::new(14.5, INK).bold();
-    picture.text((28.0, frame.top - 16.0), heading, format!("{}, {unit}", way.names.1));
-    let below = ((frame.left + frame.right()) / 2.0, frame.bottom() + 46.0);
-    picture.text(below, heading.middle(), format!("{}, {unit}", way.names.0));
-    let line: Vec<_> = points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
-    let ends = [line.first().copied(), line.last().copied()];
-    // Of a way with very many corners a wide line would be a block.
-    let corners = corners(&line) as f64;
-    picture.line(line.clone(), PALETTE[0], (300.0 / corners.max(1.0)).clamp(1.0, 2.0));
-    // A larger dot where it begins, a smaller one where it ends.
-    for ((end, fill), radius) in ends.into_iter().flatten().zip(PALETTE).zip([6.0, 4.0]) {
-        picture.shapes.push(Shape::Dots { points: vec![end], fill, radius });
-    }
-    if let [Some(start), Some(end)] = ends {
-        let mut labels = Labels { picture: &mut picture, frame, line: &line, taken: None };
-        if near(start, end) {
-            let name = if start == end { "start and end" } else { "start, end" };
-            labels.add(start, name);
-        } else {
-            labels.add(start, "start");
-            labels.add(end, "end");
-        }
-    }
-    picture
 }
 
 /// Corners between stretches that can be told apart: an arc's steps are none.
@@ -146,7 +148,7 @@ const HEIGHT: f64 = 20.0;
 impl Labels<'_> {
     /// A name beside a point, on paper of its own: where the line runs by least.
     fn add(&mut self, (x, y): (f64, f64), name: &str) {
-        let width = 10.0 + stepwright_plot::width(name, LABEL);
+        let width = 10.0 + width(name, LABEL);
         let middle = -width / 2.0;
         let places = [
             (8.0, -30.0),
@@ -182,7 +184,7 @@ impl Labels<'_> {
             x.0 < other.right() && other.left < x.1 && y.0 < other.bottom() && other.top < y.1
         });
         let length = |pair: &[(f64, f64)]| (pair[0].0 - pair[1].0).hypot(pair[0].1 - pair[1].1);
-        let hidden = stepwright_plot::clip(self.line, x, y);
+        let hidden = clip(self.line, x, y);
         let hidden: f64 = hidden.iter().flat_map(|piece| piece.windows(2)).map(length).sum();
         hidden + if out || over { 1e9 } else { 0.0 }
     }
@@ -194,9 +196,9 @@ mod tests {
 
     /// The texts of a way's picture, and where they lie.
     fn texts(points: &[(i64, i64)]) -> Vec<(String, f64, f64)> {
-        let mut way = Way::new(("X".into(), "Y".into()), "nm".into());
+        let mut way = WayPlot::new(("X".into(), "Y".into()), "nm".into());
         points.iter().for_each(|(x, y)| way.go(*x, *y));
-        let shapes = picture("A way", &way).shapes.into_iter();
+        let shapes = way.picture("A way").shapes.into_iter();
         let texts = shapes.filter_map(|shape| match shape {
             Shape::Text { text, x, y, .. } => Some((text, x, y)),
             _ => None,

@@ -1,5 +1,8 @@
 //! Changes of a route at known times: an override, a hold and its end, a jog that is cancelled.
 
+mod judge;
+
+use judge::{Axis, jump_needed};
 use stepwright_path::{AxisPace, Route, Unplannable};
 
 const AXIS: AxisPace = AxisPace { step: 0.01, speed: 400.0, accel: 1_000.0, jump: 5.0 };
@@ -115,4 +118,33 @@ fn what_makes_no_sense_is_refused() {
         assert_eq!(route.arc(axes, centre, sweep, none, 9.0), Err(error), "{axes:?} {sweep}");
     }
     assert!(route.is_over() && route.with_deviation(-1.0).is_err());
+}
+
+/// Two corners 0.09 mm apart, each a jump that the time between allows at a constant speed. X falls
+/// at both: while it brakes over both it would fall too far, so such a hold comes a little later.
+#[test]
+fn a_hold_over_two_corners_keeps_the_law() {
+    let fine = AxisPace { step: 0.000_5, ..AXIS };
+    for n in 0..100 {
+        let mut route = Route::new([fine; 2]).unwrap();
+        let mut at = [0.0f64; 2];
+        for (angle, length) in [(25.0f64, 5.0), (45.0, 0.09), (65.0, 5.0)] {
+            let (sin, cos) = angle.to_radians().sin_cos();
+            at = [at[0] + length * cos, at[1] + length * sin];
+            route.line_to(at, 17.5).unwrap();
+        }
+        route.close();
+        let hold = 0.285 + 0.000_1 * f64::from(n);
+        route.hold(hold);
+        route.resume(1.0);
+        let mut axes: [Axis; 2] = Default::default();
+        for step in route.by_ref() {
+            axes[step.axis].push((step.time, step.forward));
+        }
+        assert!(route.is_over() && route.time() > 1.0);
+        for axis in &axes {
+            let (jump, when) = jump_needed(axis, fine.step, fine.accel, route.time());
+            assert!(jump <= 5.001, "held at {hold}: a jump of {jump} at {when}");
+        }
+    }
 }

@@ -65,6 +65,35 @@ fn the_jobs_take_their_times() {
     assert!((a / b - 1.0).abs() < 0.002, "{a} {b}");
 }
 
+/// A square of 50 mm with corners of 10 mm, where lines and arcs meet smoothly: 60 mm/s from the
+/// first ramp to the last, and no jump.
+#[test]
+fn smooth_joints_are_passed_at_speed() {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let mut route = Route::new([AXIS; 2]).unwrap();
+    for ([x, y], centre) in [
+        ([30.0, 0.0], [30.0, 10.0]),
+        ([40.0, 40.0], [30.0, 40.0]),
+        ([0.0, 50.0], [0.0, 40.0]),
+        ([-10.0, 10.0], [0.0, 10.0]),
+    ] {
+        route.line_to([x, y], 60.0).unwrap();
+        route.arc([0, 1], centre, quarter, [0.0; 2], 60.0).unwrap();
+    }
+    // It brakes on a line: an arc leaves it less to brake by.
+    route.line_to([10.0, 0.0], 60.0).unwrap();
+    route.close();
+    let mut axes = [const { Vec::new() }; 2];
+    played(&mut route, &mut axes);
+    let time = (4.0 * 30.0 + 4.0 * quarter * 10.0 + 10.0) / 60.0 + 0.06;
+    assert!((route.time() - time).abs() < 1e-6, "{} {time}", route.time());
+    assert_eq!(route.position(), [800, 0]);
+    for axis in &axes {
+        let (jump, at) = jump_needed(axis, AXIS.step, AXIS.accel, time);
+        assert!(jump < 0.01, "{jump} at {at}");
+    }
+}
+
 /// Junction deviation is faster, and says nothing of the jump.
 #[test]
 fn junction_deviation_exceeds_the_axes() {

@@ -22,7 +22,7 @@
 //! | module | what |
 //! | --- | --- |
 //! | `file` | the file, as serde reads it |
-//! | `plan` | the same, checked: [`Plan`] |
+//! | `plan` | the same, checked: [`CyclePlan`] |
 //! | `pins` | the pins of a board that a file names |
 //! | `along` | a line or an arc from where the motors stand |
 //! | `text` | where a mistake stands |

@@ -1,7 +1,7 @@
 //! The boot loader of an Uno and a Nano: the part of STK500 version 1 that writes flash.
 //!
 //! Atmel's application note AVR061 has the protocol. A command is a letter, its parameters and
-//! [`END`]; the answer is [`IN_STEP`], what was asked for, and [`OK`]:
+//! a blank; the answer is 0x14, the data, and 0x10:
 //!
 //! ```text
 //!   0 ' '                        → in step?

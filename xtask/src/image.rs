@@ -25,7 +25,7 @@ pub struct Image {
     check: bool,
 }
 
-const BOARDS: [Board; 3] = [Board::Uno, Board::Nano, Board::Mega];
+const BOARDS: [Board; 2] = [Board::Uno, Board::Mega];
 
 /// All that they are built from.
 const SOURCES: [&str; 22] = [

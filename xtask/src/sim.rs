@@ -142,9 +142,8 @@ mod tests {
     fn only_programs_with_a_line_are_tried_by_a_command() {
         let ws = Workspace::load().unwrap();
         for program in Program::all(&ws).unwrap() {
-            let carried = [Board::Uno, Board::Nano, Board::Mega]
-                .into_iter()
-                .any(|board| program.is_carried(board));
+            let carried =
+                [Board::Uno, Board::Mega].into_iter().any(|board| program.is_carried(board));
             assert_eq!(tried_with(&program.name).is_some(), carried, "{}", program.name);
         }
         assert_eq!((tried_with(CONTROLLER), tried_with("first-move")), (Some("move 4000"), None));

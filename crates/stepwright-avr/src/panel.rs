@@ -59,12 +59,10 @@ impl BoardIo for AvrIo {
         self.levels.switches()
     }
 
-    #[cfg(feature = "safety")]
     fn emergency(&self) -> bool {
         self.levels.emergency()
     }
 
-    #[cfg(feature = "safety")]
     fn driver_fault(&self) -> bool {
         self.levels.driver_fault()
     }

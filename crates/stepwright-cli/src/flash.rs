@@ -39,8 +39,8 @@ pub struct Args {
     /// Which firmware
     #[arg(long, value_name = "NAME", value_enum, default_value_t = FlashProgram::Slave)]
     program: FlashProgram,
-    /// A Nano from before 2018, whose boot loader listens at 57600 bits/s and leaves 1.5 KB less:
-    /// its controller has no safety features
+    /// A Nano from before 2018, whose boot loader listens at 57600 bits/s and leaves 1.5 KB less
+    /// room. For a program that is larger the boot loader has to be replaced, which is then said
     #[arg(long)]
     old_boot_loader: bool,
     /// Leave avrdude alone
@@ -194,8 +194,18 @@ fn seen_with(program: FlashProgram, port: &str) -> String {
 
 impl From<NoProgram> for Failure {
     fn from(error: NoProgram) -> Failure {
-        let names = error.there.iter().map(|program| program.name());
-        let names = names.collect::<Vec<_>>().join(", ");
-        Failure::usage(error.to_string()).hint(format!("--program is one of {names}"))
+        let hint = match &error {
+            NoProgram::Board { there, .. } => {
+                let names: Vec<&str> = there.iter().map(|program| program.name()).collect();
+                format!("--program is one of {}", names.join(", "))
+            }
+            NoProgram::OldBootLoader { .. } => {
+                "write the Nano's new boot loader once, with another \
+                 Arduino: docs/guide/src/first-motor.md, \"A Nano from before 2018\"; then leave \
+                 --old-boot-loader out"
+                    .into()
+            }
+        };
+        Failure::usage(error.to_string()).hint(hint)
     }
 }

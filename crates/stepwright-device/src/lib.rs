@@ -20,10 +20,8 @@
 //! last reset. So the virtual board and a
 //! chip have the same supervision, from the same code.
 
-#[cfg(feature = "safety")]
 mod contacts;
 mod device;
-#[cfg(feature = "safety")]
 mod inputs;
 mod machine;
 pub mod main_loop;

@@ -30,7 +30,6 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
     }
 
     fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal> {
-        #[cfg(feature = "safety")]
         if self.supervisor.stopper(self.panel).is_some() {
             return Err(Refusal::Fault);
         }
@@ -73,7 +72,6 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
 
     fn kill(&mut self) {
         self.motors.kill();
-        #[cfg(feature = "safety")]
         self.supervisor.killed(self.panel);
     }
 
@@ -105,7 +103,6 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
         self.motors.clear_late();
     }
 
-    #[cfg(feature = "safety")]
     fn lease(&mut self, millis: u16) -> Result<(), Refusal> {
         self.supervisor.lease = millis;
         // The silence before this line is none of the lease's.

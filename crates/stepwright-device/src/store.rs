@@ -29,7 +29,7 @@ const MARK: u8 = 0x50 | Settings::LAYOUT;
 const NO_MARK: u8 = 0xFF;
 
 /// From the mark of one copy to that of the other.
-const APART: u8 = if cfg!(feature = "safety") { 128 } else { 64 };
+const APART: u8 = 128;
 
 /// Where in a copy the parts are.
 const SEQUENCE: u8 = 1;

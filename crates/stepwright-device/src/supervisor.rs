@@ -4,7 +4,6 @@ use stepwright::drive::Axes;
 use stepwright::{Axis, Control, Ticks};
 use stepwright_protocol::{Setting, Settings, Slave, Stop};
 
-#[cfg(feature = "safety")]
 use crate::contacts::Contacts;
 use crate::device::Motors;
 use crate::panel::BoardIo;
@@ -33,10 +32,8 @@ pub(crate) struct Supervisor {
     /// Whether the host was silent for too long.
     silent: bool,
     /// The silence that the host has asked to be stopped after, in ms; 0: none.
-    #[cfg(feature = "safety")]
     pub(crate) lease: u16,
     /// The switches that were closed lately.
-    #[cfg(feature = "safety")]
     contacts: Contacts,
     /// How long the drivers that were switched on are not to be used yet, in
     /// ms.
@@ -56,9 +53,7 @@ impl Supervisor {
         store: Store::NEW,
         enabled: false,
         silent: false,
-        #[cfg(feature = "safety")]
         lease: 0,
-        #[cfg(feature = "safety")]
         contacts: Contacts::OPEN,
         settling: 0,
         moved_at: 0,
@@ -119,7 +114,6 @@ impl Supervisor {
     /// their switch is closed, or was so lately.
     pub(crate) fn blocked(&self, panel: &impl BoardIo) -> Blocked {
         let closed = self.closed(panel);
-        #[cfg(feature = "safety")]
         let closed = closed | self.contacts.held() & self.axes(Setting::Switches);
         let forward = self.axes(Setting::SwitchForward);
         Blocked { forward: closed & forward, backward: closed & !forward }
@@ -149,7 +143,6 @@ impl Supervisor {
 
     /// Everything was stopped at once: the drivers go off if they are to. What moved is at
     /// rest, which is the last that they can tell.
-    #[cfg(feature = "safety")]
     pub(crate) fn killed(&mut self, panel: &mut impl BoardIo) {
         if self.enabled && self.settings.byte(Setting::KillOff) != 0 {
             panel.set_mark(Mark::MOVED);
@@ -177,13 +170,10 @@ impl Supervisor {
         motors: &mut Motors<'_, E, N, Q>,
         panel: &mut impl BoardIo,
     ) {
-        #[cfg(feature = "safety")]
-        {
-            self.check_inputs(slave, motors, panel);
-            let closed = self.closed(panel);
-            let debounce = self.settings.byte(Setting::Debounce);
-            self.contacts.sample(self.passed(panel), closed, debounce);
-        }
+        self.check_inputs(slave, motors, panel);
+        let closed = self.closed(panel);
+        let debounce = self.settings.byte(Setting::Debounce);
+        self.contacts.sample(self.passed(panel), closed, debounce);
         self.check_switches(slave, motors, panel);
         self.store.poll(panel, &self.settings);
         let passed = self.passed(panel);
@@ -230,7 +220,6 @@ impl Supervisor {
             // There has been a travel.
             panel.set_mark(Mark::MOVED);
         }
-        #[cfg(feature = "safety")]
         self.check_lease(now, slave, motors);
         let (setting, since) =
             if busy { (Setting::Timeout, &self.heard_at) } else { (Setting::Idle, &self.moved_at) };
@@ -253,7 +242,6 @@ impl Supervisor {
 
     /// A lease ends with the first silence of its length, and so does all motion: the
     /// next host may know nothing of it.
-    #[cfg(feature = "safety")]
     fn check_lease<E: Control, const N: usize, const Q: usize>(
         &mut self,
         now: u32,
@@ -268,7 +256,6 @@ impl Supervisor {
 }
 
 /// Brakes what moves, for the host is silent.
-#[cfg_attr(not(feature = "safety"), inline(always))]
 fn brake<E: Control, const N: usize, const Q: usize>(
     slave: &mut Slave<N>,
     motors: &mut Motors<'_, E, N, Q>,

@@ -47,11 +47,13 @@ pub enum FlashProgram {
     PowerTerm,
 }
 
-/// For which boards, which program, the image. A Nano with its old boot loader is an Uno with
-/// less room.
-const IMAGES: [(&[FlashBoard], FlashProgram, &[u8]); 11] = [
-    (&[FlashBoard::Uno], FlashProgram::Slave, include_bytes!("../images/uno.bin")),
-    (&[FlashBoard::Nano], FlashProgram::Slave, include_bytes!("../images/nano.bin")),
+/// For which boards, which program, the image.
+const IMAGES: [(&[FlashBoard], FlashProgram, &[u8]); 10] = [
+    (
+        &[FlashBoard::Uno, FlashBoard::Nano],
+        FlashProgram::Slave,
+        include_bytes!("../images/uno.bin"),
+    ),
     (&[FlashBoard::Mega], FlashProgram::Slave, include_bytes!("../images/mega.bin")),
     (
         &[FlashBoard::Uno, FlashBoard::Nano],
@@ -83,15 +85,17 @@ const IMAGES: [(&[FlashBoard], FlashProgram, &[u8]); 11] = [
     ),
 ];
 
-/// Bytes of flash that the boot loader leaves: an Uno's takes 512, an old Nano's 2,048, a Mega's
-/// 8,192.
+/// Bytes of flash that the boot loader leaves: that of an Uno, and of a Nano from 2018 on, takes
+/// 512, a Mega's 8,192.
 const fn room(board: FlashBoard) -> usize {
     match board {
-        FlashBoard::Uno => 32_256,
-        FlashBoard::Nano => 30_720,
+        FlashBoard::Uno | FlashBoard::Nano => 32_256,
         FlashBoard::Mega => 253_952,
     }
 }
+
+/// Bytes of flash that a Nano's boot loader from before 2018 leaves: it takes 2,048.
+pub const OLD_ROOM: usize = 30_720;
 
 const _: () = {
     let mut n = 0;
@@ -119,22 +123,22 @@ impl Firmware {
     /// loader listens at 57,600 bits/s and leaves 1.5 KB less; a later one has an Uno's.
     ///
     /// # Errors
-    /// [`NoProgram`]: there is none for that board.
+    /// [`NoProgram`]: there is none for that board, or it is larger than [`OLD_ROOM`] where the
+    /// boot loader is the old one.
     pub fn of(
         board: FlashBoard,
         old_boot_loader: bool,
         program: FlashProgram,
     ) -> Result<Firmware, NoProgram> {
-        let like = match board {
-            FlashBoard::Nano if !old_boot_loader => FlashBoard::Uno,
-            board => board,
-        };
-        let fits = || IMAGES.iter().filter(|row| row.0.contains(&like));
+        let fits = || IMAGES.iter().filter(|row| row.0.contains(&board));
         match fits().find(|row| row.1 == program) {
+            Some(&(_, _, bytes)) if old_boot_loader && bytes.len() > OLD_ROOM => {
+                Err(NoProgram::OldBootLoader { program, size: bytes.len() })
+            }
             Some(&(_, _, bytes)) => Ok(Firmware { board, old_boot_loader, bytes }),
             None => {
                 let there = fits().map(|row| row.1).collect();
-                Err(NoProgram { board: like, program, there })
+                Err(NoProgram::Board { board, program, there })
             }
         }
     }

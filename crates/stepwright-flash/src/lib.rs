@@ -34,7 +34,7 @@ use std::time::Duration;
 
 use stepwright_host::link::serial::SerialLink;
 
-pub use image::{Firmware, FlashBoard, FlashProgram};
+pub use image::{Firmware, FlashBoard, FlashProgram, OLD_ROOM};
 use loader::{Loader, LoaderError};
 use stk500::Stk500;
 use stk500v2::Stk500v2;
@@ -62,18 +62,37 @@ impl fmt::Display for FlashStage {
 
 /// There is no such program for the board.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NoProgram {
-    /// The board.
-    pub board: FlashBoard,
-    /// The program that it has not.
-    pub program: FlashProgram,
-    /// Those that it has.
-    pub there: Vec<FlashProgram>,
+pub enum NoProgram {
+    /// None is made for it.
+    Board {
+        /// The board.
+        board: FlashBoard,
+        /// The program that it has not.
+        program: FlashProgram,
+        /// Those that it has.
+        there: Vec<FlashProgram>,
+    },
+    /// It is larger than the [`OLD_ROOM`] that a Nano's old boot loader leaves: with the boot
+    /// loader of later Nanos it fits.
+    OldBootLoader {
+        /// The program.
+        program: FlashProgram,
+        /// Its bytes.
+        size: usize,
+    },
 }
 
 impl fmt::Display for NoProgram {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "there is no program {} for a {}", self.program.name(), self.board.name())
+        match self {
+            NoProgram::Board { board, program, .. } => {
+                write!(f, "there is no program {} for a {}", program.name(), board.name())
+            }
+            NoProgram::OldBootLoader { program, size } => {
+                let program = program.name();
+                write!(f, "{program} has {size} bytes, and the old boot loader leaves {OLD_ROOM}")
+            }
+        }
     }
 }
 

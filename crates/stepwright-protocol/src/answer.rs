@@ -17,7 +17,6 @@ use crate::text::Decimal;
 const LINES: &[&[u8]] = &[
     b"Y\nE\nR\nB\n#\nstepwright #.# axes=# max=# late=# refused=# last=# uncertain=#\n",
     b"stop=########\n",
-    #[cfg(feature = "safety")]
     b"errors=#########\n",
     can::LINE,
     b"closed=#\n",
@@ -60,10 +59,10 @@ pub(crate) mod line {
     pub(crate) const READY: u8 = 2;
     pub(crate) const BUSY: u8 = 3;
     pub(crate) const POSITION: u8 = 4;
-    /// With the lines behind it: `stop=`, on some boards `errors=`, `can=` and `closed=`.
+    /// With the lines behind it: `stop=`, `errors=`, `can=` and `closed=`.
     pub(crate) const INFO: u8 = 5;
     /// The first setting.
-    pub(crate) const SETTINGS: u8 = if cfg!(feature = "safety") { 10 } else { 9 };
+    pub(crate) const SETTINGS: u8 = 10;
     /// `none`; the reasons follow.
     pub(crate) const REASONS: u8 = SETTINGS + super::RESET + 1;
 }
@@ -84,8 +83,7 @@ pub(crate) mod value {
     pub(crate) const STOPS: u8 = 9;
     /// The letter of the first of the errors.
     pub(crate) const ERRORS: u8 = 17;
-    pub(crate) const CLOSED: u8 =
-        if cfg!(feature = "safety") { ERRORS + crate::errors::COUNT } else { ERRORS };
+    pub(crate) const CLOSED: u8 = ERRORS + crate::errors::COUNT;
     /// The first setting.
     pub(crate) const SETTINGS: u8 = CLOSED + 1;
 }

@@ -31,9 +31,9 @@ macro_rules! abilities {
 abilities! {
     Jerk, cfg!(feature = "jerk"), "jerk",
         "`j` limits the jerk of an order (S-curves)";
-    Safety, cfg!(feature = "safety"), "safety",
+    Safety, true, "safety",
         "the settings and answers that guard a machine";
-    Sum, cfg!(feature = "safety"), "sum",
+    Sum, true, "sum",
         "a line with a checksum is checked, and answered with one";
 }
 

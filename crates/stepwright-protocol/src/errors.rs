@@ -53,14 +53,11 @@ errors! {
 }
 
 /// The letter of [`BoardError::Sum`].
-#[cfg(feature = "safety")]
 pub(crate) const SUM: u8 = b'c';
 /// The letter of [`BoardError::Garbled`].
-#[cfg(feature = "safety")]
 pub(crate) const GARBLED: u8 = b'g';
 
 /// The bits of the stops.
-#[cfg(feature = "safety")]
 const STOPS: u16 = (1 << BoardError::Late as u8) - 1;
 
 /// A set of errors.
@@ -115,7 +112,6 @@ impl Errors {
     }
 
     /// Whether an axis was stopped, or a position lost.
-    #[cfg(feature = "safety")]
     pub(crate) fn any_stop(self) -> bool {
         self.0 & STOPS != 0
     }

@@ -185,7 +185,6 @@ mod script;
 mod setting;
 mod slave;
 mod stop;
-#[cfg(feature = "safety")]
 mod sum;
 mod text;
 

@@ -109,7 +109,6 @@ pub trait Machine {
     ///
     /// # Errors
     /// [`Refusal::Line`] from a machine that grants none.
-    #[cfg(feature = "safety")]
     fn lease(&mut self, millis: u16) -> Result<(), Refusal> {
         let _ = millis;
         Err(Refusal::Line)
@@ -180,30 +179,24 @@ pub enum Refusal {
     Limit,
 }
 
-/// The names, as ordinary text and as one that takes no RAM. Those behind the semicolon
-/// are said only by boards with the feature `safety`.
+/// The names, as ordinary text and as one that takes no RAM.
 macro_rules! names {
-    ($($refusal:ident $name:literal)* ; $($guard:ident $word:literal)*) => {
+    ($($refusal:ident $name:literal)*) => {
         impl Refusal {
             /// Every reason.
-            pub const ALL: [Refusal; [$($name,)* $($word),*].len()] =
-                [$(Refusal::$refusal,)* $(Refusal::$guard),*];
+            pub const ALL: [Refusal; [$($name),*].len()] = [$(Refusal::$refusal),*];
 
             /// Its name on the line.
             pub const fn name(self) -> &'static str {
-                match self { $(Refusal::$refusal => $name,)* $(Refusal::$guard => $word),* }
+                match self { $(Refusal::$refusal => $name),* }
             }
 
             fn text(self) -> Text {
-                text!(concat!($($name, "\0",)* $($word, "\0"),*)).word(self as u8)
+                text!(concat!($($name, "\0"),*)).word(self as u8)
             }
         }
 
-        /// `none` and the names that this build can say, line by line.
-        #[cfg(feature = "safety")]
-        pub(crate) const REASONS: &str =
-            concat!("none\n", $($name, "\n",)* $($word, "\n"),*);
-        #[cfg(not(feature = "safety"))]
+        /// `none` and the names, line by line.
         pub(crate) const REASONS: &str = concat!("none\n", $($name, "\n"),*);
     };
 }
@@ -228,7 +221,7 @@ names! {
     NoJerk "no-jerk"
     Setting "setting"
     Fault "fault"
-    Other "other";
+    Other "other"
     Stopped "stopped"
     Limit "limit"
 }

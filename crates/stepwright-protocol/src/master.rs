@@ -5,7 +5,6 @@ use core::fmt;
 use crate::command::Command;
 use crate::line::Collector;
 use crate::reply::Reply;
-#[cfg(feature = "safety")]
 use crate::sum;
 use crate::text::Bytes;
 
@@ -39,7 +38,6 @@ const LONGEST: usize = Reply::LONGEST + Reply::LONGEST / 7;
 pub struct Master {
     line: Collector<LONGEST>,
     awaited: Awaited,
-    #[cfg(feature = "safety")]
     sums: bool,
 }
 
@@ -86,12 +84,7 @@ impl Default for Master {
 impl Master {
     /// A master that has said nothing yet.
     pub const fn new() -> Master {
-        Master {
-            line: Collector::new(),
-            awaited: Awaited::Nothing,
-            #[cfg(feature = "safety")]
-            sums: false,
-        }
+        Master { line: Collector::new(), awaited: Awaited::Nothing, sums: false }
     }
 
     /// From now on every line has a checksum, or none. With it only answers whose
@@ -109,7 +102,6 @@ impl Master {
     /// let answers: Vec<_> = b"Y\rY*88\r".iter().map(|&byte| master.receive(byte)).collect();
     /// assert_eq!(answers.into_iter().flatten().count(), 1);
     /// ```
-    #[cfg(feature = "safety")]
     pub fn use_sums(&mut self, sums: bool) {
         self.sums = sums;
     }
@@ -132,16 +124,12 @@ impl Master {
         };
         // What came unasked before is not part of the answer.
         self.line.clear();
-        #[cfg(feature = "safety")]
-        return Ok(command.bytes().summed(self.sums));
-        #[cfg(not(feature = "safety"))]
-        Ok(command.bytes())
+        Ok(command.bytes().summed(self.sums))
     }
 
     /// Takes a byte from the line; the answer when it is complete.
     pub fn receive(&mut self, byte: u8) -> Option<Reply> {
         let line = self.line.push(byte)?.ok()?;
-        #[cfg(feature = "safety")]
         let line = if self.sums { sum::checked(line).ok()? } else { line };
         let reply = Reply::parse(line)?;
         if !self.awaited.is(&reply) {
@@ -173,11 +161,7 @@ impl Master {
     pub fn resync(&mut self) -> impl Iterator<Item = u8> + Clone + use<> {
         self.awaited = Awaited::Step;
         self.line.clear();
-        #[cfg(feature = "safety")]
-        let sums = self.sums;
-        #[cfg(not(feature = "safety"))]
-        let sums = false;
-        let bytes: &[u8] = if sums { b"#\rF*D5\r" } else { b"#\rF\r" };
+        let bytes: &[u8] = if self.sums { b"#\rF*D5\r" } else { b"#\rF\r" };
         bytes.iter().copied()
     }
 }

@@ -39,10 +39,6 @@ impl RawLine {
         if letter == b'$' {
             return self.read_setting(rest);
         }
-        #[cfg(not(feature = "safety"))]
-        if letter == b'L' {
-            return Err(Refusal::Line);
-        }
         let Some(row) = Row::of(letter) else { return Err(Refusal::Line) };
         let flags = row.flags();
         // `PO` is the only line of two letters.

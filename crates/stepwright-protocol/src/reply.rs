@@ -153,8 +153,8 @@ impl Reply {
     /// It reads what later versions may say: a position with a plus sign, and
     /// in the answer to `?` further words, fields in another order and reasons
     /// that have no name here. The fields of [`Info`] must be there but for those that are an
-    /// `Option`, and every [`Setting`] that [is everywhere](Setting::is_everywhere) in the
-    /// answer to `$`.
+    /// `Option`, and in the answer to `$` every [`Setting`] that
+    /// the first firmware had.
     pub fn parse(line: &[u8]) -> Option<Reply> {
         match line {
             b"Y" => Some(Reply::Yes),

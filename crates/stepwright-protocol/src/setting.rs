@@ -9,7 +9,7 @@ use crate::raw_line::RawLine;
 
 /// Makes [`Setting`] of the table.
 macro_rules! settings {
-    ($($([$feature:literal])? $setting:ident, $name:literal, $unit:literal, $min:literal ..= $max:expr, $default:expr, $help:literal;)*) => {
+    ($($([$later:ident])? $setting:ident, $name:literal, $unit:literal, $min:literal ..= $max:expr, $default:expr, $help:literal;)*) => {
         /// One setting of a board.
         ///
         /// ```
@@ -21,22 +21,22 @@ macro_rules! settings {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
         pub enum Setting {
-            $($(#[cfg(feature = $feature)])? #[doc = concat!("`", $name, "`: ", $help)] $setting,)*
+            $(#[doc = concat!("`", $name, "`: ", $help)] $setting,)*
         }
 
         impl Setting {
             /// Every setting, in the order of the line that `$` answers.
             pub const ALL: [Setting; Setting::COUNT] =
-                [$($(#[cfg(feature = $feature)])? Setting::$setting),*];
+                [$(Setting::$setting),*];
 
             /// How many there are.
             pub const COUNT: usize =
-                [$($(#[cfg(feature = $feature)])? Setting::$setting),*].len();
+                [$(Setting::$setting),*].len();
 
             /// Setting `index` of [`Setting::ALL`], which a chip would keep in
             /// RAM; this is code.
             pub(crate) fn numbered(index: u8) -> Option<Setting> {
-                $($(#[cfg(feature = $feature)])? {
+                $({
                     if index == Setting::$setting as u8 {
                         return Some(Setting::$setting);
                     }
@@ -47,47 +47,38 @@ macro_rules! settings {
             /// Its name, the same everywhere: on the line, in the command, in
             /// files.
             pub const fn name(self) -> &'static str {
-                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $name,)* }
+                match self { $(Setting::$setting => $name,)* }
             }
 
-            /// The feature of the boards that have it; empty for a setting of every board.
-            pub const fn feature(self) -> &'static str {
-                match self {
-                    $($(#[cfg(feature = $feature)])? Setting::$setting => {
-                        concat!("", $($feature)?)
-                    })*
-                }
-            }
-
-            /// Whether every board has it, also one without room for what a
-            /// feature adds.
-            pub const fn is_everywhere(self) -> bool {
-                self.feature().is_empty()
+            /// Whether every board has it: some came later, and a board may have an earlier
+            /// firmware.
+            const fn is_everywhere(self) -> bool {
+                match self { $(Setting::$setting => concat!("", $(stringify!($later))?).is_empty(),)* }
             }
 
             /// The unit of its number; empty for a switch or a set of axes.
             pub const fn unit(self) -> &'static str {
-                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $unit,)* }
+                match self { $(Setting::$setting => $unit,)* }
             }
 
             /// What it does, in a line.
             pub const fn help(self) -> &'static str {
-                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $help,)* }
+                match self { $(Setting::$setting => $help,)* }
             }
 
             /// The smallest value: 0 or 1.
             const fn min(self) -> u32 {
-                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $min,)* }
+                match self { $(Setting::$setting => $min,)* }
             }
 
             /// The largest value.
             const fn max(self) -> u32 {
-                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $max,)* }
+                match self { $(Setting::$setting => $max,)* }
             }
 
             /// What a board has that nobody has set up.
             pub const fn default(self) -> u32 {
-                match self { $($(#[cfg(feature = $feature)])? Setting::$setting => $default,)* }
+                match self { $(Setting::$setting => $default,)* }
             }
         }
 
@@ -95,7 +86,7 @@ macro_rules! settings {
 }
 
 // Numbers of four bytes first, then of two, then of one: `place` counts on it.
-// A row that begins with a feature is known only to boards with it. Sets of axes are the sum of 1 for X, 2 for Y, 4 for Z.
+// A row that begins with `[later]` is none of the first firmware's. Sets of axes are the sum of 1 for X, 2 for Y, 4 for Z.
 settings! {
     MaxSpeed, "max-speed", "steps/s", 1..=1_000_000, 1_000_000,
         "an order with a higher top speed is refused";
@@ -103,17 +94,17 @@ settings! {
         "an order with a steeper ramp is refused; 100000000: no limit";
     Idle, "idle-ms", "ms", 0..=3_600_000, 0,
         "the drivers are switched off after a rest of this length; 0: never";
-    ["safety"] AheadX, "ahead-x", "steps", 0..=1_000_000_000, 0,
+    [later] AheadX, "ahead-x", "steps", 0..=1_000_000_000, 0,
         "the soft limit of X, this far forward of 0";
-    ["safety"] AheadY, "ahead-y", "steps", 0..=1_000_000_000, 0,
+    [later] AheadY, "ahead-y", "steps", 0..=1_000_000_000, 0,
         "the soft limit of Y, this far forward of 0";
-    ["safety"] AheadZ, "ahead-z", "steps", 0..=1_000_000_000, 0,
+    [later] AheadZ, "ahead-z", "steps", 0..=1_000_000_000, 0,
         "the soft limit of Z, this far forward of 0";
-    ["safety"] BehindX, "behind-x", "steps", 0..=1_000_000_000, 0,
+    [later] BehindX, "behind-x", "steps", 0..=1_000_000_000, 0,
         "the soft limit of X, this far backward of 0";
-    ["safety"] BehindY, "behind-y", "steps", 0..=1_000_000_000, 0,
+    [later] BehindY, "behind-y", "steps", 0..=1_000_000_000, 0,
         "the soft limit of Y, this far backward of 0";
-    ["safety"] BehindZ, "behind-z", "steps", 0..=1_000_000_000, 0,
+    [later] BehindZ, "behind-z", "steps", 0..=1_000_000_000, 0,
         "the soft limit of Z, this far backward of 0";
     Timeout, "timeout-ms", "ms", 0..=60_000, 0,
         "moving axes brake when no line has come for this time; 0: never";
@@ -135,21 +126,21 @@ settings! {
         "axes whose switch ends the travel forward; of the others, backward";
     SwitchHigh, "switch-high", "", 0..=7, 0,
         "axes whose closed switch reads high; of the others, low";
-    ["safety"] Debounce, "debounce-ms", "ms", 0..=250, 25,
+    [later] Debounce, "debounce-ms", "ms", 0..=250, 25,
         "a switch that was closed counts as open once it has been open for this time; 0: at once";
     Law, "law", "", 0..=1, 1,
         "1: a jerk that an order names bends its ramps (S-curve); 0: such an order is refused";
-    ["safety"] SafeStart, "safe-start", "", 0..=1, 0,
+    [later] SafeStart, "safe-start", "", 0..=1, 0,
         "1: after a stop that no order asked for, or K, orders are refused until `!`";
-    ["safety"] HomeFirst, "home-first", "", 0..=1, 0,
+    [later] HomeFirst, "home-first", "", 0..=1, 0,
         "1: G and @ are refused while the position is not known; g is not";
-    ["safety"] Emergency, "estop", "", 0..=2, 0,
+    [later] Emergency, "estop", "", 0..=2, 0,
         "the input of the emergency stop: 0 none; 1 a low level stops; 2 a high one, an opened contact";
-    ["safety"] DriverFault, "driver-fault", "", 0..=2, 0,
+    [later] DriverFault, "driver-fault", "", 0..=2, 0,
         "the fault input of the drivers: 0 none; 1 a low level is a fault; 2 a high one";
-    ["safety"] KillOff, "kill-off", "", 0..=1, 0,
+    [later] KillOff, "kill-off", "", 0..=1, 0,
         "1: K and the inputs that stop everything switch the drivers off too; 0: they stay on";
-    ["safety"] SoftLimits, "soft-limits", "", 0..=7, 0,
+    [later] SoftLimits, "soft-limits", "", 0..=7, 0,
         "axes that have soft limits: 1 X, 2 Y, 4 Z, added up";
 }
 
@@ -461,7 +452,7 @@ impl Settings {
     }
 
     /// The version of the bytes' meaning.
-    pub const LAYOUT: u8 = if cfg!(feature = "safety") { 5 } else { 3 };
+    pub const LAYOUT: u8 = 5;
 
     /// The settings that were stored as these bytes; `None` if a value is
     /// outside its range.

@@ -3,7 +3,6 @@
 use crate::answer::{Answer, DIGITS, NOTHING, line, value};
 use crate::axis::{AxisId, MAX_AXES};
 use crate::command::Command;
-#[cfg(feature = "safety")]
 use crate::errors;
 use crate::grammar::{self, flag};
 use crate::line::Collector;
@@ -13,13 +12,10 @@ use crate::raw_line::RawLine;
 use crate::reply::{Reply, VERSION};
 use crate::setting::{Setting, Settings};
 use crate::stop::{self, Stop};
-#[cfg(feature = "safety")]
 use crate::sum::{self, Tail};
-#[cfg(feature = "safety")]
 use guard::Guard;
 use state::{Axis, Naming, Open, Task};
 
-#[cfg(feature = "safety")]
 mod guard;
 mod start;
 mod state;
@@ -56,9 +52,7 @@ pub struct Slave<const AXES: usize> {
     last: Option<Refusal>,
     answer: Answer,
     /// The checksum behind it.
-    #[cfg(feature = "safety")]
     tail: Tail,
-    #[cfg(feature = "safety")]
     guard: Guard<AXES>,
     /// What it is at.
     task: Task,
@@ -67,7 +61,7 @@ pub struct Slave<const AXES: usize> {
 }
 
 /// The longest line, with its checksum.
-const LONGEST: usize = Command::LONGEST + if cfg!(feature = "safety") { 3 } else { 0 };
+const LONGEST: usize = Command::LONGEST + 3;
 
 /// Axis 1.
 const FIRST: u8 = 1;
@@ -101,9 +95,7 @@ impl<const AXES: usize> Slave<AXES> {
             refused: 0,
             last: Some(Refusal::Line),
             answer: Answer::NONE,
-            #[cfg(feature = "safety")]
             tail: Tail::NONE,
-            #[cfg(feature = "safety")]
             guard: Guard::NONE,
             task: Task::Line(0),
             waits: false,
@@ -132,7 +124,6 @@ impl<const AXES: usize> Slave<AXES> {
         while let Some(byte) = self.next_byte(machine) {
             if let Some(line) = line.push(byte) {
                 let line = line.ok()?;
-                #[cfg(feature = "safety")]
                 let line = sum::checked(line).unwrap_or(line);
                 return Reply::parse(line);
             }
@@ -173,19 +164,12 @@ impl<const AXES: usize> Slave<AXES> {
     fn obey_line<M: Machine>(&mut self, machine: &mut M) -> bool {
         let (mut raw, mut empty) = (RawLine::NOTHING, false);
         let line = self.line.take();
-        #[cfg(feature = "safety")]
         let summed = line.is_ok_and(sum::is_wanted);
-        #[cfg(feature = "safety")]
-        {
-            self.tail = Tail::new(summed);
-        }
+        self.tail = Tail::new(summed);
         let read = match line {
             Ok(line) => {
                 empty = line.is_empty();
-                #[cfg(feature = "safety")]
                 let line = if summed { sum::checked(line) } else { Ok(line) };
-                #[cfg(not(feature = "safety"))]
-                let line = Ok(line);
                 line.and_then(|line| {
                     // A line without a checksum may be no longer for the room of one.
                     if line.len() > Command::LONGEST { Err(Refusal::Line) } else { raw.read(line) }
@@ -193,7 +177,6 @@ impl<const AXES: usize> Slave<AXES> {
             }
             Err(_) => Err(Refusal::Line),
         };
-        #[cfg(feature = "safety")]
         if read == Err(Refusal::Sum) {
             self.guard.note(errors::SUM);
         }
@@ -234,11 +217,7 @@ impl<const AXES: usize> Slave<AXES> {
 
     /// Whether some of the last answer has yet to be pulled.
     pub fn is_answering(&self) -> bool {
-        #[cfg(feature = "safety")]
-        let tail = self.tail.is_left();
-        #[cfg(not(feature = "safety"))]
-        let tail = false;
-        self.answer.is_left() || tail
+        self.answer.is_left() || self.tail.is_left()
     }
 
     /// The next byte of the answer, its CR included; `None` when it is
@@ -248,16 +227,11 @@ impl<const AXES: usize> Slave<AXES> {
     /// byte operations for 4000, 1,400 for 2³² − 1. Texts and further digits
     /// cost next to nothing.
     pub fn next_byte<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
-        #[cfg(feature = "safety")]
-        {
-            if let Some(byte) = self.tail.next() {
-                return Some(byte);
-            }
-            let byte = self.answer_byte(machine)?;
-            Some(self.tail.pass(byte))
+        if let Some(byte) = self.tail.next() {
+            return Some(byte);
         }
-        #[cfg(not(feature = "safety"))]
-        self.answer_byte(machine)
+        let byte = self.answer_byte(machine)?;
+        Some(self.tail.pass(byte))
     }
 
     /// The next byte of the answer, but for the checksum.
@@ -279,11 +253,9 @@ impl<const AXES: usize> Slave<AXES> {
                     let index = n.wrapping_sub(value::STOPS);
                     let stop = self.stops.get(usize::from(index));
                     let stop = stop.copied().filter(|_| index < axes);
-                    #[cfg(feature = "safety")]
                     let stop = stop.map(|letter| self.guard.stop(letter, index, machine));
                     return stop.unwrap_or(NOTHING);
                 }
-                #[cfg(feature = "safety")]
                 value::ERRORS..value::CLOSED => {
                     let late = machine.late() != 0;
                     let index = n.wrapping_sub(value::ERRORS);
@@ -312,7 +284,6 @@ impl<const AXES: usize> Slave<AXES> {
     /// E, whatever the rest of it says; `G+400` may have been `G+4000`.
     pub fn garbled(&mut self) {
         self.line.garble();
-        #[cfg(feature = "safety")]
         self.guard.note(errors::GARBLED);
     }
 
@@ -324,7 +295,6 @@ impl<const AXES: usize> Slave<AXES> {
     /// or `!` comes. Of two soft stops the first is kept.
     pub fn stopped(&mut self, axes: u8, reason: Stop) {
         self.mark(axes, reason.letter());
-        #[cfg(feature = "safety")]
         if matches!(reason, Stop::Emergency | Stop::Driver) {
             self.spoil(Refusal::Fault);
         }
@@ -333,7 +303,6 @@ impl<const AXES: usize> Slave<AXES> {
     /// Sets the letters of these axes.
     #[cfg_attr(target_arch = "avr", inline(never))]
     fn mark(&mut self, mut axes: u8, letter: u8) {
-        #[cfg(feature = "safety")]
         self.guard.mark(axes, letter);
         for stop in &mut self.stops {
             if axes & 1 != 0 && !(stop::is_soft(letter) && stop::is_soft(*stop)) {
@@ -400,11 +369,9 @@ impl<const AXES: usize> Slave<AXES> {
                 if busy & axes != axes {
                     return Err(Refusal::NoTravel);
                 }
-                #[cfg(feature = "safety")]
                 self.guard.admit_target(axes, raw.steps(), machine)?;
                 machine.change(axes, MotionParams::change(raw))?;
                 self.mark(axes, stop::NONE);
-                #[cfg(feature = "safety")]
                 self.guard.retargeted(axes);
             }
             b'E' => {
@@ -441,7 +408,6 @@ impl<const AXES: usize> Slave<AXES> {
                     machine.zero(AxisId::at(index));
                 }
             }
-            #[cfg(feature = "safety")]
             b'L' => machine.lease(number as u16)?,
             b'?' => return Ok(line::INFO),
             b'!' => {
@@ -449,7 +415,6 @@ impl<const AXES: usize> Slave<AXES> {
                 self.refused = 0;
                 self.last = None;
                 self.mark(u8::MAX, stop::NONE);
-                #[cfg(feature = "safety")]
                 self.guard.clear(busy);
             }
             // What is left begins with `$`.
@@ -479,7 +444,6 @@ impl<const AXES: usize> Slave<AXES> {
                     if let Some(settings) = machine.settings() {
                         MotionParams::check_change(raw, settings)?;
                     }
-                    #[cfg(feature = "safety")]
                     self.guard.admit_change(busy & self.selected, letter, machine)?;
                     machine.change(busy & self.selected, MotionParams::change(raw))?;
                 }

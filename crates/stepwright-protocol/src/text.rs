@@ -7,7 +7,6 @@
 //! used; on an AVR it alone would fill several kilobytes of flash.
 
 use crate::flash::{Text, text};
-#[cfg(feature = "safety")]
 use crate::sum::Tail;
 
 /// A part of a line.
@@ -36,7 +35,6 @@ pub struct Bytes<L> {
     text: Text,
     next_byte: u16,
     number: Decimal,
-    #[cfg(feature = "safety")]
     tail: Tail,
 }
 
@@ -48,13 +46,11 @@ impl<L> Bytes<L> {
             text: text!(""),
             next_byte: 0,
             number: Decimal::NONE,
-            #[cfg(feature = "safety")]
             tail: Tail::NONE,
         }
     }
 
     /// The same with a checksum behind it, if it is wanted.
-    #[cfg(feature = "safety")]
     pub(crate) fn summed(self, wanted: bool) -> Bytes<L> {
         Bytes { tail: Tail::new(wanted), ..self }
     }
@@ -64,16 +60,11 @@ impl<L: Pieces> Iterator for Bytes<L> {
     type Item = u8;
 
     fn next(&mut self) -> Option<u8> {
-        #[cfg(feature = "safety")]
-        {
-            if let Some(byte) = self.tail.next() {
-                return Some(byte);
-            }
-            let byte = self.bare()?;
-            Some(self.tail.pass(byte))
+        if let Some(byte) = self.tail.next() {
+            return Some(byte);
         }
-        #[cfg(not(feature = "safety"))]
-        self.bare()
+        let byte = self.bare()?;
+        Some(self.tail.pass(byte))
     }
 }
 

@@ -61,8 +61,7 @@ fn settings_may_stand_inside_an_order() {
 
 /// What `docs/settings.md` says below its table.
 const BELOW: &str = "
-Sets of axes are sums: 1 for X, 2 for Y, 4 for Z. The `can=` words in the answer to `?` say
-whether a board has `safety`: a Nano with the old boot loader has not.
+Sets of axes are sums: 1 for X, 2 for Y, 4 for Z.
 
 On the serial line `$` lists the settings, `$idle-ms` asks for one, `$idle-ms=60000` sets it, and
 `$reset` brings the defaults back. No setting is changed while a motor moves.
@@ -83,18 +82,14 @@ fn page() -> String {
     let mut page = String::from(
         "# Settings\n\nAll settings of a board, in the order of the answer to `$`. \
          `stepwright settings set --help` has\nthe same texts.\n\n\
-         | setting | range | default | what it does | boards |\n|---|---|---|---|---|\n",
+         | setting | range | default | what it does |\n|---|---|---|---|\n",
     );
     for setting in Setting::ALL {
         let (name, unit, help) = (setting.name(), setting.unit(), setting.help());
         let (least, most) = setting.range().into_inner();
-        let boards = match setting.feature() {
-            "" => "all",
-            _ => "with `safety`",
-        };
         let range = format!("{least} to {most} {unit}");
         let range = range.trim_end();
-        page += &format!("| `{name}` | {range} | {} | {help} | {boards} |\n", setting.default());
+        page += &format!("| `{name}` | {range} | {} | {help} |\n", setting.default());
     }
     page + BELOW
 }

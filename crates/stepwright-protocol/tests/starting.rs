@@ -104,7 +104,6 @@ fn a_kill_stops_at_once_and_refuses_the_order() {
 
 /// With a checksum, too; with a wrong one it is no K.
 #[test]
-#[cfg(feature = "safety")]
 fn a_kill_with_a_checksum_stops_at_once() {
     let (mut slave, mut bench) = starting();
     receive(&mut slave, &mut bench, "K*00\r");
@@ -120,7 +119,6 @@ fn a_kill_with_a_checksum_stops_at_once() {
 }
 
 /// CRC-8, polynomial 07: the remainder of the line and a zero byte.
-#[cfg(feature = "safety")]
 fn hex(line: &[u8]) -> String {
     let mut sum = 0u8;
     for byte in line {
@@ -156,7 +154,6 @@ fn a_soft_stop_brakes_at_once_and_again_in_its_turn() {
 }
 
 #[test]
-#[cfg(feature = "safety")]
 fn an_emergency_refuses_the_order() {
     let (mut slave, mut bench) = starting();
     slave.stopped(0, Stop::Emergency);

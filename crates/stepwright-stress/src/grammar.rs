@@ -94,7 +94,7 @@ pub fn read(line: &[u8], can: Can) -> Result<Line, Reasons> {
         b'I' => Ok(Line::Zero(number(rest, 1, 8)? as u8)),
         b'V' => Ok(Line::Position(number(rest, 1, 8)? as u8)),
         b'A' => Ok(Line::Select(number(rest, 0, 8)? as u8)),
-        b'L' if can.safety => Ok(Line::Lease(number(rest, 0, 60_000)?)),
+        b'L' => Ok(Line::Lease(number(rest, 0, 60_000)?)),
         b'?' => plain(Line::Info),
         b'!' => plain(Line::Clear),
         b'$' => setting(rest, can),
@@ -136,8 +136,8 @@ fn setting(text: &[u8], can: Can) -> Result<Line, Reasons> {
 mod tests {
     use super::*;
 
-    const ALL: Can = Can { jerk: true, safety: true };
-    const NONE: Can = Can { jerk: false, safety: false };
+    const ALL: Can = Can { jerk: true };
+    const NONE: Can = Can { jerk: false };
 
     #[test]
     fn the_table_of_the_grammar() {

@@ -1,4 +1,4 @@
-//! What boards with `safety` ask before motion and keep of errors, as docs/safety.md has it:
+//! The conditions that boards check before motion and the errors that they keep, as docs/safety.md has it:
 //! errors that stay, safe start, homing first, soft limits, leases, inputs that stop
 //! everything.
 
@@ -317,10 +317,7 @@ impl Judge {
         now: u64,
     ) -> Result<(), Fault> {
         let Some(told) = told else {
-            return match self.board().can.safety {
-                true => self.broken(Rule::Errors, now, || "? says nothing of errors".into()),
-                false => Ok(()),
-            };
+            return self.broken(Rule::Errors, now, || "? says nothing of errors".into());
         };
         self.guard.errors[LOCKS] = match late {
             0 => Known::No,

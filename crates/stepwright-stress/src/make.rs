@@ -105,13 +105,13 @@ struct Teller<'r> {
 fn tell(rng: &mut Rng, board: Board, taste: Taste) -> Story {
     let noise = if rng.u8(..3) == 0 { scale(rng, 2.0, 60.0) as u32 } else { 0 };
     let fastest = f64::from(board.hz) / f64::from(board.cost[0]);
-    let sums = board.can.safety && rng.u8(..4) == 0;
+    let sums = rng.u8(..4) == 0;
     let mut teller =
         Teller { rng, board, taste, acts: Vec::new(), noise, damaged: 0, sums, fastest };
     if teller.rng.u8(..3) == 0 {
         teller.settings();
     }
-    if teller.board.can.safety && teller.one_in(3) {
+    if teller.one_in(3) {
         teller.guards();
     }
     let length = teller.rng.usize(2..=taste.acts);
@@ -367,7 +367,7 @@ impl Teller<'_> {
         if self.one_in(3) {
             let (reset, _) = *self.rng.choice(&Reset::ALL).unwrap_or(&Reset::ALL[0]);
             self.acts.push(Act::Reset(reset));
-        } else if self.board.can.safety && self.one_in(3) {
+        } else if self.one_in(3) {
             let (input, _) = Input::ALL[self.rng.usize(..2)];
             let high = self.rng.bool();
             self.acts.push(Act::Input(input, high));
@@ -426,10 +426,10 @@ impl Teller<'_> {
                 self.say(format!("I{axis}"));
             }
             26 => self.say("Z"),
-            27 if self.board.can.safety && self.rng.bool() => self.guards(),
+            27 if self.rng.bool() => self.guards(),
             27 => self.settings(),
             28 => self.babble(),
-            29 if self.board.can.safety && self.one_in(3) => self.lease(),
+            29 if self.one_in(3) => self.lease(),
             29 => self.say("!"),
             30 if self.taste.events => self.event(),
             31 => {

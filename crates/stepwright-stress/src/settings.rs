@@ -28,19 +28,19 @@ const TABLE: [(&str, u32, u32, u32, On); COUNT] = [
     ("switch-forward", 0, 7, 0, On::Every),
     ("switch-high", 0, 7, 0, On::Every),
     ("law", 0, 1, 1, On::Jerk),
-    ("ahead-x", 0, 1_000_000_000, 0, On::Safety),
-    ("ahead-y", 0, 1_000_000_000, 0, On::Safety),
-    ("ahead-z", 0, 1_000_000_000, 0, On::Safety),
-    ("behind-x", 0, 1_000_000_000, 0, On::Safety),
-    ("behind-y", 0, 1_000_000_000, 0, On::Safety),
-    ("behind-z", 0, 1_000_000_000, 0, On::Safety),
-    ("soft-limits", 0, 7, 0, On::Safety),
-    ("safe-start", 0, 1, 0, On::Safety),
-    ("home-first", 0, 1, 0, On::Safety),
-    ("estop", 0, 2, 0, On::Safety),
-    ("driver-fault", 0, 2, 0, On::Safety),
-    ("kill-off", 0, 1, 0, On::Safety),
-    ("debounce-ms", 0, 250, 25, On::Safety),
+    ("ahead-x", 0, 1_000_000_000, 0, On::Every),
+    ("ahead-y", 0, 1_000_000_000, 0, On::Every),
+    ("ahead-z", 0, 1_000_000_000, 0, On::Every),
+    ("behind-x", 0, 1_000_000_000, 0, On::Every),
+    ("behind-y", 0, 1_000_000_000, 0, On::Every),
+    ("behind-z", 0, 1_000_000_000, 0, On::Every),
+    ("soft-limits", 0, 7, 0, On::Every),
+    ("safe-start", 0, 1, 0, On::Every),
+    ("home-first", 0, 1, 0, On::Every),
+    ("estop", 0, 2, 0, On::Every),
+    ("driver-fault", 0, 2, 0, On::Every),
+    ("kill-off", 0, 1, 0, On::Every),
+    ("debounce-ms", 0, 250, 25, On::Every),
 ];
 
 /// Boards that have a setting.
@@ -48,7 +48,6 @@ const TABLE: [(&str, u32, u32, u32, On); COUNT] = [
 enum On {
     Every,
     Jerk,
-    Safety,
 }
 
 /// How many there are.
@@ -110,7 +109,6 @@ impl Name {
         (0..COUNT).map(Name).filter(move |name| match TABLE[name.0].4 {
             On::Every => true,
             On::Jerk => can.jerk,
-            On::Safety => can.safety,
         })
     }
 

@@ -20,8 +20,6 @@ use std::str::FromStr;
 pub struct Can {
     /// `j` and the setting `law`.
     pub jerk: bool,
-    /// Checksums, leases, and the settings that guard a machine.
-    pub safety: bool,
 }
 
 /// A board, as far as the outside knows it.
@@ -65,7 +63,7 @@ impl Board {
             axes,
             cost,
             byte,
-            can: Can { jerk: true, safety: true },
+            can: Can { jerk: true },
             jitter: (1.0, 1.0),
             fit: 0.6e-6,
             slack: 0,

@@ -19,7 +19,7 @@ pub fn nature(board: Board) -> Nature {
     let cost = Description::uno().board.cost;
     Nature {
         longer: cost.longer,
-        can: Can { jerk: board == Board::Mega, safety: true },
+        can: Can { jerk: board == Board::Mega },
         // An interrupt of the line in front of a step; beside other axes also their rare
         // events, which are compiled.
         jitter: (200.0, 2500.0),

@@ -13,8 +13,7 @@ use crate::workspace::Workspace;
 /// What the slave should take of an Uno's flash, in bytes: the rest is for its
 /// user's own ideas. It takes more; `docs/benchmarks.md` says what for.
 const AIM: u32 = 20_480;
-/// What any program may take, and the slave until then: all that the boot loader of a Nano
-/// leaves.
+/// What any program but the slave may take: all that a Nano's old boot loader leaves.
 const FLASH: u32 = 30_720;
 /// What any may take of the RAM, without its stack.
 const RAM: u32 = 1_229;
@@ -27,7 +26,8 @@ const PLANNED_RAM: u32 = 1_304;
 const CONTROLLER_RAM: u32 = 1_461;
 /// And what motor cycles over the line may.
 const CYCLES_RAM: u32 = 1_348;
-/// All that an Uno's boot loader leaves, for what is for an Uno alone.
+/// All that the boot loader of an Uno and of a Nano from 2018 on leaves, for the slave and for what
+/// is for an Uno alone.
 const ALONE: u32 = 32_256;
 
 /// The step interrupt's vector on each chip.
@@ -112,9 +112,8 @@ fn look(board: Board, program: &Program, built: &Built) -> Result<Vec<String>> {
     }
     if board != Board::Mega {
         let everywhere = program.fits(&Build { board: Board::Nano, timer: 1, bench: false });
-        // The Nano's controller is without `safety`.
-        let for_uno = !everywhere || (program.name == CONTROLLER && board == Board::Uno);
-        let flash = if for_uno { ALONE } else { FLASH };
+        let for_new = !everywhere || program.name == CONTROLLER;
+        let flash = if for_new { ALONE } else { FLASH };
         let ram = match &*program.name {
             CONTROLLER => CONTROLLER_RAM,
             PLANNED => PLANNED_RAM,

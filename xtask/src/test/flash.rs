@@ -28,7 +28,11 @@ struct Case {
 }
 
 const CASES: [Case; 2] = [
-    Case { chip: "uno", boot_loader: NANO_LOADER, words: &["nano", "--old-boot-loader"] },
+    Case {
+        chip: "uno",
+        boot_loader: NANO_LOADER,
+        words: &["nano", "--old-boot-loader", "--program", "timed"],
+    },
     Case { chip: "mega", boot_loader: MEGA_LOADER, words: &["mega"] },
 ];
 

@@ -4,7 +4,6 @@
 use stepwright::drive::{Axes, Drive};
 use stepwright::entry::Wiring;
 
-#[cfg(feature = "safety")]
 use crate::chip::PORTF;
 use crate::chip::{PORTB, PORTE, PORTG, PORTH};
 
@@ -20,9 +19,7 @@ const SWITCH_H: u8 = 6;
 /// On port B: the switches of axes 1 and 2.
 const SWITCH_B: u8 = 4;
 /// On port F: A0, the shield's "Abort", and A1, its "Hold".
-#[cfg(feature = "safety")]
 const EMERGENCY: u8 = 1 << 0;
-#[cfg(feature = "safety")]
 const DRIVER_FAULT: u8 = 1 << 1;
 
 /// STEP and DIR, for the step interrupt.
@@ -43,12 +40,9 @@ pub fn pins(b: PORTB, e: PORTE, g: PORTG, h: PORTH) -> (Pins, Levels) {
     write!(h.porth(), ENABLE | 1 << SWITCH_H);
     write!(h.ddrh(), 0b11 << DIRECTION_H | ENABLE);
     write!(b.portb(), 0b11 << SWITCH_B);
-    #[cfg(feature = "safety")]
-    {
-        // SAFETY: nothing else has pins on this port.
-        let f = unsafe { PORTF::steal() };
-        write!(f.portf(), EMERGENCY | DRIVER_FAULT);
-    }
+    // SAFETY: nothing else has pins on this port.
+    let f = unsafe { PORTF::steal() };
+    write!(f.portf(), EMERGENCY | DRIVER_FAULT);
     (Pins { e, g }, Levels { b })
 }
 
@@ -123,20 +117,17 @@ impl Levels {
     }
 
     /// The level of the emergency stop's pin.
-    #[cfg(feature = "safety")]
     pub fn emergency(&self) -> bool {
         port_f() & EMERGENCY != 0
     }
 
     /// The level of the pin to which the drivers' fault outputs lead.
-    #[cfg(feature = "safety")]
     pub fn driver_fault(&self) -> bool {
         port_f() & DRIVER_FAULT != 0
     }
 }
 
 /// The levels on port F.
-#[cfg(feature = "safety")]
 fn port_f() -> u8 {
     // SAFETY: reading pins disturbs nobody.
     unsafe { PORTF::steal() }.pinf().read().bits()

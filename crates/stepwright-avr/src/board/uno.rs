@@ -4,7 +4,6 @@
 use stepwright::drive::{Axes, Drive};
 use stepwright::entry::Wiring;
 
-#[cfg(feature = "safety")]
 use crate::chip::PORTC;
 use crate::chip::{PORTB, PORTD};
 
@@ -15,9 +14,7 @@ const DIRECTION: u8 = 5;
 const ENABLE: u8 = 1 << 0;
 const SWITCH: u8 = 1;
 /// On port C: A0, the shield's "Abort", and A1, its "Hold".
-#[cfg(feature = "safety")]
 const EMERGENCY: u8 = 1 << 0;
-#[cfg(feature = "safety")]
 const DRIVER_FAULT: u8 = 1 << 1;
 
 /// STEP and DIR, for the step interrupt.
@@ -35,12 +32,9 @@ pub fn pins(d: PORTD, b: PORTB) -> (Pins, Levels) {
     write!(d.ddrd(), 0b111 << STEP | 0b111 << DIRECTION);
     write!(b.portb(), ENABLE | 0b111 << SWITCH);
     write!(b.ddrb(), ENABLE);
-    #[cfg(feature = "safety")]
-    {
-        // SAFETY: nothing else has pins on this port.
-        let c = unsafe { PORTC::steal() };
-        write!(c.portc(), EMERGENCY | DRIVER_FAULT);
-    }
+    // SAFETY: nothing else has pins on this port.
+    let c = unsafe { PORTC::steal() };
+    write!(c.portc(), EMERGENCY | DRIVER_FAULT);
     (Pins { port: d }, Levels { port: b })
 }
 
@@ -94,20 +88,17 @@ impl Levels {
     }
 
     /// The level of the emergency stop's pin.
-    #[cfg(feature = "safety")]
     pub fn emergency(&self) -> bool {
         port_c() & EMERGENCY != 0
     }
 
     /// The level of the pin to which the drivers' fault outputs lead.
-    #[cfg(feature = "safety")]
     pub fn driver_fault(&self) -> bool {
         port_c() & DRIVER_FAULT != 0
     }
 }
 
 /// The levels on port C.
-#[cfg(feature = "safety")]
 fn port_c() -> u8 {
     // SAFETY: reading pins disturbs nobody.
     unsafe { PORTC::steal() }.pinc().read().bits()

@@ -1,4 +1,4 @@
-//! What a board with the feature `safety` asks before motion, and what it keeps of errors.
+//! The conditions that a board checks before motion, and the errors that it keeps.
 
 use stepwright::Travel;
 

@@ -8,7 +8,6 @@
 
 use core::task::Poll;
 
-#[cfg(feature = "safety")]
 use stepwright::Travel;
 
 use super::Slave;
@@ -17,7 +16,6 @@ use crate::answer::line;
 use crate::axis::AxisId;
 use crate::machine::{Machine, Refusal};
 use crate::stop;
-#[cfg(feature = "safety")]
 use crate::sum;
 
 impl<const AXES: usize> Slave<AXES> {
@@ -31,7 +29,6 @@ impl<const AXES: usize> Slave<AXES> {
     #[inline(never)]
     pub(super) fn stop_at_once<M: Machine>(&mut self, machine: &mut M) {
         let line = self.line.look().unwrap_or_default();
-        #[cfg(feature = "safety")]
         let line = if sum::is_wanted(line) { sum::checked(line).unwrap_or_default() } else { line };
         if let [letter] = line {
             match letter {
@@ -47,7 +44,6 @@ impl<const AXES: usize> Slave<AXES> {
         let result = match self.task {
             Task::Line(_) => return false,
             Task::Check(index) => self.check(index, machine),
-            #[cfg(feature = "safety")]
             Task::Admit(index) => self.admit(index, machine),
             Task::HandOver(index) => self.hand_over(index, machine),
             Task::Start => match machine.commit() {
@@ -77,7 +73,6 @@ impl<const AXES: usize> Slave<AXES> {
     fn started(&mut self) {
         let started = self.staged();
         self.mark(started, stop::NONE);
-        #[cfg(feature = "safety")]
         self.guard.started(started);
         if self.order == Open::Yes {
             self.naming = Naming::Used;
@@ -104,19 +99,11 @@ impl<const AXES: usize> Slave<AXES> {
             self.task = Task::Check(index.wrapping_add(1));
             return Ok(());
         }
-        #[cfg(feature = "safety")]
-        {
-            self.task = Task::Admit(index);
-        }
-        #[cfg(not(feature = "safety"))]
-        {
-            self.task = Task::HandOver(index);
-        }
+        self.task = Task::Admit(index);
         machine.settings().map_or(Ok(()), |settings| axis.params.check(settings))
     }
 
     /// Looks whether the limits of an axis allow its travel. They may end it earlier.
-    #[cfg(feature = "safety")]
     fn admit<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
         self.task = Task::HandOver(index);
         if let Some(axis) = self.axes.get_mut(usize::from(index)) {

@@ -49,7 +49,6 @@ pub(super) enum Task {
     /// axes from this one on do.
     Check(u8),
     /// They do so of this one, whose limits are to allow its travel.
-    #[cfg(feature = "safety")]
     Admit(u8),
     /// All of that holds for this one, whose travel is to be handed to the machine.
     HandOver(u8),

@@ -45,7 +45,7 @@ impl Teller<'_> {
         }
         match self.rng.u8(..4) {
             0 => {}
-            1 if self.board.can.safety => self.say("L5"),
+            1 => self.say("L5"),
             _ => self.say("Z"),
         }
         self.pause(pause);

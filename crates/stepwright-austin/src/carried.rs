@@ -69,7 +69,7 @@ impl Carried {
     }
 
     /// Brakes from here, in as many steps as the ramp has taken.
-    pub fn brake(&mut self) {
+    pub fn stop(&mut self) {
         self.margin = 0;
     }
 
@@ -221,7 +221,7 @@ mod tests {
     fn braking_takes_the_ramp_back() {
         let mut ramp = Carried::new(100_000, 50_000, 2_500);
         let up: Vec<_> = ramp.by_ref().take(100).collect();
-        ramp.brake();
+        ramp.stop();
         let down: Vec<_> = ramp.collect();
         assert!(down.len() >= 99 && down.len() <= 101, "{}", down.len());
         let last = down[down.len() - 1];

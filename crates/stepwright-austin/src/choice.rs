@@ -208,18 +208,18 @@ pub enum AnyLaw {
 
 impl AnyLaw {
     /// Brakes from the next delay on.
-    pub fn brake(&mut self) {
+    pub fn stop(&mut self) {
         match self {
             #[cfg(feature = "constant")]
-            AnyLaw::Austin(delays) => delays.brake(),
+            AnyLaw::Austin(delays) => delays.stop(),
             #[cfg(feature = "constant")]
-            AnyLaw::AustinFixed(delays) => delays.brake(),
+            AnyLaw::AustinFixed(delays) => delays.stop(),
             #[cfg(feature = "transitions")]
-            AnyLaw::LinearFactor(delays) => delays.brake(),
+            AnyLaw::LinearFactor(delays) => delays.stop(),
             #[cfg(feature = "power")]
-            AnyLaw::Power(delays) => delays.brake(),
+            AnyLaw::Power(delays) => delays.stop(),
             #[cfg(feature = "transitions")]
-            AnyLaw::Piecewise(delays) => delays.brake(),
+            AnyLaw::Piecewise(delays) => delays.stop(),
         }
     }
 

@@ -101,7 +101,7 @@ pub trait Law {
 
     /// Goes no further up. Returns the steps that the way down takes, the hold
     /// after the last pulse among them.
-    fn brake(&mut self) -> u32;
+    fn stop(&mut self) -> u32;
 }
 
 /// The pulses of a travel, as delays in ticks. The first is 0.
@@ -152,9 +152,9 @@ impl<L: Law> Pulses<L> {
 
     /// Brakes from here: ends as many steps further on as the way down takes,
     /// or where it would have ended anyway.
-    pub fn brake(&mut self) {
+    pub fn stop(&mut self) {
         // The last step of the way down is the hold after the last pulse.
-        self.left = self.left.min(self.law.brake().saturating_sub(1));
+        self.left = self.left.min(self.law.stop().saturating_sub(1));
     }
 
     /// The delay as formula has it, before it is rounded to ticks.

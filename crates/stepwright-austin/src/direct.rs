@@ -65,8 +65,8 @@ impl Direct {
 
     /// Brakes from where it is: the interval that is ready and the one after it
     /// are still of the ramp up.
-    pub fn brake(&mut self) {
-        self.ramp.brake();
+    pub fn stop(&mut self) {
+        self.ramp.stop();
     }
 }
 

@@ -94,8 +94,8 @@ impl Fixed {
 
     /// Brakes from here, in as many steps as the ramp has taken; from c_min in three
     /// fewer.
-    pub fn brake(&mut self) {
-        self.left = self.left.min(self.travel.brake().saturating_sub(1));
+    pub fn stop(&mut self) {
+        self.left = self.left.min(self.travel.stop().saturating_sub(1));
     }
 }
 

@@ -22,7 +22,7 @@
 //! | `C` | the general form's acceleration: after this many steps (0: from now on), which | `Y` |
 //! | `G` | how many steps, a minus for backward | `Y` |
 //! | `R` | 0 or 1: backward or forward until it is stopped | `Y` |
-//! | `Z` | brake; the position is kept | `Y` |
+//! | `Z` | stop along the ramp; the position is kept | `Y` |
 //! | `K` | no step more; the position is lost, if it moved | `Y` |
 //! | `I` | the present position is 0 | `Y` |
 //! | `V` | | the numbers of [`Progress`] |
@@ -66,7 +66,7 @@ pub enum Line {
     Go(i32),
     /// `R`: until it is stopped; true is forward.
     Run(bool),
-    /// `Z`: brake.
+    /// `Z`: stop along the ramp.
     Stop,
     /// `K`: no step more.
     Kill,

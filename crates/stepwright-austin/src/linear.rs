@@ -233,7 +233,7 @@ impl Law for Factor {
 
     /// The planned way down, from any speed: from below the top speed it
     /// brakes more gently.
-    fn brake(&mut self) -> u32 {
+    fn stop(&mut self) -> u32 {
         self.corners.j2
     }
 }

@@ -317,7 +317,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
             Line::Run(forward) => self.go(ENDLESS, forward)?,
             Line::Stop => {
                 if let Some(law) = &mut self.law {
-                    law.brake();
+                    law.stop();
                 }
             }
             Line::Kill => self.kill(),
@@ -379,7 +379,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
 
     fn kill(&mut self) {
         self.uncertain |= self.is_moving();
-        self.engine.halt(1 << AXIS);
+        self.engine.kill(1 << AXIS);
         self.feed.set_open(false);
         (self.law, self.ready, self.begun) = (None, None, false);
     }

@@ -52,7 +52,7 @@ impl<S: Slopes> Law for Travel<S> {
             if self.slopes.faster(left) {
                 return Phase::Up;
             }
-            self.brake();
+            self.stop();
         }
         if self.phase == Phase::Cruise {
             if left >= self.brake {
@@ -69,7 +69,7 @@ impl<S: Slopes> Law for Travel<S> {
         self.slopes.count()
     }
 
-    fn brake(&mut self) -> u32 {
+    fn stop(&mut self) -> u32 {
         if self.phase == Phase::Up {
             self.phase = Phase::Cruise;
             self.brake = self.slopes.braking();

@@ -114,13 +114,13 @@ fn stop_during_a_move() {
     for after in [2, 3, 100, 5_000, 12_000] {
         let mut travel = Fixed::new(1_000_000, 50_000, 500);
         let up = travel.by_ref().take(after).count();
-        travel.brake();
+        travel.stop();
         let down: Vec<_> = travel.collect();
         assert!(down.len() <= up && down.is_sorted(), "{after}: {}", down.len());
         let law = Austin::new(Rate::MHZ, speed(2_000), accel(400)).with_decel(accel(800));
         let mut travel = law.delays(1_000_000).unwrap();
         let up: Vec<_> = travel.by_ref().take(after).collect();
-        travel.brake();
+        travel.stop();
         let down: Vec<_> = travel.collect();
         assert!(down.len() <= up.len() / 2 + 1, "{after}: {}", down.len());
         // From its speed, within one step.

@@ -525,7 +525,7 @@ fn a_speed_beyond_the_way_down_ends_the_power_terms_ramp() {
     let first: Vec<u32> = delays.by_ref().take(10_000).collect();
     assert_eq!(delays.phase(), stepwright::profile::Phase::Cruise);
     assert!(first[9_999].abs_diff(first[5_000]) <= 1, "{} {}", first[5_000], first[9_999]);
-    delays.brake();
+    delays.stop();
     assert!(delays.count() < 5_000);
 }
 

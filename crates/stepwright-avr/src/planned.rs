@@ -103,8 +103,8 @@ impl<D: Drive> Control for PlannedEngine<D> {
     fn start(&mut self, axes: Axes) {
         self.with(|engine| engine.start(axes));
     }
-    fn halt(&mut self, axes: Axes) {
-        self.with(|engine| engine.halt(axes));
+    fn kill(&mut self, axes: Axes) {
+        self.with(|engine| engine.kill(axes));
     }
     fn report(&self, axis: u8) -> Report {
         self.with(|engine| engine.report(axis))

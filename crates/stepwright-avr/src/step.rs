@@ -429,7 +429,7 @@ impl Control for AvrEngine {
         });
     }
 
-    fn halt(&mut self, axes: Axes) {
+    fn kill(&mut self, axes: Axes) {
         for axis in 0..AXES as u8 {
             if axes >> axis & 1 == 0 {
                 continue;

@@ -1,7 +1,7 @@
 //! Motors for a program of one's own: three on the pins of the CNC shield, moved by the step
 //! interrupts while the program does other work.
 
-use stepwright::{Given, MoveError};
+use stepwright::{PlannedBoard, MoveError};
 
 use crate::board::{self, AXES};
 use crate::chip::Peripherals;
@@ -23,7 +23,7 @@ static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);
 
 /// Their board.
 #[unsafe(link_section = ".progmem.data")]
-static BOARD: InFlash<Given<AXES>> = InFlash::new(Given::new(board::description()));
+static BOARD: InFlash<PlannedBoard<AXES>> = InFlash::new(PlannedBoard::new(board::description()));
 
 /// Makes a program of a function that moves motors: `fn main(motors: &mut Steppers) ->
 /// Result<(), MoveError>`. It is called once, with the drivers on, and all motors at rest at

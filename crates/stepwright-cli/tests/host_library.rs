@@ -63,7 +63,7 @@ fn the_command_asks_changes_and_stops_what_a_program_moves() {
     assert_eq!(ended.code(), Some(0));
     let outcome = outcome.unwrap();
     assert!(
-        matches!(outcome, Outcome::Stopped { at: 1..30_000, reason: Some(Stop::Brake) }),
+        matches!(outcome, Outcome::Stopped { at: 1..30_000, reason: Some(Stop::Soft) }),
         "{outcome}"
     );
     // Orders are the holder's.
@@ -89,7 +89,7 @@ fn a_program_joins_what_the_command_moves() {
     let refused = board.axis(2).unwrap().travel(5, &limits(1_000, 10_000)).unwrap_err();
     let Error::Refused { reason: Some(Refusal::Line), .. } = refused else { panic!("{refused}") };
     // The holder leaves when its motor rests, and with it the way to the board.
-    board.session().brake(Selection::FIRST).unwrap();
+    board.session().stop(Selection::FIRST).unwrap();
     let mover = mover.end();
     assert_eq!(mover.code(), Some(1));
     assert!(mover.last_line().ends_with(" stopped by a soft stop (Z)"), "{}", mover.last_line());

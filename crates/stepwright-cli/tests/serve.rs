@@ -58,7 +58,7 @@ fn everybody_may_stop_and_the_position_stays_known() {
     let key = std::mem::take(&mut served.key);
     served.order("/api/stop", json!({"axis": 2}));
     let stopped = served.rest(2);
-    assert_eq!((&stopped["state"], &stopped["stop"]["name"]), (&json!("ready"), &json!("brake")));
+    assert_eq!((&stopped["state"], &stopped["stop"]["name"]), (&json!("ready"), &json!("stop")));
     assert_eq!(served.axis(1)["moving"], true);
     served.order("/api/stop", json!({}));
     let at = served.rest(1)["position"].as_i64().unwrap();
@@ -119,7 +119,7 @@ fn a_run_needs_one_who_is_heard_of() {
     drop(live);
     let axis = served.rest(1);
     assert!(silent.elapsed() < Duration::from_secs(20), "{:?}", silent.elapsed());
-    assert_eq!((&axis["state"], &axis["stop"]["name"]), (&json!("ready"), &json!("brake")));
+    assert_eq!((&axis["state"], &axis["stop"]["name"]), (&json!("ready"), &json!("stop")));
     // A travel that ends needs nobody.
     served.order("/api/move", json!({"axis": 1, "to": 0, "top_speed": 1500}));
     assert_eq!(served.rest(1)["position"], 0);
@@ -134,7 +134,7 @@ fn another_page_that_takes_over_ends_the_run() {
     let new = served.taken(true);
     let old = std::mem::replace(&mut served.key, new);
     let axis = served.rest(1);
-    assert_eq!(axis["stop"]["name"], "brake", "{axis}");
+    assert_eq!(axis["stop"]["name"], "stop", "{axis}");
     let new = std::mem::replace(&mut served.key, old);
     served.declined("/api/move", json!({"axis": 1, "by": 5}), 409);
     served.key = new;

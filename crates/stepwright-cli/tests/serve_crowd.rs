@@ -77,7 +77,7 @@ fn a_stop_gets_through_a_crowd_of_silent_connections() {
         served.key.clear();
         let crowd = crowd(&served, said);
         served.order("/api/stop", json!({}));
-        assert_eq!(served.rest(1)["stop"]["name"], "brake", "{said:?}");
+        assert_eq!(served.rest(1)["stop"]["name"], "stop", "{said:?}");
         drop(crowd);
     }
 }

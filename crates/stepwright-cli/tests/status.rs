@@ -99,7 +99,7 @@ fn the_reason_of_the_last_stop_until_the_axis_moves_again() {
     stepwright(&["run", "200", "--detach", "--port", &board.port]);
     stepwright(&["stop", "--port", &board.port]);
     assert!(board.row("axis 1").unwrap().ends_with(" ready, stopped by a soft stop (Z)"));
-    assert_eq!(board.json()["axes"][0]["stop"], "brake");
+    assert_eq!(board.json()["axes"][0]["stop"], "stop");
 }
 
 #[test]

@@ -93,7 +93,7 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
 
     /// A motor stops between two steps: its program is over.
     fn stop_motor(&mut self, motor: u8) {
-        self.engine.halt(1 << motor);
+        self.engine.kill(1 << motor);
         self.engine.drive().lower(1 << motor);
         if let Some(player) = self.player(motor) {
             player.end();

@@ -472,7 +472,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             self.engine.thaw(pause.frozen);
         }
         self.state = State::Rest;
-        self.engine.halt(Axes::MAX);
+        self.engine.kill(Axes::MAX);
         self.engine.drive().lower(Axes::MAX);
         self.surroundings.enable(0);
         for motor in 0..N as u8 {

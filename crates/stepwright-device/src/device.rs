@@ -1,15 +1,12 @@
 //! The whole of a board's foreground.
 
 use stepwright::drive::Axes;
-use stepwright::{Control, Steppers};
+use stepwright::{Control, OrderedMotors};
 use stepwright_protocol::{Settings, Slave, Stop};
 
 use crate::machine::DeviceMachine;
 use crate::panel::BoardIo;
 use crate::supervisor::Supervisor;
-
-/// The motors of a device: every order of the line has its own limits.
-pub(crate) type Motors<'q, E, const N: usize, const Q: usize> = Steppers<'q, E, N, Q, ()>;
 
 /// A stepper controller with up to N axes, but for its step interrupt and its
 /// pins.
@@ -18,14 +15,14 @@ pub(crate) type Motors<'q, E, const N: usize, const Q: usize> = Steppers<'q, E, 
 /// lent for each call, for a simulation has it too.
 pub struct Device<'q, E, const N: usize, const Q: usize> {
     slave: Slave<N>,
-    motors: Motors<'q, E, N, Q>,
+    motors: OrderedMotors<'q, E, N, Q>,
     supervisor: Supervisor,
     axes: u8,
 }
 
 impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
     /// As at power-up. `axes` of the N are connected.
-    pub fn new(motors: Steppers<'q, E, N, Q, ()>, axes: u8, panel: &mut impl BoardIo) -> Self {
+    pub fn new(motors: OrderedMotors<'q, E, N, Q>, axes: u8, panel: &mut impl BoardIo) -> Self {
         let mut device = Device::blank(motors);
         device.begin(axes, panel);
         device
@@ -34,7 +31,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
     /// A device that has yet to [`begin`](Device::begin): zeros but for its motors, so that
     /// a static one takes no flash.
     #[inline(always)]
-    pub const fn blank(motors: Steppers<'q, E, N, Q, ()>) -> Self {
+    pub const fn blank(motors: OrderedMotors<'q, E, N, Q>) -> Self {
         Device { slave: Slave::blank(), motors, supervisor: Supervisor::OFF, axes: 0 }
     }
 
@@ -45,7 +42,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
         self.axes = axes;
         self.slave.begin();
         if self.supervisor.begin(panel) {
-            self.motors.doubt();
+            self.motors.mark_positions_unknown();
             self.slave.stopped(Axes::MAX, Stop::Reset);
         }
         self.supervisor.apply(&mut self.motors, panel);
@@ -123,12 +120,12 @@ impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
 
     /// The motors. Their orders pass the supervisor by: no limit holds, and the drivers stay as
     /// they are.
-    pub fn motors_mut(&mut self) -> &mut Steppers<'q, E, N, Q, ()> {
+    pub fn motors_mut(&mut self) -> &mut OrderedMotors<'q, E, N, Q> {
         &mut self.motors
     }
 
     /// The motors, to be asked where they are.
-    pub fn motors(&self) -> &Steppers<'q, E, N, Q, ()> {
+    pub fn motors(&self) -> &OrderedMotors<'q, E, N, Q> {
         &self.motors
     }
 }

@@ -1,10 +1,9 @@
 //! The inputs that stop everything: the emergency stop, and the fault of a driver.
 
 use stepwright::drive::Axes;
-use stepwright::{Axis, Control};
+use stepwright::{Axis, Control, OrderedMotors};
 use stepwright_protocol::{Setting, Slave, Stop};
 
-use crate::device::Motors;
 use crate::panel::BoardIo;
 use crate::supervisor::Supervisor;
 
@@ -30,7 +29,7 @@ impl Supervisor {
     pub(crate) fn check_inputs<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
-        motors: &mut Motors<'_, E, N, Q>,
+        motors: &mut OrderedMotors<'_, E, N, Q>,
         panel: &mut impl BoardIo,
     ) {
         let Some(reason) = self.stopper(panel) else { return };

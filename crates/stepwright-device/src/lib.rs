@@ -11,7 +11,7 @@
 //!   bytes ─► Slave ─► switches ► Group ─► queues ─► Engine (step interrupt)
 //!                       ▲             ▲
 //!            Settings ──┴─ Supervisor ┤
-//!               ▲            ▲        └ brake, halt
+//!               ▲            ▲        └ stop, kill
 //!             Store        BoardIo: millis, switches, enable, EEPROM
 //! ```
 //!

@@ -2,16 +2,15 @@
 
 use core::task::Poll;
 
-use stepwright::{Axis, AxisSet, Change, Control, Order, Travel};
+use stepwright::{Axis, AxisSet, Change, Control, Order, OrderedMotors, Travel};
 use stepwright_protocol::{AxisId, Machine, Refusal, Setting, Settings};
 
-use crate::device::Motors;
 use crate::panel::BoardIo;
 use crate::supervisor::Supervisor;
 
 /// A device for the time of a line.
 pub(crate) struct DeviceMachine<'a, 'q, E, P, const N: usize, const Q: usize> {
-    pub(crate) motors: &'a mut Motors<'q, E, N, Q>,
+    pub(crate) motors: &'a mut OrderedMotors<'q, E, N, Q>,
     /// How many of the N axes the board has.
     pub(crate) axes: u8,
     pub(crate) supervisor: &'a mut Supervisor,
@@ -51,8 +50,8 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
         self.motors.cancel();
     }
 
-    fn brake(&mut self, axis: AxisId) {
-        Machine::brake(self.motors, axis);
+    fn stop(&mut self, axis: AxisId) {
+        Machine::stop(self.motors, axis);
     }
 
     fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
@@ -60,7 +59,7 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
             let blocked = self.supervisor.blocked(self.panel);
             let mut bit = 1;
             for axis in Axis::all() {
-                let forward = self.motors.leads_forward(axis, steps);
+                let forward = self.motors.is_ahead(axis, steps);
                 if axes & bit & blocked.on(forward) != 0 {
                     return Err(Refusal::Fault);
                 }

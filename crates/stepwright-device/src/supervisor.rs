@@ -1,11 +1,10 @@
 //! The supervisor: drivers, switches, the silent host.
 
 use stepwright::drive::Axes;
-use stepwright::{Axis, Control, Ticks};
+use stepwright::{Axis, Control, OrderedMotors, Ticks};
 use stepwright_protocol::{Setting, Settings, Slave, Stop};
 
 use crate::contacts::Contacts;
-use crate::device::Motors;
 use crate::panel::BoardIo;
 use crate::reset::Mark;
 use crate::store::Store;
@@ -80,7 +79,7 @@ impl Supervisor {
     /// Has the board, the engine and the pins follow the settings.
     pub(crate) fn apply<E: Control, const N: usize, const Q: usize>(
         &mut self,
-        motors: &mut Motors<'_, E, N, Q>,
+        motors: &mut OrderedMotors<'_, E, N, Q>,
         panel: &mut impl BoardIo,
     ) {
         motors.set_drivers(
@@ -167,7 +166,7 @@ impl Supervisor {
     pub(crate) fn poll<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
-        motors: &mut Motors<'_, E, N, Q>,
+        motors: &mut OrderedMotors<'_, E, N, Q>,
         panel: &mut impl BoardIo,
     ) {
         self.check_inputs(slave, motors, panel);
@@ -190,7 +189,7 @@ impl Supervisor {
     fn check_switches<E: Control, const N: usize, const Q: usize>(
         &self,
         slave: &mut Slave<N>,
-        motors: &mut Motors<'_, E, N, Q>,
+        motors: &mut OrderedMotors<'_, E, N, Q>,
         panel: &impl BoardIo,
     ) {
         let blocked = self.blocked(panel);
@@ -198,7 +197,7 @@ impl Supervisor {
         for axis in Axis::all() {
             let forward = motors.is_forward(axis);
             if blocked.on(forward) & bit != 0 && motors.is_moving(axis) {
-                motors.halt_at_switch(axis);
+                motors.kill_at_switch(axis);
                 slave.stopped(bit, Stop::Switch);
             }
             bit <<= 1;
@@ -209,7 +208,7 @@ impl Supervisor {
     fn check_time<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
-        motors: &mut Motors<'_, E, N, Q>,
+        motors: &mut OrderedMotors<'_, E, N, Q>,
         panel: &mut impl BoardIo,
     ) {
         let busy = motors.any_moving();
@@ -233,7 +232,7 @@ impl Supervisor {
         }
         if busy && !self.silent {
             self.silent = true;
-            brake(slave, motors);
+            stop(slave, motors);
         } else if !busy && self.enabled {
             self.enabled = false;
             self.set_enable(panel);
@@ -246,24 +245,24 @@ impl Supervisor {
         &mut self,
         now: u32,
         slave: &mut Slave<N>,
-        motors: &mut Motors<'_, E, N, Q>,
+        motors: &mut OrderedMotors<'_, E, N, Q>,
     ) {
         if self.lease != 0 && now.wrapping_sub(self.heard_at) > self.lease.into() {
             self.lease = 0;
-            brake(slave, motors);
+            stop(slave, motors);
         }
     }
 }
 
 /// Brakes what moves, for the host is silent.
-fn brake<E: Control, const N: usize, const Q: usize>(
+fn stop<E: Control, const N: usize, const Q: usize>(
     slave: &mut Slave<N>,
-    motors: &mut Motors<'_, E, N, Q>,
+    motors: &mut OrderedMotors<'_, E, N, Q>,
 ) {
     let mut bit: Axes = 1;
     for axis in Axis::all() {
         if motors.is_moving(axis) {
-            motors.brake(axis);
+            motors.stop(axis);
             slave.stopped(bit, Stop::Timeout);
         }
         bit <<= 1;

@@ -286,7 +286,7 @@ impl Board {
     /// # Errors
     /// [`Error::Lost`]
     pub fn stop(&mut self) -> Result<(), Error> {
-        self.session.brake(Selection::All)?;
+        self.session.stop(Selection::All)?;
         while self.session.is_busy(Selection::All)? {
             self.session.pause(POLL)?;
         }
@@ -297,7 +297,7 @@ impl Board {
     ///
     /// # Errors
     /// [`Error::Lost`] if the board does not confirm it: switch its power off.
-    pub fn halt(&mut self) -> Result<(), Error> {
+    pub fn kill(&mut self) -> Result<(), Error> {
         match self.session.kill() {
             Ok(true) => Ok(()),
             Ok(false) => Err(LinkError::Silent.into()),
@@ -421,7 +421,7 @@ impl Axis<'_> {
     /// # Errors
     /// [`Error::Lost`]
     pub fn stop(&mut self) -> Result<Outcome, Error> {
-        self.session.brake(Selection::One(self.id))?;
+        self.session.stop(Selection::One(self.id))?;
         let watched = self.session.watch(self.id, None, |_, _| Action::GoOn);
         self.conclude(watched, None)
     }

@@ -78,7 +78,7 @@ impl fmt::Display for Change {
             }
             (Command::Accel(accel), _) => write!(f, "acceleration {} steps/s²", accel.get()),
             (Command::Decel(decel), _) => write!(f, "deceleration {} steps/s²", decel.get()),
-            (Command::Brake, _) => f.write_str("stop"),
+            (Command::Stop, _) => f.write_str("stop"),
             (Command::Kill, _) => f.write_str("kill"),
             (other, _) => write!(f, "{other}"),
         }

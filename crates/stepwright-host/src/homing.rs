@@ -2,10 +2,10 @@
 //!
 //! ```text
 //!   Seek ──► 0, BackOff ──► Approach slowly ──► 0, Leave ──► done
-//!     switch closes: halt     switch closes: halt, 0 is here
+//!     switch closes: kill     switch closes: kill, 0 is here
 //! ```
 //!
-//! It says no line and waits for nothing: whoever has the conversation does. The halt from the speed of the seek may lose steps, so the place that
+//! It says no line and waits for nothing: whoever has the conversation does. The kill from the speed of the seek may lose steps, so the place that
 //! counts is that of the slow approach.
 
 use std::fmt;
@@ -377,7 +377,7 @@ mod tests {
         let braked = HomingEvent::Rests { position: Some(-300), stop: None, braked: true };
         for (events, why) in [
             (vec![(0, braked)], "no switch of axis 1 within 300 steps"),
-            (vec![(0, rests(4, Some(Stop::Brake)))], "stopped by"),
+            (vec![(0, rests(4, Some(Stop::Soft)))], "stopped by"),
             (vec![(0, rests(4, None))], "its switch has not stopped it"),
             (vec![(0, HomingEvent::Closed), (0, HomingEvent::Said(false))], "refused to zero"),
             (vec![(0, HomingEvent::Closed), (0, YES), (0, rests(-49, None))], "did not get away"),

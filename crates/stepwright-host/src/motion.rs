@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   begin ──► watch ──────────────────────────► at rest: where?
-//!     │         │ Action::Brake  │ LinkError::Killed
+//!     │         │ Action::Stop   │ LinkError::Killed
 //!     ▼         ▼              ▼
 //!   refused   Z, watch on    K: position uncertain
 //! ```
@@ -69,7 +69,7 @@ pub enum Action {
     /// Nothing: it goes on.
     GoOn,
     /// A soft stop.
-    Brake,
+    Stop,
     /// A line that changes the motion, harmless twice.
     Say(Command),
 }
@@ -224,7 +224,7 @@ impl Conversation {
                     continue;
                 }
                 _ => {
-                    self.brake(one).await?;
+                    self.stop(one).await?;
                     braking = true;
                     continue;
                 }
@@ -234,11 +234,11 @@ impl Conversation {
         }
     }
 
-    /// Brakes these axes.
-    pub async fn brake(&mut self, axes: Selection) -> Result<(), LinkError> {
+    /// Stops these axes along their ramps.
+    pub async fn stop(&mut self, axes: Selection) -> Result<(), LinkError> {
         for _ in 0..TRIES {
             // E: the line was damaged.
-            if self.ask_of(axes, Command::Brake).await? == Reply::Yes {
+            if self.ask_of(axes, Command::Stop).await? == Reply::Yes {
                 return Ok(());
             }
         }

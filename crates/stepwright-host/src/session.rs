@@ -140,8 +140,8 @@ impl Session {
         pause(time: Duration) -> ();
         /// [`Conversation::play`]
         play(lines: &[Command]) -> Played;
-        /// [`Conversation::brake`]
-        brake(axes: Selection) -> ();
+        /// [`Conversation::stop`]
+        stop(axes: Selection) -> ();
     }
 
     /// [`Conversation::meet`]

@@ -55,7 +55,7 @@ fn a_travel_is_changed_and_stopped_on_its_way() {
     x.travel(5_000, &motion(1_000, 2_000)).unwrap();
     let stopped = x.stop().unwrap();
     assert!(
-        matches!(stopped, Outcome::Stopped { at: 3_001..8_000, reason: Some(Stop::Brake) }),
+        matches!(stopped, Outcome::Stopped { at: 3_001..8_000, reason: Some(Stop::Soft) }),
         "{stopped}"
     );
     let refused = x.retarget(7).unwrap_err();
@@ -63,11 +63,11 @@ fn a_travel_is_changed_and_stopped_on_its_way() {
 }
 
 #[test]
-fn a_halt_loses_the_position() {
+fn a_kill_loses_the_position() {
     let mut board = uno();
     board.axis(1).unwrap().travel(5_000, &MotionLimits::default()).unwrap();
     board.session().pause(Duration::from_millis(200)).unwrap();
-    board.halt().unwrap();
+    board.kill().unwrap();
     let mut x = board.axis(1).unwrap();
     assert_eq!(x.position().unwrap(), None);
     assert!(matches!(x.move_by(1, &MotionLimits::default()), Err(Error::Uncertain)));

@@ -143,7 +143,7 @@ pub(crate) mod tests {
                 Run(Direction::Backward),
                 Execute,
                 Status,
-                Brake,
+                Stop,
                 Kill,
                 Select(Selection::All),
                 Info,

@@ -3,7 +3,7 @@
 use core::hint::black_box;
 use core::task::Poll;
 
-use stepwright::{Axis, AxisSet, Change, Control, Order, Steppers};
+use stepwright::{Axis, AxisSet, Change, Control, Order, OrderedMotors};
 
 use crate::{AxisId, Machine, Refusal};
 
@@ -15,7 +15,7 @@ impl AxisId {
     }
 }
 
-impl<E: Control, const N: usize, const Q: usize> Machine for Steppers<'_, E, N, Q, ()> {
+impl<E: Control, const N: usize, const Q: usize> Machine for OrderedMotors<'_, E, N, Q> {
     fn axes(&self) -> u8 {
         N as u8
     }
@@ -26,42 +26,42 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Steppers<'_, E, N, 
 
     fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal> {
         let axis = axis.of().ok_or(Refusal::Axis)?;
-        Ok(Steppers::prepare(self, axis, order)?)
+        Ok(OrderedMotors::prepare(self, axis, order)?)
     }
 
     fn commit(&mut self) -> Poll<Result<(), Refusal>> {
-        Steppers::commit(self, || 0).map_err(Refusal::from)
+        OrderedMotors::commit(self, || 0).map_err(Refusal::from)
     }
 
     fn cancel(&mut self) {
-        Steppers::cancel(self);
+        OrderedMotors::cancel(self);
     }
 
-    fn brake(&mut self, axis: AxisId) {
+    fn stop(&mut self, axis: AxisId) {
         if let Some(axis) = axis.of() {
-            Steppers::brake(self, axis);
+            OrderedMotors::stop(self, axis);
         }
     }
 
     fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
-        Ok(Steppers::change(self, AxisSet::from_bits(axes), change)?)
+        Ok(OrderedMotors::change(self, AxisSet::from_bits(axes), change)?)
     }
 
     fn kill(&mut self) {
-        Steppers::kill(self);
+        OrderedMotors::kill(self);
     }
 
     fn position(&self, axis: AxisId) -> Option<i64> {
-        axis.of().and_then(|axis| Steppers::position(self, axis))
+        axis.of().and_then(|axis| OrderedMotors::position(self, axis))
     }
 
     fn uncertain(&self) -> u8 {
-        Steppers::uncertain(self)
+        OrderedMotors::uncertain(self)
     }
 
     fn zero(&mut self, axis: AxisId) {
         if let Some(axis) = axis.of() {
-            Steppers::zero(self, axis);
+            OrderedMotors::zero(self, axis);
         }
     }
 
@@ -70,11 +70,11 @@ impl<E: Control, const N: usize, const Q: usize> Machine for Steppers<'_, E, N, 
     }
 
     fn late(&self) -> u32 {
-        Steppers::late(self)
+        OrderedMotors::late(self)
     }
 
     fn clear_late(&mut self) {
-        Steppers::clear_late(self);
+        OrderedMotors::clear_late(self);
     }
 }
 

@@ -397,7 +397,7 @@ lines! {
     b'g' "g" Run(direction: Direction): NAMED | IDLE, "Y",
         "travel until a stop; outside an order it starts at once";
     b'E' "E" Execute: OPEN, "Y", "starts the order";
-    b'Z' "Z" Brake: ANY, "Y", "slows down to rest; the position stays known";
+    b'Z' "Z" Stop: ANY, "Y", "stops along the ramp; the position stays known";
     b'K' "K" Kill: ANY, "Y", "stops all axes at once; an axis that moved has lost its position";
     b'I' "I" Zero(axis: AxisId): READY, "Y", "the position of this axis is 0";
     b'F' "F" Status: ANY, "R or B", "are the selected axes ready, or busy?";

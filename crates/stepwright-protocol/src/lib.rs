@@ -84,7 +84,7 @@
 //!         Poll::Ready(Ok(()))
 //!     }
 //!     fn cancel(&mut self) {}
-//!     fn brake(&mut self, _: AxisId) {}
+//!     fn stop(&mut self, _: AxisId) {}
 //!     fn kill(&mut self) {}
 //!     fn position(&self, _: AxisId) -> Option<i64> { Some(self.here) }
 //!     fn zero(&mut self, _: AxisId) { self.here = 0 }
@@ -142,7 +142,7 @@
 //! | `G+0` | Y, and ready at once |
 //! | Z and K when idle | Y; the position stays known |
 //! | V after K | E until I, for the axes that K stopped |
-//! | F, Z with A0 | B if any is busy; all brake |
+//! | F, Z with A0 | B if any is busy; all stop |
 //! | what counts as refused? | every line answered E, an empty one apart: masters send it to get in step |
 //! | `last` after the E of a spoiled order | the reason of the line that spoiled it |
 //!

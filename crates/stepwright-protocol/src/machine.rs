@@ -8,7 +8,7 @@ use stepwright::{Change, Order};
 
 use crate::{AxisId, Settings};
 
-/// The controller behind the line: axes that travel, brake and know where
+/// The controller behind the line: axes that travel, stop and know where
 /// they are.
 ///
 /// The slave checks the grammar, the ranges, that an axis exists and is idle,
@@ -24,7 +24,7 @@ use crate::{AxisId, Settings};
 ///   The slave never names another one.
 /// - After `commit` was ready with `Ok`, `busy` is true for each axis of the order
 ///   until its last step has been emitted, whether the travel ran to its end,
-///   was braked, or was killed. A travel of 0 steps never is.
+///   was stopped, or was killed. A travel of 0 steps never is.
 /// - A position is the steps emitted since it was last set to 0. It is `None`
 ///   from the moment it may be wrong until `zero`.
 pub trait Machine {
@@ -44,7 +44,7 @@ pub trait Machine {
     fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal>;
 
     /// Does a piece of starting all that was prepared, together, or none of it: called
-    /// until it is ready. Between the pieces `brake`, `kill` and `cancel` may be called, and
+    /// until it is ready. Between the pieces `stop`, `kill` and `cancel` may be called, and
     /// what is ordered is not yet busy. A machine that does it in one piece is ready at once.
     ///
     /// # Errors
@@ -58,7 +58,7 @@ pub trait Machine {
 
     /// Ramps the axis down from wherever it is on its way; its position stays
     /// known. An axis that is already ramping down goes on doing so.
-    fn brake(&mut self, axis: AxisId);
+    fn stop(&mut self, axis: AxisId);
 
     /// Changes the travels that these axes are on, all or none; bit 0 is axis 1.
     /// The slave names only axes that are busy.
@@ -104,7 +104,7 @@ pub trait Machine {
     /// Sets `late` to 0.
     fn clear_late(&mut self);
 
-    /// Moving axes are to brake, as by [`brake`](Machine::brake), once no line has come for
+    /// Moving axes are to stop, as by [`stop`](Machine::stop), once no line has come for
     /// this many ms; 0: no longer. It ends with the first such silence.
     ///
     /// # Errors

@@ -383,7 +383,7 @@ impl<const AXES: usize> Slave<AXES> {
             b'F' => {
                 return Ok(if idle { line::READY } else { line::BUSY });
             }
-            b'Z' => self.brake(machine),
+            b'Z' => self.stop(machine),
             b'K' => self.kill(machine),
             b'I' | b'V' | b'A' => {
                 let axis = number as u8;
@@ -467,14 +467,14 @@ impl<const AXES: usize> Slave<AXES> {
 
     /// Brakes the selected axes.
     #[inline(never)]
-    fn brake<M: Machine>(&mut self, machine: &mut M) {
-        let mut brake = self.busy(machine) & self.selected;
-        self.mark(brake, b'Z');
+    fn stop<M: Machine>(&mut self, machine: &mut M) {
+        let mut stop = self.busy(machine) & self.selected;
+        self.mark(stop, b'Z');
         for index in 0..AXES as u8 {
-            if brake & 1 != 0 {
-                machine.brake(AxisId::at(index));
+            if stop & 1 != 0 {
+                machine.stop(AxisId::at(index));
             }
-            brake >>= 1;
+            stop >>= 1;
         }
     }
 

@@ -31,7 +31,7 @@ macro_rules! stops {
 }
 
 stops! {
-    Brake b'Z', "brake", "a soft stop (Z)", "`Z`: the line Z; a ramp down.";
+    Soft b'Z', "stop", "a soft stop (Z)", "`Z`: the line Z; a ramp down.";
     Kill b'K', "kill", "a kill (K)", "`K`: the line K; the position is lost.";
     Switch b'S', "switch", "its limit switch", "`S`: a closed limit switch.";
     Timeout b'T', "timeout", "the silence of the host", "`T`: no line came for too long; a ramp down.";
@@ -70,7 +70,7 @@ pub(crate) fn is_soft(letter: u8) -> bool {
 /// use stepwright_protocol::{AxisId, Stop, Stops};
 /// let stops = Stops::parse(b"-ZS").unwrap();
 /// let reasons: Vec<_> = AxisId::first(3).map(|axis| stops.of(axis)).collect();
-/// assert_eq!(reasons, [None, Some(Stop::Brake), Some(Stop::Switch)]);
+/// assert_eq!(reasons, [None, Some(Stop::Soft), Some(Stop::Switch)]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Stops {
@@ -114,7 +114,7 @@ pub(crate) mod tests {
         for stop in Stop::ALL {
             assert_eq!(Stop::of(stop.letter()), Some(stop));
             assert!(!b"-\r\n *,=".contains(&stop.letter()));
-            assert_eq!(is_soft(stop.letter()), matches!(stop, Stop::Brake | Stop::Timeout));
+            assert_eq!(is_soft(stop.letter()), matches!(stop, Stop::Soft | Stop::Timeout));
         }
         assert_eq!((Stop::of(b'-'), Stop::of(b'Q')), (None, Some(Stop::Other)));
     }

@@ -62,7 +62,7 @@ fn an_axis_starts_while_another_runs() {
          F       R
          A1      Y
          F       B
-         Z       Y  -> brake 1",
+         Z       Y  -> stop 1",
     );
 }
 
@@ -89,9 +89,9 @@ fn a0_addresses_all_axes() {
          PO      E
          T30     E
          g+      E
-         Z       Y  -> brake 1; brake 2; brake 3
+         Z       Y  -> stop 1; stop 2; stop 3
          *arrive 2
-         Z       Y  -> brake 1; brake 3
+         Z       Y  -> stop 1; stop 3
          I2      Y  -> zero 2
          I1      E
          K       Y  -> kill
@@ -157,7 +157,7 @@ fn a_master_without_a_goes_on_after_one_with_it() {
          *arrive 1
          A2      Y
          g+      Y  -> start 2 50-1000 R200 R200 forward
-         Z       Y  -> brake 2
+         Z       Y  -> stop 2
          *arrive 2
          PO      Y
          G+3     E
@@ -178,7 +178,7 @@ fn a_stop_reaches_the_axes_of_a_and_of_po() {
          A2      Y
          PO      Y
          F       B
-         Z       Y  -> brake 1
+         Z       Y  -> stop 1
          *arrive 1
          F       R
          A2      Y

@@ -45,17 +45,17 @@ fn a_stop_has_its_reason_until_the_next_start() {
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
          g+      Y  -> start 1 50-1000 R200 R200 forward; start 2 50-1000 R200 R200 forward; start 3 50-1000 R200 R200 forward
          A2      Y
-         Z       Y  -> brake 2
+         Z       Y  -> stop 2
          *arrive 2
          A3      Y
-         Z       Y  -> brake 3
+         Z       Y  -> stop 3
          *arrive 1
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=-ZZ
          K       Y  -> kill
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=4 stop=-ZK
          g+      Y  -> start 3 50-1000 R200 R200 forward
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=4 stop=-Z-
-         Z       Y  -> brake 3
+         Z       Y  -> stop 3
          @+7     Y  -> change 3: @+7
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=4 stop=-Z-
          !       Y  -> clear
@@ -69,7 +69,7 @@ fn the_machine_tells_its_own_stops() {
         "g+      Y  -> start 1 50-1000 R200 R200 forward
          *silent 1
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=T--
-         Z       Y  -> brake 1
+         Z       Y  -> stop 1
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=T--
          *switch 1
          *arrive 1
@@ -139,7 +139,7 @@ fn a_jerk_bends_the_ramps_of_its_order() {
         "j400000        Y
          g+             Y  -> start 1 50-1000 R200 R200 400000/s3 forward
          j1             E
-         Z              Y  -> brake 1
+         Z              Y  -> stop 1
          *arrive 1
          PO             Y
          G+5            Y

@@ -49,8 +49,8 @@ fn while_busy_no_line_of_an_order_is_taken() {
          A1      Y
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=11 last=busy uncertain=0
          !       Y  -> clear
-         Z       Y  -> brake 1
-         Z       Y  -> brake 1
+         Z       Y  -> stop 1
+         Z       Y  -> stop 1
          K       Y  -> kill
          F       R",
     );
@@ -61,7 +61,7 @@ fn drive_until_stopped() {
     talk(
         "T50     Y
          g-      Y  -> start 1 50-500 R200 R200 backward
-         Z       Y  -> brake 1
+         Z       Y  -> stop 1
          F       B
          *arrive 1
          F       R

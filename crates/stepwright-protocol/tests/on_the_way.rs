@@ -23,7 +23,7 @@ fn a_travel_in_progress_gets_another_target() {
          A2      Y
          @+9     E
          A1      Y
-         Z       Y  -> brake 1
+         Z       Y  -> stop 1
          @-7     Y  -> change 1: @-7
          *arrive 1
          V1      -7

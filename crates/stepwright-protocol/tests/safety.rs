@@ -18,7 +18,7 @@ fn errors_stay_until_they_are_acknowledged() {
          *arrive 1
          g-      Y  -> start 1 50-1000 R200 R200 backward
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=--- errors=ST
-         Z       Y  -> brake 1
+         Z       Y  -> stop 1
          *late   2
          ?       stepwright 0.1 axes=3 max=120000 late=2 refused=0 last=none uncertain=0 stop=Z-- errors=STl
          K       Y  -> kill
@@ -37,7 +37,7 @@ fn a_damaged_byte_and_every_stop_is_an_error() {
     slave.garbled();
     say(&mut slave, &mut bench, b"");
     assert!(say(&mut slave, &mut bench, b"?").contains(" errors=g "));
-    for reason in [Stop::Reset, Stop::Driver, Stop::Emergency, Stop::Brake, Stop::Limit] {
+    for reason in [Stop::Reset, Stop::Driver, Stop::Emergency, Stop::Soft, Stop::Limit] {
         slave.stopped(1, reason);
     }
     assert!(say(&mut slave, &mut bench, b"?").contains(" errors=EDRg "));
@@ -47,7 +47,7 @@ fn a_damaged_byte_and_every_stop_is_an_error() {
 
 /// A row that stops axis 1 in motion, and the letter of it.
 const STOPS: [(&str, bool); 4] =
-    [("*switch 1", true), ("*silent 1", true), ("K Y -> kill", true), ("Z Y -> brake 1", false)];
+    [("*switch 1", true), ("*silent 1", true), ("K Y -> kill", true), ("Z Y -> stop 1", false)];
 
 #[test]
 fn a_safe_start_wants_a_stop_acknowledged() {
@@ -247,7 +247,7 @@ fn a_g_ends_at_the_limit_and_says_so() {
          g-      Y  -> start 1 50-1000 R200 R200 -1100
          !       Y  -> clear
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
-         Z       Y  -> brake 1
+         Z       Y  -> stop 1
          !       Y  -> clear
          *arrive 1
          ?       stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---

@@ -145,11 +145,11 @@ fn a_soft_stop_brakes_at_once_and_again_in_its_turn() {
     receive(&mut slave, &mut bench, "E\r");
     assert!(slave.work(&mut bench) && slave.work(&mut bench));
     receive(&mut slave, &mut bench, "Z\r");
-    assert_eq!(bench.log, "brake 3");
+    assert_eq!(bench.log, "stop 3");
     assert_eq!(answer(&mut slave, &mut bench), "Y");
     assert_eq!(answer(&mut slave, &mut bench), "Y");
     let started = "start 1 50-1000 R200 R200 +50; start 2 50-1000 R200 R200 -70";
-    assert_eq!(bench.log, format!("brake 3; {started}; brake 1; brake 2; brake 3"));
+    assert_eq!(bench.log, format!("stop 3; {started}; stop 1; stop 2; stop 3"));
     assert_eq!(info(&mut slave, &mut bench), "refused=0 last=none uncertain=0 stop=ZZZ");
 }
 

@@ -29,11 +29,11 @@ fn main() -> Result<(), MoveError> {
     println!("at rest at {:?}", motors.position(Axis::Z));
     assert!(!motors.is_moving(Axis::Z) && motors.position(Axis::Z).is_some());
 
-    // A halt: at once, and the position is not known until it is set.
+    // A kill: at once, and the position is not known until it is set.
     motors.run(Axis::Z, 1_000)?;
     work(&mut motors, 700);
-    motors.halt(Axis::Z);
-    println!("halted: position {:?}", motors.position(Axis::Z));
+    motors.kill(Axis::Z);
+    println!("killed: position {:?}", motors.position(Axis::Z));
     println!("{}", motors.move_to(Axis::Z, 0).unwrap_err());
     motors.set_position(Axis::Z, 0)?;
     assert_eq!(motors.position(Axis::Z), Some(0));

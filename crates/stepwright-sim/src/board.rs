@@ -7,7 +7,7 @@ use stepwright::engine::WIRING;
 use stepwright::entry::Wiring;
 use stepwright::queue::{Consumer, Producer, Queue};
 use stepwright::timer::Count;
-use stepwright::{Axis, Control, Engine, Steppers};
+use stepwright::{Axis, Control, Engine, OrderedMotors};
 use stepwright_device::{Device, Mark, Reset};
 use stepwright_protocol::Settings;
 
@@ -114,7 +114,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         let engine = SimEngine::new(now, engine);
         let mut panel = SimPanel::new(now, board.rate, reverse, reset, remains);
         let axes = description.axes.clamp(1, AXES as u8);
-        let motors = Steppers::for_orders(engine, [x.0, y.0, z.0], board);
+        let motors = OrderedMotors::new(engine, [x.0, y.0, z.0], board);
         let mut device = Device::new(motors, axes, &mut panel);
         device.motors_mut().engine().face();
         VirtualBoard {
@@ -210,7 +210,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
     }
 
     /// The motors, for orders that need no line: no setting limits them.
-    pub fn motors(&mut self) -> &mut Steppers<'q, impl Control, AXES, RUNS, ()> {
+    pub fn motors(&mut self) -> &mut OrderedMotors<'q, impl Control, AXES, RUNS> {
         self.device.motors_mut()
     }
 

@@ -94,8 +94,8 @@ impl<R: Recorder, C: Count> Control for SimEngine<'_, R, C> {
     fn start(&mut self, axes: Axes) {
         self.engine.start(axes);
     }
-    fn halt(&mut self, axes: Axes) {
-        self.engine.halt(axes);
+    fn kill(&mut self, axes: Axes) {
+        self.engine.kill(axes);
     }
     fn report(&self, axis: u8) -> Report {
         self.engine.report(axis)

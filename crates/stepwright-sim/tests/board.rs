@@ -88,7 +88,8 @@ fn a_refusal_says_how_fast_it_may_be_now() {
     assert_eq!(refused, Refusal::TooFast { max: Speed::from_millisteps(26_956_521).unwrap() });
     start(&mut board, &[0, 15_117]).unwrap();
     assert_eq!(start(&mut board, &[500]), Err(Refusal::Busy));
-    board.motors().stop(Axis::X | Axis::Y);
+    board.motors().stop(Axis::X);
+    board.motors().stop(Axis::Y);
     board.run_to_rest();
     start(&mut board, &[0, 114_000]).unwrap();
 }

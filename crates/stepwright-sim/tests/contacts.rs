@@ -21,7 +21,7 @@ fn bounce(board: &mut Board<'_>, ms: u64) {
     }
 }
 
-/// The halt waits for nothing, and no bounce lets the motor go on.
+/// The stop waits for nothing, and no bounce lets the motor go on.
 #[test]
 fn the_first_contact_stops_and_the_bounces_let_nothing_go_on() {
     for debounce in [0, 25, 250] {

@@ -252,9 +252,9 @@ impl Story<'_, '_> {
             Call::Halt(bits) => {
                 let set = AxisSet::from_bits(bits);
                 let stepped: Vec<_> = set.iter().map(|axis| at(self, axis.index())).collect();
-                self.motors.halt(set);
+                self.motors.kill(set);
                 for (axis, before) in set.iter().zip(stepped) {
-                    assert!(!self.motors.is_moving(axis), "{axis:?} moves after a halt");
+                    assert!(!self.motors.is_moving(axis), "{axis:?} moves after a kill");
                     let unknown = self.motors.position(axis).is_none();
                     let model = &mut self.models[axis.index()];
                     // An order that had not reached the engine yet has moved nothing.
@@ -417,7 +417,7 @@ fn what_can_not_be_done_is_refused_with_what_can() {
         assert_eq!(motors.run(Axis::X, -800), Err(BUSY));
         assert_eq!(motors.move_line_to([(Axis::Y, 5), (Axis::X, 5)]), Err(BUSY));
         pass(motors, 100 * MILLI);
-        motors.halt(Axis::X);
+        motors.kill(Axis::X);
         assert_eq!(
             say(motors.move_to(Axis::X, 0)),
             "the position is not known: set it with set_position, or move by a distance"

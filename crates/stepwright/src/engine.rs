@@ -288,9 +288,9 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         }
     }
 
-    /// Stops the axes in `axes` between two steps and forgets what was planned
+    /// Stops the axes in `axes` at once, between two steps, and forgets what was planned
     /// for them. Steps already made are counted.
-    pub fn halt(&mut self, axes: Axes) {
+    pub fn kill(&mut self, axes: Axes) {
         let now = self.timer.now();
         for (axis, (track, source)) in self.tracks.iter_mut().zip(&mut self.sources).enumerate() {
             if axes >> axis & 1 != 0 {

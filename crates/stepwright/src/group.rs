@@ -1,113 +1,42 @@
-//! N motors on one engine, by orders: what `Steppers` are made of.
+//! Plans the moves of N motors: orders go in, runs come out.
 
 mod start;
 
 use crate::board::Board;
 use crate::clamp;
-use crate::drive::{Axes, Drive};
-use crate::engine::{Engine, Playing, Report, Timing};
+use crate::control::Control;
+use crate::drive::Axes;
 use crate::motor::{Horizon, Motor};
 use crate::order::{Change, Refusal};
 use crate::planner::{Clock, Layout, Load, Work};
-use crate::queue::{Producer, Source};
-use crate::timer::StepTimer;
+use crate::queue::Producer;
 use crate::units::{Speed, Ticks};
-use core::mem::MaybeUninit;
 
-/// The few things that the foreground asks of the engine.
-///
-/// [`Engine`] itself where there is no interrupt (a simulation); on a chip a
-/// wrapper that holds the step interrupt off for each call.
-pub trait Control {
-    /// See [`Engine::start`].
-    fn start(&mut self, axes: Axes);
-    /// See [`Engine::halt`].
-    fn halt(&mut self, axes: Axes);
-    /// See [`Engine::report`].
-    fn report(&self, axis: u8) -> Report;
-    /// Whether no travel of an axis is in progress. Asked often: an engine
-    /// behind an interrupt should not hold that off for it, see
-    /// [`Engine::is_idle`].
-    fn is_idle(&self, axis: u8) -> bool {
-        self.report(axis).idle
-    }
-    /// The position of [`report`](Control::report).
-    fn position(&self, axis: u8) -> i64 {
-        self.report(axis).position
-    }
-    /// The direction of [`report`](Control::report).
-    fn is_forward(&self, axis: u8) -> bool {
-        self.report(axis).forward
-    }
-    /// See [`Engine::playing`].
-    fn playing(&mut self, axis: u8) -> Playing;
-    /// See [`Engine::set_position`].
-    fn set_position(&mut self, axis: u8, position: i64);
-    /// See [`Engine::set_timing`].
-    fn set_timing(&mut self, timing: Timing);
-    /// See [`Engine::late`].
-    fn late(&self) -> u32;
-    /// See [`Engine::clear_late`].
-    fn clear_late(&mut self);
-    /// Something may have been queued since the last call: an engine that prepares its
-    /// queue in the foreground does so now.
-    fn refill(&mut self) {}
-}
-
-impl<T: StepTimer, D: Drive, S: Source, const N: usize> Control for Engine<T, D, S, N> {
-    fn start(&mut self, axes: Axes) {
-        Engine::start(self, axes);
-    }
-    fn halt(&mut self, axes: Axes) {
-        Engine::halt(self, axes);
-    }
-    fn report(&self, axis: u8) -> Report {
-        Engine::report(self, axis)
-    }
-    fn playing(&mut self, axis: u8) -> Playing {
-        Engine::playing(self, axis)
-    }
-    fn set_position(&mut self, axis: u8, position: i64) {
-        Engine::set_position(self, axis, position);
-    }
-    fn set_timing(&mut self, timing: Timing) {
-        Engine::set_timing(self, timing);
-    }
-    fn late(&self) -> u32 {
-        Engine::late(self)
-    }
-    fn clear_late(&mut self) {
-        Engine::clear_late(self);
-    }
-}
-
-/// A board, and what planning makes of it: constants, for a chip that has them in flash.
+/// A board with the constants that planning derives from it, for a chip that has them in flash.
 #[derive(Clone, Copy, Debug)]
-pub struct Given<const N: usize> {
+pub struct PlannedBoard<const N: usize> {
     board: Board<N, ()>,
     clock: Clock,
     horizon: Horizon,
 }
 
-impl<const N: usize> Given<N> {
+impl<const N: usize> PlannedBoard<N> {
     /// Of a board.
     #[inline(always)]
-    pub const fn new(board: Board<N>) -> Given<N> {
+    pub const fn new(board: Board<N>) -> PlannedBoard<N> {
         let clock = Clock::new(board.rate, &board.fit);
-        Given { clock, horizon: Horizon::new(board.horizon), board: board.kept() }
+        PlannedBoard { clock, horizon: Horizon::new(board.horizon), board: board.kept() }
     }
 }
 
-/// N motors: orders go in, runs come out, positions are known or known to be
-/// unknown.
-///
-/// `Q` entries of 11 bytes are queued for each; call [`poll`](Group::poll) often.
-pub struct Group<'q, const N: usize, const Q: usize> {
+/// The travels of N motors, each with `Q` queued entries; positions are known, or known to be
+/// unknown. Each call is lent the engine.
+pub(crate) struct Group<'q, const N: usize, const Q: usize> {
     feeds: [Producer<'q, Q>; N],
     motors: [Motor<Q>; N],
     /// What the travel of each axis asks of the board, since it was ordered or changed.
     loads: [Load; N],
-    given: Given<N>,
+    given: PlannedBoard<N>,
     /// The run that is being planned, of the axis whose turn it is.
     work: Work,
     /// Axes whose travel waits until all of them have their queues filled.
@@ -127,7 +56,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             feeds,
             motors: [const { Motor::IDLE }; N],
             loads: [Load::NONE; N],
-            given: Given::new(board),
+            given: PlannedBoard::new(board),
             work: Work::NONE,
             starting: 0,
             uncertain: 0,
@@ -136,24 +65,13 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// A group that has yet to [`power_up`](Group::power_up): zeros, so that a static one takes
-    /// no flash.
-    ///
-    /// # Safety
-    /// Nothing is asked of it before that.
-    pub const unsafe fn blank() -> Self {
-        // SAFETY: numbers, and enums that begin at 0. What is not yet a queue is a raw
-        // pointer, and the caller lets nobody follow it.
-        unsafe { MaybeUninit::zeroed().assume_init() }
-    }
-
-    /// Makes a [blank](Group::blank) one what [`new`](Group::new) makes. `feed` writes the
-    /// feed of an axis, and `fill` what is given.
+    /// Makes a group of zeros what [`new`](Group::new) makes. `feed` writes the feed of an axis,
+    /// `fill` the board.
     #[inline(always)]
     pub fn power_up(
         &mut self,
         mut feed: impl FnMut(u8, &mut Producer<'q, Q>),
-        fill: impl FnOnce(&mut Given<N>),
+        fill: impl FnOnce(&mut PlannedBoard<N>),
     ) {
         for (axis, own) in (0..).zip(&mut self.feeds) {
             feed(axis, own);
@@ -185,14 +103,6 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// [`horizon`](Board::horizon) and one run at most, or for the present step where that takes
     /// longer. A travel that has to turn brakes to rest and goes back by itself; its axis is busy
     /// all the while.
-    ///
-    /// ```no_run
-    /// # use stepwright::{Change, Control, Group, Refusal};
-    /// # fn f(group: &mut Group<3, 8>, engine: &mut impl Control) -> Result<(), Refusal> {
-    /// // Axis 1 is to end 500 steps from where its travel began.
-    /// group.change(engine, 0b001, Change::Target(500))
-    /// # }
-    /// ```
     ///
     /// # Errors
     /// [`Refusal`], and all goes on as it was.
@@ -343,9 +253,9 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         false
     }
 
-    /// Brakes an axis along its ramp and stops; the position stays known.
+    /// Stops an axis along its ramp; the position stays known.
     /// Takes effect after what is queued: see [`Board::horizon`].
-    pub fn brake(&mut self, axis: u8) {
+    pub fn stop(&mut self, axis: u8) {
         if let Some(motor) = self.motors.get_mut(usize::from(axis)) {
             motor.brake();
             // If it is this axis that is planned, its run starts again; if not, another's
@@ -355,24 +265,23 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Stops all axes between two steps, and forgets what was prepared. A motor that moved
-    /// may have lost steps: its position is uncertain from now on.
-    pub fn kill(&mut self, engine: &mut impl Control) {
-        self.cancel();
+    /// Stops these axes between two steps. A motor that moved may have lost steps: its
+    /// position is uncertain from now on.
+    pub fn kill(&mut self, engine: &mut impl Control, axes: Axes) {
         for axis in 0..N as u8 {
-            if !engine.is_idle(axis) {
+            if axes >> axis & 1 != 0 && !engine.is_idle(axis) {
                 self.uncertain |= 1 << axis;
             }
         }
-        self.halt(engine, Axes::MAX);
+        self.kill_at_switch(engine, axes);
     }
 
     /// Stops these axes between two steps. The position is where the last step
     /// led to, and stays known: only for a motor that stops where it is told.
-    pub fn halt(&mut self, engine: &mut impl Control, axes: Axes) {
+    pub fn kill_at_switch(&mut self, engine: &mut impl Control, axes: Axes) {
         // What rests already goes on resting, whatever was set up for it and refused.
         let moving = axes & self.moving(engine, 0);
-        engine.halt(axes);
+        engine.kill(axes);
         self.starting &= !axes;
         // Its run is never queued; another axis' may have been taken from its travel.
         if axes >> self.turn & 1 != 0 {
@@ -396,8 +305,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// Whether a target this many steps from where the travel of an axis began lies
     /// forward of where that is [`planned`](Group::planned) to; false if there is
     /// no such axis.
-    pub fn leads_forward(&self, axis: u8, target: i32) -> bool {
-        self.motors.get(usize::from(axis)).is_some_and(|motor| motor.leads_forward(target))
+    pub fn is_ahead(&self, axis: u8, target: i32) -> bool {
+        self.motors.get(usize::from(axis)).is_some_and(|motor| motor.is_ahead(target))
     }
 
     /// Whether the last or present travel of an axis leads forward, as far as
@@ -453,18 +362,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Stops these axes between two steps, as [`kill`](Group::kill) does all.
-    pub fn kill_some(&mut self, engine: &mut impl Control, axes: Axes) {
-        for axis in 0..N as u8 {
-            if axes >> axis & 1 != 0 && !engine.is_idle(axis) {
-                self.uncertain |= 1 << axis;
-            }
-        }
-        self.halt(engine, axes);
-    }
-
     /// Where the travel of an axis is to end, in steps from where it began, also after a
-    /// brake. `None` for one that goes on until it is stopped, one that ends more than 2³¹
+    /// stop. `None` for one that goes on until it is stopped, one that ends more than 2³¹
     /// steps away, and an axis that there is not.
     pub fn target(&self, axis: u8) -> Option<i32> {
         self.motors.get(usize::from(axis)).and_then(Motor::target)
@@ -487,19 +386,13 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         least
     }
 
-    /// Calls all positions uncertain: something else may have moved the motors,
-    /// or nobody has counted.
-    pub fn doubt(&mut self) {
+    /// Marks all positions as unknown.
+    pub fn mark_positions_unknown(&mut self) {
         self.uncertain = Axes::MAX;
     }
 
     /// Axes whose position is uncertain.
     pub fn uncertain(&self) -> Axes {
         self.uncertain
-    }
-
-    /// Forgets late steps.
-    pub fn clear(&mut self, engine: &mut impl Control) {
-        engine.clear_late();
     }
 }

@@ -4,6 +4,7 @@
 mod board;
 mod clamp;
 pub mod compress;
+mod control;
 pub mod drive;
 pub mod engine;
 pub mod entry;
@@ -14,6 +15,7 @@ mod line;
 mod motor;
 mod num;
 mod order;
+mod ordered;
 mod planner;
 pub mod profile;
 pub mod queue;
@@ -26,14 +28,16 @@ pub mod units;
 mod wide;
 
 pub use board::{Board, Cost};
+pub use control::Control;
 pub use engine::{Engine, Playing, Report, Timing};
-pub use group::{Control, Given, Group};
+pub use group::PlannedBoard;
 pub use late::late_after;
 #[cfg(feature = "external-numbers")]
 pub use num::layout as number_layout;
 pub use order::{Change, Order, Refusal, Travel};
+pub use ordered::OrderedMotors;
 pub use run::Run;
 #[cfg(feature = "critical-section")]
 pub use shared::{EngineHandle, SharedEngine};
-pub use steppers::{Axis, AxisLimits, AxisSet, Limited, MoveError, Steppers};
+pub use steppers::{Axis, AxisLimits, AxisSet, MoveError, Steppers};
 pub use units::{Accel, Geometry, Jerk, OutOfRange, Rate, Speed, Ticks, Turn};

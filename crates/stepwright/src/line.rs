@@ -18,7 +18,7 @@ use crate::profile::{Ramp, Unfit};
 use crate::units::{Accel, Jerk, Speed};
 
 impl Order {
-    /// Orders for the axes of a group that lead them along a straight line: axis 0 by
+    /// Orders for the axes of a group that lead them split_line a straight line: axis 0 by
     /// `way[0]` steps, axis 1 by `way[1]` … The speeds and ramps of this order are those
     /// of the axis that goes furthest; its own travel does not count. An axis that has
     /// nowhere to go gets no order.
@@ -28,7 +28,7 @@ impl Order {
     /// let ramp = Ramp::Accel(Accel::from_steps(8_000)?);
     /// let (start, top) = (Speed::ZERO, Speed::from_steps(4_000)?);
     /// let order = Order { start, top, up: ramp, down: ramp, jerk: None, travel: Travel::By(0) };
-    /// let orders: Vec<_> = order.along([3_001, -1_501, 0])?.collect();
+    /// let orders: Vec<_> = order.split_line([3_001, -1_501, 0])?.collect();
     /// assert_eq!(orders.len(), 2);
     /// assert_eq!(orders[1].1.top, Speed::from_steps(2_000)?);
     /// assert_eq!((orders[1].0, orders[1].1.travel), (1, Travel::By(-1_501)));
@@ -37,7 +37,7 @@ impl Order {
     ///
     /// # Errors
     /// [`Unfit::NoRamp`] for a ramp of 0 steps.
-    pub fn along<const N: usize>(
+    pub fn split_line<const N: usize>(
         &self,
         way: [i32; N],
     ) -> Result<impl Iterator<Item = (u8, Order)>, Unfit> {

@@ -466,7 +466,7 @@ impl<const Q: usize> Motor<Q> {
         self.left = left;
     }
 
-    /// Forgets the travel; the engine has been halted.
+    /// Forgets the travel; the engine has killed it.
     pub(crate) fn abandon(&mut self, feed: &mut Producer<'_, Q>, clock: &Clock, forward: bool) {
         self.left = 0;
         self.rest = self.planner.rest(clock);
@@ -488,7 +488,7 @@ impl<const Q: usize> Motor<Q> {
 
     /// Whether a target, in steps from where the travel began, lies forward of
     /// what is planned.
-    pub(crate) fn leads_forward(&self, target: i32) -> bool {
+    pub(crate) fn is_ahead(&self, target: i32) -> bool {
         let left = self.left.wrapping_add(self.along(target.wrapping_sub(self.target)));
         self.forward == (left >= 0)
     }

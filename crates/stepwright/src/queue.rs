@@ -101,6 +101,6 @@ pub trait Source {
     #[inline]
     fn look_ahead(&mut self) {}
 
-    /// Forgets everything that is planned: a halt. The axis faces `forward`.
+    /// Forgets everything that is planned: a kill. The axis faces `forward`.
     fn clear(&mut self, forward: bool);
 }

@@ -4,9 +4,9 @@ use core::cell::RefCell;
 
 use critical_section::Mutex;
 
+use crate::control::Control;
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Playing, Report, Timing};
-use crate::group::Control;
 use crate::queue::Source;
 use crate::timer::StepTimer;
 
@@ -88,8 +88,8 @@ impl<E: Control> Control for EngineHandle<'_, E> {
     fn start(&mut self, axes: Axes) {
         self.0.with(|engine| engine.start(axes));
     }
-    fn halt(&mut self, axes: Axes) {
-        self.0.with(|engine| engine.halt(axes));
+    fn kill(&mut self, axes: Axes) {
+        self.0.with(|engine| engine.kill(axes));
     }
     fn report(&self, axis: u8) -> Report {
         let none = Report { position: 0, idle: true, forward: true };

@@ -5,13 +5,14 @@ mod error;
 mod limits;
 mod line;
 mod moves;
-mod orders;
 
 use core::mem::MaybeUninit;
 
 use crate::board::Board;
-use crate::group::{Control, Given, Group};
+use crate::control::Control;
+use crate::group::PlannedBoard;
 use crate::order::Refusal;
+use crate::ordered::OrderedMotors;
 use crate::queue::Producer;
 use crate::units::Ticks;
 pub use axis::{Axis, AxisSet};
@@ -37,7 +38,7 @@ const PIECES: u8 = 4;
 /// | move to a position, by a distance, along a line | [`move_to`](Steppers::move_to), [`move_by`](Steppers::move_by), [`move_line_to`](Steppers::move_line_to) |
 /// | turn until stopped | [`run`](Steppers::run) |
 /// | change the target of a move on the way | [`retarget`](Steppers::retarget) |
-/// | stop along the ramp, or at once | [`stop`](Steppers::stop), [`halt`](Steppers::halt) |
+/// | stop along the ramp, or at once | [`stop`](Steppers::stop), [`kill`](Steppers::kill) |
 /// | know where an axis is, and what is left | [`position`](Steppers::position), [`distance_to_go`](Steppers::distance_to_go), [`is_moving`](Steppers::is_moving) |
 ///
 /// Positions are in steps, as the driver counts them; speeds in steps/s.
@@ -59,17 +60,15 @@ const PIECES: u8 = 4;
 /// }
 /// ```
 ///
-/// `A` is what is kept of each axis: [`Limited`], its limits, or nothing, `()`, where every
-/// order has its own, as those of the serial line have ([`for_orders`](Steppers::for_orders)).
-pub struct Steppers<'q, E, const N: usize, const Q: usize = 8, A = Limited> {
-    group: Group<'q, N, Q>,
-    engine: E,
-    axes: [A; N],
+/// Where every order brings its own limits, as those of a serial line do, see [`OrderedMotors`].
+pub struct Steppers<'q, E, const N: usize, const Q: usize = 8> {
+    motors: OrderedMotors<'q, E, N, Q>,
+    axes: [Limited; N],
 }
 
-/// What [`Steppers`] keep of an axis whose limits are set once.
+/// An axis: its limits, and its present travel.
 #[derive(Clone, Copy, Debug)]
-pub struct Limited {
+struct Limited {
     limits: AxisLimits,
     /// Where the present or last travel began.
     origin: i64,
@@ -84,36 +83,35 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
     ///
     /// `feeds` MUST be those of the engine's queues, in the order of its axes.
     pub const fn new(engine: E, feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
-        Steppers { group: Group::new(feeds, board), engine, axes: [Limited::INITIAL; N] }
+        let motors = OrderedMotors::new(engine, feeds, board);
+        Steppers { motors, axes: [Limited::INITIAL; N] }
     }
 
-    /// Makes [blank](Steppers::blank) ones what [`new`](Steppers::new) makes. `feed` writes the
-    /// feed of an axis, and `fill` what is given.
-    #[inline(always)]
-    pub fn power_up(
-        &mut self,
-        feed: impl FnMut(u8, &mut Producer<'q, Q>),
-        fill: impl FnOnce(&mut Given<N>),
-    ) {
-        self.group.power_up(feed, fill);
-        self.axes = [Limited::INITIAL; N];
-    }
-}
-
-impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A> {
     /// Motors that have yet to power up: zeros but for the engine, for a static of a chip,
     /// where they take no flash and are not moved over the stack.
     ///
     /// # Safety
-    /// Nothing is asked of them before [`power_up`](Steppers::power_up), or
-    /// [`power_up_for_orders`](Steppers::power_up_for_orders). `A` is [`Limited`] or `()`.
+    /// No other method is called before [`power_up`](Steppers::power_up), but for
+    /// [`engine`](Steppers::engine).
     pub const unsafe fn blank(engine: E) -> Self {
         // SAFETY: limits and origins are numbers and an option of one; the rest is the
         // caller's promise.
         unsafe {
             let axes = MaybeUninit::zeroed().assume_init();
-            Steppers { group: Group::blank(), engine, axes }
+            Steppers { motors: OrderedMotors::blank(engine), axes }
         }
+    }
+
+    /// Makes [blank](Steppers::blank) motors what [`new`](Steppers::new) makes. `feed` writes the
+    /// feed of an axis, `fill` the board.
+    #[inline(always)]
+    pub fn power_up(
+        &mut self,
+        feed: impl FnMut(u8, &mut Producer<'q, Q>),
+        fill: impl FnOnce(&mut PlannedBoard<N>),
+    ) {
+        self.motors.power_up(feed, fill);
+        self.axes = [Limited::INITIAL; N];
     }
 
     /// Plans ahead; to be called in the main loop. Returns the ticks of the step timer after
@@ -138,7 +136,8 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     pub fn poll(&mut self) -> Option<Ticks> {
         for _ in 0..PIECES {
             if !self.plan() {
-                return self.group.may_wait(&mut self.engine);
+                let OrderedMotors { group, engine } = &mut self.motors;
+                return group.may_wait(engine);
             }
         }
         Some(0)
@@ -159,9 +158,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// ```
     #[inline(always)]
     pub fn plan(&mut self) -> bool {
-        let more = self.group.poll(&mut self.engine);
-        self.engine.refill();
-        more
+        self.motors.plan()
     }
 
     /// Tells that this many ticks have passed since the last call. Optional: a motor rests
@@ -178,10 +175,10 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// # Ok::<(), MoveError>(())
     /// ```
     pub fn pass(&mut self, ticks: Ticks) {
-        self.group.pass(&self.engine, ticks);
+        self.motors.pass(ticks);
     }
 
-    /// Brakes these axes along their ramps. Their positions stay known.
+    /// Stops these axes along their ramps. Their positions stay known.
     ///
     /// The braking begins behind the steps that are planned already, some 16 ms. An axis that
     /// rests stays at rest.
@@ -202,7 +199,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// ```
     pub fn stop(&mut self, axes: impl Into<AxisSet<N>>) {
         for axis in axes.into().iter() {
-            self.group.brake(axis.number());
+            self.motors.stop(axis);
         }
     }
 
@@ -219,13 +216,14 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// #     motors.poll();
     /// #     motors.engine().pass(16_000);
     /// # }
-    /// motors.halt(AxisSet::ALL);
+    /// motors.kill(AxisSet::ALL);
     /// assert!(!motors.is_moving(Axis::X));
     /// assert_eq!(motors.position(Axis::X), None);
     /// # Ok::<(), MoveError>(())
     /// ```
-    pub fn halt(&mut self, axes: impl Into<AxisSet<N>>) {
-        self.group.kill_some(&mut self.engine, axes.into().bits());
+    pub fn kill(&mut self, axes: impl Into<AxisSet<N>>) {
+        let OrderedMotors { group, engine } = &mut self.motors;
+        group.kill(engine, axes.into().bits());
     }
 
     /// Whether an axis moves, or is about to.
@@ -241,7 +239,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// # Ok::<(), MoveError>(())
     /// ```
     pub fn is_moving(&self, axis: Axis<N>) -> bool {
-        self.group.is_busy(&self.engine, axis.number())
+        self.motors.is_moving(axis)
     }
 
     /// Whether any axis moves.
@@ -260,11 +258,11 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// # Ok::<(), MoveError>(())
     /// ```
     pub fn any_moving(&self) -> bool {
-        self.group.any_busy(&self.engine)
+        self.motors.any_moving()
     }
 
     /// The position in steps, also on the way. `None` where it is not known: after a
-    /// [`halt`](Steppers::halt) on the way.
+    /// [`kill`](Steppers::kill) on the way.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -281,7 +279,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// # Ok::<(), MoveError>(())
     /// ```
     pub fn position(&self, axis: Axis<N>) -> Option<i64> {
-        self.group.position(&self.engine, axis.number())
+        self.motors.position(axis)
     }
 
     /// Says that an axis stands at this position.
@@ -300,7 +298,8 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// [`Refusal::Busy`](crate::Refusal::Busy) while it moves.
     pub fn set_position(&mut self, axis: Axis<N>, position: i64) -> Result<(), MoveError> {
         self.must_rest(axis)?;
-        self.group.set_position(&mut self.engine, axis.number(), position);
+        let OrderedMotors { group, engine } = &mut self.motors;
+        group.set_position(engine, axis.number(), position);
         Ok(())
     }
 
@@ -324,7 +323,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// # Ok::<(), MoveError>(())
     /// ```
     pub fn late(&self) -> u32 {
-        self.engine.late()
+        self.motors.late()
     }
 
     /// Forgets late steps.
@@ -339,7 +338,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// # Ok::<(), MoveError>(())
     /// ```
     pub fn clear_late(&mut self) {
-        self.group.clear(&mut self.engine);
+        self.motors.clear_late();
     }
 
     /// The board.
@@ -353,7 +352,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// # Ok::<(), MoveError>(())
     /// ```
     pub fn board(&self) -> &Board<N, ()> {
-        self.group.board()
+        self.motors.board()
     }
 
     /// Has other drivers' times from now on, in ticks: how long STEP stays high, how long DIR
@@ -371,10 +370,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// # Ok::<(), MoveError>(())
     /// ```
     pub fn set_drivers(&mut self, pulse: Ticks, setup: Ticks, hold: Ticks) {
-        let board = self.group.board_mut();
-        board.set_drivers(pulse, setup, hold);
-        let timing = board.timing;
-        self.engine.set_timing(timing);
+        self.motors.set_drivers(pulse, setup, hold);
     }
 
     /// The engine, or what reaches it.
@@ -388,7 +384,7 @@ impl<'q, E: Control, const N: usize, const Q: usize, A> Steppers<'q, E, N, Q, A>
     /// # Ok::<(), MoveError>(())
     /// ```
     pub fn engine(&mut self) -> &mut E {
-        &mut self.engine
+        self.motors.engine()
     }
 
     fn must_rest(&self, axis: Axis<N>) -> Result<(), MoveError> {

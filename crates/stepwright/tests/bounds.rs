@@ -2,10 +2,11 @@
 
 use stepwright::engine::Playing;
 use stepwright::profile::{Fit, Ramp, Unfit};
-use stepwright::queue::{Consumer, Next, Queue, Source};
+use stepwright::queue::{Consumer, Next, Producer, Queue, Source};
 use stepwright::units::Jerk;
 use stepwright::{
-    Accel, Board, Change, Control, Cost, Group, Order, Rate, Refusal, Report, Speed, Timing, Travel,
+    Accel, Axis, AxisSet, Board, Change, Control, Cost, Order, OrderedMotors, Rate, Refusal,
+    Report, Speed, Timing, Travel,
 };
 
 /// The pins of an entry.
@@ -18,6 +19,13 @@ struct Player {
     moving: u8,
 }
 
+type Motors<'q, const N: usize> = OrderedMotors<'q, Player, N>;
+
+/// Motors at rest, on these feeds.
+fn motors<const N: usize>(feeds: [Producer<'_, 8>; N], board: Board<N>) -> Motors<'_, N> {
+    OrderedMotors::new(Player::default(), feeds, board)
+}
+
 impl Control for Player {
     fn playing(&mut self, _: u8) -> Playing {
         Playing::Unknown
@@ -25,7 +33,7 @@ impl Control for Player {
     fn start(&mut self, axes: u8) {
         self.moving |= axes;
     }
-    fn halt(&mut self, axes: u8) {
+    fn kill(&mut self, axes: u8) {
         self.moving &= !axes;
     }
     fn report(&self, axis: u8) -> Report {
@@ -70,8 +78,8 @@ fn order(start: u32, top: u32, accel: u32, travel: Travel) -> Order {
 const FORWARD: Travel = Travel::Endless(true);
 
 /// Plans all that the queues hold.
-fn plan<const N: usize>(group: &mut Group<N, 8>, player: &mut Player) {
-    while group.poll(player) {}
+fn plan<const N: usize>(motors: &mut Motors<N>) {
+    while motors.plan() {}
 }
 
 /// The pins of what is queued and the ticks behind them.
@@ -96,27 +104,26 @@ fn a_change_is_judged_beside_what_moves() {
     let too_fast = |steps: u32| Err(Refusal::TooFast { max: speed(steps * 1000) });
     let top = |steps: u32| Change::Top(speed(steps * 1000));
     let mut queues = [const { Queue::<8>::new() }; 2];
-    let mut group = Group::new(queues.each_mut().map(|queue| queue.split().0), board::<2>(2000));
-    let player = &mut Player::default();
-    group.start(player, [(0, order(100, 1000, 9000, FORWARD))]).unwrap();
-    plan(&mut group, player);
-    assert_eq!(group.change(player, 0b01, top(8001)), too_fast(8000));
-    assert_eq!(group.change(player, 0b01, top(8000)), Ok(()));
-    assert_eq!(group.start(player, [(1, order(100, 4000, 9000, FORWARD))]), too_fast(0));
-    assert_eq!(group.change(player, 0b01, top(1000)), Ok(()));
-    group.start(player, [(1, order(100, 4000, 9000, FORWARD))]).unwrap();
-    plan(&mut group, player);
-    assert_eq!(group.change(player, 0b01, top(4001)), too_fast(4000));
-    assert_eq!(group.change(player, 0b01, top(4000)), Ok(()));
+    let mut motors = motors(queues.each_mut().map(|queue| queue.split().0), board::<2>(2000));
+    motors.start([(Axis::X, order(100, 1000, 9000, FORWARD))]).unwrap();
+    plan(&mut motors);
+    assert_eq!(motors.change(Axis::X, top(8001)), too_fast(8000));
+    assert_eq!(motors.change(Axis::X, top(8000)), Ok(()));
+    assert_eq!(motors.start([(Axis::Y, order(100, 4000, 9000, FORWARD))]), too_fast(0));
+    assert_eq!(motors.change(Axis::X, top(1000)), Ok(()));
+    motors.start([(Axis::Y, order(100, 4000, 9000, FORWARD))]).unwrap();
+    plan(&mut motors);
+    assert_eq!(motors.change(Axis::X, top(4001)), too_fast(4000));
+    assert_eq!(motors.change(Axis::X, top(4000)), Ok(()));
     // What was refused has changed nothing, and what was not counts from now on.
-    assert_eq!(group.change(player, 0b10, top(4001)), too_fast(4000));
+    assert_eq!(motors.change(Axis::Y, top(4001)), too_fast(4000));
     // Of both at once each is judged beside the other.
-    assert!(matches!(group.change(player, 0b11, top(4001)), Err(Refusal::TooFast { .. })));
-    assert_eq!(group.change(player, 0b11, top(4000)), Ok(()));
+    assert!(matches!(motors.change(AxisSet::ALL, top(4001)), Err(Refusal::TooFast { .. })));
+    assert_eq!(motors.change(AxisSet::ALL, top(4000)), Ok(()));
     // One that rests takes no part.
-    group.halt(player, 0b10);
-    assert_eq!(group.change(player, 0b01, top(8001)), too_fast(8000));
-    assert_eq!(group.change(player, 0b01, top(8000)), Ok(()));
+    motors.kill_at_switch(Axis::Y);
+    assert_eq!(motors.change(Axis::X, top(8001)), too_fast(8000));
+    assert_eq!(motors.change(Axis::X, top(8000)), Ok(()));
 }
 
 /// A travel too short for its top speed is judged by the speed that it reaches: at 1000 steps/s²
@@ -134,10 +141,9 @@ fn a_peak_is_rounded_up() {
             let other = Order { start: rest, top: rest, ..order(0, 1, 1000, FORWARD) };
             let mut queues = [const { Queue::<8>::new() }; 2];
             let feeds = queues.each_mut().map(|queue| queue.split().0);
-            let mut group = Group::new(feeds, board::<2>(2000));
-            let player = &mut Player::default();
-            group.start(player, [(1, other)]).unwrap();
-            let started = group.start(player, [(0, short)]);
+            let mut motors = motors(feeds, board::<2>(2000));
+            motors.start([(Axis::Y, other)]).unwrap();
+            let started = motors.start([(Axis::X, short)]);
             let fast = matches!(started, Err(Refusal::TooFast { .. }));
             assert_eq!((started.is_ok(), fast), (fits, !fits), "{steps}: {peak}, {started:?}");
         }
@@ -155,54 +161,52 @@ fn a_turn_waits_for_hold_and_rest() {
         let (feed, mut entries) = queue.split();
         let mut board = board::<1>(133);
         board.timing.hold = hold;
-        let mut group = Group::new([feed], board);
-        let player = &mut Player::default();
-        group.start(player, [(0, order(start, 1000, 9000, Travel::By(5)))]).unwrap();
-        plan(&mut group, player);
+        let mut motors = motors([feed], board);
+        motors.start([(Axis::X, order(start, 1000, 9000, Travel::By(5)))]).unwrap();
+        plan(&mut motors);
         assert!(!events(&mut entries).is_empty());
-        group.change(player, 1, Change::Target(-5)).unwrap();
+        motors.change(Axis::X, Change::Target(-5)).unwrap();
         // All of the first leg.
-        while group.planned(0) != Some(5) || entries.take() != Next::End {
-            plan(&mut group, player);
+        while motors.planned(Axis::X) != Some(5) || entries.take() != Next::End {
+            plan(&mut motors);
         }
-        player.moving = 0;
-        plan(&mut group, player);
+        motors.engine().moving = 0;
+        plan(&mut motors);
         let events = events(&mut entries);
         assert_eq!(before(&events, TURN), want, "{hold}: {events:?}");
         assert_eq!(before(&events, STEP), want + 4_016);
     }
 }
 
-/// After a halt the next travel rests as after an end: an interval of the start speed.
+/// After a kill the next travel rests as after an end: an interval of the start speed.
 #[test]
-fn a_halt_is_followed_by_a_rest() {
-    for halt in [false, true] {
+fn a_kill_is_followed_by_a_rest() {
+    for kill in [false, true] {
         let mut queue = Queue::<8>::new();
         let (feed, mut entries) = queue.split();
-        let mut group = Group::new([feed], board::<1>(133));
-        let player = &mut Player::default();
-        group.start(player, [(0, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
-        if halt {
-            plan(&mut group, player);
-            group.halt(player, 1);
+        let mut motors = motors([feed], board::<1>(133));
+        motors.start([(Axis::X, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
+        if kill {
+            plan(&mut motors);
+            motors.kill_at_switch(Axis::X);
             entries.clear(true);
         } else {
             while entries.take() != Next::End {
-                plan(&mut group, player);
+                plan(&mut motors);
             }
-            player.moving = 0;
+            motors.engine().moving = 0;
         }
-        assert!(!group.is_busy(player, 0));
-        group.start(player, [(0, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
-        plan(&mut group, player);
+        assert!(!motors.is_moving(Axis::X));
+        motors.start([(Axis::X, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
+        plan(&mut motors);
         let wait = before(&events(&mut entries), STEP);
-        assert_eq!(wait, 320_000 + 4_016, "halted: {halt}");
+        assert_eq!(wait, 320_000 + 4_016, "killed: {kill}");
         // Time that passes at rest is no more to be waited for.
-        group.halt(player, 1);
+        motors.kill_at_switch(Axis::X);
         entries.clear(true);
-        (0..11).for_each(|_| group.pass(player, 16_000));
-        group.start(player, [(0, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
-        plan(&mut group, player);
+        (0..11).for_each(|_| motors.pass(16_000));
+        motors.start([(Axis::X, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
+        plan(&mut motors);
         // What passed before it was seen at rest does not count.
         assert_eq!(before(&events(&mut entries), STEP), 160_000 + 4_016);
     }
@@ -218,16 +222,15 @@ fn a_target_beyond_what_is_counted_is_refused() {
     let change = |travel: i32, changes: &[Change]| {
         let mut queue = Queue::<8>::new();
         let (feed, mut entries) = queue.split();
-        let mut group = Group::new([feed], board::<1>(1));
-        let player = &mut Player::default();
+        let mut motors = motors([feed], board::<1>(1));
         let quick = order(1, 1_000_000, 90_000_000, Travel::By(travel));
-        group.start(player, [(0, quick)]).unwrap();
+        motors.start([(Axis::X, quick)]).unwrap();
         for _ in 0..50 {
-            plan(&mut group, player);
+            plan(&mut motors);
             events(&mut entries);
         }
-        assert!(group.planned(0).is_some_and(|at| (100_000..1_000_000).contains(&at)));
-        changes.iter().map(|change| group.change(player, 1, *change)).last().unwrap()
+        assert!(motors.planned(Axis::X).is_some_and(|at| (100_000..1_000_000).contains(&at)));
+        changes.iter().map(|change| motors.change(Axis::X, *change)).last().unwrap()
     };
     let decel = |accel: u32| Change::Decel(Accel::from_steps(accel).unwrap());
     // 5·10⁸ steps to rest, from where the target lies 2·10⁹ back: there are too many between.
@@ -245,20 +248,19 @@ fn a_target_beyond_what_is_counted_is_refused() {
 fn a_falling_curve_takes_a_target_further_on() {
     let mut queue = Queue::<8>::new();
     let (feed, mut entries) = queue.split();
-    let mut group = Group::new([feed], board::<1>(133));
-    let player = &mut Player::default();
+    let mut motors = motors([feed], board::<1>(133));
     let jerk = Some(Jerk::from_steps(40_000).unwrap());
     let curve = Order { jerk, ..order(50, 1000, 2000, Travel::By(2000)) };
-    group.start(player, [(0, curve)]).unwrap();
+    motors.start([(Axis::X, curve)]).unwrap();
     let mut further = 2000;
-    while group.is_busy(player, 0) && further < 20_000 {
-        plan(&mut group, player);
-        if group.planned(0) > Some(1800) {
+    while motors.is_moving(Axis::X) && further < 20_000 {
+        plan(&mut motors);
+        if motors.planned(Axis::X) > Some(1800) {
             further += 10;
-            assert_eq!(group.change(player, 1, Change::Target(further)), Ok(()), "{further}");
+            assert_eq!(motors.change(Axis::X, Change::Target(further)), Ok(()), "{further}");
         }
         match entries.take() {
-            Next::End => player.moving = 0,
+            Next::End => motors.engine().moving = 0,
             Next::Entry(_) | Next::Late => {}
         }
     }
@@ -273,7 +275,7 @@ fn started(rate: u32, order: Order) -> Result<(), Refusal> {
     let board =
         Board { rate, timing, cost, fit: Fit::board(rate), horizon: 1000, lead, runs: u16::MAX };
     let mut queue = Queue::<8>::new();
-    Group::new([queue.split().0], board).start(&mut Player::default(), [(0, order)])
+    motors([queue.split().0], board).start([(Axis::X, order)])
 }
 
 /// No interval takes 2³² ticks: of the start speed, or from rest the first, the last and one of

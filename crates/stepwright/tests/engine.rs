@@ -1,5 +1,5 @@
 //! The engine alone, on a timer that the test moves: late interrupts, dry
-//! feeds, long intervals, halts.
+//! feeds, long intervals, kills.
 
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -289,13 +289,13 @@ fn a_turn_waits_for_hold_and_gives_set_up() {
 }
 
 #[test]
-fn a_halt_stops_at_once_and_costs_others_nothing() {
+fn a_kill_stops_at_once_and_costs_others_nothing() {
     let mut rig = Rig::<2>::new();
     rig.feed(0, &[Run::steady(300, 100)]);
     rig.feed(1, &[Run::steady(301, 100)]);
     rig.engine.start(0b11);
     rig.run_until(3_100);
-    rig.engine.halt(0b01);
+    rig.engine.kill(0b01);
     rig.run_until(60_000);
     assert_eq!(rig.steps(0).len(), 10);
     assert_eq!((rig.engine.report(0).position, rig.engine.report(0).idle), (10, true));
@@ -319,7 +319,7 @@ fn the_edges_of_the_api_hold() {
     rig.feed(0, &[Run::steady(0, 3), Run::steady(u32::MAX, 1)]);
     rig.engine.start(0xFF);
     rig.run_until(1_000);
-    rig.engine.halt(0xFF);
+    rig.engine.kill(0xFF);
     assert_eq!(rig.engine.report(0).position, i64::MIN + 2);
 }
 

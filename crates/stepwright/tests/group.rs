@@ -1,23 +1,25 @@
-//! Groups whose planning is interrupted between two pieces, as on a chip.
+//! Motors whose planning is interrupted between two pieces, as on a chip.
 
 use stepwright::engine::WIRING;
 use stepwright::entry::Entry;
 use stepwright::profile::{Fit, Ramp, Unfit};
 use stepwright::queue::{Next, Queue};
 use stepwright::{
-    Accel, Board, Change, Control, Cost, Given, Group, Order, Playing, Rate, Refusal, Report,
-    Speed, Timing, Travel,
+    Accel, Axis, AxisSet, Board, Change, Control, Cost, Order, OrderedMotors, PlannedBoard,
+    Playing, Rate, Refusal, Report, Speed, Timing, Travel,
 };
 
 /// An engine that takes no part.
 struct Silent;
+
+type Motors<'q> = OrderedMotors<'q, Silent, 2>;
 
 impl Control for Silent {
     fn playing(&mut self, _: u8) -> Playing {
         Playing::Unknown
     }
     fn start(&mut self, _: u8) {}
-    fn halt(&mut self, _: u8) {}
+    fn kill(&mut self, _: u8) {}
     fn report(&self, _: u8) -> Report {
         Report { position: 0, idle: true, forward: true }
     }
@@ -49,23 +51,26 @@ fn order(top: u32, accel: u32) -> Order {
 }
 
 /// The entries of axis 1, while something is done to axis 0 after this many pieces.
-fn entries(pieces: Option<u32>, disturb: impl Fn(&mut Group<2, 8>)) -> Vec<Entry> {
+fn entries(pieces: Option<u32>, disturb: impl Fn(&mut Motors)) -> Vec<Entry> {
     let mut queues = [const { Queue::<8>::new() }; 2];
     let [x, y] = &mut queues;
     let ((x, mut x_end), (y, mut y_end)) = (x.split(), y.split());
-    let mut group = Group::new([x, y], UNO);
+    let mut motors = OrderedMotors::new(Silent, [x, y], UNO);
     match pieces {
-        Some(_) => {
-            group.start(&mut Silent, [(0, order(4_000, 9_000)), (1, order(9_000, 40_000))]).unwrap()
-        }
-        None => group.start(&mut Silent, [(1, order(9_000, 40_000))]).unwrap(),
+        Some(_) => motors
+            .start([
+                (Axis::at::<0>(), order(4_000, 9_000)),
+                (Axis::at::<1>(), order(9_000, 40_000)),
+            ])
+            .unwrap(),
+        None => motors.start([(Axis::at::<1>(), order(9_000, 40_000))]).unwrap(),
     }
     let mut entries = Vec::new();
     for piece in 0.. {
         if pieces == Some(piece) {
-            disturb(&mut group);
+            disturb(&mut motors);
         }
-        group.poll(&mut Silent);
+        motors.plan();
         while let Next::Entry(_) = x_end.take() {}
         loop {
             match y_end.take() {
@@ -85,34 +90,38 @@ fn what_happens_to_one_axis_leaves_the_other_as_it_is() {
     let alone = entries(None, |_| {});
     assert!(alone.len() > 30);
     for piece in 0..60 {
-        assert_eq!(entries(Some(piece), |group| group.brake(0)), alone, "braked at {piece}");
-        let halt = |group: &mut Group<2, 8>| group.halt(&mut Silent, 1);
-        assert_eq!(entries(Some(piece), halt), alone, "halted at {piece}");
+        assert_eq!(
+            entries(Some(piece), |motors| motors.stop(Axis::X)),
+            alone,
+            "stopped at {piece}"
+        );
+        let kill = |motors: &mut Motors| motors.kill_at_switch(Axis::X);
+        assert_eq!(entries(Some(piece), kill), alone, "killed at {piece}");
     }
 }
 
-/// A static group of zeros that is powered up plans what a new one does.
+/// Static motors of zeros that are powered up plan as new ones do.
 #[test]
-fn a_blank_group_is_a_new_one_once_it_is_powered_up() {
+fn blank_motors_are_new_ones_once_they_are_powered_up() {
     let entries = |power_up: bool| {
         let mut queues = [const { Queue::<8>::new() }; 2];
         let [x, y] = &mut queues;
         let ((x, mut x_end), (y, _)) = (x.split(), y.split());
-        let mut group = if power_up {
+        let mut motors = if power_up {
             // SAFETY: it is powered up next.
-            let mut group = unsafe { Group::blank() };
+            let mut motors = unsafe { Motors::blank(Silent) };
             let mut ends = [x, y].into_iter();
             let feed = |_, feed: &mut _| *feed = ends.next().unwrap();
-            group.power_up(feed, |given| *given = Given::new(UNO));
-            group
+            motors.power_up(feed, |board| *board = PlannedBoard::new(UNO));
+            motors
         } else {
-            Group::new([x, y], UNO)
+            OrderedMotors::new(Silent, [x, y], UNO)
         };
-        assert!(group.is_forward(0) && group.is_forward(1));
-        assert_eq!(group.start(&mut Silent, [(0, order(4_000, 9_000))]), Ok(()));
-        let too_fast = group.start(&mut Silent, [(1, order(200_000, 50_000_000))]);
+        assert!(motors.is_forward(Axis::X) && motors.is_forward(Axis::Y));
+        assert_eq!(motors.start([(Axis::at::<0>(), order(4_000, 9_000))]), Ok(()));
+        let too_fast = motors.start([(Axis::at::<1>(), order(200_000, 50_000_000))]);
         let mut entries = Vec::new();
-        while group.poll(&mut Silent) {
+        while motors.plan() {
             while let Next::Entry(entry) = x_end.take() {
                 entries.push(entry);
             }
@@ -124,25 +133,24 @@ fn a_blank_group_is_a_new_one_once_it_is_powered_up() {
     assert_eq!(entries(true), new);
 }
 
-/// A group of eight, whose axes fill the set of axes: none is beyond.
+/// Eight axes fill the set of axes: none is beyond.
 #[test]
 fn a_change_is_for_axes_that_move() {
     let mut queues = [const { Queue::<8>::new() }; 8];
     let feeds = queues.each_mut().map(|queue| queue.split().0);
     let Board { rate, timing, runs, fit, horizon, lead, .. } = UNO;
     let board = Board { rate, timing, cost: Cost::any_pulse([133; 8]), runs, fit, horizon, lead };
-    let mut eight = Group::new(feeds, board);
-    eight.start(&mut Silent, [(7, order(4_000, 9_000))]).unwrap();
+    let mut eight = OrderedMotors::new(Silent, feeds, board);
+    eight.start([(Axis::at::<7>(), order(4_000, 9_000))]).unwrap();
     let further = Change::Target(4_000);
-    assert_eq!(eight.change(&mut Silent, 1 << 7, further), Ok(()));
-    assert_eq!(eight.change(&mut Silent, 1 << 7 | 1, further), Err(Refusal::Resting));
+    assert_eq!(eight.change(Axis::at::<7>(), further), Ok(()));
+    assert_eq!(eight.change(Axis::X | Axis::at::<7>(), further), Err(Refusal::Resting));
 
     let mut queues = [const { Queue::<8>::new() }; 2];
-    let mut two = Group::new(queues.each_mut().map(|queue| queue.split().0), UNO);
-    two.start(&mut Silent, [(1, order(4_000, 9_000))]).unwrap();
-    assert_eq!(two.change(&mut Silent, 0b10, further), Ok(()));
-    assert_eq!(two.change(&mut Silent, 0b01, further), Err(Refusal::Resting));
-    assert_eq!(two.change(&mut Silent, 0b110, further), Err(Refusal::NoAxis));
+    let mut two = OrderedMotors::new(Silent, queues.each_mut().map(|queue| queue.split().0), UNO);
+    two.start([(Axis::at::<1>(), order(4_000, 9_000))]).unwrap();
+    assert_eq!(two.change(Axis::Y, further), Ok(()));
+    assert_eq!(two.change(Axis::X, further), Err(Refusal::Resting));
 }
 
 /// Of two axes that get another target together each does what it does when it gets that alone:
@@ -153,18 +161,23 @@ fn axes_that_change_together_change_as_each_alone() {
         let mut queues = [const { Queue::<8>::new() }; 2];
         let [x, y] = &mut queues;
         let ((x, mut x_end), (y, mut y_end)) = (x.split(), y.split());
-        let mut group = Group::new([x, y], UNO);
-        group.start(&mut Silent, [(0, order(4_000, 9_000)), (1, order(9_000, 40_000))]).unwrap();
+        let mut motors = OrderedMotors::new(Silent, [x, y], UNO);
+        motors
+            .start([
+                (Axis::at::<0>(), order(4_000, 9_000)),
+                (Axis::at::<1>(), order(9_000, 40_000)),
+            ])
+            .unwrap();
         for _ in 0..40 {
-            group.poll(&mut Silent);
+            motors.plan();
         }
         for axes in if together { vec![0b11] } else { vec![0b01, 0b10] } {
-            group.change(&mut Silent, axes, Change::Target(steps)).unwrap();
+            let axes = AxisSet::from_bits(axes);
+            motors.change(axes, Change::Target(steps)).unwrap();
         }
-        assert_eq!([0, 1].map(|axis| group.target(axis)), [Some(steps); 2]);
         let mut entries = [vec![], vec![]];
         for _ in 0..3_000 {
-            group.poll(&mut Silent);
+            motors.plan();
             for (end, entries) in [&mut x_end, &mut y_end].into_iter().zip(&mut entries) {
                 while let Next::Entry(entry) = end.take() {
                     entries.push(entry);
@@ -184,9 +197,9 @@ fn beginning(wait: u32) -> Vec<u64> {
     let mut queues = [const { Queue::<8>::new() }; 2];
     let [x, y] = &mut queues;
     let ((x, mut entries), (y, _)) = (x.split(), y.split());
-    let mut group = Group::new([x, y], UNO);
-    group.prepare(&mut Silent, 0, &order(4_000, 9_000)).unwrap();
-    while group.commit(&mut Silent, || wait).map(Result::unwrap).is_pending() {}
+    let mut motors = OrderedMotors::new(Silent, [x, y], UNO);
+    motors.prepare(Axis::X, &order(4_000, 9_000)).unwrap();
+    while motors.commit(|| wait).map(Result::unwrap).is_pending() {}
     let mut waits = Vec::new();
     while let Next::Entry(entry) = entries.take() {
         assert!(entry.play().all(|(pins, _)| pins == 0), "nothing turns, and no step is made");
@@ -222,15 +235,15 @@ fn beyond_what_is_counted_a_travel_takes_no_target() {
     let board = Board { rate, timing, cost, runs, fit, horizon: 30_000_000, lead };
     let mut queue = Queue::<8>::new();
     let (feed, mut entries) = queue.split();
-    let mut group = Group::new([feed], board);
+    let mut motors = OrderedMotors::new(Silent, [feed], board);
     let top = Speed::from_steps(1_000_000).unwrap();
     let up = Ramp::Accel(Accel::MAX);
     let travel = Travel::Endless(true);
     let endless = Order { start: top, top, up, down: up, jerk: None, travel };
-    group.start(&mut Silent, [(0, endless)]).unwrap();
+    motors.start([(Axis::X, endless)]).unwrap();
     let (mut steps, mut told) = (0i64, 0);
     while steps < 3 << 31 {
-        while group.poll(&mut Silent) {}
+        while motors.plan() {}
         while let Next::Entry(entry) = entries.take() {
             for (pins, events, _) in entry.groups() {
                 if pins & WIRING.step != 0 {
@@ -239,7 +252,7 @@ fn beyond_what_is_counted_a_travel_takes_no_target() {
             }
         }
         // The last that is planned waits for what follows it.
-        let planned = group.planned(0);
+        let planned = motors.planned(Axis::X);
         assert!(
             planned.is_none_or(|planned| i64::from(planned) == steps + 1),
             "{planned:?} of {steps}"
@@ -247,6 +260,6 @@ fn beyond_what_is_counted_a_travel_takes_no_target() {
         told = if planned.is_some() { steps } else { told };
     }
     assert!(told > (1 << 31) - (2 << 24), "counted to {told}");
-    let back = group.change(&mut Silent, 1, Change::Target(5));
+    let back = motors.change(Axis::X, Change::Target(5));
     assert_eq!(back, Err(Refusal::Unfit(Unfit::TooLong)));
 }

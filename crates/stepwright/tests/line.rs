@@ -47,7 +47,7 @@ proptest! {
             travel: Travel::Endless(true),
         };
         let ways = shares.map(|share| (share * f64::from(furthest)) as i32);
-        let orders: Vec<_> = order.along([ways[0], furthest, ways[1]]).unwrap().collect();
+        let orders: Vec<_> = order.split_line([ways[0], furthest, ways[1]]).unwrap().collect();
         let way = |axis: u8| [ways[0], furthest, ways[1]][usize::from(axis)];
         let lead = times(&orders.iter().find(|(axis, _)| *axis == 1).unwrap().1);
         let end = lead[lead.len() - 1];
@@ -90,11 +90,11 @@ fn an_axis_that_rests_gets_no_order_and_extremes_do_no_harm() {
     let (start, top) = (Speed::ZERO, Speed::MAX);
     let order =
         Order { start, top, up: ramp, down: ramp, jerk: Some(Jerk::MAX), travel: Travel::By(9) };
-    assert_eq!(order.along([0, 0, 0]).unwrap().count(), 0);
-    let all: Vec<_> = order.along([i32::MIN, i32::MAX, 1, 2]).unwrap().collect();
+    assert_eq!(order.split_line([0, 0, 0]).unwrap().count(), 0);
+    let all: Vec<_> = order.split_line([i32::MIN, i32::MAX, 1, 2]).unwrap().collect();
     assert_eq!(all.len(), 4);
     assert_eq!((all[0].1.top, all[0].1.travel), (Speed::MAX, Travel::By(i32::MIN)));
     assert!(all[3].1.top > Speed::ZERO);
     let none = Order { up: Ramp::Steps(0), ..order };
-    assert!(none.along([1, 2]).is_err());
+    assert!(none.split_line([1, 2]).is_err());
 }

@@ -12,8 +12,8 @@ use stepwright::engine::WIRING;
 use stepwright::profile::{Fit, Ramp};
 use stepwright::queue::{Consumer, Next, Queue, Source};
 use stepwright::{
-    Accel, Board, Change, Control, Cost, Group, Order, Playing, Rate, Refusal, Report, Speed,
-    Timing, Travel,
+    Accel, Axis, Board, Change, Control, Cost, Order, OrderedMotors, Playing, Rate, Refusal,
+    Report, Speed, Timing, Travel,
 };
 
 const STORIES: u32 = 2_000;
@@ -61,7 +61,7 @@ impl Control for Players<'_, '_> {
             player.moving |= axes >> n & 1 != 0;
         }
     }
-    fn halt(&mut self, axes: u8) {
+    fn kill(&mut self, axes: u8) {
         for (n, player) in self.0.borrow_mut().iter_mut().enumerate() {
             if axes >> n & 1 != 0 {
                 player.entries.clear(player.forward);
@@ -101,7 +101,7 @@ enum Ends {
     At(i32),
     /// Where it is planned to: it brakes.
     Planned,
-    /// It was halted.
+    /// It was killed.
     Anywhere,
 }
 
@@ -111,8 +111,8 @@ enum Deed {
     Start(i32),
     Target(i32),
     Top(u32),
-    Brake,
-    Halt,
+    Stop,
+    Kill,
 }
 
 fn deed() -> impl Strategy<Value = (u8, Deed, u8, u8)> {
@@ -120,8 +120,8 @@ fn deed() -> impl Strategy<Value = (u8, Deed, u8, u8)> {
         3 => (-3_000i32..3_000).prop_map(Deed::Start),
         2 => (-3_000i32..3_000).prop_map(Deed::Target),
         1 => (1_000u32..15_000).prop_map(Deed::Top),
-        1 => Just(Deed::Brake),
-        1 => Just(Deed::Halt),
+        1 => Just(Deed::Stop),
+        1 => Just(Deed::Kill),
     ];
     (0..AXES as u8, deed, 0u8..24, 0u8..4)
 }
@@ -143,13 +143,13 @@ fn story(deeds: &[(u8, Deed, u8, u8)]) -> Result<(), TestCaseError> {
     }
     let feeds: [_; AXES] = feeds.try_into().ok().unwrap();
     let players = RefCell::new(players.try_into().ok().unwrap());
-    let mut group = Group::new(feeds, BOARD);
-    let mut engine = Players(&players);
+    let mut motors = OrderedMotors::new(Players(&players), feeds, BOARD);
     let mut ends = [Ends::At(0); AXES];
     for (axis, deed, pieces, played) in deeds {
         let index = usize::from(*axis);
+        let axis = Axis::new(index).unwrap();
         match deed {
-            Deed::Start(steps) => match group.start(&mut engine, [(*axis, order(*steps))]) {
+            Deed::Start(steps) => match motors.start([(axis, order(*steps))]) {
                 Ok(()) => {
                     players.borrow_mut()[index].made = 0;
                     ends[index] = Ends::At(*steps);
@@ -157,27 +157,27 @@ fn story(deeds: &[(u8, Deed, u8, u8)]) -> Result<(), TestCaseError> {
                 Err(refusal) => prop_assert_eq!(refusal, Refusal::Busy),
             },
             Deed::Target(steps) => {
-                if group.change(&mut engine, 1 << axis, Change::Target(*steps)).is_ok() {
+                if motors.change(axis, Change::Target(*steps)).is_ok() {
                     ends[index] = Ends::At(*steps);
                 }
             }
             Deed::Top(top) => {
                 let top = Change::Top(Speed::from_steps(*top).unwrap());
-                let _ = group.change(&mut engine, 1 << axis, top);
+                let _ = motors.change(axis, top);
             }
-            Deed::Brake if group.is_busy(&engine, *axis) => {
-                group.brake(*axis);
+            Deed::Stop if motors.is_moving(axis) => {
+                motors.stop(axis);
                 ends[index] = Ends::Planned;
             }
-            Deed::Brake => {}
-            Deed::Halt => {
-                group.halt(&mut engine, 1 << axis);
-                prop_assert!(!group.is_busy(&engine, *axis));
+            Deed::Stop => {}
+            Deed::Kill => {
+                motors.kill_at_switch(axis);
+                prop_assert!(!motors.is_moving(axis));
                 ends[index] = Ends::Anywhere;
             }
         }
         for _ in 0..*pieces {
-            group.poll(&mut engine);
+            motors.plan();
             for _ in 0..*played {
                 players.borrow_mut().iter_mut().for_each(Player::take);
             }
@@ -185,17 +185,17 @@ fn story(deeds: &[(u8, Deed, u8, u8)]) -> Result<(), TestCaseError> {
     }
     // All of it to its end.
     let mut calls = 0;
-    while group.any_busy(&engine) {
-        group.poll(&mut engine);
+    while motors.any_moving() {
+        motors.plan();
         players.borrow_mut().iter_mut().for_each(Player::take);
         calls += 1;
         prop_assert!(calls < 1_000_000, "it never ends");
     }
-    for (axis, ends) in (0u8..).zip(ends) {
-        let made = players.borrow()[usize::from(axis)].made;
+    for (axis, ends) in Axis::all().zip(ends) {
+        let made = players.borrow()[axis.index()].made;
         match ends {
-            Ends::At(target) => prop_assert_eq!(made, target, "axis {}", axis),
-            Ends::Planned => prop_assert_eq!(Some(made), group.planned(axis), "axis {}", axis),
+            Ends::At(target) => prop_assert_eq!(made, target, "{:?}", axis),
+            Ends::Planned => prop_assert_eq!(Some(made), motors.planned(axis), "{:?}", axis),
             Ends::Anywhere => {}
         }
     }

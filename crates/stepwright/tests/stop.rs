@@ -16,7 +16,8 @@ use stepwright::profile::{Fit, Ramp};
 use stepwright::queue::{Next, Queue};
 use stepwright::units::Jerk;
 use stepwright::{
-    Accel, Board, Change, Control, Cost, Group, Order, Playing, Rate, Report, Speed, Timing, Travel,
+    Accel, Axis, Board, Change, Control, Cost, Order, OrderedMotors, Playing, Rate, Report, Speed,
+    Timing, Travel,
 };
 
 const STORIES: u32 = 3_000;
@@ -29,6 +30,8 @@ struct Player {
     idle: bool,
 }
 
+type Motors<'q> = OrderedMotors<'q, Player, 1>;
+
 impl Control for Player {
     fn playing(&mut self, _: u8) -> Playing {
         Playing::Unknown
@@ -36,7 +39,7 @@ impl Control for Player {
     fn start(&mut self, _: u8) {
         self.idle = false;
     }
-    fn halt(&mut self, _: u8) {
+    fn kill(&mut self, _: u8) {
         self.idle = true;
     }
     fn report(&self, _: u8) -> Report {
@@ -299,8 +302,8 @@ struct Told {
 
 /// Pulses that are planned and have not been handed out. The last of them waits for what
 /// follows it; where a travel is too long to tell, it is the only one.
-fn planned(group: &Group<1, 8>, judge: &Judge) -> u64 {
-    group.planned(0).map_or(1, |planned| i64::from(planned).abs_diff(judge.made))
+fn planned(motors: &Motors, judge: &Judge) -> u64 {
+    motors.planned(Axis::X).map_or(1, |planned| i64::from(planned).abs_diff(judge.made))
 }
 
 fn tell(story: &Story) -> Told {
@@ -319,10 +322,9 @@ fn tell(story: &Story) -> Told {
     };
     let mut queue = Queue::<8>::new();
     let (producer, mut entries) = queue.split();
-    let mut group = Group::new([producer], board);
-    let mut engine = Player { idle: true };
+    let mut motors = Motors::new(Player { idle: true }, [producer], board);
     let mut told = Told::default();
-    if group.start(&mut engine, [(0, story.order)]).is_err() {
+    if motors.start([(Axis::X, story.order)]).is_err() {
         return told;
     }
     let mut judge = Judge {
@@ -339,18 +341,18 @@ fn tell(story: &Story) -> Told {
         beyond: 0,
     };
     // Fills the queue, and takes what is in it.
-    let mut fill = |group: &mut Group<1, 8>, engine: &mut Player, judge: &mut Judge, pieces| {
+    let mut fill = |motors: &mut Motors, judge: &mut Judge, pieces| {
         for _ in 0..pieces {
-            if !group.poll(engine) {
+            if !motors.plan() {
                 break;
             }
         }
         loop {
             match entries.take() {
-                Next::Entry(entry) => judge.see(entry, group.is_forward(0)),
+                Next::Entry(entry) => judge.see(entry, motors.is_forward(Axis::X)),
                 Next::Late => return,
                 Next::End => {
-                    if !std::mem::replace(&mut engine.idle, true) {
+                    if !std::mem::replace(&mut motors.engine().idle, true) {
                         judge.ends();
                     }
                     return;
@@ -360,10 +362,10 @@ fn tell(story: &Story) -> Told {
     };
     for whim in &story.whims {
         for _ in 0..whim.fillings {
-            fill(&mut group, &mut engine, &mut judge, u32::MAX);
+            fill(&mut motors, &mut judge, u32::MAX);
         }
-        fill(&mut group, &mut engine, &mut judge, whim.pieces.into());
-        if !group.is_busy(&engine, 0) {
+        fill(&mut motors, &mut judge, whim.pieces.into());
+        if !motors.is_moving(Axis::X) {
             return told;
         }
         let mut limits = *judge.phases.last().unwrap();
@@ -373,30 +375,30 @@ fn tell(story: &Story) -> Told {
             Change::Accel(a) => limits.a = a.millisteps() as f64 / 1e3,
             Change::Decel(d) => limits.d = d.millisteps() as f64 / 1e3,
         }
-        match group.change(&mut engine, 1, whim.change) {
+        match motors.change(Axis::X, whim.change) {
             Ok(()) => {
                 told.taken += 1;
                 judge.phases.push(limits);
                 // A run that has been taken is queued yet, as it was.
-                judge.planned.push(judge.pulses + planned(&group, &judge));
+                judge.planned.push(judge.pulses + planned(&motors, &judge));
             }
             Err(_) => told.no_stop += 1,
         }
     }
     for _ in 0..story.fillings {
-        fill(&mut group, &mut engine, &mut judge, u32::MAX);
+        fill(&mut motors, &mut judge, u32::MAX);
     }
-    if !group.is_busy(&engine, 0) {
+    if !motors.is_moving(Axis::X) {
         return told;
     }
     told.stopped = 1;
-    group.brake(0);
+    motors.stop(Axis::X);
     // A run that has been taken is queued yet: from its end on it brakes.
-    (judge.ahead, judge.last) = (Some(planned(&group, &judge)), judge.leg.last().copied());
-    let known = group.planned(0).is_some();
+    (judge.ahead, judge.last) = (Some(planned(&motors, &judge)), judge.leg.last().copied());
+    let known = motors.planned(Axis::X).is_some();
     while judge.ahead != Some(0) {
-        fill(&mut group, &mut engine, &mut judge, 1);
-        if !group.is_busy(&engine, 0) {
+        fill(&mut motors, &mut judge, 1);
+        if !motors.is_moving(Axis::X) {
             // Of a travel too long to tell, the last pulse may have been handed out already.
             assert!(judge.ahead == Some(0) || !known, "{judge:?}");
             return told;
@@ -422,10 +424,10 @@ fn tell(story: &Story) -> Told {
     way += limits.fall(v);
     let steps = way * (1.0 + 1e-6) + 2.0;
     for _ in 0..LOOKED_AT {
-        fill(&mut group, &mut engine, &mut judge, u32::MAX);
+        fill(&mut motors, &mut judge, u32::MAX);
         let pulses = judge.beyond;
         assert!(pulses as f64 <= steps, "{pulses} pulses of {steps}: {:?}", judge.phases);
-        if !group.is_busy(&engine, 0) {
+        if !motors.is_moving(Axis::X) {
             return told;
         }
     }

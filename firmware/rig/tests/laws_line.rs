@@ -198,7 +198,7 @@ fn a_change_and_a_stop_on_the_way_hold_from_the_next_delay_made() {
             let mut all: Vec<u32> = delays.by_ref().take(before + changed).collect();
             delays.set_accel(accel(900));
             all.extend(delays.by_ref().take(later + braked - before - changed));
-            delays.brake();
+            delays.stop();
             all.extend(delays);
             let near = |(real, want): (&u64, &u32)| real.abs_diff(u64::from(*want) * 16) <= EDGE;
             all.len() == steps.len() && ticks.iter().zip(&all[1..]).all(near)

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use stepwright::AxisSet;
+use stepwright::Axis;
 use stepwright::timer::Count;
 use stepwright_host::link::simulated::Simulated;
 use stepwright_sim::{AXES, Description, LawBoard, Queues, VirtualBoard};
@@ -33,7 +33,7 @@ trait Board {
     fn is_endless(&self) -> bool;
     fn position(&self, axis: u8) -> Option<i64>;
     fn late(&self) -> u32;
-    fn brake(&mut self);
+    fn stop(&mut self);
     fn set_switch(&mut self, axis: u8, high: bool);
     fn take_enable_changes(&mut self) -> Vec<(u64, bool)>;
     fn recording(&mut self) -> &mut Recording;
@@ -64,8 +64,8 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
     fn late(&self) -> u32 {
         VirtualBoard::late(self)
     }
-    fn brake(&mut self) {
-        self.motors().stop(AxisSet::ALL);
+    fn stop(&mut self) {
+        Axis::all().for_each(|axis| self.motors().stop(axis));
     }
     fn set_switch(&mut self, axis: u8, high: bool) {
         VirtualBoard::set_switch(self, axis, high);
@@ -104,7 +104,7 @@ impl Board for LawBoard<'static, Recording> {
     fn late(&self) -> u32 {
         0
     }
-    fn brake(&mut self) {
+    fn stop(&mut self) {
         b"Z\r".iter().for_each(|byte| LawBoard::receive(self, *byte));
     }
     fn set_switch(&mut self, _: u8, _: bool) {}
@@ -176,8 +176,8 @@ impl Bench {
     }
 
     /// Brakes all axes, as a hand on its button would.
-    pub fn brake(&mut self) {
-        self.board.brake();
+    pub fn stop(&mut self) {
+        self.board.stop();
     }
 
     /// Where its axes are, one line each, those that never moved left out;

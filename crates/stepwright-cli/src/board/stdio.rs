@@ -73,7 +73,7 @@ fn rest(board: &mut Paced<Bench>) -> Result<(), Failure> {
     let endless = board.board.is_endless();
     if endless {
         say::note("at the end of the input a motor runs without end: braking it");
-        board.board.brake();
+        board.board.stop();
     }
     while board.board.is_busy() && !interrupt::asked() {
         board.pass(SLICE);

@@ -31,7 +31,7 @@ const KILL: u8 = 2;
 
 impl PlayOrder {
     /// The motors brake, and the rest is not played.
-    pub fn brake(&self) {
+    pub fn stop(&self) {
         self.0.fetch_max(BRAKE, Ordering::Relaxed);
     }
 
@@ -97,7 +97,7 @@ impl Onlooker for RealTime<'_> {
             Some(_) if !self.braking => {
                 self.braking = true;
                 self.report(ticks);
-                return Ok(Say::Brake);
+                return Ok(Say::Stop);
             }
             _ => {}
         }

@@ -26,7 +26,7 @@ pub enum Say {
     /// It may be played up to this tick.
     On(u64),
     /// The motors are to brake, and the rest is not played. Said once.
-    Brake,
+    Stop,
 }
 
 /// An onlooker.

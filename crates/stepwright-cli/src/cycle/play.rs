@@ -106,7 +106,7 @@ impl<'p> Session<'p> {
     }
 
     /// Brakes as well as can be: a path along itself, whatever else at once.
-    fn brake(&mut self) {
+    fn stop(&mut self) {
         self.braked = true;
         match &self.path {
             Some((path, begin)) => {
@@ -361,9 +361,9 @@ impl<'p> Session<'p> {
         match said {
             None => Ok(u64::MAX),
             Some(Say::On(to)) => Ok(to),
-            Some(Say::Brake) => {
+            Some(Say::Stop) => {
                 if !self.braked {
-                    self.brake();
+                    self.stop();
                 }
                 Ok(now)
             }

@@ -261,7 +261,7 @@ impl Jog {
                 Some(moving) => {
                     let let_go = moving.way.is_some() && moving.way != wanted;
                     if (let_go || self.leaving) && !moving.braking {
-                        self.brake(session)?;
+                        self.stop(session)?;
                     }
                 }
             }
@@ -288,7 +288,7 @@ impl Jog {
                 self.hold.spend(now);
                 self.steps_due = 0;
                 if self.moving.as_ref().is_some_and(|moving| !moving.braking) {
-                    self.brake(session)?;
+                    self.stop(session)?;
                 }
             }
             Key::Sign(b'0') if self.moving.is_some() => self.line.note("it moves: 0 at rest"),
@@ -350,8 +350,8 @@ impl Jog {
         Ok(())
     }
 
-    fn brake(&mut self, session: &mut Session) -> Result<(), LinkError> {
-        session.brake(Selection::One(self.axis))?;
+    fn stop(&mut self, session: &mut Session) -> Result<(), LinkError> {
+        session.stop(Selection::One(self.axis))?;
         if let Some(moving) = &mut self.moving {
             moving.braking = true;
         }

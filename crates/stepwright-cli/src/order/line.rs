@@ -127,7 +127,7 @@ pub fn shares(
         *way = steps.get();
     }
     let whole = stepwright::Order::from(leading);
-    let orders = whole.along(ways).map_err(|why| Failure::new(why.to_string()))?;
+    let orders = whole.split_line(ways).map_err(|why| Failure::new(why.to_string()))?;
     orders
         .filter_map(|(axis, order)| {
             let (axis, way) = (AxisId::numbered(axis + 1)?, *steps.get(usize::from(axis))?);
@@ -267,7 +267,7 @@ fn watch(session: &mut Session, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64
     let (mut braked, mut told) = (false, Instant::now());
     while session.is_busy(Selection::All)? {
         if !braked && interrupt::asked() {
-            session.brake(Selection::All)?;
+            session.stop(Selection::All)?;
             braked = true;
             say::note(interrupt::braking());
         }

@@ -8,7 +8,7 @@
 //! | [`retarget`] | `retarget` |
 //! | [`watch`] | `watch` |
 //! | [`home`] | `home` |
-//! | [`halt`] | `stop`, `kill` |
+//! | [`stop`] | `stop`, `kill` |
 //! | [`look`] | `status`, `position`, `zero` |
 //! | [`send`] | `send` |
 //! | [`settings`] | `settings` |
@@ -22,7 +22,6 @@ pub mod able;
 mod by_law;
 pub mod course;
 pub mod drive;
-pub mod halt;
 mod held;
 pub mod home;
 pub mod homing;
@@ -42,6 +41,7 @@ pub mod run;
 mod screen;
 pub mod send;
 pub mod settings;
+pub mod stop;
 pub mod target;
 pub mod terminal;
 pub mod travel;

@@ -41,10 +41,10 @@ impl Screen {
         }
         self.progress.see(sight, told.as_deref(), change);
         if interrupt::asked() {
-            return Action::Brake;
+            return Action::Stop;
         }
         match self.hand.act() {
-            Some(Act::Stop) => Action::Brake,
+            Some(Act::Stop) => Action::Stop,
             Some(Act::Say(line)) => Action::Say(line),
             Some(Act::Help) => {
                 self.progress.note(super::keys::HELP);

@@ -142,7 +142,7 @@ impl Keeper {
             Some(_) => HomingEvent::Waited,
             None if moving => {
                 if !braked && until.is_some_and(|until| self.session.now() >= until) {
-                    self.session.brake(Selection::One(axis))?;
+                    self.session.stop(Selection::One(axis))?;
                     self.desk.unplan(axis.number());
                     if let Some(homing) = &mut self.axis(axis)?.homing {
                         homing.braked = true;

@@ -157,9 +157,9 @@ impl Keeper {
             self.session.pause(Duration::ZERO)?;
             while let Some(change) = self.session.next_change() {
                 self.desk.note(format!("another terminal: {change}"));
-                if matches!(change.command, Command::Brake | Command::Kill) {
+                if matches!(change.command, Command::Stop | Command::Kill) {
                     for axis in self.give_up_homing(Selection::All, &homing::stopped()) {
-                        self.session.brake(Selection::One(axis))?;
+                        self.session.stop(Selection::One(axis))?;
                     }
                 }
                 for axis in self.axes.iter_mut().filter(|axis| change.axes.contains(axis.id)) {
@@ -191,7 +191,7 @@ impl Keeper {
         self.desk.close(Declined::away("the server is ending"));
         if self.session.is_busy(Selection::All)? {
             crate::say::note(interrupt::braking());
-            self.session.brake(Selection::All)?;
+            self.session.stop(Selection::All)?;
         }
         while self.session.is_busy(Selection::All)? {
             self.session.pause(POLL)?;
@@ -253,7 +253,7 @@ impl Keeper {
                 false => !self.desk.is_live(hand),
             };
             if hand.is_some_and(is_gone) {
-                self.session.brake(Selection::One(id))?;
+                self.session.stop(Selection::One(id))?;
                 self.axes[place].hand = None;
                 self.end_homing(id, &homing::gone());
                 self.desk.unplan(id.number());
@@ -300,7 +300,7 @@ impl Keeper {
                 let mut back = self.learn();
                 // Nobody has held it meanwhile.
                 for axis in ran {
-                    let brake = |()| self.session.brake(Selection::One(axis));
+                    let brake = |()| self.session.stop(Selection::One(axis));
                     back = back.and_then(brake);
                 }
                 if back.is_ok() {

@@ -295,14 +295,14 @@ impl Keeper {
         if let Selection::One(axis) = axes {
             self.axis(axis)?;
         }
-        self.session.brake(axes)?;
+        self.session.stop(axes)?;
         self.give_up_homing(axes, &homing::stopped());
         for axis in self.axes.iter_mut().filter(|axis| axes.contains(axis.id) && axis.moving) {
             // From here on it needs nobody: it ends by itself.
             axis.hand = None;
             self.desk.unplan(axis.id.number());
         }
-        Ok(vec![Command::Brake])
+        Ok(vec![Command::Stop])
     }
 
     fn kill_all(&mut self) -> Taken {

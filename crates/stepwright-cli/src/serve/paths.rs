@@ -121,7 +121,7 @@ impl PathReader for CycleFiles {
 
     fn stop(&self) {
         if let Some(playing) = &*self.playing() {
-            playing.order.brake();
+            playing.order.stop();
         }
     }
 

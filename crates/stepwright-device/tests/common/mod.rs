@@ -6,7 +6,7 @@
 use std::cell::Cell;
 
 use stepwright::queue::{Consumer, Next, Producer, Queue, Source};
-use stepwright::{Board, Control, Playing, Rate, Report, Steppers, Ticks, Timing};
+use stepwright::{Board, Control, OrderedMotors, Playing, Rate, Report, Ticks, Timing};
 use stepwright_device::{BoardIo, Device, Mark, Memory, Reset, Store};
 
 /// The pin of a step, in an entry.
@@ -57,7 +57,7 @@ impl Control for Motion<'_> {
     fn start(&mut self, axes: u8) {
         self.moving |= axes;
     }
-    fn halt(&mut self, axes: u8) {
+    fn kill(&mut self, axes: u8) {
         self.moving &= !axes;
         for (axis, end) in self.ends.iter_mut().enumerate() {
             if axes >> axis & 1 != 0 {
@@ -181,7 +181,7 @@ impl<'q> Rig<'q> {
             stepped: 0,
         };
         let board = Board::unmeasured(Rate::from_hz(16_000_000).unwrap());
-        let motors = Steppers::for_orders(motion, feeds, board);
+        let motors = OrderedMotors::new(motion, feeds, board);
         Rig { device: Device::new(motors, axes, &mut panel), panel }
     }
 

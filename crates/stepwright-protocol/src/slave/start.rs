@@ -33,7 +33,7 @@ impl<const AXES: usize> Slave<AXES> {
         if let [letter] = line {
             match letter {
                 b'K' => self.kill(machine),
-                b'Z' => self.brake(machine),
+                b'Z' => self.stop(machine),
                 _ => {}
             }
         }

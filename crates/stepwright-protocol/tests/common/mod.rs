@@ -122,8 +122,8 @@ impl Machine for Bench {
         self.prepared.clear();
     }
 
-    fn brake(&mut self, axis: AxisId) {
-        self.note(&format!("brake {}", axis.number()));
+    fn stop(&mut self, axis: AxisId) {
+        self.note(&format!("stop {}", axis.number()));
     }
 
     fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {

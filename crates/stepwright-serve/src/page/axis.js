@@ -174,7 +174,7 @@ export class Axis {
     on("more", () => this.valid("step") && this.go({ by: Math.round(this.steps("step")) }));
     on("run-back", () => this.run(-1));
     on("run-ahead", () => this.run(1));
-    on("halt", () => this.stop());
+    on("stop-axis", () => this.stop());
     on("home", () => this.home());
     on("zero", () => this.send("/api/zero", {}));
     for (const [name, sign] of [["back", -1], ["ahead", 1]]) {
@@ -233,7 +233,7 @@ export class Axis {
     set("to", able && known && !this.homing);
     set("home", free);
     set("zero", free);
-    set("halt", state.state !== "lost");
+    set("stop-axis", state.state !== "lost");
     this.field("to").textContent = state.moving && !this.homing ? "Retarget" : "Go to";
   }
 

@@ -112,7 +112,7 @@ const by = (way, meet) => ({
     const place = Number(await shown(driven.card));
     assert.equal(await driven.at(), place);
     const { axes } = await driven.left();
-    assert.deepEqual([axes[0].position, axes[0].stop], [place, "brake"]);
+    assert.deepEqual([axes[0].position, axes[0].stop], [place, "stop"]);
     await driven.leave();
   },
 

@@ -48,7 +48,7 @@ const tests = {
     const driven = await driver(url);
     await stops(driven);
     const one = await rests(url);
-    assert.deepEqual([one.state, one.stop.name], ["ready", "brake"]);
+    assert.deepEqual([one.state, one.stop.name], ["ready", "stop"]);
     await driven.context.close();
   },
 
@@ -98,7 +98,7 @@ const tests = {
     await click(second.card, "run-back");
     await moves(url);
     await second.context.close();
-    assert.equal((await rests(url)).stop.name, "brake");
+    assert.equal((await rests(url)).stop.name, "stop");
     await first.page.getByRole("button", { name: "Take control" }).click();
     await controls(first.page);
     await first.context.close();

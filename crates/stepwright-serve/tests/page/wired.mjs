@@ -164,7 +164,7 @@ export const tests = {
     const driven = await board(url);
     await stops(driven);
     const at = Number(await shown(driven.card));
-    assert.deepEqual(await ended(driven), [at, "brake"]);
+    assert.deepEqual(await ended(driven), [at, "stop"]);
   },
 
   async "on a serial port it kills"(url) {

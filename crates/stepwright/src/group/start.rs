@@ -6,14 +6,14 @@
 //! ```
 //!
 //! Each call does what takes a chip no longer than a piece of planning does. What moves is
-//! planned on between them; it can be braked, halted, killed. The axes of the order rest
+//! planned on between them; it can be stopped or killed. The axes of the order rest
 //! until the last call, and are not busy.
 
 use core::task::Poll;
 
-use super::{Given, Group};
+use super::{Group, PlannedBoard};
 use crate::clamp;
-use crate::group::Control;
+use crate::control::Control;
 use crate::order::{Order, Refusal};
 use crate::planner::Layout;
 use crate::units::Ticks;
@@ -21,13 +21,6 @@ use crate::units::Ticks;
 impl<const N: usize, const Q: usize> Group<'_, N, Q> {
     /// Starts the ordered axes together, all or none. They move once their
     /// queues are filled, within a few polls.
-    ///
-    /// ```no_run
-    /// # use stepwright::{Control, Group, Order, Refusal};
-    /// # fn f(group: &mut Group<3, 8>, engine: &mut impl Control, x: Order, z: Order) -> Result<(), Refusal> {
-    /// group.start(engine, [(0, x), (2, z)])
-    /// # }
-    /// ```
     ///
     /// # Errors
     /// [`Refusal`], and nothing moves.
@@ -103,7 +96,7 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
             Layout::Begin => self.begin(turn),
             Layout::Wait => self.wait_for_all(clamp::sum(self.given.board.timing.hold, wait())),
             Layout::Check => {
-                let Given { board, clock, .. } = &self.given;
+                let PlannedBoard { board, clock, .. } = &self.given;
                 let moving = self.moving(engine, prepared);
                 let checked = board.check(clock, &self.loads, moving, turn);
                 if checked.is_err() {

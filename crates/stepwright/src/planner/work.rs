@@ -62,7 +62,7 @@ impl Work {
         }
     }
 
-    /// Forgets everything: the run is in its queue, or its axis has been halted.
+    /// Forgets everything: the run is in its queue, or its axis has been killed.
     pub(crate) fn clear(&mut self) {
         self.stage = Stage::Begin;
     }

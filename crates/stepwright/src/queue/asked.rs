@@ -44,7 +44,7 @@ pub trait Feed {
     /// The next run.
     fn take(&mut self) -> Taken;
 
-    /// Forgets everything that is planned: a halt.
+    /// Forgets everything that is planned: a kill.
     fn clear(&mut self);
 }
 

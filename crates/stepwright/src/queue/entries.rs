@@ -142,7 +142,7 @@ impl<const LEN: usize> Default for Queue<LEN> {
 
 /// The foreground's end of a [`Queue`].
 pub struct Producer<'q, const LEN: usize> {
-    /// Null in a [`Group::blank`](crate::Group::blank).
+    /// Null in a [`OrderedMotors::blank`](crate::OrderedMotors::blank).
     queue: *const Queue<LEN>,
     borrowed: PhantomData<&'q Queue<LEN>>,
     writer: Writer,

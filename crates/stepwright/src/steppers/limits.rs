@@ -85,7 +85,7 @@ impl AxisLimits {
     /// The limits of the longest way of a line, `furthest` pulses, so that an axis of
     /// `pulses` keeps its own limits, these, when it is scaled by its share.
     pub(super) fn stretched(&self, pulses: u32, furthest: u32) -> AxisLimits {
-        // The share is counted between the first pulse and the last: see `Order::along`.
+        // The share is counted between the first pulse and the last: see `Order::split_line`.
         let (part, whole) = (pulses.saturating_sub(1), furthest.saturating_sub(1));
         if part == whole {
             return *self;

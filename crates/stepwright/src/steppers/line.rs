@@ -2,7 +2,7 @@
 
 use super::moves::distance;
 use super::{Axis, AxisSet, MoveError, Steppers};
-use crate::group::Control;
+use crate::control::Control;
 use crate::order::Travel;
 
 impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
@@ -46,6 +46,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         let ways = ways.filter(|(_, pulses)| *pulses > 1 || *pulses == furthest);
         let limits = ways.map(|(limits, pulses)| limits.stretched(pulses, furthest));
         let Some(limits) = limits.reduce(|all, one| all.stricter(&one)) else { return Ok(()) };
-        self.begin(limits.order(Travel::By(0)).along(way)?)
+        let whole = limits.order(Travel::By(0));
+        let orders = whole.split_line(way)?;
+        self.begin(orders.filter_map(|(axis, order)| Some((Axis::new(axis.into()).ok()?, order))))
     }
 }

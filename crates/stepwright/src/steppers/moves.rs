@@ -1,7 +1,7 @@
 //! Moves of one axis, within its limits.
 
 use super::{Axis, AxisLimits, MoveError, Steppers};
-use crate::group::Control;
+use crate::control::Control;
 use crate::order::{Change, Order, Refusal, Travel};
 use crate::profile::Unfit;
 use crate::units::Speed;
@@ -120,7 +120,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
             return Err(MoveError::AboveLimit { max: limits.max_speed });
         }
         let number = axis.number();
-        if self.group.is_endless(number) && self.group.is_forward(number) == forward {
+        if self.motors.group.is_endless(number) && self.motors.is_forward(axis) == forward {
             return self.change(axis, Change::Top(top));
         }
         self.must_rest(axis)?;
@@ -169,27 +169,27 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         if !self.is_moving(axis) {
             return Some(0);
         }
-        let target = self.group.target(axis.number())?;
+        let target = self.motors.group.target(axis.number())?;
         let end = self.origin(axis).wrapping_add(target.into());
-        Some(end.wrapping_sub(self.engine.position(axis.number())))
+        Some(end.wrapping_sub(self.motors.engine.position(axis.number())))
     }
 
     fn change(&mut self, axis: Axis<N>, change: Change) -> Result<(), MoveError> {
-        Ok(self.group.change(&mut self.engine, 1 << axis.number(), change)?)
+        Ok(self.motors.change(axis, change)?)
     }
 
     /// Starts a travel of an axis that rests.
     fn travel(&mut self, axis: Axis<N>, order: Order) -> Result<(), MoveError> {
-        self.begin([(axis.number(), order)])
+        self.begin([(axis, order)])
     }
 
     /// Starts travels of axes that rest, all or none.
     pub(super) fn begin(
         &mut self,
-        orders: impl IntoIterator<Item = (u8, Order)>,
+        orders: impl IntoIterator<Item = (Axis<N>, Order)>,
     ) -> Result<(), MoveError> {
         self.note_origins();
-        Ok(self.group.start(&mut self.engine, orders)?)
+        Ok(self.motors.start(orders)?)
     }
 
     /// Notes where the axes are that rest: there their next travels begin.
@@ -207,7 +207,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
 
     /// The count of an axis that rests, whether its position is known or not.
     fn origin_now(&self, axis: Axis<N>) -> i64 {
-        self.engine.position(axis.number())
+        self.motors.engine.position(axis.number())
     }
 
     fn origin(&self, axis: Axis<N>) -> i64 {

@@ -5,7 +5,7 @@
 
 use core::ops::{Deref, DerefMut};
 
-use stepwright::{Given, Steppers};
+use stepwright::{OrderedMotors, PlannedBoard};
 use stepwright_avr::in_flash::InFlash;
 use stepwright_avr::panel::AvrIo;
 use stepwright_avr::serial::Serial;
@@ -20,11 +20,11 @@ type Controller = Device<'static, AvrEngine, { board::AXES }, RUNS>;
 /// second one on the stack.
 static DEVICE: Slot<Controller> =
     // SAFETY: `start` powers the motors up before anything else.
-    Slot::new(Device::blank(unsafe { Steppers::blank(AvrEngine::NONE) }));
+    Slot::new(Device::blank(unsafe { OrderedMotors::blank(AvrEngine::NONE) }));
 
 /// Its board.
 #[unsafe(link_section = ".progmem.data")]
-static BOARD: InFlash<Given<{ board::AXES }>> = InFlash::new(Given::new(board::description()));
+static BOARD: InFlash<PlannedBoard<{ board::AXES }>> = InFlash::new(PlannedBoard::new(board::description()));
 
 stepwright_avr::step_interrupts!();
 stepwright_avr::serial_interrupts!();
@@ -61,7 +61,7 @@ unsafe fn start(base: &'static mut [i64; board::AXES]) -> (OnBoard<Owner, AvrIo>
     *motors.engine() = unsafe { step::start(pins, base) };
     // SAFETY: nobody else asks for them, and it is in flash.
     let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
-    motors.power_up_for_orders(feed, |given| unsafe { BOARD.load(given) });
+    motors.power_up(feed, |given| unsafe { BOARD.load(given) });
     device.begin(board::AXES as u8, &mut io);
     (OnBoard { device, io }, line)
 }

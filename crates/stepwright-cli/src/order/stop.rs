@@ -65,7 +65,7 @@ pub fn stop(args: StopArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
     let mut session = args.port.open("stop", Share::Anyhow)?;
     session.set_guard(interrupt::guard(Ends::ByKilling));
-    let mut urged = session.urge(Command::Brake, LEAVES);
+    let mut urged = session.urge(Command::Stop, LEAVES);
     if urged.is_ok() && !session.link().is_alone() {
         if let Some(mut guest) = host(&args.port) {
             guest.set_guard(interrupt::guard(Ends::ByKilling));
@@ -75,7 +75,7 @@ pub fn stop(args: StopArgs) -> Result<(), Failure> {
                 return end(&mut guest, &args, stopped);
             }
         } else {
-            urged = session.urge(Command::Brake, CONFIRM);
+            urged = session.urge(Command::Stop, CONFIRM);
         }
     }
     let stopped = match urged {
@@ -148,7 +148,7 @@ fn brake_all(
 
 fn brake_to_rest(session: &mut Session, only: Option<AxisId>) -> Result<Vec<State>, LinkError> {
     let axes = only.map_or(Selection::All, Selection::One);
-    session.brake(axes)?;
+    session.stop(axes)?;
     while session.is_busy(axes)? {
         session.pause(POLL)?;
     }

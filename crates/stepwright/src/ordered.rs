@@ -1,30 +1,59 @@
 //! Motors whose orders have their own limits: a controller's, behind a serial line.
 
+use core::mem::MaybeUninit;
 use core::task::Poll;
 
-use super::{Axis, AxisSet, Steppers};
 use crate::board::Board;
+use crate::control::Control;
 use crate::drive::Axes;
-use crate::group::{Control, Given, Group};
+use crate::group::{Group, PlannedBoard};
 use crate::order::{Change, Order, Refusal};
 use crate::queue::Producer;
+use crate::steppers::{Axis, AxisSet};
 use crate::units::{Speed, Ticks};
 
-impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
+/// N motors that take [orders](Order), each with its own limits: those of a controller, whose
+/// orders come over a serial line. A program that sets the limits of an axis once takes
+/// [`Steppers`](crate::Steppers).
+///
+/// Made of an engine, or what reaches it behind its interrupt (`E`, a [`Control`]), of the
+/// feeds of that engine's queues (`Q` runs each) and of the board.
+///
+/// An order may be started in one call, [`start`](OrderedMotors::start), or in pieces of 200 µs
+/// on a 16 MHz AVR: [`prepare`](OrderedMotors::prepare), [`commit`](OrderedMotors::commit). The
+/// main loop calls [`plan`](OrderedMotors::plan).
+pub struct OrderedMotors<'q, E, const N: usize, const Q: usize = 8> {
+    pub(crate) group: Group<'q, N, Q>,
+    pub(crate) engine: E,
+}
+
+impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> {
     /// All motors at rest at position 0.
     ///
     /// `feeds` MUST be those of the engine's queues, in the order of its axes.
-    pub const fn for_orders(engine: E, feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
-        Steppers { group: Group::new(feeds, board), engine, axes: [(); N] }
+    pub const fn new(engine: E, feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
+        OrderedMotors { group: Group::new(feeds, board), engine }
     }
 
-    /// Makes [blank](Steppers::blank) ones what [`for_orders`](Steppers::for_orders) makes.
-    /// `feed` writes the feed of an axis, and `fill` what is given.
+    /// Motors that have yet to power up: zeros but for the engine, for a static of a chip,
+    /// where they take no flash and are not moved over the stack.
+    ///
+    /// # Safety
+    /// No other method is called before [`power_up`](OrderedMotors::power_up), but for
+    /// [`engine`](OrderedMotors::engine).
+    pub const unsafe fn blank(engine: E) -> Self {
+        // SAFETY: numbers, and enums that begin at 0. What is not yet a queue is a raw
+        // pointer, and the caller lets nobody follow it.
+        OrderedMotors { group: unsafe { MaybeUninit::zeroed().assume_init() }, engine }
+    }
+
+    /// Makes [blank](OrderedMotors::blank) motors what [`new`](OrderedMotors::new) makes.
+    /// `feed` writes the feed of an axis, `fill` the board.
     #[inline(always)]
-    pub fn power_up_for_orders(
+    pub fn power_up(
         &mut self,
         feed: impl FnMut(u8, &mut Producer<'q, Q>),
-        fill: impl FnOnce(&mut Given<N>),
+        fill: impl FnOnce(&mut PlannedBoard<N>),
     ) {
         self.group.power_up(feed, fill);
     }
@@ -53,7 +82,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
         self.group.start(&mut self.engine, orders)
     }
 
-    /// Takes one travel of an order. [`commit`](Steppers::commit) starts all that were
+    /// Takes one travel of an order. [`commit`](OrderedMotors::commit) starts all that were
     /// taken, together.
     ///
     /// ```
@@ -71,7 +100,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     /// ```
     ///
     /// # Errors
-    /// [`Refusal`]; then [`cancel`](Steppers::cancel) what was prepared before.
+    /// [`Refusal`]; then [`cancel`](OrderedMotors::cancel) what was prepared before.
     #[inline(always)]
     pub fn prepare(&mut self, axis: Axis<N>, order: &Order) -> Result<(), Refusal> {
         self.group.prepare(&mut self.engine, axis.number(), order)
@@ -94,7 +123,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     /// ```
     ///
     /// # Errors
-    /// [`Refusal`], and nothing moves; then [`cancel`](Steppers::cancel) it.
+    /// [`Refusal`], and nothing moves; then [`cancel`](OrderedMotors::cancel) it.
     #[inline(always)]
     pub fn commit(&mut self, wait: impl FnOnce() -> Ticks) -> Poll<Result<(), Refusal>> {
         self.group.commit(&mut self.engine, wait)
@@ -159,7 +188,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
         self.group.change(&mut self.engine, axes.into().bits(), change)
     }
 
-    /// Brakes one axis along its ramp: [`stop`](Steppers::stop) for a set of one.
+    /// Stops an axis along its ramp; its position stays known. The ramp begins behind the steps
+    /// that are planned already: see [`Board::horizon`].
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -169,12 +199,12 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     /// # let motors = board.motors();
     /// # let order = AxisLimits::DEFAULT.order(Travel::By(2_000));
     /// motors.start([(Axis::X, order)])?;
-    /// motors.brake(Axis::X);
+    /// motors.stop(Axis::X);
     /// # Ok::<(), Refusal>(())
     /// ```
     #[inline(always)]
-    pub fn brake(&mut self, axis: Axis<N>) {
-        self.group.brake(axis.number());
+    pub fn stop(&mut self, axis: Axis<N>) {
+        self.group.stop(axis.number());
     }
 
     /// Whether a target this many steps from where the travel of an axis began lies forward
@@ -188,13 +218,13 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     /// # let motors = board.motors();
     /// # let order = AxisLimits::DEFAULT.order(Travel::By(2_000));
     /// motors.start([(Axis::X, order)])?;
-    /// assert!(motors.leads_forward(Axis::X, 3_000));
-    /// assert!(!motors.leads_forward(Axis::X, -1));
+    /// assert!(motors.is_ahead(Axis::X, 3_000));
+    /// assert!(!motors.is_ahead(Axis::X, -1));
     /// # Ok::<(), Refusal>(())
     /// ```
     #[inline(always)]
-    pub fn leads_forward(&self, axis: Axis<N>, target: i32) -> bool {
-        self.group.leads_forward(axis.number(), target)
+    pub fn is_ahead(&self, axis: Axis<N>, target: i32) -> bool {
+        self.group.is_ahead(axis.number(), target)
     }
 
     /// Where the part of a travel that is planned leads to, in steps from where it began: a
@@ -252,8 +282,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
         self.group.any_endless()
     }
 
-    /// Stops all axes between two steps. The position of a motor that moved is not known
-    /// from now on.
+    /// Stops all axes at once, between two steps, and forgets what was prepared. The position of
+    /// a motor that moved becomes unknown.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -269,11 +299,12 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     /// ```
     #[inline(always)]
     pub fn kill(&mut self) {
-        self.group.kill(&mut self.engine);
+        self.group.cancel();
+        self.group.kill(&mut self.engine, Axes::MAX);
     }
 
-    /// Stops these axes between two steps, at a switch: their positions stay known, as far
-    /// as the steps tell.
+    /// Stops these axes at once, between two steps, at a limit switch: their positions are those
+    /// of their last steps, and stay known.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -283,16 +314,16 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     /// # let motors = board.motors();
     /// # let order = AxisLimits::DEFAULT.order(Travel::By(2_000));
     /// motors.start([(Axis::X, order)])?;
-    /// motors.halt_at_switch(Axis::X);
+    /// motors.kill_at_switch(Axis::X);
     /// assert!(!motors.any_moving() && motors.position(Axis::X).is_some());
     /// # Ok::<(), Refusal>(())
     /// ```
     #[inline(always)]
-    pub fn halt_at_switch(&mut self, axes: impl Into<AxisSet<N>>) {
-        self.group.halt(&mut self.engine, axes.into().bits());
+    pub fn kill_at_switch(&mut self, axes: impl Into<AxisSet<N>>) {
+        self.group.kill_at_switch(&mut self.engine, axes.into().bits());
     }
 
-    /// Calls all positions unknown: something else may have moved the motors.
+    /// Marks all positions as unknown: something else may have moved the motors.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -301,13 +332,13 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     /// # let mut board = VirtualBoard::<u16, _>::new(&mut queues, Description::uno(), ());
     /// # let motors = board.motors();
     /// # let order = AxisLimits::DEFAULT.order(Travel::By(2_000));
-    /// motors.doubt();
+    /// motors.mark_positions_unknown();
     /// assert_eq!(motors.position(Axis::X), None);
     /// # Ok::<(), Refusal>(())
     /// ```
     #[inline(always)]
-    pub fn doubt(&mut self) {
-        self.group.doubt();
+    pub fn mark_positions_unknown(&mut self) {
+        self.group.mark_positions_unknown();
     }
 
     /// Axes whose position is not known; bits beyond N may be set.
@@ -319,7 +350,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     /// # let mut board = VirtualBoard::<u16, _>::new(&mut queues, Description::uno(), ());
     /// # let motors = board.motors();
     /// # let order = AxisLimits::DEFAULT.order(Travel::By(2_000));
-    /// motors.doubt();
+    /// motors.mark_positions_unknown();
     /// motors.zero(Axis::X);
     /// assert_eq!(motors.uncertain() & 0b111, 0b110);
     /// # Ok::<(), Refusal>(())
@@ -329,7 +360,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
         self.group.uncertain()
     }
 
-    /// Calls the present position of an axis at rest 0.
+    /// Sets the present position of an axis at rest to 0.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -345,5 +376,73 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q, ()> {
     #[inline(always)]
     pub fn zero(&mut self, axis: Axis<N>) {
         self.group.zero(&mut self.engine, axis.number());
+    }
+
+    /// One piece of planning, at most 200 µs on a 16 MHz AVR: a part of one run of the axis
+    /// whose queue lasts the shortest, or the start of what waits for its queue. True if there
+    /// may be more; to be called until it is false, at least every millisecond.
+    #[inline(always)]
+    pub fn plan(&mut self) -> bool {
+        let more = self.group.poll(&mut self.engine);
+        self.engine.refill();
+        more
+    }
+
+    /// Tells that this many ticks have passed since the last call: see
+    /// [`Steppers::pass`](crate::Steppers::pass).
+    #[inline(always)]
+    pub fn pass(&mut self, ticks: Ticks) {
+        self.group.pass(&self.engine, ticks);
+    }
+
+    /// Whether an axis moves, or is about to.
+    #[inline(always)]
+    pub fn is_moving(&self, axis: Axis<N>) -> bool {
+        self.group.is_busy(&self.engine, axis.number())
+    }
+
+    /// Whether any axis moves.
+    #[inline(always)]
+    pub fn any_moving(&self) -> bool {
+        self.group.any_busy(&self.engine)
+    }
+
+    /// The position in steps, also on the way; `None` where it is not known.
+    #[inline(always)]
+    pub fn position(&self, axis: Axis<N>) -> Option<i64> {
+        self.group.position(&self.engine, axis.number())
+    }
+
+    /// Steps that came late since they were [cleared](OrderedMotors::clear_late), of all axes.
+    #[inline(always)]
+    pub fn late(&self) -> u32 {
+        self.engine.late()
+    }
+
+    /// Sets the number of late steps to 0.
+    #[inline(always)]
+    pub fn clear_late(&mut self) {
+        self.engine.clear_late();
+    }
+
+    /// The board.
+    pub fn board(&self) -> &Board<N, ()> {
+        self.group.board()
+    }
+
+    /// Sets the times of the drivers, in ticks: how long STEP stays high, how long DIR is set
+    /// before a step, and kept after it. Meant for axes at rest.
+    #[inline(always)]
+    pub fn set_drivers(&mut self, pulse: Ticks, setup: Ticks, hold: Ticks) {
+        let board = self.group.board_mut();
+        board.set_drivers(pulse, setup, hold);
+        let timing = board.timing;
+        self.engine.set_timing(timing);
+    }
+
+    /// The engine, or what reaches it.
+    #[inline(always)]
+    pub fn engine(&mut self) -> &mut E {
+        &mut self.engine
     }
 }

@@ -47,11 +47,7 @@ pub(crate) const TURN: u8 = 2;
 pub(crate) const FACE: u8 = 4;
 
 /// What the pins of entries mean to the engine, which plays what is due at once.
-#[cfg(not(target_arch = "avr"))]
 pub const WIRING: Wiring = Wiring::new(STEP, TURN).prompt();
-/// What the pins of entries mean to the engine.
-#[cfg(target_arch = "avr")]
-pub const WIRING: Wiring = Wiring::new(STEP, TURN);
 
 /// µs behind its deadline from which on an axis slips.
 pub const BEHIND: u32 = 192;

@@ -34,7 +34,6 @@
 //! For a [prompt](Wiring::prompt) player an entry is its run: to the last bit, step by
 //! step.
 
-#[cfg(not(target_arch = "avr"))]
 mod exact;
 mod play;
 mod wiring;
@@ -42,6 +41,7 @@ mod writer;
 
 use core::mem::offset_of;
 
+use crate::format::{self, BYTES, Groups};
 use crate::units::Ticks;
 pub use play::Play;
 pub use wiring::Wiring;
@@ -83,15 +83,6 @@ impl Events {
         (self.high as u32) * 256 + low
     }
 }
-
-/// Bytes of a wait in an entry: it has 8 bits behind the point on an AVR, or 16.
-const BYTES: usize = if cfg!(target_arch = "avr") { 3 } else { 4 };
-
-/// Groups of an entry, at least one; on an AVR 0 stands for 256.
-#[cfg(target_arch = "avr")]
-type Groups = u8;
-#[cfg(not(target_arch = "avr"))]
-type Groups = u32;
 
 /// Pins, then a wait: see the [module](self).
 ///
@@ -162,10 +153,7 @@ impl Entry {
 
     /// How many groups it has.
     const fn count(self) -> u32 {
-        #[cfg(target_arch = "avr")]
-        return if self.groups == 0 { 256 } else { self.groups as u32 };
-        #[cfg(not(target_arch = "avr"))]
-        self.groups
+        format::count(self.groups)
     }
 
     /// Its groups: their pins, events, and the wait after each in 2⁻¹⁶ ticks.

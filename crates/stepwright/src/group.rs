@@ -50,7 +50,7 @@ pub(crate) struct Group<'q, const N: usize, const Q: usize> {
 
 impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// All motors at rest at position 0.
-    #[cfg_attr(target_arch = "avr", inline(always))]
+    #[inline(always)]
     pub const fn new(feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
         Group {
             feeds,

@@ -9,6 +9,7 @@ pub mod drive;
 pub mod engine;
 pub mod entry;
 pub mod fixed;
+mod format;
 mod group;
 mod late;
 mod line;

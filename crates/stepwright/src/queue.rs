@@ -12,58 +12,7 @@ pub mod entries;
 
 use crate::entry::Play;
 pub use asked::{Asked, Feed, Taken};
-#[cfg(target_arch = "avr")]
-use core::cell::UnsafeCell;
 pub use entries::{Consumer, Next, Producer, Queue};
-
-/// A byte that one side writes and the other reads; what was written before it
-/// is seen by who reads it.
-#[cfg(not(target_arch = "avr"))]
-struct Shared(core::sync::atomic::AtomicU8);
-
-#[cfg(not(target_arch = "avr"))]
-impl Shared {
-    const fn new() -> Shared {
-        Shared(core::sync::atomic::AtomicU8::new(0))
-    }
-
-    fn get(&self) -> u8 {
-        #[cfg(test)]
-        entries::tests::before_a_read();
-        self.0.load(core::sync::atomic::Ordering::Acquire)
-    }
-
-    fn set(&self, byte: u8) {
-        self.0.store(byte, core::sync::atomic::Ordering::Release);
-    }
-}
-
-/// Likewise on an AVR, where reading or writing a byte is one instruction: the
-/// compiler would hold interrupts off for each.
-#[cfg(target_arch = "avr")]
-struct Shared(UnsafeCell<u8>);
-
-#[cfg(target_arch = "avr")]
-impl Shared {
-    const fn new() -> Shared {
-        Shared(UnsafeCell::new(0))
-    }
-
-    #[inline(always)]
-    fn get(&self) -> u8 {
-        // SAFETY: one instruction; interrupt and foreground are all there is.
-        let byte = unsafe { self.0.get().read_volatile() };
-        core::sync::atomic::compiler_fence(core::sync::atomic::Ordering::Acquire);
-        byte
-    }
-
-    #[inline(always)]
-    fn set(&self, byte: u8) {
-        core::sync::atomic::compiler_fence(core::sync::atomic::Ordering::Release);
-        // SAFETY: as above.
-        unsafe { self.0.get().write_volatile(byte) };
-    }
-}
 
 /// Where an element of an array lies. Where the array has no more than 256 bytes
 /// an 8-bit chip finds it by one product of bytes, in a third of the flash.

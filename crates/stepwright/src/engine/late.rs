@@ -1,8 +1,9 @@
 //! Steps that came late, and queues that were empty.
 
-use super::track::{State, Track, Wait};
+use super::track::{State, Track};
 use super::{BEHIND, Engine, FACE, POLL, STEP, TURN, Timing};
 use crate::drive::Drive;
+use crate::format::Wait;
 use crate::late::late_after;
 use crate::queue::Source;
 use crate::timer::{Count, StepTimer};

@@ -4,6 +4,7 @@ use super::late::Terms;
 use super::{FACE, Playing, STEP, TURN};
 use crate::drive::Drive;
 use crate::entry::Play;
+use crate::format::{self, Half, Wait};
 use crate::queue::{Loaded, Source};
 use crate::timer::Count;
 use crate::units::Ticks;
@@ -21,18 +22,6 @@ pub(super) enum State {
     /// Nothing.
     Idle,
 }
-
-/// A wait in 2⁻¹⁶ ticks: of one event, or on wide counters of many.
-#[cfg(target_arch = "avr")]
-pub(super) type Wait = u32;
-#[cfg(not(target_arch = "avr"))]
-pub(super) type Wait = u64;
-
-/// Half of a wait, in ticks.
-#[cfg(target_arch = "avr")]
-type Half = u16;
-#[cfg(not(target_arch = "avr"))]
-type Half = u32;
 
 #[derive(Clone, Debug)]
 pub(super) struct Track<C: Count> {
@@ -269,11 +258,8 @@ impl<C: Count> Track<C> {
             if let Some(event) = self.play.next() {
                 (self.pins, self.wait) = (event.0, event.1.into());
                 self.state = State::Play;
-                #[cfg(not(target_arch = "avr"))]
                 if C::WIDE && self.pins == 0 && self.wait != 0 {
-                    // A wide counter need not wait in pieces.
-                    let most = (u64::from(C::HOP) << 16) / self.wait;
-                    self.wait *= 1 + self.play.leave_out(most.saturating_sub(1));
+                    self.wait = format::joined(self.wait, &mut self.play, C::HOP);
                 }
                 if self.play.is_last() {
                     source.look_ahead();

@@ -2,6 +2,7 @@
 
 use super::writer::{Due, Sink, Writer};
 use super::{Entry, Events, NEAR, bytes};
+use crate::format;
 use crate::run::Run;
 use crate::units::Ticks;
 
@@ -55,5 +56,6 @@ impl Writer {
 
 /// With an interval and a growth in 2⁻¹⁶ ticks.
 fn exact(wait: u32, growth: i32, events: Events, groups: u32, then: u8, pins: u8) -> Entry {
-    Entry { interval: bytes(wait), growth: bytes(growth as u32), events, groups, then, pins }
+    let (interval, growth) = (bytes(wait), bytes(growth as u32));
+    Entry { interval, growth, events, groups: format::groups(groups), then, pins }
 }

@@ -1,12 +1,7 @@
 //! Entries, one event after another.
 
 use super::{Entry, wait};
-
-/// Groups that are left: on an AVR an entry has 256 at most.
-#[cfg(target_arch = "avr")]
-type Left = u16;
-#[cfg(not(target_arch = "avr"))]
-type Left = u32;
+use crate::format::Left;
 
 /// The events of an [`Entry`]: the pins, and the wait after them in 2⁻¹⁶ ticks.
 ///
@@ -37,7 +32,7 @@ impl Play {
             pins: entry.pins,
             events,
             left: events,
-            groups: left(entry.count()),
+            groups: entry.count() as Left,
             growth: wait(entry.growth),
             then: entry.then,
         }
@@ -76,13 +71,13 @@ impl Play {
     }
 
     /// Takes events out that are waits of the same length, this many at most: how many.
-    #[cfg(not(target_arch = "avr"))]
+    #[cfg_attr(feature = "compact", expect(dead_code))]
     pub(crate) fn leave_out(&mut self, most: u64) -> u64 {
         if self.groups == 0 || self.pins != 0 {
             return 0;
         }
         let count = |events: u16| u64::from(events.wrapping_sub(1)) + 1;
-        let more = u64::from(self.groups - 1);
+        let more = u64::from(self.groups.wrapping_sub(1));
         let all = count(self.left) + more * count(self.events);
         if self.then == 0 && self.growth == 0 && all <= most {
             self.groups = 0;
@@ -114,14 +109,6 @@ impl Play {
             _ => self.left,
         }
     }
-}
-
-/// As many groups as an entry has.
-const fn left(groups: u32) -> Left {
-    #[cfg(target_arch = "avr")]
-    return groups as u16;
-    #[cfg(not(target_arch = "avr"))]
-    groups
 }
 
 impl Iterator for Play {

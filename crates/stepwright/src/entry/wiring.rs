@@ -1,5 +1,7 @@
 //! What the pins of entries mean to who plays them.
 
+use crate::format::Prompt;
+
 /// The bits of an entry's pins that mean a step and a turn of an axis, and how much time
 /// what plays them needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -8,8 +10,7 @@ pub struct Wiring {
     pub step: u8,
     /// DIR is toggled.
     pub turn: u8,
-    #[cfg(not(target_arch = "avr"))]
-    prompt: bool,
+    prompt: Prompt,
 }
 
 impl Wiring {
@@ -17,23 +18,17 @@ impl Wiring {
     /// sooner than [`LEAST`](super::LEAST) after a turn or a hold, and a few fast steps are joined with
     /// those that follow.
     pub const fn new(step: u8, turn: u8) -> Wiring {
-        Wiring {
-            step,
-            turn,
-            #[cfg(not(target_arch = "avr"))]
-            prompt: false,
-        }
+        Wiring { step, turn, prompt: Prompt::NO }
     }
 
     /// For a player that needs no time between two entries, and takes waits to 2⁻¹⁶ ticks:
-    /// none is made longer or rounded, and no steps are joined or grouped.
-    #[cfg(not(target_arch = "avr"))]
+    /// none is made longer or rounded, and no steps are joined or grouped. With the feature
+    /// `compact` no player is: the waits of its entries have 8 bits behind the point.
     pub const fn prompt(self) -> Wiring {
-        Wiring { prompt: true, ..self }
+        Wiring { prompt: Prompt::YES, ..self }
     }
 
-    #[cfg(not(target_arch = "avr"))]
     pub(super) const fn is_prompt(self) -> bool {
-        self.prompt
+        self.prompt.is()
     }
 }

@@ -1,6 +1,7 @@
 //! Runs become entries.
 
 use super::{Entry, Events, LEAST, NEAR, Wiring, bytes};
+use crate::format;
 use crate::run::Run;
 use crate::units::Ticks;
 
@@ -72,7 +73,6 @@ impl Writer {
     /// The wait of a [`Run::turn`], after which DIR is toggled if `changes`.
     #[inline(never)]
     pub fn turn(&mut self, wait: Ticks, changes: bool, to: &mut impl Sink) {
-        #[cfg(not(target_arch = "avr"))]
         if self.wiring.is_prompt() {
             return self.exact_turn(wait, changes, to);
         }
@@ -83,7 +83,6 @@ impl Writer {
     /// A run of steps. Those of several steps have intervals below [`NEAR`].
     #[inline(never)]
     pub fn run(&mut self, run: &Run, to: &mut impl Sink) {
-        #[cfg(not(target_arch = "avr"))]
         if self.wiring.is_prompt() {
             return self.exact_run(run, to);
         }
@@ -102,7 +101,6 @@ impl Writer {
 
     /// The last step of the travel, if one is due. Nothing waits for what follows.
     pub fn end(&mut self, to: &mut impl Sink) {
-        #[cfg(not(target_arch = "avr"))]
         if self.wiring.is_prompt() {
             return self.exact_end(to);
         }
@@ -335,7 +333,6 @@ const fn entry(
     pins: u8,
 ) -> Entry {
     let (interval, growth) = (bytes(interval << 8), bytes((growth << 8) as u32));
-    #[cfg(not(target_arch = "avr"))]
-    let groups = if groups == 0 { 256 } else { groups as u32 };
+    let groups = format::groups(if groups == 0 { 256 } else { groups as u32 });
     Entry { interval, growth, events, groups, then, pins }
 }

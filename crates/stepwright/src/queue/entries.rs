@@ -4,9 +4,10 @@
 //! way. The interrupt takes entries out, and says when they have been played.
 //! Neither holds the other off: each counter has one writer and is a byte.
 
-use super::{Loaded, Shared, Source, element};
+use super::{Loaded, Source, element};
 use crate::engine::WIRING;
 use crate::entry::{Entry, MOST, NEAR, Play, Sink, Wiring, Writer};
+use crate::format::Shared;
 use crate::run::Run;
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
@@ -335,7 +336,7 @@ impl<const LEN: usize> Sink for &Queue<LEN> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     extern crate std;
     use super::*;
     use std::boxed::Box;
@@ -349,7 +350,7 @@ pub(super) mod tests {
         static MEANWHILE: RefCell<Option<Box<dyn FnMut()>>> = const { RefCell::new(None) };
     }
 
-    pub(in crate::queue) fn before_a_read() {
+    pub(crate) fn before_a_read() {
         // Taken out while it runs: its own reads interrupt nothing.
         if let Some(mut side) = MEANWHILE.take() {
             side();

@@ -1,0 +1,80 @@
+//! Of a chip of 8 bits with one core.
+
+use core::cell::UnsafeCell;
+use core::sync::atomic::{Ordering, compiler_fence};
+
+use crate::entry::Play;
+use crate::units::Ticks;
+
+/// Bytes of a wait in an entry, which has 8 bits behind the point.
+pub(crate) const BYTES: usize = 3;
+
+/// Groups of an entry; 0 stands for 256.
+pub(crate) type Groups = u8;
+
+/// Groups that are left of an entry, 256 at most.
+pub(crate) type Left = u16;
+
+/// A wait in 2⁻¹⁶ ticks.
+pub(crate) type Wait = u32;
+
+/// Half of a wait, in ticks.
+pub(crate) type Half = u16;
+
+/// This many groups, 1 … 256.
+#[inline(always)]
+pub(crate) const fn groups(count: u32) -> Groups {
+    count as u8
+}
+
+/// How many they are.
+#[inline(always)]
+pub(crate) const fn count(groups: Groups) -> u32 {
+    if groups == 0 { 256 } else { groups as u32 }
+}
+
+/// The wait of this event alone.
+#[inline(always)]
+pub(crate) fn joined(wait: Wait, _: &mut Play, _: Ticks) -> Wait {
+    wait
+}
+
+/// No player is prompt: there is nothing to hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Prompt;
+
+impl Prompt {
+    pub(crate) const NO: Prompt = Prompt;
+    pub(crate) const YES: Prompt = Prompt;
+
+    #[inline(always)]
+    pub(crate) const fn is(self) -> bool {
+        false
+    }
+}
+
+/// A byte that one side writes and the other reads; what was written before it is seen by who
+/// reads it. Reading or writing it is one instruction, and interrupt and foreground are all there
+/// is: for an atomic the compiler would hold interrupts off.
+pub(crate) struct Shared(UnsafeCell<u8>);
+
+impl Shared {
+    pub(crate) const fn new() -> Shared {
+        Shared(UnsafeCell::new(0))
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self) -> u8 {
+        // SAFETY: one instruction; interrupt and foreground are all there is.
+        let byte = unsafe { self.0.get().read_volatile() };
+        compiler_fence(Ordering::Acquire);
+        byte
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&self, byte: u8) {
+        compiler_fence(Ordering::Release);
+        // SAFETY: as above.
+        unsafe { self.0.get().write_volatile(byte) };
+    }
+}

@@ -239,10 +239,10 @@ mod library {
         use stepwright::{Accel, Rate, Speed, profile::Trapezoid};
 
         let law = Trapezoid::new(
-            Rate::from_hz(16_000_000)?,
+            Rate::of::<16_000_000>(),
             Speed::ZERO,
-            Speed::from_steps(4000)?,
-            Accel::from_steps(10_000)?,
+            Speed::of::<4_000>(),
+            Accel::of::<10_000>(),
         );
         for delay in law.delays(4000)? {
             // ticks until the next step

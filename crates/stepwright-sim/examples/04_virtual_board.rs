@@ -8,8 +8,8 @@ use stepwright_sim::{Description, Edge, Queues, virtual_steppers};
 fn main() -> Result<(), MoveError> {
     let mut queues = Queues::default();
     let mut motors = virtual_steppers(&mut queues, Description::uno(), Vec::<Edge>::new());
-    let (speed, acceleration) = (Speed::from_steps(4_000)?, Accel::from_steps(10_000)?);
-    motors.set_limits(Axis::X, AxisLimits::new(speed, acceleration));
+    let limits = AxisLimits::new(Speed::of::<4_000>(), Accel::of::<10_000>());
+    motors.set_limits(Axis::X, limits);
     motors.move_to(Axis::X, 8_000)?; // returns at once: the engine makes the steps
     while motors.is_moving(Axis::X) {
         motors.poll(); // plans ahead
@@ -25,7 +25,7 @@ fn main() -> Result<(), MoveError> {
     assert_eq!((position, steps, late), (Some(8_000), 8_000, 0));
 
     // Faster than the board can step is refused before anything moves.
-    let fast = AxisLimits::new(Speed::from_steps(200_000)?, Accel::from_steps(1_000_000)?);
+    let fast = AxisLimits::new(Speed::of::<200_000>(), Accel::of::<1_000_000>());
     motors.set_limits(Axis::X, fast);
     println!("{}", motors.run(Axis::X, 200_000).unwrap_err());
     Ok(())

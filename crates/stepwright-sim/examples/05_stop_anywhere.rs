@@ -16,11 +16,19 @@ fn work(motors: &mut VirtualSteppers<'_, ()>, millis: u32) {
 fn main() -> Result<(), MoveError> {
     let mut queues = Queues::default();
     let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
-    let limits = AxisLimits::new(Speed::from_steps(1_000)?, Accel::from_steps(2_500)?);
-    motors.set_limits(Axis::Z, limits.start_speed(Speed::from_steps(50)?));
+    let limits = AxisLimits::new(Speed::of::<1_000>(), Accel::of::<2_500>());
+    motors.set_limits(Axis::Z, limits.start_speed(Speed::of::<50>()));
     motors.run(Axis::Z, 1_000)?;
     work(&mut motors, 700);
     println!("after 700 ms at {:?}", motors.position(Axis::Z));
+
+    // Another top speed on the way, which a lower acceleration leads to.
+    motors.set_acceleration(Axis::Z, Accel::of::<1_000>())?;
+    motors.set_top_speed(Axis::Z, Speed::of::<400>())?;
+    work(&mut motors, 700);
+    motors.set_top_speed(Axis::Z, Speed::of::<1_000>())?;
+    work(&mut motors, 700);
+    println!("after three speeds at {:?}", motors.position(Axis::Z));
 
     // A stop: along the ramp, position kept.
     motors.stop(Axis::Z);

@@ -480,3 +480,60 @@ fn a_run_has_the_speed_it_was_told() {
         assert_eq!(motors.position(Axis::Z), Some(end));
     });
 }
+
+/// Speed and acceleration change on the way, once what is planned has been made: judged by the
+/// intervals of the edges. The move still ends on its target.
+#[test]
+fn a_move_takes_another_speed_and_acceleration_on_the_way() {
+    with_motors(|motors| {
+        let (v, a) = (|v| Speed::from_steps(v).unwrap(), |a| Accel::from_steps(a).unwrap());
+        motors.set_limits(Axis::X, limits(4_000, 20_000));
+        assert_eq!(motors.set_top_speed(Axis::X, v(1)), Err(MoveError::Refused(Refusal::Resting)));
+        motors.move_to(Axis::X, 9_000).unwrap();
+        pass(motors, 300 * MILLI);
+        // Down to 1,000 steps/s at 20,000 steps/s²: 150 ms and 24 ms of what is planned.
+        motors.set_top_speed(Axis::X, v(1_000)).unwrap();
+        pass(motors, 400 * MILLI);
+        // Up again, at a tenth of the acceleration: 1.5 s. Then down to rest at a quarter of it.
+        motors.set_acceleration(Axis::X, a(2_000)).unwrap();
+        motors.set_deceleration(Axis::X, a(5_000)).unwrap();
+        motors.set_top_speed(Axis::X, v(4_000)).unwrap();
+        rest(motors);
+        assert_eq!((motors.position(Axis::X), motors.late()), (Some(9_000), 0));
+        let edges = motors.engine().recorder();
+        let times: Vec<f64> =
+            edges.iter().filter(|e| e.is_step()).map(|e| e.time as f64 / HZ).collect();
+        assert_eq!(times.len(), 9_000);
+        // The mean speed of 20 steps, at their middle.
+        let speeds: Vec<(f64, f64)> =
+            times.windows(21).map(|w| ((w[0] + w[20]) / 2.0, 20.0 / (w[20] - w[0]))).collect();
+        let at = |time: f64| speeds.iter().find(|(middle, _)| *middle >= time).unwrap().1;
+        let near = |time: f64, speed: f64| {
+            assert!((at(time) - speed).abs() < speed / 500.0, "{} at {time} s", at(time));
+        };
+        near(0.29, 4_000.0);
+        near(0.52, 1_000.0);
+        near(0.69, 1_000.0);
+        // From within 24 ms on it speeds up by 2,000 steps/s².
+        let gain = (at(1.7) - at(0.9)) / 0.8;
+        assert!((gain - 2_000.0).abs() < 20.0, "{gain} steps/s²");
+        // And slows down by 5,000 at the end: v² over the last 400 steps.
+        let square = |n: usize| (20.0 / (times[n] - times[n - 20])).powi(2);
+        let loss = (square(8_600) - square(8_900)) / 2.0 / 300.0;
+        assert!((loss - 5_000.0).abs() < 50.0, "{loss} steps/s²");
+        // Above a limit nothing changes.
+        motors.run(Axis::X, 1_000).unwrap();
+        assert_eq!(
+            motors.set_top_speed(Axis::X, v(4_001)),
+            Err(MoveError::AboveLimit { max: v(4_000) })
+        );
+        let steep = |limit| Err(MoveError::TooSteep { limit, max: a(20_000) });
+        assert_eq!(motors.set_acceleration(Axis::X, a(20_001)), steep("acceleration"));
+        assert_eq!(motors.set_deceleration(Axis::X, a(20_001)), steep("deceleration"));
+        let said = motors.set_acceleration(Axis::X, a(20_001)).unwrap_err().to_string();
+        assert_eq!(
+            said,
+            "above the acceleration of this axis: at most 20000 steps/s²; raise its limit"
+        );
+    });
+}

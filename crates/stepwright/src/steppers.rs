@@ -37,7 +37,7 @@ const PIECES: u8 = 4;
 /// | set what an axis is allowed | [`set_limits`](Steppers::set_limits) |
 /// | move to a position, by a distance, along a line | [`move_to`](Steppers::move_to), [`move_by`](Steppers::move_by), [`move_line_to`](Steppers::move_line_to) |
 /// | turn until stopped | [`run`](Steppers::run) |
-/// | change the target of a move on the way | [`retarget`](Steppers::retarget) |
+/// | change a move on the way | [`retarget`](Steppers::retarget), [`set_top_speed`](Steppers::set_top_speed), [`set_acceleration`](Steppers::set_acceleration), [`set_deceleration`](Steppers::set_deceleration) |
 /// | stop along the ramp, or at once | [`stop`](Steppers::stop), [`kill`](Steppers::kill) |
 /// | know where an axis is, and what is left | [`position`](Steppers::position), [`distance_to_go`](Steppers::distance_to_go), [`is_moving`](Steppers::is_moving) |
 ///
@@ -47,8 +47,8 @@ const PIECES: u8 = 4;
 /// use stepwright::{Accel, Axis, AxisLimits, Control, MoveError, Speed, Steppers};
 ///
 /// fn there_and_back(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
-///     let (speed, acceleration) = (Speed::from_steps(4_000)?, Accel::from_steps(10_000)?);
-///     motors.set_limits(Axis::X, AxisLimits::new(speed, acceleration));
+///     let limits = AxisLimits::new(Speed::of::<4_000>(), Accel::of::<10_000>());
+///     motors.set_limits(Axis::X, limits);
 ///     for target in [16_000, 0] {
 ///         motors.move_to(Axis::X, target)?;
 ///         while motors.is_moving(Axis::X) {

@@ -8,8 +8,8 @@ use stepwright_avr::{lamp, steppers::Steppers};
 stepwright_avr::steppers!(main);
 
 fn main(motors: &mut Steppers) -> Result<(), MoveError> {
-    let (speed, acceleration) = (Speed::from_steps(4_000)?, Accel::from_steps(10_000)?);
-    motors.set_limits(Axis::X, AxisLimits::new(speed, acceleration));
+    let limits = AxisLimits::new(Speed::of::<4_000>(), Accel::of::<10_000>());
+    motors.set_limits(Axis::X, limits);
     motors.move_to(Axis::X, 8_000)?; // returns at once: the interrupts make the steps
     while motors.is_moving(Axis::X) {
         motors.poll(); // plans ahead

@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::order::Refusal;
 use crate::profile::Unfit;
-use crate::units::{OutOfRange, Speed};
+use crate::units::{Accel, OutOfRange, Speed};
 
 /// Why a call of [`Steppers`](crate::Steppers) was refused. Nothing has moved, or all goes on
 /// as it was.
@@ -30,6 +30,13 @@ pub enum MoveError {
     AboveLimit {
         /// [`max_speed`](crate::AxisLimits::max_speed) of the axis.
         max: Speed,
+    },
+    /// The acceleration or the deceleration is above the limit of the axis.
+    TooSteep {
+        /// The name of the limit in [`AxisLimits`](crate::AxisLimits).
+        limit: &'static str,
+        /// The limit.
+        max: Accel,
     },
     /// The same axis was named twice for one line.
     NamedTwice,
@@ -64,6 +71,9 @@ impl fmt::Display for MoveError {
             ),
             MoveError::AboveLimit { max } => {
                 write!(f, "above the limit of this axis: at most {max} steps/s; raise max_speed")
+            }
+            MoveError::TooSteep { limit, max } => {
+                write!(f, "above the {limit} of this axis: at most {max} steps/s²; raise its limit")
             }
             MoveError::NamedTwice => {
                 f.write_str("an axis is named twice: name each axis of a line once")

@@ -11,11 +11,10 @@ use crate::units::{Accel, Jerk, Speed};
 ///
 /// ```
 /// use stepwright::{Accel, AxisLimits, Speed};
-/// let limits = AxisLimits::new(Speed::from_steps(4_000)?, Accel::from_steps(10_000)?)
-///     .deceleration(Accel::from_steps(20_000)?)
-///     .start_speed(Speed::from_steps(50)?);
-/// assert_eq!(limits.max_speed, Speed::from_steps(4_000)?);
-/// # Ok::<(), stepwright::OutOfRange>(())
+/// const LIMITS: AxisLimits = AxisLimits::new(Speed::of::<4_000>(), Accel::of::<10_000>())
+///     .deceleration(Accel::of::<20_000>())
+///     .start_speed(Speed::of::<50>());
+/// assert_eq!(LIMITS.max_speed.to_string(), "4000");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisLimits {
@@ -27,18 +26,15 @@ pub struct AxisLimits {
     pub deceleration: Accel,
     /// The speed that the motor jumps to from rest and stops from; 0 is allowed.
     pub start_speed: Speed,
-    /// How fast the acceleration comes and goes: an S-curve, on boards that have it. `None`:
-    /// at once, a trapezoid.
+    /// The limit of the jerk, which makes an S-curve, on boards that have it. `None`: no limit,
+    /// a trapezoid.
     pub jerk: Option<Jerk>,
 }
 
 impl AxisLimits {
     /// What an axis has until it is told otherwise: 500 steps/s, 1,000 steps/s², from rest,
     /// without a limit of jerk. Slow enough for any usual motor in full steps.
-    pub const DEFAULT: AxisLimits = match (Speed::from_steps(500), Accel::from_steps(1_000)) {
-        (Ok(max_speed), Ok(acceleration)) => AxisLimits::new(max_speed, acceleration),
-        _ => panic!("both are in range"),
-    };
+    pub const DEFAULT: AxisLimits = AxisLimits::new(Speed::of::<500>(), Accel::of::<1_000>());
 
     /// Limits of this speed and this acceleration. The deceleration is the same, the start
     /// speed is 0, the jerk is not limited.

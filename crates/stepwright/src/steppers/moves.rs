@@ -4,7 +4,7 @@ use super::{Axis, AxisLimits, MoveError, Steppers};
 use crate::control::Control;
 use crate::order::{Change, Order, Refusal, Travel};
 use crate::profile::Unfit;
-use crate::units::Speed;
+use crate::units::{Accel, Speed};
 
 impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// Sets the limits of an axis: they hold for moves that begin from now on.
@@ -121,7 +121,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         }
         let number = axis.number();
         if self.motors.group.is_endless(number) && self.motors.is_forward(axis) == forward {
-            return self.change(axis, Change::Top(top));
+            return self.set_top_speed(axis, top);
         }
         self.must_rest(axis)?;
         self.travel(axis, Order { top, ..limits.order(Travel::Endless(forward)) })
@@ -151,6 +151,84 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         }
         self.position(axis).ok_or(MoveError::PositionUnknown)?;
         self.change(axis, Change::Target(distance(self.origin(axis), position)?))
+    }
+
+    /// Gives a move on the way, or a run, another top speed, within the limit of the axis. It
+    /// ramps there with the acceleration or the deceleration that it has, and still ends on its
+    /// target exactly. Limits and later moves stay as they are; an axis of a line leaves the line.
+    ///
+    /// Takes hold after what is planned already, 24 ms at most, as do the next two.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// use stepwright::Speed;
+    /// motors.move_to(Axis::X, 2_000)?; // at most 500 steps/s
+    /// motors.set_top_speed(Axis::X, Speed::of::<200>())?;
+    /// assert!(motors.set_top_speed(Axis::X, Speed::of::<501>()).is_err());
+    /// # Ok::<(), MoveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MoveError::AboveLimit`]; [`Refusal::Resting`] at rest; [`Unfit::BelowStart`] below the
+    /// start speed; or what the board can't do beside what moves. The move goes on as it was.
+    pub fn set_top_speed(&mut self, axis: Axis<N>, top: Speed) -> Result<(), MoveError> {
+        let max = self.limits(axis).max_speed;
+        if top > max {
+            return Err(MoveError::AboveLimit { max });
+        }
+        self.change(axis, Change::Top(top))
+    }
+
+    /// Gives a move on the way, or a run, another acceleration, within the limit of the axis.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// use stepwright::Accel;
+    /// motors.run(Axis::X, 500)?; // at 1,000 steps/s²
+    /// motors.set_acceleration(Axis::X, Accel::of::<300>())?;
+    /// # Ok::<(), MoveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MoveError::TooSteep`]; [`Refusal::Resting`] at rest; or what the board can't do. The move
+    /// goes on as it was.
+    pub fn set_acceleration(&mut self, axis: Axis<N>, accel: Accel) -> Result<(), MoveError> {
+        let max = self.limits(axis).acceleration;
+        if accel > max {
+            return Err(MoveError::TooSteep { limit: "acceleration", max });
+        }
+        self.change(axis, Change::Accel(accel))
+    }
+
+    /// Gives a move on the way, or a run, another deceleration, within the limit of the axis. With
+    /// a lower one the axis may overshoot its target and come back.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// use stepwright::Accel;
+    /// motors.move_to(Axis::X, 2_000)?; // at 1,000 steps/s²
+    /// motors.set_deceleration(Axis::X, Accel::of::<300>())?;
+    /// # Ok::<(), MoveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MoveError::TooSteep`]; [`Refusal::Resting`] at rest; or what the board can't do. The move
+    /// goes on as it was.
+    pub fn set_deceleration(&mut self, axis: Axis<N>, decel: Accel) -> Result<(), MoveError> {
+        let max = self.limits(axis).deceleration;
+        if decel > max {
+            return Err(MoveError::TooSteep { limit: "deceleration", max });
+        }
+        self.change(axis, Change::Decel(decel))
     }
 
     /// Steps that are left to the target of a move, + forward; of a stop to where it will

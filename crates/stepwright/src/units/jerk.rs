@@ -22,6 +22,26 @@ impl Jerk {
     /// 0.001 steps/s³.
     pub const MIN: Jerk = Jerk(1);
 
+    /// A jerk in whole steps per second cubed that a program names as it is compiled: 1 to 10¹⁵.
+    /// Another one does not compile.
+    ///
+    /// ```
+    /// use stepwright::Jerk;
+    /// const LIMIT: Jerk = Jerk::of::<400_000>();
+    /// assert_eq!(Ok(LIMIT), Jerk::from_steps(400_000));
+    /// ```
+    ///
+    /// ```compile_fail
+    /// let jerk = stepwright::Jerk::of::<0>();
+    /// ```
+    pub const fn of<const STEPS_PER_SECOND_3: u64>() -> Jerk {
+        const {
+            let fits = STEPS_PER_SECOND_3 >= 1 && STEPS_PER_SECOND_3 <= 1_000_000_000_000_000;
+            assert!(fits, "a jerk is 1 to 10¹⁵ steps/s³");
+        }
+        Jerk(const { STEPS_PER_SECOND_3 * 1000 })
+    }
+
     /// A jerk in whole steps per second cubed.
     ///
     /// # Errors

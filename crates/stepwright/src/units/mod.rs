@@ -48,6 +48,26 @@ impl Rate {
     /// 1 MHz, the timer of Austin and of the `plan` command.
     pub const MHZ: Rate = Rate(1_000_000);
 
+    /// The rate that a program names as it is compiled: 100,000 to 200,000,000 ticks per second.
+    /// Another one does not compile.
+    ///
+    /// ```
+    /// use stepwright::Rate;
+    /// const PICO: Rate = Rate::of::<125_000_000>();
+    /// assert_eq!(Ok(PICO), Rate::from_hz(125_000_000));
+    /// ```
+    ///
+    /// ```compile_fail
+    /// let rate = stepwright::Rate::of::<50>();
+    /// ```
+    pub const fn of<const HZ: u32>() -> Rate {
+        const {
+            let fits = HZ >= Rate::MIN.0 && HZ <= Rate::MAX.0;
+            assert!(fits, "a timer has 100,000 to 200,000,000 ticks/s");
+        }
+        Rate(HZ)
+    }
+
     /// A timer of `hz` ticks per second.
     ///
     /// # Errors

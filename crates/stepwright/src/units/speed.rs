@@ -42,6 +42,23 @@ impl Speed {
     /// 1,000,000 steps/s.
     pub const MAX: Speed = Speed(1_000_000_000);
 
+    /// A speed in whole steps per second that a program names as it is compiled. One above
+    /// 1,000,000 does not compile.
+    ///
+    /// ```
+    /// use stepwright::Speed;
+    /// const LIMIT: Speed = Speed::of::<4_000>();
+    /// assert_eq!(Ok(LIMIT), Speed::from_steps(4_000));
+    /// ```
+    ///
+    /// ```compile_fail
+    /// let speed = stepwright::Speed::of::<1_000_001>();
+    /// ```
+    pub const fn of<const STEPS_PER_SECOND: u32>() -> Speed {
+        const { assert!(STEPS_PER_SECOND <= 1_000_000, "a speed is 0 to 1,000,000 steps/s") };
+        Speed(STEPS_PER_SECOND.wrapping_mul(1000))
+    }
+
     /// A speed in whole steps per second.
     ///
     /// # Errors
@@ -97,6 +114,26 @@ impl Accel {
     pub const MAX: Accel = Accel(100_000_000_000);
     /// 0.001 steps/s².
     pub const MIN: Accel = Accel(1);
+
+    /// An acceleration in whole steps per second squared that a program names as it is compiled:
+    /// 1 to 100,000,000. Another one does not compile.
+    ///
+    /// ```
+    /// use stepwright::Accel;
+    /// const LIMIT: Accel = Accel::of::<10_000>();
+    /// assert_eq!(Ok(LIMIT), Accel::from_steps(10_000));
+    /// ```
+    ///
+    /// ```compile_fail
+    /// let acceleration = stepwright::Accel::of::<0>();
+    /// ```
+    pub const fn of<const STEPS_PER_SECOND_2: u32>() -> Accel {
+        const {
+            let fits = STEPS_PER_SECOND_2 >= 1 && STEPS_PER_SECOND_2 <= 100_000_000;
+            assert!(fits, "an acceleration is 1 to 100,000,000 steps/s²");
+        }
+        Accel(const { STEPS_PER_SECOND_2 as u64 * 1000 })
+    }
 
     /// An acceleration in whole steps per second squared.
     ///

@@ -8,7 +8,7 @@
 //! of the timer share. The foreground therefore touches the timer only while
 //! the step interrupt is held off (`cycle.rs`).
 
-use stepwright::timer::StepTimer;
+use stepwright::timer::{Count, StepTimer};
 
 /// The step timer's registers have their timer's number in their names.
 macro_rules! timer {
@@ -45,18 +45,31 @@ macro_rules! timer {
             type Count = u16;
 
             const LINGER: u32 = LINGER;
+            /// A step takes longer than the pulse of a driver.
+            const SPIN: u32 = u32::MAX;
 
             #[inline(always)]
             fn now(&mut self) -> u16 {
                 self.0.$count().read().bits()
             }
 
+            /// A request can't be set by a program: what has passed comes some ticks from now.
+            fn wake_at(&mut self, mut at: u16) {
+                loop {
+                    self.set_compare(at);
+                    let now = self.now();
+                    if at.is_after(now) {
+                        return;
+                    }
+                    at = now.plus(LINGER + 1);
+                }
+            }
+
             #[inline(always)]
-            fn wake_at(&mut self, at: u16) {
+            fn set_compare(&mut self, at: u16) {
                 self.0.$compare().write(|w| w.set(at));
-                // A match of the time before is none of this one: its interrupt
-                // would step too soon. One of this time may be lost with it; who
-                // calls looks at the timer afterwards.
+                // A match of the time before is none of this one. One of this time may be lost
+                // with it.
                 self.0.$flags().write(|w| w.$matched().set_bit());
             }
         }

@@ -1,9 +1,9 @@
 //! Motors on your own chip: any timer, any `embedded-hal` pins.
 //!
-//! On a chip `Timer` reads registers and `on_compare` stands in the interrupt, and what the
-//! motors hold is a handle that reaches the engine with the interrupt held off
-//! (`stepwright::Control`). Here the pins print, the timer jumps to the next compare, and the
-//! motors hold the engine itself.
+//! On a chip `Timer` reads registers, `on_compare` stands in the interrupt, and the motors reach
+//! the engine with the interrupt held off: `10_interrupt.rs`. Here the pins print, the timer jumps
+//! to the next compare, and the motors hold the engine itself. `stepwright-port-test` tries the timer
+//! (`tests/ports.rs`).
 //!
 //! `cargo run -p stepwright-sim --example 07_your_own_board`
 
@@ -12,27 +12,23 @@ use std::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use stepwright::drive::{Pins, StepDir};
 use stepwright::queue::Queue;
-use stepwright::timer::StepTimer;
+use stepwright::timer::{Count, StepTimer};
 use stepwright::{Accel, Axis, AxisLimits, Board, Engine, MoveError, Rate, Speed, Steppers};
 
 #[derive(Default)]
-struct Timer {
-    count: u32,
-    compare: u32,
+pub(crate) struct Timer {
+    pub(crate) count: u32,
+    pub(crate) compare: u32,
 }
 
 impl StepTimer for Timer {
     type Count = u32;
-    const LINGER: u32 = 0;
-
     fn now(&mut self) -> u32 {
         self.count
     }
+    /// What has passed comes at once.
     fn wake_at(&mut self, at: u32) {
-        self.compare = at;
-    }
-    fn hold_until(&mut self, at: u32) {
-        self.count = at;
+        self.compare = if at.is_after(self.count) { at } else { self.count };
     }
 }
 
@@ -62,7 +58,7 @@ fn main() -> Result<(), MoveError> {
         Engine::new(Timer::default(), StepDir::new(pins), [entries], board.timing, board.rate);
 
     let mut motors = Steppers::new(engine, [feed], board);
-    let limits = AxisLimits::new(Speed::from_steps(500)?, Accel::from_steps(9_000)?);
+    let limits = AxisLimits::new(Speed::of::<500>(), Accel::of::<9_000>());
     motors.set_limits(Axis::X, limits);
     motors.move_to(Axis::X, 20)?;
     while motors.is_moving(Axis::X) {

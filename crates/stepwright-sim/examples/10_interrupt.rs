@@ -7,22 +7,19 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use stepwright::drive::Drive;
-use stepwright::queue::{Consumer, Queue};
 use stepwright::timer::StepTimer;
-use stepwright::{Accel, Axis, AxisLimits, Board, Engine, MoveError};
-use stepwright::{Rate, SharedEngine, Speed, Steppers};
+use stepwright::{Accel, Axis, AxisLimits, Board, HoldOff, Rate, SharedEngine, Speed, Steppers};
 
 /// Counts microseconds.
-struct Timer(Instant);
+pub(crate) struct Timer(pub(crate) Instant);
 
 impl StepTimer for Timer {
     type Count = u32;
-    const LINGER: u32 = 0;
 
     fn now(&mut self) -> u32 {
         self.0.elapsed().as_micros() as u32
     }
-    /// The thread looks at the time all the while.
+    /// The thread looks at the time again and again: nothing that has passed is missed.
     fn wake_at(&mut self, _: u32) {}
 }
 
@@ -39,25 +36,47 @@ impl Drive for Pins {
     fn direction(&mut self, _: u8, _: bool) {}
 }
 
-static ENGINE: SharedEngine<Engine<Timer, Pins, Consumer<'static, 8>, 1>> = SharedEngine::empty();
+/// The interrupt of the timer. On a chip `hold` and `release` clear and set its enable bit; here
+/// who finds `ENTERED` false is in. At power-up it is held off.
+pub(crate) struct Interrupt;
+
+static ENTERED: AtomicBool = AtomicBool::new(true);
+
+// SAFETY: `serve` and whoever holds exclude each other, in this order of memory.
+unsafe impl HoldOff for Interrupt {
+    fn hold() {
+        while ENTERED.swap(true, Ordering::Acquire) {
+            thread::yield_now();
+        }
+    }
+    fn release() {
+        ENTERED.store(false, Ordering::Release);
+    }
+}
+
+/// Serves the interrupt until it is done.
+pub(crate) fn serve(on_compare: impl Fn(), done: &AtomicBool) {
+    while !done.load(Ordering::Relaxed) {
+        Interrupt::hold();
+        on_compare();
+        Interrupt::release();
+        thread::sleep(Duration::from_micros(50));
+    }
+}
+
+static ENGINE: SharedEngine<Timer, Pins, Interrupt, 1> = SharedEngine::empty();
 static DONE: AtomicBool = AtomicBool::new(false);
 
-fn main() -> Result<(), MoveError> {
-    // On a chip: a static cell's.
-    let (feed, entries) = Box::leak(Box::<Queue<8>>::default()).split();
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let board = Board::unmeasured(Rate::MHZ);
-    let engine =
-        ENGINE.fill(Engine::new(Timer(Instant::now()), Pins, [entries], board.timing, board.rate));
+    let (engine, feeds) = ENGINE.fill(Timer(Instant::now()), Pins, &board).ok_or("filled twice")?;
     let interrupt = thread::spawn(|| {
-        while !DONE.load(Ordering::Relaxed) {
-            ENGINE.on_compare();
-            thread::sleep(Duration::from_micros(50));
-        }
+        // SAFETY: this thread is the interrupt. On a chip its news wakes a main loop that sleeps.
+        serve(|| _ = unsafe { ENGINE.on_compare() }, &DONE);
     });
 
-    let mut motors = Steppers::new(engine, [feed], board);
-    let limits = AxisLimits::new(Speed::from_steps(1_000)?, Accel::from_steps(9_000)?);
-    motors.set_limits(Axis::X, limits);
+    let mut motors = Steppers::new(engine, feeds, board);
+    motors.set_limits(Axis::X, AxisLimits::new(Speed::of::<1_000>(), Accel::of::<9_000>()));
     for target in [300, 100] {
         motors.move_to(Axis::X, target)?;
         while motors.is_moving(Axis::X) {

@@ -48,8 +48,8 @@ impl Present for Now {
     }
 }
 
-/// A timer of the width of `C`, as a chip has it: the counter wraps, and a
-/// compare value that has passed comes round only after a whole period.
+/// A timer of the width of `C`, as a chip has it: the counter wraps. Time passes only where the
+/// board lets it, so what has passed comes a tick later.
 #[derive(Debug)]
 pub struct SimTimer<C, P> {
     now: P,
@@ -82,17 +82,15 @@ impl<C: Count, P: Present> SimTimer<C, P> {
 
 impl<C: Count, P: Present> StepTimer for SimTimer<C, P> {
     type Count = C;
-    const LINGER: u32 = 0;
+    /// The edges are those of a chip that holds its pulses.
+    const SPIN: u32 = u32::MAX;
 
     fn now(&mut self) -> C {
         self.count()
     }
 
     fn wake_at(&mut self, at: C) {
-        let ahead = i64::from(at.since(self.count()));
-        // The counter's period is four hops.
-        let period = 4 * i64::from(C::HOP);
-        let ahead = if ahead > 0 { ahead } else { ahead + period };
+        let ahead = i64::from(at.since(self.count())).max(1);
         self.wake = self.now.get().wrapping_add_signed(ahead);
     }
 
@@ -108,5 +106,47 @@ impl<C: Count, P: Present> StepTimer for SimTimer<C, P> {
         if ahead > 0 {
             self.now.set(self.now.get().wrapping_add_signed(ahead));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stepwright_port_test::{TestPort, TimerProbe, check};
+
+    struct Simulated<C: Count>(TimerProbe<SimTimer<C, Now>>);
+
+    impl<C: Count> TestPort for Simulated<C> {
+        type Timer = SimTimer<C, Now>;
+
+        fn with<R>(&mut self, ask: impl FnOnce(&mut TimerProbe<Self::Timer>) -> R) -> R {
+            ask(&mut self.0)
+        }
+        fn idle(&mut self) {
+            Self::tick(self.0.timer());
+            let timer = self.0.timer();
+            if timer.wake() <= timer.now.get() {
+                self.0.on_compare();
+            }
+        }
+        fn tick(timer: &mut Self::Timer) {
+            timer.now.set(timer.now.get() + 1);
+        }
+        fn set_count(&mut self, count: C) -> bool {
+            let now = &self.0.timer().now;
+            // A time of this count, some turns on.
+            now.set((5 << 32) + u64::from(count.since(C::ZERO.0) as u32));
+            true
+        }
+    }
+
+    #[test]
+    fn the_simulated_timer_keeps_the_contract() {
+        let narrow =
+            check(&mut Simulated(TimerProbe::new(SimTimer::<u16, Now>::new(Now::default()))), 2);
+        assert!(narrow.is_ok_and(|checked| checked.wrapped), "{narrow:?}");
+        let wide =
+            check(&mut Simulated(TimerProbe::new(SimTimer::<u32, Now>::new(Now::default()))), 2);
+        assert!(wide.is_ok_and(|checked| checked.wrapped), "{wide:?}");
     }
 }

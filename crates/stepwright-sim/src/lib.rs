@@ -59,6 +59,6 @@ pub use few::{Answers, EnableChanges};
 pub use laws::LawBoard;
 pub use panel::{EMPTY, Eeprom, Remains};
 pub use shaft::Shaft;
-pub use steppers::{SimEngine, VirtualSteppers, virtual_steppers};
+pub use steppers::{SimEngine, VirtualSteppers, virtual_steppers, virtual_steppers_of};
 pub use stepwright_device::{Mark, Reset};
 pub use switch::Switch;

@@ -34,6 +34,23 @@ pub fn virtual_steppers<R: Recorder>(
     description: Description,
     recorder: R,
 ) -> VirtualSteppers<'_, R> {
+    virtual_steppers_of::<u16, R>(queues, description, recorder)
+}
+
+/// [`virtual_steppers`] on a timer of another width: 32 bits are `u32`.
+///
+/// ```
+/// use stepwright_sim::{Description, Queues, virtual_steppers_of};
+/// let mut queues = Queues::default();
+/// let mut motors = virtual_steppers_of::<u32, _>(&mut queues, Description::uno(), ());
+/// motors.move_to(stepwright::Axis::X, 1)?;
+/// # Ok::<(), stepwright::MoveError>(())
+/// ```
+pub fn virtual_steppers_of<C: Count, R: Recorder>(
+    queues: &mut Queues,
+    description: Description,
+    recorder: R,
+) -> VirtualSteppers<'_, R, C> {
     let board = description.board;
     let Shared { ends: [x, y, z], now, reverse } = queues.lend(&description);
     let pins = Pins::new(now, reverse, &description.coils, recorder);

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use stepwright::drive::{Coils, Port, sequence};
 use stepwright::engine::{Engine, Timing};
 use stepwright::queue::Asked;
-use stepwright::timer::StepTimer;
+use stepwright::timer::{Count, StepTimer};
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::{
     Call, Code, Control, Driver, Hold, Model, Pace, SetSpeed, Status, Stepper, Timed,
@@ -276,12 +276,11 @@ struct Counter {
 
 impl StepTimer for Counter {
     type Count = u32;
-    const LINGER: u32 = 0;
     fn now(&mut self) -> u32 {
         self.now
     }
     fn wake_at(&mut self, at: u32) {
-        self.wake = at;
+        self.wake = if at.is_after(self.now) { at } else { self.now };
     }
 }
 

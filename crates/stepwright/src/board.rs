@@ -31,6 +31,19 @@ impl<const N: usize> Cost<N> {
         Cost { ticks, pulse: Ticks::MAX, longer: ticks, shortest: [0; N] }
     }
 
+    /// A step takes no time of another axis: each has hardware of its own, which makes a step every
+    /// `ticks` at most.
+    ///
+    /// ```
+    /// use stepwright::{Board, Cost, Rate, Speed};
+    /// let rate = Rate::of::<125_000_000>();
+    /// let board = Board::<2> { cost: Cost::independent(500), ..Board::unmeasured(rate) };
+    /// assert_eq!(board.step_cost(2), 0);
+    /// ```
+    pub const fn independent(ticks: Ticks) -> Cost<N> {
+        Cost { ticks: [0; N], pulse: Ticks::MAX, longer: [0; N], shortest: [ticks; N] }
+    }
+
     /// The same in other ticks.
     pub fn map(&self, mut to: impl FnMut(Ticks) -> Ticks) -> Cost<N> {
         let Cost { ticks, pulse, longer, shortest } = *self;

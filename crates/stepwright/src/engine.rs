@@ -12,7 +12,11 @@
 //! Plays [entries](crate::entry): pins, then a wait. `deadline += wait` never drifts
 //! and needs no common tick; axes of unrelated speeds get their own exact edges. After
 //! the compare register is written the engine looks at the timer again: a deadline
-//! that has passed meanwhile is served at once, so no compare can be missed.
+//! that has passed meanwhile is served at once, so no compare can be missed. From the foreground the
+//! timer itself pends what has passed: see [`StepTimer`].
+//!
+//! **Pulses** that are over when everything else is done end in the same visit. Others stay high,
+//! and their end is an event like a deadline: [`StepTimer::SPIN`].
 //!
 //! **Late steps.** A step is late when its edge comes more than half an interval and
 //! 1 µs after its deadline ([`late_after`](crate::late_after)). It is counted, and caught
@@ -28,6 +32,7 @@
 
 mod late;
 mod pause;
+mod pulse;
 mod track;
 
 use crate::drive::{Axes, Drive};
@@ -37,6 +42,7 @@ use crate::timer::{Count, StepTimer};
 use crate::units::{Rate, Ticks};
 use late::Terms;
 pub use pause::Frozen;
+use pulse::Pulses;
 use track::{State, Track, fine_of};
 
 /// STEP rises.
@@ -117,11 +123,14 @@ pub struct Engine<T: StepTimer, D, S, const N: usize> {
     drive: D,
     sources: [S; N],
     tracks: [Track<T::Count>; N],
+    pulses: Pulses<T::Count, N>,
     terms: Terms,
 }
 
 impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     const AT_MOST_8_AXES: () = assert!(N >= 1 && N <= 8);
+    /// Whether the interrupt may leave while STEP is high.
+    const LEAVES_HIGH: bool = T::SPIN != Ticks::MAX;
 
     /// All axes idle, at position 0, facing forward. The timer counts at `rate`.
     pub fn new(timer: T, drive: D, sources: [S; N], timing: Timing, rate: Rate) -> Self {
@@ -139,6 +148,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             drive,
             sources,
             tracks: [Track::IDLE; N],
+            pulses: Pulses::NONE,
             terms: Terms::new::<T::Count>(timing, rate),
         }
     }
@@ -152,17 +162,19 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         for track in &mut self.tracks {
             track.due = fine_of(now);
         }
-        self.wake_for_first(now);
+        self.wake_from_outside(now);
     }
 
     /// The step interrupt.
     ///
-    /// Plays what is due, and returns when the next deadline lies ahead: whether meanwhile an
-    /// axis has come to the end of its travel, or a step was late.
+    /// Plays what is due, and returns when the next deadline lies ahead: whether meanwhile there was
+    /// news for the foreground. An axis has come to the end of its travel, a step was late, or a
+    /// queue has room for more: of programs that are [asked](crate::queue::Asked) that is no news.
     pub fn on_compare(&mut self) -> bool {
         self.terms.news = false;
         loop {
             let now = self.timer.now();
+            self.end_pulses(now);
             let (mut due, mut steps): (Axes, Axes) = (0, 0);
             each!(axis < N: {
                 let track = &mut self.tracks[axis];
@@ -191,8 +203,11 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             if due != 0 {
                 self.advance_all(due, edge);
             }
+            if Self::LEAVES_HIGH {
+                self.leave_high(steps, edge);
+            }
             let next = self.wake_for_first(edge);
-            if steps != 0 {
+            if !Self::LEAVES_HIGH && steps != 0 {
                 self.timer.hold_until(edge.plus(self.terms.timing.pulse));
                 self.drive.end(steps);
             }
@@ -202,7 +217,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         }
     }
 
-    /// Sets the compare register to the first event, and returns that.
+    /// Sets the compare register to the first event, and returns that. For the interrupt, which
+    /// looks at the timer afterwards.
     #[inline(never)]
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
         // Nothing to do: a look round, half a period from now at the latest.
@@ -213,7 +229,10 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
                 next = next.first(self.timer.reach(axis as u8, track.wake()), now);
             }
         });
-        self.timer.wake_at(next);
+        if Self::LEAVES_HIGH {
+            next = self.pulses.first(next, now);
+        }
+        self.timer.set_compare(next);
         next
     }
 
@@ -234,7 +253,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         let now = self.timer.now();
         for (axis, (track, source)) in self.tracks.iter_mut().zip(&mut self.sources).enumerate() {
             if axes >> axis & 1 != 0 && track.state == State::Idle {
-                track.start(now, source);
+                track.start(now, source, &mut self.terms.news);
             }
         }
         self.wake_from_outside(now);
@@ -274,14 +293,11 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.wake_from_outside(now);
     }
 
-    /// [`wake_for_first`](Engine::wake_for_first) from the foreground, which
-    /// can't serve what is due: then the interrupt comes a little later.
+    /// Sets the compare register to the first event from the foreground, which can't serve what is
+    /// due: the timer pends its interrupt for that.
     fn wake_from_outside(&mut self, now: T::Count) {
         let next = self.wake_for_first(now);
-        let now = self.timer.now();
-        if next.since(now) <= T::LINGER as i32 {
-            self.timer.wake_at(now.plus(T::LINGER + 1));
-        }
+        self.timer.wake_at(next);
     }
 
     /// Stops the axes in `axes` at once, between two steps, and forgets what was planned

@@ -104,6 +104,23 @@ pub struct Entry {
     pins: u8,
 }
 
+/// What an [`Entry`] is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EntryParts {
+    /// Pins of the first group.
+    pub pins: u8,
+    /// Pins of the groups after it.
+    pub then: u8,
+    /// Events of a group, 1 … 65536.
+    pub events: u32,
+    /// Groups, at least 1.
+    pub groups: u32,
+    /// The wait after each event of the first group, in 2⁻¹⁶ ticks.
+    pub interval: u32,
+    /// By how much the wait grows from group to group, in 2⁻¹⁶ ticks.
+    pub growth: i32,
+}
+
 /// A wait in 2⁻¹⁶ ticks as an entry has it.
 const fn bytes(wait: u32) -> [u8; BYTES] {
     let mut bytes = [0; BYTES];
@@ -154,6 +171,33 @@ impl Entry {
     /// How many groups it has.
     const fn count(self) -> u32 {
         format::count(self.groups)
+    }
+
+    /// What it is made of, for a player that takes whole groups.
+    ///
+    /// ```
+    /// use stepwright::{Run, entry::{Sink, Wiring, Writer}};
+    /// # struct Last(Option<stepwright::entry::Entry>);
+    /// # impl Sink for Last {
+    /// #     fn put(&mut self, entry: stepwright::entry::Entry) { self.0 = Some(entry) }
+    /// # }
+    /// # let mut sink = Last(None);
+    /// let mut writer = Writer::new(Wiring::new(1, 2).prompt());
+    /// writer.run(&Run::new(1_000 << 16, 3 << 16, 50), &mut sink);
+    /// // The first wait comes before the first step; 49 steps and their waits follow.
+    /// let parts = sink.0.unwrap().parts();
+    /// assert_eq!((parts.groups, parts.events, parts.interval >> 16), (49, 1, 1_003));
+    /// assert_eq!(parts.growth >> 16, 3);
+    /// ```
+    pub const fn parts(self) -> EntryParts {
+        EntryParts {
+            pins: self.pins,
+            then: self.then,
+            events: self.events.count(),
+            groups: self.count(),
+            interval: wait(self.interval),
+            growth: wait(self.growth) as i32,
+        }
     }
 
     /// Its groups: their pins, events, and the wait after each in 2⁻¹⁶ ticks.

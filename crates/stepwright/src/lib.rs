@@ -39,6 +39,6 @@ pub use order::{Change, Order, Refusal, Travel};
 pub use ordered::OrderedMotors;
 pub use run::Run;
 #[cfg(feature = "critical-section")]
-pub use shared::{EngineHandle, SharedEngine};
+pub use shared::{EngineHandle, HoldOff, SharedEngine};
 pub use steppers::{Axis, AxisLimits, AxisSet, MoveError, Steppers};
 pub use units::{Accel, Geometry, Jerk, OutOfRange, Rate, Speed, Ticks, Turn};

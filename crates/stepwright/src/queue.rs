@@ -42,6 +42,9 @@ pub enum Loaded {
 /// Called from the step interrupt, once an entry: MUST NOT block, and should take
 /// no longer than the shortest entry.
 pub trait Source {
+    /// Whether an entry that is taken makes room for others, which is news to who fills it.
+    const IS_QUEUE: bool = false;
+
     /// Puts the next entry where it is played. The one before has been played to its end,
     /// its last wait excepted.
     fn load(&mut self, play: &mut Play) -> Loaded;

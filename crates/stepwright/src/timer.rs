@@ -149,27 +149,59 @@ impl Count for u32 {
 
 /// A free-running timer with one compare register.
 ///
-/// An implementation MUST count up through all values of [`Count`] at a
-/// constant rate, and after [`wake_at`](StepTimer::wake_at) raise its
-/// interrupt when the counter reaches that value. A value that the counter has
-/// passed already MAY be missed: the engine looks at the counter again after
-/// every `wake_at`, so nothing is lost.
+/// ```text
+///   counter     ──┬───────┬────────────┬──────► ticks, modulo the counter
+///                 │       │ at         │ at
+///   wake_at(at) ──┘ ahead └► interrupt │
+///   wake_at(at) ───────────── passed ──┴─► interrupt at once
+/// ```
+///
+/// An implementation MUST
+/// - count up through all values of [`Count`] at a constant rate, the [`Rate`](crate::Rate) of its
+///   board, and never be stopped or set while an engine uses it;
+/// - return counts from [`now`](StepTimer::now) that never go back: a counter that is read in parts is
+///   read as one;
+/// - have its interrupt pending once the counter reaches the value of the last
+///   [`wake_at`](StepTimer::wake_at), and at once if the counter has reached or passed it by the
+///   time that `wake_at` returns. A value is passed that lies less than half the counter back;
+/// - keep what is pending while the interrupt is held off.
+///
+/// It MAY interrupt at other times: an engine that finds nothing due sets the compare register
+/// again, which costs time and nothing else. Its interrupt MAY come before there is an engine only if
+/// it is [held off](crate::SharedEngine) until then.
+///
+/// The order that works on every timer is: write the compare register, clear the old request, read
+/// the counter, and pend the interrupt if the value has passed. An old request that is cleared after
+/// the look may be that of the new value.
+///
+/// The crate `stepwright-port-test` tries an implementation, on the chip or on a model of it.
 pub trait StepTimer {
     /// The counter's width.
     type Count: Count;
 
-    /// While the next event is at most this many ticks away, the interrupt waits
-    /// for it rather than leave and enter again: about what that costs.
-    const LINGER: Ticks;
+    /// While the next event is at most this many ticks away, the interrupt waits for it rather
+    /// than leave and enter again: about what that costs. A matter of speed alone; 0 is right.
+    const LINGER: Ticks = 0;
+
+    /// A pulse that has at most this many ticks left when everything else is done is waited for in
+    /// the interrupt. Of a longer one STEP stays high until the next visit, which comes at its end at
+    /// the latest, so that other axes and other interrupts are served meanwhile.
+    const SPIN: Ticks = Self::LINGER;
 
     /// The counter now.
     fn now(&mut self) -> Self::Count;
 
-    /// Sets the compare register. An interrupt that waits because the time before
-    /// came to match is forgotten: it belongs to no event any more. (One that
-    /// matches meanwhile may be forgotten too, so whoever calls this looks at the
-    /// timer afterwards.)
+    /// Sets the compare register. If the counter has reached `at` by the end of the call, the
+    /// interrupt is pending then: see the [contract](StepTimer).
     fn wake_at(&mut self, at: Self::Count);
+
+    /// [`wake_at`](StepTimer::wake_at) in the step interrupt, which looks at the counter afterwards
+    /// and serves itself what has passed: so a value that has passed may be forgotten. For a timer
+    /// whose look at the counter takes long.
+    #[inline(always)]
+    fn set_compare(&mut self, at: Self::Count) {
+        self.wake_at(at);
+    }
 
     /// When an interrupt for a deadline of an axis comes: at `at`, or at the next match
     /// of a compare register that is coarser than the counter.
@@ -179,8 +211,8 @@ pub trait StepTimer {
         at
     }
 
-    /// Waits until the counter has reached `at`; at once if it has. For the
-    /// rest of a pulse: a few microseconds.
+    /// Waits until the counter has reached `at`; at once if it has. For the rest of a pulse, at
+    /// most [`SPIN`](StepTimer::SPIN) ticks.
     #[inline]
     fn hold_until(&mut self, at: Self::Count) {
         while at.is_after(self.now()) {}

@@ -126,6 +126,22 @@ fn a_change_is_judged_beside_what_moves() {
     assert_eq!(motors.change(Axis::X, top(8000)), Ok(()));
 }
 
+/// Axes with hardware of their own do not share: each goes as fast beside the others as alone.
+#[test]
+fn independent_axes_are_judged_alone() {
+    let mut queues = [const { Queue::<8>::new() }; 3];
+    let feeds = queues.each_mut().map(|queue| queue.split().0);
+    // 1,600 ticks of 16 MHz: 10,000 steps/s.
+    let board = Board { cost: Cost::independent(1_600), ..board::<3>(133) };
+    let mut motors = motors(feeds, board);
+    let fast = |steps| order(100, steps, 9000, FORWARD);
+    motors.start([(Axis::X, fast(10_000)), (Axis::Y, fast(10_000))]).unwrap();
+    plan(&mut motors);
+    let too_fast = motors.start([(Axis::Z, fast(10_001))]);
+    assert_eq!(too_fast, Err(Refusal::TooFast { max: speed(10_000_000) }));
+    assert_eq!(motors.start([(Axis::Z, fast(10_000))]), Ok(()));
+}
+
 /// A travel too short for its top speed is judged by the speed that it reaches: at 1000 steps/s²
 /// half a way up and half a way down. 0.001 steps/s, rounded up, decide.
 #[test]

@@ -19,15 +19,15 @@ struct Clock {
 
 impl StepTimer for Clock {
     type Count = u16;
-    const LINGER: u32 = 0;
+    const SPIN: u32 = u32::MAX;
 
     fn now(&mut self) -> u16 {
         self.time.get() as u16
     }
     fn wake_at(&mut self, at: u16) {
-        let ahead = at.wrapping_sub(self.time.get() as u16);
-        let ahead = if ahead == 0 { 1 << 16 } else { u64::from(ahead) };
-        self.wake.set(self.time.get() + ahead);
+        // What has passed comes at the next tick.
+        let ahead = (at.wrapping_sub(self.time.get() as u16) as i16).max(1);
+        self.wake.set(self.time.get() + ahead as u64);
     }
     fn hold_until(&mut self, at: u16) {
         let ahead = at.wrapping_sub(self.time.get() as u16) as i16;

@@ -28,15 +28,15 @@ pub struct Time {
 
 impl StepTimer for Time {
     type Count = u16;
-    const LINGER: u32 = 0;
+    const SPIN: u32 = u32::MAX;
 
     fn now(&mut self) -> u16 {
         self.now.get() as u16
     }
     fn wake_at(&mut self, at: u16) {
-        let ahead = at.wrapping_sub(self.now.get() as u16);
-        let ahead = if ahead == 0 { 1 << 16 } else { u64::from(ahead) };
-        self.wake.set(self.now.get() + ahead);
+        // What has passed comes at the next tick.
+        let ahead = (at.wrapping_sub(self.now.get() as u16) as i16).max(1);
+        self.wake.set(self.now.get() + ahead as u64);
     }
     fn hold_until(&mut self, at: u16) {
         let ahead = at.wrapping_sub(self.now.get() as u16) as i16;

@@ -119,14 +119,14 @@ impl<C: Count> Track<C> {
     }
 
     /// Its first event is now.
-    pub fn start(&mut self, now: C, source: &mut impl Source) {
+    pub fn start(&mut self, now: C, source: &mut impl Source, news: &mut bool) {
         (self.due, self.push, self.room) = (fine_of(now), 0, 0);
         self.play = Play::NONE;
         self.wait = 0;
-        self.go_on_aside(source);
+        self.go_on_aside(source, news);
         if self.state == State::Play && self.pins == 0 {
             // It only waits: nothing that the interrupt need come for.
-            self.go_on_aside(source);
+            self.go_on_aside(source, news);
         }
     }
 
@@ -136,7 +136,7 @@ impl<C: Count> Track<C> {
     pub fn ask_again(&mut self, source: &mut impl Source, terms: &mut Terms) -> bool {
         let counted = self.state == State::Late;
         self.wait = 0;
-        self.go_on_aside(source);
+        self.go_on_aside(source, &mut terms.news);
         if self.state == State::Starved {
             self.state = State::Late;
             self.due = C::delayed(self.due, terms.poll);
@@ -169,11 +169,11 @@ impl<C: Count> Track<C> {
             return self.turn(source, drive, terms, axis, edge);
         }
         let mut wait = self.wait;
-        self.go_on(source);
+        self.go_on(source, &mut terms.news);
         while wait == 0 && self.only_waits() {
             // What a program that is asked says of the wait, once the pins are set.
             wait = self.wait;
-            self.go_on(source);
+            self.go_on(source, &mut terms.news);
         }
         terms.news |= self.state == State::Idle;
         let next = C::of(self.due);
@@ -203,10 +203,10 @@ impl<C: Count> Track<C> {
         let (due, pins, mut wait) = (self.due, self.pins, self.wait);
         self.forward ^= pins & TURN != 0;
         drive.direction(axis, self.forward);
-        self.go_on_aside(source);
+        self.go_on_aside(source, &mut terms.news);
         while wait == 0 && self.only_waits() {
             wait = self.wait;
-            self.go_on_aside(source);
+            self.go_on_aside(source, &mut terms.news);
         }
         terms.news |= self.state == State::Idle;
         if pins & STEP != 0 {
@@ -231,7 +231,7 @@ impl<C: Count> Track<C> {
 
     /// The next event comes after the wait of this one.
     #[inline(always)]
-    pub fn go_on(&mut self, source: &mut impl Source) {
+    pub fn go_on(&mut self, source: &mut impl Source, news: &mut bool) {
         if self.wait != 0 {
             self.room = half(self.wait);
         }
@@ -241,19 +241,19 @@ impl<C: Count> Track<C> {
         } else {
             C::later(self.due, self.wait as u32)
         };
-        self.take(source);
+        self.take(source, news);
     }
 
     /// Likewise, where it need not be fast.
     #[cold]
     #[inline(never)]
-    fn go_on_aside(&mut self, source: &mut impl Source) {
-        self.go_on(source);
+    fn go_on_aside(&mut self, source: &mut impl Source, news: &mut bool) {
+        self.go_on(source, news);
     }
 
     /// What comes next?
     #[inline(always)] // out of line, a Mega's compiler would pass its fields on the stack
-    pub fn take(&mut self, source: &mut impl Source) {
+    pub fn take<S: Source>(&mut self, source: &mut S, news: &mut bool) {
         loop {
             if let Some(event) = self.play.next() {
                 (self.pins, self.wait) = (event.0, event.1.into());
@@ -267,6 +267,7 @@ impl<C: Count> Track<C> {
                 return;
             }
             match source.load(&mut self.play) {
+                Loaded::Entry if S::IS_QUEUE => *news = true,
                 Loaded::Entry => {}
                 Loaded::Late => return self.state = State::Starved,
                 Loaded::End => return self.state = State::Idle,

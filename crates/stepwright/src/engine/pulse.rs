@@ -1,0 +1,84 @@
+//! Pulses that are left high when the interrupt leaves.
+//!
+//! ```text
+//!            visit      other events     visit
+//!   STEP      ┌──────────────────────────┐
+//!          ───┘       pulse              └───── pause ─► the next step at the earliest
+//! ```
+
+use super::track::State;
+use super::{Engine, STEP};
+use crate::drive::{Axes, Drive};
+use crate::queue::Source;
+use crate::timer::{Count, StepTimer};
+use crate::units::Ticks;
+
+/// The axes whose STEP is high, and when each is to fall.
+pub(super) struct Pulses<C, const N: usize> {
+    high: Axes,
+    falls: [C; N],
+}
+
+impl<C: Count, const N: usize> Pulses<C, N> {
+    pub const NONE: Pulses<C, N> = Pulses { high: 0, falls: [C::ZERO.0; N] };
+
+    /// The end of a pulse, if it is nearer than `next`, seen from `now`.
+    #[inline(always)]
+    pub fn first(&self, mut next: C, now: C) -> C {
+        if self.high != 0 {
+            for (axis, fall) in self.falls.iter().enumerate() {
+                if self.high >> axis & 1 != 0 {
+                    next = next.first(*fall, now);
+                }
+            }
+        }
+        next
+    }
+}
+
+impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
+    /// Ends the pulses of these steps, which began at `edge`, if they are over or nearly so;
+    /// leaves STEP high otherwise.
+    #[inline(always)]
+    pub(super) fn leave_high(&mut self, steps: Axes, edge: T::Count) {
+        if steps == 0 {
+            return;
+        }
+        let fall = edge.plus(self.terms.timing.pulse);
+        if fall.since(self.timer.now()) <= T::SPIN as i32 {
+            self.timer.hold_until(fall);
+            return self.drive.end(steps);
+        }
+        self.pulses.high |= steps;
+        for (axis, own) in self.pulses.falls.iter_mut().enumerate() {
+            if steps >> axis & 1 != 0 {
+                *own = fall;
+            }
+        }
+    }
+
+    /// Ends the pulses whose time has come. A step of the same axis comes no sooner than a pulse
+    /// later, also where this comes late: a driver has to see STEP low.
+    #[inline(always)]
+    pub(super) fn end_pulses(&mut self, now: T::Count) {
+        if !Self::LEAVES_HIGH || self.pulses.high == 0 {
+            return;
+        }
+        let rise = now.plus(self.terms.timing.pulse);
+        let mut over: Axes = 0;
+        for (axis, (track, fall)) in self.tracks.iter_mut().zip(&self.pulses.falls).enumerate() {
+            if self.pulses.high >> axis & 1 == 0 || fall.is_after(now) {
+                continue;
+            }
+            over |= 1 << axis;
+            let steps = track.state == State::Play && track.pins & STEP != 0;
+            if steps && rise.is_after(track.wake()) {
+                track.push = rise.since(T::Count::of(track.due)) as Ticks;
+            }
+        }
+        if over != 0 {
+            self.drive.end(over);
+            self.pulses.high &= !over;
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! The AVR's step timer keeps the contract of `StepTimer`: `stepwright-port-test` on the chip.
+
+mod common;
+
+use common::board;
+use stepwright_rig::board::HZ;
+use stepwright_rig::{Chip, firmware};
+
+#[test]
+fn the_step_timer_keeps_the_contract() {
+    let image = firmware::load(&format!("{}-port-test", board())).expect("no firmware");
+    let mut chip = Chip::new(board(), &image);
+    let (place, _) = image.variable("RESULT");
+    let word = |chip: &Chip, n: u16| {
+        i16::from_le_bytes([chip.byte(place + 2 * n), chip.byte(place + 2 * n + 1)])
+    };
+    assert!(chip.run_to(60 * HZ, |chip| word(chip, 0) != 0), "it does not end");
+    // Kept, how many values, and whether the counter wrapped; else the fault and its numbers.
+    let [kept, values, wrapped] = [0, 1, 2].map(|n| word(&chip, n));
+    assert!(kept == 1 && values > 200 && wrapped == 1, "{kept} {values} {wrapped}");
+}

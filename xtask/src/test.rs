@@ -11,6 +11,7 @@ mod cross;
 mod examples;
 mod firmware;
 mod flash;
+mod invariants;
 mod package;
 mod page;
 mod ports;
@@ -57,6 +58,12 @@ const STEPS: &[Step] = &[
         what: "plain words, one name for one thing, short files",
         needs: &[],
         run: words::run,
+    },
+    Step {
+        name: "invariants",
+        what: "what must never be in the code is not",
+        needs: &[],
+        run: invariants::run,
     },
     Step { name: "clippy", what: "no lint complains", needs: &[], run: code::clippy },
     Step { name: "unit", what: "unit, property and doc tests", needs: &[], run: code::unit },
@@ -166,6 +173,7 @@ const QUICK: &[Step] = &[
     STEPS[0],
     STEPS[1],
     STEPS[2],
+    STEPS[3],
     Step { name: "unit", what: "unit tests", needs: &[], run: code::units_alone },
     Step { name: "golden", what: "what the command prints", needs: &[], run: code::golden },
     Step {

@@ -26,7 +26,6 @@ const ORDER: &[&str] = &[
     "10stepwright3num",
     "stepwright_numbers",
     "10stepwright7planner",
-    "stepwright_saves",
     "memcpy",
     "10stepwright5motor",
     "10stepwright5entry",
@@ -55,6 +54,5 @@ fn script() -> Option<String> {
     let script = text.split("======\n").nth(1)?.trim_end_matches('=');
     let (before, behind) = script.split_once("*(.text.*)")?;
     let order: String = ORDER.iter().map(|part| format!("*(.text.*{part}*)\n")).collect();
-    // What has been made smaller has an order of its own.
-    Some(format!("{before}*(SORT(.text.ordered.*))\n{order}*(.text.*){behind}"))
+    Some(format!("{before}{order}*(.text.*){behind}"))
 }

@@ -153,7 +153,7 @@ impl Build {
         cargo.args(["--release", "--features", &features]).args(program.target());
         // The others fit, and are measured as the compiler makes them.
         if self.board != Board::Mega && program.is_controller() {
-            cargo.arg("--").args(shrink::flags()?);
+            cargo.arg("--").args(shrink::flags(ws, program)?);
         }
         run(&mut cargo)?;
         let from = built.join(chip.triple).join("release").join(program.place());

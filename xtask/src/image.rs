@@ -29,6 +29,7 @@ const BOARDS: [Board; 2] = [Board::Uno, Board::Mega];
 
 /// All that they are built from.
 const SOURCES: [&str; 22] = [
+    "crates/avr-shrink/src",
     "crates/stepwright/Cargo.toml",
     "crates/stepwright/src",
     "crates/stepwright-austin/Cargo.toml",
@@ -49,7 +50,6 @@ const SOURCES: [&str; 22] = [
     "firmware/avr/src/bin",
     "xtask/src/firmware.rs",
     "xtask/src/program.rs",
-    "xtask/src/shrink",
     "xtask/src/shrink.rs",
 ];
 

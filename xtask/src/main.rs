@@ -61,8 +61,6 @@ enum Chore {
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
     Image(image::Image),
-    #[command(hide = true)]
-    Link(shrink::Link),
     Page(page::Page),
     Rs274(rs274::Rs274),
     Setup(setup::Setup),
@@ -81,7 +79,6 @@ fn main() -> Result<()> {
         Chore::Firmware(firmware) => firmware.run(&ws()?),
         Chore::Flash(flash) => flash.run(&ws()?),
         Chore::Image(image) => image.run(&ws()?),
-        Chore::Link(link) => link.run(),
         Chore::Page(page) => page.run(&ws()?),
         Chore::Rs274(rs274) => rs274.run(&ws()?),
         Chore::Setup(setup) => setup.run(&ws()?),

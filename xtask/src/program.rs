@@ -119,6 +119,16 @@ impl Program {
         self.says("controller")
     }
 
+    /// Functions that are called often, by parts of their symbols (`avr_shrink::Spared`).
+    pub fn busy(&self) -> impl Iterator<Item = &str> {
+        strings(&self.data["busy"])
+    }
+
+    /// Functions that save registers by themselves, likewise.
+    pub fn whole(&self) -> impl Iterator<Item = &str> {
+        strings(&self.data["whole"])
+    }
+
     /// Whether its step interrupt may divide.
     pub fn divides(&self) -> bool {
         self.says("divides")
@@ -165,13 +175,15 @@ impl Program {
 }
 
 /// What the manifest may say of a program.
-const WORDS: [&str; 10] = [
+const WORDS: [&str; 12] = [
     "boards",
     "timers",
     "features",
     "of",
     "what",
     "controller",
+    "busy",
+    "whole",
     "divides",
     "vector",
     "carried",

@@ -413,7 +413,7 @@ lines! {
     b'@' "@" Retarget(steps: Distance): NAMED | MOVING, "Y",
         "the travel in progress ends this many steps from where it began";
     b'L' "L" Lease(n: LeaseMillis): ANY, "Y",
-        "moving axes brake when no line comes for this many ms; 0: never; on a board with `safety`";
+        "moving axes brake when no line comes for this many ms; 0: never";
     b'?' "?" Info: ANY, "a line", "what the board is, what it can do, and what went wrong";
     b'!' "!" Clear: ANY, "Y", "clears `late`, `refused`, `last`, `stop` and `errors`";
     b'$' "$" Settings: SETTING, "a line", "all settings";

@@ -50,13 +50,16 @@ pub fn doc(ws: &Workspace) -> Result<()> {
     run(ws.cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-/// The protocol's own fuzz test at length: seeded, so that a failure can be
-/// repeated, and on the stable toolchain, so that it runs on every machine
+/// The protocol's own fuzz test at length, and that of the pass over assembly: seeded, so that a
+/// failure can be repeated, and on the stable toolchain, so that they run on every machine
 /// (cargo-fuzz takes a nightly and minutes to install).
-/// `STEPWRIGHT_FUZZ_CASES` is how many conversations it tries; without it,
-/// in `unit`, it is brief.
+/// `STEPWRIGHT_FUZZ_CASES` is how many conversations are tried, `AVR_SHRINK_PROGRAMS` how many
+/// programs; without them, in `unit`, they are brief.
 pub fn fuzz(ws: &Workspace) -> Result<()> {
     run(ws
         .cargo(["test", "--release", "--package", "stepwright-protocol", "--test", "fuzz"])
-        .env("STEPWRIGHT_FUZZ_CASES", "500000"))
+        .env("STEPWRIGHT_FUZZ_CASES", "500000"))?;
+    run(ws
+        .cargo(["test", "--release", "--package", "avr-shrink", "--test", "whole"])
+        .env("AVR_SHRINK_PROGRAMS", "5000"))
 }

@@ -128,6 +128,11 @@ fn look(board: Board, program: &Program, built: &Built) -> Result<Vec<String>> {
         if program.name != CONTROLLER {
             return Ok(wrong);
         }
+        let script = include_str!("../../../firmware/avr/build.rs");
+        let names = symbols(&built.elf)?;
+        wrong.extend(gone(script, &names).map(|part| {
+            format!("no symbol has `{part}`, by which firmware/avr/build.rs orders code")
+        }));
         if built.flash <= AIM {
             wrong.push(format!(
                 "{} bytes of flash: the aim is met, let it be the limit",
@@ -138,6 +143,15 @@ fn look(board: Board, program: &Program, built: &Built) -> Result<Vec<String>> {
         }
     }
     Ok(wrong)
+}
+
+/// The parts of symbols in the build script's `ORDER` that none of these has.
+fn gone<'a>(script: &'a str, names: &'a [String]) -> impl Iterator<Item = &'a str> {
+    let order = script.split_once("const ORDER").and_then(|(_, rest)| rest.split_once("];"));
+    let parts = order.map_or("", |(order, _)| order).split('"').skip(1).step_by(2);
+    // A part may end in a pattern: `[!9]`.
+    let plain = |part: &'a str| part.split_once('[').map_or(part, |(plain, _)| plain);
+    parts.filter(move |part| !names.iter().any(|name| name.contains(plain(part))))
 }
 
 /// Why a symbol may not be there.
@@ -161,6 +175,17 @@ fn divides(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_function_that_is_ordered_and_gone_is_named() {
+        let script =
+            "const ORDER: &[&str] = &[\n    \"4plan\", // first\n    \"6device[!9]\",\n];\n\"x\"";
+        let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+        let there = names(&["_R4plan", "_R6device7machine"]);
+        assert_eq!(gone(script, &there).count(), 0);
+        let there = names(&["_R4idea", "_R6device7machine"]);
+        assert_eq!(gone(script, &there).collect::<Vec<_>>(), ["4plan"]);
+    }
 
     #[test]
     fn names_tell() {

@@ -15,73 +15,64 @@
 //!
 //! ```text
 //!   ldi r26, FRAME                         adiw r28, FRAME
-//!   call stepwright_save_8                 jmp stepwright_restore_8
+//!   call avr_shrink_save_8                 jmp avr_shrink_restore_8
 //! ```
 //!
-//! X and Z are free at both ends: arguments and results are in r8 to r25. The stack is what it
-//! was, from the return address on, so arguments on it are found. A function without a frame
-//! has one of 0 bytes; then Y is saved beside the others, which takes 2 bytes of stack more
-//! where it was not.
+//! X and Z are free at both ends: arguments and results are in r8 to r25. The stack is the same
+//! from the return address on, so arguments on it are found. A function without a frame gets one
+//! of 0 bytes, for which Y and the registers between are saved too: up to 18 bytes of stack more.
 //!
-//! **Cost**: 22 cycles a call. **Gain**: 2,300 bytes of a controller's 32,000.
+//! The routine that saves returns by `ijmp` and leaves its caller's frame on the stack: the call
+//! must stay in its function. So this stage comes last of those that change functions.
 //!
-//! A function that never ends has nothing to restore, and saves nothing.
+//! A function that never returns restores nothing. Without a frame it saves nothing either; with
+//! one it stays as it is, for its arguments may lie above the saved registers.
+//!
+//! **Cost** of saving and restoring, beyond a function's own: 22 cycles with a frame; 38 without,
+//! and 4 for each register that the function itself would not have saved.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use super::Spared;
 use super::asm::{Code, Function, Line, Program};
-use super::routines::is_busy;
 
-/// Bytes that a function must gain. The routines cost cycles, so one with less stays as it is.
+/// Bytes that a function must gain.
 const LEAST: usize = 4;
-/// Bytes that a function must gain if it is called often ([`is_busy`]).
+/// Bytes that a function must gain if it is called often.
 const BUSY: usize = 12;
 
-/// Functions that stay as they are, by parts of their symbols: what the main loop does at a time,
-/// which is bounded to 200 µs (`planning_burst`, `order_burst`).
-const KEPT: &[&str] = &["9main_loop4plan", "9main_loop4work"];
-
-/// Shares the beginnings and ends of a program's functions.
-pub fn share(program: &mut Program) {
-    let mut used = BTreeMap::new();
+/// Shares the prologues and epilogues of a program's functions.
+pub(crate) fn share(program: &mut Program, spared: &Spared) {
+    // The lowest registers, and whether functions without a frame have them.
+    let mut used: BTreeMap<u8, bool> = BTreeMap::new();
     for function in program.functions_mut() {
-        if KEPT.iter().any(|part| function.name.contains(part)) {
-            continue;
-        }
         let Some(frame) = Frame::of(function) else { continue };
+        let least = if spared.is_busy(&function.name) { BUSY } else { LEAST };
         if frame.ends.is_empty() {
-            function.lines.drain(frame.saves.clone());
-        } else if frame.gain() >= if is_busy(&function.name) { BUSY } else { LEAST } {
-            let routine = used.entry(frame.lowest).or_insert(Used::default());
-            routine.bare |= frame.size.is_none();
+            if frame.size.is_none() {
+                function.lines.drain(frame.begin);
+            }
+        } else if !spared.is_whole(&function.name) && frame.gain() >= least {
+            *used.entry(frame.lowest).or_default() |= frame.size.is_none();
             frame.replace(function);
         }
     }
     if !used.is_empty() {
-        program.append(routines(&used));
+        program.append(&routines(&used));
     }
 }
 
-/// How the routines of a lowest register are used.
-#[derive(Clone, Copy, Default)]
-struct Used {
-    /// Also by functions without a frame.
-    bare: bool,
-}
-
-/// What a function saves.
+/// The registers and the frame that a function saves.
 #[derive(Debug, PartialEq, Eq)]
 struct Frame {
     /// Its lowest register; all above are saved with it. 18 stands for Y alone.
     lowest: u8,
     /// Bytes of its frame; none if it has no frame pointer.
     size: Option<u8>,
-    /// Lines of its beginning: the registers.
-    saves: std::ops::Range<usize>,
-    /// … and all.
+    /// The lines of its beginning.
     begin: std::ops::Range<usize>,
-    /// Lines of its ends, behind the taking down of the frame.
+    /// The lines of its ends, behind the taking down of the frame.
     ends: Vec<std::ops::Range<usize>>,
 }
 
@@ -92,8 +83,8 @@ impl Frame {
     /// Of a function that saves registers, if it is of a form that is known.
     fn of(function: &Function) -> Option<Frame> {
         let lines = &function.lines;
-        let mut at = lines.iter().position(|line| matches!(line, Line::Code(_)))?;
-        let first = at;
+        let (first, _) = function.code().next()?;
+        let mut at = first;
         let mut saved = Vec::new();
         while let Some(register) = operand(lines, at, "push") {
             saved.push(register);
@@ -104,7 +95,6 @@ impl Frame {
             28 => 18,
             _ => return None,
         };
-        let saves = first..at;
         let every: Vec<u8> = (lowest..=17).chain([28, 29]).collect();
         let mut size = None;
         if is(lines, at, "in r28, 61") {
@@ -112,7 +102,7 @@ impl Frame {
             if !is(lines, at + 1, "in r29, 62") || saved != every {
                 return None;
             }
-            let (bytes, taken) = sum(lines, at + 2, "sbiw")?;
+            let (bytes, taken) = subtracted(lines, at + 2)?;
             size = Some(bytes);
             at += 2 + taken;
             if !moves(lines, at) {
@@ -122,7 +112,6 @@ impl Frame {
         } else if !saved.is_sorted() || saved.iter().any(|register| !every.contains(register)) {
             return None;
         }
-        let begin = first..at;
 
         let mut ends = Vec::new();
         for (end, code) in function.code() {
@@ -134,18 +123,17 @@ impl Frame {
                 _ => continue,
             }
             let pops = end.checked_sub(saved.len())?;
-            let pairs = (pops..end).zip(saved.iter().rev());
-            if !pairs.into_iter().all(|(at, register)| operand(lines, at, "pop") == Some(*register))
-            {
+            let mut pairs = (pops..end).zip(saved.iter().rev());
+            if !pairs.all(|(at, register)| operand(lines, at, "pop") == Some(*register)) {
                 return None;
             }
             let from = if size.is_some() { pops.checked_sub(MOVE.len())? } else { pops };
-            if size.is_some() && !moves(lines, from) {
+            if size.is_some() && !moves(lines, from) || function.is_skipped(from) {
                 return None;
             }
             ends.push(from..end + 1);
         }
-        Some(Frame { lowest, size, saves, begin, ends })
+        Some(Frame { lowest, size, begin: first..at, ends })
     }
 
     /// Bytes that replacing it saves.
@@ -159,33 +147,26 @@ impl Frame {
     /// Has the function call the routines.
     fn replace(&self, function: &mut Function) {
         let what = if self.size.is_some() { "" } else { "bare_" };
+        let code = |text: String| Line::Code(Code::parse(&text));
         for end in self.ends.iter().rev() {
-            let restore = Code::parse(&format!("jmp stepwright_restore_{what}{}", self.lowest));
-            function.lines.splice(end.clone(), [Line::Code(restore)]);
+            let restore = code(format!("jmp avr_shrink_restore_{what}{}", self.lowest));
+            function.lines.splice(end.clone(), [restore]);
         }
-        let mut begin = Vec::new();
-        if let Some(size) = self.size {
-            begin.push(Line::Code(Code::parse(&format!("ldi r26, {size}"))));
-        }
-        let save = Code::parse(&format!("call stepwright_save_{what}{}", self.lowest));
-        begin.push(Line::Code(save));
-        function.lines.splice(self.begin.clone(), begin);
+        let size = self.size.map(|size| code(format!("ldi r26, {size}")));
+        let save = code(format!("call avr_shrink_save_{what}{}", self.lowest));
+        function.lines.splice(self.begin.clone(), size.into_iter().chain([save]));
     }
 }
 
 /// The register of this instruction on this line.
 fn operand(lines: &[Line], at: usize, name: &str) -> Option<u8> {
-    match lines.get(at) {
-        Some(Line::Code(code)) if code.name == name => {
-            code.operands.strip_prefix('r')?.parse().ok()
-        }
-        _ => None,
-    }
+    let code = lines.get(at)?.code().filter(|code| code.name == name)?;
+    code.operands.strip_prefix('r')?.parse().ok()
 }
 
 /// Whether this line is that instruction.
 fn is(lines: &[Line], at: usize, text: &str) -> bool {
-    matches!(lines.get(at), Some(Line::Code(code)) if code.is(text))
+    lines.get(at).and_then(Line::code).is_some_and(|code| code.is(text))
 }
 
 /// Whether the stack pointer is moved to Y from this line on.
@@ -193,69 +174,70 @@ fn moves(lines: &[Line], at: usize) -> bool {
     MOVE.iter().enumerate().all(|(n, text)| is(lines, at + n, text))
 }
 
-/// What is subtracted from Y, and the lines that takes.
-fn sum(lines: &[Line], at: usize, name: &str) -> Option<(u8, usize)> {
-    let Some(Line::Code(code)) = lines.get(at) else { return None };
-    if code.name == name {
-        return Some((code.operands.strip_prefix("r28, ")?.parse().ok()?, 1));
-    }
-    if code.name == "subi" && is(lines, at + 1, "sbci r29, 0") {
-        return Some((code.operands.strip_prefix("r28, ")?.parse().ok()?, 2));
-    }
-    None
+/// The number that is subtracted from Y, and how many lines that takes.
+fn subtracted(lines: &[Line], at: usize) -> Option<(u8, usize)> {
+    let code = lines.get(at)?.code()?;
+    let taken = match &*code.name {
+        "sbiw" => 1,
+        "subi" if is(lines, at + 1, "sbci r29, 0") => 2,
+        _ => return None,
+    };
+    Some((code.operands.strip_prefix("r28, ")?.parse().ok()?, taken))
 }
 
-/// The routines themselves.
-fn routines(used: &BTreeMap<u8, Used>) -> String {
-    let mut text = String::from("\t.section .text.stepwright_saves,\"ax\",@progbits\n");
-    for (lowest, how) in used {
-        // A bare one has a frame of no bytes.
-        if how.bare {
-            let _ = writeln!(text, "stepwright_save_bare_{lowest}:\n\tldi r26, 0");
+/// The routines themselves, for these lowest registers.
+fn routines(used: &BTreeMap<u8, bool>) -> String {
+    let mut text = String::from("\t.section\t.text.avr_shrink_saves,\"ax\",@progbits\n");
+    for (lowest, bare) in used {
+        if *bare {
+            let _ = writeln!(text, "avr_shrink_save_bare_{lowest}:\n\tldi\tr26, 0");
         }
-        let _ = writeln!(text, "stepwright_save_{lowest}:\n\tpop r31\n\tpop r30");
-        let _ = writeln!(text, "\trjmp .Lsave_{lowest}");
+        let _ = writeln!(text, "avr_shrink_save_{lowest}:\n\tpop\tr31\n\tpop\tr30");
+        let _ = writeln!(text, "\trjmp\t.Lavr_shrink_save_{lowest}");
     }
     for register in 2..=17 {
-        let _ = writeln!(text, ".Lsave_{register}:\n\tpush r{register}");
+        let _ = writeln!(text, ".Lavr_shrink_save_{register}:\n\tpush\tr{register}");
     }
-    text += ".Lsave_18:
-\tpush r28
-\tpush r29
-\tin r28, 61
-\tin r29, 62
-\tsub r28, r26
-\tsbc r29, r1
-\tin r0, 63
+    text += "\
+.Lavr_shrink_save_18:
+\tpush\tr28
+\tpush\tr29
+\tin\tr28, 61
+\tin\tr29, 62
+\tsub\tr28, r26
+\tsbc\tr29, r1
+\tin\tr0, 63
 \tcli
-\tout 62, r29
-\tout 63, r0
-\tout 61, r28
+\tout\t62, r29
+\tout\t63, r0
+\tout\t61, r28
 \tijmp
 ";
-    for (lowest, how) in used {
-        // Its code may have used Y.
-        if how.bare {
-            let _ = writeln!(text, "stepwright_restore_bare_{lowest}:");
-            text += "\tin r28, 61\n\tin r29, 62\n";
+    for (lowest, bare) in used {
+        // The function may have used Y.
+        if *bare {
+            let _ = writeln!(text, "avr_shrink_restore_bare_{lowest}:");
+            text += "\tin\tr28, 61\n\tin\tr29, 62\n";
         }
-        let _ = writeln!(text, "stepwright_restore_{lowest}:\n\tldi r30, {}", 20 - lowest);
-        let _ = writeln!(text, "\trjmp .Lrestore_{lowest}");
+        let _ = writeln!(text, "avr_shrink_restore_{lowest}:\n\tldi\tr30, {}", 20 - lowest);
+        let _ = writeln!(text, "\trjmp\t.Lavr_shrink_restore_{lowest}");
     }
     for register in 2..=17 {
-        let _ = writeln!(text, ".Lrestore_{register}:\n\tldd r{register}, Y+{}", 20 - register);
+        let _ = writeln!(text, ".Lavr_shrink_restore_{register}:");
+        let _ = writeln!(text, "\tldd\tr{register}, Y+{}", 20 - register);
     }
-    text += ".Lrestore_18:
-\tldd r26, Y+2
-\tldd r27, Y+1
-\tadd r28, r30
-\tadc r29, r1
-\tin r0, 63
+    text += "\
+.Lavr_shrink_restore_18:
+\tldd\tr26, Y+2
+\tldd\tr27, Y+1
+\tadd\tr28, r30
+\tadc\tr29, r1
+\tin\tr0, 63
 \tcli
-\tout 62, r29
-\tout 63, r0
-\tout 61, r28
-\tmovw r28, r26
+\tout\t62, r29
+\tout\t63, r0
+\tout\t61, r28
+\tmovw\tr28, r26
 \tret
 ";
     text
@@ -269,10 +251,10 @@ mod tests {
     fn shared(body: &str) -> (Vec<String>, bool) {
         let text = format!("\t.type\tf,@function\nf:\n{body}\n.Lfunc_end0:\n");
         let mut program = Program::parse(&text);
-        share(&mut program);
+        share(&mut program, &Spared::default());
         let code = program.functions_mut().flat_map(|function| function.code());
         let lines = code.map(|(_, code)| format!("{} {}", code.name, code.operands)).collect();
-        (lines, program.to_string().contains("stepwright_saves"))
+        (lines, program.to_string().contains("avr_shrink_saves"))
     }
 
     fn lines(names: &str, registers: impl IntoIterator<Item = u8>) -> String {
@@ -295,10 +277,10 @@ mod tests {
         let (lines, routines) = shared(&framed(12));
         let expected = [
             "ldi r26, 6",
-            "call stepwright_save_12",
+            "call avr_shrink_save_12",
             "std Y+1, r24",
             "adiw r28, 6",
-            "jmp stepwright_restore_12",
+            "jmp avr_shrink_restore_12",
         ];
         assert_eq!(lines, expected);
         assert!(routines);
@@ -314,7 +296,7 @@ mod tests {
         // r10 to r13 are saved as well: nothing is on its stack that could move.
         assert_eq!(
             lines,
-            ["call stepwright_save_bare_8", "movw r8, r24", "jmp stepwright_restore_bare_8"]
+            ["call avr_shrink_save_bare_8", "movw r8, r24", "jmp avr_shrink_restore_bare_8"]
         );
     }
 
@@ -334,17 +316,21 @@ mod tests {
 
     #[test]
     fn who_never_returns_saves_nothing() {
-        let body = format!("{}{BEGIN}{SET}.L1:\n\trjmp\t.L1", lines("push", [16, 17, 28, 29]));
-        let (lines, routines) = shared(&body);
-        assert_eq!(lines.first().map(String::as_str), Some("in r28, 61"));
+        let saved = [16, 17, 28, 29];
+        let bare = format!("{}.L1:\n\trjmp\t.L1", lines("push", saved));
+        assert_eq!(shared(&bare), (vec!["rjmp .L1".into()], false));
+        // Its arguments may lie above the registers.
+        let framed = format!("{}{BEGIN}{SET}.L1:\n\trjmp\t.L1", lines("push", saved));
+        let (lines, routines) = shared(&framed);
+        assert_eq!(lines.first().map(String::as_str), Some("push r16"));
         assert!(!routines);
     }
 
     #[test]
     fn a_routine_restores_from_where_the_other_has_saved() {
-        let text = routines(&BTreeMap::from([(2, Used { bare: true })]));
+        let text = routines(&BTreeMap::from([(2, true)]));
         let pushed: Vec<&str> =
-            text.lines().filter_map(|line| line.trim().strip_prefix("push ")).collect();
+            text.lines().filter_map(|line| line.trim().strip_prefix("push\t")).collect();
         assert_eq!(pushed.len(), 18);
         // The last that is pushed is at Y+1.
         for (at, register) in pushed.iter().rev().enumerate() {
@@ -353,8 +339,8 @@ mod tests {
                 "r29" => "r27",
                 register => register,
             };
-            assert!(text.contains(&format!("\tldd {to}, Y+{}\n", at + 1)), "{register}");
+            assert!(text.contains(&format!("\tldd\t{to}, Y+{}\n", at + 1)), "{register}");
         }
-        assert!(text.contains("stepwright_restore_2:\n\tldi r30, 18\n"));
+        assert!(text.contains("avr_shrink_restore_2:\n\tldi\tr30, 18\n"));
     }
 }

@@ -6,33 +6,27 @@
 //! .L7:
 //! ```
 //!
-//! A branch reaches 63 words, and LLVM does without where it is not sure. Where `.L9` is further
-//! away, another `rjmp .L9` within reach does as well: the branch goes there. Distances are those
-//! of the code as it stands, with calls of two words; it only becomes shorter.
+//! A branch reaches 63 words, and LLVM does without where it is not sure. Distances are those of
+//! the code as it stands, with calls of two words; it only becomes shorter.
 //!
 //! **Gain**: 2 bytes each, and a cycle. No register and no flag is touched.
 
 use std::collections::HashMap;
 
 use super::asm::{Code, Function, Line, Program};
-use super::flow::code;
-use super::machine::skips;
 
 /// Words that a branch reaches forward; backward it is one more.
 const REACH: i32 = 63;
 
 /// Turns the branches of all functions.
-pub fn turn(program: &mut Program) {
-    let mut islands = 0;
+pub(crate) fn turn(program: &mut Program) {
     for function in program.functions_mut() {
-        while turn_first(function, &mut islands, false) {}
-        while turn_first(function, &mut islands, true) {}
+        while turn_first(function) {}
     }
 }
 
-/// Turns the first branch of a function that can be turned; by way of another jump if `far`.
-/// Whether there was one.
-fn turn_first(function: &mut Function, islands: &mut usize, far: bool) -> bool {
+/// Turns the first branch of a function that can be turned. Whether there was one.
+fn turn_first(function: &mut Function) -> bool {
     let lines = &function.lines;
     let (at, labels) = places(lines);
     for n in 0..lines.len().saturating_sub(2) {
@@ -40,36 +34,13 @@ fn turn_first(function: &mut Function, islands: &mut usize, far: bool) -> bool {
             continue;
         };
         let Some(other) = opposite(&branch.name) else { continue };
-        let skipped = n.checked_sub(1).and_then(|n| code(&lines[n])).is_some_and(skips);
-        if jump.name != "rjmp" || branch.operands != *next || skipped {
+        if jump.name != "rjmp" || branch.operands != *next || function.is_skipped(n) {
             continue;
         }
-        let reaches = |to: i32| (-REACH - 1..=REACH).contains(&(to - at[n] - 1));
-        let goal = jump.operands.clone();
-        if labels.get(&*goal).is_some_and(|to| reaches(*to)) {
-            let turned = Line::Code(Code { name: other.into(), operands: goal });
-            function.lines.splice(n..n + 2, [turned]);
-            return true;
-        }
-        if !far {
-            continue;
-        }
-        let way = (0..lines.len()).find(|&to| {
-            to != n + 1 && reaches(at[to]) && matches!(&lines[to], Line::Code(code) if code == jump)
-        });
-        if let Some(way) = way {
-            let island = format!(".Lisland_{islands}");
-            *islands += 1;
-            let turned = Code { name: other.into(), operands: island.clone() };
-            // The later one first, so that the earlier stays where it is.
-            let label = Line::Label(island);
-            if way > n {
-                function.lines.insert(way, label);
-                function.lines.splice(n..n + 2, [Line::Code(turned)]);
-            } else {
-                function.lines.splice(n..n + 2, [Line::Code(turned)]);
-                function.lines.insert(way, label);
-            }
+        let reaches = |to: &i32| (-REACH - 1..=REACH).contains(&(to - at[n] - 1));
+        if labels.get(&*jump.operands).is_some_and(reaches) {
+            let turned = Code { name: other.into(), operands: jump.operands.clone() };
+            function.lines.splice(n..n + 2, [Line::Code(turned)]);
             return true;
         }
     }
@@ -85,7 +56,7 @@ fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
             Line::Label(label) => {
                 labels.insert(&**label, here);
             }
-            Line::Code(code) => here += words(&code.name),
+            Line::Code(code) => here += code.words(),
             // A comment, or an instruction of a person's; what repeats itself may be long.
             Line::Other(text) => {
                 here += match text.trim().chars().next() {
@@ -99,16 +70,8 @@ fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
     (all, labels)
 }
 
-/// Words of an instruction, at most.
-pub fn words(name: &str) -> i32 {
-    match name {
-        "call" | "jmp" | "lds" | "sts" => 2,
-        _ => 1,
-    }
-}
-
 /// The branch that goes where this one does not.
-pub fn opposite(name: &str) -> Option<&'static str> {
+pub(crate) fn opposite(name: &str) -> Option<&'static str> {
     const PAIRS: [(&str, &str); 6] = [
         ("breq", "brne"),
         ("brlo", "brsh"),
@@ -170,24 +133,6 @@ mod tests {
             );
             assert!(turned(&body).contains(&"rjmp .L9".to_string()), "{before} {behind}");
         }
-    }
-
-    #[test]
-    fn far_away_another_jump_within_reach_is_the_way() {
-        let body = format!(
-            "\tbreq\t.L7\n\trjmp\t.L9\n.L7:\n{}\trjmp\t.L9\n{}.L9:\n\tret",
-            nops(20),
-            nops(200)
-        );
-        let expected = ["brne .Lisland_0", ".L7:", ".Lisland_0:", "rjmp .L9", ".L9:", "ret"];
-        assert_eq!(turned(&body), expected);
-    }
-
-    #[test]
-    fn two_jumps_are_not_each_others_way() {
-        let two = "\tbreq\t.L1\n\trjmp\t.L9\n.L1:\n\tbreq\t.L2\n\trjmp\t.L9\n.L2:\n";
-        let lines = turned(&format!("{two}{}.L9:\n\tret", nops(200)));
-        assert_eq!(lines.iter().filter(|line| *line == "rjmp .L9").count(), 1);
     }
 
     #[test]

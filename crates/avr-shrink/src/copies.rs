@@ -16,55 +16,43 @@
 //!
 //! No instruction that touches memory, a port or the stack is moved or left out.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use super::asm::{Code, Function, Line, Program};
-use super::flow::{Flow, code};
-use super::machine::{self, CARRY, FLAGS, Kind, Set, Taken, operands, register};
+use super::effects::{Effect, FLAGS, Kind, operands, register};
+use super::flow::Flow;
 
 /// Goes through all functions.
-pub fn leave_out(program: &mut Program, taken: &Taken) {
+pub(crate) fn leave_out(program: &mut Program) {
     for function in program.functions_mut() {
-        while pass(function, taken) {}
+        while pass(function) {}
     }
 }
 
 /// Goes through a function once. Whether it has changed.
-fn pass(function: &mut Function, taken: &Taken) -> bool {
-    let Some(flow) = Flow::of(function, taken) else { return false };
-    let Some(states) = meet(function, &flow) else { return unread(function, taken) };
-    let truths = truths(function, &flow, &states);
-    let live = flow.live();
+fn pass(function: &mut Function) -> bool {
+    let Some(flow) = Flow::of(function) else { return false };
+    let states = meet(function, &flow).unwrap_or_default();
     let mut gone = vec![false; function.lines.len()];
     let mut new: Vec<(usize, Code)> = Vec::new();
-    let mut tests: Vec<(usize, Code)> = Vec::new();
     for (block, state) in flow.blocks.iter().zip(states) {
         let Some(mut state) = state else { continue };
         for n in block.lines.clone() {
-            if let Line::Code(code) = &function.lines[n]
-                && !flow.pinned[n]
-            {
-                let masks = || masks_nothing(code, &state, &truths) && live[n] & FLAGS == 0;
-                if is_there(code, &state) || masks() {
+            if let Some(code) = function.lines[n].code().filter(|_| !flow.pinned[n]) {
+                if is_there(code, &state) {
                     gone[n] = true;
                 } else if let Some(better) = first(code, &state) {
                     new.push((n, better));
-                } else if let Some(test) = tested(code, &state, live[n]) {
-                    tests.push((n, test));
                 }
             }
             step(&mut state, function, &flow, n);
         }
     }
-    // A test leaves other flags: only where nothing else relies on these.
-    if new.is_empty() && !gone.contains(&true) {
-        new = tests;
-    }
     let changed = !new.is_empty();
     for (n, code) in new {
         function.lines[n] = Line::Code(code);
     }
-    remove(function, &gone) | unread(function, taken) | changed
+    remove(function, &gone) | unread(function) | changed
 }
 
 /// Takes lines out.
@@ -78,16 +66,15 @@ fn remove(function: &mut Function, gone: &[bool]) -> bool {
 }
 
 /// Takes out what computes what nobody reads.
-fn unread(function: &mut Function, taken: &Taken) -> bool {
+fn unread(function: &mut Function) -> bool {
     let mut any = false;
     loop {
-        let Some(flow) = Flow::of(function, taken) else { return any };
+        let Some(flow) = Flow::of(function) else { return any };
         let live = flow.live();
         let gone: Vec<bool> = (0..function.lines.len())
             .map(|n| {
-                let idle = |effect: machine::Effect| {
-                    effect.kind == Kind::Plain && effect.writes & live[n] == 0
-                };
+                let idle =
+                    |effect: Effect| effect.kind == Kind::Plain && effect.writes & live[n] == 0;
                 !flow.pinned[n] && flow.effects[n].is_some_and(idle)
             })
             .collect();
@@ -178,7 +165,7 @@ fn step(state: &mut State, function: &Function, flow: &Flow, n: usize) {
     if effect.writes & FLAGS != 0 {
         state[32] = result(n, 32);
     }
-    let Some(code) = code(&function.lines[n]) else { return };
+    let Some(code) = function.lines[n].code() else { return };
     let (a, b) = operands(code);
     match (&*code.name, register(a), register(b)) {
         ("mov", Some(a), Some(b)) => state[usize::from(a)] = before[usize::from(b)],
@@ -247,79 +234,6 @@ fn is_there(code: &Code, state: &State) -> bool {
     }
 }
 
-/// Whether it masks what has no other bits.
-fn masks_nothing(code: &Code, state: &State, truths: &HashSet<Value>) -> bool {
-    let (a, b) = operands(code);
-    // With a 0 nothing comes of these.
-    if ["or", "eor"].contains(&&*code.name) {
-        return register(b).is_some_and(|register| state[usize::from(register)] == 0);
-    }
-    let (Some(register), "andi", Some(mask)) = (register(a), &*code.name, constant(b)) else {
-        return false;
-    };
-    let value = state[usize::from(register)];
-    value < 256 && value & mask == value || mask & 1 == 1 && truths.contains(&value)
-}
-
-/// A test of the register where a value was first, in the place of a comparison with 0. It
-/// leaves the carry as it is.
-fn tested(code: &Code, state: &State, live: Set) -> Option<Code> {
-    let (a, b) = operands(code);
-    let value = *state.get(usize::from(register(a)?))?;
-    let home = (value % 64) as usize;
-    let low = code.name == "cpi" && b == "0" && live & CARRY == 0;
-    let there = value >= 256 && (2..16).contains(&home) && state[home] == value;
-    (low && there).then(|| Code { name: "tst".into(), operands: format!("r{home}") })
-}
-
-/// Values that are 0 or 1: all that may be, but for those of which something else comes.
-fn truths(function: &Function, flow: &Flow, states: &[Option<State>]) -> HashSet<Value> {
-    let mut truths = HashSet::from([0, 1]);
-    let mut first = true;
-    loop {
-        let mut seen = HashSet::from([0, 1]);
-        let mut ends = vec![None; states.len()];
-        for (index, (block, state)) in flow.blocks.iter().zip(states).enumerate() {
-            let Some(mut state) = *state else { continue };
-            for n in block.lines.clone() {
-                let old = state;
-                step(&mut state, function, flow, n);
-                let Some(code) = code(&function.lines[n]) else { continue };
-                let (a, b) = operands(code);
-                let Some(to) = register(a).map(usize::from) else { continue };
-                let is = |at: usize| first || truths.contains(&old[at]);
-                let from = register(b).map(usize::from);
-                let truth = match &*code.name {
-                    "andi" => b == "1" || is(to),
-                    "and" => is(to) || from.is_some_and(is),
-                    "or" | "eor" => is(to) && from.is_some_and(is),
-                    _ => false,
-                };
-                // Not one that is what it was.
-                if truth && state[to] == result(n, to) {
-                    seen.insert(state[to]);
-                }
-            }
-            ends[index] = Some(state);
-        }
-        for (block, state) in flow.blocks.iter().zip(states).skip(1) {
-            let Some(state) = state else { continue };
-            for (register, &value) in state.iter().enumerate().take(32) {
-                let ways = || block.before.iter().filter_map(|&before| ends[before]);
-                if value == met(block.lines.start, register)
-                    && (first || ways().all(|end: State| truths.contains(&end[register])))
-                {
-                    seen.insert(value);
-                }
-            }
-        }
-        if !first && seen == truths {
-            return truths;
-        }
-        (first, truths) = (false, seen);
-    }
-}
-
 /// An instruction that reads the registers where its operands were first.
 fn first(code: &Code, state: &State) -> Option<Code> {
     let (a, b) = operands(code);
@@ -366,8 +280,8 @@ fn first(code: &Code, state: &State) -> Option<Code> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests;
     use super::*;
+    use crate::tests;
 
     fn left(body: &str) -> String {
         tests::left(body, leave_out)
@@ -386,46 +300,6 @@ mod tests {
         assert_eq!(left("ldi r26, 7; add r26, r20; in r27, 10"), "in r27, 10");
         let read = "ldi r26, 7; add r26, r20; out 10, r26";
         assert_eq!(left(read), read);
-    }
-
-    #[test]
-    fn no_bit_is_masked_twice() {
-        assert_eq!(left("in r24, 10; andi r24, 1; andi r24, 1"), "in r24, 10; andi r24, 1");
-        // Both ways it is 0 or 1.
-        let either = "ldi r24, 1; breq .L1; in r24, 10; andi r24, 1\n.L1:; andi r24, 3";
-        assert_eq!(left(either), either.replace("\n.L1:; andi r24, 3", ""));
-        for stays in ["in r24, 10; andi r24, 3; andi r24, 1", "in r24, 10; andi r24, 1; ori r24, 2"]
-        {
-            assert_eq!(left(stays), stays);
-        }
-    }
-
-    #[test]
-    fn a_value_is_no_proof_of_itself() {
-        // With a 0 it is what it was, and that may be anything.
-        let or = "in r24, 10; ldi r26, 0; or r24, r26; andi r24, 1";
-        assert_eq!(left(or), "in r24, 10; andi r24, 1");
-        // The flags of `or` are read, so it stays.
-        let flags = "in r24, 10; ldi r26, 0; or r24, r26; breq .L7; andi r24, 1";
-        assert_eq!(left(flags), "in r24, 10; or r24, r1; breq .L7; andi r24, 1");
-        let low = "in r5, 10; ldi r26, 0; or r5, r26; mov r24, r5; andi r24, 1";
-        assert_eq!(left(low), "in r5, 10; mov r24, r5; andi r24, 1");
-    }
-
-    #[test]
-    fn a_copy_is_compared_with_0_where_it_came_from() {
-        assert_eq!(left("mov r26, r5; cpi r26, 0; breq .L7"), "tst r5; breq .L7");
-        // A `tst` leaves the carry as it was: here it is read.
-        for stays in [
-            "mov r26, r5; cpi r26, 0; breq .L7; adc r20, r21",
-            "mov r26, r5; cpi r26, 0; brlo .L7",
-            "mov r26, r5; cpi r26, 0; cpc r21, r1; brne .L7",
-        ] {
-            assert_eq!(left(stays), stays);
-        }
-        // The second goes, and then the carry of the first is read.
-        let twice = "mov r26, r5; cpi r26, 0; breq .L7; cpi r26, 0; brlo .L7";
-        assert_eq!(left(twice), "mov r26, r5; cpi r26, 0; breq .L7; brlo .L7");
     }
 
     #[test]

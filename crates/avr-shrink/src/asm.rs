@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A line of a function.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Line {
+pub(crate) enum Line {
     /// `name:`
     Label(String),
     /// An instruction of the compiler's.
@@ -14,8 +14,8 @@ pub enum Line {
 }
 
 /// An instruction.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Code {
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Code {
     /// As `ldd`.
     pub name: String,
     /// As `r24, Y+3`.
@@ -35,11 +35,39 @@ impl Code {
     pub fn is(&self, text: &str) -> bool {
         *self == Code::parse(text)
     }
+
+    /// Whether it may skip the next instruction.
+    pub fn skips(&self) -> bool {
+        matches!(&*self.name, "sbrs" | "sbrc" | "sbis" | "sbic" | "cpse")
+    }
+
+    /// Its size in words, at most: the linker shortens most calls and jumps.
+    pub fn words(&self) -> i32 {
+        match &*self.name {
+            "call" | "jmp" | "lds" | "sts" => 2,
+            _ => 1,
+        }
+    }
+
+    /// Whether it goes to a place that is told by its distance, as `rjmp .-4` does.
+    fn is_relative(&self) -> bool {
+        self.operands.starts_with('.') && !self.operands.starts_with(".L")
+    }
 }
 
 impl fmt::Display for Code {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "\t{}\t{}", self.name, self.operands)
+    }
+}
+
+impl Line {
+    /// The instruction of the compiler's.
+    pub fn code(&self) -> Option<&Code> {
+        match self {
+            Line::Code(code) => Some(code),
+            _ => None,
+        }
     }
 }
 
@@ -53,18 +81,18 @@ impl fmt::Display for Line {
     }
 }
 
-/// A function, or what stands between two.
+/// A function, or the text between two.
 #[derive(Clone, Debug)]
-pub enum Part {
+pub(crate) enum Part {
     /// As it came.
     Text(Vec<String>),
-    /// From its label on, up to what ends it.
+    /// From its label on, up to its end.
     Function(Function),
 }
 
 /// A function of the compiler's.
 #[derive(Clone, Debug)]
-pub struct Function {
+pub(crate) struct Function {
     /// Its symbol.
     pub name: String,
     /// Its own label is the first.
@@ -74,22 +102,37 @@ pub struct Function {
 impl Function {
     /// Its instructions, each with its line.
     pub fn code(&self) -> impl Iterator<Item = (usize, &Code)> {
-        self.lines.iter().enumerate().filter_map(|(at, line)| match line {
-            Line::Code(code) => Some((at, code)),
-            _ => None,
+        self.lines.iter().enumerate().filter_map(|(at, line)| Some((at, line.code()?)))
+    }
+
+    /// Whether the line may be skipped by the instruction before it.
+    pub fn is_skipped(&self, line: usize) -> bool {
+        line > 0 && self.lines[line - 1].code().is_some_and(Code::skips)
+    }
+
+    /// Whether a person wrote all of it: it ends an interrupt, jumps by distances, or has labels
+    /// that are none of the compiler's.
+    fn is_by_hand(&self) -> bool {
+        self.lines.iter().skip(1).any(|line| match line {
+            Line::Label(name) => {
+                let number = name.strip_prefix(".LBB").or(name.strip_prefix(".L"));
+                !number.is_some_and(|number| number.starts_with(|c: char| c.is_ascii_digit()))
+            }
+            Line::Code(code) => code.name == "reti" || code.is_relative(),
+            Line::Other(_) => false,
         })
     }
 }
 
 /// A program's assembly.
 #[derive(Clone, Debug)]
-pub struct Program {
+pub(crate) struct Program {
     /// In their order.
     pub parts: Vec<Part>,
 }
 
 impl Program {
-    /// Reads what rustc's `--emit=asm` writes.
+    /// Reads the assembly that rustc writes with `--emit=asm`.
     pub fn parse(text: &str) -> Program {
         let mut parts = Vec::new();
         let mut between = Vec::new();
@@ -110,7 +153,7 @@ impl Program {
                     }
                     function.lines.extend(self::line(line, &mut foreign));
                 }
-                parts.push(match by_hand(&function) {
+                parts.push(match function.is_by_hand() {
                     true => Part::Text(function.lines.iter().map(Line::to_string).collect()),
                     false => Part::Function(function),
                 });
@@ -137,14 +180,26 @@ impl Program {
     }
 
     /// Appends assembly.
-    pub fn append(&mut self, text: String) {
-        self.parts.push(Part::Text(vec![text]));
+    pub fn append(&mut self, text: &str) {
+        self.parts.push(Part::Text(text.lines().map(Into::into).collect()));
     }
 }
 
-/// A symbol without what differs from build folder to build folder: the hashes of its crates, and
-/// references into it.
-pub fn key(symbol: &str) -> String {
+/// The instruction of a line of text; none for a label, a directive or a comment.
+pub(crate) fn instruction(line: &str) -> Option<Code> {
+    let plain = line.split(';').next().unwrap_or("").trim();
+    let other = plain.is_empty() || plain.starts_with('.') || plain.ends_with(':');
+    (!other).then(|| Code::parse(plain))
+}
+
+/// The label of a line of text.
+pub(crate) fn label(line: &str) -> Option<&str> {
+    line.split(';').next().unwrap_or("").trim().strip_suffix(':')
+}
+
+/// A symbol without the parts that differ between build folders: the hashes of its crates, and
+/// references into it. It puts functions of one program into one order, wherever it is built.
+pub(crate) fn key(symbol: &str) -> String {
     let mut key = String::new();
     let mut rest = symbol;
     while let Some(first) = rest.chars().next() {
@@ -159,19 +214,6 @@ pub fn key(symbol: &str) -> String {
     key
 }
 
-/// Whether a person wrote all of a function: it has labels that are none of the compiler's, or
-/// it ends an interrupt.
-fn by_hand(function: &Function) -> bool {
-    function.lines.iter().skip(1).any(|line| match line {
-        Line::Label(name) => {
-            let number = name.strip_prefix(".LBB").or(name.strip_prefix(".L"));
-            !number.is_some_and(|number| number.starts_with(|c: char| c.is_ascii_digit()))
-        }
-        Line::Code(code) => code.name == "reti",
-        Line::Other(_) => false,
-    })
-}
-
 /// Reads a line of a function; `foreign` while a person wrote it.
 fn line(text: &str, foreign: &mut bool) -> Option<Line> {
     let trimmed = text.trim();
@@ -180,31 +222,19 @@ fn line(text: &str, foreign: &mut bool) -> Option<Line> {
         *foreign = trimmed != ";NO_APP";
         return Some(Line::Other(text.into()));
     }
-    let plain = trimmed.split(';').next().unwrap_or("").trim();
-    if plain.is_empty() {
-        None
-    } else if let Some(label) = plain.strip_suffix(':') {
-        Some(Line::Label(label.into()))
-    } else if plain.starts_with('.') {
-        Some(Line::Other(text.into()))
-    } else {
-        Some(Line::Code(Code::parse(plain)))
+    if trimmed.starts_with('.') && label(text).is_none() {
+        return Some(Line::Other(text.into()));
     }
+    label(text).map(|label| Line::Label(label.into())).or_else(|| instruction(text).map(Line::Code))
 }
 
 impl fmt::Display for Program {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for part in &self.parts {
             match part {
-                Part::Text(lines) => {
-                    for line in lines {
-                        writeln!(f, "{line}")?;
-                    }
-                }
+                Part::Text(lines) => lines.iter().try_for_each(|line| writeln!(f, "{line}"))?,
                 Part::Function(function) => {
-                    for line in &function.lines {
-                        writeln!(f, "{line}")?;
-                    }
+                    function.lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
                 }
             }
         }

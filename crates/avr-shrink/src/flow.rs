@@ -1,13 +1,13 @@
-//! The ways through a function: its blocks, and what is read later.
+//! The ways through a function: its blocks, and the registers and flags that are read later.
 
 use std::collections::HashMap;
 
-use super::asm::{Code, Function, Line, Program};
-use super::machine::{self, EVERYTHING, Effect, Kind, Set, Taken};
+use super::asm::{Function, Line};
+use super::effects::{Effect, Kind, Set, UNKNOWN, effect};
 
 /// Lines that follow each other, with one way in and the ways out at their end.
 #[derive(Debug)]
-pub struct Block {
+pub(crate) struct Block {
     pub lines: std::ops::Range<usize>,
     /// Blocks that follow.
     pub next: Vec<usize>,
@@ -17,9 +17,9 @@ pub struct Block {
 
 /// A function's blocks.
 #[derive(Debug)]
-pub struct Flow {
+pub(crate) struct Flow {
     pub blocks: Vec<Block>,
-    /// What each line does; none for labels.
+    /// The effect of each line; none for labels.
     pub effects: Vec<Option<Effect>>,
     /// Lines behind one that may skip them: they stay as they are.
     pub pinned: Vec<bool>,
@@ -27,7 +27,7 @@ pub struct Flow {
 
 impl Flow {
     /// The ways through a function; none if it has an instruction that is not known.
-    pub fn of(function: &Function, taken: &Taken) -> Option<Flow> {
+    pub fn of(function: &Function) -> Option<Flow> {
         let lines = &function.lines;
         let mut labels = HashMap::new();
         for (n, line) in lines.iter().enumerate() {
@@ -39,16 +39,8 @@ impl Flow {
         for line in lines {
             effects.push(match line {
                 Line::Label(_) => None,
-                Line::Code(code) => {
-                    Some(machine::effect(code, |label| labels.contains_key(label), taken)?)
-                }
-                // Whatever a person wrote.
-                Line::Other(_) => Some(Effect {
-                    kind: Kind::Outward,
-                    reads: EVERYTHING,
-                    writes: EVERYTHING,
-                    sure: 0,
-                }),
+                Line::Code(code) => Some(effect(code)?),
+                Line::Other(_) => Some(UNKNOWN),
             });
         }
         // What a function saves is of no use to it: its caller gets it back.
@@ -109,7 +101,7 @@ impl Flow {
         Some(Flow { blocks, effects, pinned })
     }
 
-    /// What is read later, behind each line.
+    /// The registers and flags that are read later, behind each line.
     pub fn live(&self) -> Vec<Set> {
         let mut begin = vec![0; self.blocks.len()];
         let mut behind = vec![0; self.effects.len()];
@@ -130,37 +122,29 @@ impl Flow {
         }
         behind
     }
-}
 
-/// What the functions of a program read of their callers' registers.
-pub fn taken(program: &mut Program) -> Taken {
-    let mut all = Taken::default();
-    // Each time round less is read by calls.
-    for _ in 0..3 {
-        let mut next = Taken::default();
-        for function in program.functions_mut() {
-            if let Some(flow) = Flow::of(function, &all) {
-                let live = flow.live();
-                let before = flow.effects[0].map_or(live[0], |_| EVERYTHING);
-                next.no_more(&function.name, before);
-            }
-        }
-        all = next;
-    }
-    all
-}
-
-/// The instruction of a line.
-pub fn code(line: &Line) -> Option<&Code> {
-    match line {
-        Line::Code(code) => Some(code),
-        _ => None,
+    /// Whether r1 is certainly 0 at a line: a product is in it until it is cleared. Assembly that
+    /// a person wrote leaves it 0.
+    pub fn has_zero(&self, function: &Function, line: usize) -> bool {
+        let zero = |lines: std::ops::Range<usize>| {
+            function.lines[lines.clone()].iter().zip(lines).fold(true, |zero, (text, n)| {
+                let code = text.code().zip(self.effects[n]);
+                match code.filter(|(_, effect)| effect.writes & 2 != 0) {
+                    Some((code, _)) => code.is("clr r1") || code.is("eor r1, r1"),
+                    None => zero,
+                }
+            })
+        };
+        let here = self.blocks.iter().find(|block| block.lines.contains(&line));
+        self.blocks.iter().all(|block| zero(block.lines.clone()))
+            && here.is_some_and(|block| zero(block.lines.start..line))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::asm::Program;
 
     /// The function of these lines.
     fn function(body: &str) -> Function {
@@ -175,7 +159,7 @@ mod tests {
     #[test]
     fn blocks_follow_each_other_as_the_branches_say() {
         let body = "ldi r18, 9\n.L1:\ndec r18\nbrne .L1\nrjmp .L3\n.L2:\nnop\n.L3:\nret";
-        let flow = Flow::of(&function(body), &Taken::default()).unwrap();
+        let flow = Flow::of(&function(body)).unwrap();
         let next: Vec<_> = flow.blocks.iter().map(|block| block.next.clone()).collect();
         // f, the loop, its end, what nobody comes to, and the return.
         assert_eq!(next, [vec![1], vec![1, 2], vec![4], vec![4], vec![]]);
@@ -186,7 +170,7 @@ mod tests {
     #[test]
     fn what_a_loop_reads_is_read_later() {
         let body = "ldi r26, 9\nldi r27, 9\n.L1:\nout 10, r26\nldi r27, 1\nbrne .L1\nret";
-        let live = Flow::of(&function(body), &Taken::default()).unwrap().live();
+        let live = Flow::of(&function(body)).unwrap().live();
         // Behind the second line: r26 by the loop, r27 is overwritten there.
         assert!(reads(live[2], 26) && !reads(live[2], 27));
         // Behind the branch's line the loop may begin again.
@@ -196,7 +180,7 @@ mod tests {
     #[test]
     fn what_may_be_skipped_is_pinned_and_overwrites_nothing_for_sure() {
         let body = "ldi r26, 1\nsbrc r20, 0\nldi r26, 2\nout 10, r26\nret";
-        let flow = Flow::of(&function(body), &Taken::default()).unwrap();
+        let flow = Flow::of(&function(body)).unwrap();
         assert_eq!(flow.pinned, [false, false, false, true, false, false]);
         assert!(reads(flow.live()[1], 26));
     }
@@ -204,28 +188,15 @@ mod tests {
     #[test]
     fn what_is_not_understood_has_no_flow() {
         for body in ["des 3\nret", "sbrc r20, 0\n.L1:\nret", "brne .L9\nret"] {
-            assert!(Flow::of(&function(body), &Taken::default()).is_none(), "{body}");
+            assert!(Flow::of(&function(body)).is_none(), "{body}");
         }
     }
 
     #[test]
     fn what_is_saved_at_the_beginning_is_not_read() {
         let body = "push r16\nldi r16, 1\npush r16\npop r16\npop r16\nret";
-        let flow = Flow::of(&function(body), &Taken::default()).unwrap();
+        let flow = Flow::of(&function(body)).unwrap();
         let pushed = [1, 3].map(|n| reads(flow.effects[n].unwrap().reads, 16));
         assert_eq!(pushed, [false, true]);
-    }
-
-    #[test]
-    fn a_call_reads_what_its_function_does() {
-        let g = "\t.type\tg,@function\ng:\nmov r24, r22\nldi r20, 1\nret\n.Lfunc_end0:\n";
-        let taken = taken(&mut Program::parse(g));
-        let reads = |name: &str, register| {
-            let flow = Flow::of(&function(&format!("call {name}\nret")), &taken).unwrap();
-            reads(flow.effects[1].unwrap().reads, register)
-        };
-        assert!(reads("g", 22) && !reads("g", 24) && !reads("g", 20));
-        // Of another file's nothing is known.
-        assert!(reads("h", 22) && reads("h", 24) && reads("h", 20));
     }
 }

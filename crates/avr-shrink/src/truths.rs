@@ -16,19 +16,19 @@
 
 use super::asm::{Code, Function, Line, Program};
 use super::branches::opposite;
-use super::flow::{Flow, code};
-use super::machine::{CARRY, FLAGS, Kind, SIGN, Set, Taken, ZERO, operands, register};
+use super::effects::{ARITHMETIC, CARRY, FLAGS, Kind, SIGN, Set, operands, register};
+use super::flow::Flow;
 
 /// Goes through all functions.
-pub fn branch(program: &mut Program, taken: &Taken) {
+pub(crate) fn branch(program: &mut Program) {
     for function in program.functions_mut() {
-        while asked(function, taken) || compared(function, taken) {}
+        while asked(function) || compared(function) {}
     }
 }
 
 /// Takes out one byte of a condition. Whether there was one.
-fn asked(function: &mut Function, taken: &Taken) -> bool {
-    let Some(flow) = Flow::of(function, taken) else { return false };
+fn asked(function: &mut Function) -> bool {
+    let Some(flow) = Flow::of(function) else { return false };
     let live = flow.live();
     for n in 0..function.lines.len() {
         if let Some(found) = Asked::at(function, &flow, &live, n) {
@@ -41,13 +41,13 @@ fn asked(function: &mut Function, taken: &Taken) -> bool {
 
 /// A byte of a condition, whose branch has been found.
 struct Asked {
-    /// The line of what makes it 0 or 1 besides, and the label behind.
+    /// The line of the label, behind the other number.
     label: usize,
     /// Lines that ask for it.
     tests: Vec<usize>,
     /// The branch.
     branch: usize,
-    /// What it becomes.
+    /// The branch by the condition itself.
     new: Code,
 }
 
@@ -55,17 +55,17 @@ impl Asked {
     /// At a line with the first branch.
     fn at(function: &Function, flow: &Flow, live: &[Set], n: usize) -> Option<Asked> {
         let lines = &function.lines;
-        let first = code(&lines[n])?;
+        let first = lines[n].code()?;
         let other = opposite(&first.name)?;
-        let byte = code(lines.get(n + 1)?)?;
+        let byte = lines.get(n + 1)?.code()?;
         let Line::Label(label) = lines.get(n + 2)? else { return None };
         let at = register(operands(byte).0)?;
         let not_taken = constant(byte)?;
-        if *label != first.operands || flow.pinned[n + 1] {
+        if *label != first.operands || flow.pinned[n] || !flow.has_zero(function, n + 1) {
             return None;
         }
         // Nobody else comes there.
-        let comes = |line: &Line| code(line).is_some_and(|code| code.operands == *label);
+        let comes = |line: &Line| line.code().is_some_and(|code| code.operands == *label);
         if lines.iter().filter(|line| comes(line)).count() != 1 {
             return None;
         }
@@ -78,7 +78,8 @@ impl Asked {
                 return None;
             }
             if effect.writes & mask != 0 {
-                break constant(code(&lines[back])?)?;
+                let code = lines[back].code().filter(|_| flow.has_zero(function, back))?;
+                break constant(code)?;
             }
             if effect.reads & mask != 0 {
                 return None;
@@ -91,7 +92,7 @@ impl Asked {
         let mut ahead = n + 3;
         loop {
             let effect = flow.effects[ahead]?;
-            let code = code(&lines[ahead])?;
+            let code = lines[ahead].code()?;
             let (a, b) = operands(code);
             if register(a) == Some(at)
                 && (code.is(&format!("cpi r{at}, 0"))
@@ -109,8 +110,8 @@ impl Asked {
             }
             ahead += 1;
         }
-        let last = code(&lines[ahead])?;
-        let unread = live[ahead] & (mask | CARRY | ZERO | SIGN) == 0;
+        let last = lines[ahead].code()?;
+        let unread = live[ahead] & (mask | ARITHMETIC) == 0;
         if tests.is_empty() || !unread {
             return None;
         }
@@ -135,7 +136,7 @@ impl Asked {
     }
 }
 
-/// The 0 or 1 that an instruction puts into its register.
+/// The 0 or 1 that an instruction puts into its register, where r1 is 0.
 fn constant(code: &Code) -> Option<u8> {
     let (_, b) = operands(code);
     match (&*code.name, b) {
@@ -146,14 +147,14 @@ fn constant(code: &Code) -> Option<u8> {
 }
 
 /// Takes out one comparison with 0. Whether there was one.
-fn compared(function: &mut Function, taken: &Taken) -> bool {
-    let Some(flow) = Flow::of(function, taken) else { return false };
+fn compared(function: &mut Function) -> bool {
+    let Some(flow) = Flow::of(function) else { return false };
     let live = flow.live();
     for block in &flow.blocks {
         // The last instruction that set flags.
         let mut last: Option<(usize, u8)> = None;
         for n in block.lines.clone() {
-            let (Some(effect), Some(code)) = (flow.effects[n], code(&function.lines[n])) else {
+            let (Some(effect), Some(code)) = (flow.effects[n], function.lines[n].code()) else {
                 last = None;
                 continue;
             };
@@ -190,7 +191,7 @@ fn says(code: &Code) -> Option<u8> {
 /// The flags that are others than a comparison with 0 would leave.
 fn lost(function: &Function, n: usize) -> Set {
     let logic = ["and", "andi", "or", "ori", "eor", "tst"];
-    match code(&function.lines[n]) {
+    match function.lines[n].code() {
         Some(code) if code.name == "cpi" => 0,
         Some(code) if logic.contains(&&*code.name) => CARRY,
         _ => CARRY | SIGN,
@@ -199,8 +200,8 @@ fn lost(function: &Function, n: usize) -> Set {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests;
     use super::*;
+    use crate::tests;
 
     fn left(body: &str) -> String {
         tests::left(body, branch)
@@ -242,5 +243,14 @@ mod tests {
         }
         let there = "add r24, r19; cpi r24, 0; breq .L8; ret\n.L8:; rol r24";
         assert!(left(there).contains("cpi"));
+    }
+
+    #[test]
+    fn a_product_in_r1_is_no_zero() {
+        let byte = "ldi r26, 1; cp r18, r20; brlo .L1; mov r26, r1\n.L1:; cpi r26, 0; brne .L7";
+        let dirty = format!("mul r18, r20; {byte}; clr r1");
+        assert_eq!(left(&dirty), dirty.replace("\n.L1:", ""));
+        let clean = format!("mul r18, r20; clr r1; {byte}");
+        assert!(!left(&clean).contains("cpi"));
     }
 }

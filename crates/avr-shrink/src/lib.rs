@@ -1,0 +1,163 @@
+//! Makes Rust programs for 8-bit AVR chips smaller: a pass over the compiler's assembly.
+//!
+//! LLVM writes every function for an AVR as if it stood alone: it saves registers and moves the
+//! stack pointer by instructions of its own, copies registers to and fro, makes a condition a byte
+//! and asks it again, and calls by two words. These stages take that out, one a file:
+//!
+//! | file | stage |
+//! | --- | --- |
+//! | `copies` | a value that a register holds is not put there again, one that nobody reads is not computed |
+//! | `truths` | a condition that is made a byte and asked again is a branch |
+//! | `branches` | a branch over a jump becomes a branch |
+//! | `frames` | one routine saves the registers of all functions, one restores them |
+//! | `order` | functions stand near those that call them, so that calls take one word |
+//!
+//! The text of a program is in `asm`, the effect of an instruction in `effects`, the ways through a
+//! function in `flow`; [`link`] is the linker that rustc calls.
+//!
+//! **What is never touched**: assembly that a person wrote, which the compiler encloses in `;APP`
+//! and `;NO_APP`, or puts before the first function, or is a whole function. So an interrupt that
+//! is timed by the cycle stays as it is. No access to memory or to a port is left out or moved.
+//!
+//! Return addresses must have 2 bytes: not for an ATmega2560, which has 3, and room.
+//!
+//! ```
+//! use avr_shrink::{Spared, shrink};
+//! let function = "\t.section\t.text.f,\"ax\",@progbits\n\t.type\tf,@function\nf:\n\
+//!     \tmov\tr18, r24\n\tsts\tLEVEL, r18\n\tret\n.Lfunc_end0:\n";
+//! let small = shrink(function, &Spared::default())?;
+//! assert!(small.contains("sts\tLEVEL, r24") && !small.contains("mov"));
+//! # Ok::<(), avr_shrink::UnknownFunction>(())
+//! ```
+
+mod asm;
+mod branches;
+mod copies;
+mod effects;
+mod flow;
+mod frames;
+pub mod link;
+mod order;
+mod truths;
+
+use std::fmt;
+
+/// Functions that the stages spare, or know more of, each by a part of its symbol.
+///
+/// A part of a mangled symbol is a path with lengths: `9main_loop4plan` is `main_loop::plan`.
+#[derive(Clone, Debug, Default)]
+pub struct Spared {
+    /// Functions that are called often: they save and restore registers by a routine only where
+    /// that saves 12 bytes.
+    pub busy: Vec<String>,
+    /// Functions that save and restore registers by themselves: by a routine that costs 22 cycles
+    /// and more.
+    pub whole: Vec<String>,
+}
+
+impl Spared {
+    fn is_busy(&self, symbol: &str) -> bool {
+        self.busy.iter().any(|part| symbol.contains(part))
+    }
+
+    fn is_whole(&self, symbol: &str) -> bool {
+        self.whole.iter().any(|part| symbol.contains(part))
+    }
+
+    /// Looks for each part in the labels of a program.
+    fn check(&self, text: &str) -> Result<(), UnknownFunction> {
+        let labels: Vec<&str> = text.lines().filter_map(asm::label).collect();
+        let mut parts = self.busy.iter().chain(&self.whole);
+        let unknown = parts.find(|part| !labels.iter().any(|label| label.contains(&***part)));
+        unknown.map_or(Ok(()), |part| Err(UnknownFunction(part.clone())))
+    }
+}
+
+/// A part of [`Spared`] that no function's symbol has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownFunction(String);
+
+impl fmt::Display for UnknownFunction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let part = &self.0;
+        write!(
+            f,
+            "no function's symbol has `{part}` in it, which is to be spared: if the function has \
+             another name now, name that; if it is gone or inlined, leave it out"
+        )
+    }
+}
+
+impl std::error::Error for UnknownFunction {}
+
+/// The assembly of a program, made smaller.
+///
+/// # Errors
+/// A part of `spared` is in no symbol of the program.
+pub fn shrink(text: &str, spared: &Spared) -> Result<String, UnknownFunction> {
+    spared.check(text)?;
+    let mut program = asm::Program::parse(text);
+    // Each makes room for the other.
+    for _ in 0..3 {
+        copies::leave_out(&mut program);
+        truths::branch(&mut program);
+    }
+    branches::turn(&mut program);
+    frames::share(&mut program, spared);
+    Ok(order::order(&program.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The instructions that a stage leaves of these, without labels; `.L7` is a return behind
+    /// them.
+    pub(crate) fn left(body: &str, stage: impl Fn(&mut asm::Program)) -> String {
+        let body = body.replace("; ", "\n\t");
+        let text = format!("\t.type\tf,@function\nf:\n\t{body}\n.L7:\n\tret\n.Lfunc_end0:\n");
+        let mut program = asm::Program::parse(&text);
+        stage(&mut program);
+        let function = program.functions_mut().next().expect("a function");
+        let code: Vec<String> = function
+            .code()
+            .map(|(_, code)| format!("{} {}", code.name, code.operands).trim().into())
+            .collect();
+        let code = code.join("; ");
+        code.strip_suffix("; ret").unwrap_or(&code).into()
+    }
+
+    #[test]
+    fn a_function_that_is_gone_is_named() {
+        let spared = Spared { busy: vec!["4plan".into()], ..Spared::default() };
+        let text = "\t.type\t_R4plan,@function\n_R4plan:\n\tret\n.Lfunc_end0:\n";
+        assert!(shrink(text, &spared).is_ok());
+        let gone = shrink(&text.replace("plan", "idea"), &spared).unwrap_err();
+        assert!(gone.to_string().contains("no function's symbol has `4plan`"));
+    }
+
+    #[test]
+    fn assembly_by_hand_stays_as_it_is() {
+        const REPEATED: &str = "\tldi\tr16, 1\n\tldi\tr16, 1\n";
+        // The compiler's own lines here all become less.
+        let with = |mark: &str| {
+            let twice = format!("\tpush\tr16\n{REPEATED}");
+            let branch = "\tbreq\t.L1\n\trjmp\t.L2\n.L1:\n";
+            format!("{twice}{branch}{mark}\tsts\tM, r16\n.L2:\n\tpop\tr16\n\tret\t\n")
+        };
+        let made_smaller = |body: &str| {
+            let section = "\t.section\t.text.f,\"ax\",@progbits";
+            let text = format!("{section}\n\t.type\tf,@function\nf:\n{body}.Lfunc_end0:\n");
+            shrink(&text, &Spared::default()).unwrap()
+        };
+        for mark in ["\treti\t\n", ".Ltmp3:\n", "\trjmp\t.-4\n", "again:\n"] {
+            let small = made_smaller(&with(mark));
+            assert!(small.contains(&with(mark)), "{small}");
+        }
+        // In a function of the compiler's only the lines between these are a person's.
+        let mark = format!("\t;APP\n{REPEATED}\t;NO_APP\n");
+        let small = made_smaller(&with(&mark));
+        assert!(small.contains(&mark) && !small.contains("rjmp"), "{small}");
+        assert_eq!(small.matches(REPEATED).count(), 1, "{small}");
+    }
+}

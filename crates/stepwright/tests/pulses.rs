@@ -32,12 +32,15 @@ impl StepTimer for Clock {
     }
 }
 
-/// Times at which STEP rises and falls, of each axis.
+/// Times, and whether STEP rises then or falls.
+type Edges = Vec<(u64, bool)>;
+
+/// Notes the edges of each axis.
 #[derive(Clone, Default)]
 struct Pins {
     clock: Clock,
     high: Rc<Cell<Axes>>,
-    edges: Rc<RefCell<[Vec<(u64, bool)>; 2]>>,
+    edges: Rc<RefCell<[Edges; 2]>>,
 }
 
 impl Pins {

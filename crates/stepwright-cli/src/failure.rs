@@ -40,6 +40,8 @@ pub struct Place {
     pub what: String,
     /// The line, from 1.
     pub line: usize,
+    /// The byte of the line, from 1.
+    pub column: Option<u16>,
     /// The motor, by its name in the file.
     pub motor: Option<String>,
 }
@@ -86,7 +88,15 @@ impl Failure {
 
     /// The same with its place in a file.
     pub fn at(self, what: String, line: usize) -> Failure {
-        Failure { place: Some(Box::new(Place { what, line, motor: None })), ..self }
+        Failure { place: Some(Box::new(Place { what, line, column: None, motor: None })), ..self }
+    }
+
+    /// The same with the column of its line.
+    pub fn column(mut self, column: u16) -> Failure {
+        if let Some(place) = &mut self.place {
+            place.column = Some(column);
+        }
+        self
     }
 
     /// The same with the motor that it is about.
@@ -120,6 +130,9 @@ impl Failure {
             let mut said = json!({ "error": self.message, "hint": hint, "status": self.status });
             if let Some(place) = self.place() {
                 said["line"] = json!(place.line);
+                if let Some(column) = place.column {
+                    said["column"] = json!(column);
+                }
                 said["motor"] = json!(place.motor);
             }
             say::note(said);

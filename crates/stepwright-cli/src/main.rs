@@ -24,6 +24,7 @@ mod failure;
 mod figures;
 mod files;
 mod flash;
+mod gcode;
 mod help;
 mod interrupt;
 mod machine;
@@ -93,6 +94,7 @@ enum Command {
     Plan(Box<plan::Args>),
     Timed(Box<timed::Args>),
     Cycle(cycle::Args),
+    Gcode(gcode::Args),
     Figures(figures::Args),
     Calc(Box<calc::Args>),
     Completions(completions::Args),
@@ -138,6 +140,7 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::run(*args),
         Command::Timed(args) => timed::run(*args),
         Command::Cycle(args) => cycle::run(args),
+        Command::Gcode(args) => gcode::run(args),
         Command::Figures(args) => figures::run(args),
         Command::Calc(args) => calc::run(*args),
         Command::Completions(args) => completions::run(args),

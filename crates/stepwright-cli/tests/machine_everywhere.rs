@@ -40,7 +40,7 @@ use Fate::{Ends, Stays};
 
 /// A subcommand with its words, and what becomes of it on a board whose axis 1 rests. `PORT`
 /// stands for the port where no machine file names it.
-const CASES: [(&str, Fate); 25] = [
+const CASES: [(&str, Fate); 26] = [
     ("settings set switches=1 PORT", Ends(0)),
     ("home --within 9000 PORT", Ends(0)),
     ("move 40 PORT", Ends(0)),
@@ -64,6 +64,7 @@ const CASES: [(&str, Fate); 25] = [
     ("plan trapezoid --steps 400 --accel 2000 --top-speed 900", Ends(0)),
     ("timed --top 64000 --steps 5", Ends(0)),
     ("cycle CYCLE", Ends(0)),
+    ("gcode JOB --plan", Ends(0)),
     ("figures", Ends(0)),
     ("calc belt --teeth 20", Ends(0)),
     ("completions bash", Ends(0)),
@@ -103,6 +104,7 @@ fn each_subcommand_ends_as_it_should_with_and_without_a_machine_file() {
     assert_eq!(tried.collect::<BTreeSet<_>>(), names);
 
     let cycle = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/cycles/readme.toml");
+    let job = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/gcode/badge.nc");
     for with_file in [false, true] {
         let (_board, port) = board();
         let machine = file("every-key.toml", &format!("port = \"{port}\"\n{EVERY_KEY}"));
@@ -115,6 +117,7 @@ fn each_subcommand_ends_as_it_should_with_and_without_a_machine_file() {
                     "PORT" if with_file => {}
                     "PORT" => words.extend(["--port".to_owned(), port.clone()]),
                     "NEW" => words.push(new.path().to_owned()),
+                    "JOB" => words.push(job.to_owned()),
                     "CYCLE" => words.push(cycle.to_owned()),
                     word => words.push(word.to_owned()),
                 }

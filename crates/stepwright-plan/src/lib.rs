@@ -39,6 +39,7 @@
 //! | [`compare`] | several laws over one another |
 //! | [`figures`] | the figures of Austin's article, by its [`equations`] |
 //! | [`calc`] | calculators: timers, belts, delays, drivers |
+//! | [`gcode`] | a G-code job: extents, distances |
 //! | [`sheet`] | facts and a table, as text, CSV or JSON |
 //!
 //! What delays are measured against is `stepwright-oracle`, which shares nothing with the core.
@@ -54,6 +55,7 @@ pub mod equations;
 mod error;
 pub mod figure;
 pub mod figures;
+pub mod gcode;
 pub mod json;
 mod law;
 mod laws;

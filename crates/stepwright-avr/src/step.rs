@@ -67,8 +67,9 @@ use channels::{OCR, TCCRA, TCNT, TIFR, TIMSK};
 #[doc(hidden)] // for the assembly
 pub use layout::{AxisState, Common};
 
-/// Entries queued for each axis, 11 bytes each.
-pub const RUNS: usize = 8;
+/// Entries queued for each axis, 11 bytes each. A Mega has the room for twice as many: a change or a
+/// stop on a steep ramp is planned while these are played.
+pub const RUNS: usize = if cfg!(feature = "mega") { 16 } else { 8 };
 
 /// Cycles from an edge to the look at the timer, and the µs that a step may be later than
 /// half an interval (`stepwright::late_after`).

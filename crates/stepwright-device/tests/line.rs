@@ -57,7 +57,7 @@ fn each_axis_is_judged_by_its_own_way_to_a_target() {
     let mut rig = Rig::new(&mut queues, Panel::new());
     rig.say("$switches=2 $debounce-ms=0 g+");
     rig.panel.switches = 0b01;
-    while rig.device.motors().leads_forward(Axis::X, 100) {
+    while rig.device.motors().is_ahead(Axis::X, 100) {
         rig.plan();
         rig.device.motors_mut().engine().play();
     }

@@ -66,9 +66,11 @@ pub struct Board<const N: usize, F = Fit> {
     /// would take more than all the time.
     pub cost: Cost<N>,
     /// Runs that can be planned in a second while axes move: an order is refused when the ramps
-    /// of all moving axes would ask for more. One axis with ramps of a steps/s² asks for
-    /// (612·a)^0.4, or its highest speed in steps/s if that is less, and a limit of jerk for four
-    /// times as many. Measured; `u16::MAX` where nobody need wait for planning, as in a simulation.
+    /// of all moving axes would ask for more, or those of an axis for more than 7/8 of it. One axis
+    /// with ramps of a steps/s² asks for (612·a)^0.4, or its highest speed in steps/s if that is
+    /// less, and a limit of jerk for four times as many. Beside a ramp of another axis it takes a run
+    /// for each 65.5 steps/s of its highest speed, if those are more. Measured; `u16::MAX` where
+    /// nobody need wait for planning, as in a simulation.
     pub runs: u16,
     /// How closely runs follow their law.
     pub fit: F,
@@ -167,34 +169,57 @@ impl<const N: usize, F> Board<N, F> {
         Speed::from_millisteps(clamp::less(shared, others).min(alone)).unwrap_or(Speed::MAX)
     }
 
-    /// Can the board step an axis beside what will move then, and plan for it? The highest speeds
-    /// are not more than 2³² thousandths of a step/s together.
+    /// Can the board step an axis beside what will move then? The highest speeds are not more than
+    /// 2³² thousandths of a step/s together.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn check(
+    pub(crate) fn check_speed(
         &self,
         clock: &Clock,
         loads: &[Load; N],
         mut moving: Axes,
         axis: u8,
     ) -> Result<(), Refusal> {
-        let (mut all, mut count, mut runs) = (0, 0u8, 0u16);
+        let (mut all, mut count) = (0u32, 0u8);
         for load in loads {
             if moving & 1 != 0 && load.peak != 0 {
-                all = clamp::sum(all, load.peak);
-                runs = runs.saturating_add(load.runs);
+                all = all.saturating_add(load.peak);
                 count = count.wrapping_add(1);
             }
             moving >>= 1;
         }
-        let own = loads.get(usize::from(axis)).copied().unwrap_or(Load::NONE);
-        let max = self.max_beside(clock, clamp::less(all, own.peak), count);
-        if own.peak > max.millisteps() {
-            return Err(Refusal::TooFast { max });
+        let own = loads.get(usize::from(axis)).map_or(0, |load| load.peak);
+        let max = self.max_beside(clock, clamp::less(all, own), count);
+        if own > max.millisteps() { Err(Refusal::TooFast { max }) } else { Ok(()) }
+    }
+
+    /// Can it plan for all that will move then, if anything ramps? A change on the way takes the time
+    /// of a few runs: of one axis an eighth is left for it, of several the queues last longer.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn check_ramps(
+        &self,
+        loads: &[Load; N],
+        mut moving: Axes,
+        axis: u8,
+    ) -> Result<(), Refusal> {
+        if self.runs == u16::MAX {
+            return Ok(());
         }
-        if own.runs != 0 && runs > self.runs {
-            let others = runs.wrapping_sub(own.runs);
-            return Err(Refusal::TooSteep { runs: self.runs.saturating_sub(others) });
+        // One axis alone ramps while it is slow.
+        let alone = moving.is_power_of_two();
+        let (mut left, mut own, mut ramps) = (self.runs, 0u16, 0u16);
+        for (other, load) in (0u8..).zip(loads) {
+            if moving & 1 != 0 {
+                ramps |= load.runs;
+                let takes = if alone { load.runs } else { load.takes() };
+                if other == axis {
+                    own = takes;
+                } else {
+                    left = left.saturating_sub(takes);
+                }
+            }
+            moving >>= 1;
         }
-        Ok(())
+        let runs = left.min(self.runs.wrapping_sub(self.runs >> 3));
+        if ramps != 0 && own > runs { Err(Refusal::TooSteep { runs }) } else { Ok(()) }
     }
 }

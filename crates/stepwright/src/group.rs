@@ -147,7 +147,9 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
             }
             for axis in 0..N as u8 {
                 if axes >> axis & 1 != 0 {
-                    self.given.board.check(&self.given.clock, &loads, moving, axis)?;
+                    let PlannedBoard { board, clock, .. } = &self.given;
+                    board.check_speed(clock, &loads, moving, axis)?;
+                    board.check_ramps(&loads, moving, axis)?;
                 }
             }
             self.loads = loads;

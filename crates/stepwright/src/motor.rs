@@ -161,9 +161,10 @@ impl<const Q: usize> Motor<Q> {
         Ok(())
     }
 
-    /// The board can step its order.
-    pub(crate) fn admit(&mut self) {
-        self.leg = Leg::Ordered(Layout::Wait);
+    /// The board can step its order, or also plan for it, as this piece asked.
+    pub(crate) fn admit(&mut self, piece: Layout) {
+        let next = if piece == Layout::Check { Layout::Plan } else { Layout::Wait };
+        self.leg = Leg::Ordered(next);
     }
 
     /// What it begins next waits for this long first: before it turns, if it does. False if

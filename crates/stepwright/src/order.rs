@@ -149,7 +149,8 @@ pub enum Refusal {
         /// The highest speed that would be accepted.
         max: Speed,
     },
-    /// Its ramps ask for more runs than the board can plan with what else moves.
+    /// Its ramps, or those of an axis beside it, ask for more runs than the board can plan with all
+    /// that moves.
     TooSteep {
         /// Runs a second that are left for this axis: see [`Board::runs`](crate::Board::runs).
         runs: u16,

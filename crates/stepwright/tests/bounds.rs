@@ -166,6 +166,49 @@ fn a_peak_is_rounded_up() {
     }
 }
 
+// ----- ramps beside other axes
+
+/// 2,000 runs a second. A ramp of 40,000 steps/s² asks for 912 of them, by the board's figures for
+/// 857 to 1,058; an axis at speed for the time of its steps, a run for each 65.536 of them. So it is
+/// whichever of the two is ordered last.
+#[test]
+fn a_ramp_has_what_the_steps_of_others_leave() {
+    let at = |steps: u32| Order { start: speed(steps * 1000), ..order(0, steps, 1, FORWARD) };
+    let ramps = |top: u32| order(0, top, 40_000, FORWARD);
+    // 80,000,000 / 65,536 = 1,220.7
+    let too_steep = Err(Refusal::TooSteep { runs: 2_000 - 1_220 });
+    let start = |first: Order, second: Order, change: Option<u32>| {
+        let mut queues = [const { Queue::<8>::new() }; 2];
+        let feeds = queues.each_mut().map(|queue| queue.split().0);
+        let mut motors = motors(feeds, Board { runs: 2_000, ..board::<2>(10) });
+        motors.start([(Axis::X, first)]).unwrap();
+        plan(&mut motors);
+        motors.start([(Axis::Y, second)])?;
+        plan(&mut motors);
+        change.map_or(Ok(()), |top| motors.change(Axis::Y, Change::Top(speed(top * 1000))))
+    };
+    assert_eq!(start(at(30_000), ramps(9_000), None), Ok(()));
+    assert_eq!(start(at(80_000), ramps(9_000), None), too_steep);
+    assert_eq!(start(ramps(9_000), at(30_000), None), Ok(()));
+    let others = start(ramps(9_000), at(80_000), None);
+    assert!(matches!(others, Err(Refusal::TooSteep { runs: 942..=1_143 })), "{others:?}");
+    // Its own steps do not count beside its own ramp.
+    assert_eq!(start(ramps(60_000), ramps(9_000), None), Ok(()));
+    assert_eq!(start(at(30_000), ramps(9_000), Some(60_000)), Ok(()));
+    let change = start(at(30_000), ramps(9_000), Some(110_000));
+    assert!(matches!(change, Err(Refusal::TooSteep { .. })), "{change:?}");
+    // Of one axis an eighth is left for a change on the way: (612 · a)^0.4 is 1,750 at 209,400.
+    let one = |steps: u32, accel: u32| {
+        let mut queue = Queue::<8>::new();
+        let mut motors = motors([queue.split().0], Board { runs: 2_000, ..board::<1>(10) });
+        motors.start([(Axis::X, order(0, steps, accel, FORWARD))])
+    };
+    assert_eq!(one(200_000, 140_000), Ok(()));
+    assert_eq!(one(200_000, 250_000), Err(Refusal::TooSteep { runs: 1_750 }));
+    // Speeds alone are no matter of planning.
+    assert_eq!(start(at(200_000), at(200_000), None), Ok(()));
+}
+
 // ----- rests
 
 /// A leg that turns waits for the longer of DIR's hold time and its rest, an interval of the
@@ -347,4 +390,8 @@ fn a_ramp_ends() {
     };
     assert_eq!(started(16_000_000, curve(by(2f64.powi(21)) * 0.98)), too_gentle);
     assert_eq!(started(16_000_000, curve(by(2f64.powi(21)) * 1.02)), Ok(()));
+    // All bends, √(v³/J) steps: 2²² at 57 steps/s³.
+    let bends = |jerk: u64| Order { jerk: Some(Jerk::from_steps(jerk).unwrap()), ..curve(9_000.0) };
+    assert_eq!(started(16_000_000, bends(55)), too_gentle);
+    assert_eq!(started(16_000_000, bends(59)), Ok(()));
 }

@@ -207,7 +207,7 @@ fn s_curves_that_are_admitted_are_on_time() {
     if board() != Board::Mega {
         return;
     }
-    for (axes, top, accel) in [(1, 50_000_u32, 20_000_u32), (2, 1_000, 3_500), (2, 30_000, 3_500)] {
+    for (axes, top, accel) in [(1, 50_000_u32, 16_000_u32), (2, 1_000, 3_500), (2, 30_000, 3_500)] {
         for traffic in [&[][..], &["?"], &["V1", "F"]] {
             let mut chip = chip();
             let (jerk, way) = (20 * accel, (u64::from(top).pow(2) / u64::from(accel)) as u32 + top);

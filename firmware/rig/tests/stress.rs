@@ -7,11 +7,11 @@ use stepwright_rig::Board;
 use stepwright_rig::stress::{play, story};
 use stepwright_stress::{Rule, Rules, Sum};
 
-/// Rules that some stories of a chip break yet, one in 300: docs/reliability.md has them. What
+/// Rules that some stories of a chip break yet, one in 3,000: docs/reliability.md has them. What
 /// explains a late step is no order that moves too far, and no wrong position.
 const OPEN: [Rule; 2] = [Rule::Late, Rule::Fall];
-/// Of 200 stories these many may.
-const MOST: usize = 2;
+/// Of 200 stories these many may: which one has a late step changes with the code's layout.
+const MOST: usize = 1;
 
 #[test]
 fn stories_are_clean() {
@@ -42,7 +42,7 @@ fn kept_stories_are_clean() {
         told.unwrap_or_else(|fault| panic!("{}: {fault}", path.display()));
         count += 1;
     }
-    assert!(count >= 4, "{count}");
+    assert!(count >= 7, "{count}");
 }
 
 /// The board works longer on an order than its lease lasts: the host is not silent meanwhile.

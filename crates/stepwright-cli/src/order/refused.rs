@@ -24,8 +24,9 @@ fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
     let port = if name.starts_with("the ") { String::new() } else { format!(" --port {name}") };
     let change = |what: &str| format!("`stepwright settings set {what}{port}`");
     Some(match why {
-        Refusal::TooSteep => "one axis takes ramps of up to some 700,000 steps/s², two at once \
-                              120,000, three 43,000; with a limit of jerk a thirtieth of that"
+        Refusal::TooSteep => "one axis takes ramps of up to some 500,000 steps/s², two at once \
+                              120,000, three 43,000, and less beside a fast one; with a limit of \
+                              jerk a thirtieth of that"
             .into(),
         Refusal::TooFast => match set.words(&[Setting::MaxSpeed]) {
             Some(words) => format!(

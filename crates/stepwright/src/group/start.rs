@@ -95,15 +95,19 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
             Layout::Nothing => return Poll::Ready(Ok(())),
             Layout::Begin => self.begin(turn),
             Layout::Wait => self.wait_for_all(clamp::sum(self.given.board.timing.hold, wait())),
-            Layout::Check => {
+            Layout::Check | Layout::Plan => {
                 let PlannedBoard { board, clock, .. } = &self.given;
                 let moving = self.moving(engine, prepared);
-                let checked = board.check(clock, &self.loads, moving, turn);
+                let checked = if piece == Layout::Check {
+                    board.check_speed(clock, &self.loads, moving, turn)
+                } else {
+                    board.check_ramps(&self.loads, moving, turn)
+                };
                 if checked.is_err() {
                     return Poll::Ready(checked);
                 }
                 if let Some(motor) = self.motors.get_mut(index) {
-                    motor.admit();
+                    motor.admit(piece);
                 }
             }
             _ => {

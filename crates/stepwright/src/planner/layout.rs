@@ -41,8 +41,10 @@ pub(crate) enum Layout {
     Load,
     /// and how many runs it asks for.
     Runs,
-    /// Whether the board can step it, and plan for it.
+    /// Whether the board can step it,
     Check,
+    /// and plan for it.
+    Plan,
     /// It can: how long it waits with the others.
     Wait,
     /// Its beginning is queued.
@@ -117,6 +119,7 @@ impl Planner {
             Layout::Load
             | Layout::Runs
             | Layout::Check
+            | Layout::Plan
             | Layout::Wait
             | Layout::Begin
             | Layout::Nothing => piece,

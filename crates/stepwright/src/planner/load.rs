@@ -10,11 +10,22 @@
 //! and v runs a second where N is less than 1. Most are asked for where both meet:
 //!
 //! ```text
-//!   v* = (K·a)^0.4        runs a second = min(v*, K·a / v_start^1.5, v_top)
+//!   v* = (K·a)^0.4        runs a second = min(v*, v_top)
 //! ```
 //!
-//! A ramp of less than four steps asks for none: it and the other one wait in the queue as a whole. With a limit of
-//! jerk a run takes twice the time, and near rest is shorter: four times as many are counted.
+//! A travel that starts above v* takes fewer in the steady course, and is judged alike: its ramps are
+//! short, a few runs from start to end, and a stop on the way has as many more to plan in that time.
+//!
+//! A straight ramp of less than four steps asks for none: it and the other one wait in the queue as
+//! a whole. With a limit of jerk a run takes twice the time, and near rest is shorter: four times as
+//! many are counted. There the acceleration is √(2J·v) at most, so that both meet no later than at
+//!
+//! ```text
+//!   v* = (K·√(2J))^0.5
+//! ```
+//!
+//! An axis ramps while it is slow. Once it is fast its steps take the time from the ramps of others:
+//! 65.536 of them count as a run.
 //!
 //! **Error.** Logarithms and powers to base 2 are straight lines between whole powers: −6 … +16 %.
 
@@ -32,6 +43,12 @@ pub(crate) struct Load {
 
 impl Load {
     pub(crate) const NONE: Load = Load { peak: 0, runs: 0 };
+
+    /// Runs a second whose time it takes from the ramps of another axis: of its own ramps, or of
+    /// its steps once it is fast.
+    pub(crate) fn takes(&self) -> u16 {
+        self.runs.max((self.peak >> 16) as u16)
+    }
 }
 
 /// A logarithm to base 2, in 1/256.
@@ -39,9 +56,10 @@ type Log = i16;
 
 /// From a slope, 2a in 10⁻⁶ (steps/s)², to K·a in steps/s^2.5.
 const K: Log = 2_989;
-/// From 0.001 steps/s to steps/s; and what 1.5 times that are.
+/// From 0.001 steps/s to steps/s.
 const MILLI: Log = 2_551;
-const MILLI_3_2: Log = 3_827;
+/// From a quarter of that of half a jerk, in steps per (1000 s)³, to v* in steps/s.
+const BEND: Log = -600;
 
 impl Planner {
     /// What is left of the travel asks for.
@@ -59,7 +77,8 @@ impl Planner {
         }
         let top = whole(peak).number();
         let least = hand(&self.v_end).square().number();
-        if hand(&top).square().minus(&least).over(steepest).below(2) {
+        let steps = hand(&top).square().minus(&least).over(steepest);
+        if steps.below(2) && (self.is_straight() || self.v_end.at_least(&top)) {
             return 0;
         }
         let (slope, top) = (log(steepest), log(&top));
@@ -67,10 +86,8 @@ impl Planner {
         // · 0.4, within 16 bits.
         let meeting = ((slope as u16 >> 3).wrapping_mul(51) >> 4) as Log;
         let mut runs = meeting.min(top.wrapping_sub(MILLI));
-        if !self.v_end.is_zero() {
-            let start = log(&self.v_end);
-            let start = start.wrapping_add(start >> 1);
-            runs = runs.min(slope.wrapping_sub(start).wrapping_add(MILLI_3_2));
+        if !self.is_straight() {
+            runs = runs.min((log(self.curve.half_jerk()) >> 2).wrapping_add(BEND));
         }
         let runs = power(runs);
         if self.is_straight() { runs } else { runs.saturating_mul(4) }
@@ -98,15 +115,15 @@ mod tests {
     use crate::order::{Order, Travel};
     use crate::planner::Clock;
     use crate::profile::{Fit, Ramp};
-    use crate::units::{Accel, Rate, Speed};
+    use crate::units::{Accel, Jerk, Rate, Speed};
     use proptest::prelude::*;
 
     const CLOCK: Clock = Clock::new(Rate::MHZ, &Fit::board(Rate::MHZ));
 
-    fn load(start: u32, top: u32, accel: u32, jerk: bool) -> Load {
+    fn load(start: u32, top: u32, accel: u32, jerk: Option<u64>) -> Load {
         let ramp = Ramp::Accel(Accel::from_steps(accel).unwrap());
         let speed = |steps| Speed::from_steps(steps).unwrap();
-        let jerk = jerk.then(|| crate::units::Jerk::from_steps(20 * u64::from(accel)).unwrap());
+        let jerk = jerk.map(|jerk| Jerk::from_steps(jerk).unwrap());
         let travel = Travel::Endless(true);
         let (start, top) = (speed(start), speed(top));
         let mut planner = Planner::IDLE;
@@ -127,11 +144,10 @@ mod tests {
             let (v, a) = (f64::from(top), f64::from(accel));
             let steps = (v * v - f64::from(start).powi(2)) / (2.0 * a);
             prop_assume!((steps / 4.0 - 1.0).abs() > 0.001);
-            let Load { peak, runs } = load(start, top, accel, false);
+            let Load { peak, runs } = load(start, top, accel, None);
             prop_assert_eq!(peak, 1000 * top);
             let k = 2.0 / (32e-6f64 / 3.0).sqrt();
-            let begins = k * a / f64::from(start.max(1)).powf(1.5);
-            let exact = (k * a).powf(0.4).min(v).min(if start == 0 { v } else { begins });
+            let exact = (k * a).powf(0.4).min(v);
             let exact = if steps < 4.0 { 0.0 } else { exact };
             let runs = f64::from(runs);
             prop_assert!((0.94 * exact - 1.0..=1.16 * exact + 1.0).contains(&runs), "{} {}", runs, exact);
@@ -140,8 +156,23 @@ mod tests {
 
     #[test]
     fn an_s_curve_counts_four_times_and_what_has_no_ramp_not_at_all() {
-        assert_eq!(load(0, 5_000, 20_000, true).runs, 4 * load(0, 5_000, 20_000, false).runs);
-        assert_eq!(load(5_000, 5_000, 20_000, false), Load { peak: 5_000_000, runs: 0 });
-        assert_eq!(load(0, 1_000, 200_000, false), Load { peak: 1_000_000, runs: 0 });
+        let sharp = Some(100_000_000);
+        assert_eq!(load(0, 5_000, 20_000, sharp).runs, 4 * load(0, 5_000, 20_000, None).runs);
+        assert_eq!(load(5_000, 5_000, 20_000, None), Load { peak: 5_000_000, runs: 0 });
+        assert_eq!(load(5_000, 5_000, 20_000, sharp), Load { peak: 5_000_000, runs: 0 });
+        assert_eq!(load(0, 1_000, 200_000, None), Load { peak: 1_000_000, runs: 0 });
+    }
+
+    /// The acceleration, steep as it may be, is not reached in the steps of the first runs.
+    #[test]
+    fn a_gentle_jerk_asks_for_fewer_runs() {
+        for jerk in [10_000, 100_000, 1_000_000, 10_000_000, 100_000_000u64] {
+            let exact = 4.0 * (612.37 * (2.0 * jerk as f64).sqrt()).sqrt();
+            let runs = f64::from(load(0, 10_000, 10_000_000, Some(jerk)).runs);
+            assert!((0.94 * exact..=1.16 * exact).contains(&runs), "{jerk}: {runs} {exact}");
+        }
+        // As fast as it steps; it takes more than four steps, though its acceleration alone would not.
+        let runs = load(0, 300, 50_000, Some(1_000_000)).runs;
+        assert!((1_120..=1_400).contains(&runs), "{runs}");
     }
 }

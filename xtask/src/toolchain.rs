@@ -108,7 +108,12 @@ impl Cross {
 
     /// Likewise, for no chip yet.
     pub fn cargo_plain(&self, ws: &Workspace, verb: &str, folder: &Path) -> Command {
-        let mut cargo = ws.cargo([verb, "-Zbuild-std=core", "--target-dir"]);
+        self.cargo_with("core", ws, verb, folder)
+    }
+
+    /// Likewise, with these crates of the standard library.
+    pub fn cargo_with(&self, library: &str, ws: &Workspace, verb: &str, folder: &Path) -> Command {
+        let mut cargo = ws.cargo([verb, &format!("-Zbuild-std={library}"), "--target-dir"]);
         cargo.arg(folder);
         cargo.env("RUSTC", &self.rustc).env("RUSTC_BOOTSTRAP", "1");
         // These would take the place of the chip's own flags.

@@ -1,5 +1,5 @@
 //! `cargo xtask wasm`: the planner that the page of `stepwright serve` carries, and the virtual
-//! board of the page for any host.
+//! board and the host library of the page for any host.
 //!
 //! As with the images of firmware, another compiler makes other bytes, so beside each module
 //! stands a digest of all that it is built from, and of itself.
@@ -12,10 +12,11 @@ use anyhow::{Context, Result, ensure};
 
 use crate::digest::Digest;
 use crate::setup;
-use crate::toolchain::{Chip, Cross};
+use crate::toolchain::Cross;
 use crate::workspace::{Workspace, output, run};
 
-/// Build the planner and the virtual board of the page, and put them beside the page's files.
+/// Build the planner, the virtual board and the host library of the page, and put them beside the
+/// page's files.
 #[derive(clap::Args)]
 pub struct Wasm {
     /// Change nothing, and fail if those that are there were built from other code.
@@ -24,7 +25,7 @@ pub struct Wasm {
 }
 
 /// A browser. (A linker is the compiler's own.)
-const BROWSER: Chip = Chip { triple: "wasm32-unknown-unknown", flags: "" };
+const BROWSER: &str = "wasm32-unknown-unknown";
 
 /// The profile of the workspace that they are built by.
 const PROFILE: &str = "wasm";
@@ -36,6 +37,12 @@ pub struct Module {
     package: &'static str,
     /// Its file among those of the page.
     file: &'static str,
+    /// The crates of the standard library that it takes.
+    library: &'static str,
+    /// How it is optimised: `s` for speed within a size, `z` for size alone.
+    level: &'static str,
+    /// What else the compiler is told.
+    flags: &'static str,
     /// All that it is built from, besides this file.
     sources: &'static [&'static str],
 }
@@ -44,6 +51,9 @@ pub struct Module {
 pub const PLAN: Module = Module {
     package: "stepwright-wasm",
     file: "plan.wasm",
+    library: "core",
+    level: "s",
+    flags: "",
     sources: &["stepwright", "stepwright-austin", "stepwright-oracle", "stepwright-wasm"],
 };
 
@@ -51,6 +61,9 @@ pub const PLAN: Module = Module {
 pub const BOARD: Module = Module {
     package: "stepwright-wasm-board",
     file: "board.wasm",
+    library: "core",
+    level: "s",
+    flags: "",
     sources: &[
         "stepwright",
         "stepwright-protocol",
@@ -60,7 +73,24 @@ pub const BOARD: Module = Module {
     ],
 };
 
-const MODULES: [Module; 2] = [PLAN, BOARD];
+/// The host library. It allocates, so its panics can't be proven away: they are traps.
+pub const HOST: Module = Module {
+    package: "stepwright-wasm-host",
+    file: "host.wasm",
+    library: "std,panic_abort",
+    level: "z",
+    // A panic is a trap without words, which would be a fifth of the module.
+    flags: "-Zunstable-options -Cpanic=immediate-abort",
+    sources: &[
+        "stepwright",
+        "stepwright-protocol",
+        "stepwright-host",
+        "stepwright-keeper",
+        "stepwright-wasm-host",
+    ],
+};
+
+const MODULES: [Module; 3] = [PLAN, BOARD, HOST];
 
 impl Wasm {
     /// Builds and writes, or compares.
@@ -106,11 +136,15 @@ impl Module {
     fn build(&self, ws: &Workspace) -> Result<PathBuf> {
         let cross = Cross::find().context("no compiler for wasm: run `cargo xtask setup`")?;
         println!("compiler: {}", cross.describe());
-        let mut cargo = cross.cargo(ws, "rustc", &[&BROWSER]);
+        let folder = ws.target.join("cross");
+        let mut cargo = cross.cargo_with(self.library, ws, "rustc", &folder);
+        cargo.args(["--target", BROWSER]);
+        cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", self.flags);
+        cargo.env("CARGO_PROFILE_WASM_OPT_LEVEL", self.level);
         cargo.args(["--package", self.package, "--profile", PROFILE, "--crate-type", "cdylib"]);
         cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker()?);
         run(&mut cargo)?;
-        let folder = ws.target.join("cross").join(BROWSER.triple).join(PROFILE);
+        let folder = folder.join(BROWSER).join(PROFILE);
         Ok(folder.join(self.package.replace('-', "_")).with_extension("wasm"))
     }
 

@@ -12,12 +12,14 @@
 //! ```
 //!
 //! ```text
-//!   Board ──► Session ──► Conversation ──► Pipe ──► Link: a port, a board in the process
-//!   blocks    waits for     a state machine without I/O
-//!             the line
+//!   Board ──► Session ───┐                      ┌──► Link: a port, a socket, a board in the process
+//!   blocks    waits      ├► Conversation ► Pipe ┤
+//!   AsyncBoard ──────────┘  a state machine     └──► a stream of tokio's
+//!   awaits                  without I/O
 //! ```
 //!
-//! - [`Board`] moves axes and says what became of it: [`Outcome`].
+//! - [`Board`] moves axes and says what became of it: [`Outcome`]. `AsyncBoard` (feature `tokio`)
+//!   has the same calls as futures.
 //! - [`Session`] waits for each line of a [`Conversation`].
 //! - [`Conversation`] knows what to say, and what to do when no answer comes. It does no I/O:
 //!   whoever has bytes and a clock can carry it on by its [`Pipe`].
@@ -28,23 +30,33 @@
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
+#[cfg(feature = "tokio")]
+mod async_board;
 mod board;
+mod calls;
 pub mod change;
 pub mod conversation;
+pub mod course;
 pub mod guests;
 pub mod home;
 pub mod homing;
+pub mod line;
 pub mod link;
 pub mod motion;
+mod outcome;
 mod pipe;
 mod session;
+pub mod settings;
 
 // Its example runs.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-pub use board::{Axis, Board, Error, MotionLimits, Outcome};
+#[cfg(feature = "tokio")]
+pub use async_board::{AsyncAxis, AsyncBoard};
+pub use board::{Axis, Board};
 pub use conversation::{Conversation, LinkError, Played};
+pub use outcome::{Error, MotionLimits, Outcome};
 pub use pipe::Pipe;
 pub use session::{Activity, Interrupt, Session};

@@ -1,4 +1,4 @@
-//! The way to a board: a serial port, a virtual board in this process, or through another
+//! The way to a board: a serial port, a socket, a virtual board in this process, or through another
 //! program that holds the port.
 //!
 //! All carry bytes and nothing else, so that all that is said to a virtual
@@ -19,10 +19,35 @@ pub mod pace;
 pub mod serial;
 #[cfg(feature = "virtual")]
 pub mod simulated;
+pub mod tcp;
 
+use std::fmt;
 use std::io;
 use std::thread;
 use std::time::Duration;
+
+/// Why there is no line to a board.
+#[derive(Debug)]
+pub enum OpenError {
+    /// Another program that asks before opening has it.
+    InUse,
+    /// The waiting for a lease that a dead holder has left was ended.
+    Ended,
+    /// The system refuses it.
+    Io(io::Error),
+}
+
+impl fmt::Display for OpenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            OpenError::InUse => f.write_str("the port is in use"),
+            OpenError::Ended => f.write_str("interrupted before a line was said"),
+            OpenError::Io(error) => write!(f, "can't open the port: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for OpenError {}
 
 /// A line to a board, with the clock that waiting is measured by.
 pub trait Link {

@@ -13,6 +13,7 @@ use crate::guests::Guests;
 use crate::link::Link;
 use crate::motion::{Action, Ended, NotBegun, Sight};
 use crate::pipe::Pipe;
+use crate::settings::{ChangedSettings, NoCurves};
 
 /// How soon the guard is asked while waiting.
 const SLICE: Duration = Duration::from_millis(20);
@@ -140,6 +141,10 @@ impl Session {
         pause(time: Duration) -> ();
         /// [`Conversation::play`]
         play(lines: &[Command]) -> Played;
+        /// [`Conversation::changed_settings`]
+        changed_settings() -> ChangedSettings;
+        /// [`Conversation::no_curves`]
+        no_curves(order: &Order) -> Option<NoCurves>;
         /// [`Conversation::stop`]
         stop(axes: Selection) -> ();
     }

@@ -16,7 +16,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
-use stepwright_serve::report::{LiveAxis, LiveState};
+use stepwright_keeper::KeeperDesk;
+use stepwright_keeper::report::{LiveAxis, LiveState};
 use stepwright_serve::{Guard, ServeDesk};
 use tungstenite::Message;
 use tungstenite::client::IntoClientRequest;

@@ -20,19 +20,20 @@ use serde::{Deserialize, Deserializer};
 use tokio::time::timeout;
 use utoipa::OpenApi;
 
-use crate::control::{Hand, LEASE};
+use crate::control::LEASE;
 use crate::crowd::{PATIENCE, Place, Standing};
-use crate::decline::Declined;
 use crate::desk::ServeDesk;
-use crate::homing::HomeRequest;
-use crate::line::LineRequest;
-use crate::report::{BoardSheet, ControlGiven, Done, LiveMessage, LiveState};
-use crate::request::{
+use crate::wait::Wait;
+use crate::{calc, live, path, scope};
+use stepwright_keeper::Declined;
+use stepwright_keeper::Hand;
+use stepwright_keeper::report::{BoardSheet, ControlGiven, Done, LiveMessage, LiveState};
+use stepwright_keeper::request::home::HomeRequest;
+use stepwright_keeper::request::line::LineRequest;
+use stepwright_keeper::request::{
     ControlRequest, EmptyRequest, MoveRequest, RetargetRequest, RunRequest, SetRequest,
     StopRequest, Wish, ZeroRequest,
 };
-use crate::wait::Wait;
-use crate::{calc, live, path, scope};
 
 /// The header that carries the key of who controls.
 const CONTROL: &str = "stepwright-control";
@@ -69,6 +70,7 @@ type Answer = Result<Json<Done>, Declined>;
         scope::as_vcd,
         scope::as_csv,
         scope::as_mcap,
+        scope::as_file,
         path::draw,
         path::examples,
         path::report,

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::Body;
-use crate::decline::Declined;
 use crate::desk::ServeDesk;
+use stepwright_keeper::Declined;
 
 /// The calculators, and how one is asked.
 pub struct Calculators {

@@ -17,18 +17,14 @@ use std::time::{Duration, Instant};
 
 use subtle::ConstantTimeEq;
 
-use crate::decline::Declined;
 use crate::secret;
+use stepwright_keeper::{Declined, Hand};
 
 /// A hand counts as lost after this much silence.
 pub const LEASE: Duration = Duration::from_millis(1000);
 
 /// A name has this many characters at most.
 const LONGEST: usize = 40;
-
-/// One who controls, by number; each is another one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Hand(pub u64);
 
 /// Control, as it is given.
 #[derive(Clone, Debug)]

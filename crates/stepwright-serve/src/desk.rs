@@ -4,11 +4,7 @@
 //!   request ─► Wish ─► ServeDesk (waiting orders) ─► the board's thread
 //!   pages   ◄─ JSON ◄─ ServeDesk (state, lines)   ◄─ the board's thread
 //! ```
-//!
-//! A stop or a kill goes before every order that waits, and these orders are declined: who
-//! stops a machine does not want to see it start.
 
-use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
@@ -18,44 +14,18 @@ use stepwright_protocol::Selection;
 use tokio::sync::{Notify, broadcast, oneshot, watch};
 
 use crate::calc::Calculators;
-use crate::control::{ControlLease, Hand};
-use crate::conversation;
-use crate::decline::Declined;
-use crate::path::{PathReader, PathReport};
-use crate::report::{BoardSheet, Controller, Done, LiveMessage, LiveState, PlannedCurve};
-use crate::request::Wish;
-use crate::scope::{ScopeRecord, ScopeSource};
-
-/// Orders that wait, at most.
-const WAITING: usize = 16;
+use crate::control::ControlLease;
+use crate::path::PathReader;
+use stepwright_keeper::Wish;
+use stepwright_keeper::explain;
+use stepwright_keeper::report::{
+    BoardSheet, Controller, Done, LiveMessage, LiveState, PathReport, PlannedCurve,
+};
+use stepwright_keeper::scope::{ScopeRecord, ScopeSource};
+use stepwright_keeper::{Declined, Hand, Job, JobQueue, KeeperDesk};
 
 /// Lines that a page may be behind, before it misses some.
 const BEHIND: usize = 256;
-
-/// A wish, and where its answer goes.
-#[derive(Debug)]
-pub struct Job {
-    /// What is to be done.
-    pub wish: Wish,
-    /// Whether the answer waits for the end of the order.
-    pub waits: bool,
-    answer: oneshot::Sender<Result<Done, Declined>>,
-}
-
-impl Job {
-    /// Answers it. Who asked may be gone.
-    pub fn answer(self, answer: Result<Done, Declined>) {
-        let _ = self.answer.send(answer);
-    }
-}
-
-/// The jobs that wait.
-#[derive(Debug, Default)]
-struct Waiting {
-    jobs: VecDeque<Job>,
-    /// Why none is taken.
-    closed: Option<Declined>,
-}
 
 /// A message as it goes to every page.
 #[derive(Clone, Debug)]
@@ -68,7 +38,7 @@ pub(crate) struct Told {
 /// What both sides share.
 pub struct ServeDesk {
     begun: Instant,
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<JobQueue>,
     come: Condvar,
     control: Mutex<ControlLease>,
     sheet: Mutex<BoardSheet>,
@@ -115,28 +85,12 @@ impl Default for ServeDesk {
 
 /// The side of the board's thread.
 impl ServeDesk {
-    /// Seconds since the server began.
-    pub fn time(&self) -> f64 {
-        // Whole microseconds are shorter to write.
-        self.begun.elapsed().as_micros() as f64 / 1e6
-    }
-
     /// Waits for a job, at most `limit`.
     pub fn next(&self, limit: Duration) -> Option<Job> {
         let waiting = lock(&self.waiting);
-        let empty = |waiting: &mut Waiting| waiting.jobs.is_empty();
+        let empty = |waiting: &mut JobQueue| waiting.is_empty();
         let waited = self.come.wait_timeout_while(waiting, limit, empty);
-        waited.unwrap_or_else(PoisonError::into_inner).0.jobs.pop_front()
-    }
-
-    /// Whether a stop or a kill waits.
-    pub fn is_urgent(&self) -> bool {
-        lock(&self.waiting).jobs.front().is_some_and(|job| job.wish.is_urgent())
-    }
-
-    /// Tells what the board is.
-    pub fn describe(&self, sheet: BoardSheet) {
-        *lock(&self.sheet) = sheet;
+        waited.unwrap_or_else(PoisonError::into_inner).0.take()
     }
 
     /// Has the edges of the board's pins come from here.
@@ -154,62 +108,24 @@ impl ServeDesk {
         let _ = self.paths.set(reader);
     }
 
-    /// Tells what the board does.
-    pub fn publish(&self, state: LiveState) {
-        let state = LiveState { time: self.time(), control: self.controller(), ..state };
-        let text = json(&LiveMessage::State(state.clone()));
-        self.state.send_replace((state, text));
-    }
-
     /// Tells what was said to the board, and what it answered.
     pub fn heard(&self, line: &str, answer: Option<&str>) {
-        let exchange = conversation::explain(self.time(), line, answer);
+        let exchange = explain::explain(self.time(), line, answer);
         let question = exchange.question;
         if !question || self.listeners.load(Ordering::Relaxed) > 0 {
             self.tell(&LiveMessage::Line(exchange), question);
         }
     }
 
-    /// Tells something that people should know.
-    pub fn note(&self, text: impl Into<String>) {
-        self.tell(&LiveMessage::Note { time: self.time(), text: text.into() }, false);
-    }
-
-    /// Tells what an axis is going to do.
-    pub fn plan(&self, curve: PlannedCurve) {
-        self.tell(&LiveMessage::Plan(curve), false);
-    }
-
-    /// Tells that the plan of this axis holds no longer.
-    pub fn unplan(&self, axis: u8) {
-        let time = self.time();
-        if let Some(source) = &*lock(&self.scope) {
-            source.unplan(axis, time);
-        }
-        self.tell(&LiveMessage::Unplanned { axis, time }, false);
-    }
-
-    /// Whether this hand has control, and was heard of a moment ago or waits for an answer.
-    pub fn is_there(&self, hand: Hand) -> bool {
-        lock(&self.control).is_there(hand, Instant::now())
-    }
-
-    /// Whether this hand has control and was heard of a moment ago.
-    pub fn is_live(&self, hand: Hand) -> bool {
-        lock(&self.control).is_live(hand, Instant::now())
-    }
-
     /// Takes no jobs until [`open`](ServeDesk::open), for this reason; those that wait are
     /// declined with it.
     pub fn close(&self, why: Declined) {
-        let mut waiting = lock(&self.waiting);
-        waiting.jobs.drain(..).for_each(|job| job.answer(Err(why.clone())));
-        waiting.closed = Some(why);
+        lock(&self.waiting).close(why);
     }
 
     /// Takes jobs again.
     pub fn open(&self) {
-        lock(&self.waiting).closed = None;
+        lock(&self.waiting).open();
     }
 
     /// The board's thread ends: nothing is carried out any more, and the server ends.
@@ -226,6 +142,51 @@ impl ServeDesk {
     }
 }
 
+impl KeeperDesk for ServeDesk {
+    fn time(&self) -> f64 {
+        // Whole microseconds are shorter to write.
+        self.begun.elapsed().as_micros() as f64 / 1e6
+    }
+
+    fn is_urgent(&self) -> bool {
+        lock(&self.waiting).is_urgent()
+    }
+
+    fn is_there(&self, hand: Hand) -> bool {
+        lock(&self.control).is_there(hand, Instant::now())
+    }
+
+    fn is_live(&self, hand: Hand) -> bool {
+        lock(&self.control).is_live(hand, Instant::now())
+    }
+
+    fn describe(&self, sheet: BoardSheet) {
+        *lock(&self.sheet) = sheet;
+    }
+
+    fn publish(&self, state: LiveState) {
+        let state = LiveState { time: self.time(), control: self.controller(), ..state };
+        let text = json(&LiveMessage::State(state.clone()));
+        self.state.send_replace((state, text));
+    }
+
+    fn note(&self, text: String) {
+        self.tell(&LiveMessage::Note { time: self.time(), text }, false);
+    }
+
+    fn plan(&self, curve: PlannedCurve) {
+        self.tell(&LiveMessage::Plan(curve), false);
+    }
+
+    fn unplan(&self, axis: u8) {
+        let time = self.time();
+        if let Some(source) = &*lock(&self.scope) {
+            source.unplan(axis, time);
+        }
+        self.tell(&LiveMessage::Unplanned { axis, time }, false);
+    }
+}
+
 /// The side of the server.
 impl ServeDesk {
     /// Has the board's thread do this, and waits until it has begun, or ended.
@@ -236,35 +197,13 @@ impl ServeDesk {
             (Wish::Kill, Some(paths)) => paths.kill(),
             _ => {}
         }
-        let answered = self.put(wish, waits)?;
-        answered.await.unwrap_or_else(|_| Err(ended()))
-    }
-
-    fn put(
-        &self,
-        wish: Wish,
-        waits: bool,
-    ) -> Result<oneshot::Receiver<Result<Done, Declined>>, Declined> {
         let (answer, answered) = oneshot::channel();
-        let job = Job { wish, waits, answer };
-        let mut waiting = lock(&self.waiting);
-        if let Some(why) = &waiting.closed {
-            return Err(why.clone());
-        }
-        if job.wish.is_urgent() {
-            let (before, orders): (VecDeque<_>, VecDeque<_>) =
-                waiting.jobs.drain(..).partition(|job| job.wish.is_urgent());
-            for order in orders {
-                order.answer(Err(Declined::refused("a stop came before this order was given")
-                    .remedy("give it again if it is still wanted")));
-            }
-            waiting.jobs = before;
-        } else if waiting.jobs.len() >= WAITING {
-            return Err(Declined::away("too many orders wait").remedy("give one after another"));
-        }
-        waiting.jobs.push_back(job);
+        lock(&self.waiting).put(Job::new(wish, waits, |done| {
+            // Who asked may be gone.
+            let _ = answer.send(done);
+        }));
         self.come.notify_one();
-        Ok(answered)
+        answered.await.unwrap_or_else(|_| Err(ended()))
     }
 
     /// Who controls.
@@ -343,43 +282,4 @@ fn ended() -> Declined {
 fn json(message: &LiveMessage) -> Utf8Bytes {
     // Numbers and words: there is nothing in it that JSON can't say.
     serde_json::to_string(message).unwrap_or_default().into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use stepwright_protocol::AxisId;
-
-    #[test]
-    fn a_stop_goes_before_orders_and_ends_them() {
-        let desk = ServeDesk::default();
-        let zero = || Wish::Zero(AxisId::FIRST);
-        let mut first = desk.put(zero(), false).unwrap();
-        let mut second = desk.put(zero(), false).unwrap();
-        assert!(!desk.is_urgent());
-        desk.put(Wish::Stop(Selection::All), false).unwrap();
-        assert!(desk.is_urgent());
-        for declined in [&mut first, &mut second] {
-            assert_eq!(declined.try_recv().unwrap().unwrap_err().status(), 409);
-        }
-        // What is ordered after it is not declined by it.
-        desk.put(zero(), false).unwrap();
-        desk.put(Wish::Kill, false).unwrap();
-        let next = || desk.next(Duration::ZERO).map(|job| job.wish);
-        assert_eq!(next(), Some(Wish::Stop(Selection::All)));
-        assert_eq!(next(), Some(Wish::Kill));
-        assert_eq!(next(), None);
-    }
-
-    #[test]
-    fn no_crowd_of_orders_keeps_a_stop_out() {
-        let desk = ServeDesk::default();
-        let waiting: Vec<_> =
-            (0..WAITING).map(|_| desk.put(Wish::Acknowledge, false).unwrap()).collect();
-        assert_eq!(desk.put(Wish::Acknowledge, false).unwrap_err().status(), 503);
-        assert!(desk.put(Wish::Kill, false).is_ok());
-        drop(waiting);
-        desk.end();
-        assert_eq!(desk.put(Wish::Kill, false).unwrap_err().status(), 503);
-    }
 }

@@ -15,8 +15,8 @@ use axum::http::header::{AUTHORIZATION, HOST, HeaderName, ORIGIN};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-use crate::decline::Declined;
 use crate::secret::Token;
+use stepwright_keeper::Declined;
 
 /// What requests are judged by.
 #[derive(Debug)]

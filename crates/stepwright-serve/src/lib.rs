@@ -16,15 +16,9 @@
 //! | --- | --- |
 //! | [`guard`] | who may ask at all |
 //! | [`control`] | who moves the motors, and is heard of |
-//! | [`request`] | what may be asked, checked |
-//! | [`mod@line`] | the same of a line of several axes |
-//! | [`homing`] | the same of a homing |
-//! | [`report`] | what is told |
 //! | [`calc`] | the calculators |
 //! | [`scope`] | the pins of the last seconds |
-//! | [`mcap`] | levels of pins as a file |
 //! | [`path`] | lines and arcs of a file |
-//! | [`decline`] | refusals: what, what is allowed, what to do |
 //! | [`desk`] | between the server and the board's thread |
 //! | `wait` | answers that wait for the end of an order |
 //! | `crowd` | connections, and which is closed when there are too many |
@@ -32,19 +26,12 @@
 mod api;
 pub mod calc;
 pub mod control;
-pub mod conversation;
 mod crowd;
-pub mod decline;
 pub mod desk;
 pub mod guard;
-pub mod homing;
-pub mod line;
 mod live;
-pub mod mcap;
 mod page;
 pub mod path;
-pub mod report;
-pub mod request;
 pub mod scope;
 mod secret;
 #[cfg(test)]
@@ -62,15 +49,12 @@ use axum::http::header::{
 use axum::response::Response;
 use axum::{Router, middleware};
 
-pub use control::Hand;
-pub use decline::Declined;
-pub use desk::{Job, ServeDesk};
+pub use desk::ServeDesk;
 pub use guard::Guard;
-pub use request::Wish;
 pub use secret::Token;
 
-/// A request has a body of this many bytes at most.
-pub const BODY: usize = 4096;
+use stepwright_keeper::Declined;
+use stepwright_keeper::decline::BODY;
 
 /// Everything that the server answers.
 pub(crate) fn router(desk: Arc<ServeDesk>, guard: Guard) -> Router {

@@ -17,9 +17,9 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Instant, interval, sleep_until, timeout};
 
 use crate::crowd::{PATIENCE, Place, Standing};
-use crate::decline::Declined;
 use crate::desk::ServeDesk;
 use crate::guard::in_query;
+use stepwright_keeper::Declined;
 
 /// Pages at once, at most.
 const PAGES: usize = 32;

@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{Body, hand};
-use crate::decline::Declined;
 use crate::desk::ServeDesk;
-use crate::report::{Done, Trouble};
+use stepwright_keeper::Declined;
+use stepwright_keeper::report::{Done, PathReport};
 
 /// A request with a file has a body of this many bytes at most.
 pub const FILE: usize = 200_000;
@@ -112,23 +112,6 @@ pub struct PathMotor {
     pub name: String,
     /// How far a step leads.
     pub step: f64,
-}
-
-/// How a run goes on: `GET /api/path`, and frames of `/api/live`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
-pub struct PathReport {
-    /// What messages call the file.
-    pub name: String,
-    /// The same for the same text: that of its [`PathDrawing`].
-    pub id: String,
-    /// `running`, `braking` after a stop, then `done`, `stopped`, `killed` or `failed`.
-    pub state: &'static str,
-    /// The time that was played, in s.
-    pub seconds: f64,
-    /// Where each motor is then.
-    pub places: Vec<i64>,
-    /// Why it has failed, and what can be done.
-    pub trouble: Option<Trouble>,
 }
 
 /// A part of a drawing.

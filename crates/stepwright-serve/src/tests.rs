@@ -10,8 +10,9 @@ use axum::http::{Method, Request, StatusCode, header};
 use serde_json::{Value, json};
 use tower::ServiceExt;
 
-use crate::report::Done;
-use crate::{Guard, ServeDesk, Token, Wish};
+use crate::{Guard, ServeDesk, Token};
+use stepwright_keeper::report::Done;
+use stepwright_keeper::{Hand, KeeperDesk, Wish};
 
 /// A server, and a board's thread that writes down what it is asked for.
 struct Bench {
@@ -258,8 +259,7 @@ async fn who_hangs_up_while_waiting_is_there_no_longer() {
     let given = ask("/api/control", "", "{}").await.unwrap();
     let given = to_bytes(given.into_body(), 1 << 20).await.unwrap();
     let given: Value = serde_json::from_slice(&given).unwrap();
-    let (key, hand) =
-        (given["key"].as_str().unwrap(), crate::Hand(given["hand"].as_u64().unwrap()));
+    let (key, hand) = (given["key"].as_str().unwrap(), Hand(given["hand"].as_u64().unwrap()));
     let waits = ask("/api/home?wait=true", key, r#"{"axis":1,"within":900}"#);
     let begun = tokio::time::timeout(crate::control::LEASE, waits).await;
     // Nobody answers it: it is given up here, a lease later.

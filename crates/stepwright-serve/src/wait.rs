@@ -17,12 +17,12 @@ use axum::Json;
 use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
 
-use crate::control::Hand;
 use crate::crowd::{Place, Standing};
-use crate::decline::Declined;
 use crate::desk::ServeDesk;
-use crate::report::Done;
-use crate::request::Wish;
+use stepwright_keeper::Declined;
+use stepwright_keeper::Hand;
+use stepwright_keeper::report::Done;
+use stepwright_keeper::request::Wish;
 
 /// Whether an answer waits, as the address of its request says.
 #[derive(Debug)]

@@ -6,7 +6,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use stepwright_serve::report::LiveState;
+use stepwright_keeper::KeeperDesk;
+use stepwright_keeper::report::LiveState;
 use stepwright_serve::{Guard, ServeDesk};
 use tungstenite::Message;
 use tungstenite::client::IntoClientRequest;

@@ -1,5 +1,4 @@
-//! The functions that a page calls. There is one board and one conversation, and a page has one
-//! thread; a worker has a module of its own.
+//! The functions that a page calls. There is one board, and a page has one thread.
 //!
 //! | function | what |
 //! | --- | --- |
@@ -9,41 +8,24 @@
 //! | `stepwright_run` | lets time pass until a tick |
 //! | `stepwright_receive` | a byte arrives; how many bytes of answers stand at `_out` |
 //! | `stepwright_edge_times`, `_edge_pins`, `_edges`, `_edges_kept` | the last edges: see [`Tape`] |
+//! | `stepwright_out` | where the answers stand |
 //! | `stepwright_shaft` | where a shaft is, counted at its pins |
-//! | `stepwright_in`, `_out` | where texts are written to, and read from |
-//! | `stepwright_say` | the bytes of the line at `_in` go to `_out`: how many; 0, if it is none |
-//! | `stepwright_resync` | the bytes that get in step again go to `_out`: how many |
-//! | `stepwright_hear` | a byte of the board: a number of [`Heard`](crate::Heard) |
-//! | `stepwright_answer` | where the numbers of the last answer are |
-//! | `stepwright_sums` | whether lines have checksums |
-//! | `stepwright_order`, `_low`, `_high` | where the numbers of an order are written to; their ranges |
-//! | `stepwright_script` | the lines of the order go to `_out`: how many bytes; or −1 − the place of a number outside its range |
-//! | `stepwright_word` | a word of a [`WordList`] goes to `_out`: how long; −1, if there is none |
-//! | `stepwright_meaning` | what the line at `_in` means goes to `_out`: how long |
-//! | `stepwright_setting` | of a setting: 0 its default, 1 its smallest, 2 its largest number |
 //!
 //! Addresses hold as long as the module does: nothing is ever allocated.
 
 use core::cell::UnsafeCell;
 
-use stepwright_protocol::Setting;
 use stepwright_sim::Queues;
 
-use crate::host::HostHalf;
 use crate::machine::VirtualMachine;
-use crate::script::{self, OrderField};
 use crate::tape::{KEPT, Tape};
-use crate::words::{WordList, meaning};
-
-/// The longest line, with room.
-const IN: usize = 64;
 
 /// The longest answer of a board.
-const OUT: usize = 1024;
+const OUT_LEN: usize = 1024;
 
-/// A text on its way to the page.
+/// Answers on their way to the page.
 struct OutText {
-    bytes: [u8; OUT],
+    bytes: [u8; OUT_LEN],
     len: usize,
 }
 
@@ -63,39 +45,22 @@ impl OutText {
     }
 }
 
-struct Desk {
-    host: HostHalf,
-    order: [f64; OrderField::COUNT],
-    input: [u8; IN],
-    out: OutText,
-}
-
-impl Desk {
-    fn input(&self, len: u32) -> &[u8] {
-        self.input.get(..len as usize).unwrap_or_default()
-    }
-}
-
 struct OneThread<T>(UnsafeCell<T>);
 
 // SAFETY: WebAssembly without shared memory has one thread; elsewhere nothing calls these
 // functions from two.
 unsafe impl<T> Sync for OneThread<T> {}
 
-static DESK: OneThread<Desk> = OneThread(UnsafeCell::new(Desk {
-    host: HostHalf::new(),
-    order: [0.0; OrderField::COUNT],
-    input: [0; IN],
-    out: OutText { bytes: [0; OUT], len: 0 },
-}));
+static OUT: OneThread<OutText> =
+    OneThread(UnsafeCell::new(OutText { bytes: [0; OUT_LEN], len: 0 }));
 
 static TAPE: OneThread<Tape> = OneThread(UnsafeCell::new(Tape::new()));
 static QUEUES: OneThread<Option<Queues>> = OneThread(UnsafeCell::new(None));
 static MACHINE: OneThread<Option<VirtualMachine<'static>>> = OneThread(UnsafeCell::new(None));
 
-fn desk() -> &'static mut Desk {
+fn out() -> &'static mut OutText {
     // SAFETY: one thread, and no reference outlives a call.
-    unsafe { &mut *DESK.0.get() }
+    unsafe { &mut *OUT.0.get() }
 }
 
 fn machine() -> &'static mut Option<VirtualMachine<'static>> {
@@ -161,7 +126,7 @@ pub extern "C" fn stepwright_run(until: f64) {
 pub extern "C" fn stepwright_receive(byte: u32) -> u32 {
     let Some(machine) = machine() else { return 0 };
     let answers = machine.receive(byte as u8);
-    desk().out.put(answers.iter().copied())
+    out().put(answers.iter().copied())
 }
 
 /// When the last edges were: see [`Tape::times`]. Null while it is off.
@@ -194,113 +159,10 @@ pub extern "C" fn stepwright_shaft(axis: u32) -> f64 {
     tape().and_then(|tape| tape.shaft(axis as usize)).map_or(f64::NAN, |steps| steps as f64)
 }
 
-/// Where texts are written to.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_in() -> *mut u8 {
-    desk().input.as_mut_ptr()
-}
-
-/// Where texts are read from.
+/// Where the answers of the board are read from.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_out() -> *const u8 {
-    desk().out.bytes.as_ptr()
-}
-
-/// The bytes of a line, to be put on the line: how many; 0 if it is no line of the protocol.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_say(len: u32) -> u32 {
-    let desk = desk();
-    let line = desk.input.get(..len as usize).unwrap_or_default();
-    match desk.host.say(line) {
-        Some(bytes) => desk.out.put(bytes),
-        None => 0,
-    }
-}
-
-/// The bytes that get in step with a board again: how many.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_resync() -> u32 {
-    let desk = desk();
-    let bytes = desk.host.resync();
-    desk.out.put(bytes)
-}
-
-/// A byte of the board: a number of [`Heard`](crate::Heard).
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_hear(byte: u32) -> u32 {
-    desk().host.hear(byte as u8) as u32
-}
-
-/// Where the numbers of the last answer are.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_answer() -> *const f64 {
-    desk().host.numbers().as_ptr()
-}
-
-/// From now on every line has a checksum, or none.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_sums(on: u32) {
-    desk().host.use_sums(on != 0);
-}
-
-/// Where the numbers of an order are written to, in the order of [`OrderField`].
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_order() -> *mut f64 {
-    desk().order.as_mut_ptr()
-}
-
-/// The smallest that is allowed of a number; NaN if there is no such number.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_low(place: u32) -> f64 {
-    OrderField::range(place as usize).map_or(f64::NAN, |range| range.low)
-}
-
-/// The largest that is allowed of a number; NaN if there is no such number.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_high(place: u32) -> f64 {
-    OrderField::range(place as usize).map_or(f64::NAN, |range| range.high)
-}
-
-/// The lines of the order: how many bytes; or −1 − the place of a number outside its range.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_script() -> i32 {
-    let Desk { order, out, .. } = desk();
-    out.len = 0;
-    match script::write(order, |byte| out.push(byte)) {
-        Ok(()) => out.len as i32,
-        Err(place) => -1 - place as i32,
-    }
-}
-
-/// A word of a table: how long; −1 if there is none.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_word(list: u32, place: u32) -> i32 {
-    let list = WordList::ALL.get(list as usize);
-    match list.and_then(|list| list.word(place as usize)) {
-        Some(word) => desk().out.put(word.bytes()) as i32,
-        None => -1,
-    }
-}
-
-/// What a line means: how long that is.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_meaning(len: u32) -> u32 {
-    let desk = desk();
-    let words = meaning(desk.input(len));
-    desk.out.put(words.bytes())
-}
-
-/// Of a setting: 0 its default, 1 its smallest, 2 its largest number; NaN if there is none.
-#[unsafe(no_mangle)]
-pub extern "C" fn stepwright_setting(place: u32, which: u32) -> f64 {
-    let Some(setting) = Setting::ALL.get(place as usize) else { return f64::NAN };
-    let range = setting.range();
-    match which {
-        0 => setting.default().into(),
-        1 => (*range.start()).into(),
-        2 => (*range.end()).into(),
-        _ => f64::NAN,
-    }
+    out().bytes.as_ptr()
 }
 
 #[cfg(all(target_family = "wasm", not(test)))]

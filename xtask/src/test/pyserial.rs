@@ -62,10 +62,19 @@ pub fn run(ws: &Workspace) -> Result<()> {
         }
     }
     the_guides_own(ws, path)?;
+    together(ws, path)?;
     // Its last words come before ours.
     drop(board);
     let _ = carrier.join();
     Ok(())
+}
+
+/// A server, the command and a Python program at this port at once.
+fn together(ws: &Workspace, port: &str) -> Result<()> {
+    let script = ws.root.join("crates/stepwright-cli/tests/together/together.py");
+    let mut script_at = Command::new(python::SERIAL.interpreter(ws));
+    script_at.arg(script).arg(ws.built("stepwright")).arg(port);
+    run_within(MASTER_LIMIT, &mut script_at)
 }
 
 /// The program of the guide's page, at this port: it moves the motor, and prints where it is.

@@ -1,5 +1,5 @@
-//! The page's planner says what the host says, delay for delay; and its virtual board does what
-//! the command's does, tick for tick.
+//! The page's planner says what the host says, delay for delay; its virtual board does what the
+//! command's does, tick for tick; and its host library drives that board.
 
 use std::fs::{self, File};
 use std::process::{Command, Stdio};
@@ -7,13 +7,14 @@ use std::process::{Command, Stdio};
 use anyhow::{Result, ensure};
 
 use crate::wasm;
-use crate::workspace::{Workspace, line, run};
+use crate::workspace::{Workspace, line, output, run};
 
 /// Moves of each law.
 const MOVES: &str = "10000";
 
 /// The modules that are carried were built from the code, need nothing from the page, stand any
-/// number; the one plans as the host does, the other is the board of the command.
+/// number; the first plans as the host does, the second is the board of the command, the third moves
+/// it.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     wasm::check(ws)?;
     let folder = ws.target.join("wasm");
@@ -28,5 +29,9 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     run(Command::new("node").arg(script).arg(wasm::PLAN.place(ws)).arg(list).arg(MOVES))?;
     run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
     let script = ws.root.join("crates/stepwright-wasm-board/tests/equal.mjs");
-    run(Command::new("node").arg(script).arg(wasm::BOARD.place(ws)).arg(ws.built("stepwright")))
+    run(Command::new("node").arg(script).arg(wasm::BOARD.place(ws)).arg(ws.built("stepwright")))?;
+    let host = ws.root.join("crates/stepwright-wasm-host");
+    let said = output(Command::new("node").arg(host.join("examples/19_in_javascript.mjs")))?;
+    ensure!(said == "reached 2000\n", "the example of the host library says {said}");
+    run(Command::new("node").arg(host.join("tests/stands.mjs")))
 }

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use stepwright::Rate;
-use stepwright_serve::mcap::McapWriter;
+use stepwright_keeper::mcap::McapWriter;
 use stepwright_sim::vcd::VcdWriter;
 use stepwright_sim::{Edge, Pin, Recorder};
 

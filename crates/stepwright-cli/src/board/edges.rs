@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use stepwright_serve::scope::{LONGEST, ScopeRecord, ScopeSignal, ScopeSource};
+use stepwright_keeper::scope::{LONGEST, ScopeRecord, ScopeSignal, ScopeSource};
 use stepwright_sim::{Description, Edge, Pin, Recorder};
 
 use super::edge_files::StartLevel;
@@ -125,8 +125,8 @@ impl ScopeSource for EdgeStore {
             }
             signals.push(signal);
         }
-        let words = "the edges of the virtual board's pins";
-        ScopeRecord { source: "pins", words, hz, begin, end, signals }
+        let words = "the edges of the virtual board's pins".into();
+        ScopeRecord { source: "pins".into(), words, hz, begin, end, signals }
     }
 }
 
@@ -188,7 +188,7 @@ mod tests {
         let lines: Vec<_> = axis.map(|name| signal(&record, name)).into();
         let levels: Vec<_> = lines.iter().map(|line| line.level.unwrap()).collect();
         assert_eq!(levels, [false, true, false, true]);
-        assert_eq!((lines[1].edges.as_slice(), lines[1].pin), (&[100][..], "coil"));
+        assert_eq!((lines[1].edges.as_slice(), lines[1].pin.as_ref()), (&[100][..], "coil"));
         assert!(lines[0].edges.is_empty());
     }
 

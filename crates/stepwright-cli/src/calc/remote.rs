@@ -1,7 +1,7 @@
 //! The calculators for pages and programs, by the same words as on the command line.
 
 use clap::{Arg, Args as _, Command, FromArgMatches};
-use stepwright_serve::Declined;
+use stepwright_keeper::Declined;
 use stepwright_serve::calc::{CalcAnswer, CalcFact, CalcOption, CalculatorSheet, Calculators};
 
 use super::Args;

@@ -24,8 +24,8 @@ use crate::failure::Failure;
 use crate::quantity::{DistanceArg, GeometryArgs, MachineUnit};
 use crate::say;
 use file::{About, Key, Machine, Values};
+use stepwright_keeper::report::{MachineSheet, MachineValue};
 use stepwright_protocol::AxisId;
-use stepwright_serve::report::{MachineSheet, MachineValue};
 
 /// The file that is found where the command is run.
 const HERE: &str = "stepwright.toml";

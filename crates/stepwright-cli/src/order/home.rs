@@ -147,7 +147,8 @@ impl Args {
         let listed = settings::ask(session)?;
         SwitchSide::of(self.on.axis, &listed).map_err(|switches| {
             let (name, axis) = (session.link().name(), self.on.axis.number());
-            homing::no_switch(&name, axis).hint(format!(
+            let what = format!("{name} knows of no limit switch of axis {axis}");
+            Failure::new(what).hint(format!(
                 "if there is one: `stepwright settings set --port {name} switches={switches}` \
                  (1 X, 2 Y, 4 Z, added up)"
             ))

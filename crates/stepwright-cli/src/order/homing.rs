@@ -4,11 +4,6 @@ use stepwright_host::homing::HomingFailure;
 
 use crate::failure::Failure;
 
-/// The failure of homing an axis whose switch the board does not know.
-pub fn no_switch(board: &str, axis: u8) -> Failure {
-    Failure::new(format!("{board} knows of no limit switch of axis {axis}"))
-}
-
 /// What went wrong, and what to do about it.
 pub fn failure(why: HomingFailure) -> Failure {
     let failure = Failure::new(why.to_string());

@@ -100,8 +100,8 @@ fn steps(millisteps: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::Aim;
-    use crate::order::course::Course;
     use stepwright::{Accel, Speed};
+    use stepwright_host::course::Course;
     use stepwright_protocol::{Command, Distance, Order, Ramp, TopSpeed, Travel};
 
     fn order(steps: i32) -> Order {

@@ -3,11 +3,9 @@
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use stepwright::Accel;
-use stepwright_protocol::{AxisId, Command, Distance, Order, Ramp, Script, Selection, Travel};
+use stepwright_protocol::{AxisId, Command, Distance, Order, Script, Selection, Travel};
 
 use super::able;
-use super::course::Course;
 use super::drive;
 use super::motion::{MOTION, Motion, listed, seconds};
 use super::target::{self, Format, MotionArgs};
@@ -16,6 +14,7 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::{DistanceArg, SpeedArg, in_unit};
 use crate::say;
+use stepwright_host::line::{NoLine, apart, furthest, shares};
 use stepwright_host::motion::{NotBegun, POLL};
 use stepwright_host::{LinkError, Session};
 
@@ -101,7 +100,7 @@ impl Line {
         let (lead, way) = lead.ok_or_else(|| Failure::usage("no axis moves"))?;
         let motion =
             args.order.ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
-        let orders = shares((lead, motion.order), &steps)?;
+        let orders = shares((lead, motion.order), &steps).map_err(unshared)?;
         Ok(Line { steps, motion, orders })
     }
 
@@ -110,52 +109,14 @@ impl Line {
     }
 }
 
-/// The axis that goes furthest, and how far; the steps are those of axis 1, 2, …
-pub fn furthest(steps: &[Distance]) -> Option<(AxisId, Distance)> {
-    let each = AxisId::first(steps.len() as u8).zip(steps.iter().copied());
-    each.max_by_key(|(axis, way)| (way.get().unsigned_abs(), !axis.number()))
-}
-
-/// What each axis is ordered, as the line can say it, by the order of the one that goes
-/// furthest; the steps are those of axis 1, 2, …
-pub fn shares(
-    (lead, leading): (AxisId, Order),
-    steps: &[Distance],
-) -> Result<Vec<(AxisId, Order)>, Failure> {
-    let mut ways = [0; AXES];
-    for (way, steps) in ways.iter_mut().zip(steps) {
-        *way = steps.get();
+/// What can be done about a line that has no orders.
+fn unshared(why: NoLine) -> Failure {
+    let failure = Failure::new(why.to_string());
+    match why {
+        NoLine::Whole(_) => failure,
+        NoLine::Share(..) => failure
+            .hint("the line carries whole steps/s², and speeds from 0.001 steps/s. Go faster"),
     }
-    let whole = stepwright::Order::from(leading);
-    let orders = whole.split_line(ways).map_err(|why| Failure::new(why.to_string()))?;
-    orders
-        .filter_map(|(axis, order)| {
-            let (axis, way) = (AxisId::numbered(axis + 1)?, *steps.get(usize::from(axis))?);
-            if axis == lead {
-                return Some((axis, leading));
-            }
-            let ramp = |ramp| match order.accel(ramp) {
-                // No ramp: its slope doesn't matter, but has to be said.
-                _ if order.top <= order.start => Some(Ramp::Accel(Accel::clamped(1))),
-                slope => slope.ok().map(Ramp::Accel),
-            };
-            let (up, down) = (ramp(order.up)?, ramp(order.down)?);
-            let travel = Travel::By(way);
-            Some((
-                axis,
-                Order { start: order.start, top: order.top, up, down, jerk: order.jerk, travel },
-            ))
-        })
-        .map(|(axis, order)| {
-            let order = order.sendable().map_err(|error| {
-                let what = format!("axis {}: its share of the {error}", axis.number());
-                Failure::new(what).hint(
-                    "the line carries whole steps/s², and speeds from 0.001 steps/s. Go faster",
-                )
-            })?;
-            Ok((axis, order))
-        })
-        .collect()
 }
 
 fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Result<(), Failure> {
@@ -296,19 +257,6 @@ fn lost(session: &mut Session, trouble: &LinkError) -> Failure {
         };
     }
     Failure::new(format!("{}: {trouble}", session.link().name())).hint(look)
-}
-
-/// Seconds between the first axis' end and the last's.
-pub fn apart(orders: &[(AxisId, Order)]) -> f64 {
-    let ends: Vec<f64> = orders
-        .iter()
-        .filter_map(|(_, order)| Course::of(&(*order).into()))
-        .filter(|course| course.pulses() > 1)
-        .map(|course| course.duration())
-        .collect();
-    let most = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
-    (most - least).max(0.0)
 }
 
 /// Numbers with their signs.

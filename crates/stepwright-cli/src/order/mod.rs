@@ -20,7 +20,6 @@
 
 pub mod able;
 mod by_law;
-pub mod course;
 pub mod drive;
 mod held;
 pub mod home;

@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 use stepwright::{Accel, Geometry, Speed};
 use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Travel};
 
-use super::course::Course;
 use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::quantity::{
     AccelArg, GeometryArgs, JerkArg, MachineUnit, Rounded, SpeedArg, bounds, in_unit,
 };
+use stepwright_host::course::Course;
 use stepwright_plot::GAP;
 
 /// Above the options that say how to move.

@@ -9,12 +9,12 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use stepwright_host::motion::Sight;
 use stepwright_protocol::Command;
 
-use super::course::Course;
 use super::keys;
 use super::left::Aim;
 use super::motion::{Motion, seconds};
 use super::terminal;
 use crate::{interrupt, say};
+use stepwright_host::course::Course;
 
 /// A speed is measured over this time, or longer where the motor is slow.
 const WINDOW: Duration = Duration::from_millis(200);

@@ -3,10 +3,11 @@
 
 use std::fmt::Display;
 
-use stepwright_protocol::{Command, Listed, Refusal, Reply, Setting, Stop};
+use stepwright_protocol::{Refusal, Setting, Stop};
 
 use crate::failure::Failure;
 use stepwright_host::Session;
+use stepwright_host::settings::{ChangedSettings, behind};
 
 /// The failure of an order whose line was refused for this reason.
 pub fn by(session: &mut Session, line: &dyn Display, why: Refusal) -> Failure {
@@ -20,7 +21,7 @@ pub fn by(session: &mut Session, line: &dyn Display, why: Refusal) -> Failure {
 
 /// What refused it, and what can be done about that.
 fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
-    let set = Changed::ask(session);
+    let set = session.changed_settings().unwrap_or_default();
     let port = if name.starts_with("the ") { String::new() } else { format!(" --port {name}") };
     let change = |what: &str| format!("`stepwright settings set {what}{port}`");
     Some(match why {
@@ -28,7 +29,7 @@ fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
                               120,000, three 43,000, and less beside a fast one; with a limit of \
                               jerk a thirtieth of that"
             .into(),
-        Refusal::TooFast => match set.words(&[Setting::MaxSpeed]) {
+        Refusal::TooFast => match set.words(behind(why)) {
             Some(words) => format!(
                 "the setting {words} refuses more: lower the speed, or {}",
                 change("max-speed=N")
@@ -43,7 +44,7 @@ fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
                 )
             }
         },
-        Refusal::Ramp => match set.words(&[Setting::MaxAccel]) {
+        Refusal::Ramp => match set.words(behind(why)) {
             Some(words) => format!(
                 "the setting {words} refuses steeper ramps: a lower --accel or a longer --ramp, \
                  or {}",
@@ -59,22 +60,14 @@ fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
         Refusal::TooGentle => {
             "give a steeper --accel and --decel, or a lower --top-speed".to_owned()
         }
-        Refusal::NoJerk => match set.words(&[Setting::Law]) {
+        Refusal::NoJerk => match set.words(behind(why)) {
             Some(words) => {
                 format!("the setting {words} refuses --jerk: leave it out, or {}", change("law=1"))
             }
             None => "the board has no S-curves: leave --jerk out".to_owned(),
         },
         Refusal::Limit => {
-            let words = set.words(&[
-                Setting::SoftLimits,
-                Setting::AheadX,
-                Setting::AheadY,
-                Setting::AheadZ,
-                Setting::BehindX,
-                Setting::BehindY,
-                Setting::BehindZ,
-            ]);
+            let words = set.words(behind(why));
             let words = words.unwrap_or_else(|| "soft-limits".to_owned());
             format!("the range is that of the settings {words}: go less far, or {}", change("…"))
         }
@@ -83,7 +76,7 @@ fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
              (`stepwright status{port}`), then `stepwright send{port} '!'`"
         ),
         Refusal::Uncertain => {
-            let words = set.words(&[Setting::HomeFirst]);
+            let words = set.words(behind(why));
             let words = words.map(|words| format!("the setting {words} asks for it: "));
             format!(
                 "{}`stepwright home{port}`, or `stepwright zero{port}` where it stands",
@@ -97,7 +90,7 @@ fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
 }
 
 /// Which input it is that holds the axis.
-fn fault(session: &mut Session, set: &Changed, port: &str) -> String {
+fn fault(session: &mut Session, set: &ChangedSettings, port: &str) -> String {
     let stops = session.ask_info().ok().flatten().and_then(|info| info.stops);
     let inputs = [
         (Setting::Switches, Stop::Switch, "a limit switch is closed; the way back from it is free"),
@@ -115,28 +108,4 @@ fn fault(session: &mut Session, set: &Changed, port: &str) -> String {
     let said: Vec<_> = said.iter().map(|(held, _, words)| format!("{words} ({held})")).collect();
     let look = format!("`stepwright status{port}` says more");
     if said.is_empty() { look } else { format!("{}; {look}", said.join(", or ")) }
-}
-
-/// The settings of a board that differ from their defaults.
-struct Changed(Option<Listed>);
-
-impl Changed {
-    /// None of a board that has no settings, or does not answer.
-    fn ask(session: &mut Session) -> Changed {
-        match session.once(Command::Settings) {
-            Ok(Some(Reply::Settings(settings))) => Changed(Some(settings)),
-            _ => Changed(None),
-        }
-    }
-
-    /// Those of these that were changed: `soft-limits=1 ahead-x=100`.
-    fn words(&self, settings: &[Setting]) -> Option<String> {
-        let values = self.0.as_ref()?.values();
-        let changed = values.filter(|value| {
-            settings.contains(&value.setting()) && value.number() != value.setting().default()
-        });
-        let words: Vec<_> =
-            changed.map(|value| format!("{}={}", value.setting().name(), value.number())).collect();
-        (!words.is_empty()).then(|| words.join(" "))
-    }
 }

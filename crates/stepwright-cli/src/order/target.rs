@@ -16,15 +16,15 @@ use crate::failure::Failure;
 use crate::interrupt::{self, Ends};
 use crate::quantity::bounds;
 use crate::{programs, say};
-use stepwright_host::link::Link;
 #[cfg(unix)]
 use stepwright_host::link::guest::{self, GuestLink};
 #[cfg(unix)]
 use stepwright_host::link::host::Host;
 #[cfg(unix)]
 use stepwright_host::link::lease;
-use stepwright_host::link::serial::{OpenError, SerialLink, Share};
+use stepwright_host::link::serial::{SerialLink, Share};
 use stepwright_host::link::simulated::VirtualLink;
+use stepwright_host::link::{Link, OpenError};
 use stepwright_host::{LinkError, Session};
 use stepwright_plot::PlotFile;
 use stepwright_sim::Description;

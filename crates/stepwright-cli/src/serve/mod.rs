@@ -1,34 +1,22 @@
 //! `stepwright serve`: a board in a browser.
 //!
 //! ```text
-//!   browser ─► stepwright-serve ─► ServeDesk ─► keeper, a thread ─► Session ─► Tap ─► Link
+//!   browser ─► stepwright-serve ─► ServeDesk ─► Keeper, on a thread ─► Session ─► tap ─► Link
 //! ```
 //!
 //! | module | what |
 //! | --- | --- |
-//! | [`keeper`] | keeps the conversation with the board, also when it is lost and comes back |
-//! | [`orders`] | carries out what pages ask for |
-//! | [`homing`] | homes an axis |
-//! | [`waits`] | requests that wait for the end of their order |
-//! | [`sight`] | looks at the axes, and says what it sees |
-//! | [`sheet`] | what the board is |
-//! | [`forecast`] | where an order will take an axis |
-//! | [`pulses`] | which pulses an order has, for the scope |
+//! | [`board`] | the board's thread: its line, also when it is lost and comes back |
 //! | [`tap`] | the lines as they are said |
 //! | [`paths`] | files of lines and arcs |
 //! | [`path_board`] | the same on a board that plays cycles |
+//!
+//! What is asked for is carried out by [`stepwright_keeper`].
 
-mod forecast;
-mod homing;
-mod keeper;
-mod orders;
+mod board;
 mod path_board;
 mod paths;
-mod pulses;
-mod sheet;
-mod sight;
 mod tap;
-mod waits;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::path::PathBuf;
@@ -45,7 +33,7 @@ use crate::machine::{self, MachineArgs};
 use crate::order::target::PortArgs;
 use crate::quantity::GeometryArgs;
 use crate::say;
-use keeper::{Keeper, ServedBoard};
+use board::{BoardThread, ServedBoard};
 use paths::CycleFiles;
 use stepwright_sim::{AxisDrive, Switch};
 
@@ -167,10 +155,10 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let board = thread::spawn({
         let desk = desk.clone();
         move || {
-            let kept = Keeper::begin(served, desk.clone()).and_then(|keeper| {
+            let kept = BoardThread::begin(served, desk.clone()).and_then(|board| {
                 // The other thread waits for nothing else.
                 let _ = tell.send(());
-                keeper.keep()
+                board.keep()
             });
             desk.end();
             kept

@@ -5,11 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
-use stepwright_serve::Declined;
-use stepwright_serve::path::{
-    PathDrawing, PathFile, PathListener, PathReader, PathReport, PathTable,
-};
-use stepwright_serve::report::Trouble;
+use stepwright_keeper::Declined;
+use stepwright_keeper::report::PathReport;
+use stepwright_keeper::report::Trouble;
+use stepwright_serve::path::{PathDrawing, PathFile, PathListener, PathReader, PathTable};
 
 use super::path_board::BoardPlayer;
 use crate::cycle::drawing;

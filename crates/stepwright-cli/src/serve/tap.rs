@@ -4,72 +4,34 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
+use stepwright_host::link::Link;
+use stepwright_keeper::tap::Tap;
 use stepwright_serve::ServeDesk;
 
-use stepwright_host::link::Link;
-
-/// No line and no answer is longer.
-const LONGEST: usize = 1024;
-
 /// A line whose conversation is told to a desk.
-pub struct Tap {
+pub struct TappedLink {
     line: Box<dyn Link>,
     desk: Arc<ServeDesk>,
-    /// What was said since the last CR, and what was answered.
-    saying: Vec<u8>,
-    answer: Vec<u8>,
-    /// Said, and not answered yet.
-    said: Option<String>,
+    tap: Tap,
 }
 
-impl Tap {
+impl TappedLink {
     /// Listens to this line.
-    pub fn new(line: Box<dyn Link>, desk: Arc<ServeDesk>) -> Tap {
-        Tap { line, desk, saying: Vec::new(), answer: Vec::new(), said: None }
-    }
-
-    fn unanswered(&mut self) {
-        if let Some(said) = self.said.take() {
-            self.desk.heard(&said, None);
-        }
+    pub fn new(line: Box<dyn Link>, desk: Arc<ServeDesk>) -> TappedLink {
+        TappedLink { line, desk, tap: Tap::default() }
     }
 }
 
-/// Puts a byte to a line; the line, if it is whole.
-fn whole(line: &mut Vec<u8>, byte: u8) -> Option<String> {
-    match byte {
-        b'\n' => None,
-        b'\r' => Some(String::from_utf8_lossy(&std::mem::take(line)).into_owned()),
-        byte => {
-            if line.len() < LONGEST {
-                line.push(byte);
-            }
-            None
-        }
-    }
-}
-
-impl Link for Tap {
+impl Link for TappedLink {
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        for &byte in bytes {
-            if let Some(said) = whole(&mut self.saying, byte) {
-                self.unanswered();
-                self.answer.clear();
-                self.said = Some(said);
-            }
-        }
+        self.tap.said(bytes, |line, answer| self.desk.heard(line, answer));
         self.line.write(bytes)
     }
 
     fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
         let count = self.line.read(buffer, limit)?;
-        for &byte in buffer.iter().take(count) {
-            if let Some(answer) = whole(&mut self.answer, byte)
-                && let Some(said) = self.said.take()
-            {
-                self.desk.heard(&said, Some(&answer));
-            }
-        }
+        let bytes = buffer.get(..count).unwrap_or_default();
+        self.tap.answered(bytes, |line, answer| self.desk.heard(line, answer));
         Ok(count)
     }
 

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
+use stepwright_keeper::mcap::McapWriter;
 use stepwright_plan::tidy;
-use stepwright_serve::mcap::McapWriter;
 use stepwright_sim::vcd::unit;
 use stepwright_timed::{Call, Control, Field, Status};
 

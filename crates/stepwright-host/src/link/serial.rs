@@ -1,6 +1,5 @@
 //! A serial port.
 
-use std::fmt;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -8,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use serial2::SerialPort;
 
-use super::Link;
+use super::{Link, OpenError};
 
 /// A port that takes no byte for this time is stuck.
 const WRITE_LIMIT: Duration = Duration::from_millis(500);
@@ -29,29 +28,6 @@ pub enum Share {
     /// Regardless of them: a stop must get through.
     Anyhow,
 }
-
-/// Why a port can't be opened.
-#[derive(Debug)]
-pub enum OpenError {
-    /// Another program that asks before opening has it.
-    InUse,
-    /// The waiting for a lease that a dead holder has left was ended.
-    Ended,
-    /// The system refuses it.
-    Io(io::Error),
-}
-
-impl fmt::Display for OpenError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            OpenError::InUse => f.write_str("the port is in use"),
-            OpenError::Ended => f.write_str("interrupted before a line was said"),
-            OpenError::Io(error) => write!(f, "can't open the port: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for OpenError {}
 
 /// An open serial port: 8N1, raw.
 pub struct SerialLink {

@@ -1,6 +1,4 @@
-// The edges of a record of GET /api/scope: when each was, and as files.
-
-import { mcapOf } from "./mcap.js";
+// The edges of a record of GET /api/scope: when each was.
 
 /** The first of `count` for which `late(n)` holds. */
 export function first(count, late) {
@@ -66,56 +64,5 @@ export class Edges {
       }
     }
     return best;
-  }
-
-  /** All edges in order: [ticks, signal, level]. */
-  merged() {
-    const all = this.record.signals.flatMap((signal, n) => {
-      let [ticks, level] = [0, signal.level];
-      return signal.edges.map((more) => [(ticks += more), n, (level = !level)]);
-    });
-    return all.sort((a, b) => a[0] - b[0]);
-  }
-
-  /** As a Value Change Dump, in units of 100 ps. */
-  vcd() {
-    const { record } = this;
-    const letter = (n) => String.fromCharCode(33 + n);
-    const bit = (level) => (level === null ? "x" : Number(level));
-    const unit = 1e10 / record.hz;
-    const at = (ticks) => `#${Math.round(ticks * unit)}`;
-    const lines = [`$comment ${record.words} $end`, "$timescale 100 ps $end", "$scope module board $end"];
-    record.signals.forEach((one, n) => lines.push(`$var wire 1 ${letter(n)} ${one.name} $end`));
-    lines.push("$upscope $end", "$enddefinitions $end", "#0", "$dumpvars");
-    record.signals.forEach((one, n) => lines.push(`${bit(one.level)}${letter(n)}`));
-    lines.push("$end");
-    let last = null;
-    for (const [ticks, n, level] of this.merged()) {
-      if (ticks !== last) lines.push(at((last = ticks)));
-      lines.push(`${bit(level)}${letter(n)}`);
-    }
-    lines.push(at(record.end - record.begin), "");
-    return lines.join("\n");
-  }
-
-  /** As a table: µs, and every level. */
-  csv() {
-    const { signals } = this.record;
-    const levels = signals.map((one) => one.level);
-    const row = (ticks) => [(ticks * this.tick).toFixed(4), ...levels.map((level) => (level === null ? "" : Number(level)))].join();
-    const lines = [["time_us", ...signals.map((one) => one.name)].join(), row(0)];
-    const edges = this.merged();
-    edges.forEach(([ticks, n, level], place) => {
-      levels[n] = level;
-      if (edges[place + 1]?.[0] !== ticks) lines.push(row(ticks));
-    });
-    return `${lines.join("\n")}\n`;
-  }
-
-  /** As MCAP: the levels at the beginning, and every edge, in ns from there, rounded down. */
-  mcap() {
-    const { record } = this;
-    const nanos = ([ticks, n, level]) => [Math.floor((ticks * 1e9) / record.hz), n, level];
-    return mcapOf(record.signals, this.merged().map(nanos), record.words);
   }
 }

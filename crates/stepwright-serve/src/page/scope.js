@@ -3,7 +3,7 @@
 import { colour, dark, open } from "./colours.js";
 import { by, save } from "./dom.js";
 import { Edges, firstFrom } from "./edges.js";
-import { get } from "./server.js";
+import { fileOf, get } from "./server.js";
 
 /** Between two records, in ms. */
 const AGAIN = 400;
@@ -191,10 +191,10 @@ export class Scope {
   }
 
   /** Gives what is shown as a file. */
-  save(as, type) {
+  async save(as, type) {
     if (!this.edges) return;
     this.hold();
-    save(`stepwright.${as}`, this.edges[as](), type);
+    await fileOf(as, this.edges.record).then((bytes) => save(`stepwright.${as}`, bytes, type), this.tell);
   }
 
   draw() {

@@ -2,6 +2,8 @@
 //
 // The page asks nothing that a program could not: /api/openapi.json describes it all.
 
+import { Declined } from "./declined.js";
+
 /** The token of a server beyond loopback: behind the # of the address, which stays here. */
 const token = (() => {
   const said = new URLSearchParams(location.hash.slice(1)).get("token");
@@ -11,15 +13,6 @@ const token = (() => {
   }
   return sessionStorage.getItem("token");
 })();
-
-/** A request that was declined: what, what is allowed, what to do. */
-export class Declined extends Error {
-  constructor(body, status) {
-    const parts = [body.what, body.allowed && `Allowed: ${body.allowed}`, body.do];
-    super(parts.filter(Boolean).join(". "));
-    this.status = status;
-  }
-}
 
 /** The key of who controls, once it was given. */
 let key = null;
@@ -46,17 +39,23 @@ async function ask(path, options = {}) {
   } catch {
     throw new Declined({ what: "the server does not answer", do: "is `stepwright serve` still running?" }, 0);
   }
+  if (answer.ok && options.raw) return answer.arrayBuffer();
   const body = await answer.json();
   if (!answer.ok) throw new Declined(body, answer.status);
   return body;
 }
 
+/** A record of GET /api/scope as a file, by the ending of its name: vcd, csv, mcap. */
+export const fileOf = (ending, record) =>
+  ask(`/api/scope/file?ending=${ending}`, { raw: true, ...posted(record) });
+
+const posted = (body) => ({ method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+
 /** GET. */
 export const get = (path) => ask(path);
 
 /** POST. What is declined is thrown. */
-export const post = (path, body = {}) =>
-  ask(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+export const post = (path, body = {}) => ask(path, posted(body));
 
 /** Takes control; also from another page, if that is wanted. */
 export async function take(over) {

@@ -1,10 +1,10 @@
 // The page without a server: it keeps a board itself, by the way that its reader chooses.
 
-import { Planner } from "../planner.js";
 import { keepBy } from "../server.js";
 import { Host } from "./host.js";
 import { Keeper } from "./keeper.js";
-import { SerialWire, VirtualWire } from "./wires.js";
+import { PacedBoard } from "./paced.js";
+import { SerialWire } from "./serial.js";
 
 const fetched = async (name) => (await fetch(new URL(name, import.meta.url))).arrayBuffer();
 
@@ -23,7 +23,7 @@ function chooser(keeper, module) {
     const wanted = list.value;
     list.disabled = true;
     try {
-      const wire = wanted === "virtual" ? new VirtualWire(module) : new SerialWire(await navigator.serial.requestPort());
+      const wire = wanted === "virtual" ? new PacedBoard(module) : new SerialWire(await navigator.serial.requestPort());
       document.body.classList.toggle("wired", wanted === "serial");
       chosen = wanted;
       await keeper.use(wire);
@@ -39,12 +39,11 @@ function chooser(keeper, module) {
 /** Meets the virtual board; from then on the views ask this page. */
 export async function begin() {
   document.body.classList.add("unserved");
-  const [module, plan] = await Promise.all([fetched("../board.wasm"), fetched("../plan.wasm")]);
-  const keeper = new Keeper(await Host.open(module), await Planner.open(plan));
+  const [module, board] = await Promise.all([fetched("../host.wasm"), fetched("../board.wasm")]);
+  const keeper = new Keeper(await Host.open(module));
   keepBy(keeper);
-  chooser(keeper, module);
-  await keeper.use(new VirtualWire(module));
-  while (!keeper.connected) await new Promise((later) => setTimeout(later, 10));
+  chooser(keeper, board);
+  await keeper.use(new PacedBoard(board));
   // For who reads along in the console.
   document.getElementById("board").keeper = keeper;
 }

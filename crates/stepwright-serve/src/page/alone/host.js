@@ -1,120 +1,130 @@
-// The host's half of the line, as WebAssembly: lines to bytes, bytes to answers, and the words of
-// the protocol. There is no grammar here.
+// The host library as WebAssembly (`stepwright-wasm-host`): requests in, messages out, and a wire to
+// a board. An order's life, homing and the lease are in there; here bytes, time and texts are carried.
 //
 // Nothing here knows a page: Node runs it as well.
+//
+// A wire: name · open() · write(bytes) · close() · onbytes(bytes) · ongone(error). What comes of a
+// write comes later, not within it.
 
-/** What has come of a byte, by its number. */
-const KINDS = [null, "yes", "no", "ready", "busy", "position", "info", "settings"];
+import { Declined } from "../declined.js";
 
-/** The numbers of the answer to `?`; the letters of stops follow. */
-const INFO = ["major", "minor", "axes", "max", "late", "refused", "last", "uncertain", "errors", "can"];
+/** Between two attempts to meet a board that is gone, in ms. */
+const AGAIN = 500;
 
-const LISTS = ["setting", "unit", "help", "stopLetter", "stop", "stopWords", "error", "errorWords", "ability", "refusal", "refusalName"];
-
-/** The numbers of an order, in their order. */
-export const ORDER = ["axis", "steps", "endless", "top_speed", "start_speed", "accel", "decel", "jerk"];
-
-const UNITS = ["", "steps", "", "steps/s", "steps/s", "steps/s²", "steps/s²", "steps/s³"];
+/** What has happened, by its number. */
+const [TIME, BYTES, ASK, OPEN, FAILED, GONE, LEAVE, QUESTIONS, NO_QUESTIONS] = Array(9).keys();
 
 export class Host {
-  static async open(bytes) {
-    const { instance } = await WebAssembly.instantiate(bytes, {});
+  /** From the module's bytes. */
+  static async open(module) {
+    const { instance } = await WebAssembly.instantiate(module, {});
     return new Host(instance.exports);
   }
 
   constructor(door) {
     this.door = door;
-    const { buffer } = door.memory;
-    this.in = new Uint8Array(buffer, door.stepwright_in(), 64);
-    this.out = new Uint8Array(buffer, door.stepwright_out());
-    this.answer = new Float64Array(buffer, door.stepwright_answer(), 32);
-    this.numbers = new Float64Array(buffer, door.stepwright_order(), ORDER.length);
-    this.words = Object.fromEntries(LISTS.map((name, list) => [name, this.list(list)]));
-    this.settings = this.words.setting.map((name, at) => {
-      const [normal, min, max] = [0, 1, 2].map((which) => door.stepwright_setting(at, which));
-      return { name, default: normal, min, max, unit: this.words.unit[at], help: this.words.help[at] };
+    this.begun = performance.now();
+    /** Requests that were not answered yet, by their numbers. */
+    this.asked = new Map();
+    this.count = 0;
+    /** Hears every message that is no answer. */
+    this.told = () => {};
+  }
+
+  /** Leaves the board that there is, and keeps the one at the end of this wire; when it is met, or
+   *  can't be. */
+  async use(wire) {
+    await this.leave();
+    this.wire = wire;
+    wire.onbytes = (bytes) => this.turn(BYTES, bytes);
+    wire.ongone = (error) => this.turn(GONE, error.message);
+    const met = new Promise((met) => (this.met = met));
+    await this.connect(wire);
+    await met;
+  }
+
+  async connect(wire) {
+    let failed;
+    await wire.open().catch((error) => (failed = error));
+    if (this.wire !== wire) await wire.close();
+    else if (failed) this.turn(FAILED, `${wire.name}\n${failed.message}`);
+    else this.turn(OPEN, wire.name);
+  }
+
+  /** Brakes what moves, and lets go of the board. */
+  async leave() {
+    const { wire } = this;
+    if (!wire) return;
+    clearTimeout(this.again);
+    const left = new Promise((left) => (this.left = left));
+    this.turn(LEAVE);
+    await left;
+    this.wire = null;
+    await wire.close();
+  }
+
+  /** Asks as `POST /api/NAME` does: the lines that the board has taken; with `NAME?wait=true` how the
+   *  order has ended. */
+  ask(name, body = {}) {
+    return new Promise((take, fail) => {
+      this.asked.set(++this.count, { take, fail });
+      this.turn(ASK, `${this.count} ${name}\n${JSON.stringify(body)}`);
     });
   }
 
-  list(list) {
-    const words = [];
-    for (;;) {
-      const length = this.door.stepwright_word(list, words.length);
-      if (length < 0) return words;
-      words.push(this.text(length));
+  /** Whether the questions to the board are told as well. */
+  questions(on) {
+    this.turn(on ? QUESTIONS : NO_QUESTIONS);
+  }
+
+  /** A record as a file, by the ending of its name: vcd, csv, mcap. */
+  file(ending, record) {
+    this.put(new TextEncoder().encode(`${ending}\n${JSON.stringify(record)}`));
+    if (!this.door.stepwright_file()) throw new Declined({ what: `there is no ${ending} of this record` }, 422);
+    return this.out(2);
+  }
+
+  put(bytes) {
+    // Room may move the memory.
+    const at = this.door.stepwright_room(bytes.length);
+    new Uint8Array(this.door.memory.buffer, at, bytes.length).set(bytes);
+  }
+
+  out(which) {
+    const at = this.door.stepwright_out(which);
+    return new Uint8Array(this.door.memory.buffer, at, this.door.stepwright_out_len(which)).slice();
+  }
+
+  /** Goes on: this has happened. */
+  turn(event = TIME, what = "") {
+    this.put(typeof what === "string" ? new TextEncoder().encode(what) : what);
+    const due = this.door.stepwright_turn(performance.now() - this.begun, event);
+    clearTimeout(this.timer);
+    if (due < Infinity) this.timer = setTimeout(() => this.turn(), Math.ceil(due));
+    const [bytes, messages] = [this.out(0), new TextDecoder().decode(this.out(1))];
+    if (bytes.length) this.wire.write(bytes);
+    for (const message of messages.split("\n").slice(0, -1)) this.hear(JSON.parse(message));
+  }
+
+  hear(message) {
+    if (message.type === "answer") {
+      const { take, fail } = this.asked.get(message.id);
+      this.asked.delete(message.id);
+      if (message.done) take(message.done);
+      else fail(new Declined(message.declined, message.status));
+    } else if (message.type === "closed") {
+      this.met();
+      if (message.lost) this.lose(this.wire);
+      else this.left();
+    } else {
+      if (message.connected) this.met();
+      this.told(message);
     }
   }
 
-  text(length) {
-    return new TextDecoder().decode(this.out.slice(0, length));
-  }
-
-  put(line) {
-    return this.in.length >= line.length ? new TextEncoder().encodeInto(line, this.in).written : 0;
-  }
-
-  /** From now on lines have checksums, or none. */
-  useSums(on) {
-    this.door.stepwright_sums(on ? 1 : 0);
-  }
-
-  /** The bytes of a line; null if it is none of the protocol. */
-  say(line) {
-    const count = this.door.stepwright_say(this.put(line));
-    return count ? this.out.slice(0, count) : null;
-  }
-
-  /** The bytes that get in step with a board that was silent. */
-  resync() {
-    return this.out.slice(0, this.door.stepwright_resync());
-  }
-
-  /** A byte of the board; the answer, if it is whole. */
-  hear(byte) {
-    const kind = KINDS[this.door.stepwright_hear(byte)];
-    if (!kind) return null;
-    if (kind === "position") return { kind, position: this.answer[0] };
-    if (kind === "info") return { kind, info: this.info() };
-    if (kind === "settings") return { kind, values: Array.from(this.answer.slice(0, this.settings.length)) };
-    return { kind };
-  }
-
-  info() {
-    const info = Object.fromEntries(INFO.map((name, at) => [name, this.answer[at]]));
-    const set = (bits, names) => (bits < 0 ? null : names.filter((_, bit) => (bits >> bit) % 2 === 1));
-    const stops = this.answer.slice(INFO.length, INFO.length + info.axes);
-    return {
-      ...info,
-      last: info.last < 0 ? null : this.words.refusal[info.last],
-      refusal: info.last < 0 ? null : this.words.refusalName[info.last],
-      can: set(info.can, this.words.ability),
-      errors: (set(info.errors, this.words.error) ?? []).map((name) => {
-        return { name, words: this.words.errorWords[this.words.error.indexOf(name)] };
-      }),
-      stops: Array.from(stops, (letter) => {
-        if (!letter) return null;
-        const at = this.words.stopLetter.indexOf(String.fromCharCode(letter));
-        return { name: this.words.stop[at], words: this.words.stopWords[at] };
-      }),
-    };
-  }
-
-  /** What a line means. */
-  meaning(line) {
-    return this.text(this.door.stepwright_meaning(this.put(line)));
-  }
-
-  /** What is allowed of a number of an order, by its name: both ends included. */
-  range(name) {
-    const at = ORDER.indexOf(name);
-    return [this.door.stepwright_low(at), this.door.stepwright_high(at), UNITS[at]];
-  }
-
-  /** The lines of an order; or the name of the number that is outside its range. */
-  script(order) {
-    this.numbers.set(ORDER.map((name) => order[name] ?? 0));
-    const count = this.door.stepwright_script();
-    if (count < 0) return { wrong: ORDER[-1 - count] };
-    return { lines: this.text(count).split("\r").slice(0, -1) };
+  /** Meets the board again when it is back. */
+  async lose(wire) {
+    await wire.close();
+    if (this.wire === wire) this.again = setTimeout(() => this.wire === wire && this.connect(wire), AGAIN);
   }
 }

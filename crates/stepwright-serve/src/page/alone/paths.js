@@ -1,6 +1,6 @@
 // Paths without a server: the examples, as `stepwright serve` has drawn them.
 
-import { Declined } from "../server.js";
+import { Declined } from "../declined.js";
 
 const PLAYER =
   "This page has the drawings of the examples. `stepwright serve` draws any file, also while its text is changed, and runs it.";

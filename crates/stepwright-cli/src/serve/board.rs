@@ -1,0 +1,179 @@
+//! The board's thread: its line, and a [`Keeper`] that is carried on by it.
+//!
+//! ```text
+//!   open ─► turn, wait for a job, turn … ──► lost ─► open again ─► turn …
+//!               │ Ctrl-C                       │ Ctrl-C
+//!               ▼                              ▼
+//!             everything brakes, and rests ──► end
+//! ```
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use stepwright_host::link::Link;
+use stepwright_host::link::serial::Share;
+use stepwright_host::link::simulated::VirtualLink;
+use stepwright_host::{LinkError, Session};
+use stepwright_keeper::report::MachineSheet;
+use stepwright_keeper::{Declined, Keeper, KeptBoard};
+use stepwright_protocol::{AxisId, LeaseMillis};
+use stepwright_serve::ServeDesk;
+use stepwright_sim::{AxisDrive, Description, Switch};
+
+use super::tap::TappedLink;
+use crate::board::bench::{Bench, Width};
+use crate::board::edge_files::EdgePaths;
+use crate::board::edges::EdgeStore;
+use crate::board::recording::Recording;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::order::target::{self, PortArgs};
+
+/// The board brakes by itself when it hears nothing from here for this time, while an axis
+/// runs without end.
+const LEASE: LeaseMillis = LeaseMillis::clamped(1000);
+
+/// Between two attempts to meet a board that is gone.
+const AGAIN: Duration = Duration::from_millis(500);
+
+/// Between two looks for Ctrl-C meanwhile.
+const IDLE: Duration = Duration::from_millis(100);
+
+/// Which board is served.
+pub struct ServedBoard {
+    /// Its port, or a virtual board's absence of one.
+    pub port: PortArgs,
+    /// The unit of its positions, and the steps of one.
+    pub unit: (&'static str, f64),
+    /// The limit switches of a virtual machine.
+    pub switches: Vec<Switch>,
+    /// What its motors are on that have coils.
+    pub drives: Vec<AxisDrive>,
+    /// How far the limit switches of axes may be, in steps, by the machine file.
+    pub home_within: Vec<(AxisId, u32)>,
+    /// What stands in the machine file.
+    pub machine: Option<MachineSheet>,
+}
+
+/// The board's thread.
+pub struct BoardThread {
+    board: ServedBoard,
+    desk: Arc<ServeDesk>,
+    session: Session,
+    keeper: Keeper<ServeDesk>,
+}
+
+/// Opens the way to the board and meets it.
+fn open(board: &ServedBoard, desk: &Arc<ServeDesk>) -> Result<Session, Failure> {
+    let port = &board.port;
+    let link: Box<dyn Link> = match &port.port {
+        Some(path) => Box::new(target::serial(path, port.baud, Share::Host)?),
+        None => {
+            let description = Description::uno().with_drives(&board.drives);
+            let edges = EdgeStore::new(&description);
+            desk.probe(Arc::new(edges.clone()));
+            let recording = Recording::begin(&description, EdgePaths::default(), None)?.keep(edges);
+            let bench = Bench::new(description, Width::Narrow, recording);
+            Box::new(VirtualLink::new(bench.with_switches(&board.switches), false))
+        }
+    };
+    let mut session = target::conversation(Box::new(TappedLink::new(link, desk.clone())));
+    if let Some(path) = &port.port {
+        target::let_in(&mut session, path);
+    }
+    target::met(&mut session)?;
+    Ok(session)
+}
+
+impl BoardThread {
+    /// Meets the board.
+    pub fn begin(board: ServedBoard, desk: Arc<ServeDesk>) -> Result<BoardThread, Failure> {
+        let mut session = open(&board, &desk)?;
+        let kept = KeptBoard {
+            name: session.name(),
+            unit: board.unit,
+            home_within: board.home_within.clone(),
+            machine: board.machine.clone(),
+            lease: LEASE,
+        };
+        let mut keeper = Keeper::new(desk.clone(), kept);
+        if board.port.port.is_some() {
+            desk.probe(keeper.pulses());
+        }
+        let begun = session.wait(async |talk| keeper.begin(talk).await).and_then(|begun| begun);
+        begun.map_err(|trouble| target::lost(&session.name(), &trouble))?;
+        Ok(BoardThread { board, desk, session, keeper })
+    }
+
+    /// Keeps the board until Ctrl-C, or another signal.
+    pub fn keep(mut self) -> Result<(), Failure> {
+        loop {
+            let trouble = match self.attend() {
+                Ok(()) => return target::finish(&mut self.session),
+                Err(trouble) => trouble,
+            };
+            if matches!(trouble, LinkError::Killed) {
+                return self.kill();
+            }
+            let moving = self.keeper.is_moving();
+            self.desk.close(self.keeper.lose(&trouble));
+            if !self.meet_again() {
+                let failure = target::lost(&self.session.name(), &trouble);
+                return Err(match moving {
+                    true => failure.hint("a motor may still be moving: look at it"),
+                    false => failure,
+                });
+            }
+        }
+    }
+
+    /// Does what there is to do until the end is asked for.
+    fn attend(&mut self) -> Result<(), LinkError> {
+        let mut pause = Duration::ZERO;
+        while !interrupt::asked() {
+            let job = self.desk.next(pause);
+            let keeper = &mut self.keeper;
+            pause = self.session.wait(async |talk| keeper.turn(talk, job).await)??;
+        }
+        self.desk.close(Declined::away("the server is ending"));
+        let keeper = &mut self.keeper;
+        if self.session.wait(async |talk| keeper.let_go(talk).await)?? {
+            crate::say::note(interrupt::braking());
+        }
+        self.session.wait(async |talk| keeper.rest(talk).await)?
+    }
+
+    fn kill(&mut self) -> Result<(), Failure> {
+        match self.session.kill() {
+            Ok(true) => Err(Failure::interrupted("killed: a motor that moved may have lost steps")),
+            _ => Err(Failure::interrupted("the board did not confirm K")
+                .hint("a motor may still be moving: switch off its power")),
+        }
+    }
+
+    /// Waits until the board is back; false if the end is asked for before.
+    fn meet_again(&mut self) -> bool {
+        loop {
+            let tried = Instant::now();
+            while tried.elapsed() < AGAIN {
+                if interrupt::asked() {
+                    return false;
+                }
+                self.keeper.publish();
+                std::thread::sleep(IDLE);
+            }
+            if let Ok(session) = open(&self.board, &self.desk) {
+                self.session = session;
+                let keeper = &mut self.keeper;
+                let begun = self
+                    .session
+                    .wait(async |talk| keeper.begin(talk).await)
+                    .and_then(|begun| begun);
+                if begun.is_ok() {
+                    self.desk.open();
+                    return true;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! What a program asks of a board and its axes: the calls of every face, as futures that wait for the
+//! board alone.
+
+use std::time::Duration;
+
+use stepwright::Speed;
+use stepwright_protocol::{
+    AxisId, Command, Direction, Distance, MilliSpeed, Order, Refusal, Reply, Script, Selection,
+    Travel,
+};
+
+use crate::conversation::{Conversation, LinkError};
+use crate::home::HomeOrder;
+use crate::homing::SwitchSide;
+use crate::motion::{Action, Adrift, Ended, POLL, RestPlace, Sight};
+use crate::outcome::{Error, MotionLimits, Outcome};
+
+/// Has a face make a method of each call of an axis.
+macro_rules! axis_calls {
+    ($face:ident) => {
+        $face! {
+            /// Where it is, in steps; `None` if that is not known.
+            ///
+            /// # Errors
+            /// [`Error::Lost`]
+            position() -> Option<i64>;
+            /// Calls the place where it stands 0.
+            ///
+            /// # Errors
+            /// [`Error::Refused`] while it moves; [`Error::Lost`].
+            set_zero() -> ();
+            /// Moves to a position in steps, and waits.
+            ///
+            /// # Errors
+            /// [`Error::Refused`], [`Error::TooFar`], [`Error::Uncertain`], [`Error::Range`],
+            /// [`Error::Moving`]: nothing moves by it. [`Error::Lost`].
+            move_to(position: i64, motion: &MotionLimits) -> Outcome;
+            /// Moves by a number of steps, and waits.
+            ///
+            /// # Errors
+            /// Those of `move_to`.
+            move_by(steps: i64, motion: &MotionLimits) -> Outcome;
+            /// Begins to move by a number of steps, and does not wait.
+            ///
+            /// # Errors
+            /// Those of `move_to`.
+            travel(steps: i64, motion: &MotionLimits) -> ();
+            /// Runs for a time, brakes, and waits until it rests: [`Outcome::Reached`] says where.
+            ///
+            /// # Errors
+            /// Those of `move_to`.
+            run(way: Direction, motion: &MotionLimits, time: Duration) -> Outcome;
+            /// Waits until it rests. `see` is told of every look, 20 a second, and says what is
+            /// wished for. `target` is where it is expected.
+            ///
+            /// # Errors
+            /// [`Error::Lost`]
+            wait(target: i64, see: impl FnMut(&Sight) -> Action) -> Outcome;
+            /// Sends the travel in progress elsewhere: this many steps from where it began.
+            ///
+            /// # Errors
+            /// [`Error::Refused`] at rest, or where the board refuses it; [`Error::Lost`].
+            retarget(steps: i32) -> ();
+            /// Gives the travel in progress another top speed.
+            ///
+            /// # Errors
+            /// Those of `retarget`.
+            set_top_speed(top: Speed) -> ();
+            /// Brakes along the ramp, and waits until it rests. The position stays known.
+            ///
+            /// # Errors
+            /// [`Error::Lost`]
+            stop() -> Outcome;
+            /// Finds 0 by its limit switch, which the settings of the board name: to it, away from
+            /// it by `back_off` steps, slowly to it again, and away. Where it stands then.
+            ///
+            /// # Errors
+            /// [`Error::NoSwitch`], [`Error::NotHomed`], and those of `move_to`.
+            home(
+                fast: &MotionLimits,
+                slow: &MotionLimits,
+                back_off: u32,
+                within: u32
+            ) -> i64;
+        }
+    };
+}
+pub(crate) use axis_calls;
+
+/// The axis of this number, if the board has it: 1 is X.
+pub(crate) fn axis(talk: &Conversation, number: u8) -> Result<AxisId, Error> {
+    let axes = talk.info().map_or(1, |info| info.axes);
+    AxisId::numbered(number).filter(|_| number <= axes).ok_or(Error::NoAxis { axes })
+}
+
+/// Brakes every axis along its ramp, and waits until all rest.
+pub(crate) async fn stop_all(talk: &mut Conversation) -> Result<(), Error> {
+    talk.stop(Selection::All).await?;
+    while talk.is_busy(Selection::All).await? {
+        talk.pause(POLL).await?;
+    }
+    Ok(())
+}
+
+/// Stops every axis at once.
+pub(crate) async fn kill_all(talk: &mut Conversation) -> Result<(), Error> {
+    match talk.kill().await? {
+        true => Ok(()),
+        false => Err(LinkError::Silent.into()),
+    }
+}
+
+/// An axis in a conversation.
+pub(crate) struct AxisCalls<'t> {
+    pub talk: &'t mut Conversation,
+    pub id: AxisId,
+}
+
+impl AxisCalls<'_> {
+    pub async fn position(&mut self) -> Result<Option<i64>, Error> {
+        Ok(self.talk.position(self.id).await?)
+    }
+
+    pub async fn set_zero(&mut self) -> Result<(), Error> {
+        let line = Command::Zero(self.id);
+        match self.talk.ask(line).await? {
+            Reply::Yes => Ok(()),
+            _ => Err(self.refused(line).await?),
+        }
+    }
+
+    pub async fn move_to(
+        &mut self,
+        position: i64,
+        motion: &MotionLimits,
+    ) -> Result<Outcome, Error> {
+        let from = self.stand().await?;
+        self.travel(position.saturating_sub(from), motion).await?;
+        self.wait(position, |_| Action::GoOn).await
+    }
+
+    pub async fn move_by(&mut self, steps: i64, motion: &MotionLimits) -> Result<Outcome, Error> {
+        let from = self.stand().await?;
+        self.move_to(from.saturating_add(steps), motion).await
+    }
+
+    pub async fn travel(&mut self, steps: i64, motion: &MotionLimits) -> Result<(), Error> {
+        let distance = i32::try_from(steps).map_err(|_| Error::TooFar { steps })?;
+        self.begin(motion.order(Travel::By(Distance::new(distance)))).await
+    }
+
+    pub async fn run(
+        &mut self,
+        way: Direction,
+        motion: &MotionLimits,
+        time: Duration,
+    ) -> Result<Outcome, Error> {
+        self.begin(motion.order(Travel::Endless(way))).await?;
+        let until = self.talk.now().saturating_add(time);
+        let watched = self.talk.watch(self.id, Some(until), |_, _| Action::GoOn).await;
+        let over = matches!(watched, Ok(Sight { braking: true, .. }));
+        let outcome = self.conclude(watched, None).await?;
+        Ok(match outcome {
+            Outcome::Stopped { at, .. } if over => Outcome::Reached { at },
+            outcome => outcome,
+        })
+    }
+
+    pub async fn wait(
+        &mut self,
+        target: i64,
+        mut see: impl FnMut(&Sight) -> Action,
+    ) -> Result<Outcome, Error> {
+        let watched = self.talk.watch(self.id, None, |_, sight| see(sight)).await;
+        let target = self.talk.new_target(self.id).unwrap_or(target);
+        self.conclude(watched, Some(target)).await
+    }
+
+    pub async fn retarget(&mut self, steps: i32) -> Result<(), Error> {
+        self.change(Command::Retarget(Distance::new(steps))).await
+    }
+
+    pub async fn set_top_speed(&mut self, top: Speed) -> Result<(), Error> {
+        let milli = Command::Milli(MilliSpeed::clamped(top.millisteps()));
+        self.change(Command::top(top).unwrap_or(milli)).await
+    }
+
+    pub async fn stop(&mut self) -> Result<Outcome, Error> {
+        self.talk.stop(Selection::One(self.id)).await?;
+        let watched = self.talk.watch(self.id, None, |_, _| Action::GoOn).await;
+        self.conclude(watched, None).await
+    }
+
+    pub async fn home(
+        &mut self,
+        fast: &MotionLimits,
+        slow: &MotionLimits,
+        back_off: u32,
+        within: u32,
+    ) -> Result<i64, Error> {
+        let Reply::Settings(listed) = self.talk.ask(Command::Settings).await? else {
+            return Err(Error::NoSwitch);
+        };
+        let side = SwitchSide::of(self.id, &listed).map_err(|_| Error::NoSwitch)?;
+        let any = Travel::By(Distance::new(0));
+        let (fast, slow) = (fast.order(any), slow.order(any));
+        let order = HomeOrder { side, fast, slow, back_off, within };
+        Ok(self.talk.home(&order, |_, _| Action::GoOn).await?)
+    }
+
+    /// Where it stands.
+    async fn stand(&mut self) -> Result<i64, Error> {
+        if self.talk.is_busy(Selection::One(self.id)).await? {
+            return Err(Error::Moving);
+        }
+        self.talk.rest_position(self.id).await?.ok_or(Error::Uncertain)
+    }
+
+    async fn begin(&mut self, order: Order) -> Result<(), Error> {
+        let orders = [(self.id, order)];
+        let lines: Vec<_> = Script::new(&orders)?.collect();
+        let from = self.stand().await?;
+        Ok(self.talk.begin(self.id, &order, &lines, Some(from)).await?)
+    }
+
+    /// Says a line that changes the travel in progress. At rest the board would keep it.
+    async fn change(&mut self, line: Command) -> Result<(), Error> {
+        let one = Selection::One(self.id);
+        if !self.talk.is_busy(one).await? {
+            return Err(Error::Refused { line, reason: Some(Refusal::NoTravel) });
+        }
+        match self.talk.ask_of(one, line).await? {
+            Reply::Yes => Ok(()),
+            _ => Err(self.refused(line).await?),
+        }
+    }
+
+    async fn refused(&mut self, line: Command) -> Result<Error, LinkError> {
+        Ok(Error::Refused { line, reason: self.talk.why().await? })
+    }
+
+    /// What became of it, whatever happened.
+    pub async fn conclude(
+        &mut self,
+        watched: Result<Sight, LinkError>,
+        target: Option<i64>,
+    ) -> Result<Outcome, Error> {
+        let Ended { end, adrift, .. } = self.talk.conclude(self.id, watched).await;
+        match (end, adrift) {
+            (_, Some(Adrift::Lost(trouble))) => Err(trouble.into()),
+            (_, Some(Adrift::Unconfirmed)) => Err(LinkError::Silent.into()),
+            (RestPlace::At(at), _) if target == Some(at) => Ok(Outcome::Reached { at }),
+            (RestPlace::At(at), _) => {
+                let reason = self.talk.stop_of(self.id).await.unwrap_or(None);
+                Ok(Outcome::Stopped { at, reason })
+            }
+            (RestPlace::Uncertain, _) => Ok(Outcome::Uncertain),
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! When the pulses of an ordered travel come: under a trapezoid, or an S-curve.
+
+use stepwright::profile::{Curve, Path};
+use stepwright::{Rate, Travel};
+
+/// The timer that durations are computed with: the board's own may differ, by
+/// less than anyone can see.
+const CLOCK: Rate = Rate::MHZ;
+
+/// A travel that ends, in closed form.
+pub enum Course {
+    /// Under a trapezoid.
+    Trapezoid(Path),
+    /// Under an S-curve.
+    Curve(Box<Curve>),
+}
+
+impl Course {
+    /// Of an order; `None` if it is endless, or no timer of ours can hold it.
+    pub fn of(order: &stepwright::Order) -> Option<Course> {
+        let Travel::By(steps) = order.travel else { return None };
+        match order.s_curve(CLOCK) {
+            None => order.path(CLOCK).ok().map(Course::Trapezoid),
+            Some(law) => {
+                law.ok()?.curve(steps.unsigned_abs()).ok().map(|c| Course::Curve(Box::new(c)))
+            }
+        }
+    }
+
+    /// How many pulses it has.
+    pub fn pulses(&self) -> u32 {
+        match self {
+            Course::Trapezoid(path) => path.pulses(),
+            Course::Curve(curve) => curve.pulses(),
+        }
+    }
+
+    /// The highest speed, in 0.001 steps/s.
+    pub fn peak(&self) -> u32 {
+        match self {
+            Course::Trapezoid(path) => path.peak(),
+            Course::Curve(curve) => curve.peak(),
+        }
+    }
+
+    /// Seconds from the first pulse to pulse `n`, counted from 0.
+    pub fn seconds(&self, n: u32) -> f64 {
+        let ticks = match self {
+            Course::Trapezoid(path) => path.time_of(n),
+            Course::Curve(curve) => curve.time_of(n),
+        };
+        ticks as f64 / f64::from(CLOCK.hz())
+    }
+
+    /// Seconds from the first pulse to the last.
+    pub fn duration(&self) -> f64 {
+        self.seconds(self.pulses().saturating_sub(1))
+    }
+}

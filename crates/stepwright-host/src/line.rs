@@ -1,0 +1,88 @@
+//! A straight line of several axes: the orders that begin and end together.
+//!
+//! The axis that goes furthest has the whole speeds and ramps, the others their share.
+
+use std::fmt;
+
+use stepwright::profile::Unfit;
+use stepwright::{Accel, OutOfRange};
+use stepwright_protocol::{AxisId, Distance, Order, Ramp, Travel};
+
+use crate::course::Course;
+
+/// The most axes that a board has.
+const AXES: usize = 8;
+
+/// Why a line has no orders.
+#[derive(Debug)]
+pub enum NoLine {
+    /// The whole line can't be shared out.
+    Whole(Unfit),
+    /// The serial line can't say the share of this axis.
+    Share(AxisId, OutOfRange),
+}
+
+impl fmt::Display for NoLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            NoLine::Whole(why) => why.fmt(f),
+            NoLine::Share(axis, why) => write!(f, "axis {}: its share of the {why}", axis.number()),
+        }
+    }
+}
+
+impl std::error::Error for NoLine {}
+
+/// The axis that goes furthest, and how far; the steps are those of axis 1, 2, …
+pub fn furthest(steps: &[Distance]) -> Option<(AxisId, Distance)> {
+    let each = AxisId::first(steps.len() as u8).zip(steps.iter().copied());
+    each.max_by_key(|(axis, way)| (way.get().unsigned_abs(), !axis.number()))
+}
+
+/// The order of each axis that moves, as the serial line can say it, by the order of the axis
+/// that goes furthest; the steps are those of axis 1, 2, …
+///
+/// # Errors
+/// [`NoLine`]
+pub fn shares(
+    (lead, leading): (AxisId, Order),
+    steps: &[Distance],
+) -> Result<Vec<(AxisId, Order)>, NoLine> {
+    let mut ways = [0; AXES];
+    for (way, steps) in ways.iter_mut().zip(steps) {
+        *way = steps.get();
+    }
+    let whole = stepwright::Order::from(leading);
+    let orders = whole.split_line(ways).map_err(NoLine::Whole)?;
+    orders
+        .filter_map(|(axis, order)| {
+            let (axis, way) = (AxisId::numbered(axis + 1)?, *steps.get(usize::from(axis))?);
+            if axis == lead {
+                return Some((axis, leading));
+            }
+            let ramp = |ramp| match order.accel(ramp) {
+                // No ramp: its slope doesn't matter, but has to be said.
+                _ if order.top <= order.start => Some(Ramp::Accel(Accel::clamped(1))),
+                slope => slope.ok().map(Ramp::Accel),
+            };
+            let (up, down) = (ramp(order.up)?, ramp(order.down)?);
+            let travel = Travel::By(way);
+            let (start, top, jerk) = (order.start, order.top, order.jerk);
+            Some((axis, Order { start, top, up, down, jerk, travel }))
+        })
+        .map(|(axis, order)| Ok((axis, order.sendable().map_err(|why| NoLine::Share(axis, why))?)))
+        .collect()
+}
+
+/// Seconds between the first axis' end and the last's.
+pub fn apart(orders: &[(AxisId, Order)]) -> f64 {
+    let ends: Vec<f64> = orders
+        .iter()
+        .filter_map(|(_, order)| Course::of(&(*order).into()))
+        .filter(|course| course.pulses() > 1)
+        .map(|course| course.duration())
+        .collect();
+    let most = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
+    (most - least).max(0.0)
+}

@@ -1,0 +1,196 @@
+//! How an axis moves, what becomes of an order, and why one is not carried out.
+
+use std::fmt;
+
+use stepwright::{Accel, Jerk, OutOfRange, Speed};
+use stepwright_protocol::{Command, Order, Ramp, Refusal, Stop, Travel};
+
+use crate::conversation::LinkError;
+use crate::home::NotHomed;
+use crate::homing::HomingFailure;
+use crate::link::OpenError;
+use crate::motion::NotBegun;
+
+/// How an axis moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MotionLimits {
+    /// The speed that the motor jumps to from rest, and stops from: 0 … 1,000,000 steps/s.
+    pub start: Speed,
+    /// The speed between the ramps: 0.001 … 1,000,000 steps/s.
+    pub top: Speed,
+    /// Up to it: 1 … 100,000,000 steps/s².
+    pub accel: Accel,
+    /// Back down.
+    pub decel: Accel,
+    /// The limit of jerk, for a board that has S-curves.
+    pub jerk: Option<Jerk>,
+}
+
+impl MotionLimits {
+    /// From rest to this speed and back, at this acceleration.
+    pub const fn new(top: Speed, accel: Accel) -> MotionLimits {
+        MotionLimits { start: Speed::ZERO, top, accel, decel: accel, jerk: None }
+    }
+
+    pub(crate) fn order(&self, travel: Travel) -> Order {
+        let MotionLimits { start, top, accel, decel, jerk } = *self;
+        Order { start, top, up: Ramp::Accel(accel), down: Ramp::Accel(decel), jerk, travel }
+    }
+}
+
+impl Default for MotionLimits {
+    /// 1,000 steps/s, there after 200 steps from a start speed of 50 steps/s.
+    fn default() -> MotionLimits {
+        const fn speed(steps: u32) -> Speed {
+            match Speed::from_steps(steps) {
+                Ok(speed) => speed,
+                Err(_) => Speed::MAX,
+            }
+        }
+        const ACCEL: Accel = match Accel::from_steps(2_494) {
+            Ok(accel) => accel,
+            Err(_) => panic!("an acceleration"),
+        };
+        MotionLimits { start: speed(50), ..MotionLimits::new(speed(1_000), ACCEL) }
+    }
+}
+
+/// What became of an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The axis rests where it was ordered to.
+    Reached {
+        /// There, in steps.
+        at: i64,
+    },
+    /// It rests elsewhere.
+    Stopped {
+        /// There, in steps.
+        at: i64,
+        /// What has stopped it, if the board says so.
+        reason: Option<Stop>,
+    },
+    /// It is not known where it is: a kill, or something like it, has lost steps.
+    Uncertain,
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Outcome::Reached { at } => write!(f, "reached {at}"),
+            Outcome::Stopped { at, reason: Some(stop) } => {
+                write!(f, "stopped at {at} by {}", stop.words())
+            }
+            Outcome::Stopped { at, reason: None } => write!(f, "stopped at {at}"),
+            Outcome::Uncertain => f.write_str("position uncertain"),
+        }
+    }
+}
+
+/// Why an order was not carried out, or is not known to have been.
+#[derive(Debug)]
+pub enum Error {
+    /// The port can't be opened.
+    Open(OpenError),
+    /// The conversation has ended. `moving` if the motor may move all the same.
+    Lost {
+        /// Why.
+        trouble: LinkError,
+        /// Whether a motor may be moving.
+        moving: bool,
+    },
+    /// The board has this many axes, and not this one.
+    NoAxis {
+        /// As many as it has.
+        axes: u8,
+    },
+    /// A number is outside its range.
+    Range(OutOfRange),
+    /// A travel has at most 2³¹ − 1 steps.
+    TooFar {
+        /// As many as were asked for.
+        steps: i64,
+    },
+    /// The board refused this line; nothing moves by it.
+    Refused {
+        /// The line.
+        line: Command,
+        /// Its reason, if it says so.
+        reason: Option<Refusal>,
+    },
+    /// Every attempt to give the order was spoiled on its way; nothing moves by it.
+    Noise,
+    /// The axis moves: wait for it, stop it, or change its travel.
+    Moving,
+    /// Where the axis stands is not known: home it, or call the place 0.
+    Uncertain,
+    /// The board knows of no limit switch of the axis: the setting `switches` names them.
+    NoSwitch,
+    /// The axis is not homed.
+    NotHomed(HomingFailure),
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::Open(error) => error.fmt(f),
+            Error::Lost { trouble, moving: false } => trouble.fmt(f),
+            Error::Lost { trouble, moving: true } => write!(f, "{trouble}; a motor may be moving"),
+            Error::NoAxis { axes } => write!(f, "no such axis: give 1 to {axes}"),
+            Error::Range(range) => range.fmt(f),
+            Error::TooFar { steps } => {
+                write!(f, "{steps} steps are too far for one travel: at most 2147483647")
+            }
+            Error::Refused { line, reason: Some(why) } => write!(f, "{line} was refused: {why}"),
+            Error::Refused { line, reason: None } => write!(f, "{line} was refused"),
+            Error::Noise => f.write_str("every attempt was spoiled by noise; nothing has moved"),
+            Error::Moving => {
+                f.write_str("the axis moves: wait for it, stop it, or change its travel")
+            }
+            Error::Uncertain => {
+                f.write_str("the position is uncertain: home the axis, or set its position")
+            }
+            Error::NoSwitch => {
+                f.write_str("the board knows of no limit switch of this axis (setting switches)")
+            }
+            Error::NotHomed(failure) => write!(f, "not homed: {failure}"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+impl From<OutOfRange> for Error {
+    fn from(range: OutOfRange) -> Error {
+        Error::Range(range)
+    }
+}
+
+/// Nobody can tell whether a motor moves.
+impl From<LinkError> for Error {
+    fn from(trouble: LinkError) -> Error {
+        Error::Lost { trouble, moving: true }
+    }
+}
+
+impl From<NotBegun> for Error {
+    fn from(not: NotBegun) -> Error {
+        match not {
+            NotBegun::Refused(line, reason) => Error::Refused { line, reason },
+            NotBegun::Trouble { trouble, moving } => Error::Lost { trouble, moving },
+            NotBegun::Noise => Error::Noise,
+        }
+    }
+}
+
+impl From<NotHomed> for Error {
+    fn from(not: NotHomed) -> Error {
+        match not {
+            NotHomed::NotBegun(not) => not.into(),
+            NotHomed::Unsayable(range) => Error::Range(range),
+            NotHomed::Failed(failure, _) => Error::NotHomed(failure),
+            NotHomed::Trouble(trouble) => Error::Lost { trouble, moving: false },
+            NotHomed::Adrift(trouble) => Error::Lost { trouble, moving: true },
+        }
+    }
+}

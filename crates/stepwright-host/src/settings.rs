@@ -1,0 +1,93 @@
+//! What the settings of a board have to do with an order: a law without S-curves, and the settings
+//! that may be behind a refusal.
+
+use stepwright_protocol::{Ability, Command, Listed, Order, Refusal, Reply, Setting};
+
+use crate::conversation::{Conversation, LinkError};
+
+/// Why a board follows no limit of jerk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoCurves {
+    /// It has no S-curves.
+    Board,
+    /// Its setting `law` is 0: it would ignore the limit.
+    Law,
+}
+
+/// The settings of a board that differ from their defaults.
+#[derive(Clone, Debug, Default)]
+pub struct ChangedSettings(Option<Listed>);
+
+impl ChangedSettings {
+    /// Those of these that were changed: `soft-limits=1 ahead-x=100`.
+    pub fn words(&self, settings: &[Setting]) -> Option<String> {
+        let values = self.0.as_ref()?.values();
+        let changed = values.filter(|value| {
+            settings.contains(&value.setting()) && value.number() != value.setting().default()
+        });
+        let words: Vec<_> =
+            changed.map(|value| format!("{}={}", value.setting().name(), value.number())).collect();
+        (!words.is_empty()).then(|| words.join(" "))
+    }
+}
+
+/// The settings that may be behind a refusal.
+pub const fn behind(why: Refusal) -> &'static [Setting] {
+    match why {
+        Refusal::TooFast => &[Setting::MaxSpeed],
+        Refusal::Ramp => &[Setting::MaxAccel],
+        Refusal::NoJerk => &[Setting::Law],
+        Refusal::Limit => &[
+            Setting::SoftLimits,
+            Setting::AheadX,
+            Setting::AheadY,
+            Setting::AheadZ,
+            Setting::BehindX,
+            Setting::BehindY,
+            Setting::BehindZ,
+        ],
+        Refusal::Stopped => &[Setting::SafeStart],
+        Refusal::Uncertain => &[Setting::HomeFirst],
+        Refusal::Fault => &[Setting::Switches, Setting::Emergency, Setting::DriverFault],
+        _ => &[],
+    }
+}
+
+impl Conversation {
+    /// The settings that differ from their defaults; none of a board that has no settings.
+    ///
+    /// # Errors
+    /// The line is gone.
+    pub async fn changed_settings(&mut self) -> Result<ChangedSettings, LinkError> {
+        Ok(ChangedSettings(match self.once(Command::Settings).await? {
+            Some(Reply::Settings(settings)) => Some(settings),
+            _ => None,
+        }))
+    }
+
+    /// Why the board would not follow the limit of jerk of this order; `None` if it would, or if the
+    /// order has none.
+    ///
+    /// # Errors
+    /// The board is silent, or its line is gone.
+    pub async fn no_curves(&mut self, order: &Order) -> Result<Option<NoCurves>, LinkError> {
+        if order.jerk.is_none() {
+            return Ok(None);
+        }
+        let can = match self.info() {
+            None => Some(false),
+            // A board that does not say is asked: it refuses what it can't.
+            Some(info) => info.can.map(|can| can.has(Ability::Jerk)),
+        };
+        if can == Some(false) {
+            return Ok(Some(NoCurves::Board));
+        }
+        // A board without settings answers E: it follows the jerk.
+        Ok(match self.ask(Command::Setting(Setting::Law)).await? {
+            Reply::Setting(value) if value.setting() == Setting::Law && value.number() == 0 => {
+                Some(NoCurves::Law)
+            }
+            _ => None,
+        })
+    }
+}

@@ -1,0 +1,124 @@
+//! What a request is answered that is not carried out.
+
+use std::time::Duration;
+
+use serde::Serialize;
+
+/// A request has a body of this many bytes at most.
+pub const BODY: usize = 4096;
+
+/// A request that was not carried out: the reason, and the remedy.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
+pub struct Declined {
+    /// The HTTP status.
+    #[serde(skip)]
+    status: u16,
+    /// What was wrong.
+    pub what: String,
+    /// What is allowed instead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub allowed: Option<String>,
+    /// What can be done about it.
+    #[serde(rename = "do", skip_serializing_if = "Option::is_none")]
+    pub remedy: Option<String>,
+}
+
+impl Declined {
+    fn of(status: u16, what: impl Into<String>) -> Declined {
+        Declined { status, what: what.into(), allowed: None, remedy: None }
+    }
+
+    /// A body that is no JSON: 400.
+    pub fn malformed(what: impl Into<String>) -> Declined {
+        Declined::of(400, what)
+    }
+
+    /// No token, or a wrong one: 401.
+    pub fn unknown(what: impl Into<String>) -> Declined {
+        Declined::of(401, what)
+    }
+
+    /// From a page that is not ours: 403.
+    pub fn foreign(what: impl Into<String>) -> Declined {
+        Declined::of(403, what)
+    }
+
+    /// There is nothing at this address: 404.
+    pub fn nowhere(what: impl Into<String>) -> Declined {
+        Declined::of(404, what)
+    }
+
+    /// This address takes another method: 405.
+    pub fn otherwise(what: impl Into<String>) -> Declined {
+        Declined::of(405, what)
+    }
+
+    /// A body that takes longer than this to come: 408.
+    pub fn slow(limit: Duration) -> Declined {
+        Declined::of(408, "the body of the request did not come")
+            .allowed(format!("at most {} s", limit.as_secs()))
+            .remedy("does Content-Length say how long it is?")
+    }
+
+    /// Not now, or not by this board: 409.
+    pub fn refused(what: impl Into<String>) -> Declined {
+        Declined::of(409, what)
+    }
+
+    /// A value outside its range: 422.
+    pub fn range(what: impl Into<String>) -> Declined {
+        Declined::of(422, what)
+    }
+
+    /// The board can't be reached: 503.
+    pub fn away(what: impl Into<String>) -> Declined {
+        Declined::of(503, what)
+    }
+
+    /// The same with what is allowed.
+    pub fn allowed(self, allowed: impl Into<String>) -> Declined {
+        Declined { allowed: Some(allowed.into()), ..self }
+    }
+
+    /// The same with what can be done.
+    pub fn remedy(self, remedy: impl Into<String>) -> Declined {
+        Declined { remedy: Some(remedy.into()), ..self }
+    }
+
+    /// The HTTP status: 400 to 503.
+    pub fn status(&self) -> u16 {
+        self.status
+    }
+}
+
+#[cfg(feature = "http")]
+mod http {
+    use axum::Json;
+    use axum::extract::rejection::JsonRejection;
+    use axum::http::StatusCode;
+    use axum::response::{IntoResponse, Response};
+
+    use super::{BODY, Declined};
+
+    impl IntoResponse for Declined {
+        fn into_response(self) -> Response {
+            let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::BAD_REQUEST);
+            (status, Json(self)).into_response()
+        }
+    }
+
+    /// A body that is not the JSON that was expected.
+    impl From<JsonRejection> for Declined {
+        fn from(rejection: JsonRejection) -> Declined {
+            let declined = Declined::of(rejection.status().as_u16(), rejection.body_text());
+            match rejection.status() {
+                StatusCode::PAYLOAD_TOO_LARGE => declined.allowed(format!("at most {BODY} bytes")),
+                StatusCode::UNSUPPORTED_MEDIA_TYPE => {
+                    declined.remedy("send JSON, with the header `Content-Type: application/json`")
+                }
+                _ => declined.remedy("GET /api/openapi.json describes the fields of every request"),
+            }
+        }
+    }
+}

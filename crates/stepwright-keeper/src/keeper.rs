@@ -1,0 +1,311 @@
+//! Keeps the conversation with a board, from the first look to the last.
+//!
+//! ```text
+//!   begin ─► turn: a job, changes by others, lost hands, homing, looks ─► turn …
+//!               │ LinkError                     │ leave
+//!               ▼                               ▼
+//!             lose ─► the board is back: begin  everything brakes, and rests
+//! ```
+//!
+//! Whoever runs it waits between two turns: for a job, or until the next look.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use stepwright_host::motion::POLL;
+use stepwright_host::{Conversation, LinkError};
+use stepwright_protocol::{AxisId, Command, LeaseMillis, Selection, Setting};
+
+use crate::jobs::Job;
+use crate::pulses::PlannedPins;
+use crate::report::{BoardSheet, LiveAxis, LiveState, MachineSheet, PlannedCurve, Trouble};
+use crate::sight::Watched;
+use crate::waits::WaitingJob;
+use crate::{Declined, Hand, homing, sheet};
+
+/// Between two looks at axes that move, and that rest, in s.
+const LOOK: f64 = 0.02;
+const IDLE: f64 = 0.1;
+
+/// Between two looks at everything, in s.
+const ALL: f64 = 0.5;
+
+/// What is due so soon, in s, is due: a clock may stand still between two turns.
+const MOMENT: f64 = 1e-6;
+
+/// What stands between a keeper and those who ask.
+pub trait KeeperDesk {
+    /// Seconds since it was set up.
+    fn time(&self) -> f64;
+
+    /// Whether a stop or a kill waits: looks are cut short for it.
+    fn is_urgent(&self) -> bool;
+
+    /// Whether this hand has control, and was heard of a moment ago or waits for an answer.
+    fn is_there(&self, hand: Hand) -> bool;
+
+    /// Whether this hand has control and was heard of a moment ago.
+    fn is_live(&self, hand: Hand) -> bool;
+
+    /// Tells what the board is.
+    fn describe(&self, sheet: BoardSheet);
+
+    /// Tells what the board does.
+    fn publish(&self, state: LiveState);
+
+    /// Tells something that people should know.
+    fn note(&self, text: String);
+
+    /// Tells what an axis is going to do.
+    fn plan(&self, curve: PlannedCurve);
+
+    /// Tells that the plan of this axis holds no longer.
+    fn unplan(&self, axis: u8);
+}
+
+/// Which board is kept.
+pub struct KeptBoard {
+    /// What to call it.
+    pub name: String,
+    /// The unit of its positions, and the steps of one.
+    pub unit: (&'static str, f64),
+    /// How far the limit switches of axes may be, in steps, by the machine file.
+    pub home_within: Vec<(AxisId, u32)>,
+    /// What stands in the machine file.
+    pub machine: Option<MachineSheet>,
+    /// The board brakes by itself when it hears nothing from here for this time, while an axis runs
+    /// without end or is homed.
+    pub lease: LeaseMillis,
+}
+
+/// Keeps a board.
+pub struct Keeper<D> {
+    pub(crate) board: KeptBoard,
+    pub(crate) desk: Arc<D>,
+    /// The pulses that were planned.
+    pub(crate) pulses: Arc<PlannedPins>,
+    pub(crate) axes: Vec<Watched>,
+    /// The requests whose answer waits for the end of their order.
+    pub(crate) waiting: Vec<WaitingJob>,
+    /// Whether the board brakes by itself when we fall silent.
+    pub(crate) leased: bool,
+    /// What is told but for the axes and the time.
+    pub(crate) told: LiveState,
+    /// When the axes that move were looked at, and when all were.
+    looked: f64,
+    looked_at_all: f64,
+}
+
+impl<D: KeeperDesk> Keeper<D> {
+    /// Keeps a board that was not met yet.
+    pub fn new(desk: Arc<D>, board: KeptBoard) -> Keeper<D> {
+        let (axes, waiting, told) = (Vec::new(), Vec::new(), LiveState::default());
+        let pulses = Arc::new(PlannedPins::default());
+        let (looked, looked_at_all) = (0.0, 0.0);
+        Keeper { board, desk, pulses, axes, waiting, leased: false, told, looked, looked_at_all }
+    }
+
+    /// The pulses that were planned: all that is known of the pins where only a line leads to a
+    /// board.
+    pub fn pulses(&self) -> Arc<PlannedPins> {
+        self.pulses.clone()
+    }
+
+    /// Begins with a board that was met, or met again: looks at all of it. What ran when it was lost
+    /// is braked, for nobody has held it meanwhile.
+    ///
+    /// # Errors
+    /// The board is silent, or its line is gone.
+    pub async fn begin(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
+        let ran: Vec<_> = self.axes.iter().filter(|axis| axis.hand.is_some()).collect();
+        let ran: Vec<_> = ran.into_iter().map(|axis| axis.id).collect();
+        let again = self.told.trouble.is_some();
+        self.axes.clear();
+        self.learn(talk).await?;
+        for axis in ran {
+            talk.stop(Selection::One(axis)).await?;
+        }
+        self.look_at_all(talk).await?;
+        if again {
+            self.desk.note(format!("{} is back", self.board.name));
+        }
+        self.told.connected = true;
+        self.told.trouble = None;
+        self.publish();
+        Ok(())
+    }
+
+    /// Another board is kept from now on.
+    pub fn keep(&mut self, name: String) {
+        self.axes.clear();
+        (self.board.name, self.leased) = (name, false);
+        (self.told.connected, self.told.trouble) = (false, None);
+    }
+
+    /// Does what there is to do now: this job, and whatever is due. For this time at most a job may
+    /// be waited for before the next turn.
+    ///
+    /// # Errors
+    /// The conversation has ended: [`lose`](Keeper::lose) the board.
+    pub async fn turn(
+        &mut self,
+        talk: &mut Conversation,
+        job: Option<Job>,
+    ) -> Result<Duration, LinkError> {
+        if let Some(job) = job {
+            self.carry_out(talk, job).await?;
+        }
+        self.take_changes(talk).await?;
+        self.brake_lost_hands(talk).await?;
+        self.go_on_homing(talk).await?;
+        let moving = self.axes.iter().any(|axis| axis.moving || axis.homing.is_some());
+        let pause = if moving { LOOK } else { IDLE };
+        let left = pause - (self.desk.time() - self.looked);
+        if left >= MOMENT || self.desk.is_urgent() {
+            return Ok(Duration::try_from_secs_f64(left).unwrap_or_default());
+        }
+        self.looked = self.desk.time();
+        let all = self.looked - self.looked_at_all >= ALL;
+        if all || !moving && talk.is_busy(Selection::All).await? {
+            self.looked_at_all = self.looked;
+            self.look_at_all(talk).await?;
+        } else {
+            self.look(talk).await?;
+        }
+        if !self.desk.is_urgent() {
+            self.settle(talk).await?;
+        }
+        self.publish();
+        let left = pause - (self.desk.time() - self.looked);
+        Ok(Duration::try_from_secs_f64(left).unwrap_or_default())
+    }
+
+    /// What other programs ask through us.
+    async fn take_changes(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
+        talk.pause(Duration::ZERO).await?;
+        while let Some(change) = talk.next_change() {
+            self.desk.note(format!("another terminal: {change}"));
+            if matches!(change.command, Command::Stop | Command::Kill) {
+                for axis in self.give_up_homing(Selection::All, &homing::stopped()) {
+                    talk.stop(Selection::One(axis)).await?;
+                }
+            }
+            for axis in self.axes.iter_mut().filter(|axis| change.axes.contains(axis.id)) {
+                axis.target = change.target.or(axis.target);
+            }
+            self.desk.unplan(AxisId::FIRST.number());
+        }
+        Ok(())
+    }
+
+    /// Brakes what moves, and has the board wait for nothing from here; whether anything moves.
+    ///
+    /// # Errors
+    /// The board is silent, or its line is gone.
+    pub async fn let_go(&mut self, talk: &mut Conversation) -> Result<bool, LinkError> {
+        let moving = talk.is_busy(Selection::All).await?;
+        if moving {
+            talk.stop(Selection::All).await?;
+        }
+        self.give_up_homing(Selection::All, &homing::stopped());
+        self.axes.iter_mut().for_each(|axis| axis.hand = None);
+        self.end_lease(talk).await?;
+        Ok(moving)
+    }
+
+    /// Waits until everything rests that was [let go](Keeper::let_go), and answers who has waited
+    /// for that.
+    ///
+    /// # Errors
+    /// The board is silent, or its line is gone.
+    pub async fn rest(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
+        while talk.is_busy(Selection::All).await? {
+            talk.pause(POLL).await?;
+        }
+        self.look_at_all(talk).await?;
+        self.settle(talk).await
+    }
+
+    /// Whether an axis moved when it was looked at last.
+    pub fn is_moving(&self) -> bool {
+        self.axes.iter().any(|axis| axis.moving)
+    }
+
+    /// Asks the board what it is.
+    pub(crate) async fn learn(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
+        let sheet = sheet::of(talk, &self.board).await?;
+        let count = sheet.axes.len() as u8;
+        if self.axes.len() != sheet.axes.len() {
+            self.axes = AxisId::first(count).map(Watched::new).collect();
+        }
+        let pulse = sheet.settings.iter().find(|one| one.name == Setting::Pulse.name());
+        self.pulses.describe(count, pulse.map_or(Setting::Pulse.default(), |one| one.value));
+        self.told.sheet += 1;
+        self.desk.describe(sheet);
+        Ok(())
+    }
+
+    /// Has the board no longer brake by itself, unless somebody has to be heard of.
+    pub(crate) async fn end_lease(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
+        let is_free = |axis: &Watched| axis.hand.is_none() && axis.homing.is_none();
+        if self.leased && self.axes.iter().all(is_free) {
+            talk.ask(Command::Lease(LeaseMillis::SMALLEST)).await?;
+            self.leased = false;
+        }
+        Ok(())
+    }
+
+    /// Brakes what runs for a hand that is not heard of any more.
+    async fn brake_lost_hands(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
+        for place in 0..self.axes.len() {
+            let Some(axis) = self.axes.get_mut(place) else { continue };
+            let (id, hand) = (axis.id, axis.hand);
+            // A homing ends by itself: for it, who waits for the answer is there.
+            let homes = axis.homing.is_some();
+            let is_gone = |hand: Hand| match homes {
+                true => !self.desk.is_there(hand),
+                false => !self.desk.is_live(hand),
+            };
+            if hand.is_some_and(is_gone) {
+                talk.stop(Selection::One(id)).await?;
+                axis.hand = None;
+                self.end_homing(id, &homing::gone());
+                self.desk.unplan(id.number());
+                self.desk.note(format!(
+                    "axis {} brakes: the page that ran it is gone, or gave control away",
+                    id.number()
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// The conversation has ended: everybody who waits is told, and why is returned.
+    pub fn lose(&mut self, trouble: &LinkError) -> Declined {
+        let what = format!("{}: {trouble}", self.board.name);
+        let remedy = "look at its cable and its power; it is met again when it is back";
+        let why = Declined::away(what.clone()).remedy(remedy);
+        if self.told.connected || self.told.trouble.is_none() {
+            self.desk.note(what.clone());
+        }
+        self.give_up_homing(Selection::All, &why);
+        self.give_up_waiting(&what);
+        self.told.connected = false;
+        self.told.trouble = Some(Trouble { what, remedy: Some(remedy.to_owned()) });
+        self.leased = false;
+        self.publish();
+        why
+    }
+
+    /// Tells what is known.
+    pub fn publish(&self) {
+        let connected = self.told.connected;
+        let time = self.desk.time();
+        let state = |axis: &Watched| match connected {
+            true => axis.state(time),
+            false => LiveAxis { position: None, moving: false, state: "lost", ..axis.state(time) },
+        };
+        let axes = self.axes.iter().map(state).collect();
+        self.desk.publish(LiveState { axes, ..self.told.clone() });
+    }
+}

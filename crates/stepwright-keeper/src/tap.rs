@@ -1,0 +1,77 @@
+//! The bytes of a conversation, heard as lines and their answers.
+
+/// No line and no answer is longer.
+const LONGEST: usize = 1024;
+
+/// Hears what a master and a board say to each other.
+#[derive(Default)]
+pub struct Tap {
+    /// What was said since the last CR, and what was answered.
+    saying: Vec<u8>,
+    answer: Vec<u8>,
+    /// Said, and not answered yet.
+    said: Option<String>,
+}
+
+/// Puts a byte to a line; the line, if it is whole.
+fn whole(line: &mut Vec<u8>, byte: u8) -> Option<String> {
+    match byte {
+        b'\n' => None,
+        b'\r' => Some(String::from_utf8_lossy(&std::mem::take(line)).into_owned()),
+        byte => {
+            if line.len() < LONGEST {
+                line.push(byte);
+            }
+            None
+        }
+    }
+}
+
+impl Tap {
+    /// The master has said this; `heard` is told of each line that stays without an answer.
+    pub fn said(&mut self, bytes: &[u8], mut heard: impl FnMut(&str, Option<&str>)) {
+        for &byte in bytes {
+            if let Some(said) = whole(&mut self.saying, byte) {
+                if let Some(before) = self.said.take() {
+                    heard(&before, None);
+                }
+                self.answer.clear();
+                self.said = Some(said);
+            }
+        }
+    }
+
+    /// The board has said this; `heard` is told of each line and its answer.
+    pub fn answered(&mut self, bytes: &[u8], mut heard: impl FnMut(&str, Option<&str>)) {
+        for &byte in bytes {
+            if let Some(answer) = whole(&mut self.answer, byte)
+                && let Some(said) = self.said.take()
+            {
+                heard(&said, Some(&answer));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Tap;
+
+    #[test]
+    fn each_line_has_its_answer_or_none() {
+        let (mut tap, mut heard) = (Tap::default(), Vec::new());
+        let mut note = |line: &str, answer: Option<&str>| {
+            heard.push((line.to_owned(), answer.map(str::to_owned)));
+        };
+        tap.said(b"V", &mut note);
+        tap.said(b"1\r", &mut note);
+        tap.answered(b"\r\n", &mut note);
+        tap.answered(b"7", &mut note);
+        tap.said(b"F\rZ\r", &mut note);
+        // Half an answer to what was said before is none.
+        tap.answered(b"Y\rnoise\r", &mut note);
+        let right = [("V1", Some("")), ("F", None), ("Z", Some("Y"))];
+        let right = right.map(|(line, answer)| (line.to_owned(), answer.map(str::to_owned)));
+        assert_eq!(heard, right);
+    }
+}

@@ -1,0 +1,74 @@
+// A serial port of the browser (WebSerial), as a wire.
+
+/** Bits per second of the line. */
+const BAUD = 115200;
+
+export class SerialWire {
+  /** A port that the browser has granted. */
+  constructor(port) {
+    this.port = port;
+    const { usbVendorId, usbProductId } = port.getInfo();
+    const hex = (number) => number.toString(16).padStart(4, "0");
+    this.name = usbVendorId === undefined ? "the serial port" : `the serial port ${hex(usbVendorId)}:${hex(usbProductId)}`;
+  }
+
+  /** Opens the port; one that was plugged in again may be another of the same kind. */
+  async open() {
+    const kind = (port) => JSON.stringify(port.getInfo());
+    const others = (await navigator.serial.getPorts()).filter((port) => port !== this.port && kind(port) === kind(this.port));
+    let failed;
+    for (const port of [this.port, ...others]) {
+      try {
+        await port.open({ baudRate: BAUD });
+        this.port = port;
+        this.writer = port.writable.getWriter();
+        this.reading = this.read();
+        return;
+      } catch (error) {
+        failed ??= error;
+      }
+    }
+    throw failed;
+  }
+
+  async read() {
+    const { port } = this;
+    let error = new Error("the port was closed");
+    try {
+      // An error of framing ends a stream, and the port has another one.
+      while (port.readable && !this.closing) {
+        this.reader = port.readable.getReader();
+        try {
+          for (;;) {
+            const { value, done } = await this.reader.read();
+            if (done) break;
+            this.onbytes(value);
+          }
+        } catch (broken) {
+          error = broken;
+        } finally {
+          this.reader.releaseLock();
+        }
+      }
+    } finally {
+      if (!this.closing) this.ongone(error);
+    }
+  }
+
+  write(bytes) {
+    this.writer.write(bytes).catch((error) => this.ongone(error));
+  }
+
+  async close() {
+    this.closing = true;
+    try {
+      await this.reader?.cancel();
+      await this.reading;
+      this.writer?.releaseLock();
+      await this.port.close();
+    } catch {
+      // It is gone already.
+    }
+    this.closing = false;
+  }
+}

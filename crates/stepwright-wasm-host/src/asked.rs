@@ -1,0 +1,65 @@
+//! A request, by its address: what `stepwright serve` takes over HTTP.
+
+use serde::de::DeserializeOwned;
+use stepwright_keeper::request::home::HomeRequest;
+use stepwright_keeper::request::line::LineRequest;
+use stepwright_keeper::request::{
+    EmptyRequest, MoveRequest, RetargetRequest, RunRequest, SetRequest, StopRequest, ZeroRequest,
+};
+use stepwright_keeper::{Declined, Hand, Wish};
+
+/// The one who asks: a page without a server has its board for itself.
+pub const HAND: Hand = Hand(1);
+
+/// The wish of `POST /api/NAME`, and whether its answer waits for its end: `?wait=true`.
+///
+/// # Errors
+/// There is no such address, or its body is not as it should be.
+pub fn wish(name: &str, body: &str) -> Result<(Wish, bool), Declined> {
+    let (name, waits) = match name.strip_suffix("?wait=true") {
+        Some(name) => (name, true),
+        None => (name, false),
+    };
+    let wish = match name {
+        "move" => read::<MoveRequest>(body)?.wish(),
+        "line" => read::<LineRequest>(body)?.wish(),
+        "run" => read::<RunRequest>(body)?.wish(HAND),
+        "home" => read::<HomeRequest>(body)?.wish(HAND),
+        "retarget" => read::<RetargetRequest>(body)?.wish(),
+        "stop" => read::<StopRequest>(body)?.wish(),
+        "kill" => read::<EmptyRequest>(body).map(|_| Wish::Kill),
+        "zero" => read::<ZeroRequest>(body)?.wish(),
+        "set" => read::<SetRequest>(body)?.wish(),
+        "acknowledge" => read::<EmptyRequest>(body).map(|_| Wish::Acknowledge),
+        _ => Err(Declined::nowhere(format!("there is no {name} here"))
+            .remedy("`stepwright serve` has all that GET /api/openapi.json lists")),
+    }?;
+    Ok((wish, waits))
+}
+
+fn read<T: DeserializeOwned>(body: &str) -> Result<T, Declined> {
+    serde_json::from_str(body).map_err(|error| Declined::malformed(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use stepwright_protocol::Selection;
+
+    use super::*;
+
+    #[test]
+    fn a_request_is_a_wish() {
+        assert!(matches!(wish("stop", "{}"), Ok((Wish::Stop(Selection::All), false))));
+        let moved = wish("move?wait=true", r#"{"axis":2,"to":-400}"#);
+        assert!(matches!(moved, Ok((Wish::Travel(axis, ..), true)) if axis.number() == 2));
+        for (name, body, status) in [
+            ("jump", "{}", 404),
+            ("move", "{", 400),
+            ("move", r#"{"axis":1,"by":1,"speed":9}"#, 400),
+            ("move", r#"{"axis":1,"by":1,"top_speed":0}"#, 422),
+            ("move?wait=yes", r#"{"axis":1,"by":1}"#, 404),
+        ] {
+            assert_eq!(wish(name, body).unwrap_err().status(), status, "{name} {body}");
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! Between the page and the keeper: jobs and time in, messages out.
+
+use std::future::poll_fn;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::task::Poll;
+use std::time::Duration;
+
+use serde::Serialize;
+use stepwright_host::Pipe;
+use stepwright_keeper::report::{
+    BoardSheet, Controller, Done, LiveMessage, LiveState, PlannedCurve,
+};
+use stepwright_keeper::{Declined, Hand, Job, JobQueue, KeeperDesk, explain};
+
+use crate::asked::{self, HAND};
+
+/// What is told beside the messages of `/api/live`.
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+enum PageMessage {
+    /// What the board is.
+    Board(BoardSheet),
+    /// The answer to a request: its number, its HTTP status and its body.
+    Answer {
+        id: u32,
+        status: u16,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        done: Option<Done>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        declined: Option<Declined>,
+    },
+    /// The wire is to be closed; opened again later, if the board is only lost.
+    Closed { lost: bool },
+}
+
+/// What the page has to do about its wire.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WireEvent {
+    /// It is open, to the board of this name.
+    Open(String),
+    /// It can't be opened: the name of its board, and the reason.
+    Failed(String, String),
+    /// The page wants another board.
+    Leave,
+}
+
+/// What wakes the keeper.
+pub enum Wake {
+    /// A job, or that it is time for the next turn.
+    Turn(Option<Job>),
+    /// The page wants another board.
+    Leave,
+}
+
+/// Between the page and the keeper.
+pub struct PageDesk(Mutex<Desk>);
+
+struct Desk {
+    now: f64,
+    jobs: JobQueue,
+    wire: Option<WireEvent>,
+    /// The line of the conversation that goes on.
+    pipe: Pipe,
+    /// When to go on though nothing has happened.
+    until: Option<f64>,
+    /// What is to be told, as JSON, a message a line.
+    messages: String,
+    /// Whether the questions to the board are told as well.
+    questions: bool,
+}
+
+impl Default for PageDesk {
+    fn default() -> PageDesk {
+        let mut jobs = JobQueue::default();
+        jobs.close(Declined::away("no board was met yet"));
+        let (wire, until, messages) = (None, None, String::new());
+        PageDesk(Mutex::new(Desk {
+            now: 0.0,
+            jobs,
+            wire,
+            pipe: Pipe::new(),
+            until,
+            messages,
+            questions: false,
+        }))
+    }
+}
+
+impl Desk {
+    fn tell(&mut self, message: &impl Serialize) {
+        // Nothing here has a key that is no text, or fails otherwise.
+        self.messages.push_str(&serde_json::to_string(message).unwrap_or_default());
+        self.messages.push('\n');
+    }
+}
+
+impl PageDesk {
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        // Nothing here is changed by halves.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// It is this time now, in s.
+    pub fn pass(&self, now: f64) {
+        let mut desk = self.desk();
+        desk.now = now;
+        desk.pipe.pass(Duration::try_from_secs_f64(now).unwrap_or_default());
+    }
+
+    /// The line of the conversation that goes on.
+    pub fn pipe(&self) -> Pipe {
+        self.desk().pipe.clone()
+    }
+
+    /// A line for another conversation.
+    pub fn new_pipe(&self) -> Pipe {
+        let now = self.desk().now;
+        self.desk().pipe = Pipe::new();
+        self.pass(now);
+        self.pipe()
+    }
+
+    /// Something has become of the wire.
+    pub fn wire(&self, event: WireEvent) {
+        self.desk().wire = Some(event);
+    }
+
+    /// Whether the questions to the board are told as well.
+    pub fn questions(&self, wanted: bool) {
+        self.desk().questions = wanted;
+    }
+
+    /// A request: `NUMBER NAME`, a line feed, and its body.
+    pub fn ask(self: &std::sync::Arc<PageDesk>, request: &str) {
+        let (head, body) = request.split_once('\n').unwrap_or((request, "{}"));
+        let (id, name) = head.split_once(' ').unwrap_or((head, ""));
+        let id = id.parse().unwrap_or_default();
+        match asked::wish(name, body) {
+            Ok((wish, waits)) => {
+                let desk = self.clone();
+                let job = Job::new(wish, waits, move |answer| desk.answer(id, answer));
+                // An answer at once takes the desk again.
+                let mut jobs = std::mem::take(&mut self.desk().jobs);
+                jobs.put(job);
+                self.desk().jobs = jobs;
+            }
+            Err(why) => self.answer(id, Err(why)),
+        }
+    }
+
+    fn answer(&self, id: u32, answer: Result<Done, Declined>) {
+        let (status, done, declined) = match answer {
+            Ok(done) => (200, Some(done), None),
+            Err(why) => (why.status(), None, Some(why)),
+        };
+        self.desk().tell(&PageMessage::Answer { id, status, done, declined });
+    }
+
+    /// Takes no jobs until [`open`](PageDesk::open), for this reason.
+    pub fn close(&self, why: Declined) {
+        // The answers take the desk again.
+        let mut jobs = std::mem::take(&mut self.desk().jobs);
+        jobs.close(why);
+        self.desk().jobs = jobs;
+    }
+
+    /// Takes jobs again.
+    pub fn open(&self) {
+        self.desk().jobs.open();
+    }
+
+    /// The wire is to be closed.
+    pub fn closed(&self, lost: bool) {
+        self.desk().tell(&PageMessage::Closed { lost });
+    }
+
+    /// What was said to the board, and what it answered.
+    pub fn heard(&self, line: &str, answer: Option<&str>) {
+        let mut desk = self.desk();
+        let exchange = explain::explain(desk.now, line, answer);
+        if !exchange.question || desk.questions {
+            desk.tell(&LiveMessage::Line(exchange));
+        }
+    }
+
+    /// The messages since the last call, each a line.
+    pub fn take_messages(&self) -> String {
+        std::mem::take(&mut self.desk().messages)
+    }
+
+    /// When to go on though nothing has happened, in s.
+    pub fn until(&self) -> Option<f64> {
+        self.desk().until
+    }
+
+    /// Waits for something to become of the wire.
+    pub async fn wire_event(&self) -> WireEvent {
+        poll_fn(|_| match self.desk().wire.take() {
+            Some(event) => Poll::Ready(event),
+            None => Poll::Pending,
+        })
+        .await
+    }
+
+    /// Waits for a job, for this many seconds at most.
+    pub async fn next(&self, limit: f64) -> Wake {
+        let end = self.desk().now + limit;
+        poll_fn(|_| {
+            let mut desk = self.desk();
+            let next = if let Some(WireEvent::Leave) = desk.wire {
+                desk.wire = None;
+                Wake::Leave
+            } else if let Some(job) = desk.jobs.take() {
+                Wake::Turn(Some(job))
+            } else if desk.now >= end {
+                Wake::Turn(None)
+            } else {
+                desk.until = Some(end);
+                return Poll::Pending;
+            };
+            desk.until = None;
+            Poll::Ready(next)
+        })
+        .await
+    }
+}
+
+impl KeeperDesk for PageDesk {
+    fn time(&self) -> f64 {
+        self.desk().now
+    }
+
+    fn is_urgent(&self) -> bool {
+        self.desk().jobs.is_urgent()
+    }
+
+    fn is_there(&self, hand: Hand) -> bool {
+        hand == HAND
+    }
+
+    fn is_live(&self, hand: Hand) -> bool {
+        hand == HAND
+    }
+
+    fn describe(&self, sheet: BoardSheet) {
+        self.desk().tell(&PageMessage::Board(sheet));
+    }
+
+    fn publish(&self, state: LiveState) {
+        let mut desk = self.desk();
+        let control = Controller { hand: HAND.0, name: "this page".to_owned(), live: true };
+        let state = LiveState { time: desk.now, control: Some(control), ..state };
+        desk.tell(&LiveMessage::State(state));
+    }
+
+    fn note(&self, text: String) {
+        let mut desk = self.desk();
+        let time = desk.now;
+        desk.tell(&LiveMessage::Note { time, text });
+    }
+
+    fn plan(&self, curve: PlannedCurve) {
+        self.desk().tell(&LiveMessage::Plan(curve));
+    }
+
+    fn unplan(&self, axis: u8) {
+        let mut desk = self.desk();
+        let time = desk.now;
+        desk.tell(&LiveMessage::Unplanned { axis, time });
+    }
+}

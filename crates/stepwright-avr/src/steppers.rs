@@ -1,7 +1,7 @@
 //! Motors for a program of one's own: three on the pins of the CNC shield, moved by the step
 //! interrupts while the program does other work.
 
-use stepwright::{PlannedBoard, MoveError};
+use stepwright::{MoveError, PlannedBoard};
 
 use crate::board::{self, AXES};
 use crate::chip::Peripherals;

@@ -7,7 +7,7 @@
 use avr_device::interrupt;
 use stepwright_avr::slot::Slot;
 use stepwright_avr::timer::Timer;
-use stepwright_port_test::{TimerFault, TestPort, TimerProbe, check};
+use stepwright_port_test::{TestPort, TimerFault, TimerProbe, check};
 
 /// What was found: see `firmware/rig/tests/port_test.rs`.
 #[unsafe(no_mangle)]

@@ -24,7 +24,8 @@ static DEVICE: Slot<Controller> =
 
 /// Its board.
 #[unsafe(link_section = ".progmem.data")]
-static BOARD: InFlash<PlannedBoard<{ board::AXES }>> = InFlash::new(PlannedBoard::new(board::description()));
+static BOARD: InFlash<PlannedBoard<{ board::AXES }>> =
+    InFlash::new(PlannedBoard::new(board::description()));
 
 stepwright_avr::step_interrupts!();
 stepwright_avr::serial_interrupts!();

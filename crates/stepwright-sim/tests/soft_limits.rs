@@ -27,7 +27,7 @@ fn a_g_never_passes_its_soft_limit() {
     let mut queues = Queues::default();
     let mut board: Board<'_> = VirtualBoard::new(&mut queues, Description::uno(), Vec::new());
     say(&mut board, "$soft-limits=1 $ahead-x=3000 $behind-x=7");
-    for manner in ["S5 T100 R200", "s0 t9000 a20000 d5000", "s0 t9000 a20000 d5000 j400000"] {
+    for manner in ["S5 T100 R200", "s0 t9000 a20000 d5000", "s0 t9000 a16000 d5000 j400000"] {
         let (least, most) = farthest(&mut board, &format!("{manner} g+"));
         assert!(least >= -7, "{manner}: {least}");
         assert_eq!((most, board.position(0)), (3000, Some(3000)), "{manner}");

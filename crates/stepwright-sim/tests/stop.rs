@@ -94,7 +94,7 @@ fn a_silent_host_is_stopped_for_within_the_braking_distance() {
 fn other_limits_change_the_stop_and_not_its_end() {
     // From 45,000 to 50,000 steps/s: the fall has begun, and what is planned of it is made.
     let way = |d: i64| 45_000 * 45_000 / 2 / d..50_000 * 50_000 / 2 / d + 24 * 50;
-    for (limits, way) in [("d20000", way(20_000)), ("d400000 a700000 t60000", way(400_000))] {
+    for (limits, way) in [("d20000", way(20_000)), ("d400000 a500000 t60000", way(400_000))] {
         told("a200000 d100000 t50000", "Y Y Y", |board| {
             board.run_until(2_000 * MS);
             assert_eq!(say(board, "Z"), "Y");

@@ -176,8 +176,6 @@ mod tests {
         assert_eq!(why("$pulse"), Reason::Setting.into());
         assert_eq!(read(b"j5", NONE).unwrap_err(), Reason::NoJerk.into());
         assert_eq!(read(b"jA+m", NONE).unwrap_err(), Reason::Line.into());
-        assert_eq!(read(b"L5", NONE).unwrap_err(), Reason::Line.into());
-        assert_eq!(read(b"$safe-start=1", NONE).unwrap_err(), Reason::Setting.into());
         assert_eq!(why("t0000000000000000000000001"), Reason::Line.into());
     }
 }

@@ -7,7 +7,7 @@ use stepwright_rig::Board;
 use stepwright_rig::stress::{play, story};
 use stepwright_stress::{Rule, Rules, Sum};
 
-/// Rules that some stories of a chip break yet, one in 3,000: docs/reliability.md has them. What
+/// Rules that some stories of a chip break yet, one in 1,200: docs/reliability.md has them. What
 /// explains a late step is no order that moves too far, and no wrong position.
 const OPEN: [Rule; 2] = [Rule::Late, Rule::Fall];
 /// Of 200 stories these many may: which one has a late step changes with the code's layout.

@@ -1,7 +1,7 @@
 //! Why a board refused a line, and what can be done about it.
 
 use stepwright_host::motion::NotBegun;
-use stepwright_host::settings::behind;
+use stepwright_host::settings::{STEEPEST, behind};
 use stepwright_host::{Conversation, LinkError};
 use stepwright_protocol::{Command, Refusal};
 
@@ -16,9 +16,7 @@ fn remedy(why: Refusal, max: Option<u32>) -> Option<String> {
             let max = max.map_or_else(String::new, |max| format!(" {max} steps/s"));
             format!("one axis alone makes at most{max} here, several together less")
         }
-        Refusal::TooSteep => "one axis takes ramps of up to some 700,000 steps/s², two at once \
-                              120,000, three 43,000; with a limit of jerk a thirtieth of that"
-            .into(),
+        Refusal::TooSteep => STEEPEST.into(),
         Refusal::TooSlow => "a start speed of a step/s or more, not below the top speed, leaves \
                              the ramp out"
             .into(),

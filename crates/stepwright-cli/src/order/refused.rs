@@ -7,7 +7,7 @@ use stepwright_protocol::{Refusal, Setting, Stop};
 
 use crate::failure::Failure;
 use stepwright_host::Session;
-use stepwright_host::settings::{ChangedSettings, behind};
+use stepwright_host::settings::{ChangedSettings, STEEPEST, behind};
 
 /// The failure of an order whose line was refused for this reason.
 pub fn by(session: &mut Session, line: &dyn Display, why: Refusal) -> Failure {
@@ -25,10 +25,7 @@ fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
     let port = if name.starts_with("the ") { String::new() } else { format!(" --port {name}") };
     let change = |what: &str| format!("`stepwright settings set {what}{port}`");
     Some(match why {
-        Refusal::TooSteep => "one axis takes ramps of up to some 500,000 steps/s², two at once \
-                              120,000, three 43,000, and less beside a fast one; with a limit of \
-                              jerk a thirtieth of that"
-            .into(),
+        Refusal::TooSteep => STEEPEST.into(),
         Refusal::TooFast => match set.words(behind(why)) {
             Some(words) => format!(
                 "the setting {words} refuses more: lower the speed, or {}",

@@ -24,7 +24,7 @@
 //! ```
 //! use avr_shrink::{Spared, shrink};
 //! let function = "\t.section\t.text.f,\"ax\",@progbits\n\t.type\tf,@function\nf:\n\
-//!     \tmov\tr18, r24\n\tsts\tLEVEL, r18\n\tret\n.Lfunc_end0:\n";
+//!     \tmov\tr30, r24\n\tsts\tLEVEL, r30\n\tret\n.Lfunc_end0:\n";
 //! let small = shrink(function, &Spared::default())?;
 //! assert!(small.contains("sts\tLEVEL, r24") && !small.contains("mov"));
 //! # Ok::<(), avr_shrink::UnknownFunction>(())

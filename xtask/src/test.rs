@@ -209,7 +209,7 @@ impl Test {
         let steps = if self.quick { QUICK } else { STEPS };
         if self.list {
             for step in steps {
-                println!("{:<10}{}", step.name, step.what);
+                println!("{:<12}{}", step.name, step.what);
             }
             return Ok(());
         }
@@ -231,7 +231,7 @@ impl Test {
         println!();
         for (name, time, result) in &ended {
             let verdict = if result.is_ok() { "passed" } else { "FAILED" };
-            println!("{name:<10}{verdict}{:>8.1} s", time.as_secs_f32());
+            println!("{name:<12}{verdict}{:>8.1} s", time.as_secs_f32());
         }
         let passed = ended.iter().filter(|(_, _, result)| result.is_ok()).count();
         let failed = ended.len() - passed;

@@ -8,9 +8,9 @@
 //! ```
 //!
 //! This crate knows HTTP, JSON and who may do what; it opens no port and says no line. The
-//! one who does takes [`Job`]s from a [`ServeDesk`] on a thread of its own, and tells the desk
-//! what the board does. A board that vanishes takes no request with it, and a page that
-//! vanishes no motor: whoever runs one without end must be heard of.
+//! one who does takes [`Job`](stepwright_keeper::Job)s from a [`ServeDesk`] on a thread of its own,
+//! and tells the desk what the board does. A board that vanishes takes no request with it, and a
+//! page that vanishes no motor: whoever runs one without end must be heard of.
 //!
 //! | module | what |
 //! | --- | --- |

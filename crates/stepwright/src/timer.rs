@@ -168,7 +168,7 @@ impl Count for u32 {
 ///
 /// It MAY interrupt at other times: an engine that finds nothing due sets the compare register
 /// again, which costs time and nothing else. Its interrupt MAY come before there is an engine only if
-/// it is [held off](crate::SharedEngine) until then.
+/// it is held off until then, as `SharedEngine` does.
 ///
 /// The order that works on every timer is: write the compare register, clear the old request, read
 /// the counter, and pend the interrupt if the value has passed. An old request that is cleared after

@@ -161,8 +161,8 @@ const tests = {
     // What the board itself can: it minds the speed that a travel comes to, not the one it names.
     await choose(page, 0);
     const { max_speed } = await (await fetch(`${url}api/board`)).json();
-    const fast = { ...order, by: 1_000_000, top_speed: max_speed + 1, accel: 6e5, decel: 6e5 };
-    await fill(page, { steps: 1_000_000, top: max_speed + 1, accel: 6e5 });
+    const fast = { ...order, by: 1_000_000, top_speed: max_speed + 1, accel: 5e5, decel: 5e5 };
+    await fill(page, { steps: 1_000_000, top: max_speed + 1, accel: 5e5 });
     await page.locator("#reasons").getByText(`at most ${max_speed}`).first().waitFor();
     assert.ok((await post("move", fast, key)).status >= 400);
     await fill(page, { steps: 1000 });

@@ -1,10 +1,17 @@
 //! The laws over the line: what is written is read, and the constants make the law's delays.
 
 use stepwright::{Accel, Rate, Speed};
-use stepwright_austin::line::{LONGEST, Line, Progress, Refused, can};
+use stepwright_austin::line::{LONGEST, Line, Refused, can};
 use stepwright_austin::{
     Austin, C0, Divisor, Fixed, LawName, LinearFactor, Piecewise, PowerTerm, Recipe,
 };
+
+use stepwright_protocol::{Fault, read_row};
+
+/// A row with its mark, read.
+fn read(text: &str) -> Result<Line, Fault<Refused>> {
+    read_row(text.strip_prefix(':').unwrap().as_bytes(), Line::read)
+}
 
 fn accel(steps: u32) -> Accel {
     Accel::from_steps(steps).unwrap()
@@ -41,8 +48,8 @@ fn a_recipe_survives_the_line_and_makes_the_same_delays() {
     {
         for (recipe, made) in recipes(top, up, down, pulses) {
             let text = Line::Law(recipe).to_string();
-            assert!(text.len() <= LONGEST, "{text}");
-            let Some(Line::Law(read)) = Line::read(text.as_bytes()) else { panic!("{text}") };
+            assert!(text.len() + 3 <= LONGEST, "{text}");
+            let Ok(Line::Law(read)) = read(&text) else { panic!("{text}") };
             assert_eq!(read, recipe);
             assert!(read.is_sound(), "{text}");
             assert_eq!(read.delays(pulses).collect::<Vec<_>>(), made, "{text}");
@@ -53,71 +60,65 @@ fn a_recipe_survives_the_line_and_makes_the_same_delays() {
 #[test]
 fn every_other_line_is_read_as_written() {
     for line in [
-        Line::Info,
         Line::Change(0, accel(500)),
         Line::Change(u32::MAX, Accel::MAX),
         Line::Go(i32::MIN),
         Line::Go(i32::MAX),
         Line::Run(true),
         Line::Run(false),
-        Line::Stop,
-        Line::Kill,
-        Line::Zero,
-        Line::Look,
     ] {
-        assert_eq!(Line::read(line.to_string().as_bytes()), Some(line), "{line}");
+        assert_eq!(read(&line.to_string()), Ok(line), "{line}");
     }
     for text in [
-        "",
-        "x",
-        "?1",
-        "G",
-        "G+",
-        "G--1",
-        "G2147483648",
-        "R2",
-        "R",
-        "C1",
-        "C1,0",
-        "C1,2,3",
-        "F1",
-        "F1,2,3",
-        "F,1",
-        "A1,2,3,4,5,3",
-        "A1,2,3,0,5,4",
-        "L1,2,3,4,5,6,4294967296",
-        "S1,2,3,4,256",
-        "P1,2,3,4,5,6,7,8",
-        "F18446744073709551616,1",
-        "Z1",
-        " V",
+        ":",
+        ":x",
+        ":?1",
+        ":G",
+        ":G+",
+        ":G--1",
+        ":R",
+        ":C1",
+        ":C1,2000,3",
+        ":F1",
+        ":F1,2,3",
+        ":F,1",
+        ":A1,2,3,4000,5000,3",
+        ":P1,2,3,4,5,6,7,8",
+        ":Z",
+        ": G1",
+        ":S18446744073709551616,1,1,1,1",
     ] {
-        assert_eq!(Line::read(text.as_bytes()), None, "{text}");
+        assert_eq!(read(text), Err(Fault::Line), "{text}");
+    }
+    let (int, word) = ((i32::MIN.into(), i32::MAX.into()), (0, u32::MAX.into()));
+    for (text, number, (least, most)) in [
+        (":G2147483648", 1, int),
+        (":R2", 1, (0, 1)),
+        (":C1,0", 2, (1, 100_000_000_000)),
+        (":A1,2,3,0,5000,4", 4, (1, 100_000_000_000)),
+        (":L1,2,3,4,5,6,4294967296", 7, word),
+        (":S1,2,3,4,256", 5, (0, 255)),
+        (":F4294967296,1", 1, word),
+    ] {
+        assert_eq!(read(text), Err(Fault::Range { number, least, most }), "{text}");
     }
 }
 
 #[test]
-fn answers_are_read() {
-    for refused in [
-        Refused::Line,
-        Refused::Moving,
-        Refused::Rest,
-        Refused::Law,
-        Refused::Range,
-        Refused::Fast(7_000),
+fn refusals_are_read() {
+    for (text, refused) in [
+        ("E rest", Refused::Rest),
+        ("E law", Refused::Law),
+        ("E unsound", Refused::Unsound),
+        ("E full", Refused::Full),
+        ("E fast 7000", Refused::Fast(7_000)),
     ] {
-        let (word, number) = refused.parts();
-        let number = number.map_or(String::new(), |number| format!(" {number}"));
-        assert_eq!(Refused::read(&format!("E {word}{number}")), Some(refused));
+        assert_eq!(Fault::read(text.as_bytes()), Some(Fault::Own(refused)));
     }
-    assert_eq!(Refused::read("Y"), None);
-    let seen = Progress { moving: true, position: Some(-317), late: 0, delay: 2_500 };
-    assert_eq!(Progress::read("1,1,-317,0,2500"), Some(seen));
-    assert_eq!(Progress::read("0,0,5,1,0").unwrap().position, None);
-    for text in ["", "1,1", "1,1,2,3,4,5", "1,1,x,0,0", "1,1,9999999999,0,0"] {
-        assert_eq!(Progress::read(text), None, "{text}");
+    for none in ["Y", "E fast", "E fast x", "E law 1", "E moving"] {
+        assert_eq!(Fault::<Refused>::read(none.as_bytes()), None, "{none}");
     }
-    assert_eq!(can("austin,unknown,power").collect::<Vec<_>>(), [LawName::Austin, LawName::Power]);
+    assert_eq!(can("sum,austin,power").collect::<Vec<_>>(), [LawName::Austin, LawName::Power]);
 }
 
 /// Numbers that no travel has are refused, so that no step of theirs can go wrong.

@@ -35,3 +35,30 @@ impl Clock {
         ticked
     }
 }
+
+/// Milliseconds since the start.
+pub struct Millis {
+    clock: Clock,
+    millis: u32,
+}
+
+impl Millis {
+    /// Lets timer 0 run, from 0.
+    pub fn start(registers: TC0) -> Millis {
+        Millis { clock: Clock::start(registers), millis: 0 }
+    }
+
+    /// What it shows. To be asked at least every 16.
+    pub fn get(&mut self) -> u32 {
+        // It tells of one at a time, and this is asked after some.
+        while self.clock.ticked() {
+            self.millis = self.millis.wrapping_add(1);
+        }
+        self.millis
+    }
+
+    /// Waits until it shows `millis`.
+    pub fn wait_until(&mut self, millis: u32) {
+        while (self.get().wrapping_sub(millis) as i32) < 0 {}
+    }
+}

@@ -3,10 +3,11 @@
 //!
 //! Sending waits for the line and looks at the clock meanwhile.
 
+use stepwright_device::main_loop::{Received, SerialPort};
 use stepwright_timed::{Code, Dump, Field};
 
 use crate::chip::{TC0, USART0};
-use crate::clock::Clock;
+use crate::clock::Millis;
 
 /// 16 MHz / 8 / 115200 − 1.
 const DIVISOR: u16 = 16;
@@ -57,77 +58,89 @@ impl Iterator for Digits {
     }
 }
 
-/// A byte that has come, if one has; `None` inside if it was damaged, or one before it was lost.
+/// The serial line at 115200 baud, looked at: a byte has to be taken within 170 µs while a line
+/// comes.
+pub struct PolledLine(USART0);
+
+impl PolledLine {
+    /// Sets the line up.
+    pub fn start(usart: USART0) -> PolledLine {
+        usart.ucsr0a().write(|w| w.u2x0().set_bit());
+        usart.ubrr0().write(|w| w.set(DIVISOR));
+        usart.ucsr0c().write(|w| w.ucsz0().chr8());
+        usart.ucsr0b().write(|w| w.txen0().set_bit().rxen0().set_bit());
+        PolledLine(usart)
+    }
+
+    /// Whether an interrupt comes for each byte.
+    pub fn interrupts(&self) -> bool {
+        self.0.ucsr0b().read().rxcie0().bit_is_set()
+    }
+
+    /// Has an interrupt come for each byte from now on, which takes it by [`received`].
+    pub fn interrupt(&mut self) {
+        self.0.ucsr0b().modify(|_, w| w.rxcie0().set_bit());
+    }
+}
+
+/// A byte that has come, if one has, or that one was damaged or lost.
 #[inline(always)]
-pub fn received(usart: &USART0) -> Option<Option<u8>> {
+pub fn received(usart: &USART0) -> Option<Received> {
     let status = usart.ucsr0a().read();
     if status.rxc0().bit_is_clear() {
         return None;
     }
     let whole = status.fe0().bit_is_clear() && status.dor0().bit_is_clear();
     let byte = usart.udr0().read().bits();
-    Some(whole.then_some(byte))
+    Some(if whole { Received::Byte(byte) } else { Received::Garbled })
+}
+
+impl SerialPort for PolledLine {
+    #[inline(always)]
+    fn receive(&mut self) -> Option<Received> {
+        received(&self.0)
+    }
+
+    #[inline(always)]
+    fn has_room(&self) -> bool {
+        self.0.ucsr0a().read().udre0().bit_is_set()
+    }
+
+    #[inline(always)]
+    fn send(&mut self, byte: u8) {
+        // SAFETY: a byte to be sent touches no memory.
+        self.0.udr0().write(|w| unsafe { w.bits(byte) });
+    }
 }
 
 /// The line and the clock.
 pub struct Console {
-    usart: USART0,
-    clock: Clock,
-    millis: u32,
+    line: PolledLine,
+    clock: Millis,
 }
 
 impl Console {
     /// 115200 baud, and the clock at 0.
     pub fn start(usart: USART0, timer: TC0) -> Console {
-        usart.ucsr0a().write(|w| w.u2x0().set_bit());
-        usart.ubrr0().write(|w| w.set(DIVISOR));
-        usart.ucsr0c().write(|w| w.ucsz0().chr8());
-        usart.ucsr0b().write(|w| w.txen0().set_bit().rxen0().set_bit());
-        Console { usart, clock: Clock::start(timer), millis: 0 }
+        Console { line: PolledLine::start(usart), clock: Millis::start(timer) }
     }
 
     /// Milliseconds since the start. To be asked at least every 16.
     pub fn millis(&mut self) -> u32 {
-        // It tells of one at a time, and this is asked after some.
-        while self.clock.ticked() {
-            self.millis = self.millis.wrapping_add(1);
-        }
-        self.millis
+        self.clock.get()
     }
 
     /// Waits until the clock shows `millis`.
     pub fn wait_until(&mut self, millis: u32) {
-        while (self.millis().wrapping_sub(millis) as i32) < 0 {}
-    }
-
-    /// A byte that has come, if one has; `None` inside if it was damaged, or one before it was
-    /// lost. To be asked at least every 170 µs while a line comes.
-    pub fn received(&mut self) -> Option<Option<u8>> {
-        received(&self.usart)
-    }
-
-    /// Whether an interrupt comes for each byte.
-    pub fn interrupts(&self) -> bool {
-        self.usart.ucsr0b().read().rxcie0().bit_is_set()
-    }
-
-    /// Has an interrupt come for each byte from now on, which takes it by [`received`].
-    pub fn interrupt(&mut self) {
-        self.usart.ucsr0b().modify(|_, w| w.rxcie0().set_bit());
-    }
-
-    /// Whether the line takes a byte at once.
-    pub fn is_free(&self) -> bool {
-        self.usart.ucsr0a().read().udre0().bit_is_set()
+        self.clock.wait_until(millis);
     }
 
     /// Sends a byte; waits for the line if it is not free.
     pub fn byte(&mut self, byte: u8) {
-        while self.usart.ucsr0a().read().udre0().bit_is_clear() {
+        while !self.line.has_room() {
             self.millis();
         }
-        // SAFETY: a byte to be sent touches no memory.
-        self.usart.udr0().write(|w| unsafe { w.bits(byte) });
+        self.line.send(byte);
     }
 
     /// Sends a text.

@@ -20,13 +20,14 @@ use stepwright::drive::{Axes, Drive};
 use stepwright::run::Run;
 #[cfg(feature = "mega")]
 use stepwright_cycle::RunCost;
-use stepwright_cycle::line::{Incoming, MotorPins};
+use stepwright_cycle::line::{LONGEST, MotorPins};
+use stepwright_device::main_loop::{Received, SerialPort};
+use stepwright_protocol::{BoardProgram, Incoming, ProgramSlave, Text, flash_text};
 use stepwright_cycle::{Clock, Cycle, CycleHold, Leg, MachineIo, Motor, Remote, Switches};
 
 use crate::board;
 use crate::chip;
-use crate::console::{Console, received};
-use crate::in_flash::InFlash;
+use crate::console::{PolledLine, received};
 use crate::slot::{Slot, token};
 use crate::timed::AnyPort;
 use crate::timer::Timer;
@@ -43,24 +44,13 @@ pub const MOTORS: usize = 4;
 const LEGS: usize = 400;
 
 #[cfg(feature = "uno")]
-const ABOUT: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=22 can=";
-#[cfg(all(feature = "mega", feature = "cycles-full"))]
-const ABOUT: &str =
-    "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths";
-#[cfg(all(feature = "mega", not(feature = "cycles-full")))]
-const ABOUT: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=";
-
-#[unsafe(link_section = ".progmem.data")]
-static SAID: InFlash<[u8; ABOUT.len()]> = InFlash::new(bytes());
-
-const fn bytes() -> [u8; ABOUT.len()] {
-    let (mut bytes, mut at) = ([0; ABOUT.len()], 0);
-    while at < bytes.len() {
-        bytes[at] = ABOUT.as_bytes()[at];
-        at += 1;
-    }
-    bytes
-}
+const ABOUT: &str = "stepwright-cycle uno hz=16000000 axes=3 legs=22";
+#[cfg(feature = "mega")]
+const ABOUT: &str = "stepwright-cycle mega hz=16000000 axes=4 legs=400";
+#[cfg(feature = "cycles-full")]
+const CAN: &str = ",brakes,home,tick,paths";
+#[cfg(not(feature = "cycles-full"))]
+const CAN: &str = "";
 
 /// The longest stay in the step interrupt that makes one step, a look at another motor's wait
 /// included (`firmware/rig/tests/cycles.rs`).
@@ -268,7 +258,7 @@ static STORE: Slot<[Cell<Leg>; LEGS]> = Slot::new([const { Cell::new(NOTHING) };
 
 /// The line that comes: the receiver's interrupt has it, and while that is disabled the main
 /// loop.
-static LINE: Slot<Incoming> = Slot::new(Incoming::new());
+static LINE: Slot<Incoming<LONGEST>> = Slot::new(Incoming::new());
 
 /// The foreground's hold on the motors: the step interrupt is held off for each call.
 pub struct Held(());
@@ -337,12 +327,8 @@ impl CycleHold<'static, MOTORS> for Held {
         })
     }
 
-    #[inline(never)]
-    fn about(&self, at: u8) -> Option<u8> {
-        let mut text = [0; ABOUT.len()];
-        // SAFETY: it is in its section.
-        unsafe { SAID.load(&mut text) };
-        text.get(usize::from(at)).copied()
+    fn about(&self) -> (Text, Text) {
+        (flash_text!(ABOUT), flash_text!(CAN))
     }
 }
 
@@ -374,23 +360,24 @@ pub unsafe fn serve() -> ! {
     let _ = unsafe { Timer::start() };
     // SAFETY: interrupts are off.
     unsafe { CYCLE.get() }.begin();
-    let mut console = Console::start(chip.USART0, chip.TC0);
+    let mut line = PolledLine::start(chip.USART0);
     // SAFETY: nobody gets it.
     let mut remote = Remote::new(Held(()), unsafe { STORE.share() });
-    console.interrupt();
+    line.interrupt();
     // SAFETY: all that an interrupt touches has been made.
     unsafe { interrupt::enable() };
+    let mut slave = ProgramSlave::new();
     loop {
         remote.poll();
-        if !console.interrupts() && remote.is_free() {
+        if !line.interrupts() && !slave.is_answering() {
             // SAFETY: the receiver's interrupt has left it to the main loop.
-            remote.hear(unsafe { LINE.get() });
-            console.interrupt();
+            slave.obey(unsafe { LINE.get() }, &mut remote);
+            line.interrupt();
         }
-        if console.is_free()
-            && let Some(byte) = remote.next_byte()
+        if line.has_room()
+            && let Some(byte) = slave.next_byte(&mut remote)
         {
-            console.byte(byte);
+            line.send(byte);
         }
     }
 }
@@ -420,8 +407,11 @@ pub unsafe fn on_compare() {
 pub unsafe fn on_receive() {
     // SAFETY: this interrupt comes while the line is its own, and so is the receiver.
     let (usart, line) = unsafe { (chip::USART0::steal(), LINE.get()) };
-    if let Some(byte) = received(&usart)
-        && line.take(byte)
+    if let Some(received) = received(&usart)
+        && line.receive(match received {
+            Received::Byte(byte) => Some(byte),
+            Received::Garbled => None,
+        })
     {
         usart.ucsr0b().modify(|_, w| w.rxcie0().clear_bit());
     }

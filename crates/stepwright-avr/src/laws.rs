@@ -1,5 +1,5 @@
 //! Austin's laws over the serial line: the motor on axis 1 goes by any of them, ordered by
-//! `stepwright move --law … --port`, or by whoever writes the lines of `stepwright_austin::line`.
+//! `stepwright move --law … --port`, or by whoever writes the rows of `stepwright_austin::line`.
 //!
 //! ```text
 //!   serial interrupts ──► Station ──► delays, up to 6 steps ahead ──► step interrupt of axis 1
@@ -12,8 +12,11 @@
 use core::mem::MaybeUninit;
 
 use stepwright_austin::Station;
+use stepwright_austin::line::LONGEST;
 use stepwright_austin::station::{About, Costs};
-use stepwright_device::main_loop::{Received, SerialPort};
+use stepwright_device::ProgramDevice;
+use stepwright_device::main_loop;
+use stepwright_protocol::{Text, flash_text};
 
 use crate::board::{self, AXES};
 use crate::serial::Serial;
@@ -26,13 +29,12 @@ static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);
 /// The motor; `start` makes it.
 static STATION: Slot<MaybeUninit<Motor>> = Slot::new(MaybeUninit::uninit());
 
-type Motor = Station<'static, AvrEngine, RUNS>;
+type Motor = ProgramDevice<Station<'static, AvrEngine, RUNS>, LONGEST>;
 
-const ABOUT: About = About {
-    name: if cfg!(feature = "mega") { "mega" } else { "uno" },
-    mhz: board::CLOCK / 1_000_000,
-    costs: Costs::AVR,
-};
+fn about() -> About {
+    let name: Text = if cfg!(feature = "mega") { flash_text!("mega") } else { flash_text!("uno") };
+    About { name, mhz: board::CLOCK / 1_000_000, costs: Costs::AVR }
+}
 
 /// The motor and its line.
 pub struct Desk {
@@ -64,7 +66,8 @@ impl Desk {
             (engine, feed)
         };
         // SAFETY: the only time that anybody asks for it.
-        let motor = unsafe { STATION.get() }.write(Station::new(engine, feed, ABOUT));
+        let station = unsafe { STATION.get() };
+        let motor = station.write(ProgramDevice::new(Station::new(engine, feed, about())));
         Desk { motor, serial: Serial::start(chip.USART0) }
     }
 
@@ -72,26 +75,7 @@ impl Desk {
     pub fn serve(mut self) -> ! {
         loop {
             watchdog::feed();
-            self.talk();
-            self.motor.work();
-        }
-    }
-
-    /// Takes what has come, and sends what there is room for.
-    #[inline(never)]
-    fn talk(&mut self) {
-        while !self.motor.is_answering()
-            && let Some(received) = self.serial.receive()
-        {
-            self.motor.receive(match received {
-                Received::Byte(byte) => Some(byte),
-                Received::Garbled => None,
-            });
-        }
-        while self.serial.has_room()
-            && let Some(byte) = self.motor.next_byte()
-        {
-            self.serial.send(byte);
+            main_loop::round(self.motor, &mut self.serial);
         }
     }
 }

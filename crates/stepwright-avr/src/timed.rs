@@ -40,7 +40,8 @@ pub use timer::{Timer3, Timer4, Timer5};
 use avr_device::interrupt;
 pub use stepwright::drive::Sequence;
 use stepwright::drive::{Coils, Port, sequence::SHIELD};
-use stepwright_timed::{Hold, Pace, Stepper};
+use stepwright_timed::line::Wire;
+use stepwright_timed::{Hold, Pace, Stepper, WiredMotor};
 
 use crate::guarded::Guarded;
 use crate::laps::Laps;
@@ -146,6 +147,23 @@ impl<P: Pins, T: Timer> AvrEngine<P, T> {
     /// Whether it moves.
     pub fn is_moving(&mut self) -> bool {
         self.with(|pace| pace.is_moving())
+    }
+}
+
+impl<T: Timer> WiredMotor for AvrEngine<AnyPort, T> {
+    fn rewire(&mut self, wire: &Wire) -> bool {
+        let Some(port) = AnyPort::of(wire.port, wire.mask) else { return false };
+        if wire.shield {
+            shield::pins();
+        }
+        let bit = if wire.shield { T::SHIELD } else { 0 };
+        AvrEngine::rewire(self, port, wire.sequence, wire.mask, bit);
+        self.restore(wire.phase);
+        true
+    }
+
+    fn phase(&mut self) -> u8 {
+        Windings::phase(self)
     }
 }
 

@@ -35,7 +35,6 @@ mod programs;
 mod quantity;
 mod say;
 mod serve;
-mod talk;
 mod timed;
 
 use std::process::ExitCode;

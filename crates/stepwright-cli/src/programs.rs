@@ -84,7 +84,7 @@ mod tests {
         for (answer, part) in [
             ("stepwright-timed mega hz=16000000 timers=1,3,4,5", "the timed driver"),
             ("stepwright-laws mega hz=16000000 can=austin", "Austin's laws"),
-            ("stepwright-cycle mega hz=16000000 motors=4", "motor cycles"),
+            ("stepwright-cycle mega hz=16000000 axes=4", "motor cycles"),
         ] {
             let failure = is_wanted("x", answer, CONTROLLER, |_| SLAVE).unwrap_err();
             assert!(failure.message().contains(part), "{failure:?}");

@@ -346,12 +346,11 @@ mod board {
     use std::time::{Duration, Instant};
 
     use stepwright::Rate;
-    use stepwright_cycle::line::Incoming;
-    use stepwright_cycle::{Clock, Leg, Motor, Remote};
-    use stepwright_sim::{CycleBoard, Edge, Stand};
+    use stepwright_cycle::{Clock, Leg, Motor};
+    use stepwright_sim::{CycleBoard, CycleLineBoard, Edge, Stand};
 
-    const ABOUT: &[u8] =
-        b"stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths\r";
+    const ABOUT: &str =
+        "stepwright-cycle mega hz=16000000 axes=4 legs=400 late=0 can=sum,brakes,home,tick,paths";
 
     /// Its path.
     pub fn start() -> String {
@@ -368,7 +367,7 @@ mod board {
             CycleBoard::new(motors, stands, Clock::Deadlines, rate, Vec::new());
         let legs = (0..400).map(|_| Cell::new(Leg::Steps { count: 0, delay: 0 }));
         let legs: &'static [Cell<Leg>] = legs.collect::<Vec<_>>().leak();
-        let mut remote = Remote::new(board, legs);
+        let mut board = CycleLineBoard::new(board, legs);
         let (begun, mut line) = (Instant::now(), Vec::new());
         loop {
             let mut bytes = [0; 64];
@@ -381,22 +380,19 @@ mod board {
                 }
                 let line = std::mem::take(&mut line);
                 if line == b"?\r" {
-                    master.write_all(ABOUT).unwrap();
+                    write!(master, "{ABOUT}\r").unwrap();
                     continue;
                 }
-                let mut coming = Incoming::new();
-                line.iter().for_each(|byte| _ = coming.take(Some(*byte)));
-                remote.hear(&mut coming);
-                let answer: Vec<u8> = std::iter::from_fn(|| remote.next_byte()).collect();
-                let _ = master.write_all(&answer);
+                if line.starts_with(b"?*") {
+                    let sum = ABOUT.bytes().fold(0, stepwright_protocol::crc);
+                    write!(master, "{ABOUT}*{sum:02X}\r").unwrap();
+                    continue;
+                }
+                line.iter().for_each(|byte| board.receive(*byte));
+                let _ = master.write_all(&board.take_answers());
             }
             // A board polls all the time.
-            let now = begun.elapsed().as_micros() as u64 * 16;
-            while remote.hold().now() < now {
-                let next = remote.hold().now() + 1_600;
-                remote.hold().run_until(next.min(now));
-                remote.poll();
-            }
+            board.run_until(begun.elapsed().as_micros() as u64 * 16);
             if count == 0 {
                 thread::sleep(Duration::from_micros(500));
             }

@@ -1,14 +1,13 @@
 //! The board's half of the line: lines come in, cycles are played, answers go out.
 //!
 //! ```text
-//!   bytes ─► Incoming ─► hear ─► Cycle ◄── interrupt
-//!   bytes ◄─ next_byte ◄─ answer    ▲
-//!                                   poll: time, acts on the way, homing
+//!   bytes ─► Incoming ─► ProgramSlave ─► Remote ─► Cycle ◄── interrupt
+//!   bytes ◄──────────────── answer ◄────────┘  ▲
+//!                              poll: time, acts on the way, homing
 //! ```
 //!
-//! Without I/O of its own: the same on a chip, whose main loop calls the three, and on the
-//! virtual board. The bytes of a line may be taken by an interrupt, so that none is lost while
-//! the motors keep the main loop waiting.
+//! Without I/O of its own: the same on a chip and on the virtual board. The bytes of a line may be
+//! received by an interrupt, so that none is lost while the motors keep the main loop waiting.
 
 use core::cell::Cell;
 
@@ -20,13 +19,13 @@ use super::Cycle;
 use super::homing::{Homing, HomingError};
 use super::kept::Kept;
 use super::line::{
-    CycleLine, CycleReport, HOMES, Incoming, LineAct, LineFault, LineProgram, MotorPins, home_code,
+    CycleFault, CycleLine, CycleReport, HOMES, LineAct, LineProgram, MotorPins, home_code,
 };
 use super::motor::{Faults, Status};
 use super::program::{Leg, Program};
 use super::strategy::{CycleError, Refusal};
 use super::surroundings::MachineIo;
-use stepwright_protocol::{bare, crc, hex};
+use stepwright_protocol::{BoardProgram, Fault, Numbers, Piece, Said, Text, flash_text};
 
 /// The motors of a board, as its main program has them.
 pub trait CycleHold<'a, const N: usize> {
@@ -49,8 +48,8 @@ pub trait CycleHold<'a, const N: usize> {
     /// The place of the pin, from 0, that the board has not or that is another's.
     fn wire(&mut self, motor: u8, pins: &MotorPins) -> Result<(), u8>;
 
-    /// A byte of the answer to `?`, without its end.
-    fn about(&self, at: u8) -> Option<u8>;
+    /// The answer to `?` up to its `can=`, and the words of that.
+    fn about(&self) -> (Text, Text);
 }
 
 /// A board whose N ≤ 8 motors are moved over a line.
@@ -69,34 +68,9 @@ pub struct Remote<'a, H: CycleHold<'a, N>, const N: usize> {
     /// Faults that were seen, and when.
     faults: [(Faults, u64); N],
     homing: Kept<Option<Homing>, { HOMES as usize }>,
-    home: (u8, u32),
-    answer: Outgoing<N>,
-}
-
-/// An answer that is being sent.
-struct Outgoing<const N: usize> {
-    what: Saying,
-    /// Its parts that were sent.
-    part: u8,
-    /// The number that is being sent, and its digits that are left.
-    number: u64,
-    digits: u8,
-    /// Its checksum, if it has one.
-    sum: Option<u8>,
-    /// Positions when it began.
-    positions: [i64; N],
-    time: u64,
-}
-
-#[derive(Clone, Copy)]
-enum Saying {
-    Nothing,
-    About,
-    Yes,
-    Fault(LineFault),
-    Report,
-    /// The checksum and the end: its byte.
-    Tail(u8),
+    home: Kept<(u8, u32), { HOMES as usize }>,
+    /// Motors whose position a kill has lost.
+    lost: u8,
 }
 
 impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
@@ -113,16 +87,8 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             done: [0; 3],
             faults: [(Faults::NONE, 0); N],
             homing: Kept::new(None),
-            home: (0, 0),
-            answer: Outgoing {
-                what: Saying::Nothing,
-                part: 0,
-                number: 0,
-                digits: 0,
-                sum: None,
-                positions: [0; N],
-                time: 0,
-            },
+            home: Kept::new((0, 0)),
+            lost: 0,
         }
     }
 
@@ -131,94 +97,9 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         &mut self.hold
     }
 
-    /// The same, to look at.
-    pub fn held(&self) -> &H {
-        &self.hold
-    }
-
-    /// Whether the answer to the last line has been sent.
-    pub fn is_free(&self) -> bool {
-        matches!(self.answer.what, Saying::Nothing)
-    }
-
-    /// Obeys a line that has come to its end, once the answer before it [has been
-    /// sent](Remote::is_free).
-    #[inline(never)]
-    pub fn hear(&mut self, line: &mut Incoming) {
-        let (line, summed) = match line.whole().map(checked) {
-            None => (Err(LineFault::Sum), true),
-            Some(Err(fault)) => (Err(fault), true),
-            Some(Ok((text, summed))) => {
-                let legs = u16::try_from(self.legs.len()).unwrap_or(u16::MAX);
-                (CycleLine::read(text, N as u8, legs), summed)
-            }
-        };
-        let what = match &line {
-            Ok(line) => self.carry_out(line),
-            Err(fault) => Saying::Fault(*fault),
-        };
-        self.snapshot();
-        self.answer.sum = summed.then_some(0);
-        (self.answer.what, self.answer.part, self.answer.digits) = (what, 0, 0);
-    }
-
-    /// Where all are now.
-    #[inline(never)]
-    fn snapshot(&mut self) {
-        self.count_time();
-        self.answer.time = self.time;
-        for (motor, at) in (0u8..).zip(&mut self.answer.positions) {
-            // One at a time: the step interrupt is held off for each.
-            *at = self.hold.with(|cycle| cycle.position(motor)).unwrap_or(0);
-        }
-    }
-
-    fn carry_out(&mut self, line: &CycleLine) -> Saying {
-        match line {
-            CycleLine::Info => return Saying::About,
-            CycleLine::Look => return Saying::Report,
-            CycleLine::Now(act) => {
-                if self.active {
-                    self.act(*act);
-                }
-                return Saying::Yes;
-            }
-            CycleLine::Start(number) | CycleLine::Home(number, _) if *number == self.number => {
-                return Saying::Yes;
-            }
-            _ => {}
-        }
-        if self.active {
-            return Saying::Fault(LineFault::Refused(Refusal::Running));
-        }
-        let done = match line {
-            CycleLine::Start(number) => {
-                self.begin(*number);
-                let started = self.hold.with(|cycle| cycle.start());
-                self.zero();
-                if started.is_err() {
-                    (self.active, self.number) = (false, 0);
-                }
-                started.map_err(LineFault::Refused)
-            }
-            CycleLine::Home(number, homing) if HOMES => {
-                self.begin(*number);
-                self.zero();
-                self.homing.set(Some(*homing));
-                self.home = (1, 0);
-                Ok(())
-            }
-            line => self.set_up(line),
-        };
-        match done {
-            Ok(()) => Saying::Yes,
-            Err(fault) => Saying::Fault(fault),
-        }
-    }
-
     /// What is said before a cycle. Out of line: a start has the stack for itself.
     #[inline(never)]
-    fn set_up(&mut self, line: &CycleLine) -> Result<(), LineFault> {
+    fn set_up(&mut self, line: &CycleLine) -> Result<(), CycleFault> {
         let done = match line {
             CycleLine::New => {
                 self.due = [0; 3];
@@ -234,13 +115,15 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             }
             CycleLine::Wire(motor, pins) => {
                 if let Err(place) = self.hold.wire(*motor, pins) {
-                    return Err(LineFault::Pin { number: place.wrapping_add(2) });
+                    let number = place.wrapping_add(2);
+                    return Err(CycleFault::Pin { number });
                 }
                 self.hold.with(|cycle| cycle.rewired(*motor));
                 Ok(())
             }
             CycleLine::Motor(motor, what) => self.hold.with(|cycle| cycle.set_motor(*motor, *what)),
             CycleLine::Position(motor, at) => {
+                self.lost &= !(1 << *motor);
                 self.hold.with(|cycle| cycle.set_position(*motor, *at))
             }
             CycleLine::Leg(at, leg) => {
@@ -270,15 +153,17 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
                 }
                 Ok(())
             }
-            _ => return Err(LineFault::Unknown),
+            // The rows that begin a cycle, and those of one that runs.
+            _ => Ok(()),
         };
-        done.map_err(LineFault::Refused)
+        done.map_err(CycleFault::Refused)
     }
 
     /// A cycle of this number begins.
     fn begin(&mut self, number: u8) {
         (self.number, self.active) = (number, true);
-        (self.done, self.home) = ([0; 3], (0, 0));
+        self.done = [0; 3];
+        self.home.set((0, 0));
         // A motor that takes no part keeps those of its last cycle.
         for (motor, known) in (0u8..).zip(&mut self.faults) {
             *known = (self.hold.with(|cycle| cycle.faults(motor)), 0);
@@ -308,10 +193,187 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         self.seen = now;
     }
 
-    /// What the main program does now and then: at least each half turn of the timer's counter,
-    /// and as often as acts on the way are to be exact.
+    /// Something happens to the cycle now.
+    fn act(&mut self, act: LineAct) {
+        let finish = matches!(act, LineAct::Finish);
+        if finish && self.homing.take().is_some() {
+            self.home.set((5, 0));
+        }
+        let done = self.hold.with(|cycle| match act {
+            LineAct::Pause => cycle.pause(),
+            LineAct::Resume => cycle.resume(),
+            LineAct::Finish => {
+                let running = cycle.is_running();
+                cycle.finish();
+                if running { Ok(()) } else { Err(Refusal::NotRunning) }
+            }
+        });
+        self.count_time();
+        let time = self.time.wrapping_add(1);
+        if let Some(at) = self.done.get_mut(act as usize)
+            && done.is_ok()
+        {
+            *at = time;
+        }
+    }
+
+    /// The maximum of a motor: of one that rests, for it takes too long to be asked for between
+    /// two steps.
+    fn max(&mut self, motor: u8) -> Option<i64> {
+        if self.active { None } else { self.hold.with(|cycle| cycle.motor(motor))?.max }
+    }
+}
+
+impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> {
+    type Row = CycleLine;
+    type Reason = CycleFault;
+
+    fn about(&mut self, n: u8) -> Option<Piece> {
+        let (about, can) = self.hold.about();
+        Some(match n {
+            0 => Piece::Text(about),
+            1 => Piece::Text(flash_text!(" late=")),
+            2 => Piece::Number(self.hold.with(|cycle| cycle.late())),
+            3 => Piece::Text(flash_text!(" can=sum")),
+            4 => Piece::Text(can),
+            _ => return None,
+        })
+    }
+
+    fn axes(&self) -> u8 {
+        N as u8
+    }
+
+    fn read(&self, letter: u8, numbers: &mut Numbers<'_>) -> Option<CycleLine> {
+        let legs = u16::try_from(self.legs.len()).unwrap_or(u16::MAX);
+        CycleLine::read(letter, numbers, N as u8, legs)
+    }
+
+    // In the frame of its caller: a start has the stack for itself.
+    #[inline(always)]
+    fn carry_out(&mut self, line: &CycleLine) -> Result<Said, Fault<CycleFault>> {
+        match line {
+            CycleLine::Look => {
+                self.count_time();
+                return Ok(Said::Report);
+            }
+            CycleLine::Now(act) => {
+                if self.active {
+                    self.act(*act);
+                }
+                return Ok(Said::Yes);
+            }
+            CycleLine::Start(number) | CycleLine::Home(number, _) if *number == self.number => {
+                return Ok(Said::Yes);
+            }
+            _ => {}
+        }
+        if self.active {
+            return Err(Fault::Busy);
+        }
+        match line {
+            CycleLine::Start(number) => {
+                self.begin(*number);
+                let started = self.hold.with(|cycle| cycle.start());
+                self.zero();
+                if let Err(refusal) = started {
+                    (self.active, self.number) = (false, 0);
+                    return Err(Fault::Own(CycleFault::Refused(refusal)));
+                }
+            }
+            CycleLine::Home(number, homing) if HOMES => {
+                self.begin(*number);
+                self.zero();
+                self.homing.set(Some(*homing));
+                self.home.set((1, 0));
+            }
+            line => self.set_up(line).map_err(Fault::Own)?,
+        }
+        Ok(Said::Yes)
+    }
+
+    fn number(&mut self, part: u8) -> Option<i64> {
+        let whole = |number: u64| number as i64;
+        let Some(place) = part.checked_sub(CycleReport::HEAD) else {
+            return Some(match part {
+                0 => self
+                    .hold
+                    .with(|cycle| match (cycle.is_running(), cycle.is_paused()) {
+                        (_, true) => 2,
+                        (true, _) => 1,
+                        _ => 0,
+                    })
+                    .max(self.active.into()),
+                1 => self.number.into(),
+                2 => whole(self.time),
+                3 => match self.hold.with(|cycle| cycle.error()) {
+                    None => 0,
+                    Some(CycleError::TimingExceeded) => 1,
+                    Some(CycleError::MotorError { motor }) => i64::from(motor) + 2,
+                },
+                4 => self.hold.with(|cycle| cycle.late()).into(),
+                5 => self.hold.with(|cycle| cycle.longest()).into(),
+                6..=8 => whole(self.done.get(usize::from(part - 6)).copied().unwrap_or(0)),
+                9 => self.home.get().0.into(),
+                _ => self.home.get().1.into(),
+            });
+        };
+        let (motor, which) = (place / CycleReport::EACH, place % CycleReport::EACH);
+        let n = usize::from(motor);
+        let (faults, fault_at) = *self.faults.get(n)?;
+        Some(match which {
+            0 => {
+                let status = match self.hold.with(|cycle| cycle.status(motor)) {
+                    Status::Idle => 0,
+                    Status::Running => 1,
+                    Status::Finished => 2,
+                };
+                let lost = i64::from(self.lost >> motor & 1);
+                status + if self.max(motor).is_some() { 4 } else { 0 } + 8 * lost
+            }
+            1 => faults.bits().into(),
+            2 => whole(fault_at),
+            3 => self.hold.with(|cycle| cycle.position(motor)).unwrap_or(0),
+            _ => self.max(motor).unwrap_or(0),
+        })
+    }
+
+    fn is_busy(&mut self) -> bool {
+        self.active
+    }
+
+    fn position(&mut self, axis: u8) -> Option<i64> {
+        if self.lost >> axis & 1 != 0 {
+            return None;
+        }
+        self.hold.with(|cycle| cycle.position(axis))
+    }
+
+    fn set_zero(&mut self, axis: u8) {
+        self.lost &= !(1 << axis);
+        // It rests, and there is such a motor.
+        let _ = self.hold.with(|cycle| cycle.set_position(axis, 0));
+    }
+
+    fn stop(&mut self) {
+        if self.active {
+            self.act(LineAct::Finish);
+        }
+    }
+
+    fn kill(&mut self) {
+        for motor in 0..N as u8 {
+            if self.hold.with(|cycle| cycle.status(motor)) == Status::Running {
+                self.lost |= 1 << motor;
+            }
+        }
+        self.stop();
+    }
+
+    /// To be called at least each half turn of the timer's counter, and as often as acts on the
+    /// way are to be exact.
     #[inline(never)]
-    pub fn poll(&mut self) {
+    fn poll(&mut self) {
         self.count_time();
         if !self.active {
             return;
@@ -341,180 +403,19 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         if let Some(mut homing) = self.homing.get() {
             let done = self.hold.with(|cycle| homing.poll(cycle));
             self.homing.set(Some(homing));
-            self.home = match done {
+            self.home.set(match done {
                 Ok(false) => return,
-                Ok(true) => (2, 0),
+                Ok(true) => {
+                    self.lost &= !(1 << homing.motor);
+                    (2, 0)
+                }
                 Err(HomingError::NotFound) => (3, 0),
                 Err(HomingError::StillClosed) => (4, 0),
                 Err(HomingError::Cancelled(..)) => (5, 0),
                 Err(HomingError::Refused(refusal)) => home_code(refusal),
-            };
+            });
             self.homing.set(None);
         }
         self.active = false;
     }
-
-    /// Something happens to the cycle now.
-    fn act(&mut self, act: LineAct) {
-        let finish = matches!(act, LineAct::Finish);
-        if finish && self.homing.take().is_some() {
-            self.home = (5, 0);
-        }
-        let done = self.hold.with(|cycle| match act {
-            LineAct::Pause => cycle.pause(),
-            LineAct::Resume => cycle.resume(),
-            LineAct::Finish => {
-                let running = cycle.is_running();
-                cycle.finish();
-                if running { Ok(()) } else { Err(Refusal::NotRunning) }
-            }
-        });
-        self.count_time();
-        let time = self.time.wrapping_add(1);
-        if let Some(at) = self.done.get_mut(act as usize)
-            && done.is_ok()
-        {
-            *at = time;
-        }
-    }
-
-    /// The maximum of a motor: of one that rests, for it takes too long to be asked for between
-    /// two steps.
-    fn max(&mut self, motor: u8) -> Option<i64> {
-        if self.active { None } else { self.hold.with(|cycle| cycle.motor(motor))?.max }
-    }
-
-    /// A number of the report.
-    fn number(&mut self, part: u8) -> Option<i64> {
-        let whole = |number: u64| number as i64;
-        let Some(place) = part.checked_sub(CycleReport::HEAD) else {
-            return Some(match part {
-                0 => self
-                    .hold
-                    .with(|cycle| match (cycle.is_running(), cycle.is_paused()) {
-                        (_, true) => 2,
-                        (true, _) => 1,
-                        _ => 0,
-                    })
-                    .max(self.active.into()),
-                1 => self.number.into(),
-                2 => whole(self.answer.time),
-                3 => match self.hold.with(|cycle| cycle.error()) {
-                    None => 0,
-                    Some(CycleError::TimingExceeded) => 1,
-                    Some(CycleError::MotorError { motor }) => i64::from(motor) + 2,
-                },
-                4 => self.hold.with(|cycle| cycle.late()).into(),
-                5 => self.hold.with(|cycle| cycle.longest()).into(),
-                6..=8 => whole(self.done.get(usize::from(part - 6)).copied().unwrap_or(0)),
-                9 => self.home.0.into(),
-                _ => self.home.1.into(),
-            });
-        };
-        let (motor, which) = (place / CycleReport::EACH, place % CycleReport::EACH);
-        let n = usize::from(motor);
-        let (faults, fault_at) = *self.faults.get(n)?;
-        Some(match which {
-            0 => {
-                let status = match self.hold.with(|cycle| cycle.status(motor)) {
-                    Status::Idle => 0,
-                    Status::Running => 1,
-                    Status::Finished => 2,
-                };
-                status + if self.max(motor).is_some() { 4 } else { 0 }
-            }
-            1 => faults.bits().into(),
-            2 => whole(fault_at),
-            3 => self.answer.positions.get(n).copied().unwrap_or(0),
-            _ => self.max(motor).unwrap_or(0),
-        })
-    }
-
-    /// The next byte to be sent, if there is one.
-    #[inline(never)]
-    pub fn next_byte(&mut self) -> Option<u8> {
-        let byte = self.next_plain()?;
-        if let Some(sum) = &mut self.answer.sum {
-            *sum = crc(*sum, byte);
-        }
-        Some(byte)
-    }
-
-    fn next_plain(&mut self) -> Option<u8> {
-        if let Some(left) = self.answer.digits.checked_sub(1) {
-            self.answer.digits = left;
-            let bytes = self.answer.number.to_le_bytes();
-            let byte = bytes.get(usize::from(left / 2)).copied().unwrap_or(0);
-            return Some(hex(if left.is_multiple_of(2) { byte } else { byte >> 4 }));
-        }
-        let part = self.answer.part;
-        self.answer.part = part.wrapping_add(1);
-        let number = match self.answer.what {
-            Saying::Nothing => return None,
-            Saying::About => match self.hold.about(part) {
-                Some(byte) => return Some(byte),
-                None => None,
-            },
-            Saying::Yes if part == 0 => return Some(b'Y'),
-            Saying::Yes => None,
-            Saying::Fault(_) if part == 0 => return Some(b'E'),
-            // A number, a comma, a number …
-            Saying::Fault(_) if part.is_multiple_of(2) => return self.comma(part < 8),
-            Saying::Fault(fault) => fault.numbers().get(usize::from(part / 2)).copied(),
-            Saying::Report if part % 2 == 1 => {
-                let all = CycleReport::HEAD + CycleReport::EACH * N as u8;
-                return self.comma(part / 2 + 1 < all);
-            }
-            Saying::Report => self.number(part / 2),
-            Saying::Tail(at) => return self.tail(at),
-        };
-        match number {
-            None => self.comma(false),
-            Some(number) => {
-                let (size, mut digits) = (number.unsigned_abs(), 16u8);
-                let bytes = size.to_le_bytes();
-                while digits > 1 {
-                    let byte = bytes.get(usize::from((digits - 1) / 2)).copied().unwrap_or(0);
-                    if (if digits.is_multiple_of(2) { byte >> 4 } else { byte & 15 }) != 0 {
-                        break;
-                    }
-                    digits -= 1;
-                }
-                (self.answer.number, self.answer.digits) = (size, digits);
-                if number < 0 { Some(b'-') } else { self.next_plain() }
-            }
-        }
-    }
-
-    /// A comma, or the end of the line.
-    fn comma(&mut self, more: bool) -> Option<u8> {
-        if more {
-            return Some(b',');
-        }
-        self.answer.what = Saying::Tail(if self.answer.sum.is_some() { 0 } else { 3 });
-        self.next_plain()
-    }
-
-    /// `*`, two digits, a carriage return.
-    fn tail(&mut self, at: u8) -> Option<u8> {
-        self.answer.what = if at < 3 { Saying::Tail(at + 1) } else { Saying::Nothing };
-        let sum = self.answer.sum;
-        if at == 0 {
-            // What follows is not summed.
-            self.answer.number = sum.unwrap_or(0).into();
-            self.answer.sum = None;
-        }
-        let sum = self.answer.number as u8;
-        Some(match at {
-            0 => b'*',
-            1 => hex(sum >> 4),
-            2 => hex(sum),
-            _ => b'\r',
-        })
-    }
-}
-
-/// A line without its checksum, and whether it had one.
-fn checked(line: &[u8]) -> Result<(&[u8], bool), LineFault> {
-    bare(line).ok_or(LineFault::Sum)
 }

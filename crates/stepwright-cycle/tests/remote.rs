@@ -5,13 +5,13 @@ use std::cell::Cell;
 
 use stepwright::Rate;
 use stepwright_cycle::line::{
-    CycleLine, CycleReport, Incoming, LineAct, LineFault, LineProgram, MotorPins,
+    CycleFault, CycleLine, CycleReport, LONGEST, LineAct, LineProgram, MotorPins,
 };
 use stepwright_cycle::{
     AtHardEnd, AtSoftEnd, Calibration, Clock, Cycle, CycleHold, DelayRamp, End, Faults, Homing,
     Leg, Motor, Program, Refusal, Remote, Strategies,
 };
-use stepwright_protocol::crc;
+use stepwright_protocol::{BoardProgram, Fault, Incoming, ProgramSlave, Text, crc};
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
 
 const HZ: u64 = 16_000_000;
@@ -20,7 +20,7 @@ const LOOK: u64 = 1_600;
 
 type Host<'a> = CycleBoard<'a, Vec<Edge>, 3>;
 
-struct Chip<'a>(Remote<'a, Host<'a>, 3>);
+struct Chip<'a>(Remote<'a, Host<'a>, 3>, ProgramSlave<CycleFault>);
 
 fn legs() -> [Cell<Leg>; 24] {
     std::array::from_fn(|_| Cell::new(Leg::Wait { count: 0, delay: 0 }))
@@ -30,25 +30,30 @@ fn virtual_board<'a>(motors: [Motor; 3], stands: [Stand; 3], clock: Clock) -> Ho
     CycleBoard::new(motors, stands, clock, Rate::from_hz(HZ as u32).unwrap(), Vec::new())
 }
 
-/// Sends a line as it is.
-fn say_to<'a, H: CycleHold<'a, 3>>(remote: &mut Remote<'a, H, 3>, line: &str) {
-    let mut coming = Incoming::new();
-    assert!(line.bytes().all(|byte| !coming.take(Some(byte))) && coming.take(Some(b'\r')));
-    remote.hear(&mut coming);
+/// Sends a line as it is, and says what is answered.
+fn say_to<'a, H: CycleHold<'a, 3>>(
+    remote: &mut Remote<'a, H, 3>,
+    slave: &mut ProgramSlave<CycleFault>,
+    line: &str,
+) -> String {
+    let mut coming = Incoming::<LONGEST>::new();
+    assert!(line.bytes().all(|byte| !coming.receive(Some(byte))) && coming.receive(Some(b'\r')));
+    slave.obey(&mut coming, remote);
+    let mut answer: Vec<u8> = std::iter::from_fn(|| slave.next_byte(remote)).collect();
+    assert_eq!(answer.pop(), Some(b'\r'), "{line}");
+    String::from_utf8(answer).unwrap()
 }
 
 impl<'a> Chip<'a> {
     fn new(stands: [Stand; 3], legs: &'a [Cell<Leg>]) -> Chip<'a> {
         let motors = [Motor::new(1, 1); 3];
-        Chip(Remote::new(virtual_board(motors, stands, Clock::Deadlines), legs))
+        let board = virtual_board(motors, stands, Clock::Deadlines);
+        Chip(Remote::new(board, legs), ProgramSlave::new())
     }
 
     /// Sends a line as it is, and says what is answered.
     fn text(&mut self, line: &str) -> String {
-        say_to(&mut self.0, line);
-        let mut answer: Vec<u8> = std::iter::from_fn(|| self.0.next_byte()).collect();
-        assert_eq!(answer.pop(), Some(b'\r'), "{line}");
-        String::from_utf8(answer).unwrap()
+        say_to(&mut self.0, &mut self.1, line)
     }
 
     /// Likewise with a checksum, which the answer must have too.
@@ -69,10 +74,9 @@ impl<'a> Chip<'a> {
         assert_eq!(self.ask(line), "Y", "{line}");
     }
 
-    fn fault(&mut self, line: CycleLine) -> LineFault {
+    fn fault(&mut self, line: CycleLine) -> Fault<CycleFault> {
         let answer = self.ask(line);
-        let text = answer.strip_prefix('E').unwrap_or_else(|| panic!("{line}: {answer}"));
-        LineFault::read(text.as_bytes()).unwrap_or_else(|| panic!("{line}: {answer}"))
+        Fault::read(answer.as_bytes()).unwrap_or_else(|| panic!("{line}: {answer}"))
     }
 
     fn look(&mut self) -> CycleReport {
@@ -114,6 +118,10 @@ fn from_first(edges: &[Edge]) -> Vec<Edge> {
     let first = moves.iter().position(|edge| edge.pin == Pin::Step).expect("a step");
     let begun = moves[first].time;
     moves[first..].iter().map(|edge| Edge { time: edge.time - begun, ..*edge }).collect()
+}
+
+fn refused(refusal: Refusal) -> Fault<CycleFault> {
+    Fault::Own(CycleFault::Refused(refusal))
 }
 
 const X: Motor = Motor::new(7_500, 500);
@@ -296,40 +304,32 @@ fn a_motor_is_homed_and_its_way_calibrated() {
 fn what_is_wrong_is_refused_and_nothing_moves() {
     let legs = legs();
     let mut chip = Chip::new([Stand::default(); 3], &legs);
-    assert_eq!(chip.fault(CycleLine::Start(1)), LineFault::Refused(Refusal::Nothing));
+    assert_eq!(chip.fault(CycleLine::Start(1)), refused(Refusal::Nothing));
     let program = LineProgram::Steps { count: 10, delay: 400 };
     chip.say(CycleLine::Motor(0, X));
     chip.say(CycleLine::Prepare(0, Calibration::None, program));
-    let small = LineFault::Refused(Refusal::SmallDelay { motor: 0, needs: 500 });
+    let small = refused(Refusal::SmallDelay { motor: 0, needs: 500 });
     assert_eq!(chip.fault(CycleLine::Start(1)), small);
     chip.say(CycleLine::Prepare(0, Calibration::None, program));
     chip.say(CycleLine::New);
-    assert_eq!(chip.fault(CycleLine::Start(1)), LineFault::Refused(Refusal::Nothing));
+    assert_eq!(chip.fault(CycleLine::Start(1)), refused(Refusal::Nothing));
     let pins = MotorPins { codes: [1, 2, 3, 99, MotorPins::NO_PIN] };
-    assert_eq!(chip.fault(CycleLine::Wire(0, pins)), LineFault::Pin { number: 5 });
+    assert_eq!(chip.fault(CycleLine::Wire(0, pins)), Fault::Own(CycleFault::Pin { number: 5 }));
     // A line that was spoiled, one that is too long, one without a checksum.
-    assert_eq!(chip.text("S0,0,A,3E8*00"), "E1,0,0,0*AD");
-    assert!(chip.text(&"1".repeat(100)).starts_with("E1,"));
-    // A line behind another waits for the answer of that.
-    let (mut said, mut line) = (Vec::new(), Incoming::new());
-    for byte in *b"\r?\r" {
-        if line.take(Some(byte)) {
-            while !chip.0.is_free() {
-                said.extend(chip.0.next_byte());
-            }
-            chip.0.hear(&mut line);
-        }
-        said.extend(chip.0.next_byte());
-    }
-    said.extend(std::iter::from_fn(|| chip.0.next_byte()));
-    let said = String::from_utf8(said).unwrap();
-    assert!(said.starts_with("E0,0,0,0\rstepwright-cycle "), "{said:?}");
-    assert_eq!(chip.text("S0,0,A,3E8"), "Y");
-    assert_eq!(chip.text("S0,3,A,3E8"), "E2,2,0,2");
+    assert_eq!(
+        chip.text(":S0,0,10,1000*00"),
+        format!("E sum*{:02X}", b"E sum".iter().fold(0, |sum, byte| crc(sum, *byte)))
+    );
+    assert_eq!(chip.text(&"1".repeat(100)), "E line");
+    // A row without a checksum is none of a master that uses them.
+    assert_eq!(chip.text(":S0,0,10,1000"), "E sum");
+    assert_eq!(chip.text("F"), "R");
+    assert_eq!(chip.text(":S0,0,10,1000"), "Y");
+    assert_eq!(chip.text(":S0,3,10,1000"), "E range 2,0,2");
     // While a cycle runs there are other lines.
     chip.say(CycleLine::Start(1));
     chip.say(CycleLine::Start(1));
-    let running = LineFault::Refused(Refusal::Running);
+    let running = Fault::Busy;
     for line in [
         CycleLine::New,
         CycleLine::Start(2),
@@ -349,7 +349,9 @@ fn what_is_wrong_is_refused_and_nothing_moves() {
     chip.say(CycleLine::Start(1));
     chip.run(20_000);
     assert_eq!(chip.look().motors[0].position, 75_000);
-    assert!(chip.ask(CycleLine::Info).starts_with("stepwright-cycle virtual hz=16000000 "));
+    let about =
+        "stepwright-cycle virtual hz=16000000 axes=3 legs=24 late=0 can=sum,brakes,home,tick";
+    assert_eq!(chip.text("?"), about);
 }
 
 /// A board on which each question of the main loop takes 3 µs, while which the motors go on.
@@ -373,16 +375,14 @@ impl<'a> CycleHold<'a, 3> for Slow<'a> {
         self.0.wire(motor, pins)
     }
 
-    fn about(&self, at: u8) -> Option<u8> {
-        self.0.about(at)
+    fn about(&self) -> (Text, Text) {
+        self.0.about()
     }
 }
 
 /// The answer to a line.
 fn asked<'a>(chip: &mut Remote<'a, Slow<'a>, 3>, line: CycleLine) -> String {
-    say_to(chip, &line.to_string());
-    let answer: Vec<u8> = std::iter::from_fn(|| chip.next_byte()).collect();
-    String::from_utf8(answer).unwrap().trim_end().to_owned()
+    say_to(chip, &mut ProgramSlave::new(), &line.to_string())
 }
 
 /// Wherever the main loop is when a switch ends the cycle.

@@ -26,11 +26,13 @@ mod inputs;
 mod machine;
 pub mod main_loop;
 mod panel;
+mod program;
 mod reset;
 mod store;
 mod supervisor;
 
 pub use device::Device;
 pub use panel::{BoardIo, Memory};
+pub use program::ProgramDevice;
 pub use reset::{Mark, Reset};
 pub use store::Store;

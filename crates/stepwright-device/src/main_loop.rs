@@ -37,6 +37,10 @@ pub trait SerialPort {
 
 /// All of a board that is not an interrupt, but for its line.
 pub trait Foreground {
+    /// Whether it takes the next line while an answer is on its way: for a line that nothing
+    /// keeps meanwhile.
+    const LISTENS_MEANWHILE: bool = false;
+
     /// A round begins: the clock is looked at, the watchdog told that all is well.
     fn tick(&mut self);
     /// Whether some of the last answer has yet to be pulled.
@@ -71,10 +75,13 @@ pub fn run(board: &mut impl Foreground, line: &mut impl SerialPort) -> ! {
 
 /// The main loop once round.
 #[inline(always)]
-pub fn round(board: &mut impl Foreground, line: &mut impl SerialPort) {
+pub fn round<B: Foreground>(board: &mut B, line: &mut impl SerialPort) {
     board.tick();
     if board.is_answering() {
         answer(board, line);
+        if B::LISTENS_MEANWHILE {
+            listen(board, line);
+        }
     } else {
         listen(board, line);
         work(board);

@@ -30,7 +30,7 @@ use crate::guests::{GuestLine, Guests};
 use crate::pipe::Pipe;
 
 /// A slave answers within milliseconds.
-const PATIENCE: Duration = Duration::from_millis(500);
+pub(crate) const PATIENCE: Duration = Duration::from_millis(500);
 
 /// How long a board may take from the opening of its port: one that is reset
 /// by it passes its boot loader first.
@@ -42,6 +42,9 @@ const TRIES: usize = 4;
 /// The same of `?`: of the answers that noise spoils most are to it, for they are the
 /// longest.
 const INFO_TRIES: usize = 8;
+
+/// How many times [`PATIENCE`] a program may be silent before what it owes counts as lost.
+const SILENCES: usize = 8;
 
 /// How soon a guest is heard while nothing is said.
 const SLICE: Duration = Duration::from_millis(20);
@@ -57,6 +60,8 @@ pub enum LinkError {
     Killed,
     /// The caller has ended the waiting, where nothing is to be braked.
     Ended,
+    /// The board runs another program than the controller: its answer to `?`.
+    Program(String),
 }
 
 impl fmt::Display for LinkError {
@@ -70,6 +75,7 @@ impl fmt::Display for LinkError {
             LinkError::Silent => f.write_str("the board does not answer"),
             LinkError::Killed => f.write_str("killed"),
             LinkError::Ended => f.write_str("interrupted"),
+            LinkError::Program(about) => write!(f, "the board runs another program: {about}"),
         }
     }
 }
@@ -89,12 +95,18 @@ pub enum Played {
 
 /// A conversation with a board.
 pub struct Conversation {
-    pipe: Pipe,
+    pub(crate) pipe: Pipe,
     master: Master,
     /// What the board said of itself; `None` if it knows only the Nano slave's lines.
     info: Option<Info>,
+    /// What a program with other features said of itself instead.
+    pub(crate) program: Option<String>,
+    /// Why such a program has refused its last line: a word, and numbers.
+    reason: Option<String>,
     /// Whether our lines have checksums.
     sums: bool,
+    /// F's that were said and whose R or B was not heard.
+    owed: usize,
     /// Which axis F and Z speak of; `None` if we can't be sure.
     selected: Option<Selection>,
     /// Other programs that ask the board through us.
@@ -122,7 +134,10 @@ impl Conversation {
             pipe,
             master: Master::new(),
             info: None,
+            program: None,
+            reason: None,
             sums: false,
+            owed: 0,
             selected: None,
             guests: None,
             changes: Vec::new(),
@@ -215,8 +230,15 @@ impl Conversation {
     /// Gets in step with the board, and asks what it is.
     ///
     /// # Errors
-    /// [`LinkError::Silent`] after 4 s: no board of ours, or another baud rate.
+    /// [`LinkError::Silent`] after 4 s: no board of ours, or another baud rate;
+    /// [`LinkError::Program`].
     pub async fn meet(&mut self) -> Result<(), LinkError> {
+        self.greet().await?;
+        self.program.clone().map_or(Ok(()), |about| Err(LinkError::Program(about)))
+    }
+
+    /// The same, whichever program the board runs.
+    pub(crate) async fn greet(&mut self) -> Result<(), LinkError> {
         let end = self.now() + BOOT;
         // A question first: getting in step by force counts as a refused line,
         // and would hide from the user which one was refused before.
@@ -239,6 +261,11 @@ impl Conversation {
                 }
                 Some(_) if self.sums => {}
                 Some(_) => break,
+                None if self.program.is_some() => {
+                    self.sums = true;
+                    self.master.use_sums(true);
+                    break;
+                }
                 None => self.resync().await?,
             }
         }
@@ -259,6 +286,7 @@ impl Conversation {
             guests.before(command);
         }
         self.pipe.write(bytes);
+        self.owed += usize::from(command == Command::Status);
         let answer = self.answer().await?;
         if let (Some(guests), Some(reply)) = (&self.guests, answer) {
             guests.after(command, reply);
@@ -266,11 +294,29 @@ impl Conversation {
         Ok(answer)
     }
 
-    /// Waits for the answer to what was said last.
+    /// Waits for the answer to what was said last. That of another program to `?` ends the
+    /// waiting, too.
     async fn answer(&mut self) -> Result<Option<Reply>, LinkError> {
-        let end = self.now() + PATIENCE;
+        let (end, mut line) = (self.now() + PATIENCE, Vec::new());
         while let Some(byte) = self.pipe.byte_until(end).await? {
-            if let Some(reply) = self.master.receive(byte) {
+            let reply = self.master.receive(byte);
+            match byte {
+                b'\r' => {
+                    let text = String::from_utf8_lossy(&line).into_owned();
+                    line.clear();
+                    let bare = text.split('*').next().unwrap_or_default();
+                    self.hear(bare);
+                    if bare.starts_with("stepwright-") {
+                        self.program = Some(bare.to_owned());
+                        self.master.give_up();
+                        return Ok(None);
+                    }
+                    self.reason = bare.strip_prefix("E ").map(str::to_owned);
+                }
+                b'\n' => {}
+                byte => line.push(byte),
+            }
+            if let Some(reply) = reply {
                 self.pipe.forget_incoming();
                 return Ok(Some(reply));
             }
@@ -296,16 +342,73 @@ impl Conversation {
         Ok(None)
     }
 
-    /// One attempt to get in step; true if it worked.
-    async fn step(&mut self) -> Result<bool, LinkError> {
+    /// This line has come from the board, without its checksum: true if it answers an F.
+    pub(crate) fn hear(&mut self, bare: &str) -> bool {
+        let status = matches!(bare, "R" | "B");
+        self.owed = self.owed.saturating_sub(status.into());
+        status
+    }
+
+    /// Says F behind what ends half a line.
+    fn say_step(&mut self) {
         self.selected = None;
         self.pipe.write(self.master.resync());
+        self.owed += 1;
+    }
+
+    /// One attempt to get in step; true if it worked.
+    async fn step(&mut self) -> Result<bool, LinkError> {
+        self.say_step();
         Ok(self.answer().await?.is_some())
+    }
+
+    /// Gets in step with a program, however late it answers: once each F that was said has its
+    /// answer, none to an earlier line is to come. Where some do not come they were lost.
+    async fn catch_up(&mut self) -> Result<(), LinkError> {
+        let (mut heard, mut silent) = (false, 0);
+        self.say_step();
+        while silent < SILENCES {
+            match self.line().await? {
+                Some(line) => {
+                    let bare = line.split('*').next().unwrap_or_default();
+                    if self.hear(bare) {
+                        (heard, silent) = (true, 0);
+                        if self.owed == 0 {
+                            return Ok(());
+                        }
+                    }
+                }
+                None => {
+                    silent += 1;
+                    if !heard {
+                        self.say_step();
+                    }
+                }
+            }
+        }
+        self.owed = 0;
+        if heard { Ok(()) } else { Err(LinkError::Silent) }
+    }
+
+    /// The next line from the board, without its end; `None` if none comes for a while.
+    pub(crate) async fn line(&mut self) -> Result<Option<String>, LinkError> {
+        let (end, mut line) = (self.now() + PATIENCE, Vec::new());
+        while let Some(byte) = self.pipe.byte_until(end).await? {
+            match byte {
+                b'\r' => return Ok(Some(String::from_utf8_lossy(&line).into_owned())),
+                b'\n' => {}
+                byte => line.push(byte),
+            }
+        }
+        Ok(None)
     }
 
     /// Gets in step with the board again. An order that was being programmed
     /// can't be started any more after this; nothing that moves is touched.
     pub async fn resync(&mut self) -> Result<(), LinkError> {
+        if self.program.is_some() {
+            return self.catch_up().await;
+        }
         for _ in 0..TRIES {
             if self.step().await? {
                 return Ok(());
@@ -409,6 +512,9 @@ impl Conversation {
     }
 
     async fn is_uncertain(&mut self, axis: AxisId) -> Result<bool, LinkError> {
+        if self.program.is_some() {
+            return Ok(self.reason.as_deref() == Some(Refusal::Uncertain.name()));
+        }
         let bit = 1u8.wrapping_shl(axis.index() as u32);
         Ok(self.ask_info().await?.is_some_and(|info| info.uncertain & bit != 0))
     }
@@ -428,6 +534,10 @@ impl Conversation {
 
     /// Why the last line was answered E; `None` if the board can't tell.
     pub async fn why(&mut self) -> Result<Option<Refusal>, LinkError> {
+        if self.program.is_some() {
+            let word = self.reason.as_ref().and_then(|reason| reason.split(' ').next());
+            return Ok(word.map(|word| Refusal::named(word.as_bytes())));
+        }
         Ok(self.ask_info().await?.and_then(|info| info.last))
     }
 

@@ -45,6 +45,7 @@ pub mod link;
 pub mod motion;
 mod outcome;
 mod pipe;
+mod rows;
 mod session;
 pub mod settings;
 

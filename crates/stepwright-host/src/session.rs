@@ -147,6 +147,10 @@ impl Session {
         no_curves(order: &Order) -> Option<NoCurves>;
         /// [`Conversation::stop`]
         stop(axes: Selection) -> ();
+        /// [`Conversation::row`]
+        row(row: &str, twice: bool) -> Option<String>;
+        /// [`Conversation::about`]
+        about() -> String;
     }
 
     /// [`Conversation::meet`]
@@ -155,6 +159,26 @@ impl Session {
         let met = self.wait(async |talk| talk.meet().await);
         self.waiting = Activity::Asking;
         met?
+    }
+
+    /// [`Conversation::meet_program`]
+    pub fn meet_program(&mut self) -> Result<String, LinkError> {
+        self.waiting = Activity::Meeting;
+        let met = self.wait(async |talk| talk.meet_program().await);
+        self.waiting = Activity::Asking;
+        met?
+    }
+
+    /// [`Conversation::begin_by`]
+    pub fn begin_by(
+        &mut self,
+        axis: AxisId,
+        row: &str,
+        from: Option<i64>,
+    ) -> Result<String, NotBegun> {
+        let begun = self.wait(async |talk| talk.begin_by(axis, row, from).await);
+        // What may have begun by then is not known.
+        begun.map_err(NotBegun::unsure)?
     }
 
     /// [`Conversation::begin`]

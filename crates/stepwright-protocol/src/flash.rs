@@ -10,7 +10,7 @@ use core::fmt;
 /// A fixed text of ASCII characters, or a table of bytes.
 ///
 /// The slice names the place and the length. On an AVR the place is one in
-/// flash, so that only [`Text::byte`] may look at it.
+/// flash, so that only `Text::byte` may look at it.
 #[derive(Clone, Copy)]
 pub struct Text(&'static [u8]);
 
@@ -36,7 +36,8 @@ macro_rules! text {
 pub(crate) use text;
 
 /// The bytes of a literal, for [`text!`].
-pub(crate) const fn bytes<const LENGTH: usize>(literal: &str) -> [u8; LENGTH] {
+#[doc(hidden)] // `flash_text!` uses it
+pub const fn bytes<const LENGTH: usize>(literal: &str) -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
     let mut at = 0;
     while at < LENGTH {
@@ -46,9 +47,28 @@ pub(crate) const fn bytes<const LENGTH: usize>(literal: &str) -> [u8; LENGTH] {
     bytes
 }
 
+/// A [`Text`] of a literal, in flash: for the words of a program's line.
+///
+/// ```
+/// use stepwright_protocol::flash_text;
+/// assert_eq!(flash_text!("pin").to_string(), "pin");
+/// ```
+#[macro_export]
+macro_rules! flash_text {
+    ($literal:expr) => {{
+        // SAFETY: a section that the linker knows, and nothing else in it but
+        // constants.
+        #[cfg_attr(target_arch = "avr", unsafe(link_section = ".progmem.data"))]
+        static BYTES: [u8; $literal.len()] = $crate::flash_bytes($literal);
+        $crate::Text::at(&BYTES)
+    }};
+}
+
 impl Text {
-    /// The text that [`flash!`] has put there.
-    pub(crate) const fn at(place: &'static [u8]) -> Text {
+    /// The text that [`flash!`] or [`flash_text!`](crate::flash_text) has put there: on an AVR
+    /// its bytes are read from flash.
+    #[doc(hidden)] // the macros use it
+    pub const fn at(place: &'static [u8]) -> Text {
         Text(place)
     }
 
@@ -75,6 +95,11 @@ impl Text {
                 options(pure, readonly, nostack, preserves_flags));
         }
         Some(byte)
+    }
+
+    /// What stands behind its first byte.
+    pub(crate) fn rest(self) -> Text {
+        Text(self.0.get(1..).unwrap_or_default())
     }
 
     /// Word `n` of a text of words, each with a NUL behind it; behind the last

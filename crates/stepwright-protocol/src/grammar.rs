@@ -221,6 +221,11 @@ impl Form {
         self.help
     }
 
+    /// Whether it means the same on a board with another program.
+    pub fn is_common(&self) -> bool {
+        ["Z", "K", "I", "F", "V", "?"].contains(&self.text)
+    }
+
     /// The answer, when it is not refused.
     pub const fn answer(&self) -> &'static str {
         self.answer
@@ -439,6 +444,18 @@ mod tests {
             let (when, answer) = (form.when(), form.answer());
             table += &format!("| `{form}` | {} | {when} | {answer} |\n", form.help());
         }
+        table += "\nThe programs with other features (Austin's laws, the timed driver, motor cycles) \
+                  have these of them, in the same frame, with the same checksum, and every other \
+                  row of theirs begins with `:`:\n\n\
+                  | line | what it does | answer |\n|---|---|---|\n";
+        for form in Form::ALL.iter().filter(|form| form.is_common()) {
+            table += &format!("| `{form}` | {} | {} |\n", form.help(), form.answer());
+        }
+        table += "| `:`… | a row of the program: a letter, and decimal numbers with commas between \
+                  them | Y, or numbers with commas between them |\n\n\
+                  A byte of 0x80 and more damages its line. Once a line with a checksum was obeyed, \
+                  a row without one is refused, until a common line without one is obeyed: a row \
+                  that has lost its `*` would be another row.\n";
         table
     }
 

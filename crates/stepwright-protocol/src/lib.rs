@@ -22,12 +22,18 @@
 //! A line is one of these forms and a CR; an LF before or behind it is skipped. `±` is `+`
 //! or `-`, and has to be there. Leading zeros are fine, spaces are not. A line may end with
 //! its checksum, `*` and two hexadecimal digits, on a board that can `sum`. Axes are
-//! numbered from 1. "Axis ready" means every axis that the line addresses.
+//! numbered from 1. "Axis ready" means every axis that the line addresses. No line of text has a
+//! byte of 0x80 or more: a line with one is damaged, and refused; a first byte of 0x80 and more is
+//! left to binary frames.
 //!
 #![doc = include_str!("grammar.md")]
 //!
 //! Every line has exactly one answer, which ends with a CR: `Y` accepted, `E`
-//! refused and nothing changed, or what was asked for. The answer to `?` is
+//! refused and nothing changed, or what was asked for. The controller's `E` stands alone, for its
+//! masters know no more; another program has the reason behind it, a word, and numbers if it has
+//! any: `E busy`, `E range 2,0,9` ([`Fault`]). The answer of such a program to `?` is its name, the
+//! board's, and words of which `axes`, `late` and `can` are the controller's; a program of one's own
+//! with rows of its own is a [`BoardProgram`]. The controller's answer to `?` is
 //!
 //! ```text
 //! stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 stop=---
@@ -179,6 +185,7 @@ mod master;
 mod motion_params;
 mod number;
 mod order;
+mod program;
 mod raw_line;
 mod reply;
 mod script;
@@ -191,8 +198,11 @@ mod text;
 pub use axis::{AxisId, MAX_AXES, Selection};
 pub use can::{Abilities, Ability};
 pub use command::{BadLine, Command};
-pub use crc::{bare, crc, hex};
+pub use crc::crc;
 pub use errors::{BoardError, Errors};
+pub use flash::Text;
+#[doc(hidden)] // `flash_text!` uses it
+pub use flash::bytes as flash_bytes;
 pub use grammar::Form;
 pub use machine::{Machine, Refusal};
 pub use master::{Master, Waiting};
@@ -201,10 +211,13 @@ pub use number::{
     WholeAccel, WholeJerk,
 };
 pub use order::{Order, Ramp, Travel};
+pub use program::{
+    BoardProgram, Fault, Incoming, Numbers, OwnFault, ProgramSlave, ROW, Said, read_row,
+};
 pub use reply::{Info, Reply, VERSION};
 pub use script::Script;
 pub use setting::Listed;
 pub use setting::{Setting, Settings, Value};
 pub use slave::Slave;
 pub use stop::{Stop, Stops};
-pub use text::Bytes;
+pub use text::{Bytes, Piece};

@@ -25,7 +25,7 @@ pub const VERSION: (u8, u8) = (0, 1);
 pub enum Reply {
     /// `Y`: accepted.
     Yes,
-    /// `E`: refused; nothing has changed.
+    /// `E`: refused; nothing has changed. A program's [`Fault`](crate::Fault) has more to say.
     No,
     /// `R`, to F: ready for a new order.
     Ready,
@@ -158,7 +158,8 @@ impl Reply {
     pub fn parse(line: &[u8]) -> Option<Reply> {
         match line {
             b"Y" => Some(Reply::Yes),
-            b"E" => Some(Reply::No),
+            // A program says its reason at once.
+            b"E" | [b'E', b' ', ..] => Some(Reply::No),
             b"R" => Some(Reply::Ready),
             b"B" => Some(Reply::Busy),
             [b'0'..=b'9' | b'-' | b'+', ..] => position(line).map(Reply::Position),

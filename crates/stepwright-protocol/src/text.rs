@@ -10,6 +10,7 @@ use crate::flash::{Text, text};
 use crate::sum::Tail;
 
 /// A part of a line.
+#[derive(Clone, Copy, Debug)]
 pub enum Piece {
     /// Fixed text.
     Text(Text),

@@ -1,17 +1,22 @@
 //! Motor cycles on simulated pins: switches that close where they stand,
 //! drivers that are on or off.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use stepwright::drive::{Axes, Drive};
 use stepwright::{Board, Cost, Rate, Ticks};
-use stepwright_cycle::line::MotorPins;
-use stepwright_cycle::{Clock, Cycle, CycleHold, MachineIo, Motor, Switches};
+use stepwright_cycle::line::{LONGEST, MotorPins};
+use stepwright_cycle::{Clock, Cycle, CycleHold, Leg, MachineIo, Motor, Remote, Switches};
+use stepwright_protocol::{Text, flash_text};
 
 use crate::clock::{Now, Present, SimTimer};
 use crate::description::Description;
 use crate::edge::{Edge, Pin, Recorder};
+use crate::program::{ProgramBoard, SimProgram};
+
+/// Between two visits of the main loop, in ticks.
+const LOOK: u64 = 1_600;
 
 /// Where the switches of a motor stand: steps of its shaft from where it was
 /// switched on, in the motor's own direction. `None`: there is none.
@@ -252,9 +257,26 @@ impl<'a, R: Recorder, const N: usize> CycleHold<'a, N> for CycleBoard<'a, R, N> 
         place.map_or(Ok(()), |(place, _)| Err(place))
     }
 
-    fn about(&self, at: u8) -> Option<u8> {
-        const ABOUT: &str = "stepwright-cycle virtual hz=16000000 motors=3 legs=24 \
-                             can=brakes,home,tick";
-        ABOUT.as_bytes().get(usize::from(at)).copied()
+    fn about(&self) -> (Text, Text) {
+        let about = flash_text!("stepwright-cycle virtual hz=16000000 axes=3 legs=24");
+        (about, flash_text!(",brakes,home,tick"))
+    }
+}
+
+/// The program `cycles` of a chip, on a virtual board.
+pub type CycleLineBoard<'a, R, const N: usize> =
+    ProgramBoard<Remote<'a, CycleBoard<'a, R, N>, N>, LONGEST>;
+
+impl<'a, R: Recorder, const N: usize> CycleLineBoard<'a, R, N> {
+    /// A board with these motors at the end of a line, and memory for legs.
+    pub fn new(motors: CycleBoard<'a, R, N>, legs: &'a [Cell<Leg>]) -> Self {
+        ProgramBoard::of(Remote::new(motors, legs), LOOK)
+    }
+}
+
+impl<'a, R: Recorder, const N: usize> SimProgram for Remote<'a, CycleBoard<'a, R, N>, N> {
+    fn pass_until(&mut self, time: u64) -> u64 {
+        self.hold().run_until(time);
+        self.hold().now()
     }
 }

@@ -34,6 +34,8 @@ mod few;
 mod laws;
 mod panel;
 mod pins;
+#[cfg(feature = "std")]
+mod program;
 mod shaft;
 mod steppers;
 mod switch;
@@ -49,7 +51,7 @@ pub use board::{AXES, Queues, VirtualBoard};
 pub use clock::Now;
 pub use clock::{LentNow, Present, SimTimer};
 #[cfg(feature = "std")]
-pub use cycle::{CycleBoard, CyclePins, Stand};
+pub use cycle::{CycleBoard, CycleLineBoard, CyclePins, Stand};
 pub use description::Description;
 pub use edge::{Edge, Pin, Recorder};
 #[cfg(not(feature = "std"))]
@@ -58,6 +60,8 @@ pub use few::{Answers, EnableChanges};
 #[cfg(feature = "std")]
 pub use laws::LawBoard;
 pub use panel::{EMPTY, Eeprom, Remains};
+#[cfg(feature = "std")]
+pub use program::{ProgramBoard, SimProgram};
 pub use shaft::Shaft;
 pub use steppers::{SimEngine, VirtualSteppers, virtual_steppers, virtual_steppers_of};
 pub use stepwright_device::{Mark, Reset};

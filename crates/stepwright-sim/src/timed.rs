@@ -17,7 +17,10 @@
 //! assert!(!board.is_moving());
 //! ```
 
+mod program;
 pub mod published;
+
+pub use program::{TimedLineBoard, TimedMotor};
 
 use stepwright::drive::{Coils, Sequence};
 use stepwright_timed::fit::Hardware;
@@ -57,6 +60,29 @@ struct Motion {
 }
 
 impl Motion {
+    /// A motor at rest, without current.
+    fn new(mut coils: Coils<Lines>) -> Motion {
+        coils.off();
+        let mut motion = Motion {
+            stepper: Stepper::new(coils),
+            now: 0,
+            due: None,
+            enabled: false,
+            steps: Vec::new(),
+            changes: Vec::new(),
+        };
+        motion.note();
+        motion
+    }
+
+    /// Lets time pass until `clock`, with what is due then.
+    fn run_until(&mut self, clock: u64) {
+        while let Some(due) = self.due.filter(|due| *due <= clock) {
+            self.interrupt(due);
+        }
+        self.now = self.now.max(clock);
+    }
+
     /// Takes the pins down if they have changed.
     fn note(&mut self) {
         let (time, levels, enabled) = (self.now, self.stepper.coils().port().0, self.enabled);
@@ -101,17 +127,7 @@ impl TimedBoard {
     /// Switches a board on: its timer, when a new top takes effect, what its motor's lines
     /// get, and what the caller's milliseconds begin with.
     pub fn new(hardware: Hardware, model: Model, sequence: Sequence, millis: u32) -> TimedBoard {
-        let mut coils = Coils::new(Lines::default(), sequence, 0xFF);
-        coils.off();
-        let mut motion = Motion {
-            stepper: Stepper::new(coils),
-            now: 0,
-            due: None,
-            enabled: false,
-            steps: Vec::new(),
-            changes: Vec::new(),
-        };
-        motion.note();
+        let motion = Motion::new(Coils::new(Lines::default(), sequence, 0xFF));
         TimedBoard { driver: Driver::new(hardware, model), motion, millis }
     }
 
@@ -160,10 +176,7 @@ impl TimedBoard {
 
     /// Lets time pass until `clock`, with what is due then.
     pub fn run_until(&mut self, clock: u64) {
-        while let Some(due) = self.motion.due.filter(|due| *due <= clock) {
-            self.motion.interrupt(due);
-        }
-        self.motion.now = self.motion.now.max(clock);
+        self.motion.run_until(clock);
     }
 
     /// Lets this many milliseconds pass.

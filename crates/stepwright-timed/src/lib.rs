@@ -66,7 +66,8 @@
 //! | `driver` | the foreground's half |
 //! | `dump` | the article's debug dump |
 //! | `profile` | an iterator of delays, and a feed of the engine |
-//! | [`line`](mod@line) | the driver over a serial line, both sides |
+//! | [`line`](mod@line) | the rows of a board's line, both sides |
+//! | `station` | a timer's motor that is ordered over the line |
 //!
 //! # Source
 //!
@@ -90,6 +91,7 @@ mod order;
 mod pace;
 mod profile;
 mod ramp;
+mod station;
 mod stepper;
 
 pub use driver::{Driver, Hold};
@@ -97,4 +99,5 @@ pub use dump::{Dump, Field};
 pub use order::{Call, Code, Control, SetSpeed, Status};
 pub use pace::{Counts, Model, Pace};
 pub use profile::Timed;
+pub use station::{TimedStation, WiredMotor};
 pub use stepper::Stepper;

@@ -1,57 +1,86 @@
-//! The timed driver over a serial line, both sides: a line, its answer.
+//! The rows of the timed driver on a board's line, both sides: a line, its answer.
 //!
 //! ```text
-//!   host   W1,66,48,0,0,1,0,0,16,48,32␍          board   Y␍
-//!          M1,240,15000,8900,64,1000,19,0␍               0␍
-//!          V1␍                                           1250,240,15064,64,…␍
+//!   host   :W1,66,48,0,0,1,0,0,16,48,32␍         board   Y␍
+//!          :M1,240,15000,8900,64,1000,19,0␍              0␍
+//!          :?1␍                                          1250,240,15064,64,…␍
 //! ```
 //!
-//! A line is a letter and decimal numbers with commas between them, and ends with a carriage
-//! return. A program on a chip that has the driver reads [`Line`] and answers; the command
-//! `stepwright timed --port` writes them and reads [`Report`].
+//! Frame, checksum and the rows `?`, `F`, `Z`, `K` are every program's ([`stepwright_protocol`]);
+//! these are the timed driver's own. It counts no position, so that a board has no axis for `V`
+//! and `I`; `Z` and `K` stop all motors as a top of 0 does. A program on a chip that has the
+//! driver reads [`Line`] and answers; the command `stepwright timed --port` writes them and reads
+//! [`Report`].
 //!
 //! | line | numbers | answer |
 //! | --- | --- | --- |
-//! | `?` | | `stepwright-timed uno hz=16000000 timers=1` |
-//! | `W` | timer, port as its letter's ASCII code, mask, levels without current, whether these follow the last step, whether the motor is on a motor shield, phase, levels of each phase (2, 4, 8 or 16) | `Y`, or `E` while it moves or if the pins can't be had |
-//! | `L` | timer, 0 or 1: a new top waits in the compare register | `Y` |
-//! | `U` | timer, milliseconds from check to check by the main program; 0: none | `Y` |
-//! | `M` | timer, control byte, top, limit, modification, milliseconds from update to update, updates, the caller's milliseconds at the call | the [result code](super::Code); −4 before any `W`, but for a stop |
-//! | `V` | timer | the numbers of [`Report`] |
+//! | `:W` | timer, port as its letter's ASCII code, mask, levels without current, whether these follow the last step, whether the motor is on a motor shield, phase, levels of each phase (2, 4, 8 or 16) | `Y`; not while it moves |
+//! | `:L` | timer, 0 or 1: a new top waits in the compare register | `Y`; not while it moves |
+//! | `:U` | timer, milliseconds from check to check by the main program; 0: none | `Y` |
+//! | `:M` | timer, control byte, top, limit, modification, milliseconds from update to update, updates, the caller's milliseconds at the call | the [result code](super::Code); −4 before any `:W`, but for a stop |
+//! | `:?` | timer | the numbers of [`Report`] |
 //!
-//! All else is answered `E`. A line may have a checksum, `*` and the two digits of its CRC-8 (that
-//! of the serial protocol), which its answer has then too; one with the checksum of another line
-//! is answered `E sum`.
+//! What can't be is answered `E` and a reason ([`Unwired`]). In the answer to `?`, `timers=` has
+//! the timers.
 
 use core::fmt;
 
 use stepwright::drive::Sequence;
+use stepwright_protocol::{Numbers, OwnFault, Text, flash_text};
 
 use super::dump::Dump;
 use super::order::{Control, SetSpeed, Status};
 
-/// The most numbers of a line.
-const MOST: usize = 7 + 16;
+/// The most rows of a motor's table.
+const ROWS: usize = 16;
 /// The longest line that is read, in bytes.
-pub const LONGEST: usize = 123;
+pub const LONGEST: usize = 124;
 /// How the answer to `?` begins.
 pub const NAME: &str = "stepwright-timed";
 
-/// A line of the host, read.
+/// A row of the timed driver, read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
-    /// `?`: the board's name, clock and timers.
-    Info,
-    /// `W`: the wiring of a timer's motor.
+    /// `:W`: the wiring of a timer's motor.
     Wire(u8, Wire),
-    /// `L`: whether a new top waits in the compare register.
+    /// `:L`: whether a new top waits in the compare register.
     Latched(u8, bool),
-    /// `U`: milliseconds from check to check; 0: none.
+    /// `:U`: milliseconds from check to check; 0: none.
     Check(u8, u16),
-    /// `M`: an order, and the caller's milliseconds at the call.
+    /// `:M`: an order, and the caller's milliseconds at the call.
     Move(u8, SetSpeed, u32),
-    /// `V`: how is it?
+    /// `:?`: how is it?
     Look(u8),
+}
+
+/// Why a board does not do what a row says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unwired {
+    /// `timer`: the board has no motor on this timer.
+    Timer,
+    /// `pins`: the board has not got these pins, or the serial line has them.
+    Pins,
+}
+
+impl OwnFault for Unwired {
+    fn word(&self) -> Text {
+        match self {
+            Unwired::Timer => flash_text!("timer"),
+            Unwired::Pins => flash_text!("pins"),
+        }
+    }
+
+    fn number(&self, _: u8) -> Option<i64> {
+        None
+    }
+
+    fn read(word: &[u8], _: &mut Numbers<'_>) -> Option<Unwired> {
+        match word {
+            b"timer" => Some(Unwired::Timer),
+            b"pins" => Some(Unwired::Pins),
+            _ => None,
+        }
+    }
 }
 
 /// What a motor's driver is on.
@@ -69,7 +98,7 @@ pub struct Wire {
     pub phase: u8,
 }
 
-/// What `V` is answered.
+/// What `:?` is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Report {
     /// Milliseconds since the call.
@@ -114,67 +143,38 @@ impl Report {
 
     /// Reads an answer; `None` if it is none.
     pub fn read(text: &[u8]) -> Option<Report> {
-        let numbers = Numbers::read(text)?;
-        let n = |at: usize| numbers.all.get(at).copied().unwrap_or(0);
-        let small = |at: usize| u16::try_from(n(at)).ok();
-        let byte = |at: usize| u8::try_from(n(at)).ok();
-        if usize::from(numbers.count) != Report::NUMBERS {
-            return None;
-        }
-        Some(Report {
-            ms: n(0),
+        let n = &mut Numbers::of(text);
+        let report = Report {
+            ms: n.word()?,
             dump: Dump {
-                control: Control::from_bits(byte(1)?),
-                top: n(2),
-                modification: n(3),
-                steps_left: n(4),
-                time: n(5),
-                status: Status::from_bits(byte(6)?),
-                update_ms: small(7)?,
-                end: n(8),
-                counts: small(9)?,
-                pattern: byte(10)?,
+                control: Control::from_bits(n.up_to(u8::MAX)?),
+                top: n.word()?,
+                modification: n.word()?,
+                steps_left: n.word()?,
+                time: n.word()?,
+                status: Status::from_bits(n.up_to(u8::MAX)?),
+                update_ms: short(n)?,
+                end: n.word()?,
+                counts: short(n)?,
+                pattern: n.up_to(u8::MAX)?,
             },
-            moving: n(11) != 0,
-            reached: n(12).checked_sub(1),
-            fault: n(13).checked_sub(1),
-        })
+            moving: n.word()? != 0,
+            reached: n.word()?.checked_sub(1),
+            fault: n.word()?.checked_sub(1),
+        };
+        n.is_end().then_some(report)
     }
 }
 
-/// Decimal numbers with commas between them.
-struct Numbers {
-    all: [u32; MOST],
-    count: u8,
-}
-
-impl Numbers {
-    #[inline(never)]
-    fn read(text: &[u8]) -> Option<Numbers> {
-        let mut numbers = Numbers { all: [0; MOST], count: 0 };
-        for digits in text.split(|byte| *byte == b',') {
-            let place = numbers.all.get_mut(usize::from(numbers.count))?;
-            if digits.is_empty() {
-                return None;
-            }
-            for byte in digits {
-                let digit = byte.wrapping_sub(b'0');
-                if digit > 9 {
-                    return None;
-                }
-                *place = place.checked_mul(10)?.checked_add(digit.into())?;
-            }
-            numbers.count = numbers.count.wrapping_add(1);
-        }
-        Some(numbers)
-    }
+/// The next number, of 16 bits.
+fn short(n: &mut Numbers<'_>) -> Option<u16> {
+    n.between(0, u16::MAX.into()).map(|number| number as u16)
 }
 
 impl Line {
-    /// The number of the timer whose motor it is about; 0 for all.
+    /// The number of the timer whose motor it is about.
     pub const fn timer(&self) -> u8 {
         match self {
-            Line::Info => 0,
             Line::Wire(timer, _)
             | Line::Latched(timer, _)
             | Line::Check(timer, _)
@@ -183,76 +183,69 @@ impl Line {
         }
     }
 
-    /// Reads a line without its carriage return; `None` if it is none.
-    pub fn read(line: &[u8]) -> Option<Line> {
-        let (letter, text) = line.split_first()?;
-        if *letter == b'?' {
-            return text.is_empty().then_some(Line::Info);
-        }
-        let numbers = Numbers::read(text)?;
-        let n = |at: usize| numbers.all.get(at).copied().unwrap_or(0);
-        let byte = |at: usize| u8::try_from(n(at)).ok();
-        let small = |at: usize| u16::try_from(n(at)).ok();
-        let timer = byte(0)?;
-        let line = match (letter, numbers.count) {
-            (b'W', count) => return wire(timer, &numbers.all, count),
-            (b'L', 2) => Line::Latched(timer, n(1) != 0),
-            (b'U', 2) => Line::Check(timer, small(1)?),
-            (b'M', 8) => {
+    /// Reads the row of this letter and these numbers; `None` if it is none.
+    #[inline(never)]
+    pub fn read(letter: u8, n: &mut Numbers<'_>) -> Option<Line> {
+        let timer = n.up_to(u8::MAX)?;
+        Some(match letter {
+            b'W' => Line::Wire(timer, wire(n)?),
+            b'L' => Line::Latched(timer, n.flag()?),
+            b'U' => Line::Check(timer, short(n)?),
+            b'M' => {
                 let order = SetSpeed {
-                    control: Control::from_bits(byte(1)?),
-                    top: n(2),
-                    limit: n(3),
-                    modification: n(4),
-                    update_ms: small(5)?,
-                    mod_counts: small(6)?,
+                    control: Control::from_bits(n.up_to(u8::MAX)?),
+                    top: n.word()?,
+                    limit: n.word()?,
+                    modification: n.word()?,
+                    update_ms: short(n)?,
+                    mod_counts: short(n)?,
                 };
-                Line::Move(timer, order, n(7))
+                Line::Move(timer, order, n.word()?)
             }
-            (b'V', 1) => Line::Look(timer),
+            b'?' => Line::Look(timer),
             _ => return None,
-        };
-        Some(line)
+        })
     }
 }
 
-fn wire(timer: u8, numbers: &[u32; MOST], count: u8) -> Option<Line> {
-    let mut bytes = [0u8; MOST];
-    for (byte, number) in bytes.iter_mut().zip(numbers) {
-        *byte = u8::try_from(*number).ok()?;
+#[inline(never)]
+fn wire(n: &mut Numbers<'_>) -> Option<Wire> {
+    let (port, mask) = (n.up_to(u8::MAX)?, n.up_to(u8::MAX)?);
+    let (off, rests, shield) = (n.up_to(mask)?, n.flag()?, n.flag()?);
+    let phase = n.up_to(ROWS as u8 - 1)?;
+    let (mut rows, mut count) = ([0u8; ROWS], 0usize);
+    while !n.is_end() {
+        *rows.get_mut(count)? = n.up_to(u8::MAX)?;
+        count = count.wrapping_add(1);
     }
-    let [_, port, mask, off, rests, shield, phase, ..] = bytes;
-    let rows = bytes.get(7..usize::from(count))?;
-    if off & !mask != 0 {
+    let sequence = Sequence::new(rows.get(..count)?, mask).ok()?.with_rest(off, rests);
+    if off & !mask != 0 || phase >= sequence.len() {
         return None;
     }
-    let sequence = Sequence::new(rows, mask).ok()?.with_rest(off, rests != 0);
-    (phase < sequence.len())
-        .then_some(Line::Wire(timer, Wire { port, mask, sequence, shield: shield != 0, phase }))
+    Some(Wire { port, mask, sequence, shield, phase })
 }
 
 /// As it is sent, without its carriage return.
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Line::Info => f.write_str("?"),
             Line::Wire(timer, Wire { port, mask, sequence, shield, phase }) => {
                 let (off, rests) = (sequence.off(), u8::from(sequence.rests()));
                 let shield = u8::from(*shield);
-                write!(f, "W{timer},{port},{mask},{off},{rests},{shield},{phase}")?;
+                write!(f, ":W{timer},{port},{mask},{off},{rests},{shield},{phase}")?;
                 (0..sequence.len()).try_for_each(|row| write!(f, ",{}", sequence.levels(row)))
             }
-            Line::Latched(timer, on) => write!(f, "L{timer},{}", u8::from(*on)),
-            Line::Check(timer, ms) => write!(f, "U{timer},{ms}"),
+            Line::Latched(timer, on) => write!(f, ":L{timer},{}", u8::from(*on)),
+            Line::Check(timer, ms) => write!(f, ":U{timer},{ms}"),
             Line::Move(timer, order, ms) => {
                 let SetSpeed { control, top, limit, modification, update_ms, mod_counts } = order;
                 let control = control.bits();
                 write!(
                     f,
-                    "M{timer},{control},{top},{limit},{modification},{update_ms},{mod_counts},{ms}"
+                    ":M{timer},{control},{top},{limit},{modification},{update_ms},{mod_counts},{ms}"
                 )
             }
-            Line::Look(timer) => write!(f, "V{timer}"),
+            Line::Look(timer) => write!(f, ":?{timer}"),
         }
     }
 }
@@ -263,6 +256,12 @@ mod tests {
     use super::*;
     use std::string::ToString;
     use stepwright::drive::sequence::{L6219_QUARTER, SHIELD, UNIPOLAR_HALF};
+    use stepwright_protocol::{Fault, read_row};
+
+    /// A row with its mark, read.
+    fn read(text: &str) -> Result<Line, Fault<Unwired>> {
+        read_row(text.strip_prefix(':').unwrap().as_bytes(), Line::read)
+    }
 
     #[test]
     fn what_is_written_is_read() {
@@ -282,7 +281,6 @@ mod tests {
             mod_counts: 4,
         };
         for line in [
-            Line::Info,
             Line::Wire(5, wire(UNIPOLAR_HALF.on_bits(&[5, 2, 1, 0]), 0b10_0111, false)),
             Line::Wire(1, wire(L6219_QUARTER.on_bits(&[2, 3, 4, 5, 6, 7]), 0b1111_1100, false)),
             Line::Wire(3, wire(SHIELD.on_bits(&[6, 7]), 0b1100_0000, true)),
@@ -292,34 +290,43 @@ mod tests {
             Line::Look(3),
         ] {
             let text = line.to_string();
-            assert!(text.len() <= LONGEST, "{text}");
-            let read = Line::read(text.as_bytes()).map(|line| line.to_string());
-            assert_eq!(read.as_ref(), Some(&text));
+            assert!(text.len() + 3 <= LONGEST, "{text}");
+            assert_eq!(read(&text).map(|line| line.to_string()), Ok(text));
         }
     }
 
     #[test]
     fn what_is_no_line_is_not_read() {
         for bad in [
-            "",
-            "?1",
-            "V",
-            "V1,",
-            "V1,2",
-            "V-1",
-            "V4294967296",
-            "x1",
-            "M1,240,1,2,3,4,5",
-            "M1,256,1,2,3,4,5,0",
-            "M1,240,1,2,3,65536,5,0",
-            "W1,66,48,0,0,1,0,0,16,48",
-            "W1,66,48,0,0,1,0,0,16,48,64",
-            "W1,66,48,1,0,1,0,0,16,48,32",
-            "L1",
-            "U1,65536",
-            "W1,66,48,0,0,1,4,0,16,48,32",
+            ":",
+            ":?",
+            ":?1,",
+            ":?1,2",
+            ":x1",
+            ":M1,240,1,2,3,4,5",
+            ":W1,66,48,0,0,1,0,0,16,48",
+            ":W1,66,48,0,0,1,0,0,16,48,64",
+            ":W1,66,48,1,0,1,0,0,16,48,32",
+            ":L1",
+            ":W1,66,48,0,0,1,4,0,16,48,32",
+            ":W1,66,3,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0",
         ] {
-            assert_eq!(Line::read(bad.as_bytes()), None, "{bad}");
+            assert_eq!(read(bad), Err(Fault::Line), "{bad}");
+        }
+        for (bad, number, most) in [
+            (":?-1", 1, u8::MAX.into()),
+            (":?256", 1, u8::MAX.into()),
+            (":M1,256,1,2,3,4,5,0", 2, u8::MAX.into()),
+            (":M1,240,1,2,3,65536,5,0", 6, u16::MAX.into()),
+            (":M1,240,4294967296,2,3,4,5,0", 3, u32::MAX.into()),
+            (":U1,65536", 2, u16::MAX.into()),
+            (":L1,2", 2, 1),
+            (":W1,66,48,49,0,1,0,0,16,48,32", 4, 48),
+        ] {
+            assert_eq!(read(bad), Err(Fault::Range { number, least: 0, most }), "{bad}");
+        }
+        for (text, reason) in [("E timer", Unwired::Timer), ("E pins", Unwired::Pins)] {
+            assert_eq!(Fault::read(text.as_bytes()), Some(Fault::Own(reason)));
         }
     }
 

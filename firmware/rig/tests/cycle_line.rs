@@ -126,10 +126,80 @@ fn no_byte_is_lost_while_motors_turn() {
         // With a checksum a question is longer than what the receiver holds. It comes in other
         // moments of the cycle each time.
         chip.run_for(48_000 + 2_000 * u64::from(number));
-        let asked = format!("V*{:02X}", b"V".iter().fold(0, |sum, byte| crc(sum, *byte)));
+        let asked = format!(":?*{:02X}", b":?".iter().fold(0, |sum, byte| crc(sum, *byte)));
         let answer = chip.ask(&asked).expect("an answer");
         assert!(answer.starts_with("1,"), "{answer}");
+        // Behind a common line without a checksum rows need none.
+        chip.ask("F");
         while look(&mut chip).running {}
     }
     assert_eq!((chip.lost(), look(&mut chip).motors[2].position), (0, 40 * 3 * 10));
+}
+
+/// With checksums, every bit of the line that starts a cycle, its end too: it starts as it was
+/// meant, or not at all.
+#[test]
+fn a_flipped_bit_of_a_start_moves_nothing() {
+    let mut chip = common::program("cycles");
+    wire(&mut chip, 0, Motor::new(10, 1_000));
+    let endless = LineProgram::Whirl { forward: true, delay: 1_000 };
+    say(&mut chip, CycleLine::Prepare(0, Calibration::None, endless));
+    let summed = |line: &str| format!("{line}*{:02X}\r", line.bytes().fold(0, crc)).into_bytes();
+    let start = summed(":G1");
+    let moves = |chip: &mut Chip, line: &[u8]| {
+        chip.send(line);
+        chip.run_for(5 * 16_000);
+        // Half a line may stand there.
+        chip.ask("");
+        let moves = chip.ask("F").as_deref() == Some("B");
+        assert_eq!(chip.ask("Z").as_deref(), Some("Y"));
+        chip.run_for(16_000);
+        // The number of the last cycle starts none.
+        say(chip, CycleLine::New);
+        say(chip, CycleLine::Prepare(0, Calibration::None, endless));
+        if moves {
+            say(chip, CycleLine::Start(200));
+            assert_eq!(chip.ask("Z").as_deref(), Some("Y"));
+            chip.run_for(16_000);
+            say(chip, CycleLine::Prepare(0, Calibration::None, endless));
+        }
+        moves
+    };
+    assert!(moves(&mut chip, &start));
+    for bit in 0..8 * start.len() {
+        let mut line = start.clone();
+        line[bit / 8] ^= 1 << (bit % 8);
+        let digit = (start.len() - 3..start.len() - 1).contains(&(bit / 8));
+        let same = digit && line.eq_ignore_ascii_case(&start);
+        assert_eq!(moves(&mut chip, &line), same, "bit {bit}");
+    }
+}
+
+/// K loses the position of what moved, and I1 gives it one.
+#[test]
+fn a_kill_loses_the_position_of_a_motor_that_moved() {
+    let mut chip = common::program("cycles");
+    for motor in 0..2 {
+        wire(&mut chip, motor, Motor::new(10, 1_000));
+        say(&mut chip, CycleLine::Position(motor, 50));
+    }
+    let endless = LineProgram::Whirl { forward: true, delay: 1_000 };
+    say(&mut chip, CycleLine::Prepare(1, Calibration::None, endless));
+    say(&mut chip, CycleLine::Start(1));
+    chip.run_for(20 * 16_000);
+    for (line, answer) in [
+        ("F", "B"),
+        ("I2", "E busy"),
+        ("K", "Y"),
+        ("F", "R"),
+        ("V1", "50"),
+        ("V2", "E uncertain"),
+        ("V4", "E axis"),
+        ("I2", "Y"),
+        ("V2", "0"),
+    ] {
+        if !(line == "V4" && common::board() == stepwright_rig::Board::Mega) {
+            assert_eq!(chip.ask(line).as_deref(), Some(answer), "{line}");
+        }
+    }
 }

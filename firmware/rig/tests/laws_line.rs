@@ -2,9 +2,10 @@
 //! edge against the virtual board's.
 
 use stepwright::{Accel, Rate, Speed};
-use stepwright_austin::line::{Line, Progress};
+use stepwright_austin::line::Line;
 use stepwright_austin::station::Costs;
 use stepwright_austin::{Austin, C0, Divisor, LawName, LinearFactor, Piecewise, PowerTerm, Recipe};
+use stepwright_protocol::crc;
 use stepwright_rig::edges::steps_of;
 use stepwright_rig::{Board, Chip};
 use stepwright_sim::{Description, Edge, LawBoard, Pin, Queues};
@@ -79,20 +80,35 @@ fn recipes(pulses: u32) -> Vec<(&'static str, Recipe)> {
     ]
 }
 
+/// What a motor is at.
+#[derive(Debug, PartialEq)]
+struct Seen {
+    moving: bool,
+    position: Option<i64>,
+    late: u32,
+}
+
 #[track_caller]
-fn progress(chip: &mut Chip) -> Progress {
-    let answer = chip.ask("V").expect("an answer");
-    Progress::read(&answer).unwrap_or_else(|| panic!("{answer}"))
+fn look(chip: &mut Chip) -> Seen {
+    let mut ask = |line| chip.ask(line).unwrap_or_else(|| panic!("{line}: no answer"));
+    let moving = ask("F") == "B";
+    let position = match ask("V1").as_str() {
+        "E uncertain" => None,
+        number => Some(number.parse().unwrap()),
+    };
+    let about = ask("?");
+    let late = about.split(' ').find_map(|word| word.strip_prefix("late=")).unwrap();
+    Seen { moving, position, late: late.parse().unwrap() }
 }
 
 /// Lets it go until it rests, asked every 20 ms as the command does.
 #[track_caller]
-fn rest(chip: &mut Chip) -> Progress {
+fn rest(chip: &mut Chip) -> Seen {
     for _ in 0..5_000 {
-        let seen = progress(chip);
-        if !seen.moving {
-            return seen;
+        if chip.ask("F").as_deref() == Some("R") {
+            return look(chip);
         }
+        chip.ask("V1");
         chip.run_for(20 * MILLIS);
     }
     panic!("it never rests");
@@ -115,7 +131,7 @@ fn wanted(lines: &[Line]) -> Vec<(u64, i64)> {
 
 /// Says these lines, lets it end, and holds every step against the virtual board's.
 #[track_caller]
-fn play(chip: &mut Chip, what: &str, lines: &[Line], position: i32) {
+fn play(chip: &mut Chip, what: &str, lines: &[Line], position: i64) {
     // Which way DIR points from before.
     let facing = |edge: &Edge| edge.axis == 0 && edge.pin == Pin::Direction;
     let mut edges: Vec<Edge> = chip.take_edges().into_iter().rfind(facing).into_iter().collect();
@@ -144,7 +160,7 @@ fn every_law_steps_as_on_the_virtual_board_there_and_back() {
     const PULSES: i32 = 700;
     for (what, recipe) in recipes(PULSES as u32) {
         let mut chip = chip(recipe.law());
-        play(&mut chip, what, &[Line::Law(recipe), Line::Go(PULSES)], PULSES);
+        play(&mut chip, what, &[Line::Law(recipe), Line::Go(PULSES)], PULSES.into());
         play(&mut chip, what, &[Line::Law(recipe), Line::Go(-PULSES)], 0);
     }
 }
@@ -170,26 +186,28 @@ fn a_change_and_a_stop_on_the_way_hold_from_the_next_delay_made() {
     let law = Austin::new(Rate::MHZ, speed(1_000), accel(100)).with_decel(accel(500));
     let recipe = Recipe::Austin(law.constants(1 << 31).unwrap());
     assert_eq!(chip.ask(&Line::Law(recipe).to_string()).as_deref(), Some("Y"));
-    assert_eq!(chip.ask("R0").as_deref(), Some("Y"));
+    assert_eq!(chip.ask(":R0").as_deref(), Some("Y"));
     chip.run_for(1_500 * MILLIS);
     // The position on the way is that of a step made since it was asked for.
     for _ in 0..10 {
-        let before = steps_of(chip.edges(), 0).len() as i32;
-        let seen = progress(&mut chip);
-        let after = steps_of(chip.edges(), 0).len() as i32;
-        let at = -seen.position.expect("a position");
-        assert!(seen.moving && before <= at && at <= after, "{before}, {at}, {after} steps");
+        let before = steps_of(chip.edges(), 0).len() as i64;
+        let at = -chip.ask("V1").unwrap().parse::<i64>().unwrap();
+        let after = steps_of(chip.edges(), 0).len() as i64;
+        assert!(
+            look(&mut chip).moving && before <= at && at <= after,
+            "{before}, {at}, {after} steps"
+        );
         chip.run_for(MILLIS);
     }
     let before = steps_of(chip.edges(), 0).len();
-    assert_eq!(chip.ask("C0,900000").as_deref(), Some("Y"));
+    assert_eq!(chip.ask(":C0,900000").as_deref(), Some("Y"));
     chip.run_for(500 * MILLIS);
     let later = steps_of(chip.edges(), 0).len();
     assert_eq!(chip.ask("Z").as_deref(), Some("Y"));
     let seen = rest(&mut chip);
     assert_eq!(seen.late, 0);
     let steps = steps_of(chip.edges(), 0);
-    assert_eq!(seen.position, Some(-(steps.len() as i32)));
+    assert_eq!(seen.position, Some(-(steps.len() as i64)));
     // The same by the law, changed and braked a few steps behind what had been made.
     let ticks: Vec<u64> = steps.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
     let fits = (0..10).any(|changed| {
@@ -213,36 +231,38 @@ fn the_board_says_what_it_can_and_refuses_what_it_cannot() {
     let about = chip.ask("?").unwrap();
     let (name, can) = match board() {
         Board::Uno => ("uno", "austin,austin-fixed"),
-        _ => ("mega", "austin,austin-fixed,linear-factor,power,piecewise"),
+        _ => ("mega", "austin,austin-fixed,linear-factor,piecewise,power"),
     };
-    assert_eq!(about, format!("stepwright-laws {name} hz=16000000 can={can}"));
+    assert_eq!(about, format!("stepwright-laws {name} hz=16000000 axes=1 late=0 can=sum,{can}"));
     for (line, answer) in [
         ("", "E line"),
         ("PO", "E line"),
-        ("A1,2,3", "E line"),
-        ("G1x", "E line"),
-        ("G99999999999", "E line"),
-        ("F50000,18446744073709551616", "E line"),
-        ("G10", "E law"),
-        ("C10,500000", "E law"),
-        ("F0,2500", "E range"),
-        ("F5000000,2500", "E range"),
-        ("F50000,399", "E fast 400"),
-        ("F50000,2500", "Y"),
-        ("C10,500000", "E law"),
-        ("G0", "Y"),
-        ("G100", "Y"),
-        ("G100", "E moving"),
-        ("F50000,2500", "E moving"),
-        ("I", "E moving"),
+        ("G10", "E line"),
+        (":A1,2,3", "E line"),
+        (":G1x", "E line"),
+        (":G2147483648", "E range 1,-2147483648,2147483647"),
+        (":F50000,18446744073709551616", "E line"),
+        ("V2", "E axis"),
+        (":G10", "E law"),
+        (":C10,500000", "E law"),
+        (":F0,2500", "E unsound"),
+        (":F5000000,2500", "E unsound"),
+        (":F50000,399", "E fast 400"),
+        (":F50000,2500", "Y"),
+        (":C10,500000", "E law"),
+        (":G0", "Y"),
+        (":G100", "Y"),
+        (":G100", "E busy"),
+        (":F50000,2500", "E busy"),
+        ("I1", "E busy"),
         ("K", "Y"),
     ] {
         assert_eq!(chip.ask(line).as_deref(), Some(answer), "{line}");
     }
-    let seen = progress(&mut chip);
+    let seen = look(&mut chip);
     assert_eq!((seen.moving, seen.position), (false, None));
-    assert_eq!(chip.ask("I").as_deref(), Some("Y"));
-    assert_eq!(progress(&mut chip).position, Some(0));
+    assert_eq!(chip.ask("I1").as_deref(), Some("Y"));
+    assert_eq!(look(&mut chip).position, Some(0));
     // What a kill has cut short leaves nothing behind.
     play(
         &mut chip,
@@ -250,4 +270,31 @@ fn the_board_says_what_it_can_and_refuses_what_it_cannot() {
         &[Line::Law(Recipe::AustinFixed(9_560, 1_000)), Line::Go(50)],
         50,
     );
+}
+
+/// With checksums, every bit of an order, its end too: it is obeyed as it was meant, or not at
+/// all. (A digit of the checksum may become the small letter: that is the same order.)
+#[test]
+fn a_flipped_bit_of_an_order_moves_nothing() {
+    let order = format!(":R1*{:02X}\r", b":R1".iter().fold(0, |sum, byte| crc(sum, *byte)));
+    let order = order.into_bytes();
+    let mut chip = chip(LawName::AustinFixed);
+    assert_eq!(chip.ask(":F5000,1000").as_deref(), Some("Y"));
+    let moves = |chip: &mut Chip, line: &[u8]| {
+        chip.send(line);
+        chip.run_for(5 * MILLIS);
+        // Half a line may stand there.
+        chip.ask("");
+        let moves = chip.ask("F").as_deref() == Some("B");
+        chip.ask("K");
+        moves
+    };
+    assert!(moves(&mut chip, &order));
+    for bit in 0..8 * order.len() {
+        let mut line = order.clone();
+        line[bit / 8] ^= 1 << (bit % 8);
+        let digit = (order.len() - 3..order.len() - 1).contains(&(bit / 8));
+        let same = digit && line.eq_ignore_ascii_case(&order);
+        assert_eq!(moves(&mut chip, &line), same, "bit {bit}");
+    }
 }

@@ -128,7 +128,10 @@ fn laws(name: &str) -> Chip {
     let mut played = 0;
     for recipe in all {
         if chip.ask(&LawLine::Law(recipe).to_string()).as_deref() == Some("Y") {
-            talk(&mut chip, &["?", "C20,5000000", "G500", "V", "V", "C0,9000000", "V", "Z", "V"]);
+            talk(
+                &mut chip,
+                &["?", ":C20,5000000", ":G500", "V1", "F", ":C0,9000000", "?", "Z", "V1"],
+            );
             chip.run_for(3_000 * MILLIS);
             played += 1;
         }
@@ -144,10 +147,10 @@ fn timed() -> Chip {
     let wire =
         if board() == Board::Uno { "48,0,0,1,0,0,16,48,32" } else { "192,0,0,1,0,0,64,192,128" };
     for control in [240, 112] {
-        let order = format!("M1,{control},16000,3000,64,20,19,0");
-        talk(&mut chip, &["?", &format!("W1,66,{wire}"), "L1,1", "U1,5", &order, "V1", "V1"]);
+        let order = format!(":M1,{control},16000,3000,64,20,19,0");
+        talk(&mut chip, &["?", &format!(":W1,66,{wire}"), ":L1,1", ":U1,5", &order, ":?1", "F"]);
         chip.run_for(1_000 * MILLIS);
-        talk(&mut chip, &["V1", "M1,0,0,0,0,0,0,0", "V1", "x"]);
+        talk(&mut chip, &[":?1", ":M1,0,0,0,0,0,0,0", ":?1", "x"]);
     }
     chip
 }

@@ -115,19 +115,30 @@ fn play(chip: &mut Chip, timer: u8, wire: Wire, order: SetSpeed, latched: bool) 
 #[test]
 fn the_board_says_what_it_is_and_refuses_what_it_is_not() {
     let mut chip = chip();
-    let about = ask(&mut chip, Line::Info);
+    let about = chip.ask("?").unwrap();
     let (name, timers) = if board() == Board::Uno { ("uno", "1") } else { ("mega", "1,3,4,5") };
-    assert_eq!(about, format!("stepwright-timed {name} hz=16000000 timers={timers}"));
+    assert_eq!(
+        about,
+        format!("stepwright-timed {name} hz=16000000 axes=0 can=sum timers={timers}")
+    );
     // The serial line's pins, and those that the chip has not.
     let (port, bits) = if board() == Board::Uno { ('D', [0, 1]) } else { ('E', [0, 1]) };
     for (port, bits) in [(port, bits), ('M', [0, 1]), ('@', [0, 1])] {
-        assert_eq!(
-            ask(&mut chip, Line::Wire(1, wire(port, SHIELD.on_bits(&bits), &bits, false))),
-            "E"
-        );
+        let wire = wire(port, SHIELD.on_bits(&bits), &bits, false);
+        assert_eq!(ask(&mut chip, Line::Wire(1, wire)), "E pins");
     }
-    for line in ["V2", "V9", "", "PO", "M1,128", "?1"] {
-        assert_eq!(chip.ask(line).as_deref(), Some("E"), "{line}");
+    for (line, answer) in [
+        (":?2", "E timer"),
+        (":?9", "E timer"),
+        ("", "E line"),
+        ("PO", "E line"),
+        (":M1,128", "E line"),
+        ("?1", "E line"),
+        ("V1", "E axis"),
+        ("I1", "E axis"),
+        ("F", "R"),
+    ] {
+        assert_eq!(chip.ask(line).as_deref(), Some(answer), "{line}");
     }
     // Nobody would see an order without pins.
     let fixed = SetSpeed::fixed(Control::DRV_EN, 16_000);
@@ -141,10 +152,18 @@ fn the_board_says_what_it_is_and_refuses_what_it_is_not() {
         assert_eq!(ask(&mut chip, Line::Move(1, order, 0)), code);
     }
     assert_eq!(ask(&mut chip, Line::Move(1, SetSpeed::fixed(Control::DRV_EN, 16_000), 0)), "0");
-    assert_eq!(ask(&mut chip, Line::Wire(1, shield())), "E");
-    assert_eq!(ask(&mut chip, Line::Latched(1, true)), "E");
+    assert_eq!(ask(&mut chip, Line::Wire(1, shield())), "E busy");
+    assert_eq!(ask(&mut chip, Line::Latched(1, true)), "E busy");
     assert_eq!(ask(&mut chip, Line::Move(1, SetSpeed::STOP, 0)), "0");
     assert!(!look(&mut chip, 1).moving);
+    // The rows of every program stop it too.
+    for line in ["Z", "K"] {
+        let order = SetSpeed::fixed(Control::DRV_EN, 16_000);
+        assert_eq!(ask(&mut chip, Line::Move(1, order, 0)), "0");
+        assert_eq!(chip.ask("F").as_deref(), Some("B"));
+        assert_eq!(chip.ask(line).as_deref(), Some("Y"));
+        assert_eq!(chip.ask("F").as_deref(), Some("R"));
+    }
 }
 
 #[test]
@@ -375,6 +394,8 @@ fn a_flipped_bit_of_an_order_moves_nothing() {
         chip.run_for(30 * MILLIS);
         // Half a line may stand there.
         chip.ask("");
+        // Behind a common line without a checksum rows need none.
+        chip.ask("F");
         let moves = look(chip, 1).moving;
         ask(chip, Line::Move(1, SetSpeed::STOP, 0));
         moves
@@ -393,4 +414,18 @@ fn a_flipped_bit_of_an_order_moves_nothing() {
             String::from_utf8_lossy(&line)
         );
     }
+}
+
+/// What comes while an answer is on its way is heard: three lines at once have three answers.
+#[test]
+fn a_line_behind_another_is_not_lost() {
+    let mut chip = chip();
+    chip.send(b"#\r?\rF\r");
+    chip.run_for(40 * MILLIS);
+    let said = String::from_utf8(chip.take_said()).unwrap();
+    let (first, rest) = said.split_once('\r').unwrap();
+    assert!(
+        first == "E line" && rest.starts_with("stepwright-timed ") && rest.ends_with("\rR\r"),
+        "{said:?}"
+    );
 }

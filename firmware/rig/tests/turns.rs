@@ -4,8 +4,9 @@
 mod common;
 
 use common::{board, cycles};
-use stepwright_cycle::line::{CycleLine, CycleReport, LineFault};
+use stepwright_cycle::line::{CycleFault, CycleLine, CycleReport};
 use stepwright_cycle::{Leg, Motor, Refusal};
+use stepwright_protocol::Fault;
 use stepwright_rig::Chip;
 
 /// Cycles of a µs.
@@ -121,8 +122,8 @@ fn turns_too_close_are_refused_with_what_would_do() {
         }
         cycles::prepare(&mut chip, &vec![&*close; motors.into()]);
         let answer = chip.ask(&CycleLine::Start(1).to_string()).unwrap();
-        let fault = LineFault::read(answer.strip_prefix('E').unwrap().as_bytes());
-        let Some(LineFault::Refused(Refusal::TooFast { needs, .. })) = fault else {
+        let fault = Fault::read(answer.as_bytes());
+        let Some(Fault::Own(CycleFault::Refused(Refusal::TooFast { needs, .. }))) = fault else {
             panic!("{motors} motors: {answer}")
         };
         println!("{motors} motors: {needs} µs");

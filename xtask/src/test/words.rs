@@ -48,6 +48,7 @@ const PAIRS: &[(&str, &str)] = &[
     ("Curve", "Austin's trait of a ramp stands for what the S-curve is in the core"),
     ("Eeprom", "of a chip; of the virtual board"),
     ("Error", "of a board from a PC; of a line of G-code"),
+    ("Fault", "why a program on a board refuses a line; what is wrong with a line of G-code"),
     ("Law", "delays from delays in Austin's crate; time from distance on a path"),
     ("Levels", "the pins of an Uno; those of a Mega"),
     ("Line", "a piece of a path; a line of the timed driver's serial protocol"),

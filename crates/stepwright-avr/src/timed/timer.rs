@@ -4,6 +4,8 @@ use crate::chip;
 
 /// A timer of 16 bits.
 pub trait Timer {
+    /// The bit of its motor among those on a motor shield, which share their enables.
+    const SHIELD: u8;
     /// Its registers.
     ///
     /// # Safety
@@ -23,13 +25,14 @@ pub trait Timer {
 
 macro_rules! timer {
     (
-        $name:ident, $tc:ident, $count:ident, $compare:ident, $prescaler:ident, $select:ident,
+        $name:ident, $shield:literal, $tc:ident, $count:ident, $compare:ident, $prescaler:ident, $select:ident,
         $mask:ident, $enable:ident, $flags:ident, $flag:ident
     ) => {
         /// A timer.
         pub struct $name(chip::$tc);
 
         impl Timer for $name {
+            const SHIELD: u8 = $shield;
             #[inline(always)]
             unsafe fn steal() -> $name {
                 // SAFETY: the caller's promise.
@@ -58,10 +61,10 @@ macro_rules! timer {
     };
 }
 
-timer!(Timer1, TC1, tcnt1, ocr1a, tccr1b, cs1, timsk1, ocie1a, tifr1, ocf1a);
+timer!(Timer1, 1, TC1, tcnt1, ocr1a, tccr1b, cs1, timsk1, ocie1a, tifr1, ocf1a);
 #[cfg(feature = "mega")]
-timer!(Timer3, TC3, tcnt3, ocr3a, tccr3b, cs3, timsk3, ocie3a, tifr3, ocf3a);
+timer!(Timer3, 2, TC3, tcnt3, ocr3a, tccr3b, cs3, timsk3, ocie3a, tifr3, ocf3a);
 #[cfg(feature = "mega")]
-timer!(Timer4, TC4, tcnt4, ocr4a, tccr4b, cs4, timsk4, ocie4a, tifr4, ocf4a);
+timer!(Timer4, 4, TC4, tcnt4, ocr4a, tccr4b, cs4, timsk4, ocie4a, tifr4, ocf4a);
 #[cfg(feature = "mega")]
-timer!(Timer5, TC5, tcnt5, ocr5a, tccr5b, cs5, timsk5, ocie5a, tifr5, ocf5a);
+timer!(Timer5, 8, TC5, tcnt5, ocr5a, tccr5b, cs5, timsk5, ocie5a, tifr5, ocf5a);

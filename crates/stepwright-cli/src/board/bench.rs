@@ -29,9 +29,9 @@ trait Board {
     fn receive(&mut self, byte: u8);
     fn take_answers(&mut self) -> Vec<u8>;
     fn run_until(&mut self, time: u64);
-    fn is_busy(&self) -> bool;
+    fn is_busy(&mut self) -> bool;
     fn is_endless(&self) -> bool;
-    fn position(&self, axis: u8) -> Option<i64>;
+    fn position(&mut self, axis: u8) -> Option<i64>;
     fn late(&self) -> u32;
     fn stop(&mut self);
     fn set_switch(&mut self, axis: u8, high: bool);
@@ -52,13 +52,13 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
     fn run_until(&mut self, time: u64) {
         VirtualBoard::run_until(self, time);
     }
-    fn is_busy(&self) -> bool {
+    fn is_busy(&mut self) -> bool {
         VirtualBoard::is_busy(self)
     }
     fn is_endless(&self) -> bool {
         VirtualBoard::is_endless(self)
     }
-    fn position(&self, axis: u8) -> Option<i64> {
+    fn position(&mut self, axis: u8) -> Option<i64> {
         VirtualBoard::position(self, axis)
     }
     fn late(&self) -> u32 {
@@ -92,14 +92,14 @@ impl Board for LawBoard<'static, Recording> {
     fn run_until(&mut self, time: u64) {
         LawBoard::run_until(self, time);
     }
-    fn is_busy(&self) -> bool {
+    fn is_busy(&mut self) -> bool {
         LawBoard::is_busy(self)
     }
     fn is_endless(&self) -> bool {
         false
     }
-    fn position(&self, axis: u8) -> Option<i64> {
-        if axis == 0 { LawBoard::position(self) } else { Some(0) }
+    fn position(&mut self, axis: u8) -> Option<i64> {
+        if axis == 0 { LawBoard::position(self, axis) } else { Some(0) }
     }
     fn late(&self) -> u32 {
         0
@@ -166,7 +166,7 @@ impl Bench {
     }
 
     /// Whether any axis moves.
-    pub fn is_busy(&self) -> bool {
+    pub fn is_busy(&mut self) -> bool {
         self.board.is_busy()
     }
 
@@ -184,17 +184,18 @@ impl Bench {
     /// axis 1 always, and last.
     pub fn report(&mut self) -> Vec<String> {
         self.notice();
-        let state = |axis: u8| match self.board.position(axis) {
+        let (busy, late) = (self.board.is_busy(), self.board.late());
+        let mut state = |axis: u8| match self.board.position(axis) {
             // What moves still was cut short.
-            _ if self.board.is_busy() => "position uncertain".to_owned(),
+            _ if busy => "position uncertain".to_owned(),
             Some(steps) => format!("position {steps} ready"),
             None => "position uncertain".to_owned(),
         };
         let others = (1..self.description.axes).filter(|axis| self.moved[usize::from(*axis)]);
         let mut lines: Vec<String> =
             others.map(|axis| format!("axis {} {}", axis + 1, state(axis))).collect();
-        if self.board.late() > 0 {
-            lines.insert(0, format!("late steps: {}", self.board.late()));
+        if late > 0 {
+            lines.insert(0, format!("late steps: {late}"));
         }
         lines.push(state(0));
         lines

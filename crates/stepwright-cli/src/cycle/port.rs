@@ -3,15 +3,17 @@
 use std::time::Duration;
 
 use stepwright::drive::Arduino;
-use stepwright_cycle::line::{CycleLine, CycleReport, LineFault, NAME};
+use stepwright_cycle::line::{CycleFault, CycleLine, CycleReport, NAME};
 
 use crate::failure::Failure;
-use crate::talk::Talk;
+use crate::order::target;
+use stepwright_host::Session;
 use stepwright_host::link::Link;
+use stepwright_protocol::Fault;
 
 /// A board that plays cycles.
 pub struct Board {
-    talk: Talk,
+    session: Session,
     /// Its name: uno or mega.
     pub name: String,
     pub hz: u32,
@@ -24,16 +26,17 @@ pub struct Board {
 impl Board {
     /// Meets the board at the end of a line.
     pub fn meet(link: Box<dyn Link>) -> Result<Board, Failure> {
-        let mut talk = Talk::new(link);
-        let answer = talk.meet(NAME, |_| "cycles")?;
+        // A signal ends the watching, and the cycle is finished then.
+        let mut session = Session::new(link);
+        let answer = target::met_program(&mut session, NAME, |_| "cycles")?;
         let mut words = answer.split(' ').skip(1);
         let name = words.next().unwrap_or("").to_owned();
-        let mut board = Board { talk, name, hz: 0, motors: 0, legs: 0, can: Vec::new() };
+        let mut board = Board { session, name, hz: 0, motors: 0, legs: 0, can: Vec::new() };
         for word in words {
             let number = |text: &str| text.parse().unwrap_or(0);
             match word.split_once('=') {
                 Some(("hz", hz)) => board.hz = hz.parse().unwrap_or(0),
-                Some(("motors", motors)) => board.motors = number(motors),
+                Some(("axes", motors)) => board.motors = number(motors),
                 Some(("legs", legs)) => board.legs = number(legs),
                 Some(("can", all)) => board.can = all.split(',').map(str::to_owned).collect(),
                 _ => {}
@@ -54,33 +57,42 @@ impl Board {
 
     /// How to call it in a sentence.
     pub fn called(&self) -> String {
-        self.talk.name()
+        self.session.name()
     }
 
     /// Lets time pass.
     pub fn rest(&mut self, time: Duration) -> Result<(), Failure> {
-        self.talk.rest(time)
+        let lost = self.lost();
+        self.session.pause(time).map_err(lost)
     }
 
-    /// What a line is answered, both with their checksums. A line may be said twice: one that
-    /// was spoiled is.
+    /// The board was there a moment ago.
+    fn lost(&self) -> impl FnOnce(stepwright_host::LinkError) -> Failure + use<> {
+        let name = self.called();
+        move |trouble| {
+            target::lost(&name, &trouble)
+                .hint("what it plays goes on; a reset of the board ends it")
+        }
+    }
+
+    /// What a line is answered. It may be said twice: one that was spoiled is.
     fn ask(&mut self, line: CycleLine) -> Result<String, Failure> {
-        let answer =
-            self.talk.ask_summed(&line.to_string(), true, |bare| bare.starts_with("E1,"))?;
-        answer.ok_or_else(|| self.talk.silent())
+        let lost = self.lost();
+        let answer = self.session.row(&line.to_string(), true).map_err(lost)?;
+        let silent = self.lost();
+        answer.ok_or_else(|| silent(stepwright_host::LinkError::Silent))
     }
 
     /// Says a line that is to be obeyed.
     ///
     /// # Errors
     /// The inner one is the board's refusal.
-    pub fn say(&mut self, line: CycleLine) -> Result<Result<(), LineFault>, Failure> {
+    pub fn say(&mut self, line: CycleLine) -> Result<Result<(), Fault<CycleFault>>, Failure> {
         let answer = self.ask(line)?;
         if answer == "Y" {
             return Ok(Ok(()));
         }
-        let fault = answer.strip_prefix('E').and_then(|text| LineFault::read(text.as_bytes()));
-        fault.map(Err).ok_or_else(|| self.nonsense(&answer))
+        Fault::read(answer.as_bytes()).map(Err).ok_or_else(|| self.nonsense(&answer))
     }
 
     /// How it is.
@@ -95,7 +107,7 @@ impl Board {
     }
 
     /// A line that the board refuses, though the file is fine.
-    pub fn unfit(&self, line: CycleLine, fault: LineFault) -> Failure {
+    pub fn unfit(&self, line: CycleLine, fault: Fault<CycleFault>) -> Failure {
         Failure::new(format!("{} refused the line {line}: {fault}", self.called()))
             .hint("does it run the same version of the program as this command?")
     }

@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use stepwright_cycle::line::{CycleLine, CycleReport, LineAct, LineFault, MotorPins, MotorReport};
+use stepwright_cycle::line::{CycleFault, CycleLine, CycleReport, LineAct, MotorPins, MotorReport};
 use stepwright_cycle::{AtTiming, Clock, Faults, Leg, Motor, Refusal, Status};
 
 use super::Format;
@@ -17,6 +17,7 @@ use crate::failure::Failure;
 use crate::{interrupt, say};
 use stepwright_cyclefile::{Act, CyclePlan, Pins, Stage, Task, TimedAct, along};
 use stepwright_plan::sheet::quoted;
+use stepwright_protocol::Fault;
 
 /// What a report says of a homing that has found its switch.
 const HOME: u8 = 2;
@@ -181,7 +182,7 @@ impl<'p> RemoteSession<'p> {
             self.say(CycleLine::Motor(motor, bounded(self.plan.motors[n])))?;
             match self.board.say(CycleLine::Wire(motor, codes))? {
                 Ok(()) => {}
-                Err(LineFault::Pin { number }) => {
+                Err(Fault::Own(CycleFault::Pin { number })) => {
                     let which = Pins::name(usize::from(number).saturating_sub(2));
                     let what = format_args!(
                         "its pin {which} is one of the serial line's, or has another part already"
@@ -256,7 +257,7 @@ impl<'p> RemoteSession<'p> {
         };
         match self.board.say(go)? {
             Ok(()) => {}
-            Err(LineFault::Refused(refusal)) => {
+            Err(Fault::Own(CycleFault::Refused(refusal))) => {
                 return Err(self.refused(refusal, &spans, &stage.at));
             }
             Err(fault) => return Err(self.board.unfit(go, fault)),

@@ -4,18 +4,16 @@
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use stepwright_austin::line::{Line, NAME, Progress, Refused, can};
-use stepwright_austin::station::Costs;
+use stepwright_austin::line::{Line, NAME, Refused, can};
+use stepwright_austin::station::{CHANGES, Costs};
 use stepwright_austin::{LawName, Recipe};
-use stepwright_protocol::AxisId;
+use stepwright_protocol::{AxisId, Fault, Selection};
 
+use super::drive;
 use super::law::LawArgs;
 use super::motion::{RampArgs, TOP, seconds};
-use super::target::{Format, PortArgs, VirtualArgs};
-use super::travel::last_line;
-use stepwright_plan::RampChange;
-use stepwright_plot::GAP;
-
+use super::target::{self, Format, PortArgs, VirtualArgs};
+use super::travel::{last_line, short, start_position};
 use crate::board::bench::Bench;
 use crate::board::recording::{Heading, Recording};
 use crate::failure::Failure;
@@ -23,15 +21,15 @@ use crate::interrupt;
 use crate::programs;
 use crate::quantity::{Rounded, SpeedArg, in_unit};
 use crate::say;
-use crate::talk::{TRIES, Talk};
 use stepwright::{Accel, Geometry, Rate, Speed};
 use stepwright_host::link::Link;
 use stepwright_host::link::serial::Share;
 use stepwright_host::link::simulated::VirtualLink;
+use stepwright_host::motion::{Action, NotBegun, RestPlace};
+use stepwright_host::{LinkError, Session};
+use stepwright_plan::RampChange;
+use stepwright_plot::GAP;
 use stepwright_sim::Description;
-
-/// Between two looks at a moving motor.
-const LOOK: Duration = Duration::from_millis(50);
 
 /// Where to, as typed.
 #[derive(Clone, Copy)]
@@ -87,13 +85,13 @@ impl LawOrder<'_> {
         self.recipe(&held, steps)?;
         interrupt::listen(interrupt::While::Holding)?;
         let link: Box<dyn Link> = match &port.port {
-            Some(path) => Box::new(super::target::serial(path, port.baud, Share::Alone)?),
+            Some(path) => Box::new(target::serial(path, port.baud, Share::Alone)?),
             None => self.virtual_link(&held, virt)?,
         };
-        let mut talk = Talk::new(link);
-        let result = self.on(&mut talk, &held);
+        let mut session = target::conversation(link);
+        let result = self.on(&mut session, &held);
         // Also what was recorded of a motion that went wrong is worth a look.
-        let finished = super::target::finished(talk.link());
+        let finished = target::finish(&mut session);
         result.and(finished)
     }
 
@@ -174,25 +172,23 @@ impl LawOrder<'_> {
         rows
     }
 
-    fn on(&self, talk: &mut Talk, held: &Understood) -> Result<(), Failure> {
-        let at = talk.name();
-        let about = talk.meet(NAME, |about| program(self.law, about))?;
-        talk.use_sums()?;
+    fn on(&self, session: &mut Session, held: &Understood) -> Result<(), Failure> {
+        let at = session.name();
+        let about = target::met_program(session, NAME, |about| program(self.law, about))?;
         let laws = about.split(' ').find_map(|word| word.strip_prefix("can=")).unwrap_or("");
         if !can(laws).any(|law| law == self.law) {
-            let name = self.law.name();
-            return Err(Failure::new(format!("{at} has the laws {laws}, and not {name}"))
+            let (name, has) = (self.law.name(), can(laws).map(LawName::name));
+            let has = has.collect::<Vec<_>>().join(",");
+            return Err(Failure::new(format!("{at} has the laws {has}, and not {name}"))
                 .hint(programs::flash(&about, program(self.law, &about))));
         }
-        let seen = look(talk)?;
-        if seen.moving {
+        let axis = AxisId::FIRST;
+        let trouble = target::trouble(session);
+        if session.is_busy(Selection::One(axis)).map_err(trouble)? {
             return Err(Failure::new(format!("{at} moves already")).hint("wait until it rests"));
         }
-        let Some(from) = seen.position else {
-            return Err(Failure::new(format!("{at}: the position of axis 1 is uncertain"))
-                .hint("a kill has lost it; a reset of the board makes the present place 0"));
-        };
-        let steps = self.steps(from.into())?;
+        let from = start_position(session, axis)?;
+        let steps = self.steps(from)?;
         let mut lines = vec![Line::Law(self.recipe(held, steps)?)];
         lines.extend(held.changes.iter().map(|(after, accel)| Line::Change(*after, accel.value)));
         let (title, go) = match self.goal {
@@ -202,45 +198,72 @@ impl LawOrder<'_> {
             }
             _ => (format!("axis 1 by {steps:+} steps on {at}"), Line::Go(steps)),
         };
-        lines.push(go);
         if self.format == Format::Text {
             say::result(title);
             self.rows(held).iter().for_each(say::result);
         }
         for line in &lines {
-            obeyed(self.law, &at, *line, &say(talk, *line, from)?)?;
+            // A change that is said twice is two: the law before it forgets all of them.
+            let twice = matches!(line, Line::Law(_));
+            let trouble = target::trouble(session);
+            match session.row(&line.to_string(), twice).map_err(trouble)? {
+                Some(answer) => obeyed(self.law, &at, *line, &answer)?,
+                None => {
+                    let what = format!("{at}: noise spoiled the answer to {line}");
+                    return Err(Failure::new(what)
+                        .hint("nothing has moved. Look at the cable and its ground"));
+                }
+            }
         }
-        let begun = talk.link().now();
-        let (end, braked) = self.watch(talk, from)?;
-        let took = talk.link().now().saturating_sub(begun).as_secs_f64();
-        let target = (!matches!(self.goal, Goal::Endless(_))).then(|| from.saturating_add(steps));
-        let (state, position) = match end.position {
-            Some(at) if target.is_none_or(|target| at == target) => ("ready", Some(at)),
-            Some(at) => ("stopped", Some(at)),
-            None => ("uncertain", None),
+        let begun = session.now();
+        let mut signal = false;
+        let watched = match session.begin_by(axis, &go.to_string(), Some(from)) {
+            Ok(answer) => {
+                obeyed(self.law, &at, go, &answer)?;
+                let until = self.time.map(|time| session.now() + time);
+                session.watch(axis, until, |_, sight| {
+                    if !interrupt::asked() {
+                        return Action::GoOn;
+                    }
+                    if sight.moving && !sight.braking {
+                        signal = true;
+                        say::note(interrupt::braking());
+                    }
+                    Action::Stop
+                })
+            }
+            Err(NotBegun::Trouble { trouble: LinkError::Killed, .. }) => Err(LinkError::Killed),
+            Err(not) => return Err(drive::not_begun(session, not)),
         };
-        let late = end.late.saturating_sub(seen.late);
-        if late > 0 {
+        let ended = drive::conclude(session, axis, watched);
+        let took = session.now().saturating_sub(begun).as_secs_f64();
+        let target =
+            (!matches!(self.goal, Goal::Endless(_))).then(|| from.saturating_add(steps.into()));
+        let (state, position) = match ended.end {
+            RestPlace::At(at) if target.is_none_or(|target| at == target) => ("ready", Some(at)),
+            RestPlace::At(at) => ("stopped", Some(at)),
+            RestPlace::Uncertain => ("uncertain", None),
+        };
+        let late = late(&about).zip(session.about().ok().and_then(|about| late(&about)));
+        let late = late.map(|(before, now)| now.saturating_sub(before));
+        if let Some(late @ 1..) = late {
             say::note(format_args!("{late} steps came late: the board is too slow for this speed"));
         }
         match self.format {
             Format::Json => say::json(in_unit(
                 self.ramps.unit(),
-                self.json(held, &at, (from, target), state, end, took),
+                self.json(held, &at, (from, target), (state, position, late), took),
                 &["from", "steps", "target", "position"],
             )),
             Format::Text => {
                 say::result(format_args!("  {:<12}{}", "took", seconds(took)));
-                say::result(last_line(state, position.map(i64::from), None));
+                say::result(last_line(state, position, None));
             }
         }
-        match (position, target) {
-            (None, _) => Err(Failure::interrupted("killed: the position is lost")),
-            (Some(at), Some(target)) if at != target && braked => {
-                Err(Failure::interrupted(format!("braked at {at}, before {target}")))
-            }
-            (Some(at), Some(target)) if at != target => {
-                Err(Failure::new(format!("the axis rests at {at}, not at {target} as ordered")))
+        match (ended.failure, position, target) {
+            (Some(failure), ..) => Err(failure),
+            (None, Some(at), Some(target)) if at != target => {
+                Err(short(at, target, signal && ended.braked, None))
             }
             _ => Ok(()),
         }
@@ -250,9 +273,8 @@ impl LawOrder<'_> {
         &self,
         held: &Understood,
         board: &str,
-        (from, target): (i32, Option<i32>),
-        state: &str,
-        end: Progress,
+        (from, target): (i64, Option<i64>),
+        (state, position, late): (&str, Option<i64>, Option<u32>),
         took: f64,
     ) -> Value {
         let accel = |accel: &Rounded<Accel>| accel.value.millisteps() as f64 / 1000.0;
@@ -262,10 +284,10 @@ impl LawOrder<'_> {
             "law": self.law.name(),
             "from": from,
             "target": target,
-            "position": end.position,
+            "position": position,
             "state": state,
             "seconds": took,
-            "late": end.late,
+            "late": late,
             "board": board,
             "top_speed": f64::from(held.top.value.millisteps()) / 1000.0,
             "accel": accel(&held.accel),
@@ -274,33 +296,6 @@ impl LawOrder<'_> {
                 .map(|(after, to)| json!({ "steps": after, "accel": accel(to) }))
                 .collect::<Vec<_>>(),
         })
-    }
-
-    /// Watches it until it rests. Ctrl-C or the end of its time brakes it, a second Ctrl-C kills
-    /// it. How it rests, and whether it was braked by a signal.
-    fn watch(&self, talk: &mut Talk, from: i32) -> Result<(Progress, bool), Failure> {
-        let until = self.time.map(|time| talk.link().now() + time);
-        let (mut braking, mut braked) = (false, false);
-        loop {
-            if interrupt::presses() > 1 {
-                say(talk, Line::Kill, from)?;
-                return Ok((look(talk)?, true));
-            }
-            let over = until.is_some_and(|until| talk.link().now() >= until);
-            if !braking && (over || interrupt::asked()) {
-                braked = !over;
-                braking = true;
-                say(talk, Line::Stop, from)?;
-                if braked {
-                    say::note(interrupt::braking());
-                }
-            }
-            let seen = look(talk)?;
-            if !seen.moving {
-                return Ok((seen, braked));
-            }
-            talk.rest(LOOK)?;
-        }
     }
 }
 
@@ -322,38 +317,9 @@ fn program(law: LawName, about: &str) -> &'static str {
     }
 }
 
-/// Says a line to a motor that stood at `from`; its answer. If the answer to an order was spoiled,
-/// the motor shows whether it was obeyed.
-fn say(talk: &mut Talk, line: Line, from: i32) -> Result<String, Failure> {
-    let twice = !matches!(line, Line::Go(_) | Line::Run(_) | Line::Change(..));
-    for _ in 0..TRIES {
-        if let Some(answer) = talk.ask(&line.to_string(), twice)? {
-            return Ok(answer);
-        }
-        let seen = look(talk)?;
-        if matches!(line, Line::Change(..)) {
-            return Err(Failure::new(format!(
-                "{}: noise spoiled the answer to {line}",
-                talk.name()
-            ))
-            .hint("nothing has moved. Look at the cable and its ground"));
-        }
-        if seen.moving || seen.position != Some(from) {
-            return Ok("Y".to_owned());
-        }
-    }
-    Err(talk.silent())
-}
-
-fn look(talk: &mut Talk) -> Result<Progress, Failure> {
-    // A question is harmless twice.
-    for _ in 0..3 {
-        let answer = talk.ask(&Line::Look.to_string(), true)?;
-        if let Some(seen) = answer.as_deref().and_then(Progress::read) {
-            return Ok(seen);
-        }
-    }
-    Err(Failure::new(format!("{} does not say where its motor is", talk.name())))
+/// Steps that came late, as the board says of itself.
+fn late(about: &str) -> Option<u32> {
+    about.split(' ').find_map(|word| word.strip_prefix("late="))?.parse().ok()
 }
 
 /// That a line was taken.
@@ -362,8 +328,8 @@ fn obeyed(law: LawName, at: &str, line: Line, answer: &str) -> Result<(), Failur
         return Ok(());
     }
     let name = law.name();
-    Err(match Refused::read(answer) {
-        Some(Refused::Fast(ticks)) => {
+    Err(match Fault::read(answer.as_bytes()) {
+        Some(Fault::Own(Refused::Fast(ticks))) => {
             let what = match line {
                 Line::Change(..) => "changes of acceleration".to_owned(),
                 _ => format!("the law {name}"),
@@ -372,14 +338,18 @@ fn obeyed(law: LawName, at: &str, line: Line, answer: &str) -> Result<(), Failur
             Failure::new(format!("{at} is too slow for {what} at this top speed"))
                 .hint(format!("give a top speed of at most {most} steps/s"))
         }
-        Some(Refused::Range) => {
+        Some(Fault::Own(Refused::Unsound)) => {
             Failure::new(format!("{at} can't hold this travel by the law {name}")).hint(
                 "a delay is at most 4 s, a ramp has at most 1073741824 steps, and power and \
                  piecewise take a --decel of at least --accel",
             )
         }
-        Some(Refused::Moving) => Failure::new(format!("{at} moves already")),
-        Some(Refused::Law) if matches!(line, Line::Change(..)) => {
+        Some(Fault::Busy) => Failure::new(format!("{at} moves already")),
+        Some(Fault::Own(Refused::Full)) => {
+            Failure::usage(format!("{at} keeps {CHANGES} changes of a travel"))
+                .hint("leave some of --change out")
+        }
+        Some(Fault::Own(Refused::Law)) if matches!(line, Line::Change(..)) => {
             Failure::usage("this form of the law does not change on its way")
                 .hint("leave --change or --divisor out")
         }

@@ -207,6 +207,12 @@ pub fn met(session: &mut Session) -> Result<(), Failure> {
         {
             return another;
         }
+        if let LinkError::Program(answer) = &trouble
+            && let Err(another) =
+                programs::is_wanted(&name, answer, programs::CONTROLLER, |_| programs::SLAVE)
+        {
+            return another;
+        }
         match trouble {
             LinkError::Silent => Failure::new(format!("no answer from {name}")).hint(
                 "is it the board's port (`stepwright ports`), at its rate (--baud), with \
@@ -215,6 +221,35 @@ pub fn met(session: &mut Session) -> Result<(), Failure> {
             other => lost(&name, &other),
         }
     })
+}
+
+/// Meets the board of the program that greets with `wanted`; its answer to `?`. `program` names
+/// the one to flash, by such an answer.
+pub fn met_program(
+    session: &mut Session,
+    wanted: &str,
+    program: impl Fn(&str) -> &'static str,
+) -> Result<String, Failure> {
+    let name = session.name();
+    let about = match session.meet_program() {
+        Ok(about) => about,
+        Err(LinkError::Silent) => match greeting(session) {
+            Some(old) => {
+                programs::is_wanted(&name, &old, wanted, &program)?;
+                return Err(Failure::new(format!(
+                    "{name} runs a program from before this version of the command"
+                ))
+                .hint(programs::flash(&old, program(&old))));
+            }
+            None => {
+                return Err(Failure::new(format!("{name} does not answer"))
+                    .hint(programs::flash("", program(""))));
+            }
+        },
+        Err(trouble) => return Err(lost(&name, &trouble)),
+    };
+    programs::is_wanted(&name, &about, wanted, &program)?;
+    Ok(about)
 }
 
 /// What a board that speaks no word of the controller's says of itself.
@@ -241,6 +276,8 @@ pub fn lost(name: &str, trouble: &LinkError) -> Failure {
             .hint("look at its cable and its power, then at `stepwright status`"),
         LinkError::Gone(_) => Failure::new(format!("{name}: {trouble}"))
             .hint("was it unplugged? Plug it in and try again"),
+        LinkError::Program(_) => Failure::new(format!("{name}: {trouble}"))
+            .hint("`stepwright flash` writes the controller"),
     }
 }
 
@@ -267,12 +304,7 @@ pub fn trouble(session: &mut Session) -> impl FnOnce(LinkError) -> Failure + use
 
 /// A link that a session was made of is finished with it.
 pub fn finish(session: &mut Session) -> Result<(), Failure> {
-    finished(session.link())
-}
-
-/// Ends what was recorded on a line.
-pub fn finished(link: &mut dyn Link) -> Result<(), Failure> {
-    link.finish().map_err(|error| match error.downcast::<Failure>() {
+    session.link().finish().map_err(|error| match error.downcast::<Failure>() {
         Ok(failure) => failure,
         Err(error) => Failure::new(error.to_string()),
     })

@@ -313,7 +313,7 @@ pub fn start_position(session: &mut Session, axis: AxisId) -> Result<i64, Failur
 }
 
 /// It rests, and not where it should.
-fn short(at: i64, target: i64, braked: bool, why: Option<Stop>) -> Failure {
+pub fn short(at: i64, target: i64, braked: bool, why: Option<Stop>) -> Failure {
     let left = target.abs_diff(at);
     if braked {
         Failure::interrupted(format!("braked at {at}, {left} steps before {target}"))

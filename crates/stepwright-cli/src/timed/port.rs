@@ -4,21 +4,23 @@ use std::time::Duration;
 
 use stepwright::drive::Arduino;
 use stepwright_timed::fit::Hardware;
-use stepwright_timed::line::{Line, NAME, Report, Wire};
+use stepwright_timed::line::{Line, NAME, Report, Unwired, Wire};
 use stepwright_timed::{Call, Code, Control, SetSpeed};
 
 use super::course::{Course, Logged, Moments, Play, Update};
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::talk::{TRIES, Talk};
+use crate::order::target;
 use stepwright_host::link::Link;
+use stepwright_host::{LinkError, Session};
+use stepwright_protocol::Fault;
 
 /// From one look at the motor to the next, at most.
 const LOOK: u32 = 100;
 
 /// A board that has the timed driver.
 pub struct Board {
-    talk: Talk,
+    session: Session,
     /// Its name: uno or mega.
     pub name: String,
     hz: u32,
@@ -28,12 +30,12 @@ pub struct Board {
 impl Board {
     /// Meets the board at the end of a line.
     pub fn meet(link: Box<dyn Link>) -> Result<Board, Failure> {
-        let mut talk = Talk::new(link);
-        let answer = talk.meet(NAME, |_| "timed")?;
-        talk.use_sums()?;
+        // A signal ends the watching, and the motor is stopped then.
+        let mut session = Session::new(link);
+        let answer = target::met_program(&mut session, NAME, |_| "timed")?;
         let mut words = answer.split(' ').skip(1);
         let name = words.next().unwrap_or("").to_owned();
-        let mut board = Board { talk, name, hz: 0, timers: Vec::new() };
+        let mut board = Board { session, name, hz: 0, timers: Vec::new() };
         for word in words {
             match word.split_once('=') {
                 Some(("hz", hz)) => board.hz = hz.parse().unwrap_or(0),
@@ -55,7 +57,7 @@ impl Board {
         }
     }
 
-    /// The answer to a line.
+    /// The answer to a row.
     ///
     /// # Errors
     /// That to an order was spoiled: the motor is stopped then.
@@ -65,35 +67,44 @@ impl Board {
             Line::Move(timer, order, _) if order != SetSpeed::STOP => Some(timer),
             _ => None,
         };
-        if let Some(answer) = self.talk.ask(&line.to_string(), order.is_none())? {
+        if let Some(answer) = self.row(line, order.is_none())? {
             return Ok(answer);
         }
         if let Some(timer) = order {
-            self.talk.ask(&stop(timer).to_string(), true)?;
+            self.row(stop(timer), true)?;
         }
-        Err(Failure::new(format!("{}: noise spoiled the answer to {line}", self.talk.name()))
+        Err(Failure::new(format!("{}: noise spoiled the answer to {line}", self.session.name()))
             .hint("the motor is stopped. Look at the cable and its ground"))
     }
 
-    fn look(&mut self, timer: u8) -> Result<Report, Failure> {
-        // A question is harmless twice.
-        for _ in 0..TRIES {
-            if let Some(report) = Report::read(self.ask(Line::Look(timer))?.as_bytes()) {
-                return Ok(report);
-            }
-        }
-        Err(Failure::new(format!("{} gives no report", self.talk.name())))
+    fn row(&mut self, line: Line, twice: bool) -> Result<Option<String>, Failure> {
+        let name = self.session.name();
+        self.session.row(&line.to_string(), twice).map_err(|trouble| lost(&name, &trouble))
     }
 
-    /// Says a line that is to be answered `Y`.
+    fn look(&mut self, timer: u8) -> Result<Report, Failure> {
+        let answer = self.ask(Line::Look(timer))?;
+        Report::read(answer.as_bytes()).ok_or_else(|| {
+            Failure::new(format!("{} answered {answer:?}, which is no report", self.session.name()))
+        })
+    }
+
+    /// Says a row that is to be answered `Y`.
     fn say(&mut self, line: Line, what: &str) -> Result<(), Failure> {
-        match self.ask(line)?.as_str() {
-            "Y" => Ok(()),
-            _ => Err(Failure::new(format!("{} refused {what}", self.talk.name())).hint(
-                "a motor is wired while it rests, to pins of one port that the board has, other \
-                 than those of the serial line",
-            )),
+        let answer = self.ask(line)?;
+        if answer == "Y" {
+            return Ok(());
         }
+        let refused = Failure::new(format!("{} refused {what}", self.session.name()));
+        Err(refused.hint(match Fault::<Unwired>::read(answer.as_bytes()) {
+            Some(Fault::Busy) => "its motor moves: `stepwright timed 0 --port` stops it".to_owned(),
+            Some(Fault::Own(Unwired::Pins)) => {
+                "a motor is on pins of one port that the board has, other than those of the \
+                 serial line"
+                    .to_owned()
+            }
+            _ => format!("it answered {answer:?} to {line}"),
+        }))
     }
 
     /// That there is a motor on this timer.
@@ -112,7 +123,7 @@ impl Board {
         match self.ask(Line::Move(timer, SetSpeed::STOP, 0))?.as_str() {
             "0" => Ok(()),
             other => {
-                Err(Failure::new(format!("{} answered {other:?} to a stop", self.talk.name())))
+                Err(Failure::new(format!("{} answered {other:?} to a stop", self.session.name())))
             }
         }
     }
@@ -129,7 +140,7 @@ impl Board {
         if hardware != Hardware::avr16(self.hz) {
             return Err(Failure::usage(format!(
                 "the timers of {} have 16 bits and run at {} Hz",
-                self.talk.name(),
+                self.session.name(),
                 self.hz
             ))
             .hint("leave --timer and --clock out, or give those of the board"));
@@ -140,7 +151,7 @@ impl Board {
         self.say(Line::Check(timer, check), "the interval of its checks")?;
         let code = self.ask(Line::Move(timer, order.set_speed, order.call_ms()))?;
         let code = code.parse().map(Code::new).map_err(|_| {
-            Failure::new(format!("{} answered {code:?} to the order", self.talk.name()))
+            Failure::new(format!("{} answered {code:?} to the order", self.session.name()))
         })?;
         if code.is_error() {
             return Err(super::course::refused(code));
@@ -197,9 +208,16 @@ impl Board {
             }
             let next = due(logged).map_or(LOOK, |ms| (ms.ceil() as u32).saturating_sub(report.ms));
             let left = until.map_or(LOOK, |until| until.saturating_sub(report.ms));
-            self.talk.rest(Duration::from_millis(next.min(left).clamp(1, LOOK).into()))?;
+            let time = Duration::from_millis(next.min(left).clamp(1, LOOK).into());
+            let name = self.session.name();
+            self.session.pause(time).map_err(|trouble| lost(&name, &trouble))?;
         }
     }
+}
+
+/// The board was there a moment ago.
+fn lost(name: &str, trouble: &LinkError) -> Failure {
+    target::lost(name, trouble).hint("what it plays goes on; a reset of the board ends it")
 }
 
 impl Course<'_> {

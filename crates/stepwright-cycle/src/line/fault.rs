@@ -1,82 +1,65 @@
-//! Why a line is refused: numbers behind an `E`.
+//! Why a row is refused: the word `pin` or `cycle`, and numbers.
 
 use core::fmt;
 
-use super::numbers::Numbers;
+use stepwright_protocol::{Numbers, OwnFault, Text, flash_text};
+
 use crate::strategy::Refusal;
 
-/// Why a line is refused.
+/// Why a board does not do what a row says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LineFault {
-    /// `E0`: it is none, or has another count of numbers.
-    Unknown,
-    /// `E1`: its checksum is that of another line.
-    Sum,
-    /// `E2,number,least,most`: a number, counted from 1, is out of its range.
-    Range {
-        /// Which number of the line, from 1.
-        number: u8,
-        /// The least it may be.
-        least: i64,
-        /// The most.
-        most: i64,
-    },
-    /// `E3,number`: the pin of this number of the line is not the board's, or another motor's.
+pub enum CycleFault {
+    /// `pin NUMBER`: the pin of this number of the line is not the board's, or another motor's.
     Pin {
         /// Which number of the line, from 1.
         number: u8,
     },
-    /// `E4,code,motor,needs`: the cycle refuses.
+    /// `cycle CODE,MOTOR,NEEDS`: the cycle refuses.
     Refused(Refusal),
 }
 
-impl LineFault {
-    /// Its numbers, of which the first says what it is.
-    pub fn numbers(&self) -> [i64; 4] {
-        match *self {
-            LineFault::Unknown => [0, 0, 0, 0],
-            LineFault::Sum => [1, 0, 0, 0],
-            LineFault::Range { number, least, most } => [2, number.into(), least, most],
-            LineFault::Pin { number } => [3, number.into(), 0, 0],
-            LineFault::Refused(refusal) => {
-                let (code, needs) = code(refusal);
-                [4, code.into(), refusal.motor().unwrap_or(0).into(), needs.into()]
-            }
+impl OwnFault for CycleFault {
+    fn word(&self) -> Text {
+        match self {
+            CycleFault::Pin { .. } => flash_text!("pin"),
+            CycleFault::Refused(_) => flash_text!("cycle"),
         }
     }
 
-    /// Reads an answer, without its `E`.
-    pub fn read(text: &[u8]) -> Option<LineFault> {
-        let mut numbers = Numbers::of(text);
-        let mut next = || numbers.next();
-        let all = [next()?, next()?, next()?, next()?];
-        let number = u8::try_from(all[1]).ok()?;
-        Some(match all[0] {
-            0 => LineFault::Unknown,
-            1 => LineFault::Sum,
-            2 => LineFault::Range { number, least: all[2], most: all[3] },
-            3 => LineFault::Pin { number },
-            4 => {
-                let (motor, needs) = (u8::try_from(all[2]).ok()?, u32::try_from(all[3]).ok()?);
-                LineFault::Refused(refusal(number, motor, needs)?)
+    fn number(&self, n: u8) -> Option<i64> {
+        let refusal = match self {
+            CycleFault::Pin { number } => return (n == 0).then_some((*number).into()),
+            CycleFault::Refused(refusal) => *refusal,
+        };
+        let (code, needs) = code(refusal);
+        match n {
+            0 => Some(code.into()),
+            1 => Some(refusal.motor().unwrap_or(0).into()),
+            2 => Some(needs.into()),
+            _ => None,
+        }
+    }
+
+    fn read(word: &[u8], numbers: &mut Numbers<'_>) -> Option<CycleFault> {
+        let first = numbers.up_to(u8::MAX)?;
+        match word {
+            b"pin" => Some(CycleFault::Pin { number: first }),
+            b"cycle" => {
+                let (motor, needs) = (numbers.up_to(u8::MAX)?, numbers.word()?);
+                refusal(first, motor, needs).map(CycleFault::Refused)
             }
-            _ => return None,
-        })
+            _ => None,
+        }
     }
 }
 
-impl fmt::Display for LineFault {
+impl fmt::Display for CycleFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            LineFault::Unknown => f.write_str("it does not know the line"),
-            LineFault::Sum => f.write_str("the line was spoiled on its way"),
-            LineFault::Range { number, least, most } => {
-                write!(f, "number {number} of the line is {least} to {most}")
-            }
-            LineFault::Pin { number } => {
+            CycleFault::Pin { number } => {
                 write!(f, "the pin of number {number} is not its own, or another motor's")
             }
-            LineFault::Refused(refusal) => refusal.fmt(f),
+            CycleFault::Refused(refusal) => refusal.fmt(f),
         }
     }
 }

@@ -3,12 +3,13 @@
 #[cfg(feature = "runs")]
 use stepwright::run::Run;
 
-use super::numbers::Numbers;
-use super::{CycleLine, LineAct, LineFault, LineProgram, MotorPins};
+use stepwright_protocol::Numbers;
+
+use super::{CycleLine, LineAct, LineProgram, MotorPins};
 use crate::clock::Clock;
 use crate::homing::Homing;
 use crate::motor::{Calibration, End, Motor};
-use crate::program::Leg;
+use crate::program::{DelayRamp, Leg};
 use crate::strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Strategies};
 
 /// Whether the board can home by itself.
@@ -17,42 +18,31 @@ pub(crate) const HOMES: bool = cfg!(feature = "homing");
 const TICK: u32 = 1_000_000;
 
 impl CycleLine {
-    /// Reads a line without its carriage return and checksum, for a board of this many
-    /// motors and legs.
-    ///
-    /// # Errors
-    /// [`LineFault`]: it is none, or a number is out of its range.
-    pub fn read(line: &[u8], motors: u8, legs: u16) -> Result<CycleLine, LineFault> {
-        let Some((letter, text)) = line.split_first() else { return Err(LineFault::Unknown) };
-        let mut numbers = Numbers::of(text);
-        match parse(*letter, &mut numbers, motors, legs) {
-            Some(line) if numbers.end() => Ok(line),
-            Some(_) => Err(LineFault::Unknown),
-            None => Err(numbers.fault),
-        }
+    /// Reads the row of this letter and these numbers, for a board of this many motors and legs;
+    /// `None` if it is none.
+    pub fn read(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<CycleLine> {
+        parse(letter, n, motors, legs)
     }
 }
 
-/// A line of this letter; `None` with the fault among its numbers.
+/// A row of this letter.
 #[inline(always)]
 fn parse(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<CycleLine> {
     let line = match letter {
-        b'?' => CycleLine::Info,
         b'N' => CycleLine::New,
-        b'V' => CycleLine::Look,
-        b'K' => CycleLine::Now(LineAct::Pause),
+        b'?' => CycleLine::Look,
+        b'Q' => CycleLine::Now(LineAct::Pause),
         b'O' => CycleLine::Now(LineAct::Resume),
-        b'F' => CycleLine::Now(LineAct::Finish),
-        b'G' => CycleLine::Start(n.from(1, 255)? as u8),
+        b'G' => CycleLine::Start(n.between(1, 255)? as u8),
         b'C' => {
-            let clock = match n.from(0, TICK)? {
+            let clock = match n.between(0, TICK)? {
                 0 => Clock::Deadlines,
                 period => Clock::Grid { period },
             };
             CycleLine::Clock(clock, strategies(n)?)
         }
         b'T' => {
-            let act = match n.upto(2)? {
+            let act = match n.up_to(2)? {
                 0 => LineAct::Pause,
                 1 => LineAct::Resume,
                 _ => LineAct::Finish,
@@ -64,39 +54,39 @@ fn parse(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<Cycle
             }
         }
         b'A' | b'B' => {
-            let at = n.from(0, u32::from(legs).saturating_sub(1))? as u16;
+            let at = n.between(0, u32::from(legs).saturating_sub(1))? as u16;
             let leg = match letter {
-                b'A' => Leg::Steps { count: n.count()?, delay: n.delay()? },
-                _ => Leg::Wait { count: n.delay()?, delay: n.delay()? },
+                b'A' => Leg::Steps { count: n.count()?, delay: n.word()? },
+                _ => Leg::Wait { count: n.word()?, delay: n.word()? },
             };
             CycleLine::Leg(at, leg)
         }
         #[cfg(feature = "runs")]
         b'X' => {
-            let at = n.from(0, u32::from(legs).saturating_sub(1))? as u16;
+            let at = n.between(0, u32::from(legs).saturating_sub(1))? as u16;
             CycleLine::Leg(at, planned(n)?)
         }
         b'U' if HOMES => {
-            let number = n.from(1, 255)? as u8;
-            let motor = n.upto(motors.saturating_sub(1))?;
-            let end = if n.upto(1)? == 0 { End::Min } else { End::Max };
-            let homing = Homing::new(motor, end, n.delay()?, n.delay()?);
-            CycleLine::Home(number, homing.delays(n.delay()?, n.delay()?))
+            let number = n.between(1, 255)? as u8;
+            let motor = n.up_to(motors.saturating_sub(1))?;
+            let end = if n.up_to(1)? == 0 { End::Min } else { End::Max };
+            let homing = Homing::new(motor, end, n.word()?, n.word()?);
+            CycleLine::Home(number, homing.delays(n.word()?, n.word()?))
         }
         b'W' | b'M' | b'P' | b'S' | b'H' | b'D' | b'R' | b'L' => {
-            let motor = n.upto(motors.saturating_sub(1))?;
+            let motor = n.up_to(motors.saturating_sub(1))?;
             match letter {
                 b'W' => {
                     let mut pins = MotorPins::NONE;
                     for code in &mut pins.codes {
-                        *code = n.upto(MotorPins::NO_PIN)?;
+                        *code = n.up_to(MotorPins::NO_PIN)?;
                     }
                     CycleLine::Wire(motor, pins)
                 }
                 b'M' => CycleLine::Motor(motor, read_motor(n)?),
                 b'P' => CycleLine::Position(motor, n.next()?),
                 _ => {
-                    let calibration = match n.upto(2)? {
+                    let calibration = match n.up_to(2)? {
                         0 => Calibration::None,
                         1 => Calibration::StartMin,
                         _ => Calibration::BoundsMax,
@@ -141,14 +131,14 @@ fn planned(n: &mut Numbers<'_>) -> Option<Leg> {
 #[inline(never)]
 fn strategies(n: &mut Numbers<'_>) -> Option<Strategies> {
     Some(Strategies {
-        hard_end: match n.upto(3)? {
+        hard_end: match n.up_to(3)? {
             0 => AtHardEnd::StopMotor,
             1 => AtHardEnd::BrakeMotor,
             2 => AtHardEnd::Cancel,
             _ => AtHardEnd::BrakeAll,
         },
         soft_end: if n.flag()? { AtSoftEnd::Cancel } else { AtSoftEnd::StopMotor },
-        small_delay: match n.upto(2)? {
+        small_delay: match n.up_to(2)? {
             0 => AtSmallDelay::Fix,
             1 => AtSmallDelay::StopMotor,
             _ => AtSmallDelay::Cancel,
@@ -159,10 +149,10 @@ fn strategies(n: &mut Numbers<'_>) -> Option<Strategies> {
 
 #[inline(never)]
 fn read_motor(n: &mut Numbers<'_>) -> Option<Motor> {
-    let mut motor = Motor::new(n.from(1, u32::MAX)?, n.from(1, u32::MAX)?);
+    let mut motor = Motor::new(n.between(1, u32::MAX)?, n.between(1, u32::MAX)?);
     motor.inverted = n.flag()?;
-    motor.decel = n.delay()?;
-    let ends = n.upto(3)?;
+    motor.decel = n.word()?;
+    let ends = n.up_to(3)?;
     let (min, max) = (n.next()?, n.next()?);
     motor.min = (ends & 1 != 0).then_some(min);
     motor.max = (ends & 2 != 0).then_some(max);
@@ -175,18 +165,22 @@ fn read_motor(n: &mut Numbers<'_>) -> Option<Motor> {
 #[inline(never)]
 fn program(letter: u8, n: &mut Numbers<'_>, legs: u16) -> Option<LineProgram> {
     Some(match letter {
-        b'S' => LineProgram::Steps { count: n.count()?, delay: n.delay()? },
-        b'H' => LineProgram::Whirl { forward: n.flag()?, delay: n.delay()? },
+        b'S' => LineProgram::Steps { count: n.count()?, delay: n.word()? },
+        b'H' => LineProgram::Whirl { forward: n.flag()?, delay: n.word()? },
         b'D' => {
             let count = n.count()?;
             let steps = Some(count.unsigned_abs());
-            LineProgram::Ramp { steps, forward: count >= 0, ramp: n.ramp()? }
+            LineProgram::Ramp { steps, forward: count >= 0, ramp: ramp(n)? }
         }
-        b'R' => LineProgram::Ramp { steps: None, forward: n.flag()?, ramp: n.ramp()? },
+        b'R' => LineProgram::Ramp { steps: None, forward: n.flag()?, ramp: ramp(n)? },
         _ => {
-            let first = n.from(0, legs.into())?;
-            let count = n.from(0, u32::from(legs).saturating_sub(first))?;
+            let first = n.between(0, legs.into())?;
+            let count = n.between(0, u32::from(legs).saturating_sub(first))?;
             LineProgram::Legs { first: first as u16, count: count as u16 }
         }
     })
+}
+
+fn ramp(n: &mut Numbers<'_>) -> Option<DelayRamp> {
+    Some(DelayRamp { from: n.word()?, to: n.word()?, by: n.word()? })
 }

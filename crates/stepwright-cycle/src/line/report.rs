@@ -1,10 +1,11 @@
 //! How a cycle is, over the line.
 
 use super::fault::refusal;
-use super::numbers::Numbers;
+use stepwright_protocol::Numbers;
+
 use crate::strategy::{CycleError, Refusal};
 
-/// What `V` is answered.
+/// What `:?` is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CycleReport {
     /// A cycle runs; it is held up.
@@ -45,6 +46,8 @@ pub struct MotorReport {
     pub fault_at: Option<u64>,
     /// Where it is.
     pub position: i64,
+    /// A kill has lost its position.
+    pub uncertain: bool,
     /// Its greatest position, if it has one; told once no cycle runs.
     pub max: Option<i64>,
 }
@@ -76,8 +79,8 @@ impl CycleReport {
         let mut count = 0;
         while let Some(status) = next() {
             let motor = motors.get_mut(usize::from(count))?;
-            let ends = status >> 2 != 0;
-            motor.status = (status & 3) as u8;
+            let ends = status & 4 != 0;
+            (motor.status, motor.uncertain) = ((status & 3) as u8, status & 8 != 0);
             motor.faults = u8::try_from(next()?).ok()?;
             motor.fault_at = moment(next()?)?;
             motor.position = next()?;
@@ -100,7 +103,7 @@ impl CycleReport {
             motors,
             count,
         };
-        (numbers.end() && count > 0).then_some(report)
+        (numbers.is_end() && count > 0).then_some(report)
     }
 
     /// Why homing was given up: the refusal, if it was one.

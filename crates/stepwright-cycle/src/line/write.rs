@@ -2,29 +2,19 @@
 
 use core::fmt;
 
-use super::{CycleLine, LineProgram, MotorPins};
+use super::{CycleLine, LineAct, LineProgram, MotorPins};
 use crate::clock::Clock;
 use crate::homing::Homing;
 use crate::motor::{End, Motor};
 use crate::program::{DelayRamp, Leg};
 use crate::strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Strategies};
 
-/// A number as a line has it.
-struct Hex(i64);
-
-impl fmt::Display for Hex {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sign = if self.0 < 0 { "-" } else { "" };
-        write!(f, "{sign}{:X}", self.0.unsigned_abs())
-    }
-}
-
-/// A letter and its numbers.
+/// A row: its letter and its numbers.
 fn write(f: &mut fmt::Formatter<'_>, letter: char, numbers: &[i64]) -> fmt::Result {
-    write!(f, "{letter}")?;
+    write!(f, ":{letter}")?;
     let mut comma = "";
     for number in numbers {
-        write!(f, "{comma}{}", Hex(*number))?;
+        write!(f, "{comma}{number}")?;
         comma = ",";
     }
     Ok(())
@@ -33,12 +23,13 @@ fn write(f: &mut fmt::Formatter<'_>, letter: char, numbers: &[i64]) -> fmt::Resu
 /// As it is sent, without its checksum and carriage return.
 impl fmt::Display for CycleLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let now = ['K', 'O', 'F'];
         match *self {
-            CycleLine::Info => write(f, '?', &[]),
             CycleLine::New => write(f, 'N', &[]),
-            CycleLine::Look => write(f, 'V', &[]),
-            CycleLine::Now(act) => write(f, now[act as usize % 3], &[]),
+            CycleLine::Look => write(f, '?', &[]),
+            CycleLine::Now(LineAct::Pause) => write(f, 'Q', &[]),
+            CycleLine::Now(LineAct::Resume) => write(f, 'O', &[]),
+            // Every program's.
+            CycleLine::Now(LineAct::Finish) => f.write_str("Z"),
             CycleLine::Clock(clock, Strategies { hard_end, soft_end, small_delay, timing }) => {
                 let tick = match clock {
                     Clock::Deadlines => 0,

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
 
-use stepwright_sim::{Description, Queues, VirtualBoard};
+use stepwright_sim::{Description, ProgramBoard, Queues, SimProgram, VirtualBoard};
 
 use super::Link;
 use super::pace::Paced;
@@ -73,6 +73,48 @@ impl Simulated for VirtualUno {
 
     fn byte_time(&self) -> u64 {
         self.description.byte_time()
+    }
+
+    fn now(&self) -> u64 {
+        self.board.now()
+    }
+
+    fn run_until(&mut self, time: u64) {
+        self.board.run_until(time);
+    }
+
+    fn receive(&mut self, byte: u8) {
+        self.board.receive(byte);
+    }
+
+    fn take_answers(&mut self) -> Vec<u8> {
+        self.board.take_answers()
+    }
+}
+
+/// A virtual board with a program of other features than the controller's.
+pub struct VirtualProgram<P: SimProgram, const LONGEST: usize> {
+    /// The board, to look at what it does.
+    pub board: ProgramBoard<P, LONGEST>,
+    hz: u32,
+    byte_time: u64,
+}
+
+impl<P: SimProgram, const LONGEST: usize> VirtualProgram<P, LONGEST> {
+    /// A board whose timer has `hz` ticks in a second, and whose line takes `byte_time` of them
+    /// for a byte.
+    pub fn new(board: ProgramBoard<P, LONGEST>, hz: u32, byte_time: u64) -> Self {
+        VirtualProgram { board, hz, byte_time }
+    }
+}
+
+impl<P: SimProgram, const LONGEST: usize> Simulated for VirtualProgram<P, LONGEST> {
+    fn hz(&self) -> u32 {
+        self.hz
+    }
+
+    fn byte_time(&self) -> u64 {
+        self.byte_time
     }
 
     fn now(&self) -> u64 {

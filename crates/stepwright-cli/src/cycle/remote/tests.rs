@@ -6,23 +6,26 @@ use std::collections::VecDeque;
 use std::io;
 
 use stepwright::Rate;
-use stepwright_cycle::Remote;
-use stepwright_cycle::line::Incoming;
-use stepwright_sim::{CycleBoard, Edge, Stand};
+use stepwright_sim::{CycleBoard, CycleLineBoard, Edge, Stand};
 
 use super::*;
 use stepwright_host::link::Link;
 
-const UNO: &str = "stepwright-cycle uno hz=16000000 motors=3 legs=22 can=";
-const MEGA: &str = "stepwright-cycle mega hz=16000000 motors=4 legs=400 can=brakes,home,tick,paths";
+const UNO: &str = "stepwright-cycle uno hz=16000000 axes=3 legs=22 late=0 can=sum";
+const MEGA: &str =
+    "stepwright-cycle mega hz=16000000 axes=4 legs=400 late=0 can=sum,brakes,home,tick,paths";
 const CONTROLLER: &str = "stepwright 1 16000000 3";
 
 type Host = CycleBoard<'static, Vec<Edge>, 4>;
 
-/// A board whose time is that of the caller's waiting.
+fn summed(line: &str) -> String {
+    format!("{line}*{:02X}", line.bytes().fold(0, stepwright_protocol::crc))
+}
+
+/// A board whose time is that of the caller's waiting, and what it says of itself.
 struct Chip {
     about: &'static str,
-    remote: Remote<'static, Host, 4>,
+    board: CycleLineBoard<'static, Vec<Edge>, 4>,
     line: Vec<u8>,
     answers: VecDeque<u8>,
     /// One byte in this many of those that it says is spoiled; 0: none.
@@ -34,12 +37,12 @@ impl Chip {
     fn new(about: &'static str, noise: usize) -> Chip {
         let rate = Rate::from_hz(16_000_000).unwrap();
         let stand = Stand { min: Some(-3_000), max: Some(13_600) };
-        let board =
+        let board: Host =
             CycleBoard::new([Motor::new(1, 1); 4], [stand; 4], Clock::Deadlines, rate, Vec::new());
         let legs = (0..400).map(|_| Cell::new(Leg::Steps { count: 0, delay: 0 }));
         let legs: &'static [Cell<Leg>] = legs.collect::<Vec<_>>().leak();
         let (line, answers) = (Vec::new(), VecDeque::new());
-        Chip { about, remote: Remote::new(board, legs), line, answers, noise, said: 0 }
+        Chip { about, board: CycleLineBoard::new(board, legs), line, answers, noise, said: 0 }
     }
 
     fn say(&mut self, byte: u8) {
@@ -57,17 +60,13 @@ impl Link for Chip {
                 continue;
             }
             let line = std::mem::take(&mut self.line);
-            if line == b"?\r" {
-                let about = self.about;
-                about.bytes().chain([b'\r']).for_each(|byte| self.answers.push_back(byte));
+            if let [b'?', sum @ ..] = line.as_slice() {
+                let about = if sum == b"\r" { self.about.into() } else { summed(self.about) };
+                self.answers.extend(about.bytes().chain([b'\r']));
                 continue;
             }
-            let mut coming = Incoming::new();
-            line.iter().for_each(|byte| _ = coming.take(Some(*byte)));
-            self.remote.hear(&mut coming);
-            while let Some(byte) = self.remote.next_byte() {
-                self.say(byte);
-            }
+            line.iter().for_each(|byte| self.board.receive(*byte));
+            self.board.take_answers().into_iter().for_each(|byte| self.say(byte));
         }
         Ok(())
     }
@@ -87,7 +86,7 @@ impl Link for Chip {
 
     fn now(&self) -> Duration {
         // Only waiting takes time.
-        Duration::from_micros(self.remote.held().now() / 16)
+        Duration::from_micros(self.board.now() / 16)
     }
 
     fn name(&self) -> String {
@@ -95,12 +94,8 @@ impl Link for Chip {
     }
 
     fn rest(&mut self, time: Duration) {
-        let end = self.remote.hold().now() + time.as_micros() as u64 * 16;
-        while self.remote.hold().now() < end {
-            let now = self.remote.hold().now();
-            self.remote.hold().run_until((now + 1_600).min(end));
-            self.remote.poll();
-        }
+        let end = self.board.now() + time.as_micros().max(1) as u64 * 16;
+        self.board.run_until(end);
     }
 }
 

@@ -3,135 +3,73 @@
 use std::collections::VecDeque;
 use std::io;
 
-use stepwright_sim::timed::TimedBoard;
-use stepwright_timed::Model;
+use stepwright_host::link::simulated::{VirtualLink, VirtualProgram};
+use stepwright_sim::timed::{TimedLineBoard, TimedMotor};
+use stepwright_timed::line::LONGEST;
 
 use super::*;
 use crate::timed::order::Order;
 use crate::timed::wiring::Wiring;
 
 const HZ: u32 = 16_000_000;
+/// A byte on the line, in ticks.
+const BYTE: u64 = 1_388;
 
-/// The program `timed`, its time that of the caller's waiting.
+/// The program `timed`, its time that of the caller's waiting, and what it says of itself.
 struct Chip {
+    board: VirtualLink<VirtualProgram<TimedMotor, LONGEST>>,
     about: &'static str,
-    board: Option<TimedBoard>,
-    model: Model,
-    check: u32,
-    reached: Option<u32>,
-    fault: Option<u32>,
-    said: Vec<u8>,
+    line: Vec<u8>,
     answers: VecDeque<u8>,
-    now: Duration,
 }
 
 impl Chip {
     fn new(about: &'static str) -> Chip {
-        Chip {
-            about,
-            board: None,
-            model: Model::Ideal,
-            check: 0,
-            reached: None,
-            fault: None,
-            said: Vec::new(),
-            answers: VecDeque::new(),
-            now: Duration::ZERO,
-        }
-    }
-
-    fn millis(&self) -> u32 {
-        self.board.as_ref().map_or(0, |board| (board.now() / u64::from(HZ / 1000)) as u32)
-    }
-
-    fn answer(&mut self) -> String {
-        let text = std::mem::take(&mut self.said);
-        let Some(line) = Line::read(&text) else { return "E".into() };
-        match line {
-            Line::Info => return self.about.into(),
-            Line::Wire(1, wire) => {
-                let mut board = TimedBoard::new(Hardware::avr16(HZ), self.model, wire.sequence, 0);
-                board.restore(wire.phase);
-                self.board = Some(board);
-            }
-            Line::Latched(1, latched) => {
-                self.model = if latched { Model::Latched } else { Model::Ideal }
-            }
-            Line::Check(1, ms) => self.check = ms.into(),
-            Line::Move(1, order, _) => {
-                let code = match &mut self.board {
-                    Some(board) => board.set_speed(&order),
-                    None if order == SetSpeed::STOP => Code::FINE,
-                    None => Code::NOT_WIRED,
-                };
-                return code.get().to_string();
-            }
-            Line::Look(1) => {
-                let (ms, reached, fault) = (self.millis(), self.reached, self.fault);
-                let board = self.board.as_mut().unwrap();
-                let (dump, moving) = (board.dump(), board.is_moving());
-                let report = Report { ms, dump, moving, reached, fault };
-                let numbers: Vec<_> = report.numbers().iter().map(u32::to_string).collect();
-                return numbers.join(",");
-            }
-            _ => return "E".into(),
-        }
-        "Y".into()
+        let board = VirtualLink::new(VirtualProgram::new(TimedLineBoard::uno(), HZ, BYTE), true);
+        Chip { board, about, line: Vec::new(), answers: VecDeque::new() }
     }
 }
 
 impl Link for Chip {
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         for byte in bytes {
-            if *byte == b'\r' {
-                let answer = self.answer() + "\r";
-                self.answers.extend(answer.bytes());
-            } else {
-                self.said.push(*byte);
+            self.line.push(*byte);
+            if *byte != b'\r' {
+                continue;
+            }
+            let line = std::mem::take(&mut self.line);
+            let sum = self.about.bytes().fold(0, stepwright_protocol::crc);
+            let summed = format!("{}*{sum:02X}\r", self.about);
+            match line.as_slice() {
+                b"?\r" => self.answers.extend(self.about.bytes().chain([b'\r'])),
+                [b'?', ..] => self.answers.extend(summed.bytes()),
+                _ if self.about == "E" => self.answers.extend(b"E\r"),
+                line => self.board.write(line)?,
             }
         }
         Ok(())
     }
 
     fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
-        match self.answers.pop_front() {
-            Some(byte) => {
-                buffer[0] = byte;
+        match (self.answers.pop_front(), buffer.first_mut()) {
+            (Some(byte), Some(first)) => {
+                *first = byte;
                 Ok(1)
             }
-            None => {
-                self.rest(limit);
-                Ok(0)
-            }
+            _ => self.board.read(buffer, limit),
         }
     }
 
     fn now(&self) -> Duration {
-        self.now
+        self.board.now()
     }
 
     fn name(&self) -> String {
         "the chip".into()
     }
-
-    fn rest(&mut self, time: Duration) {
-        self.now += time;
-        for _ in 0..time.as_millis() {
-            let ms = self.millis() + 1;
-            let Some(board) = &mut self.board else { return };
-            board.run_for_millis(1);
-            if self.check != 0 && ms.is_multiple_of(self.check) {
-                let (reached, fault) = (&mut self.reached, &mut self.fault);
-                board.update_check(|call| match call {
-                    Call::Reached => *reached = Some(ms),
-                    Call::Fault => *fault = Some(ms),
-                });
-            }
-        }
-    }
 }
 
-const UNO: &str = "stepwright-timed uno hz=16000000 timers=1";
+const UNO: &str = "stepwright-timed uno hz=16000000 axes=0 can=sum timers=1";
 
 fn order(set_speed: SetSpeed, poll_ms: Option<u32>) -> Order {
     Order { set_speed, poll_ms, case: None, steps_per_turn: 200 }
@@ -183,7 +121,10 @@ fn an_order_is_watched_to_its_end() {
         assert_eq!((course.code, course.made, course.moving), (Code::FINE, Some(300), false));
         assert_eq!(course.calls, [(1_200.0, Call::Reached)]);
         let left: Vec<_> = course.dumps.iter().map(|dump| dump.dump.steps_left).collect();
-        assert_eq!(left, [275, 225, 175, 125, 75, 25]);
+        // A look takes some milliseconds of the line, and a step comes each 4.
+        let near = |(left, wanted): (&u32, u32)| (wanted - 5..=wanted).contains(left);
+        assert!(left.iter().zip([275, 225, 175, 125, 75, 25]).all(near), "{left:?}");
+        assert_eq!(left.len(), 6);
     })
     .unwrap();
 }

@@ -1,0 +1,70 @@
+//! A program with a few features behind the main loop's line: Austin's laws, the timed driver,
+//! motor cycles.
+
+use stepwright_protocol::{BoardProgram, Incoming, ProgramSlave};
+
+use crate::main_loop::Foreground;
+
+/// A program, its line, and its half of it: what [`round`](crate::main_loop::round) runs. A line
+/// has at most `LONGEST` bytes.
+pub struct ProgramDevice<P: BoardProgram, const LONGEST: usize> {
+    program: P,
+    line: Incoming<LONGEST>,
+    slave: ProgramSlave<P::Reason>,
+    /// A line is complete, and waits for the answer before it.
+    waits: bool,
+}
+
+impl<P: BoardProgram, const LONGEST: usize> ProgramDevice<P, LONGEST> {
+    /// As at power-up.
+    pub const fn new(program: P) -> ProgramDevice<P, LONGEST> {
+        let (line, slave) = (Incoming::new(), ProgramSlave::new());
+        ProgramDevice { program, line, slave, waits: false }
+    }
+
+    /// The program.
+    pub fn program(&mut self) -> &mut P {
+        &mut self.program
+    }
+}
+
+impl<P: BoardProgram, const LONGEST: usize> Foreground for ProgramDevice<P, LONGEST> {
+    const LISTENS_MEANWHILE: bool = true;
+
+    #[inline(always)]
+    fn tick(&mut self) {}
+
+    #[inline(always)]
+    fn is_answering(&mut self) -> bool {
+        self.slave.is_answering()
+    }
+
+    #[inline(always)]
+    fn listens(&mut self) -> bool {
+        !self.waits
+    }
+
+    fn receive(&mut self, byte: u8) {
+        self.waits = self.line.receive(Some(byte));
+    }
+
+    fn garbled(&mut self) {
+        self.line.garble();
+    }
+
+    fn work(&mut self) {
+        if self.waits && !self.slave.is_answering() {
+            self.waits = false;
+            self.slave.obey(&mut self.line, &mut self.program);
+        }
+    }
+
+    fn next_byte(&mut self) -> Option<u8> {
+        self.slave.next_byte(&mut self.program)
+    }
+
+    #[inline(always)]
+    fn poll_io(&mut self) {
+        self.program.poll();
+    }
+}

@@ -13,6 +13,7 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
     ("rate_constant", 3, "queued", Bound::AtLeast(45_000.0)),
     ("rate_ramps", 3, "queued", Bound::AtLeast(35_000.0)),
     ("planning_burst", 3, "queued", Bound::AtMost(3_200.0)),
+    ("order_burst", 3, "queued", Bound::AtMost(3_200.0)),
     ("interrupts_off", 3, "queued", Bound::AtMost(300.0)),
     ("interval_rms", 1, "queued", Bound::AtMost(0.05)),
     ("steepest", 1, "queued", Bound::AtLeast(800_000.0)),

@@ -21,9 +21,9 @@ use stepwright::run::Run;
 #[cfg(feature = "mega")]
 use stepwright_cycle::RunCost;
 use stepwright_cycle::line::{LONGEST, MotorPins};
+use stepwright_cycle::{Clock, Cycle, CycleHold, Leg, MachineIo, Motor, Remote, Switches};
 use stepwright_device::main_loop::{Received, SerialPort};
 use stepwright_protocol::{BoardProgram, Incoming, ProgramSlave, Text, flash_text};
-use stepwright_cycle::{Clock, Cycle, CycleHold, Leg, MachineIo, Motor, Remote, Switches};
 
 use crate::board;
 use crate::chip;

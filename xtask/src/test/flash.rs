@@ -25,6 +25,9 @@ struct Case {
     boot_loader: &'static str,
     /// Behind `stepwright flash`.
     words: &'static [&'static str],
+    /// What the firmware is asked then, and a part of its answer.
+    asked: &'static [&'static str],
+    answer: &'static str,
 }
 
 const CASES: [Case; 2] = [
@@ -32,8 +35,16 @@ const CASES: [Case; 2] = [
         chip: "uno",
         boot_loader: NANO_LOADER,
         words: &["nano", "--old-boot-loader", "--program", "timed"],
+        asked: &["timed", "--speed", "100", "--steps", "10"],
+        answer: "last step after",
     },
-    Case { chip: "mega", boot_loader: MEGA_LOADER, words: &["mega"] },
+    Case {
+        chip: "mega",
+        boot_loader: MEGA_LOADER,
+        words: &["mega"],
+        asked: &["status"],
+        answer: "board       stepwright ",
+    },
 ];
 
 /// Writes, compares, and then the firmware answers.
@@ -74,9 +85,9 @@ fn through(ws: &Workspace, sim: &Path, case: &Case) -> Result<()> {
             Err(error) => println!("again: {error}"),
         }
     }
-    let status = output(&mut order(&["status"]))?;
-    print!("{status}");
-    if !status.contains("board       stepwright ") {
+    let answer = output(&mut order(case.asked))?;
+    print!("{answer}");
+    if !answer.contains(case.answer) {
         bail!("what was written does not answer as the firmware does");
     }
     Ok(())

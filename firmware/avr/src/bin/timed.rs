@@ -18,7 +18,7 @@ use stepwright_device::main_loop;
 use stepwright_protocol::{BoardProgram, Fault, Numbers, Piece, Said, flash_text};
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::line::{LONGEST, Line, Report, Unwired};
-use stepwright_timed::{TimedStation, WiredMotor};
+use stepwright_timed::TimedStation;
 
 macro_rules! motor {
     ($name:ident, $timer:ident, $vector:ident) => {

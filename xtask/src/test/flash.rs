@@ -36,7 +36,7 @@ const CASES: [Case; 2] = [
         boot_loader: NANO_LOADER,
         words: &["nano", "--old-boot-loader", "--program", "timed"],
         asked: &["timed", "--speed", "100", "--steps", "10"],
-        answer: "last step after",
+        answer: "0x10 REACHED",
     },
     Case {
         chip: "mega",

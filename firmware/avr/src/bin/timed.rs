@@ -16,9 +16,9 @@ use stepwright_avr::timed::{Timer3, Timer4, Timer5};
 use stepwright_device::ProgramDevice;
 use stepwright_device::main_loop;
 use stepwright_protocol::{BoardProgram, Fault, Numbers, Piece, Said, flash_text};
+use stepwright_timed::TimedStation;
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::line::{LONGEST, Line, Report, Unwired};
-use stepwright_timed::TimedStation;
 
 macro_rules! motor {
     ($name:ident, $timer:ident, $vector:ident) => {

@@ -1,4 +1,4 @@
-//! `plan s-curve`: an acceleration that comes and goes at a limited jerk.
+//! `plan s-curve`: ramps whose jerk is limited.
 
 use stepwright::{Geometry, Rate};
 use stepwright_plan::{LawChoice, Plan, Watch};

@@ -185,7 +185,7 @@ impl TimedTable {
         Ok(sheet)
     }
 
-    /// The speed over the updates, beside what the other way would make of it.
+    /// The speed over the updates, beside that of the other way to change it.
     ///
     /// # Errors
     /// Those of [`change`](TimedTable::change).

@@ -1,4 +1,4 @@
-//! An acceleration that comes and goes at a limited jerk.
+//! Ramps whose jerk is limited.
 
 use stepwright::profile::{Curve, Fit, SCurve, Tracer};
 use stepwright::run::Steps as Single;

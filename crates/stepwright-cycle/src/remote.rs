@@ -71,6 +71,10 @@ pub struct Remote<'a, H: CycleHold<'a, N>, const N: usize> {
     home: Kept<(u8, u32), { HOMES as usize }>,
     /// Motors whose position a kill has lost.
     lost: u8,
+    /// The moment that the report tells, whose numbers take as long as the line: the low bits of
+    /// the time and of each motor's count of steps.
+    moment: u32,
+    counts: [u32; N],
 }
 
 impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
@@ -89,12 +93,25 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             homing: Kept::new(None),
             home: Kept::new((0, 0)),
             lost: 0,
+            moment: 0,
+            counts: [0; N],
         }
     }
 
     /// The motors.
     pub fn hold(&mut self) -> &mut H {
         &mut self.hold
+    }
+
+    /// The time and where all motors are now.
+    #[inline(never)]
+    fn snapshot(&mut self) {
+        self.count_time();
+        self.moment = self.time as u32;
+        for (motor, count) in (0u8..).zip(&mut self.counts) {
+            // One at a time: the step interrupt is held off for each.
+            *count = self.hold.with(|cycle| cycle.count(motor));
+        }
     }
 
     /// What is said before a cycle. Out of line: a start has the stack for itself.
@@ -254,7 +271,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
     fn carry_out(&mut self, line: &CycleLine) -> Result<Said, Fault<CycleFault>> {
         match line {
             CycleLine::Look => {
-                self.count_time();
+                self.snapshot();
                 return Ok(Said::Report);
             }
             CycleLine::Now(act) => {
@@ -305,7 +322,10 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
                     })
                     .max(self.active.into()),
                 1 => self.number.into(),
-                2 => whole(self.time),
+                2 => {
+                    let since = (self.time as u32).wrapping_sub(self.moment);
+                    whole(self.time.wrapping_sub(since.into()))
+                }
                 3 => match self.hold.with(|cycle| cycle.error()) {
                     None => 0,
                     Some(CycleError::TimingExceeded) => 1,
@@ -333,7 +353,10 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
             }
             1 => faults.bits().into(),
             2 => whole(fault_at),
-            3 => self.hold.with(|cycle| cycle.position(motor)).unwrap_or(0),
+            3 => {
+                let count = self.counts.get(n).copied().unwrap_or(0);
+                self.hold.with(|cycle| cycle.position_at(motor, count)).unwrap_or(0)
+            }
             _ => self.max(motor).unwrap_or(0),
         })
     }

@@ -39,6 +39,21 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         self.player(motor).map(|player| player.position(steps))
     }
 
+    /// The low 32 bits of a motor's count of steps: a moment, for
+    /// [`position_at`](Cycle::position_at).
+    pub fn count(&mut self, motor: u8) -> u32 {
+        self.steps(motor) as u32
+    }
+
+    /// The position of a motor when its steps counted `count`, less than 2³¹ steps ago; `None` if
+    /// there is no such motor.
+    pub fn position_at(&mut self, motor: u8, count: u32) -> Option<i64> {
+        let now = self.steps(motor);
+        let since = (now as u32).wrapping_sub(count) as i32;
+        let then = now.wrapping_sub(since.into());
+        self.player(motor).map(|player| player.position(then))
+    }
+
     /// Calls the present position of a motor this.
     ///
     /// # Errors

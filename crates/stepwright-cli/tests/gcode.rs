@@ -1,4 +1,4 @@
-//! `stepwright gcode FILE --plan`.
+//! `stepwright gcode FILE`, planned and run.
 
 mod common;
 
@@ -16,13 +16,14 @@ fn piped(job: &str, format: &str) -> common::Ended {
 }
 
 #[test]
-fn a_job_is_surveyed() {
+fn a_job_is_planned() {
     let ended = stepwright(&["gcode", BADGE, "--plan"]);
     assert_eq!(ended.code(), Some(0), "{ended:#?}");
     let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
     let lines: Vec<_> = ended.stdout.lines().map(words).collect();
     for line in [
         "lines 22",
+        "the board can do it",
         "rapid moves 6",
         // 40 + 20 + 40 + 20 mm around, 4 + 3.5 mm down.
         "lines at a feed rate 6",
@@ -69,4 +70,153 @@ fn a_file_that_is_not_there_is_named() {
     let ended = stepwright(&["gcode", "/", "--plan"]);
     assert_eq!(ended.code(), Some(1));
     ended.assert_error("can't read /: ");
+}
+
+/// Standard error without the words about plots and recordings.
+fn json(ended: &common::Ended) -> serde_json::Value {
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    serde_json::from_str(&ended.stdout).unwrap()
+}
+
+/// The time before the start is that of the run on the virtual board, to the tick; and the edges
+/// say the same.
+#[test]
+fn the_plan_has_the_time_of_the_run() {
+    let uneven = "G0 X3 Y1\nG1 F1800 X20.0003 Y7\nG2 X26.003 Y7.004 I3\nG4 P0.25\nM3 S9\n\
+                  G3 X20.003 Y7.003 I-3 Z2.5\nG0 X0 Y0\nG93 G1 F30 X-5 Z0\n";
+    let tiny = |n: u32| format!("G1 F3000 X{:.3}\n", f64::from(n) * 0.007);
+    let tiny: String = (1..=2_000).map(tiny).collect();
+    let (badge, quick) = (std::fs::read_to_string(BADGE).unwrap(), ["--start-speed", "12mm/s"]);
+    for (job, options) in [
+        (&*badge, &[][..]),
+        (&badge, &quick),
+        (&badge, &["--accel", "400mm/s2,700mm/s2,90mm/s2", "--steps-per-rev", "1600,3200,400"]),
+        (uneven, &[]),
+        (&tiny, &["--top-speed", "60mm/s"]),
+    ] {
+        let run = |last: &[&str]| {
+            let all = [&["gcode", "-"], options, last].concat();
+            let mut running = Running::start(&all);
+            running.child.stdin.take().unwrap().write_all(job.as_bytes()).unwrap();
+            running.end()
+        };
+        let planned = json(&run(&["--plan", "--format", "json"]));
+        let found = json(&run(&["--fast", "--format", "json"]));
+        let hz = found["ticks_per_second"].as_f64().unwrap();
+        let ticks = (planned["seconds"].as_f64().unwrap() * hz).round();
+        assert_eq!(found["ticks"].as_f64(), Some(ticks), "{options:?} {found}");
+        assert_eq!(found["planned_seconds"], planned["seconds"]);
+        assert_eq!((&found["state"], &found["late"]), (&"ready".into(), &0.into()));
+        // The edges: the drivers are switched off at the end, a lead of 250 µs after it.
+        let edges = run(&["--fast", "--format", "csv"]);
+        let last = edges.last_line().split(',').next().unwrap().parse::<f64>().unwrap();
+        assert!((last - 250.0 - ticks / hz * 1e6).abs() < 0.001, "{last} {ticks}");
+        let mut at = [0i64; 3];
+        for line in edges.stdout.lines().filter(|line| line.contains(",step,1,")) {
+            let cells: Vec<_> = line.split(',').collect();
+            at["XYZ".find(cells[1]).unwrap()] = cells[4].parse().unwrap();
+        }
+        assert_eq!(serde_json::to_value(at).unwrap(), found["position"]);
+    }
+}
+
+/// A run ends exactly where the job does.
+#[test]
+fn a_run_ends_at_the_end() {
+    let ended = stepwright(&["gcode", BADGE, "--fast"]);
+    ended.assert(0, "position 0 0 240 ready");
+    let planned = ended.stdout.lines().find(|line| line.starts_with("  time")).unwrap();
+    let took = ended.stdout.lines().find(|line| line.starts_with("  took")).unwrap();
+    assert_eq!(planned.split_whitespace().nth(1), took.split_whitespace().nth(1));
+    let mut running = Running::start(&["gcode", "-", "--fast"]);
+    let job = b"G1 F3000 X1.2345 Y-3.2\nG2 X11.2345 I5\nG0 Z-0.0063\n";
+    running.child.stdin.take().unwrap().write_all(job).unwrap();
+    // 98.76, 898.76, −256 and −0.504 steps.
+    running.end().assert(0, "position 899 -256 -1 ready");
+}
+
+#[test]
+fn nothing_moves_before_an_error() {
+    let mut running = Running::start(&["gcode", "-", "--fast", "--format", "csv"]);
+    running.child.stdin.take().unwrap().write_all(b"G0 X1\nG1 X5 F-1\n").unwrap();
+    let ended = running.end();
+    assert_eq!((ended.code(), &*ended.stdout), (Some(1), ""));
+    ended.assert_error("line 2, column 7: error 4: F is negative");
+}
+
+#[test]
+fn a_job_that_is_too_fast_is_refused() {
+    let too_fast = ["--top-speed", "500mm/s", "--steps-per-rev", "12800"];
+    let ended = stepwright(&[&["gcode", BADGE, "--fast"], &too_fast[..]].concat());
+    assert_eq!((ended.code(), &*ended.stdout), (Some(1), ""), "{ended:#?}");
+    ended.assert_error("An Uno would refuse it: in line ");
+    let planned = stepwright(&[&["gcode", BADGE, "--plan"], &too_fast[..]].concat());
+    assert_eq!(planned.code(), Some(0));
+    assert!(planned.stdout.contains("An Uno would refuse it: in line "), "{}", planned.stdout);
+}
+
+/// What an axis can do: typed for all, for each, or in the machine file; what is wrong is said.
+#[test]
+fn axes_are_typed_or_in_the_machine_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("stepwright.toml");
+    let machine = "[axis.1]\nsteps-per-rev = 1600\nmm-per-rev = 10\ntop-speed = '30mm/s'\n\
+                   accel = '300mm/s2'\nstart-speed = '2mm/s'\n[axis.2]\nmm-per-rev = 8\n";
+    std::fs::write(&file, machine).unwrap();
+    let file = file.to_str().unwrap();
+    let plan = |job: &str, options: &[&str]| {
+        let mut running =
+            Running::start(&[&["gcode", "-", "--plan", "--format", "json"], options].concat());
+        running.child.stdin.take().unwrap().write_all(job.as_bytes()).unwrap();
+        let found = json(&running.end());
+        [&found["seconds"], &found["peak_x"], &found["peak_y"]].map(|v| v.as_f64().unwrap())
+    };
+    let near = |found: [f64; 3], expected: [f64; 3]| {
+        let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs() / b).fold(0.0, f64::max);
+        assert!(off < 1e-6, "{found:?}, not {expected:?}");
+    };
+    let job = "G0 X30\nG4 P1\nG0 Y80\n";
+    near(plan(job, &["--machine", file]), [1.1 + 1.0 + 0.6, 4_800.0, 80_000.0]);
+    near(
+        plan(job, &["--machine", "none"]),
+        [2.0 * 0.03f64.sqrt() + 1.0 + 0.6, 13_856.406, 16_000.0],
+    );
+    let typed = ["--machine", file, "--top-speed", "20mm/s,40mm/s,1mm/s", "--accel", "100mm/s2"];
+    near(plan(job, &typed), [1.7 + 1.0 + 2.4, 3_200.0, 16_000.0]);
+    let two = stepwright(&["gcode", BADGE, "--plan", "--accel", "1mm/s2,2mm/s2"]);
+    assert_eq!(two.code(), Some(2));
+    two.assert_error("--accel has 2 values: one for all axes, or three");
+}
+
+#[test]
+fn the_way_is_drawn_with_its_speed() {
+    let dir = tempfile::tempdir().unwrap();
+    let [svg, vcd] = ["way.svg", "edges.vcd"].map(|name| dir.path().join(name));
+    let [svg, vcd] = [&svg, &vcd].map(|path| path.to_str().unwrap());
+    let ended = stepwright(&["gcode", BADGE, "--fast", "--xy", svg, "--vcd", vcd]);
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    let drawn = std::fs::read_to_string(svg).unwrap();
+    assert!(drawn.contains("X, mm") && drawn.contains("mm/s"), "{drawn}");
+    let edges = std::fs::read_to_string(vcd).unwrap();
+    assert!(edges.contains("$enddefinitions"), "{edges}");
+    let plan = stepwright(&["gcode", BADGE, "--plan", "--xy", svg]);
+    assert_eq!(plan.code(), Some(2));
+}
+
+/// Ctrl-C brakes along the path, wherever it is.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_brakes() {
+    let mut running = Running::start(&["gcode", "-", "--format", "json"]);
+    running.child.stdin.take().unwrap().write_all(b"G1 F6000 X900 Y300\n").unwrap();
+    // The first word is after a second, of about ten.
+    running.wait_err("1");
+    running.signal(rustix::process::Signal::INT);
+    let ended = running.end();
+    assert_eq!(ended.code(), Some(130), "{ended:#?}");
+    assert!(ended.stderr.contains("braked before the end of the job"), "{ended:#?}");
+    let found: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let [x, y] = [0, 1].map(|n| found["position"][n].as_i64().unwrap());
+    assert!(x > 400 && x < 72_000 && (x - 3 * y).abs() <= 3, "{found}");
+    assert_eq!(found["state"], "stopped");
 }

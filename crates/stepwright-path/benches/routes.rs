@@ -21,13 +21,13 @@ fn plan(places: &[[f64; 2]]) -> f64 {
     let (mut route, mut time) = (Route::new([AXIS; 2]).unwrap(), 0.0);
     for to in places {
         route.line_to(*to, 100.0).unwrap();
-        while let Some(end) = route.pass_over() {
-            time = end;
+        while let Some(stretch) = route.pass_over() {
+            time = stretch.end();
         }
     }
     route.close();
-    while let Some(end) = route.pass_over() {
-        time = end;
+    while let Some(stretch) = route.pass_over() {
+        time = stretch.end();
     }
     time
 }

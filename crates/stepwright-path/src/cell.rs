@@ -30,8 +30,10 @@ pub(crate) struct Cell<const N: usize> {
     /// Of each axis: the acceleration along the route that its limit allows at rest, and by how
     /// much that falls in a unit of w.
     room: [(f64, f64); N],
-    /// The ordered speed, the w that the axes can follow, and the w of both as it is now.
+    /// The ordered speed and what part of it is in force, the w that the axes can follow, and the w
+    /// of both as it is now.
     pub feed: f64,
+    scale: f64,
     most: f64,
     pub top: f64,
     /// The w at its beginning, at most.
@@ -66,7 +68,8 @@ impl<const N: usize> Cell<N> {
         });
         let (first, last) = (shape.direction(begin), shape.direction(end));
         let top = most.min(feed * feed);
-        Cell { shape: *shape, begin, end, first, last, room, feed, most, top, cap: f64::INFINITY }
+        let (shape, scale, cap) = (*shape, 1.0, f64::INFINITY);
+        Cell { shape, begin, end, first, last, room, feed, scale, most, top, cap }
     }
 
     pub fn length(&self) -> f64 {
@@ -75,7 +78,13 @@ impl<const N: usize> Cell<N> {
 
     /// From now on this part of the ordered speed.
     pub fn scale(&mut self, scale: f64) {
+        self.scale = scale;
         self.top = self.most.min((self.feed * scale).powi(2));
+    }
+
+    /// The ordered speed as it is now.
+    pub fn ordered(&self) -> f64 {
+        self.feed * self.scale
     }
 
     /// The w at the other end, at most, by speeding up from this w.

@@ -56,6 +56,8 @@ mod piece;
 mod road;
 mod route;
 mod shape;
+mod stream;
+mod stretch;
 
 use std::sync::{Arc as Shared, Mutex, PoisonError};
 
@@ -69,6 +71,8 @@ pub use pace::{PACES, Pace, Unplannable};
 pub use paces::paces;
 use road::Road;
 pub use route::{AxisPace, Route, RouteStep};
+pub use stream::{AxisStream, StepSource, Stream};
+pub use stretch::Stretch;
 
 /// Seconds after which an axis looks again whether its next step is still due then.
 ///

@@ -26,6 +26,7 @@ use crate::pace::{PACES, Unplannable};
 use crate::passes::Passes;
 use crate::piece::Piece;
 use crate::shape::{Shape, norm};
+use crate::stretch::Stretch;
 
 /// What one axis of a [`Route`] can do, in the user's unit and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -287,17 +288,51 @@ impl<const N: usize> Route<N> {
         self.at
     }
 
-    /// Passes over the next part of the route without its steps: seconds from the start to its
-    /// end. `None` when nothing is final, as with the steps. The times are those of the steps:
-    /// so long a job takes.
-    pub fn pass_over(&mut self) -> Option<f64> {
+    /// Units along the route from its start to its end, by the pieces so far.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Stands for this many seconds where the route ends; what is added later begins behind
+    /// that. False, and nothing happens, unless it [is over](Route::is_over): close it and take
+    /// its steps before. Less than 0, or no number, is 0.
+    pub fn dwell(&mut self, seconds: f64) -> bool {
+        if !self.is_over() {
+            return false;
+        }
+        let wait = seconds.max(0.0);
+        self.time += wait;
+        self.bucket.wait(wait, &self.axes);
+        true
+    }
+
+    /// Passes over the next part of the route without its steps. `None` when nothing is final, as
+    /// with the steps. The times are those of the steps: so long a job takes.
+    pub fn pass_over(&mut self) -> Option<Stretch<N>> {
         loop {
             let due = self.enter()?;
             if !self.disturb(due) {
+                let stretch = self.stretch();
                 self.pass();
-                return Some(due);
+                return stretch;
             }
         }
+    }
+
+    /// The first cell in time, as it is passed.
+    fn stretch(&self) -> Option<Stretch<N>> {
+        let (pieces, cell) = (self.front.as_ref()?, self.cells.front()?);
+        let place = |s| std::array::from_fn(|axis| cell.shape.place(axis, s));
+        let [a, b, c] = pieces;
+        Some(Stretch {
+            way: [cell.begin, cell.end],
+            times: [a.from.t, b.from.t, c.from.t, c.to.t],
+            speeds: [a.from.v, b.from.v, c.to.v],
+            ways: pieces.map(|piece| piece.to.s - piece.from.s),
+            feed: cell.ordered(),
+            places: [place(cell.begin), place(cell.end)],
+            directions: [cell.first, cell.last],
+        })
     }
 
     fn check(&self, place: &[f64; N]) -> Result<(), Unplannable> {

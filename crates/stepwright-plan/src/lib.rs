@@ -39,7 +39,7 @@
 //! | [`compare`] | several laws over one another |
 //! | [`figures`] | the figures of Austin's article, by its [`equations`] |
 //! | [`calc`] | calculators: timers, belts, delays, drivers |
-//! | [`gcode`] | a G-code job: extents, distances |
+//! | [`gcode`] | a G-code job: extents, distances, its time, its steps |
 //! | [`sheet`] | facts and a table, as text, CSV or JSON |
 //!
 //! What delays are measured against is `stepwright-oracle`, which shares nothing with the core.

@@ -35,6 +35,8 @@ pub struct Sheet {
     pub columns: Vec<(&'static str, &'static str)>,
     /// As many cells each as there are columns.
     pub rows: Vec<Vec<Cell>>,
+    /// Other tables, each with a key for JSON; CSV has the first table alone.
+    pub parts: Vec<(&'static str, Sheet)>,
     /// What a reader should know besides.
     pub notes: Vec<String>,
 }
@@ -199,6 +201,10 @@ impl Sheet {
             writeln!(out)?;
             self.table(out)?;
         }
+        for (_, part) in &self.parts {
+            writeln!(out)?;
+            part.text(out)?;
+        }
         if !self.notes.is_empty() {
             writeln!(out)?;
         }
@@ -257,6 +263,8 @@ impl Sheet {
             let rows: Vec<_> = self.rows.iter().map(row).collect();
             members.push(format!("\"rows\": [{}\n{pad}  ]", rows.join(",")));
         }
+        let part = |(key, part): &(&str, Sheet)| format!("\"{key}\": {}", part.json(indent + 2));
+        members.extend(self.parts.iter().map(part));
         members.push(format!("\"notes\": {}", json!(self.notes)));
         format!("{{\n{pad}  {}\n{pad}}}", members.join(&format!(",\n{pad}  ")))
     }
@@ -321,6 +329,20 @@ mod tests {
         assert_eq!((&value["virtual_top"], &value["title"]), (&json!(88_888), &json!("A sheet")));
         assert_eq!(value["rows"][1], json!({"step": 10, "speed": -0.001, "remark": "a, \"b\""}));
         assert_eq!(value["rows"][0]["remark"], Value::Null);
+    }
+
+    #[test]
+    fn a_sheet_has_other_tables() {
+        let whole = Sheet { parts: vec![("more", sheet())], ..Sheet::new("All") };
+        let written = |format| {
+            let mut out = Vec::new();
+            whole.write(&mut out, format).unwrap();
+            String::from_utf8(out).unwrap()
+        };
+        let part = self::written(SheetFormat::Table);
+        assert_eq!(written(SheetFormat::Table), format!("All\n\n{part}"));
+        let value: Value = serde_json::from_str(&written(SheetFormat::Json)).unwrap();
+        assert_eq!(value["more"]["rows"][0]["step"], json!(1));
     }
 
     #[test]

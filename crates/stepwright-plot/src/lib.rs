@@ -38,6 +38,7 @@ mod picture;
 mod png;
 mod scale;
 mod slopes;
+mod speed_way;
 mod svg;
 mod traces;
 mod way;
@@ -55,6 +56,7 @@ pub use figure::{Band, Curve, Figure, GAP, PALETTE, Panel, View};
 pub use font::width;
 pub use picture::{Anchor, Colour, Frame, Picture, Probe, ProbeCurve, Shape, Style};
 pub use scale::{Scale, number, time_unit};
+pub use speed_way::SpeedWay;
 pub use traces::Traces;
 pub use way::WayPlot;
 

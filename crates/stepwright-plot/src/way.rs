@@ -45,6 +45,42 @@ impl WayPlot {
         let (unit, per) = shown_in(&self.unit, largest as f64);
         let points: Vec<_> =
             self.points.iter().map(|&(x, y)| (x as f64 / per, y as f64 / per)).collect();
+        let names = [&*self.names.0, &*self.names.1];
+        let Paper { mut picture, frame, x, y } = Paper::new(title, names, &unit, &points);
+        let line: Vec<_> = points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
+        let ends = [line.first().copied(), line.last().copied()];
+        // Of a way with very many corners a wide line would be a block.
+        let corners = corners(&line) as f64;
+        picture.line(line.clone(), PALETTE[0], (300.0 / corners.max(1.0)).clamp(1.0, 2.0));
+        // A larger dot where it begins, a smaller one where it ends.
+        for ((end, fill), radius) in ends.into_iter().flatten().zip(PALETTE).zip([6.0, 4.0]) {
+            picture.shapes.push(Shape::Dots { points: vec![end], fill, radius });
+        }
+        if let [Some(start), Some(end)] = ends {
+            let mut labels = Labels { picture: &mut picture, frame, line: &line, taken: None };
+            if near(start, end) {
+                let name = if start == end { "start and end" } else { "start, end" };
+                labels.add(start, name);
+            } else {
+                labels.add(start, "start");
+                labels.add(end, "end");
+            }
+        }
+        picture
+    }
+}
+
+/// The paper of a way: its frame, the grid, and the scales.
+pub(crate) struct Paper {
+    pub picture: Picture,
+    pub frame: Frame,
+    pub x: Scale,
+    pub y: Scale,
+}
+
+impl Paper {
+    /// Around these points, both axes to the same scale.
+    pub fn new(title: &str, names: [&str; 2], unit: &str, points: &[(f64, f64)]) -> Paper {
         let range = |values: &mut dyn Iterator<Item = f64>| {
             let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
             if low > high { (0.0, 0.0) } else { (low, high) }
@@ -80,29 +116,10 @@ impl WayPlot {
             picture.text((frame.left - 9.0, at + 4.5), label.end(), number(value, decimals));
         }
         let heading = Style::new(14.5, INK).bold();
-        picture.text((28.0, frame.top - 16.0), heading, format!("{}, {unit}", self.names.1));
+        picture.text((28.0, frame.top - 16.0), heading, format!("{}, {unit}", names[1]));
         let below = ((frame.left + frame.right()) / 2.0, frame.bottom() + 46.0);
-        picture.text(below, heading.middle(), format!("{}, {unit}", self.names.0));
-        let line: Vec<_> = points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
-        let ends = [line.first().copied(), line.last().copied()];
-        // Of a way with very many corners a wide line would be a block.
-        let corners = corners(&line) as f64;
-        picture.line(line.clone(), PALETTE[0], (300.0 / corners.max(1.0)).clamp(1.0, 2.0));
-        // A larger dot where it begins, a smaller one where it ends.
-        for ((end, fill), radius) in ends.into_iter().flatten().zip(PALETTE).zip([6.0, 4.0]) {
-            picture.shapes.push(Shape::Dots { points: vec![end], fill, radius });
-        }
-        if let [Some(start), Some(end)] = ends {
-            let mut labels = Labels { picture: &mut picture, frame, line: &line, taken: None };
-            if near(start, end) {
-                let name = if start == end { "start and end" } else { "start, end" };
-                labels.add(start, name);
-            } else {
-                labels.add(start, "start");
-                labels.add(end, "end");
-            }
-        }
-        picture
+        picture.text(below, heading.middle(), format!("{}, {unit}", names[0]));
+        Paper { picture, frame, x, y }
     }
 }
 

@@ -16,7 +16,7 @@ mod onlooker;
 mod play;
 mod port;
 mod remote;
-mod taken;
+pub mod taken;
 mod text;
 mod told;
 
@@ -37,6 +37,7 @@ use stepwright_host::link::serial::Share;
 use stepwright_plot::PlotFile;
 use taken::{Taken, Wanted};
 use text::Text;
+pub use told::micros;
 
 /// Play motor cycles from a file, on a virtual board or a real one
 ///

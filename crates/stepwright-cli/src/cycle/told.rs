@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use serde_json::{Value, json};
 
+use stepwright::Rate;
 use stepwright_cycle::{CycleError, Faults, Motor, Refusal, Status};
 use stepwright_plan::tidy;
 
@@ -199,12 +200,7 @@ impl<'p> Told<'p> {
 
     /// A time in µs, as exact as the timer is.
     pub fn micros(&self, ticks: u64) -> String {
-        let hz = u128::from(self.plan.rate.hz());
-        let nanos = (u128::from(ticks) * 1_000_000_000 + hz / 2) / hz;
-        match (nanos / 1000, nanos % 1000) {
-            (us, 0) => us.to_string(),
-            (us, part) => format!("{us}.{part:03}").trim_end_matches('0').to_owned(),
-        }
+        micros(ticks, self.plan.rate)
     }
 
     /// Ticks of this many µs.
@@ -215,5 +211,15 @@ impl<'p> Told<'p> {
     /// Seconds of this many ticks.
     pub fn seconds(&self, ticks: u64) -> f64 {
         ticks as f64 / f64::from(self.plan.rate.hz())
+    }
+}
+
+/// Ticks in µs, to a ns.
+pub fn micros(ticks: u64, rate: Rate) -> String {
+    let hz = u128::from(rate.hz());
+    let nanos = (u128::from(ticks) * 1_000_000_000 + hz / 2) / hz;
+    match (nanos / 1000, nanos % 1000) {
+        (us, 0) => us.to_string(),
+        (us, part) => format!("{us}.{part:03}").trim_end_matches('0').to_owned(),
     }
 }

@@ -187,6 +187,28 @@ pub fn home_within(
     Ok(all)
 }
 
+/// What the machine file says of each axis, for a command that moves several by limits of their
+/// own.
+pub struct MachineAxes(Vec<(AxisId, Values)>);
+
+impl MachineAxes {
+    /// Reads the file, and says that it counts; without one there is nothing.
+    pub fn read(machine: &MachineArgs) -> Result<MachineAxes, Failure> {
+        let Some(from) = machine.path() else { return Ok(MachineAxes(Vec::new())) };
+        let machine = Machine::parse(&file::text(&from)?, &from)?;
+        if !machine.axes().is_empty() {
+            say::note(format_args!("machine: {}", from.display()));
+        }
+        Ok(MachineAxes(machine.axes().to_vec()))
+    }
+
+    /// The value of an option of an axis, as it stands there.
+    pub fn value(&self, axis: AxisId, id: &str) -> Option<&str> {
+        let (_, values) = self.0.iter().find(|(known, _)| *known == axis)?;
+        value(values, id)
+    }
+}
+
 /// The value of an option.
 fn value<'a>(values: &'a Values, id: &str) -> Option<&'a str> {
     values.iter().find(|(key, _)| key.id == id).map(|(_, text)| text.as_str())

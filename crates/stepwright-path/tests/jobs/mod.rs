@@ -121,13 +121,13 @@ pub fn time(job: &Job, route: Route<2>) -> f64 {
     let (mut route, mut time) = (route, 0.0);
     for (to, feed) in job {
         route.line_to(*to, *feed).unwrap();
-        while let Some(end) = route.pass_over() {
-            time = end;
+        while let Some(stretch) = route.pass_over() {
+            time = stretch.end();
         }
     }
     route.close();
-    while let Some(end) = route.pass_over() {
-        time = end;
+    while let Some(stretch) = route.pass_over() {
+        time = stretch.end();
     }
     assert!(route.is_over());
     time

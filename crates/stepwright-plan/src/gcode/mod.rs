@@ -1,7 +1,13 @@
-//! A G-code job on paper: how far it goes, and where.
+//! A G-code job: how far it goes and where, how long it takes, and its steps.
+//!
+//! ```text
+//!   bytes ──► Reader ──► JobSurvey     distances, extents: no axis need be known
+//!                 └────► GcodeJob ──► steps, through a `Route`
+//!                         └────► JobPlan    the time, the corners that cost most
+//! ```
 //!
 //! Positions are exact in `stepwright-gcode`; lengths and extents of arcs are computed here in
-//! floating point. How long a job takes depends on the acceleration of the axes, and is not said.
+//! floating point.
 //!
 //! ```
 //! use stepwright_plan::gcode::JobSurvey;
@@ -20,6 +26,12 @@ use stepwright_gcode::{
 };
 
 use crate::sheet::{Cell, Sheet};
+
+pub use job::{GcodeJob, JobError};
+pub use plan::{BoardRefusal, Corner, JobPlan, Peak};
+
+mod job;
+mod plan;
 
 /// What a job does, in millimetres, from a machine at its zero without offsets.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -64,16 +76,17 @@ impl JobSurvey {
         let mut reader = Reader::new(Options::default());
         for byte in job {
             if let Some(block) = reader.push(byte) {
-                survey.add(block?);
+                survey.add(&block?);
             }
         }
         if let Some(block) = reader.finish() {
-            survey.add(block?);
+            survey.add(&block?);
         }
         Ok(survey)
     }
 
-    fn add(&mut self, block: Block) {
+    /// Adds a block.
+    pub fn add(&mut self, block: &Block) {
         self.lines = block.line;
         for effect in block.effects() {
             match effect {
@@ -155,8 +168,6 @@ impl JobSurvey {
         }
         sheet.notes = vec![
             "Machine coordinates: the machine begins at its zero, without offsets.".to_owned(),
-            "The time of the job takes the acceleration of its axes, and is not planned."
-                .to_owned(),
         ];
         sheet
     }

@@ -1,0 +1,213 @@
+//! `stepwright gcode`: a G-code job, planned, or run on the virtual board.
+//!
+//! | module | what |
+//! | --- | --- |
+//! | `axes` | what the axes can do |
+//! | `play` | on the virtual board |
+//!
+//! The job itself, its plan and its steps are `stepwright_plan::gcode`.
+
+mod axes;
+mod play;
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use stepwright_path::AxisPace;
+use stepwright_plan::gcode::{JobError, JobPlan};
+use stepwright_plan::sheet::SheetFormat;
+use stepwright_plot::PlotFile;
+use stepwright_sim::Description;
+
+use crate::board::edge_files::EdgePaths;
+use crate::failure::{Failure, unless_closed};
+use crate::interrupt::{self, While};
+use crate::machine::MachineArgs;
+use crate::order::motion::seconds;
+use crate::order::progress::Line;
+use crate::{plot, say};
+use axes::{AxesArgs, NAMES};
+use play::{Played, Wanted};
+
+/// Run a G-code job on the virtual board, or plan it: its exact time before it starts
+///
+/// Lines and arcs follow one another at speed, each axis within what it can do. The dialect is
+/// that of grbl 1.1. A job that a controller would refuse is refused here before anything
+/// moves, with grbl's error number, the line and the column.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Positions are the machine's, from its zero and without offsets. Each option of the axes takes
+one value for all of them, or three: X,Y,Z. What is not typed is the machine file's; without
+one, a belt of 40 mm a turn with 16 microsteps. The spindle and the coolant change at rest; M0
+and a probe are not waited for. docs/gcode.md has all of it.
+
+Ctrl-C brakes along the path; a second one stops dead.
+
+Exit status: 0 all of it was done; 1 the job is refused; 2 the command line is invalid; 130
+ended by Ctrl-C.
+
+Examples:
+  stepwright gcode examples/gcode/badge.nc --plan
+  stepwright gcode - --plan --format json < job.nc
+  stepwright gcode examples/gcode/badge.nc --fast --xy badge.svg
+  stepwright gcode job.nc --plan --accel 800mm/s2,800mm/s2,200mm/s2
+  stepwright gcode job.nc --fast --format csv --vcd edges.vcd")]
+pub struct Args {
+    /// The job; - is standard input
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Plan it; nothing moves
+    #[arg(long, conflicts_with_all = ["fast", "vcd", "mcap", "xy"])]
+    plan: bool,
+    /// Let the board's time pass as fast as the machine can, instead of in real time
+    #[arg(long)]
+    fast: bool,
+    #[command(flatten)]
+    axes: AxesArgs,
+    /// How to print it; csv is the extents of a plan, and every edge of a run
+    #[arg(long, value_enum, default_value_t = SheetFormat::Table, help_heading = "Output")]
+    format: SheetFormat,
+    /// Draw the way of X and Y with the speed as its colour (.svg, .png or .html)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    xy: Option<PlotFile>,
+    /// Record every edge of the pins, for GTKWave or PulseView
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    vcd: Option<PathBuf>,
+    /// Record them as MCAP, for Foxglove or PlotJuggler
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    mcap: Option<PathBuf>,
+}
+
+/// What the virtual board is.
+const BOARD: &str = "An Uno";
+
+/// Plans the job, and runs it if that is wanted.
+pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
+    let name = args.file.display().to_string();
+    if let Some(file) = &args.xy {
+        file.check()?;
+    }
+    let axes = args.axes.paces(machine)?;
+    if args.plan {
+        let plan = read(&args.file, |bytes| plan(bytes, axes, &name))?;
+        let mut out = io::stdout().lock();
+        let sheet = plan.sheet(format!("G-code job {name}"), BOARD);
+        return unless_closed(sheet.write(&mut out, args.format).and_then(|()| out.flush()));
+    }
+    let job = read(&args.file, |bytes| Ok(bytes.collect::<Vec<u8>>()))?;
+    let plan = plan(&mut job.iter().copied(), axes, &name)?;
+    if let Some(refused) = plan.refused {
+        let failure = Failure::new(format!("{name}: {}", refused.words(BOARD)));
+        let failure = failure.at(refused.words(BOARD), refused.line as usize);
+        return Err(failure.hint("a lower --top-speed of this axis, or fewer steps a turn"));
+    }
+    if args.format == SheetFormat::Table {
+        say::result(format_args!("G-code job {name} on the virtual board"));
+        say::result(format_args!("  {:<12}{:.6} s", "time", plan.time));
+        say::result(format_args!("  {:<12}{}", "lines", plan.survey.lines));
+    }
+    interrupt::listen(While::Holding)?;
+    let wanted = Wanted {
+        csv: args.format == SheetFormat::Csv,
+        fast: args.fast,
+        edges: EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() },
+        way: args.xy.is_some(),
+    };
+    let played = play::play(job, axes, &plan, &wanted)?;
+    if let (Some(file), Some(way)) = (&args.xy, &played.way) {
+        let title = format!("{name}: the way of X and Y");
+        plot::save_picture(file, &title, &way.picture(&title))?;
+    }
+    report(&args, &plan, &axes, &played)
+}
+
+/// Reads the file: what can't be read ends it, and is said first.
+fn read<T>(
+    path: &Path,
+    with: impl FnOnce(&mut dyn Iterator<Item = u8>) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let bytes: Box<dyn Read> = if path == Path::new("-") {
+        Box::new(io::stdin().lock())
+    } else {
+        Box::new(File::open(path).map_err(|error| Failure::file("read", path, &error))?)
+    };
+    let mut unread = None;
+    let result = with(
+        &mut BufReader::with_capacity(1 << 16, bytes)
+            .bytes()
+            .map_while(|byte| byte.map_err(|e| unread = Some(e)).ok()),
+    );
+    match unread {
+        Some(error) => Err(Failure::file("read", path, &error)),
+        None => result,
+    }
+}
+
+/// Plans the job; of a long one it is said how far that is.
+fn plan(
+    bytes: &mut dyn Iterator<Item = u8>,
+    axes: [AxisPace; 3],
+    name: &str,
+) -> Result<JobPlan, Failure> {
+    let begun = Instant::now();
+    let mut line = Line::new();
+    let planned = JobPlan::of(bytes, axes, &Description::uno().board, |lines, time| {
+        if begun.elapsed() > Duration::from_secs(1) {
+            let said = format!("planned {lines} lines, {} of the job", seconds(time));
+            line.show(&[&said], &said, false);
+        }
+    });
+    line.end();
+    planned.map_err(|error| failure(name, &error))
+}
+
+fn failure(name: &str, error: &JobError) -> Failure {
+    let failure = Failure::new(format!("{name}: {error}"));
+    match error {
+        JobError::Code(code) => {
+            failure.at(code.fault.to_string(), code.line as usize).column(code.column)
+        }
+        JobError::Move(0, why) => Failure::usage(format!("the axes: {why}")),
+        JobError::Move(line, why) => failure.at(why.to_string(), *line as usize),
+    }
+}
+
+/// Says what became of it.
+fn report(
+    args: &Args,
+    plan: &JobPlan,
+    axes: &[AxisPace; 3],
+    played: &Played,
+) -> Result<(), Failure> {
+    let state = if played.braked { "stopped" } else { "ready" };
+    let [x, y, z] = played.position;
+    let millimetres = [0, 1, 2].map(|n| played.position[n] as f64 * axes[n].step);
+    match args.format {
+        SheetFormat::Table => {
+            say::result(format_args!("  {:<12}{:.6} s", "took", played.seconds()));
+            say::result(format_args!("position {x} {y} {z} {state}"));
+        }
+        SheetFormat::Json => say::json(json!({
+            "file": args.file.display().to_string(),
+            "lines": plan.survey.lines,
+            "planned_seconds": plan.time,
+            "seconds": played.seconds(),
+            "ticks": played.ticks,
+            "ticks_per_second": played.rate.hz(),
+            "axes": NAMES,
+            "position": played.position,
+            "position_mm": millimetres,
+            "late": played.late,
+            "state": state,
+        })),
+        SheetFormat::Csv => {}
+    }
+    if played.braked {
+        return Err(Failure::interrupted("braked before the end of the job")
+            .hint("the positions are known"));
+    }
+    Ok(())
+}

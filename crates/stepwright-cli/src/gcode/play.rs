@@ -1,0 +1,226 @@
+//! A job on the virtual board: an Uno's timer and steps as long as its.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use stepwright::Rate;
+use stepwright_cycle::{Calibration, Clock, Motor, Program};
+use stepwright_path::{AxisPace, Stream};
+use stepwright_plan::gcode::{GcodeJob, JobPlan};
+use stepwright_plot::SpeedWay;
+use stepwright_sim::{CycleBoard, Description, Edge, Pin, Stand};
+
+use super::axes::NAMES;
+use crate::board::edge_files::EdgePaths;
+use crate::cycle::micros;
+use crate::cycle::taken::{self, Taken};
+use crate::failure::Failure;
+use crate::order::motion::seconds;
+use crate::order::progress::Line;
+use crate::{interrupt, say};
+
+/// What is wanted of a run.
+pub struct Wanted<'a> {
+    pub csv: bool,
+    pub fast: bool,
+    pub edges: EdgePaths<'a>,
+    pub way: bool,
+}
+
+/// What became of it.
+pub struct Played {
+    pub rate: Rate,
+    /// Ticks from the start of the path to its end.
+    pub ticks: u64,
+    /// In steps.
+    pub position: [i64; 3],
+    /// Steps that came later than planned.
+    pub late: u32,
+    pub braked: bool,
+    pub way: Option<SpeedWay>,
+}
+
+impl Played {
+    pub fn seconds(&self) -> f64 {
+        self.ticks as f64 / f64::from(self.rate.hz())
+    }
+}
+
+/// Between two looks at the clock.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// Events from one look to the next, in time that passes as fast as it can.
+const EVENTS: u32 = 10_000;
+
+/// Points of a picture are this part of its longer side apart.
+const FINE: f64 = 1_200.0;
+
+/// Seconds without a step, after which a speed is measured from there on.
+const REST: f64 = 0.05;
+
+/// Plays a job that has been planned, and is not refused.
+pub fn play(
+    job: Vec<u8>,
+    axes: [AxisPace; 3],
+    plan: &JobPlan,
+    wanted: &Wanted,
+) -> Result<Played, Failure> {
+    let board = Description::uno().board;
+    let (rate, lead) = (board.rate, board.lead);
+    let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
+    let job = GcodeJob::new(job, axes).map_err(|why| wrong(&why))?;
+    let (stream, mut steps) = Stream::<_, 3>::new(job, rate, lead);
+    let recorded =
+        taken::Wanted { inverted: 0, edges: wanted.edges, motions: false, events: wanted.csv };
+    let taken = Taken::begin(rate, 3, &recorded)?;
+    let delays = plan.delays();
+    let motors = delays.map(|delay| Motor::new(1, delay.unwrap_or(1)));
+    let stands = [Stand::default(); 3];
+    let mut board = CycleBoard::new(motors, stands, Clock::Deadlines, rate, taken);
+    for ((axis, steps), _) in (0..).zip(&mut steps).zip(delays).filter(|(_, d)| d.is_some()) {
+        let prepared = board.cycle().prepare(axis, Program::Paced(steps), Calibration::None);
+        prepared.map_err(|refusal| Failure::new(refusal.to_string()))?;
+    }
+    if wanted.csv {
+        say::result("time_us,axis,event,value,position");
+    }
+    board.cycle().start().map_err(|refusal| Failure::new(refusal.to_string()))?;
+    let hz = f64::from(rate.hz());
+    let begun = board.now();
+    let path = begun + u64::from(lead);
+    let mut drawn = wanted.way.then(|| Drawn::new(plan, &axes));
+    let mut line = Line::new();
+    let since = Instant::now();
+    let mut braked = false;
+    let mut shown = None;
+    while board.cycle().is_running() {
+        if interrupt::presses() >= 2 {
+            line.end();
+            return Err(Failure::interrupted("killed: the positions are lost"));
+        }
+        if !braked && interrupt::asked() {
+            braked = true;
+            stream.look(GcodeJob::cancel);
+            line.note(interrupt::braking());
+        }
+        let limit = match wanted.fast {
+            true => u64::MAX,
+            false => begun + (since.elapsed().as_secs_f64() * hz) as u64,
+        };
+        let mut more = true;
+        for _ in 0..EVENTS {
+            more = board.pass(limit);
+            if wanted.csv {
+                events(&mut board, rate);
+            }
+            if let Some(drawn) = &mut drawn {
+                let at = positions(&mut board);
+                drawn.see(board.now() as f64 / hz, [at[0], at[1]]);
+            }
+            more &= board.cycle().is_running();
+            if !more {
+                break;
+            }
+        }
+        if shown.is_none_or(|shown: Instant| shown.elapsed() > Duration::from_millis(100)) {
+            shown = Some(Instant::now());
+            let now = board.now().saturating_sub(path) as f64 / hz;
+            tell(&mut line, now, plan.time, braked);
+        }
+        if !more && board.cycle().is_running() {
+            thread::sleep(LOOK);
+        }
+    }
+    line.end();
+    let ticks = board.now() - path;
+    if let Some(error) = board.cycle().error() {
+        return Err(Failure::new(format!("the board has ended the job: {error}")));
+    }
+    let (position, late) = (positions(&mut board), board.cycle().late());
+    let end = board.now() as f64 / hz;
+    board.with_recorder(|taken| taken.finish(end))?;
+    Ok(Played { rate, ticks, position, late, braked, way: drawn.map(Drawn::end) })
+}
+
+type GcodeBoard<'a> = CycleBoard<'a, Taken, 3>;
+
+fn positions(board: &mut GcodeBoard) -> [i64; 3] {
+    let cycle = board.cycle();
+    [0, 1, 2].map(|axis| cycle.position(axis).unwrap_or(0))
+}
+
+/// How far it is, and how long it still takes: exactly, for that is known.
+fn tell(line: &mut Line, now: f64, all: f64, braked: bool) {
+    let left = if braked { "braking".into() } else { format!("{} left", seconds(all - now)) };
+    let part = if all > 0.0 { (now / all * 100.0).clamp(0.0, 100.0) } else { 100.0 };
+    let plain = format!("{part:.0} %  {left}");
+    let long = format!("{plain} of {}", seconds(all));
+    line.show(&[&long, &plain], &plain, false);
+}
+
+/// Prints what the pins have done since the last call.
+fn events(board: &mut GcodeBoard, rate: Rate) {
+    for Edge { time, axis, pin, level } in board.with_recorder(Taken::fetch) {
+        let (event, value) = match pin {
+            Pin::Step => ("step", level),
+            Pin::Direction => ("dir", level),
+            // Low turns a driver on.
+            Pin::Enable => ("enable", !level),
+            Pin::Coil(_) | Pin::Min | Pin::Max => continue,
+        };
+        let name = NAMES.get(usize::from(axis)).copied().unwrap_or("?");
+        let position = board.cycle().position(axis).unwrap_or(0);
+        let time = micros(time, rate);
+        say::result(format_args!("{time},{name},{event},{},{position}", u8::from(value)));
+    }
+}
+
+/// The way of X and Y, by the steps that were made.
+struct Drawn {
+    way: SpeedWay,
+    /// mm a step.
+    steps: [f64; 2],
+    /// Points are that far apart, in mm.
+    fine: f64,
+    /// Where it was seen last, and when; and since when a speed is measured, from where.
+    last: ([i64; 2], f64),
+    from: ([f64; 2], f64),
+}
+
+impl Drawn {
+    fn new(plan: &JobPlan, axes: &[AxisPace; 3]) -> Drawn {
+        let mut way = SpeedWay::new(["X", "Y"], "mm", "mm/s");
+        way.go(0.0, 0.0, 0.0);
+        let [x, y, _] = plan.survey.extents.0;
+        // The start, 0, is one of the places.
+        let span = [x, y].into_iter().flatten().map(|[from, to]| to.max(0.0) - from.min(0.0));
+        let steps = [axes[0].step, axes[1].step];
+        let fine = (span.fold(0.0, f64::max) / FINE).max(4.0 * steps[0].max(steps[1]));
+        Drawn { way, steps, fine, last: ([0; 2], 0.0), from: ([0.0; 2], 0.0) }
+    }
+
+    fn see(&mut self, time: f64, at: [i64; 2]) {
+        if at == self.last.0 {
+            return;
+        }
+        let place = |at: [i64; 2]| [0, 1].map(|n| at[n] as f64 * self.steps[n]);
+        if time - self.last.1 > REST {
+            // It stood: it moves from here and now on.
+            self.from = (place(at), time);
+        }
+        self.last = (at, time);
+        let here = place(at);
+        let way = (here[0] - self.from.0[0]).hypot(here[1] - self.from.0[1]);
+        if way >= self.fine && time > self.from.1 {
+            self.way.go(here[0], here[1], way / (time - self.from.1));
+            self.from = (here, time);
+        }
+    }
+
+    /// The way, to its very end.
+    fn end(mut self) -> SpeedWay {
+        let [x, y] = [0, 1].map(|n| self.last.0[n] as f64 * self.steps[n]);
+        self.way.go(x, y, 0.0);
+        self.way
+    }
+}

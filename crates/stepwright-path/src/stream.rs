@@ -1,0 +1,253 @@
+//! A source of steps, played while it is planned: each axis asks for its own.
+//!
+//! ```text
+//!   source ──► steps of all axes in the order of their times
+//!                 │ at most 2·LOOK ahead of the axis that asks
+//!                 ▼
+//!   axis 0 ◄── queue        axis 1 ◄── queue        …
+//! ```
+//!
+//! An axis whose next step is later than that waits, and asks again, so what is to come may still
+//! be changed, and no more is kept than the steps of some milliseconds.
+//!
+//! A path that turns right behind the middle between two positions has a step and the same step
+//! back at nearly one time. No motor does that: both are left out, and the axis stays where it is
+//! while the path leads some thousandths of a step beyond the middle.
+
+use std::collections::VecDeque;
+use std::sync::{Arc as Shared, Mutex, MutexGuard, PoisonError};
+
+use stepwright::{Rate, Ticks};
+use stepwright_cycle::Pace;
+
+use crate::LOOK;
+use crate::route::{Route, RouteStep};
+
+/// Seconds from a step to the same step back, at least.
+const TURN: f64 = 0.000_05;
+
+/// What makes steps of several axes.
+pub trait StepSource {
+    /// The next step; times never fall. `None` once there are no more.
+    fn next_step(&mut self) -> Option<RouteStep>;
+
+    /// Seconds from the start to the end, once there are no more steps.
+    fn duration(&self) -> f64;
+}
+
+/// A route that has all of its pieces, closed.
+impl<const N: usize> StepSource for Route<N> {
+    fn next_step(&mut self) -> Option<RouteStep> {
+        self.next()
+    }
+
+    fn duration(&self) -> f64 {
+        self.time()
+    }
+}
+
+/// The source, and what its axes have not played yet.
+struct Open<S, const N: usize> {
+    source: S,
+    queues: [VecDeque<RouteStep>; N],
+    /// The time of the last step that was made, in s.
+    made: f64,
+    /// Its end, once it is known.
+    end: Option<f64>,
+}
+
+/// A source whose steps are played, for who wants to change it meanwhile.
+pub struct Stream<S, const N: usize>(Shared<Mutex<Open<S, N>>>);
+
+impl<S: StepSource, const N: usize> Stream<S, N> {
+    /// The stream, and the steps of each axis in ticks of a timer of this rate, the first ones
+    /// `lead` ticks and more after the start. Steps of an axis beyond N are left out.
+    ///
+    /// ```
+    /// use stepwright::Rate;
+    /// use stepwright_cycle::Pace;
+    /// use stepwright_path::{AxisPace, Route, Stream};
+    /// let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+    /// let mut route = Route::new([axis; 2])?;
+    /// route.line_to([10.0, 5.0], 80.0)?;
+    /// route.close();
+    /// let (stream, [x, y]) = Stream::new(route, Rate::MHZ, 1_000);
+    /// let steps = |paces: &[Pace]| paces.iter().filter(|p| matches!(p, Pace::Step { .. })).count();
+    /// let [x, y] = [x, y].map(|axis| axis.collect::<Vec<Pace>>());
+    /// assert_eq!((steps(&x), steps(&y)), (1_000, 500));
+    /// assert!(stream.look(|route| route.is_over()));
+    /// # Ok::<(), stepwright_path::Unplannable>(())
+    /// ```
+    pub fn new(source: S, rate: Rate, lead: Ticks) -> (Stream<S, N>, [AxisStream<S, N>; N]) {
+        let queues = [const { VecDeque::new() }; N];
+        let open = Shared::new(Mutex::new(Open { source, queues, made: 0.0, end: None }));
+        let hz = f64::from(rate.hz());
+        let look = ((hz * LOOK).ceil() as u64).max(1);
+        let axis = |axis| AxisStream { open: open.clone(), axis, hz, lead, look, gone: 0 };
+        let axes = std::array::from_fn(axis);
+        (Stream(open), axes)
+    }
+
+    /// Looks at the source, or changes it: behind the steps that it has made.
+    pub fn look<T>(&self, look: impl FnOnce(&mut S) -> T) -> T {
+        look(&mut lock(&self.0).source)
+    }
+}
+
+/// The steps of one axis of a [`Stream`], as a motor cycle plays them. All axes are over at the
+/// same tick.
+pub struct AxisStream<S, const N: usize> {
+    open: Shared<Mutex<Open<S, N>>>,
+    axis: usize,
+    hz: f64,
+    lead: Ticks,
+    look: u64,
+    /// Ticks from the start to the last step or wait.
+    gone: u64,
+}
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<S: StepSource, const N: usize> Open<S, N> {
+    /// Makes steps until this axis has one that stays, or all up to this time.
+    fn make(&mut self, axis: usize, until: f64) -> Option<RouteStep> {
+        loop {
+            if let Some(queue) = self.queues.get_mut(axis)
+                && let Some(step) = queue.front().copied()
+            {
+                match queue.get(1) {
+                    Some(next) if next.time - step.time < TURN && next.forward != step.forward => {
+                        queue.drain(..2);
+                        continue;
+                    }
+                    None if self.end.is_none() && self.made < step.time + TURN => {}
+                    _ => return Some(step),
+                }
+            }
+            let queued = self.queues.get(axis).is_some_and(|queue| !queue.is_empty());
+            if self.end.is_some() || (self.made > until && !queued) {
+                return None;
+            }
+            match self.source.next_step() {
+                Some(step) => {
+                    self.made = step.time;
+                    if let Some(queue) = self.queues.get_mut(step.axis) {
+                        queue.push_back(step);
+                    }
+                }
+                None => self.end = Some(self.source.duration()),
+            }
+        }
+    }
+}
+
+impl<S: StepSource, const N: usize> Iterator for AxisStream<S, N> {
+    type Item = Pace;
+
+    fn next(&mut self) -> Option<Pace> {
+        let (hz, lead, gone) = (self.hz, u64::from(self.lead), self.gone);
+        let ticks =
+            |time: f64| ((time * hz).round() as u64).saturating_add(lead).saturating_sub(gone);
+        let mut open = lock(&self.open);
+        let until = (gone + 2 * self.look).saturating_sub(lead) as f64 / hz;
+        let step = open.make(self.axis, until).filter(|step| ticks(step.time) <= 2 * self.look);
+        let pace = if let Some(RouteStep { time, forward, .. }) = step {
+            if let Some(queue) = open.queues.get_mut(self.axis) {
+                queue.pop_front();
+            }
+            Pace::Step { ticks: ticks(time) as Ticks, forward }
+        } else {
+            let queued = open.queues.get(self.axis).is_some_and(|queue| !queue.is_empty());
+            let left = open.end.filter(|_| !queued).map_or(self.look, ticks);
+            if left == 0 {
+                return None;
+            }
+            Pace::Wait { ticks: left.min(self.look) as Ticks }
+        };
+        let (Pace::Step { ticks, .. } | Pace::Wait { ticks }) = pace;
+        self.gone += u64::from(ticks);
+        Some(pace)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AxisPace, paces};
+
+    fn route() -> Route<2> {
+        let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+        let mut route = Route::new([axis; 2]).unwrap();
+        route.line_to([0.0, 5.0], 60.0).unwrap();
+        route.arc([0, 1], [0.0, 10.0], 5.0, [0.0; 2], 80.0).unwrap();
+        route.close();
+        route
+    }
+
+    /// Ticks of the steps, each with its way, and of the end.
+    fn played(paces: impl IntoIterator<Item = Pace>) -> (Vec<(u64, bool)>, u64) {
+        let (mut at, mut steps) = (0, Vec::new());
+        for pace in paces {
+            match pace {
+                Pace::Step { ticks, forward } => {
+                    at += u64::from(ticks);
+                    steps.push((at, forward));
+                }
+                Pace::Wait { ticks } => at += u64::from(ticks),
+            }
+        }
+        (steps, at)
+    }
+
+    #[test]
+    fn each_step_is_where_it_is_in_a_list() {
+        let rate = Rate::MHZ;
+        let [x, y] = paces(route(), rate, 500);
+        let (stream, [a, b]) = Stream::new(route(), rate, 500);
+        // One axis after the other, and so one far ahead of the other.
+        let ((a, end), (b, same)) = (played(a), played(b));
+        assert_eq!((a, b), (played(x).0, played(y).0));
+        let time = stream.look(|route| route.duration());
+        assert_eq!((end, same), ((time * 1e6).round() as u64 + 500, end));
+    }
+
+    /// A turn a little behind a middle makes no steps; one half a step behind it does.
+    #[test]
+    fn no_step_is_taken_back_at_once() {
+        let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+        for (beyond, count) in [(0.000_000_1, 200), (0.004, 202)] {
+            let mut route = Route::new([axis; 2]).unwrap();
+            route.line_to([1.005 + beyond, 0.0], 60.0).unwrap();
+            route.line_to([0.0, 0.0], 60.0).unwrap();
+            route.close();
+            assert_eq!(route.clone().count(), 202);
+            let (_, [x, y]) = Stream::new(route, Rate::MHZ, 500);
+            let ((steps, end), (none, same)) = (played(x), played(y));
+            assert_eq!((steps.len(), none.len(), end), (count, 0, same));
+            assert!(steps.windows(2).all(|pair| pair[1].0 - pair[0].0 >= 50), "{steps:?}");
+            let at: i32 = steps.iter().map(|step| if step.1 { 1 } else { -1 }).sum();
+            assert_eq!(at, 0);
+        }
+    }
+
+    /// What is asked for takes hold behind the steps that were made, some ms ahead.
+    #[test]
+    fn a_change_on_the_way_is_heard() {
+        let (stream, [mut x, mut y]) = Stream::new(route(), Rate::MHZ, 500);
+        while x.gone < 100_000 {
+            x.next();
+        }
+        while y.gone < x.gone {
+            y.next();
+        }
+        stream.look(|route| route.cancel(0.0));
+        let begun = x.gone;
+        let end = begun + played(&mut x).1;
+        assert_eq!(y.gone + played(&mut y).1, end);
+        // Y was at 43 mm/s on its way down, and 4 ms were made.
+        assert!((40_000..50_000).contains(&(end - begun)), "{begun} {end}");
+        assert_eq!((x.next(), y.next()), (None, None));
+    }
+}

@@ -1,0 +1,328 @@
+//! The time of a job, before it starts, and where it goes.
+//!
+//! A job is planned as it will run, without its steps. Each stretch is a rise, a constant speed and
+//! a fall, so what a corner costs can be told: it is what the way down to it and up from it takes
+//! longer than at the speed on either side.
+//!
+//! ```text
+//!    ▔▔▔▔╲             ╱▔▔▔▔▔
+//!     V₁  ╲           ╱   V₂        cost = (T₁ − L₁/V₁) + (T₂ − L₂/V₂)
+//!          ╲_________╱
+//!        T₁, L₁ │ T₂, L₂
+//! ```
+
+use std::collections::BinaryHeap;
+
+use stepwright::Board;
+use stepwright_path::{AxisPace, Stretch, Unplannable};
+
+use super::{GcodeJob, JobError, JobSurvey};
+use crate::sheet::{Cell, Sheet};
+
+/// How many corners are kept.
+const CORNERS: usize = 10;
+
+/// A constant speed for less than this many s is part of the way down or up.
+const LEVEL: f64 = 0.001;
+
+/// Stretches from one call of a watch to the next.
+const STRIDE: u32 = 10_000;
+
+/// Where a job becomes slower, and faster again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// The line of the move that ends there.
+    pub line: u32,
+    /// Where, in mm.
+    pub place: [f64; 3],
+    /// The speed there in mm/s; 0 where it rests.
+    pub speed: f64,
+    /// What it costs, in s.
+    pub cost: f64,
+}
+
+/// Where a board can't follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoardRefusal {
+    /// The line in which the axis is fastest.
+    pub line: u32,
+    /// The axis, from 0.
+    pub axis: usize,
+    /// Steps/s of it there.
+    pub wanted: f64,
+    /// Steps/s that the board can do of it beside the others.
+    pub most: f64,
+}
+
+/// The fastest that an axis comes to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Peak {
+    /// Steps/s.
+    pub rate: f64,
+    /// The first line in which it is as fast.
+    pub line: u32,
+}
+
+/// A job on paper, with its time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JobPlan {
+    /// Distances and extents.
+    pub survey: JobSurvey,
+    /// Seconds from the start to the end.
+    pub time: f64,
+    /// Of them, s at the ordered speed,
+    pub at_feed: f64,
+    /// at what an axis can do, in speed or in a curve,
+    pub at_axes: f64,
+    /// and speeding up and braking. The rest are dwells.
+    pub ramps: f64,
+    /// The fastest of each axis.
+    pub peaks: [Peak; 3],
+    /// What costs most, first.
+    pub corners: Vec<Corner>,
+    /// Where the board would refuse it.
+    pub refused: Option<BoardRefusal>,
+}
+
+/// By what it costs; the order of equal ones is that of their lines.
+#[derive(Debug)]
+struct Ranked(Corner);
+
+impl Ord for Ranked {
+    fn cmp(&self, other: &Ranked) -> std::cmp::Ordering {
+        // To a ns: what is behind is rounding.
+        let cost = |ranked: &Ranked| (ranked.0.cost * 1e9).round();
+        cost(other).total_cmp(&cost(self)).then(self.0.line.cmp(&other.0.line))
+    }
+}
+
+impl PartialOrd for Ranked {
+    fn partial_cmp(&self, other: &Ranked) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Ranked {
+    fn eq(&self, other: &Ranked) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Ranked {}
+
+/// The way down to a corner, or up from it.
+#[derive(Debug, Default)]
+struct Slope {
+    time: f64,
+    way: f64,
+    /// The speed where it began.
+    top: f64,
+}
+
+impl Slope {
+    /// What it takes longer than at the higher speed.
+    fn loss(&self, top: f64) -> f64 {
+        if top > 0.0 { self.time - self.way / top } else { 0.0 }
+    }
+}
+
+/// The corners that cost most.
+#[derive(Debug, Default)]
+struct Corners {
+    kept: BinaryHeap<Ranked>,
+    slope: Slope,
+    rises: bool,
+    /// The corner that it rises from; of a start, or a constant speed, there is none.
+    low: Option<Corner>,
+}
+
+impl Corners {
+    /// A time at constant acceleration, which begins in this line and at this place.
+    fn go(&mut self, line: u32, place: [f64; 3], [from, to]: [f64; 2], time: f64, way: f64) {
+        if time <= 0.0 {
+            return;
+        }
+        if from == to && time >= LEVEL {
+            // It is on top now; or down there for a reason that is no corner.
+            self.top(from);
+        } else if to > from && !self.rises {
+            let cost = self.slope.loss(self.slope.top);
+            self.low = (cost > 0.0).then_some(Corner { line, place, speed: from, cost });
+            (self.slope, self.rises) = (Slope { time, way, top: from }, true);
+        } else if to < from && self.rises {
+            self.top(from);
+            self.slope = Slope { time, way, top: from };
+        } else {
+            if to < from && self.slope.time == 0.0 {
+                self.slope.top = from;
+            }
+            self.slope.time += time;
+            self.slope.way += way;
+        }
+    }
+
+    /// At a top, of this speed.
+    fn top(&mut self, speed: f64) {
+        if self.rises
+            && let Some(low) = self.low.take()
+        {
+            let cost = low.cost + self.slope.loss(speed);
+            self.kept.push(Ranked(Corner { cost, ..low }));
+            if self.kept.len() > CORNERS {
+                self.kept.pop();
+            }
+        }
+        (self.slope, self.rises, self.low) =
+            (Slope { top: speed, ..Slope::default() }, false, None);
+    }
+}
+
+impl JobPlan {
+    /// Plans a job of these axes for this board. `watch` is told every now and then how many
+    /// lines were read, and how many seconds are planned.
+    ///
+    /// # Errors
+    /// [`JobError`]: the first of the job. Of the axes, in line 0.
+    pub fn of<const N: usize>(
+        bytes: impl IntoIterator<Item = u8>,
+        axes: [AxisPace; 3],
+        board: &Board<N>,
+        mut watch: impl FnMut(u32, f64),
+    ) -> Result<JobPlan, JobError> {
+        let wrong = |why: Unplannable| JobError::Move(0, why);
+        let mut job = GcodeJob::new(bytes, axes).map_err(wrong)?;
+        let (mut plan, mut corners) = (JobPlan::default(), Corners::default());
+        let mut before = 0;
+        let mut next = STRIDE;
+        while let Some((line, stretch)) = job.stretch()? {
+            plan.add(line, &stretch, &axes);
+            let [a, b, c] = stretch.speeds;
+            for (n, speeds) in [[a, b], [b, b], [b, c]].into_iter().enumerate() {
+                let time = stretch.times[n + 1] - stretch.times[n];
+                // A corner is at the end of the move before.
+                let line = if n == 0 { before } else { line };
+                let place = stretch.places[n / 2];
+                corners.go(line, place, speeds, time, stretch.ways[n]);
+            }
+            before = line;
+            next -= 1;
+            if next == 0 {
+                next = STRIDE;
+                watch(line, stretch.end());
+            }
+        }
+        plan.time = job.time();
+        plan.refused = plan.refused_by(board);
+        plan.survey = job.survey().clone();
+        plan.corners = corners.kept.into_sorted_vec().into_iter().map(|ranked| ranked.0).collect();
+        Ok(plan)
+    }
+
+    fn add(&mut self, line: u32, stretch: &Stretch<3>, axes: &[AxisPace; 3]) {
+        let [begin, level, fall, end] = stretch.times;
+        self.ramps += (level - begin) + (end - fall);
+        let top = stretch.speeds[1];
+        let at_feed = top >= stretch.feed * (1.0 - 1e-9);
+        *(if at_feed { &mut self.at_feed } else { &mut self.at_axes }) += fall - level;
+        let speed = top.max(stretch.speeds[0]).max(stretch.speeds[2]);
+        let [first, last] = stretch.directions;
+        let rates: [f64; 3] = std::array::from_fn(|axis| {
+            speed * first[axis].abs().max(last[axis].abs()) / axes[axis].step
+        });
+        for (peak, rate) in self.peaks.iter_mut().zip(rates) {
+            // A fast axis is as fast in many lines, but for rounding.
+            if rate > peak.rate * (1.0 + 1e-9) {
+                *peak = Peak { rate, line };
+            }
+        }
+    }
+
+    /// The least µs between two steps of each axis, for a board that is told so before; `None` of
+    /// one that makes no step.
+    ///
+    /// A little less than at the peak: within a part of an arc an axis may be 0.13 % faster than at
+    /// both of its ends, and a step is rounded to a tick.
+    pub fn delays(&self) -> [Option<u32>; 3] {
+        self.peaks.map(|peak| {
+            let delay = (1e6 / (peak.rate * 1.002) - 0.1).clamp(1.0, 1e9);
+            (peak.rate > 0.0).then_some(delay as u32)
+        })
+    }
+
+    /// What the board would refuse, which is told the [`delays`](JobPlan::delays): all steps
+    /// together may take all of its time.
+    fn refused_by<const N: usize>(&self, board: &Board<N>) -> Option<BoardRefusal> {
+        let delays = self.delays();
+        let moving = delays.iter().flatten().count();
+        let cost = f64::from(board.step_cost(moving));
+        let shortest = board.cost.shortest.get(moving.saturating_sub(1)).copied().unwrap_or(0);
+        let shortest = f64::from(shortest.max(board.timing.min_interval));
+        let ticks = |delay: u32| f64::from(board.rate.micros(delay));
+        let load = |delay: Option<u32>| delay.map_or(0.0, |delay| cost / ticks(delay));
+        let all: f64 = delays.into_iter().map(load).sum();
+        let over =
+            |axis: &usize| all > 1.0 || delays[*axis].is_some_and(|delay| ticks(delay) < shortest);
+        let fast = |a: &usize, b: &usize| self.peaks[*a].rate.total_cmp(&self.peaks[*b].rate);
+        let axis = (0..3).filter(over).max_by(fast)?;
+        let room = (1.0 - (all - load(delays[axis]))).max(0.0);
+        let most = f64::from(board.rate.hz()) * (room / cost).min(1.0 / shortest);
+        let Peak { rate: wanted, line } = self.peaks[axis];
+        Some(BoardRefusal { line, axis, wanted, most })
+    }
+
+    /// The plan as a sheet: the time and distances as facts, extents and corners as tables. `board`
+    /// is the board's name.
+    pub fn sheet(&self, title: impl Into<String>, board: &str) -> Sheet {
+        let mut sheet = self.survey.sheet(title);
+        let facts = std::mem::take(&mut sheet.facts);
+        let seconds = |value: f64| Cell::fixed(value, 3);
+        sheet.fact("seconds", "time", Cell::fixed(self.time, 6), "s");
+        sheet.fact("at_feed_s", "  at the ordered speed", seconds(self.at_feed), "s");
+        sheet.fact("at_axes_s", "  at what the axes can do", seconds(self.at_axes), "s");
+        sheet.fact("ramps_s", "  speeding up and braking", seconds(self.ramps), "s");
+        sheet.facts.extend(facts);
+        let names =
+            ["peak_x", "peak_y", "peak_z"].into_iter().zip(["fastest X", "fastest Y", "fastest Z"]);
+        for ((key, name), peak) in names.zip(self.peaks) {
+            sheet.fact(key, name, Cell::fixed(peak.rate, 0), "steps/s");
+        }
+        let taken = if self.refused.is_some() { "refused" } else { "can do it" };
+        sheet.fact("board", "the board", taken, "");
+        if let Some(refused) = self.refused {
+            sheet.notes.push(refused.words(board));
+        }
+        let mut corners = Sheet::new("Corners that cost most");
+        corners.columns = vec![
+            ("line", "line"),
+            ("x", "X, mm"),
+            ("y", "Y, mm"),
+            ("z", "Z, mm"),
+            ("speed_mm_s", "passed at, mm/s"),
+            ("cost_s", "costs, s"),
+        ];
+        let row = |corner: &Corner| {
+            let place = corner.place.map(|at| Cell::fixed(at, 3));
+            let (speed, cost) = (Cell::fixed(corner.speed, 2), Cell::fixed(corner.cost, 3));
+            [Cell::from(corner.line)].into_iter().chain(place).chain([speed, cost]).collect()
+        };
+        corners.rows = self.corners.iter().map(row).collect();
+        if !corners.rows.is_empty() {
+            sheet.parts.push(("corners", corners));
+        }
+        sheet
+    }
+}
+
+impl BoardRefusal {
+    /// What is said of it.
+    pub fn words(&self, board: &str) -> String {
+        let axis = ["X", "Y", "Z"].get(self.axis).copied().unwrap_or("?");
+        format!(
+            "{board} would refuse it: in line {} {axis} comes to {:.0} steps/s, and beside the \
+             others it can do {:.0}.",
+            self.line,
+            self.wanted.ceil(),
+            self.most.floor(),
+        )
+    }
+}

@@ -1,0 +1,219 @@
+//! A G-code job: its time before it starts, by hand and by its steps.
+
+use stepwright::{Board, Rate};
+use stepwright_path::{AxisPace, RouteStep};
+use stepwright_plan::gcode::{GcodeJob, JobError, JobPlan};
+
+const AXIS: AxisPace = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0 };
+
+fn board() -> Board<3> {
+    Board::unmeasured(Rate::MHZ)
+}
+
+fn plan(job: &str) -> JobPlan {
+    JobPlan::of(job.bytes(), [AXIS; 3], &board(), |_, _| ()).unwrap()
+}
+
+/// All steps, and when the job is over.
+fn steps(job: &str) -> (Vec<RouteStep>, f64) {
+    let mut job = GcodeJob::new(job.bytes(), [AXIS; 3]).unwrap();
+    let mut steps = Vec::new();
+    while let Some(step) = job.step().unwrap() {
+        steps.push(step);
+    }
+    (steps, job.time())
+}
+
+fn end(steps: &[RouteStep]) -> [i32; 3] {
+    let mut at = [0; 3];
+    steps.iter().for_each(|step| at[step.axis] += if step.forward { 1 } else { -1 });
+    at
+}
+
+#[track_caller]
+fn near(found: f64, expected: f64) {
+    assert!((found - expected).abs() < 1e-9 * (1.0 + expected.abs()), "{found}, not {expected}");
+}
+
+#[test]
+fn times_by_hand() {
+    // 100 mm at 100 mm/s, and 0.1 s for both ramps together.
+    let line = plan("G1 F6000 X100");
+    near(line.time, 1.1);
+    near(line.at_feed, 0.9);
+    near(line.ramps, 0.2);
+    assert_eq!(line.peaks.map(|peak| peak.rate.round()), [8_000.0, 0.0, 0.0]);
+    // As fast as the axes can: 200 mm/s each, and 200·√2 along the diagonal.
+    near(plan("G0 X100 Y100").time, 0.7);
+    near(plan("G0 X100 Y50").time, 0.7);
+    // X is at its limit where the line would be faster.
+    let steep = plan("G1 F60000 X100 Y10");
+    near(steep.time, 0.7);
+    near(steep.at_axes, 0.3);
+    // In inverse time two moves a minute: 30 s, and 0.001 s for the ramps to 1 mm/s.
+    near(plan("G93 G1 F2 X30").time, 30.001);
+    near(plan("G1 F6000 X100\nG4 P1.5\nX0").time, 1.1 + 1.5 + 1.1);
+    near(plan("G4 P2").time, 2.0);
+    assert_eq!(plan(""), JobPlan::default());
+}
+
+/// Each axis jumps by 5 mm/s at a right angle: 95 mm/s less, and as many more.
+#[test]
+fn a_corner_costs_what_it_costs() {
+    let found = plan("G1 F6000 X100\nY100\nX200\n");
+    near(found.time, 3.1 + 2.0 * 0.09025);
+    let [first, second] = found.corners[..] else { panic!("{:?}", found.corners) };
+    assert_eq!((first.line, first.place), (1, [100.0, 0.0, 0.0]));
+    assert_eq!((second.line, second.place), (2, [100.0, 100.0, 0.0]));
+    near(first.speed, 5.0);
+    near(first.cost, 0.09025);
+    // A path of the same length without a corner takes so much less.
+    near(found.time - plan("G1 F6000 X300").time, first.cost + second.cost);
+}
+
+#[test]
+fn the_worst_ten_corners_come_first() {
+    let job: String = (1..=40).map(|n| format!("G1 F6000 X{0}\nY{0}\n", n * n)).collect();
+    let corners = plan(&job).corners;
+    assert_eq!(corners.len(), 10);
+    assert!(corners.windows(2).all(|pair| pair[0].cost >= pair[1].cost - 1e-9), "{corners:?}");
+    // Equal ones are in the order of the file.
+    let same = plan("G1 F6000 X100\nY100\nX200\nY200").corners;
+    assert_eq!(same.iter().map(|corner| corner.line).collect::<Vec<_>>(), [1, 2, 3]);
+    // Of short lines the speed between them is low, and what a corner costs as well.
+    assert!(corners.iter().all(|corner| corner.line > 8), "{corners:?}");
+}
+
+/// A slow stretch is no corner, however long it is.
+#[test]
+fn a_slow_feed_is_no_corner() {
+    assert_eq!(plan("G1 F6000 X100\nF60 X102\nF6000 X200").corners, []);
+}
+
+#[test]
+fn a_change_of_the_spindle_is_at_rest() {
+    let found = plan("G1 F6000 X100\nM3 S100\nX200\nM8\nX300");
+    near(found.time, 3.3);
+    let corners: Vec<_> = found.corners.iter().map(|c| (c.line, c.speed)).collect();
+    assert_eq!(corners, [(1, 0.0), (3, 0.0)]);
+    // The same again is no change; M1 and T are nothing that stops.
+    near(plan("M3 S100\nG1 F6000 X100\nM3 S100\nM1\nT2\nX200").time, 2.1);
+}
+
+const BADGE: &str = include_str!("../../../examples/gcode/badge.nc");
+
+/// Uneven arcs, helices, tiny pieces, a stop: what is planned is what the steps take, and they
+/// lead to the end.
+#[test]
+fn the_plan_is_that_of_the_steps() {
+    let uneven = "G1 F3000 X10 Y3\nG2 X20.003 Y3.004 I5\nG3 X20.001 Y3.006 I-7.07 J-7.07 Z2\n\
+                  G1 X20.0001\n";
+    let stops = "G0 X3\nM3 S100\nG1 F500 X3.3 Y0.1\nG4 P0.01\nG18 G2 X4 Z-1 R1\nM5\n\
+                 G0 X-7 Y2 Z-3\n";
+    let tiny = |n| format!("G1 F2000 X{}\n", f64::from(n) * 1e-3);
+    let tiny: String = (1..=3_000).map(tiny).collect();
+    for (job, ends) in [
+        (BADGE, [0, 0, 240]),
+        (uneven, [1_600, 240, 160]),
+        (stops, [-560, 160, -240]),
+        (&tiny, [240, 0, 0]),
+    ] {
+        let (found, (steps, time)) = (plan(job), steps(job));
+        assert_eq!(found.time.to_bits(), time.to_bits(), "{} {time}", found.time);
+        assert_eq!(end(&steps), ends);
+        assert!(steps.windows(2).all(|pair| pair[0].time <= pair[1].time));
+        assert!(steps.last().unwrap().time <= time);
+    }
+}
+
+/// Ends that are rounded to 3 digits are no corners: a circle of arcs is passed at speed.
+#[test]
+fn rounded_arcs_are_passed_at_speed() {
+    for (word, side) in [("G2", -0.7), ("G3", 0.7)] {
+        let place = |n: i32| {
+            let angle = f64::from(n) * side;
+            [20.0 * angle.cos(), 20.0 * angle.sin()].map(|at| (at * 1e3).round() / 1e3)
+        };
+        let arc = |n: i32| {
+            let ([a, b], [x, y]) = (place(n - 1), place(n));
+            format!("{word} F3000 X{x} Y{y} I{:.3} J{:.3}\n", -a, -b)
+        };
+        let found = plan(&("G0 X20\n".to_owned() + &(1..10).map(arc).collect::<String>()));
+        // 9 · 0.7 · 20 mm at 50 mm/s, less the ramps.
+        assert!(found.at_feed > 0.93 * 126.0 / 50.0, "{found:?}");
+        assert!(found.corners.iter().all(|corner| corner.line < 2), "{:?}", found.corners);
+    }
+}
+
+/// Nearly all of a circle, whose ends are 5 µm nearer and farther: it stays that near to the
+/// circle, where one arc through both ends would be half a millimetre off.
+#[test]
+fn an_uneven_arc_stays_on_its_way() {
+    for (x, y) in [(20.004, -0.1), (19.996, -0.2), (20.004, 0.3)] {
+        let (steps, _) = steps(&format!("G0 X20\nG4 P10\nG3 F3000 X{x} Y{y} I-20\n"));
+        let mut at = [1_600, 0];
+        for step in steps.iter().filter(|step| step.time > 5.0) {
+            at[step.axis] += if step.forward { 1 } else { -1 };
+            let off = f64::from(at[0]).hypot(f64::from(at[1])) * 0.0125 - 20.0;
+            // Each axis within 3/4 of a step.
+            assert!(off.abs() < 0.0125 * 0.75 * 1.415 + 0.005, "{off} at {at:?}");
+        }
+        let place = [x, y].map(|at: f64| (at / 0.0125).round() as i32);
+        assert_eq!(at, place);
+    }
+}
+
+#[test]
+fn an_error_ends_it_with_its_line() {
+    let of = |job: &str| JobPlan::of(job.bytes(), [AXIS; 3], &board(), |_, _| ()).unwrap_err();
+    let said = "line 2, column 7: error 4: F is negative: write 0 or more";
+    assert_eq!(of("G0 X1\nG1 X5 F-1").to_string(), said);
+    // Beyond 2³¹ steps.
+    let axis = AxisPace { step: 1e-6, ..AXIS };
+    let far = JobPlan::of(*b"G0 X1\nX9999", [axis; 3], &board(), |_, _| ()).unwrap_err();
+    assert!(matches!(far, JobError::Move(2, _)), "{far:?}");
+    // The steps before it come out all the same.
+    let mut job = GcodeJob::new(*b"G1 F600 X1\nG1 Q\nX9", [AXIS; 3]).unwrap();
+    let mut steps = 0;
+    let error = loop {
+        match job.step() {
+            Ok(step) => steps += i32::from(step.is_some()),
+            Err(error) => break error,
+        }
+    };
+    assert!(matches!(error, JobError::Code(error) if error.line == 2));
+    assert_eq!(steps, 80);
+}
+
+#[test]
+fn what_a_board_cannot_do_is_said() {
+    // 10,000 steps/s of one axis, 5,000 of two together: 125 mm/s, and 31.25 each.
+    assert_eq!(plan("G1 F7400 X100").refused, None);
+    let found = plan("G1 F6000 X100\nG1 F9000 X200\nF600 X0").refused.unwrap();
+    assert_eq!((found.line, found.axis), (2, 0));
+    near(found.wanted, 12_000.0);
+    near(found.most, 10_000.0);
+    // It is told the fastest of each axis: X and Y need not be as fast at a time.
+    let apart = plan("G1 F3000 X100\nF2900 Y100").refused.unwrap();
+    assert_eq!((apart.line, apart.axis), (1, 0));
+    assert!(plan("G1 F2600 X70 Y70").refused.is_none());
+    assert!(plan("G1 F2700 X70 Y70").refused.is_some());
+}
+
+/// It brakes along its way, from wherever it is.
+#[test]
+fn a_job_is_cancelled() {
+    let long = "G1 F6000 X100\nG3 X100 Y40 J20\nG1 X0 Y0\n".repeat(5);
+    let mut job = GcodeJob::new(long.bytes(), [AXIS; 3]).unwrap();
+    let mut time = 0.0;
+    while time < 1.5 {
+        time = job.step().unwrap().unwrap().time;
+    }
+    job.cancel();
+    let mut last = time;
+    while let Some(step) = job.step().unwrap() {
+        last = step.time;
+    }
+    assert!(last < time + 0.15 && last > time + 0.05, "{time} {last}");
+    assert_eq!(job.step().unwrap(), None);
+}

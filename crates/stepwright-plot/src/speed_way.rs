@@ -1,0 +1,196 @@
+//! The way of two axes on paper, with the speed as its colour.
+
+use crate::figure::{GRID, INK, SOFT};
+use crate::picture::{Colour, Frame, Picture, Shape, Style};
+use crate::scale::number;
+use crate::way::Paper;
+
+/// Colours of the speed, from rest to the fastest: dark and blue, then green, then yellow, each
+/// lighter than the one before, so that they differ without colour too.
+const SPEEDS: [Colour; 12] = [
+    [0x3b, 0x0f, 0x70],
+    [0x42, 0x2f, 0x8a],
+    [0x3a, 0x50, 0x9a],
+    [0x2f, 0x6b, 0xa0],
+    [0x26, 0x84, 0x9f],
+    [0x1f, 0x9c, 0x96],
+    [0x34, 0xb0, 0x80],
+    [0x62, 0xc0, 0x63],
+    [0x95, 0xcb, 0x48],
+    [0xc4, 0xd0, 0x3a],
+    [0xe8, 0xcb, 0x3f],
+    [0xf7, 0xb8, 0x2d],
+];
+
+/// Where two axes have been, and how fast they were.
+///
+/// ```
+/// use stepwright_plot::SpeedWay;
+/// let mut way = SpeedWay::new(["X", "Y"], "mm", "mm/s");
+/// for n in 0..=100 {
+///     let x = f64::from(n);
+///     way.go(x, 10.0 * (x / 10.0).sin(), 40.0 + x);
+/// }
+/// assert_eq!(way.fastest(), 140.0);
+/// assert!(way.picture("A wave").shapes.len() > 20);
+/// ```
+#[derive(Clone, Debug)]
+pub struct SpeedWay {
+    names: [String; 2],
+    unit: String,
+    speed_unit: String,
+    /// Places, and the speed from the one before to each.
+    points: Vec<(f64, f64)>,
+    speeds: Vec<f64>,
+}
+
+impl SpeedWay {
+    /// Of two axes with these names, in this unit, and the unit of the speed.
+    pub fn new(names: [&str; 2], unit: &str, speed_unit: &str) -> SpeedWay {
+        SpeedWay {
+            names: names.map(str::to_owned),
+            unit: unit.to_owned(),
+            speed_unit: speed_unit.to_owned(),
+            points: Vec::new(),
+            speeds: Vec::new(),
+        }
+    }
+
+    /// On to here, at this speed.
+    pub fn go(&mut self, x: f64, y: f64, speed: f64) {
+        self.points.push((x, y));
+        self.speeds.push(speed);
+    }
+
+    /// The highest speed.
+    pub fn fastest(&self) -> f64 {
+        self.speeds.iter().skip(1).copied().fold(0.0, f64::max)
+    }
+
+    /// Draws it.
+    pub fn picture(&self, title: &str) -> Picture {
+        let names = [&*self.names[0], &*self.names[1]];
+        let Paper { mut picture, frame, x, y } = Paper::new(title, names, &self.unit, &self.points);
+        let fastest = self.fastest();
+        let count = SPEEDS.len();
+        let colour = |speed: f64| {
+            let part = if fastest > 0.0 { speed / fastest } else { 0.0 };
+            ((part * count as f64) as usize).min(count - 1)
+        };
+        let mut line: Vec<(f64, f64)> = Vec::new();
+        let mut last = 0;
+        for (point, speed) in self.points.iter().zip(&self.speeds) {
+            let (point, now) = ((x.at(point.0), y.at(point.1)), colour(*speed));
+            // The first point has no way to it.
+            if line.len() > 1 && now != last {
+                let end = line.last().copied();
+                picture.line(std::mem::take(&mut line), SPEEDS[last], 2.0);
+                line.extend(end);
+            }
+            if line.len() > 1 && straight(&line[line.len() - 2..], point) {
+                line.pop();
+            }
+            last = now;
+            line.push(point);
+        }
+        if line.len() > 1 {
+            picture.line(line, SPEEDS[last], 2.0);
+        }
+        if let Some(start) = self.points.first() {
+            let points = vec![(x.at(start.0), y.at(start.1))];
+            picture.shapes.push(Shape::Dots { points, fill: INK, radius: 5.0 });
+        }
+        self.legend(&mut picture, frame, fastest);
+        picture
+    }
+
+    /// A strip of the colours above the frame, with the speeds of its ends.
+    fn legend(&self, picture: &mut Picture, frame: Frame, fastest: f64) {
+        let (wide, high) = (16.0, 12.0);
+        let all = wide * SPEEDS.len() as f64;
+        let (left, top) = ((frame.right() - all).max(frame.left + 140.0), frame.top - 28.0);
+        for (n, fill) in SPEEDS.into_iter().enumerate() {
+            let left = left + wide * n as f64;
+            picture.fill(Frame { left, top, width: wide, height: high }, fill, 1.0);
+        }
+        let label = Style::new(13.0, SOFT);
+        let decimals = if fastest < 10.0 { 2 } else { 0 };
+        let end = format!("{} {}", number(fastest, decimals), self.speed_unit);
+        picture.text((left, top - 6.0), label, "0");
+        picture.text((left + all, top - 6.0), label.end(), end);
+        let edge = vec![(left, top + high), (left + all, top + high)];
+        picture.line(edge, GRID, 1.0);
+    }
+}
+
+/// Whether a point is straight on from two others. Of a bend with the chord c and the angle θ to
+/// its end the middle is c·θ/4 away, at most a twentieth of a pixel.
+fn straight(line: &[(f64, f64)], point: (f64, f64)) -> bool {
+    let &[a, b] = line else { return false };
+    let (before, after) = ((b.0 - a.0, b.1 - a.1), (point.0 - b.0, point.1 - b.1));
+    let off = (before.0 * after.1 - before.1 * after.0).abs();
+    off <= 0.2 * after.0.hypot(after.1) && before.0 * after.0 + before.1 * after.1 >= 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The coloured lines, without those of the grid.
+    fn lines(way: &SpeedWay) -> Vec<(Colour, Vec<(f64, f64)>)> {
+        let shapes = way.picture("A way").shapes.into_iter();
+        let lines = shapes.filter_map(|shape| match shape {
+            Shape::Line { points, colour, width: 2.0, .. } => Some((colour, points)),
+            _ => None,
+        });
+        lines.collect()
+    }
+
+    #[test]
+    fn the_colour_is_the_speed() {
+        let mut way = SpeedWay::new(["X", "Y"], "mm", "mm/s");
+        // The speed at the first point counts for nothing: no way leads there.
+        way.go(0.0, 0.0, 999.0);
+        for (x, y, speed) in [(10.0, 0.0, 100.0), (20.0, 0.0, 100.0), (20.0, 10.0, 1.0)] {
+            way.go(x, y, speed);
+        }
+        let found = lines(&way);
+        assert_eq!(found.iter().map(|line| line.0).collect::<Vec<_>>(), [SPEEDS[11], SPEEDS[0]]);
+        // A straight line is one, and the next begins where it ends.
+        assert_eq!((found[0].1.len(), found[1].1.len()), (2, 2));
+        assert_eq!(found[0].1[1], found[1].1[0]);
+    }
+
+    #[test]
+    fn a_bend_stays_a_bend() {
+        let mut way = SpeedWay::new(["X", "Y"], "mm", "mm/s");
+        for n in 0..=7_200 {
+            let angle = f64::from(n).to_radians() / 20.0;
+            way.go(50.0 * angle.cos(), 50.0 * angle.sin(), 10.0);
+        }
+        // However near the points are, the drawn circle stays round.
+        let found = lines(&way);
+        let points = &found[0].1;
+        let middle = [0, 1].map(|n| {
+            let at = |point: &(f64, f64)| if n == 0 { point.0 } else { point.1 };
+            let (low, high) =
+                points.iter().map(at).fold((1e9f64, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+            (low + high) / 2.0
+        });
+        let away = |x: f64, y: f64| (x - middle[0]).hypot(y - middle[1]);
+        let radius = away(points[0].0, points[0].1);
+        for pair in points.windows(2) {
+            let [(a, b), (c, d)] = [pair[0], pair[1]];
+            assert!((away((a + c) / 2.0, (b + d) / 2.0) - radius).abs() < 0.3, "{pair:?}");
+        }
+        // There and back is no straight line either.
+        let mut way = SpeedWay::new(["X", "Y"], "mm", "mm/s");
+        [0.0, 10.0, 5.0].into_iter().for_each(|x| way.go(x, 0.0, 1.0));
+        assert_eq!(lines(&way)[0].1.len(), 3);
+    }
+
+    #[test]
+    fn a_way_of_nothing_is_paper() {
+        assert!(lines(&SpeedWay::new(["X", "Y"], "mm", "mm/s")).is_empty());
+    }
+}

@@ -17,6 +17,7 @@ pub struct Job {
     pub wish: Wish,
     /// Whether the answer waits for the end of the order.
     pub waits: bool,
+    begun: Option<Box<dyn FnOnce() + Send>>,
     answer: Box<dyn FnOnce(Result<Done, Declined>) + Send>,
 }
 
@@ -27,7 +28,20 @@ impl Job {
         waits: bool,
         answer: impl FnOnce(Result<Done, Declined>) + Send + 'static,
     ) -> Job {
-        Job { wish, waits, answer: Box::new(answer) }
+        Job { wish, waits, begun: None, answer: Box::new(answer) }
+    }
+
+    /// The same, and this is told once its order has begun: for one who goes on meanwhile, and
+    /// waits for the answer later.
+    pub fn when_begun(self, begun: impl FnOnce() + Send + 'static) -> Job {
+        Job { begun: Some(Box::new(begun)), ..self }
+    }
+
+    /// Its order has begun.
+    pub(crate) fn begins(&mut self) {
+        if let Some(begun) = self.begun.take() {
+            begun();
+        }
     }
 
     /// Answers it. Who asked may be gone.

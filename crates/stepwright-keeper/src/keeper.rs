@@ -76,6 +76,9 @@ pub struct KeptBoard {
     /// The board brakes by itself when it hears nothing from here for this time, while an axis runs
     /// without end or is homed.
     pub lease: LeaseMillis,
+    /// And while it is on a travel that ends by itself: for a program whose motors are to rest when
+    /// it has died.
+    pub leases_travels: bool,
 }
 
 /// Keeps a board.
@@ -247,7 +250,10 @@ impl<D: KeeperDesk> Keeper<D> {
 
     /// Has the board no longer brake by itself, unless somebody has to be heard of.
     pub(crate) async fn end_lease(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
-        let is_free = |axis: &Watched| axis.hand.is_none() && axis.homing.is_none();
+        let travels = self.board.leases_travels;
+        let is_free = |axis: &Watched| {
+            axis.hand.is_none() && axis.homing.is_none() && !(travels && axis.moving)
+        };
         if self.leased && self.axes.iter().all(is_free) {
             talk.ask(Command::Lease(LeaseMillis::SMALLEST)).await?;
             self.leased = false;

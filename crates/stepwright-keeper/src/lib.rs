@@ -9,7 +9,7 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | [`request`] | what may be asked, checked |
+//! | [`request`], [`asked`] | what may be asked, checked; the same by its address |
 //! | [`decline`] | refusals: what, what is allowed, what to do |
 //! | [`report`] | what is told |
 //! | [`explain`] | what the lines of the conversation mean, and who says them ([`tap`]) |
@@ -23,6 +23,7 @@
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
+pub mod asked;
 pub mod decline;
 pub mod explain;
 mod forecast;

@@ -243,7 +243,8 @@ impl<D: KeeperDesk> Keeper<D> {
         let script = Script::new(&orders).map_err(|why| Declined::range(why.to_string()))?;
         let mut lines: Vec<Command> = script.collect();
         let grants = |can: stepwright_protocol::Abilities| can.has(Ability::Safety);
-        if hand.is_some() && talk.info().and_then(|info| info.can).is_some_and(grants) {
+        let leases = hand.is_some() || self.board.leases_travels;
+        if leases && talk.info().and_then(|info| info.can).is_some_and(grants) {
             lines.insert(0, Command::Lease(self.board.lease));
             self.leased = true;
         }

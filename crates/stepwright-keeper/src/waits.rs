@@ -32,10 +32,11 @@ struct Rest {
 
 impl<D: KeeperDesk> Keeper<D> {
     /// Answers a job whose order has begun: now, or when it has ended.
-    pub(crate) fn answer(&mut self, job: Job, lines: Vec<String>) {
+    pub(crate) fn answer(&mut self, mut job: Job, lines: Vec<String>) {
+        job.begins();
         let axes: Vec<AxisId> = match &job.wish {
             _ if !job.waits => Vec::new(),
-            Wish::Travel(axis, ..) | Wish::Home(axis, ..) => vec![*axis],
+            Wish::Travel(axis, ..) | Wish::Run(axis, ..) | Wish::Home(axis, ..) => vec![*axis],
             Wish::Line(ways, _) => ways.iter().map(|(axis, _)| *axis).collect(),
             _ => Vec::new(),
         };
@@ -139,8 +140,11 @@ impl Rest {
 /// How an order has ended whose axes rest so.
 fn concluded(rests: Vec<Rest>) -> OrderEnd {
     let lost = rests.iter().find(|rest| rest.end.position.is_none());
+    // A run without end has no target, and ends by a stop alone.
     let elsewhere = rests.iter().find(|rest| {
-        rest.failed.is_some() || rest.end.target.is_some_and(|to| Some(to) != rest.end.position)
+        rest.failed.is_some()
+            || rest.end.target.is_some_and(|to| Some(to) != rest.end.position)
+            || rest.end.target.is_none() && rest.end.stop.is_some()
     });
     let (outcome, words, remedy) = match (lost, elsewhere) {
         (Some(rest), _) => {

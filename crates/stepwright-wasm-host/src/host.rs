@@ -100,6 +100,7 @@ async fn keep(desk: Arc<PageDesk>) {
         home_within: Vec::new(),
         machine: None,
         lease: LEASE,
+        leases_travels: false,
     };
     let mut keeper = Keeper::new(desk.clone(), board);
     let mut another = true;

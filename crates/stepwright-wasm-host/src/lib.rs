@@ -13,7 +13,6 @@
 //! | [`door`] | the functions that a page calls |
 //! | [`host`] | what is known between two calls, and the future that they carry on |
 //! | [`page_desk`] | between the page and the keeper |
-//! | [`asked`] | a request, by its address |
 //!
 //! The virtual board is another module (`stepwright-wasm-board`): it is proven free of panics by the
 //! linker, which text, JSON and allocation are not. A panic here ends the module with a trap; the
@@ -21,7 +20,6 @@
 
 #![warn(missing_docs)]
 
-pub mod asked;
 pub mod door;
 pub mod host;
 pub mod page_desk;

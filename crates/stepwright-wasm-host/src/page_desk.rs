@@ -10,9 +10,10 @@ use stepwright_host::Pipe;
 use stepwright_keeper::report::{
     BoardSheet, Controller, Done, LiveMessage, LiveState, PlannedCurve,
 };
-use stepwright_keeper::{Declined, Hand, Job, JobQueue, KeeperDesk, explain};
+use stepwright_keeper::{Declined, Hand, Job, JobQueue, KeeperDesk, asked, explain};
 
-use crate::asked::{self, HAND};
+/// The one who asks: a page without a server has its board for itself.
+const HAND: Hand = Hand(1);
 
 /// What is told beside the messages of `/api/live`.
 #[derive(Serialize)]
@@ -135,7 +136,7 @@ impl PageDesk {
         let (head, body) = request.split_once('\n').unwrap_or((request, "{}"));
         let (id, name) = head.split_once(' ').unwrap_or((head, ""));
         let id = id.parse().unwrap_or_default();
-        match asked::wish(name, body) {
+        match asked::wish(name, body, HAND) {
             Ok((wish, waits)) => {
                 let desk = self.clone();
                 let job = Job::new(wish, waits, move |answer| desk.answer(id, answer));

@@ -95,6 +95,7 @@ impl BoardThread {
             home_within: board.home_within.clone(),
             machine: board.machine.clone(),
             lease: LEASE,
+            leases_travels: false,
         };
         let mut keeper = Keeper::new(desk.clone(), kept);
         if board.port.port.is_some() {

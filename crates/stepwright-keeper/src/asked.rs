@@ -1,21 +1,19 @@
-//! A request, by its address: what `stepwright serve` takes over HTTP.
+//! A request, by its address: what `stepwright serve` takes over HTTP, for fronts without HTTP.
 
-use serde::de::DeserializeOwned;
-use stepwright_keeper::request::home::HomeRequest;
-use stepwright_keeper::request::line::LineRequest;
-use stepwright_keeper::request::{
+use crate::request::home::HomeRequest;
+use crate::request::line::LineRequest;
+use crate::request::{
     EmptyRequest, MoveRequest, RetargetRequest, RunRequest, SetRequest, StopRequest, ZeroRequest,
 };
-use stepwright_keeper::{Declined, Hand, Wish};
+use crate::{Declined, Hand, Wish};
+use serde::de::DeserializeOwned;
 
-/// The one who asks: a page without a server has its board for itself.
-pub const HAND: Hand = Hand(1);
-
-/// The wish of `POST /api/NAME`, and whether its answer waits for its end: `?wait=true`.
+/// The wish of `POST /api/NAME` by this hand, and whether its answer waits for its end:
+/// `?wait=true`.
 ///
 /// # Errors
 /// There is no such address, or its body is not as it should be.
-pub fn wish(name: &str, body: &str) -> Result<(Wish, bool), Declined> {
+pub fn wish(name: &str, body: &str, hand: Hand) -> Result<(Wish, bool), Declined> {
     let (name, waits) = match name.strip_suffix("?wait=true") {
         Some(name) => (name, true),
         None => (name, false),
@@ -23,8 +21,8 @@ pub fn wish(name: &str, body: &str) -> Result<(Wish, bool), Declined> {
     let wish = match name {
         "move" => read::<MoveRequest>(body)?.wish(),
         "line" => read::<LineRequest>(body)?.wish(),
-        "run" => read::<RunRequest>(body)?.wish(HAND),
-        "home" => read::<HomeRequest>(body)?.wish(HAND),
+        "run" => read::<RunRequest>(body)?.wish(hand),
+        "home" => read::<HomeRequest>(body)?.wish(hand),
         "retarget" => read::<RetargetRequest>(body)?.wish(),
         "stop" => read::<StopRequest>(body)?.wish(),
         "kill" => read::<EmptyRequest>(body).map(|_| Wish::Kill),
@@ -46,6 +44,10 @@ mod tests {
     use stepwright_protocol::Selection;
 
     use super::*;
+
+    fn wish(name: &str, body: &str) -> Result<(Wish, bool), Declined> {
+        super::wish(name, body, Hand(1))
+    }
 
     #[test]
     fn a_request_is_a_wish() {

@@ -29,10 +29,25 @@ pub const API: Environment = Environment {
     module: "schemathesis",
 };
 
+/// What builds the wheel of `python/`, and tries it.
+pub const MOTION: Environment = Environment {
+    name: "venv-motion",
+    requirements: "python/tests/requirements.txt",
+    module: "maturin",
+};
+
 /// A Python that can make virtual environments: the user's, else Debian's.
 pub fn base() -> Option<&'static str> {
     let able = |python: &&str| succeeds(python, &["-c", "import venv, ensurepip"]);
     ["python3", "/usr/bin/python3"].into_iter().find(able)
+}
+
+/// Makes a virtual environment with nothing in it; its interpreter.
+pub fn clean(ws: &Workspace, name: &str) -> Result<PathBuf> {
+    let base = base().context("no Python that can make virtual environments")?;
+    let folder = ws.target.join(name);
+    run(Command::new(base).args(["-m", "venv", "--clear"]).arg(&folder))?;
+    Ok(folder.join("bin/python"))
 }
 
 impl Environment {
@@ -55,8 +70,7 @@ impl Environment {
         if self.ready(ws) {
             return Ok(());
         }
-        let base = base().context("no Python that can make virtual environments")?;
-        run(Command::new(base).args(["-m", "venv", "--clear"]).arg(ws.target.join(self.name)))?;
+        clean(ws, self.name)?;
         let requirements = ws.root.join(self.requirements);
         run(Command::new(self.interpreter(ws))
             .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])

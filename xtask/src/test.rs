@@ -17,6 +17,7 @@ mod page;
 mod ports;
 mod programs;
 mod pyserial;
+mod python;
 mod rig;
 mod sigrok;
 #[cfg(test)]
@@ -122,6 +123,12 @@ const STEPS: &[Step] = &[
         what: "a Python master drives the virtual board",
         needs: &[setup::PYTHON],
         run: pyserial::run,
+    },
+    Step {
+        name: "python",
+        what: "the Python package builds, installs, and drives virtual boards",
+        needs: &[setup::PYTHON],
+        run: python::run,
     },
     Step {
         name: "sigrok",

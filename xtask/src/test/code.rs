@@ -7,8 +7,8 @@ use crate::workspace::{Workspace, run};
 
 /// `cargo fmt --all` puts right what this finds, in the folder that it names.
 pub fn fmt(ws: &Workspace) -> Result<()> {
-    // The firmware is a workspace of its own, with the board support.
-    for folder in [".", "firmware/avr"] {
+    // Workspaces of their own: the firmware with the board support, and the Python package.
+    for folder in [".", "firmware/avr", "python"] {
         run(ws.cargo(["fmt", "--all", "--check"]).current_dir(ws.root.join(folder)))?;
     }
     Ok(())

@@ -38,6 +38,7 @@ const HOSTS: &[&str] =
 const UNSAID: &[(&str, &[&str], &str)] = &[
     ("crates/stepwright/src", &["target_arch", "target_os"], "the core knows no chip"),
     ("crates/stepwright-serve/src", &["Master", "Script", "Slave"], "a front end says no line"),
+    ("python/src", &["Master", "Script", "Slave"], "a front end says no line"),
     ("crates/stepwright-host/src/conversation.rs", IO, "the host's conversation does no I/O"),
     ("crates/stepwright-host/src/motion.rs", IO, "the host's conversation does no I/O"),
     ("crates/stepwright-host/src/home.rs", IO, "the host's conversation does no I/O"),

@@ -79,13 +79,13 @@ fn together(ws: &Workspace, port: &str) -> Result<()> {
 
 /// The program of the guide's page, at this port: it moves the motor, and prints where it is.
 fn the_guides_own(ws: &Workspace, port: &str) -> Result<()> {
-    let page = fs::read_to_string(ws.root.join("docs/guide/src/python.md"))?;
+    let page = fs::read_to_string(ws.root.join("docs/guide/src/serial-line.md"))?;
     let program = page.split("```python\n").nth(1).and_then(|rest| rest.split("```").next());
     let program = program.context("the page has no program")?.replace("/dev/ttyUSB0", port);
     let mut zero = Command::new(ws.built("stepwright"));
     zero.args(["zero", "--port", port]).env("STEPWRIGHT_MACHINE", "none");
     workspace::run(&mut zero)?;
     let said = output(Command::new(python::SERIAL.interpreter(ws)).args(["-c", &program]))?;
-    ensure!(said == "4000\n", "the program of python.md says {said:?}");
+    ensure!(said == "4000\n", "the program of serial-line.md says {said:?}");
     Ok(())
 }

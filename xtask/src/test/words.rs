@@ -78,7 +78,7 @@ const LONGEST: usize = 600;
 /// The checks, all of them, before one verdict.
 pub fn run(ws: &Workspace) -> Result<()> {
     let mut files = Vec::new();
-    for folder in ["crates", "docs", "examples", "firmware", "xtask"] {
+    for folder in ["crates", "docs", "examples", "firmware", "python", "xtask"] {
         collect(&ws.root.join(folder), &mut files)?;
     }
     for entry in fs::read_dir(&ws.root)? {

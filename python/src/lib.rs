@@ -1,0 +1,41 @@
+//! The native half of the Python package `stepwright_motion`: a board that is kept by a thread of its
+//! own, units, and recordings. What a person calls is Python, in `stepwright_motion/`.
+//!
+//! ```text
+//!   Board, Axis, Move (Python) ─► Kept, Ticket ─► Desk ◄─► thread: Keeper, Session ─► a board
+//! ```
+//!
+//! | module | what |
+//! | --- | --- |
+//! | `kept` | the classes that Python holds |
+//! | `desk` | what stands between Python's threads and the board's |
+//! | `ticket` | an order that was given, and what becomes of it |
+//! | `keeping` | the board's thread |
+//! | `machine` | the virtual board, with switches |
+//! | `track` | what a recorder writes down |
+//! | `units` | texts with units, as steps |
+//!
+//! Requests and answers are those of `stepwright serve`, as JSON: one list of what may be asked, for
+//! HTTP, JavaScript and Python.
+
+mod bell;
+mod desk;
+mod keeping;
+mod kept;
+mod machine;
+mod ticket;
+mod track;
+mod units;
+
+use pyo3::prelude::*;
+
+/// What `stepwright_motion` is built on.
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("VERSION", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<kept::Kept>()?;
+    module.add_class::<kept::Order>()?;
+    module.add_class::<kept::Recorder>()?;
+    module.add_class::<units::Scale>()?;
+    Ok(())
+}

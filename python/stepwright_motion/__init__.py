@@ -1,0 +1,47 @@
+"""Drive, record and plan stepper motors.
+
+>>> import stepwright_motion as sw
+>>> with sw.virtual(fast=True) as board:  # or sw.open("/dev/ttyUSB0")
+...     board.x.steps_per_mm = 80
+...     board.x.move_to(25, "mm").wait().position
+25.0
+"""
+
+from ._axis import Axis
+from ._board import Board, open, virtual
+from ._errors import (
+    CantOpen,
+    Ended,
+    LinkLost,
+    OutOfRange,
+    Refused,
+    StepwrightError,
+    Stopped,
+    Uncertain,
+)
+from ._move import Move, Outcome
+from ._native import VERSION as __version__
+from ._record import STATES, Recording, Track
+from ._settings import Settings
+
+__all__ = [
+    "STATES",
+    "Axis",
+    "Board",
+    "CantOpen",
+    "Ended",
+    "LinkLost",
+    "Move",
+    "Outcome",
+    "OutOfRange",
+    "Recording",
+    "Refused",
+    "Settings",
+    "StepwrightError",
+    "Stopped",
+    "Track",
+    "Uncertain",
+    "__version__",
+    "open",
+    "virtual",
+]

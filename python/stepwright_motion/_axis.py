@@ -1,0 +1,233 @@
+"""An axis of a board."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Optional
+
+from ._errors import Uncertain
+from ._move import Move, Outcome
+from ._native import Scale
+from ._quantity import Quantity, text
+
+if TYPE_CHECKING:
+    from ._line import Line
+
+
+class Axis:
+    """An axis: ``board.x``, ``board[1]``.
+
+    It counts in its ``unit``: steps, until it is told how steps relate to the world by
+    ``steps_per_mm``, by ``scale_to`` or by a machine file. Bare numbers are in that unit (speeds in
+    units/s, accelerations in units/s²), and so are the positions that it says. A text may have any
+    unit: ``"25mm"``, ``"90deg"``, ``"120rpm"``.
+    """
+
+    speed: Optional[Quantity] = None
+    """The speed between the ramps. By default 1000 steps/s."""
+    accel: Optional[Quantity] = None
+    """The acceleration. By default that which reaches the speed in 0.4 s."""
+    decel: Optional[Quantity] = None
+    """The deceleration. By default the acceleration."""
+    start_speed: Optional[Quantity] = None
+    """The speed that the motor jumps to from rest, and stops from. By default 50 steps/s."""
+    jerk: Optional[Quantity] = None
+    """The limit of jerk, of a board that has S-curves. By default none."""
+
+    def __init__(self, line: Line, number: int):
+        self._line = line
+        self.number = number
+        self.scale = Scale()
+        self._home: dict[str, Quantity] = {}
+
+    # How steps relate to the world.
+
+    @property
+    def unit(self) -> str:
+        """``steps``, ``mm`` or ``deg``."""
+        return str(self.scale.unit[0])
+
+    @property
+    def steps_per_mm(self) -> float:
+        """Steps of a millimetre."""
+        name, steps = self.scale.unit
+        if name != "mm":
+            raise ValueError(f"axis {self.number} counts {name}: set steps_per_mm")
+        return float(steps)
+
+    @steps_per_mm.setter
+    def steps_per_mm(self, steps: float) -> None:
+        # A thousand millimetres a turn, so that fractions of a step count.
+        self.scale = Scale(round(steps * 1000), 1000.0)
+
+    def scale_to(
+        self, steps_per_rev: Optional[int] = None, mm_per_rev: Optional[float] = None
+    ) -> None:
+        """Has it count in millimetres, or in degrees if only the steps of a turn are given."""
+        self.scale = Scale(steps_per_rev, mm_per_rev)
+
+    def _steps(self, position: Quantity, unit: Optional[str] = None, name: str = "position") -> int:
+        return self.scale.distance(name, text(position, unit, self.unit))
+
+    def _rate(self, name: str, value: Quantity, unit: Optional[str] = None) -> float:
+        usual = {"steps": "steps"}.get(self.unit, self.unit)
+        if name in ("accel", "decel"):
+            return self.scale.accel(name, text(value, unit, f"{usual}/s2"))
+        if name == "jerk":
+            return self.scale.jerk(name, text(value, unit, f"{usual}/s3"))
+        return self.scale.speed(name, text(value, unit, f"{usual}/s"))
+
+    def _limits(self, given: dict[str, Any], top: str = "top_speed") -> dict[str, float]:
+        limits: dict[str, float] = {}
+        for name in ("speed", "accel", "decel", "start_speed", "jerk"):
+            value = given.get(name)
+            value = getattr(self, name) if value is None else value
+            if value is not None:
+                limits[top if name == "speed" else name] = self._rate(name, value)
+        return limits
+
+    # What it does.
+
+    def _state(self) -> dict[str, Any]:
+        state: dict[str, Any] = self._line.state()["axes"][self.number - 1]
+        return state
+
+    @property
+    def steps(self) -> int:
+        """Where it is, in steps, by the last look: at most 20 ms ago while it moves.
+
+        Raises ``Uncertain`` where that is not known.
+        """
+        at = self._state()["position"]
+        if at is None:
+            self._line.check()
+            words = f"the position of axis {self.number} is uncertain"
+            raise Uncertain(Outcome("uncertain", words, (None,), (None,)))
+        return int(at)
+
+    @property
+    def position(self) -> float:
+        """Where it is, in its unit."""
+        return self.steps / self.scale.unit[1]
+
+    @property
+    def speed_now(self) -> float:
+        """Its speed over the last tenth of a second, in its unit/s."""
+        return float(self._state()["speed"]) / float(self.scale.unit[1])
+
+    @property
+    def moving(self) -> bool:
+        """Whether it moves."""
+        return bool(self._state()["moving"])
+
+    # Orders.
+
+    def move_to(
+        self,
+        position: Quantity,
+        unit: Optional[str] = None,
+        *,
+        speed: Optional[Quantity] = None,
+        accel: Optional[Quantity] = None,
+        decel: Optional[Quantity] = None,
+        start_speed: Optional[Quantity] = None,
+        jerk: Optional[Quantity] = None,
+    ) -> Move:
+        """Begins to move to a position. Raises ``Refused`` if nothing moves."""
+        limits = self._limits(locals())
+        body = {"axis": self.number, "to": self._steps(position, unit), **limits}
+        return self._order("move", body)
+
+    def move_by(
+        self,
+        distance: Quantity,
+        unit: Optional[str] = None,
+        *,
+        speed: Optional[Quantity] = None,
+        accel: Optional[Quantity] = None,
+        decel: Optional[Quantity] = None,
+        start_speed: Optional[Quantity] = None,
+        jerk: Optional[Quantity] = None,
+    ) -> Move:
+        """Begins to move by a distance. Raises ``Refused`` if nothing moves."""
+        limits = self._limits(locals())
+        body = {"axis": self.number, "by": self._steps(distance, unit, "distance"), **limits}
+        return self._order("move", body)
+
+    def run(
+        self,
+        speed: Optional[Quantity] = None,
+        unit: Optional[str] = None,
+        *,
+        seconds: Optional[float] = None,
+        accel: Optional[Quantity] = None,
+        decel: Optional[Quantity] = None,
+        start_speed: Optional[Quantity] = None,
+        jerk: Optional[Quantity] = None,
+    ) -> Move:
+        """Begins to run, backward at a negative speed, until it is stopped or for these seconds.
+
+        In a ``with`` block it runs as long as the block lasts.
+        """
+        given = 1000 if speed is None and self.speed is None else speed
+        given = self.speed if given is None else given
+        assert given is not None
+        size = text(given, unit, f"{self.unit}/s")
+        backward = size.startswith(("-", "\u2212"))
+        limits = self._limits({**locals(), "speed": size.lstrip("+-\u2212")}, "speed")
+        if backward:
+            limits["speed"] = -limits["speed"]
+        return self._order("run", {"axis": self.number, **limits}, seconds, endless=True)
+
+    jog = run
+
+    def home(
+        self,
+        within: Optional[Quantity] = None,
+        *,
+        speed: Optional[Quantity] = None,
+        slow: Optional[Quantity] = None,
+        back_off: Optional[Quantity] = None,
+        accel: Optional[Quantity] = None,
+        start_speed: Optional[Quantity] = None,
+    ) -> Move:
+        """Begins to find 0 by the limit switch, which the setting ``switches`` names.
+
+        ``within`` is how far the switch may be, ``back_off`` how far the axis stands from it in the
+        end. To the switch at ``speed``, by default 500 steps/s, and once more at ``slow``, by
+        default 50.
+        """
+        body: dict[str, Any] = {"axis": self.number}
+        known = {**self._home, **{k: v for k, v in locals().items() if v is not None}}
+        for name in ("within", "back_off"):
+            if name in known:
+                body[name] = self._steps(known[name], None, name)
+        for name in ("speed", "slow"):
+            if name in known:
+                body[name] = self._rate(name, known[name])
+        for name, given in (("accel", accel), ("start_speed", start_speed)):
+            value = getattr(self, name) if given is None else given
+            if value is not None:
+                body[name] = self._rate(name, value)
+        return self._order("home", body)
+
+    def stop(self) -> None:
+        """Brakes it along its ramp, and waits until it rests."""
+        self._line.ask("stop", axis=self.number)
+        self._line.rest(lambda: not self.moving)
+
+    def zero(self) -> None:
+        """Calls the place where it stands 0."""
+        self._line.ask("zero", axis=self.number)
+
+    def _order(
+        self,
+        name: str,
+        body: dict[str, Any],
+        seconds: Optional[float] = None,
+        endless: bool = False,
+    ) -> Move:
+        order = self._line.give(name, body, seconds)
+        return Move(self._line, (self,), order, endless)._begun()
+
+    def __repr__(self) -> str:
+        return f"<Axis {self.number} of {self._line.name}>"

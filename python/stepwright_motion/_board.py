@@ -1,0 +1,240 @@
+"""A board: how it is opened, and what it does as a whole."""
+
+from __future__ import annotations
+
+import atexit
+import weakref
+from types import TracebackType
+from typing import Any, Iterator, Optional, Type, Union
+
+from ._axis import Axis
+from ._errors import LinkLost, StepwrightError
+from ._line import Line, place_of
+from ._move import Move
+from ._native import Kept
+from ._quantity import Quantity, text
+from ._record import Recording
+from ._settings import Settings
+
+_open: weakref.WeakSet[Line] = weakref.WeakSet()
+
+
+class Board:
+    """A board that is open. In a ``with`` block everything brakes at the end of the block, whatever
+    ends it.
+
+    A thread of its own talks to the board. While this program lives it is heard of; when it dies
+    the board brakes after its lease, along its ramps, and its positions stay known.
+    """
+
+    def __init__(self, line: Line):
+        # What is below holds the line, and nothing holds the board: once nobody does, it is let go.
+        self._line = line
+        self.name = line.name
+        """Its port."""
+        self._axes = tuple(Axis(line, one["axis"]) for one in line.sheet()["axes"])
+        self.settings = Settings(line)
+        """Its settings, as attributes."""
+        _open.add(line)
+
+    # Its axes.
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Its axes."""
+        return self._axes
+
+    @property
+    def x(self) -> Axis:
+        """Axis 1."""
+        return self[1]
+
+    @property
+    def y(self) -> Axis:
+        """Axis 2."""
+        return self[2]
+
+    @property
+    def z(self) -> Axis:
+        """Axis 3."""
+        return self[3]
+
+    def __getitem__(self, axis: Union[int, str]) -> Axis:
+        """An axis by its number, from 1, or its letter."""
+        return self._axes[place_of(axis, len(self._axes))]
+
+    def __iter__(self) -> Iterator[Axis]:
+        return iter(self._axes)
+
+    def __len__(self) -> int:
+        return len(self._axes)
+
+    # What it says.
+
+    @property
+    def time(self) -> float:
+        """Seconds since it was opened, by the clock of recordings."""
+        return self._line.kept.time
+
+    @property
+    def moving(self) -> bool:
+        """Whether any axis moves."""
+        return any(bool(axis["moving"]) for axis in self._line.state()["axes"])
+
+    @property
+    def late(self) -> int:
+        """Steps that came late since the last ``acknowledge``."""
+        return int(self._line.state()["late"])
+
+    @property
+    def errors(self) -> list[str]:
+        """What has gone wrong since the last ``acknowledge``, in words."""
+        return [str(one["words"]) for one in self._line.state()["errors"]]
+
+    @property
+    def max_speed(self) -> Optional[int]:
+        """The fastest it steps one axis, in steps/s."""
+        speed: Optional[int] = self._line.sheet()["max_speed"]
+        return speed
+
+    def notes(self) -> list[str]:
+        """What a person should know, since the last call."""
+        return self._line.kept.notes()
+
+    # Orders.
+
+    def line_to(self, *places: Optional[Quantity], **given: Quantity) -> Move:
+        """Moves axes together along a straight line: ``line_to(x=25, y="-3mm", speed="40mm/s")``.
+
+        All start and end together; ``None`` leaves an axis where it is. The speed and the ramps
+        are those of the axis that goes furthest.
+        """
+        return self._straight("to", places, given)
+
+    def line_by(self, *distances: Optional[Quantity], **given: Quantity) -> Move:
+        """The same by distances from where the axes stand."""
+        return self._straight("by", distances, given)
+
+    def _straight(self, way: str, places: tuple[Optional[Quantity], ...], given: Any) -> Move:
+        wanted: dict[int, Quantity] = {
+            number: place for number, place in enumerate(places, 1) if place is not None
+        }
+        limits = {}
+        for name, value in given.items():
+            if name in ("speed", "accel", "decel", "start_speed", "jerk"):
+                limits[name] = value
+            elif name in ("x", "y", "z") and "xyz".index(name) + 1 not in wanted:
+                wanted["xyz".index(name) + 1] = value
+            else:
+                raise TypeError(f"line_{way} takes x, y, z, speed, accel, decel, start_speed, jerk")
+        steps: list[Optional[int]] = [None] * max(wanted, default=1)
+        for number, place in wanted.items():
+            axis = self[number]
+            steps[number - 1] = axis._steps(place)
+        lead = self[max(wanted, key=lambda n: self._length(way, n, steps), default=1)]
+        order = self._line.give("line", {way: steps, **lead._limits(limits)})
+        axes = tuple(self[number] for number in sorted(wanted))
+        return Move(self._line, axes, order)._begun()
+
+    def _length(self, way: str, number: int, steps: list[Optional[int]]) -> int:
+        there = self._line.state()["axes"][number - 1]["position"] or 0
+        return abs((steps[number - 1] or 0) - (there if way == "to" else 0))
+
+    def stop(self) -> None:
+        """Brakes every axis along its ramp, and waits until all rest."""
+        self._line.ask("stop")
+        self._line.rest(lambda: not self.moving)
+
+    def kill(self) -> None:
+        """Stops every axis at once: the position of one that moves becomes unknown."""
+        self._line.ask("kill")
+
+    def acknowledge(self) -> None:
+        """Forgets what has gone wrong."""
+        self._line.ask("acknowledge")
+
+    def sleep(self, seconds: float) -> None:
+        """Lets this much time pass on the board; on a fast virtual one that takes less of ours."""
+        self._line.sleep(seconds)
+        self._line.check()
+
+    def record(self) -> Recording:
+        """Begins to write down positions, speeds and states, until the recording is stopped or the
+        ``with`` block that has it ends."""
+        return Recording(self._axes, self._line.kept.record())
+
+    # Its end.
+
+    def close(self) -> None:
+        """Brakes everything, waits until it rests, and lets the board go.
+
+        Raises ``LinkLost`` if it is gone: a motor may be moving.
+        """
+        _open.discard(self._line)
+        self._line.close()
+
+    def __enter__(self) -> Board:
+        return self
+
+    def __exit__(
+        self,
+        kind: Optional[Type[BaseException]],
+        value: Optional[BaseException],
+        trace: Optional[TracebackType],
+    ) -> None:
+        heard = self._line.lost
+        try:
+            self.close()
+        except LinkLost:
+            if kind is None and not heard:
+                raise
+
+    def __repr__(self) -> str:
+        state = "closed" if self._line.kept.ended else "open"
+        return f"<Board {self.name}, {len(self._axes)} axes, {state}>"
+
+
+def open(
+    port: Optional[str] = None,
+    *,
+    baud: int = 115_200,
+    lease: float = 1.0,
+) -> Board:
+    """Opens the board on a serial port, or behind a plain socket: ``tcp://192.168.0.7:4000``.
+
+    ``"virtual"`` is a virtual board. ``lease`` is the silence in s after which the board brakes by
+    itself: this program has died, or the cable is pulled. Raises ``CantOpen``.
+    """
+    if port is None or port == "virtual":
+        return virtual(lease=lease)
+    return Board(Line(Kept.open(port, baud, round(lease * 1000), False, [])))
+
+
+def virtual(
+    *,
+    fast: bool = False,
+    switches: Optional[dict[Union[int, str], int]] = None,
+    lease: float = 1.0,
+) -> Board:
+    """A virtual Uno in this process: the engine of the chip, with simulated pins.
+
+    Its time passes as ours does; if it is ``fast``, only while something waits for it, and as fast
+    as it can be simulated. ``switches={"x": -1000}`` puts a limit switch on the machine, which an
+    axis closes there and beyond, in steps.
+    """
+    places = []
+    for axis, place in (switches or {}).items():
+        places.append(f"{place_of(axis, 3) + 1}:{text(place, None, '')}")
+    board = Board(Line(Kept.open(None, 115_200, round(lease * 1000), fast, places)))
+    if places:
+        board.settings.switches = sum(1 << (int(place.split(":")[0]) - 1) for place in places)
+    return board
+
+
+@atexit.register
+def _close_all() -> None:
+    for line in list(_open):
+        try:
+            line.close()
+        except StepwrightError:
+            pass

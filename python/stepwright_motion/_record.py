@@ -1,0 +1,126 @@
+"""What the axes did, as arrays."""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import struct
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Iterator, Optional, Type, Union
+
+from ._arrays import array
+from ._line import place_of
+from ._native import Recorder
+
+if TYPE_CHECKING:
+    from ._axis import Axis
+
+STATES = ("ready", "busy", "uncertain", "lost")
+"""The states of an axis, by the numbers of ``Track.state``."""
+
+
+class Track:
+    """What an axis did: an array each for every look at it."""
+
+    def __init__(self, axis: Axis, columns: list[bytearray], missed: int):
+        steps = axis.scale.unit[1]
+        self.unit = axis.unit
+        """The unit of its positions."""
+        self.time: Any = array(columns[0], "d")
+        """Seconds since the board was opened: ``board.time`` is the same clock."""
+        self.position: Any = _scaled(array(columns[1], "d"), steps)
+        """Where it was; NaN where that was not known."""
+        self.speed: Any = _scaled(array(columns[2], "d"), steps)
+        """Its speed over the last tenth of a second, in units/s."""
+        self.state: Any = array(columns[3], "B")
+        """What it did: places in ``STATES``."""
+        self.missed = missed
+        """Looks that did not come in their time, 50 a second, while it moved."""
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+def _scaled(values: Any, steps: float) -> Any:
+    if steps == 1.0:
+        return values
+    if isinstance(values, memoryview):
+        return memoryview(bytearray(b"".join(_double(value / steps) for value in values))).cast("d")
+    return values / steps
+
+
+def _double(value: float) -> bytes:
+    return struct.pack("=d", value)
+
+
+class Recording:
+    """A recording: ``with board.record() as log: …``, then ``log.x.time``, ``log.x.position``.
+
+    It has every look at the axes: 50 a second at those that move, 2 at those that rest. ``missed``
+    says whether looks did not come in their time.
+    """
+
+    def __init__(self, axes: tuple[Axis, ...], recorder: Recorder):
+        self._axes = axes
+        self._recorder = recorder
+
+    def stop(self) -> None:
+        """Writes down no more."""
+        self._recorder.stop()
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(
+        self,
+        kind: Optional[Type[BaseException]],
+        value: Optional[BaseException],
+        trace: Optional[TracebackType],
+    ) -> None:
+        self.stop()
+
+    def __getitem__(self, axis: Union[int, str]) -> Track:
+        """The track of an axis, so far."""
+        place = place_of(axis, len(self._axes))
+        of = self._axes[place]
+        return Track(of, self._recorder.columns(place), self._recorder.missed(place))
+
+    @property
+    def x(self) -> Track:
+        """The track of axis 1, so far."""
+        return self[1]
+
+    @property
+    def y(self) -> Track:
+        """The track of axis 2, so far."""
+        return self[2]
+
+    @property
+    def z(self) -> Track:
+        """The track of axis 3, so far."""
+        return self[3]
+
+    @property
+    def missed(self) -> int:
+        """Looks that did not come in their time while an axis moved."""
+        return sum(self._recorder.missed(axis) for axis in range(self._recorder.axes))
+
+    def rows(self) -> Iterator[tuple[int, float, float, float, str]]:
+        """Every look: axis, time, position, speed, state; axis by axis."""
+        for axis in self._axes:
+            track = self[axis.number]
+            for look in range(len(track)):
+                at = (float(track.time[look]), float(track.position[look]), float(track.speed[look]))
+                yield (axis.number, *at, STATES[int(track.state[look])])
+
+    def save(self, path: str) -> None:
+        """Writes a table: ``.csv``."""
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            table = csv.writer(file)
+            table.writerow(("axis", "time", "position", "speed", "state"))
+            table.writerows(self.rows())
+
+    def frame(self) -> Any:
+        """The looks as a frame of pandas, which has to be there."""
+        names = ("axis", "time", "position", "speed", "state")
+        return importlib.import_module("pandas").DataFrame(list(self.rows()), columns=list(names))

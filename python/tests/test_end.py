@@ -1,0 +1,172 @@
+"""However a program ends, its motors come to rest, and their positions stay known."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from conftest import Pty
+
+import stepwright_motion as sw
+
+
+def test_leaving_the_block_brakes(pty: Pty) -> None:
+    with sw.open(pty.port) as board:
+        board.x.move_to(100_000)
+        board.y.run(-500)
+        board.sleep(0.3)
+    with sw.open(pty.port) as board:
+        assert not board.moving
+        assert 0 < board.x.steps < 2000 and -1000 < board.y.steps < 0
+
+
+def test_an_exception_brakes_and_is_told(pty: Pty) -> None:
+    with pytest.raises(ZeroDivisionError):
+        with sw.open(pty.port) as board:
+            board.x.run(1000)
+            board.sleep(0.2)
+            1 / 0
+    with sw.open(pty.port) as board:
+        assert not board.moving and 0 < board.x.steps < 1500
+
+
+def run(program: str) -> subprocess.Popen[str]:
+    """A program in an interpreter of its own, once it says that a motor moves."""
+    child = subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert child.stdout is not None
+    said = child.stdout.readline()
+    assert said == "moves\n", (said, child.communicate())
+    return child
+
+
+WAITS = """
+import stepwright_motion as sw
+board = sw.open({port!r}, lease=0.5)
+move = board.x.run(1000)
+print("moves", flush=True)
+move.wait()
+"""
+
+
+def test_ctrl_c_brakes(pty: Pty) -> None:
+    """Without a ``with`` block, as in a notebook."""
+    child = run(WAITS.format(port=pty.port))
+    time.sleep(0.3)
+    child.send_signal(signal.SIGINT)
+    assert "KeyboardInterrupt" in child.communicate(timeout=10)[1]
+    with sw.open(pty.port) as board:
+        assert not board.moving and 0 < board.x.steps < 3000
+        assert board.x._state()["stop"]["name"] == "stop"
+
+
+def test_the_end_of_the_program_brakes(pty: Pty) -> None:
+    child = run(WAITS.format(port=pty.port).replace("move.wait()", "board.sleep(0.3)"))
+    assert child.communicate(timeout=10)[1] == ""
+    with sw.open(pty.port) as board:
+        assert not board.moving and 0 < board.x.steps < 3000
+        assert board.x._state()["stop"]["name"] == "stop"
+
+
+@pytest.mark.parametrize("order", ["board.x.run(1000)", "board.x.move_to(100_000)"])
+def test_a_killed_interpreter_is_missed_by_the_board(pty: Pty, order: str) -> None:
+    """It rests within its lease and its ramp; then the position is known."""
+    child = run(WAITS.format(port=pty.port).replace("board.x.run(1000)", order))
+    time.sleep(0.3)
+    child.kill()
+    child.communicate()
+    killed = time.monotonic()
+    # The lease, the ramp of 0.4 s, and a moment: then it rests, though nobody has said so.
+    time.sleep(0.5 + 0.4 + 0.3)
+    with sw.open(pty.port) as board:
+        assert not board.moving
+        state = board.x._state()
+        assert state["stop"]["name"] == "timeout", (state, time.monotonic() - killed)
+        at = board.x.steps
+        assert 300 < at < 2500
+        assert board.x.move_to(0).wait().steps == (0,)
+
+
+def test_a_board_that_vanishes_is_lost(pty: Pty) -> None:
+    with sw.open(pty.port) as board:
+        move = board.x.move_to(100_000)
+        board.sleep(0.2)
+        pty.process.kill()
+        with pytest.raises(sw.LinkLost):
+            move.wait()
+        with pytest.raises(sw.LinkLost):
+            board.x.move_to(0)
+        with pytest.raises(sw.LinkLost):
+            board.x.position
+    # Who has heard of it hears of it no more at the end of the block.
+    with pytest.raises(sw.LinkLost):
+        board.x.move_to(0)
+
+
+def test_a_board_that_vanishes_unnoticed_is_told_at_the_end(pty: Pty) -> None:
+    with pytest.raises(sw.LinkLost, match="closed at its other end"):
+        with sw.open(pty.port) as board:
+            board.x.move_to(100_000)
+            board.sleep(0.2)
+            pty.process.kill()
+            time.sleep(0.3)
+
+
+def test_a_closed_board_says_so() -> None:
+    board = sw.virtual(fast=True)
+    board.close()
+    board.close()
+    with pytest.raises(sw.LinkLost, match="closed"):
+        board.x.move_to(0)
+    assert "closed" in repr(board)
+
+
+def test_what_is_no_board_can_not_be_opened(pty: Pty) -> None:
+    with pytest.raises(sw.CantOpen, match="nowhere"):
+        sw.open("/dev/nowhere")
+    with pytest.raises(sw.CantOpen):
+        sw.open("tcp://127.0.0.1:1")
+    with sw.open(pty.port):
+        with pytest.raises(sw.CantOpen, match="in use"):
+            sw.open(pty.port)
+    with pytest.raises(ValueError, match="lease"):
+        sw.virtual(lease=0.01)
+
+
+def test_a_dropped_board_brakes(pty: Pty) -> None:
+    board = sw.open(pty.port)
+    board.x.run(1000)
+    board.sleep(0.2)
+    del board
+    deadline = time.monotonic() + 5
+    while True:
+        try:
+            with sw.open(pty.port) as board:
+                assert not board.moving and 0 < board.x.steps < 3000
+                return
+        except sw.CantOpen:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_a_forked_process_leaves_the_board_alone() -> None:
+    with sw.virtual() as board:
+        move = board.x.move_to(500)
+        child = os.fork()
+        if child == 0:
+            try:
+                board.x.move_to(0)
+            except RuntimeError:
+                os._exit(7)
+            os._exit(1)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+        assert move.wait().steps == (500,)

@@ -14,6 +14,7 @@
 //! | `program` | the programs of the AVR firmware |
 //! | `outside` | a firmware outside the repository |
 //! | `rig` | the firmware on a simulated chip |
+//! | `qemu` | QEMU, and the firmware for chips of 32 bits |
 //! | `python` | Pythons with packages |
 //! | `node` | a Node with packages: avr8js, Playwright |
 
@@ -30,6 +31,7 @@ mod outside;
 mod page;
 mod program;
 mod python;
+mod qemu;
 mod rig;
 mod rs274;
 mod setup;

@@ -13,7 +13,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::toolchain::Cross;
 use crate::workspace::{Workspace, output, run, succeeds};
-use crate::{node, python};
+use crate::{node, python, qemu};
 
 /// Find what the chores need, and install what is missing.
 #[derive(clap::Args)]
@@ -26,6 +26,7 @@ impl Setup {
         python::SERIAL.prepare(ws)?;
         python::API.prepare(ws)?;
         node::AVR8JS.prepare(ws)?;
+        qemu::prepare(ws)?;
         for need in ALL {
             println!("{:<16}found", need.name);
         }
@@ -42,6 +43,13 @@ pub struct Need {
     packages: &'static [&'static str],
     /// Another way to get it, in a sentence, or "".
     or_else: &'static str,
+}
+
+impl Need {
+    /// The packages that bring it.
+    pub fn packages(&self) -> &'static [&'static str] {
+        self.packages
+    }
 }
 
 /// A compiler for small chips.
@@ -119,6 +127,18 @@ pub const NANO_LOADER: &str =
 /// The boot loader of a Mega, which speaks STK500 version 2.
 pub const MEGA_LOADER: &str =
     "/usr/share/arduino/hardware/arduino/avr/bootloaders/stk500v2/stk500boot_v2_mega2560.hex";
+
+/// A simulator of chips with 32 bits: a micro:bit, and RISC-V's board `virt`.
+pub const QEMU: &Need = &Need {
+    name: "qemu",
+    found: || {
+        ["qemu-system-arm", "qemu-system-riscv32"]
+            .iter()
+            .all(|program| succeeds(program, &["--version"]))
+    },
+    packages: &["qemu-system-arm", "qemu-system-misc"],
+    or_else: "",
+};
 
 /// Boot loaders for the simulated chip.
 pub const ARDUINO: &Need = &Need {

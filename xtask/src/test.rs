@@ -18,6 +18,7 @@ mod ports;
 mod programs;
 mod pyserial;
 mod python;
+mod qemu;
 mod rig;
 mod sigrok;
 #[cfg(test)]
@@ -105,6 +106,12 @@ const STEPS: &[Step] = &[
         what: "the firmwares do what they should on a simulated chip",
         needs: crate::rig::TESTS_NEED,
         run: rig::run_tests,
+    },
+    Step {
+        name: "qemu",
+        what: "the firmware for Cortex-M0 does in QEMU what the virtual board does",
+        needs: crate::qemu::BUILD_NEEDS,
+        run: qemu::run_tests,
     },
     Step {
         name: "ports",

@@ -113,6 +113,22 @@ pub enum Playing {
     Dry(Ticks),
 }
 
+/// An axis at a moment.
+#[cfg(feature = "critical-section")]
+pub(crate) struct Glance<C: Count> {
+    now: C,
+    track: Track<C>,
+}
+
+#[cfg(feature = "critical-section")]
+impl<C: Count> Glance<C> {
+    /// See [`Engine::playing`].
+    #[inline(always)]
+    pub(crate) fn playing(&self) -> Playing {
+        self.track.playing(self.now)
+    }
+}
+
 /// Plays the entries of N ≤ 8 axes with one timer.
 ///
 /// Belongs to the step interrupt, which calls [`on_compare`](Engine::on_compare).
@@ -149,8 +165,20 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             sources,
             tracks: [Track::IDLE; N],
             pulses: Pulses::NONE,
-            terms: Terms::new::<T::Count>(timing, rate),
+            terms: Terms::new::<T::Count>(Self::seen(timing), rate),
         }
+    }
+
+    /// The times as the engine keeps them: intervals count from an edge, which is late by
+    /// [`REACTION`](StepTimer::REACTION), and so is the next one. A pulse and a pause stay.
+    const fn seen(timing: Timing) -> Timing {
+        if T::REACTION == 0 {
+            return timing;
+        }
+        let least = timing.min_interval.saturating_sub(T::REACTION);
+        let pulses = timing.pulse.saturating_mul(2);
+        let both = if timing.min_interval < pulses { timing.min_interval } else { pulses };
+        Timing { min_interval: if least < both { both } else { least }, ..timing }
     }
 
     /// Turns the axes to the front, and waits for what is ordered.
@@ -336,6 +364,21 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.tracks.get(usize::from(axis)).map_or(Playing::Unknown, |track| track.playing(now))
     }
 
+    /// What [`playing`](Engine::playing) looks at: for who holds the step interrupt off for the look
+    /// alone, and computes afterwards.
+    #[cfg(feature = "critical-section")]
+    #[inline(always)]
+    pub(crate) fn glance(&mut self, axis: u8) -> Option<Glance<T::Count>> {
+        let now = self.timer.now();
+        self.tracks.get(usize::from(axis)).map(|track| Glance { now, track: track.clone() })
+    }
+
+    /// Whether an axis has no travel in progress; true of one that there is not.
+    #[inline(always)]
+    pub fn is_idle(&self, axis: u8) -> bool {
+        self.tracks.get(usize::from(axis)).is_none_or(|track| track.state == State::Idle)
+    }
+
     /// Sets the position of an axis. Meant for an axis at rest.
     pub fn set_position(&mut self, axis: u8, position: i64) {
         if let Some(track) = self.tracks.get_mut(usize::from(axis)) {
@@ -355,10 +398,11 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
 
     /// Has other times from now on. Meant for axes at rest.
     pub fn set_timing(&mut self, timing: Timing) {
-        self.terms.set_timing::<T::Count>(timing);
+        self.terms.set_timing::<T::Count>(Self::seen(timing));
     }
 
-    /// The times that drivers need.
+    /// The times that drivers need, the minimum interval as it is kept: from
+    /// [`REACTION`](StepTimer::REACTION) before an edge.
     pub fn timing(&self) -> Timing {
         self.terms.timing
     }

@@ -21,8 +21,9 @@ use crate::engine::{Engine, Playing, Report, Timing, WIRING};
 use crate::queue::{Consumer, Producer, Queue};
 use crate::timer::StepTimer;
 
-/// Holds the step interrupt off, and no other: its enable bit in the timer or in the interrupt
-/// controller.
+/// Holds the step interrupt off, and none that is more urgent: its enable bit in the timer or in the
+/// interrupt controller. Those that are less urgent are best held off with it (BASEPRI on a
+/// Cortex-M3 and better): one that comes in between makes the step interrupt wait for its own end.
 ///
 /// # Safety
 /// From the return of [`hold`](HoldOff::hold) to [`release`](HoldOff::release) the interrupt that calls
@@ -199,8 +200,12 @@ impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize> Control
     fn report(&self, axis: u8) -> Report {
         self.with(|engine| engine.report(axis))
     }
+    fn is_idle(&self, axis: u8) -> bool {
+        self.with(|engine| engine.is_idle(axis))
+    }
     fn playing(&mut self, axis: u8) -> Playing {
-        self.with(|engine| engine.playing(axis))
+        // Asked often, and long to compute: the interrupt waits for the look alone.
+        self.with(|engine| engine.glance(axis)).map_or(Playing::Unknown, |seen| seen.playing())
     }
     fn set_position(&mut self, axis: u8, position: i64) {
         self.with(|engine| engine.set_position(axis, position));

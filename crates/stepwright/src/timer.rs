@@ -188,6 +188,11 @@ pub trait StepTimer {
     /// the latest, so that other axes and other interrupts are served meanwhile.
     const SPIN: Ticks = Self::LINGER;
 
+    /// Ticks from a deadline to its edge where nothing holds the interrupt up: what the way into it
+    /// takes. The next edge is as late, so the minimum interval counts from that much before an
+    /// edge. Without it a chip whose way is long could not step as fast as its interval allows.
+    const REACTION: Ticks = 0;
+
     /// The counter now.
     fn now(&mut self) -> Self::Count;
 

@@ -1,0 +1,127 @@
+//! What the board lends its device.
+
+use stepwright::drive::Axes;
+use stepwright::{Rate, Ticks};
+use stepwright_device::{BoardIo, Mark, Memory, Reset};
+
+use crate::kept;
+
+/// A chip's pins around the motors, and its clock. None of the methods may wait, but
+/// [`set_reverse`](Panel::set_reverse).
+pub trait Panel {
+    /// The counter of the step timer, for the main loop, while the step interrupt may come.
+    fn count(&mut self) -> u32;
+
+    /// All is well: to be told to a watchdog.
+    fn feed(&mut self) {}
+
+    /// The levels of the switches' pins, pulled up: a set bit is a high one.
+    fn switches(&self) -> Axes {
+        Axes::MAX
+    }
+
+    /// The level of the emergency stop's pin, pulled up.
+    fn emergency(&self) -> bool {
+        true
+    }
+
+    /// The level of the pin to which the fault outputs of the drivers lead, pulled up.
+    fn driver_fault(&self) -> bool {
+        true
+    }
+
+    /// Sets the level of the pin that enables the drivers.
+    fn set_enable(&mut self, high: bool);
+
+    /// Why the board has begun. Asked once.
+    fn reset(&mut self) -> Reset;
+
+    /// See [`BoardIo::set_reverse`].
+    fn set_reverse(&mut self, axes: Axes);
+}
+
+/// A [`Panel`] with the time in milliseconds, and with RAM that outlasts a reset for the
+/// settings.
+pub struct PortIo<P> {
+    panel: P,
+    rate: Rate,
+    /// The count at the beginning of the present millisecond.
+    begun: u32,
+    millis: u32,
+}
+
+impl<P: Panel> PortIo<P> {
+    /// Of a chip whose step timer counts at `rate`. The time begins now.
+    pub fn new(mut panel: P, rate: Rate) -> PortIo<P> {
+        let begun = panel.count();
+        PortIo { panel, rate, begun, millis: 0 }
+    }
+}
+
+impl<P: Panel> Memory for PortIo<P> {
+    fn read(&mut self, address: u16) -> u8 {
+        kept::byte(address)
+    }
+
+    fn start_write(&mut self, address: u16, byte: u8) {
+        kept::set_byte(address, byte);
+    }
+
+    fn is_writing(&self) -> bool {
+        false
+    }
+}
+
+impl<P: Panel> BoardIo for PortIo<P> {
+    #[inline(always)]
+    fn tick(&mut self) {
+        self.panel.feed();
+        let milli = self.rate.micros(1_000);
+        let count = self.panel.count();
+        // A round takes less than half a turn of the counter.
+        while count.wrapping_sub(self.begun) >= milli {
+            self.begun = self.begun.wrapping_add(milli);
+            self.millis = self.millis.wrapping_add(1);
+        }
+    }
+
+    fn millis(&self) -> u32 {
+        self.millis
+    }
+
+    fn ticks(&self, micros: u16) -> Ticks {
+        self.rate.micros(micros.into())
+    }
+
+    fn switches(&self) -> Axes {
+        self.panel.switches()
+    }
+
+    fn emergency(&self) -> bool {
+        self.panel.emergency()
+    }
+
+    fn driver_fault(&self) -> bool {
+        self.panel.driver_fault()
+    }
+
+    fn set_enable(&mut self, high: bool) {
+        self.panel.set_enable(high);
+    }
+
+    fn reset(&mut self) -> Reset {
+        self.panel.reset()
+    }
+
+    fn mark(&self) -> Mark {
+        kept::mark()
+    }
+
+    fn set_mark(&mut self, mark: Mark) {
+        kept::set_mark(mark);
+    }
+
+    fn set_reverse(&mut self, axes: Axes) {
+        self.panel.set_reverse(axes);
+    }
+}

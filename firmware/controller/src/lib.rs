@@ -1,0 +1,75 @@
+#![no_std]
+//! The serial controller on a chip of 32 bits: all of it but the chip.
+//!
+//! ```text
+//!   bytes ─► SerialPort ─► Device ─► motors ─► SharedEngine ─► Drive ─► pins
+//!                            │                    ▲
+//!               PortIo ◄─────┘                    └── StepTimer, its interrupt
+//!               a Panel, the time, kept RAM
+//! ```
+//!
+//! A chip's folder (`firmware/nrf51`) has a timer, a drive, a serial line and a
+//! [`Panel`]; its program gives them to [`run`]. The lines, the settings and the duties are
+//! those of the AVR's controller, from the same code: `stepwright-device`.
+
+mod io;
+mod kept;
+mod register;
+mod ring;
+mod trial;
+
+pub use io::{Panel, PortIo};
+pub use register::Register;
+pub use ring::Ring;
+pub use trial::try_timer;
+
+use stepwright::drive::Drive;
+use stepwright::profile::Fit;
+use stepwright::timer::StepTimer;
+use stepwright::{Board, Cost, HoldOff, OrderedMotors, Rate, SharedEngine, Timing};
+use stepwright_device::Device;
+use stepwright_device::main_loop::{self, OnBoard, SerialPort};
+
+/// Motors of the controller.
+pub const AXES: usize = 3;
+/// Entries that a queue holds, as on an Uno.
+pub const RUNS: usize = 8;
+
+/// The engine that a chip's program has in a static, for its step interrupt and for [`run`].
+pub type ControllerEngine<T, D, H> = SharedEngine<T, D, H, AXES, RUNS>;
+
+/// The board of a controller: its step timer's rate, what a step costs on it, and how many runs it
+/// plans in a second. All else is the Uno's: pulses of 2 µs, 16 ms planned ahead.
+pub const fn board(rate: Rate, cost: Cost<AXES>, runs: u16) -> Board<AXES> {
+    let (pulse, side) = (rate.nanos(2_000), rate.nanos(1_000));
+    Board {
+        rate,
+        timing: Timing { pulse, setup: side, hold: side, min_interval: cost.ticks[0] },
+        cost,
+        runs,
+        fit: Fit::board(rate),
+        horizon: rate.micros(16_000),
+        lead: rate.micros(250),
+    }
+}
+
+/// The controller: fills the engine, and serves the line for good.
+pub fn run<T: StepTimer, D: Drive, H: HoldOff>(
+    engine: &'static ControllerEngine<T, D, H>,
+    timer: T,
+    drive: D,
+    board: Board<AXES>,
+    panel: impl Panel,
+    line: &mut impl SerialPort,
+) -> ! {
+    let mut io = PortIo::new(panel, board.rate);
+    if let Some((handle, feeds)) = engine.fill(timer, drive, &board) {
+        let motors = OrderedMotors::new(handle, feeds, board);
+        let mut device = Device::new(motors, AXES as u8, &mut io);
+        main_loop::run(&mut OnBoard { device: &mut device, io }, line);
+    }
+    // Somebody else has filled it, which no program does.
+    loop {
+        core::hint::spin_loop();
+    }
+}

@@ -1,0 +1,26 @@
+//! The board as data.
+
+use stepwright::{Board, Cost, Rate};
+use stepwright_controller::{AXES, board};
+
+/// TIMER0 without a prescaler.
+pub const RATE: Rate = Rate::of::<16_000_000>();
+
+/// The board of the controller: what QEMU keeps without a late step at 7.8 million instructions a
+/// second, which is what the chip has (`firmware/qemu/tests/edges.rs`).
+pub const BOARD: Board<AXES> =
+    board(RATE, Cost::any_pulse([RATE.micros(80), RATE.micros(90), RATE.micros(100)]), 1_500);
+
+/// Bits of the port: STEP of axis 1, of the others in a row behind it. On the micro:bit's edge
+/// P15, P14 and P13.
+pub const STEP: u32 = 21;
+/// Likewise DIR, high for forward: P2, P1 and P0.
+pub const DIR: u32 = 1;
+/// The pin that enables the drivers: P16.
+pub const ENABLE: u32 = 16;
+/// Switches of the axes: P8, P12 and P19.
+pub const SWITCHES: [u32; AXES] = [18, 20, 0];
+/// The emergency stop, to ground: button A.
+pub const EMERGENCY: u32 = 17;
+/// The fault outputs of the drivers: P20.
+pub const FAULT: u32 = 30;

@@ -1,0 +1,26 @@
+#![cfg_attr(target_os = "none", no_std)]
+//! Stepwright on an nRF51822 (Cortex-M0, 16 MHz): the first BBC micro:bit, and QEMU's `microbit`.
+//!
+//! | file | what |
+//! | --- | --- |
+//! | `board.rs` | the board as data; for a host too |
+//! | `timer.rs` | TIMER0 as the step timer, and its interrupt held off |
+//! | `pins.rs` | STEP and DIR, and the pins around the motors |
+//! | `uart.rs` | the serial line |
+//! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/port_test.rs` | does the timer keep the contract? |
+//!
+//! `cargo xtask firmware nrf51` builds it, `cargo xtask test --only qemu` runs it in QEMU.
+
+pub mod board;
+
+#[cfg(target_os = "none")]
+mod panic;
+#[cfg(target_os = "none")]
+pub mod pins;
+#[cfg(target_os = "none")]
+pub mod timer;
+#[cfg(target_os = "none")]
+pub mod uart;
+#[cfg(target_os = "none")]
+mod vectors;

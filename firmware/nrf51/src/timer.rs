@@ -1,0 +1,124 @@
+//! TIMER0, free-running at 16 MHz with 32 bits: compare 0 steps.
+
+use stepwright::HoldOff;
+use stepwright::timer::StepTimer;
+use stepwright_controller::Register;
+
+/// A register of TIMER0.
+const fn timer(offset: usize) -> Register {
+    // SAFETY: the manual's table of TIMER: its tasks, events and registers are words.
+    unsafe { Register::at(0x4000_8000 + offset) }
+}
+
+const START: Register = timer(0x000);
+const CLEAR: Register = timer(0x00C);
+/// Copies the counter into a compare register; 1 is the test's, 2 the main loop's, 3 the engine's.
+const CAPTURE: [Register; 4] = [timer(0x040), timer(0x044), timer(0x048), timer(0x04C)];
+const COMPARED: Register = timer(0x140);
+const INTERRUPT_ON: Register = timer(0x304);
+const MODE: Register = timer(0x504);
+const BITS: Register = timer(0x508);
+const PRESCALER: Register = timer(0x510);
+const COMPARE: [Register; 4] = [timer(0x540), timer(0x544), timer(0x548), timer(0x54C)];
+
+/// The interrupt controller: enables, disables and pends interrupts, a bit each.
+const ENABLES: usize = 0xE000_E100;
+const DISABLES: Register = nvic(0x180);
+const PENDS: Register = nvic(0x200);
+/// TIMER0's bit.
+const BIT: u32 = 1 << crate::vectors::TIMER0_NUMBER;
+/// What is held off with it: interrupts behind it, each of which would make a hold as long as itself.
+const HELD: u32 = BIT | 1 << crate::vectors::UART0_NUMBER;
+
+const fn nvic(offset: usize) -> Register {
+    // SAFETY: ARMv6-M: ISER, ICER and ISPR; a written 0 changes nothing.
+    unsafe { Register::at(0xE000_E000 + offset) }
+}
+
+/// The step timer.
+pub struct Timer(());
+
+impl Timer {
+    /// Starts TIMER0 at 0, its interrupt held off.
+    ///
+    /// # Safety
+    /// Called once.
+    pub unsafe fn start() -> Timer {
+        // SAFETY: CLOCK's task HFCLKSTART. Until the crystal is ready the RC oscillator counts.
+        unsafe { Register::at(0x4000_0000) }.write(1);
+        BITS.write(3);
+        PRESCALER.write(0);
+        MODE.write(0);
+        CLEAR.write(1);
+        INTERRUPT_ON.write(1 << 16);
+        START.write(1);
+        Timer(())
+    }
+}
+
+/// The counter, for the main loop, while the step interrupt may come.
+#[inline(always)]
+pub fn count() -> u32 {
+    CAPTURE[2].write(1);
+    COMPARE[2].read()
+}
+
+impl StepTimer for Timer {
+    type Count = u32;
+    /// Leaving and entering takes 32 cycles, and what the handler saves.
+    const LINGER: u32 = 48;
+    /// 16 cycles, and some 66 instructions to the edge.
+    const REACTION: u32 = 140;
+
+    #[inline(always)]
+    fn now(&mut self) -> u32 {
+        CAPTURE[3].write(1);
+        COMPARE[3].read()
+    }
+
+    #[inline(always)]
+    fn wake_at(&mut self, at: u32) {
+        COMPARE[0].write(at);
+        // The request of the value before; it is of the new one if that has come, which the look at
+        // the counter tells.
+        COMPARED.write(0);
+        if at.wrapping_sub(self.now()) as i32 <= 0 {
+            PENDS.write(BIT);
+        }
+    }
+
+    #[inline(always)]
+    fn set_compare(&mut self, at: u32) {
+        COMPARE[0].write(at);
+        COMPARED.write(0);
+    }
+}
+
+/// TIMER0's interrupt, and those behind it.
+pub struct StepInterrupt;
+
+// SAFETY: the enable bits, 0 after a reset, among them that of the one interrupt that calls the
+// engine; barriers behind them, as ARM asks for. What is pending stays so.
+unsafe impl HoldOff for StepInterrupt {
+    #[inline(always)]
+    fn hold() {
+        DISABLES.write(HELD);
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+    }
+
+    #[inline(always)]
+    fn release() {
+        // All that was done is done before the interrupt comes; and what is pending comes now, not
+        // behind what the compiler has ready, nor behind the next hold.
+        // SAFETY: a write to ISER between two barriers.
+        unsafe {
+            core::arch::asm!(
+                "dsb", "str {bits}, [{enables}]", "dsb", "isb",
+                bits = in(reg) HELD,
+                enables = in(reg) ENABLES,
+                options(nostack, preserves_flags),
+            );
+        }
+    }
+}

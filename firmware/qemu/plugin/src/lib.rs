@@ -1,0 +1,141 @@
+//! A plugin for QEMU 7.2: what a firmware does, by the instructions that it has executed.
+//!
+//! ```text
+//! -plugin FILE,watch=LOW-HIGH[+LOW-HIGH]             stores to these addresses, to QEMU's log
+//! -plugin FILE,entry=PC,low=PC,high=PC,out=FILE      what each visit of an interrupt costs
+//! ```
+//!
+//! With `-icount shift=N` an instruction takes 2^N ns, so their number is the time. A store that is
+//! watched is a line `@COUNT ADDRESS` behind those of QEMU's own trace of the device. A visit
+//! begins at `entry` and ends with a return between `low` and `high`; each is a line
+//! `instructions cycles`, the cycles of a Cortex-M0 (see `visits.rs`).
+
+mod api;
+mod visits;
+
+use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
+use std::ops::Range;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use api::*;
+use visits::Visits;
+
+/// The version of the interface that this is for.
+#[unsafe(no_mangle)]
+pub static qemu_plugin_version: c_int = 1;
+
+/// Instructions executed. QEMU adds to it in the code that it makes.
+static COUNT: AtomicU64 = AtomicU64::new(0);
+
+/// What was asked for.
+enum Task {
+    Watch(Vec<Range<u64>>),
+    Visits(Visits),
+}
+
+static TASK: OnceLock<Task> = OnceLock::new();
+
+/// A store: is it to a watched address?
+unsafe extern "C" fn stored(_: c_uint, _: u32, address: u64, _: *mut c_void) {
+    let Some(Task::Watch(ranges)) = TASK.get() else { return };
+    if ranges.iter().any(|range| range.contains(&address)) {
+        let line = format!("@{} {address:#x}\n", COUNT.load(Ordering::Relaxed));
+        if let Ok(line) = CString::new(line) {
+            // SAFETY: a text that ends with 0.
+            unsafe { qemu_plugin_outs(line.as_ptr()) };
+        }
+    }
+}
+
+/// QEMU has translated a block: what is to be done when it runs.
+unsafe extern "C" fn translated(_: PluginId, block: *mut Block) {
+    // SAFETY: QEMU's block, and an index below its number of instructions.
+    let all =
+        unsafe { (0..qemu_plugin_tb_n_insns(block)).map(|n| qemu_plugin_tb_get_insn(block, n)) };
+    for instruction in all {
+        match TASK.get() {
+            Some(Task::Watch(_)) => {
+                let count = COUNT.as_ptr().cast();
+                // SAFETY: QEMU's instruction, a static of 64 bits, and a function of that type.
+                unsafe {
+                    qemu_plugin_register_vcpu_insn_exec_inline(instruction, ADD_U64, count, 1);
+                    qemu_plugin_register_vcpu_mem_cb(
+                        instruction,
+                        stored,
+                        NO_REGISTERS,
+                        WRITES,
+                        std::ptr::null_mut(),
+                    );
+                }
+            }
+            // SAFETY: QEMU's instruction.
+            Some(Task::Visits(visits)) => unsafe { visits.follow(instruction) },
+            None => {}
+        }
+    }
+}
+
+/// QEMU ends.
+unsafe extern "C" fn ended(_: PluginId, _: *mut c_void) {
+    if let Some(Task::Visits(visits)) = TASK.get() {
+        visits.end();
+    }
+}
+
+/// A number as it is written in an argument, decimal or hexadecimal.
+fn number(text: &str) -> Option<u64> {
+    match text.strip_prefix("0x") {
+        Some(digits) => u64::from_str_radix(digits, 16).ok(),
+        None => text.parse().ok(),
+    }
+}
+
+/// What the arguments ask for.
+fn task(arguments: &[String]) -> Option<Task> {
+    let value = |key: &str| {
+        arguments.iter().find_map(|argument| argument.strip_prefix(key)?.strip_prefix('='))
+    };
+    if let Some(ranges) = value("watch") {
+        let range = |text: &str| {
+            let (low, high) = text.split_once('-')?;
+            Some(number(low)?..number(high)?)
+        };
+        return Some(Task::Watch(ranges.split('+').map(range).collect::<Option<_>>()?));
+    }
+    let address = |key| value(key).and_then(number);
+    let visits = Visits::new(address("entry")?, address("low")?..address("high")?, value("out")?);
+    Some(Task::Visits(visits.ok()?))
+}
+
+/// QEMU's call at its start.
+///
+/// # Safety
+/// QEMU's, with as many texts as it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn qemu_plugin_install(
+    id: PluginId,
+    _: *const c_void,
+    count: c_int,
+    arguments: *const *const c_char,
+) -> c_int {
+    let text = |n: usize| {
+        // SAFETY: the caller's promise.
+        let text = unsafe { CStr::from_ptr(*arguments.add(n)) };
+        text.to_string_lossy().into_owned()
+    };
+    let arguments: Vec<String> = (0..count.max(0) as usize).map(text).collect();
+    let Some(task) = task(&arguments) else {
+        eprintln!("stepwright's plugin knows watch=LOW-HIGH, or entry, low, high and out");
+        return -1;
+    };
+    if TASK.set(task).is_err() {
+        return -1;
+    }
+    // SAFETY: QEMU's id, and functions of these types.
+    unsafe {
+        qemu_plugin_register_vcpu_tb_trans_cb(id, translated);
+        qemu_plugin_register_atexit_cb(id, ended, std::ptr::null_mut());
+    }
+    0
+}

@@ -1,0 +1,205 @@
+//! A board in QEMU: its line, and its pins.
+
+use std::env;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::panic::resume_unwind;
+use std::path::PathBuf;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::edges::{Edge, Reader, WATCHED};
+
+/// How long an instruction takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// 16 ns: four instructions a tick of 16 MHz. What is left between edges and their deadlines is
+    /// the engine's own.
+    Quick,
+    /// 128 ns: 7.8 million a second, as a Cortex-M0 of 16 MHz has that takes two cycles for
+    /// each.
+    Chip,
+}
+
+impl Pace {
+    /// As QEMU has it: 2^shift ns.
+    const fn shift(self) -> u32 {
+        match self {
+            Pace::Quick => 4,
+            Pace::Chip => 7,
+        }
+    }
+
+    /// Ticks of 16 MHz that an instruction takes.
+    pub fn ticks(self) -> f64 {
+        f64::from(1u32 << self.shift()) / 62.5
+    }
+}
+
+/// The longest that anything takes, on a machine that is busy with others.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// QEMU with a firmware.
+pub struct Machine {
+    child: Child,
+    input: ChildStdin,
+    output: Receiver<u8>,
+    /// Reads QEMU's log, which is read at once: it is long.
+    log: Option<JoinHandle<Result<Vec<Edge>>>>,
+}
+
+/// A path from the environment, which `cargo xtask` sets.
+fn path(variable: &str) -> Result<PathBuf> {
+    let path = env::var_os(variable).with_context(|| format!("{variable} is not set"))?;
+    Ok(path.into())
+}
+
+/// QEMU for a board, with its words of `Cargo.toml` there: `STEPWRIGHT_QEMU` is where it was
+/// unpacked, if it is not installed.
+pub fn qemu(board: &str) -> Result<Command> {
+    let words: &[&str] = match board {
+        "nrf51" => &["qemu-system-arm", "-M", "microbit"],
+        _ => bail!("no board {board}"),
+    };
+    let mut command = match env::var_os("STEPWRIGHT_QEMU").map(PathBuf::from) {
+        Some(root) => {
+            let mut command = Command::new(root.join("usr/bin").join(words[0]));
+            let libraries = ["usr/lib", "lib"].map(|folder| root.join(folder));
+            let machine = format!("{}-linux-gnu", env::consts::ARCH);
+            let libraries = libraries.map(|folder| folder.join(&machine).into_os_string());
+            command.env("LD_LIBRARY_PATH", libraries.join(":".as_ref()));
+            command
+        }
+        None => Command::new(words[0]),
+    };
+    command.args(&words[1..]).args(["-display", "none", "-monitor", "none"]);
+    Ok(command)
+}
+
+/// Where a board's program is: `STEPWRIGHT_FIRMWARE` has them all.
+pub fn firmware(board: &str, program: &str) -> Result<PathBuf> {
+    let file = path("STEPWRIGHT_FIRMWARE")?.join(format!("{board}-{program}.elf"));
+    ensure!(file.is_file(), "no {}: `cargo xtask firmware {board}` builds it", file.display());
+    Ok(file)
+}
+
+/// The plugin.
+pub fn plugin() -> Result<PathBuf> {
+    path("STEPWRIGHT_PLUGIN")
+}
+
+impl Machine {
+    /// Switches a board on.
+    ///
+    /// # Errors
+    /// Something that it takes is not there.
+    pub fn start(board: &str, program: &str, pace: Pace) -> Result<Machine> {
+        let elf = firmware(board, program)?;
+        let mut command = qemu(board)?;
+        let watch = format!("{},watch={WATCHED}", plugin()?.display());
+        command.args(["-serial", "stdio", "-icount", &format!("shift={}", pace.shift())]);
+        command.args(["-trace", "nrf51_gpio_write", "-trace", "nrf51_timer_read"]);
+        command.args(["-d", "plugin", "-plugin", &watch]).arg("-kernel").arg(elf);
+        let mut child = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .with_context(|| format!("starting {}", command.get_program().to_string_lossy()))?;
+        let input = child.stdin.take().context("its input")?;
+        let mut from = child.stdout.take().context("its output")?;
+        let (to, output) = channel();
+        thread::spawn(move || {
+            let mut buffer = [0; 256];
+            while let Ok(n @ 1..) = from.read(&mut buffer) {
+                for byte in &buffer[..n] {
+                    if to.send(*byte).is_err() {
+                        return;
+                    }
+                }
+            }
+        });
+        let log = BufReader::new(child.stderr.take().context("its log")?);
+        let log = thread::spawn(move || {
+            let (mut reader, mut fault) = (Reader::new(pace), Ok(()));
+            for line in log.lines().map_while(Result::ok) {
+                // To the end, or QEMU would wait.
+                fault = fault.and_then(|()| reader.line(&line));
+            }
+            fault.map(|()| reader.edges())
+        });
+        Ok(Machine { child, input, output, log: Some(log) })
+    }
+
+    /// The next line that the board says.
+    ///
+    /// # Errors
+    /// It says none.
+    pub fn hear(&mut self) -> Result<String> {
+        let (begun, mut line) = (Instant::now(), Vec::new());
+        loop {
+            let left = LIMIT.saturating_sub(begun.elapsed());
+            match self.output.recv_timeout(left) {
+                Ok(b'\r') => return Ok(String::from_utf8_lossy(&line).into_owned()),
+                Ok(byte) => line.push(byte),
+                Err(_) => bail!("silence after {:?}", String::from_utf8_lossy(&line)),
+            }
+        }
+    }
+
+    /// Says a line, and returns the answer.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn ask(&mut self, line: &str) -> Result<String> {
+        self.input.write_all(line.as_bytes())?;
+        self.input.write_all(b"\r")?;
+        self.input.flush()?;
+        self.hear().with_context(|| format!("asked {line:?}"))
+    }
+
+    /// Waits until no axis moves.
+    ///
+    /// # Errors
+    /// It goes on.
+    pub fn rest(&mut self) -> Result<()> {
+        ensure!(self.ask("A0")? == "Y", "A0");
+        let begun = Instant::now();
+        while self.ask("F")? != "R" {
+            ensure!(begun.elapsed() < LIMIT, "it never comes to rest");
+            thread::sleep(Duration::from_millis(2));
+        }
+        ensure!(self.ask("A1")? == "Y", "A1");
+        Ok(())
+    }
+
+    /// Switches it off: all edges of its pins.
+    ///
+    /// # Errors
+    /// The log is not as expected.
+    pub fn end(mut self) -> Result<Vec<Edge>> {
+        self.stop();
+        let log = self.log.take().context("its log")?;
+        log.join().unwrap_or_else(|panic| resume_unwind(panic))
+    }
+
+    fn stop(&mut self) {
+        // Both fail only if it has ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+/// The times of an axis' steps, in ticks.
+pub fn steps(edges: &[Edge], axis: u8) -> Vec<f64> {
+    edges.iter().filter(|edge| edge.axis == axis && edge.is_step()).map(|edge| edge.time).collect()
+}

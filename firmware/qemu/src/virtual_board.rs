@@ -1,0 +1,28 @@
+//! The virtual board of the same description.
+
+use stepwright::{Board, Cost};
+use stepwright_nrf51::board::{BOARD, RATE};
+use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
+
+/// The description of the virtual board.
+pub fn description() -> Description {
+    let Board { cost, .. } = BOARD;
+    Description { board: BOARD, ..Description::at(RATE, Cost { ..cost }) }
+}
+
+/// Makes a virtual board, and has it carry out `play`.
+pub fn with<R>(play: impl FnOnce(&mut VirtualBoard<'_, u32, Vec<Edge>>) -> R) -> R {
+    let mut queues = Queues::default();
+    play(&mut VirtualBoard::new(&mut queues, description(), Vec::new()))
+}
+
+/// Says a line to it, and returns the answer.
+pub fn ask(board: &mut VirtualBoard<'_, u32, Vec<Edge>>, line: &str) -> String {
+    line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
+    String::from_utf8_lossy(&board.take_answers()).trim_end_matches('\r').to_owned()
+}
+
+/// The times of an axis' steps, in ticks.
+pub fn steps(edges: &[Edge], axis: u8) -> Vec<u64> {
+    edges.iter().filter(|edge| edge.axis == axis && edge.is_step()).map(|edge| edge.time).collect()
+}

@@ -1,0 +1,39 @@
+//! The firmware for chips of 32 bits on boards that QEMU simulates.
+
+use anyhow::Result;
+
+use super::programs;
+use crate::qemu::{self, SmallBoard};
+use crate::workspace::{Workspace, run};
+
+/// The controller answers and steps as the virtual board, and the step timers keep their contract.
+pub fn run_tests(ws: &Workspace) -> Result<()> {
+    let root = qemu::prepare(ws)?;
+    for board in SmallBoard::ALL {
+        board.build(ws)?;
+    }
+    qemu::plugin(ws)?;
+    let built = programs::build(qemu::cargo(ws, "test", root.as_deref()).arg("--release"))?;
+    let commands = built.iter().map(|program| {
+        let mut command = program.command();
+        qemu::tell(ws, &mut command, root.as_deref());
+        (program.name.clone(), command)
+    });
+    programs::run(commands.collect())?;
+    let mut controller = ws.cargo(["test", "--target-dir"]);
+    controller.arg(ws.target.join("qemu")).current_dir(ws.root.join("firmware/controller"));
+    run(controller.args(["--release", "--lib"]))?;
+    // Workspaces of their own: nothing else looks at their style.
+    for folder in ["qemu", "controller", "nrf51"] {
+        let folder = ws.root.join("firmware").join(folder);
+        run(ws.cargo(["fmt", "--all", "--check"]).current_dir(&folder))?;
+    }
+    run(qemu::cargo(ws, "clippy", None).args([
+        "--release",
+        "--workspace",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ]))
+}

@@ -163,6 +163,56 @@ impl Module {
     }
 }
 
+/// Builds a package with this feature as a module of its own, and fails if that imports anything:
+/// its panic handler is to be an import.
+pub fn cannot_panic(ws: &Workspace, package: &str, feature: &str) -> Result<()> {
+    let cross = Cross::find().context("no compiler for wasm: run `cargo xtask setup`")?;
+    let folder = ws.target.join("cross");
+    let mut cargo = cross.cargo_with("core", ws, "rustc", &folder);
+    cargo.args(["--target", BROWSER, "--package", package, "--features", feature]);
+    cargo.args(["--profile", PROFILE, "--crate-type", "cdylib"]);
+    // As chips have it. For size alone the bounds of a table in `core`'s square root stay checked.
+    cargo.env("CARGO_PROFILE_WASM_OPT_LEVEL", "3");
+    // An undefined function is an import, so that the failure can be told.
+    cargo.env(
+        "CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS",
+        "-Clink-arg=--allow-undefined -Clink-arg=--export=push",
+    );
+    cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker()?);
+    run(&mut cargo)?;
+    let file = folder.join(BROWSER).join(PROFILE).join(package.replace('-', "_"));
+    let module = fs::read(file.with_extension("wasm"))?;
+    let sections = sections(&module).context("no module of WebAssembly")?;
+    ensure!(sections.contains(&CODE), "{package}: the module holds no code");
+    ensure!(!sections.contains(&IMPORTS), "{package}: it can panic: its module has imports");
+    Ok(())
+}
+
+/// The numbers of two sections of a module.
+const IMPORTS: u8 = 2;
+const CODE: u8 = 10;
+
+/// The numbers of a module's sections.
+fn sections(module: &[u8]) -> Option<Vec<u8>> {
+    let mut rest = module.strip_prefix(b"\0asm\x01\0\0\0")?;
+    let mut found = Vec::new();
+    while let Some((number, mut tail)) = rest.split_first() {
+        let (mut size, mut shift) = (0usize, 0u32);
+        loop {
+            let (byte, after) = tail.split_first()?;
+            tail = after;
+            size |= usize::from(byte & 0x7f).checked_shl(shift)?;
+            shift += 7;
+            if byte & 0x80 == 0 {
+                break;
+            }
+        }
+        found.push(*number);
+        rest = tail.get(size..)?;
+    }
+    Some(found)
+}
+
 /// The linker of rustup's toolchain, or of the system.
 fn linker() -> Result<PathBuf> {
     let root = output(Command::new("rustc").args(["--print", "sysroot"]))?;
@@ -170,4 +220,17 @@ fn linker() -> Result<PathBuf> {
     let host = about.lines().find_map(|line| line.strip_prefix("host: ")).unwrap_or_default();
     let own = Path::new(root.trim()).join("lib/rustlib").join(host).join("bin/rust-lld");
     Ok(if own.is_file() { own } else { "wasm-ld".into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_of_a_module_are_found() {
+        let long = [b"\0asm\x01\0\0\0\x02\x81\x01".as_slice(), &[7; 129], b"\x0a\0"].concat();
+        assert_eq!(sections(&long), Some(vec![IMPORTS, CODE]));
+        assert_eq!(sections(&long[..long.len() - 1]), None);
+        assert_eq!(sections(b"\0asm"), None);
+    }
 }

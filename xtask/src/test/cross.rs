@@ -1,9 +1,10 @@
 //! The crates that must run on a small chip build for one, without a standard
-//! library to lean on.
+//! library to lean on; and a reader that no firmware has yet holds no code that panics.
 
 use anyhow::Result;
 
 use crate::toolchain::{ATMEGA328P, CORTEX_M0, cross_build};
+use crate::wasm;
 use crate::workspace::Workspace;
 
 /// One chip of 8 bits, and one of 32 without atomic swaps.
@@ -21,5 +22,6 @@ pub fn run(ws: &Workspace) -> Result<()> {
             "stepwright-gcode",
         ],
         "release",
-    )
+    )?;
+    wasm::cannot_panic(ws, "stepwright-gcode", "prove")
 }

@@ -13,6 +13,7 @@
 //! | [`machine`] | the machine file: other defaults for the options |
 //! | [`plot`] | figures into files |
 //! | [`programs`] | the programs that a board may have in it |
+//! | `pty` | a serial port of our own for other programs |
 //! | [`quantity`] | how a motor's steps relate to the world |
 //! | [`say`] | lines on standard output and error |
 
@@ -25,6 +26,7 @@ mod figures;
 mod files;
 mod flash;
 mod gcode;
+mod grbl;
 mod help;
 mod interrupt;
 mod machine;
@@ -32,6 +34,8 @@ mod order;
 mod plan;
 mod plot;
 mod programs;
+#[cfg(unix)]
+mod pty;
 mod quantity;
 mod say;
 mod serve;
@@ -94,6 +98,7 @@ enum Command {
     Timed(Box<timed::Args>),
     Cycle(cycle::Args),
     Gcode(Box<gcode::Args>),
+    Grbl(grbl::Args),
     Figures(figures::Args),
     Calc(Box<calc::Args>),
     Completions(completions::Args),
@@ -140,6 +145,7 @@ fn main() -> ExitCode {
         Command::Timed(args) => timed::run(*args),
         Command::Cycle(args) => cycle::run(args),
         Command::Gcode(args) => gcode::run(*args, &cli.machine),
+        Command::Grbl(args) => grbl::run(args),
         Command::Figures(args) => figures::run(args),
         Command::Calc(args) => calc::run(*args),
         Command::Completions(args) => completions::run(args),

@@ -58,6 +58,7 @@ mod route;
 mod shape;
 mod stream;
 mod stretch;
+mod watch;
 
 use std::sync::{Arc as Shared, Mutex, PoisonError};
 

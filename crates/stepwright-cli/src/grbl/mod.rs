@@ -1,0 +1,231 @@
+//! `stepwright grbl`: a machine that any G-code sender can drive.
+
+mod wire;
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use stepwright_grbl::{Grbl, VirtualMachine};
+
+use crate::failure::Failure;
+use crate::interrupt::{self, While};
+use crate::{files, say};
+use wire::Wire;
+
+/// From look to look, while an axis moves and while none does.
+const LOOKS: (Duration, Duration) = (Duration::from_millis(2), Duration::from_millis(10));
+
+/// Bytes of lines that wait at most; beyond, the line is read no further.
+const WAITING: usize = 64 * 1024;
+
+/// Answers that wait for a reader, in bytes; beyond, they are lost.
+const UNHEARD: usize = 256 * 1024;
+
+/// The largest file of kept values.
+const KEPT: usize = 64 * 1024;
+
+/// Be a machine that any G-code sender can drive: grbl 1.1 on virtual motors
+///
+/// It plans ahead over 128 moves, and its speed at corners is that which the motors
+/// can start with. A hold, a reset and a limit brake along the path; no position is lost.
+#[derive(clap::Args)]
+#[command(after_help = "\
+--pty     The first line on standard output is `pty PATH`: give a sender that port.
+--tcp     The first line is `tcp ADDRESS`: a sender that connects over a network.
+--stdio   Lines on standard input are answered on standard output; at the end of
+          the input the machine runs to rest, and its position is said.
+Ctrl-C brakes and ends it.
+
+Settings are grbl's ($$ lists them); $140 to $142 are ours: the start speed of the
+motor of each axis, in mm/min. After an error, lines are refused with error:9 until
+a quarter of a second passes without one: what a sender has sent ahead would be a
+job without a part. --after-error go-on is grbl's way.
+
+Examples:
+  stepwright grbl --pty
+  stepwright grbl --pty --keep mill.txt --limit X:0 --limit Y:0 --limit Z:0
+  stepwright grbl --tcp 127.0.0.1:2323
+  printf 'G21 G91 G1 X10 F600\\nY10\\n' | stepwright grbl --stdio --fast")]
+pub struct Args {
+    #[command(flatten)]
+    way: Way,
+    /// Let time pass as fast as the machine can while something moves
+    #[arg(long)]
+    fast: bool,
+    /// Keep settings, work offsets and start-up lines in this file
+    #[arg(long, value_name = "FILE")]
+    keep: Option<PathBuf>,
+    /// What follows an error in G-code
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = AfterError::Stop)]
+    after_error: AfterError,
+    /// A limit switch that an axis closes here and beyond, in steps from where it
+    /// is switched on: X:2000 upwards from 2000, Z:-300 downwards from -300
+    #[arg(long, value_name = "AXIS:PLACE", value_parser = limit, help_heading = "The machine")]
+    #[arg(allow_hyphen_values = true)]
+    limit: Vec<(usize, i64)>,
+    /// A probe that has contact where Z is here or below, in steps
+    #[arg(long, value_name = "PLACE", help_heading = "The machine", allow_hyphen_values = true)]
+    probe: Option<i64>,
+}
+
+/// Where the sender is.
+#[derive(clap::Args)]
+#[group(required = true, multiple = false)]
+struct Way {
+    /// On a pseudo-terminal, which any serial program can open
+    #[arg(long)]
+    pty: bool,
+    /// On a TCP port; 0 is a free one
+    #[arg(long, value_name = "ADDRESS")]
+    tcp: Option<SocketAddr>,
+    /// On standard input and output
+    #[arg(long)]
+    stdio: bool,
+}
+
+/// What follows an error in G-code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum AfterError {
+    /// Lines are refused until the sender has paused
+    Stop,
+    /// The next line is executed, as grbl does
+    GoOn,
+}
+
+fn limit(text: &str) -> Result<(usize, i64), String> {
+    let wrong = || format!("{text} is no switch: write X:2000 or Z:-300");
+    let (axis, place) = text.split_once(':').ok_or_else(wrong)?;
+    let axis = ["X", "Y", "Z"].iter().position(|name| name.eq_ignore_ascii_case(axis));
+    Ok((axis.ok_or_else(wrong)?, place.parse().map_err(|_| wrong())?))
+}
+
+/// Is the machine until the line ends, or Ctrl-C.
+pub fn run(args: Args) -> Result<(), Failure> {
+    let mut grbl = Grbl::new(machine(&args));
+    if args.after_error == AfterError::GoOn {
+        grbl = grbl.with_errors_passed();
+    }
+    if let Some(path) = args.keep.as_deref().filter(|path| path.exists()) {
+        let kept = files::read(path, KEPT)?;
+        let wrong = |error| {
+            Failure::new(format!("can't use {}: {error}", path.display()))
+                .hint("mend the line, or remove the file to begin with the defaults")
+        };
+        grbl.restore(&kept).map_err(wrong)?;
+    }
+    interrupt::listen(While::Holding)?;
+    let wire = match &args.way {
+        #[cfg(unix)]
+        Way { pty: true, .. } => Wire::pty()?,
+        Way { tcp: Some(address), .. } => Wire::tcp(*address)?,
+        Way { stdio: true, .. } => Wire::stdio(),
+        _ => return Err(Failure::new("this system has no pseudo-terminals").hint("use --tcp")),
+    };
+    Served { grbl, wire, clock: Clock::new(args.fast), unheard: Vec::new() }
+        .serve(args.keep.as_deref())
+}
+
+fn machine(args: &Args) -> VirtualMachine {
+    let mut machine = VirtualMachine { probe: args.probe, ..VirtualMachine::default() };
+    for &(axis, place) in &args.limit {
+        machine.limits[axis][usize::from(place >= 0)] = Some(place);
+    }
+    machine
+}
+
+/// Seconds since it was switched on.
+struct Clock {
+    begun: Instant,
+    /// Seconds that were skipped, if it is to be fast.
+    skipped: Option<f64>,
+}
+
+impl Clock {
+    fn new(fast: bool) -> Clock {
+        Clock { begun: Instant::now(), skipped: fast.then_some(0.0) }
+    }
+
+    fn now(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64() + self.skipped.unwrap_or(0.0)
+    }
+}
+
+struct Served {
+    grbl: Grbl<VirtualMachine>,
+    wire: Wire,
+    clock: Clock,
+    /// Answers that the line has yet to take.
+    unheard: Vec<u8>,
+}
+
+impl Served {
+    fn serve(mut self, keep: Option<&Path>) -> Result<(), Failure> {
+        let mut kept = self.grbl.kept();
+        let mut ended = false;
+        while !(interrupt::asked() || ended && !self.grbl.is_moving()) {
+            ended |= self.pass(ended)?;
+            if !self.grbl.is_moving() {
+                self.keep(keep, &mut kept)?;
+            }
+        }
+        let asked = interrupt::asked();
+        if asked {
+            self.brake()?;
+        }
+        self.keep(keep, &mut kept)?;
+        let [x, y, z] = self.grbl.position();
+        say::note(format_args!("position {x} {y} {z} steps"));
+        if asked && matches!(self.wire, Wire::Stdio { .. }) {
+            return Err(Failure::interrupted("interrupted: the motors stand"));
+        }
+        Ok(())
+    }
+
+    /// A look at the line, and a slice of time; whether the line has ended.
+    fn pass(&mut self, ended: bool) -> Result<bool, Failure> {
+        let moves = self.grbl.is_moving();
+        let slice = if moves { LOOKS.0 } else { LOOKS.1 };
+        let hurries = moves && self.clock.skipped.is_some();
+        let wait = if hurries { Duration::ZERO } else { slice };
+        let heard = self.wire.hear(wait, ended || self.grbl.waiting() >= WAITING)?;
+        if let Some(skipped) = self.clock.skipped.as_mut().filter(|_| hurries) {
+            *skipped += slice.as_secs_f64();
+        }
+        let now = self.clock.now();
+        // A port that is opened resets an Arduino; a job is not ended by that.
+        if heard.came && !self.grbl.is_moving() {
+            self.grbl.receive(now, b"\x18");
+        }
+        self.grbl.receive(now, &heard.bytes);
+        self.unheard.extend(self.grbl.take_answers());
+        if heard.nobody || self.unheard.len() > UNHEARD {
+            self.unheard.clear();
+        }
+        let said = self.wire.say(&self.unheard)?;
+        self.unheard.drain(..said);
+        Ok(heard.ended)
+    }
+
+    /// Comes to rest, as by a reset.
+    fn brake(&mut self) -> Result<(), Failure> {
+        if self.grbl.is_moving() {
+            say::note(interrupt::braking());
+        }
+        self.grbl.receive(self.clock.now(), b"\x18");
+        while self.grbl.is_moving() && interrupt::presses() < 2 {
+            self.pass(true)?;
+        }
+        Ok(())
+    }
+
+    fn keep(&self, path: Option<&Path>, kept: &mut String) -> Result<(), Failure> {
+        let Some(path) = path else { return Ok(()) };
+        let now = self.grbl.kept();
+        if now != *kept {
+            files::replace(path, now.as_bytes())?;
+            *kept = now;
+        }
+        Ok(())
+    }
+}

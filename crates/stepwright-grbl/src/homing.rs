@@ -1,0 +1,131 @@
+//! Homing: each axis finds its limit switch, twice, and is told where it is.
+//!
+//! ```text
+//!   Seek ──edge──► brake ──► Back: $27 off the edge ──► Locate ──edge──► brake ──► Off: $27 off it
+//!    $25                      $25                        $24                        $25
+//! ```
+//!
+//! The place comes from the second edge, whatever the way of the brake.
+
+use stepwright_gcode::{FeedRate, Length, Move, MoveKind, Spindle};
+
+use crate::machine::{Inputs, Machine};
+use crate::motion::{Scales, length};
+use crate::session::{After, Grbl, State};
+
+/// The axes in their order: Z first, away from the work.
+const ORDER: [usize; 3] = [2, 0, 1];
+
+/// A switch is sought over this many times the travel.
+const REACH: f64 = 1.5;
+
+/// And located within this many times the way off it.
+const LOCATE: f64 = 5.0;
+
+/// Alarms, by grbl's numbers.
+const STILL_CLOSED: u8 = 8;
+const NOT_FOUND: u8 = 9;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Begin,
+    Seek,
+    Back,
+    Locate,
+    Off,
+}
+
+/// A homing that is under way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Homing {
+    /// Axes that are done.
+    done: usize,
+    phase: Phase,
+    /// Steps where the switch closed last, in this phase.
+    edge: Option<i64>,
+}
+
+impl Homing {
+    pub const fn new() -> Homing {
+        Homing { done: 0, phase: Phase::Begin, edge: None }
+    }
+}
+
+impl<M: Machine> Grbl<M> {
+    /// A look at the switches, and the next phase when one is over.
+    pub(crate) fn go_on_homing(&mut self, time: f64, inputs: Inputs) {
+        let Some(mut homing) = self.homing else { return };
+        let Some(&axis) = ORDER.get(homing.done) else { return self.end_homing() };
+        let closed = inputs.limit[axis];
+        if matches!(homing.phase, Phase::Seek | Phase::Locate) && closed && homing.edge.is_none() {
+            homing.edge = Some(self.motion.at[axis]);
+            self.homing = Some(homing);
+            self.motion.cancel(time);
+        }
+        if !self.motion.is_over() || self.after.is_some() {
+            return;
+        }
+        let sign = if self.settings.has(23, axis) { -1.0 } else { 1.0 };
+        let (pull, steps) = (self.settings.get(27), self.settings.axes(100)[axis]);
+        let off = |edge: i64| (edge as f64 - sign * pull * steps).round() as i64;
+        match (homing.phase, homing.edge) {
+            (Phase::Seek | Phase::Locate, None) => return self.brake(After::Alarm(NOT_FOUND)),
+            (Phase::Back | Phase::Off, _) if closed => {
+                return self.brake(After::Alarm(STILL_CLOSED));
+            }
+            _ => {}
+        }
+        let here = self.motion.at[axis] as f64;
+        let to = match (homing.phase, homing.edge) {
+            (Phase::Begin, _) => {
+                homing.phase = Phase::Seek;
+                here + sign * REACH * self.settings.axes(130)[axis].max(pull) * steps
+            }
+            (Phase::Seek, Some(edge)) => {
+                homing.phase = Phase::Back;
+                off(edge) as f64
+            }
+            (Phase::Back, _) => {
+                homing.phase = Phase::Locate;
+                here + sign * LOCATE * pull * steps
+            }
+            (Phase::Locate, Some(edge)) => {
+                homing.phase = Phase::Off;
+                off(edge) as f64
+            }
+            _ => {
+                let travel = self.settings.axes(130)[axis];
+                let place = if sign < 0.0 { pull - travel } else { -pull };
+                self.motion.at[axis] = (place * steps).round() as i64;
+                self.homing = Some(Homing { done: homing.done + 1, ..Homing::new() });
+                return;
+            }
+        };
+        homing.edge = None;
+        self.homing = Some(homing);
+        let slow = homing.phase == Phase::Locate;
+        self.home_to(axis, to / steps, self.settings.get(if slow { 24 } else { 25 }));
+    }
+
+    /// One axis to a place in mm, at `speed` in mm/min.
+    fn home_to(&mut self, axis: usize, to: f64, speed: f64) {
+        let from = self.place();
+        let mut end = from;
+        end.0[axis] = length(to);
+        let feed = Length::from_picometres((speed * Length::PER_MM as f64) as i64);
+        let kind = MoveKind::Feed(FeedRate::PerMinute(feed.unwrap_or(Length::MAX)));
+        let part = Move { from, to: end, kind };
+        let scales = Scales { feed: 1.0, rapid: 1.0 };
+        let added =
+            self.motion.add(self.now, &self.settings, scales, &part, None, Spindle::default());
+        if added.is_err() {
+            self.brake(After::Alarm(NOT_FOUND));
+        }
+    }
+
+    fn end_homing(&mut self) {
+        self.homing = None;
+        self.find_place();
+        self.state = State::Idle;
+    }
+}

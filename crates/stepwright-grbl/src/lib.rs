@@ -1,0 +1,62 @@
+//! A machine that any G-code sender can drive: grbl 1.1's protocol as a state machine without
+//! I/O. Bytes and time in; answers, steps and switched outputs out.
+//!
+//! ```text
+//!   sender ──bytes──► receive ──┬─ real-time: ? ! ~ ^X, overrides ───────────────┐
+//!                               └─ lines ─► $ orders                             ▼
+//!                                         └► Reader ─► effects ─► Route ─► steps ─► Machine
+//!   sender ◄─answers─ take_answers                     (G-code)   (look-ahead)
+//! ```
+//!
+//! ```
+//! use stepwright_grbl::{Grbl, VirtualMachine};
+//! let mut grbl = Grbl::new(VirtualMachine::default());
+//! grbl.receive(0.0, b"G21 G91 G1 X1 F500\n");
+//! let mut now = 0.0;
+//! while grbl.is_moving() {
+//!     now += 0.001;
+//!     grbl.advance(now);
+//! }
+//! assert_eq!(grbl.machine().at, [250, 0, 0]); // $100=250.000 steps/mm
+//! let said = String::from_utf8(grbl.take_answers()).unwrap();
+//! assert!(said.starts_with("\r\nGrbl 1.1h ['$' for help]\r\n") && said.ends_with("ok\r\n"));
+//! ```
+//!
+//! # What it does as grbl does
+//!
+//! Real-time bytes, status reports with their fields and their order, `$` orders, settings,
+//! start-up lines, messages, errors, alarms, check mode, jogging, probing, homing, soft and hard
+//! limits, work offsets, overrides, laser mode. `ok` and `error:N` come when grbl's would: once a
+//! line has its place in the planner, a dwell its end.
+//!
+//! # What it does otherwise
+//!
+//! - **A position is never lost.** A reset, a limit or the end of a jog brakes along the path. Then
+//!   comes the banner or the alarm. There is no `ALARM:3`.
+//! - **An error ends a job.** After an error in G-code, lines are refused with `error:9` until
+//!   [`QUIET`] seconds pass without one, `$X` or a reset: a sender that has sent ahead would
+//!   execute a part without what was wrong. [`Grbl::with_errors_passed`] is grbl's way.
+//! - The planner has 128 blocks, and the speed at a corner comes from `$140` to `$142`, the start
+//!   speeds of the motors in mm/min, unless `$11` asks for a junction deviation.
+//! - Homing takes Z, X, Y, one after another, and measures from the switch's edge.
+//! - `$1` to `$5`, `$12` and `$26` are kept for the sender and change nothing.
+
+#![forbid(unsafe_code)]
+
+mod homing;
+mod kept;
+mod line;
+mod machine;
+mod motion;
+mod orders;
+mod overrides;
+mod report;
+mod session;
+mod settings;
+mod work;
+
+pub use kept::NotKept;
+pub use line::QUIET;
+pub use machine::{Inputs, Machine, Outputs, VirtualMachine};
+pub use session::{Grbl, RX};
+pub use settings::{SettingFault, Settings};

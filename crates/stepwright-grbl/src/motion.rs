@@ -1,0 +1,331 @@
+//! The path: moves in, steps out at their times.
+//!
+//! ```text
+//!   Move ──► Route: look-ahead, one clock from its start on ──► steps that are due
+//! ```
+//!
+//! A route begins a little after its first move, so that what a sender says in one breath is
+//! planned together. While the sender is late it goes on by what is known, always able to stop
+//! where that ends.
+
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+
+use stepwright_gcode::{Arc, FeedRate, Length, Move, MoveKind, Point, Spindle};
+use stepwright_path::{AxisPace, Route, RouteStep, Unplannable};
+
+use crate::settings::Settings;
+
+/// Moves that are planned ahead: with short chords a way to brake.
+pub(crate) const BLOCKS: usize = 128;
+
+/// Seconds from the first move to its start.
+const BREATH: f64 = 0.02;
+
+/// Millimetres of a length.
+pub(crate) fn mm(length: Length) -> f64 {
+    length.picometres() as f64 / Length::PER_MM as f64
+}
+
+/// The length of so many millimetres, as near as picometres are.
+pub(crate) fn length(mm: f64) -> Length {
+    let picometres = (mm * Length::PER_MM as f64).round();
+    Length::from_picometres(picometres as i64).unwrap_or(Length::MAX)
+}
+
+/// A place in millimetres.
+pub(crate) fn place(point: Point) -> [f64; 3] {
+    point.0.map(mm)
+}
+
+/// A move that is on its way.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    /// Units along the route to its end.
+    end: f64,
+    /// The number of its line, if it has one.
+    line: Option<u32>,
+    tool: ToolState,
+}
+
+/// What a laser or a spindle does along a move.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ToolState {
+    pub spindle: Spindle,
+    /// A laser is off on its way.
+    pub rapid: bool,
+    /// The ordered speed in mm/s.
+    pub feed: f64,
+}
+
+/// A route with the time at which it began.
+#[derive(Clone, Debug)]
+struct Live {
+    route: Route<3>,
+    epoch: f64,
+    /// The next step, before it is due.
+    ahead: Option<RouteStep>,
+    blocks: VecDeque<Block>,
+    /// It is to stand.
+    holds: bool,
+}
+
+/// Three axes and the path they follow.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Motion {
+    /// Each axis' steps from machine zero.
+    pub at: [i64; 3],
+    live: Option<Live>,
+}
+
+/// A step that is due.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Due {
+    pub time: f64,
+    pub axis: usize,
+    pub forward: bool,
+}
+
+impl Motion {
+    /// Whether nothing is on its way.
+    pub fn is_over(&self) -> bool {
+        self.live.is_none()
+    }
+
+    /// Whether it stands because it is held.
+    pub fn is_held(&self, now: f64) -> bool {
+        let still = |live: &Live| {
+            live.holds
+                && live.ahead.is_none()
+                && live.route.is_held()
+                && now >= live.epoch + live.route.time()
+        };
+        self.live.as_ref().is_some_and(still)
+    }
+
+    /// Moves that may be added.
+    pub fn room(&self) -> usize {
+        BLOCKS - self.live.as_ref().map_or(0, |live| live.blocks.len())
+    }
+
+    /// mm/s along the path.
+    pub fn speed(&self, now: f64) -> f64 {
+        let speed = |live: &Live| live.route.along(now - live.epoch).1;
+        if self.is_held(now) { 0.0 } else { self.live.as_ref().map_or(0.0, speed) }
+    }
+
+    /// The number of the line that is on its way.
+    pub fn line(&self) -> Option<u32> {
+        self.live.as_ref()?.blocks.front()?.line
+    }
+
+    /// What a laser does now; `None` if nothing is on its way.
+    pub fn tool(&self) -> Option<ToolState> {
+        Some(self.live.as_ref()?.blocks.front()?.tool)
+    }
+
+    /// Adds a move, which [`room`](Motion::room) was there for.
+    ///
+    /// # Errors
+    /// [`Unplannable`]: a setting or a feed rate is beyond what can be planned.
+    pub fn add(
+        &mut self,
+        now: f64,
+        settings: &Settings,
+        scales: Scales,
+        part: &Move,
+        line: Option<u32>,
+        spindle: Spindle,
+    ) -> Result<(), Unplannable> {
+        let pace = axes(settings);
+        let mut live = match self.live.take() {
+            Some(live) => live,
+            None => {
+                let mut route = Route::at(pace, place(part.from))?;
+                if settings.get(11) > 0.0 {
+                    route = route.with_deviation(settings.get(11))?;
+                }
+                route.scale(0.0, scales.feed)?;
+                Live {
+                    route,
+                    epoch: now + BREATH,
+                    ahead: None,
+                    blocks: VecDeque::new(),
+                    holds: false,
+                }
+            }
+        };
+        let added = add(&mut live.route, &pace, part, scales);
+        let rapid = matches!(part.kind, MoveKind::Rapid);
+        let end = live.route.length();
+        let feed = *added.as_ref().unwrap_or(&0.0);
+        let tool = ToolState { spindle, rapid, feed };
+        if added.is_ok() {
+            live.blocks.push_back(Block { end, line, tool });
+        }
+        if !live.blocks.is_empty() {
+            self.live = Some(live);
+        }
+        added.map(|_| ())
+    }
+
+    /// Brakes, and stands until it is resumed.
+    pub fn hold(&mut self, now: f64) {
+        if let Some(live) = &mut self.live {
+            live.holds = true;
+            live.route.hold(now - live.epoch);
+        }
+    }
+
+    /// Goes on.
+    pub fn resume(&mut self, now: f64) {
+        if let Some(live) = &mut self.live {
+            live.holds = false;
+            live.route.resume(now - live.epoch);
+        }
+    }
+
+    /// Brakes, and drops what is left.
+    pub fn cancel(&mut self, now: f64) {
+        if let Some(live) = &mut self.live {
+            live.holds = false;
+            live.route.cancel(now - live.epoch);
+        }
+    }
+
+    /// Another part of the ordered speed from now on.
+    pub fn scale(&mut self, now: f64, scale: f64) {
+        if let Some(live) = &mut self.live {
+            // A number within the range, always.
+            _ = live.route.scale(now - live.epoch, scale);
+        }
+    }
+
+    /// The next step that is due by now.
+    pub fn next(&mut self, now: f64) -> Option<Due> {
+        loop {
+            let live = self.live.as_mut()?;
+            if let Some(RouteStep { time, axis, forward }) = live.ahead {
+                let time = live.epoch + time;
+                if time > now {
+                    live.forget(now);
+                    return None;
+                }
+                live.ahead = None;
+                self.at[axis] += if forward { 1 } else { -1 };
+                return Some(Due { time, axis, forward });
+            }
+            live.ahead = live.route.next();
+            if live.ahead.is_some() {
+                continue;
+            }
+            let end = live.epoch + live.route.time();
+            if live.route.is_over() {
+                if now >= end {
+                    self.live = None;
+                }
+                return None;
+            }
+            live.forget(now);
+            if now < end || live.route.is_held() || !live.route.go_on() {
+                return None;
+            }
+        }
+    }
+}
+
+impl Live {
+    /// Leaves the moves behind that are over.
+    fn forget(&mut self, now: f64) {
+        let (here, _) = self.route.along(now - self.epoch);
+        while self.blocks.front().is_some_and(|block| block.end <= here) {
+            self.blocks.pop_front();
+        }
+    }
+}
+
+/// Overrides: parts of what is ordered.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scales {
+    pub feed: f64,
+    pub rapid: f64,
+}
+
+fn axes(settings: &Settings) -> [AxisPace; 3] {
+    let [steps, speed, accel, jump] = [100, 110, 120, 140].map(|number| settings.axes(number));
+    std::array::from_fn(|axis| AxisPace {
+        step: 1.0 / steps[axis],
+        speed: speed[axis] / 60.0,
+        accel: accel[axis],
+        jump: jump[axis] / 60.0,
+    })
+}
+
+/// A move at the end of a route; its speed in mm/s.
+fn add(
+    route: &mut Route<3>,
+    pace: &[AxisPace; 3],
+    part: &Move,
+    scales: Scales,
+) -> Result<f64, Unplannable> {
+    let (from, to) = (place(part.from), place(part.to));
+    let way: [f64; 3] = std::array::from_fn(|axis| to[axis] - from[axis]);
+    let straight = way.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let speed = |rate: FeedRate, length: f64| match rate {
+        FeedRate::PerMinute(rate) => mm(rate) / 60.0,
+        FeedRate::Inverse(times) => {
+            length * times.scaled() as f64 / stepwright_gcode::Decimal::SCALE as f64 / 60.0
+        }
+    };
+    let feed = match part.kind {
+        MoveKind::Rapid => {
+            let time = (0..3).map(|axis| way[axis].abs() / pace[axis].speed).fold(0.0, f64::max);
+            // An override of the feed rate is none of a rapid.
+            straight / time * scales.rapid / scales.feed
+        }
+        MoveKind::Feed(rate) | MoveKind::Probe(_, rate) => speed(rate, straight),
+        MoveKind::Arc(arc, rate) => {
+            let [x, y, z] = arc.plane.axes();
+            let turn = Turn::of(&arc, [from[x], from[y]], [to[x], to[y]]);
+            let feed = speed(rate, (turn.radius * turn.sweep).hypot(way[z]));
+            let (centre, sweep) = (turn.centre, turn.sweep);
+            match route.arc([x, y], centre, sweep, way, feed) {
+                Err(Unplannable::Radius) => feed,
+                added => return added.map(|()| feed),
+            }
+        }
+    };
+    route.line_to(to, feed).map(|()| feed)
+}
+
+/// An arc in its plane.
+struct Turn {
+    centre: [f64; 2],
+    radius: f64,
+    sweep: f64,
+}
+
+impl Turn {
+    /// Its centre is moved so that both ends are equally far from it.
+    fn of(arc: &Arc, from: [f64; 2], to: [f64; 2]) -> Turn {
+        let mut centre = arc.centre.map(mm);
+        let chord = [to[0] - from[0], to[1] - from[1]];
+        let length = chord[0].hypot(chord[1]);
+        if length > 0.0 {
+            let middle = [(from[0] + to[0]) / 2.0, (from[1] + to[1]) / 2.0];
+            let across = [-chord[1] / length, chord[0] / length];
+            let off = (centre[0] - middle[0]) * across[0] + (centre[1] - middle[1]) * across[1];
+            centre = [middle[0] + off * across[0], middle[1] + off * across[1]];
+        }
+        let angle = |end: [f64; 2]| (end[1] - centre[1]).atan2(end[0] - centre[0]);
+        let turned = (angle(to) - angle(from)).rem_euclid(TAU);
+        let sweep = match (length > 0.0, arc.clockwise) {
+            (false, true) => -TAU,
+            (false, false) => TAU,
+            (true, true) => turned - TAU,
+            (true, false) => turned,
+        };
+        let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
+        Turn { centre, radius, sweep }
+    }
+}

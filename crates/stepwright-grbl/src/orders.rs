@@ -1,0 +1,154 @@
+//! Orders: lines that begin with `$`.
+
+use stepwright_gcode::Point;
+
+use crate::homing::Homing;
+use crate::machine::Machine;
+use crate::motion::BLOCKS;
+use crate::report::modes;
+use crate::session::{After, Grbl, RX, State};
+use crate::settings::Settings;
+
+impl<M: Machine> Grbl<M> {
+    /// Obeys a line that began with `$`.
+    pub(crate) fn order(&mut self, order: &[u8]) {
+        if let Some(jog) = order.strip_prefix(b"J=") {
+            return self.jog(jog);
+        }
+        let rests = matches!(self.state, State::Idle | State::Alarm { .. });
+        match order {
+            b"" => self
+                .say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n"),
+            b"$" => {
+                let lines = Settings::numbers().filter_map(|number| self.settings.line(number));
+                let text: String = lines.map(|line| line + "\r\n").collect();
+                self.say(&text);
+            }
+            b"G" => {
+                let text = modes(&self.reader.modal()) + "\r\n";
+                self.say(&text);
+            }
+            b"C" => return self.check(),
+            b"X" => self.unlock(),
+            b"J" => return self.error(3),
+            _ if !rests => return self.error(8),
+            b"#" => self.parameters(),
+            b"H" => return self.home(),
+            b"I" => {
+                let text = format!(
+                    "[VER:1.1h.20190830:{}]\r\n[OPT:V,{BLOCKS},{RX}]\r\n",
+                    if self.build.is_empty() { "Stepwright" } else { &self.build }
+                );
+                self.say(&text);
+            }
+            b"N" => {
+                let text = format!("$N0={}\r\n$N1={}\r\n", self.startup[0], self.startup[1]);
+                self.say(&text);
+            }
+            b"SLP" => {
+                self.say("[MSG:Sleeping]\r\n");
+                self.ok();
+                return self.brake(After::Sleep);
+            }
+            b"RST=$" | b"RST=#" | b"RST=*" => self.restore_defaults(order[4]),
+            _ => return self.assign(order),
+        }
+        self.ok();
+    }
+
+    /// `$C`: reads lines without a move, until it is said again.
+    fn check(&mut self) {
+        match self.state {
+            State::Check => {
+                self.say("[MSG:Disabled]\r\n");
+                self.ok();
+                self.state = State::Idle;
+                self.brake(After::Reset);
+            }
+            State::Idle => {
+                self.state = State::Check;
+                self.say("[MSG:Enabled]\r\n");
+                self.ok();
+            }
+            _ => self.error(8),
+        }
+    }
+
+    /// `$X`
+    fn unlock(&mut self) {
+        self.lock.open();
+        if matches!(self.state, State::Alarm { .. }) {
+            self.say("[MSG:Caution: Unlocked]\r\n");
+            self.state = State::Idle;
+        }
+    }
+
+    fn home(&mut self) {
+        if !self.settings.is_on(22) {
+            return self.error(5);
+        }
+        self.state = State::Home;
+        self.homing = Some(Homing::new());
+        self.begin_homing_work();
+    }
+
+    fn restore_defaults(&mut self, which: u8) {
+        if which != b'#' {
+            self.settings = Settings::default();
+        }
+        if which != b'$' {
+            for parameter in crate::kept::PARAMETERS {
+                self.reader.set_parameter(parameter, Point::ZERO);
+            }
+            self.seldom.offsets = 0;
+        }
+        if which == b'*' {
+            self.startup = Default::default();
+            self.build.clear();
+        }
+        self.find_place();
+        self.say("[MSG:Restoring defaults]\r\n");
+    }
+
+    /// `$100=250`, `$N0=G54`, `$I=words`
+    fn assign(&mut self, order: &[u8]) {
+        let Ok(text) = std::str::from_utf8(order) else { return self.error(3) };
+        let Some((name, value)) = text.split_once('=') else { return self.error(3) };
+        match name {
+            "I" => value.clone_into(&mut self.build),
+            "N0" | "N1" => return self.set_startup(usize::from(name == "N1"), value),
+            _ => return self.set(name, value),
+        }
+        self.ok();
+    }
+
+    fn set_startup(&mut self, which: usize, value: &str) {
+        if self.state != State::Idle {
+            return self.error(8);
+        }
+        // Read as it will be, without an effect.
+        let mut reader = self.reader;
+        let read = value.bytes().chain([b'\n']).find_map(|byte| reader.push(byte));
+        if let Some(Err(error)) = read {
+            return self.error(error.fault.number());
+        }
+        value.clone_into(&mut self.startup[which]);
+        self.ok();
+    }
+
+    fn set(&mut self, name: &str, value: &str) {
+        let Ok(number) = name.parse::<u8>() else { return self.error(3) };
+        let plain = |byte: u8| byte.is_ascii_digit() || b"+-.".contains(&byte);
+        let value = value.parse::<f64>().ok().filter(|_| value.bytes().all(plain));
+        let Some(value) = value else { return self.error(2) };
+        match self.settings.set(number, value) {
+            Ok(()) => {
+                // Steps are kept where millimetres become others.
+                self.find_place();
+                self.switch();
+                self.ok();
+            }
+            Err(fault) => self.error(fault.number()),
+        }
+    }
+}

@@ -1,0 +1,496 @@
+//! The controller: bytes and time in, answers and steps out.
+
+use std::collections::VecDeque;
+
+use stepwright_gcode::{Point, Reader, Spindle, SpindleMode};
+
+use crate::homing::Homing;
+use crate::line::{Line, Lock};
+use crate::machine::{Machine, Outputs};
+use crate::motion::Motion;
+use crate::overrides::Overrides;
+use crate::report::{Seldom, decimal};
+use crate::settings::Settings;
+use crate::work::{Probing, Work};
+
+/// Bytes of the receiver, as reports tell; what comes beyond is kept too.
+pub const RX: usize = 128;
+
+/// What the machine is doing, by grbl's names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum State {
+    Idle,
+    Run,
+    Jog,
+    /// Braking, or standing, until it is resumed.
+    Hold,
+    /// Likewise, for the door.
+    Door,
+    Home,
+    /// Nothing moves before it is unlocked, or, if `critical`, reset.
+    Alarm {
+        critical: bool,
+    },
+    Check,
+    Sleep,
+}
+
+/// What comes once a brake has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum After {
+    Reset,
+    Alarm(u8),
+    /// The rest of a jog is dropped.
+    Jog,
+    /// The door's or a sleep's spindle stops.
+    Sleep,
+}
+
+/// grbl 1.1 on a [`Machine`].
+///
+/// Time is in seconds of any clock that does not go back. Call [`advance`](Grbl::advance) every
+/// few milliseconds: steps have the times of their plan, whenever it is called.
+#[derive(Debug)]
+pub struct Grbl<M> {
+    pub(crate) machine: M,
+    pub(crate) settings: Settings,
+    pub(crate) reader: Reader,
+    pub(crate) motion: Motion,
+    pub(crate) state: State,
+    pub(crate) after: Option<After>,
+    pub(crate) now: f64,
+    pub(crate) overrides: Overrides,
+    pub(crate) outputs: Outputs,
+    /// The spindle and the coolant as they are ordered, before overrides.
+    pub(crate) spindle: Spindle,
+    pub(crate) seldom: Seldom,
+    pub(crate) work: Option<Work>,
+    pub(crate) homing: Option<Homing>,
+    pub(crate) probing: Option<Probing>,
+    pub(crate) probe_at: Point,
+    pub(crate) probe_met: bool,
+    pub(crate) startup: [String; 2],
+    pub(crate) build: String,
+    pub(crate) lock: Lock,
+    /// The spindle stands during a hold, by an override.
+    pub(crate) spindle_rests: bool,
+    rx: VecDeque<u8>,
+    line: Line,
+    out: Vec<u8>,
+}
+
+impl<M: Machine> Grbl<M> {
+    /// At machine zero, with default settings; the banner is its first answer.
+    pub fn new(machine: M) -> Grbl<M> {
+        let mut grbl = Grbl {
+            machine,
+            settings: Settings::default(),
+            reader: Reader::default(),
+            motion: Motion::default(),
+            state: State::Idle,
+            after: None,
+            now: 0.0,
+            overrides: Overrides::NONE,
+            outputs: Outputs::default(),
+            spindle: Spindle::default(),
+            seldom: Seldom::default(),
+            work: None,
+            homing: None,
+            probing: None,
+            probe_at: Point::ZERO,
+            probe_met: false,
+            startup: [String::new(), String::new()],
+            build: String::new(),
+            lock: Lock::default(),
+            spindle_rests: false,
+            rx: VecDeque::new(),
+            line: Line::default(),
+            out: Vec::new(),
+        };
+        grbl.restart();
+        grbl
+    }
+
+    /// Executes what was sent ahead also behind an error, as grbl does.
+    pub fn with_errors_passed(mut self) -> Grbl<M> {
+        self.lock.off = true;
+        self
+    }
+
+    /// Takes bytes of the sender.
+    pub fn receive(&mut self, now: f64, bytes: &[u8]) {
+        self.advance(now);
+        for &byte in bytes {
+            if !self.real_time(byte) {
+                self.lock.hear(self.now);
+                self.rx.push_back(byte);
+            }
+        }
+        self.pump();
+    }
+
+    /// Lets time pass: steps are made, switches looked at, lines obeyed.
+    pub fn advance(&mut self, now: f64) {
+        self.now = self.now.max(now);
+        let now = self.now;
+        while let Some(step) = self.motion.next(now) {
+            self.machine.step(step.time, step.axis, step.forward);
+            self.look(step.time);
+        }
+        self.look(now);
+        self.settle();
+        self.pump();
+    }
+
+    /// The answers since they were last taken.
+    pub fn take_answers(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.out)
+    }
+
+    /// Bytes of lines that wait: while they are many, read no more from the sender's line.
+    pub fn waiting(&self) -> usize {
+        self.rx.len()
+    }
+
+    /// Whether an axis moves, or will without another byte.
+    pub fn is_moving(&self) -> bool {
+        self.work.is_some() || !(self.motion.is_over() || self.motion.is_held(self.now))
+    }
+
+    /// The machine.
+    pub fn machine(&self) -> &M {
+        &self.machine
+    }
+
+    /// The machine, to put its switches.
+    pub fn machine_mut(&mut self) -> &mut M {
+        &mut self.machine
+    }
+
+    /// The steps of each axis from machine zero.
+    pub fn position(&self) -> [i64; 3] {
+        self.motion.at
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    pub(crate) fn say(&mut self, text: &str) {
+        self.out.extend_from_slice(text.as_bytes());
+    }
+
+    pub(crate) fn ok(&mut self) {
+        self.say("ok\r\n");
+    }
+
+    pub(crate) fn error(&mut self, number: u8) {
+        self.say(&format!("error:{number}\r\n"));
+    }
+
+    /// Obeys lines while there are any and it may.
+    fn pump(&mut self) {
+        loop {
+            if self.after.is_some() || matches!(self.state, State::Alarm { critical: true }) {
+                return;
+            }
+            match self.state {
+                State::Hold | State::Door | State::Sleep => return,
+                _ => {}
+            }
+            if self.work.is_some() {
+                if !self.go_on_with_work() {
+                    return;
+                }
+                continue;
+            }
+            let Some(byte) = self.rx.pop_front() else { return };
+            match self.line.take(byte) {
+                Some(Ok(text)) => self.obey(&text),
+                Some(Err(())) => self.refuse(11),
+                None => {}
+            }
+        }
+    }
+
+    /// A line of G-code had an error.
+    pub(crate) fn refuse(&mut self, number: u8) {
+        self.lock.close(self.now);
+        self.error(number);
+    }
+
+    fn obey(&mut self, text: &[u8]) {
+        match text {
+            [] => self.ok(),
+            [b'$', order @ ..] => self.order(order),
+            _ if matches!(self.state, State::Alarm { .. } | State::Jog) => self.error(9),
+            _ if self.lock.is_closed() => self.refuse(9),
+            _ => self.gcode(text),
+        }
+    }
+
+    /// Obeys a byte that is no part of a line; whether it is none.
+    fn real_time(&mut self, byte: u8) -> bool {
+        match byte {
+            b'?' => self.report(),
+            0x18 => self.reset(),
+            b'!' => self.hold(),
+            b'~' => self.resume(),
+            0x84 => self.door(),
+            0x85 => self.cancel_jog(),
+            0x9E => self.rest_spindle(),
+            0xA0 | 0xA1 => self.toggle_coolant(byte == 0xA1),
+            _ => match self.overrides.after(byte) {
+                Some(overrides) => self.override_by(overrides),
+                // Others from there on are of no line.
+                None => return byte >= 0x80,
+            },
+        }
+        true
+    }
+
+    fn override_by(&mut self, overrides: Overrides) {
+        if overrides != self.overrides {
+            self.overrides = overrides;
+            self.seldom.overrides = 0;
+            self.motion.scale(self.now, overrides.scales().feed);
+            self.switch();
+        }
+    }
+
+    /// `!`
+    fn hold(&mut self) {
+        match self.state {
+            State::Run | State::Idle => {
+                self.motion.hold(self.now);
+                self.state = State::Hold;
+            }
+            State::Jog => self.cancel_jog(),
+            _ => {}
+        }
+    }
+
+    /// `~`
+    fn resume(&mut self) {
+        let open = self.machine.inputs().door;
+        if self.state == State::Hold || self.state == State::Door && !open {
+            if self.state == State::Door && self.spindle.mode != SpindleMode::Off {
+                self.say("[MSG:Restoring spindle]\r\n");
+            }
+            self.spindle_rests = false;
+            self.motion.resume(self.now);
+            self.state = if self.motion.is_over() { State::Idle } else { State::Run };
+            self.switch();
+        }
+    }
+
+    /// The door opens, or is said to.
+    fn door(&mut self) {
+        match self.state {
+            State::Idle | State::Run | State::Hold => {
+                self.motion.hold(self.now);
+                self.state = State::Door;
+                if self.machine.inputs().door {
+                    self.say("[MSG:Check Door]\r\n");
+                }
+            }
+            State::Jog => self.cancel_jog(),
+            _ => {}
+        }
+        self.switch();
+    }
+
+    fn cancel_jog(&mut self) {
+        if self.state == State::Jog && self.after.is_none() {
+            if self.work.take().is_some() {
+                // A jog that waits for its place in the planner.
+                self.ok();
+            }
+            self.brake(After::Jog);
+        }
+    }
+
+    /// Spindle stop, in a hold alone.
+    fn rest_spindle(&mut self) {
+        if self.state == State::Hold && self.spindle.mode != SpindleMode::Off {
+            self.spindle_rests = !self.spindle_rests;
+            self.switch();
+        }
+    }
+
+    fn toggle_coolant(&mut self, mist: bool) {
+        if matches!(self.state, State::Idle | State::Run | State::Hold) {
+            let on = &mut self.outputs;
+            let which = if mist { &mut on.mist } else { &mut on.flood };
+            *which = !*which;
+            self.seldom.overrides = 0;
+            self.machine.switch(self.now, self.outputs);
+        }
+    }
+
+    /// ^X
+    fn reset(&mut self) {
+        self.rx.clear();
+        self.line = Line::default();
+        if self.state == State::Home {
+            self.brake(After::Alarm(6));
+            return;
+        }
+        self.brake(After::Reset);
+    }
+
+    /// Brakes along the path; then comes `after`.
+    pub(crate) fn brake(&mut self, after: After) {
+        // A reset is more than an alarm, and an alarm more than the end of a jog.
+        if self.after != Some(After::Reset) {
+            self.after = Some(after);
+        }
+        self.motion.cancel(self.now);
+        self.settle();
+    }
+
+    /// Comes to what follows, once nothing moves.
+    fn settle(&mut self) {
+        if !self.motion.is_over() {
+            return;
+        }
+        match self.after.take() {
+            Some(After::Reset) => return self.restart(),
+            Some(After::Alarm(number)) => return self.alarm(number),
+            Some(After::Jog) => self.find_place(),
+            Some(After::Sleep) => {
+                self.state = State::Sleep;
+                return self.drop_all();
+            }
+            None => {}
+        }
+        if matches!(self.state, State::Run | State::Jog) && self.probing.is_none() {
+            self.state = State::Idle;
+        }
+        self.switch();
+    }
+
+    /// What is planned from starts where the machine is.
+    pub(crate) fn find_place(&mut self) {
+        self.reader.set_position(self.place());
+    }
+
+    /// Nothing of what was asked for is left.
+    fn drop_all(&mut self) {
+        (self.work, self.homing, self.probing) = (None, None, None);
+        self.spindle = Spindle::default();
+        self.outputs = Outputs { power: -1.0, ..Outputs::default() };
+        self.switch();
+    }
+
+    pub(crate) fn alarm(&mut self, number: u8) {
+        let critical = matches!(number, 1 | 2);
+        self.state = State::Alarm { critical };
+        self.drop_all();
+        self.find_place();
+        self.say(&format!("ALARM:{number}\r\n"));
+        if critical {
+            self.say("[MSG:Reset to continue]\r\n");
+        }
+    }
+
+    /// As at power-up, but for the place, the settings and what is kept.
+    fn restart(&mut self) {
+        self.restart_as(matches!(self.state, State::Alarm { .. }));
+    }
+
+    /// Likewise, locked or not.
+    pub(crate) fn restart_as(&mut self, locked: bool) {
+        self.reader = self.fresh_reader();
+        self.find_place();
+        self.overrides = Overrides::NONE;
+        self.seldom = Seldom::default();
+        (self.spindle_rests, self.probe_met) = (false, false);
+        self.lock.open();
+        self.state = if locked { State::Alarm { critical: false } } else { State::Idle };
+        self.drop_all();
+        self.say("\r\nGrbl 1.1h ['$' for help]\r\n");
+        if locked {
+            self.say("[MSG:'$H'|'$X' to unlock]\r\n");
+        } else {
+            self.begin_startup();
+        }
+        if self.settings.is_on(21) && self.machine.inputs().limit.contains(&true) {
+            self.say("[MSG:Check Limits]\r\n");
+        }
+    }
+
+    /// Looks at the switches, at `time`.
+    fn look(&mut self, time: f64) {
+        let inputs = self.machine.inputs();
+        if self.homing.is_some() {
+            self.go_on_homing(time, inputs);
+            return;
+        }
+        if let Some(probing) = &self.probing
+            && inputs.probe == probing.probe.toward
+            && !self.probe_met
+        {
+            (self.probe_at, self.probe_met) = (self.place(), true);
+            self.motion.cancel(time);
+        }
+        let moves = !self.motion.is_over() && self.after.is_none();
+        if moves && self.settings.is_on(21) && inputs.limit.contains(&true) {
+            self.brake(After::Alarm(1));
+        }
+        if inputs.door && matches!(self.state, State::Idle | State::Run | State::Jog | State::Hold)
+        {
+            self.door();
+        }
+        if self.settings.is_on(32) {
+            self.switch();
+        }
+    }
+
+    /// Switches spindle and laser as they are to be now.
+    pub(crate) fn switch(&mut self) {
+        let rests = self.spindle_rests || matches!(self.state, State::Door | State::Sleep);
+        let ordered = if self.settings.is_on(32) { self.laser() } else { self.spindle };
+        let mut next = Outputs { spindle: ordered.mode, ..self.outputs };
+        let (least, most) = (self.settings.get(31), self.settings.get(30));
+        let scaled = decimal(ordered.speed) * f64::from(self.overrides.spindle) / 100.0;
+        next.power = if scaled > 0.0 { scaled.clamp(least, most.max(least)) } else { 0.0 };
+        if self.settings.is_on(32) && ordered.mode == SpindleMode::CounterClockwise {
+            next.power *= self.share();
+        }
+        if rests || ordered.mode == SpindleMode::Off {
+            (next.spindle, next.power) = (SpindleMode::Off, 0.0);
+        }
+        if next != self.outputs {
+            self.outputs = next;
+            self.machine.switch(self.now, next);
+        }
+    }
+
+    /// The laser's order where it is: off on rapids, and at rest in M4.
+    fn laser(&self) -> Spindle {
+        let off = Spindle { mode: SpindleMode::Off, ..self.spindle };
+        match self.motion.tool() {
+            Some(tool) if tool.rapid => off,
+            Some(tool) => tool.spindle,
+            None if self.spindle.mode == SpindleMode::Clockwise => self.spindle,
+            None => off,
+        }
+    }
+
+    /// The speed as a part of the ordered one.
+    fn share(&self) -> f64 {
+        let ordered = self.motion.tool().map_or(0.0, |tool| tool.feed);
+        if ordered > 0.0 { (self.motion.speed(self.now) / ordered).min(1.0) } else { 0.0 }
+    }
+
+    /// A reader with the offsets that are kept, and the last tool.
+    fn fresh_reader(&self) -> Reader {
+        let mut reader = Reader::default();
+        for parameter in crate::kept::PARAMETERS {
+            reader.set_parameter(parameter, self.reader.parameter(parameter));
+        }
+        reader
+    }
+}

@@ -1,0 +1,307 @@
+//! A line on its way: its effects, one after another, each when it may.
+
+use std::collections::VecDeque;
+
+use stepwright_gcode::{Block, Effect, Move, MoveKind, Parameter, Probe, Spindle, Stop};
+
+use crate::machine::Machine;
+use crate::motion::mm;
+use crate::overrides::Overrides;
+use crate::report::decimal;
+use crate::session::{After, Grbl, State};
+
+/// Effects that have yet to happen; then comes the answer.
+#[derive(Clone, Debug)]
+pub(crate) struct Work {
+    effects: VecDeque<Effect>,
+    line: Option<u32>,
+    jog: bool,
+    /// When the dwell is over that is under way.
+    rests: Option<f64>,
+    answer: Answer,
+}
+
+/// What is said once a line is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Answer {
+    Ok,
+    /// A start-up line was: this one, 0 or 1.
+    Startup(usize),
+    /// Homing was; start-up lines follow.
+    Home,
+}
+
+/// A probe's move that is under way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Probing {
+    pub probe: Probe,
+}
+
+/// What came of an effect.
+enum Progress {
+    Done,
+    /// It waits, and is asked again.
+    Waits,
+    /// It has led to an alarm: its line is not answered.
+    Given,
+}
+
+impl<M: Machine> Grbl<M> {
+    /// A line of G-code, without blanks and comments.
+    pub(crate) fn gcode(&mut self, text: &[u8]) {
+        match self.read(text) {
+            Ok(block) => self.begin(block, false, Answer::Ok),
+            Err(number) => self.refuse(number),
+        }
+    }
+
+    fn read(&mut self, text: &[u8]) -> Result<Block, u8> {
+        let block = text.iter().chain(b"\n").find_map(|byte| self.reader.push(*byte));
+        // An end of line gives one, always.
+        block.unwrap_or(Ok(Block::default())).map_err(|error| error.fault.number())
+    }
+
+    fn begin(&mut self, block: Block, jog: bool, answer: Answer) {
+        let checks = self.state == State::Check;
+        let effects = block.effects().filter(|_| !checks).collect();
+        self.work = Some(Work { effects, line: block.number, jog, rests: None, answer });
+    }
+
+    /// A jog's line behind `$J=`, which names its feed rate and nothing but words of a jog.
+    pub(crate) fn jog(&mut self, text: &[u8]) {
+        if !matches!(self.state, State::Idle | State::Jog) {
+            return self.error(8);
+        }
+        let was = self.reader;
+        let modes: &[u8] = if was.modal().inverse_time { b"G94G1" } else { b"G1" };
+        let line: Vec<u8> = modes.iter().chain(text).copied().collect();
+        let read = if is_jog(text) { self.read(&line) } else { Err(16) };
+        let after = self.reader.position();
+        self.reader = was;
+        let block = match read {
+            Ok(_) if !text.contains(&b'F') => return self.error(22),
+            Ok(block) => block,
+            Err(number) => return self.error(number),
+        };
+        let outside = |effect| matches!(effect, Effect::Move(part) if !self.is_within(&part));
+        if block.effects().any(outside) {
+            return self.error(15);
+        }
+        self.reader.set_position(after);
+        self.begin(block, true, Answer::Ok);
+    }
+
+    /// Start-up lines, as after a reset.
+    pub(crate) fn begin_startup(&mut self) {
+        self.go_on_with_startup(0);
+    }
+
+    fn go_on_with_startup(&mut self, from: usize) {
+        for which in from..self.startup.len() {
+            let text = self.startup[which].clone();
+            if text.is_empty() {
+                continue;
+            }
+            match self.read(text.as_bytes()) {
+                Ok(block) => return self.begin(block, false, Answer::Startup(which)),
+                Err(number) => self.say(&format!(">{text}:error:{number}\r\n")),
+            }
+        }
+    }
+
+    /// Homing has begun: its answer comes at its end.
+    pub(crate) fn begin_homing_work(&mut self) {
+        let effects = VecDeque::new();
+        self.work =
+            Some(Work { effects, line: None, jog: false, rests: None, answer: Answer::Home });
+    }
+
+    /// Does what can be done of the line; whether it is done.
+    pub(crate) fn go_on_with_work(&mut self) -> bool {
+        if self.homing.is_some() {
+            return false;
+        }
+        loop {
+            let Some(work) = &self.work else { return true };
+            let (effect, line, jog) = (work.effects.front().copied(), work.line, work.jog);
+            let Some(effect) = effect else { break };
+            match self.happen(effect, line, jog) {
+                Progress::Waits => return false,
+                Progress::Given => return true,
+                Progress::Done => {}
+            }
+            if let Some(work) = &mut self.work {
+                work.effects.pop_front();
+            }
+            if self.state == State::Hold {
+                // M0; what is left of the line comes after it.
+                return false;
+            }
+        }
+        match self.work.take().map(|work| work.answer) {
+            Some(Answer::Ok) => self.ok(),
+            Some(Answer::Home) => {
+                self.ok();
+                self.begin_startup();
+            }
+            Some(Answer::Startup(which)) => {
+                let said = format!(">{}:ok\r\n", self.startup[which]);
+                self.say(&said);
+                self.go_on_with_startup(which + 1);
+            }
+            None => {}
+        }
+        true
+    }
+
+    fn happen(&mut self, effect: Effect, line: Option<u32>, jog: bool) -> Progress {
+        match effect {
+            Effect::Tool(_) | Effect::Stop(Stop::OptionalPause) => return Progress::Done,
+            Effect::Move(part) => return self.travel(&part, line, jog),
+            Effect::Spindle(spindle) if self.settings.is_on(32) => {
+                self.spindle = spindle;
+                self.switch();
+                return Progress::Done;
+            }
+            Effect::Parameter(parameter, _) => {
+                self.seldom.offsets = 0;
+                // Kept ones are written at rest.
+                if matches!(parameter, Parameter::G92 | Parameter::ToolLength) {
+                    return Progress::Done;
+                }
+            }
+            _ => {}
+        }
+        if !self.motion.is_over() {
+            return Progress::Waits;
+        }
+        match effect {
+            Effect::Spindle(spindle) => self.spin(spindle),
+            Effect::Coolant(coolant) => {
+                (self.outputs.flood, self.outputs.mist) = (coolant.flood, coolant.mist);
+                self.seldom.overrides = 0;
+                self.machine.switch(self.now, self.outputs);
+            }
+            Effect::Dwell(seconds) => return self.dwell(decimal(seconds)),
+            Effect::Stop(Stop::Pause) => self.state = State::Hold,
+            Effect::Stop(_) => {
+                self.overrides = Overrides::NONE;
+                self.seldom = Default::default();
+                self.say("[MSG:Pgm End]\r\n");
+            }
+            _ => {}
+        }
+        Progress::Done
+    }
+
+    fn spin(&mut self, spindle: Spindle) {
+        self.spindle = spindle;
+        self.seldom.overrides = 0;
+        self.switch();
+    }
+
+    fn dwell(&mut self, seconds: f64) -> Progress {
+        let now = self.now;
+        let Some(work) = &mut self.work else { return Progress::Done };
+        if now < *work.rests.get_or_insert(now + seconds) {
+            return Progress::Waits;
+        }
+        work.rests = None;
+        Progress::Done
+    }
+
+    /// Whether a move ends within the travel of the axes, or nobody asks.
+    fn is_within(&self, part: &Move) -> bool {
+        let travel = self.settings.axes(130);
+        let inside = |axis: usize| (-travel[axis]..=0.0).contains(&mm(part.to.0[axis]));
+        !self.settings.is_on(20) || [0, 1, 2].into_iter().all(inside)
+    }
+
+    fn travel(&mut self, part: &Move, line: Option<u32>, jog: bool) -> Progress {
+        if let MoveKind::Probe(probe, _) = part.kind {
+            return self.probe(part, probe, line);
+        }
+        if !self.is_within(part) {
+            self.brake(After::Alarm(2));
+            return Progress::Given;
+        }
+        if self.motion.room() == 0 {
+            return Progress::Waits;
+        }
+        self.add(part, line, if jog { State::Jog } else { State::Run })
+    }
+
+    fn add(&mut self, part: &Move, line: Option<u32>, state: State) -> Progress {
+        let (scales, spindle) = (self.overrides.scales(), self.spindle);
+        match self.motion.add(self.now, &self.settings, scales, part, line, spindle) {
+            Ok(()) => {
+                if !self.motion.is_over() {
+                    self.state = state;
+                }
+                Progress::Done
+            }
+            // Beyond 2³¹ steps, or a speed that no machine has.
+            Err(_) => {
+                self.brake(After::Alarm(2));
+                Progress::Given
+            }
+        }
+    }
+
+    /// Moves until the probe has contact, or has none.
+    fn probe(&mut self, part: &Move, probe: Probe, line: Option<u32>) -> Progress {
+        if !self.motion.is_over() {
+            return Progress::Waits;
+        }
+        if self.probing.take().is_some() {
+            // It has come to rest.
+            self.find_place();
+            if !self.probe_met {
+                self.probe_at = self.place();
+                if probe.must {
+                    self.brake(After::Alarm(5));
+                    return Progress::Given;
+                }
+            }
+            self.probed();
+            return Progress::Done;
+        }
+        self.probe_met = false;
+        if self.machine.inputs().probe == probe.toward {
+            self.brake(After::Alarm(4));
+            return Progress::Given;
+        }
+        if !self.is_within(part) {
+            self.brake(After::Alarm(2));
+            return Progress::Given;
+        }
+        match self.add(part, line, State::Run) {
+            Progress::Done => {
+                self.probing = Some(Probing { probe });
+                Progress::Waits
+            }
+            other => other,
+        }
+    }
+}
+
+/// Whether a line has words of a jog alone: F, N, axes, G20, G21, G53, G90, G91.
+fn is_jog(text: &[u8]) -> bool {
+    let mut bytes = text.iter().peekable();
+    while let Some(letter) = bytes.next() {
+        let mut number = Vec::new();
+        while let Some(byte) = bytes.next_if(|byte| !byte.is_ascii_alphabetic()) {
+            number.push(*byte);
+        }
+        let good = match letter {
+            b'F' | b'N' | b'X' | b'Y' | b'Z' => true,
+            b'G' => [&b"20"[..], b"21", b"53", b"90", b"91"].contains(&&number[..]),
+            // What begins with no letter is no word: the reader says so.
+            _ => !letter.is_ascii_alphabetic(),
+        };
+        if !good {
+            return false;
+        }
+    }
+    true
+}

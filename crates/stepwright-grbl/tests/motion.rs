@@ -1,0 +1,266 @@
+//! Moves under a sender's hand: holds, overrides, jogs, resets, switches. The machine's own count
+//! of steps is to be the controller's, always.
+
+mod common;
+
+use common::Sender;
+
+#[test]
+fn a_job_ends_where_it_says() {
+    let mut sender = Sender::new();
+    sender.send(b"G1F2000X10\nG2X20I5\nG1Y5Z-1\nG0X0Y0Z0\nM2\n");
+    sender.rest();
+    assert_eq!(sender.read(), "ok\r\nok\r\nok\r\nok\r\n[MSG:Pgm End]\r\nok\r\n");
+    assert_eq!((sender.at(), sender.state().as_str()), ([0; 3], "Idle"));
+}
+
+#[test]
+fn a_hold_stands_and_goes_on_to_the_exact_end() {
+    let mut sender = Sender::new();
+    sender.says("G1F3000X50Y25", "ok");
+    sender.pass(0.5);
+    assert_eq!(sender.state(), "Run");
+    sender.send(b"!");
+    assert_eq!(sender.state(), "Hold:1");
+    sender.pass(0.3);
+    let at = sender.at();
+    assert_eq!(sender.state(), "Hold:0");
+    assert!(at[0] > 1_000 && at[0] < 4_000 && (at[0] - 2 * at[1]).abs() <= 2, "{at:?}");
+    // Lines wait, and are not answered.
+    sender.says("G1X0Y0", "");
+    sender.pass(1.0);
+    assert_eq!((sender.at(), sender.state().as_str()), (at, "Hold:0"));
+    sender.send(b"~");
+    sender.rest();
+    assert_eq!((sender.at(), sender.read().as_str()), ([0; 3], "ok\r\n"));
+}
+
+/// 50 mm/s at 500 mm/s²: 0.1 s and 2.5 mm.
+#[test]
+fn a_reset_brakes_and_keeps_the_place() {
+    let mut sender = Sender::new();
+    sender.says("G1F3000X100", "ok");
+    sender.pass(0.5);
+    let at = sender.at()[0];
+    sender.send(b"\x18");
+    assert_eq!(sender.read(), "");
+    sender.rest();
+    let way = sender.at()[0] - at;
+    assert!((230..=260).contains(&way), "{way}");
+    assert_eq!(sender.read(), "\r\nGrbl 1.1h ['$' for help]\r\n");
+    assert_eq!(sender.grbl.position(), sender.at());
+    let place = format!("<Idle|MPos:{:.3},0.000,0.000|", sender.at()[0] as f64 / 100.0);
+    assert!(sender.status().starts_with(&place));
+    // And what follows ends exactly.
+    sender.does("G1F3000X0");
+    assert_eq!(sender.at(), [0; 3]);
+}
+
+#[test]
+fn overrides_change_the_speed() {
+    let mut sender = Sender::new();
+    sender.says("G1F1200X100", "ok");
+    sender.pass(0.5);
+    let speed = |sender: &mut Sender| {
+        let before = sender.at()[0];
+        sender.pass(0.5);
+        (sender.at()[0] - before) as f64 / 50.0
+    };
+    assert!((speed(&mut sender) - 20.0).abs() < 0.1);
+    assert!(sender.status().contains("|FS:1200,0"));
+    sender.send(&[0x91; 5]);
+    sender.pass(0.2);
+    assert!((speed(&mut sender) - 30.0).abs() < 0.1);
+    // Never faster than the axis can.
+    sender.send(&[0x91; 15]);
+    sender.pass(0.2);
+    assert!((speed(&mut sender) - 40.0).abs() < 0.1);
+    sender.send(&[0x90]);
+    sender.send(&[0x92; 20]);
+    sender.pass(0.2);
+    assert!((speed(&mut sender) - 2.0).abs() < 0.1);
+    sender.send(&[0x90]);
+    sender.rest();
+    assert_eq!(sender.at(), [10_000, 0, 0]);
+}
+
+#[test]
+fn a_jog_ends_when_it_is_cancelled() {
+    let mut sender = Sender::new();
+    sender.says("$J=G91X100F3000", "ok");
+    sender.says("$J=G91Y100F3000", "ok");
+    sender.pass(0.3);
+    assert_eq!(sender.state(), "Jog");
+    sender.says("G1X1F100", "error:9");
+    sender.send(b"\x85");
+    sender.rest();
+    let at = sender.at();
+    assert!(at[0] > 500 && at[0] < 1_500 && at[1] == 0, "{at:?}");
+    assert_eq!(sender.state(), "Idle");
+    // A jog changes no mode.
+    assert!(sender.ask("$G").contains("G0 G54 G17 G21 G90 G94"));
+    assert_eq!(sender.does("$J=G90X0F3000"), "ok");
+    assert_eq!(sender.at(), [0; 3]);
+    sender.says("G1X10F600", "ok");
+    sender.says("$J=X1F100", "error:8");
+}
+
+#[test]
+fn soft_limits_end_a_job_and_refuse_a_jog() {
+    let mut sender = Sender::new();
+    sender.says("$22=1", "ok");
+    sender.says("$20=1", "ok");
+    sender.says("$J=X1F100", "error:15");
+    sender.says("$J=X-201F100", "error:15");
+    sender.send(b"G1X-20F3000\nG1X5\nG1X-1\n");
+    sender.rest();
+    assert_eq!(sender.read(), "ok\r\nALARM:2\r\n[MSG:Reset to continue]\r\n");
+    // Nothing but a reset is heard.
+    sender.says("$X", "");
+    sender.send(b"\x18");
+    assert_eq!(sender.read(), "\r\nGrbl 1.1h ['$' for help]\r\n[MSG:'$H'|'$X' to unlock]\r\n");
+    sender.says("$X", "[MSG:Caution: Unlocked]\r\nok");
+    assert_eq!(sender.grbl.position(), sender.at());
+}
+
+#[test]
+fn hard_limits_brake() {
+    let mut sender = Sender::new();
+    sender.says("$21=1", "ok");
+    sender.grbl.machine_mut().limits[0][1] = Some(2_000);
+    sender.send(b"G1X50F3000\n");
+    sender.rest();
+    assert_eq!(sender.read(), "ok\r\nALARM:1\r\n[MSG:Reset to continue]\r\n");
+    let at = sender.at()[0];
+    assert!((2_200..=2_260).contains(&at), "{at}");
+    assert!(sender.status().contains("|Pn:X"));
+    sender.send(b"\x18");
+    let said = sender.read();
+    assert!(said.ends_with("[MSG:'$H'|'$X' to unlock]\r\n[MSG:Check Limits]\r\n"), "{said}");
+}
+
+#[test]
+fn a_probe_tells_where_it_had_contact() {
+    let mut sender = Sender::new();
+    sender.grbl.machine_mut().probe = Some(-500);
+    let said = sender.does("G38.2Z-10F600");
+    assert_eq!(said, "[PRB:0.000,0.000,-5.000:1]\r\nok");
+    let at = sender.at()[2];
+    assert!((-520..-500).contains(&at), "{at}");
+    // It is where it came to rest, exactly.
+    sender.does("G1Z-5F600");
+    assert_eq!(sender.at(), [0, 0, -500]);
+    // Closed from the beginning.
+    assert_eq!(sender.does("G38.2Z-10F600"), "ALARM:4");
+    sender.says("$X", "[MSG:Caution: Unlocked]\r\nok");
+    sender.does("G0Z0");
+    assert_eq!(sender.does("G38.3Z-4"), "[PRB:0.000,0.000,-4.000:0]\r\nok");
+    assert_eq!(sender.does("G38.2Z-4.5"), "ALARM:5");
+    assert_eq!((sender.at(), sender.state().as_str()), ([0, 0, -450], "Alarm"));
+}
+
+/// Switches at 3 mm, 4 mm and 2 mm, pull-off 1 mm: the place is where the edge is, whatever the
+/// way of the brake.
+#[test]
+fn homing_finds_the_switches() {
+    let mut sender = Sender::new();
+    for line in ["$22=1", "$25=1500", "$23=4"] {
+        sender.says(line, "ok");
+    }
+    sender.says("$N0=G55", "ok");
+    let limits = &mut sender.grbl.machine_mut().limits;
+    (limits[0][1], limits[1][1], limits[2][0]) = (Some(300), Some(400), Some(-200));
+    sender.send(b"$H\n");
+    sender.pass(0.1);
+    assert_eq!((sender.read().as_str(), sender.state().as_str()), ("", "Home"));
+    sender.rest();
+    assert_eq!(sender.read(), "ok\r\n>G55:ok\r\n");
+    assert_eq!(sender.at(), [200, 300, -100]);
+    // Z homes downwards: -200 + 1.
+    assert_eq!(sender.grbl.position(), [-100, -100, -19_900]);
+    sender.does("G53G0X-2");
+    assert_eq!(sender.at(), [100, 300, -100]);
+}
+
+#[test]
+fn homing_without_a_switch_gives_up() {
+    let mut sender = Sender::new();
+    sender.says("$22=1", "ok");
+    sender.says("$25=3000", "ok");
+    assert_eq!(sender.does("$H"), "ALARM:9");
+    assert_eq!(sender.at(), [0, 0, 30_000]);
+    // A switch that stays closed.
+    sender.grbl.machine_mut().limits[2] = [None, Some(0)];
+    assert_eq!(sender.does("$H"), "ALARM:8");
+    // A reset on the way.
+    sender.grbl.machine_mut().limits[2] = [None, None];
+    sender.send(b"$H\n");
+    sender.pass(0.5);
+    sender.send(b"\x18");
+    sender.rest();
+    assert_eq!(sender.read(), "ALARM:6\r\n");
+    assert_eq!(sender.grbl.machine().at[0], 0);
+}
+
+#[test]
+fn dwells_and_spindles_wait_for_the_way() {
+    let mut sender = Sender::new();
+    sender.send(b"M3S500\nG1X1F600\nM5\nG4P0.5\nM0\nG1X2\n");
+    assert_eq!(sender.grbl.machine().outputs.power, 500.0);
+    assert_eq!(sender.read(), "ok\r\nok\r\n");
+    sender.pass(0.4);
+    // The spindle stops at the end, then comes the dwell.
+    assert_eq!(sender.read(), "ok\r\n");
+    assert_eq!((sender.at()[0], sender.grbl.machine().outputs.power), (100, 0.0));
+    sender.pass(0.5);
+    assert_eq!((sender.read().as_str(), sender.state().as_str()), ("ok\r\n", "Hold:0"));
+    sender.send(b"~");
+    sender.rest();
+    assert_eq!((sender.read().as_str(), sender.at()[0]), ("ok\r\nok\r\n", 200));
+}
+
+#[test]
+fn a_lasers_power_goes_with_its_speed() {
+    let mut sender = Sender::new();
+    sender.says("$32=1", "ok");
+    sender.send(b"M4S1000\nG1X10F3000\nG0X20\nG1X30S500\n");
+    let mut seen = Vec::new();
+    while sender.grbl.is_moving() {
+        sender.pass(0.002);
+        let (at, power) = (sender.at()[0], sender.grbl.machine().outputs.power);
+        seen.push((at, power));
+    }
+    let most = |from: i64, to: i64| {
+        let near = seen.iter().filter(|(at, _)| (from..to).contains(at));
+        near.map(|(_, power)| *power).fold(0.0, f64::max)
+    };
+    // 10 mm/s after 10 mm/s / 500 mm/s² and 0.1 mm: a fifth of 50.
+    let early = most(5, 12);
+    assert!((150.0..350.0).contains(&early), "{early}");
+    assert!((999.0..=1_000.0).contains(&most(400, 900)), "{}", most(400, 900));
+    assert_eq!(most(1_005, 1_990), 0.0);
+    assert!((499.0..=500.0).contains(&most(2_400, 2_700)));
+    assert_eq!(sender.grbl.machine().outputs.power, 0.0);
+}
+
+#[test]
+fn an_open_door_brakes() {
+    let mut sender = Sender::new();
+    sender.send(b"M3S100\nG1X50F3000\n");
+    sender.pass(0.5);
+    sender.grbl.machine_mut().door = true;
+    sender.pass(0.01);
+    assert_eq!(sender.read(), "ok\r\nok\r\n[MSG:Check Door]\r\n");
+    assert_eq!(sender.state(), "Door:2");
+    sender.pass(0.3);
+    assert_eq!((sender.state().as_str(), sender.grbl.machine().outputs.power), ("Door:1", 0.0));
+    sender.send(b"~");
+    assert_eq!(sender.state(), "Door:1");
+    sender.grbl.machine_mut().door = false;
+    assert_eq!(sender.state(), "Door:0");
+    sender.read();
+    sender.send(b"~");
+    assert_eq!(sender.read(), "[MSG:Restoring spindle]\r\n");
+    sender.rest();
+    assert_eq!((sender.at()[0], sender.grbl.machine().outputs.power), (5_000, 100.0));
+}

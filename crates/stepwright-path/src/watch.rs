@@ -1,0 +1,100 @@
+//! A route that is followed while it is made: how far it is, and going on by what is known.
+
+use crate::route::Route;
+
+impl<const N: usize> Route<N> {
+    /// Units along it from its start to the end of the last piece.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// How far along it is at `time`, in units, and how fast, in units/s. It answers for the part
+    /// that is being made: an earlier time is taken for its beginning, a later one for its end.
+    pub fn along(&self, time: f64) -> (f64, f64) {
+        if let Some(pieces) = &self.front {
+            let piece = pieces.iter().find(|piece| piece.to.t >= time).unwrap_or(&pieces[2]);
+            let here = piece.at(time.max(piece.from.t));
+            return (here.s, here.v);
+        }
+        match (self.cells.front(), &self.loose) {
+            (Some(cell), _) => (cell.begin, self.passes.w.front().map_or(0.0, |w| w.sqrt())),
+            (None, Some(loose)) => (loose.shape.begin, 0.0),
+            (None, None) => (self.length, 0.0),
+        }
+    }
+
+    /// Makes the next part final by what is known, where more of the route could still make it
+    /// faster: for a machine that moves on while its sender is late. Without it nothing more
+    /// comes out until enough is added, or the route is closed, which this does at its last piece.
+    ///
+    /// The plan ends at rest where the route ends, so what comes out can always be braked. False
+    /// if nothing is left to make final.
+    pub fn go_on(&mut self) -> bool {
+        if self.cells.is_empty() {
+            self.close();
+        }
+        if self.cells.is_empty() {
+            return false;
+        }
+        if self.fresh > 0 {
+            self.plan();
+        }
+        self.passes.sure = self.passes.sure.max(1);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{AxisPace, Route};
+
+    const AXIS: AxisPace = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+
+    /// A sender that gives a short chord at a time, each when nothing more is final: it moves on
+    /// from chord to chord, and comes to its end.
+    #[test]
+    fn a_late_sender_is_waited_for_at_speed() {
+        let mut route = Route::new([AXIS; 2]).unwrap();
+        let (mut at, mut fastest) = ([0i64; 2], 0.0f64);
+        for n in 1..=400 {
+            route.line_to([0.1 * f64::from(n), 0.0], 50.0).unwrap();
+            // Forty chords are 4 mm: braking from 50 mm/s takes 1.25.
+            if n >= 40 {
+                while route.length() - route.along(route.time()).0 > 3.0 {
+                    match route.next() {
+                        Some(step) => at[step.axis] += if step.forward { 1 } else { -1 },
+                        None => assert!(route.go_on()),
+                    }
+                }
+                fastest = fastest.max(route.along(route.time()).1);
+                // It never stands while there is way ahead.
+                assert!(n < 60 || route.along(route.time()).1 > 49.0, "{n}");
+            }
+        }
+        while !route.is_over() {
+            match route.next() {
+                Some(step) => at[step.axis] += if step.forward { 1 } else { -1 },
+                None => _ = route.go_on(),
+            }
+        }
+        assert_eq!(at, [4_000, 0]);
+        assert!((49.9..50.1).contains(&fastest), "{fastest}");
+        assert!(!route.go_on() && route.along(route.time()) == (40.0, 0.0));
+    }
+
+    #[test]
+    fn how_far_and_how_fast_is_told() {
+        let mut route = Route::new([AXIS; 2]).unwrap();
+        route.line_to([30.0, 40.0], 50.0).unwrap();
+        route.close();
+        assert_eq!((route.length(), route.along(0.0)), (50.0, (0.0, 0.0)));
+        let mut steps = 0;
+        while route.next().is_some_and(|step| step.time < 0.5) {
+            steps += 1;
+        }
+        // 1250 mm/s² along it (1000/0.8): 50 mm/s after 0.04 s and 1 mm.
+        let (s, v) = route.along(0.5);
+        assert!((s - 24.0).abs() < 1e-9 && v == 50.0, "{s} {v}");
+        assert!((steps - 3_360i32).abs() < 3, "{steps}");
+    }
+}

@@ -16,7 +16,7 @@
 //! | `rig` | the firmware on a simulated chip |
 //! | `qemu` | QEMU, and the firmware for chips of 32 bits |
 //! | `python` | Pythons with packages |
-//! | `node` | a Node with packages: avr8js, Playwright |
+//! | `node` | a Node with packages: avr8js, Playwright, CNCjs |
 
 mod bench;
 mod book;
@@ -34,6 +34,7 @@ mod python;
 mod qemu;
 mod rig;
 mod rs274;
+mod senders;
 mod setup;
 mod shrink;
 mod sim;
@@ -65,6 +66,7 @@ enum Chore {
     Image(image::Image),
     Page(page::Page),
     Rs274(rs274::Rs274),
+    Senders(senders::Senders),
     Setup(setup::Setup),
     Sim(sim::Sim),
     Stress(stress::Stress),
@@ -83,6 +85,7 @@ fn main() -> Result<()> {
         Chore::Image(image) => image.run(&ws()?),
         Chore::Page(page) => page.run(&ws()?),
         Chore::Rs274(rs274) => rs274.run(&ws()?),
+        Chore::Senders(senders) => senders.run(&ws()?),
         Chore::Setup(setup) => setup.run(&ws()?),
         Chore::Sim(sim) => sim.run(&ws()?),
         Chore::Stress(stress) => stress.run(&ws()?),

@@ -23,6 +23,10 @@ pub const AVR8JS: Packages = Packages { name: "avr8js", folder: "firmware/rig/av
 pub const PLAYWRIGHT: Packages =
     Packages { name: "playwright", folder: "crates/stepwright-serve/tests/page" };
 
+/// CNCjs, which sends G-code.
+pub const CNCJS: Packages =
+    Packages { name: "cncjs", folder: "crates/stepwright-cli/tests/senders" };
+
 const FILES: [&str; 2] = ["package.json", "package-lock.json"];
 
 /// Whether there is a Node that the packages run on, with its npm.

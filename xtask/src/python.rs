@@ -22,6 +22,13 @@ pub struct Environment {
 pub const SERIAL: Environment =
     Environment { name: "venv", requirements: "examples/requirements.txt", module: "serial" };
 
+/// Senders of G-code.
+pub const SENDERS: Environment = Environment {
+    name: "venv-senders",
+    requirements: "crates/stepwright-cli/tests/senders/requirements.txt",
+    module: "pygrbl_streamer",
+};
+
 /// Schemathesis, which asks the API of `stepwright serve`.
 pub const API: Environment = Environment {
     name: "venv-api",

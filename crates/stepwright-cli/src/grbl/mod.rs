@@ -195,6 +195,9 @@ impl Served {
         let now = self.clock.now();
         // A port that is opened resets an Arduino; a job is not ended by that.
         if heard.came && !self.grbl.is_moving() {
+            // What nobody has heard is not for this one.
+            self.unheard.clear();
+            _ = self.grbl.take_answers();
             self.grbl.receive(now, b"\x18");
         }
         self.grbl.receive(now, &heard.bytes);

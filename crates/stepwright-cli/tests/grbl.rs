@@ -1,0 +1,91 @@
+//! `stepwright grbl`: its three lines, what it keeps, how it ends.
+
+mod common;
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
+
+use common::{LIMIT, Running, Scratch, stepwright, stepwright_with};
+
+/// What is said on standard input, as fast as the machine can.
+fn says(options: &[&str], lines: &str) -> common::Ended {
+    stepwright_with(&[&["grbl", "--stdio", "--fast"], options].concat(), lines.as_bytes())
+}
+
+#[test]
+fn a_job_on_standard_input_runs_to_its_end() {
+    let ended = says(&[], "G21 G91 G1 X10 F600\nY-10\nM2\n");
+    assert_eq!(ended.stdout, "\r\nGrbl 1.1h ['$' for help]\r\nok\r\nok\r\n[MSG:Pgm End]\r\nok\r\n");
+    assert_eq!((ended.stderr.trim_end(), ended.code()), ("position 2500 -2500 0 steps", Some(0)));
+}
+
+#[test]
+fn an_error_ends_what_was_sent_ahead_unless_told_otherwise() {
+    let job = "G1 F600 X1\nX\nX5\n";
+    let ended = says(&[], job);
+    assert!(ended.stdout.ends_with("ok\r\nerror:2\r\nerror:9\r\n"), "{}", ended.stdout);
+    assert!(ended.stderr.starts_with("position 250 0 0"), "{}", ended.stderr);
+    let ended = says(&["--after-error", "go-on"], job);
+    assert!(ended.stdout.ends_with("ok\r\nerror:2\r\nok\r\n"), "{}", ended.stdout);
+    assert!(ended.stderr.starts_with("position 1250 0 0"), "{}", ended.stderr);
+}
+
+#[test]
+fn settings_and_offsets_stay_in_a_file() {
+    let scratch = Scratch::new("grbl-keep");
+    let file = scratch.path();
+    says(&["--keep", file], "$100=80\n$N0=G55\nG10L2P2X5\n");
+    let ended = says(&["--keep", file], "$$\n$#\n");
+    for part in [">G55:ok", "$100=80.000", "[G55:5.000,0.000,0.000]"] {
+        assert!(ended.stdout.contains(part), "{part}: {}", ended.stdout);
+    }
+    fs::write(file, "$100=80\nrubbish\n").unwrap();
+    let ended = says(&["--keep", file], "");
+    assert_eq!(ended.code(), Some(1));
+    assert!(ended.stderr.contains("line 2 is no kept value"), "{}", ended.stderr);
+    assert_eq!(fs::read_to_string(file).unwrap(), "$100=80\nrubbish\n");
+}
+
+#[test]
+fn switches_and_a_probe_are_where_they_are_put() {
+    let ended = says(
+        &["--limit", "Z:250", "--limit", "x:-500", "--limit", "Y:500", "--probe", "-1000"],
+        "$22=1\n$23=1\n$25=1000\n$H\nG38.2 Z-150 F500\n",
+    );
+    assert!(ended.stdout.contains(":1]\r\nok"), "{}", ended.stdout);
+    for wrong in ["W:5", "X", "X:a"] {
+        let ended = stepwright(&["grbl", "--stdio", "--limit", wrong]);
+        assert_eq!(ended.code(), Some(2));
+        assert!(ended.stderr.contains("write X:2000 or Z:-300"), "{}", ended.stderr);
+    }
+}
+
+/// A network's sender: the banner when it comes, answers, and the next one when it has gone.
+#[test]
+fn senders_come_and_go_over_a_network() {
+    let mut running = Running::start(&["grbl", "--tcp", "127.0.0.1:0"]);
+    let first = running.wait_out("");
+    let address = first.strip_prefix("tcp ").expect("the first line").to_owned();
+    for n in 1..=2 {
+        let mut sender = TcpStream::connect(&address).unwrap();
+        sender.set_read_timeout(Some(LIMIT)).unwrap();
+        let mut lines = BufReader::new(sender.try_clone().unwrap()).lines();
+        let mut hear = || lines.next().unwrap().unwrap();
+        assert_eq!((hear().as_str(), hear().as_str()), ("", "Grbl 1.1h ['$' for help]"));
+        sender.write_all(format!("G1F1000X0.{n}\n").as_bytes()).unwrap();
+        assert_eq!(hear(), "ok");
+        loop {
+            sender.write_all(b"?").unwrap();
+            let status = hear();
+            if status.starts_with("<Idle") {
+                assert!(status.starts_with(&format!("<Idle|MPos:0.{n}00,")), "{status}");
+                break;
+            }
+        }
+    }
+    #[cfg(unix)]
+    running.signal(rustix::process::Signal::INT);
+    let ended = running.end();
+    assert!(ended.stderr.ends_with("position 50 0 0 steps\n"), "{}", ended.stderr);
+}

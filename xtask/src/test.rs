@@ -132,17 +132,16 @@ const STEPS: &[Step] = &[
         run: pyserial::run,
     },
     Step {
-<<<<<<< HEAD
         name: "python",
         what: "the Python package builds, installs, and drives virtual boards",
         needs: &[setup::PYTHON],
         run: python::run,
-=======
+    },
+    Step {
         name: "senders",
         what: "foreign senders of G-code drive a virtual machine",
         needs: crate::senders::NEEDS,
         run: crate::senders::test,
->>>>>>> 5729a2b (Have foreign senders drive the machine, and say how)
     },
     Step {
         name: "sigrok",

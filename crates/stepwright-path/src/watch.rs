@@ -3,11 +3,6 @@
 use crate::route::Route;
 
 impl<const N: usize> Route<N> {
-    /// Units along it from its start to the end of the last piece.
-    pub fn length(&self) -> f64 {
-        self.length
-    }
-
     /// How far along it is at `time`, in units, and how fast, in units/s. It answers for the part
     /// that is being made: an earlier time is taken for its beginning, a later one for its end.
     pub fn along(&self, time: f64) -> (f64, f64) {

@@ -9,7 +9,7 @@
 
 use stepwright_gcode::{FeedRate, Length, Move, MoveKind, Spindle};
 
-use crate::machine::{Inputs, Machine};
+use crate::machine::{GrblMachine, Inputs};
 use crate::motion::{Scales, length};
 use crate::session::{After, Grbl, State};
 
@@ -51,7 +51,7 @@ impl Homing {
     }
 }
 
-impl<M: Machine> Grbl<M> {
+impl<M: GrblMachine> Grbl<M> {
     /// A look at the switches, and the next phase when one is over.
     pub(crate) fn go_on_homing(&mut self, time: f64, inputs: Inputs) {
         let Some(mut homing) = self.homing else { return };

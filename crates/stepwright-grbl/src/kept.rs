@@ -2,9 +2,9 @@
 
 use stepwright_gcode::{Length, Parameter, Point, System};
 
-use crate::machine::Machine;
+use crate::machine::GrblMachine;
 use crate::session::Grbl;
-use crate::settings::Settings;
+use crate::settings::GrblSettings;
 
 /// The parameters that are kept.
 pub(crate) const PARAMETERS: [Parameter; 8] = [
@@ -46,12 +46,12 @@ impl std::fmt::Display for NotKept {
 
 impl std::error::Error for NotKept {}
 
-impl<M: Machine> Grbl<M> {
+impl<M: GrblMachine> Grbl<M> {
     /// What stays when the power goes off, a value a line; [`restore`](Grbl::restore) reads it.
     ///
     /// Offsets are in picometres, exact.
     pub fn kept(&self) -> String {
-        let settings = Settings::numbers().filter_map(|number| {
+        let settings = GrblSettings::numbers().filter_map(|number| {
             let value = self.settings.get(number);
             self.settings.line(number).map(|_| format!("${number}={value}\n"))
         });
@@ -70,7 +70,7 @@ impl<M: Machine> Grbl<M> {
     /// # Errors
     /// [`NotKept`] at the first line that is wrong; nothing is changed then.
     pub fn restore(&mut self, kept: &str) -> Result<(), NotKept> {
-        let mut settings = Settings::default();
+        let mut settings = GrblSettings::default();
         let (mut reader, mut startup) = (stepwright_gcode::Reader::default(), self.startup.clone());
         let mut build = String::new();
         // Soft limits need homing, which comes later in the file.
@@ -80,16 +80,13 @@ impl<M: Machine> Grbl<M> {
         for (n, line) in others.into_iter().chain(soft) {
             let wrong = NotKept { line: n + 1 };
             let Some((name, value)) = line.split_once('=') else { return Err(wrong) };
-            let known = match name {
-                "$N0" => Some(value.clone_into(&mut startup[0])),
-                "$N1" => Some(value.clone_into(&mut startup[1])),
-                "$I" => Some(value.clone_into(&mut build)),
-                _ => match name.strip_prefix('$') {
-                    Some(number) => set(&mut settings, number, value),
-                    None => offset(&mut reader, name, value),
-                },
-            };
-            known.ok_or(wrong)?;
+            match (name, name.strip_prefix('$')) {
+                ("$N0", _) => value.clone_into(&mut startup[0]),
+                ("$N1", _) => value.clone_into(&mut startup[1]),
+                ("$I", _) => value.clone_into(&mut build),
+                (_, Some(number)) => set(&mut settings, number, value).ok_or(wrong)?,
+                (_, None) => offset(&mut reader, name, value).ok_or(wrong)?,
+            }
         }
         (self.settings, self.reader, self.startup, self.build) = (settings, reader, startup, build);
         _ = self.take_answers();
@@ -98,7 +95,7 @@ impl<M: Machine> Grbl<M> {
     }
 }
 
-fn set(settings: &mut Settings, number: &str, value: &str) -> Option<()> {
+fn set(settings: &mut GrblSettings, number: &str, value: &str) -> Option<()> {
     settings.set(number.parse().ok()?, value.parse().ok()?).ok()
 }
 

@@ -4,13 +4,13 @@
 //! ```text
 //!   sender ──bytes──► receive ──┬─ real-time: ? ! ~ ^X, overrides ───────────────┐
 //!                               └─ lines ─► $ orders                             ▼
-//!                                         └► Reader ─► effects ─► Route ─► steps ─► Machine
+//!                                         └► Reader ─► effects ─► Route ─► steps ─► GrblMachine
 //!   sender ◄─answers─ take_answers                     (G-code)   (look-ahead)
 //! ```
 //!
 //! ```
-//! use stepwright_grbl::{Grbl, VirtualMachine};
-//! let mut grbl = Grbl::new(VirtualMachine::default());
+//! use stepwright_grbl::{Grbl, VirtualMill};
+//! let mut grbl = Grbl::new(VirtualMill::default());
 //! grbl.receive(0.0, b"G21 G91 G1 X1 F500\n");
 //! let mut now = 0.0;
 //! while grbl.is_moving() {
@@ -57,6 +57,6 @@ mod work;
 
 pub use kept::NotKept;
 pub use line::QUIET;
-pub use machine::{Inputs, Machine, Outputs, VirtualMachine};
+pub use machine::{GrblMachine, Inputs, Outputs, VirtualMill};
 pub use session::{Grbl, RX};
-pub use settings::{SettingFault, Settings};
+pub use settings::{GrblSettings, SettingFault};

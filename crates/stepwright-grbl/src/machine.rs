@@ -29,7 +29,7 @@ pub struct Outputs {
 /// A machine of three axes.
 ///
 /// Times are in seconds, of the clock by which [`Grbl`](crate::Grbl) is called. They never go back.
-pub trait Machine {
+pub trait GrblMachine {
     /// An axis, 0 to 2, makes a step at `time`.
     fn step(&mut self, time: f64, axis: usize, forward: bool);
 
@@ -44,7 +44,7 @@ pub trait Machine {
 ///
 /// A place is in steps from where it was switched on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct VirtualMachine {
+pub struct VirtualMill {
     /// Where each axis is.
     pub at: [i64; 3],
     /// Each axis closes its limit switch from here on downwards, and from there on upwards.
@@ -57,7 +57,7 @@ pub struct VirtualMachine {
     pub outputs: Outputs,
 }
 
-impl Machine for VirtualMachine {
+impl GrblMachine for VirtualMill {
     fn step(&mut self, _: f64, axis: usize, forward: bool) {
         if let Some(at) = self.at.get_mut(axis) {
             *at += if forward { 1 } else { -1 };

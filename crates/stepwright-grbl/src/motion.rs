@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 use stepwright_gcode::{Arc, FeedRate, Length, Move, MoveKind, Point, Spindle};
 use stepwright_path::{AxisPace, Route, RouteStep, Unplannable};
 
-use crate::settings::Settings;
+use crate::settings::GrblSettings;
 
 /// Moves that are planned ahead: with short chords a way to brake.
 pub(crate) const BLOCKS: usize = 128;
@@ -27,7 +27,7 @@ pub(crate) fn mm(length: Length) -> f64 {
     length.picometres() as f64 / Length::PER_MM as f64
 }
 
-/// The length of so many millimetres, as near as picometres are.
+/// The length of n millimetres, as near as picometres are.
 pub(crate) fn length(mm: f64) -> Length {
     let picometres = (mm * Length::PER_MM as f64).round();
     Length::from_picometres(picometres as i64).unwrap_or(Length::MAX)
@@ -131,7 +131,7 @@ impl Motion {
     pub fn add(
         &mut self,
         now: f64,
-        settings: &Settings,
+        settings: &GrblSettings,
         scales: Scales,
         part: &Move,
         line: Option<u32>,
@@ -251,7 +251,7 @@ pub(crate) struct Scales {
     pub rapid: f64,
 }
 
-fn axes(settings: &Settings) -> [AxisPace; 3] {
+fn axes(settings: &GrblSettings) -> [AxisPace; 3] {
     let [steps, speed, accel, jump] = [100, 110, 120, 140].map(|number| settings.axes(number));
     std::array::from_fn(|axis| AxisPace {
         step: 1.0 / steps[axis],

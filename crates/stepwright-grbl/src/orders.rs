@@ -3,13 +3,13 @@
 use stepwright_gcode::Point;
 
 use crate::homing::Homing;
-use crate::machine::Machine;
+use crate::machine::GrblMachine;
 use crate::motion::BLOCKS;
 use crate::report::modes;
 use crate::session::{After, Grbl, RX, State};
-use crate::settings::Settings;
+use crate::settings::GrblSettings;
 
-impl<M: Machine> Grbl<M> {
+impl<M: GrblMachine> Grbl<M> {
     /// Obeys a line that began with `$`.
     pub(crate) fn order(&mut self, order: &[u8]) {
         if let Some(jog) = order.strip_prefix(b"J=") {
@@ -20,7 +20,7 @@ impl<M: Machine> Grbl<M> {
             b"" => self
                 .say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n"),
             b"$" => {
-                let lines = Settings::numbers().filter_map(|number| self.settings.line(number));
+                let lines = GrblSettings::numbers().filter_map(|number| self.settings.line(number));
                 let text: String = lines.map(|line| line + "\r\n").collect();
                 self.say(&text);
             }
@@ -94,7 +94,7 @@ impl<M: Machine> Grbl<M> {
 
     fn restore_defaults(&mut self, which: u8) {
         if which != b'#' {
-            self.settings = Settings::default();
+            self.settings = GrblSettings::default();
         }
         if which != b'$' {
             for parameter in crate::kept::PARAMETERS {

@@ -6,7 +6,7 @@ use stepwright_gcode::{
     Length, Modal, MotionMode, Parameter, Plane, Point, Probe, Reader, SpindleMode, System,
 };
 
-use crate::machine::{Inputs, Machine};
+use crate::machine::{GrblMachine, Inputs};
 use crate::motion::{BLOCKS, length, mm};
 use crate::session::{Grbl, RX, State};
 
@@ -105,7 +105,7 @@ pub(crate) fn decimal(number: stepwright_gcode::Decimal) -> f64 {
     number.scaled() as f64 / stepwright_gcode::Decimal::SCALE as f64
 }
 
-impl<M: Machine> Grbl<M> {
+impl<M: GrblMachine> Grbl<M> {
     /// Where the machine is.
     pub(crate) fn place(&self) -> Point {
         let steps = self.settings.axes(100);

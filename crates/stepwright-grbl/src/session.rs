@@ -6,11 +6,11 @@ use stepwright_gcode::{Point, Reader, Spindle, SpindleMode};
 
 use crate::homing::Homing;
 use crate::line::{Line, Lock};
-use crate::machine::{Machine, Outputs};
+use crate::machine::{GrblMachine, Outputs};
 use crate::motion::Motion;
 use crate::overrides::Overrides;
 use crate::report::{Seldom, decimal};
-use crate::settings::Settings;
+use crate::settings::GrblSettings;
 use crate::work::{Probing, Work};
 
 /// Bytes of the receiver, as reports tell; what comes beyond is kept too.
@@ -46,14 +46,14 @@ pub(crate) enum After {
     Sleep,
 }
 
-/// grbl 1.1 on a [`Machine`].
+/// grbl 1.1 on a [`GrblMachine`].
 ///
 /// Time is in seconds of any clock that does not go back. Call [`advance`](Grbl::advance) every
 /// few milliseconds: steps have the times of their plan, whenever it is called.
 #[derive(Debug)]
 pub struct Grbl<M> {
     pub(crate) machine: M,
-    pub(crate) settings: Settings,
+    pub(crate) settings: GrblSettings,
     pub(crate) reader: Reader,
     pub(crate) motion: Motion,
     pub(crate) state: State,
@@ -79,12 +79,12 @@ pub struct Grbl<M> {
     out: Vec<u8>,
 }
 
-impl<M: Machine> Grbl<M> {
+impl<M: GrblMachine> Grbl<M> {
     /// At machine zero, with default settings; the banner is its first answer.
     pub fn new(machine: M) -> Grbl<M> {
         let mut grbl = Grbl {
             machine,
-            settings: Settings::default(),
+            settings: GrblSettings::default(),
             reader: Reader::default(),
             motion: Motion::default(),
             state: State::Idle,
@@ -173,7 +173,7 @@ impl<M: Machine> Grbl<M> {
     }
 
     /// The settings.
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &GrblSettings {
         &self.settings
     }
 

@@ -108,30 +108,30 @@ impl SettingFault {
 /// The settings of a machine.
 ///
 /// ```
-/// use stepwright_grbl::Settings;
-/// let mut settings = Settings::default();
+/// use stepwright_grbl::GrblSettings;
+/// let mut settings = GrblSettings::default();
 /// settings.set(100, 80.0)?;
 /// assert_eq!(settings.line(100).as_deref(), Some("$100=80.000"));
 /// assert_eq!(settings.set(101, -1.0).unwrap_err().number(), 4);
 /// # Ok::<(), stepwright_grbl::SettingFault>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Settings([f64; TABLE.len()]);
+pub struct GrblSettings([f64; TABLE.len()]);
 
-impl Default for Settings {
-    fn default() -> Settings {
-        Settings(TABLE.map(|row| row.default))
+impl Default for GrblSettings {
+    fn default() -> GrblSettings {
+        GrblSettings(TABLE.map(|row| row.default))
     }
 }
 
-impl Settings {
+impl GrblSettings {
     fn place(number: u8) -> Option<usize> {
         TABLE.iter().position(|row| row.number == number)
     }
 
     /// The value of a setting; 0 if there is no such.
     pub fn get(&self, number: u8) -> f64 {
-        Settings::place(number).map_or(0.0, |place| self.0[place])
+        GrblSettings::place(number).map_or(0.0, |place| self.0[place])
     }
 
     /// Whether a setting is on.
@@ -154,7 +154,7 @@ impl Settings {
     /// # Errors
     /// [`SettingFault`]; then nothing is changed.
     pub fn set(&mut self, number: u8, value: f64) -> Result<(), SettingFault> {
-        let place = Settings::place(number).ok_or(SettingFault::Unknown)?;
+        let place = GrblSettings::place(number).ok_or(SettingFault::Unknown)?;
         if value < 0.0 {
             return Err(SettingFault::Negative);
         }
@@ -178,14 +178,14 @@ impl Settings {
     }
 
     fn put(&mut self, number: u8, value: f64) {
-        if let Some(place) = Settings::place(number) {
+        if let Some(place) = GrblSettings::place(number) {
             self.0[place] = value;
         }
     }
 
     /// A setting as `$$` prints it; `None` if there is no such.
     pub fn line(&self, number: u8) -> Option<String> {
-        let place = Settings::place(number)?;
+        let place = GrblSettings::place(number)?;
         let mut line = format!("${number}=");
         let value = self.0[place];
         let written = match TABLE[place].kind {
@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn what_a_setting_does_not_take_is_refused() {
-        let mut settings = Settings::default();
+        let mut settings = GrblSettings::default();
         for (number, value, fault) in [
             (7, 1.0, SettingFault::Unknown),
             (0, 2.0, SettingFault::ShortPulse),
@@ -222,12 +222,12 @@ mod tests {
         ] {
             assert_eq!(settings.set(number, value), Err(fault), "${number}={value}");
         }
-        assert_eq!(settings, Settings::default());
+        assert_eq!(settings, GrblSettings::default());
     }
 
     #[test]
     fn soft_limits_go_with_homing() {
-        let mut settings = Settings::default();
+        let mut settings = GrblSettings::default();
         settings.set(22, 1.0).unwrap();
         settings.set(20, 1.0).unwrap();
         settings.set(22, 0.0).unwrap();

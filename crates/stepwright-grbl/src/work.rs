@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use stepwright_gcode::{Block, Effect, Move, MoveKind, Parameter, Probe, Spindle, Stop};
 
-use crate::machine::Machine;
+use crate::machine::GrblMachine;
 use crate::motion::mm;
 use crate::overrides::Overrides;
 use crate::report::decimal;
@@ -46,7 +46,7 @@ enum Progress {
     Given,
 }
 
-impl<M: Machine> Grbl<M> {
+impl<M: GrblMachine> Grbl<M> {
     /// A line of G-code, without blanks and comments.
     pub(crate) fn gcode(&mut self, text: &[u8]) {
         match self.read(text) {

@@ -2,7 +2,7 @@
 //! is faster, or gets faster or slower more suddenly, than its settings say.
 
 use proptest::prelude::*;
-use stepwright_grbl::{Grbl, Inputs, Machine, Outputs};
+use stepwright_grbl::{Grbl, GrblMachine, Inputs, Outputs};
 
 /// Steps/mm, mm/min, mm/s² and mm/min of the axes.
 const SETTINGS: [(u8, f64); 12] = [
@@ -36,7 +36,7 @@ fn of(number: u8) -> f64 {
     SETTINGS.iter().find(|(known, _)| *known == number).unwrap().1
 }
 
-impl Machine for Judge {
+impl GrblMachine for Judge {
     fn step(&mut self, time: f64, axis: usize, forward: bool) {
         assert!(time >= self.now, "time goes back");
         self.now = time;
@@ -126,7 +126,7 @@ proptest! {
         let mut now = 0.0;
         for act in acts {
             match act {
-                // Settings of the axes stay as they are.
+                // GrblSettings of the axes stay as they are.
                 Act::Line(line) => grbl.receive(now, format!("{line}\n").as_bytes()),
                 Act::Bytes(bytes) => grbl.receive(now, &bytes),
                 Act::Pass(time) => {

@@ -3,7 +3,7 @@
 mod common;
 
 use common::Sender;
-use stepwright_grbl::{Grbl, QUIET, VirtualMachine};
+use stepwright_grbl::{Grbl, QUIET, VirtualMill};
 
 #[test]
 fn a_first_conversation() {
@@ -81,7 +81,7 @@ fn an_error_ends_what_was_sent_ahead() {
     sender.says("$X", "ok");
     assert_eq!(sender.does("G1X7"), "ok");
     // grbl's way, if it is asked for.
-    let grbl = Grbl::new(VirtualMachine::default()).with_errors_passed();
+    let grbl = Grbl::new(VirtualMill::default()).with_errors_passed();
     let mut sender = Sender { grbl, now: 0.0 };
     sender.read();
     sender.send(b"G1F600X1\nG1X2 Y\nX3\n");
@@ -95,7 +95,7 @@ fn settings_and_offsets_are_kept() {
         assert!(sender.ask(line).ends_with("ok"), "{line}");
     }
     let kept = sender.grbl.kept();
-    let mut again = Sender { grbl: Grbl::new(VirtualMachine::default()), now: 0.0 };
+    let mut again = Sender { grbl: Grbl::new(VirtualMill::default()), now: 0.0 };
     again.grbl.restore(&kept).unwrap();
     // With homing it is locked, and start-up lines wait.
     let banner = "\r\nGrbl 1.1h ['$' for help]\r\n[MSG:'$H'|'$X' to unlock]\r\n";

@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use stepwright_grbl::{Grbl, VirtualMachine};
+use stepwright_grbl::{Grbl, VirtualMill};
 
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
@@ -37,7 +37,7 @@ const KEPT: usize = 64 * 1024;
           the input the machine runs to rest, and its position is said.
 Ctrl-C brakes and ends it.
 
-Settings are grbl's ($$ lists them); $140 to $142 are ours: the start speed of the
+GrblSettings are grbl's ($$ lists them); $140 to $142 are ours: the start speed of the
 motor of each axis, in mm/min. After an error, lines are refused with error:9 until
 a quarter of a second passes without one: what a sender has sent ahead would be a
 job without a part. --after-error go-on is grbl's way.
@@ -126,8 +126,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
         .serve(args.keep.as_deref())
 }
 
-fn machine(args: &Args) -> VirtualMachine {
-    let mut machine = VirtualMachine { probe: args.probe, ..VirtualMachine::default() };
+fn machine(args: &Args) -> VirtualMill {
+    let mut machine = VirtualMill { probe: args.probe, ..VirtualMill::default() };
     for &(axis, place) in &args.limit {
         machine.limits[axis][usize::from(place >= 0)] = Some(place);
     }
@@ -152,7 +152,7 @@ impl Clock {
 }
 
 struct Served {
-    grbl: Grbl<VirtualMachine>,
+    grbl: Grbl<VirtualMill>,
     wire: Wire,
     clock: Clock,
     /// Answers that the line has yet to take.

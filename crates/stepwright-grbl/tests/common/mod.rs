@@ -2,20 +2,20 @@
 
 #![allow(dead_code)] // each test program uses a part
 
-use stepwright_grbl::{Grbl, VirtualMachine};
+use stepwright_grbl::{Grbl, VirtualMill};
 
 /// Milliseconds from look to look.
 const LOOK: f64 = 0.002;
 
 pub struct Sender {
-    pub grbl: Grbl<VirtualMachine>,
+    pub grbl: Grbl<VirtualMill>,
     pub now: f64,
 }
 
 impl Sender {
     /// A machine of 100 steps/mm, 3000 mm/min, 500 mm/s², that may jump 120 mm/min.
     pub fn new() -> Sender {
-        let mut sender = Sender { grbl: Grbl::new(VirtualMachine::default()), now: 0.0 };
+        let mut sender = Sender { grbl: Grbl::new(VirtualMill::default()), now: 0.0 };
         sender.read();
         for axis in 0..3 {
             for (number, value) in [(100, 100), (110, 3_000), (120, 500), (140, 120)] {

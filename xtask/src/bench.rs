@@ -1,5 +1,6 @@
 //! `cargo xtask bench avr`: cycles, rates and sizes of the firmware, measured
-//! on the simulated chip, with `bench/avr.json` as their store.
+//! on the simulated chip, with `bench/avr.json` as their store. `cargo xtask bench cortex-m`:
+//! instructions and sizes of that for a Cortex-M0, in QEMU, with `bench/cortex-m.json`.
 
 use std::process::Command;
 
@@ -7,6 +8,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 
 use crate::firmware::Board;
+use crate::qemu::{self, SmallBoard};
 use crate::workspace::{Workspace, run};
 use crate::{rig, setup};
 
@@ -25,15 +27,37 @@ pub struct Bench {
 enum What {
     /// The firmware of the Uno.
     Avr,
+    /// That of the micro:bit.
+    CortexM,
 }
 
 impl Bench {
     /// Builds what is needed, and measures.
     pub fn run(self, ws: &Workspace) -> Result<()> {
-        setup::ensure(rig::NEEDS)?;
-        let What::Avr = self.what;
-        avr(ws, self.check)
+        match self.what {
+            What::Avr => {
+                setup::ensure(rig::NEEDS)?;
+                avr(ws, self.check)
+            }
+            What::CortexM => {
+                setup::ensure(qemu::BUILD_NEEDS)?;
+                SmallBoard::Nrf51.build(ws)?;
+                qemu::plugin(ws)?;
+                cortex_m(ws, self.check)
+            }
+        }
     }
+}
+
+/// Measures the micro:bit's firmware, which is built, and so is the plugin.
+pub fn cortex_m(ws: &Workspace, check: bool) -> Result<()> {
+    let root = qemu::prepare(ws)?;
+    let mut bench = qemu::cargo(ws, "run", root.as_deref());
+    bench.args(["--release", "--bin", "bench", "--"]).arg(ws.root.join("bench/cortex-m.json"));
+    if check {
+        bench.arg("--check");
+    }
+    run(&mut bench)
 }
 
 /// Measures the Uno's firmware.

@@ -12,6 +12,7 @@
 //!
 //! `cargo xtask test --only qemu` builds all of it, and runs the tests.
 
+pub mod bench;
 pub mod edges;
 pub mod machine;
 pub mod virtual_board;

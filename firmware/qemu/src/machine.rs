@@ -97,12 +97,26 @@ impl Machine {
     /// # Errors
     /// Something that it takes is not there.
     pub fn start(board: &str, program: &str, pace: Pace) -> Result<Machine> {
+        let trace = ["-trace", "nrf51_gpio_write", "-trace", "nrf51_timer_read", "-d", "plugin"];
+        Machine::watched(board, program, pace, &format!("watch={WATCHED}"), &trace)
+    }
+
+    /// Likewise, with these words for the plugin, and for QEMU.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub fn watched(
+        board: &str,
+        program: &str,
+        pace: Pace,
+        task: &str,
+        words: &[&str],
+    ) -> Result<Machine> {
         let elf = firmware(board, program)?;
         let mut command = qemu(board)?;
-        let watch = format!("{},watch={WATCHED}", plugin()?.display());
+        let plugin = format!("{},{task}", plugin()?.display());
         command.args(["-serial", "stdio", "-icount", &format!("shift={}", pace.shift())]);
-        command.args(["-trace", "nrf51_gpio_write", "-trace", "nrf51_timer_read"]);
-        command.args(["-d", "plugin", "-plugin", &watch]).arg("-kernel").arg(elf);
+        command.args(words).args(["-plugin", &plugin]).arg("-kernel").arg(elf);
         let mut child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

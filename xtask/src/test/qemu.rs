@@ -3,10 +3,12 @@
 use anyhow::Result;
 
 use super::programs;
+use crate::bench;
 use crate::qemu::{self, SmallBoard};
 use crate::workspace::{Workspace, run};
 
-/// The controller answers and steps as the virtual board, and the step timers keep their contract.
+/// The controller answers and steps as the virtual board, and the step timers keep their contract;
+/// no figure is worse than the stored one.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     let root = qemu::prepare(ws)?;
     for board in SmallBoard::ALL {
@@ -20,6 +22,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
         (program.name.clone(), command)
     });
     programs::run(commands.collect())?;
+    bench::cortex_m(ws, true)?;
     let mut controller = ws.cargo(["test", "--target-dir"]);
     controller.arg(ws.target.join("qemu")).current_dir(ws.root.join("firmware/controller"));
     run(controller.args(["--release", "--lib"]))?;

@@ -26,11 +26,6 @@ unsafe extern "C" {
         id: PluginId,
         call: unsafe extern "C" fn(PluginId, *mut Block),
     );
-    pub fn qemu_plugin_register_atexit_cb(
-        id: PluginId,
-        call: unsafe extern "C" fn(PluginId, *mut c_void),
-        data: *mut c_void,
-    );
     pub fn qemu_plugin_tb_n_insns(block: *const Block) -> usize;
     pub fn qemu_plugin_tb_get_insn(block: *const Block, n: usize) -> *mut Instruction;
     pub fn qemu_plugin_insn_data(instruction: *const Instruction) -> *const c_void;

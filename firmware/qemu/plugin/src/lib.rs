@@ -3,6 +3,7 @@
 //! ```text
 //! -plugin FILE,watch=LOW-HIGH[+LOW-HIGH]             stores to these addresses, to QEMU's log
 //! -plugin FILE,entry=PC,low=PC,high=PC,out=FILE      what each visit of an interrupt costs
+//! -plugin FILE,stack=LOW,out=FILE                    the lowest store from LOW on, in RAM
 //! ```
 //!
 //! With `-icount shift=N` an instruction takes 2^N ns, so their number is the time. A store that is
@@ -14,9 +15,11 @@ mod api;
 mod visits;
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
+use std::fs::File;
+use std::io::Write;
 use std::ops::Range;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, OnceLock};
 
 use api::*;
 use visits::Visits;
@@ -28,17 +31,37 @@ pub static qemu_plugin_version: c_int = 1;
 /// Instructions executed. QEMU adds to it in the code that it makes.
 static COUNT: AtomicU64 = AtomicU64::new(0);
 
+/// Where a Cortex-M has its RAM.
+const RAM: Range<u64> = 0x2000_0000..0x4000_0000;
+/// The lowest store of the stack.
+static LOWEST: AtomicU64 = AtomicU64::new(u64::MAX);
+
 /// What was asked for.
 enum Task {
     Watch(Vec<Range<u64>>),
     Visits(Visits),
+    Stack(Mutex<(u64, File)>),
 }
 
 static TASK: OnceLock<Task> = OnceLock::new();
 
-/// A store: is it to a watched address?
+/// A store: is it to a watched address? Is it the lowest of the stack?
 unsafe extern "C" fn stored(_: c_uint, _: u32, address: u64, _: *mut c_void) {
-    let Some(Task::Watch(ranges)) = TASK.get() else { return };
+    let ranges = match TASK.get() {
+        Some(Task::Watch(ranges)) => ranges,
+        Some(Task::Stack(lowest)) => {
+            if let Ok(mut lowest) = lowest.lock()
+                && RAM.contains(&address)
+                && (lowest.0..).contains(&address)
+                && LOWEST.fetch_min(address, Ordering::Relaxed) > address
+            {
+                // A full disk shows in what is missing.
+                let _ = writeln!(lowest.1, "{address}");
+            }
+            return;
+        }
+        _ => return,
+    };
     if ranges.iter().any(|range| range.contains(&address)) {
         let line = format!("@{} {address:#x}\n", COUNT.load(Ordering::Relaxed));
         if let Ok(line) = CString::new(line) {
@@ -55,7 +78,7 @@ unsafe extern "C" fn translated(_: PluginId, block: *mut Block) {
         unsafe { (0..qemu_plugin_tb_n_insns(block)).map(|n| qemu_plugin_tb_get_insn(block, n)) };
     for instruction in all {
         match TASK.get() {
-            Some(Task::Watch(_)) => {
+            Some(Task::Watch(_) | Task::Stack(_)) => {
                 let count = COUNT.as_ptr().cast();
                 // SAFETY: QEMU's instruction, a static of 64 bits, and a function of that type.
                 unsafe {
@@ -73,13 +96,6 @@ unsafe extern "C" fn translated(_: PluginId, block: *mut Block) {
             Some(Task::Visits(visits)) => unsafe { visits.follow(instruction) },
             None => {}
         }
-    }
-}
-
-/// QEMU ends.
-unsafe extern "C" fn ended(_: PluginId, _: *mut c_void) {
-    if let Some(Task::Visits(visits)) = TASK.get() {
-        visits.end();
     }
 }
 
@@ -104,6 +120,9 @@ fn task(arguments: &[String]) -> Option<Task> {
         return Some(Task::Watch(ranges.split('+').map(range).collect::<Option<_>>()?));
     }
     let address = |key| value(key).and_then(number);
+    if let Some(low) = address("stack") {
+        return Some(Task::Stack(Mutex::new((low, File::create(value("out")?).ok()?))));
+    }
     let visits = Visits::new(address("entry")?, address("low")?..address("high")?, value("out")?);
     Some(Task::Visits(visits.ok()?))
 }
@@ -126,16 +145,13 @@ pub unsafe extern "C" fn qemu_plugin_install(
     };
     let arguments: Vec<String> = (0..count.max(0) as usize).map(text).collect();
     let Some(task) = task(&arguments) else {
-        eprintln!("stepwright's plugin knows watch=LOW-HIGH, or entry, low, high and out");
+        eprintln!("stepwright's plugin knows watch; entry, low, high and out; stack and out");
         return -1;
     };
     if TASK.set(task).is_err() {
         return -1;
     }
-    // SAFETY: QEMU's id, and functions of these types.
-    unsafe {
-        qemu_plugin_register_vcpu_tb_trans_cb(id, translated);
-        qemu_plugin_register_atexit_cb(id, ended, std::ptr::null_mut());
-    }
+    // SAFETY: QEMU's id, and a function of that type.
+    unsafe { qemu_plugin_register_vcpu_tb_trans_cb(id, translated) };
     0
 }

@@ -8,7 +8,7 @@
 
 use std::ffi::{c_uint, c_void};
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::ops::Range;
 use std::slice;
 use std::sync::Mutex;
@@ -40,7 +40,7 @@ struct Visit {
 pub struct Visits {
     entry: u64,
     handler: Range<u64>,
-    state: Mutex<(Visit, BufWriter<File>)>,
+    state: Mutex<(Visit, File)>,
 }
 
 /// An instruction with the visits, for QEMU's callback.
@@ -52,7 +52,8 @@ struct Followed {
 impl Visits {
     /// Visits of the interrupt whose first instruction is at `entry`, to a file.
     pub fn new(entry: u64, handler: Range<u64>, out: &str) -> io::Result<Visits> {
-        let out = BufWriter::new(File::create(out)?);
+        // Written at once: QEMU may be killed.
+        let out = File::create(out)?;
         Ok(Visits { entry, handler, state: Mutex::new((Visit::default(), out)) })
     }
 
@@ -104,13 +105,6 @@ impl Visits {
             // A full disk shows in what is missing.
             let _ = writeln!(out, "{} {}", visit.instructions, visit.cycles);
             *visit = Visit::default();
-        }
-    }
-
-    /// Writes what is left.
-    pub fn end(&self) {
-        if let Ok(mut state) = self.state.lock() {
-            let _ = state.1.flush();
         }
     }
 }

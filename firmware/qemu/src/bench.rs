@@ -1,0 +1,215 @@
+//! What the controller costs a chip of 32 bits: the rows of `bench/cortex-m.json`.
+//!
+//! The firmware that ships is told orders over its line, at the pace of the chip; the plugin counts
+//! each visit of the step interrupt. At that pace a pulse of 2 µs is over when everything else is done,
+//! so no visit waits for one.
+
+use std::env;
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use object::{Object, ObjectSection, ObjectSymbol};
+use serde_json::{Value, json};
+
+use crate::machine::{Machine, Pace, firmware};
+
+/// One figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// What was measured, as in the documentation.
+    pub name: &'static str,
+    /// Axes that move.
+    pub axes: u8,
+    /// The figure.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+/// A visit: instructions and cycles of a Cortex-M0, without the 32 of its entry and its end.
+type Visit = (f64, f64);
+
+/// The step interrupt in the firmware.
+struct Handler {
+    entry: u64,
+    end: u64,
+}
+
+/// What the linker has made: bytes of flash, of static RAM, the end of that, and the interrupt.
+struct Image {
+    flash: u64,
+    ram: u64,
+    ram_end: u64,
+    stack_top: u64,
+    handler: Handler,
+}
+
+impl Image {
+    fn of(elf: &Path) -> Result<Image> {
+        let data = fs::read(elf)?;
+        let file = object::File::parse(&*data)?;
+        let size = |name: &str| file.section_by_name(name).map_or(0, |section| section.size());
+        let end = |name: &str| {
+            let section = file.section_by_name(name);
+            section.map_or(0, |section| section.address() + section.size())
+        };
+        let symbol = |name: &str| {
+            let found = file.symbols().find(|symbol| symbol.name() == Ok(name));
+            found.with_context(|| format!("no symbol {name}"))
+        };
+        let handler = symbol("TIMER0")?;
+        // The lowest bit says that it is Thumb.
+        let entry = handler.address() & !1;
+        let ram = [".data", ".bss", ".uninit"];
+        Ok(Image {
+            flash: [".vector_table", ".text", ".rodata", ".data"].map(size).iter().sum(),
+            ram: ram.map(size).iter().sum(),
+            ram_end: ram.map(end).into_iter().max().unwrap_or(0),
+            stack_top: symbol("_stack_start")?.address(),
+            handler: Handler { entry, end: entry + handler.size() },
+        })
+    }
+}
+
+/// Has the controller carry out orders; all visits of its step interrupt from the first step on.
+fn visits(handler: &Handler, order: &str) -> Result<Vec<Visit>> {
+    let out = env::temp_dir().join(format!("stepwright-visits-{}", std::process::id()));
+    let Handler { entry, end } = *handler;
+    let task = format!("entry={entry},low={entry},high={end},out={}", out.display());
+    let mut chip = Machine::watched("nrf51", "controller", Pace::Chip, &task, &[])?;
+    carry_out(&mut chip, order)?;
+    drop(chip);
+    let text = fs::read_to_string(&out)?;
+    fs::remove_file(&out)?;
+    let visit = |line: &str| {
+        let (instructions, cycles) = line.split_once(' ')?;
+        Some((instructions.parse().ok()?, cycles.parse().ok()?))
+    };
+    text.lines().map(|line| visit(line).with_context(|| format!("a visit: {line}"))).collect()
+}
+
+/// Lines that are all accepted, then rest; no step is late.
+fn carry_out(chip: &mut Machine, order: &str) -> Result<()> {
+    for line in order.split_whitespace() {
+        let answer = chip.ask(line)?;
+        ensure!(answer == "Y", "{line} of {order}: {answer}, {}", chip.ask("?")?);
+    }
+    chip.rest()?;
+    let health = chip.ask("?")?;
+    ensure!(health.contains(" late=0 "), "{health}");
+    Ok(())
+}
+
+/// The value in the middle.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut all: Vec<f64> = values.collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Measures all rows.
+///
+/// # Errors
+/// Something that it takes is not there, or a travel is not as it should be.
+pub fn measure() -> Result<Vec<Row>> {
+    let image = Image::of(&firmware("nrf51", "controller")?)?;
+    let mut rows = Vec::new();
+    let mut row = |name, axes, value: f64, unit| {
+        // A digit behind the point: a file to read.
+        rows.push(Row { name, axes, value: (value * 10.0).round() / 10.0, unit });
+    };
+    // Steps at one speed, from the first to the last; and a ramp up, and one down.
+    let cases = [
+        ("steady", 1, "PO s4000 t4000 a1000 d1000 G+2000 E", 2_000.0),
+        ("ramp", 1, "PO s0 t9000 a20000 d20000 G+3000 E", 3_000.0),
+        (
+            "steady",
+            3,
+            "PO s2000 t2000 a1000 d1000 G+1500 A2 s1900 t1900 a1000 d1000 G+1400 A3 s1790 t1790 a1000 d1000 G+1300 E",
+            4_200.0,
+        ),
+        (
+            "ramp",
+            3,
+            "PO s0 t3000 a5000 d5000 G+1500 A2 s0 t2900 a4900 d4900 G+1400 \
+             A3 s0 t2800 a4800 d4800 G+1300 E",
+            4_200.0,
+        ),
+    ];
+    let mut worst = [0f64; 4];
+    for (name, axes, order, steps) in cases {
+        let visits = visits(&image.handler, order)?;
+        let [instructions, cycles] = if axes == 1 {
+            // Of one axis a visit is a step.
+            [median(visits.iter().map(|visit| visit.0)), median(visits.iter().map(|v| v.1 + 32.0))]
+        } else {
+            let sum = |of: fn(&Visit) -> f64| visits.iter().map(of).sum::<f64>() / steps;
+            [sum(|visit| visit.0), sum(|visit| visit.1 + 32.0)]
+        };
+        let names = match name {
+            "steady" => ["steady_step", "steady_step_cycles"],
+            _ => ["ramp_step", "ramp_step_cycles"],
+        };
+        row(names[0], axes, instructions, "instructions");
+        row(names[1], axes, cycles, "cycles");
+        let most = &mut worst[usize::from(axes)];
+        *most = visits.iter().map(|visit| visit.0).fold(*most, f64::max);
+    }
+    row("worst_visit", 1, worst[1], "instructions");
+    row("worst_visit", 3, worst[3], "instructions");
+    row("flash", 3, image.flash as f64, "bytes");
+    row("ram", 3, image.ram as f64, "bytes");
+    row("stack", 3, stack(&image)? as f64, "bytes");
+    Ok(rows)
+}
+
+/// The deepest stack of three axes that start, move, are asked and stopped.
+fn stack(image: &Image) -> Result<u64> {
+    let out = env::temp_dir().join(format!("stepwright-stack-{}", std::process::id()));
+    let task = format!("stack={},out={}", image.ram_end, out.display());
+    let mut chip = Machine::watched("nrf51", "controller", Pace::Chip, &task, &[])?;
+    for order in [
+        "PO s0 t3000 a900 d900 j9000 G+900 A2 s0 t2900 a900 d900 G+800 A3 s0 t2800 a900 d900 G-700 E",
+        "A1 PO g+ E A0 Z",
+    ] {
+        carry_out(&mut chip, order)?;
+    }
+    chip.ask("$")?;
+    drop(chip);
+    let text = fs::read_to_string(&out)?;
+    fs::remove_file(&out)?;
+    let lowest: u64 = text.lines().last().context("no store")?.parse()?;
+    Ok(image.stack_top - lowest)
+}
+
+/// Stores the rows in a file, or holds them against those in it: with `check` an error where a row
+/// is more than 2 % worse, or another.
+///
+/// # Errors
+/// That, or the file can't be read or written.
+pub fn keep(rows: &[Row], file: &Path, check: bool) -> Result<()> {
+    let json = |row: &Row| json!({"name": row.name, "axes": row.axes, "value": row.value, "unit": row.unit});
+    if !check {
+        let lines: Vec<_> = rows.iter().map(|row| format!("  {}", json(row))).collect();
+        return Ok(fs::write(file, format!("[\n{}\n]\n", lines.join(",\n")))?);
+    }
+    let text = fs::read_to_string(file).with_context(|| file.display().to_string())?;
+    let stored: Vec<Value> = serde_json::from_str(&text)?;
+    ensure!(
+        stored.len() == rows.len(),
+        "{} rows are stored, {} measured",
+        stored.len(),
+        rows.len()
+    );
+    let mut worse = 0;
+    for (row, stored) in rows.iter().zip(&stored) {
+        ensure!(stored["name"] == row.name && stored["axes"] == row.axes, "another row: {stored}");
+        let before = stored["value"].as_f64().context("a value")?;
+        if row.value > before * 1.02 {
+            println!("{} of {}: {} {}, stored {before}", row.name, row.axes, row.value, row.unit);
+            worse += 1;
+        }
+    }
+    if worse > 0 { bail!("{worse} figures are worse than the stored ones") } else { Ok(()) }
+}

@@ -11,8 +11,9 @@
 //! be changed, and no more is kept than the steps of some milliseconds.
 //!
 //! A path that turns right behind the middle between two positions has a step and the same step
-//! back at nearly one time. No motor does that: both are left out, and the axis stays where it is
-//! while the path leads some thousandths of a step beyond the middle.
+//! back at nearly one time. No motor does that: where the step back comes sooner than its shortest
+//! interval both are left out, and the axis stays where it is while the path leads a part of a step
+//! beyond the middle.
 
 use std::collections::VecDeque;
 use std::sync::{Arc as Shared, Mutex, MutexGuard, PoisonError};
@@ -22,9 +23,6 @@ use stepwright_cycle::Pace;
 
 use crate::LOOK;
 use crate::route::{Route, RouteStep};
-
-/// Seconds from a step to the same step back, at least.
-const TURN: f64 = 0.000_05;
 
 /// What makes steps of several axes.
 pub trait StepSource {
@@ -50,6 +48,8 @@ impl<const N: usize> StepSource for Route<N> {
 struct Open<S, const N: usize> {
     source: S,
     queues: [VecDeque<RouteStep>; N],
+    /// Seconds from a step of each axis to the same step back, at least.
+    turns: [f64; N],
     /// The time of the last step that was made, in s.
     made: f64,
     /// Its end, once it is known.
@@ -59,9 +59,16 @@ struct Open<S, const N: usize> {
 /// A source whose steps are played, for who wants to change it meanwhile.
 pub struct Stream<S, const N: usize>(Shared<Mutex<Open<S, N>>>);
 
+impl<S, const N: usize> Clone for Stream<S, N> {
+    fn clone(&self) -> Self {
+        Stream(self.0.clone())
+    }
+}
+
 impl<S: StepSource, const N: usize> Stream<S, N> {
     /// The stream, and the steps of each axis in ticks of a timer of this rate, the first ones
-    /// `lead` ticks and more after the start. Steps of an axis beyond N are left out.
+    /// `lead` ticks and more after the start. `shortest` is the least interval of each axis, in ticks:
+    /// a step whose step back comes sooner is none. Steps of an axis beyond N are left out.
     ///
     /// ```
     /// use stepwright::Rate;
@@ -71,17 +78,24 @@ impl<S: StepSource, const N: usize> Stream<S, N> {
     /// let mut route = Route::new([axis; 2])?;
     /// route.line_to([10.0, 5.0], 80.0)?;
     /// route.close();
-    /// let (stream, [x, y]) = Stream::new(route, Rate::MHZ, 1_000);
+    /// let (stream, [x, y]) = Stream::new(route, Rate::MHZ, 1_000, [50; 2]);
     /// let steps = |paces: &[Pace]| paces.iter().filter(|p| matches!(p, Pace::Step { .. })).count();
     /// let [x, y] = [x, y].map(|axis| axis.collect::<Vec<Pace>>());
     /// assert_eq!((steps(&x), steps(&y)), (1_000, 500));
     /// assert!(stream.look(|route| route.is_over()));
     /// # Ok::<(), stepwright_path::Unplannable>(())
     /// ```
-    pub fn new(source: S, rate: Rate, lead: Ticks) -> (Stream<S, N>, [AxisStream<S, N>; N]) {
+    pub fn new(
+        source: S,
+        rate: Rate,
+        lead: Ticks,
+        shortest: [Ticks; N],
+    ) -> (Stream<S, N>, [AxisStream<S, N>; N]) {
         let queues = [const { VecDeque::new() }; N];
-        let open = Shared::new(Mutex::new(Open { source, queues, made: 0.0, end: None }));
         let hz = f64::from(rate.hz());
+        // One tick more, by which both may be rounded.
+        let turns = shortest.map(|ticks| (f64::from(ticks) + 1.0) / hz);
+        let open = Shared::new(Mutex::new(Open { source, queues, turns, made: 0.0, end: None }));
         let look = ((hz * LOOK).ceil() as u64).max(1);
         let axis = |axis| AxisStream { open: open.clone(), axis, hz, lead, look, gone: 0 };
         let axes = std::array::from_fn(axis);
@@ -113,16 +127,17 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 impl<S: StepSource, const N: usize> Open<S, N> {
     /// Makes steps until this axis has one that stays, or all up to this time.
     fn make(&mut self, axis: usize, until: f64) -> Option<RouteStep> {
+        let turn = self.turns.get(axis).copied().unwrap_or(0.0);
         loop {
             if let Some(queue) = self.queues.get_mut(axis)
                 && let Some(step) = queue.front().copied()
             {
                 match queue.get(1) {
-                    Some(next) if next.time - step.time < TURN && next.forward != step.forward => {
+                    Some(next) if next.time - step.time < turn && next.forward != step.forward => {
                         queue.drain(..2);
                         continue;
                     }
-                    None if self.end.is_none() && self.made < step.time + TURN => {}
+                    None if self.end.is_none() && self.made < step.time + turn => {}
                     _ => return Some(step),
                 }
             }
@@ -205,7 +220,7 @@ mod tests {
     fn each_step_is_where_it_is_in_a_list() {
         let rate = Rate::MHZ;
         let [x, y] = paces(route(), rate, 500);
-        let (stream, [a, b]) = Stream::new(route(), rate, 500);
+        let (stream, [a, b]) = Stream::new(route(), rate, 500, [50; 2]);
         // One axis after the other, and so one far ahead of the other.
         let ((a, end), (b, same)) = (played(a), played(b));
         assert_eq!((a, b), (played(x).0, played(y).0));
@@ -223,7 +238,7 @@ mod tests {
             route.line_to([0.0, 0.0], 60.0).unwrap();
             route.close();
             assert_eq!(route.clone().count(), 202);
-            let (_, [x, y]) = Stream::new(route, Rate::MHZ, 500);
+            let (_, [x, y]) = Stream::new(route, Rate::MHZ, 500, [50; 2]);
             let ((steps, end), (none, same)) = (played(x), played(y));
             assert_eq!((steps.len(), none.len(), end), (count, 0, same));
             assert!(steps.windows(2).all(|pair| pair[1].0 - pair[0].0 >= 50), "{steps:?}");
@@ -235,7 +250,7 @@ mod tests {
     /// What is asked for takes hold behind the steps that were made, some ms ahead.
     #[test]
     fn a_change_on_the_way_is_heard() {
-        let (stream, [mut x, mut y]) = Stream::new(route(), Rate::MHZ, 500);
+        let (stream, [mut x, mut y]) = Stream::new(route(), Rate::MHZ, 500, [50; 2]);
         while x.gone < 100_000 {
             x.next();
         }

@@ -195,6 +195,7 @@ fn report(
             "lines": plan.survey.lines,
             "planned_seconds": plan.time,
             "seconds": played.seconds(),
+            "lead_ticks": played.lead,
             "ticks": played.ticks,
             "ticks_per_second": played.rate.hz(),
             "axes": NAMES,

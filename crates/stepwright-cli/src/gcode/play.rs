@@ -3,7 +3,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use stepwright::Rate;
+use stepwright::{Rate, Ticks};
 use stepwright_cycle::{Calibration, Clock, Motor, Program};
 use stepwright_path::{AxisPace, Stream};
 use stepwright_plan::gcode::{GcodeJob, JobPlan};
@@ -30,7 +30,8 @@ pub struct Wanted<'a> {
 /// What became of it.
 pub struct Played {
     pub rate: Rate,
-    /// Ticks from the start of the path to its end.
+    /// Ticks from the start to that of the path, and from there to its end.
+    pub lead: Ticks,
     pub ticks: u64,
     /// In steps.
     pub position: [i64; 3],
@@ -66,14 +67,17 @@ pub fn play(
     wanted: &Wanted,
 ) -> Result<Played, Failure> {
     let board = Description::uno().board;
-    let (rate, lead) = (board.rate, board.lead);
+    let rate = board.rate;
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
     let job = GcodeJob::new(job, axes).map_err(|why| wrong(&why))?;
-    let (stream, mut steps) = Stream::<_, 3>::new(job, rate, lead);
+    let delays = plan.delays();
+    let shortest = delays.map(|delay| rate.micros(delay.unwrap_or(0)));
+    // No first step comes sooner than one may after another.
+    let lead = shortest.into_iter().fold(board.lead, Ticks::max);
+    let (stream, mut steps) = Stream::new(job, rate, lead, shortest);
     let recorded =
         taken::Wanted { inverted: 0, edges: wanted.edges, motions: false, events: wanted.csv };
     let taken = Taken::begin(rate, 3, &recorded)?;
-    let delays = plan.delays();
     let motors = delays.map(|delay| Motor::new(1, delay.unwrap_or(1)));
     let stands = [Stand::default(); 3];
     let mut board = CycleBoard::new(motors, stands, Clock::Deadlines, rate, taken);
@@ -84,7 +88,10 @@ pub fn play(
     if wanted.csv {
         say::result("time_us,axis,event,value,position");
     }
-    board.cycle().start().map_err(|refusal| Failure::new(refusal.to_string()))?;
+    // A job of dwells alone has nothing to start.
+    if delays.iter().any(Option::is_some) {
+        board.cycle().start().map_err(|refusal| Failure::new(refusal.to_string()))?;
+    }
     let hz = f64::from(rate.hz());
     let begun = board.now();
     let path = begun + u64::from(lead);
@@ -132,14 +139,15 @@ pub fn play(
         }
     }
     line.end();
-    let ticks = board.now() - path;
+    let still = (plan.time * hz).round() as u64;
+    let ticks = if board.now() > path { board.now() - path } else { still };
     if let Some(error) = board.cycle().error() {
         return Err(Failure::new(format!("the board has ended the job: {error}")));
     }
     let (position, late) = (positions(&mut board), board.cycle().late());
     let end = board.now() as f64 / hz;
     board.with_recorder(|taken| taken.finish(end))?;
-    Ok(Played { rate, ticks, position, late, braked, way: drawn.map(Drawn::end) })
+    Ok(Played { rate, lead, ticks, position, late, braked, way: drawn.map(Drawn::end) })
 }
 
 type GcodeBoard<'a> = CycleBoard<'a, Taken, 3>;

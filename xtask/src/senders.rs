@@ -22,7 +22,8 @@ const FEW: u32 = 800;
 /// Have foreign senders of G-code run a job each on `stepwright grbl`
 #[derive(clap::Args)]
 pub struct Senders {
-    /// Which; all if none is named: pygrbl-streamer, grbl-streamer, gantrix, cncjs
+    /// Which; all if none is named: pygrbl-streamer, grbl-streamer, gantrix,
+    /// grbl-link, cncjs
     sender: Vec<String>,
     /// Lines of the job
     #[arg(long, default_value_t = 5_000)]

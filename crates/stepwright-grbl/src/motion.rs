@@ -141,7 +141,7 @@ impl Motion {
         let mut live = match self.live.take() {
             Some(live) => live,
             None => {
-                let mut route = Route::at(pace, place(part.from))?;
+                let mut route = Route::at(pace, place(part.from))?.standing_at(self.at);
                 if settings.get(11) > 0.0 {
                     route = route.with_deviation(settings.get(11))?;
                 }

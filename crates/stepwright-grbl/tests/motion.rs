@@ -264,3 +264,33 @@ fn an_open_door_brakes() {
     sender.rest();
     assert_eq!((sender.at()[0], sender.grbl.machine().outputs.power), (5_000, 100.0));
 }
+
+/// A line at a time, each when the one before is answered, with a hold on the way.
+#[test]
+fn a_slow_sender_gets_to_the_exact_end() {
+    for late in [0.0, 0.001, 0.004, 0.01, 0.05] {
+        let mut sender = Sender::new();
+        let mut job: Vec<String> = vec!["G1F3000".to_owned()];
+        for n in 1..=600 {
+            let (radius, angle) = (f64::from(n) / 30.0, f64::from(n) / 40.0);
+            job.push(format!("X{:.3}Y{:.3}", radius * angle.cos(), radius * angle.sin()));
+        }
+        job.extend(["G0Z1.5".to_owned(), "X12.34Y-5.67".to_owned()]);
+        let held = 300;
+        for (n, line) in job.iter().enumerate() {
+            if n == held {
+                sender.send(b"!");
+                sender.pass(1.0);
+                assert_eq!(sender.state(), "Hold:0");
+                sender.send(b"~");
+            }
+            sender.send(format!("{line}\n").as_bytes());
+            while !sender.read().contains("ok") {
+                sender.pass(0.002);
+            }
+            sender.pass(late);
+        }
+        sender.rest();
+        assert_eq!(sender.at(), [1_234, -567, 150], "{late}");
+    }
+}

@@ -2,7 +2,23 @@
 
 use crate::route::Route;
 
+/// Beyond half a step, in steps: what places are rounded by.
+const NEAR: f64 = 1e-6;
+
 impl<const N: usize> Route<N> {
+    /// Each axis stands at this position, where it is as near to the place as another: a place in
+    /// the middle between two positions is either's. A route that goes on where another has ended
+    /// takes that one's [`position`](Route::position). To be called before its first piece.
+    pub fn standing_at(mut self, position: [i64; N]) -> Route<N> {
+        for (axis, known) in position.into_iter().enumerate() {
+            let place = self.place[axis] / self.axes[axis].step;
+            if (place - known as f64).abs() <= 0.5 + NEAR {
+                self.at[axis] = known;
+            }
+        }
+        self
+    }
+
     /// How far along it is at `time`, in units, and how fast, in units/s. It answers for the part
     /// that is being made: an earlier time is taken for its beginning, a later one for its end.
     pub fn along(&self, time: f64) -> (f64, f64) {
@@ -75,6 +91,26 @@ mod tests {
         assert_eq!(at, [4_000, 0]);
         assert!((49.9..50.1).contains(&fastest), "{fastest}");
         assert!(!route.go_on() && route.along(route.time()) == (40.0, 0.0));
+    }
+
+    /// Half steps are common where places have three digits after the point.
+    #[test]
+    fn one_route_after_another_adds_up() {
+        let (mut place, mut at) = ([0.0f64; 2], [0i64; 2]);
+        for n in 0..400 {
+            let mut route = Route::at([AXIS; 2], place).unwrap().standing_at(at);
+            let turn = f64::from(n % 40) / 40.0 * std::f64::consts::TAU;
+            place = [(30.0 * turn.cos()).round() / 200.0, (41.0 * turn.sin()).round() / 200.0];
+            route.line_to(place, 50.0).unwrap();
+            route.close();
+            for step in route.by_ref() {
+                at[step.axis] += if step.forward { 1 } else { -1 };
+            }
+            assert_eq!(route.position(), at);
+            for axis in 0..2 {
+                assert!((place[axis] / 0.01 - at[axis] as f64).abs() < 0.500_001, "{n}: {at:?}");
+            }
+        }
     }
 
     #[test]

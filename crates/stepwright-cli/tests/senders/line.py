@@ -1,5 +1,6 @@
 """The line between a sender and `stepwright grbl`, listened to."""
 
+import contextlib
 import os
 import pty
 import re
@@ -36,10 +37,12 @@ class Grbl:
         master, slave = pty.openpty()
         tty.setraw(master)
         tty.setraw(slave)
+        # As on a cable, what nobody reads is lost.
+        os.set_blocking(master, False)
         self.master, self.slave = master, slave
         self.path = os.ttyname(slave)
         # Lengths of lines that have no answer yet, and of the one that is being sent.
-        self.sent, self.open, self.most = [], 0, 0
+        self.sent, self.open, self.most, self.old = [], 0, 0, 0
         self.heard, self.errors = b"", []
         self.status = ""
         self.lock = threading.Lock()
@@ -57,11 +60,14 @@ class Grbl:
             if self.line in ready:
                 data = os.read(self.line, 4096)
                 self._hear(data)
-                os.write(self.master, data)
+                with contextlib.suppress(BlockingIOError):
+                    os.write(self.master, data)
 
     def _count(self, data):
         for byte in data:
             if byte == 0x18:
+                # Answers to lines before it may be on their way.
+                self.old += len(self.sent)
                 self.sent, self.open = [], 0
             if byte in REAL_TIME:
                 continue
@@ -76,9 +82,15 @@ class Grbl:
         *lines, self.heard = self.heard.split(b"\n")
         for line in lines:
             text = line.decode("ascii").strip()
+            if text.startswith("Grbl"):
+                self.old = 0
             if text == "ok" or text.startswith("error:"):
-                assert self.sent, "an answer to nothing"
-                self.sent.pop(0)
+                if self.old:
+                    self.old -= 1
+                elif self.sent:
+                    self.sent.pop(0)
+                else:
+                    self.errors.append("an answer to nothing")
             if text.startswith(("error:", "ALARM:")):
                 self.errors.append(text)
             if text.startswith("<"):
@@ -108,7 +120,9 @@ class Grbl:
             if status:
                 break
             time.sleep(0.005)
-        state, place = re.match(r"<(\w+(?::\d)?)\|MPos:([-\d.,]+)", status).groups()
+        found = re.match(r"<(\w+(?::\d)?)\|MPos:([-\d.,]+)", status)
+        assert found, f"no status: {status!r}"
+        state, place = found.groups()
         return state, [round(float(x) * STEPS) for x in place.split(",")]
 
     def until(self, *states, within=60.0):

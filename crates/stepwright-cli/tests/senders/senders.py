@@ -7,6 +7,7 @@ doing: 127 by grbl's rule, which pygrbl-streamer and gantrix keep; grbl-streamer
 says a line twice at times.
 """
 
+import contextlib
 import json
 import os
 import queue
@@ -157,12 +158,39 @@ def cncjs(grbl, folder, lines):
     return place
 
 
+def link(grbl, folder, lines):
+    """grbl-link: a line at a time, real-time bytes between them."""
+    import serial
+    from grbl_link import interface
+
+    del folder
+    job, end = spiral(lines)
+    with serial.Serial(grbl.path, 115200, timeout=1) as port, contextlib.redirect_stdout(None):
+        sender = interface.Grbl(port)
+        for line in job:
+            sender.send(line)
+        hold_and_resume(grbl, lambda: sender.send(b"!"), lambda: sender.send(b"~"))
+        while not sender.protocol.send_queue.empty() or grbl.sent:
+            time.sleep(0.2)
+        place = grbl.until("Idle")
+        assert place == end, (place, end)
+        # A jog that is cancelled on its way.
+        sender.jog(3000, x=-50)
+        grbl.until("Jog")
+        sender.jog_cancel()
+        place = grbl.until("Idle")
+        assert end[0] - 5000 < place[0] < end[0] and place[1:] == end[1:], place
+        sender.stop()
+    return place
+
+
 LIMITS = ["--limit", "X:500", "--limit", "Y:500", "--limit", "Z:500"]
 # How to drive it, the machine's options and settings, and bytes on their way at most.
 SENDERS = {
     "pygrbl-streamer": (pygrbl, [], "", 127),
     "grbl-streamer": (streamer, [], "", 160),
     "gantrix": (gantrix, LIMITS, "$32=1\n", 127),
+    "grbl-link": (link, [], "", 127),
     "cncjs": (cncjs, [], "", 127),
 }
 

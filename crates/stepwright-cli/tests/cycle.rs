@@ -285,7 +285,7 @@ fn mistakes_in_changes_are_shown_at_their_line() {
     wrong("at-s = 2.2", "at-s = 220", "26:3", "the path is over by then");
     wrong("{ X = 20_000_000, Y = 50_000_000 }", "{}", "26:22", "a new end: say where");
     wrong("to = { X = 20_000_000, ", "to = { Z = 1, ", "26:24", "there is no motor \"Z\"");
-    wrong("line = {", "move.X.steps = 1\n#", "24:9", "only a line or an arc has a feed");
+    wrong("line = {", "move.X.steps = 1\n#", "24:9", "only along a path the feed can be changed");
     let both = "the arc is left for a line: say where both";
     wrong("X = 120_000_000, ", "", "25:22", both);
 }
@@ -363,5 +363,137 @@ fn json_of_a_failed_cycle_names_the_motor_and_the_line() {
                 (Some(motor), Some(line))
             );
         }
+    }
+}
+
+/// The steps of X and Y of a run as csv: times in s, and both positions in mm.
+fn way(csv: &str, from: [f64; 2]) -> Vec<(f64, [f64; 2])> {
+    let mut at = from;
+    let steps = csv.lines().filter(|line| line.contains(",step,1,")).map(|line| {
+        let cells: Vec<_> = line.split(',').collect();
+        at[usize::from(cells[1] == "Y")] = cells[4].parse::<f64>().unwrap() / 1e6;
+        (cells[0].parse::<f64>().unwrap() / 1e6, at)
+    });
+    steps.collect()
+}
+
+/// Lines and arcs of one path: 60 mm/s through all smooth joints, by its steps, and its end exact.
+#[test]
+fn the_joints_of_a_path_are_passed_at_speed() {
+    let file = Scratch::new("cycle-joined.toml");
+    let example = std::fs::read_to_string(example("joined")).unwrap();
+    let text = example.replace("pause-s = 0.8\nresume-s = 1.2\n", "");
+    assert!(!text.contains("-s = "), "{text}");
+    std::fs::write(file.path(), &text).unwrap();
+    let ended = stepwright(&["cycle", file.path(), "--format", "csv"]);
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    let way = way(&ended.stdout, [10.0, 0.0]);
+    let (end, last) = *way.last().unwrap();
+    assert_eq!(last, [10.0, 0.0]);
+    // 120 mm of lines and 20π of arcs; two ramps of 0.15 s cost half of it each, on an arc less.
+    let by_hand = (120.0 + 20.0 * std::f64::consts::PI) / 60.0 + 0.15;
+    assert!(end < by_hand && end > by_hand - 0.02, "{end} {by_hand}");
+    // Between the ramps, over 40 ms each: 2.4 mm, less what an arc is longer than its chord.
+    let (mut windows, mut from) = (0, way[0]);
+    for (time, at) in way.into_iter().filter(|(time, _)| (0.2..end - 0.2).contains(time)) {
+        if time - from.0 >= 0.04 {
+            let speed = (at[0] - from.1[0]).hypot(at[1] - from.1[1]) / (time - from.0);
+            assert!(from.0 < 0.2 || (58.5..61.0).contains(&speed), "{speed} mm/s at {time}");
+            (windows, from) = (windows + 1, (time, at));
+        }
+    }
+    assert!(windows > 60, "{windows}");
+    // As it stands it is paused in a corner, for 0.4 s less its ramps.
+    std::fs::write(file.path(), &example).unwrap();
+    let ended = stepwright(&["cycle", file.path(), "--format", "csv"]);
+    let paused = self::way(&ended.stdout, [10.0, 0.0]);
+    assert_eq!(paused.last().unwrap().1, [10.0, 0.0]);
+    let gap = paused.windows(2).map(|pair| pair[1].0 - pair[0].0).fold(0.0, f64::max);
+    assert!((0.2..0.3).contains(&gap), "{gap}");
+    // Told to finish, it brakes on the way.
+    let finished = text.replace("[cycle.path]", "finish-s = 1.0\n[cycle.path]");
+    std::fs::write(file.path(), finished).unwrap();
+    let ended = stepwright(&["cycle", file.path(), "--format", "csv"]);
+    let (end, [x, y]) = *self::way(&ended.stdout, [10.0, 0.0]).last().unwrap();
+    assert!((1.1..1.2).contains(&end) && (x - 50.0).abs() < 0.02 && y > 10.0, "{end} {x} {y}");
+}
+
+/// A corner is passed at what the motors may change their speed by, and no faster.
+#[test]
+fn a_path_has_corners() {
+    let file = Scratch::new("cycle-corner.toml");
+    let motor = "[[motor]]\nname = \"N\"\nstep = 12_500\nsmallest-delay-us = 50\n";
+    let motors = ["X", "Y"].map(|name| motor.replace('N', name)).concat();
+    let path = |start: &str| {
+        format!(
+            "{motors}[[cycle]]\n[cycle.path]\nspeed = 50_000_000\naccel = 500_000_000\n{start}\n\
+             pieces = [{{ to = {{ X = 25_000_000 }} }}, {{ to = {{ Y = 25_000_000 }} }}]\n"
+        )
+    };
+    let time = |start: &str| {
+        std::fs::write(file.path(), path(start)).unwrap();
+        let ended = stepwright(&["cycle", file.path(), "--format", "json"]);
+        assert_eq!(ended.code(), Some(0), "{ended:#?}");
+        let all: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+        let at = [0, 1].map(|n| all["motors"][n]["position"].as_i64());
+        assert_eq!(at, [Some(25_000_000); 2]);
+        all["seconds"].as_f64().unwrap()
+    };
+    // Two lines of 25 mm at 50 mm/s with ramps of 0.1 s, and 100 µs before the start; at the corner
+    // (50 − v)²/(50·500) s for the ramps down to v and up again.
+    let cost = |v: f64| 1.0 + 0.1 + (50.0 - v).powi(2) / 25_000.0 + 0.000_1;
+    for v in [2.0, 10.0] {
+        let found = time(&format!("start-speed = {}", v * 1e6));
+        assert!((found - cost(v)).abs() < 1e-5, "{v}: {found}, not {}", cost(v));
+    }
+    // Without one, what a step from rest leads to.
+    let found = time("");
+    assert!((found - cost((2.0f64 * 500.0 * 0.0125).sqrt())).abs() < 1e-5, "{found}");
+}
+
+#[test]
+fn a_path_with_a_mistake_is_refused_at_its_line() {
+    let file = Scratch::new("cycle-path-wrong.toml");
+    let example = std::fs::read_to_string(example("joined")).unwrap();
+    let line = |part: &str| example[..example.find(part).unwrap()].matches('\n').count() + 1;
+    let to = "{ to = { X = 40_000_000 } }";
+    for (from, into, line, said) in [
+        (to, "{ to = { Q = 4 } }", line(to), "there is no motor \"Q\""),
+        (to, "{ degrees = 9 }", line(to), "a piece is a line, which has to, or an arc"),
+        (to, "{ to = { X = 4 }, degrees = 9 }", line(to), "a piece is a line"),
+        (
+            "degrees = 90 },\n    { to = { Y = 40",
+            "degrees = 0 },\n    { to = { Y = 40",
+            line(to) + 1,
+            "the sweep of an arc",
+        ),
+        (
+            "start-speed = 3_000_000",
+            "start-speed = -1",
+            line("start-speed = "),
+            "the jump of an axis",
+        ),
+        ("speed = 60_000_000", "speed = 0", line("speed = 60"), "the speed along the path"),
+        (
+            "pause-s = 0.8",
+            "retarget = [{ at-s = 1, to = { X = 1 } }]\npause-s = 0.8",
+            line("pause-s = 0.8"),
+            "a path of several pieces keeps its end",
+        ),
+        (
+            "[cycle.path]",
+            "arc = { motors = [\"X\", \"Y\"], centre = [1, 1], degrees = 1, speed = 1, accel = 1 }\n[cycle.path]",
+            line("[cycle.path]") + 1,
+            "a cycle has either",
+        ),
+    ] {
+        assert!(example.contains(from), "{from}");
+        std::fs::write(file.path(), example.replacen(from, into, 1)).unwrap();
+        let ended = stepwright(&["cycle", file.path(), "--format", "json"]);
+        assert_eq!(ended.code(), Some(1), "{into}: {ended:#?}");
+        let wrong: serde_json::Value =
+            serde_json::from_str(ended.stderr.trim().lines().last().unwrap()).unwrap();
+        assert!(wrong["error"].as_str().unwrap().contains(said), "{into}: {ended:#?}");
+        assert_eq!(wrong["line"], line, "{into}: {ended:#?}");
     }
 }

@@ -36,6 +36,7 @@ pub fn along(
         i32::try_from(count).map_err(|_| text.blame(at.clone(), Unplannable::TooLong))
     };
     let (axes, end, steps): (Vec<u8>, Vec<i32>, Vec<Steps>) = match task {
+        Task::Path(path) => return path.moves(plan, text, positions, acts, at, lead),
         Task::Moves | Task::Home(_) => return Ok(Vec::new()),
         Task::Line(to, pace) => {
             let mut line = Line { steps: [0; MOST], step: [1.0; MOST] };

@@ -155,6 +155,7 @@ pub(crate) struct Cycle {
     pub(crate) moves: BTreeMap<Spanned<String>, Spanned<Move>>,
     pub(crate) line: Option<Spanned<Line>>,
     pub(crate) arc: Option<Spanned<Arc>>,
+    pub(crate) path: Option<Spanned<Joined>>,
     pub(crate) home: Option<Spanned<Home>>,
     /// Seconds after its start.
     pub(crate) pause_s: Option<Spanned<f64>>,
@@ -217,6 +218,30 @@ pub(crate) struct Arc {
     pub(crate) decel: Option<Spanned<f64>>,
     /// By how much that may change in a second: an S-curve.
     pub(crate) jerk: Option<Spanned<f64>>,
+}
+
+/// Lines and arcs, one after the other without a stop.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(crate) struct Joined {
+    /// Units a second along the path.
+    pub(crate) speed: Spanned<f64>,
+    /// Units a second, each second, of each motor.
+    pub(crate) accel: Spanned<f64>,
+    /// Units a second by which the speed of a motor may change at once.
+    pub(crate) start_speed: Option<Spanned<f64>>,
+    pub(crate) pieces: Vec<Spanned<Piece>>,
+}
+
+/// A line, or an arc.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Piece {
+    #[serde(default)]
+    pub(crate) to: Targets,
+    pub(crate) motors: Option<[Spanned<String>; 2]>,
+    pub(crate) centre: Option<[i64; 2]>,
+    pub(crate) degrees: Option<f64>,
 }
 
 /// To a switch.

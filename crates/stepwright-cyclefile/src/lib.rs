@@ -25,6 +25,7 @@
 //! | `plan` | the same, checked: [`CyclePlan`] |
 //! | `pins` | the pins of a board that a file names |
 //! | `along` | a line or an arc from where the motors stand |
+//! | `joined` | several of them in one cycle, without a stop |
 //! | `text` | where a mistake stands |
 
 #![warn(missing_docs)]
@@ -32,11 +33,13 @@
 
 mod along;
 mod file;
+mod joined;
 mod pins;
 mod plan;
 mod text;
 
 pub use along::along;
+pub use joined::{Joined, JoinedPath};
 pub use pins::Pins;
 pub use plan::{Act, CyclePlan, MOST, Move, Stage, Task, TimedAct, read};
 pub use text::{CycleText, FileError, LONGEST};

@@ -13,6 +13,7 @@ use stepwright_sim::Stand;
 use toml::Spanned;
 
 use crate::file::{self, File, Way};
+use crate::joined::{Joined, JoinedPath, JoinedSteps};
 use crate::pins::Pins;
 use crate::text::{CycleText, FileError};
 
@@ -69,6 +70,8 @@ pub enum Task {
     Line(Vec<(u8, i64)>, Pace),
     /// Two motors around a centre, by radians.
     Arc([u8; 2], [i64; 2], f64, Pace),
+    /// Several of them, without a stop.
+    Path(Joined),
     /// To a switch.
     Home(Homing),
 }
@@ -80,6 +83,7 @@ impl Task {
             Task::Moves => "moves",
             Task::Line(..) => "line",
             Task::Arc(..) => "arc",
+            Task::Path(_) => "path",
             Task::Home(_) => "home",
         }
     }
@@ -128,12 +132,34 @@ enum Does {
     Ramp(Option<u32>, bool, DelayRamp),
     /// Steps of a path, and the smallest delay of their motor, in ticks.
     Paced(Steps, Ticks),
+    /// The same of a path of several pieces, and that path.
+    Joined(JoinedSteps, JoinedPath, Ticks),
 }
 
 impl Move {
     /// Steps along a path.
     pub fn paced(motor: u8, at: Range<usize>, steps: Steps, least: Ticks) -> Move {
         Move { motor, at, calibration: Calibration::None, does: Does::Paced(steps, least) }
+    }
+
+    /// Steps along a path of several pieces.
+    pub(crate) fn joined(
+        motor: u8,
+        at: Range<usize>,
+        steps: JoinedSteps,
+        path: JoinedPath,
+        least: Ticks,
+    ) -> Move {
+        let does = Does::Joined(steps, path, least);
+        Move { motor, at, calibration: Calibration::None, does }
+    }
+
+    /// The path of several pieces that it is a part of.
+    pub fn joined_path(&self) -> Option<JoinedPath> {
+        match &self.does {
+            Does::Joined(_, path, _) => Some(path.clone()),
+            _ => None,
+        }
     }
 
     /// The path that it is a part of, and the ticks from the start to its begin.
@@ -154,6 +180,7 @@ impl Move {
             }
             Does::Series(legs) => Program::Series(legs),
             Does::Paced(steps, _) => Program::Paced(steps),
+            Does::Joined(steps, ..) => Program::Paced(steps),
             &mut Does::Ramp(steps, forward, ramp) => Program::Ramp { steps, forward, ramp },
         }
     }
@@ -174,6 +201,10 @@ impl Move {
                 let count = if *forward { count } else { -count };
                 legs.extend(delays.iter().map(|&delay| Leg::Steps { count, delay }));
             }
+            Does::Joined(steps, _, least) => {
+                let error = steps.rate().micros(RUN_ERROR);
+                legs.extend(stepwright_path::legs(steps, error, *least));
+            }
             Does::Paced(steps, least) => {
                 // One that is paused for ever has no last step.
                 steps.law().end()?;
@@ -190,7 +221,7 @@ impl Move {
 const RUN_ERROR: u32 = 2;
 
 /// What is wrong with a cycle of several kinds.
-const ONE: &str = "a cycle has either moves, or a line, or an arc, or a home";
+const ONE: &str = "a cycle has either moves, or a line, or an arc, or a path, or a home";
 
 /// Reads and checks a file.
 /// # Errors
@@ -300,7 +331,7 @@ impl CyclePlan {
     }
 
     /// The motor of a name.
-    fn motor(&self, text: &CycleText, name: &Spanned<String>) -> Result<u8, FileError> {
+    pub(crate) fn motor(&self, text: &CycleText, name: &Spanned<String>) -> Result<u8, FileError> {
         let found = self.names.iter().position(|known| known == name.get_ref());
         found.map(|motor| motor as u8).ok_or_else(|| {
             let (name, span, known) = (name.get_ref(), name.span(), self.names.join(", "));
@@ -309,12 +340,22 @@ impl CyclePlan {
     }
 
     /// Motors and where they are to go.
-    fn targets(&self, text: &CycleText, to: &file::Targets) -> Result<Vec<(u8, i64)>, FileError> {
+    pub(crate) fn targets(
+        &self,
+        text: &CycleText,
+        to: &file::Targets,
+    ) -> Result<Vec<(u8, i64)>, FileError> {
         to.iter().map(|(name, to)| Ok((self.motor(text, name)?, *to))).collect()
     }
 
     /// A line, an arc or a home, if it is one.
     fn task(&self, text: &CycleText, cycle: &file::Cycle) -> Result<Task, FileError> {
+        if let Some(path) = &cycle.path {
+            return match (&cycle.line, &cycle.arc, &cycle.home) {
+                (None, None, None) => Ok(Task::Path(Joined::read(self, text, path)?)),
+                _ => Err(text.blame(path.span(), ONE)),
+            };
+        }
         match (&cycle.line, &cycle.arc, &cycle.home) {
             (None, None, None) => Ok(Task::Moves),
             (Some(line), None, None) => {
@@ -439,13 +480,13 @@ impl CyclePlan {
             }
             stage.acts.push(TimedAct { us, at: given.span(), act: Act::To(targets) });
         }
-        let path = matches!(stage.task, Task::Line(..) | Task::Arc(..));
+        let path = matches!(stage.task, Task::Line(..) | Task::Arc(..) | Task::Path(_));
         let change = |act: &&TimedAct| matches!(act.act, Act::Feed(_) | Act::To(_));
         match stage.acts.iter().find(change) {
-            Some(act) if !path => Err(text.blame(
-                act.at.clone(),
-                "only a line or an arc has a feed that can be changed, or a new end",
-            )),
+            Some(act) if !path => {
+                Err(text
+                    .blame(act.at.clone(), "only along a path the feed can be changed, or the end"))
+            }
             _ => Ok(()),
         }
     }

@@ -97,7 +97,7 @@ impl<S: StepSource, const N: usize> Stream<S, N> {
         let turns = shortest.map(|ticks| (f64::from(ticks) + 1.0) / hz);
         let open = Shared::new(Mutex::new(Open { source, queues, turns, made: 0.0, end: None }));
         let look = ((hz * LOOK).ceil() as u64).max(1);
-        let axis = |axis| AxisStream { open: open.clone(), axis, hz, lead, look, gone: 0 };
+        let axis = |axis| AxisStream { open: open.clone(), axis, rate, hz, lead, look, gone: 0 };
         let axes = std::array::from_fn(axis);
         (Stream(open), axes)
     }
@@ -113,11 +113,19 @@ impl<S: StepSource, const N: usize> Stream<S, N> {
 pub struct AxisStream<S, const N: usize> {
     open: Shared<Mutex<Open<S, N>>>,
     axis: usize,
+    rate: Rate,
     hz: f64,
     lead: Ticks,
     look: u64,
     /// Ticks from the start to the last step or wait.
     gone: u64,
+}
+
+impl<S, const N: usize> AxisStream<S, N> {
+    /// The timer's.
+    pub fn rate(&self) -> Rate {
+        self.rate
+    }
 }
 
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -117,7 +117,7 @@ pub struct PathMotor {
 /// A part of a drawing.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PathLeg {
-    /// `line`, `arc`, `home`, `moves` of motors each by itself, or `rest`.
+    /// `line`, `arc`, `path` of several of them, `home`, `moves` of motors each by itself, or `rest`.
     pub kind: &'static str,
     /// The line of the file in which it stands.
     pub line: usize,

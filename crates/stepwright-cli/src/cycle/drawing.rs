@@ -148,6 +148,7 @@ pub fn draw(name: &str, text: &str) -> Result<PathDrawing, Failure> {
 fn speed(task: &Task) -> Option<f64> {
     match task {
         Task::Line(_, pace) | Task::Arc(_, _, _, pace) => Some(pace.speed),
+        Task::Path(path) => Some(path.speed),
         Task::Moves | Task::Home(_) => None,
     }
 }

@@ -10,7 +10,7 @@ use stepwright_cyclefile::MOST;
 
 /// A part of what is played, and when it begins.
 pub struct Part<'a> {
-    /// `line`, `arc`, `home`, `moves` or `rest`.
+    /// `line`, `arc`, `path`, `home`, `moves` or `rest`.
     pub kind: &'static str,
     /// Where it stands in the file.
     pub at: Range<usize>,

@@ -15,7 +15,7 @@ use super::text::Text;
 use super::told::{Ended, Ending, Told};
 use crate::failure::Failure;
 use crate::{interrupt, say};
-use stepwright_cyclefile::{Act, CyclePlan, MOST, Move, Stage, Task, TimedAct, along};
+use stepwright_cyclefile::{Act, CyclePlan, JoinedPath, MOST, Move, Stage, Task, TimedAct, along};
 use stepwright_plan::sheet::quoted;
 
 /// The motors of a file, cycle after cycle.
@@ -37,6 +37,8 @@ pub struct Session<'p> {
     seen: [i64; MOST],
     /// The path that is made, and when its own time began.
     path: Option<(LivePath, u64)>,
+    /// The path of several pieces that is made.
+    joined: Option<JoinedPath>,
     /// Whether the motors were told to brake, and nothing more is played.
     braked: bool,
 }
@@ -66,7 +68,7 @@ impl<'p> Session<'p> {
         let limit = u64::from(limit) * 1_000_000;
         let (looked, shown, faults) = (0, None, [Faults::NONE; MOST]);
         let told = Told::new(plan, text, format);
-        let (onlooker, seen, path, braked) = (None, plan.positions, None, false);
+        let (onlooker, seen, path, joined, braked) = (None, plan.positions, None, None, false);
         Session {
             plan,
             text,
@@ -81,6 +83,7 @@ impl<'p> Session<'p> {
             onlooker,
             seen,
             path,
+            joined,
             braked,
         }
     }
@@ -103,17 +106,19 @@ impl<'p> Session<'p> {
             onlooker.part(Part { kind, at: at.clone(), begin, path });
         }
         self.path = path.map(|(path, lead)| (path, begin + u64::from(lead)));
+        self.joined = None;
     }
 
     /// Brakes as well as can be: a path along itself, whatever else at once.
     fn stop(&mut self) {
         self.braked = true;
-        match &self.path {
-            Some((path, begin)) => {
+        match (&self.path, &self.joined) {
+            (Some((path, begin)), _) => {
                 let now = self.board.now().saturating_sub(*begin);
                 path.finish(self.told.seconds(now));
             }
-            None => self.board.cycle().finish(),
+            (None, Some(path)) => path.look(|route| route.cancel(0.0)),
+            (None, None) => self.board.cycle().finish(),
         }
     }
 
@@ -183,6 +188,7 @@ impl<'p> Session<'p> {
             return self.nothing(number, at, rest);
         }
         let path = moves.first().and_then(Move::path);
+        let joined = moves.first().and_then(Move::joined_path);
         let spans: Vec<_> = moves.iter().map(|m| (m.motor, m.at.clone())).collect();
         for part in moves {
             let (motor, calibration) = (part.motor, part.calibration);
@@ -196,6 +202,7 @@ impl<'p> Session<'p> {
         }
         let begun = self.board.now();
         self.part(kind, at, path);
+        self.joined = joined;
         self.row("start");
         self.events();
         for TimedAct { us, act, .. } in acts.iter() {

@@ -124,7 +124,7 @@ impl<'p> RemoteSession<'p> {
         }
         for (n, stage) in stages.iter_mut().enumerate() {
             match stage.task {
-                Task::Line(..) | Task::Arc(..) if !board.can("paths") => {
+                Task::Line(..) | Task::Arc(..) | Task::Path(_) if !board.can("paths") => {
                     let what = format_args!("a {name} has no room for lines and arcs");
                     return Err(self
                         .text
@@ -204,7 +204,8 @@ impl<'p> RemoteSession<'p> {
         let mut spans = Vec::new();
         let mut legs: Vec<Leg> = Vec::new();
         let mut lines = Vec::new();
-        if matches!(stage.task, Task::Line(..) | Task::Arc(..)) && !self.plan_path(number, stage)? {
+        let path = matches!(stage.task, Task::Line(..) | Task::Arc(..) | Task::Path(_));
+        if path && !self.plan_path(number, stage)? {
             return self.stand(stage.rest);
         }
         for part in &mut stage.moves {

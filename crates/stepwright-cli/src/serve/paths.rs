@@ -16,8 +16,9 @@ use crate::cycle::live::{self, PlayOrder, Played};
 use crate::failure::Failure;
 
 /// The examples, as they lie in the folder `examples/cycles`.
-const EXAMPLES: [(&str, &str); 6] = [
+const EXAMPLES: [(&str, &str); 7] = [
     ("drawing.toml", include_str!("paths/drawing.toml")),
+    ("joined.toml", include_str!("paths/joined.toml")),
     ("feed.toml", include_str!("paths/feed.toml")),
     ("triangle.toml", include_str!("paths/triangle.toml")),
     ("series.toml", include_str!("paths/series.toml")),

@@ -7,7 +7,7 @@ import { PathCanvas, ramp } from "./paths-draw.js";
 import { get, post } from "./server.js";
 
 /** What a leg is called. */
-const KINDS = { line: "Line", arc: "Arc", home: "Homing", moves: "Moves", rest: "Rest" };
+const KINDS = { line: "Line", arc: "Arc", path: "Path", home: "Homing", moves: "Moves", rest: "Rest" };
 
 /** A run that goes on, and how one has ended. */
 const RUNS = {

@@ -1,0 +1,26 @@
+//! A path of several pieces, for a board's memory.
+
+use stepwright_cyclefile::{CycleText, along, read};
+
+/// The legs of all motors of the example, in the order of the motors.
+fn legs(text: &str) -> usize {
+    let text = CycleText::named("joined.toml", text);
+    let mut plan = read(&text).unwrap();
+    let mut stages = std::mem::take(&mut plan.stages);
+    let stage = &mut stages[0];
+    let moves = along(&plan, &text, &plan.positions, &stage.task, &mut stage.acts, &stage.at);
+    let mut legs = Vec::new();
+    for mut part in moves.unwrap() {
+        assert!(part.joined_path().is_some() && part.path().is_none());
+        assert!(part.line(&mut legs).is_some());
+    }
+    legs.len()
+}
+
+#[test]
+fn the_example_fits_the_memory_of_a_mega() {
+    let example = include_str!("../../../examples/cycles/joined.toml");
+    let count = legs(example);
+    println!("{count} legs");
+    assert!(count <= 400, "{count}");
+}

@@ -250,3 +250,15 @@ fn a_path_that_a_board_can_not_keep_is_refused() {
     let quick = arc(20, 900).replace("smallest-delay-us = 500", "smallest-delay-us = 5000");
     refused(MEGA, &quick, "too fast for A, whose smallest delay is 5000 µs");
 }
+
+/// A path of several pieces is kept by a board as one: the example fits a Mega.
+#[test]
+fn a_path_of_several_pieces_plays_on_a_board() {
+    let joined = include_str!("../../serve/paths/joined.toml");
+    assert_eq!(play(MEGA, 0, joined).unwrap(), [10_000_000, 0]);
+    let corner = "[[cycle]]\nfinish-s = 0.5\n[cycle.path]\nspeed = 1000\naccel = 4000\n\
+                  pieces = [{ to = { A = 300 } }, { to = { B = 900 } }]\n";
+    let at = play(MEGA, 0, &file(2, corner)).unwrap();
+    assert!(at[0] == 300 && (1..900).contains(&at[1]), "{at:?}");
+    refused(UNO, joined, "a uno has no room for lines and arcs");
+}

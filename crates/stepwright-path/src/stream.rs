@@ -236,6 +236,21 @@ mod tests {
         assert_eq!((end, same), ((time * 1e6).round() as u64 + 500, end));
     }
 
+    /// Where a step back would be none for long, each step is looked behind further than steps are
+    /// made ahead: it comes in time all the same.
+    #[test]
+    fn a_slow_axis_has_its_steps_in_time() {
+        let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+        let mut route = Route::new([axis; 2]).unwrap();
+        route.line_to([10.0, 0.3], 60.0).unwrap();
+        route.line_to([20.0, 0.3], 60.0).unwrap();
+        route.close();
+        let [x, y] = paces(route.clone(), Rate::MHZ, 500);
+        let (_, [a, b]) = Stream::new(route, Rate::MHZ, 500, [20_000; 2]);
+        let (b, a) = (played(b).0, played(a).0);
+        assert_eq!((a, b), (played(x).0, played(y).0));
+    }
+
     /// A turn a little behind a middle makes no steps; one half a step behind it does.
     #[test]
     fn no_step_is_taken_back_at_once() {

@@ -140,26 +140,52 @@ fn rounded_arcs_are_passed_at_speed() {
         };
         let found = plan(&("G0 X20\n".to_owned() + &(1..10).map(arc).collect::<String>()));
         // 9 · 0.7 · 20 mm at 50 mm/s, less the ramps.
-        assert!(found.at_feed > 0.93 * 126.0 / 50.0, "{found:?}");
+        let feed = 126.0 / 50.0;
+        assert!((0.93 * feed..feed).contains(&found.at_feed), "{found:?}");
         assert!(found.corners.iter().all(|corner| corner.line < 2), "{:?}", found.corners);
     }
 }
 
-/// Nearly all of a circle, whose ends are 5 µm nearer and farther: it stays that near to the
-/// circle, where one arc through both ends would be half a millimetre off.
+/// Arcs lead the way that they are told: a quarter and three quarters of a circle of 10 mm.
+#[test]
+fn arcs_turn_their_way() {
+    for (word, quarters) in [("G3", 1.0), ("G2", 3.0)] {
+        let job = format!("{word} F600 X0 Y10 I-10\n");
+        let found = plan(&format!("G0 X10\nM3 S1\n{job}"));
+        // At 10 mm/s, whose two ramps cost 10 ms; and 0.2 s for the 10 mm to its start.
+        let time = quarters * 10.0 * std::f64::consts::FRAC_PI_2 / 10.0 + 0.01 + 0.2;
+        assert!((found.time - time).abs() < 1e-4, "{word}: {} {time}", found.time);
+    }
+}
+
+/// Nearly all of a circle, whose ends are 4 µm nearer and farther: it goes evenly from one radius to
+/// the other, where one arc through both ends would be half a millimetre off.
 #[test]
 fn an_uneven_arc_stays_on_its_way() {
+    let step = 0.000_5;
+    let fine = AxisPace { step, ..AXIS };
     for (x, y) in [(20.004, -0.1), (19.996, -0.2), (20.004, 0.3)] {
-        let (steps, _) = steps(&format!("G0 X20\nG4 P10\nG3 F3000 X{x} Y{y} I-20\n"));
-        let mut at = [1_600, 0];
-        for step in steps.iter().filter(|step| step.time > 5.0) {
+        let job = format!("G0 X20\nG4 P10\nG3 F3000 X{x} Y{y} I-20\n");
+        let mut job = GcodeJob::new(job.bytes(), [fine; 3]).unwrap();
+        let mut at = [0i32, 0];
+        let (mut turned, mut last) = (0.0, 0.0f64);
+        let whole = f64::atan2(y, x).rem_euclid(std::f64::consts::TAU);
+        let change = x.hypot(y) - 20.0;
+        while let Some(step) = job.step().unwrap() {
             at[step.axis] += if step.forward { 1 } else { -1 };
-            let off = f64::from(at[0]).hypot(f64::from(at[1])) * 0.0125 - 20.0;
-            // Each axis within 3/4 of a step.
-            assert!(off.abs() < 0.0125 * 0.75 * 1.415 + 0.005, "{off} at {at:?}");
+            if step.time < 5.0 {
+                continue;
+            }
+            let angle = f64::from(at[1]).atan2(f64::from(at[0]));
+            turned += (angle - last + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
+                - std::f64::consts::PI;
+            last = angle;
+            let off = f64::from(at[0]).hypot(f64::from(at[1])) * fine.step - 20.0;
+            // Each axis within 3/4 of a step; and an arc of a quarter bows by less than 0.4 µm.
+            let most = fine.step * 0.75 * 1.415 + 0.000_4;
+            assert!((off - change * turned / whole).abs() < most, "{off} at {at:?}, {turned}");
         }
-        let place = [x, y].map(|at: f64| (at / 0.0125).round() as i32);
-        assert_eq!(at, place);
+        assert_eq!(at, [x, y].map(|at| (at / step).round() as i32));
     }
 }
 

@@ -94,7 +94,7 @@ impl<C: Count> Track<C> {
 
     /// Plays an event behind which the same comes again, at `edge`: a wait, or a step that
     /// is on time and leaves at least this many ticks. False if it is another one, and nothing
-    /// is done.
+    /// is done. On a wide counter a step with another wait is the same.
     #[inline(never)]
     pub fn play_again(&mut self, edge: C, least: Ticks) -> bool {
         if self.pins & !STEP != 0 || C::WIDE && self.pins == 0 {
@@ -108,13 +108,22 @@ impl<C: Count> Track<C> {
                 return false;
             }
         }
-        if !self.play.again() {
+        if !self.play.again() && !(C::WIDE && self.play_ramp()) {
             return false;
         }
         (self.due, self.push) = (next, 0);
         if steps {
             self.made = self.made.wrapping_add(1);
         }
+        true
+    }
+
+    /// The step behind the present one is of the same ramp: it is the next. Out of line, as steps at
+    /// one speed would pay for its registers.
+    #[inline(never)]
+    fn play_ramp(&mut self) -> bool {
+        let Some(wait) = self.play.grows_on(STEP) else { return false };
+        (self.room, self.wait) = (half(self.wait), wait.into());
         true
     }
 

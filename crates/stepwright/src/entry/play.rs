@@ -70,21 +70,42 @@ impl Play {
         self.groups <= 1
     }
 
-    /// Takes events out that are waits of the same length, this many at most: how many.
+    /// Takes the next event of a parabola, which is one of the same pins, and not of its last group:
+    /// its wait.
+    #[inline(always)]
+    pub(crate) fn grows_on(&mut self, pins: u8) -> Option<u32> {
+        let other = self.events ^ 1 | u16::from((self.pins ^ pins) | (self.then ^ pins));
+        if other != 0 || self.groups <= 2 {
+            return None;
+        }
+        let wait = self.wait;
+        self.groups = self.groups.wrapping_sub(1);
+        self.wait = wait.wrapping_add(self.growth);
+        Some(wait)
+    }
+
+    /// Takes events out that are waits of the same length, which take less than `hop` with one more:
+    /// how many.
     #[cfg_attr(feature = "compact", expect(dead_code))]
-    pub(crate) fn leave_out(&mut self, most: u64) -> u64 {
+    pub(crate) fn leave_out(&mut self, wait: u64, hop: u64) -> u64 {
         if self.groups == 0 || self.pins != 0 {
             return 0;
         }
         let count = |events: u16| u64::from(events.wrapping_sub(1)) + 1;
         let more = u64::from(self.groups.wrapping_sub(1));
         let all = count(self.left) + more * count(self.events);
-        if self.then == 0 && self.growth == 0 && all <= most {
+        if self.then == 0 && self.growth == 0 && wait.saturating_mul(all + 1) <= hop {
             self.groups = 0;
             return all;
         }
         // Of this group, and not its last one.
-        let some = most.min(count(self.left) - 1);
+        let rest = count(self.left) - 1;
+        if rest == 0 {
+            // Most often: no division of 64 bits, which takes a chip of 32 bits a thousand
+            // instructions.
+            return 0;
+        }
+        let some = rest.min((hop / wait.max(1)).saturating_sub(1));
         self.left = self.left.wrapping_sub(some as u16);
         some
     }

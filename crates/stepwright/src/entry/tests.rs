@@ -263,3 +263,59 @@ fn many_joined_steps_owe_nothing() {
         }
     }
 }
+
+/// Going along a ramp is what one event after another is, but for the last two groups.
+#[test]
+fn a_ramp_goes_on_event_by_event() {
+    let mut passed = 0;
+    for groups in [1u32, 2, 3, 4, 50] {
+        for events in [1u16, 2] {
+            for (pins, then) in [(4, 4), (4, 0), (32, 4), (0, 0)] {
+                let entry = Entry {
+                    interval: bytes(1000 << 16),
+                    growth: bytes((-7i32 << 16) as u32),
+                    events: Events::new(events),
+                    groups: crate::format::groups(groups),
+                    then,
+                    pins,
+                };
+                let (mut fast, mut slow) = (entry.play(), entry.play());
+                for _ in 0..=groups * u32::from(events) {
+                    let quick = fast.grows_on(4);
+                    passed += u32::from(quick.is_some());
+                    assert!(quick.is_none() || !fast.is_last());
+                    assert_eq!(quick.map(|wait| (4, wait)).or_else(|| fast.next()), slow.next());
+                    assert_eq!(fast.left(), slow.left());
+                    assert_eq!(fast.waits(), slow.waits());
+                }
+            }
+        }
+    }
+    // 1, 2 and 48 steps of a ramp, and 47 behind the one that turns, and 1.
+    assert_eq!(passed, 1 + 2 + 48 + 1 + 47);
+}
+
+/// Waits that are left out are as many as fit, whether they are divided or multiplied.
+#[test]
+fn waits_of_one_length_are_left_out() {
+    let hop = 1u64 << 46;
+    for (groups, events) in [(1u32, 1u16), (1, 5), (16, 1), (1 << 16, 1), (3, 7)] {
+        for wait in [1u32, 1 << 16, 0x7EFF_0000, 0x8000_0000] {
+            let entry = Entry {
+                interval: bytes(wait),
+                growth: [0; BYTES],
+                events: Events::new(events),
+                groups: crate::format::groups(groups),
+                then: 0,
+                pins: 0,
+            };
+            let (mut play, wait) = (entry.play(), u64::from(wait));
+            let all = u64::from(groups) * u64::from(events);
+            let fit = (hop / wait).saturating_sub(1);
+            let left = play.leave_out(wait, hop);
+            let most = if all <= fit { all } else { fit.min(u64::from(events) - 1) };
+            assert_eq!(left, most, "{groups} × {events} of {wait}");
+            assert_eq!(play.count() as u64, all - most);
+        }
+    }
+}

@@ -34,8 +34,7 @@ pub(crate) const fn count(groups: Groups) -> u32 {
 /// `hop` ticks in all, as a wide counter need not wait in pieces.
 #[inline(always)]
 pub(crate) fn joined(wait: Wait, play: &mut Play, hop: Ticks) -> Wait {
-    let most = (u64::from(hop) << 16) / wait;
-    wait * (1 + play.leave_out(most.saturating_sub(1)))
+    wait * (1 + play.leave_out(wait, u64::from(hop) << 16))
 }
 
 /// Whether a player is prompt: see [`Wiring::prompt`](crate::entry::Wiring::prompt).

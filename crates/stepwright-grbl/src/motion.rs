@@ -9,9 +9,8 @@
 //! where that ends.
 
 use std::collections::VecDeque;
-use std::f64::consts::TAU;
 
-use stepwright_gcode::{Arc, FeedRate, Length, Move, MoveKind, Point, Spindle};
+use stepwright_gcode::{Length, Move, MoveKind, Point, Spindle};
 use stepwright_path::{AxisPace, Route, RouteStep, Unplannable};
 
 use crate::settings::GrblSettings;
@@ -146,6 +145,7 @@ impl Motion {
                     route = route.with_deviation(settings.get(11))?;
                 }
                 route.scale(0.0, scales.feed)?;
+                route.scale_rapids(0.0, scales.rapid)?;
                 Live {
                     route,
                     epoch: now + BREATH,
@@ -155,7 +155,7 @@ impl Motion {
                 }
             }
         };
-        let added = add(&mut live.route, &pace, part, scales);
+        let added = live.route.travel(part);
         let rapid = matches!(part.kind, MoveKind::Rapid);
         let end = live.route.length();
         let feed = *added.as_ref().unwrap_or(&0.0);
@@ -193,11 +193,12 @@ impl Motion {
         }
     }
 
-    /// Another part of the ordered speed from now on.
-    pub fn scale(&mut self, now: f64, scale: f64) {
+    /// Other parts of the ordered speeds from now on.
+    pub fn scale(&mut self, now: f64, scales: Scales) {
         if let Some(live) = &mut self.live {
-            // A number within the range, always.
-            _ = live.route.scale(now - live.epoch, scale);
+            // Numbers within the range, always.
+            _ = live.route.scale(now - live.epoch, scales.feed);
+            _ = live.route.scale_rapids(now - live.epoch, scales.rapid);
         }
     }
 
@@ -259,73 +260,4 @@ fn axes(settings: &GrblSettings) -> [AxisPace; 3] {
         accel: accel[axis],
         jump: jump[axis] / 60.0,
     })
-}
-
-/// A move at the end of a route; its speed in mm/s.
-fn add(
-    route: &mut Route<3>,
-    pace: &[AxisPace; 3],
-    part: &Move,
-    scales: Scales,
-) -> Result<f64, Unplannable> {
-    let (from, to) = (place(part.from), place(part.to));
-    let way: [f64; 3] = std::array::from_fn(|axis| to[axis] - from[axis]);
-    let straight = way.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let speed = |rate: FeedRate, length: f64| match rate {
-        FeedRate::PerMinute(rate) => mm(rate) / 60.0,
-        FeedRate::Inverse(times) => {
-            length * times.scaled() as f64 / stepwright_gcode::Decimal::SCALE as f64 / 60.0
-        }
-    };
-    let feed = match part.kind {
-        MoveKind::Rapid => {
-            let time = (0..3).map(|axis| way[axis].abs() / pace[axis].speed).fold(0.0, f64::max);
-            // An override of the feed rate is none of a rapid.
-            straight / time * scales.rapid / scales.feed
-        }
-        MoveKind::Feed(rate) | MoveKind::Probe(_, rate) => speed(rate, straight),
-        MoveKind::Arc(arc, rate) => {
-            let [x, y, z] = arc.plane.axes();
-            let turn = Turn::of(&arc, [from[x], from[y]], [to[x], to[y]]);
-            let feed = speed(rate, (turn.radius * turn.sweep).hypot(way[z]));
-            let (centre, sweep) = (turn.centre, turn.sweep);
-            match route.arc([x, y], centre, sweep, way, feed) {
-                Err(Unplannable::Radius) => feed,
-                added => return added.map(|()| feed),
-            }
-        }
-    };
-    route.line_to(to, feed).map(|()| feed)
-}
-
-/// An arc in its plane.
-struct Turn {
-    centre: [f64; 2],
-    radius: f64,
-    sweep: f64,
-}
-
-impl Turn {
-    /// Its centre is moved so that both ends are equally far from it.
-    fn of(arc: &Arc, from: [f64; 2], to: [f64; 2]) -> Turn {
-        let mut centre = arc.centre.map(mm);
-        let chord = [to[0] - from[0], to[1] - from[1]];
-        let length = chord[0].hypot(chord[1]);
-        if length > 0.0 {
-            let middle = [(from[0] + to[0]) / 2.0, (from[1] + to[1]) / 2.0];
-            let across = [-chord[1] / length, chord[0] / length];
-            let off = (centre[0] - middle[0]) * across[0] + (centre[1] - middle[1]) * across[1];
-            centre = [middle[0] + off * across[0], middle[1] + off * across[1]];
-        }
-        let angle = |end: [f64; 2]| (end[1] - centre[1]).atan2(end[0] - centre[0]);
-        let turned = (angle(to) - angle(from)).rem_euclid(TAU);
-        let sweep = match (length > 0.0, arc.clockwise) {
-            (false, true) => -TAU,
-            (false, false) => TAU,
-            (true, true) => turned - TAU,
-            (true, false) => turned,
-        };
-        let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
-        Turn { centre, radius, sweep }
-    }
 }

@@ -254,7 +254,7 @@ impl<M: GrblMachine> Grbl<M> {
         if overrides != self.overrides {
             self.overrides = overrides;
             self.seldom.overrides = 0;
-            self.motion.scale(self.now, overrides.scales().feed);
+            self.motion.scale(self.now, overrides.scales());
             self.switch();
         }
     }

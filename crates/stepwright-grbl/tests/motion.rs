@@ -84,6 +84,38 @@ fn overrides_change_the_speed() {
     assert_eq!(sender.at(), [10_000, 0, 0]);
 }
 
+/// A rapid is slowed by its own override, also on its way, and by that of the feed rate never.
+#[test]
+fn rapids_have_an_override_of_their_own() {
+    let mut sender = Sender::new();
+    sender.says("G0X100", "ok");
+    sender.send(&[0x92; 5]);
+    sender.pass(0.5);
+    let speed = |sender: &mut Sender| {
+        let before = sender.at()[0];
+        sender.pass(0.2);
+        (sender.at()[0] - before) as f64 / 20.0
+    };
+    assert!((speed(&mut sender) - 50.0).abs() < 0.1);
+    sender.send(&[0x96]);
+    let told = [sender.status(), sender.status()];
+    assert!(told.iter().any(|status| status.contains("|Ov:50,50,100")), "{told:?}");
+    sender.pass(0.2);
+    assert!((speed(&mut sender) - 25.0).abs() < 0.1);
+    sender.send(&[0x97]);
+    sender.pass(0.2);
+    assert!((speed(&mut sender) - 12.5).abs() < 0.1);
+    sender.send(&[0x95]);
+    sender.rest();
+    // And no move at a feed rate.
+    sender.send(&[0x90, 0x97]);
+    sender.says("G1X0F1200", "ok");
+    sender.pass(0.5);
+    assert!((speed(&mut sender) + 20.0).abs() < 0.1);
+    sender.rest();
+    assert_eq!(sender.at(), [0; 3]);
+}
+
 #[test]
 fn a_jog_ends_when_it_is_cancelled() {
     let mut sender = Sender::new();

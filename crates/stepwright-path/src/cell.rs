@@ -34,10 +34,19 @@ pub(crate) struct Cell<const N: usize> {
     /// of both as it is now.
     pub feed: f64,
     scale: f64,
+    /// It is of a rapid, which has a scale of its own.
+    pub rapid: bool,
     most: f64,
     pub top: f64,
     /// The w at its beginning, at most.
     pub cap: f64,
+}
+
+/// Parts of the ordered speed: overrides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scales {
+    pub feed: f64,
+    pub rapid: f64,
 }
 
 /// The speed over a cell: from one to a level, along it, and on to the other; all as w, and the
@@ -69,7 +78,7 @@ impl<const N: usize> Cell<N> {
         let (first, last) = (shape.direction(begin), shape.direction(end));
         let top = most.min(feed * feed);
         let (shape, scale, cap) = (*shape, 1.0, f64::INFINITY);
-        Cell { shape, begin, end, first, last, room, feed, scale, most, top, cap }
+        Cell { shape, begin, end, first, last, room, feed, scale, rapid: false, most, top, cap }
     }
 
     pub fn length(&self) -> f64 {
@@ -77,9 +86,9 @@ impl<const N: usize> Cell<N> {
     }
 
     /// From now on this part of the ordered speed.
-    pub fn scale(&mut self, scale: f64) {
-        self.scale = scale;
-        self.top = self.most.min((self.feed * scale).powi(2));
+    pub fn scale(&mut self, scales: Scales) {
+        self.scale = if self.rapid { scales.rapid } else { scales.feed };
+        self.top = self.most.min((self.feed * self.scale).powi(2));
     }
 
     /// The ordered speed as it is now.

@@ -7,6 +7,7 @@
 
 use std::collections::VecDeque;
 
+use crate::cell::Scales;
 use crate::law::SCALES;
 use crate::pace::Unplannable;
 use crate::passes::broken;
@@ -16,9 +17,18 @@ use crate::route::{Route, SLIVER};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Change {
     Scale(f64),
+    Rapids(f64),
     Hold,
     Resume,
     Cancel,
+}
+
+/// A part of the ordered speed, within its range.
+fn within(scale: f64) -> Result<f64, Unplannable> {
+    if scale.is_nan() {
+        return Err(Unplannable::Scale);
+    }
+    Ok(scale.clamp(*SCALES.start(), *SCALES.end()))
 }
 
 /// Seconds after which a change that would have broken the law is tried again.
@@ -31,10 +41,16 @@ impl<const N: usize> Route<N> {
     /// # Errors
     /// [`Unplannable::Scale`] if it is no number.
     pub fn scale(&mut self, at: f64, scale: f64) -> Result<(), Unplannable> {
-        if scale.is_nan() {
-            return Err(Unplannable::Scale);
-        }
-        self.change(at, Change::Scale(scale.clamp(*SCALES.start(), *SCALES.end())));
+        self.change(at, Change::Scale(within(scale)?));
+        Ok(())
+    }
+
+    /// From `at` seconds on rapids have this part of their speed, within [`SCALES`].
+    ///
+    /// # Errors
+    /// As for [`scale`](Route::scale).
+    pub fn scale_rapids(&mut self, at: f64, scale: f64) -> Result<(), Unplannable> {
+        self.change(at, Change::Rapids(within(scale)?));
         Ok(())
     }
 
@@ -81,7 +97,8 @@ impl<const N: usize> Route<N> {
         self.changes.pop_front();
         let done = match change {
             Change::Resume => true,
-            Change::Scale(scale) => self.rescale(scale),
+            Change::Scale(feed) => self.rescale(Scales { feed, ..self.scales }),
+            Change::Rapids(rapid) => self.rescale(Scales { rapid, ..self.scales }),
             Change::Hold => self.brake(),
             Change::Cancel => {
                 // It waits until all axes stand.
@@ -118,12 +135,12 @@ impl<const N: usize> Route<N> {
     }
 
     /// All cells by another part of their ordered speed, if the law allows it.
-    fn rescale(&mut self, scale: f64) -> bool {
-        let old = std::mem::replace(&mut self.scale, scale);
-        self.cells.iter_mut().for_each(|cell| cell.scale(scale));
+    fn rescale(&mut self, scales: Scales) -> bool {
+        let old = std::mem::replace(&mut self.scales, scales);
+        self.cells.iter_mut().for_each(|cell| cell.scale(scales));
         let planned = self.plan();
         if !planned {
-            self.scale = old;
+            self.scales = old;
             self.cells.iter_mut().for_each(|cell| cell.scale(old));
         }
         planned
@@ -177,12 +194,13 @@ impl<const N: usize> Route<N> {
     pub(crate) fn stand(&mut self) -> Option<()> {
         let (at, change) = self.changes.pop_front()?;
         match change {
-            Change::Scale(scale) => self.scale = scale,
+            Change::Scale(feed) => self.scales.feed = feed,
+            Change::Rapids(rapid) => self.scales.rapid = rapid,
             Change::Hold => {}
             Change::Resume => {
                 self.rest(at);
-                let scale = self.scale;
-                self.cells.iter_mut().for_each(|cell| cell.scale(scale));
+                let scales = self.scales;
+                self.cells.iter_mut().for_each(|cell| cell.scale(scales));
                 self.plan();
             }
             Change::Cancel => {

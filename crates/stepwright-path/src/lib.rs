@@ -49,6 +49,7 @@ mod curve;
 mod joint;
 mod law;
 mod legs;
+mod moves;
 mod pace;
 mod paces;
 mod passes;

@@ -18,7 +18,7 @@
 use std::collections::VecDeque;
 
 use crate::bucket::Bucket;
-use crate::cell::Cell;
+use crate::cell::{Cell, Scales};
 use crate::change::Change;
 use crate::joint::Joint;
 use crate::law::SCALES;
@@ -57,6 +57,7 @@ pub struct RouteStep {
 pub(crate) struct Loose<const N: usize> {
     pub shape: Shape<N>,
     feed: f64,
+    rapid: bool,
     begin: Joint<N>,
 }
 
@@ -100,7 +101,7 @@ pub struct Route<const N: usize> {
     /// Cells that the plan does not know yet.
     pub(crate) fresh: usize,
     pub(crate) closed: bool,
-    pub(crate) scale: f64,
+    pub(crate) scales: Scales,
     /// When the first cell begins, and what the law leaves there.
     pub(crate) time: f64,
     pub(crate) bucket: Bucket<N>,
@@ -168,7 +169,7 @@ impl<const N: usize> Route<N> {
             passes: Passes::default(),
             fresh: 0,
             closed: false,
-            scale: 1.0,
+            scales: Scales { feed: 1.0, rapid: 1.0 },
             time: 0.0,
             bucket: Bucket::REST,
             front: None,
@@ -205,11 +206,31 @@ impl<const N: usize> Route<N> {
     /// [`Unplannable::Speed`] beyond [`PACES`], [`Unplannable::TooLong`] beyond 2³¹ − 1 steps
     /// from 0.
     pub fn line_to(&mut self, to: [f64; N], feed: f64) -> Result<(), Unplannable> {
+        self.straight(to, feed, false)
+    }
+
+    /// Adds a straight line to a place, as fast as the axes can: a rapid. An override of the
+    /// ordered speed ([`scale`](Route::scale)) is none of it;
+    /// [`scale_rapids`](Route::scale_rapids) is.
+    ///
+    /// Gives that speed, in units/s.
+    ///
+    /// # Errors
+    /// [`Unplannable::TooLong`] beyond 2³¹ − 1 steps from 0.
+    pub fn rapid_to(&mut self, to: [f64; N]) -> Result<f64, Unplannable> {
+        let way: [f64; N] = std::array::from_fn(|n| to[n] - self.place[n]);
+        let times = way.iter().zip(&self.axes).map(|(way, axis)| way.abs() / axis.speed);
+        let time = times.fold(0.0, f64::max);
+        let feed = if time > 0.0 { norm(&way) / time } else { 1.0 };
+        self.straight(to, feed, true).map(|()| feed)
+    }
+
+    fn straight(&mut self, to: [f64; N], feed: f64, rapid: bool) -> Result<(), Unplannable> {
         self.check(&to)?;
         let way: [f64; N] = std::array::from_fn(|n| to[n] - self.place[n]);
         // What is shorter than that has no direction.
         if norm(&way) > 0.0 && norm(&way) > 1e-12 * norm(&to) {
-            self.add(Shape::line(self.length, self.place, to), feed)?;
+            self.add(Shape::line(self.length, self.place, to), feed, rapid)?;
             self.place = to;
         } else if !PACES.contains(&feed) {
             return Err(Unplannable::Speed);
@@ -256,7 +277,7 @@ impl<const N: usize> Route<N> {
         for axis in axes {
             to[axis] = shape.place(axis, shape.end);
         }
-        self.add(shape, feed)?;
+        self.add(shape, feed, false)?;
         self.place = to;
         Ok(())
     }
@@ -342,7 +363,7 @@ impl<const N: usize> Route<N> {
         if known { Ok(()) } else { Err(Unplannable::TooLong) }
     }
 
-    fn add(&mut self, shape: Shape<N>, feed: f64) -> Result<(), Unplannable> {
+    fn add(&mut self, shape: Shape<N>, feed: f64, rapid: bool) -> Result<(), Unplannable> {
         if !PACES.contains(&feed) {
             return Err(Unplannable::Speed);
         }
@@ -358,14 +379,14 @@ impl<const N: usize> Route<N> {
         };
         self.settle(&begin);
         self.length = shape.end;
-        self.loose = Some(Loose { shape, feed, begin });
+        self.loose = Some(Loose { shape, feed, rapid, begin });
         self.closed = false;
         Ok(())
     }
 
     /// Makes cells of the loose piece, whose end is known now.
     fn settle(&mut self, end: &Joint<N>) {
-        let Some(Loose { shape, feed, begin }) = self.loose.take() else { return };
+        let Some(Loose { shape, feed, rapid, begin }) = self.loose.take() else { return };
         let length = shape.length();
         // Inner ends of its cells; most chords have none.
         let mut cuts = Vec::new();
@@ -395,7 +416,8 @@ impl<const N: usize> Route<N> {
             let ends = (shape.begin + from, last);
             from = to;
             let mut cell = Cell::new(&shape, ends, (bend, tilt), &accel, &speed, feed);
-            cell.scale(self.scale);
+            cell.rapid = rapid;
+            cell.scale(self.scales);
             cell.cap = std::mem::replace(&mut cap, f64::INFINITY);
             self.cells.push_back(cell);
             self.fresh += 1;

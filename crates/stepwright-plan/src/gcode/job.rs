@@ -8,19 +8,14 @@
 //!
 //! No more is read than the route asks for, so a job of any length takes the memory of what lies
 //! ahead of its steps.
-//!
-//! An arc whose ends are not equally far from its centre, because their digits are rounded, is
-//! divided into quarters from one radius to the other, each around the centre that fits both of
-//! its ends: it leads to its exact end, and its direction changes by a part of the difference.
 
 use std::collections::VecDeque;
-use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt;
 
-use stepwright_gcode::{Arc, Effect, Error, FeedRate, Move, MoveKind, Options, Reader, Stop};
+use stepwright_gcode::{Effect, Error, Options, Reader, Stop};
 use stepwright_path::{AxisPace, Route, RouteStep, StepSource, Stretch, Unplannable};
 
-use super::{JobSurvey, length, millimetres, number};
+use super::{JobSurvey, number};
 
 /// Why a job can't go on.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,9 +60,6 @@ pub struct GcodeJob<B> {
     bytes: B,
     reader: Reader,
     route: Route<3>,
-    fastest: [f64; 3],
-    /// Arcs of a smaller radius are lines.
-    least: f64,
     survey: JobSurvey,
     todo: VecDeque<(u32, Effect)>,
     /// Where the moves ahead end along the route, and their lines.
@@ -90,8 +82,6 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
             bytes: bytes.into_iter(),
             reader: Reader::new(Options::default()),
             route: Route::new(axes)?,
-            fastest: axes.map(|axis| axis.speed),
-            least: axes.map(|axis| axis.step).into_iter().fold(0.0, f64::max),
             survey: JobSurvey::default(),
             todo: VecDeque::new(),
             ends: VecDeque::new(),
@@ -169,7 +159,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
             };
             let rest = match effect {
                 Effect::Move(part) => {
-                    if let Err(why) = self.travel(&part) {
+                    if let Err(why) = self.route.travel(&part) {
                         self.fail(JobError::Move(line, why));
                         continue;
                     }
@@ -217,87 +207,6 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
             Some(Err(error)) => self.fail(JobError::Code(error)),
             None => {}
         }
-    }
-
-    fn travel(&mut self, part: &Move) -> Result<(), Unplannable> {
-        let (from, to) = (millimetres(part.from), millimetres(part.to));
-        let way: [f64; 3] = std::array::from_fn(|axis| to[axis] - from[axis]);
-        let distance = way.into_iter().fold(0.0, f64::hypot);
-        match part.kind {
-            MoveKind::Rapid => {
-                let each = way.iter().zip(&self.fastest).filter(|(way, _)| **way != 0.0);
-                let fastest = each.map(|(way, speed)| speed / way.abs());
-                self.route.line_to(to, fastest.fold(f64::MAX, f64::min) * distance)
-            }
-            MoveKind::Feed(rate) | MoveKind::Probe(_, rate) => {
-                self.route.line_to(to, per_second(rate, distance))
-            }
-            MoveKind::Arc(arc, rate) => self.round(arc, from, to, rate),
-        }
-    }
-
-    fn round(
-        &mut self,
-        arc: Arc,
-        from: [f64; 3],
-        to: [f64; 3],
-        rate: FeedRate,
-    ) -> Result<(), Unplannable> {
-        let [first, second, third] = arc.plane.axes();
-        let centre = arc.centre.map(length);
-        let spoke = |end: [f64; 3]| [end[first] - centre[0], end[second] - centre[1]];
-        let ends = [spoke(from), spoke(to)];
-        let radii = ends.map(|[x, y]| x.hypot(y));
-        let [begin, stop] = ends.map(|[x, y]| y.atan2(x));
-        let turn = if arc.clockwise { begin - stop } else { stop - begin }.rem_euclid(TAU);
-        let closed = from[first] == to[first] && from[second] == to[second];
-        let turn = if closed { TAU } else { turn };
-        let sign = if arc.clockwise { -1.0 } else { 1.0 };
-        let (rise, radius) = (to[third] - from[third], (radii[0] + radii[1]) / 2.0);
-        let feed = per_second(rate, (radius * turn).hypot(rise));
-        if !(radii[0].min(radii[1]) > self.least && turn > 0.0) {
-            return self.route.line_to(to, feed);
-        }
-        let mut climb = [0.0; 3];
-        if (radii[1] - radii[0]).abs() <= EQUAL {
-            climb[third] = rise;
-            return self.route.arc([first, second], centre, sign * turn, climb, feed);
-        }
-        let parts = (turn / FRAC_PI_2).ceil();
-        climb[third] = rise / parts;
-        let mut a = [from[first], from[second]];
-        for part in 1..=parts as u32 {
-            let share = f64::from(part) / parts;
-            let b = if share < 1.0 {
-                let angle = begin + sign * turn * share;
-                let radius = radii[0] + (radii[1] - radii[0]) * share;
-                [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()]
-            } else {
-                [to[first], to[second]]
-            };
-            // The point that is as far from both, nearest to the centre.
-            let way = [b[0] - a[0], b[1] - a[1]];
-            let chord = way[0].hypot(way[1]);
-            let ahead = [0, 1].map(|n| centre[n] - (a[n] + b[n]) / 2.0);
-            let off = (ahead[0] * way[0] + ahead[1] * way[1]) / chord / chord;
-            let fitted = [0, 1].map(|n| centre[n] - off * way[n]);
-            let radius = (fitted[0] - a[0]).hypot(fitted[1] - a[1]);
-            let sweep = 2.0 * (chord / 2.0 / radius).min(1.0).asin();
-            self.route.arc([first, second], fitted, sign * sweep, climb, feed)?;
-            a = b;
-        }
-        Ok(())
-    }
-}
-
-/// Radii that differ by less, in mm, are equal: what a centre that is given by a radius is
-/// rounded by.
-const EQUAL: f64 = 1e-8;
-
-fn per_second(rate: FeedRate, distance: f64) -> f64 {
-    match rate {
-        FeedRate::PerMinute(rate) => length(rate) / 60.0,
-        FeedRate::Inverse(moves) => distance * number(moves) / 60.0,
     }
 }
 

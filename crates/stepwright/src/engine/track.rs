@@ -108,7 +108,7 @@ impl<C: Count> Track<C> {
                 return false;
             }
         }
-        if !self.play.again() && !(C::WIDE && self.play_ramp()) {
+        if !self.play.again() && !self.goes_on() {
             return false;
         }
         (self.due, self.push) = (next, 0);
@@ -116,6 +116,12 @@ impl<C: Count> Track<C> {
             self.made = self.made.wrapping_add(1);
         }
         true
+    }
+
+    /// Likewise, of a ramp; on a counter of 16 bits nothing is asked.
+    #[inline(always)]
+    fn goes_on(&mut self) -> bool {
+        C::WIDE && self.play_ramp()
     }
 
     /// The step behind the present one is of the same ramp: it is the next. Out of line, as steps at

@@ -158,7 +158,8 @@ fn every_example_is_drawn_and_takes_as_long_as_it_is_played() {
     let examples = &table["examples"];
     assert_eq!(table["port"], Value::Null);
     assert!(examples.as_array().unwrap().len() >= 6);
-    for file in examples.as_array().unwrap() {
+    let cycles = |file: &&Value| file["name"].as_str().unwrap().ends_with(".toml");
+    for file in examples.as_array().unwrap().iter().filter(cycles) {
         let name = file["name"].as_str().unwrap();
         let drawing = served.order("/api/path", file.clone());
         let played = stepwright(&["cycle", &example(name), "--format", "json"]);
@@ -205,7 +206,7 @@ fn what_can_not_be_drawn_says_why_and_where() {
             422,
             "too long to draw",
         ),
-        (&" ".repeat(300_000), 413, ""),
+        (&" ".repeat(200_001), 422, "a.toml is too long for a cycle file"),
     ] {
         let said = served.declined("/api/path", json!({"name": "a.toml", "text": text}), status);
         assert!(said.contains(what), "{said}");

@@ -15,7 +15,7 @@ use tokio::sync::{Notify, broadcast, oneshot, watch};
 
 use crate::calc::Calculators;
 use crate::control::ControlLease;
-use crate::path::PathReader;
+use crate::path::{PathDrawing, PathFile, PathReader};
 use stepwright_keeper::Wish;
 use stepwright_keeper::explain;
 use stepwright_keeper::report::{
@@ -46,8 +46,10 @@ pub struct ServeDesk {
     calculators: OnceLock<Calculators>,
     paths: OnceLock<Arc<dyn PathReader>>,
     path: Mutex<Option<PathReport>>,
-    /// Held while a path is drawn.
-    pub(crate) drawing: tokio::sync::Mutex<()>,
+    /// Held while a path is drawn; the last one, for it is often run next.
+    pub(crate) drawing: tokio::sync::Mutex<Option<(PathFile, PathDrawing)>>,
+    /// How many stops and kills of all axes have come.
+    stops: AtomicUsize,
     state: watch::Sender<(LiveState, Utf8Bytes)>,
     told: broadcast::Sender<Told>,
     /// How many pages want to hear the questions as well.
@@ -74,6 +76,7 @@ impl Default for ServeDesk {
             paths: OnceLock::new(),
             path: Mutex::default(),
             drawing: tokio::sync::Mutex::default(),
+            stops: AtomicUsize::new(0),
             state: watch::Sender::default(),
             told: broadcast::Sender::new(BEHIND),
             listeners: AtomicUsize::new(0),
@@ -191,6 +194,9 @@ impl KeeperDesk for ServeDesk {
 impl ServeDesk {
     /// Has the board's thread do this, and waits until it has begun, or ended.
     pub(crate) async fn wish(&self, wish: Wish, waits: bool) -> Result<Done, Declined> {
+        if matches!(wish, Wish::Stop(Selection::All) | Wish::Kill) {
+            self.stops.fetch_add(1, Ordering::SeqCst);
+        }
         // Also while the board is away.
         match (&wish, self.paths.get()) {
             (Wish::Stop(Selection::All), Some(paths)) => paths.stop(),
@@ -244,6 +250,12 @@ impl ServeDesk {
     /// How the last run of a path goes on, or has ended.
     pub(crate) fn path_report(&self) -> Option<PathReport> {
         lock(&self.path).clone()
+    }
+
+    /// How many stops and kills of all axes have come: what was asked for before the last of them
+    /// is not begun.
+    pub(crate) fn stops(&self) -> usize {
+        self.stops.load(Ordering::SeqCst)
     }
 
     /// Who reads paths, if anybody does.

@@ -19,7 +19,7 @@ use stepwright_keeper::Declined;
 use stepwright_keeper::report::{Done, PathReport};
 
 /// A request with a file has a body of this many bytes at most.
-pub const FILE: usize = 200_000;
+pub const FILE: usize = 4_000_000;
 
 /// Characters of a file's name, at most.
 const NAME: usize = 100;
@@ -65,6 +65,12 @@ pub struct PathTable {
     pub board: String,
     /// The same for people, and what a stop does there.
     pub player: String,
+    /// The same of G-code jobs.
+    pub jobs: String,
+    /// How the names of G-code jobs end: `.nc`.
+    pub job_endings: Vec<String>,
+    /// The longest request with a file, in bytes.
+    pub longest: usize,
     /// The files.
     pub examples: Vec<PathFile>,
 }
@@ -76,7 +82,8 @@ pub struct PathFile {
     /// What messages call it.
     #[schema(example = "square.toml", max_length = 100)]
     pub name: String,
-    /// Its text: motor cycles, as `stepwright cycle` reads them.
+    /// Its text: G-code, as `stepwright gcode` reads it, if the name ends as that of a job does;
+    /// otherwise motor cycles, as `stepwright cycle` reads them.
     #[schema(example = "[[motor]]\nname = \"X\"\nstep = 10\nsmallest-delay-us = 100\n\
         [[cycle]]\nline = { to = { X = 500 }, speed = 1000, accel = 5000 }\n")]
     pub text: String,
@@ -87,6 +94,8 @@ pub struct PathFile {
 pub struct PathDrawing {
     /// The same for the same text: that of a [`PathReport`].
     pub id: String,
+    /// `cycles`, or `gcode`.
+    pub kind: &'static str,
     /// What positions are counted in; speeds are in it a second.
     pub unit: String,
     /// The motors.
@@ -95,6 +104,11 @@ pub struct PathDrawing {
     pub seconds: f64,
     /// The highest speed along the path.
     pub peak: f64,
+    /// What else is known of it, in words: of a job its exact time, its extents, the corners that
+    /// cost most.
+    pub facts: Vec<PathFact>,
+    /// Why the board would refuse to run it, if it would.
+    pub refused: Option<String>,
     /// Its parts, in the order of time.
     pub legs: Vec<PathLeg>,
     /// When the points below are, in s from the beginning.
@@ -114,13 +128,27 @@ pub struct PathMotor {
     pub step: f64,
 }
 
+/// What is known of a file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct PathFact {
+    /// What it is.
+    pub name: String,
+    /// How much.
+    pub value: String,
+    /// The line of the file that it is of.
+    pub line: Option<usize>,
+}
+
 /// A part of a drawing.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PathLeg {
-    /// `line`, `arc`, `path` of several of them, `home`, `moves` of motors each by itself, or `rest`.
+    /// `line`, `arc`, `path` of several of them, `home`, `moves` of motors each by itself, or `rest`;
+    /// of a job also `rapid`, `probe`, and `lines` for several lines of a long one.
     pub kind: &'static str,
     /// The line of the file in which it stands.
     pub line: usize,
+    /// The last line of several; otherwise the same.
+    pub to_line: usize,
     /// When it begins, in s from the beginning.
     pub begin: f64,
     /// When it ends.
@@ -195,9 +223,16 @@ pub(crate) async fn draw(
 async fn drawn(desk: &ServeDesk, file: &PathFile) -> Result<PathDrawing, Declined> {
     let (reader, file) = (reader(desk)?, file.clone());
     // One drawing after another: each keeps a processor busy.
-    let _turn = desk.drawing.lock().await;
-    let drawn = tokio::task::spawn_blocking(move || reader.draw(&file)).await;
-    drawn.unwrap_or_else(|_| Err(Declined::away("the drawing broke off")))
+    let mut last = desk.drawing.lock().await;
+    if let Some((_, drawing)) = last.as_ref().filter(|(known, _)| *known == file) {
+        return Ok(drawing.clone());
+    }
+    let drawn = tokio::task::spawn_blocking(move || {
+        let drawing = reader.draw(&file)?;
+        Ok((file, drawing))
+    });
+    let drawn = drawn.await.unwrap_or_else(|_| Err(Declined::away("the drawing broke off")))?;
+    Ok(last.insert(drawn).1.clone())
 }
 
 /// How the last run goes on, or has ended; null if there was none.
@@ -219,11 +254,20 @@ pub(crate) async fn run(
 ) -> Result<Json<Done>, Declined> {
     let file = PathFile::of(request).await?;
     hand(&desk, &headers)?;
+    let stops = desk.stops();
     let drawing = drawn(&desk, &file).await?;
     // Another one may have taken control meanwhile.
     hand(&desk, &headers)?;
+    let stopped = || match desk.stops() == stops {
+        true => Ok(()),
+        false => Err(Declined::refused("it was stopped before it had begun")),
+    };
+    stopped()?;
     let listener = desk.clone();
     let tell = Box::new(move |report| listener.follow_path(report));
-    reader(&desk)?.run(&file, &drawing, tell)?;
+    let reader = reader(&desk)?;
+    reader.run(&file, &drawing, tell)?;
+    // A stop that came just before found nothing to stop.
+    stopped().inspect_err(|_| reader.stop())?;
     Ok(Json(Done::default()))
 }

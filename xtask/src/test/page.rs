@@ -80,6 +80,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     driver.play("drive.mjs", &[])?;
     driver.play("plan.mjs", &[&driver.page, &copied])?;
     driver.play("paths.mjs", &[&driver.page])?;
+    driver.play("jobs.mjs", &[])?;
     driver.play("alone.mjs", &[&driver.page])?;
     compile(ws, &copied)
 }

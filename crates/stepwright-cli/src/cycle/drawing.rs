@@ -247,6 +247,7 @@ impl Seen {
         let most = (POINTS / self.legs.len().max(1)).max(LEAST);
         let motors = plan.names.iter().zip(&plan.motors);
         let mut drawing = PathDrawing {
+            kind: "cycles",
             unit: plan.unit.clone(),
             motors: motors
                 .map(|(name, motor)| PathMotor { name: name.clone(), step: motor.distance.into() })
@@ -267,9 +268,11 @@ impl Seen {
                 }
             }
             drawing.peak = drawing.peak.max(rounded(peak));
+            let line = text.line(leg.at);
             drawing.legs.push(PathLeg {
                 kind: leg.kind,
-                line: text.line(leg.at),
+                line,
+                to_line: line,
                 begin: micros(leg.begin),
                 end: micros(leg.end),
                 peak: rounded(peak),

@@ -26,7 +26,7 @@ const USUAL: [(&str, &str); 5] = [
 ];
 
 /// The options: one value for all axes, or one for each.
-#[derive(clap::Args, Clone, Debug)]
+#[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = AXES)]
 pub struct AxesArgs {
     /// Steps of one turn, microsteps included [default: 3200]
@@ -48,8 +48,13 @@ pub struct AxesArgs {
 }
 
 impl AxesArgs {
-    /// What X, Y and Z can do, in mm and s.
+    /// What X, Y and Z can do, in mm and s. That the machine file counts, is said.
     pub fn paces(&self, machine: &MachineArgs) -> Result<[AxisPace; 3], Failure> {
+        self.of(&MachineAxes::read(machine)?)
+    }
+
+    /// What X, Y and Z can do, in mm and s, by this machine file.
+    pub fn of(&self, file: &MachineAxes) -> Result<[AxisPace; 3], Failure> {
         for (name, count) in [
             ("--steps-per-rev", self.steps_per_rev.len()),
             ("--mm-per-rev", self.mm_per_rev.len()),
@@ -62,10 +67,9 @@ impl AxesArgs {
                 return Err(Failure::usage(what));
             }
         }
-        let file = MachineAxes::read(machine)?;
         let mut paces = [AxisPace { step: 1.0, speed: 1.0, accel: 1.0, jump: 1.0 }; 3];
         for ((n, pace), axis) in paces.iter_mut().enumerate().zip(AxisId::first(3)) {
-            *pace = self.pace(n, axis, &file)?;
+            *pace = self.pace(n, axis, file)?;
         }
         Ok(paces)
     }

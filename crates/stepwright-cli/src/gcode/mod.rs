@@ -4,11 +4,18 @@
 //! | --- | --- |
 //! | `axes` | what the axes can do |
 //! | `play` | on the virtual board |
+//! | `drawing`, `thin` | for a page: points with their times and speeds; as few as a picture takes |
+//! | `facts` | what its plan says, in words |
+//! | `live` | on a virtual board in real time |
 //!
 //! The job itself, its plan and its steps are `stepwright_plan::gcode`.
 
-mod axes;
+pub mod axes;
+pub mod drawing;
+mod facts;
+pub mod live;
 mod play;
+mod thin;
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
@@ -17,7 +24,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 use stepwright_path::AxisPace;
-use stepwright_plan::gcode::{JobError, JobPlan};
+use stepwright_plan::gcode::{BoardRefusal, JobError, JobPlan};
 use stepwright_plan::sheet::SheetFormat;
 use stepwright_plot::PlotFile;
 use stepwright_sim::Description;
@@ -100,9 +107,8 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let job = read(&args.file, |bytes| Ok(bytes.collect::<Vec<u8>>()))?;
     let plan = plan(&mut job.iter().copied(), axes, &name)?;
     if let Some(refused) = plan.refused {
-        let failure = Failure::new(format!("{name}: {}", refused.words(BOARD)));
-        let failure = failure.at(refused.words(BOARD), refused.line as usize);
-        return Err(failure.hint("a lower --top-speed of this axis, or fewer steps a turn"));
+        return Err(refusal(&name, &refused)
+            .hint("a lower --top-speed of this axis, or fewer steps a turn"));
     }
     if args.format == SheetFormat::Table {
         say::result(format_args!("G-code job {name} on the virtual board"));
@@ -162,6 +168,12 @@ fn plan(
     });
     line.end();
     planned.map_err(|error| failure(name, &error))
+}
+
+/// What the board refuses.
+fn refusal(name: &str, refused: &BoardRefusal) -> Failure {
+    let failure = Failure::new(format!("{name}: {}", refused.words(BOARD)));
+    failure.at(refused.words(BOARD), refused.line as usize)
 }
 
 fn failure(name: &str, error: &JobError) -> Failure {

@@ -2,6 +2,7 @@
 
 use std::thread;
 use std::time::{Duration, Instant};
+use std::vec::IntoIter;
 
 use stepwright::{Rate, Ticks};
 use stepwright_cycle::{Calibration, Clock, Motor, Program};
@@ -66,6 +67,33 @@ pub fn play(
     plan: &JobPlan,
     wanted: &Wanted,
 ) -> Result<Played, Failure> {
+    let recorded =
+        taken::Wanted { inverted: 0, edges: wanted.edges, motions: false, events: wanted.csv };
+    let taken = |rate| Taken::begin(rate, 3, &recorded);
+    begin(job, axes, plan, taken, |begun| follow(begun, axes, plan, wanted))
+}
+
+/// A job that has begun.
+pub struct Begun<'a, 'b> {
+    pub stream: &'a JobStream,
+    pub board: &'a mut GcodeBoard<'b>,
+    pub rate: Rate,
+    pub lead: Ticks,
+    /// When the board began, and when the path does, a lead later, in ticks.
+    pub from: u64,
+    pub path: u64,
+}
+
+type JobStream = Stream<GcodeJob<IntoIter<u8>>, 3>;
+
+/// Has a job that has been planned, and is not refused, begin; `go` lets the board's time pass.
+pub fn begin<T>(
+    job: Vec<u8>,
+    axes: [AxisPace; 3],
+    plan: &JobPlan,
+    taken: impl FnOnce(Rate) -> Result<Taken, Failure>,
+    go: impl FnOnce(Begun) -> Result<T, Failure>,
+) -> Result<T, Failure> {
     let board = Description::uno().board;
     let rate = board.rate;
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
@@ -75,9 +103,7 @@ pub fn play(
     // No first step comes sooner than one may after another.
     let lead = shortest.into_iter().fold(board.lead, Ticks::max);
     let (stream, mut steps) = Stream::new(job, rate, lead, shortest);
-    let recorded =
-        taken::Wanted { inverted: 0, edges: wanted.edges, motions: false, events: wanted.csv };
-    let taken = Taken::begin(rate, 3, &recorded)?;
+    let taken = taken(rate)?;
     let motors = delays.map(|delay| Motor::new(1, delay.unwrap_or(1)));
     let stands = [Stand::default(); 3];
     let mut board = CycleBoard::new(motors, stands, Clock::Deadlines, rate, taken);
@@ -85,16 +111,26 @@ pub fn play(
         let prepared = board.cycle().prepare(axis, Program::Paced(steps), Calibration::None);
         prepared.map_err(|refusal| Failure::new(refusal.to_string()))?;
     }
-    if wanted.csv {
-        say::result("time_us,axis,event,value,position");
-    }
     // A job of dwells alone has nothing to start.
     if delays.iter().any(Option::is_some) {
         board.cycle().start().map_err(|refusal| Failure::new(refusal.to_string()))?;
     }
+    let from = board.now();
+    let path = from + u64::from(lead);
+    go(Begun { stream: &stream, board: &mut board, rate, lead, from, path })
+}
+
+/// Follows a run to its end, as it is wanted.
+fn follow(
+    Begun { stream, board, rate, lead, from, path }: Begun,
+    axes: [AxisPace; 3],
+    plan: &JobPlan,
+    wanted: &Wanted,
+) -> Result<Played, Failure> {
+    if wanted.csv {
+        say::result("time_us,axis,event,value,position");
+    }
     let hz = f64::from(rate.hz());
-    let begun = board.now();
-    let path = begun + u64::from(lead);
     let mut drawn = wanted.way.then(|| Drawn::new(plan, &axes));
     let mut line = Line::new();
     let since = Instant::now();
@@ -112,16 +148,16 @@ pub fn play(
         }
         let limit = match wanted.fast {
             true => u64::MAX,
-            false => begun + (since.elapsed().as_secs_f64() * hz) as u64,
+            false => from + (since.elapsed().as_secs_f64() * hz) as u64,
         };
         let mut more = true;
         for _ in 0..EVENTS {
             more = board.pass(limit);
             if wanted.csv {
-                events(&mut board, rate);
+                events(board, rate);
             }
             if let Some(drawn) = &mut drawn {
-                let at = positions(&mut board);
+                let at = positions(board);
                 drawn.see(board.now() as f64 / hz, [at[0], at[1]]);
             }
             more &= board.cycle().is_running();
@@ -144,15 +180,16 @@ pub fn play(
     if let Some(error) = board.cycle().error() {
         return Err(Failure::new(format!("the board has ended the job: {error}")));
     }
-    let (position, late) = (positions(&mut board), board.cycle().late());
+    let (position, late) = (positions(board), board.cycle().late());
     let end = board.now() as f64 / hz;
     board.with_recorder(|taken| taken.finish(end))?;
     Ok(Played { rate, lead, ticks, position, late, braked, way: drawn.map(Drawn::end) })
 }
 
-type GcodeBoard<'a> = CycleBoard<'a, Taken, 3>;
+pub type GcodeBoard<'a> = CycleBoard<'a, Taken, 3>;
 
-fn positions(board: &mut GcodeBoard) -> [i64; 3] {
+/// Where the axes are, in steps.
+pub fn positions(board: &mut GcodeBoard) -> [i64; 3] {
     let cycle = board.cycle();
     [0, 1, 2].map(|axis| cycle.position(axis).unwrap_or(0))
 }

@@ -194,12 +194,24 @@ pub struct MachineAxes(Vec<(AxisId, Values)>);
 impl MachineAxes {
     /// Reads the file, and says that it counts; without one there is nothing.
     pub fn read(machine: &MachineArgs) -> Result<MachineAxes, Failure> {
-        let Some(from) = machine.path() else { return Ok(MachineAxes(Vec::new())) };
-        let machine = Machine::parse(&file::text(&from)?, &from)?;
-        if !machine.axes().is_empty() {
+        let axes = MachineAxes::quiet(machine)?;
+        if let Some(from) = machine.path().filter(|_| !axes.0.is_empty()) {
             say::note(format_args!("machine: {}", from.display()));
         }
+        Ok(axes)
+    }
+
+    /// Reads the file.
+    pub fn quiet(machine: &MachineArgs) -> Result<MachineAxes, Failure> {
+        let Some(from) = machine.path() else { return Ok(MachineAxes(Vec::new())) };
+        let machine = Machine::parse(&file::text(&from)?, &from)?;
         Ok(MachineAxes(machine.axes().to_vec()))
+    }
+
+    /// Without a file.
+    #[cfg(test)]
+    pub fn none() -> MachineAxes {
+        MachineAxes(Vec::new())
     }
 
     /// The value of an option of an axis, as it stands there.

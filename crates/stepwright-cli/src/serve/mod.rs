@@ -8,7 +8,7 @@
 //! | --- | --- |
 //! | [`board`] | the board's thread: its line, also when it is lost and comes back |
 //! | [`tap`] | the lines as they are said |
-//! | [`paths`] | files of lines and arcs |
+//! | [`paths`] | cycle files and G-code jobs |
 //! | [`path_board`] | the same on a board that plays cycles |
 //!
 //! What is asked for is carried out by [`stepwright_keeper`].
@@ -34,7 +34,7 @@ use crate::order::target::PortArgs;
 use crate::quantity::GeometryArgs;
 use crate::say;
 use board::{BoardThread, ServedBoard};
-use paths::CycleFiles;
+use paths::PathFiles;
 use stepwright_sim::{AxisDrive, Switch};
 
 /// Where the page is, unless `--bind` says otherwise.
@@ -133,6 +133,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         )
         .hint("leave --port out: a virtual board is served then"));
     }
+    let paths = PathFiles::on(args.cycles, machine);
     let home_within = machine::home_within(machine, &args.geometry)?;
     let machine = machine::shown(machine)?;
     let listener = TcpListener::bind(args.bind.0).map_err(|error| {
@@ -144,7 +145,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     interrupt::listen(While::Holding)?;
     let desk = Arc::new(ServeDesk::default());
     desk.calculate_by(calc::calculators());
-    desk.read_paths_by(Arc::new(CycleFiles::on(args.cycles)));
+    desk.read_paths_by(Arc::new(paths));
     let switches = match args.switch.is_empty() {
         true => SWITCH.parse().into_iter().collect(),
         false => args.switch,

@@ -1,4 +1,5 @@
-//! Files of paths for pages, read and played by who does it for `stepwright cycle`.
+//! Files of paths for pages: cycle files, read and played by who does it for `stepwright cycle`, and
+//! G-code jobs, by who does it for `stepwright gcode`. The end of its name says what a file is.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,15 +9,19 @@ use std::thread::{self, JoinHandle};
 use stepwright_keeper::Declined;
 use stepwright_keeper::report::PathReport;
 use stepwright_keeper::report::Trouble;
-use stepwright_serve::path::{PathDrawing, PathFile, PathListener, PathReader, PathTable};
+use stepwright_path::AxisPace;
+use stepwright_serve::path::{FILE, PathDrawing, PathFile, PathListener, PathReader, PathTable};
 
 use super::path_board::BoardPlayer;
 use crate::cycle::drawing;
 use crate::cycle::live::{self, PlayOrder, Played};
 use crate::failure::Failure;
+use crate::gcode;
+use crate::gcode::axes::AxesArgs;
+use crate::machine::{MachineArgs, MachineAxes};
 
-/// The examples, as they lie in the folder `examples/cycles`.
-const EXAMPLES: [(&str, &str); 7] = [
+/// The examples, as they lie in the folders `examples/cycles` and `examples/gcode`.
+const EXAMPLES: [(&str, &str); 8] = [
     ("drawing.toml", include_str!("paths/drawing.toml")),
     ("joined.toml", include_str!("paths/joined.toml")),
     ("feed.toml", include_str!("paths/feed.toml")),
@@ -24,13 +29,21 @@ const EXAMPLES: [(&str, &str); 7] = [
     ("series.toml", include_str!("paths/series.toml")),
     ("readme.toml", include_str!("paths/readme.toml")),
     ("calibrate.toml", include_str!("paths/calibrate.toml")),
+    ("badge.nc", include_str!("paths/badge.nc")),
 ];
 
-/// Reads cycle files, and plays one at a time.
-#[derive(Default)]
-pub struct CycleFiles {
+/// How the names of G-code jobs end, in any case of letters.
+const JOBS: [&str; 6] = [".nc", ".ngc", ".gcode", ".gco", ".cnc", ".tap"];
+
+/// Bytes of a cycle file, at most.
+const CYCLES: usize = 200_000;
+
+/// Reads files, and plays one at a time.
+pub struct PathFiles {
     /// The port of a board that plays cycles; none: a virtual board does.
-    pub board: Option<PathBuf>,
+    board: Option<PathBuf>,
+    /// What the axes of a job can do, by the machine file.
+    axes: Result<[AxisPace; 3], Failure>,
     playing: Mutex<Option<Playing>>,
 }
 
@@ -52,10 +65,40 @@ const VIRTUAL: &str = "On a virtual board of its own, in real time: the program 
                        takes travels, no paths. A stop brakes along the line or arc. A board with the \
                        program cycles plays it by the command, or here with `serve --cycles PORT`.";
 
-impl CycleFiles {
-    /// On this board, if there is one.
-    pub fn on(board: Option<PathBuf>) -> CycleFiles {
-        CycleFiles { board, playing: Mutex::default() }
+const JOB: &str = "On a virtual board of its own, an Uno by its speed, in real time: no real board \
+                   takes a G-code job yet. Steps, speeds and accelerations are those of the machine \
+                   file. A stop brakes along the path.";
+
+/// What a file is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Cycles,
+    Job,
+}
+
+impl Kind {
+    fn of(file: &PathFile) -> Kind {
+        let name = file.name.to_ascii_lowercase();
+        match JOBS.iter().any(|ending| name.ends_with(ending)) {
+            true => Kind::Job,
+            false => Kind::Cycles,
+        }
+    }
+}
+
+impl PathFiles {
+    /// Cycle files are run on this board, if there is one; jobs by the axes of this machine. What
+    /// is wrong with those is said of a job alone.
+    pub fn on(board: Option<PathBuf>, machine: &MachineArgs) -> PathFiles {
+        let axes = MachineAxes::quiet(machine).and_then(|file| AxesArgs::default().of(&file));
+        PathFiles { board, axes, playing: Mutex::default() }
+    }
+
+    fn axes(&self) -> Result<[AxisPace; 3], Declined> {
+        self.axes.as_ref().copied().map_err(|failure| {
+            let declined = Declined::range(format!("the machine file: {}", failure.message()));
+            declined.remedy("mend the machine file, and start `stepwright serve` again")
+        })
     }
 
     fn playing(&self) -> MutexGuard<'_, Option<Playing>> {
@@ -64,7 +107,7 @@ impl CycleFiles {
     }
 }
 
-impl PathReader for CycleFiles {
+impl PathReader for PathFiles {
     fn table(&self) -> PathTable {
         let file = |(name, text): (&str, &str)| PathFile { name: name.into(), text: text.into() };
         let port = self.board.as_ref().map(|port| port.display().to_string());
@@ -76,12 +119,30 @@ impl PathReader for CycleFiles {
             ),
         };
         let board = port.clone().unwrap_or_else(|| "a virtual board".to_owned());
-        PathTable { port, board, player, examples: EXAMPLES.map(file).into() }
+        PathTable {
+            port,
+            board,
+            player,
+            jobs: JOB.to_owned(),
+            job_endings: JOBS.map(str::to_owned).into(),
+            longest: FILE,
+            examples: EXAMPLES.map(file).into(),
+        }
     }
 
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined> {
-        let drawn = drawing::draw(&file.name, &file.text);
-        let drawn = drawn.map_err(|failure| declined(&failure, &file.name))?;
+        let drawn = match Kind::of(file) {
+            Kind::Job => gcode::drawing::draw(&file.name, &file.text, self.axes()?),
+            Kind::Cycles if file.text.len() > CYCLES => {
+                let long = format!("{} is too long for a cycle file", file.name);
+                let jobs = format!("the name of a G-code job ends in {}", JOBS.join(", "));
+                return Err(Declined::range(long)
+                    .allowed(format!("at most {CYCLES} bytes"))
+                    .remedy(jobs));
+            }
+            Kind::Cycles => drawing::draw(&file.name, &file.text),
+        };
+        let drawn = drawn.map_err(|failure| declined(&failure, file))?;
         Ok(PathDrawing { id: file.id(), ..drawn })
     }
 
@@ -96,6 +157,10 @@ impl PathReader for CycleFiles {
             return Err(Declined::refused("a file is being run")
                 .remedy("let it end, or stop it: POST /api/stop"));
         }
+        if let Some(refused) = &drawing.refused {
+            return Err(Declined::range(format!("{}: {refused}", file.name))
+                .remedy("a lower top-speed of this axis in the machine file"));
+        }
         let (order, over) = (Arc::new(PlayOrder::default()), Arc::new(AtomicBool::new(false)));
         let first = |places: &Vec<f64>| places.first().map_or(0, |place| place.round() as i64);
         let last = PathReport {
@@ -109,11 +174,15 @@ impl PathReader for CycleFiles {
         tell(last.clone());
         let thread = thread::spawn({
             let (file, order, over) = (file.clone(), order.clone(), over.clone());
-            let board = self.board.as_ref().map(|port| {
-                let names = drawing.motors.iter().map(|motor| motor.name.clone()).collect();
-                BoardPlayer::new(port.clone(), names)
-            });
-            move || play(&file, board, last, (&order, &over), &tell)
+            let player = match (&self.board, Kind::of(&file)) {
+                (_, Kind::Job) => Player::Job(self.axes()?),
+                (None, Kind::Cycles) => Player::Virtual,
+                (Some(port), Kind::Cycles) => {
+                    let names = drawing.motors.iter().map(|motor| motor.name.clone()).collect();
+                    Player::Board(BoardPlayer::new(port.clone(), names))
+                }
+            };
+            move || play(&file, player, last, (&order, &over), &tell)
         });
         *playing = Some(Playing { order, over, thread });
         Ok(())
@@ -132,10 +201,17 @@ impl PathReader for CycleFiles {
     }
 }
 
+/// Who plays a file.
+enum Player {
+    Virtual,
+    Board(BoardPlayer),
+    Job([AxisPace; 3]),
+}
+
 /// Plays a file, and tells how that goes on.
 fn play(
     file: &PathFile,
-    board: Option<BoardPlayer>,
+    player: Player,
     mut last: PathReport,
     (order, over): (&PlayOrder, &AtomicBool),
     tell: &PathListener,
@@ -145,16 +221,17 @@ fn play(
         last = PathReport { state, seconds, places: places.to_vec(), ..last.clone() };
         tell(last.clone());
     };
-    let played = match board {
-        None => live::play(&file.name, &file.text, order, &mut hear),
-        Some(board) => board.play(file, order, &mut hear),
+    let played = match player {
+        Player::Virtual => live::play(&file.name, &file.text, order, &mut hear),
+        Player::Board(board) => board.play(file, order, &mut hear),
+        Player::Job(axes) => gcode::live::play(&file.name, &file.text, axes, order, &mut hear),
     };
     let (state, trouble) = match &played {
         Ok(Played::Done) => ("done", None),
         Ok(Played::Stopped) => ("stopped", None),
         Ok(Played::Killed) => ("killed", None),
         Err(failure) => {
-            let Declined { what, remedy, .. } = declined(failure, &file.name);
+            let Declined { what, remedy, .. } = declined(failure, file);
             ("failed", Some(Trouble { what, remedy }))
         }
     };
@@ -164,10 +241,14 @@ fn play(
 }
 
 /// What is wrong with a file, in one line.
-fn declined(failure: &Failure, name: &str) -> Declined {
-    let declined = Declined::range(match failure.place() {
-        Some(place) => format!("{name}, line {}: {}", place.line, place.what),
-        None => failure.message().to_owned(),
+fn declined(failure: &Failure, file: &PathFile) -> Declined {
+    let name = &file.name;
+    // A job says its place itself, and its error's number.
+    let placed = failure.message().strip_prefix(&format!("{name}: line "));
+    let declined = Declined::range(match (placed, failure.place()) {
+        (Some(rest), _) => format!("{name}, line {rest}"),
+        (None, Some(place)) => format!("{name}, line {}: {}", place.line, place.what),
+        (None, None) => failure.message().to_owned(),
     });
     match failure.hinted() {
         Some(hint) => declined.remedy(hint),
@@ -181,18 +262,29 @@ mod tests {
     use serde_json::{Value, json};
     use std::path::Path;
 
+    /// By a machine file that is not there.
+    fn files() -> PathFiles {
+        let axes = AxesArgs::default().of(&MachineAxes::none());
+        PathFiles { board: None, axes, playing: Mutex::default() }
+    }
+
     #[test]
     fn examples_are_those_of_the_folder() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/cycles");
-        let there = std::fs::read_dir(&folder).unwrap().count();
-        assert_eq!(there, EXAMPLES.len());
-        for (name, text) in EXAMPLES {
-            let own = std::fs::read_to_string(folder.join(name)).unwrap();
-            assert_eq!(
-                text, own,
-                "copy it: cp examples/cycles/{name} crates/stepwright-cli/src/serve/paths"
-            );
+        let mut count = 0;
+        for kind in ["cycles", "gcode"] {
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples").join(kind);
+            for entry in std::fs::read_dir(&folder).unwrap() {
+                let name = entry.unwrap().file_name().into_string().unwrap();
+                let own = std::fs::read_to_string(folder.join(&name)).unwrap();
+                let carried = EXAMPLES.iter().find(|(known, _)| *known == name);
+                assert!(
+                    carried.is_some_and(|(_, text)| *text == own),
+                    "copy it: cp examples/{kind}/{name} crates/stepwright-cli/src/serve/paths"
+                );
+                count += 1;
+            }
         }
+        assert_eq!(count, EXAMPLES.len());
     }
 
     /// Drawings of a page without a server: `STEPWRIGHT_GOLDEN=write` writes them.
@@ -200,7 +292,7 @@ mod tests {
     fn drawings_that_the_page_carries_are_those_of_today() {
         let path =
             concat!(env!("CARGO_MANIFEST_DIR"), "/../stepwright-serve/src/page/alone/paths.json");
-        let files = CycleFiles::default();
+        let files = files();
         let drawn = files.table().examples.into_iter().map(|file| {
             let drawing = serde_json::to_value(files.draw(&file).unwrap()).unwrap();
             json!({ "file": file, "drawing": drawing })
@@ -239,7 +331,7 @@ mod tests {
     #[test]
     fn a_mistake_is_told_with_its_line() {
         let file = PathFile { name: "a.toml".into(), text: "[[motor]]\nname = 1\n".into() };
-        let declined = CycleFiles::default().draw(&file).unwrap_err();
+        let declined = files().draw(&file).unwrap_err();
         assert_eq!(declined.status(), 422);
         assert!(declined.what.starts_with("a.toml, line 2: invalid type"), "{declined:?}");
     }

@@ -13,6 +13,9 @@ const STRIP = 74;
 /** Colours of speeds, from rest to the highest. */
 const PACES = ["--pace-0", "--pace-1", "--pace-2", "--pace-3"];
 
+/** Colours of a way, but for parts that change theirs. */
+const SHADES = 120;
+
 /** What is not meant now has this much of its colour. */
 const PALE = 0.28;
 
@@ -170,24 +173,41 @@ export class PathCanvas {
     const [from, until] = times ?? [-1, Infinity];
     const paint = ramp(times ? 1 : PALE);
     const at = (i) => [frame.x(x[i]), frame.y(y[i])];
+    // A long way has thousands of points: those of one colour are one line.
+    let same = null;
+    const end = () => (same !== null && pen.stroke(), (same = null));
+    pen.lineJoin = "round";
     const draw = (leg, wide) => {
       pen.lineWidth = wide;
       for (let n = leg.first; n < leg.last; n++) {
-        if (sheet.times[n] < from || sheet.times[n] >= until) continue;
-        const [a, b] = [at(n), at(n + 1)];
-        const speeds = [sheet.speeds[n], sheet.speeds[n + 1]];
-        if (speeds[0] === speeds[1] || Math.hypot(b[0] - a[0], b[1] - a[1]) < 4) {
-          pen.strokeStyle = paint(Math.max(...speeds) / sheet.peak);
-        } else {
-          const mixed = pen.createLinearGradient(...a, ...b);
-          for (let i = 0; i <= 4; i++) mixed.addColorStop(i / 4, paint((speeds[0] + ((speeds[1] - speeds[0]) * i) / 4) / sheet.peak));
-          pen.strokeStyle = mixed;
+        if (sheet.times[n] < from || sheet.times[n] >= until) {
+          end();
+          continue;
         }
+        const [a, b] = [at(n), at(n + 1)];
+        const speeds = [sheet.speeds[n], sheet.speeds[n + 1]].map((speed) => speed / sheet.peak);
+        if (Math.abs(speeds[0] - speeds[1]) < 1 / SHADES || Math.hypot(b[0] - a[0], b[1] - a[1]) < 4) {
+          const shade = Math.round(Math.max(...speeds) * SHADES);
+          if (shade !== same) {
+            end();
+            pen.strokeStyle = paint(shade / SHADES);
+            pen.beginPath();
+            pen.moveTo(...a);
+            same = shade;
+          }
+          pen.lineTo(...b);
+          continue;
+        }
+        end();
+        const mixed = pen.createLinearGradient(...a, ...b);
+        for (let i = 0; i <= 4; i++) mixed.addColorStop(i / 4, paint(speeds[0] + ((speeds[1] - speeds[0]) * i) / 4));
+        pen.strokeStyle = mixed;
         pen.beginPath();
         pen.moveTo(...a);
         pen.lineTo(...b);
         pen.stroke();
       }
+      end();
     };
     sheet.legs.forEach((leg, n) => {
       const chosen = this.leg?.includes(n);

@@ -7,7 +7,7 @@ import { PathCanvas, ramp } from "./paths-draw.js";
 import { get, post } from "./server.js";
 
 /** What a leg is called. */
-const KINDS = { line: "Line", arc: "Arc", path: "Path", home: "Homing", moves: "Moves", rest: "Rest" };
+const KINDS = { line: "Line", arc: "Arc", path: "Path", home: "Homing", moves: "Moves", rest: "Rest", rapid: "Rapid", probe: "Probe" };
 
 /** A run that goes on, and how one has ended. */
 const RUNS = {
@@ -22,6 +22,12 @@ const RUNS = {
 /** The text is drawn so long after it was changed, in ms. */
 const LATER = 400;
 
+/** A text with more characters is not changed here: a field for it would take seconds. */
+const LONG = 300_000;
+
+/** Of a long text so many lines before and behind the one that is meant are shown. */
+const AROUND = 60;
+
 /** A file's units are shown in these, where they are so many. */
 const SHOWN = { nm: [["mm", 1e6], ["µm", 1e3]], µm: [["mm", 1e3]] };
 
@@ -32,7 +38,7 @@ export function scaled(drawing) {
   const [unit, per] = (SHOWN[drawing.unit] ?? []).find(([, per]) => largest >= per) ?? [drawing.unit, 1];
   const { times, legs, seconds } = drawing;
   const sheet = {
-    id: drawing.id, unit, per, times, seconds,
+    id: drawing.id, kind: drawing.kind, facts: drawing.facts, refused: drawing.refused, unit, per, times, seconds,
     motors: drawing.motors.map((motor) => motor.name),
     steps: drawing.motors.map((motor) => motor.step / per),
     places: drawing.places.map((places) => places.map((place) => place / per)),
@@ -91,10 +97,9 @@ export class PathsView {
   /** Opens when it is looked at first. */
   async open() {
     this.opened ??= (async () => {
-      const { examples, player, port, board } = await get("/api/path/examples");
-      Object.assign(this, { examples, port });
-      by("paths-player").textContent = player;
-      by("paths-go").textContent = board ? `Run on ${board}` : "Run";
+      const { player, ...table } = await get("/api/path/examples");
+      Object.assign(this, { cycles: player, ...table });
+      if (this.job_endings) by("paths-pick").accept = [".toml", ...this.job_endings, "text/plain"].join();
       const report = await get("/api/path");
       if (report && !this.report) this.hear(report);
       const options = this.examples.map(({ name }, n) => new Option(name, n));
@@ -106,8 +111,13 @@ export class PathsView {
 
   /** Takes a file, and draws it. */
   use({ name, text }) {
-    by("paths-text").value = text;
     this.name = name;
+    this.long = text.length > LONG ? text.split("\n") : null;
+    const area = by("paths-text");
+    area.readOnly = Boolean(this.long);
+    area.value = this.long ? "" : text;
+    by("paths-long").textContent = "";
+    if (this.long) this.mark(1);
     const known = this.examples.findIndex((one) => one.name === name && one.text === text);
     let own = by("paths-file").querySelector("[value=own]");
     if (known >= 0) by("paths-file").value = known;
@@ -120,10 +130,15 @@ export class PathsView {
     return this.drawFile();
   }
 
+  /** The file as it is now. */
+  get file() {
+    return { name: this.name, text: this.long ? this.long.join("\n") : by("paths-text").value };
+  }
+
   /** Has the text drawn as it is now. */
   async drawFile() {
     const asked = ++this.asked;
-    const file = { name: this.name, text: by("paths-text").value };
+    const { file } = this;
     by("paths").setAttribute("aria-busy", "true");
     try {
       const drawing = await post("/api/path", file);
@@ -143,24 +158,34 @@ export class PathsView {
     by("paths").classList.toggle("wrong", Boolean(declined));
     this.allow(this.ours);
     if (!declined) return;
-    const line = /, line (\d+):/.exec(declined.message)?.[1];
-    if (line) this.mark(Number(line));
+    const [, line, column] = /, line (\d+)(?:, column (\d+))?:/.exec(declined.message) ?? [];
+    if (line) this.mark(Number(line), Number(column ?? 1));
     if (declined.status && declined.status !== 422 && declined.status !== 413) this.tell(declined);
   }
 
-  /** Shows a line of the text. */
-  mark(line) {
+  /** Shows a line of the text, from this column on. */
+  mark(line, column = 1) {
     const area = by("paths-text");
+    let before = 0;
+    if (this.long) {
+      before = Math.max(0, line - 1 - AROUND);
+      const until = Math.min(this.long.length, line + AROUND);
+      area.value = this.long.slice(before, until).join("\n");
+      by("paths-long").textContent = `Lines ${before + 1} to ${until} of ${this.long.length}. So long a text is changed in an editor, and dropped here again.`;
+    }
     const lines = area.value.split("\n");
-    const begin = lines.slice(0, line - 1).join("\n").length + (line > 1);
-    if (document.activeElement !== area) area.setSelectionRange(begin, begin + (lines[line - 1] ?? "").length);
-    area.scrollTop = (line - 4) * parseFloat(getComputedStyle(area).lineHeight);
+    const begin = lines.slice(0, line - before - 1).join("\n").length + (line - before > 1);
+    const end = begin + (lines[line - before - 1] ?? "").length;
+    if (document.activeElement !== area) area.setSelectionRange(Math.min(begin + column - 1, end), end);
+    area.scrollTop = (line - before - 4) * parseFloat(getComputedStyle(area).lineHeight);
   }
 
   show(drawing) {
     const kept = this.sheet?.motors.join() === drawing.motors.map((motor) => motor.name).join();
     this.sheet = scaled(drawing);
     this.choices(kept);
+    this.player();
+    this.facts();
     this.table();
     this.legend();
     const slide = by("paths-time");
@@ -170,6 +195,33 @@ export class PathsView {
     this.drawWay();
     if (!this.follow()) this.seek(0);
     this.allow(this.ours);
+  }
+
+  /** Says where the file is run, or why it can't be. */
+  player() {
+    const { kind, refused } = this.sheet;
+    const job = kind === "gcode" && this.jobs;
+    by("paths-player").textContent = job ? this.jobs : this.cycles;
+    const board = job ? "a virtual board" : this.board;
+    by("paths-go").textContent = board ? `Run on ${board}` : "Run";
+    by("paths-refused").textContent = refused ?? "";
+  }
+
+  /** What is known of the file beside its parts; what is of a line leads to it. */
+  facts() {
+    const lists = { "paths-facts": [], "paths-corners": [] };
+    for (const { name, value, line } of this.sheet.facts ?? []) {
+      const term = element("dt", line ? undefined : name);
+      if (line) {
+        const button = element("button", `${name}, line ${line}`);
+        button.type = "button";
+        button.onclick = () => this.mark(line);
+        term.append(button);
+      }
+      lists[line ? "paths-corners" : "paths-facts"].push(term, element("dd", value));
+    }
+    for (const [id, list] of Object.entries(lists)) by(id).replaceChildren(...list);
+    by("paths-corners").parentElement.hidden = !lists["paths-corners"].length;
   }
 
   // The run.
@@ -223,21 +275,23 @@ export class PathsView {
   allow(ours) {
     this.ours = ours;
     const go = by("paths-go");
-    go.disabled = !ours || this.running || !this.sheet || by("paths").classList.contains("wrong");
+    go.disabled = !ours || this.running || !this.sheet || Boolean(this.sheet.refused) || by("paths").classList.contains("wrong");
     go.title = ours ? "" : "Take control first";
     by("paths-time").disabled = this.running && this.isThis(this.report);
   }
 
   run() {
     this.choose(null);
-    post("/api/path/run", { name: this.name, text: by("paths-text").value }).catch(this.tell);
+    post("/api/path/run", this.file).catch(this.tell);
   }
 
-  /** Copies the command that plays the file on a board, and shows it. */
+  /** Copies the command that runs the file, a cycle file on a board, and shows it. */
   copy() {
     const file = /^[\w.-]+$/.test(this.name) ? this.name : `'${this.name.replaceAll("'", "'\\''")}'`;
     const example = this.examples.some((one) => one.name === this.name);
-    const text = `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port ${this.port ?? "/dev/ttyACM0"}`;
+    const text = this.sheet?.kind === "gcode"
+      ? `stepwright gcode ${example ? "examples/gcode/" : ""}${file}`
+      : `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port ${this.port ?? "/dev/ttyACM0"}`;
     copy(text, by("paths-copied"));
   }
 
@@ -265,8 +319,9 @@ export class PathsView {
     const rows = sheet.rows.map((row, n) => {
       const made = element("tr");
       const name = made.insertCell();
-      const button = element("button", `${n + 1} ${KINDS[row.kind] ?? row.kind}`);
-      Object.assign(button, { type: "button", title: `line ${row.line} of the file` });
+      const several = row.kind === "lines";
+      const button = element("button", several ? `Lines ${row.line} to ${row.to_line}` : `${n + 1} ${KINDS[row.kind] ?? row.kind}`);
+      Object.assign(button, { type: "button", title: several ? "" : `line ${row.line} of the file` });
       button.onclick = () => this.choose(this.row === n ? null : n);
       name.append(button);
       const last = sheet.legs[row.legs.at(-1)].last;
@@ -321,11 +376,16 @@ export class PathsView {
 
   /** Gives the text as a file. */
   save() {
-    save(this.name, by("paths-text").value);
+    save(this.name, this.file.text);
   }
 
   async read(file) {
     if (!file) return;
+    if (file.size > (this.longest ?? Infinity)) {
+      const most = (this.longest / 1e6).toFixed(0);
+      this.tell(new Error(`${file.name} is too long: at most ${most} MB are drawn here. \`stepwright gcode FILE --plan\` plans any job`));
+      return;
+    }
     try {
       await this.use({ name: file.name.slice(0, 100), text: await file.text() });
     } catch (error) {

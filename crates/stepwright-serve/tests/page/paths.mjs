@@ -9,42 +9,15 @@ import assert from "node:assert/strict";
 import { mkdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 
-import { browser, host, running, serve, until, watched } from "./common.mjs";
+import { browser, host, running, serve, until } from "./common.mjs";
+import { colours, ends, head, near, open, pace, report, rows, seek } from "./way.mjs";
 
 const [files, folder] = process.argv.slice(4);
-
-async function open(url, options = {}) {
-  const size = { viewport: { width: 1440, height: 1000 }, ...options };
-  const { context, page, faults } = await watched(`${url}#paths`, size);
-  await page.locator("#paths-legs tbody tr").first().waitFor();
-  return { context, page, faults };
-}
 
 const choose = async (page, name) => {
   await page.locator("#paths-file").selectOption({ label: name });
   await until(`${name} is drawn`, async () => (await page.locator("#paths[aria-busy]").count()) === 0);
 };
-const rows = (page) => page.locator("#paths-legs tbody tr").allInnerTexts();
-const seek = (page, time) => page.locator("#paths-time").fill(String(time));
-
-/** The colours at these places of the two motors, in the file's shown unit: of the way itself, and
- *  beside it. */
-const colours = (page, places) =>
-  page.evaluate(async (places) => {
-    // What was told is drawn with the next frame.
-    await new Promise((on) => requestAnimationFrame(() => requestAnimationFrame(on)));
-    const { canvas } = document.getElementById("paths").view;
-    const frame = canvas.framed;
-    const pen = canvas.canvas.getContext("2d");
-    const scale = devicePixelRatio;
-    const at = (x, y) => [...pen.getImageData(Math.round(x * scale), Math.round(y * scale), 1, 1).data].slice(0, 3);
-    return places.map(([x, y]) => at(frame.x(x), frame.y(y)));
-  }, places);
-
-const pace = (page, part) =>
-  page.evaluate(async (part) => (await import("./paths-draw.js")).ramp()(part).match(/\d+/g).map(Number), part);
-
-const near = (one, other) => one.every((value, i) => Math.abs(value - other[i]) <= 40);
 
 const ONE = `[[motor]]
 name = "lift"
@@ -68,9 +41,6 @@ const slant = async (page, text, sum) => {
   await page.locator("#paths-pick").setInputFiles({ name: "slant.toml", mimeType: "text/plain", buffer: Buffer.from(text) });
   await page.locator("#paths-sum").getByText(sum).waitFor();
 };
-const head = (page) => page.evaluate(() => document.getElementById("paths").view.canvas.head);
-const report = async (url) => (await fetch(`${url}api/path`)).json();
-const ends = (page, state) => until(state, async () => (await page.locator(`#paths-state.${state}`).count()) === 1);
 
 const tests = {
   async "what is drawn is where the file says, coloured by its speed"(url) {

@@ -1,0 +1,287 @@
+//! A job as points with their times and speeds, for a picture: nothing is played.
+//!
+//! ```text
+//!   stretches   ╱▔▔▔▔╲__╱▔╲      of the plan: times, speeds, places
+//!   points      ×    × × × ×     those that a straight line between others is not near to
+//! ```
+//!
+//! A drawing has a bounded number of points and of parts: that of a long job is coarser.
+
+use std::time::Instant;
+
+use stepwright_gcode::{Effect, MoveKind, Options, Reader};
+use stepwright_path::{AxisPace, Stretch};
+use stepwright_plan::gcode::{GcodeJob, JobPlan};
+use stepwright_serve::path::{PathDrawing, PathLeg, PathMotor};
+
+use super::axes::NAMES;
+use super::facts;
+use super::live::{NM, WITHIN, long, planned, wrong};
+use super::thin::{Point, Thin, Tolerance};
+use crate::failure::Failure;
+
+/// Points of a drawing, at most.
+const POINTS: usize = 20_000;
+
+/// Parts of a drawing, about; of a job with more lines a part is several of them.
+const PARTS: usize = 400;
+
+/// Points of a third of a stretch, at most, before they are thinned.
+const SAMPLES: f64 = 64.0;
+
+/// Between two moves that are this many s apart the axes stand.
+const APART: f64 = 1e-9;
+
+/// Stretches from one look at the clock to the next.
+const STRIDE: u32 = 1_000;
+
+/// Reads a job, and draws what its axes do.
+///
+/// # Errors
+/// The first error of the job; one that takes too long to be drawn.
+pub fn draw(name: &str, text: &str, axes: [AxisPace; 3]) -> Result<PathDrawing, Failure> {
+    let begun = Instant::now();
+    let plan = planned(name, text, axes)?;
+    let kinds = kinds(text);
+    let mut sketch = Sketch::new(&plan, &axes, &kinds);
+    let mut job = GcodeJob::new(text.bytes(), axes).map_err(wrong)?;
+    let mut next = STRIDE;
+    while let Some((line, stretch)) = job.stretch().map_err(|why| super::failure(name, &why))? {
+        sketch.add(line, &stretch);
+        next -= 1;
+        if next == 0 {
+            next = STRIDE;
+            if begun.elapsed() > WITHIN {
+                return Err(long());
+            }
+        }
+    }
+    sketch.rest(u32::MAX, plan.time);
+    Ok(sketch.drawing(&plan, &axes))
+}
+
+/// What each line does, by its number; of several moves of a line the last one counts.
+fn kinds(text: &str) -> Vec<&'static str> {
+    let (mut reader, mut kinds) = (Reader::new(Options::default()), Vec::new());
+    let bytes = text.bytes().map(Some).chain([None]);
+    let blocks = bytes.filter_map(|byte| match byte {
+        Some(byte) => reader.push(byte),
+        None => reader.finish(),
+    });
+    // There is no error: the job has been planned.
+    for block in blocks.flatten() {
+        let kind = block.effects().fold("", |before, effect| match effect {
+            Effect::Move(part) => match part.kind {
+                MoveKind::Rapid => "rapid",
+                MoveKind::Feed(_) => "line",
+                MoveKind::Arc(..) => "arc",
+                MoveKind::Probe(..) => "probe",
+            },
+            Effect::Dwell(_) => "rest",
+            _ => before,
+        });
+        kinds.resize(block.line as usize, "");
+        kinds.push(kind);
+    }
+    kinds
+}
+
+/// A part of a drawing in the making.
+struct Part {
+    kind: &'static str,
+    /// The first line, the last one, and how many of them move or wait.
+    lines: [u32; 2],
+    count: usize,
+    begin: f64,
+    end: f64,
+    peak: f64,
+    ordered: Option<f64>,
+    way: Thin,
+}
+
+/// A drawing in the making.
+struct Sketch<'a> {
+    kinds: &'a [&'static str],
+    /// Lines of a part.
+    each: usize,
+    tolerance: Tolerance,
+    parts: Vec<Part>,
+    /// Points of parts that have ended.
+    points: usize,
+    /// When and where the axes are.
+    now: f64,
+    place: [f64; 3],
+}
+
+impl<'a> Sketch<'a> {
+    fn new(plan: &JobPlan, axes: &[AxisPace; 3], kinds: &'a [&'static str]) -> Sketch<'a> {
+        // The start, 0, is one of the places.
+        let spans = plan.survey.extents.0.into_iter().flatten();
+        let span = spans.map(|[from, to]| to.max(0.0) - from.min(0.0)).fold(0.0, f64::max);
+        let speeds = plan.peaks.iter().zip(axes).map(|(peak, axis)| peak.rate * axis.step);
+        let tolerance =
+            Tolerance { place: span / 4_000.0, speed: speeds.fold(0.0, f64::max) / 100.0 };
+        let each = kinds.iter().filter(|kind| !kind.is_empty()).count().div_ceil(PARTS).max(1);
+        let (parts, place) = (Vec::new(), [0.0; 3]);
+        Sketch { kinds, each, tolerance, parts, points: 0, now: 0.0, place }
+    }
+
+    /// What the axes do next, by a move of this line.
+    fn add(&mut self, line: u32, stretch: &Stretch<3>) {
+        self.rest(line, stretch.times[0]);
+        let kind = self.kinds.get(line as usize).copied().unwrap_or_default();
+        self.enter(kind, line);
+        let [first, middle, last] = stretch.speeds;
+        self.put(stretch.times[0], first, stretch.places[0]);
+        let all: f64 = stretch.ways.iter().sum();
+        let bend = (0..3).map(|n| stretch.directions[1][n] - stretch.directions[0][n]);
+        let bend = bend.fold(0.0, f64::hypot);
+        let mut gone = 0.0;
+        for (n, [from, to]) in
+            [[first, middle], [middle; 2], [middle, last]].into_iter().enumerate()
+        {
+            let (begin, time) = (stretch.times[n], stretch.times[n + 1] - stretch.times[n]);
+            // How far a parabola in time, and an arc, are from their chords.
+            let off = (to - from).abs() * time + bend * stretch.ways[n];
+            let samples = (off / (8.0 * self.tolerance.place)).sqrt().clamp(1.0, SAMPLES).ceil();
+            for sample in (1..=samples as u32).filter(|_| time > 0.0) {
+                let part = f64::from(sample) / samples;
+                let speed = from + (to - from) * part;
+                let way = gone + (from + speed) / 2.0 * time * part;
+                let share = if all > 0.0 { (way / all).min(1.0) } else { 1.0 };
+                self.put(begin + time * part, speed, place(stretch, share));
+            }
+            gone += stretch.ways[n];
+        }
+        (self.now, self.place) = (stretch.end(), stretch.places[1]);
+        if let Some(part) = self.parts.last_mut() {
+            part.end = stretch.end();
+            let paced = self.each == 1 && ["line", "arc", "probe"].contains(&kind);
+            part.ordered = paced.then_some(stretch.feed);
+        }
+    }
+
+    /// The axes stand until then; the next move is in this line.
+    fn rest(&mut self, line: u32, until: f64) {
+        if until - self.now < APART {
+            return;
+        }
+        let after = self.parts.last().map_or(0, |part| part.lines[1] as usize + 1);
+        let ahead = self.kinds.iter().enumerate().skip(after);
+        let mut ahead = ahead.take_while(|(n, _)| *n <= line as usize);
+        let dwell = ahead.find(|(_, kind)| **kind == "rest").map_or(after.max(1), |(n, _)| n);
+        self.enter("rest", dwell as u32);
+        for time in [self.now, until] {
+            self.put(time, 0.0, self.place);
+        }
+        self.now = until;
+        if let Some(part) = self.parts.last_mut() {
+            part.end = until;
+        }
+    }
+
+    /// The part of this line, a new one if need be.
+    fn enter(&mut self, kind: &'static str, line: u32) {
+        if let Some(part) = self.parts.last_mut() {
+            let same = part.lines[1] == line && (part.kind == kind || self.each > 1);
+            if same || part.count < self.each {
+                part.count += usize::from(!same);
+                part.lines[1] = line;
+                return;
+            }
+        }
+        self.close();
+        // Several lines do this and that.
+        let kind = if self.each > 1 { "lines" } else { kind };
+        let way = Thin::new(self.tolerance);
+        let (begin, lines) = (self.now, [line; 2]);
+        let (count, peak, ordered) = (1, 0.0, None);
+        self.parts.push(Part { kind, lines, count, begin, end: begin, peak, ordered, way });
+    }
+
+    fn put(&mut self, time: f64, speed: f64, place: [f64; 3]) {
+        if let Some(part) = self.parts.last_mut() {
+            part.peak = part.peak.max(speed);
+            part.way.put(Point { time, speed, place });
+        }
+    }
+
+    /// The part that there is ends; what is too much is left out.
+    fn close(&mut self) {
+        let Some(part) = self.parts.last_mut() else { return };
+        part.way.end();
+        self.points += part.way.points.len();
+        if self.points <= POINTS {
+            return;
+        }
+        // So that it is not done for every part that follows.
+        while self.points > POINTS / 2 && self.tolerance.speed < f64::MAX {
+            self.tolerance = self.tolerance.wider();
+            self.parts.iter_mut().for_each(|part| part.way.again(self.tolerance));
+            self.points = self.parts.iter().map(|part| part.way.points.len()).sum();
+        }
+    }
+
+    fn drawing(mut self, plan: &JobPlan, axes: &[AxisPace; 3]) -> PathDrawing {
+        if self.parts.is_empty() {
+            // Nothing moves: it stands where it is.
+            self.enter("rest", 1);
+            self.put(0.0, 0.0, self.place);
+        }
+        self.close();
+        let motors = NAMES.iter().zip(axes);
+        let mut drawing = PathDrawing {
+            kind: "gcode",
+            unit: "nm".to_owned(),
+            motors: motors
+                .map(|(name, axis)| PathMotor { name: (*name).to_owned(), step: axis.step * NM })
+                .collect(),
+            seconds: plan.time,
+            places: vec![Vec::new(); NAMES.len()],
+            facts: facts::of(plan),
+            refused: plan.refused.map(|refused| refused.words(super::BOARD)),
+            ..PathDrawing::default()
+        };
+        for part in &self.parts {
+            let first = drawing.times.len();
+            for point in &part.way.points {
+                drawing.times.push(micros(point.time));
+                drawing.speeds.push((point.speed * NM).round());
+                for (all, place) in drawing.places.iter_mut().zip(point.place) {
+                    all.push((place * NM).round());
+                }
+            }
+            let peak = (part.peak * NM).round();
+            drawing.peak = drawing.peak.max(peak);
+            drawing.legs.push(PathLeg {
+                kind: part.kind,
+                line: part.lines[0] as usize,
+                to_line: part.lines[1] as usize,
+                begin: micros(part.begin),
+                end: micros(part.end),
+                peak,
+                ordered: part.ordered.map(|speed| speed * NM),
+                first,
+                last: drawing.times.len() - 1,
+            });
+        }
+        drawing
+    }
+}
+
+/// Where the axes are after this share of a stretch: on the cubic that has its places and its
+/// directions at both ends, which is a straight line where the stretch is one.
+fn place(stretch: &Stretch<3>, share: f64) -> [f64; 3] {
+    let ([from, to], [first, last]) = (stretch.places, stretch.directions);
+    let way = stretch.way[1] - stretch.way[0];
+    let (s, rest) = (share, 1.0 - share);
+    std::array::from_fn(|n| {
+        let ends = from[n] * (1.0 + 2.0 * s) * rest * rest + to[n] * (3.0 - 2.0 * s) * s * s;
+        ends + way * s * rest * (first[n] * rest - last[n] * s)
+    })
+}
+
+/// To a µs.
+fn micros(seconds: f64) -> f64 {
+    (seconds * 1e6).round() / 1e6
+}

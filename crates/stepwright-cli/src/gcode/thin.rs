@@ -1,0 +1,166 @@
+//! Points of a motion, as few as a picture takes.
+//!
+//! ```text
+//!   from ●───────────╳──────     a straight line from the last point that was kept leads past
+//!          ╲   cone ╱            all that were not, within the tolerance: the cone of its slopes
+//!           ╲______╱             becomes narrower, and a point outside keeps the one before
+//! ```
+//!
+//! One pass, a few divisions a point, no memory but the points that are kept.
+
+/// Where the axes are at a time, in mm and s, and how fast along their path.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Point {
+    pub time: f64,
+    pub speed: f64,
+    pub place: [f64; 3],
+}
+
+impl Point {
+    fn values(&self) -> [f64; 4] {
+        let [x, y, z] = self.place;
+        [x, y, z, self.speed]
+    }
+}
+
+/// How far a straight line between two points may be from what lies between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// mm.
+    pub place: f64,
+    /// mm/s.
+    pub speed: f64,
+}
+
+impl Tolerance {
+    /// Twice as much; of places less, since they are looked at first.
+    pub fn wider(self) -> Tolerance {
+        Tolerance { place: self.place * 1.4, speed: self.speed * 2.0 }
+    }
+
+    fn values(&self) -> [f64; 4] {
+        [self.place, self.place, self.place, self.speed]
+    }
+}
+
+/// Points that are kept, in the order of time.
+#[derive(Clone, Debug)]
+pub struct Thin {
+    tolerance: Tolerance,
+    pub points: Vec<Point>,
+    /// The last point, if it is not yet kept.
+    last: Option<Point>,
+    /// Slopes from the point that was kept last.
+    cone: [[f64; 2]; 4],
+}
+
+const OPEN: [[f64; 2]; 4] = [[f64::NEG_INFINITY, f64::INFINITY]; 4];
+
+impl Thin {
+    /// No points.
+    pub fn new(tolerance: Tolerance) -> Thin {
+        Thin { tolerance, points: Vec::new(), last: None, cone: OPEN }
+    }
+
+    /// Adds a point; one that is not later than the one before is none.
+    pub fn put(&mut self, point: Point) {
+        let Some(from) = self.points.last().copied() else { return self.points.push(point) };
+        if point.time <= self.last.map_or(from.time, |last| last.time) {
+            return;
+        }
+        let slopes = |from: &Point, off: f64| {
+            let (to, from) = (point.values(), (from.values(), from.time));
+            let wide = self.tolerance.values();
+            let slope = |n: usize| (to[n] + off * wide[n] - from.0[n]) / (point.time - from.1);
+            [0, 1, 2, 3].map(slope)
+        };
+        let straight = slopes(&from, 0.0);
+        let inside = straight.iter().zip(&self.cone).all(|(s, [low, high])| low <= s && s <= high);
+        match self.last.filter(|_| !inside) {
+            Some(last) => {
+                let [low, high] = [-1.0, 1.0].map(|off| slopes(&last, off));
+                self.cone = [0, 1, 2, 3].map(|n| [low[n], high[n]]);
+                self.points.push(last);
+            }
+            None => {
+                let [low, high] = [-1.0, 1.0].map(|off| slopes(&from, off));
+                let narrowed =
+                    |n: usize| [self.cone[n][0].max(low[n]), self.cone[n][1].min(high[n])];
+                self.cone = [0, 1, 2, 3].map(narrowed);
+            }
+        }
+        self.last = Some(point);
+    }
+
+    /// Keeps the last point.
+    pub fn end(&mut self) {
+        self.points.extend(self.last.take());
+        self.cone = OPEN;
+    }
+
+    /// Fewer of the points that are kept.
+    pub fn again(&mut self, tolerance: Tolerance) {
+        let mut fewer = Thin::new(tolerance);
+        self.points.iter().for_each(|point| fewer.put(*point));
+        fewer.end();
+        *self = fewer;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The value between two points.
+    fn between(points: &[Point], time: f64) -> [f64; 4] {
+        let next = points.partition_point(|point| point.time < time).clamp(1, points.len() - 1);
+        let (a, b) = (&points[next - 1], &points[next]);
+        let part = (time - a.time) / (b.time - a.time);
+        let (a, b) = (a.values(), b.values());
+        [0, 1, 2, 3].map(|n| a[n] + (b[n] - a[n]) * part)
+    }
+
+    #[test]
+    fn what_is_left_out_is_near_a_line_between_others() {
+        let all: Vec<_> = (0..5_000)
+            .map(|n| {
+                let time = f64::from(n) * 0.01;
+                let corner = (time * 0.3).fract() * 20.0;
+                let place = [40.0 * time.sin(), corner, 5.0 * (time * time / 9.0).cos()];
+                Point { time, speed: 30.0 + 25.0 * (2.0 * time).sin(), place }
+            })
+            .collect();
+        let mut before = all.len();
+        let mut tolerance = Tolerance { place: 0.02, speed: 0.5 };
+        for _ in 0..6 {
+            let mut thin = Thin::new(tolerance);
+            all.iter().for_each(|point| thin.put(*point));
+            thin.end();
+            for point in &all {
+                let (kept, right) = (between(&thin.points, point.time), point.values());
+                for (n, most) in tolerance.values().into_iter().enumerate() {
+                    assert!((kept[n] - right[n]).abs() <= most * 1.000_001, "{n}: {point:?}");
+                }
+            }
+            assert!(thin.points.len() < before, "{tolerance:?}");
+            assert_eq!((thin.points[0], thin.points.last()), (all[0], all.last()));
+            (before, tolerance) = (thin.points.len(), tolerance.wider());
+        }
+    }
+
+    #[test]
+    fn a_straight_line_has_two_points_and_a_stand_keeps_both_ends() {
+        let mut thin = Thin::new(Tolerance { place: 0.01, speed: 0.1 });
+        for n in 0..=100 {
+            let time = f64::from(n);
+            thin.put(Point { time, speed: 5.0, place: [time, 2.0 * time, 0.0] });
+        }
+        // Not later: none.
+        thin.put(Point { time: 100.0, speed: 0.0, place: [0.0; 3] });
+        thin.put(Point { time: 100.5, speed: 0.0, place: [100.0, 200.0, 0.0] });
+        thin.put(Point { time: 190.0, speed: 0.0, place: [100.0, 200.0, 0.0] });
+        thin.end();
+        let times: Vec<_> = thin.points.iter().map(|point| point.time).collect();
+        assert_eq!(times, [0.0, 100.0, 100.5, 190.0]);
+    }
+}

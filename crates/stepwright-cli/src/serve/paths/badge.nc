@@ -1,0 +1,22 @@
+(a badge: a rounded outline, a ring and a slot; millimetres)
+G21 G90 G17 G94
+M3 S10000
+G0 Z3
+G0 X5 Y0
+G1 Z-1 F120
+G1 X45 F600
+G3 X50 Y5 R5
+G1 Y25
+G3 X45 Y30 R5
+G1 X5
+G3 X0 Y25 R5
+G1 Y5
+G3 X5 Y0 R5
+G0 Z3
+G0 X32 Y15
+G1 Z-0.5 F120
+G2 X32 Y15 I-7 F400
+G0 Z3
+M5
+G0 X0 Y0
+M30

@@ -1,0 +1,231 @@
+// G-code jobs in the Paths view: dropped, drawn, timed, and played on the virtual board.
+//
+//   node jobs.mjs STEPWRIGHT CHROMIUM [FOLDER]
+//
+// FOLDER is one for pictures. Ends with 0 if all is as it should be.
+
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { mkdirSync, mkdtempSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+import { browser, end, play, running, serve, start, stepwright, until } from "./common.mjs";
+import { colours, ends, head, near, open, pace, report, rows, seek } from "./way.mjs";
+
+const [folder] = process.argv.slice(4);
+const EXAMPLES = "examples/gcode";
+
+/** Drops a file on the view, as from a file manager. */
+const drop = async (page, name, text) => {
+  const data = await page.evaluateHandle(([name, text]) => {
+    const data = new DataTransfer();
+    data.items.add(new File([text], name));
+    return data;
+  }, [name, text]);
+  await page.dispatchEvent("#paths", "drop", { dataTransfer: data });
+  await page.locator(`#paths-file option:text-is("${name}")`).first().waitFor({ state: "attached" });
+  await until(`${name} is drawn`, async () => (await page.locator("#paths[aria-busy]").count()) === 0);
+};
+
+/** What `stepwright gcode` says of a job before it starts, and after it has been run. */
+const asked = (file, ...options) => {
+  const { stdout } = spawnSync(stepwright, ["gcode", file, "--machine", "none", "--format", "json", ...options]);
+  return JSON.parse(stdout);
+};
+
+const fact = async (page, name) => page.locator(`#paths-facts dt:text-is("${name}") + dd`).innerText();
+const wrong = (page) => page.locator("#paths-wrong li");
+
+/** A spiral there and back, of 100,000 lines. */
+const LONG = ["F3000"].concat(Array.from({ length: 100_000 }, (_, n) => {
+  const [angle, radius] = [n * 0.02, 20 + (n % 1000) * 0.05];
+  return `G1 X${(radius * Math.cos(angle)).toFixed(3)} Y${(radius * Math.sin(angle)).toFixed(3)}`;
+})).join("\n");
+
+const tests = (url) => ({
+  async "every example is dropped, drawn, timed, and played to its end"() {
+    const { page, faults, context } = await open(url);
+    const names = readdirSync(EXAMPLES);
+    assert.ok(names.length > 0);
+    for (const name of names) {
+      const file = join(EXAMPLES, name);
+      const [plan, run] = [asked(file, "--plan"), asked(file, "--fast")];
+      // From elsewhere, and so under another name than the example that the page has.
+      await drop(page, `my ${name}`, readFileSync(file, "utf8"));
+      assert.match(await fact(page, "Time"), new RegExp(`^${plan.seconds.toFixed(6)} s`));
+      for (const { axis, from, to } of plan.rows) assert.match(await fact(page, axis), new RegExp(`^${from} to ${to} mm`));
+      await until("it can be run", () => page.locator("#paths-go").isEnabled());
+      assert.equal(await page.locator("#paths-go").textContent(), "Run on a virtual board");
+      const begun = Date.now();
+      await page.locator("#paths-go").click();
+      await until("a part of it", async () => (await head(page)).time > plan.seconds / 3);
+      assert.equal((await report(url)).state, "running");
+      await ends(page, "done");
+      assert.ok(Date.now() - begun > plan.seconds * 1000, "as long as it takes");
+      assert.deepEqual((await report(url)).places, run.position_mm.map((place) => Math.round(place * 1e6)));
+      assert.deepEqual((await head(page)).places, run.position_mm);
+      const end = run.position_mm.map((place, n) => `${"XYZ"[n]} ${place.toFixed(2)}`.replace("-", "−")).join(", ");
+      assert.match(await page.locator("#paths-at").innerText(), new RegExp(`^${run.seconds.toFixed(2)} s · ${end} mm`));
+      await page.locator("#paths-state").getByText(`my ${name} was run to its end: ${run.seconds.toFixed(2)} s`).waitFor();
+    }
+    assert.deepEqual(faults, []);
+    await context.close();
+  },
+
+  async "a job is drawn where it goes, coloured by its speed"() {
+    const { page, faults, context } = await open(url);
+    await drop(page, "badge.nc", readFileSync(join(EXAMPLES, "badge.nc"), "utf8"));
+    const all = await rows(page);
+    assert.equal(all.length, 17);
+    assert.match(all[3], /^4 Line\s+45, 0\s+\S+ s\s+10$/);
+    assert.match(all[4], /^5 Arc\s+50, 5\s+\S+ s\s+10$/);
+    assert.match(all[16], /^17 Rapid\s+0, 0/);
+    // The outline at 10 mm/s, the arc's own place (45°), the corner that it cuts off; the middle of
+    // the longest rapid move, where nothing is faster; nothing.
+    const round = 45 + 5 * Math.SQRT1_2;
+    const spots = [[25, 30], [round, 25 + 5 * Math.SQRT1_2], [49.5, 29.5], [16, 7.5], [27.1, 17.3]];
+    const [line, arc, cut, rapid, inside] = await colours(page, spots);
+    const peak = await page.evaluate(() => document.getElementById("paths").view.sheet.peak);
+    const [fast, slow] = [await pace(page, 1), await pace(page, 10 / peak)];
+    assert.ok(near(line, slow) && near(arc, slow) && near(rapid, fast), `${line} ${arc} ${rapid} ${slow} ${fast}`);
+    assert.deepEqual(cut, inside);
+    assert.ok(!near(cut, slow) && !near(cut, fast), `${cut}`);
+    // A part, and a corner, lead to their lines.
+    const marked = () => page.locator("#paths-text").evaluate((area) => area.value.slice(area.selectionStart, area.selectionEnd));
+    await page.locator("#paths-legs button").nth(4).click();
+    assert.equal(await marked(), "G3 X50 Y5 R5");
+    await page.getByText("Corners that cost most").click();
+    await page.locator("#paths-corners button").first().click();
+    assert.equal(await marked(), "G0 Z3");
+    // X over Z: the depth.
+    await page.locator("#paths-y").selectOption({ label: "Z" });
+    assert.match((await rows(page))[2], /^3 Line\s+5, −1/);
+    await page.locator("#paths-copy").click();
+    assert.equal(await page.locator("#paths-copied").innerText(), "stepwright gcode examples/gcode/badge.nc");
+    assert.deepEqual(faults, []);
+    await context.close();
+  },
+
+  async "the first mistake is told with its line and column, and shown"() {
+    const { page, faults, context } = await open(url);
+    const text = "G21 G90\nG1 F600 X10\nG1 X5 F-1\nG5\n";
+    await drop(page, "wrong.NC", text);
+    await wrong(page).getByText("wrong.NC, line 3, column 7: error 4: F is negative: write 0 or more").waitFor();
+    assert.equal(await wrong(page).count(), 1);
+    assert.ok(await page.locator("#paths-go").isDisabled());
+    const area = page.locator("#paths-text");
+    assert.equal(await area.evaluate((one) => one.value.slice(one.selectionStart, one.selectionEnd)), "F-1");
+    // What is mended is drawn; then the next mistake is the first.
+    await area.fill(text.replace("F-1", "F1"));
+    await wrong(page).getByText("wrong.NC, line 4, column 1: error 20").waitFor();
+    await area.fill(text.replace("F-1", "F100").replace("G5\n", ""));
+    await page.locator("#paths-sum").getByText(/^2 parts/).waitFor();
+    assert.equal(await wrong(page).count(), 0);
+    // A cycle file is one again, with its own player.
+    await page.locator("#paths-file").selectOption({ label: "triangle.toml" });
+    await page.locator("#paths-sum").getByText("4 parts, 78.336 s").waitFor();
+    assert.match(await page.locator("#paths-player").innerText(), /takes travels, no paths/);
+    assert.equal(await page.locator("#paths-facts dt").count(), 0);
+    assert.deepEqual(faults.filter((one) => !one.includes("422")), []);
+    await context.close();
+  },
+
+  async "a job of 100,000 lines freezes nothing, runs, and brakes at a stop"() {
+    const { page, faults, context } = await open(url);
+    // The longest time between two frames.
+    await page.evaluate(() => {
+      let before = performance.now();
+      globalThis.longest = 0;
+      const look = (now) => ((globalThis.longest = Math.max(globalThis.longest, now - before)), (before = now), requestAnimationFrame(look));
+      requestAnimationFrame(look);
+    });
+    await drop(page, "long.nc", LONG);
+    await until("it is timed", async () => (await page.locator("#paths-facts dt").count()) > 3);
+    assert.match(await fact(page, "Time"), /^1907\.\d{6} s \(31:47 min\)$/);
+    assert.match(await fact(page, "Lines"), /^100000, /);
+    console.log(`  100,000 lines: ${(await page.evaluate(() => globalThis.longest)).toFixed(0)} ms without a frame`);
+    const sizes = await page.evaluate(() => {
+      const { sheet } = document.getElementById("paths").view;
+      return [sheet.times.length, sheet.rows.length, document.getElementById("paths-text").value.length];
+    });
+    assert.ok(sizes[0] <= 20_400 && sizes[1] <= 400 && sizes[2] < 10_000, `${sizes}`);
+    assert.match((await rows(page))[0], /^Lines 2 to 251/);
+    // A part shows its lines.
+    await page.locator("#paths-legs button").nth(100).click();
+    assert.match(await page.locator("#paths-long").textContent(), /^Lines 24942 to 25062 of 100001\./);
+    await until("it can be run", () => page.locator("#paths-go").isEnabled());
+    await page.locator("#paths-go").click();
+    await until("it is on its way", async () => {
+      const now = await report(url);
+      return now?.name === "long.nc" && now.seconds > 1;
+    });
+    await page.locator("h1").click();
+    await page.keyboard.press("Space");
+    await ends(page, "stopped");
+    const { places } = await report(url);
+    assert.ok(Math.hypot(places[0], places[1]) > 20e6, `${places}`);
+    assert.deepEqual((await head(page)).places, places.map((place) => place / 1e6));
+    // A mistake far behind is shown where it is.
+    await drop(page, "long wrong.nc", LONG.replace("\nG1", "\nG0").replace(/\n([^\n]*)$/, "\nG1 X1 Q\n$1"));
+    await wrong(page).getByText("long wrong.nc, line 100001, column 7: error 2").waitFor();
+    assert.match(await page.locator("#paths-text").inputValue(), /\nG1 X1 Q\n/);
+    // What is longer than a server reads is not sent.
+    await page.evaluate(() => document.getElementById("paths").view.read(new File([new Uint8Array(5e6)], "huge.nc")));
+    await page.getByText("huge.nc is too long: at most 4 MB are drawn here").waitFor();
+    assert.deepEqual(faults.filter((one) => !one.includes("422")), []);
+    await context.close();
+  },
+
+  async "what the board can't do is drawn, and not run"() {
+    const machine = join(mkdtempSync(join(tmpdir(), "stepwright-")), "fast.toml");
+    writeFileSync(machine, '[axis.1]\nsteps-per-rev = 12800\nmm-per-rev = 40\ntop-speed = "500mm/s"\n');
+    const { child, said } = await start("page ", "serve", "--machine", machine, "--bind", "127.0.0.1:0", "--virtual");
+    const { page, faults, context } = await open(said);
+    await drop(page, "fast.nc", "G0 X400\nG1 F60 Y1");
+    await page.locator("#paths-refused").getByText("An Uno would refuse it: in line 1 X comes to").waitFor();
+    assert.ok(await page.locator("#paths-go").isDisabled());
+    assert.deepEqual(faults, []);
+    await context.close();
+    await end(child);
+  },
+
+  async "on a phone nothing of a job is cut off"() {
+    const { page, context } = await open(url, { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true });
+    await drop(page, "badge.nc", readFileSync(join(EXAMPLES, "badge.nc"), "utf8"));
+    await page.getByText("Corners that cost most").click();
+    const [wide, room] = await page.evaluate(() => [document.scrollingElement.scrollWidth, innerWidth]);
+    assert.ok(wide <= room, `${wide} in ${room}`);
+    await context.close();
+  },
+});
+
+/** A job, wide and narrow. */
+async function pictures() {
+  mkdirSync(folder, { recursive: true });
+  const { said: url } = await serve("--virtual");
+  for (const [size, scheme] of [["wide", "light"], ["phone", "dark"]]) {
+    const phone = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
+    const { page, context } = await open(url, { ...(size === "phone" ? phone : {}), colorScheme: scheme });
+    await drop(page, "badge.nc", readFileSync(join(EXAMPLES, "badge.nc"), "utf8"));
+    await seek(page, 18.4);
+    if (size === "wide") await page.locator("#paths-edit summary").click();
+    await page.locator("h1").click();
+    if (size === "phone") await page.evaluate(() => scrollTo(0, document.querySelector("#paths .right").offsetTop - 110));
+    await page.evaluate(() => new Promise((on) => requestAnimationFrame(() => requestAnimationFrame(on))));
+    await page.screenshot({ path: join(folder, `job-${size}-${scheme}.png`) });
+    await context.close();
+  }
+}
+
+let failed = 0;
+const { said: url } = await serve("--virtual");
+const free = () => until("control is free", async () => !(await (await fetch(`${url}api/state`)).json()).control?.live);
+try {
+  failed = await play(tests(url), free);
+  if (folder) await pictures();
+} finally {
+  await browser.close();
+  for (const child of running) child.kill("SIGKILL");
+}
+process.exitCode = failed ? 1 : 0;

@@ -18,7 +18,12 @@ pub struct Device<'q, E, const N: usize, const Q: usize> {
     motors: OrderedMotors<'q, E, N, Q>,
     supervisor: Supervisor,
     axes: u8,
+    /// Rounds that the next line may wait for planning yet.
+    patience: u8,
 }
+
+/// Rounds of the main loop that a line waits at most until all is planned: 25 ms of an Uno.
+const PATIENCE: u8 = 24;
 
 impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
     /// As at power-up. `axes` of the N are connected.
@@ -32,7 +37,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
     /// a static one takes no flash.
     #[inline(always)]
     pub const fn blank(motors: OrderedMotors<'q, E, N, Q>) -> Self {
-        Device { slave: Slave::blank(), motors, supervisor: Supervisor::OFF, axes: 0 }
+        Device { slave: Slave::blank(), motors, supervisor: Supervisor::OFF, axes: 0, patience: 0 }
     }
 
     /// Reads the settings, has everything follow them, and leaves the drivers
@@ -55,16 +60,29 @@ impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
 
     /// Takes a byte from the line: see [`Slave::receive`].
     pub fn receive(&mut self, byte: u8, panel: &mut impl BoardIo) {
-        let Device { slave, motors, supervisor, axes } = self;
+        let Device { slave, motors, supervisor, axes, .. } = self;
         slave.receive(byte, &mut DeviceMachine { motors, axes: *axes, supervisor, panel });
     }
 
     /// Obeys a line that is complete, or does one piece of starting an order: see
     /// [`Slave::work`]. True while the answer is not ready; the host is not silent, for it
     /// waits for that.
+    ///
+    /// A line that is no stop waits until everything has been [planned](Device::plan) once since
+    /// the line before it, for 24 calls at most. A change takes as long as the runs of some
+    /// milliseconds: several of them, one behind the other, would leave a queue dry.
     pub fn work(&mut self, panel: &mut impl BoardIo) -> bool {
-        let Device { slave, motors, supervisor, axes } = self;
-        let works = slave.work(&mut DeviceMachine { motors, axes: *axes, supervisor, panel });
+        let Device { slave, motors, supervisor, axes, patience } = self;
+        let can_wait = slave.can_wait();
+        let works = if can_wait && *patience != 0 {
+            *patience = patience.wrapping_sub(1);
+            true
+        } else {
+            if can_wait {
+                *patience = PATIENCE;
+            }
+            slave.work(&mut DeviceMachine { motors, axes: *axes, supervisor, panel })
+        };
         if works {
             self.supervisor.receive(panel);
         }
@@ -80,7 +98,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
     /// the last one is asked for: neither a line that takes long nor its answer is a silence.
     pub fn next_byte(&mut self, panel: &mut impl BoardIo) -> Option<u8> {
         self.supervisor.receive(panel);
-        let Device { slave, motors, supervisor, axes } = self;
+        let Device { slave, motors, supervisor, axes, .. } = self;
         slave.next_byte(&mut DeviceMachine { motors, axes: *axes, supervisor, panel })
     }
 
@@ -105,7 +123,11 @@ impl<'q, E: Control, const N: usize, const Q: usize> Device<'q, E, N, Q> {
 
     /// The other half: one piece of planning. True if there may be more.
     pub fn plan(&mut self) -> bool {
-        self.motors.plan()
+        let more = self.motors.plan();
+        if !more {
+            self.patience = 0;
+        }
+        more
     }
 
     /// The settings.

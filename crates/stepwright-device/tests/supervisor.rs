@@ -341,6 +341,33 @@ fn a_long_line_is_no_silence() {
     assert_eq!(rig.told("stop"), "--");
 }
 
+/// A change takes the time of several runs: the line behind it waits until these are planned, or for
+/// long enough. A stop does not.
+#[test]
+fn a_line_waits_until_all_is_planned_once_and_a_stop_does_not() {
+    // Calls until a line is obeyed.
+    fn obeyed(rig: &mut Rig, line: &str, plans: bool) -> u32 {
+        line.bytes().for_each(|byte| rig.device.receive(byte, &mut rig.panel));
+        let mut calls = 1;
+        while rig.device.work(&mut rig.panel) {
+            assert!(!rig.device.is_answering(), "{line}");
+            calls += 1;
+            while plans && rig.device.plan() {}
+        }
+        assert_eq!(rig.device.next_byte(&mut rig.panel), Some(b'Y'), "{line}");
+        while rig.device.next_byte(&mut rig.panel).is_some() {}
+        calls
+    }
+    rig!(rig);
+    rig.say("g+");
+    assert_eq!(obeyed(&mut rig, "t800\r", false), 1);
+    assert_eq!(obeyed(&mut rig, "t900\r", true), 2);
+    assert_eq!(obeyed(&mut rig, "t700\r", false), 25);
+    assert_eq!(obeyed(&mut rig, "Z\r", false), 1);
+    rig.plan();
+    assert_eq!(obeyed(&mut rig, "t600\r", false), 1);
+}
+
 #[test]
 fn time_wraps() {
     rig!(rig, Panel { millis: u32::MAX - 3, ..Panel::new() });

@@ -136,6 +136,13 @@ impl<const AXES: usize> Slave<AXES> {
         !self.waits
     }
 
+    /// Whether a line is complete that [`work`](Slave::work) obeys next, and that is no stop: who
+    /// is behind with planning may let it wait.
+    pub fn can_wait(&self) -> bool {
+        let stops = || matches!(self.line.look(), Some([b'Z' | b'K', ..]));
+        self.waits && !self.is_starting() && !stops()
+    }
+
     /// Takes a byte from the line. At a CR the line is complete, and
     /// [`work`](Slave::work) obeys it, once the last is answered. A byte that comes while it
     /// does not [listen](Slave::listens) spoils the line that waits.

@@ -272,10 +272,9 @@ impl Judge {
             if travel != Travel::By(0) {
                 expect = expect
                     .and(Expect::unless(self.blocked(n, travel.forward(), now), Reason::Fault));
+                // An axis that makes one step is in the way of the others, too.
                 let most = Limits { jerk: f64::INFINITY, ..limits }.peak(most_steps);
-                if most > 0.0 {
-                    fresh.push((n, limits.peak(steps), most));
-                }
+                fresh.push((n, limits.peak(steps), most));
             }
         }
         expect.and(self.fast(&fresh, now))

@@ -55,6 +55,10 @@ pub const NEAR: Ticks = 0x7F00;
 /// axes that begin together take over their next groups meanwhile.
 pub const LEAST: Ticks = 1200;
 
+/// Behind the last step of a travel, in ticks: late is what comes later than half of it. Three axes
+/// may step at once, with pulses of 20 µs that are held.
+const LAST: Ticks = 2 * LEAST;
+
 /// The most entries that one run becomes, with those of a run that was kept.
 pub const MOST: u8 = 3;
 

@@ -6,7 +6,7 @@ use crate::board::Board;
 use crate::clamp;
 use crate::control::Control;
 use crate::drive::Axes;
-use crate::motor::{Horizon, Motor};
+use crate::motor::{Horizon, Motor, Pass};
 use crate::order::{Change, Refusal};
 use crate::planner::{Clock, Layout, Load, Work};
 use crate::queue::Producer;
@@ -104,6 +104,9 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// longer. A travel that has to turn brakes to rest and goes back by itself; its axis is busy
     /// all the while.
     ///
+    /// A change of several axes is judged by their top speeds, whether they reach them or not: to look
+    /// for what each reaches takes as long as some runs, and nothing is planned meanwhile.
+    ///
     /// # Errors
     /// [`Refusal`], and all goes on as it was.
     pub fn change(
@@ -121,12 +124,13 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         let mut loads = self.loads;
         // (Any: a constant to begin with would have a place in RAM.)
         let Some(mut copy) = self.motors.first().copied() else { return Ok(()) };
-        let (mut trial, mut done) = (true, false);
+        let alone = axes.is_power_of_two();
+        let (mut pass, mut done) = (if alone { Pass::Exact } else { Pass::Quick }, false);
         loop {
             let mut left = axes;
             for (motor, load) in self.motors.iter_mut().zip(&mut loads) {
                 if left & 1 != 0 {
-                    let motor = if trial {
+                    let motor = if pass != Pass::Real {
                         copy.set(motor);
                         &mut copy
                     } else if done {
@@ -135,13 +139,13 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                     } else {
                         motor
                     };
-                    let whole = motor.change(&self.given.clock, &change, load, trial)?;
+                    let whole = motor.change(&self.given.clock, &change, load, pass)?;
                     // Of one axis the copy is what it is to be.
-                    done = trial && whole && axes.is_power_of_two();
+                    done = whole && pass == Pass::Exact;
                 }
                 left >>= 1;
             }
-            if !trial {
+            if pass == Pass::Real {
                 self.work.drop();
                 return Ok(());
             }
@@ -153,7 +157,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                 }
             }
             self.loads = loads;
-            trial = false;
+            pass = Pass::Real;
         }
     }
 

@@ -59,6 +59,17 @@ enum Leg {
     Next,
 }
 
+/// How a change is made.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pass {
+    /// It has been tried.
+    Real,
+    /// It is tried, and its top speed counts, whether the travel reaches that or not.
+    Quick,
+    /// It is tried, and the speed counts that the travel reaches.
+    Exact,
+}
+
 /// How far ahead to plan.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Horizon {
@@ -146,10 +157,10 @@ impl<const Q: usize> Motor<Q> {
     ) -> Result<(), Unfit> {
         let mut next = Layout::Check;
         if piece == Layout::Load {
-            load.peak = self.planner.peak();
+            load.peak = if self.left == 0 { 0 } else { self.planner.peak() };
             next = Layout::Runs;
         } else if piece == Layout::Runs {
-            load.runs = self.planner.runs(load.peak);
+            load.runs = self.planner.runs(load.peak, true);
         } else {
             next = self.planner.lay(clock, piece, self.left.unsigned_abs())?;
             // A piece of its own.
@@ -192,7 +203,7 @@ impl<const Q: usize> Motor<Q> {
         clock: &Clock,
         change: &Change,
         load: &mut Load,
-        trial: bool,
+        pass: Pass,
     ) -> Result<bool, Unfit> {
         // What is planned to its end rests there first.
         let open = self.is_open() && self.planner.steps_left() != 0;
@@ -205,7 +216,8 @@ impl<const Q: usize> Motor<Q> {
             }
         }
         let mut beyond = self.beyond;
-        *load = Load::NONE;
+        // What is queued moves, and is over within the horizon.
+        *load = Load::QUEUED;
         if open && self.leg == Leg::Braking {
             // A stop has no target to come back to, or to speed up for.
             self.planner.stop();
@@ -215,7 +227,12 @@ impl<const Q: usize> Motor<Q> {
         }
         let mut left = self.left;
         if open {
-            *load = self.planner.load();
+            if pass == Pass::Exact {
+                self.planner.seek();
+            }
+            if pass != Pass::Real {
+                *load = self.planner.load();
+            }
             if self.planner.is_endless() {
                 return Ok(true);
             }
@@ -228,7 +245,7 @@ impl<const Q: usize> Motor<Q> {
         if beyond {
             return Err(Unfit::TooLong);
         }
-        let turns = trial && left != 0;
+        let turns = pass != Pass::Real && left != 0;
         if turns {
             self.planner.lay_out_again(left.unsigned_abs());
             let next = self.planner.load();

@@ -255,12 +255,12 @@ impl Planner {
         if ends { Ok(Layout::Rise) } else { Err(Unfit::TooGentle) }
     }
 
-    /// The highest speed from here on, in 0.001 steps/s, rounded up; 0 if
-    /// nothing is left.
+    /// The highest speed from here on, in 0.001 steps/s, rounded up; 1 if nothing is left to plan,
+    /// for what is queued moves.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn peak(&self) -> u32 {
         if self.steps_left() == 0 {
-            return 0;
+            return Load::QUEUED.peak;
         }
         let top = if self.is_again() { &self.top } else { &self.v_top };
         let peak = if top.at_least(&self.v) { top } else { &self.v };

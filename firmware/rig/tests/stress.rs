@@ -5,27 +5,19 @@ mod common;
 use common::{board, image};
 use stepwright_rig::Board;
 use stepwright_rig::stress::{play, story};
-use stepwright_stress::{Rule, Rules, Sum};
-
-/// Rules that some stories of a chip break yet, one in 1,200: docs/reliability.md has them. What
-/// explains a late step is no order that moves too far, and no wrong position.
-const OPEN: [Rule; 2] = [Rule::Late, Rule::Fall];
-/// Of 200 stories these many may: which one has a late step changes with the code's layout.
-const MOST: usize = 1;
+use stepwright_stress::{Rules, Sum};
 
 #[test]
 fn stories_are_clean() {
     let (board, image) = (board(), image());
-    let (mut sum, mut open) = (Sum::default(), Vec::new());
+    let mut sum = Sum::default();
     for seed in 0..200 {
         let story = story(board, seed);
         match play(board, &image, &story, Rules::default()) {
             Ok(one) => sum = sum.plus(one),
-            Err(fault) if OPEN.contains(&fault.rule) => open.push(format!("{seed}: {fault}")),
             Err(fault) => panic!("# seed {seed}: {fault}\n{story}"),
         }
     }
-    assert!(open.len() <= MOST, "{open:#?}");
     assert!(sum.steps > 1000 && sum.noise > 0, "{sum:?}");
 }
 
@@ -42,7 +34,7 @@ fn kept_stories_are_clean() {
         told.unwrap_or_else(|fault| panic!("{}: {fault}", path.display()));
         count += 1;
     }
-    assert!(count >= 7, "{count}");
+    assert!(count >= 15, "{count}");
 }
 
 /// The board works longer on an order than its lease lasts: the host is not silent meanwhile.

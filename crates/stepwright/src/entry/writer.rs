@@ -1,6 +1,6 @@
 //! Runs become entries.
 
-use super::{Entry, Events, LEAST, NEAR, Wiring, bytes};
+use super::{Entry, Events, LAST, LEAST, NEAR, Wiring, bytes};
 use crate::format;
 use crate::run::Run;
 use crate::units::Ticks;
@@ -106,7 +106,7 @@ impl Writer {
         }
         self.flush(to);
         if self.due == Due::Step {
-            self.wait(LEAST, 0, to);
+            self.wait(LAST, 0, to);
         }
         self.forget();
     }

@@ -12,9 +12,13 @@ use crate::num::hand;
 impl Planner {
     /// Lays the travel out again from the last pulse handed out: this many steps
     /// to its target, less than 0 if that lies behind. It brakes where it would
-    /// overshoot.
+    /// overshoot. What it can reach is sought as its runs are planned.
     pub(crate) fn resume(&mut self, left: i32) {
         self.go_on(left.max(0) as u32);
+    }
+
+    /// Seeks it at once: for who asks what is left. Bent ramps first have to end.
+    pub(crate) fn seek(&mut self) {
         while self.is_straight() && self.is_again() {
             self.divide_again();
         }

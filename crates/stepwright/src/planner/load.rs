@@ -16,8 +16,10 @@
 //! A travel that starts above v* takes fewer in the steady course, and is judged alike: its ramps are
 //! short, a few runs from start to end, and a stop on the way has as many more to plan in that time.
 //!
-//! A straight ramp of less than four steps asks for none: it and the other one wait in the queue as
-//! a whole. With a limit of jerk a run takes twice the time, and near rest is shorter: four times as
+//! A straight ramp of less than four steps waits in the queue as a whole; the gentler one of a travel
+//! counts then, if that has more. If not, half of the travel's runs are queued before it starts, and
+//! v/2 a second are asked for, on the way v; none if all of it waits in the queue, or if its level leaves the time to
+//! plan the fall, 15 ms. With a limit of jerk a run takes twice the time, and near rest is shorter: four times as
 //! many are counted. There the acceleration is √(2J·v) at most, so that both meet no later than at
 //!
 //! ```text
@@ -35,14 +37,16 @@ use crate::num::{Num, hand, whole};
 /// What a travel asks of its board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Load {
-    /// The highest speed from now on, in 0.001 steps/s; 0 if nothing is left.
+    /// The highest speed from now on, in 0.001 steps/s; 1 for what is queued, 0 for what rests.
     pub(crate) peak: u32,
-    /// Runs a second that its steepest ramp asks for.
+    /// Runs a second that its ramps ask for.
     pub(crate) runs: u16,
 }
 
 impl Load {
     pub(crate) const NONE: Load = Load { peak: 0, runs: 0 };
+    /// Nothing is left to plan, but for the steps of the axis.
+    pub(crate) const QUEUED: Load = Load { peak: 1, runs: 0 };
 
     /// Runs a second whose time it takes from the ramps of another axis: of its own ramps, or of
     /// its steps once it is fast.
@@ -54,10 +58,15 @@ impl Load {
 /// A logarithm to base 2, in 1/256.
 type Log = i16;
 
+/// A ramp of fewer steps is short; the first four behind the beginning wait in any queue as a whole.
+const FEW: u32 = 4;
+
 /// From a slope, 2a in 10⁻⁶ (steps/s)², to K·a in steps/s^2.5.
-const K: Log = 2_989;
+const K: Log = 2_985;
 /// From 0.001 steps/s to steps/s.
 const MILLI: Log = 2_551;
+/// To a half.
+const HALF: Log = 256;
 /// From a quarter of that of half a jerk, in steps per (1000 s)³, to v* in steps/s.
 const BEND: Log = -600;
 
@@ -65,32 +74,57 @@ impl Planner {
     /// What is left of the travel asks for.
     pub(crate) fn load(&self) -> Load {
         let peak = self.peak();
-        Load { peak, runs: self.runs(peak) }
+        Load { peak, runs: self.runs(peak, false) }
     }
 
-    /// Runs a second on its steepest ramp, up to this speed.
+    /// Runs a second on its steepest ramp that counts, up to this speed. It has yet to begin, or it
+    /// is changed on the way: then no queue waits until it is full.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn runs(&self, peak: u32) -> u16 {
-        let steepest = if self.a2.at_least(&self.d2) { &self.a2 } else { &self.d2 };
-        if peak == 0 || steepest.is_zero() {
+    pub(crate) fn runs(&self, peak: u32, begins: bool) -> u16 {
+        let (a2, d2) = (&self.a2, &self.d2);
+        let (mut slope, gentle) = if a2.at_least(d2) { (a2, d2) } else { (d2, a2) };
+        if peak <= Load::QUEUED.peak || slope.is_zero() {
             return 0;
         }
+        let straight = self.is_straight();
         let top = whole(peak).number();
-        let least = hand(&self.v_end).square().number();
-        let steps = hand(&top).square().minus(&least).over(steepest);
-        if steps.below(2) && (self.is_straight() || self.v_end.at_least(&top)) {
-            return 0;
+        let mut runs = log(&top).wrapping_sub(MILLI);
+        // What speed² grows by in a step of a ramp that takes four. (To divide takes too long for a
+        // piece of an order.)
+        let mut four = hand(&self.v_end).square().number();
+        hand(&top).square().minus(&four).scaled(-2).to(&mut four);
+        let mut short = !four.at_least(slope);
+        if short {
+            if self.v_end.at_least(&top) {
+                return 0;
+            }
+            // The other one counts, unless it is as short.
+            if straight {
+                slope = gentle;
+                short = slope.is_zero() || !four.at_least(slope);
+            }
         }
-        let (slope, top) = (log(steepest), log(&top));
-        let slope = slope.wrapping_sub(K).max(0);
-        // · 0.4, within 16 bits.
-        let meeting = ((slope as u16 >> 3).wrapping_mul(51) >> 4) as Log;
-        let mut runs = meeting.min(top.wrapping_sub(MILLI));
-        if !self.is_straight() {
+        // What is left on the way may be too short for the top speed that it is judged by.
+        if straight && (short || !begins && self.steps_left() < 2 * FEW) {
+            // Its runs are steps, however gentle it is.
+            // 0.001 steps/s over 2¹⁶ are the steps of 15 ms.
+            if begins && self.steps_left() <= FEW || self.level >= peak >> 16 {
+                return 0;
+            }
+            if begins {
+                runs = runs.wrapping_sub(HALF);
+            }
+        } else {
+            let slope = log(slope).wrapping_sub(K).max(0);
+            // · 0.4, within 16 bits.
+            let meeting = ((slope as u16 >> 4).wrapping_mul(51) >> 3) as Log;
+            runs = runs.min(meeting);
+        }
+        if !straight {
             runs = runs.min((log(self.curve.half_jerk()) >> 2).wrapping_add(BEND));
         }
         let runs = power(runs);
-        if self.is_straight() { runs } else { runs.saturating_mul(4) }
+        if straight { runs } else { runs.saturating_mul(4) }
     }
 }
 
@@ -99,14 +133,10 @@ fn log(n: &Num) -> Log {
     n.exponent().wrapping_shl(8) | n.fraction() as Log
 }
 
-/// 2 to that power, rounded down; at most 2¹⁵.
+/// 2 to that power, rounded down; less than 2¹⁶.
 fn power(log: Log) -> u16 {
     let [fraction, exponent] = log.max(0).to_le_bytes();
-    match exponent {
-        0..=7 => (0x100 | u16::from(fraction)) >> (8 - exponent),
-        8..=14 => (0x100 | u16::from(fraction)) << (exponent - 8),
-        _ => 1 << 15,
-    }
+    ((0x100 | u32::from(fraction)) << exponent.min(15) >> 8) as u16
 }
 
 #[cfg(test)]
@@ -121,15 +151,21 @@ mod tests {
     const CLOCK: Clock = Clock::new(Rate::MHZ, &Fit::board(Rate::MHZ));
 
     fn load(start: u32, top: u32, accel: u32, jerk: Option<u64>) -> Load {
-        let ramp = Ramp::Accel(Accel::from_steps(accel).unwrap());
-        let speed = |steps| Speed::from_steps(steps).unwrap();
         let jerk = jerk.map(|jerk| Jerk::from_steps(jerk).unwrap());
-        let travel = Travel::Endless(true);
+        load_of(start, top, [accel; 2], jerk, Travel::Endless(true))
+    }
+
+    fn load_of(start: u32, top: u32, slopes: [u32; 2], jerk: Option<Jerk>, travel: Travel) -> Load {
+        let [up, down] = slopes.map(|accel| Ramp::Accel(Accel::from_steps(accel).unwrap()));
+        let speed = |steps| Speed::from_steps(steps).unwrap();
         let (start, top) = (speed(start), speed(top));
+        laid(&Order { start, top, up, down, jerk, travel }).load()
+    }
+
+    fn laid(order: &Order) -> Planner {
         let mut planner = Planner::IDLE;
-        let order = Order { start, top, up: ramp, down: ramp, jerk, travel };
-        planner.lay_out(&CLOCK, &order).unwrap();
-        planner.load()
+        planner.lay_out(&CLOCK, order).unwrap();
+        planner
     }
 
     proptest! {
@@ -161,6 +197,53 @@ mod tests {
         assert_eq!(load(5_000, 5_000, 20_000, None), Load { peak: 5_000_000, runs: 0 });
         assert_eq!(load(5_000, 5_000, 20_000, sharp), Load { peak: 5_000_000, runs: 0 });
         assert_eq!(load(0, 1_000, 200_000, None), Load { peak: 1_000_000, runs: 0 });
+    }
+
+    /// The steep one has less than four steps, up or down.
+    #[test]
+    fn the_gentler_ramp_counts_where_the_steeper_one_is_short() {
+        for slopes in [[100_000_000, 826_814], [826_814, 100_000_000]] {
+            let Load { peak, runs } = load_of(0, 113_952, slopes, None, Travel::By(18));
+            assert!((5_200_000..5_300_000).contains(&peak), "{peak}");
+            // (612 · 826,814)^0.4
+            assert!((2_850..=3_520).contains(&runs), "{runs}");
+        }
+        let gentle = load(0, 2_000, 20_000, None);
+        assert_eq!(load_of(0, 2_000, [20_000, 90_000_000], None, Travel::Endless(true)), gentle);
+        let both = load_of(0, 2_000, [600_000, 90_000_000], None, Travel::Endless(true));
+        assert_eq!(both.runs, 0);
+    }
+
+    /// Ramps of three steps each way up to 5,055 steps/s, and what lies between them.
+    #[test]
+    fn short_ramps_count_where_the_queue_does_not_hold_them() {
+        let runs = |pulses, begins| {
+            let (start, top) = (Speed::ZERO, Speed::from_steps(5_055).unwrap());
+            let (up, travel) = (Ramp::Steps(3), Travel::By(pulses));
+            let planner = laid(&Order { start, top, up, down: up, jerk: None, travel });
+            f64::from(planner.runs(planner.peak(), begins))
+        };
+        for (pulses, begins, exact) in
+            [(10, true, 2_527.0), (83, true, 2_527.0), (10, false, 5_055.0)]
+        {
+            let near = 0.94 * exact..=1.16 * exact;
+            assert!(near.contains(&runs(pulses, begins)), "{pulses}: {}", runs(pulses, begins));
+        }
+        // All of it waits in the queue, which nobody waits for on the way; or the level is long.
+        assert_eq!(runs(5, true), 0.0);
+        assert!(runs(5, false) > 2_900.0);
+        assert_eq!((runs(90, true), runs(90, false)), (0.0, 0.0));
+    }
+
+    /// As steep as 2 steps from rest to 262,566 steps/s: no number wraps.
+    #[test]
+    fn the_steepest_ramp_counts_by_its_jerk() {
+        let (start, top) = (Speed::from_steps(50).unwrap(), Speed::from_steps(262_566).unwrap());
+        let jerk = Some(Jerk::from_steps(31_488_493).unwrap());
+        let (up, travel) = (Ramp::Steps(2), Travel::By(-409));
+        let runs = laid(&Order { start, top, up, down: up, jerk, travel }).load().runs;
+        // 4 · (612 · √2J)^0.5
+        assert!((8_200..=10_300).contains(&runs), "{runs}");
     }
 
     /// The acceleration, steep as it may be, is not reached in the steps of the first runs.

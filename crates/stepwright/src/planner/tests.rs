@@ -134,8 +134,8 @@ fn slow(start: u32, top: u32, travel: i32) -> Order {
 fn a_peak_is_rounded_up() {
     let clock = Clock::new(Rate::from_hz(16_000_000).unwrap(), &Fit::EXACT);
     let mut planner = Planner::IDLE;
-    // One step up at 1 step/s²: √2 steps/s; two: 2 steps/s, exactly.
-    for (travel, peak) in [(3, 1_415), (5, 2_000), (1, 0)] {
+    // One step up at 1 step/s²: √2 steps/s; two: 2 steps/s, exactly. One alone is a step yet.
+    for (travel, peak) in [(3, 1_415), (5, 2_000), (1, 1)] {
         planner.lay_out(&clock, &slow(0, 1_000_000, travel)).unwrap();
         assert_eq!(planner.peak(), peak, "{travel} pulses");
     }

@@ -4,9 +4,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
+use stepwright_keeper::pulses::PlannedPins;
 use stepwright_keeper::report::{BoardSheet, LiveState, PlannedCurve};
+use stepwright_keeper::scope::ScopeSource;
 use stepwright_keeper::{Declined, Hand, Job, JobQueue, KeeperDesk, Wish};
 
+use crate::edges::Edges;
 use crate::ticket::{Stage, Ticket};
 use crate::track::Tracks;
 
@@ -35,6 +38,15 @@ pub enum Next {
     Pass(Duration),
     /// Brake everything, and end.
     Leave,
+}
+
+/// Where the edges of pins come from.
+#[derive(Clone)]
+pub enum Probe {
+    /// A virtual board's pins.
+    Pins(Edges),
+    /// The pulses that were planned, where only a line leads to the board.
+    Plans(Arc<PlannedPins>),
 }
 
 /// What somebody waits for.
@@ -94,6 +106,7 @@ struct Told {
     state: LiveState,
     notes: Vec<String>,
     recorders: Vec<Weak<Tracks>>,
+    probe: Option<Probe>,
 }
 
 impl Desk {
@@ -108,7 +121,14 @@ impl Desk {
             leaves: AtomicBool::new(false),
             work: Mutex::default(),
             worked: Condvar::new(),
-            told: Mutex::new(Told { met: Met::NotYet, sheet, state, notes, recorders }),
+            told: Mutex::new(Told {
+                met: Met::NotYet,
+                sheet,
+                state,
+                notes,
+                recorders,
+                probe: None,
+            }),
             heard: Condvar::new(),
         }
     }
@@ -249,6 +269,16 @@ impl Desk {
         self.told().state.clone()
     }
 
+    /// Edges of pins come from here.
+    pub fn probe(&self, probe: Probe) {
+        self.told().probe = Some(probe);
+    }
+
+    /// Where edges of pins come from.
+    pub fn probed(&self) -> Option<Probe> {
+        self.told().probe.clone()
+    }
+
     /// What people should know, once.
     pub fn take_notes(&self) -> Vec<String> {
         std::mem::take(&mut self.told().notes)
@@ -314,5 +344,9 @@ impl KeeperDesk for Desk {
 
     fn plan(&self, _: PlannedCurve) {}
 
-    fn unplan(&self, _: u8) {}
+    fn unplan(&self, axis: u8) {
+        if let Some(Probe::Plans(pulses)) = self.probed() {
+            pulses.unplan(axis, self.time());
+        }
+    }
 }

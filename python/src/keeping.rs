@@ -15,7 +15,7 @@ use stepwright_keeper::{Declined, Keeper, KeptBoard};
 use stepwright_protocol::LeaseMillis;
 use stepwright_sim::Switch;
 
-use crate::desk::{Desk, Met, Next};
+use crate::desk::{Desk, Met, Next, Probe};
 use crate::machine::Machine;
 
 /// The way to a board.
@@ -44,6 +44,9 @@ pub fn keep(way: &Way, lease: LeaseMillis, desk: Arc<Desk>) {
         leases_travels: true,
     };
     let mut keeper = Keeper::new(desk.clone(), board);
+    if !matches!(way, Way::Virtual { .. }) {
+        desk.probe(Probe::Plans(keeper.pulses()));
+    }
     match attend(&mut session, &mut keeper, &desk) {
         Ok(()) => ended(&desk, None),
         Err(trouble) => ended(&desk, Some(keeper.lose(&trouble))),
@@ -82,6 +85,7 @@ fn open(way: &Way, desk: &Arc<Desk>) -> Result<Session, Declined> {
         }
         Way::Virtual { fast, switches } => {
             let machine = Machine::new(switches.clone());
+            desk.probe(Probe::Pins(machine.edges()));
             (Box::new(VirtualLink::new(machine, *fast)), "the virtual board".to_owned())
         }
     };

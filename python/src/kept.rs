@@ -1,7 +1,8 @@
 //! The classes that Python holds: a board that is kept, an order, a recorder.
 
 use std::process;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -9,11 +10,12 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use serde::Serialize;
+use stepwright_keeper::scope::{ScopeFile, ScopeRecord, ScopeSource};
 use stepwright_keeper::{Declined, Job, KeeperDesk, Wish, asked};
 use stepwright_protocol::{LeaseMillis, Selection};
 use stepwright_sim::Switch;
 
-use crate::desk::{Awaited, Desk, HAND, Met};
+use crate::desk::{Awaited, Desk, HAND, Met, Probe};
 use crate::keeping::{self, Way};
 use crate::ticket::{Stage, Ticket};
 use crate::track::Tracks;
@@ -234,7 +236,7 @@ impl Kept {
         let desk = self.desk()?.clone();
         let tracks = Arc::new(Tracks::default());
         desk.record(&tracks);
-        Ok(Recorder { desk, tracks })
+        Ok(Recorder::begin(desk, tracks))
     }
 }
 
@@ -301,13 +303,63 @@ impl Order {
 pub struct Recorder {
     desk: Arc<Desk>,
     tracks: Arc<Tracks>,
+    began: f64,
+    /// The pins, once it has ended.
+    pins: Mutex<Option<ScopeRecord>>,
+    ended: AtomicBool,
+}
+
+impl Recorder {
+    fn begin(desk: Arc<Desk>, tracks: Arc<Tracks>) -> Recorder {
+        if let Some(Probe::Pins(edges)) = desk.probed() {
+            edges.begin();
+        }
+        let (began, pins) = (desk.time(), Mutex::new(None));
+        Recorder { desk, tracks, began, pins, ended: AtomicBool::new(false) }
+    }
+
+    /// The pins from its beginning until now.
+    fn look(&self) -> Option<ScopeRecord> {
+        let now = self.desk.time();
+        let long = now - self.began;
+        self.desk.probed().map(|probe| match probe {
+            Probe::Pins(edges) => edges.record(long, now),
+            Probe::Plans(plans) => plans.record(long, now),
+        })
+    }
+
+    fn end(&self) {
+        if self.ended.swap(true, Ordering::SeqCst) {
+            return;
+        }
+        self.desk.end_record(&self.tracks);
+        *self.pins.lock().unwrap_or_else(PoisonError::into_inner) = self.look();
+        if let Some(Probe::Pins(edges)) = self.desk.probed() {
+            edges.end();
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.end();
+    }
 }
 
 #[pymethods]
 impl Recorder {
     /// Sees no more.
     fn stop(&self) {
-        self.desk.end_record(&self.tracks);
+        self.end();
+    }
+
+    /// The pins as a file: `vcd`, `csv`, `mcap`.
+    fn pins<'py>(&self, py: Python<'py>, ending: &str) -> PyResult<Bound<'py, PyByteArray>> {
+        let kind = ScopeFile::named(ending);
+        let kind = kind.ok_or_else(|| PyValueError::new_err("it is vcd, csv or mcap"))?;
+        let ended = self.pins.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let record = ended.or_else(|| self.look()).unwrap_or_default();
+        Ok(PyByteArray::new(py, &kind.of(&record)?))
     }
 
     /// Axes that were seen.

@@ -11,18 +11,24 @@
 //! | `desk` | what stands between Python's threads and the board's |
 //! | `ticket` | an order that was given, and what becomes of it |
 //! | `keeping` | the board's thread |
-//! | `machine` | the virtual board, with switches |
+//! | `machine`, `edges` | the virtual board, with switches; the edges of its pins |
 //! | `track` | what a recorder writes down |
 //! | `units` | texts with units, as steps |
+//! | `machine_file` | what stands in `stepwright.toml` |
+//! | `plan`, `gcode` | travels and jobs on paper |
 //!
 //! Requests and answers are those of `stepwright serve`, as JSON: one list of what may be asked, for
 //! HTTP, JavaScript and Python.
 
 mod bell;
 mod desk;
+mod edges;
+mod gcode;
 mod keeping;
 mod kept;
 mod machine;
+mod machine_file;
+mod plan;
 mod ticket;
 mod track;
 mod units;
@@ -37,5 +43,10 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<kept::Order>()?;
     module.add_class::<kept::Recorder>()?;
     module.add_class::<units::Scale>()?;
+    module.add_class::<plan::Planned>()?;
+    module.add_function(wrap_pyfunction!(machine_file::read_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(machine_file::read_lease, module)?)?;
+    module.add_class::<gcode::Job>()?;
+    module.add("PHASES", plan::PHASES.map(|phase| phase.name()))?;
     Ok(())
 }

@@ -3,17 +3,20 @@
 use stepwright_host::link::simulated::Simulated;
 use stepwright_sim::{AXES, Description, Edge, Queues, Recorder, Shaft, Switch, VirtualBoard};
 
+use crate::edges::Edges;
+
 /// Between two looks at the switches, in µs.
 const LOOK: u32 = 100;
 
-/// The shafts of the motors.
-struct Shafts([Shaft; AXES]);
+/// The shafts of the motors, and the edges that move them.
+struct Shafts([Shaft; AXES], Edges);
 
 impl Recorder for Shafts {
     fn edge(&mut self, edge: Edge) {
         if let Some(shaft) = self.0.get_mut(usize::from(edge.axis)) {
             shaft.follow(edge);
         }
+        self.1.edge(edge);
     }
 }
 
@@ -22,22 +25,30 @@ pub struct Machine {
     board: VirtualBoard<'static, u16, Shafts>,
     description: Description,
     switches: Vec<Switch>,
+    edges: Edges,
 }
 
 impl Machine {
+    /// The edges of its pins, while they are recorded.
+    pub fn edges(&self) -> Edges {
+        self.edges.clone()
+    }
+
     /// Switches one on. What it needs for its queues stays allocated.
     pub fn new(switches: Vec<Switch>) -> Machine {
         let queues = Box::leak(Box::<Queues>::default());
         let description = Description::uno();
+        let edges = Edges::new(&description);
         let mut axis = 0;
         let shafts = [(); AXES].map(|()| {
             axis += 1;
             Shaft::of(&description, axis - 1)
         });
         Machine {
-            board: VirtualBoard::new(queues, description, Shafts(shafts)),
+            board: VirtualBoard::new(queues, description, Shafts(shafts, edges.clone())),
             description,
             switches,
+            edges,
         }
     }
 
@@ -74,6 +85,7 @@ impl Simulated for Machine {
         }
         self.board.run_until(time);
         self.set_switches();
+        self.edges.pass(self.board.now());
     }
 
     fn receive(&mut self, byte: u8) {

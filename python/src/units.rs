@@ -10,8 +10,8 @@ use stepwright_units::{AccelArg, DistanceArg, JerkArg, MachineUnit, MmArg, Speed
 /// How the steps of an axis relate to the world.
 #[pyclass(frozen, module = "stepwright_motion._native")]
 pub struct Scale {
-    geometry: Geometry,
-    unit: Option<MachineUnit>,
+    pub(crate) geometry: Geometry,
+    pub(crate) unit: Option<MachineUnit>,
 }
 
 fn wrong(why: impl Display) -> PyErr {

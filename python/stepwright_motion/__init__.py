@@ -19,21 +19,29 @@ from ._errors import (
     Stopped,
     Uncertain,
 )
+from ._gcode import Corner, Gcode, JobPlan, gcode
 from ._move import Move, Outcome
+from ._native import PHASES
 from ._native import VERSION as __version__
+from ._plan import Plan, plan
 from ._record import STATES, Recording, Track
 from ._settings import Settings
 
 __all__ = [
+    "PHASES",
     "STATES",
     "Axis",
     "Board",
     "CantOpen",
+    "Corner",
     "Ended",
+    "Gcode",
+    "JobPlan",
     "LinkLost",
     "Move",
     "Outcome",
     "OutOfRange",
+    "Plan",
     "Recording",
     "Refused",
     "Settings",
@@ -42,6 +50,8 @@ __all__ = [
     "Track",
     "Uncertain",
     "__version__",
+    "gcode",
     "open",
+    "plan",
     "virtual",
 ]

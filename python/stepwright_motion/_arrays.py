@@ -17,3 +17,29 @@ def array(data: bytearray, kind: str) -> Any:
     if numpy is None:
         return memoryview(data).cast(kind)
     return numpy.frombuffer(data, dtype=_NUMPY[kind])
+
+
+def cumulated(values: Any) -> Any:
+    """The sums of the first, of the first two, …, as whole numbers."""
+    if numpy is None:
+        from array import array as plain
+        from itertools import accumulate
+
+        return plain("Q", accumulate(values))
+    return numpy.cumsum(values, dtype="uint64")
+
+
+def scaled(values: Any, factor: float) -> Any:
+    """These numbers times a factor, as doubles."""
+    if numpy is None:
+        from array import array as plain
+
+        return plain("d", (value * factor for value in values))
+    return numpy.asarray(values) * factor
+
+
+def gradient(values: Any, over: Any) -> Any:
+    """The slope at each, by numpy."""
+    if numpy is None:
+        raise ImportError("this takes numpy: python3 -m pip install numpy")
+    return numpy.gradient(values, over) if len(values) > 1 else numpy.zeros(len(values))

@@ -10,6 +10,7 @@ from typing import Any, Iterator, Optional, Type, Union
 from ._axis import Axis
 from ._errors import LinkLost, StepwrightError
 from ._line import Line, place_of
+from ._machine import File, Machine
 from ._move import Move
 from ._native import Kept
 from ._quantity import Quantity, text
@@ -27,12 +28,14 @@ class Board:
     the board brakes after its lease, along its ramps, and its positions stay known.
     """
 
-    def __init__(self, line: Line):
+    def __init__(self, line: Line, machine: Machine):
         # What is below holds the line, and nothing holds the board: once nobody does, it is let go.
         self._line = line
         self.name = line.name
         """Its port."""
         self._axes = tuple(Axis(line, one["axis"]) for one in line.sheet()["axes"])
+        for axis in self._axes:
+            machine.set_up(axis)
         self.settings = Settings(line)
         """Its settings, as attributes."""
         _open.add(line)
@@ -197,24 +200,36 @@ class Board:
 def open(
     port: Optional[str] = None,
     *,
-    baud: int = 115_200,
-    lease: float = 1.0,
+    baud: Optional[int] = None,
+    lease: Optional[float] = None,
+    machine: Optional[File] = None,
 ) -> Board:
     """Opens the board on a serial port, or behind a plain socket: ``tcp://192.168.0.7:4000``.
 
-    ``"virtual"`` is a virtual board. ``lease`` is the silence in s after which the board brakes by
-    itself: this program has died, or the cable is pulled. Raises ``CantOpen``.
+    Without a port it is that of the machine file, or else a virtual board, which ``"virtual"``
+    always is. ``lease`` is the silence in s, 1 by default, after which the board brakes by itself:
+    this program has died, or the cable is pulled. ``machine`` is a machine file; without it the one
+    that the command takes here. Raises ``CantOpen``.
     """
+    file = Machine.find(machine)
+    port = file.port if port is None else port
     if port is None or port == "virtual":
-        return virtual(lease=lease)
-    return Board(Line(Kept.open(port, baud, round(lease * 1000), False, [])))
+        return virtual(lease=lease, machine=machine)
+    rate = baud or file.baud or 115_200
+    return Board(Line(Kept.open(port, rate, _millis(lease, file), False, [])), file)
+
+
+def _millis(lease: Optional[float], file: Machine) -> int:
+    seconds = file.lease if lease is None else lease
+    return round((1.0 if seconds is None else seconds) * 1000)
 
 
 def virtual(
     *,
     fast: bool = False,
     switches: Optional[dict[Union[int, str], int]] = None,
-    lease: float = 1.0,
+    lease: Optional[float] = None,
+    machine: Optional[File] = None,
 ) -> Board:
     """A virtual Uno in this process: the engine of the chip, with simulated pins.
 
@@ -222,10 +237,11 @@ def virtual(
     as it can be simulated. ``switches={"x": -1000}`` puts a limit switch on the machine, which an
     axis closes there and beyond, in steps.
     """
+    file = Machine.find(machine)
     places = []
     for axis, place in (switches or {}).items():
         places.append(f"{place_of(axis, 3) + 1}:{text(place, None, '')}")
-    board = Board(Line(Kept.open(None, 115_200, round(lease * 1000), fast, places)))
+    board = Board(Line(Kept.open(None, 115_200, _millis(lease, file), fast, places)), file)
     if places:
         board.settings.switches = sum(1 << (int(place.split(":")[0]) - 1) for place in places)
     return board

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import importlib
+import os
 import struct
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Iterator, Optional, Type, Union
@@ -114,7 +115,20 @@ class Recording:
                 yield (axis.number, *at, STATES[int(track.state[look])])
 
     def save(self, path: str) -> None:
-        """Writes a table: ``.csv``."""
+        """Writes a file, of the kind that its name ends with.
+
+        ``.csv``: every look, a row each. ``.vcd`` (GTKWave, PulseView) and ``.mcap`` (Foxglove,
+        PlotJuggler): the edges of STEP and DIR; of a real board, whose pins nobody sees, the pulses
+        as they were planned, of the last 10 s.
+        """
+        ending = os.path.splitext(path)[1].lower().lstrip(".")
+        if ending not in ("csv", "vcd", "mcap"):
+            raise ValueError(f"{path}: its name must end in .csv, .vcd or .mcap")
+        if ending != "csv":
+            data = self._recorder.pins(ending)
+            with open(path, "wb") as pins:
+                pins.write(data)
+            return
         with open(path, "w", newline="", encoding="utf-8") as file:
             table = csv.writer(file)
             table.writerow(("axis", "time", "position", "speed", "state"))

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import math
 import threading
 import time
+from pathlib import Path
 
 import pytest
+from conftest import Pty
 
 import stepwright_motion as sw
 
@@ -208,13 +211,48 @@ def test_a_recording_says_what_it_has_missed() -> None:
     assert int(missed) >= 20 and float(last) == 2000
 
 
-def test_a_recording_becomes_a_table(board: sw.Board, tmp_path: object) -> None:
+def test_a_recording_becomes_a_table(board: sw.Board, tmp_path: Path) -> None:
     with board.record() as log:
         board.x.move_to(100).wait()
     log.save(f"{tmp_path}/log.csv")
     rows = open(f"{tmp_path}/log.csv").read().splitlines()
     assert rows[0] == "axis,time,position,speed,state"
     assert len(rows) == 1 + sum(len(log[axis]) for axis in (1, 2, 3))
+
+
+def test_a_recording_has_every_edge_of_a_virtual_board(board: sw.Board, tmp_path: Path) -> None:
+    board.x.move_to(100).wait()
+    with board.record() as log:
+        board.x.move_to(400).wait()
+        board.y.move_to(-50).wait()
+    board.x.move_to(0).wait()  # which is none of it
+    log.save(f"{tmp_path}/log.vcd")
+    dump = (tmp_path / "log.vcd").read_text()
+    names = dict(line.split()[3:5] for line in dump.splitlines() if line.startswith("$var"))
+    changes = dump.split("$dumpvars")[1].split("$end", 1)[1].splitlines()
+    letters = {name: letter for letter, name in names.items()}
+    assert changes.count(f"1{letters['step1']}") == 300
+    assert changes.count(f"1{letters['step2']}") == 50
+    mcap = pytest.importorskip("mcap.reader")
+    log.save(f"{tmp_path}/log.mcap")
+    with open(f"{tmp_path}/log.mcap", "rb") as file:
+        messages = [
+            (channel.topic, json.loads(message.data))
+            for _, channel, message in mcap.make_reader(file).iter_messages()
+        ]
+    last = {topic: data["position"] for topic, data in messages if topic.startswith("/axis")}
+    assert (last["/axis1"], last["/axis2"]) == (300, -50)
+    with pytest.raises(ValueError, match=".csv, .vcd or .mcap"):
+        log.save(f"{tmp_path}/log.txt")
+
+
+def test_a_recording_of_a_real_board_has_the_planned_pulses(pty: Pty, tmp_path: Path) -> None:
+    with sw.open(pty.port) as board, board.record() as log:
+        board.x.move_to(400).wait()
+        log.save(f"{tmp_path}/log.vcd")
+    dump = (tmp_path / "log.vcd").read_text()
+    assert "planned" in dump.splitlines()[0]
+    assert sum(line == "1!" for line in dump.splitlines()) == 400
 
 
 def test_moves_are_awaited(board: sw.Board) -> None:

@@ -7,15 +7,13 @@ use std::ops::RangeInclusive;
 
 use serde_json::{Map, Value, json};
 use stepwright::Geometry;
+pub use stepwright_machine::STEPS_PER_REV;
 pub use stepwright_units::{
     AccelArg, DistanceArg, JerkArg, MachineUnit, MmArg, Rounded, SignedSpeedArg, SpeedArg,
 };
 use stepwright_units::{TURN, is_known, number_length};
 
 use crate::failure::Failure;
-
-/// The steps that a turn may have.
-pub const STEPS_PER_REV: RangeInclusive<u32> = 1..=10_000_000;
 
 /// A range as clap takes it.
 pub const fn bounds(range: RangeInclusive<u32>) -> RangeInclusive<i64> {

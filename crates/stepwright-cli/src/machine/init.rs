@@ -7,7 +7,7 @@ use stepwright_protocol::AxisId;
 use toml_edit::{DocumentMut, Item, Table, TableLike, value};
 
 use super::HERE;
-use super::file::{self, Machine};
+use super::file;
 use crate::failure::{Failure, unless_closed};
 use crate::order::target;
 use crate::{files, say};
@@ -76,7 +76,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         _ => String::new(),
     };
     // What is there is right before anything is asked.
-    Machine::parse(&before, &args.file)?;
+    file::parse(&before, &args.file)?;
     let mut file: DocumentMut = before
         .parse()
         .map_err(|error| Failure::new(format!("{}: {error}", args.file.display())))?;
@@ -106,7 +106,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
             if let Some(axis) = axis_of(&mut tried, number) {
                 set(axis, key, answer);
             }
-            match Machine::parse(&tried.to_string(), &args.file) {
+            match file::parse(&tried.to_string(), &args.file) {
                 Ok(_) => {
                     file = tried;
                     break;

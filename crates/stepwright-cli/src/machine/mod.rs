@@ -23,7 +23,7 @@ use clap::{ArgMatches, Command};
 use crate::failure::Failure;
 use crate::quantity::{DistanceArg, GeometryArgs, MachineUnit};
 use crate::say;
-use file::{About, Key, Machine, Values};
+use file::{About, Key, Values};
 use stepwright_keeper::report::{MachineSheet, MachineValue};
 use stepwright_protocol::AxisId;
 
@@ -127,7 +127,7 @@ pub fn read(
 
 /// The values of the file for the axis that was typed, or those that its axes have in common.
 fn values(text: &str, from: &Path, typed: &ArgMatches) -> Result<Values, Failure> {
-    let machine = Machine::parse(text, from)?;
+    let machine = file::parse(text, from)?;
     let axis = match typed.try_get_one::<AxisId>("axis") {
         Ok(Some(axis)) => machine.axis(*axis),
         _ => machine.common(),
@@ -138,7 +138,7 @@ fn values(text: &str, from: &Path, typed: &ArgMatches) -> Result<Values, Failure
 /// What stands in the machine file, for people who look at a board.
 pub fn shown(machine: &MachineArgs) -> Result<Option<MachineSheet>, Failure> {
     let Some(from) = machine.path() else { return Ok(None) };
-    let machine = Machine::parse(&file::text(&from)?, &from)?;
+    let machine = file::parse(&file::text(&from)?, &from)?;
     let value = |axis: Option<AxisId>, (key, value): (&'static Key, String)| MachineValue {
         axis: axis.map(AxisId::number),
         name: key.name,
@@ -155,7 +155,7 @@ pub fn shown(machine: &MachineArgs) -> Result<Option<MachineSheet>, Failure> {
 /// What the axes of the machine file count in.
 pub fn units(machine: &MachineArgs) -> Result<Vec<(AxisId, MachineUnit)>, Failure> {
     let Some(from) = machine.path() else { return Ok(Vec::new()) };
-    let machine = Machine::parse(&file::text(&from)?, &from)?;
+    let machine = file::parse(&file::text(&from)?, &from)?;
     let unit = |(axis, values): &(AxisId, Values)| Some((*axis, built(values).unit()?));
     Ok(machine.axes().iter().filter_map(unit).collect())
 }
@@ -167,7 +167,7 @@ pub fn home_within(
     typed: &GeometryArgs,
 ) -> Result<Vec<(AxisId, u32)>, Failure> {
     let Some(from) = machine.path() else { return Ok(Vec::new()) };
-    let machine = Machine::parse(&file::text(&from)?, &from)?;
+    let machine = file::parse(&file::text(&from)?, &from)?;
     let mut all = Vec::new();
     for (axis, values) in machine.axes() {
         let Some(text) = value(values, "within") else { continue };
@@ -204,7 +204,7 @@ impl MachineAxes {
     /// Reads the file.
     pub fn quiet(machine: &MachineArgs) -> Result<MachineAxes, Failure> {
         let Some(from) = machine.path() else { return Ok(MachineAxes(Vec::new())) };
-        let machine = Machine::parse(&file::text(&from)?, &from)?;
+        let machine = file::parse(&file::text(&from)?, &from)?;
         Ok(MachineAxes(machine.axes().to_vec()))
     }
 

@@ -2,7 +2,6 @@
 
 use stepwright_protocol::{Ability, Command, LeaseMillis};
 
-use super::run;
 use crate::failure::Failure;
 use stepwright_host::Session;
 
@@ -12,12 +11,9 @@ use stepwright_host::Session;
 pub struct LeaseArgs {
     /// Have the board brake when it hears nothing from here for this time: 500ms, 2s;
     /// from 200ms to 60s [default: never]
-    #[arg(long = "lease", value_name = "TIME", value_parser = millis)]
+    #[arg(long = "lease", value_name = "TIME", value_parser = stepwright_machine::lease)]
     lease: Option<LeaseMillis>,
 }
-
-/// A watched motor is asked for its position every 50 ms, and an answer may take its time.
-const SHORTEST: u128 = 200;
 
 /// The lease of a hand at the keys, which are looked at every 20 ms.
 const HANDS: LeaseMillis = LeaseMillis::clamped(500);
@@ -25,15 +21,6 @@ const HANDS: LeaseMillis = LeaseMillis::clamped(500);
 /// Whether a board grants leases.
 fn grants(session: &Session) -> bool {
     session.info().and_then(|info| info.can).is_some_and(|can| can.has(Ability::Safety))
-}
-
-/// Reads the time of a lease.
-pub fn millis(text: &str) -> Result<LeaseMillis, String> {
-    let millis = run::time(text)?.as_millis();
-    let lease = u32::try_from(millis).ok().and_then(LeaseMillis::new);
-    lease
-        .filter(|_| millis >= SHORTEST)
-        .ok_or_else(|| format!("a lease lasts from {SHORTEST} ms to 60 s"))
 }
 
 impl LeaseArgs {
@@ -85,7 +72,7 @@ pub fn give_back(session: &mut Session) {
 
 #[cfg(test)]
 mod tests {
-    use super::millis;
+    use stepwright_machine::lease as millis;
 
     #[test]
     fn a_lease_lasts_longer_than_a_few_polls_and_at_most_a_minute() {

@@ -1,7 +1,6 @@
 //! How to travel: the options, and what the board is told.
 
 use std::fmt::Display;
-use std::ops::RangeInclusive;
 
 use serde_json::{Value, json};
 use stepwright::{Accel, Geometry, Speed};
@@ -13,6 +12,7 @@ use crate::quantity::{
     AccelArg, GeometryArgs, JerkArg, MachineUnit, Rounded, SpeedArg, bounds, in_unit,
 };
 use stepwright_host::course::Course;
+use stepwright_machine::RAMP;
 use stepwright_plot::GAP;
 
 /// Above the options that say how to move.
@@ -21,9 +21,6 @@ pub const MOTION: &str =
 
 /// The top speed of a travel that names none, in steps/s.
 pub const TOP: u32 = 1000;
-
-/// The lengths of a ramp in steps, as the line carries them.
-pub const RAMP: RangeInclusive<u32> = 1..=999;
 
 /// The options that say how to start and stop.
 #[derive(clap::Args, Clone, Debug)]

@@ -20,6 +20,7 @@ use crate::quantity::{SignedSpeedArg, in_unit};
 use crate::say;
 use stepwright_host::motion::{NotBegun, RestPlace};
 use stepwright_host::{LinkError, Session};
+use stepwright_machine::time;
 
 /// Run an axis at a speed until it is stopped
 #[derive(clap::Args)]
@@ -62,22 +63,6 @@ pub struct Args {
     detach: bool,
     #[command(flatten)]
     lease: LeaseArgs,
-}
-
-/// Reads a time: a number and its unit, seconds by default.
-pub fn time(text: &str) -> Result<Duration, String> {
-    let text = text.trim();
-    let end = text.find(|c: char| !matches!(c, '0'..='9' | '.')).unwrap_or(text.len());
-    let (number, unit) = text.split_at(end);
-    let factor = match unit.trim() {
-        "" | "s" => 1.0,
-        "ms" => 0.001,
-        "min" => 60.0,
-        "h" => 3600.0,
-        _ => return Err("a time is a number with s, ms, min or h, like 3s".to_owned()),
-    };
-    let number: f64 = number.parse().map_err(|_| "a time begins with a number, like 3s")?;
-    Duration::try_from_secs_f64(number * factor).map_err(|_| "that is too long".to_owned())
 }
 
 /// Runs, and stays with it unless it is to be left alone.

@@ -1,7 +1,6 @@
 //! Which board an order goes to.
 
 use std::io::{self, ErrorKind};
-use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -26,6 +25,7 @@ use stepwright_host::link::serial::{SerialLink, Share};
 use stepwright_host::link::simulated::VirtualLink;
 use stepwright_host::link::{Link, OpenError};
 use stepwright_host::{LinkError, Session};
+use stepwright_machine::BAUD;
 use stepwright_plot::PlotFile;
 use stepwright_sim::Description;
 use stepwright_sim::Switch;
@@ -38,9 +38,6 @@ pub enum Format {
     /// For programs: one line of JSON on standard output.
     Json,
 }
-
-/// The rates of a serial port in bits/s.
-pub const BAUD: RangeInclusive<u32> = 50..=12_000_000;
 
 /// The options that name a serial port.
 #[derive(clap::Args, Clone, Debug)]

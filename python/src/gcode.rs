@@ -1,0 +1,89 @@
+//! A G-code job on paper: its time, distances and extents.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use stepwright_path::AxisPace;
+use stepwright_plan::gcode::{JobError, JobPlan};
+use stepwright_plan::sheet::SheetFormat;
+use stepwright_sim::Description;
+
+/// The board that a job is held against.
+const BOARD: &str = "An Uno";
+
+/// A job that was planned.
+#[pyclass(frozen, module = "stepwright_motion._native")]
+pub struct Job {
+    plan: JobPlan,
+    name: String,
+}
+
+#[pymethods]
+impl Job {
+    /// Plans a file for axes that can do this, each a step in mm, a speed in mm/s, an acceleration
+    /// in mm/s² and a jump in speed in mm/s.
+    #[new]
+    fn new(py: Python<'_>, path: &str, axes: [(f64, f64, f64, f64); 3]) -> PyResult<Job> {
+        let file = File::open(path)
+            .map_err(|error| PyOSError::new_err(format!("can't read {path}: {error}")))?;
+        let axes = axes.map(|(step, speed, accel, jump)| AxisPace { step, speed, accel, jump });
+        let mut unread = None;
+        let bytes = BufReader::new(file).bytes();
+        let bytes = bytes.map_while(|byte| byte.map_err(|error| unread = Some(error)).ok());
+        let board = Description::uno().board;
+        let planned = py.detach(|| JobPlan::of(bytes, axes, &board, |_, _| ()));
+        if let Some(error) = unread {
+            return Err(PyOSError::new_err(format!("can't read {path}: {error}")));
+        }
+        let plan = planned.map_err(|error| {
+            let place = match &error {
+                JobError::Code(code) => format!("{path}:{}:{}", code.line, code.column),
+                JobError::Move(line, _) => format!("{path}:{line}"),
+            };
+            PyValueError::new_err(format!("{place}: {error}"))
+        })?;
+        Ok(Job { plan, name: path.to_owned() })
+    }
+
+    /// Seconds from the start to the end.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.plan.time
+    }
+
+    /// Lines that were read.
+    #[getter]
+    fn lines(&self) -> u32 {
+        self.plan.survey.lines
+    }
+
+    /// Where moves lead, in mm: from and to of X, Y and Z.
+    #[getter]
+    fn extents(&self) -> [Option<(f64, f64)>; 3] {
+        self.plan.survey.extents.0.map(|axis| axis.map(|[from, to]| (from, to)))
+    }
+
+    /// The corners that cost most: the line, the place in mm, the speed in mm/s, the cost in s.
+    #[getter]
+    fn corners(&self) -> Vec<(u32, [f64; 3], f64, f64)> {
+        let corners = self.plan.corners.iter();
+        corners.map(|corner| (corner.line, corner.place, corner.speed, corner.cost)).collect()
+    }
+
+    /// Why an Uno could not follow, if it could not.
+    #[getter]
+    fn refused(&self) -> Option<String> {
+        self.plan.refused.map(|refused| refused.words(BOARD))
+    }
+
+    /// All of it, as the command prints it: `table` or `json`.
+    fn sheet(&self, json: bool) -> PyResult<String> {
+        let format = if json { SheetFormat::Json } else { SheetFormat::Table };
+        let mut out = Vec::new();
+        let sheet = self.plan.sheet(format!("G-code job {}", self.name), BOARD);
+        sheet.write(&mut out, format)?;
+        Ok(String::from_utf8_lossy(&out).into_owned())
+    }
+}

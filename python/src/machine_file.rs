@@ -1,0 +1,28 @@
+//! Machine files, for Python.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use stepwright_machine::{Machine, Values, lease};
+
+/// Keys and their values, as texts.
+type Texts = Vec<(&'static str, String)>;
+
+fn texts(values: Values) -> Texts {
+    values.into_iter().map(|(key, text)| (key.name, text)).collect()
+}
+
+/// What stands in a machine file of the board, and of each axis by its number.
+#[pyfunction]
+pub fn read_machine(text: &str) -> PyResult<(Texts, Vec<(u8, Texts)>)> {
+    let machine = Machine::parse(text);
+    let machine = machine.map_err(|misread| PyValueError::new_err(misread.to_string()))?;
+    let axes = machine.axes().iter().map(|(axis, values)| (axis.number(), texts(values.clone())));
+    Ok((texts(machine.board()), axes.collect()))
+}
+
+/// The time of a lease in s: of `500ms`, 0.5.
+#[pyfunction]
+pub fn read_lease(text: &str) -> PyResult<f64> {
+    let lease = lease(text).map_err(PyValueError::new_err)?;
+    Ok(f64::from(lease.get()) / 1e3)
+}

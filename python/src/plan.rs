@@ -1,0 +1,296 @@
+//! Travels on paper: a law, its delays and what comes of them, as bytes for arrays.
+
+use std::fmt::Display;
+
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyByteArray;
+use serde::Deserialize;
+use stepwright::profile::Phase;
+use stepwright::{Geometry, Jerk, Rate, Speed};
+use stepwright_oracle::Number;
+use stepwright_plan::{
+    Divide, First, LawChoice, Plan, PlanError, PlanLimits, RampChange, Survey, UNWATCHED, figure,
+};
+use stepwright_plot::PlotFile;
+use stepwright_units::{AccelArg, DistanceArg, JerkArg, MachineUnit, Rounded, SpeedArg};
+
+use crate::units::Scale;
+
+/// The phases, by their numbers in an array.
+pub const PHASES: [Phase; 5] =
+    [Phase::Up, Phase::Cruise, Phase::Down, Phase::JerkUp, Phase::JerkDown];
+
+/// What is asked for, as JSON; quantities are texts with their units.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    law: String,
+    steps: String,
+    accel: Option<String>,
+    decel: Option<String>,
+    speed: Option<String>,
+    start_speed: Option<String>,
+    jerk: Option<String>,
+    ramp: Option<u16>,
+    first: Option<String>,
+    divisor: Option<String>,
+    changes: Option<Vec<(u32, String)>>,
+    knee: Option<f64>,
+    power: Option<u8>,
+    breaks: Option<u8>,
+    c0: Option<u32>,
+    c_min: Option<u32>,
+}
+
+/// A law with its values, from which a plan is made whenever it is asked for something: what it
+/// keeps for that may be of one thread alone.
+enum Chosen {
+    Law(LawChoice, PlanLimits),
+    Ramp { rate: Rate, steps: u32, start: Rounded<Speed>, top: Rounded<Speed>, ramp: u16 },
+    Fixed { rate: Rate, steps: u32, c0: u32, c_min: u32 },
+}
+
+/// A travel that was planned.
+#[pyclass(frozen, module = "stepwright_motion._native")]
+pub struct Planned {
+    chosen: Chosen,
+    geometry: Geometry,
+    unit: Option<MachineUnit>,
+}
+
+fn wrong(why: impl Display) -> PyErr {
+    PyValueError::new_err(why.to_string())
+}
+
+fn read<T: std::str::FromStr<Err: Display>>(name: &str, text: &str) -> PyResult<T> {
+    text.parse().map_err(|why| wrong(format!("{name} = '{text}': {why}")))
+}
+
+/// One of these by its name.
+fn named<T: Copy>(name: &str, text: &str, all: &[(&str, T)]) -> PyResult<T> {
+    let found = all.iter().find(|(one, _)| *one == text).map(|(_, value)| *value);
+    found.ok_or_else(|| {
+        let names: Vec<_> = all.iter().map(|(one, _)| *one).collect();
+        wrong(format!("{name} is '{text}': it may be {}", names.join(", ")))
+    })
+}
+
+impl Asked {
+    fn needed<'a, T>(&self, name: &str, value: &'a Option<T>) -> PyResult<&'a T> {
+        value.as_ref().ok_or_else(|| wrong(format!("the law {} needs {name}", self.law)))
+    }
+
+    fn speed(&self, name: &str, text: &str, geometry: &Geometry) -> PyResult<Rounded<Speed>> {
+        read::<SpeedArg>(name, text)?.resolve(geometry, name).map_err(wrong)
+    }
+
+    fn start(&self, geometry: &Geometry) -> PyResult<Rounded<Speed>> {
+        self.speed("start_speed", self.start_speed.as_deref().unwrap_or("0"), geometry)
+    }
+
+    fn top(&self, geometry: &Geometry) -> PyResult<Rounded<Speed>> {
+        self.speed("speed", self.needed("speed", &self.speed)?, geometry)
+    }
+
+    fn steps(&self, geometry: &Geometry) -> PyResult<u32> {
+        let held = read::<DistanceArg>("steps", &self.steps)?.resolve(geometry, "steps");
+        let held = held.map_err(wrong)?;
+        let steps = u32::try_from(held.value).ok().filter(|steps| *steps <= i32::MAX as u32);
+        steps.ok_or_else(|| wrong(format!("steps {}: a travel has 0 to 2147483647", held.given)))
+    }
+
+    fn limits(&self, rate: Rate, geometry: &Geometry) -> PyResult<PlanLimits> {
+        let held = |name: &str, text: &str| {
+            read::<AccelArg>(name, text)?.resolve(geometry, name).map_err(wrong)
+        };
+        let accel = held("accel", self.needed("accel", &self.accel)?)?;
+        let decel = self.decel.as_deref().map(|text| held("decel", text)).transpose()?;
+        let decel = decel.unwrap_or_else(|| accel.clone());
+        Ok(PlanLimits {
+            rate,
+            steps: self.steps(geometry)?,
+            accel,
+            decel,
+            top: self.top(geometry)?,
+        })
+    }
+
+    fn jerk(&self, geometry: &Geometry) -> PyResult<Rounded<Jerk>> {
+        let text = self.needed("jerk", &self.jerk)?;
+        read::<JerkArg>("jerk", text)?.resolve(geometry, "jerk").map_err(wrong)
+    }
+
+    fn changes(&self, geometry: &Geometry) -> PyResult<Vec<RampChange>> {
+        let mut all = Vec::new();
+        for (after, accel) in self.changes.iter().flatten() {
+            let held = read::<AccelArg>("changes", accel)?.resolve(geometry, "changes");
+            all.push((*after, held.map_err(wrong)?));
+        }
+        all.sort_by_key(|(after, _)| *after);
+        if all.windows(2).any(|pair| pair[0].0 == pair[1].0) {
+            return Err(wrong("changes: two after the same step"));
+        }
+        Ok(all)
+    }
+
+    fn chosen(&self, rate: Rate, geometry: &Geometry) -> PyResult<Chosen> {
+        let first = self.first.as_deref().unwrap_or("0.676");
+        let firsts = [("exact", First::Exact), ("0.676", First::Reduced), ("c1", First::C1)];
+        let c0 = named("first", first, &firsts)?;
+        let divisor = self.divisor.as_deref().unwrap_or("4n+1");
+        let divisor = named("divisor", divisor, &[("4n+1", Divide::FourN), ("2n", Divide::TwoN)])?;
+        let law = match self.law.as_str() {
+            "trapezoid" => LawChoice::Trapezoid { start: self.start(geometry)? },
+            "s-curve" => {
+                LawChoice::SCurve { start: self.start(geometry)?, jerk: self.jerk(geometry)? }
+            }
+            "austin" => LawChoice::Austin { c0, divisor, changes: self.changes(geometry)? },
+            "linear-factor" => {
+                let knee = self.knee.unwrap_or(0.0);
+                if !(0.0..=0.9).contains(&knee) {
+                    return Err(wrong(format!("knee is {knee}: it may be 0 to 0.9")));
+                }
+                LawChoice::LinearFactor { c0, knee: (knee * 1e3).round() as u16 }
+            }
+            "power" => {
+                let power = self.power.unwrap_or(4);
+                if !(2..=9).contains(&power) {
+                    return Err(wrong(format!("power is {power}: it may be 2 to 9")));
+                }
+                LawChoice::Power { c0, power }
+            }
+            "piecewise" => {
+                let breaks = self.breaks.unwrap_or(7);
+                if breaks > 16 {
+                    return Err(wrong(format!("breaks is {breaks}: it may be 0 to 16")));
+                }
+                LawChoice::Piecewise { c0, breaks }
+            }
+            "ramp" => {
+                let (start, top) = (self.start(geometry)?, self.top(geometry)?);
+                let ramp = *self.needed("ramp", &self.ramp)?;
+                return Ok(Chosen::Ramp { rate, steps: self.steps(geometry)?, start, top, ramp });
+            }
+            "austin-fixed" => {
+                let c0 = *self.needed("c0", &self.c0)?;
+                let c_min = *self.needed("c_min", &self.c_min)?;
+                let ticks = 1..=0x7FFF_FFFF;
+                if !ticks.contains(&c0) || !ticks.contains(&c_min) {
+                    return Err(wrong("c0 and c_min may be 1 to 2147483647 ticks"));
+                }
+                return Ok(Chosen::Fixed { rate, steps: self.steps(geometry)?, c0, c_min });
+            }
+            other => {
+                let names = LawChoice::NAMES.join(", ");
+                return Err(wrong(format!(
+                    "there is no law '{other}': there are {names}, ramp, austin-fixed"
+                )));
+            }
+        };
+        Ok(Chosen::Law(law, self.limits(rate, geometry)?))
+    }
+}
+
+impl Planned {
+    fn plan(&self) -> Result<Plan, PlanError> {
+        match &self.chosen {
+            Chosen::Law(law, limits) => law.plan(limits, &self.geometry, UNWATCHED),
+            Chosen::Ramp { rate, steps, start, top, ramp } => {
+                Plan::ramp(*rate, &self.geometry, *steps, start, top, *ramp)
+            }
+            Chosen::Fixed { rate, steps, c0, c_min } => {
+                Plan::austin_fixed(*rate, &self.geometry, *steps, (*c0, *c_min), UNWATCHED)
+            }
+        }
+    }
+
+    /// Does something with the plan, and holds up no other thread meanwhile.
+    fn with<T: Send>(&self, py: Python<'_>, part: impl FnOnce(&Plan) -> T + Send) -> PyResult<T> {
+        py.detach(|| self.plan().map(|plan| part(&plan))).map_err(wrong)
+    }
+}
+
+/// Numbers as they are written, `SIZE` bytes each.
+fn filled<'py, const SIZE: usize>(
+    py: Python<'py>,
+    count: usize,
+    values: impl Iterator<Item = [u8; SIZE]>,
+) -> PyResult<Bound<'py, PyByteArray>> {
+    PyByteArray::new_with(py, count * SIZE, |bytes| {
+        for (place, value) in bytes.as_chunks_mut::<SIZE>().0.iter_mut().zip(values) {
+            *place = value;
+        }
+        Ok(())
+    })
+}
+
+#[pymethods]
+impl Planned {
+    #[new]
+    fn new(asked: &str, timer_hz: u32, scale: &Scale) -> PyResult<Planned> {
+        let asked: Asked = serde_json::from_str(asked).map_err(wrong)?;
+        let rate = Rate::from_hz(timer_hz);
+        let rate = rate.map_err(|_| wrong("a timer has 100000 to 200000000 Hz"))?;
+        let (geometry, unit) = (scale.geometry, scale.unit);
+        let planned = Planned { chosen: asked.chosen(rate, &geometry)?, geometry, unit };
+        planned.plan().map_err(wrong)?;
+        Ok(planned)
+    }
+
+    /// Pulses, ticks a second, the highest speed in steps/s, and steps that braking takes.
+    fn facts(&self) -> PyResult<(u32, u32, f64, u32)> {
+        let plan = self.plan().map_err(wrong)?;
+        Ok((plan.law.pulses(), plan.rate.hz(), plan.law.peak(), plan.law.braking()))
+    }
+
+    /// Its duration in s, and the largest error of a step in ticks.
+    fn survey(&self, py: Python<'_>) -> PyResult<(f64, f64)> {
+        self.with(py, |plan| {
+            let survey = Survey::of(plan, UNWATCHED);
+            (plan.seconds(survey.duration as f64), survey.worst.ticks)
+        })
+    }
+
+    /// The delay before each pulse in ticks, u32.
+    fn delays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyByteArray>> {
+        let plan = self.plan().map_err(wrong)?;
+        let delays = plan.law.delays().map(u32::to_ne_bytes);
+        filled(py, plan.law.pulses() as usize, delays)
+    }
+
+    /// The speed in the row of each pulse, in steps/s.
+    fn speeds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyByteArray>> {
+        let plan = self.plan().map_err(wrong)?;
+        let speeds = plan.rows().map(|row| plan.speed(&row).to_ne_bytes());
+        filled(py, plan.law.pulses() as usize, speeds)
+    }
+
+    /// The phase of each pulse: its place in `PHASES`.
+    fn phases<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyByteArray>> {
+        let plan = self.plan().map_err(wrong)?;
+        let place = |phase| PHASES.iter().position(|one| *one == phase).unwrap_or(0) as u8;
+        filled(py, plan.law.pulses() as usize, plan.rows().map(|row| [place(row.phase)]))
+    }
+
+    /// When each pulse should come by the law, in s after the first, before it becomes whole ticks.
+    fn ideal<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyByteArray>> {
+        let plan = self.plan().map_err(wrong)?;
+        let pulses = plan.law.pulses();
+        let seconds = (0..pulses).map(|n| plan.seconds(plan.law.ideal(n).to_f64()).to_ne_bytes());
+        filled(py, pulses as usize, seconds)
+    }
+
+    /// Its figure as svg.
+    fn svg(&self, py: Python<'_>) -> PyResult<String> {
+        let unit = self.unit;
+        self.with(py, |plan| figure::draw(plan, &Survey::of(plan, UNWATCHED), unit).svg())
+    }
+
+    /// Draws its figure into a file: .svg, .png or .html.
+    fn save(&self, py: Python<'_>, path: &str) -> PyResult<()> {
+        let (unit, file) = (self.unit, read::<PlotFile>("path", path)?);
+        let draw = |plan: &Plan| file.save(&figure::draw(plan, &Survey::of(plan, UNWATCHED), unit));
+        self.with(py, draw)?.map_err(|error| PyOSError::new_err(error.to_string()))
+    }
+}

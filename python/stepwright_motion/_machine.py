@@ -1,0 +1,105 @@
+"""Machine files: the port, units, speeds and ramps of a machine, shared with the command."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Optional, Union
+
+from ._native import Scale, read_lease, read_machine
+
+if TYPE_CHECKING:
+    from ._axis import Axis
+
+File = Union[str, "os.PathLike[str]"]
+
+
+class Machine:
+    """What stands in a machine file."""
+
+    def __init__(self, path: Optional[Path] = None):
+        self.path = path
+        self._board: dict[str, str] = {}
+        self._axes: dict[int, dict[str, str]] = {}
+        if path is not None:
+            try:
+                board, axes = read_machine(path.read_text("utf-8"))
+            except ValueError as why:
+                raise ValueError(f"{path}: {why}") from None
+            self._board = dict(board)
+            self._axes = {number: dict(values) for number, values in axes}
+
+    @staticmethod
+    def find(named: Optional[File]) -> Machine:
+        """The file of this name, or where the command looks for one: ``STEPWRIGHT_MACHINE``,
+        ``stepwright.toml`` here, the user's own. ``"none"`` is none."""
+        name = os.environ.get("STEPWRIGHT_MACHINE") if named is None else os.fspath(named)
+        if name is not None:
+            return Machine() if name in ("", "none") else Machine(Path(name))
+        variable = "APPDATA" if os.name == "nt" else "XDG_CONFIG_HOME"
+        folder = Path(os.environ.get(variable) or Path.home() / ".config")
+        for path in (Path("stepwright.toml"), folder / "stepwright" / "machine.toml"):
+            if path.is_file():
+                return Machine(path)
+        return Machine()
+
+    @property
+    def port(self) -> Optional[str]:
+        """Its port."""
+        return self._board.get("port")
+
+    @property
+    def baud(self) -> Optional[int]:
+        """The rate of its port, in bits/s."""
+        return int(self._board["baud"]) if "baud" in self._board else None
+
+    @property
+    def lease(self) -> Optional[float]:
+        """The silence after which the board brakes, in s."""
+        return read_lease(self._board["lease"]) if "lease" in self._board else None
+
+    def set_up(self, axis: Axis) -> None:
+        """Gives an axis what stands in the file about it."""
+        values = self._axes.get(axis.number, {})
+        rev, mm = values.get("steps-per-rev"), values.get("mm-per-rev")
+        if rev or mm:
+            axis.scale = Scale(int(rev) if rev else None, float(mm.rstrip("m")) if mm else None)
+        # A bare number of the file is in steps.
+        texts = {
+            key: f"{value}{_BARE.get(key, '')}" if _is_bare(value) else value
+            for key, value in values.items()
+        }
+        axis.speed = texts.get("top-speed")
+        axis.accel = texts.get("accel")
+        axis.decel = texts.get("decel")
+        axis.start_speed = texts.get("start-speed")
+        axis.jerk = texts.get("jerk")
+        if "ramp" in values:
+            # From the start speed to the top speed within this many steps.
+            top = axis._rate("speed", axis.speed or "1000steps/s")
+            start = axis._rate("start_speed", axis.start_speed or "50steps/s")
+            axis.accel = f"{(top**2 - start**2) / (2 * int(values['ramp'])):.3f}steps/s2"
+        homing = ("home-within", "home-back-off", "home-speed", "home-slow")
+        known = {key[5:].replace("-", "_"): texts[key] for key in homing if key in texts}
+        axis._home.update(known)
+
+
+def _is_bare(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+_BARE = {
+    "top-speed": "steps/s",
+    "start-speed": "steps/s",
+    "home-speed": "steps/s",
+    "home-slow": "steps/s",
+    "accel": "steps/s2",
+    "decel": "steps/s2",
+    "jerk": "steps/s3",
+    "home-within": "steps",
+    "home-back-off": "steps",
+}

@@ -1,0 +1,174 @@
+"""Travels on paper: every step of a ramp law, before anything moves."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from typing import Any, Optional, Sequence
+
+from ._arrays import array, cumulated, gradient, scaled
+from ._native import PHASES, Planned, Scale
+from ._quantity import Quantity, text
+
+
+class Plan:
+    """A travel by a law: arrays of what each of its pulses has.
+
+    The first pulse is at time 0, and its delay is 0. The arrays are made when they are asked for.
+    """
+
+    def __init__(self, law: str, planned: Planned, unit: tuple[str, float]):
+        self.law = law
+        """The name of the law."""
+        self.unit, self._per_unit = unit
+        self._planned = planned
+        self.pulses, self.timer_hz, self._peak, self.braking = planned.facts()
+
+    @property
+    def peak(self) -> float:
+        """The highest speed, in units/s."""
+        return self._peak / self._per_unit
+
+    @cached_property
+    def _survey(self) -> tuple[float, float]:
+        return self._planned.survey()
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first pulse to the last."""
+        return self._survey[0]
+
+    @property
+    def worst_error(self) -> float:
+        """The largest error of a pulse against the law, in ticks of the timer."""
+        return self._survey[1]
+
+    @cached_property
+    def delays(self) -> Any:
+        """Ticks before each pulse: what a chip's timer counts."""
+        return array(self._planned.delays(), "I")
+
+    @cached_property
+    def ticks(self) -> Any:
+        """Ticks from the first pulse to each."""
+        return cumulated(self.delays)
+
+    @cached_property
+    def times(self) -> Any:
+        """Seconds from the first pulse to each."""
+        return scaled(self.ticks, 1.0 / self.timer_hz)
+
+    @cached_property
+    def positions(self) -> Any:
+        """Where the axis is behind each pulse, in its unit."""
+        return scaled(range(1, self.pulses + 1), 1.0 / self._per_unit)
+
+    @cached_property
+    def speeds(self) -> Any:
+        """The speed by the delay before each pulse, in units/s; of the first the start speed."""
+        return scaled(array(self._planned.speeds(), "d"), 1.0 / self._per_unit)
+
+    @cached_property
+    def phases(self) -> Any:
+        """The phase of each pulse: places in ``PHASES``."""
+        return array(self._planned.phases(), "B")
+
+    @cached_property
+    def ideal_times(self) -> Any:
+        """When each pulse should come by the law, in s, before it becomes whole ticks."""
+        return array(self._planned.ideal(), "d")
+
+    @cached_property
+    def accelerations(self) -> Any:
+        """The acceleration at each pulse by the law, in units/s². It takes numpy."""
+        return gradient(self._ideal_speeds, self.ideal_times)
+
+    @cached_property
+    def jerks(self) -> Any:
+        """The jerk at each pulse by the law, in units/s³. It takes numpy."""
+        return gradient(self.accelerations, self.ideal_times)
+
+    @cached_property
+    def _ideal_speeds(self) -> Any:
+        return gradient(self.positions, self.ideal_times)
+
+    def plot(self, path: Optional[str] = None) -> Any:
+        """Draws speed and acceleration, by matplotlib; returns its figure.
+
+        With a path (``.svg``, ``.png``, ``.html``) it is drawn into a file as the command does it,
+        without matplotlib.
+        """
+        if path is not None:
+            self._planned.save(path)
+            return None
+        from ._plot import draw
+
+        return draw(self)
+
+    def _repr_svg_(self) -> str:
+        return self._planned.svg()
+
+    def __len__(self) -> int:
+        return int(self.pulses)
+
+    def __repr__(self) -> str:
+        return f"<Plan {self.law}, {self.pulses} steps, {self.duration:.6g} s>"
+
+
+def plan(
+    law: str,
+    steps: Quantity,
+    *,
+    accel: Optional[Quantity] = None,
+    speed: Optional[Quantity] = None,
+    decel: Optional[Quantity] = None,
+    start_speed: Optional[Quantity] = None,
+    jerk: Optional[Quantity] = None,
+    ramp: Optional[int] = None,
+    first: Optional[str] = None,
+    divisor: Optional[str] = None,
+    changes: Optional[Sequence[tuple[int, Quantity]]] = None,
+    knee: Optional[float] = None,
+    power: Optional[int] = None,
+    breaks: Optional[int] = None,
+    c0: Optional[int] = None,
+    c_min: Optional[int] = None,
+    timer_hz: int = 1_000_000,
+    steps_per_rev: Optional[int] = None,
+    mm_per_rev: Optional[float] = None,
+) -> Plan:
+    """Plans a travel, as ``stepwright plan LAW`` does, with its options.
+
+    Laws: ``trapezoid``, ``s-curve`` (``jerk``), ``ramp`` (its length in steps), ``austin`` (``first``,
+    ``divisor``, ``changes``), ``linear-factor`` (``knee``), ``power``, ``piecewise`` (``breaks``),
+    ``austin-fixed`` (``c0``, ``c_min``). Bare numbers are steps, steps/s and steps/s²; texts may
+    have any unit. Raises ``ValueError``.
+    """
+    scale = Scale(steps_per_rev, mm_per_rev)
+    asked: dict[str, Any] = {"law": law, "steps": text(steps, None, "")}
+    quantities = {
+        "accel": accel,
+        "decel": decel,
+        "speed": speed,
+        "start_speed": start_speed,
+        "jerk": jerk,
+    }
+    asked.update({k: text(v, None, "") for k, v in quantities.items() if v is not None})
+    if changes is not None:
+        asked["changes"] = [(int(after), text(value, None, "")) for after, value in changes]
+    numbers = {
+        "ramp": ramp,
+        "first": first,
+        "divisor": divisor,
+        "knee": knee,
+        "power": power,
+        "breaks": breaks,
+        "c0": c0,
+        "c_min": c_min,
+    }
+    asked.update({k: v for k, v in numbers.items() if v is not None})
+    unit = scale.unit if steps_per_rev or mm_per_rev else ("steps", 1.0)
+    return Plan(law, Planned(json.dumps(asked), timer_hz, scale), unit)
+
+
+__all__ = ["PHASES", "Plan", "plan"]

@@ -1,0 +1,186 @@
+"""Plans against those of the command."""
+
+from __future__ import annotations
+
+import array
+import csv
+import json
+import math
+import os
+import random
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import COMMAND
+
+import stepwright_motion as sw
+
+LAWS = {
+    "trapezoid": ("accel", "speed", "decel", "start_speed"),
+    "s-curve": ("accel", "speed", "decel", "start_speed", "jerk"),
+    "ramp": ("speed", "start_speed", "ramp"),
+    "austin": ("accel", "speed", "decel", "first"),
+    "linear-factor": ("accel", "speed", "decel", "first", "knee"),
+    "power": ("accel", "speed", "decel", "first", "power"),
+    "piecewise": ("accel", "speed", "decel", "first", "breaks"),
+    "austin-fixed": ("c0", "c_min"),
+}
+
+OPTIONS = {"speed": "--top-speed", "first": "--c0"}
+
+
+TRAVELS = int(os.environ.get("STEPWRIGHT_TRAVELS", "25"))
+"""Travels of each law: the command is started for every one of them."""
+
+
+def travel(law: str, luck: random.Random) -> dict[str, Any]:
+    """Values for a law: a travel that is short enough for many of them."""
+
+    def some(low: float, high: float) -> int:
+        return round(math.exp(luck.uniform(math.log(low), math.log(high))))
+
+    speed = some(20, 20_000)
+    all_values: dict[str, Any] = {
+        "accel": some(50, 200_000),
+        "decel": some(50, 200_000),
+        "speed": speed,
+        "start_speed": luck.choice([0, speed // 20]) if law != "ramp" else max(speed // 20, 1),
+        "jerk": some(1_000, 10_000_000),
+        "ramp": some(1, 1_000),
+        "first": luck.choice(["exact", "0.676", "c1"]),
+        "knee": luck.choice([0, 0.5, 0.9]),
+        "power": luck.randint(2, 9),
+        "breaks": luck.randint(0, 16),
+        "c0": some(3_000, 100_000),
+        "c_min": some(100, 3_000),
+    }
+    values = {name: all_values[name] for name in LAWS[law]}
+    return {"steps": some(1, 600), "timer_hz": luck.choice([1_000_000, 16_000_000]), **values}
+
+
+def by_the_command(law: str, values: dict[str, Any]) -> tuple[int, str, str]:
+    """What ``stepwright plan`` says, as CSV."""
+    words = [COMMAND, "plan", law, "--format", "csv"]
+    for name, value in values.items():
+        option = OPTIONS.get(name, f"--{name.replace('_', '-')}")
+        words += [option, str(value)]
+    ran = subprocess.run(words, capture_output=True, text=True, env={"STEPWRIGHT_MACHINE": "none"})
+    return ran.returncode, ran.stdout, ran.stderr
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_travels_are_those_of_the_command(law: str) -> None:
+    luck = random.Random(f"stepwright {law}")
+    travels = [travel(law, luck) for _ in range(TRAVELS)]
+    refused = 0
+    with ThreadPoolExecutor(2) as pool:
+        answers = pool.map(lambda values: by_the_command(law, values), travels)
+        for values, (status, said, why) in zip(travels, answers):
+            if status != 0:
+                refused += 1
+                with pytest.raises(ValueError):
+                    sw.plan(law, **values)
+                continue
+            rows = list(csv.DictReader(said.splitlines()))
+            plan = sw.plan(law, **values)
+            assert plan.pulses == len(rows), values
+            assert plan.delays.tolist() == [int(row["delay"]) for row in rows], values
+            assert plan.ticks.tolist() == [int(row["time"]) for row in rows], values
+            assert plan.speeds.tolist() == [float(row["speed"]) for row in rows], values
+            names = [sw.PHASES[phase] for phase in plan.phases]
+            assert names == [row["phase"] for row in rows], values
+    assert refused <= TRAVELS // 10, f"{refused} of the travels were none"
+
+
+def test_what_the_arrays_say_fits_together() -> None:
+    numpy = pytest.importorskip("numpy")
+    plan = sw.plan("trapezoid", 2000, accel=2000, speed=1000)
+    assert plan.duration == pytest.approx(2.5, rel=1e-3)
+    assert plan.duration == pytest.approx(plan.times[-1], rel=1e-12)
+    assert plan.peak == pytest.approx(1000) and plan.worst_error <= 1
+    assert numpy.abs(plan.times - plan.ideal_times).max() <= 1.01e-6
+    assert (len(plan), plan.positions[0], plan.positions[-1]) == (2000, 1, 2000)
+    up = plan.phases == sw.PHASES.index("up")
+    assert plan.accelerations[up][20:-5] == pytest.approx(2000, rel=0.02)
+    curve = sw.plan("s-curve", 2000, accel=4000, speed=1000, jerk=80_000)
+    # The ends apart, where a step takes long.
+    assert numpy.median(numpy.abs(curve.jerks[curve.phases == 3])) == pytest.approx(80_000, rel=0.1)
+    in_mm = sw.plan("trapezoid", "25mm", accel="500mm/s2", speed="50mm/s", mm_per_rev=40)
+    assert (in_mm.pulses, in_mm.unit, in_mm.positions[-1]) == (125, "mm", 25)
+    assert in_mm.peak == pytest.approx(50)
+
+
+def test_mistakes_are_told() -> None:
+    for law, steps, values, why in [
+        ("parabola", 10, {}, "there is no law"),
+        ("trapezoid", 10, {}, "needs accel"),
+        ("trapezoid", -10, {"accel": 5, "speed": 5}, "0 to 2147483647"),
+        ("trapezoid", 10, {"accel": "5mm/s2", "speed": 5}, "mm"),
+        ("trapezoid", 10, {"accel": 5, "speed": "fast"}, "speed = 'fast'"),
+        ("power", 10, {"accel": 5, "speed": 5, "power": 1}, "2 to 9"),
+        ("austin", 10, {"accel": 5, "speed": 5, "first": "c2"}, "exact, 0.676, c1"),
+        ("trapezoid", 10, {"accel": 5, "speed": 5, "timer_hz": 5}, "100000 to 200000000"),
+        ("trapezoid", 100_000, {"accel": 1e8, "speed": 1e6, "timer_hz": 100_000}, "step"),
+    ]:
+        with pytest.raises(ValueError, match=why):
+            sw.plan(law, steps, **values)  # type: ignore[arg-type]
+
+
+def test_a_plan_is_drawn(tmp_path: Path) -> None:
+    plan = sw.plan("s-curve", 2000, accel=4000, speed=1000, jerk=80_000)
+    assert plan._repr_svg_().startswith("<svg") and "S-curve" in plan._repr_svg_()
+    for ending in ("svg", "png", "html"):
+        plan.plot(f"{tmp_path}/plan.{ending}")
+        assert (tmp_path / f"plan.{ending}").stat().st_size > 1000
+    pytest.importorskip("matplotlib").use("Agg")
+    figure = plan.plot()
+    assert len(figure.axes) == 4
+    line = figure.axes[0].lines[0]
+    assert line.get_ydata().tolist() == plan.speeds.tolist()
+
+
+JOB = "G0 X10\nG1 X30 Y5 F1200\nG3 X10 I-10\nG4 P0.5\nG0 X0 Y0\n"
+
+
+def test_a_job_is_planned_as_by_the_command(tmp_path: Path) -> None:
+    path = tmp_path / "part.nc"
+    path.write_text(JOB)
+    plan = sw.gcode(path).plan()
+    words = [COMMAND, "gcode", str(path), "--plan", "--format", "json"]
+    said = subprocess.run(
+        words, capture_output=True, text=True, check=True, env={"STEPWRIGHT_MACHINE": "none"}
+    )
+    assert plan.facts() == json.loads(said.stdout)
+    assert plan.duration == pytest.approx(plan.facts()["seconds"]) and plan.duration > 3
+    assert plan.extents["x"][0] == 0 and plan.lines == 5 and plan.refused is None
+    assert plan.corners and plan.corners[0].cost > 0
+    assert "part.nc" in str(plan) and "part.nc" in plan._repr_html_()
+    slow = sw.gcode(path).plan(speed={"x": 10, "y": "10mm/s", "z": 10})
+    assert slow.duration > plan.duration
+    path.write_text("G0 X10\nG1 X\n")
+    with pytest.raises(ValueError, match="part.nc:2:"):
+        sw.gcode(path).plan()
+    with pytest.raises(OSError, match="nowhere"):
+        sw.gcode("nowhere.nc").plan()
+
+
+def test_without_numpy_arrays_are_views_of_the_same_numbers() -> None:
+    program = (
+        "import sys; sys.modules['numpy'] = None\n"
+        "import stepwright_motion as sw\n"
+        "plan = sw.plan('trapezoid', 300, accel=2000, speed=1000)\n"
+        "print(list(plan.delays), list(plan.ticks), list(plan.times)[-1] == plan.duration)\n"
+        "with sw.virtual(fast=True) as board, board.record() as log:\n"
+        "    board.x.steps_per_mm = 80\n"
+        "    board.x.move_to(10).wait()\n"
+        "print(log.x.position[-1], len(log.x.time) == len(log.x.state))\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    plan = sw.plan("trapezoid", 300, accel=2000, speed=1000)
+    delays, ticks = array.array("I", plan.delays).tolist(), array.array("Q", plan.ticks).tolist()
+    assert ran.stdout == f"{delays} {ticks} True\n10.0 True\n"

@@ -33,6 +33,7 @@ const WORDS: &[(&str, &str)] = &[
 /// Public types of the libraries that share a name on purpose, and why.
 const PAIRS: &[(&str, &str)] = &[
     ("AvrEngine", "on an AVR, what moves the motors: in each module that does, in its own way"),
+    ("About", "what a program on a board says of itself; what a key of a machine file is about"),
     ("Arc", "of a path in steps; of G-code, in a plane of the machine"),
     ("Axis", "of `Steppers` on a chip, and of a board from a PC: the same words"),
     ("Board", "what the core knows of it; a board from a PC"),
@@ -52,6 +53,7 @@ const PAIRS: &[(&str, &str)] = &[
     ("Law", "delays from delays in Austin's crate; time from distance on a path"),
     ("Levels", "the pins of an Uno; those of a Mega"),
     ("Line", "a piece of a path; a line of the timed driver's serial protocol"),
+    ("Machine", "what a slave orders to move; what stands in a machine file"),
     ("Mark", "of a step on a path; what RAM remembers over a reset"),
     ("Motor", "of a motor cycle; on an AVR also one of the timed driver, and one that a law moves"),
     ("MotorIo", "what motor cycles ask of their board, and an AVR's"),

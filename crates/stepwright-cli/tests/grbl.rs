@@ -26,9 +26,30 @@ fn an_error_ends_what_was_sent_ahead_unless_told_otherwise() {
     let ended = says(&[], job);
     assert!(ended.stdout.ends_with("ok\r\nerror:2\r\nerror:9\r\n"), "{}", ended.stdout);
     assert!(ended.stderr.starts_with("position 250 0 0"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("refused, and alarms: 2"), "{}", ended.stderr);
+    assert_eq!(ended.code(), Some(1));
     let ended = says(&["--after-error", "go-on"], job);
     assert!(ended.stdout.ends_with("ok\r\nerror:2\r\nok\r\n"), "{}", ended.stdout);
     assert!(ended.stderr.starts_with("position 1250 0 0"), "{}", ended.stderr);
+}
+
+/// A hold has no end of its own; the last line may have none either.
+#[test]
+fn the_end_of_the_input_is_the_end() {
+    let ended = says(&[], "G91G1X1F600\nM0\nX1\n");
+    assert_eq!(ended.code(), Some(1));
+    assert!(ended.stderr.starts_with("position 250 0 0 steps\nerror: the input ended in a hold"));
+    let ended = says(&[], "G91G1X1F600\nX1");
+    assert_eq!((ended.stderr.as_str(), ended.code()), ("position 500 0 0 steps\n", Some(0)));
+    assert!(ended.stdout.ends_with("ok\r\nok\r\n"));
+}
+
+/// A file that can't be written is told before anything moves.
+#[test]
+fn a_folder_that_is_not_there_is_told() {
+    let ended = says(&["--keep", "no/such/folder.txt"], "G1X1F100\n");
+    assert_eq!((ended.stdout.as_str(), ended.code()), ("", Some(1)));
+    assert!(ended.stderr.contains("can't write no/such/folder.txt"), "{}", ended.stderr);
 }
 
 #[test]

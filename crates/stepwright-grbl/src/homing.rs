@@ -1,6 +1,7 @@
 //! Homing: each axis finds its limit switch, twice, and is told where it is.
 //!
 //! ```text
+//!  (Free: away from a switch that is closed at the beginning)
 //!   Seek ──edge──► brake ──► Back: $27 off the edge ──► Locate ──edge──► brake ──► Off: $27 off it
 //!    $25                      $25                        $24                        $25
 //! ```
@@ -29,6 +30,8 @@ const NOT_FOUND: u8 = 9;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     Begin,
+    /// Away from a switch that is closed.
+    Free,
     Seek,
     Back,
     Locate,
@@ -62,6 +65,9 @@ impl<M: GrblMachine> Grbl<M> {
             self.homing = Some(homing);
             self.motion.cancel(time);
         }
+        if homing.phase == Phase::Free && !closed {
+            self.motion.cancel(time);
+        }
         if !self.motion.is_over() || self.after.is_some() {
             return;
         }
@@ -70,16 +76,21 @@ impl<M: GrblMachine> Grbl<M> {
         let off = |edge: i64| (edge as f64 - sign * pull * steps).round() as i64;
         match (homing.phase, homing.edge) {
             (Phase::Seek | Phase::Locate, None) => return self.brake(After::Alarm(NOT_FOUND)),
-            (Phase::Back | Phase::Off, _) if closed => {
+            (Phase::Free | Phase::Back | Phase::Off, _) if closed => {
                 return self.brake(After::Alarm(STILL_CLOSED));
             }
             _ => {}
         }
         let here = self.motion.at[axis] as f64;
+        let reach = sign * REACH * self.settings.axes(130)[axis].max(pull) * steps;
         let to = match (homing.phase, homing.edge) {
-            (Phase::Begin, _) => {
+            (Phase::Begin, _) if closed => {
+                homing.phase = Phase::Free;
+                here - reach
+            }
+            (Phase::Begin | Phase::Free, _) => {
                 homing.phase = Phase::Seek;
-                here + sign * REACH * self.settings.axes(130)[axis].max(pull) * steps
+                here + reach
             }
             (Phase::Seek, Some(edge)) => {
                 homing.phase = Phase::Back;

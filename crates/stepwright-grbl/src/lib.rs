@@ -58,5 +58,5 @@ mod work;
 pub use kept::NotKept;
 pub use line::QUIET;
 pub use machine::{GrblMachine, Inputs, Outputs, VirtualMill};
-pub use session::{Grbl, RX};
+pub use session::{Grbl, KEPT, RX};
 pub use settings::{GrblSettings, SettingFault};

@@ -6,6 +6,9 @@ pub const QUIET: f64 = 0.25;
 /// The longest line, without blanks and comments; grbl's.
 const LONGEST: usize = 80;
 
+/// Stands for bytes of a line that were lost. It is no byte of a line.
+pub(crate) const SPOILT: u8 = 0xFF;
+
 /// A line that is being put together: capitals, without blanks and comments.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Line {
@@ -25,6 +28,11 @@ enum Comment {
 }
 
 impl Line {
+    /// Whether nothing of it has come.
+    pub fn is_empty(&self) -> bool {
+        self.text.is_empty() && self.comment == Comment::No && !self.too_long
+    }
+
     /// Takes a byte; at the end of the line its text, or `Err` if it is too long.
     pub fn take(&mut self, byte: u8) -> Option<Result<Vec<u8>, ()>> {
         match byte {
@@ -32,6 +40,7 @@ impl Line {
                 let Line { text, too_long, .. } = std::mem::take(self);
                 return Some(if too_long { Err(()) } else { Ok(text) });
             }
+            SPOILT => self.too_long = true,
             b')' if self.comment == Comment::Closed => self.comment = Comment::No,
             _ if self.comment != Comment::No => {}
             b'(' => self.comment = Comment::Closed,

@@ -19,6 +19,7 @@ impl<M: GrblMachine> Grbl<M> {
         match order {
             b"" => self
                 .say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n"),
+            b"$" if self.state == State::Run => return self.error(8),
             b"$" => {
                 let lines = GrblSettings::numbers().filter_map(|number| self.settings.line(number));
                 let text: String = lines.map(|line| line + "\r\n").collect();
@@ -46,11 +47,15 @@ impl<M: GrblMachine> Grbl<M> {
                 self.say(&text);
             }
             b"SLP" => {
-                self.say("[MSG:Sleeping]\r\n");
                 self.ok();
+                self.say("[MSG:Sleeping]\r\n");
                 return self.brake(After::Sleep);
             }
-            b"RST=$" | b"RST=#" | b"RST=*" => self.restore_defaults(order[4]),
+            b"RST=$" | b"RST=#" | b"RST=*" => {
+                self.restore_defaults(order[4]);
+                self.ok();
+                return self.brake(After::Reset);
+            }
             _ => return self.assign(order),
         }
         self.ok();

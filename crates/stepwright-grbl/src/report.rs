@@ -145,7 +145,7 @@ impl<M: GrblMachine> Grbl<M> {
             coordinates(&mut out, [0, 1, 2].map(less), inches);
         }
         if mask & 2 != 0 {
-            let free = (RX - 1).saturating_sub(self.waiting());
+            let free = RX.saturating_sub(self.waiting());
             _ = write!(out, "|Bf:{},{free}", self.motion.room().min(BLOCKS));
         }
         if let Some(line) = self.motion.line() {

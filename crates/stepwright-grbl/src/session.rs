@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use stepwright_gcode::{Point, Reader, Spindle, SpindleMode};
 
 use crate::homing::Homing;
-use crate::line::{Line, Lock};
+use crate::line::{Line, Lock, SPOILT};
 use crate::machine::{GrblMachine, Outputs};
 use crate::motion::Motion;
 use crate::overrides::Overrides;
@@ -13,8 +13,12 @@ use crate::report::{Seldom, decimal};
 use crate::settings::GrblSettings;
 use crate::work::{Probing, Work};
 
-/// Bytes of the receiver, as reports tell; what comes beyond is kept too.
+/// Bytes of the receiver, as reports tell; what comes beyond is kept too, up to [`KEPT`].
 pub const RX: usize = 128;
+
+/// Bytes of lines that wait at most. Of what comes beyond no line is executed; real-time bytes are
+/// heard all the same.
+pub const KEPT: usize = 65_536;
 
 /// What the machine is doing, by grbl's names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +46,8 @@ pub(crate) enum After {
     Alarm(u8),
     /// The rest of a jog is dropped.
     Jog,
+    /// Likewise, and the door is open.
+    Door,
     /// The door's or a sleep's spindle stops.
     Sleep,
 }
@@ -74,6 +80,12 @@ pub struct Grbl<M> {
     pub(crate) lock: Lock,
     /// The spindle stands during a hold, by an override.
     pub(crate) spindle_rests: bool,
+    /// Limit switches that were closed at the last look.
+    closed: [bool; 3],
+    /// Bytes that wait, in which jogs are cancelled ones.
+    cancelled: usize,
+    /// Lines that were refused, and alarms.
+    pub(crate) faults: u64,
     rx: VecDeque<u8>,
     line: Line,
     out: Vec<u8>,
@@ -103,6 +115,9 @@ impl<M: GrblMachine> Grbl<M> {
             build: String::new(),
             lock: Lock::default(),
             spindle_rests: false,
+            closed: [false; 3],
+            cancelled: 0,
+            faults: 0,
             rx: VecDeque::new(),
             line: Line::default(),
             out: Vec::new(),
@@ -123,7 +138,11 @@ impl<M: GrblMachine> Grbl<M> {
         for &byte in bytes {
             if !self.real_time(byte) {
                 self.lock.hear(self.now);
-                self.rx.push_back(byte);
+                match self.rx.len() {
+                    0..KEPT => self.rx.push_back(byte),
+                    KEPT => self.rx.push_back(SPOILT),
+                    _ => {}
+                }
             }
         }
         self.pump();
@@ -147,14 +166,47 @@ impl<M: GrblMachine> Grbl<M> {
         std::mem::take(&mut self.out)
     }
 
-    /// Bytes of lines that wait: while they are many, read no more from the sender's line.
+    /// Bytes of lines that wait.
     pub fn waiting(&self) -> usize {
         self.rx.len()
     }
 
+    /// Lines that were refused, and alarms, since it was switched on.
+    pub fn faults(&self) -> u64 {
+        self.faults
+    }
+
     /// Whether an axis moves, or will without another byte.
     pub fn is_moving(&self) -> bool {
-        self.work.is_some() || !(self.motion.is_over() || self.motion.is_held(self.now))
+        let moves = !(self.motion.is_over() || self.motion.is_held(self.now));
+        moves || self.work.is_some() && !matches!(self.state, State::Hold | State::Door)
+    }
+
+    /// Whether nothing is left to do: no move, no line, no hold.
+    pub fn is_idle(&self) -> bool {
+        let waits = matches!(self.state, State::Hold | State::Door) || !self.rx.is_empty();
+        self.motion.is_over() && self.work.is_none() && !waits
+    }
+
+    /// Nothing follows: a line that has no end is taken as it is.
+    pub fn finish_line(&mut self, now: f64) {
+        let half =
+            self.rx.back().map_or(!self.line.is_empty(), |byte| !matches!(byte, b'\r' | b'\n'));
+        if half {
+            self.receive(now, b"\n");
+        }
+    }
+
+    /// The sender has gone: the line that it was saying is dropped.
+    pub fn hang_up(&mut self) {
+        let ends = |byte: &u8| matches!(byte, b'\r' | b'\n');
+        match self.rx.iter().rposition(ends) {
+            Some(last) => self.rx.truncate(last + 1),
+            None => {
+                self.rx.clear();
+                self.line = Line::default();
+            }
+        }
     }
 
     /// The machine.
@@ -186,6 +238,7 @@ impl<M: GrblMachine> Grbl<M> {
     }
 
     pub(crate) fn error(&mut self, number: u8) {
+        self.faults += 1;
         self.say(&format!("error:{number}\r\n"));
     }
 
@@ -206,7 +259,10 @@ impl<M: GrblMachine> Grbl<M> {
                 continue;
             }
             let Some(byte) = self.rx.pop_front() else { return };
+            let cancelled = self.cancelled > 0;
+            self.cancelled = self.cancelled.saturating_sub(1);
             match self.line.take(byte) {
+                Some(Ok(text)) if cancelled && text.starts_with(b"$J=") => self.ok(),
                 Some(Ok(text)) => self.obey(&text),
                 Some(Err(())) => self.refuse(11),
                 None => {}
@@ -216,7 +272,10 @@ impl<M: GrblMachine> Grbl<M> {
 
     /// A line of G-code had an error.
     pub(crate) fn refuse(&mut self, number: u8) {
-        self.lock.close(self.now);
+        // Check mode is there to find all errors.
+        if self.state != State::Check {
+            self.lock.close(self.now);
+        }
         self.error(number);
     }
 
@@ -225,6 +284,8 @@ impl<M: GrblMachine> Grbl<M> {
             [] => self.ok(),
             [b'$', order @ ..] => self.order(order),
             _ if matches!(self.state, State::Alarm { .. } | State::Jog) => self.error(9),
+            // What switches off is obeyed, whatever was wrong.
+            b"M5" | b"M05" | b"M9" | b"M09" => self.gcode(text),
             _ if self.lock.is_closed() => self.refuse(9),
             _ => self.gcode(text),
         }
@@ -295,7 +356,11 @@ impl<M: GrblMachine> Grbl<M> {
                     self.say("[MSG:Check Door]\r\n");
                 }
             }
-            State::Jog => self.cancel_jog(),
+            State::Jog => {
+                self.cancel_jog();
+                self.brake(After::Door);
+            }
+            State::Home => self.brake(After::Alarm(7)),
             _ => {}
         }
         self.switch();
@@ -303,6 +368,7 @@ impl<M: GrblMachine> Grbl<M> {
 
     fn cancel_jog(&mut self) {
         if self.state == State::Jog && self.after.is_none() {
+            self.cancelled = self.rx.len();
             if self.work.take().is_some() {
                 // A jog that waits for its place in the planner.
                 self.ok();
@@ -359,6 +425,10 @@ impl<M: GrblMachine> Grbl<M> {
             Some(After::Reset) => return self.restart(),
             Some(After::Alarm(number)) => return self.alarm(number),
             Some(After::Jog) => self.find_place(),
+            Some(After::Door) => {
+                self.find_place();
+                self.state = State::Door;
+            }
             Some(After::Sleep) => {
                 self.state = State::Sleep;
                 return self.drop_all();
@@ -385,6 +455,7 @@ impl<M: GrblMachine> Grbl<M> {
     }
 
     pub(crate) fn alarm(&mut self, number: u8) {
+        self.faults += 1;
         let critical = matches!(number, 1 | 2);
         self.state = State::Alarm { critical };
         self.drop_all();
@@ -393,11 +464,15 @@ impl<M: GrblMachine> Grbl<M> {
         if critical {
             self.say("[MSG:Reset to continue]\r\n");
         }
+        // A homing that fails ends as by a reset.
+        if matches!(number, 6..=9) {
+            self.restart_as(true);
+        }
     }
 
     /// As at power-up, but for the place, the settings and what is kept.
     fn restart(&mut self) {
-        self.restart_as(matches!(self.state, State::Alarm { .. }));
+        self.restart_as(matches!(self.state, State::Alarm { .. } | State::Sleep));
     }
 
     /// Likewise, locked or not.
@@ -408,22 +483,25 @@ impl<M: GrblMachine> Grbl<M> {
         self.seldom = Seldom::default();
         (self.spindle_rests, self.probe_met) = (false, false);
         self.lock.open();
+        let closed = self.settings.is_on(21) && self.machine.inputs().limit.contains(&true);
+        let locked = locked || closed;
         self.state = if locked { State::Alarm { critical: false } } else { State::Idle };
         self.drop_all();
         self.say("\r\nGrbl 1.1h ['$' for help]\r\n");
+        if closed {
+            self.say("[MSG:Check Limits]\r\n");
+        }
         if locked {
             self.say("[MSG:'$H'|'$X' to unlock]\r\n");
         } else {
             self.begin_startup();
-        }
-        if self.settings.is_on(21) && self.machine.inputs().limit.contains(&true) {
-            self.say("[MSG:Check Limits]\r\n");
         }
     }
 
     /// Looks at the switches, at `time`.
     fn look(&mut self, time: f64) {
         let inputs = self.machine.inputs();
+        let closed = std::mem::replace(&mut self.closed, inputs.limit);
         if self.homing.is_some() {
             self.go_on_homing(time, inputs);
             return;
@@ -436,7 +514,9 @@ impl<M: GrblMachine> Grbl<M> {
             self.motion.cancel(time);
         }
         let moves = !self.motion.is_over() && self.after.is_none();
-        if moves && self.settings.is_on(21) && inputs.limit.contains(&true) {
+        // One that stays closed lets it be left.
+        let closes = (0..3).any(|axis| inputs.limit[axis] && !closed[axis]);
+        if moves && self.settings.is_on(21) && closes {
             self.brake(After::Alarm(1));
         }
         if inputs.door && matches!(self.state, State::Idle | State::Run | State::Jog | State::Hold)
@@ -474,6 +554,8 @@ impl<M: GrblMachine> Grbl<M> {
         match self.motion.tool() {
             Some(tool) if tool.rapid => off,
             Some(tool) => tool.spindle,
+            // Not behind an error: nobody knows for how long.
+            None if self.lock.is_closed() => off,
             None if self.spindle.mode == SpindleMode::Clockwise => self.spindle,
             None => off,
         }

@@ -173,7 +173,8 @@ impl GrblSettings {
             22 if value == 0.0 => self.put(20, 0.0),
             _ => {}
         }
-        self.0[place] = value;
+        // No zero has a sign.
+        self.0[place] = value + 0.0;
         Ok(())
     }
 

@@ -25,8 +25,11 @@ pub(crate) struct Work {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Answer {
     Ok,
-    /// A start-up line was: this one, 0 or 1.
-    Startup(usize),
+    /// A start-up line was: this one, 0 or 1; `ok` follows if it was for homing.
+    Startup {
+        which: usize,
+        home: bool,
+    },
     /// Homing was; start-up lines follow.
     Home,
 }
@@ -93,19 +96,22 @@ impl<M: GrblMachine> Grbl<M> {
 
     /// Start-up lines, as after a reset.
     pub(crate) fn begin_startup(&mut self) {
-        self.go_on_with_startup(0);
+        self.go_on_with_startup(0, false);
     }
 
-    fn go_on_with_startup(&mut self, from: usize) {
+    fn go_on_with_startup(&mut self, from: usize, home: bool) {
         for which in from..self.startup.len() {
             let text = self.startup[which].clone();
             if text.is_empty() {
                 continue;
             }
             match self.read(text.as_bytes()) {
-                Ok(block) => return self.begin(block, false, Answer::Startup(which)),
+                Ok(block) => return self.begin(block, false, Answer::Startup { which, home }),
                 Err(number) => self.say(&format!(">{text}:error:{number}\r\n")),
             }
+        }
+        if home {
+            self.ok();
         }
     }
 
@@ -140,14 +146,11 @@ impl<M: GrblMachine> Grbl<M> {
         }
         match self.work.take().map(|work| work.answer) {
             Some(Answer::Ok) => self.ok(),
-            Some(Answer::Home) => {
-                self.ok();
-                self.begin_startup();
-            }
-            Some(Answer::Startup(which)) => {
+            Some(Answer::Home) => self.go_on_with_startup(0, true),
+            Some(Answer::Startup { which, home }) => {
                 let said = format!(">{}:ok\r\n", self.startup[which]);
                 self.say(&said);
-                self.go_on_with_startup(which + 1);
+                self.go_on_with_startup(which + 1, home);
             }
             None => {}
         }
@@ -260,6 +263,8 @@ impl<M: GrblMachine> Grbl<M> {
                 self.probe_at = self.place();
                 if probe.must {
                     self.brake(After::Alarm(5));
+                    self.probed();
+                    self.ok();
                     return Progress::Given;
                 }
             }
@@ -269,6 +274,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.probe_met = false;
         if self.machine.inputs().probe == probe.toward {
             self.brake(After::Alarm(4));
+            self.ok();
             return Progress::Given;
         }
         if !self.is_within(part) {

@@ -124,8 +124,12 @@ fn a_jog_ends_when_it_is_cancelled() {
     sender.pass(0.3);
     assert_eq!(sender.state(), "Jog");
     sender.says("G1X1F100", "error:9");
-    sender.send(b"\x85");
+    // Jogs that wait go with the one that is cancelled; other lines do not.
+    sender.send(&b"$J=G91Y1F3000\n".repeat(200));
+    sender.send(b"$G\n\x85");
     sender.rest();
+    let said = sender.read();
+    assert!(said.ends_with("S0]\r\nok\r\n") && said.matches("ok\r\n").count() == 201);
     let at = sender.at();
     assert!(at[0] > 500 && at[0] < 1_500 && at[1] == 0, "{at:?}");
     assert_eq!(sender.state(), "Idle");
@@ -168,7 +172,11 @@ fn hard_limits_brake() {
     assert!(sender.status().contains("|Pn:X"));
     sender.send(b"\x18");
     let said = sender.read();
-    assert!(said.ends_with("[MSG:'$H'|'$X' to unlock]\r\n[MSG:Check Limits]\r\n"), "{said}");
+    assert!(said.ends_with("[MSG:Check Limits]\r\n[MSG:'$H'|'$X' to unlock]\r\n"), "{said}");
+    // It can be left, and left alone.
+    sender.says("$X", "[MSG:Caution: Unlocked]\r\nok");
+    assert_eq!(sender.does("$J=G91X-10F3000"), "ok");
+    assert_eq!(sender.does("G91G1X15F3000"), "ok\r\nALARM:1\r\n[MSG:Reset to continue]");
 }
 
 #[test]
@@ -183,15 +191,15 @@ fn a_probe_tells_where_it_had_contact() {
     sender.does("G1Z-5F600");
     assert_eq!(sender.at(), [0, 0, -500]);
     // Closed from the beginning.
-    assert_eq!(sender.does("G38.2Z-10F600"), "ALARM:4");
+    assert_eq!(sender.does("G38.2Z-10F600"), "ALARM:4\r\nok");
     sender.says("$X", "[MSG:Caution: Unlocked]\r\nok");
     sender.does("G0Z0");
     assert_eq!(sender.does("G38.3Z-4"), "[PRB:0.000,0.000,-4.000:0]\r\nok");
-    assert_eq!(sender.does("G38.2Z-4.5"), "ALARM:5");
+    assert_eq!(sender.does("G38.2Z-4.5"), "ALARM:5\r\n[PRB:0.000,0.000,-4.500:0]\r\nok");
     assert_eq!((sender.at(), sender.state().as_str()), ([0, 0, -450], "Alarm"));
 }
 
-/// Switches at 3 mm, 4 mm and 2 mm, pull-off 1 mm: the place is where the edge is, whatever the
+/// Switches at -5 mm, 4 mm and -2 mm, pull-off 1 mm: the place is where the edge is, whatever the
 /// way of the brake.
 #[test]
 fn homing_finds_the_switches() {
@@ -200,18 +208,19 @@ fn homing_finds_the_switches() {
         sender.says(line, "ok");
     }
     sender.says("$N0=G55", "ok");
+    // X stands on its switch.
     let limits = &mut sender.grbl.machine_mut().limits;
-    (limits[0][1], limits[1][1], limits[2][0]) = (Some(300), Some(400), Some(-200));
+    (limits[0][1], limits[1][1], limits[2][0]) = (Some(-500), Some(400), Some(-200));
     sender.send(b"$H\n");
     sender.pass(0.1);
     assert_eq!((sender.read().as_str(), sender.state().as_str()), ("", "Home"));
     sender.rest();
-    assert_eq!(sender.read(), "ok\r\n>G55:ok\r\n");
-    assert_eq!(sender.at(), [200, 300, -100]);
+    assert_eq!(sender.read(), ">G55:ok\r\nok\r\n");
+    assert_eq!(sender.at(), [-600, 300, -100]);
     // Z homes downwards: -200 + 1.
     assert_eq!(sender.grbl.position(), [-100, -100, -19_900]);
     sender.does("G53G0X-2");
-    assert_eq!(sender.at(), [100, 300, -100]);
+    assert_eq!(sender.at(), [-700, 300, -100]);
 }
 
 #[test]
@@ -219,18 +228,19 @@ fn homing_without_a_switch_gives_up() {
     let mut sender = Sender::new();
     sender.says("$22=1", "ok");
     sender.says("$25=3000", "ok");
-    assert_eq!(sender.does("$H"), "ALARM:9");
+    let locked = "\r\n\r\nGrbl 1.1h ['$' for help]\r\n[MSG:'$H'|'$X' to unlock]";
+    assert_eq!(sender.does("$H"), format!("ALARM:9{locked}"));
     assert_eq!(sender.at(), [0, 0, 30_000]);
     // A switch that stays closed.
-    sender.grbl.machine_mut().limits[2] = [None, Some(0)];
-    assert_eq!(sender.does("$H"), "ALARM:8");
+    sender.grbl.machine_mut().limits[2] = [None, Some(-60_000)];
+    assert_eq!(sender.does("$H"), format!("ALARM:8{locked}"));
     // A reset on the way.
     sender.grbl.machine_mut().limits[2] = [None, None];
     sender.send(b"$H\n");
     sender.pass(0.5);
     sender.send(b"\x18");
     sender.rest();
-    assert_eq!(sender.read(), "ALARM:6\r\n");
+    assert_eq!(sender.read().trim_end(), format!("ALARM:6{locked}"));
     assert_eq!(sender.grbl.machine().at[0], 0);
 }
 
@@ -273,6 +283,24 @@ fn a_lasers_power_goes_with_its_speed() {
     assert_eq!(most(1_005, 1_990), 0.0);
     assert!((499.0..=500.0).contains(&most(2_400, 2_700)));
     assert_eq!(sender.grbl.machine().outputs.power, 0.0);
+}
+
+#[test]
+fn the_door_ends_a_jog_and_a_homing() {
+    let mut sender = Sender::new();
+    sender.says("$J=X100F3000", "ok");
+    sender.pass(0.3);
+    sender.send(b"\x84");
+    sender.rest();
+    assert_eq!(sender.state(), "Door:0");
+    sender.send(b"~");
+    assert_eq!(sender.state(), "Idle");
+    sender.says("$22=1", "ok");
+    sender.send(b"$H\n");
+    sender.pass(0.3);
+    sender.send(b"\x84");
+    sender.rest();
+    assert!(sender.read().starts_with("ALARM:7\r\n\r\nGrbl"));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 mod common;
 
 use common::Sender;
-use stepwright_grbl::{Grbl, QUIET, VirtualMill};
+use stepwright_grbl::{Grbl, KEPT, QUIET, VirtualMill};
 
 #[test]
 fn a_first_conversation() {
@@ -120,10 +120,14 @@ fn settings_and_offsets_are_kept() {
 fn defaults_are_restored() {
     let mut sender = Sender::new();
     sender.says("G10L2P1X1", "ok");
-    sender.says("$RST=$", "[MSG:Restoring defaults]\r\nok");
+    let banner = "Grbl 1.1h ['$' for help]";
+    let restored = format!("[MSG:Restoring defaults]\r\nok\r\n\r\n{banner}");
+    sender.says("G92X5", "ok");
+    sender.says("$RST=$", &restored);
+    assert!(sender.ask("$#").contains("[G92:0.000,"));
     assert!(sender.ask("$$").contains("$100=250.000"));
     assert!(sender.ask("$#").contains("[G54:1.000,"));
-    sender.says("$RST=#", "[MSG:Restoring defaults]\r\nok");
+    sender.says("$RST=#", &restored);
     assert!(sender.ask("$#").contains("[G54:0.000,"));
     sender.says("$RST=A", "error:3");
 }
@@ -143,11 +147,11 @@ fn work_positions_and_the_buffer_are_reported_if_asked_for() {
     sender.says("$10=2", "ok");
     sender.does("G92X10");
     assert!(
-        sender.status().starts_with("<Idle|WPos:10.000,0.000,0.000|Bf:128,127|FS:0,0|WCO:-10.000,")
+        sender.status().starts_with("<Idle|WPos:10.000,0.000,0.000|Bf:128,128|FS:0,0|WCO:-10.000,")
     );
     sender.send(b"N7G1X20F100\nG1X");
     assert_eq!(sender.read(), "ok\r\n");
-    assert!(sender.status().starts_with("<Run|WPos:10.000,0.000,0.000|Bf:127,127|Ln:7|FS:0,0"));
+    assert!(sender.status().starts_with("<Run|WPos:10.000,0.000,0.000|Bf:127,128|Ln:7|FS:0,0"));
 }
 
 #[test]
@@ -185,10 +189,66 @@ fn comments_blanks_and_small_letters() {
 #[test]
 fn sleep_is_left_by_a_reset_alone() {
     let mut sender = Sender::new();
-    sender.says("$SLP", "[MSG:Sleeping]\r\nok");
+    sender.says("$SLP", "ok\r\n[MSG:Sleeping]");
     sender.send(b"G1X1F100\n~!");
     assert_eq!((sender.state().as_str(), sender.read().as_str()), ("Sleep", ""));
     sender.send(b"\x18");
-    assert_eq!(sender.read(), "\r\nGrbl 1.1h ['$' for help]\r\n");
-    assert_eq!(sender.state(), "Idle");
+    let locked = "\r\nGrbl 1.1h ['$' for help]\r\n[MSG:'$H'|'$X' to unlock]\r\n";
+    assert_eq!((sender.read().as_str(), sender.state().as_str()), (locked, "Alarm"));
+}
+
+/// What switches off is obeyed, and a laser does not burn where it stands.
+#[test]
+fn an_error_leaves_no_laser_on() {
+    let mut sender = Sender::new();
+    sender.says("$32=1", "ok");
+    sender.send(b"M3S500\nG91G1X2F1000\nG99\nX3\n");
+    assert_eq!(sender.read(), "ok\r\nok\r\nerror:20\r\nerror:9\r\n");
+    sender.rest();
+    assert_eq!((sender.at()[0], sender.grbl.machine().outputs.power), (200, 0.0));
+    sender.says("M5", "ok");
+    sender.pass(QUIET);
+    sender.says("M3S500", "ok");
+    sender.says("G99", "error:20");
+    sender.says("M9", "ok");
+    assert!(sender.ask("$G").contains("M3"));
+}
+
+/// A flood without an answer is kept up to a bound; real-time bytes are heard behind it.
+#[test]
+fn a_flood_leaves_real_time_bytes_alone() {
+    let mut sender = Sender::new();
+    sender.send(b"M0\n");
+    let flood = b"G1X1F600\n".repeat(20_000);
+    sender.send(&flood);
+    assert_eq!(sender.grbl.waiting(), KEPT + 1);
+    assert!(sender.status().ends_with(">") && sender.state() == "Hold:0");
+    sender.send(b"~");
+    sender.rest();
+    let said = sender.read();
+    let (lines, refused) = (said.matches("ok\r\n").count(), said.matches("error:").count());
+    // The line that was cut is refused, and none behind it was kept.
+    assert_eq!((lines, refused), (KEPT / 9 + 1, 0), "{}", said.len());
+    sender.says("", "error:11");
+    sender.send(b"\x18");
+    assert!(sender.read().contains("Grbl 1.1h"));
+}
+
+#[test]
+fn check_mode_finds_all_errors() {
+    let mut sender = Sender::new();
+    sender.says("$C", "[MSG:Enabled]\r\nok");
+    sender.send(b"G99\nG1F5X1\nG98\nG0X1\n");
+    assert_eq!(sender.read(), "error:20\r\nok\r\nerror:20\r\nok\r\n");
+    assert_eq!(sender.grbl.faults(), 2);
+}
+
+/// The next sender does not go on with a line of the last one.
+#[test]
+fn half_a_line_goes_with_its_sender() {
+    let mut sender = Sender::new();
+    sender.send(b"G1F600X1\nX7Y");
+    sender.grbl.hang_up();
+    assert_eq!(sender.does("G0Z1"), "ok\r\nok");
+    assert_eq!(sender.at(), [100, 0, 100]);
 }

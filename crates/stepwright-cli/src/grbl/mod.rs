@@ -3,7 +3,7 @@
 mod wire;
 
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use stepwright_grbl::{Grbl, VirtualMill};
@@ -15,9 +15,6 @@ use wire::Wire;
 
 /// From look to look, while an axis moves and while none does.
 const LOOKS: (Duration, Duration) = (Duration::from_millis(2), Duration::from_millis(10));
-
-/// Bytes of lines that wait at most; beyond, the line is read no further.
-const WAITING: usize = 64 * 1024;
 
 /// Answers that wait for a reader, in bytes; beyond, they are lost.
 const UNHEARD: usize = 256 * 1024;
@@ -37,7 +34,7 @@ const KEPT: usize = 64 * 1024;
           the input the machine runs to rest, and its position is said.
 Ctrl-C brakes and ends it.
 
-GrblSettings are grbl's ($$ lists them); $140 to $142 are ours: the start speed of the
+Settings are grbl's ($$ lists them); $140 to $142 are ours: the start speed of the
 motor of each axis, in mm/min. After an error, lines are refused with error:9 until
 a quarter of a second passes without one: what a sender has sent ahead would be a
 job without a part. --after-error go-on is grbl's way.
@@ -65,7 +62,8 @@ pub struct Args {
     #[arg(allow_hyphen_values = true)]
     limit: Vec<(usize, i64)>,
     /// A probe that has contact where Z is here or below, in steps
-    #[arg(long, value_name = "PLACE", help_heading = "The machine", allow_hyphen_values = true)]
+    #[arg(long, value_name = "PLACE", value_parser = probe, help_heading = "The machine")]
+    #[arg(allow_hyphen_values = true)]
     probe: Option<i64>,
 }
 
@@ -77,7 +75,7 @@ struct Way {
     #[arg(long)]
     pty: bool,
     /// On a TCP port; 0 is a free one
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address)]
     tcp: Option<SocketAddr>,
     /// On standard input and output
     #[arg(long)]
@@ -100,6 +98,14 @@ fn limit(text: &str) -> Result<(usize, i64), String> {
     Ok((axis.ok_or_else(wrong)?, place.parse().map_err(|_| wrong())?))
 }
 
+fn probe(text: &str) -> Result<i64, String> {
+    text.parse().map_err(|_| format!("{text} is no place: write steps, as in -500"))
+}
+
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| format!("{text} is no address: write 127.0.0.1:2323"))
+}
+
 /// Is the machine until the line ends, or Ctrl-C.
 pub fn run(args: Args) -> Result<(), Failure> {
     let mut grbl = Grbl::new(machine(&args));
@@ -114,6 +120,10 @@ pub fn run(args: Args) -> Result<(), Failure> {
         };
         grbl.restore(&kept).map_err(wrong)?;
     }
+    if let Some(path) = args.keep.as_deref() {
+        // Said before anything moves.
+        files::replace(path, grbl.kept().as_bytes())?;
+    }
     interrupt::listen(While::Holding)?;
     let wire = match &args.way {
         #[cfg(unix)]
@@ -122,8 +132,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
         Way { stdio: true, .. } => Wire::stdio(),
         _ => return Err(Failure::new("this system has no pseudo-terminals").hint("use --tcp")),
     };
-    Served { grbl, wire, clock: Clock::new(args.fast), unheard: Vec::new() }
-        .serve(args.keep.as_deref())
+    let kept = Kept { path: args.keep, last: grbl.kept(), failed: false };
+    Served { grbl, wire, clock: Clock::new(args.fast), unheard: Vec::new(), kept }.serve()
 }
 
 fn machine(args: &Args) -> VirtualMill {
@@ -157,29 +167,73 @@ struct Served {
     clock: Clock,
     /// Answers that the line has yet to take.
     unheard: Vec<u8>,
+    kept: Kept,
+}
+
+/// What stays when the power goes off.
+struct Kept {
+    path: Option<PathBuf>,
+    last: String,
+    /// The file can't be written, which was said.
+    failed: bool,
+}
+
+impl Kept {
+    /// Writes what has changed. A machine goes on without its file.
+    fn write(&mut self, now: String) {
+        let Some(path) = &self.path else { return };
+        if now == self.last {
+            return;
+        }
+        match files::replace(path, now.as_bytes()) {
+            Ok(()) => self.failed = false,
+            Err(failure) if !self.failed => {
+                say::note(format_args!("warning: {}: its changes are not kept", failure.message()));
+                self.failed = true;
+            }
+            Err(_) => {}
+        }
+        self.last = now;
+    }
 }
 
 impl Served {
-    fn serve(mut self, keep: Option<&Path>) -> Result<(), Failure> {
-        let mut kept = self.grbl.kept();
+    fn serve(mut self) -> Result<(), Failure> {
         let mut ended = false;
         while !(interrupt::asked() || ended && !self.grbl.is_moving()) {
-            ended |= self.pass(ended)?;
+            if !ended && self.pass(false)? {
+                ended = true;
+                // The last line may have no end of its own.
+                self.grbl.finish_line(self.clock.now());
+                self.answer(false)?;
+            } else if ended {
+                self.pass(true)?;
+            }
             if !self.grbl.is_moving() {
-                self.keep(keep, &mut kept)?;
+                self.kept.write(self.grbl.kept());
             }
         }
+        let left = ended && !self.grbl.is_idle();
         let asked = interrupt::asked();
         if asked {
             self.brake()?;
         }
-        self.keep(keep, &mut kept)?;
+        self.kept.write(self.grbl.kept());
         let [x, y, z] = self.grbl.position();
         say::note(format_args!("position {x} {y} {z} steps"));
         if asked && matches!(self.wire, Wire::Stdio { .. }) {
             return Err(Failure::interrupted("interrupted: the motors stand"));
         }
-        Ok(())
+        if left {
+            return Err(Failure::new("the input ended in a hold: what was behind it was not done")
+                .hint("a script that has M0 or ! needs a sender that says ~"));
+        }
+        match self.grbl.faults() {
+            faults @ 1.. if ended => {
+                Err(Failure::new(format!("lines that were refused, and alarms: {faults}")))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// A look at the line, and a slice of time; whether the line has ended.
@@ -188,26 +242,39 @@ impl Served {
         let slice = if moves { LOOKS.0 } else { LOOKS.1 };
         let hurries = moves && self.clock.skipped.is_some();
         let wait = if hurries { Duration::ZERO } else { slice };
-        let heard = self.wire.hear(wait, ended || self.grbl.waiting() >= WAITING)?;
+        let heard = self.wire.hear(wait, ended)?;
         if let Some(skipped) = self.clock.skipped.as_mut().filter(|_| hurries) {
             *skipped += slice.as_secs_f64();
         }
         let now = self.clock.now();
-        // A port that is opened resets an Arduino; a job is not ended by that.
-        if heard.came && !self.grbl.is_moving() {
-            // What nobody has heard is not for this one.
+        if heard.came {
+            // Neither half a line nor answers of the one before.
+            self.grbl.hang_up();
             self.unheard.clear();
             _ = self.grbl.take_answers();
-            self.grbl.receive(now, b"\x18");
+            // A port that is opened resets an Arduino; a job is not ended by that.
+            if self.grbl.is_idle() {
+                self.grbl.receive(now, b"\x18");
+            }
         }
         self.grbl.receive(now, &heard.bytes);
-        self.unheard.extend(self.grbl.take_answers());
-        if heard.nobody || self.unheard.len() > UNHEARD {
+        self.answer(heard.nobody)?;
+        Ok(heard.ended)
+    }
+
+    /// Says what the line takes of the answers.
+    fn answer(&mut self, nobody: bool) -> Result<(), Failure> {
+        let new = self.grbl.take_answers();
+        // Whole lines are lost where nobody reads them.
+        if self.unheard.len() + new.len() <= UNHEARD {
+            self.unheard.extend(new);
+        }
+        if nobody {
             self.unheard.clear();
         }
         let said = self.wire.say(&self.unheard)?;
         self.unheard.drain(..said);
-        Ok(heard.ended)
+        Ok(())
     }
 
     /// Comes to rest, as by a reset.
@@ -218,16 +285,6 @@ impl Served {
         self.grbl.receive(self.clock.now(), b"\x18");
         while self.grbl.is_moving() && interrupt::presses() < 2 {
             self.pass(true)?;
-        }
-        Ok(())
-    }
-
-    fn keep(&self, path: Option<&Path>, kept: &mut String) -> Result<(), Failure> {
-        let Some(path) = path else { return Ok(()) };
-        let now = self.grbl.kept();
-        if now != *kept {
-            files::replace(path, now.as_bytes())?;
-            *kept = now;
         }
         Ok(())
     }

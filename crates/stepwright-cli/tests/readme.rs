@@ -303,7 +303,7 @@ fn the_architecture_names_files_that_are_there() {
 #[test]
 fn its_promises_name_tests_that_are_there() {
     let mut sources = Vec::new();
-    for folder in ["crates", "firmware/rig", "firmware/qemu", "xtask/src"] {
+    for folder in ["crates", "firmware/rig", "firmware/qemu", "python", "xtask/src"] {
         collect(&root().join(folder), &mut sources);
     }
     let promises = read_to_string(root().join("docs/promises.md")).unwrap();
@@ -312,11 +312,12 @@ fn its_promises_name_tests_that_are_there() {
     assert!(names.len() > 100, "{}", names.len());
     for name in names {
         // `austin*.rs`, `a_line_shows…`: what begins so.
-        let there = |(path, text): &(String, String)| match name.strip_suffix(".rs") {
+        let file = name.strip_suffix(".rs").or_else(|| name.strip_suffix(".py"));
+        let there = |(path, text): &(String, String)| match file {
             Some(file) => path.contains(&format!("/{}", file.trim_end_matches('*'))),
             None => text.contains(&format!("fn {}", name.trim_end_matches('…'))),
         };
-        let word = name.ends_with(".rs") || name.contains('_');
+        let word = file.is_some() || name.contains('_');
         assert!(!word || sources.iter().any(there), "{name}");
     }
 }
@@ -327,7 +328,7 @@ fn collect(folder: &Path, sources: &mut Vec<(String, String)>) {
         let path = entry.unwrap().path();
         if path.is_dir() && !path.ends_with("target") {
             collect(&path, sources);
-        } else if path.extension().is_some_and(|end| end == "rs") {
+        } else if path.extension().is_some_and(|end| end == "rs" || end == "py") {
             sources.push((path.to_string_lossy().into_owned(), read_to_string(&path).unwrap()));
         }
     }

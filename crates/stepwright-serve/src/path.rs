@@ -131,11 +131,11 @@ pub struct PathMotor {
 /// What is known of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct PathFact {
-    /// What it is.
+    /// What it is; of a corner its place, in mm.
     pub name: String,
-    /// How much.
+    /// How much; of a corner what it costs, and how fast it is passed.
     pub value: String,
-    /// The line of the file that it is of.
+    /// The line of a corner.
     pub line: Option<usize>,
 }
 

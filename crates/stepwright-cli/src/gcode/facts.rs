@@ -42,12 +42,12 @@ pub fn of(plan: &JobPlan) -> Vec<PathFact> {
     facts.extend(plan.corners.iter().map(|corner| {
         let passed = match corner.speed {
             speed if speed < 0.005 => "at rest".to_owned(),
-            speed => format!("passed at {speed:.2} mm/s"),
+            speed => format!("at {speed:.2} mm/s"),
         };
         let [x, y, z] = corner.place.map(mm);
         PathFact {
-            name: format!("Corner {x}, {y}, {z}"),
-            value: format!("costs {:.3} s, {passed}", corner.cost),
+            name: format!("{x}, {y}, {z}"),
+            value: format!("{:.3} s, {passed}", corner.cost),
             line: Some(corner.line as usize),
         }
     }));

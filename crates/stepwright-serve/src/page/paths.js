@@ -213,7 +213,7 @@ export class PathsView {
     for (const { name, value, line } of this.sheet.facts ?? []) {
       const term = element("dt", line ? undefined : name);
       if (line) {
-        const button = element("button", `${name}, line ${line}`);
+        const button = element("button", `Line ${line}: ${name}`);
         button.type = "button";
         button.onclick = () => this.mark(line);
         term.append(button);

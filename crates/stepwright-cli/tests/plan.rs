@@ -405,3 +405,15 @@ mod austin {
         }
     }
 }
+
+/// Its deceleration comes near to a speed of its own, below the first of the other ramp.
+#[test]
+fn a_power_term_that_gets_no_faster_comes_to_an_end() {
+    for power in [4, 6] {
+        let line = format!(
+            "plan power --steps 16 --timer-hz 1000000 --accel 27359 --top-speed 87 --decel 2435 \
+             --c0 exact --power {power}"
+        );
+        assert!(stdout(&line).contains("power term"), "{power}");
+    }
+}

@@ -185,7 +185,12 @@ pub fn shadow(
             if u64::from(next.i) >= left {
                 return false;
             }
+            let before = next.c;
             follow(&mut next);
+            // A power term comes near to a speed of its own, and no nearer.
+            if next.c >= before {
+                return false;
+            }
         }
         *fall = next;
         u64::from(next.i) <= left

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 from typing import Iterator
 
@@ -11,6 +12,9 @@ import pytest
 import stepwright_motion as sw
 
 COMMAND = os.environ.get("STEPWRIGHT_COMMAND", "stepwright")
+
+# A shell's job in the background ignores Ctrl-C, and so would the programs that these tests begin.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

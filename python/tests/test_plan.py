@@ -58,10 +58,6 @@ def travel(law: str, luck: random.Random) -> dict[str, Any]:
         "c0": some(3_000, 100_000),
         "c_min": some(100, 3_000),
     }
-    if law == "power":
-        # One whose first delay is below that of the top speed has no end, by the command either.
-        for name in ("accel", "decel"):
-            all_values[name] = max(min(all_values[name], speed * speed // 4), 1)
     values = {name: all_values[name] for name in LAWS[law]}
     return {"steps": some(1, 600), "timer_hz": luck.choice([1_000_000, 16_000_000]), **values}
 

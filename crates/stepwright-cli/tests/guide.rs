@@ -44,6 +44,7 @@ fn blocks(page: &str) -> Vec<Block> {
 /// Blocks that are not commands of `stepwright` alone, and where they are tried.
 const ELSEWHERE: &[(&str, &str)] = &[
     ("cargo install --path crates/stepwright-cli", "the step `package`"),
+    ("python3 -m pip install ./python", "the step `python`"),
     ("stepwright board --pty", "each page has one behind its port"),
     ("cargo xtask sim uno", "the step `uno`"),
     ("stepwright jog --port /dev/ttyUSB0 --step 0.1mm", "it asks for a terminal: `jog.rs`"),
@@ -92,7 +93,7 @@ fn play(page: &Path) -> usize {
                 }
             }
             "rust" => assert!(is_excerpt(&lines), "{name}: in no program: {lines:#?}"),
-            // The next test, and the step `pyserial`; wires; `statuses.rs`.
+            // The next test, the steps `pyserial` and `python`; wires; `statuses.rs`.
             "python" | "drawing" | "json" => {}
             other => panic!("{name}: what is {other}?"),
         }
@@ -189,10 +190,10 @@ fn the_commands_in_its_sentences_are_there() {
     assert!(seen > 10, "{seen}");
 }
 
-/// Python's example does what it says.
+/// The example of the serial line does what it says.
 #[test]
-fn the_lines_of_the_python_page_are_answered_as_it_says() {
-    let page = read_to_string(folder().join("python.md")).unwrap();
+fn the_lines_of_the_serial_page_are_answered_as_it_says() {
+    let page = read_to_string(folder().join("serial-line.md")).unwrap();
     let list = page.split("for line in [").nth(1).unwrap().split(']').next().unwrap();
     let lines: Vec<_> = list.split(", ").map(|line| line.trim_matches('"')).collect();
     let script = lines.iter().map(|line| format!("{line}\r")).collect::<String>();

@@ -40,7 +40,7 @@ use Fate::{Ends, Stays};
 
 /// A subcommand with its words, and what becomes of it on a board whose axis 1 rests. `PORT`
 /// stands for the port where no machine file names it.
-const CASES: [(&str, Fate); 26] = [
+const CASES: [(&str, Fate); 27] = [
     ("settings set switches=1 PORT", Ends(0)),
     ("home --within 9000 PORT", Ends(0)),
     ("move 40 PORT", Ends(0)),
@@ -65,6 +65,7 @@ const CASES: [(&str, Fate); 26] = [
     ("timed --top 64000 --steps 5", Ends(0)),
     ("cycle CYCLE", Ends(0)),
     ("gcode JOB --plan", Ends(0)),
+    ("grbl --stdio --fast", Ends(0)),
     ("figures", Ends(0)),
     ("calc belt --teeth 20", Ends(0)),
     ("completions bash", Ends(0)),

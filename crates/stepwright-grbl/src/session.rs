@@ -207,6 +207,7 @@ impl<M: GrblMachine> Grbl<M> {
                 self.line = Line::default();
             }
         }
+        self.cancelled = self.cancelled.min(self.rx.len());
     }
 
     /// The machine.
@@ -399,6 +400,7 @@ impl<M: GrblMachine> Grbl<M> {
     fn reset(&mut self) {
         self.rx.clear();
         self.line = Line::default();
+        self.cancelled = 0;
         if self.state == State::Home {
             self.brake(After::Alarm(6));
             return;

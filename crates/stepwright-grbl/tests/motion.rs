@@ -141,6 +141,30 @@ fn a_jog_ends_when_it_is_cancelled() {
     sender.says("$J=X1F100", "error:8");
 }
 
+/// What is cancelled with a jog is what waited then, and nothing that a reset or a sender's end has
+/// cleared.
+#[test]
+fn a_jog_behind_a_reset_is_no_cancelled_one() {
+    for ends in ["reset", "hang up"] {
+        let mut sender = Sender::new();
+        sender.says("$J=G91X100F3000", "ok");
+        sender.pass(0.3);
+        // Comments of a line that has no end yet wait behind the jogs that fill the planner.
+        sender.send(&b"$J=G91Y1F3000\n".repeat(150));
+        sender.send(&[b"(", &b"x".repeat(300)[..]].concat());
+        sender.send(b"\x85");
+        match ends {
+            "reset" => sender.send(b"\x18"),
+            _ => sender.grbl.hang_up(),
+        }
+        sender.rest();
+        let at = sender.at();
+        sender.read();
+        assert_eq!(sender.does("$J=G91Z1F600"), "ok", "{ends}");
+        assert_eq!(sender.at(), [at[0], at[1], 100], "{ends}");
+    }
+}
+
 #[test]
 fn soft_limits_end_a_job_and_refuse_a_jog() {
     let mut sender = Sender::new();

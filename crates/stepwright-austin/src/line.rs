@@ -161,6 +161,18 @@ fn accel(n: &mut Numbers<'_>) -> Option<Accel> {
     }
 }
 
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refused::Rest => f.write_str("the motor does not move, or its way up is over"),
+            Refused::Law => f.write_str("no law was named, or it does not change on its way"),
+            Refused::Unsound => f.write_str("no travel has these numbers"),
+            Refused::Full => f.write_str("it keeps no more changes of a travel"),
+            Refused::Fast(ticks) => write!(f, "its delays by this law are {ticks} µs and more"),
+        }
+    }
+}
+
 /// As it is sent, without its carriage return.
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

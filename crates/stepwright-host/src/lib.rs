@@ -21,6 +21,8 @@
 //! - [`Board`] moves axes and says what became of it: [`Outcome`]. `AsyncBoard` (feature `tokio`)
 //!   has the same calls as futures.
 //! - [`Session`] waits for each line of a [`Conversation`].
+//! - [`programs`] are boards with Austin's laws, the timed driver or motor cycles instead of the
+//!   controller.
 //! - [`Conversation`] knows what to say, and what to do when no answer comes. It does no I/O:
 //!   whoever has bytes and a clock can carry it on by its [`Pipe`].
 //!
@@ -45,6 +47,7 @@ pub mod link;
 pub mod motion;
 mod outcome;
 mod pipe;
+pub mod programs;
 mod rows;
 mod session;
 pub mod settings;

@@ -62,6 +62,15 @@ pub enum Unwired {
     Pins,
 }
 
+impl fmt::Display for Unwired {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Unwired::Timer => "it has no motor on this timer",
+            Unwired::Pins => "it has not got these pins, or the serial line has them",
+        })
+    }
+}
+
 impl OwnFault for Unwired {
     fn word(&self) -> Text {
         match self {

@@ -30,7 +30,6 @@ use crate::interrupt::{self, While};
 use crate::plot;
 use crate::say;
 use play::Session;
-use port::Board;
 use remote::RemoteSession;
 use stepwright_cyclefile::CyclePlan;
 use stepwright_host::link::serial::Share;
@@ -173,8 +172,7 @@ fn title(file: &Path) -> String {
 /// Plays it on a board.
 fn on_board(args: &Args, path: &Path, plan: &mut CyclePlan, text: &Text) -> Result<(), Failure> {
     let mut stages = std::mem::take(&mut plan.stages);
-    let board =
-        Board::meet(Box::new(crate::order::target::serial(path, args.baud, Share::Alone)?))?;
+    let board = port::meet(Box::new(crate::order::target::serial(path, args.baud, Share::Alone)?))?;
     interrupt::listen(While::Holding)?;
     let mut session = RemoteSession::new(board, plan, text, args.format, args.limit);
     let played = session.play(&mut stages);

@@ -10,12 +10,13 @@ use stepwright_cycle::line::{CycleFault, CycleLine, CycleReport, LineAct, MotorP
 use stepwright_cycle::{AtTiming, Clock, Faults, Leg, Motor, Refusal, Status};
 
 use super::Format;
-use super::port::Board;
+use super::port;
 use super::text::Text;
 use super::told::{Ended, Ending, Told};
 use crate::failure::Failure;
 use crate::{interrupt, say};
 use stepwright_cyclefile::{Act, CyclePlan, Pins, Stage, Task, TimedAct, along};
+use stepwright_host::programs::{CycleProblem, CycleSession, RowProblem};
 use stepwright_plan::sheet::quoted;
 use stepwright_protocol::Fault;
 
@@ -27,7 +28,7 @@ const LOOK: Duration = Duration::from_millis(100);
 
 /// The motors of a file on a board.
 pub struct RemoteSession<'p> {
-    board: Board,
+    board: CycleSession,
     plan: &'p CyclePlan,
     text: &'p Text,
     told: Told<'p>,
@@ -46,7 +47,7 @@ pub struct RemoteSession<'p> {
 
 impl<'p> RemoteSession<'p> {
     pub fn new(
-        board: Board,
+        board: CycleSession,
         plan: &'p CyclePlan,
         text: &'p Text,
         format: Format,
@@ -62,9 +63,9 @@ impl<'p> RemoteSession<'p> {
     /// Plays all cycles. Whatever comes of it, no motor is left moving.
     pub fn play(&mut self, stages: &mut [Stage]) -> Result<(), Failure> {
         self.check(stages)?;
-        let report = self.board.look()?;
+        let report = self.look()?;
         if report.running {
-            return Err(Failure::new(format!("{} plays a cycle", self.board.called()))
+            return Err(Failure::new(format!("{} plays a cycle", self.board.name()))
                 .hint("let it end, or end it by a reset of the board"));
         }
         self.number = report.number;
@@ -72,14 +73,14 @@ impl<'p> RemoteSession<'p> {
         if self.told.format == Format::Csv {
             say::result("time_us,motor,event,value,position");
         }
-        let report = self.board.look()?;
+        let report = self.look()?;
         self.print(&report);
         let mut result = Ok(());
         for (n, stage) in stages.iter_mut().enumerate() {
             result = self.stage(n + 1, stage);
             if let Err(failure) = &result {
                 // The line may be what has failed.
-                _ = self.board.say(CycleLine::Now(LineAct::Finish));
+                _ = self.board.say(&CycleLine::Now(LineAct::Finish));
                 self.told.note(n, failure);
                 break;
             }
@@ -94,22 +95,22 @@ impl<'p> RemoteSession<'p> {
 
     /// That the board can do all of it, before anything moves.
     fn check(&self, stages: &mut [Stage]) -> Result<(), Failure> {
-        let (board, called) = (&self.board, self.board.called());
-        let (has, name) = (self.plan.names.len(), &board.name);
-        if has > board.motors {
+        let (board, called) = (&self.board, self.board.name());
+        let (has, name) = (self.plan.names.len(), board.board());
+        if has > board.motors() {
             return Err(self
                 .text
                 .blame(
-                    self.plan.at[board.motors].clone(),
+                    self.plan.at[board.motors()].clone(),
                     format_args!(
                         "this {name} moves {} motors, and the file has {has}",
-                        board.motors
+                        board.motors()
                     ),
                 )
                 .hint("leave motors out, or play it on a Mega, which moves four"));
         }
-        if self.plan.rate.hz() != board.hz {
-            return Err(Failure::new(format!("the timer of {called} runs at {} Hz", board.hz))
+        if self.plan.rate.hz() != board.hz() {
+            return Err(Failure::new(format!("the timer of {called} runs at {} Hz", board.hz()))
                 .hint("leave timer-hz out of the file"));
         }
         if self.plan.strategies.hard_end.brakes() && !board.can("brakes") {
@@ -146,12 +147,12 @@ impl<'p> RemoteSession<'p> {
                     let what = "each is 1 to 2147483647 on a board";
                     return Err(self.text.blame(part.at.clone(), what));
                 }
-                if legs.len() > board.legs {
+                if legs.len() > board.legs() {
                     let what = format_args!(
                         "cycle {} has {} delays and legs of series so far, and a {name} keeps {}",
                         n + 1,
                         legs.len(),
-                        board.legs
+                        board.legs()
                     );
                     return Err(self.text.blame(part.at.clone(), what).hint(
                         "make two cycles of it, a ramp-us of the list, or play it on a Mega, \
@@ -165,31 +166,50 @@ impl<'p> RemoteSession<'p> {
 
     /// Says a line that must be fine.
     fn say(&mut self, line: CycleLine) -> Result<(), Failure> {
-        self.board.say(line)?.map_err(|fault| self.board.unfit(line, fault))
+        let said = self.board.say(&line);
+        self.heard(said)
+    }
+
+    /// How the board is.
+    fn look(&mut self) -> Result<CycleReport, Failure> {
+        let report = self.board.look();
+        self.heard(report)
+    }
+
+    /// Lets time pass.
+    fn pause(&mut self, time: Duration) -> Result<(), Failure> {
+        let paused = self.board.pause(time);
+        self.heard(paused)
+    }
+
+    /// What came of a row, in the command's words.
+    fn heard<T>(&self, result: Result<T, CycleProblem>) -> Result<T, Failure> {
+        result.map_err(|problem| port::failure(&self.board.name(), problem))
     }
 
     /// Says what motors there are.
     fn set_up(&mut self) -> Result<(), Failure> {
         self.say(CycleLine::New)?;
         // Pins may change places from one file to the next.
-        for motor in 0..self.board.motors as u8 {
+        for motor in 0..self.board.motors() as u8 {
             self.say(CycleLine::Wire(motor, MotorPins::NONE))?;
         }
         self.say(CycleLine::Clock(self.plan.clock, self.plan.strategies))?;
         for (n, pins) in self.plan.pins.iter().enumerate() {
             let (motor, at) = (n as u8, self.plan.at[n].clone());
-            let codes = pins.codes(self.text, n, at.clone(), self.board.arduino())?;
+            let codes = pins.codes(self.text, n, at.clone(), port::arduino(&self.board))?;
             self.say(CycleLine::Motor(motor, bounded(self.plan.motors[n])))?;
-            match self.board.say(CycleLine::Wire(motor, codes))? {
-                Ok(()) => {}
-                Err(Fault::Own(CycleFault::Pin { number })) => {
+            match self.board.say(&CycleLine::Wire(motor, codes)) {
+                Err(RowProblem::Refused {
+                    reason: Fault::Own(CycleFault::Pin { number }), ..
+                }) => {
                     let which = Pins::name(usize::from(number).saturating_sub(2));
                     let what = format_args!(
                         "its pin {which} is one of the serial line's, or has another part already"
                     );
                     return Err(self.text.blame(at, what));
                 }
-                Err(fault) => return Err(self.board.unfit(CycleLine::Wire(motor, codes), fault)),
+                said => self.heard(said)?,
             }
             if self.plan.placed[n] {
                 let at = self.plan.positions[n].max(i64::MIN + 1);
@@ -211,12 +231,12 @@ impl<'p> RemoteSession<'p> {
         for part in &mut stage.moves {
             spans.push((part.motor, part.at.clone()));
             let program = part.line(&mut legs);
-            if legs.len() > self.board.legs {
+            if legs.len() > self.board.legs() {
                 let what = format_args!(
                     "the path of cycle {number} is {} runs, and a {} keeps {}",
                     legs.len(),
-                    self.board.name,
-                    self.board.legs
+                    self.board.board(),
+                    self.board.legs()
                 );
                 return Err(self
                     .text
@@ -256,12 +276,11 @@ impl<'p> RemoteSession<'p> {
             Some(homing) => CycleLine::Home(self.number, homing),
             None => CycleLine::Start(self.number),
         };
-        match self.board.say(go)? {
-            Ok(()) => {}
-            Err(Fault::Own(CycleFault::Refused(refusal))) => {
-                return Err(self.refused(refusal, &spans, &stage.at));
-            }
-            Err(fault) => return Err(self.board.unfit(go, fault)),
+        match self.board.say(&go) {
+            Err(RowProblem::Refused {
+                reason: Fault::Own(CycleFault::Refused(refusal)), ..
+            }) => return Err(self.refused(refusal, &spans, &stage.at)),
+            said => self.heard(said)?,
         }
         let report = self.watch(number, stage)?;
         let seconds = self.told.seconds(report.time);
@@ -305,7 +324,7 @@ impl<'p> RemoteSession<'p> {
 
     /// Plans a path from where the motors stand; false if they are at its end already.
     fn plan_path(&mut self, number: usize, stage: &mut Stage) -> Result<bool, Failure> {
-        let report = self.board.look()?;
+        let report = self.look()?;
         let positions = self.positions(&report);
         let Stage { task, moves, acts, at, .. } = stage;
         *moves = along(self.plan, self.text, &positions, task, acts, at)?;
@@ -353,10 +372,10 @@ impl<'p> RemoteSession<'p> {
                 self.say(CycleLine::Now(LineAct::Finish))?;
                 return Err(Failure::interrupted("interrupted: the motors stand"));
             }
-            let mut report = self.board.look()?;
+            let mut report = self.look()?;
             if faults(self.motors(&report)) != self.faults {
                 // Positions were taken before the faults: now they are those of the end.
-                report = self.board.look()?;
+                report = self.look()?;
             }
             self.tell(&report, &mut acts);
             if !report.running {
@@ -374,7 +393,7 @@ impl<'p> RemoteSession<'p> {
                 }
             }
             let left = Duration::from_secs_f64((self.due as f64 - now).max(0.001));
-            self.board.rest(left.min(LOOK))?;
+            self.pause(left.min(LOOK))?;
         }
     }
 
@@ -426,12 +445,12 @@ impl<'p> RemoteSession<'p> {
                 return Err(Failure::interrupted("interrupted: the motors stand"));
             }
             let piece = left.min(LOOK);
-            self.board.rest(piece)?;
+            self.pause(piece)?;
             left -= piece;
             shown += piece;
             if shown >= Duration::from_secs(10) {
                 shown = Duration::ZERO;
-                let report = self.board.look()?;
+                let report = self.look()?;
                 self.print(&report);
             }
         }

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use stepwright_austin::line::{Line, NAME, Refused, can};
+use stepwright_austin::line::{Line, NAME, Refused};
 use stepwright_austin::station::{CHANGES, Costs};
 use stepwright_austin::{LawName, Recipe};
 use stepwright_protocol::{AxisId, Fault, Selection};
@@ -22,11 +22,12 @@ use crate::programs;
 use crate::quantity::{Rounded, SpeedArg, in_unit};
 use crate::say;
 use stepwright::{Accel, Geometry, Rate, Speed};
+use stepwright_host::LinkError;
 use stepwright_host::link::Link;
 use stepwright_host::link::serial::Share;
 use stepwright_host::link::simulated::VirtualLink;
 use stepwright_host::motion::{Action, NotBegun, RestPlace};
-use stepwright_host::{LinkError, Session};
+use stepwright_host::programs::{LawProblem, LawSession, RowProblem};
 use stepwright_plan::RampChange;
 use stepwright_plot::GAP;
 use stepwright_sim::Description;
@@ -89,9 +90,13 @@ impl LawOrder<'_> {
             None => self.virtual_link(&held, virt)?,
         };
         let mut session = target::conversation(link);
-        let result = self.on(&mut session, &held);
+        let at = session.name();
+        let about = target::met_program(&mut session, NAME, |about| program(self.law, about))?;
+        let mut board =
+            LawSession::of(session, about).map_err(|problem| failure(self.law, &at, problem))?;
+        let result = self.on(&mut board, &held);
         // Also what was recorded of a motion that went wrong is worth a look.
-        let finished = target::finish(&mut session);
+        let finished = target::finish(board.session());
         result.and(finished)
     }
 
@@ -172,25 +177,23 @@ impl LawOrder<'_> {
         rows
     }
 
-    fn on(&self, session: &mut Session, held: &Understood) -> Result<(), Failure> {
-        let at = session.name();
-        let about = target::met_program(session, NAME, |about| program(self.law, about))?;
-        let laws = about.split(' ').find_map(|word| word.strip_prefix("can=")).unwrap_or("");
-        if !can(laws).any(|law| law == self.law) {
-            let (name, has) = (self.law.name(), can(laws).map(LawName::name));
+    fn on(&self, board: &mut LawSession, held: &Understood) -> Result<(), Failure> {
+        let at = board.name();
+        if !board.laws().any(|law| law == self.law) {
+            let (name, has) = (self.law.name(), board.laws().map(LawName::name));
             let has = has.collect::<Vec<_>>().join(",");
+            let about = board.about();
             return Err(Failure::new(format!("{at} has the laws {has}, and not {name}"))
-                .hint(programs::flash(&about, program(self.law, &about))));
+                .hint(programs::flash(about, program(self.law, about))));
         }
         let axis = AxisId::FIRST;
+        let session = board.session();
         let trouble = target::trouble(session);
         if session.is_busy(Selection::One(axis)).map_err(trouble)? {
             return Err(Failure::new(format!("{at} moves already")).hint("wait until it rests"));
         }
         let from = start_position(session, axis)?;
         let steps = self.steps(from)?;
-        let mut lines = vec![Line::Law(self.recipe(held, steps)?)];
-        lines.extend(held.changes.iter().map(|(after, accel)| Line::Change(*after, accel.value)));
         let (title, go) = match self.goal {
             Goal::Endless(forward) => {
                 let way = if forward { "forward" } else { "backward" };
@@ -202,24 +205,15 @@ impl LawOrder<'_> {
             say::result(title);
             self.rows(held).iter().for_each(say::result);
         }
-        for line in &lines {
-            // A change that is said twice is two: the law before it forgets all of them.
-            let twice = matches!(line, Line::Law(_));
-            let trouble = target::trouble(session);
-            match session.row(&line.to_string(), twice).map_err(trouble)? {
-                Some(answer) => obeyed(self.law, &at, *line, &answer)?,
-                None => {
-                    let what = format!("{at}: noise spoiled the answer to {line}");
-                    return Err(Failure::new(what)
-                        .hint("nothing has moved. Look at the cable and its ground"));
-                }
-            }
-        }
-        let begun = session.now();
+        let recipe = self.recipe(held, steps)?;
+        let changes: Vec<_> = held.changes.iter().map(|(n, accel)| (*n, accel.value)).collect();
+        board.set_law(&recipe, &changes).map_err(|problem| failure(self.law, &at, problem))?;
+        let before = board.word("late").and_then(|late| late.parse::<u32>().ok());
+        let begun = board.session().now();
         let mut signal = false;
-        let watched = match session.begin_by(axis, &go.to_string(), Some(from)) {
-            Ok(answer) => {
-                obeyed(self.law, &at, go, &answer)?;
+        let watched = match board.begin(&go, Some(from)) {
+            Ok(()) => {
+                let session = board.session();
                 let until = self.time.map(|time| session.now() + time);
                 session.watch(axis, until, |_, sight| {
                     if !interrupt::asked() {
@@ -232,9 +226,16 @@ impl LawOrder<'_> {
                     Action::Stop
                 })
             }
-            Err(NotBegun::Trouble { trouble: LinkError::Killed, .. }) => Err(LinkError::Killed),
-            Err(not) => return Err(drive::not_begun(session, not)),
+            Err(RowProblem::Lost(LinkError::Killed)) => Err(LinkError::Killed),
+            Err(RowProblem::Lost(trouble)) => {
+                return Err(drive::not_begun(board.session(), NotBegun::unsure(trouble)));
+            }
+            Err(RowProblem::Noise { .. }) => {
+                return Err(drive::not_begun(board.session(), NotBegun::Noise));
+            }
+            Err(problem) => return Err(failure(self.law, &at, problem)),
         };
+        let session = board.session();
         let ended = drive::conclude(session, axis, watched);
         let took = session.now().saturating_sub(begun).as_secs_f64();
         let target =
@@ -244,8 +245,8 @@ impl LawOrder<'_> {
             RestPlace::At(at) => ("stopped", Some(at)),
             RestPlace::Uncertain => ("uncertain", None),
         };
-        let late = late(&about).zip(session.about().ok().and_then(|about| late(&about)));
-        let late = late.map(|(before, now)| now.saturating_sub(before));
+        let late =
+            before.zip(board.late().ok().flatten()).map(|(before, now)| now.saturating_sub(before));
         if let Some(late @ 1..) = late {
             say::note(format_args!("{late} steps came late: the board is too slow for this speed"));
         }
@@ -317,19 +318,25 @@ fn program(law: LawName, about: &str) -> &'static str {
     }
 }
 
-/// Steps that came late, as the board says of itself.
-fn late(about: &str) -> Option<u32> {
-    about.split(' ').find_map(|word| word.strip_prefix("late="))?.parse().ok()
-}
-
-/// That a line was taken.
-fn obeyed(law: LawName, at: &str, line: Line, answer: &str) -> Result<(), Failure> {
-    if answer == "Y" {
-        return Ok(());
-    }
+/// Why a row was not obeyed, before anything moved.
+fn failure(law: LawName, at: &str, problem: LawProblem) -> Failure {
     let name = law.name();
-    Err(match Fault::read(answer.as_bytes()) {
-        Some(Fault::Own(Refused::Fast(ticks))) => {
+    let (line, reason) = match problem {
+        RowProblem::Refused { row, reason } => (row, reason),
+        RowProblem::Lost(trouble) => return target::lost(at, &trouble),
+        RowProblem::Noise { row } => {
+            let what = format!("{at}: noise spoiled the answer to {row}");
+            return Failure::new(what).hint("nothing has moved. Look at the cable and its ground");
+        }
+        RowProblem::OtherProgram(answer) => {
+            return Failure::new(format!("{at} answered {answer:?} to ?"));
+        }
+        RowProblem::Nonsense { row, answer } => {
+            return Failure::new(format!("{at} answered {answer:?} to {row}"));
+        }
+    };
+    match reason {
+        Fault::Own(Refused::Fast(ticks)) => {
             let what = match line {
                 Line::Change(..) => "changes of acceleration".to_owned(),
                 _ => format!("the law {name}"),
@@ -338,21 +345,21 @@ fn obeyed(law: LawName, at: &str, line: Line, answer: &str) -> Result<(), Failur
             Failure::new(format!("{at} is too slow for {what} at this top speed"))
                 .hint(format!("give a top speed of at most {most} steps/s"))
         }
-        Some(Fault::Own(Refused::Unsound)) => {
+        Fault::Own(Refused::Unsound) => {
             Failure::new(format!("{at} can't hold this travel by the law {name}")).hint(
                 "a delay is at most 4 s, a ramp has at most 1073741824 steps, and power and \
                  piecewise take a --decel of at least --accel",
             )
         }
-        Some(Fault::Busy) => Failure::new(format!("{at} moves already")),
-        Some(Fault::Own(Refused::Full)) => {
+        Fault::Busy => Failure::new(format!("{at} moves already")),
+        Fault::Own(Refused::Full) => {
             Failure::usage(format!("{at} keeps {CHANGES} changes of a travel"))
                 .hint("leave some of --change out")
         }
-        Some(Fault::Own(Refused::Law)) if matches!(line, Line::Change(..)) => {
+        Fault::Own(Refused::Law) if matches!(line, Line::Change(..)) => {
             Failure::usage("this form of the law does not change on its way")
                 .hint("leave --change or --divisor out")
         }
-        _ => Failure::new(format!("{at} answered {answer:?} to {line}")),
-    })
+        reason => Failure::new(format!("{at} refused {line}: {reason}")),
+    }
 }

@@ -5,127 +5,78 @@ use std::time::Duration;
 use stepwright::drive::Arduino;
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::line::{Line, NAME, Report, Unwired, Wire};
-use stepwright_timed::{Call, Code, Control, SetSpeed};
+use stepwright_timed::{Call, Code, Control};
 
 use super::course::{Course, Logged, Moments, Play, Update};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::order::target;
+use stepwright_host::Session;
 use stepwright_host::link::Link;
-use stepwright_host::{LinkError, Session};
+use stepwright_host::programs::{RowProblem, TimedProblem, TimedSession};
 use stepwright_protocol::Fault;
 
 /// From one look at the motor to the next, at most.
 const LOOK: u32 = 100;
 
 /// A board that has the timed driver.
-pub struct Board {
-    session: Session,
-    /// Its name: uno or mega.
-    pub name: String,
-    hz: u32,
-    timers: Vec<u8>,
-}
+pub struct Board(TimedSession);
 
 impl Board {
     /// Meets the board at the end of a line.
     pub fn meet(link: Box<dyn Link>) -> Result<Board, Failure> {
         // A signal ends the watching, and the motor is stopped then.
         let mut session = Session::new(link);
-        let answer = target::met_program(&mut session, NAME, |_| "timed")?;
-        let mut words = answer.split(' ').skip(1);
-        let name = words.next().unwrap_or("").to_owned();
-        let mut board = Board { session, name, hz: 0, timers: Vec::new() };
-        for word in words {
-            match word.split_once('=') {
-                Some(("hz", hz)) => board.hz = hz.parse().unwrap_or(0),
-                Some(("timers", all)) => {
-                    board.timers = all.split(',').filter_map(|n| n.parse().ok()).collect();
-                }
-                _ => {}
-            }
-        }
-        Ok(board)
+        let name = session.name();
+        let about = target::met_program(&mut session, NAME, |_| "timed")?;
+        TimedSession::of(session, about).map(Board).map_err(|problem| failure(&name, problem))
     }
 
     /// Which Arduino it is.
     pub fn arduino(&self) -> Option<Arduino> {
-        match self.name.as_str() {
+        match self.0.board() {
             "uno" => Some(Arduino::Uno),
             "mega" => Some(Arduino::Mega),
             _ => None,
         }
     }
 
-    /// The answer to a row.
-    ///
-    /// # Errors
-    /// That to an order was spoiled: the motor is stopped then.
-    fn ask(&mut self, line: Line) -> Result<String, Failure> {
-        let stop = |timer| Line::Move(timer, SetSpeed::STOP, 0);
-        let order = match line {
-            Line::Move(timer, order, _) if order != SetSpeed::STOP => Some(timer),
-            _ => None,
-        };
-        if let Some(answer) = self.row(line, order.is_none())? {
-            return Ok(answer);
-        }
-        if let Some(timer) = order {
-            self.row(stop(timer), true)?;
-        }
-        Err(Failure::new(format!("{}: noise spoiled the answer to {line}", self.session.name()))
-            .hint("the motor is stopped. Look at the cable and its ground"))
-    }
-
-    fn row(&mut self, line: Line, twice: bool) -> Result<Option<String>, Failure> {
-        let name = self.session.name();
-        self.session.row(&line.to_string(), twice).map_err(|trouble| lost(&name, &trouble))
-    }
-
-    fn look(&mut self, timer: u8) -> Result<Report, Failure> {
-        let answer = self.ask(Line::Look(timer))?;
-        Report::read(answer.as_bytes()).ok_or_else(|| {
-            Failure::new(format!("{} answered {answer:?}, which is no report", self.session.name()))
-        })
+    /// What came of a row, in the command's words.
+    fn heard<T>(&self, result: Result<T, TimedProblem>) -> Result<T, Failure> {
+        result.map_err(|problem| failure(&self.0.name(), problem))
     }
 
     /// Says a row that is to be answered `Y`.
     fn say(&mut self, line: Line, what: &str) -> Result<(), Failure> {
-        let answer = self.ask(line)?;
-        if answer == "Y" {
-            return Ok(());
-        }
-        let refused = Failure::new(format!("{} refused {what}", self.session.name()));
-        Err(refused.hint(match Fault::<Unwired>::read(answer.as_bytes()) {
-            Some(Fault::Busy) => "its motor moves: `stepwright timed 0 --port` stops it".to_owned(),
-            Some(Fault::Own(Unwired::Pins)) => {
+        let said = self.0.say(&line);
+        let Err(RowProblem::Refused { reason, .. }) = said else { return self.heard(said) };
+        let refused = Failure::new(format!("{} refused {what}", self.0.name()));
+        Err(refused.hint(match reason {
+            Fault::Busy => "its motor moves: `stepwright timed 0 --port` stops it".to_owned(),
+            Fault::Own(Unwired::Pins) => {
                 "a motor is on pins of one port that the board has, other than those of the \
                  serial line"
                     .to_owned()
             }
-            _ => format!("it answered {answer:?} to {line}"),
+            _ => format!("to {line}: {reason}"),
         }))
     }
 
     /// That there is a motor on this timer.
     fn has(&self, timer: u8) -> Result<(), Failure> {
-        if self.timers.contains(&timer) {
+        if self.0.timers().any(|has| has == timer) {
             return Ok(());
         }
-        let all: Vec<_> = self.timers.iter().map(u8::to_string).collect();
-        Err(Failure::usage(format!("a {} has no motor on timer {timer}", self.name))
+        let all: Vec<_> = self.0.timers().map(|timer| timer.to_string()).collect();
+        Err(Failure::usage(format!("a {} has no motor on timer {timer}", self.0.board()))
             .hint(format!("--on-timer is one of {}", all.join(", "))))
     }
 
     /// Stops a timer's motor.
     pub fn stop(&mut self, timer: u8) -> Result<(), Failure> {
         self.has(timer)?;
-        match self.ask(Line::Move(timer, SetSpeed::STOP, 0))?.as_str() {
-            "0" => Ok(()),
-            other => {
-                Err(Failure::new(format!("{} answered {other:?} to a stop", self.session.name())))
-            }
-        }
+        let stopped = self.0.stop(timer);
+        self.heard(stopped)
     }
 
     /// Carries an order out on a timer's motor, and stops it at the end.
@@ -137,11 +88,11 @@ impl Board {
     ) -> Result<Course<'a>, Failure> {
         let Play { hardware, latched, order, .. } = *play;
         self.has(timer)?;
-        if hardware != Hardware::avr16(self.hz) {
+        let hz = self.0.hz();
+        if hardware != Hardware::avr16(hz) {
             return Err(Failure::usage(format!(
-                "the timers of {} have 16 bits and run at {} Hz",
-                self.session.name(),
-                self.hz
+                "the timers of {} have 16 bits and run at {hz} Hz",
+                self.0.name(),
             ))
             .hint("leave --timer and --clock out, or give those of the board"));
         }
@@ -149,17 +100,16 @@ impl Board {
         self.say(Line::Latched(timer, latched), "the model of its timer")?;
         let check = order.poll_ms.and_then(|ms| u16::try_from(ms).ok()).unwrap_or(0);
         self.say(Line::Check(timer, check), "the interval of its checks")?;
-        let code = self.ask(Line::Move(timer, order.set_speed, order.call_ms()))?;
-        let code = code.parse().map(Code::new).map_err(|_| {
-            Failure::new(format!("{} answered {code:?} to the order", self.session.name()))
-        })?;
+        let code = self.0.set_speed(timer, order.set_speed, order.call_ms());
+        let code = self.heard(code)?;
         if code.is_error() {
             return Err(super::course::refused(code));
         }
         let watched = self.watch(play, timer, code, wire);
         // Whatever came of it: the motor is not left running.
-        let stopped = self.ask(Line::Move(timer, SetSpeed::STOP, 0));
-        watched.and_then(|course| stopped.map(|_| course))
+        let stopped = self.0.stop(timer);
+        let course = watched?;
+        self.heard(stopped).map(|()| course)
     }
 
     fn watch<'a>(
@@ -177,7 +127,8 @@ impl Board {
             if interrupt::asked() {
                 return Err(Failure::interrupted("interrupted: the motor is stopped"));
             }
-            let report = self.look(timer)?;
+            let report = self.0.look(timer);
+            let report = self.heard(report)?;
             let due = |n| play.log.and_then(|log: &Moments| log.at(n));
             while due(logged).is_some_and(|ms| ms <= f64::from(report.ms)) {
                 course.dumps.push(Logged { ms: report.ms.into(), dump: report.dump });
@@ -196,7 +147,7 @@ impl Board {
             if last || until.is_some_and(|until| report.ms >= until) {
                 course.status = report.dump.status;
                 course.moving = report.moving;
-                course.end = u64::from(report.ms) * u64::from(self.hz) / 1000;
+                course.end = u64::from(report.ms) * u64::from(self.0.hz()) / 1000;
                 let calls = [(report.reached, Call::Reached), (report.fault, Call::Fault)];
                 let called = calls.into_iter().filter_map(|(ms, call)| Some((ms?.into(), call)));
                 course.calls = called.collect();
@@ -209,15 +160,34 @@ impl Board {
             let next = due(logged).map_or(LOOK, |ms| (ms.ceil() as u32).saturating_sub(report.ms));
             let left = until.map_or(LOOK, |until| until.saturating_sub(report.ms));
             let time = Duration::from_millis(next.min(left).clamp(1, LOOK).into());
-            let name = self.session.name();
-            self.session.pause(time).map_err(|trouble| lost(&name, &trouble))?;
+            let paused = self.0.pause(time);
+            self.heard(paused)?;
         }
     }
 }
 
-/// The board was there a moment ago.
-fn lost(name: &str, trouble: &LinkError) -> Failure {
-    target::lost(name, trouble).hint("what it plays goes on; a reset of the board ends it")
+/// Why a row was not obeyed.
+fn failure(name: &str, problem: TimedProblem) -> Failure {
+    match problem {
+        // The board was there a moment ago.
+        RowProblem::Lost(trouble) => {
+            target::lost(name, &trouble).hint("what it plays goes on; a reset of the board ends it")
+        }
+        RowProblem::Noise { row } => {
+            Failure::new(format!("{name}: noise spoiled the answer to {row}"))
+                .hint("the motor is stopped. Look at the cable and its ground")
+        }
+        RowProblem::Refused { row, reason } => {
+            Failure::new(format!("{name} refused {row}: {reason}"))
+        }
+        RowProblem::Nonsense { row, answer } => {
+            Failure::new(format!("{name} answered {answer:?} to {row}"))
+                .hint("does it run the same version of the program as this command?")
+        }
+        RowProblem::OtherProgram(answer) => {
+            Failure::new(format!("{name} answered {answer:?} to ?"))
+        }
+    }
 }
 
 impl Course<'_> {

@@ -104,7 +104,7 @@ fn play(about: &'static str, noise: usize, file: &str) -> Result<Vec<i64>, Failu
     let text = Text::named("file.toml", file);
     let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
-    let board = Board::meet(Box::new(Chip::new(about, noise)))?;
+    let board = port::meet(Box::new(Chip::new(about, noise)))?;
     let mut session = RemoteSession::new(board, &plan, &text, Format::Json, 60);
     session.play(&mut stages)?;
     Ok(session.shown.clone().unwrap())

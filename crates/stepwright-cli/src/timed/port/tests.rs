@@ -5,6 +5,7 @@ use std::io;
 
 use stepwright_host::link::simulated::{VirtualLink, VirtualProgram};
 use stepwright_sim::timed::{TimedLineBoard, TimedMotor};
+use stepwright_timed::SetSpeed;
 use stepwright_timed::line::LONGEST;
 
 use super::*;

@@ -1,0 +1,203 @@
+//! Boards that run another program than the controller: Austin's laws, the timed driver, motor
+//! cycles.
+//!
+//! ```text
+//!   LawSession    ┐
+//!   TimedSession  ├─ ProgramSession<Row> ─► Session ─► a row, its answer, read
+//!   CycleSession  ┘
+//! ```
+//!
+//! A row is a type of the program's own crate, so that none is said that its board can't read. A
+//! row that noise has spoiled is said again where that is harmless.
+
+mod cycles;
+mod laws;
+mod timed;
+
+use std::fmt;
+use std::marker::PhantomData;
+use std::time::Duration;
+
+use stepwright_protocol::{Fault, OwnFault};
+
+use crate::conversation::LinkError;
+use crate::link::Link;
+use crate::session::Session;
+
+pub use cycles::{CycleProblem, CycleSession};
+pub use laws::{LawProblem, LawSession};
+pub use timed::{TimedProblem, TimedSession};
+
+/// A row of a program's line.
+pub trait ProgramRow: Copy + fmt::Debug + fmt::Display {
+    /// How its board answers `?`.
+    const GREETING: &'static str;
+
+    /// The program's own reasons to refuse a row.
+    type Reason: OwnFault + fmt::Debug + fmt::Display;
+
+    /// Whether saying it a second time changes nothing.
+    fn is_harmless_twice(&self) -> bool;
+}
+
+/// Why a row was not obeyed.
+#[derive(Debug)]
+pub enum RowProblem<L: ProgramRow> {
+    /// The conversation has ended. What moves goes on.
+    Lost(LinkError),
+    /// Another program runs on the board: its answer to `?`.
+    OtherProgram(String),
+    /// The board refused the row; nothing has changed.
+    Refused {
+        /// The row.
+        row: L,
+        /// Its reason.
+        reason: Fault<L::Reason>,
+    },
+    /// The answer was spoiled: whether the row was obeyed is not known.
+    Noise {
+        /// The row.
+        row: L,
+    },
+    /// The answer is none to this row: the board runs another version of the program.
+    Nonsense {
+        /// The row.
+        row: L,
+        /// The answer.
+        answer: String,
+    },
+}
+
+impl<L: ProgramRow> fmt::Display for RowProblem<L> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            RowProblem::Lost(trouble) => write!(f, "{trouble}; a motor may be moving"),
+            RowProblem::OtherProgram(about) => {
+                write!(f, "the board runs another program: {about}")
+            }
+            RowProblem::Refused { row, reason } => write!(f, "{row} was refused: {reason}"),
+            RowProblem::Noise { row } => write!(f, "noise spoiled the answer to {row}"),
+            RowProblem::Nonsense { row, answer } => {
+                write!(f, "{row} was answered {answer:?}: another version of the program?")
+            }
+        }
+    }
+}
+
+impl<L: ProgramRow> std::error::Error for RowProblem<L> {}
+
+impl<L: ProgramRow> From<LinkError> for RowProblem<L> {
+    fn from(trouble: LinkError) -> RowProblem<L> {
+        RowProblem::Lost(trouble)
+    }
+}
+
+/// A board that runs the program of these rows.
+pub struct ProgramSession<L> {
+    session: Session,
+    about: String,
+    rows: PhantomData<L>,
+}
+
+impl<L: ProgramRow> ProgramSession<L> {
+    /// The board at the other end of a line.
+    ///
+    /// # Errors
+    /// [`RowProblem::OtherProgram`]; [`RowProblem::Lost`] if no board answers within 4 s.
+    pub fn on(link: Box<dyn Link>) -> Result<Self, RowProblem<L>> {
+        let mut session = Session::new(link);
+        let about = session.meet_program()?;
+        Self::of(session, about)
+    }
+
+    /// The board of a session that has met it, by its answer to `?`.
+    ///
+    /// # Errors
+    /// [`RowProblem::OtherProgram`]
+    pub fn of(session: Session, about: String) -> Result<Self, RowProblem<L>> {
+        if about.split(' ').next() == Some(L::GREETING) {
+            Ok(ProgramSession { session, about, rows: PhantomData })
+        } else {
+            Err(RowProblem::OtherProgram(about))
+        }
+    }
+
+    /// What the board says of itself.
+    pub fn about(&self) -> &str {
+        &self.about
+    }
+
+    /// The kind of board: `uno`, `mega`, `virtual`.
+    pub fn board(&self) -> &str {
+        self.about.split(' ').nth(1).unwrap_or_default()
+    }
+
+    /// The value of `word=value` in what the board says of itself.
+    pub fn word(&self, word: &str) -> Option<&str> {
+        value(&self.about, word)
+    }
+
+    /// Whether it has this word in its list `can=`.
+    pub fn can(&self, word: &str) -> bool {
+        self.word("can").is_some_and(|all| all.split(',').any(|can| can == word))
+    }
+
+    /// Ticks of its timer in a second; 0 if it does not say.
+    pub fn hz(&self) -> u32 {
+        self.word("hz").and_then(|hz| hz.parse().ok()).unwrap_or(0)
+    }
+
+    /// How to call the board in a sentence.
+    pub fn name(&self) -> String {
+        self.session.name()
+    }
+
+    /// The session, for the rows that every program has.
+    pub fn session(&mut self) -> &mut Session {
+        &mut self.session
+    }
+
+    /// Lets time pass.
+    ///
+    /// # Errors
+    /// [`RowProblem::Lost`]
+    pub fn pause(&mut self, time: Duration) -> Result<(), RowProblem<L>> {
+        Ok(self.session.pause(time)?)
+    }
+
+    /// Says a row, and gives its answer.
+    ///
+    /// # Errors
+    /// [`RowProblem::Noise`], [`RowProblem::Lost`]
+    pub fn ask(&mut self, row: &L) -> Result<String, RowProblem<L>> {
+        let answer = self.session.row(&row.to_string(), row.is_harmless_twice())?;
+        answer.ok_or(RowProblem::Noise { row: *row })
+    }
+
+    /// Says a row that is to be obeyed.
+    ///
+    /// # Errors
+    /// All but [`RowProblem::OtherProgram`].
+    pub fn say(&mut self, row: &L) -> Result<(), RowProblem<L>> {
+        let answer = self.ask(row)?;
+        obeyed(row, &answer)
+    }
+}
+
+/// The value of `word=value` in an answer to `?`.
+fn value<'a>(about: &'a str, word: &str) -> Option<&'a str> {
+    let mut pairs = about.split(' ').filter_map(|pair| pair.split_once('='));
+    pairs.find(|(name, _)| *name == word).map(|(_, value)| value)
+}
+
+/// That a row was taken.
+fn obeyed<L: ProgramRow>(row: &L, answer: &str) -> Result<(), RowProblem<L>> {
+    if answer == "Y" {
+        return Ok(());
+    }
+    let row = *row;
+    Err(match Fault::read(answer.as_bytes()) {
+        Some(reason) => RowProblem::Refused { row, reason },
+        None => RowProblem::Nonsense { row, answer: answer.to_owned() },
+    })
+}

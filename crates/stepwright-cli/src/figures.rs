@@ -24,7 +24,7 @@ Examples:
   stepwright figures 7 --points --format csv  every delay of its curves
   stepwright figures all --plot figure.svg    figure-2.svg … figure-8.svg")]
 pub struct Args {
-    /// Which; without it, what there is
+    /// Which figure or table; without it, a list of them
     #[arg(value_enum, hide_possible_values = true, value_name = "2…8|table-1|table-2|all")]
     which: Option<Which>,
     /// How to print it

@@ -20,10 +20,10 @@ use crate::say;
 /// is on the board; settings that the board keeps stay.
 #[derive(clap::Args)]
 #[command(after_help = "\
-Avrdude writes it if it is installed. Else this command does, and compares all of it
-afterwards. With --own avrdude is not looked for.
+avrdude writes the firmware if it is installed. Otherwise this command writes it, reads it
+back and compares.
 
-The board must have its boot loader: one bought as an Arduino, or as a copy of one, has.
+The board needs a boot loader. Every Arduino, and every copy of one, is sold with one.
 
 Examples:
   stepwright flash uno --port /dev/ttyACM0
@@ -40,13 +40,13 @@ pub struct Args {
     #[arg(long, value_name = "NAME", value_enum, default_value_t = FlashProgram::Slave)]
     program: FlashProgram,
     /// A Nano from before 2018, whose boot loader listens at 57600 bits/s and leaves 1.5 KB less
-    /// room. For a program that is larger the boot loader has to be replaced, which is then said
+    /// room. A program that is larger is refused, with how to replace the boot loader
     #[arg(long)]
     old_boot_loader: bool,
-    /// Leave avrdude alone
+    /// Write by this command's own code, even where avrdude is installed
     #[arg(long)]
     own: bool,
-    /// Say what would be done, and leave the board alone
+    /// Print what would be done; the board is not touched
     #[arg(long)]
     dry_run: bool,
     /// How to write the result

@@ -91,7 +91,7 @@ pub struct Args {
     #[arg(long, value_name = "X,Y", requires = "xy", value_delimiter = ',')]
     #[arg(help_heading = "Output")]
     xy_motors: Vec<String>,
-    /// Seconds, on the virtual board simulated ones, after which a cycle is finished that has not ended
+    /// Seconds after which a cycle that has not ended is finished; simulated ones on the virtual board
     #[arg(long, value_name = "S", default_value_t = 3600)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     limit: u32,

@@ -22,7 +22,7 @@ const UNHEARD: usize = 256 * 1024;
 /// The largest file of kept values.
 const KEPT: usize = 64 * 1024;
 
-/// Be a machine that any G-code sender can drive: grbl 1.1 on virtual motors
+/// Run a virtual machine that any G-code sender can drive, by grbl 1.1's protocol
 ///
 /// It plans ahead over 128 moves, and its speed at corners is that which the motors
 /// can start with. A hold, a reset and a limit brake along the path; no position is lost.

@@ -59,7 +59,8 @@ pub struct Args {
     /// How far to go from the closed switch: steps, or like 2mm
     #[arg(long, value_name = "DISTANCE", default_value = "50", help_heading = MOTION)]
     back_off: DistanceArg,
-    /// How far the switch may be: the axis brakes about there [on a virtual machine: 2000]
+    /// Greatest distance to the switch: the axis brakes there if no switch has halted it [on a
+    /// virtual machine: 2000]
     #[arg(long, value_name = "DISTANCE", help_heading = MOTION)]
     within: Option<DistanceArg>,
     #[command(flatten)]

@@ -54,7 +54,7 @@ Examples:
   stepwright jog
   stepwright jog --port /dev/ttyUSB0 --top-speed 10mm/s --step 0.1mm --mm-per-rev 8")]
 pub struct Args {
-    /// How far . and , go: steps, or like 0.1mm, 1deg
+    /// Distance of the keys . and ,: steps, or like 0.1mm, 1deg
     #[arg(long, value_name = "DISTANCE", default_value = "1", allow_negative_numbers = true)]
     step: DistanceArg,
     /// Speed while a key is held

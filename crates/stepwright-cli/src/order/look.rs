@@ -16,11 +16,11 @@ use crate::say;
 use stepwright_host::link::serial::Share;
 use stepwright_host::{LinkError, Session};
 
-/// What the board is, and what its axes are doing
+/// Show the board, its axes and what they are doing
 #[derive(clap::Args)]
 #[command(after_help = "\
-Behind an axis that has not come to the end of its order stands the reason, until the
-axis moves again: `stopped by its limit switch`. `extras` are jerk (S-curves), safety (leases,
+An axis that has stopped before the end of its order shows the reason until it
+moves again: `stopped by its limit switch`. `extras` are jerk (S-curves), safety (leases,
 soft limits and the other guards) and sum (checksums), of a board that has them. `faults` are
 those since the last `!` (`stepwright send '!'` forgets them). Then come the limit switches that
 the board knows of, whether each is closed now and how its pin reads, and the settings that
@@ -36,7 +36,7 @@ pub struct StatusArgs {
     port: PortArgs,
 }
 
-/// Where an axis is
+/// Print the position of an axis
 #[derive(clap::Args)]
 #[command(after_help = "\
 Says `position N ready`, `position N busy` on the way, or `position uncertain`
@@ -53,7 +53,7 @@ pub struct PositionArgs {
 /// Set the current position of an axis to 0
 #[derive(clap::Args)]
 #[command(after_help = "\
-Makes a position certain again that a kill has lost.
+After a kill it makes the position known again.
 
 Example:
   stepwright zero --port /dev/ttyUSB0")]

@@ -18,16 +18,16 @@ use stepwright_host::{LinkError, Session};
 
 /// Change the travel that an axis is on: its target, its speed, its ramps
 ///
-/// The motor goes on from the speed it has and keeps the new limits. A target
-/// that is too near to stop at, or that lies behind, is come back to.
+/// The motor goes on from the speed it has and keeps the new limits. Where the target is too
+/// near to stop at, or behind, it brakes to rest and travels back to it.
 #[derive(clap::Args)]
 #[command(after_help = "\
-DISTANCE counts from where the travel began: `retarget 500` has a `move 4000` end
-where `move 500` would have; --to counts from 0, and needs the program that gave the
-order to be there still. A travel without end gets one. What is planned
-already, some 16 to 24 ms, is done first.
+DISTANCE counts from where the travel began: after `move 4000`, `retarget 500` ends
+where `move 500` would have ended. --to counts from 0; the program that gave the
+order must still be running. A run without end gets a target. The change begins after
+the steps that are planned already, some 16 to 24 ms.
 
-What the board refuses is said, with status 1; what was taken before it holds.
+If the board refuses a part of the change, the status is 1; the parts before it hold.
 
 Examples:
   stepwright run 200 --port /dev/ttyUSB0 --detach

@@ -50,14 +50,14 @@ The first line on standard output is `page ADDRESS`: open it in a browser. Witho
 a virtual board is served: the real engine with simulated pins.
 
 One page controls, others watch, and everybody may stop. A motor that runs without end
-brakes when the page that runs it is closed, or silent for a second. A board that is
-unplugged is met again when it is back; nothing is started again.
+brakes when the page that runs it is closed, or silent for a second. A board that was
+unplugged is found again when it is back; nothing moves by itself then.
 
-The page asks the same of the server that programs can: `GET /api/openapi.json` describes
-it. Orders need a key, which `POST /api/control` gives.
+A program can ask for everything that the page does: `GET /api/openapi.json` describes
+the requests. Orders need a key, which `POST /api/control` gives.
 
-Only this machine reaches the page, unless --bind says otherwise. From elsewhere a token is
-needed then, which the address has that the command says. The connection is not encrypted.
+Only this computer reaches the page, unless --bind says otherwise. Other computers need a
+token then, which is part of the address that is printed. The connection is not encrypted.
 
 Ctrl-C brakes every axis, and ends when they rest; a second Ctrl-C kills.
 

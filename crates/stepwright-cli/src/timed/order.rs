@@ -18,7 +18,8 @@ pub struct OrderArgs {
     /// Speed at first: 250, 75rpm … (a bare number is steps/s); 0 stops the motor
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, conflicts_with = "case")]
     speed: Option<SpeedArg>,
-    /// A validation case of the Arduino driver, 1 to 3, instead of an order of one's own
+    /// A validation case of the Arduino driver, 1 to 3, in place of --speed and the other options of
+    /// the order
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=3))]
     #[arg(conflicts_with_all = ["steps", "millis", "faster", "slower", "double"])]
     case: Option<u8>,

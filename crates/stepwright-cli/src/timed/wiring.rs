@@ -24,7 +24,7 @@ pub struct WiringArgs {
     /// The Arduino whose pins these are
     #[arg(long, value_enum, default_value_t = BoardArg::Uno)]
     board: BoardArg,
-    /// The row of the motor's pattern that it is restored to beforehand
+    /// The row of the motor's pattern to begin at
     #[arg(long, value_name = "N", default_value_t = 0)]
     phase: u8,
 }

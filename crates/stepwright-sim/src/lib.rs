@@ -63,6 +63,8 @@ pub use panel::{EMPTY, Eeprom, Remains};
 #[cfg(feature = "std")]
 pub use program::{ProgramBoard, SimProgram};
 pub use shaft::Shaft;
-pub use steppers::{SimEngine, VirtualSteppers, virtual_steppers, virtual_steppers_of};
+pub use steppers::{
+    SimEngine, VirtualSteppers, virtual_engine, virtual_steppers, virtual_steppers_of,
+};
 pub use stepwright_device::{Mark, Reset};
 pub use switch::Switch;

@@ -1,8 +1,9 @@
 //! Motors in the virtual board's engine, without its line, settings and switches.
 
 use stepwright::drive::Axes;
+use stepwright::queue::Producer;
 use stepwright::timer::Count;
-use stepwright::{Control, Engine, Playing, Report, Steppers, Ticks, Timing};
+use stepwright::{Board, Control, Engine, Playing, Report, Steppers, Ticks, Timing};
 
 use crate::board::{AXES, BoardEngine, Queues, RUNS, Shared};
 use crate::clock::{LentNow, Present, SimTimer};
@@ -51,12 +52,32 @@ pub fn virtual_steppers_of<C: Count, R: Recorder>(
     description: Description,
     recorder: R,
 ) -> VirtualSteppers<'_, R, C> {
+    let (engine, feeds, board) = virtual_engine(queues, description, recorder);
+    Steppers::new(engine, feeds, board)
+}
+
+/// What motors are made of: the engine of a board as described, the feeds of its queues and the
+/// board, for [`Steppers::new`] and its like.
+///
+/// ```
+/// use stepwright::Steppers;
+/// use stepwright_sim::{Description, Queues, virtual_engine};
+/// let mut queues = Queues::default();
+/// let (engine, feeds, board) = virtual_engine::<u32, _>(&mut queues, Description::uno(), ());
+/// let motors = Steppers::new(engine, feeds, board);
+/// assert!(!motors.any_moving());
+/// ```
+pub fn virtual_engine<C: Count, R: Recorder>(
+    queues: &mut Queues,
+    description: Description,
+    recorder: R,
+) -> (SimEngine<'_, R, C>, [Producer<'_, RUNS>; AXES], Board<AXES>) {
     let board = description.board;
     let Shared { ends: [x, y, z], now, reverse } = queues.lend(&description);
     let pins = Pins::new(now, reverse, &description.coils, recorder);
     let timer = SimTimer::on_grid(now, description.grid);
     let engine = Engine::new(timer, pins, [x.1, y.1, z.1], board.timing, board.rate);
-    Steppers::new(SimEngine::new(now, engine), [x.0, y.0, z.0], board)
+    (SimEngine::new(now, engine), [x.0, y.0, z.0], board)
 }
 
 /// The engine of motors on simulated pins. Time passes only in [`pass`](SimEngine::pass).
@@ -84,16 +105,29 @@ impl<'q, R: Recorder, C: Count> SimEngine<'q, R, C> {
         self.now.set(end.max(self.now.get()));
     }
 
+    /// Lets time pass until the step interrupt has news for the main loop, as a processor that
+    /// sleeps does, and this many ticks at most. Returns whether there was news.
+    pub fn sleep(&mut self, most: Ticks) -> bool {
+        let end = self.now.get().saturating_add(most.into());
+        while self.next_event() <= end {
+            if self.serve() {
+                return true;
+            }
+        }
+        self.now.set(end.max(self.now.get()));
+        false
+    }
+
     /// When the compare register next matches.
     pub(crate) fn next_event(&mut self) -> u64 {
         self.engine.timer().wake()
     }
 
-    /// The step interrupt, at its time or late by a pulse.
-    pub(crate) fn serve(&mut self) {
+    /// The step interrupt, at its time or late by a pulse: whether it has news for the main loop.
+    pub(crate) fn serve(&mut self) -> bool {
         let time = self.next_event();
         self.now.set(time.max(self.now.get()));
-        self.engine.on_compare();
+        self.engine.on_compare()
     }
 
     /// Sets DIR of all axes as they are told to turn.

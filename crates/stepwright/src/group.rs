@@ -397,6 +397,11 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.uncertain = Axes::MAX;
     }
 
+    /// Marks the positions of these axes as unknown.
+    pub fn mark_unknown(&mut self, axes: Axes) {
+        self.uncertain |= axes;
+    }
+
     /// Axes whose position is uncertain.
     pub fn uncertain(&self) -> Axes {
         self.uncertain

@@ -2,6 +2,7 @@
 //! Real-time motion for stepper motors.
 
 mod board;
+mod by_news;
 mod clamp;
 pub mod compress;
 mod control;
@@ -29,6 +30,7 @@ pub mod units;
 mod wide;
 
 pub use board::{Board, Cost};
+pub use by_news::ByNews;
 pub use control::Control;
 pub use engine::{Engine, Playing, Report, Timing};
 pub use group::PlannedBoard;

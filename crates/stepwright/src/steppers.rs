@@ -303,6 +303,22 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         Ok(())
     }
 
+    /// Marks the positions of these axes as unknown: a motor has stalled, or its driver has let go of
+    /// it. What moves goes on moving; [`stop`](Steppers::stop) it as well.
+    ///
+    /// ```
+    /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
+    /// # use stepwright_sim::{Description, Queues, virtual_steppers};
+    /// # let mut queues = Queues::default();
+    /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
+    /// motors.mark_unknown(Axis::Y);
+    /// assert_eq!((motors.position(Axis::X), motors.position(Axis::Y)), (Some(0), None));
+    /// # Ok::<(), MoveError>(())
+    /// ```
+    pub fn mark_unknown(&mut self, axes: impl Into<AxisSet<N>>) {
+        self.motors.group.mark_unknown(axes.into().bits());
+    }
+
     /// Steps that came late since they were [cleared](Steppers::clear_late), of all axes: a
     /// main loop that was too slow for `poll`, or other interrupts that took too long.
     ///

@@ -10,6 +10,7 @@ use crate::workspace::Workspace;
 /// A crate, and what alone it may depend on.
 const ONLY: &[(&str, &[&str])] = &[
     ("stepwright", &["critical-section", "embedded-hal"]),
+    ("stepwright-embassy", &["embassy-futures", "embassy-sync", "stepwright"]),
     ("stepwright-port-test", &["stepwright"]),
     ("stepwright-protocol", &["stepwright"]),
     ("stepwright-device", &["stepwright", "stepwright-protocol"]),
@@ -55,6 +56,7 @@ const SMALL: &[&str] = &[
     "stepwright-austin",
     "stepwright-cycle",
     "stepwright-device",
+    "stepwright-embassy",
     "stepwright-port-test",
     "stepwright-protocol",
     "stepwright-timed",

@@ -35,6 +35,7 @@ const PAIRS: &[(&str, &str)] = &[
     ("AvrEngine", "on an AVR, what moves the motors: in each module that does, in its own way"),
     ("About", "what a program on a board says of itself; what a key of a machine file is about"),
     ("Arc", "of a path in steps; of G-code, in a plane of the machine"),
+    ("AsyncAxis", "of a board from a PC, of motors on a chip: the same words"),
     ("Axis", "of `Steppers` on a chip, and of a board from a PC: the same words"),
     ("Board", "what the core knows of it; a board from a PC"),
     (
@@ -58,7 +59,9 @@ const PAIRS: &[(&str, &str)] = &[
     ("Motor", "of a motor cycle; on an AVR also one of the timed driver, and one that a law moves"),
     ("MotorIo", "what motor cycles ask of their board, and an AVR's"),
     ("Order", "a move as the core takes it; the same as the serial line can carry it"),
+    ("Motors", "those of an executor's tasks; on an AVR those of motor cycles"),
     ("Move", "of a cycle file's motor; of a machine's axes, by G-code"),
+    ("Outcome", "what became of an order from a PC, of a move on a chip: the same words"),
     ("Pace", "how fast a cycle's leg, a path and the timed driver's motor go"),
     ("Pins", "of a drive; of an Uno, of a Mega; of any port of an AVR"),
     ("Probe", "a value under the mouse in a plot; what ends a move of G-code"),

@@ -1,0 +1,154 @@
+//! An axis whose moves can be awaited.
+
+use core::future::poll_fn;
+
+use stepwright::{Axis, AxisLimits, ByNews, Control, MoveError, Speed, Steppers};
+
+use crate::motors::Motors;
+use crate::outcome::Outcome;
+
+/// An axis of [`Motors`].
+///
+/// A move begins when its future is first polled, and has the axis to itself until that has ended or
+/// is dropped: another move is refused as [busy](stepwright::Refusal::Busy) until then. **A future that
+/// is dropped on the way brakes**: the axis comes to rest along its ramp, behind what is planned
+/// already, and its position stays known. So the losers of a `select` stop, and so does what a task
+/// was doing that has ended. A move of an axis that brakes so begins when it rests.
+///
+/// | to | call |
+/// | --- | --- |
+/// | move and wait for the end | [`move_to`](AsyncAxis::move_to), [`move_by`](AsyncAxis::move_by) |
+/// | turn until something happens | [`run`](AsyncAxis::run), in a `select` |
+/// | change a move that is awaited, by another handle | [`retarget`](AsyncAxis::retarget), [`set_top_speed`](AsyncAxis::set_top_speed) |
+/// | stop and wait for rest | [`stop`](AsyncAxis::stop), [`rest`](AsyncAxis::rest) |
+pub struct AsyncAxis<'a, 'q, E, const N: usize, const Q: usize = 8> {
+    pub(crate) motors: &'a Motors<'q, E, N, Q>,
+    pub(crate) axis: Axis<N>,
+}
+
+/// A move that a future owns.
+struct Owned<'b, 'a, 'q, E: Control, const N: usize, const Q: usize>(
+    &'b AsyncAxis<'a, 'q, E, N, Q>,
+);
+
+impl<E: Control, const N: usize, const Q: usize> Owned<'_, '_, '_, E, N, Q> {
+    async fn end(self) -> Outcome {
+        let AsyncAxis { motors, axis } = *self.0;
+        poll_fn(|context| motors.poll_end(axis, context)).await
+    }
+}
+
+type Planned<'q, E, const N: usize, const Q: usize> = Steppers<'q, ByNews<E>, N, Q>;
+
+impl<E: Control, const N: usize, const Q: usize> Drop for Owned<'_, '_, '_, E, N, Q> {
+    fn drop(&mut self) {
+        self.0.motors.release(self.0.axis);
+    }
+}
+
+impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
+    /// Sets the limits of the axis: they hold for moves that begin from now on.
+    pub fn set_limits(&self, limits: AxisLimits) {
+        self.motors.look(|steppers| steppers.set_limits(self.axis, limits));
+    }
+
+    /// The position in steps, also on the way; `None` where it is not known.
+    pub fn position(&self) -> Option<i64> {
+        self.motors.look(|steppers| steppers.position(self.axis)).flatten()
+    }
+
+    /// Says that the axis, which rests, stands at this position.
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`](stepwright::Refusal::Busy) while it moves.
+    pub fn set_position(&self, position: i64) -> Result<(), MoveError> {
+        self.motors.say(|steppers| steppers.set_position(self.axis, position))
+    }
+
+    /// Whether the axis moves, or is about to.
+    pub fn is_moving(&self) -> bool {
+        self.motors.look(|steppers| steppers.is_moving(self.axis)).unwrap_or(true)
+    }
+
+    /// Moves to a position, in steps.
+    ///
+    /// # Errors
+    /// Those of [`Steppers::move_to`], and [`Refusal::Busy`](stepwright::Refusal::Busy) while another
+    /// future has the axis. Nothing moves.
+    pub async fn move_to(&mut self, position: i64) -> Result<Outcome, MoveError> {
+        let axis = self.axis;
+        self.carry_out(|_| Some(position), |steppers| steppers.move_to(axis, position)).await
+    }
+
+    /// Moves by this many steps, forward or backward. The position need not be known; then the move
+    /// ends as [`Outcome::Uncertain`].
+    ///
+    /// # Errors
+    /// As of [`move_to`](AsyncAxis::move_to), but for the position.
+    pub async fn move_by(&mut self, steps: i32) -> Result<Outcome, MoveError> {
+        let axis = self.axis;
+        let goal =
+            |steppers: &Planned<'_, E, N, Q>| steppers.position(axis)?.checked_add(steps.into());
+        self.carry_out(goal, |steppers| steppers.move_by(axis, steps)).await
+    }
+
+    /// Turns at this speed in steps/s, backward below 0, until it is stopped: by another handle, or by
+    /// the drop of this future. At 0 it is at its end already.
+    ///
+    /// # Errors
+    /// Those of [`Steppers::run`], and [`Refusal::Busy`](stepwright::Refusal::Busy) while another future
+    /// has the axis.
+    pub async fn run(&mut self, steps_per_second: i32) -> Result<Outcome, MoveError> {
+        let axis = self.axis;
+        self.carry_out(|_| None, |steppers| steppers.run(axis, steps_per_second)).await
+    }
+
+    /// Begins a move to a goal, and waits for its end.
+    async fn carry_out(
+        &self,
+        goal: impl FnOnce(&Planned<'_, E, N, Q>) -> Option<i64>,
+        order: impl FnOnce(&mut Planned<'_, E, N, Q>) -> Result<(), MoveError>,
+    ) -> Result<Outcome, MoveError> {
+        let AsyncAxis { motors, axis } = *self;
+        poll_fn(|context| motors.poll_braked(axis, context)).await;
+        motors.begin(axis, goal, order)?;
+        Ok(Owned(self).end().await)
+    }
+
+    /// Brakes along the ramp, and waits for rest: where that is; `None` if that is not known. A move
+    /// that is awaited ends as [`Outcome::Stopped`].
+    pub async fn stop(&mut self) -> Option<i64> {
+        let brake = |steppers: &mut Planned<'_, E, N, Q>| {
+            steppers.stop(self.axis);
+            Ok(())
+        };
+        // Refused within `with` alone, where nobody awaits.
+        let _ = self.motors.say(brake);
+        self.rest().await
+    }
+
+    /// Waits until the axis rests, whoever moves it: where that is; `None` if that is not known.
+    ///
+    /// Of more than four tasks that wait for one axis, the one that moves it among them, some wake each
+    /// other until it rests.
+    pub async fn rest(&self) -> Option<i64> {
+        poll_fn(|context| self.motors.poll_rest(self.axis, context)).await
+    }
+
+    /// Gives a move that is under way, or a run, another target, in steps: its future waits for that.
+    ///
+    /// # Errors
+    /// Those of [`Steppers::retarget`]. The move goes on as it was.
+    pub fn retarget(&self, position: i64) -> Result<(), MoveError> {
+        self.motors.retarget(self.axis, position)
+    }
+
+    /// Gives a move that is under way, or a run, another top speed.
+    ///
+    /// # Errors
+    /// Those of [`Steppers::set_top_speed`]. The move goes on as it
+    /// was.
+    pub fn set_top_speed(&self, top: Speed) -> Result<(), MoveError> {
+        self.motors.say(|steppers| steppers.set_top_speed(self.axis, top))
+    }
+}

@@ -1,0 +1,250 @@
+//! Motors that several tasks of one executor share, and their planner.
+
+use core::cell::RefCell;
+use core::task::{Context, Poll};
+
+use embassy_futures::yield_now;
+use stepwright::queue::Producer;
+use stepwright::{Axis, AxisSet, Board, ByNews, Control, MoveError, Refusal, Steppers};
+
+use crate::axis::AsyncAxis;
+use crate::news::News;
+use crate::outcome::Outcome;
+use crate::waiters::Waiters;
+
+/// N motors whose moves are futures.
+///
+/// Made of what [`SharedEngine::fill`](stepwright::SharedEngine::fill) gives. It belongs to one
+/// executor: tasks share it by reference. One of them, or a part of one, is the planner
+/// ([`plan`](Motors::plan)); without it nothing moves.
+pub struct Motors<'q, E, const N: usize, const Q: usize = 8> {
+    shared: RefCell<Shared<'q, E, N, Q>>,
+    news: &'q News,
+}
+
+/// What the tasks share.
+struct Shared<'q, E, const N: usize, const Q: usize> {
+    steppers: Steppers<'q, ByNews<E>, N, Q>,
+    places: [Place; N],
+}
+
+/// An axis, as those who wait for it see it.
+struct Place {
+    /// Where its move is to end; `None` for a run.
+    goal: Option<i64>,
+    /// A future has moved it, and has not seen the end.
+    owned: bool,
+    /// Its future was dropped on the way, and nothing has begun since.
+    dropped: bool,
+    /// Whom its rest wakes.
+    waiters: Waiters,
+}
+
+impl Place {
+    const FREE: Place = Place { goal: None, owned: false, dropped: false, waiters: Waiters::NONE };
+}
+
+impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
+    /// All motors at rest at position 0, with [`AxisLimits::DEFAULT`](stepwright::AxisLimits::DEFAULT).
+    ///
+    /// `engine` and `feeds` are of one [`fill`](stepwright::SharedEngine::fill), `board` is that
+    /// which it was given; the interrupt of that engine tells `news`.
+    pub const fn new(
+        engine: E,
+        feeds: [Producer<'q, Q>; N],
+        board: Board<N>,
+        news: &'q News,
+    ) -> Self {
+        let steppers = Steppers::new(ByNews::new(engine, &board), feeds, board);
+        Motors { shared: RefCell::new(Shared { steppers, places: [Place::FREE; N] }), news }
+    }
+
+    /// Plans ahead for all axes, for ever: a task of its own, or joined with what moves the motors.
+    /// One at a time.
+    ///
+    /// It sleeps until an order comes, the step interrupt has taken an entry from a queue, or an axis
+    /// has come to rest: of a move, it wakes at most twice more than the move has entries.
+    /// Awake, it lets other tasks come after every run that it has planned: 3,000 to 7,000 cycles.
+    pub async fn plan(&self) -> ! {
+        loop {
+            while self.plan_once() {
+                yield_now().await;
+            }
+            self.news.wait().await;
+        }
+    }
+
+    /// Plans a run at most, and wakes whom the rest of an axis concerns: whether there may be more.
+    fn plan_once(&self) -> bool {
+        let planned = self.ask(|Shared { steppers, places }| {
+            let more = steppers.poll() == Some(0);
+            for (axis, place) in Axis::all().zip(places) {
+                if !steppers.is_moving(axis) {
+                    place.waiters.wake();
+                }
+            }
+            more
+        });
+        planned.unwrap_or(false)
+    }
+
+    /// An axis. There may be several handles of one axis, in several tasks: a move that is awaited by
+    /// one can be changed and stopped by another.
+    pub const fn axis(&self, axis: Axis<N>) -> AsyncAxis<'_, 'q, E, N, Q> {
+        AsyncAxis { motors: self, axis }
+    }
+
+    /// The motors themselves, for what needs no waiting and has no word here. `None` within another
+    /// `with`.
+    ///
+    /// A move that begins here belongs to no future: it goes on, [`rest`](AsyncAxis::rest) waits for
+    /// its end.
+    pub fn with<R>(&self, ask: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> R) -> Option<R> {
+        let answer = self.ask(|shared| ask(&mut shared.steppers));
+        // It may have been an order.
+        self.news.tell();
+        answer
+    }
+
+    /// Brakes all axes along their ramps, as the drop of their futures would. The positions stay known.
+    pub fn stop(&self) {
+        self.order(|shared| shared.steppers.stop(AxisSet::ALL));
+    }
+
+    /// Stops these axes at once, between two steps. The position of one that moved is not known until
+    /// it is set: its move ends as [`Outcome::Uncertain`].
+    pub fn kill(&self, axes: impl Into<AxisSet<N>>) {
+        let axes = axes.into();
+        self.order(|shared| shared.steppers.kill(axes));
+    }
+
+    /// Brakes these axes along their ramps, and forgets where they are: a motor has stalled, or its
+    /// driver is at fault. Their moves end as [`Outcome::Uncertain`].
+    pub fn fault(&self, axes: impl Into<AxisSet<N>>) {
+        let axes = axes.into();
+        self.order(|shared| {
+            shared.steppers.stop(axes);
+            shared.steppers.mark_unknown(axes);
+        });
+    }
+
+    /// Steps that came late, of all axes: see [`Steppers::late`].
+    pub fn late(&self) -> u32 {
+        self.ask(|shared| shared.steppers.late()).unwrap_or(0)
+    }
+
+    /// The motors; not found only from within [`with`](Motors::with).
+    fn ask<R>(&self, ask: impl FnOnce(&mut Shared<'q, E, N, Q>) -> R) -> Option<R> {
+        Some(ask(&mut *self.shared.try_borrow_mut().ok()?))
+    }
+
+    /// Likewise, and tells the planner.
+    fn order<R>(&self, ask: impl FnOnce(&mut Shared<'q, E, N, Q>) -> R) -> Option<R> {
+        let answer = self.ask(ask);
+        self.news.tell();
+        answer
+    }
+
+    /// Looks at an axis.
+    pub(crate) fn look<R>(
+        &self,
+        look: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> R,
+    ) -> Option<R> {
+        self.ask(|shared| look(&mut shared.steppers))
+    }
+
+    /// Gives an order that is answered.
+    pub(crate) fn say(
+        &self,
+        order: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> Result<(), MoveError>,
+    ) -> Result<(), MoveError> {
+        self.order(|shared| order(&mut shared.steppers)).unwrap_or(Err(Refusal::Busy.into()))
+    }
+
+    /// Begins a move that a future owns, to a goal.
+    pub(crate) fn begin(
+        &self,
+        axis: Axis<N>,
+        goal: impl FnOnce(&Steppers<'q, ByNews<E>, N, Q>) -> Option<i64>,
+        order: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> Result<(), MoveError>,
+    ) -> Result<(), MoveError> {
+        let begun = self.order(|Shared { steppers, places }| {
+            let place = places.get_mut(axis.index()).filter(|place| !place.owned);
+            let place = place.ok_or(Refusal::Busy)?;
+            let goal = goal(steppers);
+            order(steppers)?;
+            (place.goal, place.owned, place.dropped) = (goal, true, false);
+            Ok(())
+        });
+        begun.unwrap_or(Err(Refusal::Busy.into()))
+    }
+
+    /// Once an axis no longer brakes because its future was dropped.
+    pub(crate) fn poll_braked(&self, axis: Axis<N>, context: &Context<'_>) -> Poll<()> {
+        let brakes = self.ask(|Shared { steppers, places }| {
+            let place = places.get_mut(axis.index())?;
+            let brakes = place.dropped && !place.owned && steppers.is_moving(axis);
+            brakes.then(|| place.waiters.add(context.waker()))
+        });
+        if brakes.flatten().is_some() { Poll::Pending } else { Poll::Ready(()) }
+    }
+
+    /// Gives a move another goal.
+    pub(crate) fn retarget(&self, axis: Axis<N>, position: i64) -> Result<(), MoveError> {
+        let changed = self.order(|Shared { steppers, places }| {
+            steppers.retarget(axis, position)?;
+            if let Some(place) = places.get_mut(axis.index()) {
+                place.goal = Some(position);
+            }
+            Ok(())
+        });
+        changed.unwrap_or(Err(Refusal::Busy.into()))
+    }
+
+    /// What became of an owned move, once it has ended.
+    pub(crate) fn poll_end(&self, axis: Axis<N>, context: &Context<'_>) -> Poll<Outcome> {
+        let ended = self.ask(|Shared { steppers, places }| {
+            let place = places.get_mut(axis.index())?;
+            if steppers.is_moving(axis) {
+                place.waiters.add(context.waker());
+                return None;
+            }
+            Some(match steppers.position(axis) {
+                None => Outcome::Uncertain,
+                Some(at) if place.goal == Some(at) => Outcome::Reached { at },
+                Some(at) => Outcome::Stopped { at },
+            })
+        });
+        ended.flatten().map_or(Poll::Pending, Poll::Ready)
+    }
+
+    /// Where an axis rests, once it does.
+    pub(crate) fn poll_rest(&self, axis: Axis<N>, context: &Context<'_>) -> Poll<Option<i64>> {
+        let rests = self.ask(|Shared { steppers, places }| {
+            let place = places.get_mut(axis.index())?;
+            if steppers.is_moving(axis) {
+                place.waiters.add(context.waker());
+                return None;
+            }
+            Some(steppers.position(axis))
+        });
+        rests.flatten().map_or(Poll::Pending, Poll::Ready)
+    }
+
+    /// The future that moved an axis is no more: what moves yet brakes.
+    pub(crate) fn release(&self, axis: Axis<N>) {
+        let moved = self.ask(|Shared { steppers, places }| {
+            let moves = steppers.is_moving(axis);
+            if let Some(place) = places.get_mut(axis.index()) {
+                (place.owned, place.dropped) = (false, moves);
+            }
+            if moves {
+                steppers.stop(axis);
+            }
+            moves
+        });
+        if moved == Some(true) {
+            self.news.tell();
+        }
+    }
+}

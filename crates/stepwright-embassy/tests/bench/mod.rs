@@ -1,0 +1,256 @@
+//! A board in simulated time, and an executor that sleeps on it.
+//!
+//! Nothing of the board is the library's but the engine: the time, the pins and the count of entries
+//! are made here.
+#![allow(dead_code)] // each test has what it needs
+
+use std::cell::{Cell, RefCell};
+use std::future::Future;
+use std::pin::Pin;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Context, Poll, Wake, Waker};
+
+use stepwright::drive::{Axes, Drive};
+use stepwright::entry::Play;
+use stepwright::queue::{Consumer, Loaded, Queue, Source};
+use stepwright::timer::StepTimer;
+use stepwright::{
+    Accel, Axis, AxisLimits, Board, Control, Engine, Playing, Rate, Report, Speed, Timing,
+};
+use stepwright_embassy::{Motors, News};
+
+pub const HZ: u64 = 1_000_000;
+pub const AXES: usize = 3;
+
+/// Now, and when the compare register matches.
+#[derive(Clone, Default)]
+pub struct Time(Rc<Cell<(u64, u64)>>);
+
+impl Time {
+    pub fn now(&self) -> u64 {
+        self.0.get().0
+    }
+    fn set(&self, now: u64) {
+        self.0.set((now, self.0.get().1));
+    }
+}
+
+impl StepTimer for Time {
+    type Count = u32;
+
+    fn now(&mut self) -> u32 {
+        self.0.get().0 as u32
+    }
+    fn wake_at(&mut self, at: u32) {
+        let now = self.0.get().0;
+        let ahead = at.wrapping_sub(now as u32) as i32;
+        self.0.set((now, now + ahead.max(0) as u64));
+    }
+    fn hold_until(&mut self, at: u32) {
+        let ahead = at.wrapping_sub(StepTimer::now(self)) as i32;
+        self.set(self.0.get().0 + ahead.max(0) as u64);
+    }
+}
+
+/// Where the motors are by their pins, and the times of their steps.
+#[derive(Default)]
+pub struct Shafts {
+    backward: [bool; AXES],
+    pub at: [i64; AXES],
+    pub steps: [Vec<u64>; AXES],
+}
+
+struct Wires(Rc<RefCell<Shafts>>, Time);
+
+impl Drive for Wires {
+    fn begin(&mut self, axes: Axes) {
+        let shafts = &mut *self.0.borrow_mut();
+        for axis in (0..AXES).filter(|axis| axes >> axis & 1 != 0) {
+            shafts.at[axis] += if shafts.backward[axis] { -1 } else { 1 };
+            shafts.steps[axis].push(self.1.now());
+        }
+    }
+    fn end(&mut self, _: Axes) {}
+    fn direction(&mut self, axis: u8, forward: bool) {
+        self.0.borrow_mut().backward[usize::from(axis)] = !forward;
+    }
+}
+
+/// Counts the entries that the engine takes.
+struct Counted<'q>(Consumer<'q, 8>, Rc<Cell<usize>>);
+
+impl Source for Counted<'_> {
+    const IS_QUEUE: bool = true;
+
+    fn load(&mut self, play: &mut Play) -> Loaded {
+        let loaded = self.0.load(play);
+        self.1.set(self.1.get() + usize::from(loaded == Loaded::Entry));
+        loaded
+    }
+    fn look_ahead(&mut self) {
+        self.0.look_ahead();
+    }
+    fn clear(&mut self, forward: bool) {
+        self.0.clear(forward);
+    }
+}
+
+type Played<'q> = Engine<Time, Wires, Counted<'q>, AXES>;
+
+/// The engine, which the interrupt and the motors share, as on a chip.
+pub struct Handle<'q>(Rc<RefCell<Played<'q>>>);
+
+impl Control for Handle<'_> {
+    fn start(&mut self, axes: Axes) {
+        self.0.borrow_mut().start(axes);
+    }
+    fn kill(&mut self, axes: Axes) {
+        self.0.borrow_mut().kill(axes);
+    }
+    fn report(&self, axis: u8) -> Report {
+        self.0.borrow().report(axis)
+    }
+    fn playing(&mut self, axis: u8) -> Playing {
+        self.0.borrow_mut().playing(axis)
+    }
+    fn set_position(&mut self, axis: u8, position: i64) {
+        self.0.borrow_mut().set_position(axis, position);
+    }
+    fn set_timing(&mut self, timing: Timing) {
+        self.0.borrow_mut().set_timing(timing);
+    }
+    fn late(&self) -> u32 {
+        self.0.borrow().late()
+    }
+    fn clear_late(&mut self) {
+        self.0.borrow_mut().clear_late();
+    }
+}
+
+pub type Moved<'q> = Motors<'q, Handle<'q>, AXES>;
+
+/// The board, without its motors.
+pub struct Bench<'q> {
+    engine: Rc<RefCell<Played<'q>>>,
+    news: &'q News,
+    pub time: Time,
+    pub shafts: Rc<RefCell<Shafts>>,
+    pub entries: Rc<Cell<usize>>,
+    /// How often the executor left its sleep at news of the step interrupt.
+    pub wakings: Cell<usize>,
+    alarms: RefCell<Vec<(u64, Waker)>>,
+}
+
+/// A task, and whether it is to be polled.
+type Task<'t> = (Option<Pin<Box<dyn Future<Output = ()> + 't>>>, Arc<Awake>);
+
+struct Awake(AtomicBool);
+
+impl Wake for Awake {
+    fn wake(self: Arc<Self>) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Makes a board of three axes at 1 MHz, and has it play.
+pub fn with<R>(play: impl FnOnce(&Bench<'_>, &Moved<'_>) -> R) -> R {
+    let (mut queues, news) = ([const { Queue::new() }; AXES], News::new());
+    let (time, shafts, entries) = (Time::default(), Rc::default(), Rc::new(Cell::new(0)));
+    let board = Board::unmeasured(Rate::of::<{ HZ as u32 }>());
+    let wires = Wires(Rc::clone(&shafts), time.clone());
+    let [x, y, z] = queues.each_mut().map(|queue| queue.split());
+    let sources = [x.1, y.1, z.1].map(|entry| Counted(entry, Rc::clone(&entries)));
+    let engine = Engine::new(time.clone(), wires, sources, board.timing, board.rate);
+    let engine = Rc::new(RefCell::new(engine));
+    let motors = Motors::new(Handle(Rc::clone(&engine)), [x.0, y.0, z.0], board, &news);
+    for axis in Axis::all() {
+        motors.axis(axis).set_limits(AxisLimits::new(Speed::of::<2_000>(), Accel::of::<20_000>()));
+    }
+    let (wakings, alarms) = (Cell::new(0), RefCell::default());
+    play(&Bench { engine, news: &news, time, shafts, entries, wakings, alarms }, &motors)
+}
+
+impl Bench<'_> {
+    /// Waits until this many milliseconds have passed.
+    pub async fn after(&self, ms: u64) {
+        let due = self.time.now() + ms * HZ / 1_000;
+        std::future::poll_fn(|context| {
+            if self.time.now() >= due {
+                return Poll::Ready(());
+            }
+            self.alarms.borrow_mut().push((due, context.waker().clone()));
+            Poll::Pending
+        })
+        .await;
+    }
+
+    /// Has the planner and these tasks to their end, and the motors to rest.
+    pub fn run<'t>(
+        &self,
+        motors: &'t Moved<'_>,
+        tasks: impl IntoIterator<Item = Pin<Box<dyn Future<Output = ()> + 't>>>,
+    ) {
+        let planner: Pin<Box<dyn Future<Output = ()> + 't>> = Box::pin(async {
+            motors.plan().await;
+        });
+        let mut tasks: Vec<Task<'t>> = [planner]
+            .into_iter()
+            .chain(tasks)
+            .map(|task| (Some(task), Arc::new(Awake(AtomicBool::new(true)))))
+            .collect();
+        loop {
+            poll(&mut tasks);
+            let done = tasks[1..].iter().all(|(task, _)| task.is_none());
+            let rests = (0..AXES as u8).all(|axis| self.engine.borrow().is_idle(axis));
+            let alarm = self.alarms.borrow().iter().map(|(due, _)| *due).min();
+            if done && rests && alarm.is_none() {
+                return;
+            }
+            assert!(!rests || alarm.is_some(), "asleep, and nothing will wake it");
+            self.sleep(alarm.unwrap_or(u64::MAX));
+        }
+    }
+
+    /// Time passes until the step interrupt has news, or to an alarm.
+    fn sleep(&self, until: u64) {
+        while self.time.0.get().1 <= until {
+            self.time.set(self.time.0.get().1.max(self.time.now()));
+            if self.engine.borrow_mut().on_compare() {
+                self.wakings.set(self.wakings.get() + 1);
+                return self.news.tell();
+            }
+        }
+        self.time.set(until);
+        let alarms = self.alarms.take();
+        let (due, later) = alarms.into_iter().partition(|(due, _)| *due <= until);
+        self.alarms.replace(later);
+        let due: Vec<(u64, Waker)> = due;
+        due.into_iter().for_each(|(_, waker)| waker.wake());
+    }
+}
+
+/// Polls whoever is awake, until all sleep.
+fn poll(tasks: &mut [Task<'_>]) {
+    // No round of planning is this long.
+    for _ in 0..10_000 {
+        let mut all_sleep = true;
+        for (task, awake) in &mut *tasks {
+            if !awake.0.swap(false, Ordering::Relaxed) {
+                continue;
+            }
+            all_sleep = false;
+            let waker = Waker::from(Arc::clone(awake));
+            if let Some(future) = task
+                && future.as_mut().poll(&mut Context::from_waker(&waker)).is_ready()
+            {
+                *task = None;
+            }
+        }
+        if all_sleep {
+            return;
+        }
+    }
+    panic!("the executor never sleeps");
+}

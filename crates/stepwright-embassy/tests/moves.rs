@@ -1,0 +1,263 @@
+//! Moves that are awaited, changed, dropped and joined, judged by the pins.
+
+mod bench;
+
+use bench::{AXES, with};
+use embassy_futures::join::join;
+use embassy_futures::select::{Either, select};
+use stepwright::{Accel, Axis, AxisLimits, AxisSet, MoveError, Refusal, Speed};
+use stepwright_embassy::Outcome;
+
+#[test]
+fn a_move_is_awaited() {
+    with(|bench, motors| {
+        bench.run(
+            motors,
+            [Box::pin(async {
+                let mut x = motors.axis(Axis::X);
+                assert_eq!(x.move_to(8_000).await, Ok(Outcome::Reached { at: 8_000 }));
+                assert_eq!(x.move_by(-500).await, Ok(Outcome::Reached { at: 7_500 }));
+                // There already.
+                assert_eq!(x.move_to(7_500).await, Ok(Outcome::Reached { at: 7_500 }));
+                let far = x.move_to(1 << 40).await;
+                assert!(matches!(far, Err(MoveError::Refused(Refusal::Unfit(_)))), "{far:?}");
+            }) as _],
+        );
+        assert_eq!((bench.shafts.borrow().at, motors.late()), ([7_500, 0, 0], 0));
+    });
+}
+
+#[test]
+fn axes_are_joined() {
+    with(|bench, motors| {
+        bench.run(
+            motors,
+            [Box::pin(async {
+                let (mut x, mut y) = (motors.axis(Axis::X), motors.axis(Axis::Y));
+                let both = join(x.move_to(800), y.move_to(-300)).await;
+                let reached = |at| Ok(Outcome::Reached { at });
+                assert_eq!(both, (reached(800), reached(-300)));
+            }) as _],
+        );
+        assert_eq!(bench.shafts.borrow().at, [800, -300, 0]);
+    });
+}
+
+/// Who comes second brakes: with its own deceleration, and its position is known.
+#[test]
+fn the_loser_of_a_select_brakes() {
+    with(|bench, motors| {
+        bench.run(
+            motors,
+            [Box::pin(async {
+                let (mut x, mut y) = (motors.axis(Axis::X), motors.axis(Axis::Y));
+                let first = select(x.move_to(100_000), y.move_to(100)).await;
+                assert!(
+                    matches!(first, Either::Second(Ok(Outcome::Reached { at: 100 }))),
+                    "{first:?}"
+                );
+                assert!(x.is_moving());
+                let at = x.rest().await;
+                assert_eq!(at, x.position());
+                assert!(at.is_some_and(|at| (101..2_000).contains(&at)), "{at:?}");
+            }) as _],
+        );
+        let shafts = bench.shafts.borrow();
+        assert_eq!(motors.axis(Axis::X).position(), Some(shafts.at[0]));
+        let steps = &shafts.steps[0];
+        let last = steps[steps.len() - 1] - steps[steps.len() - 2];
+        // From 20,000 steps/s² the last interval is (√2 − 1)·√(2/a), 4.1 ms; one at speed is 0.5 ms.
+        assert!(last > 3_000, "{last} µs: it did not brake");
+    });
+}
+
+/// A move behind a dropped one begins when the axis rests; a move that is awaited is not taken over.
+#[test]
+fn a_move_waits_for_the_braking_of_a_dropped_one_alone() {
+    with(|bench, motors| {
+        let other = async {
+            bench.after(5).await;
+            let busy = motors.axis(Axis::X).move_to(3).await;
+            assert_eq!(busy, Err(MoveError::Refused(Refusal::Busy)));
+        };
+        let own = async {
+            let mut x = motors.axis(Axis::X);
+            select(x.move_to(9_000), bench.after(300)).await;
+            assert!(x.is_moving());
+            assert_eq!(x.move_to(0).await, Ok(Outcome::Reached { at: 0 }));
+        };
+        bench.run(motors, [Box::pin(own) as _, Box::pin(other) as _]);
+        assert_eq!((bench.shafts.borrow().at[0], motors.late()), (0, 0));
+    });
+}
+
+/// A future that is not polled moves nothing.
+#[test]
+fn a_future_that_was_never_polled_moves_nothing() {
+    with(|bench, motors| {
+        drop(motors.axis(Axis::X).move_to(100));
+        bench.run(motors, []);
+        assert_eq!(bench.shafts.borrow().at, [0; AXES]);
+    });
+}
+
+#[test]
+fn an_awaited_move_has_another_target_and_another_top_speed() {
+    with(|bench, motors| {
+        let move_it = async {
+            let mut x = motors.axis(Axis::X);
+            assert_eq!(x.move_to(4_000).await, Ok(Outcome::Reached { at: 1_000 }));
+        };
+        let change_it = async {
+            let x = motors.axis(Axis::X);
+            bench.after(400).await;
+            x.set_top_speed(Speed::of::<1_000>()).unwrap();
+            bench.after(200).await;
+            x.retarget(1_000).unwrap();
+            assert!(x.set_top_speed(Speed::of::<2_001>()).is_err());
+        };
+        bench.run(motors, [Box::pin(move_it) as _, Box::pin(change_it) as _]);
+        let shafts = bench.shafts.borrow();
+        assert_eq!(shafts.at[0], 1_000);
+        let at = |ms: u64| shafts.steps[0].iter().filter(|time| **time < ms * 1_000).count();
+        // 2,000 steps/s after 100 ms; from 450 ms on 1,000.
+        assert!((198..=202).contains(&(at(390) - at(290))), "{}", at(390) - at(290));
+        assert!((99..=101).contains(&(at(600) - at(500))), "{}", at(600) - at(500));
+    });
+}
+
+#[test]
+fn a_run_is_stopped_by_another_handle() {
+    with(|bench, motors| {
+        let turn = async {
+            let outcome = motors.axis(Axis::Y).run(-1_500).await;
+            let at = motors.axis(Axis::Y).position().unwrap();
+            assert_eq!(outcome, Ok(Outcome::Stopped { at }));
+        };
+        let stop = async {
+            bench.after(700).await;
+            let mut y = motors.axis(Axis::Y);
+            let at = y.stop().await;
+            assert!(at.is_some_and(|at| (-1_150..-900).contains(&at)), "{at:?}");
+            // At rest it rests.
+            assert_eq!(y.stop().await, at);
+        };
+        bench.run(motors, [Box::pin(turn) as _, Box::pin(stop) as _]);
+        assert_eq!(Some(bench.shafts.borrow().at[1]), motors.axis(Axis::Y).position());
+    });
+}
+
+/// A fault brakes along the ramp, a kill at once; both leave the position unknown until it is set.
+#[test]
+fn a_fault_and_a_kill_leave_the_position_unknown() {
+    with(|bench, motors| {
+        let moves = async {
+            let (mut x, mut y) = (motors.axis(Axis::X), motors.axis(Axis::Y));
+            let both = join(x.move_to(9_000), y.move_to(9_000)).await;
+            assert_eq!(both, (Ok(Outcome::Uncertain), Ok(Outcome::Uncertain)));
+            assert_eq!(x.move_to(0).await, Err(MoveError::PositionUnknown));
+            assert_eq!(x.move_by(-10).await, Ok(Outcome::Uncertain));
+            x.set_position(7).unwrap();
+            assert_eq!(x.move_to(0).await, Ok(Outcome::Reached { at: 0 }));
+        };
+        let fault = async {
+            bench.after(300).await;
+            motors.fault(Axis::X);
+            motors.kill(Axis::Y);
+            let made = bench.shafts.borrow().steps.each_ref().map(Vec::len);
+            bench.after(1).await;
+            let after = bench.shafts.borrow().steps.each_ref().map(Vec::len);
+            assert!(after[0] > made[0] && after[1] == made[1], "{made:?}, {after:?}");
+        };
+        bench.run(motors, [Box::pin(moves) as _, Box::pin(fault) as _]);
+        let shafts = bench.shafts.borrow();
+        let first = &shafts.steps[0][..600];
+        assert!(first.windows(2).all(|two| two[1] - two[0] >= 490), "no jolt");
+    });
+}
+
+/// All futures of a program that ends are dropped: everything brakes.
+#[test]
+fn what_was_ordered_without_a_future_goes_on() {
+    with(|bench, motors| {
+        let line = async {
+            let line =
+                motors.with(|steppers| steppers.move_line_to([(Axis::X, 300), (Axis::Z, -900)]));
+            assert_eq!(line, Some(Ok(())));
+            assert_eq!(motors.with(|_| motors.with(|_| ())), Some(None));
+            assert_eq!(
+                join(motors.axis(Axis::X).rest(), motors.axis(Axis::Z).rest()).await,
+                (Some(300), Some(-900))
+            );
+        };
+        bench.run(motors, [Box::pin(line) as _]);
+        assert_eq!(bench.shafts.borrow().at, [300, 0, -900]);
+    });
+}
+
+/// Four tasks wait for one axis, and the executor sleeps meanwhile.
+#[test]
+fn many_wait_for_one_axis() {
+    with(|bench, motors| {
+        let seen = std::cell::Cell::new(0);
+        let seen = &seen;
+        let wait = || async move {
+            bench.after(50).await;
+            assert_eq!(motors.axis(Axis::X).rest().await, Some(500));
+            seen.set(seen.get() + 1);
+        };
+        let waiters = (0..3).map(|_| Box::pin(wait()) as _);
+        let mover = Box::pin(async { _ = motors.axis(Axis::X).move_to(500).await }) as _;
+        bench.run(motors, waiters.chain([mover]));
+        assert_eq!(seen.get(), 3);
+    });
+}
+
+/// The executor leaves its sleep at most twice more than a move has entries; at rest it sleeps.
+#[test]
+fn it_wakes_no_more_than_twice_beside_the_entries() {
+    for (speed, accel, target) in
+        [(2_000, 20_000, 8_000), (9_000, 100_000, 30_000), (300, 500, -700), (5, 1_000, 20)]
+    {
+        with(|bench, motors| {
+            let limits = AxisLimits::new(
+                Speed::from_steps(speed).unwrap(),
+                Accel::from_steps(accel).unwrap(),
+            );
+            motors.axis(Axis::X).set_limits(limits);
+            bench.run(
+                motors,
+                [Box::pin(async {
+                    assert!(motors.axis(Axis::X).move_to(target).await.is_ok());
+                    // Nothing moves for an hour.
+                    let (wakings, entries) = (bench.wakings.get(), bench.entries.get());
+                    println!("{target} steps: {wakings} wakings, {entries} entries");
+                    // The order wakes it once more.
+                    assert!(entries > 2 && wakings < entries + 2, "{wakings}, {entries}");
+                    bench.after(3_600_000).await;
+                    assert_eq!(bench.wakings.get(), wakings);
+                }) as _],
+            );
+            assert_eq!((bench.shafts.borrow().at[0], motors.late()), (target, 0));
+        });
+    }
+}
+
+/// Stopping all of them is stopping each.
+#[test]
+fn all_are_stopped() {
+    with(|bench, motors| {
+        let turn = |axis| async move { _ = motors.axis(axis).run(1_000).await };
+        let stop = async {
+            bench.after(200).await;
+            motors.stop();
+        };
+        let turns = Axis::all().map(|axis| Box::pin(turn(axis)) as _);
+        bench.run(motors, turns.chain([Box::pin(stop) as _]));
+        let at = bench.shafts.borrow().at;
+        assert!(at.iter().all(|at| (150..300).contains(at)), "{at:?}");
+        assert_eq!(motors.with(|steppers| steppers.any_moving()), Some(false));
+        motors.kill(AxisSet::ALL);
+        assert_eq!(motors.axis(Axis::X).position(), Some(at[0]), "at rest a kill loses nothing");
+    });
+}
